@@ -1,0 +1,3 @@
+//! Verified boundary samples and the index over them.
+
+pub mod index;

@@ -1,0 +1,1 @@
+//! Penetration depth of two overlapping convex shapes (expanding polytope algorithm).

@@ -1,0 +1,290 @@
+//! The configuration space: a product of intervals, circles and SO(3). No metric of bodies, no robot.
+
+pub mod sampling;
+
+use std::f64::consts::PI;
+use std::ops::Deref;
+
+use serde::{Deserialize, Serialize};
+
+use crate::error::{Error, Result};
+use crate::math::{quaternion_exp, quaternion_log, quaternion_product, wrap_angle};
+
+/// How far outside its limits [rad or m] a coordinate may lie and still be moved onto them in silence.
+pub const LIMIT_TOLERANCE: f64 = 1e-9;
+
+/// A checked point of a [`ConfigSpace`]: right length, within limits, angles wrapped, quaternions unit.
+///
+/// Made by [`ConfigSpace::config`] only.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Config(Box<[f64]>);
+
+impl Deref for Config {
+    type Target = [f64];
+    fn deref(&self) -> &[f64] {
+        &self.0
+    }
+}
+
+/// Which side of the collision boundary a configuration is on, as an exact check said.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Label {
+    /// Every checked pair keeps the clearance.
+    Free,
+    /// Some pair does not.
+    Colliding,
+}
+
+/// One factor of the product manifold.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub enum Manifold {
+    /// A closed interval [rad or m]; one coordinate.
+    Interval {
+        /// Least value.
+        lower: f64,
+        /// Greatest value.
+        upper: f64,
+    },
+    /// An angle in `[-pi, pi)` [rad]; one coordinate.
+    Circle,
+    /// SO(3): unit quaternion x, y, z, w; four coordinates, three tangent dimensions.
+    Rotation,
+}
+
+/// A factor and where it stands in configurations and tangent vectors.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Factor {
+    /// For messages: the joint, with `.x` and so on where it has several factors.
+    pub name: String,
+    /// The manifold.
+    pub manifold: Manifold,
+    /// Weight of its squared displacement in the joint metric.
+    pub weight: f64,
+    /// First coordinate.
+    pub q: usize,
+    /// First tangent coordinate.
+    pub v: usize,
+}
+
+/// A product of manifolds with limits.
+///
+/// ```
+/// use extricate::{ConfigSpace, Manifold};
+/// let mut space = ConfigSpace::default();
+/// space.push("lift", Manifold::Interval { lower: 0.0, upper: 0.5 }, 1.0);
+/// space.push("turn", Manifold::Circle, 1.0);
+/// let q = space.config(&[0.2, 7.0]).unwrap();
+/// assert!((q[1] - (7.0 - std::f64::consts::TAU)).abs() < 1e-15);
+/// assert!(space.config(&[0.7, 0.0]).is_err());
+/// ```
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+pub struct ConfigSpace {
+    factors: Vec<Factor>,
+    nq: usize,
+    nv: usize,
+}
+
+impl ConfigSpace {
+    /// Appends a factor; returns its first coordinate and first tangent coordinate.
+    pub fn push(&mut self, name: impl Into<String>, manifold: Manifold, weight: f64) -> (usize, usize) {
+        let (q, v) = (self.nq, self.nv);
+        let (dq, dv) = if manifold == Manifold::Rotation { (4, 3) } else { (1, 1) };
+        self.factors.push(Factor { name: name.into(), manifold, weight, q, v });
+        self.nq += dq;
+        self.nv += dv;
+        (q, v)
+    }
+
+    /// Number of coordinates.
+    pub fn nq(&self) -> usize {
+        self.nq
+    }
+
+    /// Number of tangent dimensions (degrees of freedom).
+    pub fn nv(&self) -> usize {
+        self.nv
+    }
+
+    /// The factors in order.
+    pub fn factors(&self) -> &[Factor] {
+        &self.factors
+    }
+
+    /// Checks length, finiteness and limits; wraps angles and normalises quaternions.
+    ///
+    /// # Errors
+    /// [`Error::Config`], naming the coordinate. Values up to [`LIMIT_TOLERANCE`] outside a limit are moved onto it;
+    /// quaternions may be off unit length by 1e-3.
+    pub fn config(&self, values: &[f64]) -> Result<Config> {
+        if values.len() != self.nq {
+            return Err(Error::Config {
+                element: "length".into(),
+                value: values.len().to_string(),
+                expected: format!("{} coordinates", self.nq),
+            });
+        }
+        let mut q: Box<[f64]> = values.into();
+        for factor in &self.factors {
+            let fault = |value: String, expected: String| Error::Config {
+                element: format!("`{}` (coordinate {})", factor.name, factor.q),
+                value,
+                expected,
+            };
+            let x = &mut q[factor.q..factor.q + if factor.manifold == Manifold::Rotation { 4 } else { 1 }];
+            if let Some(bad) = x.iter().find(|c| !c.is_finite()) {
+                return Err(fault(bad.to_string(), "a finite number".into()));
+            }
+            match factor.manifold {
+                Manifold::Interval { lower, upper } => {
+                    if x[0] < lower - LIMIT_TOLERANCE || x[0] > upper + LIMIT_TOLERANCE {
+                        return Err(fault(x[0].to_string(), format!("a value within [{lower}, {upper}]")));
+                    }
+                    x[0] = x[0].clamp(lower, upper);
+                }
+                Manifold::Circle => x[0] = wrap_angle(x[0]),
+                Manifold::Rotation => {
+                    let norm = x.iter().map(|c| c * c).sum::<f64>().sqrt();
+                    if (norm - 1.0).abs() > 1e-3 {
+                        return Err(fault(format!("{x:?} of length {norm}"), "a unit quaternion x, y, z, w".into()));
+                    }
+                    normalize(x);
+                }
+            }
+        }
+        Ok(Config(q))
+    }
+
+    /// Takes coordinates that this space produced itself; only length and finiteness are asserted, in debug builds.
+    pub(crate) fn trusted(&self, values: &[f64]) -> Config {
+        debug_assert!(values.len() == self.nq && values.iter().all(|x| x.is_finite()));
+        Config(values.into())
+    }
+
+    /// Tangent vector from `a` to `b` along the geodesic: differences, wrapped on circles, body-frame rotation vectors.
+    pub fn difference(&self, a: &[f64], b: &[f64], tangent: &mut [f64]) {
+        for factor in &self.factors {
+            let (q, v) = (factor.q, factor.v);
+            match factor.manifold {
+                Manifold::Interval { .. } => tangent[v] = b[q] - a[q],
+                Manifold::Circle => tangent[v] = wrap_angle(b[q] - a[q]),
+                Manifold::Rotation => {
+                    let conjugate = [-a[q], -a[q + 1], -a[q + 2], a[q + 3]];
+                    let log = quaternion_log(&quaternion_product(&conjugate, &b[q..q + 4]));
+                    tangent[v..v + 3].copy_from_slice(&log);
+                }
+            }
+        }
+    }
+
+    /// `out = q + tangent` on the manifold; intervals are clamped to their limits, angles wrapped, quaternions unit.
+    pub fn integrate(&self, q: &[f64], tangent: &[f64], out: &mut [f64]) {
+        for factor in &self.factors {
+            let (i, v) = (factor.q, factor.v);
+            match factor.manifold {
+                Manifold::Interval { lower, upper } => out[i] = (q[i] + tangent[v]).clamp(lower, upper),
+                Manifold::Circle => out[i] = wrap_angle(q[i] + tangent[v]),
+                Manifold::Rotation => {
+                    let product = quaternion_product(&q[i..i + 4], &quaternion_exp(&tangent[v..v + 3]));
+                    out[i..i + 4].copy_from_slice(&product);
+                    normalize(&mut out[i..i + 4]);
+                }
+            }
+        }
+    }
+
+    /// The point at fraction `t` of the geodesic from `a` (0) to `b` (1).
+    pub fn interpolate(&self, a: &[f64], b: &[f64], t: f64, out: &mut [f64]) {
+        for factor in &self.factors {
+            let q = factor.q;
+            match factor.manifold {
+                Manifold::Interval { lower, upper } => out[q] = (a[q] + t * (b[q] - a[q])).clamp(lower, upper),
+                Manifold::Circle => out[q] = wrap_angle(a[q] + t * wrap_angle(b[q] - a[q])),
+                Manifold::Rotation => {
+                    let conjugate = [-a[q], -a[q + 1], -a[q + 2], a[q + 3]];
+                    let log = quaternion_log(&quaternion_product(&conjugate, &b[q..q + 4])).map(|x| x * t);
+                    let product = quaternion_product(&a[q..q + 4], &quaternion_exp(&log));
+                    out[q..q + 4].copy_from_slice(&product);
+                    normalize(&mut out[q..q + 4]);
+                }
+            }
+        }
+    }
+
+    /// Weighted distance `sqrt(sum w delta^2)`: the joint metric [sqrt(weight) times rad or m].
+    pub fn distance(&self, a: &[f64], b: &[f64]) -> f64 {
+        self.distance_squared(a, b).sqrt()
+    }
+
+    /// Square of [`ConfigSpace::distance`].
+    pub fn distance_squared(&self, a: &[f64], b: &[f64]) -> f64 {
+        let mut sum = 0.0;
+        for factor in &self.factors {
+            let q = factor.q;
+            let squared = match factor.manifold {
+                Manifold::Interval { .. } => (b[q] - a[q]).powi(2),
+                Manifold::Circle => wrap_angle(b[q] - a[q]).powi(2),
+                Manifold::Rotation => {
+                    let conjugate = [-a[q], -a[q + 1], -a[q + 2], a[q + 3]];
+                    let log = quaternion_log(&quaternion_product(&conjugate, &b[q..q + 4]));
+                    log.iter().map(|x| x * x).sum()
+                }
+            };
+            sum += factor.weight * squared;
+        }
+        sum
+    }
+
+    /// Largest distance between any two points in the joint metric.
+    pub fn diameter(&self) -> f64 {
+        let squared = |factor: &Factor| match factor.manifold {
+            Manifold::Interval { lower, upper } => (upper - lower).powi(2),
+            Manifold::Circle | Manifold::Rotation => PI * PI,
+        };
+        self.factors.iter().map(|f| f.weight * squared(f)).sum::<f64>().sqrt()
+    }
+}
+
+fn normalize(quaternion: &mut [f64]) {
+    let norm = quaternion.iter().map(|x| x * x).sum::<f64>().sqrt();
+    quaternion.iter_mut().for_each(|x| *x /= norm);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn space() -> ConfigSpace {
+        let mut space = ConfigSpace::default();
+        space.push("a", Manifold::Interval { lower: -1.0, upper: 2.0 }, 1.0);
+        space.push("b", Manifold::Circle, 2.0);
+        space.push("c", Manifold::Rotation, 0.5);
+        space
+    }
+
+    #[test]
+    fn integrate_inverts_difference() {
+        let space = space();
+        let halton = sampling::Halton::new(space.nv(), 3);
+        let (mut a, mut b, mut c) = (vec![0.0; 6], vec![0.0; 6], vec![0.0; 6]);
+        let mut tangent = vec![0.0; 5];
+        for i in 0..200 {
+            halton.config(&space, 2 * i, &mut a);
+            halton.config(&space, 2 * i + 1, &mut b);
+            space.difference(&a, &b, &mut tangent);
+            space.integrate(&a, &tangent, &mut c);
+            assert!(space.distance(&b, &c) < 1e-7, "{a:?} {b:?} {c:?}");
+            space.interpolate(&a, &b, 0.25, &mut c);
+            assert!((space.distance(&a, &c) - 0.25 * space.distance(&a, &b)).abs() < 1e-7);
+        }
+    }
+
+    #[test]
+    fn bad_configurations_are_named() {
+        let space = space();
+        let message = |q: &[f64]| space.config(q).unwrap_err().to_string();
+        assert!(message(&[0.0; 3]).contains("6 coordinates"));
+        assert!(message(&[3.0, 0.0, 0.0, 0.0, 0.0, 1.0]).contains("`a`"));
+        assert!(message(&[f64::NAN, 0.0, 0.0, 0.0, 0.0, 1.0]).contains("finite"));
+        assert!(message(&[0.0, 0.0, 0.0, 0.0, 0.0, 0.5]).contains("unit quaternion"));
+    }
+}

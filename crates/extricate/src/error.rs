@@ -1,0 +1,84 @@
+//! What can go wrong, in one enum: every message names the file, the element, the value and what was expected.
+
+use std::path::PathBuf;
+
+/// Any failure of the library.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum Error {
+    /// A file could not be read.
+    #[error("cannot read {}: {source}", path.display())]
+    Read {
+        /// The file.
+        path: PathBuf,
+        /// What the operating system said.
+        source: std::io::Error,
+    },
+    /// A file could not be written.
+    #[error("cannot write {}: {source}", path.display())]
+    Write {
+        /// The file.
+        path: PathBuf,
+        /// What the operating system said.
+        source: std::io::Error,
+    },
+    /// A scene, robot or mesh file says something that cannot be used.
+    #[error("{file}: {element}: {problem}")]
+    Input {
+        /// The file, as the user named it.
+        file: String,
+        /// The element inside it: `joint "elbow"`, `obstacle "box"`, `line 12`.
+        element: String,
+        /// The value found and what was expected instead.
+        problem: String,
+    },
+    /// A configuration is not a point of the configuration space.
+    #[error("configuration: {element}: got {value}, expected {expected}")]
+    Config {
+        /// The coordinate or joint.
+        element: String,
+        /// The value found.
+        value: String,
+        /// What was expected.
+        expected: String,
+    },
+    /// A model file is truncated, altered, foreign or of another version.
+    #[error("model {}: {problem}", path.display())]
+    Model {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong with it.
+        problem: String,
+    },
+    /// An option has a value that makes no sense.
+    #[error("option {name}: got {value}, expected {expected}")]
+    Option {
+        /// The option's name.
+        name: &'static str,
+        /// The value found.
+        value: String,
+        /// What was expected.
+        expected: &'static str,
+    },
+    /// Learning ended without a single free configuration, so no query could be answered.
+    #[error("no collision-free configuration among {labels} tried: {advice}")]
+    NothingFree {
+        /// Labels spent.
+        labels: usize,
+        /// What the user can do.
+        advice: String,
+    },
+    /// The caller asked a long job to stop before anything usable existed.
+    #[error("interrupted before a usable result existed")]
+    Interrupted,
+}
+
+impl Error {
+    /// Shorthand for [`Error::Input`].
+    pub fn input(file: impl Into<String>, element: impl Into<String>, problem: impl Into<String>) -> Self {
+        Self::Input { file: file.into(), element: element.into(), problem: problem.into() }
+    }
+}
+
+/// `Result` with the library's [`Error`].
+pub type Result<T> = std::result::Result<T, Error>;

@@ -1,0 +1,39 @@
+//! From labels to a classifier and verified boundary samples. Sees `label` and an embedding, never a mesh.
+
+pub mod classifier;
+pub mod kernel;
+pub mod smo;
+
+/// How much to learn.
+#[derive(Debug, Clone)]
+pub struct LearnOptions {
+    /// Most labels (exact checks) to spend.
+    pub labels: usize,
+    /// Most seconds to spend; a model that ran out of time depends on the speed of the machine.
+    pub seconds: Option<f64>,
+    /// Seed of every sampler.
+    pub seed: u64,
+    /// Threads; 0 for one per core. The model does not depend on it.
+    pub threads: usize,
+}
+
+impl Default for LearnOptions {
+    fn default() -> Self {
+        Self { labels: 400_000, seconds: Some(100.0), seed: 0, threads: 0 }
+    }
+}
+
+/// Where a learning run stands, for a progress bar.
+#[derive(Debug, Clone)]
+pub struct LearnProgress {
+    /// What is being done: `exploring`, `training`, `tracing the boundary`, ...
+    pub stage: &'static str,
+    /// Share of the budget spent, in `[0, 1]`.
+    pub fraction: f64,
+    /// Labels spent.
+    pub labels: usize,
+    /// Boundary samples found.
+    pub boundary_samples: usize,
+    /// Held-out balanced accuracy of the last classifier.
+    pub accuracy: Option<f64>,
+}

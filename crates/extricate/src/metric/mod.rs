@@ -1,0 +1,1 @@
+//! Distances between configurations and their embeddings.

@@ -1,0 +1,1 @@
+//! The scene file format (TOML), as written by users. Not the resolved scene.

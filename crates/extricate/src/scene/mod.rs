@@ -1,0 +1,152 @@
+//! The resolved world: a kinematic tree of frames, bodies with geometry on them, and which pairs are checked.
+//!
+//! Everything a query needs to know of the robot and its surroundings is in [`Scene`]; it is plain data, free of files,
+//! and is stored whole in the model file. Not here: positions of anything at a configuration (`kinematics`).
+
+pub mod assemble;
+pub mod builtin;
+pub mod file;
+pub mod pairs;
+
+use serde::{Deserialize, Serialize};
+
+use crate::cspace::ConfigSpace;
+use crate::math::{Pose, Vec3};
+use crate::robot::Geometry;
+
+/// Robots, obstacles, checked pairs, clearance and metric.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub struct Scene {
+    /// Least distance [m] that every checked pair of a free configuration keeps.
+    pub clearance: f64,
+    /// How far two configurations are from each other.
+    pub metric: MetricSpec,
+    /// The coordinates: one entry per moving joint, in configuration order.
+    pub joints: Vec<SceneJoint>,
+    /// The configuration space that `joints` spans.
+    pub space: ConfigSpace,
+    /// Kinematic tree; `frames[0]` is the world, and a parent precedes its children.
+    pub frames: Vec<Frame>,
+    /// Links that have geometry, then obstacles.
+    pub bodies: Vec<Body>,
+    /// Checked pairs, sorted.
+    pub pairs: Vec<BodyPair>,
+    /// What the user should know: open meshes, defaults taken, pairs that always collide.
+    pub warnings: Vec<String>,
+}
+
+/// Which distance between configurations, see `metric`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum MetricSpec {
+    /// `sqrt(sum w_j delta_j^2)`; the weights are in [`ConfigSpace`].
+    Joint,
+    /// Root mean square displacement of the moving volume [m].
+    ObjectNorm,
+    /// Largest displacement of any point of the moving geometry [m].
+    MaxDisplacement,
+}
+
+/// A joint (or the base of a robot) that has coordinates.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub struct SceneJoint {
+    /// As in the URDF; `robot/joint` where two robots share a name; `base` or `robot/base` for a base.
+    pub name: String,
+    /// What it allows, as URDF spells it.
+    pub kind: String,
+    /// Its coordinates in a configuration.
+    pub q: std::ops::Range<usize>,
+}
+
+/// A rigid frame, moved relative to its parent by one elementary joint.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub struct Frame {
+    /// Name of the joint that moves it; composite joints make several frames with one name.
+    pub name: String,
+    /// Index of the parent frame; 0 for the world itself.
+    pub parent: usize,
+    /// Maps joint coordinates (before the motion) to parent coordinates.
+    pub pose_parent_joint: Pose,
+    /// How it moves.
+    pub motion: Motion,
+}
+
+/// An elementary joint. Planar joints are two prismatic ones and a revolute one, floating ones three prismatic and a ball.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub enum Motion {
+    /// The world, which does not move.
+    World,
+    /// Turn about `axis` (unit, joint frame) by the coordinate [rad].
+    Revolute {
+        /// Unit, in the joint's frame.
+        axis: Vec3,
+        /// The angle [rad].
+        coordinate: Coordinate,
+    },
+    /// Slide along `axis` (unit, joint frame) by the coordinate [m].
+    Prismatic {
+        /// Unit, in the joint's frame.
+        axis: Vec3,
+        /// The length [m].
+        coordinate: Coordinate,
+    },
+    /// Turn by the unit quaternion at `q..q + 4`; its tangent (body frame rotation vector) is at `v..v + 3`.
+    Ball {
+        /// First of four coordinates: x, y, z, w.
+        q: usize,
+        /// First of three tangent coordinates.
+        v: usize,
+    },
+}
+
+/// `position = multiplier * config[q] + offset`; the factor and offset differ from 1 and 0 for mimic joints.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Coordinate {
+    /// Index into a configuration.
+    pub q: usize,
+    /// Index into a tangent vector.
+    pub v: usize,
+    /// Factor.
+    pub multiplier: f64,
+    /// [rad or m]
+    pub offset: f64,
+}
+
+/// A link or an obstacle: shapes fixed to one frame.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub struct Body {
+    /// As in the URDF or scene file; `robot/link` where two robots share a name.
+    pub name: String,
+    /// Which robot it belongs to; `None` for an obstacle.
+    pub robot: Option<usize>,
+    /// Index of the frame that it is fixed to; 0 does not move.
+    pub frame: usize,
+    /// Its shapes.
+    pub parts: Vec<Part>,
+}
+
+/// One shape of a body.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub struct Part {
+    /// Maps shape coordinates to frame coordinates.
+    pub pose_frame_part: Pose,
+    /// The shape.
+    pub geometry: Geometry,
+}
+
+/// Two bodies that must keep the clearance; `first < second`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+pub struct BodyPair {
+    /// Index into [`Scene::bodies`].
+    pub first: usize,
+    /// Index into [`Scene::bodies`].
+    pub second: usize,
+}
+
+impl Scene {
+    /// Names of a checked pair, in the order of the scene.
+    pub fn pair_names(&self, pair: usize) -> [&str; 2] {
+        let BodyPair { first, second } = self.pairs[pair];
+        [&self.bodies[first].name, &self.bodies[second].name]
+    }
+}
