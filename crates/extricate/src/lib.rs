@@ -12,6 +12,7 @@ pub mod learning;
 pub mod math;
 pub mod metric;
 pub mod model;
+pub mod model_file;
 pub mod penetration;
 pub mod robot;
 pub mod scene;

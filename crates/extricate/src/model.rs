@@ -1,27 +1,44 @@
 //! What is learned of a scene, and the two things to do with it: learn it, ask it.
 
 use std::ops::ControlFlow;
+use std::sync::Arc;
 
+use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use crate::cspace::Config;
-use crate::error::Result;
-use crate::learning::{LearnOptions, LearnProgress};
-use crate::penetration::{Answer, QueryOptions, QueryScratch};
-use crate::scene::Scene;
+use crate::boundary::SampleSet;
+use crate::boundary::trace::{TraceGround, trace};
+use crate::collision::{CheckScratch, Checker, always_colliding};
+use crate::cspace::sampling::Halton;
+use crate::cspace::{Config, Label};
+use crate::error::{Error, Result};
+use crate::learning::active::{Classified, classify, surprising_first};
+use crate::learning::budget::BudgetEnd;
+use crate::learning::classifier::Classifier;
+use crate::learning::explore::Exploration;
+use crate::learning::{Budget, LearnOptions, LearnProgress};
+use crate::metric::{Metric, MetricScratch};
+use crate::penetration::certificate::InteriorBalls;
+use crate::penetration::{Answer, Ground, QueryOptions, QueryScratch, query};
+use crate::scene::{MetricSpec, Scene};
 
 /// All that a query needs: the scene with its geometry, verified boundary samples, their index, the classifier.
 ///
 /// Immutable; share it between threads.
-pub struct Model {}
+pub struct Model {
+    checker: Checker,
+    metric: Metric,
+    boundary: SampleSet,
+    classifier: Option<Classifier>,
+    balls: InteriorBalls,
+    statistics: Statistics,
+}
 
 /// How a model was learned and how good it measured itself to be.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Statistics {
     /// Exact checks spent.
     pub labels: usize,
-    /// Wall time of learning [s].
-    pub seconds: f64,
     /// Seed.
     pub seed: u64,
     /// Verified boundary samples stored.
@@ -36,34 +53,194 @@ pub struct Statistics {
     pub accuracy_colliding: f64,
     /// Every boundary sample has a colliding configuration within this distance, in the scene's metric.
     pub boundary_gap: f64,
-    /// Whether the budget of seconds, not of labels, ended learning: then the result depends on the machine.
-    pub ended_by_time: bool,
+    /// What ended learning; only after `labels` does the model not depend on the speed of the machine.
+    pub ended_by: EndedBy,
 }
 
+/// What ended a learning run.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum EndedBy {
+    /// The budget of labels.
+    Labels,
+    /// The budget of seconds.
+    Seconds,
+    /// The caller.
+    Interruption,
+}
+
+/// Share of the labels spent on exploration before the boundary is traced.
+const EXPLORATION_SHARE: f64 = 0.2;
+
+/// Boundary samples have a colliding configuration within this share of the space's diameter.
+const GAP_SHARE: f64 = 1.0 / 2000.0;
+
 impl Model {
-    /// Learns `scene` from nothing. `progress` is called a few times a second and may stop the run.
+    /// Learns `scene` from nothing. `progress` is called after every batch of labels and may stop the run, which keeps what is
+    /// learned by then.
+    ///
+    /// The result depends on scene, options and seed alone, whatever the number of threads, unless time or the caller ended it.
+    ///
+    /// # Errors
+    /// [`Error::NothingFree`] where no free configuration was found; [`Error::Interrupted`] where the caller stopped before one
+    /// was.
     pub fn learn(
         scene: Scene,
         options: &LearnOptions,
-        progress: &mut dyn FnMut(&LearnProgress) -> ControlFlow<()>,
+        progress: &mut (dyn FnMut(&LearnProgress) -> ControlFlow<()> + Send),
     ) -> Result<Model> {
-        let _ = (scene, options, progress);
-        todo!()
+        if options.labels == 0 {
+            return Err(Error::Option { name: "labels", value: "0".into(), expected: "at least 1" });
+        }
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(options.threads).build().map_err(|e| Error::Option {
+            name: "threads",
+            value: format!("{} ({e})", options.threads),
+            expected: "a number of threads that the system can start",
+        })?;
+        pool.install(|| learn(Arc::new(scene), options, progress))
+    }
+
+    /// Puts a model together from its stored parts.
+    pub(crate) fn from_parts(
+        scene: Arc<Scene>,
+        configs: Vec<f64>,
+        classifier: Option<Classifier>,
+        statistics: Statistics,
+    ) -> Self {
+        let checker = Checker::new(scene.clone());
+        let metric = Metric::new(scene.clone());
+        let boundary = SampleSet::new(&metric, scene.space.nq(), configs, statistics.seed);
+        let balls = InteriorBalls::new(&checker);
+        Self { checker, metric, boundary, classifier, balls, statistics }
     }
 
     /// The scene it was learned for.
     pub fn scene(&self) -> &Scene {
-        todo!()
+        self.checker.scene()
+    }
+
+    /// The exact checker of its scene.
+    pub fn checker(&self) -> &Checker {
+        &self.checker
+    }
+
+    /// The metric of its scene.
+    pub fn metric(&self) -> &Metric {
+        &self.metric
+    }
+
+    /// Its verified boundary samples.
+    pub fn boundary(&self) -> &SampleSet {
+        &self.boundary
+    }
+
+    /// The classifier of the obstacle region; `None` where only one label was ever seen.
+    pub fn classifier(&self) -> Option<&Classifier> {
+        self.classifier.as_ref()
     }
 
     /// How it was learned.
     pub fn statistics(&self) -> &Statistics {
-        todo!()
+        &self.statistics
     }
 
-    /// The nearest free configuration to `q`.
+    /// The nearest free configuration to `q`, see [`query`].
     pub fn query(&self, q: &Config, options: &QueryOptions, scratch: &mut QueryScratch) -> Answer {
-        let _ = (q, options, scratch);
-        todo!()
+        let scene = self.scene();
+        let ground = Ground {
+            checker: &self.checker,
+            metric: &self.metric,
+            boundary: &self.boundary,
+            balls: &self.balls,
+            clearance: scene.clearance,
+            scale: self.metric.diameter(),
+        };
+        query(&ground, q, options, scratch)
     }
+}
+
+fn learn(
+    scene: Arc<Scene>,
+    options: &LearnOptions,
+    progress: &mut dyn FnMut(&LearnProgress) -> ControlFlow<()>,
+) -> Result<Model> {
+    let checker = Checker::new(scene.clone());
+    let metric = Metric::new(scene.clone());
+    let nq = scene.space.nq();
+    let label = |configs: &[f64]| -> Vec<Label> {
+        let chunk = |scratch: &mut CheckScratch, chunk: &[f64]| {
+            chunk.chunks_exact(nq).map(|q| checker.label(q, scratch)).collect::<Vec<_>>()
+        };
+        configs.par_chunks(64 * nq).map_init(CheckScratch::default, chunk).flatten_iter().collect()
+    };
+    let mut budget = Budget::new(options, progress);
+    let halton = Halton::new(scene.space.nv(), options.seed);
+    let mut known = Exploration::default();
+    let first = ((options.labels as f64 * EXPLORATION_SHARE) as usize).clamp(1, options.labels);
+    known.extend(&scene.space, &halton, first, &label, &mut budget);
+    while known.free.is_empty() && budget.end().is_none() {
+        known.extend(&scene.space, &halton, first, &label, &mut budget);
+    }
+    if known.free.is_empty() {
+        return Err(nothing_free(&checker, &known, &budget));
+    }
+    let colliding_share = known.colliding.len() as f64 / (known.colliding.len() + known.free.len()) as f64;
+
+    budget.stage("training");
+    // The kernel sees the bodies' displacement, whatever the metric: on joint angles it learns far less.
+    let feature_metric = Metric::of_kind(scene.clone(), MetricSpec::ObjectNorm);
+    let features = |q: &[f64]| {
+        let mut out = vec![0.0; feature_metric.embedding_len()];
+        feature_metric.embed(q, &mut MetricScratch::default(), &mut out);
+        out
+    };
+    let Classified { classifier, accuracy_free, accuracy_colliding } =
+        classify(&scene.space, &features, &mut known, &label, options.seed, &mut budget);
+    if let Some(classifier) = &classifier {
+        surprising_first(classifier, &features, nq, &mut known.colliding);
+    }
+
+    budget.stage("tracing the boundary");
+    let gap = GAP_SHARE * metric.diameter();
+    let ground = TraceGround { space: &scene.space, metric: &metric, label: &label, gap, seed: options.seed };
+    let mut samples = trace(&ground, &mut known, &halton, &mut budget);
+    if samples.is_empty() {
+        // Nothing collided, or nothing was traced in time: free configurations are answers too, only far ones.
+        samples.extend_from_slice(&known.free[..known.free.len().min(1024 * nq)]);
+    }
+    let statistics = Statistics {
+        labels: budget.spent(),
+        seed: options.seed,
+        boundary_samples: samples.len() / nq,
+        support_vectors: classifier.as_ref().map_or(0, Classifier::support_vectors),
+        colliding_share,
+        accuracy_free,
+        accuracy_colliding,
+        boundary_gap: gap,
+        ended_by: match budget.end() {
+            Some(BudgetEnd::Seconds) => EndedBy::Seconds,
+            Some(BudgetEnd::Interrupted) => EndedBy::Interruption,
+            _ => EndedBy::Labels,
+        },
+    };
+    Ok(Model::from_parts(scene, samples, classifier, statistics))
+}
+
+fn nothing_free(checker: &Checker, known: &Exploration, budget: &Budget) -> Error {
+    if budget.end() == Some(BudgetEnd::Interrupted) {
+        return Error::Interrupted;
+    }
+    let scene = checker.scene();
+    let tried: Vec<Vec<f64>> = known.colliding.chunks_exact(scene.space.nq()).take(1000).map(<[f64]>::to_vec).collect();
+    let named = |pair: usize| format!("[\"{}\", \"{}\"]", scene.pair_names(pair)[0], scene.pair_names(pair)[1]);
+    let always: Vec<String> = always_colliding(checker, &tried).into_iter().map(named).collect();
+    let advice = if always.is_empty() {
+        "no single pair is to blame; widen the limits, lower the clearance or spend more labels".into()
+    } else {
+        format!(
+            "these pairs collide every time; if by design, add to the scene: [pairs] disable = [{}]",
+            always.join(", ")
+        )
+    };
+    Error::NothingFree { labels: budget.spent(), advice }
 }

@@ -1,3 +1,88 @@
-//! Verified boundary samples and the index over them.
+//! Verified boundary samples and the nearest of them: free configurations, each with a colliding one close by.
 
 pub mod index;
+pub mod trace;
+
+use index::{Index, SearchScratch};
+
+use crate::metric::{Anchor, Metric, MetricScratch};
+
+/// Free configurations on the boundary of the obstacle region, indexed under a metric's embedding.
+pub struct SampleSet {
+    nq: usize,
+    configs: Vec<f64>,
+    index: Index,
+    embedding_len: usize,
+}
+
+/// Memory that searches reuse.
+#[derive(Default)]
+pub struct BoundaryScratch {
+    search: SearchScratch,
+    embedding: Vec<f64>,
+    metric: MetricScratch,
+}
+
+impl SampleSet {
+    /// Indexes `configs` (row major, `nq` a row), each called free by the exact checker.
+    pub fn new(metric: &Metric, nq: usize, configs: Vec<f64>, seed: u64) -> Self {
+        let embedding_len = metric.embedding_len();
+        let mut points = vec![0.0; configs.len() / nq * embedding_len];
+        let mut scratch = MetricScratch::default();
+        for (q, out) in configs.chunks_exact(nq).zip(points.chunks_exact_mut(embedding_len)) {
+            metric.embed(q, &mut scratch, out);
+        }
+        let index = Index::build(&points, embedding_len, seed);
+        Self { nq, configs, index, embedding_len }
+    }
+
+    /// Number of samples.
+    pub fn len(&self) -> usize {
+        self.configs.len() / self.nq
+    }
+
+    /// Whether there is none.
+    pub fn is_empty(&self) -> bool {
+        self.configs.is_empty()
+    }
+
+    /// All samples, row major.
+    pub fn configs(&self) -> &[f64] {
+        &self.configs
+    }
+
+    /// Sample `id`.
+    pub fn config(&self, id: u32) -> &[f64] {
+        &self.configs[id as usize * self.nq..(id as usize + 1) * self.nq]
+    }
+
+    /// The `k` samples nearest to the anchor, ascending, with their distances in metric units.
+    ///
+    /// # Guarantee
+    /// Exact under the metric: the embedding's distance is a lower bound of it.
+    pub fn nearest(
+        &self,
+        metric: &Metric,
+        anchor: &Anchor,
+        k: usize,
+        scratch: &mut BoundaryScratch,
+        out: &mut Vec<(u32, f64)>,
+    ) {
+        out.clear();
+        if k == 0 {
+            return;
+        }
+        scratch.embedding.resize(self.embedding_len, 0.0);
+        metric.embed(&anchor.q, &mut scratch.metric, &mut scratch.embedding);
+        let metric_scratch = &mut scratch.metric;
+        self.index.search(&scratch.embedding, &mut scratch.search, &mut |id, _| {
+            let distance = metric.distance_from(anchor, self.config(id), metric_scratch);
+            if out.len() < k || distance < out[k - 1].1 {
+                let at = out.partition_point(|(i, d)| (*d, *i) < (distance, id));
+                out.insert(at, (id, distance));
+                out.truncate(k);
+            }
+            if out.len() < k { f64::INFINITY } else { out[k - 1].1 }
+        });
+    }
+}

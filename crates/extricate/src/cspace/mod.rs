@@ -154,12 +154,6 @@ impl ConfigSpace {
         Ok(Config(q))
     }
 
-    /// Takes coordinates that this space produced itself; only length and finiteness are asserted, in debug builds.
-    pub(crate) fn trusted(&self, values: &[f64]) -> Config {
-        debug_assert!(values.len() == self.nq && values.iter().all(|x| x.is_finite()));
-        Config(values.into())
-    }
-
     /// Tangent vector from `a` to `b` along the geodesic: differences, wrapped on circles, body-frame rotation vectors.
     pub fn difference(&self, a: &[f64], b: &[f64], tangent: &mut [f64]) {
         for factor in &self.factors {

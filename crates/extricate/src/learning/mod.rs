@@ -1,8 +1,18 @@
-//! From labels to a classifier and verified boundary samples. Sees `label` and an embedding, never a mesh.
+//! From labels to a classifier of the obstacle region. Sees `label` and features of configurations, never a mesh.
 
+pub mod active;
+pub mod budget;
 pub mod classifier;
+pub mod explore;
 pub mod kernel;
 pub mod smo;
+
+use crate::cspace::Label;
+
+pub use budget::Budget;
+
+/// Exact labels of many configurations (row major) at once; may use many threads, answers in order.
+pub type LabelBatch<'a> = dyn Fn(&[f64]) -> Vec<Label> + Sync + 'a;
 
 /// How much to learn.
 #[derive(Debug, Clone)]
@@ -19,7 +29,7 @@ pub struct LearnOptions {
 
 impl Default for LearnOptions {
     fn default() -> Self {
-        Self { labels: 400_000, seconds: Some(100.0), seed: 0, threads: 0 }
+        Self { labels: 600_000, seconds: Some(90.0), seed: 0, threads: 0 }
     }
 }
 

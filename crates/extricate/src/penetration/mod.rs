@@ -1,6 +1,23 @@
 //! The query: from a colliding configuration to the nearest free one, verified and bounded.
+//!
+//! Candidates make it global (the nearest boundary samples, spread out), refinement makes it tight, the exact checker makes it
+//! true, the certificate says how much better any answer could be.
+
+pub mod certificate;
+pub mod qp;
+pub mod refine;
 
 use serde::Serialize;
+
+use crate::boundary::{BoundaryScratch, SampleSet};
+use crate::collision::Checker;
+use crate::cspace::{Config, Label};
+use crate::kinematics::forward;
+use crate::math::Pose;
+use crate::metric::motion_bound::MotionScratch;
+use crate::metric::{Anchor, Metric};
+use certificate::InteriorBalls;
+use refine::{RefineOptions, RefineScratch, pull, slide};
 
 /// How hard a query tries.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
@@ -39,12 +56,175 @@ pub struct Answer {
     pub max_displacement: f64,
     /// Indices of the scene's pairs that collide at the query.
     pub colliding: Vec<usize>,
-    /// Indices of the scene's pairs that touch (within a tenth of a millimetre beyond the clearance) at the witness.
+    /// Indices of the scene's pairs that touch (within [`TOUCHING`] beyond the clearance) at the witness.
     pub touching: Vec<usize>,
     /// Whether the exact checker called the witness free during this query; otherwise it did when the model was learned.
     pub verified: bool,
 }
 
+/// A pair touches where it is nearer than the clearance plus this [m].
+pub const TOUCHING: f64 = 1e-4;
+
+/// What a query stands on; borrowed from a model.
+#[derive(Clone, Copy)]
+pub struct Ground<'a> {
+    /// The exact checker.
+    pub checker: &'a Checker,
+    /// The scene's metric.
+    pub metric: &'a Metric,
+    /// Verified boundary samples; at least one.
+    pub boundary: &'a SampleSet,
+    /// For the lower bound.
+    pub balls: &'a InteriorBalls,
+    /// Least distance [m] of a free pair.
+    pub clearance: f64,
+    /// A typical length of the configuration space in metric units.
+    pub scale: f64,
+}
+
 /// Memory that queries reuse; one per thread.
 #[derive(Default)]
-pub struct QueryScratch {}
+pub struct QueryScratch {
+    refine: RefineScratch,
+    boundary: BoundaryScratch,
+    motion: MotionScratch,
+    anchor: Anchor,
+    poses: Vec<Pose>,
+    pool: Vec<(u32, f64)>,
+    chosen: Vec<u32>,
+    start: Vec<f64>,
+    slid: Vec<f64>,
+}
+
+/// How many candidates an effort takes and how far it refines each.
+struct Plan {
+    /// Nearest samples looked at.
+    pool: usize,
+    /// Of them refined, most different first.
+    starts: usize,
+    /// A candidate is too like a chosen one within this share of its own distance from the query.
+    spread: f64,
+    refine: RefineOptions,
+}
+
+impl Plan {
+    fn of(effort: Effort) -> Self {
+        let refine = RefineOptions { iterations: 16, margin: 0.06, tolerance: 1e-4 };
+        match effort {
+            Effort::Nearest => Self { pool: 1, starts: 0, spread: 0.0, refine },
+            Effort::Refined => Self { pool: 128, starts: 12, spread: 0.35, refine },
+            Effort::Exhaustive => {
+                let refine = RefineOptions { iterations: 60, margin: 0.12, tolerance: 1e-6 };
+                Self { pool: 1024, starts: 96, spread: 0.15, refine }
+            }
+        }
+    }
+}
+
+/// The nearest free configuration to `q` that the effort finds.
+///
+/// # Guarantee
+/// `lower_bound <= depth`, and `lower_bound` is proved. The witness is free: by the exact checker during this call where
+/// `verified` is set, otherwise when the model was learned.
+pub fn query(ground: &Ground, q: &Config, options: &QueryOptions, scratch: &mut QueryScratch) -> Answer {
+    scratch.refine.checks = 1;
+    let mut colliding = Vec::new();
+    ground.checker.colliding_pairs(q, &mut scratch.refine.check, &mut colliding);
+    if colliding.is_empty() {
+        return free_answer(q, options.effort);
+    }
+    ground.metric.anchor(q, &mut scratch.anchor);
+    let plan = Plan::of(options.effort);
+    scratch.choose(ground, &plan);
+    let mut answer = Answer { colliding, ..free_answer(q, options.effort) };
+    (answer.depth, answer.verified) = (scratch.pool[0].1, false);
+    answer.witness.copy_from_slice(ground.boundary.config(scratch.pool[0].0));
+    if plan.starts > 0 {
+        scratch.refine_all(ground, &plan, &mut answer);
+    }
+    scratch.describe(ground, &mut answer);
+    answer
+}
+
+fn free_answer(q: &Config, effort: Effort) -> Answer {
+    Answer {
+        depth: 0.0,
+        lower_bound: 0.0,
+        witness: q.to_vec(),
+        effort,
+        checks: 1,
+        max_displacement: 0.0,
+        colliding: Vec::new(),
+        touching: Vec::new(),
+        verified: true,
+    }
+}
+
+impl QueryScratch {
+    /// Fills `pool` with the nearest samples, and `chosen` with those of them that are not too like each other.
+    fn choose(&mut self, ground: &Ground, plan: &Plan) {
+        ground.boundary.nearest(ground.metric, &self.anchor, plan.pool, &mut self.boundary, &mut self.pool);
+        self.chosen.clear();
+        let space = &ground.checker.scene().space;
+        for &(id, _) in &self.pool {
+            if self.chosen.len() == plan.starts {
+                break;
+            }
+            let candidate = ground.boundary.config(id);
+            // Likeness is a matter of direction, so the plain joint metric serves under every metric.
+            let reach = plan.spread * space.distance(&self.anchor.q, candidate);
+            if self.chosen.iter().all(|c| space.distance(ground.boundary.config(*c), candidate) > reach) {
+                self.chosen.push(id);
+            }
+        }
+    }
+
+    /// Refines from the chosen samples and from the query itself; keeps the best verified result in `answer`.
+    fn refine_all(&mut self, ground: &Ground, plan: &Plan, answer: &mut Answer) {
+        let chosen = std::mem::take(&mut self.chosen);
+        answer.verified = self.refine.label(ground, &answer.witness) == Label::Free;
+        let query = self.anchor.q.clone();
+        self.refine_from(ground, plan, &query, answer);
+        for &id in &chosen {
+            let mut start = std::mem::take(&mut self.start);
+            start.clear();
+            start.extend_from_slice(ground.boundary.config(id));
+            pull(ground, &self.anchor, &mut start, 4, 4, &mut self.refine);
+            self.refine_from(ground, plan, &start, answer);
+            self.start = start;
+        }
+        self.chosen = chosen;
+    }
+
+    /// Refines from `start`; a better result replaces the answer's witness if the exact checker calls it free.
+    fn refine_from(&mut self, ground: &Ground, plan: &Plan, start: &[f64], answer: &mut Answer) {
+        let Some(depth) = slide(ground, &self.anchor, start, &plan.refine, &mut self.slid, &mut self.refine) else {
+            return;
+        };
+        if (depth < answer.depth || !answer.verified) && self.refine.label(ground, &self.slid) == Label::Free {
+            answer.depth = depth;
+            answer.witness.copy_from_slice(&self.slid);
+            answer.verified = true;
+        }
+    }
+
+    /// Adds what is said about a witness once it is chosen.
+    fn describe(&mut self, ground: &Ground, answer: &mut Answer) {
+        let Self { refine, anchor, poses, motion, .. } = self;
+        answer.max_displacement = ground.metric.max_displacement_from(anchor, &answer.witness, &mut refine.metric);
+        let margin = ground.clearance + TOUCHING;
+        answer.touching = refine.touching(ground, &answer.witness, margin);
+        forward(ground.checker.scene(), &anchor.q, poses);
+        let bound = certificate::lower_bound(
+            ground.checker,
+            ground.metric,
+            ground.balls,
+            poses,
+            &answer.colliding,
+            answer.depth,
+            motion,
+        );
+        answer.lower_bound = bound.min(answer.depth);
+        answer.checks = refine.checks;
+    }
+}

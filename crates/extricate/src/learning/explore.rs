@@ -1,0 +1,49 @@
+//! Exploration: labels of low-discrepancy configurations, before anything is known.
+
+use super::{Budget, LabelBatch};
+use crate::cspace::sampling::Halton;
+use crate::cspace::{ConfigSpace, Label};
+
+/// Labelled configurations, in two lists.
+#[derive(Debug, Clone, Default)]
+pub struct Exploration {
+    /// Free ones, row major.
+    pub free: Vec<f64>,
+    /// Colliding ones, row major.
+    pub colliding: Vec<f64>,
+    /// Index of the next low-discrepancy point.
+    pub next: u64,
+}
+
+/// Configurations labelled in one batch.
+pub const BATCH: usize = 2048;
+
+impl Exploration {
+    /// Labels `count` further points of the sequence; fewer where the budget ends.
+    pub fn extend(
+        &mut self,
+        space: &ConfigSpace,
+        halton: &Halton,
+        count: usize,
+        label: &LabelBatch,
+        budget: &mut Budget,
+    ) {
+        let nq = space.nq();
+        let mut done = 0;
+        while done < count && budget.end().is_none() {
+            let batch = BATCH.min(count - done);
+            let mut configs = vec![0.0; batch * nq];
+            for (i, q) in configs.chunks_exact_mut(nq).enumerate() {
+                halton.config(space, self.next + i as u64, q);
+            }
+            for (q, label) in configs.chunks_exact(nq).zip(budget.label(label, &configs)) {
+                match label {
+                    Label::Free => self.free.extend_from_slice(q),
+                    Label::Colliding => self.colliding.extend_from_slice(q),
+                }
+            }
+            self.next += batch as u64;
+            done += batch;
+        }
+    }
+}

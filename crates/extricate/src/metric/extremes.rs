@@ -1,0 +1,160 @@
+//! The points of each frame's geometry that can move farthest: vertices of convex hulls, balls and rims.
+//!
+//! Between two poses the displacement is an affine function of the point, so its length is convex and attained at an
+//! extreme point of the geometry.
+
+use std::f64::consts::TAU;
+
+use crate::math::{Mat3, Pose, Vec3};
+use crate::robot::{Geometry, convex_hull::convex_hull};
+use crate::scene::{Part, Scene};
+
+/// Extreme points of every moving frame that carries geometry.
+#[derive(Debug, Clone, Default)]
+pub struct Extremes {
+    /// In the order of the scene's frames.
+    pub frames: Vec<FrameExtremes>,
+}
+
+/// Extreme points of one frame, in frame coordinates [m].
+#[derive(Debug, Clone, Default)]
+pub struct FrameExtremes {
+    /// Index of the frame.
+    pub frame: usize,
+    /// Vertices of the hull of all polyhedral parts.
+    pub points: Vec<Vec3>,
+    /// Centres and radii.
+    pub balls: Vec<(Vec3, f64)>,
+    /// Circles: centre and two orthogonal radii.
+    pub circles: Vec<(Vec3, Vec3, Vec3)>,
+    /// A finite set that stands for all of them: exact for polyhedra, samples of balls and rims.
+    pub samples: Vec<Vec3>,
+}
+
+impl Extremes {
+    /// Collects the extreme points of all moving geometry.
+    pub fn new(scene: &Scene) -> Self {
+        let mut frames = Vec::new();
+        for frame in 1..scene.frames.len() {
+            let mut extremes = FrameExtremes { frame, ..Default::default() };
+            for part in scene.bodies.iter().filter(|body| body.frame == frame).flat_map(|body| &body.parts) {
+                extremes.add(part);
+            }
+            if let Some(hull) = convex_hull(&extremes.points) {
+                extremes.points = hull.vertices;
+            }
+            extremes.samples = extremes.sample_points();
+            if !extremes.samples.is_empty() {
+                frames.push(extremes);
+            }
+        }
+        Self { frames }
+    }
+
+    /// Largest displacement [m] of any moving point between two sets of frame poses.
+    pub fn max_displacement(&self, from: &[Pose], to: &[Pose]) -> f64 {
+        self.frames.iter().map(|f| f.max_displacement(&from[f.frame], &to[f.frame])).fold(0.0, f64::max)
+    }
+}
+
+impl FrameExtremes {
+    fn add(&mut self, part: &Part) {
+        let pose = &part.pose_frame_part;
+        let z = |length: f64| pose.point(&Vec3::new(0.0, 0.0, length));
+        match &part.geometry {
+            Geometry::Sphere { radius } => self.balls.push((pose.translation, *radius)),
+            Geometry::Capsule { radius, half_length } => {
+                self.balls.push((z(-half_length), *radius));
+                self.balls.push((z(*half_length), *radius));
+            }
+            Geometry::Cylinder { radius, half_length } => {
+                let (x, y) = (pose.vector(&Vec3::x()) * *radius, pose.vector(&Vec3::y()) * *radius);
+                self.circles.push((z(-half_length), x, y));
+                self.circles.push((z(*half_length), x, y));
+            }
+            Geometry::Box { half_extents } => {
+                for corner in 0..8 {
+                    let sign = |bit: usize| if corner >> bit & 1 == 1 { 1.0 } else { -1.0 };
+                    self.points.push(pose.point(&half_extents.component_mul(&Vec3::new(sign(0), sign(1), sign(2)))));
+                }
+            }
+            Geometry::Mesh(mesh) | Geometry::ConvexHull(mesh) => {
+                self.points.extend(mesh.vertices.iter().map(|x| pose.point(x)));
+            }
+        }
+    }
+
+    fn sample_points(&self) -> Vec<Vec3> {
+        let mut points = self.points.clone();
+        for (centre, radius) in &self.balls {
+            points.push(*centre);
+            for axis in [Vec3::x(), Vec3::y(), Vec3::z()] {
+                points.extend([centre + axis * *radius, centre - axis * *radius]);
+            }
+        }
+        for (centre, x, y) in &self.circles {
+            points.extend((0..12).map(|k| circle_point(centre, x, y, TAU * k as f64 / 12.0)));
+        }
+        points
+    }
+
+    fn max_displacement(&self, from: &Pose, to: &Pose) -> f64 {
+        let turn = to.rotation - from.rotation;
+        let shift = to.translation - from.translation;
+        let move_of = |p: &Vec3| turn * p + shift;
+        let mut worst = self.points.iter().map(|p| move_of(p).norm_squared()).fold(0.0, f64::max);
+        for (centre, radius) in &self.balls {
+            worst = worst.max(ball_displacement_squared(&turn, &move_of(centre), *radius));
+        }
+        for (centre, x, y) in &self.circles {
+            worst = worst.max(circle_displacement_squared(&move_of(centre), &(turn * x), &(turn * y)));
+        }
+        worst.sqrt()
+    }
+}
+
+fn circle_point(centre: &Vec3, x: &Vec3, y: &Vec3, angle: f64) -> Vec3 {
+    centre + x * angle.cos() + y * angle.sin()
+}
+
+/// Largest `|move_centre + turn y|^2` over `|y| = radius`, where `turn` is a difference of two rotations.
+///
+/// Such a difference maps the ball to a disc of radius `sigma r` in the plane normal to the axis of the relative rotation,
+/// with `turn turn' = sigma^2 (1 - n n')`; so the answer is the axial part plus (the planar part + the disc's radius).
+fn ball_displacement_squared(turn: &Mat3, move_centre: &Vec3, radius: f64) -> f64 {
+    let sigma_squared = 0.5 * turn.norm_squared();
+    if sigma_squared < 1e-30 {
+        return move_centre.norm_squared();
+    }
+    let planar_squared = (turn.tr_mul(move_centre)).norm_squared() / sigma_squared;
+    let axial_squared = (move_centre.norm_squared() - planar_squared).max(0.0);
+    axial_squared + (planar_squared.sqrt() + radius * sigma_squared.sqrt()).powi(2)
+}
+
+/// Largest `|c + x cos t + y sin t|^2`: the best of 16 angles, then Newton's method on the derivative.
+fn circle_displacement_squared(c: &Vec3, x: &Vec3, y: &Vec3) -> f64 {
+    let value = |t: f64| circle_point(c, x, y, t).norm_squared();
+    let mut best = (0.0, value(0.0));
+    for k in 1..16 {
+        let t = TAU * k as f64 / 16.0;
+        if value(t) > best.1 {
+            best = (t, value(t));
+        }
+    }
+    for _ in 0..8 {
+        let (sin, cos) = best.0.sin_cos();
+        let (point, first) = (c + x * cos + y * sin, y * cos - x * sin);
+        let slope = point.dot(&first);
+        let curvature = first.norm_squared() - point.dot(&(x * cos + y * sin));
+        if curvature >= 0.0 {
+            break;
+        }
+        let t = best.0 - slope / curvature;
+        let next = value(t);
+        if next <= best.1 {
+            break;
+        }
+        best = (t, next);
+    }
+    best.1
+}

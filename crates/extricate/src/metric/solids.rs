@@ -1,0 +1,94 @@
+//! Volume moments of what each frame carries, and the object norm's embedding made of them.
+
+use crate::math::{Mat3, Pose, Vec3};
+use crate::robot::moments::Moments;
+use crate::scene::{Part, Scene};
+
+/// Every moving frame that carries geometry.
+#[derive(Debug, Clone, Default)]
+pub struct Solids {
+    /// In the order of the scene's frames.
+    pub frames: Vec<FrameSolid>,
+}
+
+/// What one frame carries, as moments.
+#[derive(Debug, Clone)]
+pub struct FrameSolid {
+    /// Index of the frame.
+    pub frame: usize,
+    /// Its share of the moving volume (or area).
+    pub share: f64,
+    /// In frame coordinates [m].
+    pub centroid: Vec3,
+    /// `root root' = ` second moment about the centroid divided by the volume, in frame axes [m].
+    pub root: Mat3,
+    /// Inverse of the second moment [1/m^2]; `None` where the geometry is flat.
+    pub inverse_second: Option<Mat3>,
+}
+
+impl Solids {
+    /// Moments of all moving geometry: of volumes if every part has one, otherwise of surface areas throughout.
+    pub fn new(scene: &Scene) -> Self {
+        let moving = || scene.bodies.iter().filter(|body| body.frame != 0).flat_map(|body| &body.parts);
+        let solid = moving().all(|part| part.geometry.volume_moments().is_some());
+        let moments = |part: &Part| {
+            let local = match part.geometry.volume_moments() {
+                Some(volume) if solid => volume,
+                _ => part.geometry.area_moments(),
+            };
+            local.transformed(&part.pose_frame_part)
+        };
+        let mut frames: Vec<(usize, Moments)> = Vec::new();
+        for frame in 1..scene.frames.len() {
+            let parts = scene.bodies.iter().filter(|body| body.frame == frame).flat_map(|body| &body.parts);
+            let Some(sum) = Moments::combine(parts.map(moments)) else { continue };
+            if sum.measure > 0.0 {
+                frames.push((frame, sum));
+            }
+        }
+        let total: f64 = frames.iter().map(|(_, m)| m.measure).sum();
+        let frames = frames
+            .into_iter()
+            .map(|(frame, m)| {
+                let eigen = m.second_moment.symmetric_eigen();
+                let roots = eigen.eigenvalues.map(|x| x.max(0.0).sqrt());
+                let flat = roots.min() < 1e-9 * roots.max();
+                FrameSolid {
+                    frame,
+                    share: m.measure / total,
+                    centroid: m.centroid,
+                    root: eigen.eigenvectors * Mat3::from_diagonal(&roots),
+                    inverse_second: if flat { None } else { m.second_moment.try_inverse() },
+                }
+            })
+            .collect();
+        Self { frames }
+    }
+
+    /// `sqrt(share) [c, R root]` for each frame: 12 numbers, whose Euclidean distance is the object norm.
+    pub fn embed(&self, poses: &[Pose], out: &mut [f64]) {
+        for (solid, slot) in self.frames.iter().zip(out.chunks_exact_mut(12)) {
+            let pose = &poses[solid.frame];
+            let scale = solid.share.sqrt();
+            let centroid = pose.point(&solid.centroid) * scale;
+            let axes = pose.rotation * solid.root * scale;
+            slot[..3].copy_from_slice(centroid.as_slice());
+            slot[3..].copy_from_slice(axes.as_slice());
+        }
+    }
+}
+
+impl FrameSolid {
+    /// Factor `B` with `displacement of the point <= B * object norm`, for a point in frame coordinates.
+    ///
+    /// `B = sqrt(1 / share) sqrt(1 + (p - c)' S^-1 (p - c))`: the displacement field is affine, `u(p) = u(c) + A (p - c)`,
+    /// and `|A (p - c)| <= |A S^(1/2)| |S^(-1/2) (p - c)|`; Cauchy and Schwarz do the rest. Infinite where the geometry is
+    /// flat.
+    pub fn motion_factor(&self, point_frame: &Vec3) -> f64 {
+        let arm = point_frame - self.centroid;
+        match &self.inverse_second {
+            Some(inverse) => ((1.0 + arm.dot(&(inverse * arm)).max(0.0)) / self.share).sqrt(),
+            None => f64::INFINITY,
+        }
+    }
+}

@@ -1,0 +1,131 @@
+//! The model file: bytes to [`Model`] and back. No file access (see `store`).
+//!
+//! A safetensors container, so that NumPy reads the arrays: `boundary` (f64, samples x nq), `scene` and `classifier` (postcard,
+//! u8). Its one metadata entry, `extricate`, is JSON: format version, statistics, and the BLAKE3 hash of everything else.
+
+use std::collections::HashMap;
+use std::path::Path;
+use std::sync::Arc;
+
+use safetensors::tensor::{Dtype, SafeTensors, TensorView, serialize};
+use serde::{Deserialize, Serialize};
+
+use crate::error::{Error, Result};
+use crate::learning::classifier::Classifier;
+use crate::model::{Model, Statistics};
+use crate::scene::Scene;
+
+/// Version of the layout; a file of another version is refused.
+pub const FORMAT: u32 = 1;
+
+const KEY: &str = "extricate";
+
+#[derive(Serialize, Deserialize)]
+struct Header {
+    format: u32,
+    statistics: Statistics,
+    checksum: String,
+}
+
+/// The bytes of a model file. The same model gives the same bytes.
+pub fn encode(model: &Model) -> Vec<u8> {
+    let in_memory = "plain data serialises into memory";
+    let scene = postcard::to_stdvec(model.scene()).expect(in_memory);
+    let classifier = postcard::to_stdvec(&model.classifier()).expect(in_memory);
+    let boundary: Vec<u8> = model.boundary().configs().iter().flat_map(|x| x.to_le_bytes()).collect();
+    let statistics = model.statistics().clone();
+    let checksum = checksum(&statistics, &[&boundary, &classifier, &scene]);
+    let header = Header { format: FORMAT, statistics, checksum };
+    // One entry only: a map of several would be written in random order.
+    let metadata = HashMap::from([(KEY.to_string(), serde_json::to_string(&header).expect(in_memory))]);
+    let nq = model.scene().space.nq();
+    let view = |dtype, shape, data| TensorView::new(dtype, shape, data).expect("shape and length agree");
+    let tensors = [
+        ("boundary", view(Dtype::F64, vec![boundary.len() / 8 / nq, nq], &boundary)),
+        ("classifier", view(Dtype::U8, vec![classifier.len()], &classifier)),
+        ("scene", view(Dtype::U8, vec![scene.len()], &scene)),
+    ];
+    serialize(tensors, Some(metadata)).expect(in_memory)
+}
+
+/// Reads a model file's bytes; `path` is its name in messages.
+///
+/// # Errors
+/// [`Error::Model`]: foreign, truncated, altered, or of another version.
+pub fn decode(path: &Path, bytes: &[u8]) -> Result<Model> {
+    let fault = |problem: String| Error::Model { path: path.into(), problem };
+    let (_, metadata) = SafeTensors::read_metadata(bytes)
+        .map_err(|e| fault(format!("not an extricate model, or a truncated one ({e})")))?;
+    let header = metadata.metadata().as_ref().and_then(|m| m.get(KEY));
+    let header = header.ok_or_else(|| fault("a safetensors file, but not an extricate model".into()))?;
+    let format = serde_json::from_str::<serde_json::Value>(header).ok().and_then(|v| v.get("format")?.as_u64());
+    if format != Some(FORMAT.into()) {
+        let found = format.map_or("an unreadable version".into(), |f| format!("version {f}"));
+        return Err(fault(format!("its format is {found}, expected version {FORMAT}: learn it anew")));
+    }
+    let altered = |what: &str| fault(format!("altered or damaged: {what}"));
+    let header: Header = serde_json::from_str(header).map_err(|e| altered(&format!("unreadable header ({e})")))?;
+    let tensors = SafeTensors::deserialize(bytes).map_err(|e| fault(format!("truncated or damaged ({e})")))?;
+    let data = |name: &str| tensors.tensor(name).map_err(|_| altered(&format!("no tensor `{name}`")));
+    let (boundary, classifier, scene) = (data("boundary")?, data("classifier")?, data("scene")?);
+    if checksum(&header.statistics, &[boundary.data(), classifier.data(), scene.data()]) != header.checksum {
+        return Err(altered("the checksum does not match"));
+    }
+    let scene: Scene = postcard::from_bytes(scene.data()).map_err(|e| altered(&format!("scene ({e})")))?;
+    let classifier: Option<Classifier> =
+        postcard::from_bytes(classifier.data()).map_err(|e| altered(&format!("classifier ({e})")))?;
+    let configs: Vec<f64> =
+        boundary.data().chunks_exact(8).map(|b| f64::from_le_bytes(b.try_into().expect("eight bytes"))).collect();
+    if configs.is_empty() || boundary.shape().get(1) != Some(&scene.space.nq()) {
+        return Err(altered("boundary samples do not fit the scene"));
+    }
+    Ok(Model::from_parts(Arc::new(scene), configs, classifier, header.statistics))
+}
+
+fn checksum(statistics: &Statistics, parts: &[&[u8]]) -> String {
+    let mut hasher = blake3::Hasher::new();
+    let mut add = |bytes: &[u8]| {
+        hasher.update(&(bytes.len() as u64).to_le_bytes());
+        hasher.update(bytes);
+    };
+    add(&serde_json::to_vec(statistics).expect("plain data serialises into memory"));
+    parts.iter().for_each(|part| add(part));
+    hasher.finalize().to_hex().to_string()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::learning::LearnOptions;
+    use crate::scene::builtin;
+    use std::ops::ControlFlow;
+
+    fn small(threads: usize) -> Model {
+        let options = LearnOptions { labels: 20_000, seconds: None, seed: 3, threads };
+        Model::learn(builtin::scene("planar-arm").unwrap(), &options, &mut |_| ControlFlow::Continue(())).unwrap()
+    }
+
+    #[test]
+    fn bytes_survive_and_do_not_depend_on_threads() {
+        let bytes = encode(&small(1));
+        assert!(bytes == encode(&small(2)), "the bytes depend on the number of threads");
+        let back = decode(Path::new("m"), &bytes).unwrap();
+        assert!(encode(&back) == bytes);
+    }
+
+    #[test]
+    fn damaged_files_are_refused() {
+        let bytes = encode(&small(0));
+        let refused = |bytes: &[u8]| decode(Path::new("m.extricate"), bytes).err().map(|e| e.to_string());
+        for length in [0, 1, 7, 8, 100, bytes.len() / 2, bytes.len() - 1] {
+            let message = refused(&bytes[..length]).expect("a truncated file is refused");
+            assert!(message.contains("m.extricate"), "{message}");
+        }
+        for at in (0..bytes.len()).step_by(bytes.len() / 300) {
+            let mut altered = bytes.clone();
+            altered[at] ^= 0x10;
+            assert!(refused(&altered).is_some(), "byte {at} altered without notice");
+        }
+        assert!(refused(b"solid cube").unwrap().contains("not an extricate model"));
+    }
+}

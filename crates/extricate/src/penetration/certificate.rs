@@ -1,0 +1,160 @@
+//! The proved lower bound on the penetration depth.
+//!
+//! A ball inside a link whose centre lies deep in a solid must travel at least `depth + radius + clearance` before the pair
+//! is clear; the motion bound turns that length into a distance between configurations.
+
+use crate::collision::Checker;
+use crate::math::{Pose, Vec3};
+use crate::metric::Metric;
+use crate::metric::motion_bound::{BoundedPoint, MotionScratch};
+
+/// Balls inside every body of a scene, computed once.
+pub struct InteriorBalls {
+    bodies: Vec<Vec<Ball>>,
+}
+
+/// A ball inside a body.
+#[derive(Debug, Clone, Copy)]
+struct Ball {
+    /// Frame coordinates [m].
+    centre: Vec3,
+    /// [m]; 0 for a point of the surface.
+    radius: f64,
+}
+
+/// Grid cells along the longest side of a body's box, when balls are looked for.
+const GRID: usize = 10;
+/// Most balls a body, largest first, each with its centre outside the others.
+const BALLS: usize = 24;
+/// Surface points a body, spread out.
+const SURFACE_POINTS: usize = 24;
+
+impl InteriorBalls {
+    /// Looks for balls in every body of the checker's scene, on a grid and on the surface.
+    pub fn new(checker: &Checker) -> Self {
+        let bodies = (0..checker.scene().bodies.len()).map(|body| balls(checker, body)).collect();
+        Self { bodies }
+    }
+}
+
+fn balls(checker: &Checker, body: usize) -> Vec<Ball> {
+    let mut vertices = Vec::new();
+    for part in &checker.scene().bodies[body].parts {
+        let mesh = part.geometry.tessellate(8);
+        vertices.extend(mesh.vertices.iter().map(|v| part.pose_frame_part.point(v)));
+    }
+    let low = vertices.iter().fold(Vec3::repeat(f64::INFINITY), |a, b| a.inf(b));
+    let high = vertices.iter().fold(Vec3::repeat(f64::NEG_INFINITY), |a, b| a.sup(b));
+    let cell = (high - low).max() / GRID as f64;
+    let mut inside: Vec<Ball> = Vec::new();
+    let count = |k: usize| (((high - low)[k] / cell).ceil() as usize).max(1);
+    for i in 0..count(0) {
+        for j in 0..count(1) {
+            for k in 0..count(2) {
+                let step =
+                    |n: usize, axis: usize| low[axis] + (n as f64 + 0.5) / count(axis) as f64 * (high - low)[axis];
+                let centre = Vec3::new(step(i, 0), step(j, 1), step(k, 2));
+                let radius = checker.solid_depth(body, &centre);
+                if radius > 0.0 {
+                    inside.push(Ball { centre, radius });
+                }
+            }
+        }
+    }
+    inside.sort_by(|a, b| b.radius.total_cmp(&a.radius));
+    let mut chosen: Vec<Ball> = Vec::new();
+    for ball in inside {
+        if chosen.len() < BALLS && chosen.iter().all(|c| (c.centre - ball.centre).norm() > 0.7 * c.radius) {
+            chosen.push(ball);
+        }
+    }
+    chosen.extend(spread(&vertices, SURFACE_POINTS).into_iter().map(|centre| Ball { centre, radius: 0.0 }));
+    chosen
+}
+
+/// Farthest-point sampling.
+fn spread(points: &[Vec3], count: usize) -> Vec<Vec3> {
+    let Some(first) = points.first() else { return Vec::new() };
+    let mut chosen = vec![*first];
+    let mut gap: Vec<f64> = points.iter().map(|p| (p - first).norm()).collect();
+    while chosen.len() < count {
+        let (at, distance) = gap.iter().enumerate().fold((0, 0.0), |a, (i, g)| if *g > a.1 { (i, *g) } else { a });
+        if distance <= 0.0 {
+            break;
+        }
+        chosen.push(points[at]);
+        gap.iter_mut().zip(points).for_each(|(g, p)| *g = g.min((p - points[at]).norm()));
+    }
+    chosen
+}
+
+/// A distance (metric units) below which no free configuration lies from the one with frame poses `poses`, at most `ceiling`.
+///
+/// # Guarantee
+/// Proved, for every pair in `colliding` on its own: for every configuration within the bound, some ball of one body still
+/// overlaps the solid of the other.
+pub fn lower_bound(
+    checker: &Checker,
+    metric: &Metric,
+    balls: &InteriorBalls,
+    poses: &[Pose],
+    colliding: &[usize],
+    ceiling: f64,
+    scratch: &mut MotionScratch,
+) -> f64 {
+    let mut bound = 0.0;
+    for &pair in colliding {
+        let pair = checker.scene().pairs[pair];
+        for (carrier, solid) in [(pair.first, pair.second), (pair.second, pair.first)] {
+            bound = raise(checker, metric, &balls.bodies[carrier], [carrier, solid], poses, bound, ceiling, scratch);
+        }
+    }
+    bound
+}
+
+/// Raises `bound` by the balls of one body in the solid of another.
+#[allow(clippy::too_many_arguments)]
+fn raise(
+    checker: &Checker,
+    metric: &Metric,
+    balls: &[Ball],
+    [carrier, solid]: [usize; 2],
+    poses: &[Pose],
+    mut bound: f64,
+    ceiling: f64,
+    scratch: &mut MotionScratch,
+) -> f64 {
+    let scene = checker.scene();
+    let (of, relative_to) = (scene.bodies[carrier].frame, scene.bodies[solid].frame);
+    for ball in balls {
+        let position = poses[of].point(&ball.centre);
+        let depth = checker.solid_depth(solid, &poses[relative_to].inverse_point(&position));
+        let needed = depth + ball.radius + scene.clearance;
+        if needed <= 0.0 {
+            continue;
+        }
+        let point = BoundedPoint { position, of, relative_to, inside_of: true, inside_relative_to: depth >= 0.0 };
+        bound = largest_distance(bound, ceiling, |d| metric.motion_bound(poses, &point, d, scratch) < needed);
+    }
+    bound
+}
+
+/// The largest distance in `[bound, ceiling]` for which `proved` holds (it holds below, then fails), or `bound`.
+fn largest_distance(bound: f64, ceiling: f64, mut proved: impl FnMut(f64) -> bool) -> f64 {
+    if ceiling <= bound || !proved(bound + 1e-6 * ceiling) {
+        return bound;
+    }
+    if proved(ceiling) {
+        return ceiling;
+    }
+    let (mut low, mut high) = (bound + 1e-6 * ceiling, ceiling);
+    for _ in 0..20 {
+        let middle = 0.5 * (low + high);
+        if proved(middle) {
+            low = middle;
+        } else {
+            high = middle;
+        }
+    }
+    low
+}

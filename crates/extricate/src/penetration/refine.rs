@@ -1,0 +1,250 @@
+//! Refinement: slide a configuration along the contact surface toward the query (sequential quadratic programming).
+
+use super::Ground;
+use super::qp::{Qp, QpOutcome};
+use crate::collision::{CheckScratch, Contact};
+use crate::cspace::{Label, Manifold};
+use crate::kinematics::{add_point_gradient, forward};
+use crate::math::Pose;
+use crate::metric::{Anchor, MetricScratch, quadratic::Quadratic};
+
+/// What refinement aims at beyond the clearance [m], so that a linearised step ends on the free side.
+///
+/// The depth it costs is this times the slope of depth over clearance, 1e-6 rad for a lever of one metre.
+const SLACK: f64 = 1e-6;
+
+/// How far a refinement goes.
+#[derive(Debug, Clone, Copy)]
+pub struct RefineOptions {
+    /// Most iterations; each evaluates the near contacts once.
+    pub iterations: usize,
+    /// Pairs nearer than this are constraints [m].
+    pub margin: f64,
+    /// Ends when a step would change the depth by less than this share of it.
+    pub tolerance: f64,
+}
+
+/// Memory that refinement reuses.
+#[derive(Default)]
+pub struct RefineScratch {
+    /// For the exact checker.
+    pub check: CheckScratch,
+    /// For distances.
+    pub metric: MetricScratch,
+    /// Exact checks and contact evaluations so far.
+    pub checks: usize,
+    poses: Vec<Pose>,
+    contacts: Vec<Contact>,
+    quadratic: Quadratic,
+    qp: Qp,
+    trial: Vec<f64>,
+    step: Vec<f64>,
+    x: Vec<f64>,
+    low: Vec<f64>,
+    high: Vec<f64>,
+}
+
+impl RefineScratch {
+    /// An exact check, counted.
+    pub fn label(&mut self, ground: &Ground, q: &[f64]) -> Label {
+        self.checks += 1;
+        ground.checker.label(q, &mut self.check)
+    }
+
+    /// Pairs nearer than `margin` [m] at `q`, ascending.
+    pub fn touching(&mut self, ground: &Ground, q: &[f64], margin: f64) -> Vec<usize> {
+        self.contacts_at(ground, q, margin);
+        let mut pairs: Vec<usize> = self.contacts.iter().map(|c| c.pair).collect();
+        pairs.sort_unstable();
+        pairs.dedup();
+        pairs
+    }
+
+    /// Distance from the anchor, in metric units.
+    pub fn distance(&mut self, ground: &Ground, anchor: &Anchor, q: &[f64]) -> f64 {
+        ground.metric.distance_from(anchor, q, &mut self.metric)
+    }
+}
+
+/// Pulls `free` along the geodesic toward the anchor: the free point nearest the anchor among `scan` equally spaced ones, then
+/// `halvings` bisections toward its colliding neighbour. The result, in `free`, is labelled free.
+pub fn pull(ground: &Ground, anchor: &Anchor, free: &mut [f64], scan: u32, halvings: u32, scratch: &mut RefineScratch) {
+    let space = &ground.checker.scene().space;
+    let mut middle = std::mem::take(&mut scratch.trial);
+    middle.resize(space.nq(), 0.0);
+    let (mut colliding, mut clear) = (0.0, 1.0);
+    for k in 1..scan {
+        let t = f64::from(k) / f64::from(scan);
+        space.interpolate(&anchor.q, free, t, &mut middle);
+        if scratch.label(ground, &middle) == Label::Free {
+            clear = t;
+            break;
+        }
+        colliding = t;
+    }
+    for _ in 0..halvings {
+        let t = 0.5 * (colliding + clear);
+        space.interpolate(&anchor.q, free, t, &mut middle);
+        match scratch.label(ground, &middle) {
+            Label::Free => clear = t,
+            Label::Colliding => colliding = t,
+        }
+    }
+    if clear < 1.0 {
+        space.interpolate(&anchor.q, free, clear, &mut middle);
+        free.copy_from_slice(&middle);
+    }
+    scratch.trial = middle;
+}
+
+/// Minimises the distance to the anchor from `start`, subject to clearance and limits. `start` may collide.
+///
+/// Each iteration linearises the signed distances of the near contacts, solves a quadratic program in a trust region and
+/// accepts the step if a merit function (half the squared distance plus a penalty on the worst violation) falls.
+///
+/// # Guarantee
+/// `Some(depth)` with a configuration in `best` whose contacts all kept the clearance; the caller verifies it with the
+/// exact checker. `None` where no such configuration was met.
+pub fn slide(
+    ground: &Ground,
+    anchor: &Anchor,
+    start: &[f64],
+    options: &RefineOptions,
+    best: &mut Vec<f64>,
+    scratch: &mut RefineScratch,
+) -> Option<f64> {
+    let scene = ground.checker.scene();
+    let mut x = std::mem::take(&mut scratch.x);
+    let mut trial = std::mem::take(&mut scratch.trial);
+    x.clear();
+    x.extend_from_slice(start);
+    trial.clear();
+    trial.extend_from_slice(start);
+    let mut distance = scratch.distance(ground, anchor, &x);
+    let mut violation = scratch.contacts_at(ground, &x, options.margin);
+    let mut found = None;
+    if violation <= 0.0 {
+        best.clear();
+        best.extend_from_slice(&x);
+        found = Some(distance);
+    }
+    let mut radius = (0.5 * distance).max(1e-3 * ground.scale);
+    let mut penalty = 0.0_f64;
+    for _ in 0..options.iterations {
+        forward(scene, &x, &mut scratch.poses);
+        ground.metric.quadratic_model(anchor, &x, &scratch.poses, &mut scratch.quadratic);
+        scratch.build_program(ground, &x, radius);
+        let rows = scratch.contacts.len();
+        let outcome = scratch.qp.solve(&scratch.quadratic.hessian, &scratch.quadratic.gradient);
+        if outcome == QpOutcome::Solved {
+            penalty = penalty.max(2.0 * scratch.qp.multiplier_sum(rows));
+        } else {
+            penalty = penalty.max(4.0 * distance * distance / ground.clearance.max(1e-3));
+        }
+        scratch.clip_step();
+        let length = scratch.step_length();
+        if length <= options.tolerance * distance.max(1e-6 * ground.scale) && violation <= 0.0 {
+            break;
+        }
+        scene.space.integrate(&x, &scratch.step, &mut trial);
+        let trial_distance = scratch.distance(ground, anchor, &trial);
+        let kept = std::mem::take(&mut scratch.contacts);
+        let trial_violation = scratch.contacts_at(ground, &trial, options.margin);
+        if trial_violation <= 0.0 && found.is_none_or(|depth| trial_distance < depth) {
+            best.clear();
+            best.extend_from_slice(&trial);
+            found = Some(trial_distance);
+        }
+        let merit = |d: f64, v: f64| 0.5 * d * d + penalty * v.max(0.0);
+        let gain = merit(distance, violation) - merit(trial_distance, trial_violation);
+        if gain > 0.0 {
+            std::mem::swap(&mut x, &mut trial);
+            let relative = (distance - trial_distance).abs() / distance.max(1e-300);
+            let done = relative < options.tolerance && violation <= 0.0 && trial_violation <= 0.0;
+            distance = trial_distance;
+            violation = trial_violation;
+            if length > 0.9 * radius {
+                radius *= 2.0;
+            }
+            if done {
+                break;
+            }
+        } else {
+            scratch.contacts = kept;
+            radius = 0.35 * length.min(radius);
+            if radius < options.tolerance * distance {
+                break;
+            }
+        }
+    }
+    scratch.x = x;
+    scratch.trial = trial;
+    found
+}
+
+impl RefineScratch {
+    /// Gathers the contacts at `q`; returns by how much [m] the worst misses the clearance (negative: by how much it keeps it).
+    fn contacts_at(&mut self, ground: &Ground, q: &[f64], margin: f64) -> f64 {
+        self.checks += 1;
+        self.contacts.clear();
+        ground.checker.contacts(q, margin, &mut self.check, &mut self.contacts);
+        let least = self.contacts.iter().map(|c| c.distance).fold(margin, f64::min);
+        ground.clearance - least
+    }
+
+    /// Rows: one a contact, then the box of limits and trust region, two a tangent coordinate.
+    fn build_program(&mut self, ground: &Ground, x: &[f64], radius: f64) {
+        let scene = ground.checker.scene();
+        let nv = scene.space.nv();
+        self.low.clear();
+        self.high.clear();
+        for k in 0..nv {
+            let reach = radius / self.quadratic.hessian[k * nv + k].sqrt();
+            self.low.push(-reach);
+            self.high.push(reach);
+        }
+        for factor in scene.space.factors() {
+            if let Manifold::Interval { lower, upper } = factor.manifold {
+                self.low[factor.v] = self.low[factor.v].max(lower - x[factor.q]).min(0.0);
+                self.high[factor.v] = self.high[factor.v].min(upper - x[factor.q]).max(0.0);
+            }
+        }
+        self.qp.reset(nv);
+        for contact in &self.contacts {
+            let pair = &scene.pairs[contact.pair];
+            let (first, second) = (scene.bodies[pair.first].frame, scene.bodies[pair.second].frame);
+            let row = self.qp.push(0.0);
+            add_point_gradient(scene, &self.poses, first, &contact.point_first, &contact.normal, 1.0, row);
+            add_point_gradient(scene, &self.poses, second, &contact.point_second, &contact.normal, -1.0, row);
+            // Ask no more than the box can give, or the program has no solution.
+            let reach: f64 =
+                row.iter().enumerate().map(|(k, a)| f64::max(a * self.low[k], a * self.high[k])).sum::<f64>();
+            let wanted = ground.clearance + SLACK - contact.distance;
+            *self.qp.last_bound() = wanted.min(0.8 * reach);
+        }
+        for k in 0..nv {
+            self.qp.push(self.low[k])[k] = 1.0;
+            self.qp.push(-self.high[k])[k] = -1.0;
+        }
+    }
+
+    fn clip_step(&mut self) {
+        self.step.clear();
+        self.step.extend_from_slice(&self.qp.step);
+        for (k, s) in self.step.iter_mut().enumerate() {
+            *s = s.clamp(self.low[k], self.high[k]);
+        }
+    }
+
+    /// Length of the step in metric units.
+    fn step_length(&self) -> f64 {
+        let nv = self.step.len();
+        let mut sum = 0.0;
+        for i in 0..nv {
+            for j in 0..nv {
+                sum += self.step[i] * self.quadratic.hessian[i * nv + j] * self.step[j];
+            }
+        }
+        sum.max(0.0).sqrt()
+    }
+}
