@@ -1,0 +1,54 @@
+//! Scenes from files in memory.
+
+use std::io::{Error as IoError, ErrorKind};
+use std::ops::ControlFlow;
+use std::path::Path;
+
+use extricate::scene::assemble::assemble;
+use extricate::{Error, LearnOptions, Model, Scene};
+
+/// Assembles `scene.toml` among `files` (path relative to the scene, contents).
+pub fn scene(toml: &str, files: &[(&str, String)]) -> Scene {
+    let mut read = |path: &Path| {
+        let found = files.iter().find(|(name, _)| Path::new(name) == path);
+        found.map(|(_, text)| text.clone().into_bytes()).ok_or_else(|| Error::Read {
+            path: path.into(),
+            source: IoError::new(ErrorKind::NotFound, "no such file in memory"),
+        })
+    };
+    assemble(Path::new("scene.toml"), toml, &mut read).unwrap()
+}
+
+/// Learns with a number of labels and nothing else to end it.
+pub fn learn(scene: Scene, labels: usize, seed: u64) -> Model {
+    let options = LearnOptions { labels, seconds: None, seed, threads: 0 };
+    Model::learn(scene, &options, &mut |_| ControlFlow::Continue(())).unwrap()
+}
+
+/// A robot of links that one joint each moves, in a chain from `base`: `(joint type, xyz, axis, lower, upper, collision XML)`.
+pub fn chain(joints: &[(&str, [f64; 3], [f64; 3], f64, f64, &str)]) -> String {
+    let mut urdf = String::from("<robot name=\"r\"><link name=\"base\"/>");
+    let mut parent = "base".to_string();
+    for (i, (kind, xyz, axis, lower, upper, collision)) in joints.iter().enumerate() {
+        let child = format!("link{}", i + 1);
+        let triple = |v: &[f64; 3]| format!("{} {} {}", v[0], v[1], v[2]);
+        urdf += &format!(
+            "<link name=\"{child}\">{collision}</link><joint name=\"joint{}\" type=\"{kind}\"><parent link=\"{parent}\"/>\
+             <child link=\"{child}\"/><origin xyz=\"{}\"/><axis xyz=\"{}\"/>\
+             <limit lower=\"{lower}\" upper=\"{upper}\" effort=\"1\" velocity=\"1\"/></joint>",
+            i + 1,
+            triple(xyz),
+            triple(axis)
+        );
+        parent = child;
+    }
+    urdf + "</robot>"
+}
+
+/// A `<collision>` element.
+pub fn collision(xyz: [f64; 3], rpy: [f64; 3], shape: &str) -> String {
+    format!(
+        "<collision><origin xyz=\"{} {} {}\" rpy=\"{} {} {}\"/><geometry>{shape}</geometry></collision>",
+        xyz[0], xyz[1], xyz[2], rpy[0], rpy[1], rpy[2]
+    )
+}
