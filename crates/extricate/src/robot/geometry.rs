@@ -5,6 +5,7 @@ use std::sync::Arc;
 use serde::{Deserialize, Serialize};
 
 use super::TriangleMesh;
+pub use super::moments::Moments;
 use crate::math::Vec3;
 
 /// A shape in its own frame, centred as URDF does it: cylinders and capsules along z, origin at the middle.

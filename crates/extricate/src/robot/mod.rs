@@ -1,14 +1,24 @@
 //! A robot as its files describe it: links, joints and collision geometry. No configuration, no world, no checks.
 
+mod collada;
 pub mod convex_hull;
 pub mod geometry;
 pub mod mesh;
 pub mod mesh_file;
+pub mod moments;
+mod obj;
 pub mod srdf;
+mod stl;
+mod tessellation;
+mod topology;
+mod tree;
 pub mod urdf;
+mod weld;
+mod xml;
 
 pub use geometry::Geometry;
 pub use mesh::TriangleMesh;
+pub use moments::Moments;
 
 use crate::math::{Pose, Vec3};
 

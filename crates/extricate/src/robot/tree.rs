@@ -1,0 +1,110 @@
+//! What makes links and joints a robot: one tree of links, and mimic joints that follow independent ones.
+
+use std::collections::HashMap;
+
+use super::{Joint, JointKind, Link, Mimic};
+use crate::error::{Error, Result};
+
+/// A mimic element before names are resolved: joint index, name of the joint followed, multiplier, offset.
+pub(super) struct NamedMimic {
+    pub joint: usize,
+    pub followed: String,
+    pub multiplier: f64,
+    pub offset: f64,
+}
+
+/// Index of the root link.
+///
+/// # Errors
+/// A link with two parents, no link at all, several roots, a cycle.
+pub(super) fn root(file: &str, links: &[Link], joints: &[Joint]) -> Result<usize> {
+    let mut parent_joint: Vec<Option<usize>> = vec![None; links.len()];
+    for (index, joint) in joints.iter().enumerate() {
+        if let Some(other) = parent_joint[joint.child].replace(index) {
+            let problem = format!(
+                "got two parent joints, \"{}\" and \"{}\", expected at most one: a tree",
+                joints[other].name, joint.name
+            );
+            return Err(Error::input(file, format!("link \"{}\"", links[joint.child].name), problem));
+        }
+    }
+    let roots: Vec<usize> = (0..links.len()).filter(|&link| parent_joint[link].is_none()).collect();
+    let names = |links_found: &mut dyn Iterator<Item = usize>| {
+        links_found.map(|link| format!("\"{}\"", links[link].name)).collect::<Vec<_>>().join(", ")
+    };
+    let root = match roots[..] {
+        [root] => root,
+        [] if links.is_empty() => return Err(Error::input(file, "robot", "got no links, expected at least one")),
+        [] => return Err(Error::input(file, "robot", "got a cycle through all links, expected a tree with one root")),
+        _ => {
+            let problem =
+                format!("got {} root links ({}), expected one", roots.len(), names(&mut roots.iter().copied()));
+            return Err(Error::input(file, "robot", problem));
+        }
+    };
+    // With one parent each, a link that climbs further than there are links is on a cycle, or below one.
+    let reaches_root = |mut link: usize| {
+        for _ in 0..=links.len() {
+            match parent_joint[link] {
+                None => return true,
+                Some(joint) => link = joints[joint].parent,
+            }
+        }
+        false
+    };
+    let lost = names(&mut (0..links.len()).filter(|&link| !reaches_root(link)));
+    if !lost.is_empty() {
+        let problem = format!("got a cycle of joints ({lost}), expected every link below \"{}\"", links[root].name);
+        return Err(Error::input(file, "robot", problem));
+    }
+    Ok(root)
+}
+
+/// Lets every mimic joint follow an independent one, chains composed, in `joints`.
+///
+/// # Errors
+/// An unknown joint, a cycle, and a follower or leader that has not exactly one coordinate.
+pub(super) fn resolve_mimics(file: &str, mimics: &[NamedMimic], joints: &mut [Joint]) -> Result<()> {
+    let index_of: HashMap<&str, usize> = joints.iter().enumerate().map(|(k, joint)| (joint.name.as_str(), k)).collect();
+    let mut direct: HashMap<usize, Mimic> = HashMap::new();
+    for mimic in mimics {
+        let element = format!("joint \"{}\"", joints[mimic.joint].name);
+        let Some(&followed) = index_of.get(mimic.followed.as_str()) else {
+            let problem = format!("got mimic joint=\"{}\", expected a joint of this robot", mimic.followed);
+            return Err(Error::input(file, element, problem));
+        };
+        for (role, joint) in [("mimic on", mimic.joint), ("mimic of", followed)] {
+            let kind = joints[joint].kind;
+            if !matches!(kind, JointKind::Revolute | JointKind::Continuous | JointKind::Prismatic) {
+                let name = &joints[joint].name;
+                let problem =
+                    format!("got {role} the {kind:?} joint \"{name}\", expected one with a single coordinate");
+                return Err(Error::input(file, element, problem));
+            }
+        }
+        direct.insert(mimic.joint, Mimic { joint: followed, multiplier: mimic.multiplier, offset: mimic.offset });
+    }
+    let mut resolved = Vec::with_capacity(mimics.len());
+    for mimic in mimics {
+        let mut total = direct[&mimic.joint];
+        let mut steps = 0;
+        while let Some(next) = direct.get(&total.joint) {
+            steps += 1;
+            if steps > direct.len() {
+                let problem =
+                    format!("got mimic joint=\"{}\" in a cycle, expected an independent joint", mimic.followed);
+                return Err(Error::input(file, format!("joint \"{}\"", joints[mimic.joint].name), problem));
+            }
+            total = Mimic {
+                joint: next.joint,
+                multiplier: total.multiplier * next.multiplier,
+                offset: total.multiplier * next.offset + total.offset,
+            };
+        }
+        resolved.push((mimic.joint, total));
+    }
+    for (joint, mimic) in resolved {
+        joints[joint].mimic = Some(mimic);
+    }
+    Ok(())
+}

@@ -1,0 +1,169 @@
+//! Robots written here, good and broken.
+
+use super::*;
+
+const LINKS: &str = "<link name='a'/><link name='b'/><link name='c'/>";
+
+fn joint(name: &str, kind: &str, parent: &str, child: &str, more: &str) -> String {
+    format!("<joint name='{name}' type='{kind}'><parent link='{parent}'/><child link='{child}'/>{more}</joint>")
+}
+
+fn robot(content: &str) -> Result<Robot> {
+    parse("r.urdf", &format!("<robot name='r'>{content}</robot>"), &mut tetrahedron, &mut vec![])
+}
+
+fn tetrahedron(name: &str) -> Result<Arc<TriangleMesh>> {
+    if name != "t.stl" {
+        return Err(Error::input(name, "file", "missing"));
+    }
+    let corners = [Vec3::zeros(), Vec3::x(), Vec3::y(), Vec3::z()].to_vec();
+    Ok(Arc::new(TriangleMesh::new(corners, vec![[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]])))
+}
+
+#[track_caller]
+fn assert_error(content: &str, expected: &str) {
+    let message = robot(content).unwrap_err().to_string();
+    assert!(message.contains(expected), "{message}");
+    assert!(message.starts_with("r.urdf: "), "{message}");
+}
+
+#[test]
+fn every_joint_type_is_read() {
+    let links: String = (0..8).map(|k| format!("<link name='{k}'/>")).collect();
+    let limit = "<limit effort='1' lower='-1' upper='2'/><safety_controller soft_lower_limit='0' k_velocity='1'/>";
+    let kinds = ["fixed", "revolute", "continuous", "prismatic", "planar", "spherical", "floating"];
+    let joints: String = kinds
+        .iter()
+        .enumerate()
+        .map(|(k, kind)| joint(kind, kind, "0", &(k + 1).to_string(), &format!("<axis xyz='0 0 2'/>{limit}")))
+        .collect();
+    let robot = robot(&(links + &joints)).unwrap();
+    let limits: Vec<bool> = robot.joints.iter().map(|joint| joint.limits == Some((-1.0, 2.0))).collect();
+    assert_eq!(limits, [false, true, false, true, true, false, true]);
+    assert!(robot.joints.iter().all(|joint| joint.axis == Vec3::z() && joint.parent == 0));
+    assert_eq!(robot.joints[5].kind, JointKind::Spherical);
+    assert_eq!((robot.root, robot.name.as_str()), (0, "r"));
+}
+
+#[test]
+fn every_geometry_is_read() {
+    let collision = |origin: &str, shape: &str| format!("<collision>{origin}<geometry>{shape}</geometry></collision>");
+    let origin = "<origin xyz='1 2 3' rpy='0 0 1.5707963267948966'/>";
+    let content = [
+        "<visual><geometry><mesh filename='none'/></geometry><material name='m'><texture/></material></visual>".into(),
+        collision(origin, "<box size='2 4 6'/>"),
+        collision("<origin quat_xyzw='0 0 2 2'/>", "<sphere radius='.5'/>"),
+        collision("", "<cylinder radius='1' length='3'/>"),
+        collision("", "<capsule radius='1' length='3'/>"),
+        collision("", "<mesh filename='t.stl' scale='-1 2 1e0'/>"),
+        collision("", "<mesh filename='t.stl' scale='-1 2 1'/>"),
+        "<collision/>".into(),
+    ];
+    let mut warnings = vec![];
+    let text =
+        format!("<robot name='r'><link name='a'>{}</link><material><texture/></material></robot>", content.concat());
+    let robot = parse("r.urdf", &text, &mut tetrahedron, &mut warnings).unwrap();
+    let parts = &robot.links[0].collision;
+    assert_eq!(warnings, ["r.urdf: link \"a\": a <collision> without geometry is ignored"]);
+    assert!((parts[0].pose_link_geometry.point(&Vec3::x()) - Vec3::new(1., 3., 3.)).norm() < 1e-15);
+    assert!((parts[1].pose_link_geometry.point(&Vec3::x()) - Vec3::y()).norm() < 1e-15);
+    assert!(matches!(parts[0].geometry, Geometry::Box { half_extents } if half_extents == Vec3::new(1., 2., 3.)));
+    assert!(matches!(parts[1].geometry, Geometry::Sphere { radius: 0.5 }));
+    assert!(matches!(parts[2].geometry, Geometry::Cylinder { radius: 1.0, half_length: 1.5 }));
+    assert!(matches!(parts[3].geometry, Geometry::Capsule { radius: 1.0, half_length: 1.5 }));
+    let (Geometry::Mesh(first), Geometry::Mesh(second)) = (&parts[4].geometry, &parts[5].geometry) else { panic!() };
+    assert!(Arc::ptr_eq(first, second));
+    let moments = parts[4].geometry.volume_moments().unwrap();
+    assert!((moments.measure - 1.0 / 3.0).abs() < 1e-15);
+    assert!((moments.centroid - Vec3::new(-0.25, 0.5, 0.25)).norm() < 1e-15);
+}
+
+#[test]
+fn shapes_that_make_no_sense_are_named() {
+    for (shape, expected) in [
+        ("<box size='1 -1 1'/>", "link \"a\": got size=\"1 -1 1\", expected positive sizes"),
+        ("<box size='1 1'/>", "got size=\"1 1\", expected 3 finite numbers"),
+        ("<sphere radius='0'/>", "got radius=\"0\", expected a positive size"),
+        ("<sphere radius='NaN'/>", "got radius=\"NaN\", expected a finite number"),
+        ("<sphere radius='${r}'/>", "xacro"),
+        ("<cylinder radius='1'/>", "got <cylinder> without the attribute `length`"),
+        ("<mesh filename='t.stl' scale='1 0 1'/>", "expected factors that are not zero"),
+        ("<mesh/>", "without the attribute `filename`"),
+        ("<cone/>", "got geometry <cone>, expected box, sphere"),
+    ] {
+        assert_error(&format!("<link name='a'><collision><geometry>{shape}</geometry></collision></link>"), expected);
+    }
+    let missing = "<link name='a'><collision><geometry><mesh filename='x'/></geometry></collision></link>";
+    assert_eq!(robot(missing).unwrap_err().to_string(), "x: file: missing");
+}
+
+#[test]
+fn what_is_not_one_tree_is_named() {
+    let with = |joints: &[String]| LINKS.to_owned() + &joints.concat();
+    let fixed = |name, parent, child| joint(name, "fixed", parent, child, "");
+    assert_error("", "robot: got no links");
+    assert_error(LINKS, "robot: got 3 root links (\"a\", \"b\", \"c\"), expected one");
+    assert_error(
+        &with(&[fixed("j", "a", "b"), fixed("k", "c", "b")]),
+        "link \"b\": got two parent joints, \"j\" and \"k\"",
+    );
+    assert_error(&with(&[fixed("j", "a", "b"), fixed("k", "b", "c"), fixed("l", "c", "a")]), "got a cycle through all");
+    assert_error(&with(&[fixed("j", "b", "c"), fixed("k", "c", "b")]), "got a cycle of joints (\"b\", \"c\")");
+    assert_error(&with(&[fixed("j", "a", "a")]), "got");
+    assert_error(&with(&[fixed("j", "a", "d")]), "joint \"j\": got child link=\"d\", expected a link of this robot");
+    assert_error(&with(&["<joint name='j' type='fixed'/>".into()]), "joint \"j\": got no <parent>");
+    assert_error(&with(&[fixed("j", "a", "b"), fixed("j", "b", "c")]), "joint \"j\": got a second joint of this name");
+    assert_error("<link name='a'/><link name='a'/>", "link \"a\": got a second link of this name");
+    assert_error("<link/>", "<link> in line 1: got <link> without the attribute `name`");
+}
+
+#[test]
+fn joints_that_make_no_sense_are_named() {
+    let error = |kind: &str, more: &str, expected: &str| {
+        assert_error(&format!("<link name='a'/><link name='b'/>{}", joint("j", kind, "a", "b", more)), expected);
+    };
+    error("hinge", "", "joint \"j\": got type=\"hinge\", expected fixed, revolute");
+    error("revolute", "", "joint \"j\": got no <limit>, expected one");
+    error("prismatic", "<limit lower='2' upper='1'/>", "got limits 2 to 1, expected lower <= upper");
+    error("revolute", "<limit lower='-inf' upper='1'/>", "got lower=\"-inf\", expected a finite number");
+    error("continuous", "<axis xyz='0 0 0'/>", "got axis xyz=\"0 0 0\", expected one that is not zero");
+    error("continuous", "<origin xyz='0 0 x'/>", "got xyz=\"0 0 x\"");
+    error("continuous", "<mimic joint='k'/>", "joint \"j\": got mimic joint=\"k\", expected a joint of this robot");
+    error("continuous", "<mimic joint='j'/>", "joint \"j\": got mimic joint=\"j\" in a cycle");
+    error("floating", "<mimic joint='j'/>", "got mimic on the Floating joint \"j\"");
+    let mut warnings = vec![];
+    let still = format!(
+        "<robot>{LINKS}{}{}</robot>",
+        joint("j", "revolute", "a", "b", "<limit/>"),
+        joint("k", "fixed", "b", "c", "")
+    );
+    let robot = parse("r.urdf", &still, &mut tetrahedron, &mut warnings).unwrap();
+    assert_eq!(robot.joints[0].limits, Some((0.0, 0.0)));
+    assert_eq!((robot.joints[0].axis, warnings.len()), (Vec3::x(), 1));
+}
+
+#[test]
+fn mimic_chains_end_at_an_independent_joint() {
+    let links: String = "abcd".chars().map(|c| format!("<link name='{c}'/>")).collect();
+    let leader = joint("l", "prismatic", "a", "b", "<limit lower='0' upper='1'/>");
+    let middle = joint("m", "revolute", "a", "c", "<mimic joint='l' multiplier='2' offset='3'/>");
+    let follower = joint("f", "revolute", "a", "d", "<mimic joint='m' multiplier='-5' offset='7'/>");
+    let found = robot(&format!("{links}{follower}{middle}{leader}")).unwrap();
+    let mimic = found.joints[0].mimic.unwrap();
+    assert_eq!((mimic.joint, mimic.multiplier, mimic.offset), (2, -10.0, -8.0));
+    assert!(found.joints[0].limits.is_none() && found.joints[2].mimic.is_none());
+    let ball = joint("l", "spherical", "a", "b", "");
+    assert_error(&format!("{links}{follower}{middle}{ball}"), "got mimic of the Spherical joint \"l\"");
+    let back = joint("l", "continuous", "a", "b", "<mimic joint='f'/>");
+    assert_error(&format!("{links}{follower}{middle}{back}"), "in a cycle");
+}
+
+#[test]
+fn macros_are_not_urdf() {
+    let parse = |text: &str| parse("r.xacro", text, &mut tetrahedron, &mut vec![]).unwrap_err().to_string();
+    assert!(parse("<robot><xacro:include filename='x'/></robot>").contains("line 1: got a xacro macro"));
+    let declared = "<robot xmlns:xacro='http://www.ros.org/wiki/xacro'>\n<xacro:include filename='x'/></robot>";
+    assert!(parse(declared).contains("line 2: got a xacro macro"));
+    assert!(parse("<mujoco/>").contains("root: got <mujoco>, expected <robot>"));
+    assert!(parse("<robot><link").contains("expected URDF"));
+}
