@@ -1,24 +1,76 @@
 //! The exact checker: which pairs of a scene keep the clearance at a configuration, and signed distances where they nearly
 //! do not. In f64 throughout.
+//!
+//! Convex shapes meet in `gjk` and `epa`; meshes are trees of triangles (`bvh`) that descend together, end in exact
+//! distances of triangles, and then ask whether one solid holds the other (`inside`).
 
+mod bodies;
+mod bounds;
+mod bvh;
+#[cfg(test)]
+mod checker_tests;
+mod contact;
 pub mod convex;
 pub mod epa;
 pub mod gjk;
+mod inside;
+mod mesh_convex;
+mod mesh_mesh;
+mod mesh_shape;
+mod orient;
+mod part_pair;
+mod shape;
+#[cfg(test)]
+mod test_mesh;
+mod triangle;
 
 use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
 
 use crate::cspace::Label;
 use crate::math::Vec3;
 use crate::scene::Scene;
 
+use bodies::{Bodies, Placement};
+use contact::ContactBuffers;
+use part_pair::{Buffers, Hint};
+
 /// The checked pairs of one scene, with all that makes checks fast. Immutable, shared between threads.
 pub struct Checker {
     scene: Arc<Scene>,
+    bodies: Bodies,
+    pairs: Vec<CheckedPair>,
+    hints: usize,
+    /// Tells whose hints a scratch holds.
+    id: u64,
+}
+
+struct CheckedPair {
+    first: usize,
+    second: usize,
+    /// Sum of the radii of the bodies' balls [m].
+    radii: f64,
+    /// Square of `radii` plus clearance [m^2]; balls whose centres are farther apart need no look.
+    reach_squared: f64,
+    /// Where the hints of its pairs of parts start.
+    hints: usize,
 }
 
 /// Memory that checks reuse; one per thread.
+///
+/// It remembers which pairs collided last and where, to try those first; no answer depends on it.
 #[derive(Default)]
-pub struct CheckScratch {}
+pub struct CheckScratch {
+    owner: u64,
+    placement: Placement,
+    /// All pairs, those that collided most recently first.
+    order: Vec<u32>,
+    /// One for every pair of parts.
+    hints: Vec<Hint>,
+    bounds: Vec<(f64, usize)>,
+    buffers: Buffers,
+    contact_buffers: ContactBuffers,
+}
 
 /// Two places of a checked pair that are near each other.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -39,7 +91,20 @@ pub struct Contact {
 impl Checker {
     /// Prepares every checked pair of `scene`.
     pub fn new(scene: Arc<Scene>) -> Self {
-        Self { scene }
+        static NEXT_ID: AtomicU64 = AtomicU64::new(1);
+        let bodies = Bodies::new(&scene);
+        let mut hints = 0;
+        let prepare = |pair: &crate::scene::BodyPair| {
+            let (a, b) = (&bodies.bodies[pair.first], &bodies.bodies[pair.second]);
+            let radii = a.ball.1 + b.ball.1;
+            let reach = radii + scene.clearance;
+            let reach_squared = if reach < 0.0 { -1.0 } else { reach * reach };
+            let start = hints;
+            hints += a.parts.len() * b.parts.len();
+            CheckedPair { first: pair.first, second: pair.second, radii, reach_squared, hints: start }
+        };
+        let pairs = scene.pairs.iter().map(prepare).collect();
+        Self { bodies, pairs, hints, id: NEXT_ID.fetch_add(1, Ordering::Relaxed), scene }
     }
 
     /// The scene.
@@ -53,33 +118,131 @@ impl Checker {
     }
 
     /// Whether every checked pair keeps the clearance at `q` (length `nq`, within limits).
+    ///
+    /// Closed components of meshes are solid, open ones are surfaces. With a clearance of 0, surfaces that cross collide and
+    /// surfaces that only touch do not.
     pub fn label(&self, q: &[f64], scratch: &mut CheckScratch) -> Label {
-        let _ = (q, scratch);
-        todo!()
+        self.place(q, scratch);
+        for at in 0..scratch.order.len() {
+            let pair = scratch.order[at] as usize;
+            if self.may_collide(pair, scratch) && self.pair_collides(pair, scratch) {
+                scratch.order[..=at].rotate_right(1);
+                return Label::Colliding;
+            }
+        }
+        Label::Free
     }
 
     /// Appends the indices of all checked pairs that are nearer than the clearance at `q`, ascending.
     pub fn colliding_pairs(&self, q: &[f64], scratch: &mut CheckScratch, pairs: &mut Vec<usize>) {
-        let _ = (q, scratch, pairs);
-        todo!()
+        self.place(q, scratch);
+        pairs.extend((0..self.pairs.len()).filter(|&p| self.may_collide(p, scratch) && self.pair_collides(p, scratch)));
     }
 
     /// Least signed distance [m] of any checked pair at `q`; infinite where no pair is checked.
+    ///
+    /// Exact where it is positive, and for convex shapes (minus the penetration depth). For overlapping meshes it is minus
+    /// an estimate of the overlap from below: the depth of the deepest vertex of one inside the other, or 0 if none is.
     pub fn clearance(&self, q: &[f64], scratch: &mut CheckScratch) -> f64 {
-        let _ = (q, scratch);
-        todo!()
+        self.place(q, scratch);
+        let centers = &scratch.placement.centers;
+        let bound =
+            |(index, p): (usize, &CheckedPair)| ((centers[p.first] - centers[p.second]).norm() - p.radii, index);
+        scratch.bounds.clear();
+        scratch.bounds.extend(self.pairs.iter().enumerate().map(bound));
+        scratch.bounds.sort_unstable_by(|a, b| a.0.total_cmp(&b.0));
+        let mut best = f64::INFINITY;
+        for at in 0..scratch.bounds.len() {
+            let (bound, pair) = scratch.bounds[at];
+            if bound >= best {
+                break;
+            }
+            for (first, second, _) in self.part_pairs(pair) {
+                let (a, b) = self.bodies.placed(&mut scratch.placement, first, second);
+                best = part_pair::signed_distance(a, b, best, &mut scratch.buffers).unwrap_or(best);
+            }
+        }
+        best
     }
 
     /// Appends the contacts of all checked pairs nearer than `margin` [m] at `q`.
+    ///
+    /// Two convex shapes give one contact, exact also where they overlap. Meshes give their nearest contact and up to eleven
+    /// more that differ from it in place or normal; where they overlap, distances and normals are heuristics for proposals.
     pub fn contacts(&self, q: &[f64], margin: f64, scratch: &mut CheckScratch, contacts: &mut Vec<Contact>) {
-        let _ = (q, margin, scratch, contacts);
-        todo!()
+        self.place(q, scratch);
+        for (index, pair) in self.pairs.iter().enumerate() {
+            let offset = scratch.placement.centers[pair.first] - scratch.placement.centers[pair.second];
+            if offset.norm() - pair.radii >= margin {
+                continue;
+            }
+            let start = contacts.len();
+            for (first, second, _) in self.part_pairs(index) {
+                let (a, b) = self.bodies.placed(&mut scratch.placement, first, second);
+                contact::gather(a, b, margin, index, start, &mut scratch.contact_buffers, contacts);
+            }
+        }
     }
 
     /// Signed depth [m] of a point (in the body's frame) in the solid of `body`: positive inside, minus the distance
     /// outside; for surfaces minus the distance.
+    ///
+    /// Exact for one shape and for points outside; where solids overlap, the depth in the deepest of them, which is not more
+    /// than that in their union. Minus infinity for a body without geometry.
     pub fn solid_depth(&self, body: usize, point_frame: &Vec3) -> f64 {
-        let _ = (body, point_frame);
-        todo!()
+        let mut stack = Vec::new();
+        let parts = &self.bodies.parts[self.bodies.bodies[body].parts.clone()];
+        let depth = |part: &bodies::PreparedPart| {
+            part.shape.depth(&part.pose_frame_part.inverse_point(point_frame), &mut stack)
+        };
+        parts.iter().map(depth).fold(f64::NEG_INFINITY, f64::max)
     }
+
+    fn place(&self, q: &[f64], scratch: &mut CheckScratch) {
+        if scratch.owner != self.id {
+            scratch.owner = self.id;
+            scratch.placement = self.bodies.placement();
+            scratch.order = (0..self.pairs.len() as u32).collect();
+            scratch.hints.clear();
+            scratch.hints.resize(self.hints, Hint::default());
+        }
+        self.bodies.place(&self.scene, q, &mut scratch.placement);
+    }
+
+    fn may_collide(&self, pair: usize, scratch: &CheckScratch) -> bool {
+        let (pair, centers) = (&self.pairs[pair], &scratch.placement.centers);
+        (centers[pair.first] - centers[pair.second]).norm_squared() <= pair.reach_squared
+    }
+
+    fn pair_collides(&self, pair: usize, scratch: &mut CheckScratch) -> bool {
+        let clearance = self.scene.clearance;
+        self.part_pairs(pair).any(|(first, second, hint)| {
+            let (a, b) = self.bodies.placed(&mut scratch.placement, first, second);
+            part_pair::nearer(a, b, clearance, &mut scratch.hints[hint], &mut scratch.buffers)
+        })
+    }
+
+    /// Parts of the first body, parts of the second body, and the places of their hints.
+    fn part_pairs(&self, pair: usize) -> impl Iterator<Item = (usize, usize, usize)> + use<'_> {
+        let pair = &self.pairs[pair];
+        let (a, b) = (&self.bodies.bodies[pair.first].parts, &self.bodies.bodies[pair.second].parts);
+        a.clone().flat_map(move |i| b.clone().map(move |j| (i, j))).zip(pair.hints..).map(|((i, j), h)| (i, j, h))
+    }
+}
+
+/// Indices of the checked pairs that collide at every one of `configs` (none where there are no configurations): most
+/// likely links that overlap by design and should not be checked.
+pub fn always_colliding(checker: &Checker, configs: &[Vec<f64>]) -> Vec<usize> {
+    let mut scratch = CheckScratch::default();
+    let mut always: Option<Vec<usize>> = None;
+    let mut colliding = Vec::new();
+    for q in configs {
+        colliding.clear();
+        checker.colliding_pairs(q, &mut scratch, &mut colliding);
+        match &mut always {
+            Some(always) => always.retain(|pair| colliding.binary_search(pair).is_ok()),
+            None => always = Some(colliding.clone()),
+        }
+    }
+    always.unwrap_or_default()
 }

@@ -1,0 +1,141 @@
+//! The bodies of a scene with their prepared shapes, and where they are at a configuration. No pairs.
+
+use std::ops::Range;
+
+use super::bounds::bounding_ball;
+use super::convex::ConvexCore;
+use super::part_pair::Placed;
+use super::shape::{Shape, ShapeKind};
+use crate::kinematics;
+use crate::math::{Pose, Vec3};
+use crate::scene::{Body, Scene};
+
+/// Every body of a scene.
+pub struct Bodies {
+    /// In the order of the scene.
+    pub bodies: Vec<PreparedBody>,
+    /// The shapes of all bodies.
+    pub parts: Vec<PreparedPart>,
+}
+
+/// A body.
+pub struct PreparedBody {
+    /// Its parts; none for a body of empty meshes.
+    pub parts: Range<usize>,
+    /// Centre (frame coordinates) and radius [m] of a ball around it; the radius is below 0 for a body without parts.
+    pub ball: (Vec3, f64),
+    frame: usize,
+}
+
+/// A shape on a frame.
+pub struct PreparedPart {
+    /// The shape.
+    pub shape: Shape,
+    /// Maps shape coordinates to frame coordinates.
+    pub pose_frame_part: Pose,
+    frame: usize,
+}
+
+/// Where frames, bodies and parts are at one configuration.
+#[derive(Debug, Default)]
+pub struct Placement {
+    /// World poses of the frames.
+    pub poses: Vec<Pose>,
+    /// Centres of the bodies' balls in the world [m].
+    pub centers: Vec<Vec3>,
+    /// World poses of parts, valid where `part_epochs` is the current epoch (or the part does not move).
+    part_poses: Vec<Pose>,
+    part_epochs: Vec<u32>,
+    epoch: u32,
+}
+
+/// Epoch of a part that does not move.
+const ALWAYS: u32 = u32::MAX;
+
+impl Bodies {
+    /// Prepares every shape.
+    pub fn new(scene: &Scene) -> Self {
+        let mut all = Self { bodies: Vec::new(), parts: Vec::new() };
+        for body in &scene.bodies {
+            let start = all.parts.len();
+            all.parts.extend(prepared_parts(body));
+            let parts = start..all.parts.len();
+            let ball = ball_around(&all.parts[parts.clone()]);
+            all.bodies.push(PreparedBody { parts, ball, frame: body.frame });
+        }
+        all
+    }
+
+    /// A placement whose parts that do not move are in place.
+    pub fn placement(&self) -> Placement {
+        let part_epochs = self.parts.iter().map(|part| if part.frame == 0 { ALWAYS } else { 0 }).collect();
+        Placement {
+            part_poses: self.parts.iter().map(|part| part.pose_frame_part).collect(),
+            part_epochs,
+            ..Placement::default()
+        }
+    }
+
+    /// Moves everything to configuration `q`.
+    pub fn place(&self, scene: &Scene, q: &[f64], placement: &mut Placement) {
+        kinematics::forward(scene, q, &mut placement.poses);
+        placement.epoch = (placement.epoch + 1) % ALWAYS;
+        if placement.epoch == 0 {
+            placement.part_epochs.iter_mut().filter(|epoch| **epoch != ALWAYS).for_each(|epoch| *epoch = 0);
+            placement.epoch = 1;
+        }
+        placement.centers.clear();
+        let poses = &placement.poses;
+        placement.centers.extend(self.bodies.iter().map(|body| poses[body.frame].point(&body.ball.0)));
+    }
+
+    /// Two parts at the placed configuration.
+    pub fn placed<'a>(&'a self, placement: &'a mut Placement, first: usize, second: usize) -> (Placed<'a>, Placed<'a>) {
+        for part in [first, second] {
+            let epoch = placement.part_epochs[part];
+            if epoch != placement.epoch && epoch != ALWAYS {
+                let prepared = &self.parts[part];
+                placement.part_poses[part] = placement.poses[prepared.frame].then(&prepared.pose_frame_part);
+                placement.part_epochs[part] = placement.epoch;
+            }
+        }
+        let at = |part: usize| Placed { shape: &self.parts[part].shape, pose: &placement.part_poses[part] };
+        (at(first), at(second))
+    }
+}
+
+fn prepared_parts(body: &Body) -> impl Iterator<Item = PreparedPart> {
+    body.parts.iter().filter_map(|part| {
+        let shape = Shape::new(&part.geometry)?;
+        Some(PreparedPart { shape, pose_frame_part: part.pose_frame_part, frame: body.frame })
+    })
+}
+
+fn ball_around(parts: &[PreparedPart]) -> (Vec3, f64) {
+    match parts {
+        [] => (Vec3::zeros(), f64::NEG_INFINITY),
+        [part] => (part.pose_frame_part.point(&part.shape.ball.0), part.shape.ball.1 * (1.0 + 1e-12)),
+        _ => {
+            let points: Vec<Vec3> = parts
+                .iter()
+                .flat_map(|part| outline(&part.shape).into_iter().map(|p| part.pose_frame_part.point(&p)))
+                .collect();
+            bounding_ball(&points)
+        }
+    }
+}
+
+/// Points whose convex hull holds the shape.
+fn outline(shape: &Shape) -> Vec<Vec3> {
+    match &shape.kind {
+        ShapeKind::Mesh(mesh) => mesh.vertices.clone(),
+        ShapeKind::Convex(solid) => match &solid.shape.core {
+            ConvexCore::Hull(hull) => hull.points().to_vec(),
+            _ => {
+                let (center, half) = (shape.bounds.center, shape.bounds.half);
+                let corner = |k: u32| center + Vec3::from_fn(|i, _| if k >> i & 1 == 1 { half[i] } else { -half[i] });
+                (0..8).map(corner).collect()
+            }
+        },
+    }
+}

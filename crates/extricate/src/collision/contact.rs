@@ -1,0 +1,296 @@
+//! Contacts of two shapes: where they are near, as local constraints for proposals. What decides is elsewhere.
+
+use std::cmp::Ordering;
+use std::collections::BinaryHeap;
+
+use super::bounds::Relative;
+use super::bvh::Bvh;
+use super::gjk::{self, Separation};
+use super::mesh_mesh::opens_first;
+use super::mesh_shape::MeshShape;
+use super::part_pair::Placed;
+use super::shape::{ConvexSolid, ShapeKind};
+use super::triangle::{self, Triangle};
+use super::{Contact, mesh_convex};
+use crate::math::{Pose, Vec3};
+
+/// Most contacts of a pair that meshes give.
+const MOST: usize = 12;
+/// Triangle tests that may be spent on one pair of meshes.
+const TESTS: usize = 600;
+/// Contacts whose normals have a larger cosine and that are near each other tell the same: the farther one is dropped.
+const SAME_NORMAL: f64 = 0.97;
+
+/// Memory that gathering reuses.
+#[derive(Debug, Default)]
+pub struct ContactBuffers {
+    queue: BinaryHeap<Entry>,
+    found: Vec<Near>,
+    nodes: Vec<(f64, u32)>,
+}
+
+/// A contact in the frame of a mesh, which is the first shape.
+#[derive(Debug, Clone, Copy)]
+struct Near {
+    distance: f64,
+    point_first: Vec3,
+    point_second: Vec3,
+    normal: Vec3,
+}
+
+/// A pair of nodes, or (`first == FOUND`) the contact at index `second`; the least bound is the greatest entry.
+#[derive(Debug, PartialEq)]
+struct Entry {
+    bound: f64,
+    first: u32,
+    second: u32,
+}
+
+const FOUND: u32 = u32::MAX;
+
+impl Eq for Entry {}
+impl Ord for Entry {
+    fn cmp(&self, other: &Self) -> Ordering {
+        let ties = (other.first, other.second).cmp(&(self.first, self.second));
+        other.bound.total_cmp(&self.bound).then(ties)
+    }
+}
+impl PartialOrd for Entry {
+    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
+/// Appends the contacts of two shapes nearer than `margin` [m] to those of `pair` at `contacts[start..]`.
+///
+/// Convex shapes give one, exact also below 0. Meshes give their nearest one (exact above 0) and others that tell
+/// something else, up to twelve a pair. Where surfaces cross, depth and normal are those that part two triangles along one
+/// of their outward normals (or a triangle from a convex solid); where one lies inside the other they lead from a vertex
+/// or centre to the nearest surface: heuristics for proposals.
+pub fn gather(
+    first: Placed,
+    second: Placed,
+    margin: f64,
+    pair: usize,
+    start: usize,
+    buffers: &mut ContactBuffers,
+    contacts: &mut Vec<Contact>,
+) {
+    use ShapeKind::{Convex, Mesh};
+    let (a, b) = (first.shape, second.shape);
+    let relative = Relative::between(first.pose, second.pose);
+    if relative.lower_bound(&a.bounds, &b.bounds) >= margin {
+        return;
+    }
+    let sink = &mut Sink { pose_world: *first.pose, swapped: false, pair, start, margin, contacts };
+    match (&a.kind, &b.kind) {
+        (Convex(x), Convex(y)) => {
+            let found = gjk::separation(&x.shape, &Pose::identity(), &y.shape, &relative.pose_a_b, margin);
+            if let Some(separation) = found.filter(|s| s.distance < margin) {
+                sink.push(&Near::from(separation));
+            }
+        }
+        (Mesh(x), Mesh(y)) => mesh_with_mesh(x, y, &relative, buffers, sink),
+        (Mesh(x), Convex(y)) => mesh_with_convex(x, y, &b.bounds, &relative, buffers, sink),
+        (Convex(x), Mesh(y)) => {
+            (sink.pose_world, sink.swapped) = (*second.pose, true);
+            let relative = Relative::between(second.pose, first.pose);
+            mesh_with_convex(y, x, &a.bounds, &relative, buffers, sink);
+        }
+    }
+}
+
+/// Where contacts go: into the world, in the order of the pair, thinned.
+struct Sink<'a> {
+    pose_world: Pose,
+    swapped: bool,
+    pair: usize,
+    start: usize,
+    margin: f64,
+    contacts: &'a mut Vec<Contact>,
+}
+
+impl Sink<'_> {
+    fn push(&mut self, near: &Near) {
+        let (p, q) = (self.pose_world.point(&near.point_first), self.pose_world.point(&near.point_second));
+        let normal = self.pose_world.vector(&near.normal);
+        let (point_first, point_second, normal) = if self.swapped { (q, p, -normal) } else { (p, q, normal) };
+        self.contacts.push(Contact { pair: self.pair, distance: near.distance, point_first, point_second, normal });
+    }
+
+    /// Keeps a contact that tells what no nearer one did; returns whether there is room for more.
+    fn offer(&mut self, near: &Near) -> bool {
+        let radius = (self.margin / 3.0).max(0.02);
+        let normal = self.pose_world.vector(&near.normal) * if self.swapped { -1.0 } else { 1.0 };
+        let point = self.pose_world.point(if self.swapped { &near.point_second } else { &near.point_first });
+        let kept = &self.contacts[self.start..];
+        let same = |c: &Contact| c.normal.dot(&normal) > SAME_NORMAL && (c.point_first - point).norm() < radius;
+        if !kept.iter().any(same) {
+            self.push(near);
+        }
+        self.contacts.len() - self.start < MOST
+    }
+}
+
+impl ContactBuffers {
+    fn restart(&mut self, bound: f64) {
+        self.queue.clear();
+        self.found.clear();
+        self.queue.push(Entry { bound, first: 0, second: 0 });
+    }
+
+    fn find(&mut self, near: Near) {
+        self.queue.push(Entry { bound: near.distance, first: FOUND, second: self.found.len() as u32 });
+        self.found.push(near);
+    }
+
+    /// Runs through the queue, nearest first: `open` spends its triangle tests on a pair of nodes. Returns whether
+    /// anything overlaps.
+    fn run(&mut self, sink: &mut Sink, mut open: impl FnMut(&mut Self, u32, u32) -> usize) -> bool {
+        let mut tests = 0;
+        while let Some(entry) = self.queue.pop() {
+            if entry.bound >= sink.margin {
+                break;
+            } else if entry.first == FOUND {
+                if !sink.offer(&self.found[entry.second as usize]) {
+                    break;
+                }
+            } else if tests < TESTS {
+                tests += open(self, entry.first, entry.second);
+            }
+        }
+        self.found.iter().any(|near| near.distance <= 0.0)
+    }
+}
+
+fn mesh_with_mesh(a: &MeshShape, b: &MeshShape, relative: &Relative, buffers: &mut ContactBuffers, sink: &mut Sink) {
+    let (s, t) = (&a.tree, &b.tree);
+    let pose = &relative.pose_a_b;
+    let limit_squared = sink.margin * sink.margin;
+    let bound = |i: u32, j: u32| relative.lower_bound(&s.nodes[i as usize].bounds, &t.nodes[j as usize].bounds);
+    buffers.restart(bound(0, 0));
+    let overlap = buffers.run(sink, |buffers, i, j| {
+        let (node_a, node_b) = (&s.nodes[i as usize], &t.nodes[j as usize]);
+        if node_a.count == 0 || node_b.count == 0 {
+            let opens = opens_first(node_a, node_b);
+            for k in 0..2 {
+                let (first, second) = if opens { (node_a.first + k, j) } else { (i, node_b.first + k) };
+                buffers.queue.push(Entry { bound: bound(first, second), first, second });
+            }
+            return 0;
+        }
+        for l in t.leaf(node_b) {
+            let moved = t.triangles[l].moved(pose);
+            for k in s.leaf(node_a) {
+                if let Some(witness) = triangle::closest(&s.triangles[k], &moved, limit_squared) {
+                    let distance = witness.squared.sqrt();
+                    if distance > TOUCHING {
+                        let normal = (witness.first - witness.second) / distance;
+                        let (point_first, point_second) = (witness.first, witness.second);
+                        buffers.find(Near { distance, point_first, point_second, normal });
+                    } else if let Some(near) = crossing(&s.triangles[k], a.is_closed(k), &moved, b.is_closed(l)) {
+                        buffers.find(near);
+                    }
+                }
+            }
+        }
+        (node_a.count * node_b.count) as usize
+    });
+    if !overlap {
+        for p in &b.representatives {
+            let p = pose.point(p);
+            if let Some((depth, surface)) = a.depth_inside(&p, 0.0, &mut buffers.nodes) {
+                sink.offer(&Near {
+                    distance: -depth,
+                    point_first: surface,
+                    point_second: p,
+                    normal: (p - surface) / depth,
+                });
+            }
+        }
+        for p in &a.representatives {
+            if let Some((depth, surface)) = b.depth_inside(&pose.inverse_point(p), 0.0, &mut buffers.nodes) {
+                let surface = pose.point(&surface);
+                let normal = (surface - p) / depth;
+                sink.offer(&Near { distance: -depth, point_first: *p, point_second: surface, normal });
+            }
+        }
+    }
+}
+
+/// Distances [m] at which the direction between two points is lost to rounding.
+const TOUCHING: f64 = 1e-10;
+
+/// The least translation along a normal of one of two crossing triangles that parts them; outward where they bound solids.
+fn crossing(first: &Triangle, first_closed: bool, second: &Triangle, second_closed: bool) -> Option<Near> {
+    let mut best: Option<Near> = None;
+    for (face, closed, other, sign) in [(second, second_closed, first, 1.0), (first, first_closed, second, -1.0)] {
+        for side in [1.0, -1.0] {
+            if face.normal == Vec3::zeros() || (closed && side < 0.0) {
+                continue;
+            }
+            let heights = other.points.map(|p| side * face.height(&p));
+            let lowest = (0..3).min_by(|i, j| heights[*i].total_cmp(&heights[*j])).expect("three corners");
+            let distance = heights[lowest].min(0.0);
+            if best.is_none_or(|near| distance > near.distance) {
+                let point = other.points[lowest];
+                let foot = point - face.normal * (side * heights[lowest]);
+                let (point_first, point_second) = if sign > 0.0 { (point, foot) } else { (foot, point) };
+                best = Some(Near { distance, point_first, point_second, normal: face.normal * (side * sign) });
+            }
+        }
+    }
+    best
+}
+
+fn mesh_with_convex(
+    mesh: &MeshShape,
+    solid: &ConvexSolid,
+    bounds: &super::bounds::Aabb,
+    relative: &Relative,
+    buffers: &mut ContactBuffers,
+    sink: &mut Sink,
+) {
+    let tree: &Bvh = &mesh.tree;
+    let (pose, margin) = (&relative.pose_a_b, sink.margin);
+    let bound = |k: u32| relative.lower_bound(&tree.nodes[k as usize].bounds, bounds);
+    buffers.restart(bound(0));
+    let overlap = buffers.run(sink, |buffers, index, _| {
+        let node = &tree.nodes[index as usize];
+        if node.count == 0 {
+            for first in [node.first, node.first + 1] {
+                buffers.queue.push(Entry { bound: bound(first), first, second: 0 });
+            }
+        }
+        for k in tree.leaf(node) {
+            let found = mesh_convex::triangle_separation(&tree.triangles[k], solid, pose, margin);
+            if let Some(separation) = found.filter(|s| s.distance < margin) {
+                buffers.find(pushed_out(separation, &tree.triangles[k], mesh.is_closed(k), solid, pose));
+            }
+        }
+        node.count as usize
+    });
+    let center = pose.point(&solid.shape.core.center());
+    if !overlap && let Some((depth, surface)) = mesh.depth_inside(&center, 0.0, &mut buffers.nodes) {
+        let normal = (center - surface) / depth;
+        sink.offer(&Near { distance: -depth, point_first: surface, point_second: center, normal });
+    }
+}
+
+/// A triangle of a closed component pushes a solid outward, even where inward is shorter.
+fn pushed_out(found: Separation, face: &Triangle, closed: bool, solid: &ConvexSolid, pose: &Pose) -> Near {
+    let near = Near::from(found);
+    if !closed || found.distance > 0.0 || found.normal.dot(&face.normal) <= 0.0 {
+        return near;
+    }
+    let down = pose.inverse_vector(&-face.normal);
+    let lowest = pose.point(&(solid.shape.core.support(&down) + down * solid.shape.radius));
+    let distance = face.height(&lowest).min(0.0);
+    Near { distance, point_first: lowest - face.normal * distance, point_second: lowest, normal: -face.normal }
+}
+
+impl From<Separation> for Near {
+    fn from(s: Separation) -> Self {
+        Near { distance: s.distance, point_first: s.point_first, point_second: s.point_second, normal: s.normal }
+    }
+}

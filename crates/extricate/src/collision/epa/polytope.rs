@@ -1,0 +1,163 @@
+//! A small convex polytope of support points around the origin, that grows point by point. Fixed memory.
+
+use crate::collision::gjk::{Vertex, nearest_on_triangle, normal_of_edges};
+use crate::math::Vec3;
+
+/// Enough for the polytopes of a robot; curved cores stop here with the bounds reached.
+const MAX_VERTICES: usize = 128;
+/// A closed triangulated surface has two faces a vertex, less four.
+const MAX_FACES: usize = 2 * MAX_VERTICES;
+/// More edges around what one point sees have not been met; the point is refused then.
+const MAX_HORIZON: usize = 96;
+
+/// A triangle of the surface, counterclockwise seen from outside.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Face {
+    pub corners: [u8; 3],
+    /// Unit, outward.
+    pub normal: Vec3,
+    /// Of the origin behind the plane [m].
+    pub distance: f64,
+    /// Rounding error of the normal's direction [rad].
+    tilt: f64,
+    /// Not to be expanded: rounding does not let it, or it has no area.
+    settled: bool,
+}
+
+/// A closed surface of triangles.
+pub(super) struct Polytope {
+    vertices: [Vertex; MAX_VERTICES],
+    vertex_count: usize,
+    faces: [Face; MAX_FACES],
+    face_count: usize,
+    scale: f64,
+    rounding: f64,
+}
+
+impl Polytope {
+    /// A tetrahedron whose last vertex lies behind the first three, seen counterclockwise.
+    /// `scale` and `rounding` [m] are those of the difference.
+    pub fn new(corners: [Vertex; 4], scale: f64, rounding: f64) -> Self {
+        let mut polytope = Self {
+            vertices: [Vertex::default(); MAX_VERTICES],
+            vertex_count: 4,
+            faces: [Face::default(); MAX_FACES],
+            face_count: 0,
+            scale,
+            rounding,
+        };
+        polytope.vertices[..4].copy_from_slice(&corners);
+        for corners in [[0, 1, 2], [1, 0, 3], [2, 1, 3], [0, 2, 3]] {
+            polytope.push_face(corners);
+        }
+        polytope
+    }
+
+    pub fn vertex(&self, index: u8) -> &Vertex {
+        &self.vertices[index as usize]
+    }
+
+    pub fn face(&self, index: usize) -> &Face {
+        &self.faces[index]
+    }
+
+    /// Index of the unsettled face nearest to the origin.
+    pub fn nearest_face(&self) -> Option<usize> {
+        let (mut best, mut distance) = (None, f64::INFINITY);
+        for (index, face) in self.faces[..self.face_count].iter().enumerate() {
+            if face.distance < distance && !face.settled {
+                (best, distance) = (Some(index), face.distance);
+            }
+        }
+        best
+    }
+
+    /// Lower bound on the distance from the origin to the surface [m]. The surface is closed and lies in a convex set, so
+    /// that the ball of this radius lies in that set too, whatever rounding did to the planes.
+    pub fn lower(&self) -> f64 {
+        let mut lower = f64::INFINITY;
+        for face in &self.faces[..self.face_count] {
+            // The plane is a cheap bound; only for those below the best the triangle is measured, which no sliver spoils:
+            // a tilted normal changes the distance of the foot, or which side of an edge it is on, in second order only.
+            if face.distance - face.tilt * self.scale - self.rounding < lower {
+                let [a, b, c] = face.corners.map(|corner| &self.vertex(corner).point);
+                let distance = nearest_on_triangle([a, b, c], [0, 1, 2]).square.sqrt();
+                let shrink = (face.tilt * face.tilt).min(1.0) * distance;
+                lower = lower.min(distance - shrink - self.rounding);
+            }
+        }
+        lower
+    }
+
+    /// Takes a face out of the search.
+    pub fn settle(&mut self, index: usize) {
+        self.faces[index].settled = true;
+    }
+
+    pub fn is_full(&self) -> bool {
+        self.vertex_count == MAX_VERTICES
+    }
+
+    /// Adds a vertex that lies beyond `seed` and replaces all the faces it sees; `false`, and nothing changed, where it
+    /// sees none or there is no room.
+    pub fn add(&mut self, seed: usize, vertex: Vertex) -> bool {
+        if self.vertices[..self.vertex_count].iter().any(|known| known.point == vertex.point) {
+            return false;
+        }
+        let mut horizon = [[0_u8; 2]; MAX_HORIZON];
+        let mut edges = 0;
+        let mut seen = [0_u16; MAX_FACES];
+        let mut seen_count = 0;
+        for (index, face) in self.faces[..self.face_count].iter().enumerate() {
+            if index != seed && vertex.point.dot(&face.normal) - face.distance <= self.rounding {
+                continue;
+            }
+            seen[seen_count] = index as u16;
+            seen_count += 1;
+            let [a, b, c] = face.corners;
+            for [from, to] in [[a, b], [b, c], [c, a]] {
+                // An edge between two seen faces is not on the horizon.
+                if let Some(k) = horizon[..edges].iter().position(|edge| *edge == [to, from]) {
+                    edges -= 1;
+                    horizon[k] = horizon[edges];
+                } else if edges == MAX_HORIZON {
+                    return false;
+                } else {
+                    horizon[edges] = [from, to];
+                    edges += 1;
+                }
+            }
+        }
+        if edges == 0 || self.face_count - seen_count + edges > MAX_FACES {
+            return false;
+        }
+        for &index in seen[..seen_count].iter().rev() {
+            self.face_count -= 1;
+            self.faces[index as usize] = self.faces[self.face_count];
+        }
+        let newest = self.vertex_count as u8;
+        self.vertices[self.vertex_count] = vertex;
+        self.vertex_count += 1;
+        for [from, to] in &horizon[..edges] {
+            self.push_face([*from, *to, newest]);
+        }
+        true
+    }
+
+    fn push_face(&mut self, corners: [u8; 3]) {
+        let [a, b, c] = corners.map(|corner| self.vertices[corner as usize].point);
+        let (normal, longest) = normal_of_edges(&(b - a), &(c - b), &(a - c));
+        let area = normal.norm();
+        let face = if area > 1e-12 * longest {
+            let normal = normal / area;
+            let distance = normal.dot(&(a + b + c)) / 3.0;
+            let tilt = self.rounding * longest.sqrt() / area;
+            Face { corners, normal, distance, tilt, settled: false }
+        } else {
+            // No plane goes through it; nothing sees it, and its edges belong to its neighbours too.
+            Face { corners, normal: Vec3::zeros(), distance: 0.0, tilt: 0.0, settled: true }
+        };
+        self.faces[self.face_count] = face;
+        self.face_count += 1;
+    }
+}

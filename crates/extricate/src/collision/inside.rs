@@ -1,0 +1,145 @@
+//! Whether a point lies in the solid that a closed component of a mesh bounds.
+
+use super::bvh::Bvh;
+use super::triangle::Triangle;
+use crate::math::Vec3;
+
+/// Directions without relation to any axis or to each other.
+const DIRECTIONS: [[f64; 3]; 4] = [
+    [0.3145, 0.2713, 0.909684],
+    [-0.5772, 0.6947, 0.43172],
+    [0.1419, -0.8665, -0.479514],
+    [-0.2231, -0.412453, 0.883081],
+];
+
+/// Relative width of the strip along edges, and the sine of the angle to the plane, within which a ray's crossing does not
+/// count for certain. Far above rounding (1e-13), far below what random rays meet.
+const DOUBT: f64 = 1e-9;
+
+/// Whether `point` is inside closed group `group` of `tree`. On the surface, to rounding, either answer is right.
+///
+/// Counts the crossings of a ray; a ray that passes too near an edge or along a face is replaced by another, and after four
+/// of them the winding number decides.
+///
+/// # Source
+/// The winding number as a sum of solid angles: A. Van Oosterom and J. Strackee, 1983, doi:10.1109/TBME.1983.325207.
+pub fn is_inside(tree: &Bvh, group: usize, point: &Vec3, stack: &mut Vec<(f64, u32)>) -> bool {
+    let (root, range) = &tree.groups[group];
+    if !tree.nodes[*root as usize].bounds.contains(point) {
+        return false;
+    }
+    DIRECTIONS.iter().find_map(|d| parity(tree, *root, point, &Vec3::from(*d), stack)).unwrap_or_else(|| {
+        let triangles = &tree.triangles[range.start as usize..range.end as usize];
+        winding_number(triangles, point).abs() > 0.5
+    })
+}
+
+/// Whether a ray crosses an odd number of triangles; `None` where some crossing is in doubt.
+fn parity(tree: &Bvh, root: u32, origin: &Vec3, direction: &Vec3, stack: &mut Vec<(f64, u32)>) -> Option<bool> {
+    let inverse = direction.map(|x| 1.0 / x);
+    let mut odd = false;
+    stack.clear();
+    stack.push((0.0, root));
+    while let Some((_, index)) = stack.pop() {
+        let node = &tree.nodes[index as usize];
+        let center = (node.bounds.center - origin).component_mul(&inverse);
+        // Widened by the strip of doubt, so that a ray along a box's face meets what lies on it.
+        let reach = (node.bounds.half * (1.0 + 4.0 * DOUBT)).component_mul(&inverse.abs());
+        if (center + reach).min() < (center - reach).max().max(0.0) {
+            continue;
+        }
+        for k in tree.leaf(node) {
+            odd ^= crosses(&tree.triangles[k], origin, direction)?;
+        }
+        if node.count == 0 {
+            stack.extend([(0.0, node.first), (0.0, node.first + 1)]);
+        }
+    }
+    Some(odd)
+}
+
+fn crosses(triangle: &Triangle, origin: &Vec3, direction: &Vec3) -> Option<bool> {
+    let [a, b, c] = triangle.points.map(|p| p - origin);
+    let (e1, e2) = (b - a, c - a);
+    let normal = e1.cross(&e2);
+    let slope = normal.dot(direction);
+    // Barycentric coordinates of the crossing, times `slope`, by triple products of corners and direction.
+    let (u, v, w) =
+        (direction.dot(&b.cross(&c)) / slope, direction.dot(&c.cross(&a)) / slope, direction.dot(&a.cross(&b)) / slope);
+    let size = e1.norm_squared().max(e2.norm_squared());
+    let far = a.norm().max(b.norm()).max(c.norm());
+    // Rounding of the triple products is relative to distance and edge, not to the triangle's area.
+    let doubt = DOUBT + 1e-14 * far * size.sqrt() / slope.abs();
+    let least = u.min(v).min(w);
+    if slope.abs() <= DOUBT * size || least.is_nan() {
+        let along = far + size.sqrt();
+        // Seen edge-on: in doubt only where the ray comes near at all.
+        let axis = direction / direction.norm();
+        let off = [a, b, c].map(|p| (p - axis * p.dot(&axis)).norm()).into_iter().fold(f64::INFINITY, f64::min);
+        return if off > size.sqrt() + DOUBT * along { Some(false) } else { None };
+    }
+    if least < -doubt {
+        return Some(false);
+    }
+    let t = normal.dot(&a) / slope;
+    if least <= doubt {
+        return if t < -DOUBT * far { Some(false) } else { None };
+    }
+    Some(t > 0.0)
+}
+
+/// How often the triangles wind around `point`: 1 or -1 inside a solid, 0 outside.
+fn winding_number(triangles: &[Triangle], point: &Vec3) -> f64 {
+    let angle = |triangle: &Triangle| {
+        let [a, b, c] = triangle.points.map(|p| p - point);
+        let (la, lb, lc) = (a.norm(), b.norm(), c.norm());
+        let denominator = la * lb * lc + a.dot(&b) * lc + b.dot(&c) * la + c.dot(&a) * lb;
+        2.0 * a.dot(&b.cross(&c)).atan2(denominator)
+    };
+    triangles.iter().map(angle).sum::<f64>() / (4.0 * std::f64::consts::PI)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::collision::mesh_shape::MeshShape;
+    use crate::collision::test_mesh::{bumpy, cuboid};
+    use rand::{RngExt, SeedableRng};
+
+    #[test]
+    fn ray_parity_equals_winding_number() {
+        let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(6);
+        let shape = MeshShape::new(&bumpy(7, 3, 0.4));
+        let mut stack = Vec::new();
+        let mut inside = 0;
+        for _ in 0..3000 {
+            let p = Vec3::from_fn(|_, _| 2.4 * (rng.random::<f64>() - 0.5));
+            let expected = winding_number(&shape.tree.triangles, &p).abs() > 0.5;
+            assert_eq!(is_inside(&shape.tree, 0, &p, &mut stack), expected, "{p}");
+            inside += usize::from(expected);
+        }
+        assert!((500..2500).contains(&inside));
+    }
+
+    #[test]
+    fn rays_through_edges_and_corners_are_answered() {
+        let shape = MeshShape::new(&cuboid(Vec3::zeros(), Vec3::new(1.0, 1.0, 1.0)));
+        let mut stack = Vec::new();
+        for d in DIRECTIONS {
+            let d = Vec3::from(d);
+            // Rays that aim at a corner, an edge, and the diagonal of a face.
+            for target in [Vec3::new(1.0, 1.0, 1.0), Vec3::new(0.3, 1.0, 1.0), Vec3::new(0.5, 0.5, 1.0), Vec3::zeros()]
+            {
+                for step in [0.25, 0.5, 0.9, 3.0] {
+                    let p = target - d * step;
+                    let expected = p.abs().max() < 1.0;
+                    if (p.abs().max() - 1.0).abs() > 1e-9 {
+                        assert_eq!(is_inside(&shape.tree, 0, &p, &mut stack), expected, "{p}");
+                    }
+                }
+            }
+        }
+        assert!((winding_number(&shape.tree.triangles, &Vec3::new(0.1, 0.2, 0.3)) - 1.0).abs() < 1e-12);
+        assert!(winding_number(&shape.tree.triangles, &Vec3::new(1.1, 0.2, 0.3)).abs() < 1e-12);
+    }
+}

@@ -1,0 +1,169 @@
+//! One shape against another: whether they keep a distance, and their signed distance. Solids hold what is inside them.
+
+use super::bounds::Relative;
+use super::mesh_shape::MeshShape;
+use super::shape::{ConvexSolid, Shape, ShapeKind};
+use super::triangle;
+use super::{gjk, mesh_convex, mesh_mesh};
+use crate::math::{Pose, Vec3};
+
+/// Stacks that the descents reuse.
+#[derive(Debug, Default)]
+pub struct Buffers {
+    /// Pairs of nodes.
+    pub pairs: Vec<(u32, u32)>,
+    /// Pairs of nodes with a lower bound [m].
+    pub bounded: Vec<(f64, u32, u32)>,
+    /// Nodes with a lower bound.
+    pub nodes: Vec<(f64, u32)>,
+}
+
+/// What decided the last check of a pair, to be tried first in the next one. Never decides by itself.
+#[derive(Debug, Clone, Copy)]
+pub struct Hint {
+    /// Indices of the triangles that were near (of the one triangle, in `first`, against a convex solid).
+    pub triangles: (u32, u32),
+    /// A direction that parted two convex solids; zero where none did.
+    pub normal: Vec3,
+}
+
+impl Default for Hint {
+    fn default() -> Self {
+        Self { triangles: (u32::MAX, u32::MAX), normal: Vec3::zeros() }
+    }
+}
+
+/// A shape and its pose in the world.
+#[derive(Clone, Copy)]
+pub struct Placed<'a> {
+    /// The shape.
+    pub shape: &'a Shape,
+    /// Maps its frame to the world.
+    pub pose: &'a Pose,
+}
+
+/// Whether the signed distance of two shapes is below `limit` [m] (crossing surfaces count as below 0).
+pub fn nearer(first: Placed, second: Placed, limit: f64, hint: &mut Hint, buffers: &mut Buffers) -> bool {
+    use ShapeKind::{Convex, Mesh};
+    let (a, b) = (first.shape, second.shape);
+    let relative = Relative::between(first.pose, second.pose);
+    match (&a.kind, &b.kind) {
+        _ if relative.apart(&a.bounds, &b.bounds, limit) => false,
+        (Convex(x), Convex(y)) => {
+            let (pose, normal) = (&relative.pose_a_b, &mut hint.normal);
+            if parted(x, y, pose, normal, limit) {
+                return false;
+            }
+            // Not started from the hint: an answer within rounding of the limit would depend on what was asked before.
+            *normal = Vec3::zeros();
+            gjk::nearer_than_from(normal, &x.shape, &Pose::identity(), &y.shape, pose, limit)
+        }
+        (Mesh(x), Convex(y)) => surface_nearer(x, b, y, &relative, limit, hint, buffers),
+        (Convex(_), Mesh(_)) => nearer(second, first, limit, hint, buffers),
+        (Mesh(x), Mesh(y)) => {
+            let (i, j) = (hint.triangles.0 as usize, hint.triangles.1 as usize);
+            if let (Some(s), Some(t)) = (x.tree.triangles.get(i), y.tree.triangles.get(j))
+                && triangle::nearer(s, &t.moved(&relative.pose_a_b), limit)
+            {
+                return true;
+            }
+            match mesh_mesh::nearer(&x.tree, &y.tree, &relative, limit, &mut buffers.pairs) {
+                Some(found) => {
+                    hint.triangles = found;
+                    true
+                }
+                None => holds_other(x, y, &relative.pose_a_b, &mut buffers.nodes),
+            }
+        }
+    }
+}
+
+/// Whether planes across `normal` (any length, frame of `x`, from `y` to `x`) part two solids by clearly more than `limit`.
+fn parted(x: &ConvexSolid, y: &ConvexSolid, pose: &Pose, normal: &Vec3, limit: f64) -> bool {
+    /// More than what the search without a hint errs by [m].
+    const CLEARLY: f64 = 1e-8;
+    let lowest = x.shape.core.support(&-normal);
+    let highest = pose.point(&y.shape.core.support(&pose.inverse_vector(normal)));
+    normal.dot(&(lowest - highest)) > (limit + CLEARLY + x.shape.radius + y.shape.radius) * normal.norm()
+}
+
+fn surface_nearer(
+    mesh: &MeshShape,
+    other: &Shape,
+    solid: &ConvexSolid,
+    relative: &Relative,
+    limit: f64,
+    hint: &mut Hint,
+    buffers: &mut Buffers,
+) -> bool {
+    let pose = &relative.pose_a_b;
+    if let Some(t) = mesh.tree.triangles.get(hint.triangles.0 as usize)
+        && mesh_convex::triangle_nearer(t, solid, &other.bounds, pose, limit)
+    {
+        return true;
+    }
+    match mesh_convex::nearer(&mesh.tree, solid, &other.bounds, relative, limit, &mut buffers.pairs) {
+        Some(found) => {
+            hint.triangles.0 = found;
+            true
+        }
+        None => mesh.holds(&pose.point(&solid.shape.core.center()), &mut buffers.nodes),
+    }
+}
+
+/// Whether a component of one mesh lies inside a closed one of the other, their surfaces being apart: then one vertex
+/// tells.
+fn holds_other(a: &MeshShape, b: &MeshShape, pose_a_b: &Pose, stack: &mut Vec<(f64, u32)>) -> bool {
+    b.representatives.iter().any(|p| a.holds(&pose_a_b.point(p), stack))
+        || a.representatives.iter().any(|p| b.holds(&pose_a_b.inverse_point(p), stack))
+}
+
+/// Signed distance [m] of two shapes, if below `cutoff`.
+///
+/// Exact where they are apart and for convex shapes. Below 0 with a mesh it is minus an estimate, from below, of the
+/// translation that parts the two:
+/// - mesh and mesh: depth of the deepest vertex of either inside the other, 0 if surfaces cross and no vertex is inside;
+/// - mesh and convex: the translation that parts the solid from one triangle, or the depth of its centre inside the mesh.
+pub fn signed_distance(first: Placed, second: Placed, cutoff: f64, buffers: &mut Buffers) -> Option<f64> {
+    use ShapeKind::{Convex, Mesh};
+    let (a, b) = (first.shape, second.shape);
+    let relative = Relative::between(first.pose, second.pose);
+    let pose = &relative.pose_a_b;
+    if relative.lower_bound(&a.bounds, &b.bounds) >= cutoff {
+        return None;
+    }
+    match (&a.kind, &b.kind) {
+        (Convex(x), Convex(y)) => {
+            gjk::separation(&x.shape, &Pose::identity(), &y.shape, pose, cutoff).map(|found| found.distance)
+        }
+        (Convex(_), Mesh(_)) => return signed_distance(second, first, cutoff, buffers),
+        (Mesh(x), Convex(y)) => {
+            let found = mesh_convex::closest(&x.tree, y, &b.bounds, &relative, cutoff, &mut buffers.bounded);
+            let floor = found.unwrap_or(cutoff);
+            let center = pose.point(&y.shape.core.center());
+            let inside = x.depth_inside(&center, (-floor).max(0.0), &mut buffers.nodes);
+            inside.map(|(depth, _)| -depth).or(found)
+        }
+        (Mesh(x), Mesh(y)) => {
+            let found = mesh_mesh::closest(&x.tree, &y.tree, &relative, cutoff.max(0.0), &mut buffers.bounded);
+            let crosses = found == Some(0.0);
+            let mut depth = (-cutoff).max(0.0);
+            let mut deeper = false;
+            let stack = &mut buffers.nodes;
+            let (of_x, of_y) =
+                if crosses { (&x.vertices, &y.vertices) } else { (&x.representatives, &y.representatives) };
+            for p in of_y.iter().map(|p| pose.point(p)) {
+                if let Some((deepest, _)) = a.bounds.contains(&p).then(|| x.depth_inside(&p, depth, stack)).flatten() {
+                    (depth, deeper) = (deepest, true);
+                }
+            }
+            for p in of_x.iter().map(|p| pose.inverse_point(p)) {
+                if let Some((deepest, _)) = b.bounds.contains(&p).then(|| y.depth_inside(&p, depth, stack)).flatten() {
+                    (depth, deeper) = (deepest, true);
+                }
+            }
+            if deeper { Some(-depth) } else { found }
+        }
+    }
+    .filter(|distance| *distance < cutoff)
+}
