@@ -23,6 +23,9 @@ use crate::picture;
 use crate::progress::Progress;
 use crate::report::count;
 
+/// Turns the seed into another one: no query shall be a configuration that the learner drew.
+const QUERY_STREAM: u64 = 0x71_75_65_72_69_65_73;
+
 /// Arguments of `demo`.
 #[derive(Args)]
 pub struct DemoArgs {
@@ -90,8 +93,7 @@ pub fn run(args: &DemoArgs, json: bool) -> anyhow::Result<()> {
 fn answer_random_queries(model: &Model, queries: usize, seed: u64) -> anyhow::Result<Vec<Answered>> {
     let scene = model.scene();
     let checker = Checker::new(Arc::new(scene.clone()));
-    // Another stream than the learner's, so that no query is a configuration it has seen.
-    let mut sampler = CollidingSampler::new(&checker, seed ^ 0x5eed_0f_9e57);
+    let mut sampler = CollidingSampler::new(&checker, seed ^ QUERY_STREAM);
     let mut scratch = QueryScratch::default();
     let mut progress = Progress::new("querying");
     let mut answers = Vec::with_capacity(queries);

@@ -92,7 +92,7 @@ impl Camera {
     fn fit<'a>(&mut self, points: impl Iterator<Item = &'a Vec3>, frame: Frame) {
         let placed = points.map(|p| self.project(p)).map(|p| Vec3::new(p.x, p.y, 0.0));
         let (low, high) = bounds(placed);
-        if !(low.x <= high.x) {
+        if low.x > high.x {
             return;
         }
         let size = (high - low).sup(&Vec3::repeat(1e-9));
@@ -116,9 +116,8 @@ fn best_direction(before: &Surface, after: &Surface, toward_obstacles: &Vec3) ->
         let azimuth = std::f64::consts::TAU * (k as f64 + 0.5) / AZIMUTHS as f64;
         let (sin, cos) = azimuth.sin_cos();
         let direction = Vec3::new(ELEVATION.cos() * cos, ELEVATION.cos() * sin, ELEVATION.sin());
-        // 0.1: a little from behind is fine, for obstacles are translucent; straight from the front hides depth.
-        let from = direction.dot(toward_obstacles);
-        if from > 0.1 || from < -0.75 {
+        // A little from behind is fine, for obstacles are translucent; straight from the front hides how deep they are.
+        if !(-0.75..=0.1).contains(&direction.dot(toward_obstacles)) {
             continue;
         }
         let score = seen(&direction);

@@ -58,7 +58,7 @@ fn paint(facet: &Facet, normal: &Vec3) -> Paint {
     let lambert = normal.dot(&Vec3::from(LIGHT).normalize()).max(0.0);
     let shade = ((AMBIENT + (1.0 - AMBIENT) * lambert) * SHADES).round() / SHADES;
     // Two tones, so that neighbouring links are told apart.
-    let link = if facet.body % 2 == 0 { [0.66, 0.76, 0.88] } else { [0.93, 0.94, 0.96] };
+    let link = if facet.body.is_multiple_of(2) { [0.66, 0.76, 0.88] } else { [0.93, 0.94, 0.96] };
     let (colour, opacity) = match (facet.look, facet.obstacle) {
         (Look::Hit, false) => ([0.93, 0.27, 0.22], 1.0),
         (Look::Hit, true) => ([0.95, 0.55, 0.35], 0.5),
