@@ -1,0 +1,115 @@
+//! The command line: the list of commands and the kinds of values they take.
+
+use std::path::PathBuf;
+
+use clap::builder::styling::Styles;
+use clap::{Args, Parser, Subcommand};
+
+use crate::commands::{check, demo, info, learn, query, sample};
+
+/// The globally nearest collision-free configuration of an articulated robot, verified and bounded.
+///
+/// Configurations are lists of coordinates in the order that `extricate info SCENE` prints; angles in rad, lengths in m,
+/// rotations as unit quaternions x, y, z, w.
+#[derive(Parser)]
+#[command(name = "extricate", version, arg_required_else_help = true, styles = Styles::plain())]
+#[command(after_help = "Exit status: 0 done, 1 the operation failed, 2 the command line makes no sense.")]
+pub struct Cli {
+    /// Print JSON, one object a line, instead of text
+    #[arg(long, global = true)]
+    pub json: bool,
+    /// What to do.
+    #[command(subcommand)]
+    pub command: Command,
+}
+
+/// One variant a command.
+#[derive(Subcommand)]
+pub enum Command {
+    /// Learn a built-in scene, answer a thousand queries, print a table and draw one of them
+    Demo(demo::DemoArgs),
+    /// Describe a scene (joints in order, pairs, warnings) or a model (its statistics)
+    Info(info::InfoArgs),
+    /// Say for each configuration whether it is free, its clearance and which pairs collide
+    Check(check::CheckArgs),
+    /// Draw uniformly random configurations, as JSON lines that the other commands read
+    Sample(sample::SampleArgs),
+    /// Learn a scene once, into a model file
+    Learn(learn::LearnArgs),
+    /// Find for each configuration the nearest free one
+    Query(query::QueryArgs),
+}
+
+/// Where configurations come from.
+#[derive(Args)]
+pub struct InputArgs {
+    /// Configurations, one a line: `{"q": [...]}` or a bare array; `-` reads standard input. Empty lines are skipped.
+    /// A line that cannot be used is reported with its number on standard error, with --json also as
+    /// `{"line": N, "error": "..."}` in its place; the other lines are answered and the exit status is 1
+    #[arg(long, value_name = "FILE")]
+    pub input: PathBuf,
+}
+
+/// A positive, finite number of seconds.
+pub fn seconds(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(value) if value.is_finite() && value > 0.0 => Ok(value),
+        _ => Err("expected a positive number of seconds".into()),
+    }
+}
+
+/// A whole number of at least one.
+pub fn positive(text: &str) -> Result<usize, String> {
+    match text.parse::<usize>() {
+        Ok(value) if value > 0 => Ok(value),
+        _ => Err("expected a whole number of at least 1".into()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::CommandFactory;
+
+    #[test]
+    fn the_command_line_is_consistent() {
+        Cli::command().debug_assert();
+    }
+
+    #[test]
+    fn every_command_of_the_manual_parses() {
+        for line in [
+            "demo",
+            "demo --scene shelf-arm --queries 10 --out a.svg --seed 3 --seconds 2.5 --json",
+            "demo --export dir",
+            "info scene.toml --pairs",
+            "check scene.toml --input -",
+            "sample scene.toml -n 5 --seed 1 --colliding",
+            "learn scene.toml -o m.model --labels 1000 --seconds 5 --seed 2 --threads 2",
+            "query m.model --input q.jsonl --effort exhaustive --json",
+            "--json query m.model --input q.jsonl",
+        ] {
+            let words = std::iter::once("extricate").chain(line.split(' '));
+            assert!(Cli::try_parse_from(words).is_ok(), "{line}");
+        }
+    }
+
+    #[test]
+    fn senseless_values_are_usage_errors() {
+        for line in [
+            "",
+            "learn scene.toml",
+            "learn scene.toml -o m --seconds 0",
+            "learn scene.toml -o m --seconds nan",
+            "learn scene.toml -o m --labels 0",
+            "query m.model",
+            "query m.model --input q --effort hard",
+            "demo --scene nowhere",
+            "demo --queries -1",
+        ] {
+            let words = std::iter::once("extricate").chain(line.split(' ').filter(|w| !w.is_empty()));
+            let error = Cli::try_parse_from(words).err().unwrap_or_else(|| panic!("accepted: {line}"));
+            assert_eq!(error.exit_code(), 2, "{line}");
+        }
+    }
+}

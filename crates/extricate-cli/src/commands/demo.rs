@@ -1,0 +1,160 @@
+//! `extricate demo`: a built-in scene learned, asked and drawn, with nothing to prepare.
+
+use std::fs;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::time::Instant;
+
+use anyhow::{Context, bail};
+use clap::Args;
+use clap::builder::PossibleValuesParser;
+use extricate::scene::builtin;
+use extricate::{Answer, Checker, LearnOptions, Model, QueryOptions, QueryScratch};
+
+use super::demo_table::DemoReport;
+use super::learn::{learn_with_progress, refuse_bad_output};
+use super::query_row::Summary;
+use super::sample::CollidingSampler;
+use super::tell_warnings;
+use crate::args::{positive, seconds};
+use crate::output::Output;
+use crate::picture;
+use crate::progress::Progress;
+use crate::report::count;
+
+/// Turns the seed into another one: no query shall be a configuration that the learner drew.
+const QUERY_STREAM: u64 = 0x71_75_65_72_69_65_73;
+
+/// Arguments of `demo`.
+#[derive(Args)]
+pub struct DemoArgs {
+    /// Built-in scene
+    #[arg(long, value_name = "NAME", default_value = builtin::NAMES[0], value_parser = PossibleValuesParser::new(builtin::NAMES))]
+    scene: String,
+    /// Colliding configurations to answer
+    #[arg(long, value_name = "N", default_value_t = 1000, value_parser = positive)]
+    queries: usize,
+    /// Picture to write; an existing one is replaced
+    #[arg(long, value_name = "PICTURE.svg", default_value = "extricate-demo.svg")]
+    out: PathBuf,
+    /// Only write the scene's files into this directory, for the other commands to use; replaces nothing
+    #[arg(long, value_name = "DIR")]
+    export: Option<PathBuf>,
+    /// Seed of the random numbers
+    #[arg(long, value_name = "S", default_value_t = 0)]
+    seed: u64,
+    /// Seconds of learning
+    #[arg(long, value_name = "T", default_value_t = 20.0, value_parser = seconds)]
+    seconds: f64,
+}
+
+/// A query, its answer and how long it took [s].
+pub struct Answered {
+    /// The configuration in collision.
+    pub query: Vec<f64>,
+    /// Its way out.
+    pub answer: Answer,
+    /// Time of the library call [s].
+    pub seconds: f64,
+}
+
+/// Runs the command.
+pub fn run(args: &DemoArgs, json: bool) -> anyhow::Result<()> {
+    if let Some(folder) = &args.export {
+        return export(&args.scene, folder, json);
+    }
+    refuse_bad_output(&args.out)?;
+    let scene = builtin::scene(&args.scene)?;
+    tell_warnings(&scene);
+    let options = LearnOptions { seconds: Some(args.seconds), seed: args.seed, ..LearnOptions::default() };
+    let (model, _) = learn_with_progress(scene, &options)?;
+    let answers = answer_random_queries(&model, args.queries, args.seed)?;
+    let shown = &answers[most_instructive(&model, &answers)];
+    picture::write(model.scene(), &shown.query, &shown.answer, &args.out)?;
+
+    let mut summary = Summary::default();
+    answers.iter().for_each(|a| summary.add(&a.answer, a.seconds));
+    let report = DemoReport {
+        scene: &args.scene,
+        learned: model.statistics(),
+        queries: summary.figures(),
+        picture: args.out.display().to_string(),
+    };
+    let mut out = Output::new(false);
+    if json {
+        out.json(&report)?
+    } else {
+        out.line(report.text(model.scene()))?
+    }
+    Ok(out.finish()?)
+}
+
+fn answer_random_queries(model: &Model, queries: usize, seed: u64) -> anyhow::Result<Vec<Answered>> {
+    let scene = model.scene();
+    let checker = Checker::new(Arc::new(scene.clone()));
+    let mut sampler = CollidingSampler::new(&checker, seed ^ QUERY_STREAM);
+    let mut scratch = QueryScratch::default();
+    let mut progress = Progress::new("querying");
+    let mut answers = Vec::with_capacity(queries);
+    let mut query = vec![0.0; scene.space.nq()];
+    for index in 0..queries {
+        sampler.next(&mut query, |_, _| {})?;
+        let config = scene.space.config(&query)?;
+        let started = Instant::now();
+        let answer = model.query(&config, &QueryOptions::default(), &mut scratch);
+        let seconds = started.elapsed().as_secs_f64();
+        answers.push(Answered { query: config.to_vec(), answer, seconds });
+        progress.update(Some(index as f64 / queries as f64), || format!("{} answers", count(index)));
+    }
+    Ok(answers)
+}
+
+/// The answer to draw: verified, in collision with an obstacle if any is, and of a displacement that can be seen without
+/// being the worst (the 80th percentile).
+fn most_instructive(model: &Model, answers: &[Answered]) -> usize {
+    let scene = model.scene();
+    let hits_obstacle = |a: &Answered| {
+        a.answer.colliding.iter().any(|&pair| {
+            let pair = scene.pairs[pair];
+            scene.bodies[pair.first].robot.is_none() || scene.bodies[pair.second].robot.is_none()
+        })
+    };
+    let mut candidates: Vec<usize> = (0..answers.len()).collect();
+    for keep in [&hits_obstacle as &dyn Fn(&Answered) -> bool, &|a: &Answered| a.answer.verified] {
+        let kept: Vec<usize> = candidates.iter().copied().filter(|&i| keep(&answers[i])).collect();
+        if !kept.is_empty() {
+            candidates = kept;
+        }
+    }
+    candidates.sort_by(|&a, &b| answers[a].answer.max_displacement.total_cmp(&answers[b].answer.max_displacement));
+    candidates[(candidates.len() - 1) * 4 / 5]
+}
+
+fn export(name: &str, folder: &Path, json: bool) -> anyhow::Result<()> {
+    let Some(files) = builtin::files(name) else {
+        bail!("there is no built-in scene {name}");
+    };
+    if let Some((path, _)) = files.iter().find(|(path, _)| folder.join(path).exists()) {
+        bail!("{} exists; nothing was written", folder.join(path).display());
+    }
+    for (path, content) in &files {
+        let path = folder.join(path);
+        let parent = path.parent().unwrap_or(folder);
+        fs::create_dir_all(parent).with_context(|| format!("cannot create {}", parent.display()))?;
+        // `create_new` also refuses what appeared since the check above.
+        fs::File::create_new(&path)
+            .and_then(|mut file| file.write_all(content))
+            .with_context(|| format!("cannot write {}", path.display()))?;
+    }
+    let scene = folder.join(&files[0].0).display().to_string();
+    let mut out = Output::new(false);
+    if json {
+        let written: Vec<_> = files.iter().map(|(path, _)| folder.join(path).display().to_string()).collect();
+        out.json(&serde_json::json!({ "scene": scene, "files": written }))?;
+    } else {
+        out.line(format_args!("wrote {} files; the scene is {scene}", count(files.len())))?;
+        out.line(format_args!("try: extricate info {scene}\n     extricate learn {scene} -o {name}.model"))?;
+    }
+    Ok(out.finish()?)
+}

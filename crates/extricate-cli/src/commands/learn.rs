@@ -1,0 +1,193 @@
+//! `extricate learn`: a scene in, a model file out.
+
+use std::ops::ControlFlow;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use anyhow::bail;
+use clap::Args;
+use extricate::{Checker, LearnOptions, LearnProgress, Model, Scene, Statistics, store};
+use serde::Serialize;
+
+use super::{disable_line, pairs_always_colliding, tell_warnings};
+use crate::args::{positive, seconds};
+use crate::interrupt::StopOnInterrupt;
+use crate::notice;
+use crate::output::Output;
+use crate::progress::Progress;
+use crate::report::{self, count, duration, percent};
+
+/// Configurations tried for pairs that always collide; few, because such a pair collides in the first one already.
+const ALWAYS_COLLIDING_SAMPLES: u64 = 100;
+
+/// Arguments of `learn`.
+#[derive(Args)]
+#[command(
+    after_help = "Learning ends when the labels or the seconds are spent. Give --labels without --seconds for a model \
+                        that does not depend on the speed of the machine: the same scene, seed and labels give the same \
+                        model, whatever the number of threads. Ctrl-C ends learning early and keeps what was learned; a \
+                        second one ends at once."
+)]
+pub struct LearnArgs {
+    /// Scene file (TOML)
+    scene: PathBuf,
+    /// Model file to write
+    #[arg(short = 'o', long = "output", value_name = "MODEL")]
+    output: PathBuf,
+    /// Most exact collision checks to spend [default: 400000]
+    #[arg(long, value_name = "N", value_parser = positive)]
+    labels: Option<usize>,
+    /// Most seconds to spend [default: 100, or no limit with --labels]
+    #[arg(long, value_name = "T", value_parser = seconds)]
+    seconds: Option<f64>,
+    /// Seed of the random numbers
+    #[arg(long, value_name = "S", default_value_t = 0)]
+    seed: u64,
+    /// Threads; 0 for one per core. The model does not depend on it
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    threads: usize,
+}
+
+#[derive(Serialize)]
+struct Report<'a> {
+    model: String,
+    interrupted: bool,
+    statistics: &'a Statistics,
+}
+
+/// Runs the command.
+pub fn run(args: &LearnArgs, json: bool) -> anyhow::Result<()> {
+    refuse_bad_output(&args.output)?;
+    let scene = store::load_scene(&args.scene)?;
+    tell_warnings(&scene);
+    warn_of_pairs_always_colliding(&scene);
+    let (model, interrupted) = learn_with_progress(scene, &options(args))?;
+    store::save_model(&model, &args.output)?;
+    let statistics = model.statistics();
+    let mut out = Output::new(false);
+    if json {
+        out.json(&Report { model: args.output.display().to_string(), interrupted, statistics })?;
+    } else {
+        out.line(report::two_columns(&statistics_rows(statistics, report::metric_unit(model.scene()))))?;
+        out.line(format_args!("wrote {}", args.output.display()))?;
+    }
+    Ok(out.finish()?)
+}
+
+/// Learns with a progress bar; Ctrl-C ends early. Also says whether it did.
+pub fn learn_with_progress(scene: Scene, options: &LearnOptions) -> anyhow::Result<(Model, bool)> {
+    let stop = StopOnInterrupt::new();
+    let mut progress = Progress::new("learning");
+    let model = Model::learn(scene, options, &mut |state| {
+        progress.update(Some(state.fraction), || in_words(state));
+        if stop.asked() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    });
+    drop(progress);
+    let (model, interrupted) = (model?, stop.asked());
+    if interrupted {
+        let labels = count(model.statistics().labels);
+        notice::warning(format_args!("stopped by the user; keeping the model learned so far ({labels} labels)"));
+    }
+    Ok((model, interrupted))
+}
+
+/// What a model's statistics say, for people.
+pub fn statistics_rows(statistics: &Statistics, unit: &str) -> Vec<(&'static str, String)> {
+    let ended = if statistics.ended_by_time { " (ended by the time limit)" } else { "" };
+    vec![
+        (
+            "labels spent",
+            format!("{} exact checks in {}{ended}", count(statistics.labels), duration(statistics.seconds)),
+        ),
+        ("seed", statistics.seed.to_string()),
+        ("boundary samples", format!("{}, all verified free", count(statistics.boundary_samples))),
+        ("boundary gap", format!("{:.3e} {unit} at most to a colliding configuration", statistics.boundary_gap)),
+        ("support vectors", count(statistics.support_vectors)),
+        ("colliding share", format!("{} of uniform configurations", percent(statistics.colliding_share))),
+        (
+            "held-out accuracy",
+            format!(
+                "{} on free, {} on colliding configurations",
+                percent(statistics.accuracy_free),
+                percent(statistics.accuracy_colliding)
+            ),
+        ),
+    ]
+}
+
+fn options(args: &LearnArgs) -> LearnOptions {
+    let default = LearnOptions::default();
+    // Who counts labels wants a model that another machine learns too; a silent time limit would break that.
+    let seconds = if args.labels.is_some() { args.seconds } else { args.seconds.or(default.seconds) };
+    LearnOptions { labels: args.labels.unwrap_or(default.labels), seconds, seed: args.seed, threads: args.threads }
+}
+
+/// Finds out before learning, not minutes later, that the model cannot be written.
+pub fn refuse_bad_output(path: &Path) -> anyhow::Result<()> {
+    let parent = match path.parent() {
+        Some(parent) if !parent.as_os_str().is_empty() => parent,
+        _ => Path::new("."),
+    };
+    if path.is_dir() {
+        bail!("cannot write {}: it is a directory, expected a file name", path.display());
+    }
+    if !parent.is_dir() {
+        bail!("cannot write {}: there is no directory {}", path.display(), parent.display());
+    }
+    Ok(())
+}
+
+fn warn_of_pairs_always_colliding(scene: &Scene) {
+    let checker = Checker::new(Arc::new(scene.clone()));
+    let pairs = pairs_always_colliding(&checker, ALWAYS_COLLIDING_SAMPLES);
+    if pairs.is_empty() {
+        return;
+    }
+    notice::warning(format_args!(
+        "{} pairs collide in every sampled configuration; where that is by design, add to the scene under [pairs]: {}",
+        pairs.len(),
+        disable_line(&report::pair_names(scene, &pairs))
+    ));
+}
+
+fn in_words(state: &LearnProgress) -> String {
+    let accuracy = state.accuracy.map_or(String::new(), |a| format!(", accuracy {}", percent(a)));
+    let (labels, samples) = (count(state.labels), count(state.boundary_samples));
+    format!("{}: {labels} labels, {samples} boundary samples{accuracy}", state.stage)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn args(labels: Option<usize>, seconds: Option<f64>) -> LearnArgs {
+        LearnArgs { scene: "s".into(), output: "m".into(), labels, seconds, seed: 1, threads: 0 }
+    }
+
+    #[test]
+    fn labels_alone_set_no_time_limit() {
+        assert_eq!(options(&args(Some(500), None)).seconds, None);
+        assert_eq!(options(&args(Some(500), Some(3.0))).seconds, Some(3.0));
+        assert_eq!(options(&args(None, None)).seconds, LearnOptions::default().seconds);
+        assert_eq!(options(&args(None, None)).labels, LearnOptions::default().labels);
+    }
+
+    #[test]
+    fn an_output_that_cannot_be_written_is_refused_first() {
+        let folder = tempfile::tempdir().unwrap();
+        assert!(refuse_bad_output(&folder.path().join("a.model")).is_ok());
+        assert!(refuse_bad_output(Path::new("a.model")).is_ok());
+        assert!(refuse_bad_output(folder.path()).unwrap_err().to_string().contains("is a directory"));
+        let missing = refuse_bad_output(&folder.path().join("no/a.model")).unwrap_err();
+        assert!(missing.to_string().contains("there is no directory"));
+    }
+
+    #[test]
+    fn progress_reads_well() {
+        let mut state =
+            LearnProgress { stage: "exploring", fraction: 0.1, labels: 1500, boundary_samples: 30, accuracy: None };
+        assert_eq!(in_words(&state), "exploring: 1,500 labels, 30 boundary samples");
+        state.accuracy = Some(0.953);
+        assert!(in_words(&state).ends_with("accuracy 95.3 %"));
+    }
+}

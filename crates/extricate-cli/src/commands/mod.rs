@@ -1,0 +1,67 @@
+//! One file a command; each takes its arguments, calls the library and reports.
+
+pub mod check;
+pub mod demo;
+mod demo_table;
+pub mod info;
+mod info_scene;
+pub mod learn;
+pub mod query;
+mod query_row;
+pub mod sample;
+
+use extricate::collision::always_colliding;
+use extricate::cspace::sampling::Halton;
+use extricate::{Checker, Scene};
+
+use crate::args::{Cli, Command};
+use crate::notice;
+
+/// Runs the command.
+pub fn run(cli: Cli) -> anyhow::Result<()> {
+    match cli.command {
+        Command::Demo(args) => demo::run(&args, cli.json),
+        Command::Info(args) => info::run(&args, cli.json),
+        Command::Check(args) => check::run(&args, cli.json),
+        Command::Sample(args) => sample::run(&args),
+        Command::Learn(args) => learn::run(&args, cli.json),
+        Command::Query(args) => query::run(&args, cli.json),
+    }
+}
+
+/// Pairs that collide in each of `samples` low-discrepancy configurations: most likely overlap by design.
+fn pairs_always_colliding(checker: &Checker, samples: u64) -> Vec<usize> {
+    let space = &checker.scene().space;
+    let halton = Halton::new(space.nv(), 0);
+    let mut configs = Vec::new();
+    for index in 0..samples {
+        let mut q = vec![0.0; space.nq()];
+        halton.config(space, index, &mut q);
+        configs.push(q);
+    }
+    always_colliding(checker, &configs)
+}
+
+/// The line for the scene file's `[pairs]` table that takes `names` out of the checked pairs.
+fn disable_line(names: &[[&str; 2]]) -> String {
+    // Debug quotes a string as TOML's basic strings do, but for control characters, which no name has.
+    let pairs: Vec<_> = names.iter().map(|[a, b]| format!("[{a:?}, {b:?}]")).collect();
+    format!("disable = [{}]", pairs.join(", "))
+}
+
+fn tell_warnings(scene: &Scene) {
+    for warning in &scene.warnings {
+        notice::warning(warning);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_line_to_add_is_toml() {
+        let names = [["palm_link", "link_13.0"], ["a", "b/c"]];
+        assert_eq!(disable_line(&names), r#"disable = [["palm_link", "link_13.0"], ["a", "b/c"]]"#);
+    }
+}

@@ -1,0 +1,256 @@
+//! Configurations from a file or standard input: JSON lines, each checked against the configuration space.
+
+use std::fs::File;
+use std::io::{BufRead, BufReader};
+use std::path::Path;
+
+use anyhow::{Context, bail};
+use extricate::{Config, ConfigSpace};
+use serde::Serialize;
+use serde_json::Value;
+
+use crate::notice;
+
+/// Configurations of one input, in order.
+pub struct Configs {
+    reader: Box<dyn BufRead>,
+    name: String,
+    line: usize,
+    bytes_read: u64,
+    bytes_total: Option<u64>,
+    good: usize,
+    bad: usize,
+}
+
+/// A line that is no configuration of the scene.
+#[derive(Debug, Serialize)]
+pub struct BadLine {
+    /// Its number, from 1.
+    pub line: usize,
+    /// What was found and what was expected.
+    pub error: String,
+}
+
+/// A configuration and the number of its line.
+pub type Entry = Result<(usize, Config), BadLine>;
+
+impl Configs {
+    /// Opens a file, or standard input for `-`.
+    pub fn open(path: &Path) -> anyhow::Result<Self> {
+        if path == Path::new("-") {
+            return Ok(Self::new(Box::new(std::io::stdin().lock()), "standard input", None));
+        }
+        let name = path.display().to_string();
+        let file = File::open(path).with_context(|| format!("cannot read {name}"))?;
+        let metadata = file.metadata().with_context(|| format!("cannot read {name}"))?;
+        if metadata.is_dir() {
+            bail!("cannot read {name}: it is a directory, expected JSON lines");
+        }
+        let total = metadata.is_file().then_some(metadata.len());
+        Ok(Self::new(Box::new(BufReader::new(file)), &name, total))
+    }
+
+    fn new(reader: Box<dyn BufRead>, name: &str, bytes_total: Option<u64>) -> Self {
+        Self { reader, name: name.into(), line: 0, bytes_read: 0, bytes_total, good: 0, bad: 0 }
+    }
+
+    /// The next line that is not empty, or `None` at the end.
+    ///
+    /// # Errors
+    /// Where reading fails; a bad line is an [`Entry`], not an error.
+    pub fn next(&mut self, space: &ConfigSpace) -> anyhow::Result<Option<Entry>> {
+        let mut raw = Vec::new();
+        loop {
+            raw.clear();
+            let read = self
+                .reader
+                .read_until(b'\n', &mut raw)
+                .with_context(|| format!("cannot read {} after line {}", self.name, self.line))?;
+            if read == 0 {
+                return Ok(None);
+            }
+            self.line += 1;
+            self.bytes_read += read as u64;
+            let parsed = match std::str::from_utf8(&raw) {
+                // Editors on some systems begin a file with a byte order mark.
+                Ok(text) => match text.trim_start_matches('\u{feff}').trim() {
+                    "" => continue,
+                    text => parse_config(text, space),
+                },
+                Err(_) => Err("not UTF-8 text, expected a JSON array or an object with \"q\"".into()),
+            };
+            let line = self.line;
+            return Ok(Some(match parsed {
+                Ok(config) => {
+                    self.good += 1;
+                    Ok((line, config))
+                }
+                Err(error) => {
+                    self.bad += 1;
+                    Err(BadLine { line, error })
+                }
+            }));
+        }
+    }
+
+    /// Tells the user of a bad line, with the name of the input and the number.
+    pub fn report(&self, bad: &BadLine) {
+        notice::error(format_args!("{}: line {}: {}", self.name, bad.line, bad.error));
+    }
+
+    /// Share of the input that was read, where its length is known.
+    pub fn fraction(&self) -> Option<f64> {
+        self.bytes_total.map(|total| self.bytes_read as f64 / total.max(1) as f64)
+    }
+
+    /// Whether lines may come one at a time from a program that waits for each answer.
+    pub fn is_stream(&self) -> bool {
+        self.bytes_total.is_none()
+    }
+
+    /// Ends the run.
+    ///
+    /// # Errors
+    /// Where any line was bad.
+    pub fn conclude(&self) -> anyhow::Result<()> {
+        if self.good + self.bad == 0 {
+            notice::warning(format_args!("{}: no configurations in it", self.name));
+        }
+        if self.bad > 0 {
+            let total = self.good + self.bad;
+            bail!("{}: {} of {total} configurations could not be used; the others were answered", self.name, self.bad);
+        }
+        Ok(())
+    }
+}
+
+/// One line: `{"q": [...]}` (other keys are ignored) or a bare array.
+pub fn parse_config(text: &str, space: &ConfigSpace) -> Result<Config, String> {
+    let value: Value = serde_json::from_str(text).map_err(|error| explain_syntax(text, &error))?;
+    let found = match value {
+        Value::Object(mut map) => match map.remove("q") {
+            Some(q) => q,
+            None => {
+                let keys: Vec<_> = map.keys().map(|k| format!("\"{k}\"")).collect();
+                let keys = if keys.is_empty() { "no keys".into() } else { keys.join(", ") };
+                return Err(format!("got an object with {keys}, expected one with \"q\""));
+            }
+        },
+        other => other,
+    };
+    let Value::Array(elements) = found else {
+        return Err(format!("got {}, expected an array of {} numbers", describe(&found), space.nq()));
+    };
+    let mut numbers = Vec::with_capacity(elements.len());
+    for (index, element) in elements.iter().enumerate() {
+        match element.as_f64() {
+            Some(number) => numbers.push(number),
+            None => return Err(format!("coordinate {index}: got {}, expected a finite number", describe(element))),
+        }
+    }
+    space.config(&numbers).map_err(|error| error.to_string())
+}
+
+/// JSON has no NaN and no infinities; the parser only says that it expected a value.
+fn explain_syntax(text: &str, error: &serde_json::Error) -> String {
+    let word = text.split(|c: char| !c.is_ascii_alphanumeric() && c != '+' && c != '-').find(|word| {
+        matches!(word.trim_start_matches(['+', '-']).to_ascii_lowercase().as_str(), "nan" | "inf" | "infinity")
+    });
+    match word {
+        Some(word) => format!("got {word}, expected a finite number"),
+        None => format!("not JSON ({error}), got {}, expected an array or an object with \"q\"", shorten(text)),
+    }
+}
+
+fn describe(value: &Value) -> String {
+    let kind = match value {
+        Value::Null => return "null".into(),
+        Value::Bool(_) => "a boolean",
+        Value::Number(_) => "a number",
+        Value::String(_) => "a string",
+        Value::Array(_) => "an array",
+        Value::Object(_) => "an object",
+    };
+    format!("{} ({kind})", shorten(&value.to_string()))
+}
+
+fn shorten(text: &str) -> String {
+    const MOST: usize = 40;
+    if text.chars().count() <= MOST {
+        return text.into();
+    }
+    text.chars().take(MOST).chain("...".chars()).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use extricate::Manifold;
+
+    fn space() -> ConfigSpace {
+        let mut space = ConfigSpace::default();
+        space.push("shoulder", Manifold::Interval { lower: -1.0, upper: 2.0 }, 1.0);
+        space.push("turn", Manifold::Circle, 1.0);
+        space
+    }
+
+    #[test]
+    fn both_spellings_are_read() {
+        let space = space();
+        assert_eq!(&*parse_config("[0.5, 1]", &space).unwrap(), &[0.5, 1.0]);
+        assert_eq!(&*parse_config(r#"{"id": 3, "q": [0.5, -1e-3]}"#, &space).unwrap(), &[0.5, -1e-3]);
+    }
+
+    #[test]
+    fn every_fault_names_the_value_and_what_was_expected() {
+        let space = space();
+        for (text, found, expected) in [
+            ("[NaN, 0]", "got NaN", "finite number"),
+            ("[0, -Infinity]", "got -Infinity", "finite number"),
+            ("[1e999, 0]", "1e999", "not JSON"),
+            ("[\"0.5\", 0]", "coordinate 0: got \"0.5\" (a string)", "finite number"),
+            ("[0, [1]]", "coordinate 1: got [1] (an array)", "finite number"),
+            ("[null, 0]", "got null", "finite number"),
+            ("[true, 0]", "got true (a boolean)", "finite number"),
+            ("[0]", "got 1", "2 coordinates"),
+            ("[]", "got 0", "2 coordinates"),
+            ("[2.5, 0]", "`shoulder` (coordinate 0): got 2.5", "[-1, 2]"),
+            ("{\"p\": [0, 0]}", "an object with \"p\"", "one with \"q\""),
+            ("{}", "no keys", "one with \"q\""),
+            ("{\"q\": 7}", "got 7 (a number)", "array of 2 numbers"),
+            ("\"q\"", "got \"q\" (a string)", "array of 2 numbers"),
+            ("[0, 0] [1, 1]", "[0, 0] [1, 1]", "not JSON"),
+            ("hello", "got hello", "expected an array or an object"),
+        ] {
+            let message = parse_config(text, &space).unwrap_err();
+            assert!(message.contains(found), "{text}: {message}");
+            assert!(message.contains(expected), "{text}: {message}");
+        }
+    }
+
+    #[test]
+    fn lines_keep_their_numbers_and_bad_ones_do_not_end_the_input() {
+        let text = "\u{feff}[0, 0]\r\n\n  \n{\"q\": [9, 0]}\n[1, 1]";
+        let mut configs = Configs::new(Box::new(text.as_bytes()), "x", Some(text.len() as u64));
+        let space = space();
+        let mut seen = Vec::new();
+        while let Some(entry) = configs.next(&space).unwrap() {
+            seen.push(match entry {
+                Ok((line, _)) => (line, true),
+                Err(bad) => (bad.line, false),
+            });
+        }
+        assert_eq!(seen, [(1, true), (4, false), (5, true)]);
+        assert_eq!(configs.fraction(), Some(1.0));
+        assert!(configs.conclude().unwrap_err().to_string().contains("1 of 3"));
+    }
+
+    #[test]
+    fn bytes_that_are_no_text_are_one_bad_line() {
+        let mut configs = Configs::new(Box::new(&b"\xff\xfe\n[0, 0]\n"[..]), "x", None);
+        let space = space();
+        assert!(configs.next(&space).unwrap().unwrap().unwrap_err().error.contains("UTF-8"));
+        assert!(configs.next(&space).unwrap().unwrap().is_ok());
+        assert!(configs.next(&space).unwrap().is_none());
+    }
+}

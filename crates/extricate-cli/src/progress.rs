@@ -1,0 +1,104 @@
+//! Progress of a long job on standard error: a bar on a terminal, a plain line now and then elsewhere.
+
+use std::io::IsTerminal;
+use std::time::{Duration, Instant};
+
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+
+use crate::notice;
+
+/// Jobs shorter than this show nothing.
+const SILENT: Duration = Duration::from_secs(1);
+/// Time between two plain lines.
+const PLAIN_INTERVAL: Duration = Duration::from_secs(5);
+/// Time between two redraws of the bar.
+const REDRAW_INTERVAL: Duration = Duration::from_millis(100);
+/// Steps of the bar; progress is a fraction.
+const STEPS: u64 = 1000;
+
+/// One long job.
+pub struct Progress {
+    title: &'static str,
+    started: Instant,
+    next: Instant,
+    place: Place,
+}
+
+enum Place {
+    /// Rows appear on the terminal and are progress enough.
+    Nowhere,
+    Lines,
+    Terminal(Option<ProgressBar>),
+}
+
+impl Progress {
+    /// Progress of a job that prints nothing else meanwhile.
+    pub fn new(title: &'static str) -> Self {
+        let place = if std::io::stderr().is_terminal() { Place::Terminal(None) } else { Place::Lines };
+        let started = Instant::now();
+        Self { title, started, next: started + SILENT, place }
+    }
+
+    /// Progress of a job that writes rows to standard output as it goes.
+    pub fn beside_rows(title: &'static str) -> Self {
+        let mut progress = Self::new(title);
+        if std::io::stdout().is_terminal() {
+            progress.place = Place::Nowhere;
+        }
+        progress
+    }
+
+    /// Tells how far the job is: `fraction` in `[0, 1]` where it is known, and in words. Cheap when nothing is due.
+    pub fn update(&mut self, fraction: Option<f64>, message: impl FnOnce() -> String) {
+        let now = Instant::now();
+        if now < self.next {
+            return;
+        }
+        match &mut self.place {
+            Place::Nowhere => {}
+            Place::Lines => {
+                self.next = now + PLAIN_INTERVAL;
+                let share = fraction.map_or(String::new(), |f| format!("{:.0} %, ", 100.0 * f.clamp(0.0, 1.0)));
+                notice::note(format_args!("{}: {share}{}", self.title, message()));
+            }
+            Place::Terminal(bar) => {
+                self.next = now + REDRAW_INTERVAL;
+                let bar = bar.get_or_insert_with(|| new_bar(self.title, self.started.elapsed(), fraction.is_some()));
+                match fraction {
+                    Some(f) => bar.set_position((f.clamp(0.0, 1.0) * STEPS as f64) as u64),
+                    None => bar.tick(),
+                }
+                bar.set_message(message());
+            }
+        }
+    }
+
+    /// Runs `print`, which writes to standard error, with the bar out of the way.
+    pub fn aside(&self, print: impl FnOnce()) {
+        match &self.place {
+            Place::Terminal(Some(bar)) => bar.suspend(print),
+            _ => print(),
+        }
+    }
+}
+
+impl Drop for Progress {
+    fn drop(&mut self) {
+        if let Place::Terminal(Some(bar)) = &self.place {
+            bar.finish_and_clear();
+        }
+    }
+}
+
+fn new_bar(title: &'static str, elapsed: Duration, known: bool) -> ProgressBar {
+    let template = if known {
+        "{prefix} [{bar:32}] {percent:>3} % {elapsed:>4} {msg}"
+    } else {
+        "{prefix} {spinner} {elapsed:>4} {msg}"
+    };
+    let style = ProgressStyle::with_template(template).expect("the template is a constant").progress_chars("=> ");
+    ProgressBar::with_draw_target(Some(STEPS), ProgressDrawTarget::stderr())
+        .with_style(style)
+        .with_prefix(title)
+        .with_elapsed(elapsed)
+}

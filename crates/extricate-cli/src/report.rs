@@ -1,0 +1,134 @@
+//! Numbers as people read them, and tables of them.
+
+use extricate::Scene;
+use extricate::scene::MetricSpec;
+
+/// The `share` quantile of `values` (which it sorts), linear between neighbours; `NaN` of nothing.
+pub fn quantile(values: &mut [f64], share: f64) -> f64 {
+    if values.is_empty() {
+        return f64::NAN;
+    }
+    values.sort_by(f64::total_cmp);
+    let at = share * (values.len() - 1) as f64;
+    let (low, high) = (values[at.floor() as usize], values[at.ceil() as usize]);
+    // Equal neighbours may be infinite, and their difference is then no number.
+    if low == high { low } else { low + (at - at.floor()) * (high - low) }
+}
+
+/// A duration with three digits and a fitting unit.
+pub fn duration(seconds: f64) -> String {
+    for (limit, factor, unit) in [(1e-3, 1e6, "us"), (1.0, 1e3, "ms"), (120.0, 1.0, "s")] {
+        if seconds < limit {
+            return format!("{} {unit}", three_digits(seconds * factor));
+        }
+    }
+    format!("{} min", three_digits(seconds / 60.0))
+}
+
+/// A share as a percentage; never rounded up to `100 %`.
+pub fn percent(share: f64) -> String {
+    let tenths = (share * 1000.0 + 1e-9).floor() / 10.0;
+    if tenths == tenths.round() { format!("{tenths:.0} %") } else { format!("{tenths:.1} %") }
+}
+
+/// A whole number with its thousands apart.
+pub fn count(n: usize) -> String {
+    let digits = n.to_string();
+    let mut out = String::new();
+    for (i, digit) in digits.chars().enumerate() {
+        if i > 0 && (digits.len() - i).is_multiple_of(3) {
+            out.push(',');
+        }
+        out.push(digit);
+    }
+    out
+}
+
+/// What distances of the scene's metric are measured in (the joint metric adds what its joints are measured in).
+pub fn metric_unit(scene: &Scene) -> &'static str {
+    if scene.metric != MetricSpec::Joint {
+        return "m";
+    }
+    let turns = scene.joints.iter().any(|j| j.kind != "prismatic");
+    let slides = scene.joints.iter().any(|j| matches!(j.kind.as_str(), "prismatic" | "planar" | "floating"));
+    match (turns, slides) {
+        (true, true) => "rad, m",
+        (false, true) => "m",
+        _ => "rad",
+    }
+}
+
+/// The metric as scene files spell it.
+pub fn metric_name(metric: MetricSpec) -> &'static str {
+    match metric {
+        MetricSpec::Joint => "joint",
+        MetricSpec::ObjectNorm => "object-norm",
+        MetricSpec::MaxDisplacement => "max-displacement",
+    }
+}
+
+/// Names of pairs, as two bodies each.
+pub fn pair_names<'a>(scene: &'a Scene, pairs: &[usize]) -> Vec<[&'a str; 2]> {
+    pairs.iter().map(|&pair| scene.pair_names(pair)).collect()
+}
+
+/// The first `most` pairs in words: `arm - shelf, hand - shelf and 3 more`.
+pub fn pairs_in_words(names: &[[&str; 2]], most: usize) -> String {
+    let mut text = names.iter().take(most).map(|[a, b]| format!("{a} - {b}")).collect::<Vec<_>>().join(", ");
+    if names.len() > most {
+        text += &format!(" and {} more", names.len() - most);
+    }
+    text
+}
+
+/// Two columns, the first padded; every row is one line.
+pub fn two_columns<L: AsRef<str>>(rows: &[(L, String)]) -> String {
+    let width = rows.iter().map(|(label, _)| label.as_ref().chars().count()).max().unwrap_or(0);
+    rows.iter().map(|(label, value)| format!("  {:<width$}  {value}", label.as_ref())).collect::<Vec<_>>().join("\n")
+}
+
+fn three_digits(value: f64) -> String {
+    match value {
+        v if v < 10.0 => format!("{v:.2}"),
+        v if v < 100.0 => format!("{v:.1}"),
+        v => format!("{v:.0}"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn quantiles_interpolate() {
+        assert_eq!(quantile(&mut [3.0, 1.0, 2.0], 0.5), 2.0);
+        assert_eq!(quantile(&mut [1.0, 2.0], 0.5), 1.5);
+        assert_eq!(quantile(&mut [1.0, f64::INFINITY, f64::INFINITY], 0.75), f64::INFINITY);
+        assert!(quantile(&mut [], 0.5).is_nan());
+    }
+
+    #[test]
+    fn durations_take_the_unit_that_fits() {
+        assert_eq!(duration(12.34e-6), "12.3 us");
+        assert_eq!(duration(0.00123), "1.23 ms");
+        assert_eq!(duration(19.6), "19.6 s");
+        assert_eq!(duration(600.0), "10.0 min");
+    }
+
+    #[test]
+    fn a_share_below_one_is_never_shown_as_all() {
+        assert_eq!(percent(1.0), "100 %");
+        assert_eq!(percent(0.9999), "99.9 %");
+        assert_eq!(percent(0.0), "0 %");
+        assert_eq!(percent(0.935), "93.5 %");
+    }
+
+    #[test]
+    fn counts_and_lists_read_well() {
+        assert_eq!(count(1234567), "1,234,567");
+        assert_eq!(count(12), "12");
+        let names = [["a", "b"], ["c", "d"], ["e", "f"]];
+        assert_eq!(pairs_in_words(&names, 2), "a - b, c - d and 1 more");
+        assert_eq!(two_columns(&[("x", "1".into()), ("long", "2".into())]), "  x     1\n  long  2");
+    }
+}

@@ -1,0 +1,34 @@
+//! The demo, shortened, and the files it gives away.
+
+use crate::process::{Workspace, assert_keys, exists};
+
+#[test]
+fn the_demo_learns_answers_and_draws() {
+    let workspace = Workspace::new();
+    let line = "demo --seconds 2 --queries 20 --out way-out.svg --json";
+    let report = &workspace.run(line).expect_code(0).json()[0];
+    assert_keys(report, &["scene", "learned", "queries", "picture"]);
+    assert_eq!(report["queries"]["queries"], 20);
+    assert_eq!(report["queries"]["verified"], 1.0);
+    assert!(report["queries"]["depth_median"].as_f64().unwrap() > 0.0);
+    let picture = std::fs::read_to_string(workspace.path("way-out.svg")).unwrap();
+    assert!(picture.starts_with("<svg") && picture.contains("nearest way out"));
+    assert!(picture.len() < 1_500_000, "{} bytes", picture.len());
+}
+
+#[test]
+fn the_exported_scene_is_whole_and_nothing_is_overwritten() {
+    let workspace = Workspace::new();
+    workspace.run("demo --export mine").expect_code(0);
+    let again = workspace.run("demo --export mine");
+    again.expect_failure(&["exists", "nothing was written"]);
+    let report = &workspace.run("demo --export other --json").expect_code(0).json()[0];
+    let scene = report["scene"].as_str().unwrap();
+    assert!(report["files"].as_array().unwrap().iter().all(|f| exists(&workspace.path(f.as_str().unwrap()))));
+    let info = &workspace.run(&format!("info {scene} --json")).expect_code(0).json()[0];
+    assert_eq!(info["degrees_of_freedom"], 7);
+    assert_eq!(info["always_colliding"]["pairs"].as_array().unwrap().len(), 0);
+    let samples = workspace.run(&format!("sample {scene} -n 5 --colliding --seed 1")).expect_code(0).stdout;
+    let verdicts = workspace.run_with_input(&format!("check {scene} --input - --json"), &samples).expect_code(0).json();
+    assert!(verdicts.len() == 5 && verdicts.iter().all(|v| v["free"] == false));
+}

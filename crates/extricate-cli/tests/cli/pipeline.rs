@@ -1,0 +1,159 @@
+//! info, sample, check, learn, query on one small scene.
+
+use serde_json::{Value, json};
+
+use crate::process::{COLLIDING, FREE, Workspace, assert_keys};
+
+const ANSWER_KEYS: &[&str] = &[
+    "depth",
+    "lower_bound",
+    "witness",
+    "seconds",
+    "checks",
+    "max_displacement",
+    "colliding",
+    "touching",
+    "verified",
+    "effort",
+];
+
+#[test]
+fn info_lists_joints_in_order_and_pairs() {
+    let workspace = Workspace::new();
+    let info = &workspace.run("info scene.toml --json").expect_code(0).json()[0];
+    assert_eq!(info["kind"], "scene");
+    assert_eq!(info["joints"][0]["name"], "shoulder");
+    assert_eq!(info["joints"][1]["coordinates"], json!([1]));
+    assert_eq!(info["joints"][1]["factors"][0]["limits"], json!([-2.5, 2.5]));
+    assert_eq!(info["pairs"], json!([["upper", "post"], ["fore", "post"]]));
+    assert_eq!(info["pair_count"], 2);
+    assert_eq!(info["always_colliding"]["pairs"], json!([]));
+    let text = workspace.run("info scene.toml --pairs").expect_code(0).stdout;
+    assert!(text.contains("shoulder") && text.contains("fore - post"), "{text}");
+}
+
+#[test]
+fn info_names_pairs_that_always_collide_with_the_line_to_add() {
+    let workspace = Workspace::new();
+    let scene = std::fs::read_to_string(workspace.path("scene.toml")).unwrap();
+    let shelf = "[[obstacle]]\nname = \"slab\"\nshape = { box = [0.5, 0.5, 0.02] }\n";
+    workspace.write("scene.toml", scene.clone() + shelf);
+    let info = workspace.run("info scene.toml").expect_code(0).stdout;
+    let line = "disable = [[\"upper\", \"slab\"]]";
+    assert!(info.contains(line), "{info}");
+    workspace.write("scene.toml", format!("{scene}{shelf}[pairs]\n{line}\n"));
+    let info = workspace.run("info scene.toml").expect_code(0).stdout;
+    assert!(!info.contains("disable"), "{info}");
+}
+
+#[test]
+fn check_says_free_clearance_and_pairs() {
+    let workspace = Workspace::new();
+    workspace.write("q.jsonl", format!("{{\"q\": {COLLIDING}}}\n{FREE}\n"));
+    let verdicts = workspace.run("check scene.toml --input q.jsonl --json").expect_code(0).json();
+    assert_eq!(verdicts.len(), 2);
+    verdicts.iter().for_each(|v| assert_keys(v, &["free", "clearance", "colliding"]));
+    assert_eq!(verdicts[0]["free"], false);
+    assert!(verdicts[0]["clearance"].as_f64().unwrap() < 0.0);
+    assert!(verdicts[0]["colliding"].as_array().unwrap().contains(&json!(["fore", "post"])));
+    assert_eq!(verdicts[1]["free"], true);
+    assert!(verdicts[1]["clearance"].as_f64().unwrap() > 0.1);
+    assert_eq!(verdicts[1]["colliding"], json!([]));
+    let text = workspace.run("check scene.toml --input q.jsonl").expect_code(0).stdout;
+    assert!(text.contains("2 configurations, 1 free (50 %)"), "{text}");
+}
+
+#[test]
+fn samples_depend_on_the_seed_alone_and_are_read_back() {
+    let workspace = Workspace::new();
+    let sample = |line: &str| workspace.run(line).expect_code(0).stdout;
+    let first = sample("sample scene.toml -n 20 --seed 3");
+    assert_eq!(first, sample("sample scene.toml -n 20 --seed 3 --json"));
+    assert_ne!(first, sample("sample scene.toml -n 20 --seed 4"));
+    assert!(sample("sample scene.toml -n 30 --seed 3").starts_with(&first));
+    assert_eq!(sample("sample scene.toml -n 0 --seed 3"), "");
+    let colliding = sample("sample scene.toml -n 25 --seed 3 --colliding");
+    let verdicts = workspace.run_with_input("check scene.toml --input - --json", &colliding).expect_code(0).json();
+    assert_eq!(verdicts.len(), 25);
+    assert!(verdicts.iter().all(|v| v["free"] == false));
+}
+
+#[test]
+fn answers_are_free_and_at_the_stated_depth() {
+    let workspace = Workspace::learned();
+    let queries = workspace.run("sample scene.toml -n 20 --seed 9 --colliding").expect_code(0).stdout;
+    workspace.write("q.jsonl", &queries);
+    for effort in ["nearest", "refined", "exhaustive"] {
+        let line = format!("query small.model --input q.jsonl --json --effort {effort}");
+        let answers = workspace.run(&line).expect_code(0).json();
+        assert_eq!(answers.len(), 20);
+        let witnesses: String = answers.iter().map(|a| format!("{}\n", a["witness"])).collect();
+        let verdicts = workspace.run_with_input("check scene.toml --input - --json", &witnesses).expect_code(0).json();
+        for ((query, answer), verdict) in queries.lines().zip(&answers).zip(&verdicts) {
+            assert_keys(answer, ANSWER_KEYS);
+            assert_eq!(answer["effort"], effort);
+            assert_eq!(verdict["free"], true, "{answer}");
+            assert_eq!(answer["verified"], effort != "nearest", "{answer}");
+            let query: Value = serde_json::from_str(query).unwrap();
+            let distance =
+                (0..2).map(|k| difference(&answer["witness"][k], &query["q"][k]).powi(2)).sum::<f64>().sqrt();
+            let depth = answer["depth"].as_f64().unwrap();
+            assert!((depth - distance).abs() < 1e-9, "{depth} {distance}");
+            assert!(answer["lower_bound"].as_f64().unwrap() <= depth);
+            assert!(!answer["colliding"].as_array().unwrap().is_empty());
+        }
+    }
+}
+
+fn difference(a: &Value, b: &Value) -> f64 {
+    a.as_f64().unwrap() - b.as_f64().unwrap()
+}
+
+#[test]
+fn a_free_query_is_its_own_answer() {
+    let workspace = Workspace::learned();
+    let answer = &workspace.run_with_input("query small.model --input - --json", FREE).expect_code(0).json()[0];
+    assert_eq!(answer["depth"], 0.0);
+    assert_eq!(answer["witness"], json!([-2.0, 0.0]));
+    assert_eq!(answer["colliding"], json!([]));
+}
+
+#[test]
+fn the_model_does_not_depend_on_the_number_of_threads() {
+    let workspace = Workspace::new();
+    let queries = workspace.run("sample scene.toml -n 10 --seed 2 --colliding").expect_code(0).stdout;
+    let answers = |threads: usize| {
+        let line = format!("learn scene.toml -o {threads}.model --labels 3000 --seed 5 --threads {threads}");
+        workspace.run(&line).expect_code(0);
+        let line = format!("query {threads}.model --input - --json");
+        let mut answers = workspace.run_with_input(&line, &queries).expect_code(0).json();
+        answers.iter_mut().for_each(|a| a["seconds"] = Value::Null);
+        answers
+    };
+    assert_eq!(answers(1), answers(2));
+}
+
+#[test]
+fn learn_reports_statistics_and_info_repeats_them() {
+    let workspace = Workspace::new();
+    let report = workspace.run("learn scene.toml -o a.model --labels 3000 --seed 7 --json").expect_code(0);
+    let report = &report.json()[0];
+    assert_keys(report, &["model", "interrupted", "statistics"]);
+    assert_eq!(report["interrupted"], false);
+    assert_eq!(report["statistics"]["seed"], 7);
+    assert_eq!(report["statistics"]["ended_by_time"], false);
+    let info = &workspace.run("info a.model --json").expect_code(0).json()[0];
+    assert_eq!(info["kind"], "model");
+    assert_eq!(info["statistics"], report["statistics"]);
+    assert_eq!(info["joints"][0]["name"], "shoulder");
+    assert!(workspace.run("info a.model").expect_code(0).stdout.contains("held-out accuracy"));
+}
+
+#[test]
+fn text_output_has_a_row_a_query_and_a_summary() {
+    let workspace = Workspace::learned();
+    let text = workspace.run_with_input("query small.model --input -", &format!("\n{COLLIDING}\n{FREE}\n"));
+    let text = text.expect_code(0).stdout;
+    assert!(text.lines().any(|l| l.trim_start().starts_with("2 ") && l.contains("post")), "{text}");
+    assert!(text.contains("2 (1 of them free already)"), "{text}");
+}

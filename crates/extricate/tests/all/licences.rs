@@ -1,0 +1,106 @@
+//! Every dependency of the build has a licence that `deny.toml` allows.
+//!
+//! The list is cargo-deny's, which can check more where it is installed; building it takes longer than everything else that
+//! is checked, and this needs nothing but cargo.
+
+use std::path::Path;
+use std::process::Command;
+
+use serde_json::Value;
+
+#[test]
+fn dependencies_have_allowed_licences() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
+    let allowed = allow_list(&std::fs::read_to_string(root.join("deny.toml")).expect("deny.toml"));
+    let mut faults = Vec::new();
+    let packages = packages_of_this_build(&root);
+    assert!(packages.len() > 50, "only {} packages", packages.len());
+    for package in &packages {
+        let name = package["name"].as_str().expect("name");
+        match package["license"].as_str() {
+            Some(expression) if is_allowed(expression, &allowed) => {}
+            Some(expression) => faults.push(format!("{name}: {expression}")),
+            None => faults.push(format!("{name}: no licence expression")),
+        }
+    }
+    assert!(faults.is_empty(), "not allowed by deny.toml:\n{}", faults.join("\n"));
+}
+
+/// What `cargo metadata` resolves for the machine that runs the test: packages of other systems may not be there.
+fn packages_of_this_build(root: &Path) -> Vec<Value> {
+    let cargo = || Command::new(env!("CARGO"));
+    let version = cargo().arg("-vV").output().expect("cargo -vV").stdout;
+    let version = String::from_utf8(version).expect("UTF-8");
+    let host = version.lines().find_map(|line| line.strip_prefix("host: ")).expect("a host line");
+    let output = cargo()
+        .current_dir(root)
+        .args(["metadata", "--format-version", "1", "--locked", "--filter-platform", host])
+        .output()
+        .expect("cargo metadata");
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let metadata: Value = serde_json::from_slice(&output.stdout).expect("JSON");
+    metadata["packages"].as_array().expect("packages").clone()
+}
+
+fn allow_list(deny: &str) -> Vec<String> {
+    let deny: toml::Table = deny.parse().expect("TOML");
+    let allow = deny["licenses"]["allow"].as_array().expect("licenses.allow");
+    allow.iter().map(|v| v.as_str().expect("a string").to_string()).collect()
+}
+
+/// SPDX expressions: `OR` binds weaker than `AND`, `WITH` names an exception; the old `A/B` means `A OR B`.
+fn is_allowed(expression: &str, allowed: &[String]) -> bool {
+    let spaced = expression.replace('(', " ( ").replace(')', " ) ").replace('/', " OR ");
+    let tokens: Vec<&str> = spaced.split_whitespace().collect();
+    let mut at = 0;
+    let ok = any(&tokens, &mut at, allowed);
+    assert_eq!(at, tokens.len(), "cannot read the licence expression {expression:?}");
+    ok
+}
+
+fn any(tokens: &[&str], at: &mut usize, allowed: &[String]) -> bool {
+    let mut ok = all(tokens, at, allowed);
+    while tokens.get(*at) == Some(&"OR") {
+        *at += 1;
+        ok |= all(tokens, at, allowed);
+    }
+    ok
+}
+
+fn all(tokens: &[&str], at: &mut usize, allowed: &[String]) -> bool {
+    let mut ok = one(tokens, at, allowed);
+    while tokens.get(*at) == Some(&"AND") {
+        *at += 1;
+        ok &= one(tokens, at, allowed);
+    }
+    ok
+}
+
+fn one(tokens: &[&str], at: &mut usize, allowed: &[String]) -> bool {
+    let token = tokens.get(*at).copied().unwrap_or_default();
+    *at += 1;
+    if token == "(" {
+        let ok = any(tokens, at, allowed);
+        *at += 1;
+        return ok;
+    }
+    let mut name = token.to_string();
+    if tokens.get(*at) == Some(&"WITH") {
+        name = format!("{name} WITH {}", tokens.get(*at + 1).copied().unwrap_or_default());
+        *at += 2;
+    }
+    allowed.contains(&name)
+}
+
+#[test]
+fn licence_expressions_are_read() {
+    let allowed: Vec<String> = ["MIT", "Unicode-3.0", "Apache-2.0 WITH LLVM-exception"].map(String::from).into();
+    for expression in
+        ["MIT", "MIT OR GPL-3.0", "GPL-3.0/MIT", "(GPL-3.0 OR MIT) AND Unicode-3.0", "Apache-2.0 WITH LLVM-exception"]
+    {
+        assert!(is_allowed(expression, &allowed), "{expression}");
+    }
+    for expression in ["GPL-3.0", "MIT AND GPL-3.0", "(MIT OR Unicode-3.0) AND GPL-3.0", "Apache-2.0"] {
+        assert!(!is_allowed(expression, &allowed), "{expression}");
+    }
+}

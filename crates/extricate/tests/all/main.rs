@@ -1,0 +1,4 @@
+//! The integration tests of the library, in one binary.
+
+mod licences;
+mod tidy;

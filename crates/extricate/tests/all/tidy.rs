@@ -1,0 +1,267 @@
+//! House rules that the compiler does not check: length of files, module docs, who may use whom, no paths of one machine.
+
+use std::collections::BTreeSet;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+/// What each module of the library may use, nearest first. ARCHITECTURE.md holds the same table.
+const MAY_USE: &[(&str, &[&str])] = &[
+    ("math", &[]),
+    ("error", &[]),
+    ("robot", &["math", "error"]),
+    ("cspace", &["math", "error"]),
+    ("scene", &["cspace", "robot", "math", "error"]),
+    ("kinematics", &["scene", "cspace", "math"]),
+    ("metric", &["kinematics", "scene", "robot", "cspace", "math", "error"]),
+    ("collision", &["kinematics", "scene", "robot", "cspace", "math", "error"]),
+    ("learning", &["cspace", "math", "error"]),
+    ("boundary", &["learning", "cspace", "math", "error"]),
+    ("penetration", &["boundary", "collision", "metric", "kinematics", "scene", "cspace", "math", "error"]),
+    (
+        "model",
+        &[
+            "penetration",
+            "boundary",
+            "learning",
+            "collision",
+            "metric",
+            "kinematics",
+            "scene",
+            "cspace",
+            "robot",
+            "math",
+            "error",
+        ],
+    ),
+    (
+        "store",
+        &[
+            "model",
+            "penetration",
+            "boundary",
+            "learning",
+            "collision",
+            "metric",
+            "kinematics",
+            "scene",
+            "cspace",
+            "robot",
+            "math",
+            "error",
+        ],
+    ),
+];
+/// The facade may name every module.
+const FACADE: &str = "lib";
+const MOST_LINES: usize = 400;
+/// Beginnings of paths that exist on one machine only, each cut in two so that this file passes its own test.
+const MACHINE_PATHS: &[[&str; 2]] = &[["/ho", "me/"], ["/wo", "rk/"], ["/ro", "ot/"], ["/Us", "ers/"]];
+
+#[test]
+fn modules_use_only_what_the_table_allows() {
+    let src = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
+    let mut faults = Vec::new();
+    for path in files_below(&src, &["rs"]) {
+        let relative = path.strip_prefix(&src).expect("below src");
+        faults.extend(forbidden_uses(relative, &read(&path)));
+    }
+    assert!(faults.is_empty(), "\n{}", faults.join("\n"));
+}
+
+#[test]
+fn files_are_short_and_say_what_they_are() {
+    let mut faults = Vec::new();
+    for path in files_below(&repository().join("crates"), &["rs"]) {
+        let text = read(&path);
+        let lines = text.lines().count();
+        if lines > MOST_LINES {
+            faults.push(format!("{}: {lines} lines, at most {MOST_LINES} are allowed", path.display()));
+        }
+        if !text.starts_with("//!") {
+            faults.push(format!("{}: does not begin with a module doc (//!)", path.display()));
+        }
+    }
+    assert!(faults.is_empty(), "\n{}", faults.join("\n"));
+}
+
+#[test]
+fn the_architecture_page_holds_the_same_table() {
+    let page = read(&repository().join("ARCHITECTURE.md"));
+    let section = page.split("## ").find(|s| s.starts_with("Who may use whom")).expect("a section on who may use whom");
+    let stated: Vec<(String, BTreeSet<String>)> = section.lines().filter_map(table_row).collect();
+    let names: Vec<&str> = stated.iter().map(|(module, _)| module.as_str()).collect();
+    let expected: Vec<&str> = MAY_USE.iter().map(|(module, _)| *module).collect();
+    assert_eq!(names, expected, "modules in the table of ARCHITECTURE.md");
+    for ((module, stated), (_, allowed)) in stated.iter().zip(MAY_USE) {
+        let allowed: BTreeSet<String> = allowed.iter().map(|s| s.to_string()).collect();
+        assert_eq!(*stated, allowed, "what `{module}` may use, in ARCHITECTURE.md (left) and in this test (right)");
+    }
+}
+
+#[test]
+fn every_module_is_in_the_table() {
+    let src = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
+    for path in files_below(&src, &["rs"]) {
+        let module = module_of(path.strip_prefix(&src).expect("below src"));
+        assert!(module == FACADE || allowed(&module).is_some(), "`{module}` is not in the dependency table");
+    }
+}
+
+#[test]
+fn nothing_names_a_path_of_one_machine() {
+    let root = repository();
+    let mut paths = vec![root.join("Cargo.toml"), root.join(".ci/run")];
+    for folder in ["crates", "docs", "scripts"] {
+        paths.extend(files_below(&root.join(folder), &["rs", "md", "toml", "py", "sh"]));
+    }
+    paths.extend(files_in(&root, &["md"]));
+    let mut faults = Vec::new();
+    for path in paths.iter().filter(|p| p.exists()) {
+        for (number, line) in read(path).lines().enumerate() {
+            if let Some(parts) = MACHINE_PATHS.iter().find(|parts| line.contains(&parts.concat())) {
+                faults.push(format!("{}:{}: names {}", path.display(), number + 1, parts.concat()));
+            }
+        }
+    }
+    assert!(faults.is_empty(), "\n{}", faults.join("\n"));
+}
+
+#[test]
+fn a_forbidden_use_is_seen_in_every_spelling() {
+    let faults = |text: &str| forbidden_uses(Path::new("cspace/sampling.rs"), &format!("//! x\n{text}")).len();
+    assert_eq!(faults("use crate::math::Vec3;"), 0);
+    assert_eq!(faults("use crate::{error::{Error, Result}, math::Pose};"), 0);
+    assert_eq!(faults("use super::ConfigSpace;"), 0);
+    assert_eq!(faults("/// See [`crate::scene::Scene`]."), 0);
+    assert_eq!(faults("fn f() {}\n#[cfg(test)]\nmod tests {\n    use crate::scene::Scene;\n}"), 0);
+    assert_eq!(faults("use crate::scene::Scene;"), 1);
+    assert_eq!(faults("fn f(s: &crate::scene::Scene) {}"), 1);
+    assert_eq!(faults("use crate::{math::{Pose, Vec3}, scene::Scene};"), 1);
+    assert_eq!(faults("use crate::{\n    scene::Scene,\n    robot::Robot,\n};"), 2);
+    assert_eq!(faults("use super::super::scene::Scene;"), 1);
+    // The facade re-exports from every module; going through it would hide the dependency.
+    assert_eq!(faults("use crate::Scene;"), 1);
+    assert_eq!(faults("use crate::Error;"), 1);
+}
+
+fn forbidden_uses(path: &Path, text: &str) -> Vec<String> {
+    let own = module_of(path);
+    let Some(allowed) = allowed(&own) else {
+        return Vec::new();
+    };
+    let mut faults = Vec::new();
+    for used in names_from_the_root(&without_comments_and_tests(text)) {
+        if used.starts_with(char::is_uppercase) {
+            faults
+                .push(format!("{}: uses `crate::{used}` of the facade, not the module it comes from", path.display()));
+        } else if used != own && MAY_USE.iter().any(|(module, _)| *module == used) && !allowed.contains(&used.as_str())
+        {
+            faults.push(format!("{}: `{own}` must not use `{used}`", path.display()));
+        }
+    }
+    faults
+}
+
+fn allowed(module: &str) -> Option<&'static [&'static str]> {
+    MAY_USE.iter().find(|(name, _)| *name == module).map(|(_, allowed)| *allowed)
+}
+
+/// First component of a path below `src`, without the extension.
+fn module_of(path: &Path) -> String {
+    let first = path.iter().next().expect("not empty").to_str().expect("UTF-8");
+    first.trim_end_matches(".rs").to_string()
+}
+
+/// Tests sit at the end of a file and may use what they need to set up a case.
+fn without_comments_and_tests(text: &str) -> String {
+    let code = text.split("\n#[cfg(test)]\nmod ").next().unwrap_or("");
+    code.lines().map(|line| line.split("//").next().unwrap_or("")).collect::<Vec<_>>().join("\n")
+}
+
+/// The first name of every path that starts at the crate's root: after `crate::`, each branch of `crate::{..}`, and after
+/// two or more `super::`, which may reach the root.
+fn names_from_the_root(code: &str) -> Vec<String> {
+    let mut names = Vec::new();
+    // A type after `super::super::` is one of the module's own, not one of the facade: only modules count there.
+    for (prefix, least, types) in [("crate::", 1, true), ("super::", 2, false)] {
+        let mut rest = code;
+        while let Some(at) = rest.find(prefix) {
+            rest = &rest[at..];
+            let mut repeats = 0;
+            while let Some(after) = rest.strip_prefix(prefix) {
+                rest = after;
+                repeats += 1;
+            }
+            if repeats >= least {
+                let mut found = Vec::new();
+                branches(rest, &mut found);
+                names.extend(found.into_iter().filter(|name| types || !name.starts_with(char::is_uppercase)));
+            }
+        }
+    }
+    names
+}
+
+/// The name at the start of `text`, or the first name of each branch of the braces there.
+fn branches(text: &str, names: &mut Vec<String>) {
+    let Some(inside) = text.strip_prefix('{') else {
+        names.extend(leading_name(text));
+        return;
+    };
+    let (mut depth, mut at_start) = (0, true);
+    for (i, c) in inside.char_indices() {
+        match c {
+            '{' => depth += 1,
+            '}' if depth == 0 => return,
+            '}' => depth -= 1,
+            ',' if depth == 0 => at_start = true,
+            c if at_start && !c.is_whitespace() => {
+                names.extend(leading_name(&inside[i..]));
+                at_start = false;
+            }
+            _ => {}
+        }
+    }
+}
+
+fn leading_name(text: &str) -> Option<String> {
+    let name: String = text.chars().take_while(|c| c.is_alphanumeric() || *c == '_').collect();
+    (!name.is_empty()).then_some(name)
+}
+
+/// A row "| `module` | `a`, `b` |" of the page's table.
+fn table_row(line: &str) -> Option<(String, BTreeSet<String>)> {
+    let cells: Vec<&str> = line.strip_prefix('|')?.strip_suffix('|')?.split('|').map(str::trim).collect();
+    let [module, uses] = cells[..] else { return None };
+    let quoted = |cell: &str| cell.split('`').skip(1).step_by(2).map(str::to_string).collect::<Vec<_>>();
+    let [module] = &quoted(module)[..] else { return None };
+    Some((module.clone(), quoted(uses).into_iter().collect()))
+}
+
+fn repository() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")
+}
+
+fn read(path: &Path) -> String {
+    fs::read_to_string(path).unwrap_or_else(|e| panic!("{}: {e}", path.display()))
+}
+
+fn files_below(folder: &Path, extensions: &[&str]) -> Vec<PathBuf> {
+    let mut found = files_in(folder, extensions);
+    for entry in entries(folder).into_iter().filter(|p| p.is_dir()) {
+        found.extend(files_below(&entry, extensions));
+    }
+    found
+}
+
+fn files_in(folder: &Path, extensions: &[&str]) -> Vec<PathBuf> {
+    let fits = |path: &PathBuf| path.extension().is_some_and(|e| extensions.iter().any(|x| e == *x));
+    entries(folder).into_iter().filter(|p| p.is_file() && fits(p)).collect()
+}
+
+fn entries(folder: &Path) -> Vec<PathBuf> {
+    let Ok(entries) = fs::read_dir(folder) else { return Vec::new() };
+    let mut paths: Vec<PathBuf> = entries.map(|e| e.expect("readable folder").path()).collect();
+    paths.sort();
+    paths
+}
