@@ -1,8 +1,12 @@
 //! From labels to a classifier and verified boundary samples. Sees `label` and an embedding, never a mesh.
 
+pub mod active_set;
 pub mod classifier;
 pub mod kernel;
+pub mod row_cache;
+pub mod selection;
 pub mod smo;
+pub mod standardize;
 
 /// How much to learn.
 #[derive(Debug, Clone)]
