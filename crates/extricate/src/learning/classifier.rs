@@ -24,7 +24,7 @@ pub struct FitOptions {
     pub gamma_factor: Option<f64>,
     /// Soft-margin penalty `C`; searched where not given.
     pub penalty: Option<f64>,
-    /// Points of each class that the search for the two trains with, at most; it validates with as many others.
+    /// Points that the search for the two trains with, about; it validates with as many others.
     pub search_points: usize,
     /// Tolerance of training, in units of the decision value.
     pub tolerance: f64,
@@ -41,7 +41,7 @@ impl Default for FitOptions {
             scaling: Scaling::Global,
             gamma_factor: None,
             penalty: None,
-            search_points: 750,
+            search_points: 2_000,
             tolerance: 1e-2,
             cache_bytes: 256 << 20,
             seed: 0,

@@ -8,11 +8,14 @@ use super::classifier::{FitOptions, svm_options};
 use super::kernel::{PointSet, WeightedPoints};
 use super::smo::train;
 
-/// Kernel widths tried: from the spread of the whole set down to a fifth of it.
-const GAMMA_FACTORS: [f64; 4] = [1.0, 3.0, 8.0, 25.0];
+/// Kernel widths tried: from three times the spread of the whole set down to a third of it.
+const GAMMA_FACTORS: [f64; 5] = [0.1, 0.3, 1.0, 3.0, 10.0];
 
 /// Penalties tried.
-const PENALTIES: [f64; 3] = [10.0, 100.0, 1000.0];
+const PENALTIES: [f64; 4] = [1.0, 10.0, 100.0, 1000.0];
+
+/// Balanced accuracies this close are taken for equal: half the standard error of some hundred points of the rarer class.
+const INDISTINCT: f64 = 0.005;
 
 /// What validation chooses.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -35,21 +38,20 @@ pub fn median_squared_distance(points: &PointSet, seed: u64) -> f64 {
     squared.get(squared.len() / 2).copied().filter(|median| *median > 0.0).unwrap_or(1.0)
 }
 
-/// The parameters that `options` fix, and for the others those of the best balanced accuracy on held-out points; of
-/// equals the smoother (smaller gamma, then smaller penalty).
+/// The parameters that `options` fix, and for the others those of the best balanced accuracy on held-out points; of those
+/// that are as good, the least penalty, which trains fastest, and then the widest kernel.
 pub fn choose(points: &PointSet, free: &[bool], spread: f64, options: &FitOptions) -> Choice {
     let gamma_factors = options.gamma_factor.map_or(GAMMA_FACTORS.to_vec(), |g| vec![g]);
     let penalties = options.penalty.map_or(PENALTIES.to_vec(), |c| vec![c]);
-    let choices: Vec<Choice> = gamma_factors
-        .iter()
-        .flat_map(|gamma_factor| {
-            penalties.iter().map(|penalty| Choice { gamma_factor: *gamma_factor, penalty: *penalty })
-        })
-        .collect();
+    let of_penalty = |penalty: &f64| {
+        let penalty = *penalty;
+        gamma_factors.iter().map(move |gamma_factor| Choice { gamma_factor: *gamma_factor, penalty })
+    };
+    let choices: Vec<Choice> = penalties.iter().flat_map(of_penalty).collect();
     let (training, validation) = split(free, options);
     if choices.len() == 1 || training.is_empty() {
         let middle = |given: Option<f64>, otherwise: f64| given.unwrap_or(otherwise);
-        return Choice { gamma_factor: middle(options.gamma_factor, 3.0), penalty: middle(options.penalty, 100.0) };
+        return Choice { gamma_factor: middle(options.gamma_factor, 1.0), penalty: middle(options.penalty, 100.0) };
     }
     let (seen, seen_free) = (points.gather(&training), of(free, &training));
     let accuracy = |choice: &Choice| {
@@ -67,15 +69,19 @@ pub fn choose(points: &PointSet, free: &[bool], spread: f64, options: &FitOption
                 usize::from((sum.kernel_sum(&query, solved.gamma) + solution.bias > 0.0) == truth);
             all[usize::from(truth)] += 1;
         }
-        right[0] as f64 / all[0].max(1) as f64 + right[1] as f64 / all[1].max(1) as f64
+        0.5 * right[0] as f64 / all[0].max(1) as f64 + 0.5 * right[1] as f64 / all[1].max(1) as f64
     };
     let accuracies: Vec<f64> = choices.par_iter().map(accuracy).collect();
-    let best = (0..choices.len()).fold(0, |best, i| if accuracies[i] > accuracies[best] { i } else { best });
-    choices[best]
+    let good_enough = accuracies.iter().fold(0.0, |a, b| f64::max(a, *b)) - INDISTINCT;
+    let first = accuracies.iter().position(|accuracy| *accuracy >= good_enough);
+    choices[first.unwrap_or(0)]
 }
 
-/// Disjoint seeded samples to train and to validate with, each of at most `search_points` of either class; empty where a
-/// class has fewer than four points.
+/// Disjoint seeded samples to train and to validate with, each of about `search_points` at most; empty where a class has
+/// fewer than four points.
+///
+/// The classes keep their shares (a rare one at least a tenth): samples of equal classes would choose a kernel that is too
+/// narrow for the rare class of the whole set.
 fn split(free: &[bool], options: &FitOptions) -> (Vec<u32>, Vec<u32>) {
     let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(options.seed.wrapping_add(1));
     let (mut training, mut validation) = (Vec::new(), Vec::new());
@@ -85,10 +91,12 @@ fn split(free: &[bool], options: &FitOptions) -> (Vec<u32>, Vec<u32>) {
             return (Vec::new(), Vec::new());
         }
         shuffle(&mut members, &mut rng);
+        let share = (members.len() as f64 / free.len() as f64).max(0.1);
+        let most = (share * options.search_points as f64).ceil() as usize;
         // A third is held out, unless there is plenty.
-        let seen = options.search_points.min(members.len() - members.len() / 3);
+        let seen = most.min(members.len() - members.len() / 3);
         training.extend(&members[..seen]);
-        validation.extend(members[seen..].iter().take(options.search_points));
+        validation.extend(members[seen..].iter().take(most));
     }
     training.sort_unstable();
     validation.sort_unstable();
@@ -112,14 +120,15 @@ mod tests {
 
     #[test]
     fn split_is_disjoint_and_holds_both_classes() {
-        let free: Vec<bool> = (0..1000).map(|i| i % 10 != 0).collect();
-        let options = FitOptions { search_points: 80, ..FitOptions::default() };
-        let (training, validation) = split(&free, &options);
+        let free: Vec<bool> = (0..1000).map(|i| i % 5 != 0).collect();
+        let (training, validation) = split(&free, &FitOptions { search_points: 1000, ..FitOptions::default() });
         assert!(training.iter().all(|i| validation.binary_search(i).is_err()));
         let count = |part: &[u32]| part.iter().filter(|i| free[**i as usize]).count();
-        assert_eq!((training.len(), count(&training)), (80 + 67, 80));
-        assert_eq!((validation.len(), count(&validation)), (80 + 33, 80));
-        assert!(split(&[true; 9], &options).0.is_empty());
+        assert_eq!((training.len(), count(&training)), (534 + 134, 534));
+        assert_eq!((validation.len(), count(&validation)), (266 + 66, 266));
+        let (training, validation) = split(&free, &FitOptions { search_points: 100, ..FitOptions::default() });
+        assert_eq!((training.len(), count(&training), validation.len(), count(&validation)), (100, 80, 100, 80));
+        assert!(split(&[true; 9], &FitOptions::default()).0.is_empty());
     }
 
     #[test]
