@@ -77,7 +77,11 @@ pub fn classify(
         // Only the first round searches the kernel's parameters; the later ones keep them.
         let options = match &outcome.classifier {
             None => FitOptions::default(),
-            Some(last) => FitOptions { parameters: Some(last.parameters()), ..FitOptions::default() },
+            Some(last) => FitOptions {
+                gamma_factor: Some(last.choice().gamma_factor),
+                penalty: Some(last.choice().penalty),
+                ..FitOptions::default()
+            },
         };
         let classifier = Classifier::fit(&set.features, dimensions, &set.labels, &options);
         (outcome.accuracy_free, outcome.accuracy_colliding) =

@@ -2,10 +2,14 @@
 
 pub mod active;
 pub mod budget;
+pub mod active_set;
 pub mod classifier;
 pub mod explore;
 pub mod kernel;
+pub mod row_cache;
+pub mod selection;
 pub mod smo;
+pub mod standardize;
 
 use crate::cspace::Label;
 
