@@ -82,6 +82,11 @@ impl Camera {
         }
     }
 
+    /// A direction given as right, up and toward the camera, in world coordinates.
+    pub fn direction(&self, [right, up, back]: [f64; 3]) -> Vec3 {
+        self.right * right + self.up * up - self.forward * back
+    }
+
     fn looking(target: Vec3, direction: Vec3, distance: f64) -> Self {
         let forward = -direction;
         let right = forward.cross(&Vec3::z()).normalize();
@@ -138,7 +143,7 @@ mod tests {
         let robot = [corner(0.0, 0.0, 0.0), corner(0.5, 0.0, 0.5), corner(0.0, 0.0, 1.0)].map(|p| p + offset);
         let wall = [corner(1.0, -0.3, 0.0), corner(1.0, 0.3, 0.0), corner(1.0, 0.0, 0.5)];
         let facet = |corners, obstacle| Facet { corners, body: 0, obstacle, look: Look::Plain };
-        Surface { facets: vec![facet(robot, false), facet(wall, true)] }
+        Surface { facets: vec![facet(robot, false), facet(wall, true)], edges: vec![] }
     }
 
     #[test]

@@ -1,8 +1,11 @@
 //! The surfaces of a scene at a configuration, as small triangles in world coordinates, each with a look.
 
+use std::collections::BTreeMap;
+
 use extricate::Scene;
 use extricate::kinematics::forward;
 use extricate::math::Vec3;
+use extricate::robot::TriangleMesh;
 
 /// Segments around a round shape.
 const SEGMENTS: usize = 20;
@@ -11,6 +14,9 @@ const SEGMENTS: usize = 20;
 const LONGEST_EDGE: f64 = 0.08;
 /// Halvings of one triangle at most: a floor of a kilometre gets 4,096 facets and no more.
 const MOST_SPLITS: u32 = 12;
+
+/// Edges between faces that turn more than this are drawn: its cosine (30 degrees).
+const SHARP: f64 = 0.866;
 
 /// How a body is shown.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -36,11 +42,13 @@ pub struct Facet {
     pub look: Look,
 }
 
-/// Facets of some bodies.
+/// Facets of some bodies, and the sharp edges of obstacles, which translucent faces do not show.
 #[derive(Debug, Clone, Default)]
 pub struct Surface {
     /// In the order of bodies.
     pub facets: Vec<Facet>,
+    /// World coordinates [m].
+    pub edges: Vec<[Vec3; 2]>,
 }
 
 impl Facet {
@@ -86,6 +94,9 @@ impl Surface {
                 let corners = triangle.map(|i| world[i as usize]);
                 self.facets.push(Facet { corners, body: index, obstacle: body.robot.is_none(), look });
             }
+            if body.robot.is_none() {
+                self.edges.extend(sharp_edges(&mesh).into_iter().map(|ends| ends.map(|i| world[i as usize])));
+            }
         }
     }
 
@@ -101,6 +112,12 @@ impl Surface {
             split_into(facet, longest, MOST_SPLITS, &mut split);
         }
         self.facets = split;
+        let edges = std::mem::take(&mut self.edges);
+        for [from, to] in edges {
+            let pieces = ((to - from).norm() / longest).ceil().clamp(1.0, f64::from(1 << (MOST_SPLITS / 2)));
+            let at = |k: f64| from + (to - from) * (k / pieces);
+            self.edges.extend((0..pieces as usize).map(|k| [at(k as f64), at(k as f64 + 1.0)]));
+        }
     }
 }
 
@@ -108,6 +125,23 @@ impl Surface {
 pub fn bounds(points: impl Iterator<Item = Vec3>) -> (Vec3, Vec3) {
     let none = (Vec3::repeat(f64::INFINITY), Vec3::repeat(f64::NEG_INFINITY));
     points.fold(none, |(low, high), p| (low.inf(&p), high.sup(&p)))
+}
+
+/// Edges where the surface turns sharply or ends, as pairs of vertices.
+fn sharp_edges(mesh: &TriangleMesh) -> Vec<[u32; 2]> {
+    let mut normals: BTreeMap<[u32; 2], Vec<Vec3>> = BTreeMap::new();
+    for &[i, j, k] in &mesh.triangles {
+        let [a, b, c] = [i, j, k].map(|v| mesh.vertices[v as usize]);
+        let normal = (b - a).cross(&(c - a)).try_normalize(1e-300).unwrap_or_else(Vec3::zeros);
+        for [from, to] in [[i, j], [j, k], [k, i]] {
+            normals.entry([from.min(to), from.max(to)]).or_default().push(normal);
+        }
+    }
+    let is_sharp = |normals: &[Vec3]| match normals {
+        [one, other] => one.dot(other) < SHARP,
+        _ => true,
+    };
+    normals.into_iter().filter(|(_, normals)| is_sharp(normals)).map(|(edge, _)| edge).collect()
 }
 
 /// Halves the longest edge until none exceeds `longest`, at most `left` times.
@@ -144,6 +178,13 @@ mod tests {
         assert!((area - 0.25).abs() < 1e-12);
         assert!(parts.iter().all(|f| f.normal() == Vec3::z()));
         assert!(parts.iter().all(|f| (f.corners[1] - f.corners[0]).norm() <= 0.2));
+    }
+
+    #[test]
+    fn a_box_has_twelve_sharp_edges() {
+        let half_extents = Vec3::new(0.1, 0.2, 0.3);
+        let mesh = extricate::robot::Geometry::Box { half_extents }.tessellate(8);
+        assert_eq!(sharp_edges(&mesh).len(), 12);
     }
 
     #[test]
