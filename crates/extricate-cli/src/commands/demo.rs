@@ -13,7 +13,7 @@ use extricate::scene::builtin;
 use extricate::{Answer, Checker, LearnOptions, Model, QueryOptions, QueryScratch};
 
 use super::demo_table::DemoReport;
-use super::learn::{learn_with_progress, refuse_bad_output};
+use super::learn::{Learned, learn_with_progress, refuse_bad_output};
 use super::query_row::Summary;
 use super::sample::CollidingSampler;
 use super::tell_warnings;
@@ -68,7 +68,7 @@ pub fn run(args: &DemoArgs, json: bool) -> anyhow::Result<()> {
     let scene = builtin::scene(&args.scene)?;
     tell_warnings(&scene);
     let options = LearnOptions { seconds: Some(args.seconds), seed: args.seed, ..LearnOptions::default() };
-    let (model, _) = learn_with_progress(scene, &options)?;
+    let Learned { model, seconds: learning_seconds, .. } = learn_with_progress(scene, &options)?;
     let answers = answer_random_queries(&model, args.queries, args.seed)?;
     let shown = &answers[most_instructive(&model, &answers)];
     picture::write(model.scene(), &shown.query, &shown.answer, &args.out)?;
@@ -78,6 +78,7 @@ pub fn run(args: &DemoArgs, json: bool) -> anyhow::Result<()> {
     let report = DemoReport {
         scene: &args.scene,
         learned: model.statistics(),
+        learning_seconds,
         queries: summary.figures(),
         picture: args.out.display().to_string(),
     };

@@ -3,9 +3,11 @@
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
+use std::time::Instant;
 
 use anyhow::bail;
 use clap::Args;
+use extricate::model::EndedBy;
 use extricate::{Checker, LearnOptions, LearnProgress, Model, Scene, Statistics, store};
 use serde::Serialize;
 
@@ -52,6 +54,7 @@ pub struct LearnArgs {
 struct Report<'a> {
     model: String,
     interrupted: bool,
+    seconds: f64,
     statistics: &'a Statistics,
 }
 
@@ -61,21 +64,33 @@ pub fn run(args: &LearnArgs, json: bool) -> anyhow::Result<()> {
     let scene = store::load_scene(&args.scene)?;
     tell_warnings(&scene);
     warn_of_pairs_always_colliding(&scene);
-    let (model, interrupted) = learn_with_progress(scene, &options(args))?;
+    let Learned { model, seconds, interrupted } = learn_with_progress(scene, &options(args))?;
     store::save_model(&model, &args.output)?;
     let statistics = model.statistics();
     let mut out = Output::new(false);
     if json {
-        out.json(&Report { model: args.output.display().to_string(), interrupted, statistics })?;
+        out.json(&Report { model: args.output.display().to_string(), interrupted, seconds, statistics })?;
     } else {
         out.line(report::two_columns(&statistics_rows(statistics, report::metric_unit(model.scene()))))?;
+        out.line(format_args!("learned in {}", duration(seconds)))?;
         out.line(format_args!("wrote {}", args.output.display()))?;
     }
     Ok(out.finish()?)
 }
 
-/// Learns with a progress bar; Ctrl-C ends early. Also says whether it did.
-pub fn learn_with_progress(scene: Scene, options: &LearnOptions) -> anyhow::Result<(Model, bool)> {
+/// A model, and what its file does not hold because it differs from run to run.
+pub struct Learned {
+    /// The model.
+    pub model: Model,
+    /// Wall time [s].
+    pub seconds: f64,
+    /// Whether the user ended it early.
+    pub interrupted: bool,
+}
+
+/// Learns with a progress bar; Ctrl-C ends early and keeps what was learned.
+pub fn learn_with_progress(scene: Scene, options: &LearnOptions) -> anyhow::Result<Learned> {
+    let started = Instant::now();
     let stop = StopOnInterrupt::new();
     let mut progress = Progress::new("learning");
     let model = Model::learn(scene, options, &mut |state| {
@@ -88,17 +103,18 @@ pub fn learn_with_progress(scene: Scene, options: &LearnOptions) -> anyhow::Resu
         let labels = count(model.statistics().labels);
         notice::warning(format_args!("stopped by the user; keeping the model learned so far ({labels} labels)"));
     }
-    Ok((model, interrupted))
+    Ok(Learned { model, seconds: started.elapsed().as_secs_f64(), interrupted })
 }
 
 /// What a model's statistics say, for people.
 pub fn statistics_rows(statistics: &Statistics, unit: &str) -> Vec<(&'static str, String)> {
-    let ended = if statistics.ended_by_time { " (ended by the time limit)" } else { "" };
+    let ended = match statistics.ended_by {
+        EndedBy::Labels => "",
+        EndedBy::Seconds => " (ended by the time limit)",
+        EndedBy::Interruption => " (interrupted)",
+    };
     vec![
-        (
-            "labels spent",
-            format!("{} exact checks in {}{ended}", count(statistics.labels), duration(statistics.seconds)),
-        ),
+        ("labels spent", format!("{} exact checks{ended}", count(statistics.labels))),
         ("seed", statistics.seed.to_string()),
         ("boundary samples", format!("{}, all verified free", count(statistics.boundary_samples))),
         ("boundary gap", format!("{:.3e} {unit} at most to a colliding configuration", statistics.boundary_gap)),

@@ -1,8 +1,8 @@
 //! From labels to a classifier of the obstacle region. Sees `label` and features of configurations, never a mesh.
 
 pub mod active;
-pub mod budget;
 pub mod active_set;
+pub mod budget;
 pub mod classifier;
 pub mod explore;
 pub mod kernel;

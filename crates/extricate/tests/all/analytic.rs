@@ -40,9 +40,7 @@ fn box_in_a_box_by_translation() {
     let toml = "[[robot]]\nurdf = \"r.urdf\"\n[[obstacle]]\nname = \"block\"\nshape = { box = [0.6, 0.5, 0.4] }\n";
     let model = learn(scene(toml, &[("r.urdf", urdf)]), 40_000, 1);
     let reach = [0.1 + 0.3, 0.15 + 0.25, 0.2 + 0.2];
-    compare(&model, 400, |q| {
-        (0..3).map(|k| reach[k] + CLEARANCE - q[k].abs()).fold(f64::INFINITY, f64::min).max(0.0)
-    });
+    compare(&model, 400, |q| (0..3).map(|k| reach[k] + CLEARANCE - q[k].abs()).fold(f64::INFINITY, f64::min).max(0.0));
 }
 
 /// An annulus of inner radius 0.3 and outer radius 0.9 is free; the wall outside it is a mesh of 512 sides.
@@ -69,9 +67,12 @@ fn ring(inner: f64, outer: f64, half_height: f64, sides: usize) -> String {
     let stretch = 1.0 / (PI / sides as f64).cos();
     for i in 0..sides {
         let (sin, cos) = (TAU * i as f64 / sides as f64).sin_cos();
-        for (radius, z) in
-            [(inner * stretch, -half_height), (outer, -half_height), (outer, half_height), (inner * stretch, half_height)]
-        {
+        for (radius, z) in [
+            (inner * stretch, -half_height),
+            (outer, -half_height),
+            (outer, half_height),
+            (inner * stretch, half_height),
+        ] {
             text += &format!("v {} {} {z}\n", radius * cos, radius * sin);
         }
     }
@@ -88,7 +89,11 @@ const RADIUS: f64 = 0.05;
 
 /// A capsule from the joint along x.
 fn arm_link(length: f64) -> String {
-    collision([length / 2.0, 0.0, 0.0], [0.0, FRAC_PI_2, 0.0], &format!("<capsule radius=\"{RADIUS}\" length=\"{length}\"/>"))
+    collision(
+        [length / 2.0, 0.0, 0.0],
+        [0.0, FRAC_PI_2, 0.0],
+        &format!("<capsule radius=\"{RADIUS}\" length=\"{length}\"/>"),
+    )
 }
 
 /// The half-plane `x >= 0.5`, as a block that no arm here reaches around.

@@ -34,7 +34,11 @@ fn every_witness_is_free_and_every_bound_holds() {
                 let witness = space.config(&refined.witness).expect("a witness keeps the limits");
                 assert!(refined.verified && checker.label(&witness, &mut check) == Label::Free, "{name}: {q:?}");
                 let distance = model.metric().distance(&q, &refined.witness);
-                assert!((distance - refined.depth).abs() <= 1e-9 + 1e-6 * distance, "{name}: {distance} {}", refined.depth);
+                assert!(
+                    (distance - refined.depth).abs() <= 1e-9 + 1e-6 * distance,
+                    "{name}: {distance} {}",
+                    refined.depth
+                );
                 assert!(refined.lower_bound >= 0.0 && refined.lower_bound <= refined.depth);
                 let nearest = model.query(&config, &QueryOptions { effort: Effort::Nearest }, &mut scratch);
                 assert!(nearest.depth >= refined.depth, "{name}: refinement made it worse");
