@@ -9,8 +9,8 @@ const FARTHEST: f64 = 1e9;
 
 /// Parses by the extension of `file` (its name in messages), in any case: `stl`, `obj` or `dae`.
 ///
-/// All objects of a file become one mesh. COLLADA: node transforms and `<unit>` are applied, `<up_axis>` is not, see
-/// DESIGN: this is what the ROS viewer shows.
+/// All objects of a file become one mesh. COLLADA: node transforms and `<unit>` are applied, `<up_axis>` is not, which is
+/// what RViz shows.
 ///
 /// # Errors
 /// [`Error::Input`] for an unknown extension, text that does not parse, a file cut short, an index without its vertex, a
