@@ -10,7 +10,7 @@ use super::urdf_text::{JointText, Shape, UrdfText};
 /// Name, direction from the palm's centre [rad], and whether it spreads.
 const FINGERS: [(&str, f64, bool); 3] = [("index", 0.9, true), ("middle", -0.9, true), ("thumb", PI, false)];
 /// Distance of the knuckles from the palm's centre [m].
-const KNUCKLE_RADIUS: f64 = 0.042;
+const KNUCKLE_RADIUS: f64 = 0.055;
 /// Height of the knuckles above the palm's centre [m]; the lowest finger joint clears the palm by 3 mm.
 const KNUCKLE_HEIGHT: f64 = 0.027;
 /// From the knuckle to the last joint [m].
@@ -19,7 +19,7 @@ const PROXIMAL: f64 = 0.05;
 /// The scene file and the robot's files.
 pub fn files() -> (String, Vec<File>) {
     let mut urdf = UrdfText::new("hand");
-    urdf.link("palm", &[(Shape::Cylinder([0.055, 0.03]), [0.0; 3])]);
+    urdf.link("palm", &[(Shape::Cylinder([0.068, 0.03]), [0.0; 3])]);
     for finger in FINGERS {
         add_finger(&mut urdf, finger);
     }
