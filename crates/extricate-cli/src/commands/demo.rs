@@ -49,13 +49,13 @@ pub struct DemoArgs {
     seconds: f64,
 }
 
-/// A query, its answer and how long it took [s].
+/// A query, its answer and how long it took \[s\].
 pub struct Answered {
     /// The configuration in collision.
     pub query: Vec<f64>,
     /// Its way out.
     pub answer: Answer,
-    /// Time of the library call [s].
+    /// Time of the library call \[s\].
     pub seconds: f64,
 }
 

@@ -14,11 +14,11 @@ pub struct QueryRow<'a> {
     pub lower_bound: f64,
     /// The free configuration.
     pub witness: &'a [f64],
-    /// Time of the library call alone [s].
+    /// Time of the library call alone \[s\].
     pub seconds: f64,
     /// Collision checks and distance evaluations spent.
     pub checks: usize,
-    /// Largest displacement of any point of the robot [m].
+    /// Largest displacement of any point of the robot \[m\].
     pub max_displacement: f64,
     /// Pairs that collide at the query.
     pub colliding: Vec<[&'a str; 2]>,
@@ -98,9 +98,9 @@ pub struct Figures {
     pub depth_p95: f64,
     /// Median of lower bound over depth.
     pub lower_over_depth_median: f64,
-    /// Median of the largest displacement of any point [m].
+    /// Median of the largest displacement of any point \[m\].
     pub max_displacement_median: f64,
-    /// Median time [s].
+    /// Median time \[s\].
     pub seconds_median: f64,
     /// 95th percentile.
     pub seconds_p95: f64,

@@ -4,7 +4,7 @@ use extricate::math::Vec3;
 
 use super::surface::{Surface, bounds};
 
-/// Height of the camera above the horizon [rad].
+/// Height of the camera above the horizon \[rad\].
 const ELEVATION: f64 = 0.42;
 /// Directions tried around the vertical.
 const AZIMUTHS: usize = 24;
@@ -15,30 +15,30 @@ const NEAR_OBSTACLE: f64 = 1.5;
 /// Empty border as a share of the picture.
 const BORDER: f64 = 0.04;
 
-/// Size of a picture [px].
+/// Size of a picture \[px\].
 #[derive(Debug, Clone, Copy)]
 pub struct Frame {
-    /// [px]
+    /// \[px\]
     pub width: f64,
-    /// [px]
+    /// \[px\]
     pub height: f64,
 }
 
 /// A point of the picture.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Projected {
-    /// To the right [px].
+    /// To the right \[px\].
     pub x: f64,
-    /// Down [px].
+    /// Down \[px\].
     pub y: f64,
-    /// From the camera along the line of sight [m].
+    /// From the camera along the line of sight \[m\].
     pub depth: f64,
 }
 
 /// A perspective camera that stands upright.
 #[derive(Debug, Clone)]
 pub struct Camera {
-    /// Where it stands, world [m].
+    /// Where it stands, world \[m\].
     pub eye: Vec3,
     forward: Vec3,
     right: Vec3,

@@ -15,9 +15,9 @@ use crate::report::{metric_unit, pair_names, pairs_in_words};
 use camera::{Camera, Frame};
 use surface::{Look, Surface};
 
-/// Size of one panel [px].
+/// Size of one panel \[px\].
 const PANEL: Frame = Frame { width: 600.0, height: 560.0 };
-/// Height below the panels for the captions [px].
+/// Height below the panels for the captions \[px\].
 const CAPTION: f64 = 70.0;
 /// Pairs named in a caption.
 const NAMED_PAIRS: usize = 2;

@@ -32,7 +32,7 @@ pub enum Look {
 /// A triangle of a body.
 #[derive(Debug, Clone)]
 pub struct Facet {
-    /// World coordinates [m], counterclockwise seen from outside.
+    /// World coordinates \[m\], counterclockwise seen from outside.
     pub corners: [Vec3; 3],
     /// Index of the body, for a colour of its own.
     pub body: usize,
@@ -47,7 +47,7 @@ pub struct Facet {
 pub struct Surface {
     /// In the order of bodies.
     pub facets: Vec<Facet>,
-    /// World coordinates [m].
+    /// World coordinates \[m\].
     pub edges: Vec<[Vec3; 2]>,
 }
 
