@@ -88,10 +88,8 @@ impl TriangleMesh {
     fn without_unused_vertices(mut self) -> Self {
         let mut new_index = vec![u32::MAX; self.vertices.len()];
         self.triangles.as_flattened().iter().for_each(|&index| new_index[index as usize] = 0);
-        let mut count = 0;
-        for slot in new_index.iter_mut().filter(|slot| **slot == 0) {
-            *slot = count;
-            count += 1;
+        for (slot, index) in new_index.iter_mut().filter(|slot| **slot == 0).zip(0..) {
+            *slot = index;
         }
         self.triangles.as_flattened_mut().iter_mut().for_each(|index| *index = new_index[*index as usize]);
         let mut index = 0;

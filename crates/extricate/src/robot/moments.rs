@@ -44,7 +44,7 @@ impl Sums {
     }
 
     fn moments(&self) -> Option<Moments> {
-        if !(self.measure > 0.0) {
+        if self.measure.is_nan() || self.measure <= 0.0 {
             return None;
         }
         let mean = self.first / self.measure;

@@ -1,15 +1,201 @@
-//! From a scene file and the robots it names to a resolved [`Scene`](super::Scene).
+//! From a scene file and the robots it names to a resolved [`Scene`].
 
+use std::collections::BTreeSet;
 use std::path::Path;
 
-use super::Scene;
-use crate::error::Result;
+use super::bodies::{link_bodies, warn_of_surfaces};
+use super::coordinates::coordinates;
+use super::file::{self, RobotEntry, SceneFile};
+use super::frames::{Seat, Tree};
+use super::load::Files;
+use super::names::{Named, unique};
+use super::obstacles::obstacles;
+use super::pairs::{PairName, checked, disabled_by_scene, disabled_by_srdf};
+use super::{Body, Scene};
+use crate::error::{Error, Result};
+use crate::robot::Robot;
 
-/// Reads the bytes of a file; the only access that parsing has to the outside.
+/// Reads the bytes of a file; the only access that parsing has to the outside. A file that is not there gives
+/// [`Error::Read`] with [`std::io::ErrorKind::NotFound`].
 pub type ReadFile<'a> = &'a mut dyn FnMut(&Path) -> Result<Vec<u8>>;
 
+/// A robot with its entry in the scene file.
+#[derive(Debug, Clone)]
+pub struct LoadedRobot<'a> {
+    /// Unique in the scene.
+    pub name: String,
+    /// The URDF file's name in messages.
+    pub urdf: String,
+    /// Its links, joints and geometry, hulled where the entry asks for it.
+    pub robot: Robot,
+    /// Pairs of links that the SRDF disables.
+    pub disabled: Vec<[String; 2]>,
+    /// Joints that may move; `None` where no group was chosen.
+    pub group: Option<Vec<usize>>,
+    /// What the scene file says of it.
+    pub entry: &'a RobotEntry,
+}
+
+impl LoadedRobot<'_> {
+    /// The element of a message about `part` of the robot's entry.
+    pub fn element(&self, part: &str) -> String {
+        format!("robot \"{}\": {part}", self.name)
+    }
+}
+
 /// Parses the TOML `text` of the scene file at `path` and every file that it names.
+///
+/// # Errors
+/// [`Error::Input`] naming the file, the element, the value found and what was expected; whatever `read` gives.
 pub fn assemble(path: &Path, text: &str, read: ReadFile) -> Result<Scene> {
-    let _ = (path, text, read);
-    todo!()
+    let name = path.display().to_string();
+    let scene = file::parse(&name, text)?;
+    let mut warnings = Vec::new();
+    let mut files = Files::new(path, read);
+    let robots = files.robots(&scene.robot, &mut warnings)?;
+    let obstacles = obstacles(&name, &scene.obstacle, &mut |path| files.mesh(path), &mut warnings)?;
+    build(&name, &scene, &robots, obstacles, warnings)
+}
+
+/// Puts parsed robots and obstacles together; `file` is the scene file's name in messages. Reads nothing.
+pub fn build(
+    file: &str,
+    entry: &SceneFile,
+    robots: &[LoadedRobot],
+    obstacles: Vec<Body>,
+    mut warnings: Vec<String>,
+) -> Result<Scene> {
+    if robots.is_empty() {
+        return Err(Error::input(file, "robot", "got none, expected at least one [[robot]]"));
+    }
+    let links: Vec<Named> = robots.iter().flat_map(link_names).collect();
+    if let Some(body) = obstacles.iter().find(|body| links.iter().any(|link| link.name == body.name)) {
+        let problem = "a link has the same name, expected a name of its own";
+        return Err(Error::input(file, format!("obstacle \"{}\"", body.name), problem));
+    }
+    let coordinates = coordinates(file, &entry.metric, robots, &obstacles, &mut warnings)?;
+    let mut tree = Tree::default();
+    let mut bodies: Vec<Body> = Vec::new();
+    let mut body_names = unique(&links).into_iter();
+    for (index, loaded) in robots.iter().enumerate() {
+        let mut root = Seat { frame: 0, pose_frame_link: loaded.entry.pose.pose(file, &loaded.element("placement"))? };
+        let own = &coordinates.robots[index];
+        if let Some(base) = &own.base {
+            root = tree.attach(root, &base.mover());
+        }
+        let seats = tree.add_robot(&loaded.robot, root, &own.roles, &own.names, &own.places);
+        let seats = all_seats(loaded, seats)?;
+        let names: Vec<String> = body_names.by_ref().take(seats.len()).collect();
+        bodies.extend(link_bodies(index, &loaded.robot, &seats, &names));
+    }
+    bodies.extend(obstacles);
+    bodies.iter().for_each(|body| warn_of_surfaces(body, &mut warnings));
+
+    let disabled = disabled(file, entry, robots, &bodies)?;
+    let pairs = checked(&bodies, &tree.carriers, &disabled);
+    if pairs.is_empty() {
+        warnings.push("no pair of bodies is checked: every configuration within the limits is free".into());
+    }
+    let (clearance, metric) = (entry.clearance, entry.metric.kind);
+    let (joints, space) = (coordinates.joints, coordinates.space);
+    Ok(Scene { clearance, metric, joints, space, frames: tree.frames, bodies, pairs, warnings })
+}
+
+fn link_names<'a>(loaded: &'a LoadedRobot) -> impl Iterator<Item = Named<'a>> {
+    let robot = Some(loaded.name.as_str());
+    loaded.robot.links.iter().map(move |link| Named { robot, name: &link.name })
+}
+
+fn all_seats(loaded: &LoadedRobot, seats: Vec<Option<Seat>>) -> Result<Vec<Seat>> {
+    let links = loaded.robot.links.iter().zip(seats);
+    let seat = |(link, seat): (&crate::robot::Link, Option<Seat>)| {
+        seat.ok_or_else(|| {
+            let problem = "no chain of joints leads from the root link to it, expected one tree";
+            Error::input(&loaded.urdf, format!("link \"{}\"", link.name), problem)
+        })
+    };
+    links.map(seat).collect()
+}
+
+fn disabled(
+    file: &str,
+    entry: &SceneFile,
+    robots: &[LoadedRobot],
+    bodies: &[Body],
+) -> Result<BTreeSet<super::BodyPair>> {
+    // Bodies are in the order of the links that have geometry, then the obstacles.
+    let mut next = 0..bodies.len();
+    let mut all = Vec::new();
+    for loaded in robots {
+        for (link, named) in loaded.robot.links.iter().zip(link_names(loaded)) {
+            all.push(PairName { named, body: if link.collision.is_empty() { None } else { next.next() } });
+        }
+    }
+    all.extend(next.map(|body| PairName { named: Named { robot: None, name: &bodies[body].name }, body: Some(body) }));
+    let mut disabled: BTreeSet<_> = disabled_by_scene(file, &entry.pairs.disable, &all)?.into_iter().collect();
+    for loaded in robots {
+        disabled.extend(disabled_by_srdf(&loaded.name, &loaded.disabled, &all));
+    }
+    Ok(disabled)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::testing::{PLAIN, chain, scene, scene_with};
+    use crate::robot::JointKind::*;
+    use crate::scene::Scene;
+
+    const BALL: &str = "[[obstacle]]\nname = 'ball'\nshape = { sphere = 0.5 }\n";
+
+    fn pairs(scene: &Scene) -> Vec<String> {
+        (0..scene.pairs.len()).map(|pair| scene.pair_names(pair).join(" ")).collect()
+    }
+
+    #[test]
+    fn first_links_are_checked_against_obstacles_but_not_against_the_base() {
+        let arm = chain(&[Revolute, Fixed, Revolute]);
+        let checked = pairs(&scene(&format!("{PLAIN}{BALL}"), std::slice::from_ref(&arm)).unwrap());
+        assert_eq!(checked, ["l0 l3", "l1 ball", "l2 ball", "l3 ball"]);
+        let text = format!("{PLAIN}{BALL}[pairs]\ndisable = [['l3', 'ball'], ['arm/l2', 'ball']]");
+        let srdf = [["l0".to_string(), "l3".into()], ["gone".into(), "l3".into()]];
+        assert_eq!(pairs(&scene_with(&text, &[arm], &srdf, None).unwrap()), ["l1 ball"]);
+    }
+
+    #[test]
+    fn a_moving_base_is_checked_against_obstacles_and_other_robots() {
+        let moving = "base = 'planar'\nbounds = { min = [-1, -1], max = [1, 1] }\n";
+        let text = format!("{PLAIN}name = 'a'\n{moving}{PLAIN}name = 'b'\n{BALL}");
+        let scene = scene(&text, &[chain(&[Revolute]), chain(&[Planar])]).unwrap();
+        let expected = ["a/l0 b/l0", "a/l0 b/l1", "a/l0 ball", "a/l1 b/l0", "a/l1 b/l1", "a/l1 ball", "b/l1 ball"];
+        assert_eq!(pairs(&scene), expected);
+    }
+
+    #[test]
+    fn links_without_geometry_have_names_but_no_body() {
+        let mut arm = chain(&[Revolute, Revolute]);
+        arm.links[1].collision.clear();
+        let text = format!("{PLAIN}{BALL}[pairs]\ndisable = [['l1', 'ball'], ['l2', 'ball']]");
+        assert_eq!(pairs(&scene(&text, &[arm]).unwrap()), ["l0 l2"]);
+    }
+
+    #[test]
+    fn faults_name_element_and_expectation() {
+        let message = |text: &str| scene(text, &[chain(&[Revolute])]).unwrap_err().to_string();
+        assert!(message(BALL).contains("expected at least one [[robot]]"));
+        assert!(message(&format!("{PLAIN}{}", BALL.replace("ball", "l1"))).contains("obstacle \"l1\": a link has"));
+        assert!(message(&format!("{PLAIN}[pairs]\ndisable = [['l1', 'bal']]")).contains("got `bal`, expected one of"));
+        assert!(
+            message(&format!("{PLAIN}pose = {{ rpy = [0, nan, 0] }}"))
+                .contains("robot \"arm\": placement: pose: got NaN")
+        );
+        let mut parted = chain(&[Revolute, Revolute]);
+        parted.joints[1].parent = 2;
+        assert!(scene(PLAIN, &[parted]).unwrap_err().to_string().contains("arm.urdf: link \"l2\": no chain"));
+    }
+
+    #[test]
+    fn nothing_to_check_is_told() {
+        let scene = scene(PLAIN, &[chain(&[Revolute])]).unwrap();
+        assert!(scene.pairs.is_empty() && scene.warnings[0].contains("no pair of bodies is checked"));
+    }
 }

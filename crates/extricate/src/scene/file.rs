@@ -1,1 +1,375 @@
 //! The scene file format (TOML), as written by users. Not the resolved scene.
+//!
+//! ```toml
+//! clearance = 1e-4                  # metres, the default
+//! metric = { kind = "joint" }       # joint | object-norm | max-displacement
+//!                                   # joint takes weights = { JOINT = w or [translation, rotation] }
+//! [[robot]]
+//! urdf = "../robots/panda/panda.urdf"
+//! name = "panda"                    # optional: qualifies names as in panda/link0; default: the URDF's name
+//! srdf = "../robots/panda/panda.srdf"        # optional: its disable_collisions count, its groups can be named
+//! group = "arm"                     # optional: an SRDF group; joints outside it are locked at `locked` or nearest to 0
+//! packages = ["../robots"]          # folders where package:// is looked up
+//! geometry = "mesh"                 # mesh (default) | convex-hull: every mesh of this robot becomes its convex hull
+//! base = "planar"                   # fixed (default) | planar | floating, relative to `pose`
+//! bounds = { min = [-1, -1], max = [1, 1] }  # planar: x, y and optionally yaw; floating: x, y, z
+//! pose = { xyz = [0, 0, 0], rpy = [0, 0, 0] }
+//! locked = { JOINT = 0.02 }         # rad or m
+//! limits = { JOINT = [-1, 1], OTHER = { min = [-1, -1], max = [1, 1] } }  # replace the URDF's
+//!
+//! [[obstacle]]
+//! name = "box"
+//! shape = { box = [0.2, 0.6, 0.4] } # full sides | { sphere = r } | { cylinder = [r, length] } | { capsule = [r, length] }
+//!                                   # | { mesh = "part.stl", scale = 1.0 or [x, y, z], convex = true }
+//! pose = { xyz = [0.45, 0, 0.45], rpy = [0, 0, 0] }
+//!
+//! [pairs]
+//! disable = [["link_a", "link_b"], ["robot/link", "obstacle"]]
+//! ```
+//! Paths are relative to the scene file.
+
+use std::collections::BTreeMap;
+
+use serde::Deserialize;
+
+use super::MetricSpec;
+use crate::error::{Error, Result};
+use crate::math::Pose;
+
+/// A whole scene file.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct SceneFile {
+    /// Least distance [m] that free configurations keep.
+    #[serde(default = "default_clearance")]
+    pub clearance: f64,
+    /// How far two configurations are from each other.
+    #[serde(default)]
+    pub metric: MetricEntry,
+    /// The robots, in the order of their coordinates.
+    #[serde(default)]
+    pub robot: Vec<RobotEntry>,
+    /// What does not move.
+    #[serde(default)]
+    pub obstacle: Vec<ObstacleEntry>,
+    /// Pairs that are not checked.
+    #[serde(default)]
+    pub pairs: PairsEntry,
+}
+
+fn default_clearance() -> f64 {
+    1e-4
+}
+
+/// `metric = { kind = .., weights = .. }`.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct MetricEntry {
+    /// Which metric.
+    #[serde(default = "default_metric")]
+    pub kind: MetricSpec,
+    /// Weights of squared displacements by joint (1 where not named); only of the joint metric.
+    #[serde(default)]
+    pub weights: BTreeMap<String, WeightEntry>,
+}
+
+fn default_metric() -> MetricSpec {
+    MetricSpec::Joint
+}
+
+impl Default for MetricEntry {
+    fn default() -> Self {
+        Self { kind: default_metric(), weights: BTreeMap::new() }
+    }
+}
+
+/// The weight of one joint.
+#[derive(Debug, Clone, Copy, Deserialize)]
+#[serde(untagged, expecting = "expected a number, or [translation, rotation] for a joint that has both")]
+pub enum WeightEntry {
+    /// For all its coordinates.
+    Uniform(f64),
+    /// Of its translations and its rotation.
+    Split([f64; 2]),
+}
+
+/// `[[robot]]`.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct RobotEntry {
+    /// Path of the URDF file.
+    pub urdf: String,
+    /// Qualifies the names of its links and joints; the URDF's name where absent.
+    pub name: Option<String>,
+    /// Path of the SRDF file.
+    pub srdf: Option<String>,
+    /// SRDF group whose joints move; the others are locked.
+    pub group: Option<String>,
+    /// Folders where `package://` is looked up.
+    #[serde(default)]
+    pub packages: Vec<String>,
+    /// What becomes of its meshes.
+    #[serde(default)]
+    pub geometry: GeometryKind,
+    /// How its root link may move, relative to `pose`.
+    #[serde(default)]
+    pub base: BaseKind,
+    /// Limits of a moving base [m, rad].
+    pub bounds: Option<BoundsEntry>,
+    /// Where it stands.
+    #[serde(default)]
+    pub pose: PoseEntry,
+    /// Joints that do not move, and where they stand [rad or m].
+    #[serde(default)]
+    pub locked: BTreeMap<String, f64>,
+    /// Limits that replace the URDF's or stand in for missing ones.
+    #[serde(default)]
+    pub limits: BTreeMap<String, LimitsEntry>,
+}
+
+/// What becomes of a robot's meshes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum GeometryKind {
+    /// They stay as they are.
+    #[default]
+    Mesh,
+    /// Each becomes its convex hull.
+    ConvexHull,
+}
+
+/// How a robot's root link may move.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum BaseKind {
+    /// Not at all.
+    #[default]
+    Fixed,
+    /// x, y [m] and yaw [rad].
+    Planar,
+    /// x, y, z [m] and a unit quaternion x, y, z, w.
+    Floating,
+}
+
+/// Least and greatest value of several coordinates [m or rad].
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct BoundsEntry {
+    /// Least values.
+    pub min: Vec<f64>,
+    /// Greatest values.
+    pub max: Vec<f64>,
+}
+
+/// Limits of one joint [m or rad].
+#[derive(Debug, Clone, Deserialize)]
+#[serde(untagged, expecting = "expected [lower, upper] or { min = [..], max = [..] }")]
+pub enum LimitsEntry {
+    /// Of its one coordinate, or of each of its translations.
+    Interval([f64; 2]),
+    /// Of each translation, and for a planar joint optionally of its angle.
+    Bounds(BoundsEntry),
+}
+
+/// `pose = { xyz = .., rpy = .. }`.
+#[derive(Debug, Clone, Copy, Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct PoseEntry {
+    /// Position [m].
+    #[serde(default)]
+    pub xyz: [f64; 3],
+    /// Roll, pitch and yaw about the fixed axes x, y, z [rad].
+    #[serde(default)]
+    pub rpy: [f64; 3],
+}
+
+/// `[[obstacle]]`.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ObstacleEntry {
+    /// Unique among obstacles and links.
+    pub name: String,
+    /// Its shape.
+    pub shape: ShapeEntry,
+    /// Where it stands.
+    #[serde(default)]
+    pub pose: PoseEntry,
+}
+
+/// `shape = { .. }`: exactly one of the five shapes.
+#[derive(Debug, Clone, Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ShapeEntry {
+    /// Full sides [m].
+    #[serde(rename = "box")]
+    pub cuboid: Option<[f64; 3]>,
+    /// Radius [m].
+    pub sphere: Option<f64>,
+    /// Radius and length [m].
+    pub cylinder: Option<[f64; 2]>,
+    /// Radius and length of the cylindrical part [m].
+    pub capsule: Option<[f64; 2]>,
+    /// Path of a mesh file.
+    pub mesh: Option<String>,
+    /// Of the mesh.
+    pub scale: Option<ScaleEntry>,
+    /// Whether the mesh is replaced by its convex hull.
+    #[serde(default)]
+    pub convex: bool,
+}
+
+/// How a mesh is scaled.
+#[derive(Debug, Clone, Copy, Deserialize)]
+#[serde(untagged, expecting = "expected a number or [x, y, z]")]
+pub enum ScaleEntry {
+    /// Along every axis.
+    Uniform(f64),
+    /// Along x, y and z.
+    Axes([f64; 3]),
+}
+
+/// `[pairs]`.
+#[derive(Debug, Clone, Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct PairsEntry {
+    /// Pairs of names that are not checked, on top of the SRDF's.
+    #[serde(default)]
+    pub disable: Vec<[String; 2]>,
+}
+
+/// Parses the `text` of a scene file; `file` is its name in messages.
+///
+/// # Errors
+/// [`Error::Input`] with line and column where the text is not TOML, has a key that the format does not know (the known
+/// ones are listed) or a value of the wrong type; or where the clearance makes no sense.
+pub fn parse(file: &str, text: &str) -> Result<SceneFile> {
+    let scene: SceneFile = toml::from_str(text).map_err(|error| {
+        let element = match error.span() {
+            Some(span) => position(text, span.start),
+            None => "scene".into(),
+        };
+        Error::input(file, element, error.message().trim())
+    })?;
+    if !(scene.clearance.is_finite() && scene.clearance >= 0.0) {
+        return Err(Error::input(
+            file,
+            "clearance",
+            format!("got {}, expected a finite number >= 0 [m]", scene.clearance),
+        ));
+    }
+    Ok(scene)
+}
+
+fn position(text: &str, at: usize) -> String {
+    let before = &text.as_bytes()[..at.min(text.len())];
+    let line = before.iter().filter(|&&byte| byte == b'\n').count() + 1;
+    let column = before.iter().rev().take_while(|&&byte| byte != b'\n').count() + 1;
+    format!("line {line}, column {column}")
+}
+
+impl PoseEntry {
+    /// The pose.
+    ///
+    /// # Errors
+    /// [`Error::Input`] where a number is not finite.
+    pub fn pose(&self, file: &str, element: &str) -> Result<Pose> {
+        match self.xyz.iter().chain(&self.rpy).find(|x| !x.is_finite()) {
+            Some(bad) => Err(Error::input(file, element, format!("pose: got {bad}, expected finite numbers"))),
+            None => Ok(Pose::from_xyz_rpy(self.xyz, self.rpy)),
+        }
+    }
+}
+
+impl BoundsEntry {
+    /// `(min, max)` of each coordinate; `counts` are the numbers of entries allowed, `what` the element in messages.
+    ///
+    /// # Errors
+    /// [`Error::Input`] where the lengths differ or are not allowed, a number is not finite, or a minimum exceeds its
+    /// maximum.
+    pub fn intervals(&self, file: &str, what: &str, counts: &[usize]) -> Result<Vec<(f64, f64)>> {
+        if self.min.len() != self.max.len() || !counts.contains(&self.min.len()) {
+            let counts: Vec<String> = counts.iter().map(usize::to_string).collect();
+            let found = format!("got {} and {} numbers", self.min.len(), self.max.len());
+            return Err(Error::input(
+                file,
+                what,
+                format!("min and max: {found}, expected {} each", counts.join(" or ")),
+            ));
+        }
+        self.min.iter().zip(&self.max).map(|(&min, &max)| interval(file, what, min, max)).collect()
+    }
+}
+
+/// Checks that `lower` and `upper` are finite and in order.
+pub fn interval(file: &str, what: &str, lower: f64, upper: f64) -> Result<(f64, f64)> {
+    if lower.is_finite() && upper.is_finite() && lower <= upper {
+        return Ok((lower, upper));
+    }
+    Err(Error::input(file, what, format!("got [{lower}, {upper}], expected finite limits, lower <= upper")))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn message(text: &str) -> String {
+        parse("s.toml", text).unwrap_err().to_string()
+    }
+
+    #[test]
+    fn everything_in_the_format_is_read() {
+        let scene = parse(
+            "s.toml",
+            r#"
+            metric = { kind = "joint", weights = { a = 2, base = [1, 0.5] } }
+            [[robot]]
+            urdf = "a.urdf"
+            base = "planar"
+            bounds = { min = [-1, -1], max = [1, 1] }
+            limits = { a = [0, 1], b = { min = [0], max = [1] } }
+            [[obstacle]]
+            name = "part"
+            shape = { mesh = "part.stl", scale = [1, 2, 3], convex = true }
+            [[obstacle]]
+            name = "box"
+            shape = { box = [1, 2, 3] }
+            pose = { xyz = [0, 0, 1] }
+            [pairs]
+            disable = [["a", "b"]]
+            "#,
+        )
+        .unwrap();
+        assert_eq!(scene.clearance, 1e-4);
+        assert!(matches!(scene.metric.weights["base"], WeightEntry::Split([1.0, 0.5])));
+        assert!(matches!(scene.robot[0].limits["a"], LimitsEntry::Interval([0.0, 1.0])));
+        assert!(matches!(scene.obstacle[0].shape.scale, Some(ScaleEntry::Axes([1.0, 2.0, 3.0]))));
+        assert_eq!(scene.obstacle[1].pose.xyz, [0.0, 0.0, 1.0]);
+        assert_eq!(scene.pairs.disable, [["a".to_string(), "b".to_string()]]);
+    }
+
+    #[test]
+    fn messages_name_place_and_alternatives() {
+        let unknown = message("clearance = 0.1\nclerance = 2");
+        assert!(unknown.contains("line 2, column 1") && unknown.contains("`clerance`"), "{unknown}");
+        assert!(unknown.contains("`clearance`") && unknown.contains("`obstacle`"), "{unknown}");
+        assert!(message("[[robot]]\nurdf = 'a'\nbase = 'flying'").contains("`floating`"));
+        assert!(message("metric = { kind = 'euclid' }").contains("`object-norm`"));
+        assert!(message("metric = { weights = { a = 'x' } }").contains("[translation, rotation]"));
+        assert!(message("[[robot]]\nurdf = 'a'\nlimits = { a = 1 }").contains("[lower, upper]"));
+        assert!(message("[[robot]]\nurdf = 'a'\n= 1").contains("line 3"));
+        assert!(message("[[robot]]\nname = 'a'").contains("`urdf`"));
+        assert!(message("clearance = -1").contains("got -1, expected a finite number >= 0"));
+        assert!(message("clearance = nan").contains("NaN"));
+    }
+
+    #[test]
+    fn bounds_are_checked() {
+        let bounds = |min: &[f64], max: &[f64]| {
+            let entry = BoundsEntry { min: min.to_vec(), max: max.to_vec() };
+            entry.intervals("s.toml", "robot \"a\": bounds", &[2, 3]).map_err(|e| e.to_string())
+        };
+        assert_eq!(bounds(&[0.0, 1.0], &[2.0, 3.0]).unwrap(), [(0.0, 2.0), (1.0, 3.0)]);
+        assert!(bounds(&[0.0], &[1.0]).unwrap_err().contains("expected 2 or 3 each"));
+        assert!(bounds(&[0.0, 2.0], &[1.0, 1.0]).unwrap_err().contains("[2, 1]"));
+    }
+}

@@ -4,9 +4,19 @@
 //! and is stored whole in the model file. Not here: positions of anything at a configuration (`kinematics`).
 
 pub mod assemble;
+mod bodies;
 pub mod builtin;
+mod coordinates;
 pub mod file;
-pub mod pairs;
+mod frames;
+mod load;
+mod names;
+mod obstacles;
+mod pairs;
+mod reach;
+mod roles;
+#[cfg(test)]
+mod testing;
 
 use serde::{Deserialize, Serialize};
 

@@ -1,0 +1,215 @@
+//! Reads what a scene file names: URDF, SRDF and mesh files, each mesh once. Paths are resolved here and nowhere else.
+
+use std::collections::HashMap;
+use std::io::ErrorKind;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use super::assemble::{LoadedRobot, ReadFile};
+use super::bodies::hull_links;
+use super::file::{GeometryKind, RobotEntry};
+use super::names::robot_names;
+use crate::error::{Error, Result};
+use crate::robot::srdf::Srdf;
+use crate::robot::{Robot, TriangleMesh, mesh_file, srdf, urdf};
+
+/// The files of one scene.
+pub struct Files<'a> {
+    /// The scene file's name in messages.
+    file: String,
+    /// The folder that paths in the scene file start from.
+    folder: PathBuf,
+    read: ReadFile<'a>,
+    meshes: HashMap<PathBuf, Arc<TriangleMesh>>,
+}
+
+impl<'a> Files<'a> {
+    /// Of the scene file at `path`.
+    pub fn new(path: &Path, read: ReadFile<'a>) -> Self {
+        let folder = path.parent().unwrap_or(Path::new("")).to_path_buf();
+        Self { file: path.display().to_string(), folder, read, meshes: HashMap::new() }
+    }
+
+    /// Parses every robot; names are made unique.
+    pub fn robots<'e>(
+        &mut self,
+        entries: &'e [RobotEntry],
+        warnings: &mut Vec<String>,
+    ) -> Result<Vec<LoadedRobot<'e>>> {
+        let mut robots = Vec::with_capacity(entries.len());
+        for entry in entries {
+            robots.push(self.robot(entry, warnings)?);
+        }
+        let names = robot_names(&self.file, entries, robots.iter().map(|loaded| loaded.robot.name.as_str()))?;
+        for (loaded, name) in robots.iter_mut().zip(names) {
+            loaded.name = name;
+        }
+        Ok(robots)
+    }
+
+    fn robot<'e>(&mut self, entry: &'e RobotEntry, warnings: &mut Vec<String>) -> Result<LoadedRobot<'e>> {
+        let path = self.folder.join(&entry.urdf);
+        let file = path.display().to_string();
+        let text = self.text(&path)?;
+        let folder = path.parent().unwrap_or(Path::new("")).to_path_buf();
+        let packages: Vec<PathBuf> = entry.packages.iter().map(|package| self.folder.join(package)).collect();
+        let mut load = |uri: &str| self.first_mesh(&file, uri, &candidates(uri, &folder, &packages));
+        let mut robot = urdf::parse(&file, &text, &mut load, warnings)?;
+        if entry.geometry == GeometryKind::ConvexHull {
+            hull_links(&mut robot, warnings);
+        }
+        let (mut disabled, mut group) = (Vec::new(), None);
+        if let Some(srdf) = &entry.srdf {
+            let path = self.folder.join(srdf);
+            let file = path.display().to_string();
+            let srdf = srdf::parse(&file, &self.text(&path)?)?;
+            group = match &entry.group {
+                Some(group) => Some(srdf.group_joints(&file, group, &robot)?),
+                None => None,
+            };
+            disabled = srdf_pairs(srdf, &robot);
+        } else if let Some(group) = &entry.group {
+            let problem = format!("got `{group}` without an SRDF, expected `srdf = ..` that defines it");
+            return Err(Error::input(&self.file, format!("robot \"{}\": group", robot.name), problem));
+        }
+        Ok(LoadedRobot { name: robot.name.clone(), urdf: file, robot, disabled, group, entry })
+    }
+
+    /// A mesh by its path as the scene file has it.
+    pub fn mesh(&mut self, path: &str) -> Result<Arc<TriangleMesh>> {
+        let path = self.folder.join(path);
+        match self.mesh_at(&path)? {
+            Some(mesh) => Ok(mesh),
+            None => Err(Error::Read { path, source: ErrorKind::NotFound.into() }),
+        }
+    }
+
+    fn first_mesh(&mut self, file: &str, uri: &str, candidates: &[PathBuf]) -> Result<Arc<TriangleMesh>> {
+        for path in candidates {
+            if let Some(mesh) = self.mesh_at(path)? {
+                return Ok(mesh);
+            }
+        }
+        let tried: Vec<String> = candidates.iter().map(|path| path.display().to_string()).collect();
+        let advice = match package_of(uri) {
+            Some((package, _)) => format!("; add the folder that holds `{package}` to `packages` in the scene"),
+            None => String::new(),
+        };
+        let tried = if tried.is_empty() { "no folder".into() } else { tried.join(", ") };
+        Err(Error::input(file, format!("mesh \"{uri}\""), format!("not found, tried {tried}{advice}")))
+    }
+
+    /// `None` where there is no such file.
+    fn mesh_at(&mut self, path: &Path) -> Result<Option<Arc<TriangleMesh>>> {
+        if let Some(mesh) = self.meshes.get(path) {
+            return Ok(Some(Arc::clone(mesh)));
+        }
+        let bytes = match (self.read)(path) {
+            Ok(bytes) => bytes,
+            Err(Error::Read { source, .. }) if source.kind() == ErrorKind::NotFound => return Ok(None),
+            Err(error) => return Err(error),
+        };
+        let mesh = Arc::new(mesh_file::parse(&path.display().to_string(), &bytes)?);
+        self.meshes.insert(path.to_path_buf(), Arc::clone(&mesh));
+        Ok(Some(mesh))
+    }
+
+    fn text(&mut self, path: &Path) -> Result<String> {
+        let bytes = (self.read)(path)?;
+        String::from_utf8(bytes).map_err(|error| {
+            let at = error.utf8_error().valid_up_to();
+            Error::input(path.display().to_string(), format!("byte {at}"), "not UTF-8, expected XML in UTF-8")
+        })
+    }
+}
+
+/// The pairs that an SRDF disables, with `disable_default_collisions` spelled out for the links of `robot`.
+fn srdf_pairs(srdf: Srdf, robot: &Robot) -> Vec<[String; 2]> {
+    let mut pairs = srdf.disabled;
+    for name in &srdf.disabled_by_default {
+        let enabled =
+            |other: &str| srdf.enabled.iter().any(|[a, b]| (a == name && b == other) || (a == other && b == name));
+        let others = robot.links.iter().filter(|link| &link.name != name && !enabled(&link.name));
+        pairs.extend(others.map(|link| [name.clone(), link.name.clone()]));
+    }
+    pairs
+}
+
+/// Where the file that a URDF calls `uri` may be, likeliest first.
+fn candidates(uri: &str, folder: &Path, packages: &[PathBuf]) -> Vec<PathBuf> {
+    if let Some((package, rest)) = package_of(uri) {
+        let inside = packages.iter().map(|dir| dir.join(package).join(rest));
+        let itself = packages.iter().filter(|dir| dir.file_name().is_some_and(|name| name == package));
+        return inside.chain(itself.map(|dir| dir.join(rest))).collect();
+    }
+    // `join` replaces the folder where the path is absolute.
+    vec![folder.join(uri.strip_prefix("file://").unwrap_or(uri))]
+}
+
+/// Package and path inside it of a `package://` or `model://` URI.
+fn package_of(uri: &str) -> Option<(&str, &str)> {
+    let path = uri.strip_prefix("package://").or_else(|| uri.strip_prefix("model://"))?;
+    Some(path.split_once('/').unwrap_or((path, "")))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::testing::chain;
+    use super::*;
+    use crate::robot::JointKind;
+
+    fn paths(uri: &str, packages: &[&str]) -> Vec<String> {
+        let packages: Vec<PathBuf> = packages.iter().map(PathBuf::from).collect();
+        candidates(uri, Path::new("s/urdf"), &packages).iter().map(|path| path.display().to_string()).collect()
+    }
+
+    #[test]
+    fn uris_are_resolved_in_order() {
+        assert_eq!(
+            paths("package://arm/m/a.stl", &["p", "q/arm"]),
+            ["p/arm/m/a.stl", "q/arm/arm/m/a.stl", "q/arm/m/a.stl"]
+        );
+        assert_eq!(paths("model://arm/a.stl", &["p"]), ["p/arm/a.stl"]);
+        assert_eq!(paths("file:///m/a.stl", &["p"]), ["/m/a.stl"]);
+        assert_eq!(paths("/m/a.stl", &[]), ["/m/a.stl"]);
+        assert_eq!(paths("../m/a.stl", &["p"]), ["s/urdf/../m/a.stl"]);
+        assert!(paths("package://arm/a.stl", &[]).is_empty());
+    }
+
+    #[test]
+    fn links_without_default_collisions_keep_what_is_enabled() {
+        let name = |name: &str| name.to_string();
+        let srdf = Srdf {
+            disabled: vec![[name("l0"), name("l2")]],
+            disabled_by_default: vec![name("l1")],
+            enabled: vec![[name("l3"), name("l1")]],
+            ..Default::default()
+        };
+        let arm = chain(&[JointKind::Revolute; 3]);
+        let expected = [["l0", "l2"], ["l1", "l0"], ["l1", "l2"]];
+        assert_eq!(srdf_pairs(srdf, &arm), expected.map(|pair| pair.map(String::from)));
+    }
+
+    #[test]
+    fn meshes_are_read_once_and_missing_ones_list_every_path() {
+        let stl = b"solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\nendsolid a\n";
+        let mut reads = Vec::new();
+        let mut read = |path: &Path| {
+            reads.push(path.display().to_string());
+            if path == Path::new("s/b/arm/a.stl") {
+                return Ok(stl.to_vec());
+            }
+            Err(Error::Read { path: path.into(), source: ErrorKind::NotFound.into() })
+        };
+        let mut files = Files::new(Path::new("s/scene.toml"), &mut read);
+        let tried = [PathBuf::from("s/a/arm/a.stl"), PathBuf::from("s/b/arm/a.stl")];
+        let first = files.first_mesh("u.urdf", "package://arm/a.stl", &tried).unwrap();
+        let second = files.mesh("b/arm/a.stl").unwrap();
+        assert!(Arc::ptr_eq(&first, &second));
+        let missing = files.first_mesh("u.urdf", "package://arm/a.stl", &tried[..1]).unwrap_err().to_string();
+        assert!(missing.contains("u.urdf: mesh \"package://arm/a.stl\": not found, tried s/a/arm/a.stl"), "{missing}");
+        assert!(missing.contains("`packages`"), "{missing}");
+        assert!(matches!(files.mesh("c.stl"), Err(Error::Read { .. })));
+        assert_eq!(reads.iter().filter(|path| *path == "s/b/arm/a.stl").count(), 1);
+    }
+}

@@ -1,0 +1,168 @@
+//! From `[[obstacle]]` entries to bodies.
+
+use std::collections::HashSet;
+use std::sync::Arc;
+
+use super::bodies::hull;
+use super::file::{ObstacleEntry, ScaleEntry, ShapeEntry};
+use super::{Body, Part};
+use crate::error::{Error, Result};
+use crate::math::Vec3;
+use crate::robot::{Geometry, TriangleMesh};
+
+/// Reads a mesh by its path, as the scene file has it.
+pub type LoadMesh<'a> = &'a mut dyn FnMut(&str) -> Result<Arc<TriangleMesh>>;
+
+/// The obstacles of a scene file, fixed to the world.
+///
+/// # Errors
+/// [`Error::Input`] for repeated or empty names, shapes that are not exactly one shape, sizes that are not positive and
+/// scales that are 0; whatever reading a mesh gives.
+pub fn obstacles(
+    file: &str,
+    entries: &[ObstacleEntry],
+    load_mesh: LoadMesh,
+    warnings: &mut Vec<String>,
+) -> Result<Vec<Body>> {
+    let mut seen = HashSet::new();
+    let mut bodies = Vec::with_capacity(entries.len());
+    for (index, entry) in entries.iter().enumerate() {
+        if entry.name.trim().is_empty() {
+            return Err(Error::input(file, format!("obstacle {}", index + 1), "got an empty name, expected one"));
+        }
+        let element = format!("obstacle \"{}\"", entry.name);
+        if !seen.insert(&entry.name) {
+            return Err(Error::input(file, element, "the name occurs twice, expected every obstacle to have its own"));
+        }
+        let pose_frame_part = entry.pose.pose(file, &element)?;
+        let geometry = shape(file, &element, &entry.shape, load_mesh, warnings)?;
+        let parts = vec![Part { pose_frame_part, geometry }];
+        bodies.push(Body { name: entry.name.clone(), robot: None, frame: 0, parts });
+    }
+    Ok(bodies)
+}
+
+fn shape(
+    file: &str,
+    element: &str,
+    entry: &ShapeEntry,
+    load_mesh: LoadMesh,
+    warnings: &mut Vec<String>,
+) -> Result<Geometry> {
+    let fault = |problem: String| Error::input(file, element, problem);
+    let given: Vec<&str> = [
+        ("box", entry.cuboid.is_some()),
+        ("sphere", entry.sphere.is_some()),
+        ("cylinder", entry.cylinder.is_some()),
+        ("capsule", entry.capsule.is_some()),
+        ("mesh", entry.mesh.is_some()),
+    ]
+    .into_iter()
+    .filter_map(|(name, given)| given.then_some(name))
+    .collect();
+    let [kind] = given[..] else {
+        let found = if given.is_empty() { "none".to_string() } else { given.join(" and ") };
+        return Err(fault(format!("shape: got {found}, expected exactly one of box, sphere, cylinder, capsule, mesh")));
+    };
+    if kind != "mesh" && (entry.scale.is_some() || entry.convex) {
+        return Err(fault(format!("shape: `scale` and `convex` belong to a mesh, got them with a {kind}")));
+    }
+    let sizes = |sizes: &[f64], what: &str| match sizes.iter().find(|x| !(x.is_finite() && **x > 0.0)) {
+        Some(bad) => Err(fault(format!("{kind}: got {bad}, expected {what}, each > 0 [m]"))),
+        None => Ok(()),
+    };
+    if let Some(sides) = entry.cuboid {
+        sizes(&sides, "full sides [x, y, z]")?;
+        return Ok(Geometry::Box { half_extents: Vec3::from(sides) / 2.0 });
+    }
+    if let Some(radius) = entry.sphere {
+        sizes(&[radius], "a radius")?;
+        return Ok(Geometry::Sphere { radius });
+    }
+    if let Some([radius, length]) = entry.cylinder {
+        sizes(&[radius, length], "[radius, length]")?;
+        return Ok(Geometry::Cylinder { radius, half_length: length / 2.0 });
+    }
+    if let Some([radius, length]) = entry.capsule {
+        sizes(&[radius, length], "[radius, length]")?;
+        return Ok(Geometry::Capsule { radius, half_length: length / 2.0 });
+    }
+    let scale = match entry.scale {
+        None => [1.0; 3],
+        Some(ScaleEntry::Uniform(scale)) => [scale; 3],
+        Some(ScaleEntry::Axes(scale)) => scale,
+    };
+    if scale.iter().any(|x| !x.is_finite() || *x == 0.0) {
+        return Err(fault(format!("scale: got {scale:?}, expected finite factors that are not 0")));
+    }
+    let mut mesh = load_mesh(entry.mesh.as_deref().unwrap_or_default())?;
+    if scale != [1.0; 3] {
+        mesh = Arc::new(mesh.scaled(scale));
+    }
+    if !entry.convex {
+        return Ok(Geometry::Mesh(mesh));
+    }
+    Ok(hull(&mesh, element, warnings))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::file;
+    use super::*;
+
+    fn assembled(text: &str) -> Result<Vec<Body>> {
+        let scene = file::parse("s.toml", text)?;
+        obstacles("s.toml", &scene.obstacle, &mut |_| Ok(tetrahedron()), &mut Vec::new())
+    }
+
+    fn tetrahedron() -> Arc<TriangleMesh> {
+        let vertices = vec![Vec3::zeros(), Vec3::x(), Vec3::y(), Vec3::z()];
+        Arc::new(TriangleMesh::new(vertices, vec![[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]]))
+    }
+
+    fn one(shape: &str) -> Result<Geometry> {
+        let bodies = assembled(&format!("[[obstacle]]\nname = 'a'\nshape = {shape}"))?;
+        Ok(bodies[0].parts[0].geometry.clone())
+    }
+
+    #[test]
+    fn sizes_are_halved_where_geometry_wants_halves() {
+        assert!(
+            matches!(one("{ box = [2, 4, 6] }"), Ok(Geometry::Box { half_extents }) if half_extents == Vec3::new(1.0, 2.0, 3.0))
+        );
+        assert!(matches!(one("{ sphere = 2 }"), Ok(Geometry::Sphere { radius: 2.0 })));
+        assert!(matches!(one("{ cylinder = [1, 4] }"), Ok(Geometry::Cylinder { radius: 1.0, half_length: 2.0 })));
+        assert!(matches!(one("{ capsule = [1, 4] }"), Ok(Geometry::Capsule { radius: 1.0, half_length: 2.0 })));
+    }
+
+    #[test]
+    fn meshes_are_scaled_and_hulled() {
+        let Ok(Geometry::Mesh(mesh)) = one("{ mesh = 'a.stl', scale = [1, 2, -3] }") else { panic!() };
+        assert!(
+            mesh.vertices.contains(&Vec3::new(0.0, 0.0, -3.0)) && mesh.vertices.contains(&Vec3::new(0.0, 2.0, 0.0))
+        );
+        assert!(matches!(one("{ mesh = 'a.stl', convex = true }"), Ok(Geometry::ConvexHull(_))));
+    }
+
+    #[test]
+    fn faults_name_obstacle_value_and_expectation() {
+        let message = |shape: &str| one(shape).unwrap_err().to_string();
+        assert!(message("{ sphere = 0 }").contains("obstacle \"a\": sphere: got 0, expected a radius"));
+        assert!(message("{ box = [1, -2, 3] }").contains("got -2"));
+        assert!(message("{ cylinder = [1, nan] }").contains("NaN"));
+        assert!(message("{ }").contains("got none, expected exactly one of box"));
+        assert!(message("{ sphere = 1, box = [1, 1, 1] }").contains("got box and sphere"));
+        assert!(message("{ sphere = 1, scale = 2 }").contains("belong to a mesh"));
+        assert!(message("{ mesh = 'a.stl', scale = 0 }").contains("scale: got [0.0, 0.0, 0.0]"));
+        let twice = "[[obstacle]]\nname = 'a'\nshape = { sphere = 1 }\n".repeat(2);
+        assert!(assembled(&twice).unwrap_err().to_string().contains("occurs twice"));
+        assert!(
+            assembled("[[obstacle]]\nname = ''\nshape = { sphere = 1 }")
+                .unwrap_err()
+                .to_string()
+                .contains("obstacle 1")
+        );
+        let pose = assembled("[[obstacle]]\nname = 'a'\nshape = { sphere = 1 }\npose = { xyz = [inf, 0, 0] }");
+        assert!(pose.unwrap_err().to_string().contains("pose: got inf"));
+    }
+}

@@ -1,0 +1,64 @@
+//! Robots built in code and scenes of them, for tests of this module.
+
+use super::Scene;
+use super::assemble::{LoadedRobot, build};
+use super::file;
+use super::names::robot_names;
+use super::obstacles::obstacles;
+use crate::error::Result;
+use crate::math::{Pose, Vec3};
+use crate::robot::{Geometry, Joint, JointKind, Link, LinkGeometry, Mimic, Robot};
+
+/// The name of the scene file in messages.
+pub const FILE: &str = "s.toml";
+
+/// A joint from link `l<parent>` to `l<child>` about (along) z, 1 m along x from its parent; limits -1 and 1 for revolute
+/// and prismatic ones.
+pub fn joint(name: &str, kind: JointKind, parent: usize, child: usize) -> Joint {
+    let limits = matches!(kind, JointKind::Revolute | JointKind::Prismatic).then_some((-1.0, 1.0));
+    let pose_parent_joint = Pose::translation(Vec3::x());
+    Joint { name: name.into(), kind, parent, child, pose_parent_joint, axis: Vec3::z(), limits, mimic: None }
+}
+
+/// Makes `joint` follow the joint of index `leader`.
+pub fn following(joint: Joint, leader: usize, multiplier: f64, offset: f64) -> Joint {
+    Joint { mimic: Some(Mimic { joint: leader, multiplier, offset }), ..joint }
+}
+
+/// Links `l0`, `l1` and so on, each a ball of 0.1 m, rooted at `l0`; its name is `arm`.
+pub fn robot(joints: Vec<Joint>) -> Robot {
+    let ball = LinkGeometry { pose_link_geometry: Pose::identity(), geometry: Geometry::Sphere { radius: 0.1 } };
+    let link = |k| Link { name: format!("l{k}"), collision: vec![ball.clone()] };
+    Robot { name: "arm".into(), links: (0..=joints.len()).map(link).collect(), joints, root: 0 }
+}
+
+/// A chain `j0`, `j1` and so on of the given kinds.
+pub fn chain(kinds: &[JointKind]) -> Robot {
+    robot(kinds.iter().enumerate().map(|(k, &kind)| joint(&format!("j{k}"), kind, k, k + 1)).collect())
+}
+
+/// Assembles a scene file whose `[[robot]]` entries stand for `robots`, in order.
+pub fn scene(text: &str, robots: &[Robot]) -> Result<Scene> {
+    scene_with(text, robots, &[], None)
+}
+
+/// [`scene`] with what an SRDF would say of every robot.
+pub fn scene_with(text: &str, robots: &[Robot], disabled: &[[String; 2]], group: Option<Vec<usize>>) -> Result<Scene> {
+    let file = file::parse(FILE, text)?;
+    let names = robot_names(FILE, &file.robot, robots.iter().map(|robot| robot.name.as_str()))?;
+    let loaded = file.robot.iter().zip(robots).zip(names).map(|((entry, robot), name)| LoadedRobot {
+        name,
+        urdf: "arm.urdf".into(),
+        robot: robot.clone(),
+        disabled: disabled.to_vec(),
+        group: group.clone(),
+        entry,
+    });
+    let loaded: Vec<LoadedRobot> = loaded.collect();
+    let mut warnings = Vec::new();
+    let bodies = obstacles(FILE, &file.obstacle, &mut |path| panic!("no mesh {path} in this test"), &mut warnings)?;
+    build(FILE, &file, &loaded, bodies, warnings)
+}
+
+/// One entry without options.
+pub const PLAIN: &str = "[[robot]]\nurdf = 'arm.urdf'\n";
