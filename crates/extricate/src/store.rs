@@ -1,9 +1,11 @@
 //! The one place that touches files: scenes in, models in and out.
 
+use std::io::Write;
 use std::path::Path;
 
 use crate::error::{Error, Result};
 use crate::model::Model;
+use crate::model_file;
 use crate::scene::Scene;
 use crate::scene::assemble::assemble;
 
@@ -28,13 +30,34 @@ fn read(path: &Path) -> Result<Vec<u8>> {
 /// # Errors
 /// [`crate::Error::Model`] where the file is truncated, altered, foreign or of another version.
 pub fn load_model(path: &Path) -> Result<Model> {
-    todo!("{}", path.display())
+    model_file::decode(path, &read(path)?)
 }
 
 /// Writes a model file atomically: a reader sees the old file or the whole new one.
+///
+/// # Errors
+/// [`crate::Error::Write`]; the old file, if any, is then untouched.
 pub fn save_model(model: &Model, path: &Path) -> Result<()> {
-    let _ = model;
-    todo!("{}", path.display())
+    let fault = |source| Error::Write { path: path.into(), source };
+    let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let mut file = tempfile::Builder::new().prefix(".extricate-").tempfile_in(folder).map_err(fault)?;
+    file.write_all(&model_file::encode(model)).map_err(fault)?;
+    file.as_file().sync_all().map_err(fault)?;
+    allow_others_to_read(file.as_file()).map_err(fault)?;
+    file.persist(path).map_err(|e| fault(e.error))?;
+    Ok(())
+}
+
+/// Temporary files are private to their owner; a model is as public as any file that the user writes.
+#[cfg(unix)]
+fn allow_others_to_read(file: &std::fs::File) -> std::io::Result<()> {
+    use std::os::unix::fs::PermissionsExt;
+    file.set_permissions(std::fs::Permissions::from_mode(0o644))
+}
+
+#[cfg(not(unix))]
+fn allow_others_to_read(_: &std::fs::File) -> std::io::Result<()> {
+    Ok(())
 }
 
 #[cfg(test)]

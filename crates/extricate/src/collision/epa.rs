@@ -23,7 +23,7 @@ pub(super) struct Penetration {
     pub normal: Vec3,
     /// Deepest point of the first core [m].
     pub first: Vec3,
-    /// The difference's boundary point nearest to the origin: the deepest point of the first less that of the second [m].
+    /// The deepest point of the first core less that of the second: `upper` along `normal` [m].
     pub point: Vec3,
 }
 
@@ -44,7 +44,7 @@ fn flat(difference: &Difference, vertex: Vertex, normal: Vec3) -> Penetration {
     let height = |normal: &Vec3| difference.support(normal).point.dot(normal);
     let (ahead, behind) = (height(&normal), height(&-normal));
     let (upper, normal) = if ahead <= behind { (ahead, normal) } else { (behind, -normal) };
-    Penetration { lower: -difference.touching, upper, normal, first: vertex.first, point: vertex.point }
+    Penetration { lower: -difference.touching, upper, normal, first: vertex.first, point: normal * upper }
 }
 
 fn expand(difference: &Difference, vertices: [Vertex; 4], deeper_than: f64, not_above: f64) -> Penetration {
@@ -75,18 +75,14 @@ fn expand(difference: &Difference, vertices: [Vertex; 4], deeper_than: f64, not_
     }
     // The start holds the origin or touches it.
     let lower = polytope.lower().max(-difference.touching).min(upper);
-    let (first, point) = foot(&polytope, corners);
-    Penetration { lower, upper, normal, first, point }
+    let first = deepest(&polytope, corners);
+    // At the plane, not in the face: a curved boundary bulges beyond its faces.
+    Penetration { lower, upper, normal, first, point: normal * upper }
 }
 
-/// The point of a face nearest to the origin, of the first core and of the difference.
-fn foot(polytope: &Polytope, corners: [u8; 3]) -> (Vec3, Vec3) {
+/// The point of the first core that belongs to the origin's foot in a face.
+fn deepest(polytope: &Polytope, corners: [u8; 3]) -> Vec3 {
     let vertices = corners.map(|corner| polytope.vertex(corner));
     let feature = nearest_on_triangle(vertices.map(|vertex| &vertex.point), [0, 1, 2]);
-    let (mut first, mut point) = (Vec3::zeros(), Vec3::zeros());
-    for (index, weight) in feature.indices.into_iter().zip(feature.weights).take(feature.count) {
-        first += vertices[index].first * weight;
-        point += vertices[index].point * weight;
-    }
-    (first, point)
+    (0..feature.count).map(|k| vertices[feature.indices[k]].first * feature.weights[k]).sum()
 }

@@ -20,6 +20,8 @@ use simplex::Feature;
 
 /// Enough for curved cores to settle (about 25); polytopes take 3 to 12.
 const MAX_ITERATIONS: usize = 64;
+/// Steps without visible progress before the search is given up; more than 2 were not met.
+const MAX_STALLS: usize = 6;
 
 /// Signed distance and witness of two convex shapes, in the frame that both poses map to.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -83,14 +85,14 @@ pub fn separation_from(
             Outcome::Overlapping(simplex) => {
                 let overlap = epa::penetration(&difference, &simplex, f64::INFINITY, f64::NEG_INFINITY);
                 *guess = -overlap.normal;
+                if -overlap.upper > cutoff + radii + difference.rounding {
+                    return None;
+                }
                 let (on_first, point) = (overlap.first, overlap.point);
                 (on_first, on_first - point, -overlap.normal, -overlap.upper, overlap.lower)
             }
         };
     let distance = distance - radii;
-    if distance > cutoff + difference.rounding && distance < -radii {
-        return None; // The depth found is proved enough: the outer plane bounds it from above.
-    }
     let normal_common = pose_first.vector(&normal);
     Some(Separation {
         distance,
@@ -167,6 +169,7 @@ fn descend(difference: &Difference, guess: &mut Vec3, apart_above: f64, near_bel
     }
     let mut simplex = Simplex::new(start);
     let mut feature = simplex.nearest(0.0).expect("a vertex is no tetrahedron");
+    let mut stalls = 0;
     for _ in 0..MAX_ITERATIONS {
         let distance = feature.square.sqrt();
         if distance < near_below {
@@ -176,8 +179,26 @@ fn descend(difference: &Difference, guess: &mut Vec3, apart_above: f64, near_bel
             return Outcome::Overlapping(simplex);
         }
         *guess = feature.direction;
+        if std::env::var("DBG").is_ok() {
+            eprintln!(
+                "{distance:e} count {} weights {:?} dir {:?}",
+                simplex.count,
+                feature.weights,
+                feature.direction.normalize()
+            );
+            for k in 0..simplex.count {
+                eprintln!(
+                    "   {:?} height {:e}",
+                    simplex.vertices[k].point,
+                    simplex.vertices[k].point.dot(&feature.direction.normalize())
+                )
+            }
+        }
         let vertex = difference.support(&-feature.direction);
         let plane = vertex.point.dot(&feature.direction) / feature.direction.norm();
+        if std::env::var("DBG").is_ok() {
+            eprintln!("   support {:?} plane {plane:e}", vertex.point)
+        }
         if plane > apart_above {
             return Outcome::Apart;
         }
@@ -189,9 +210,20 @@ fn descend(difference: &Difference, guess: &mut Vec3, apart_above: f64, near_bel
         let Some(next_feature) = next.nearest(4.0 * difference.rounding) else {
             return Outcome::Overlapping(next);
         };
-        // The new vertex lowers the distance unless rounding hides by how much: then nothing better can be told.
-        if next_feature.square > feature.square || !next_feature.uses(next.count - 1) {
-            break;
+        if std::env::var("DBG").is_ok() {
+            eprintln!("   next {next_feature:?} {:e}", next_feature.square.sqrt());
+            for f in [[3, 0, 1], [3, 1, 2], [3, 2, 0]] {
+                let p = f.map(|i| &next.vertices[i].point);
+                eprintln!("     {:?}", simplex::nearest_on_triangle(p, f));
+            }
+        }
+        // The new vertex lowers the distance, if rounding does not hide by how much; a turned direction may still lead on.
+        if next_feature.square >= feature.square {
+            stalls += 1;
+            let is_worse = next_feature.square.sqrt() > distance + difference.rounding;
+            if is_worse || stalls > MAX_STALLS || !next_feature.uses(next.count - 1) {
+                break;
+            }
         }
         simplex = next;
         simplex.keep(&next_feature);

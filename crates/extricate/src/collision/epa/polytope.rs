@@ -83,7 +83,9 @@ impl Polytope {
                 let [a, b, c] = face.corners.map(|corner| &self.vertex(corner).point);
                 let distance = nearest_on_triangle([a, b, c], [0, 1, 2]).square.sqrt();
                 let shrink = (face.tilt * face.tilt).min(1.0) * distance;
-                lower = lower.min(distance - shrink - self.rounding);
+                // Outside the face, if only by what a touching start allows.
+                let signed = if face.distance < 0.0 { -distance } else { distance };
+                lower = lower.min(signed - shrink - self.rounding);
             }
         }
         lower

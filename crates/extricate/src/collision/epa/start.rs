@@ -19,7 +19,7 @@ pub(super) enum Start {
 /// Completes `simplex` with support points in the directions it does not span.
 pub(super) fn tetrahedron(difference: &Difference, simplex: &Simplex) -> Start {
     // Thinner than this has no depth worth finding: the plane across it is within the thickness of the best.
-    let thin = difference.touching;
+    let thin = 1e-12 * difference.scale;
     let mut vertices = simplex.vertices;
     let near = nearest_to_origin(simplex);
     let mut count = simplex.count;

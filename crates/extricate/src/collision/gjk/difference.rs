@@ -13,7 +13,8 @@ pub(in crate::collision) struct Difference<'a> {
     pub scale: f64,
     /// Bounds the rounding error of a support plane [m]: some ten operations on numbers up to `scale`, doubled.
     pub rounding: f64,
-    /// Nearer than this the direction of the vector between two features is rounding noise [m].
+    /// Nearer than this [m] the direction between two vertices is rounding noise (here to 1e-5), and the planes of the
+    /// expanding polytope tell more, with an error in the distance below this.
     pub touching: f64,
 }
 
@@ -36,7 +37,7 @@ impl<'a> Difference<'a> {
             translation,
             scale,
             rounding: 16.0 * f64::EPSILON * scale,
-            touching: 1e-12 * scale,
+            touching: 1e-10 * scale,
         }
     }
 

@@ -136,7 +136,7 @@ pub(in crate::collision) fn nearest_on_triangle([a, b, c]: [&Vec3; 3], [i, j, k]
         let sum = weights[0] + weights[1] + weights[2];
         let mut weights = weights.map(|weight| weight / sum);
         if area < SLIVER * longest * longest {
-            slide_along_longest([a, b, c], [&ab, &bc, &ca], &normal, &mut weights);
+            sharpen_sliver([a, b, c], &normal, &mut weights);
         }
         let height = normal.dot(a) * weights[0] + normal.dot(b) * weights[1] + normal.dot(c) * weights[2];
         let direction = if height < 0.0 { -normal } else { normal };
@@ -156,17 +156,31 @@ pub(in crate::collision) fn nearest_on_triangle([a, b, c]: [&Vec3; 3], [i, j, k]
     best.unwrap_or_else(|| Feature::vertex(i, a))
 }
 
-/// Moves the point of `weights` in a sliver along its longest edge to where the origin's foot is: across the sliver its
-/// width bounds the rounding error, along it nothing does.
+/// Corrects the barycentric coordinates of the origin's foot in a sliver: first along its longest edge, where their rounding
+/// error moves the foot far; then the nearest point on the edges is taken if it is nearer still.
 #[cold]
-fn slide_along_longest([a, b, c]: [&Vec3; 3], edges: [&Vec3; 3], normal: &Vec3, weights: &mut [f64; 3]) {
-    let squares = edges.map(|edge| edge.norm_squared());
+fn sharpen_sliver(corners: [&Vec3; 3], normal: &Vec3, weights: &mut [f64; 3]) {
+    let [a, b, c] = corners;
+    let squares = [(b - a).norm_squared(), (c - b).norm_squared(), (a - c).norm_squared()];
     let from = longest_edge(&squares);
-    let point = a * weights[0] + b * weights[1] + c * weights[2];
-    let beside = point - normal * (point.dot(normal) / normal.norm_squared());
-    let share = (beside.dot(edges[from]) / squares[from]).clamp(-weights[from], weights[(from + 1) % 3]);
+    let to = (from + 1) % 3;
+    let point = |weights: &[f64; 3]| a * weights[0] + b * weights[1] + c * weights[2];
+    let off = point(weights);
+    let beside = off - normal * (off.dot(normal) / normal.norm_squared());
+    let share = beside.dot(&(corners[to] - corners[from])) / squares[from];
+    let share = share.clamp(-weights[from], weights[to]);
     weights[from] += share;
-    weights[(from + 1) % 3] -= share;
+    weights[to] -= share;
+    let mut square = point(weights).norm_squared();
+    for (points, indices) in [([b, c], [1, 2]), ([c, a], [2, 0]), ([a, b], [0, 1])] {
+        let feature = nearest_on_segment(points, indices);
+        if feature.square < square {
+            square = feature.square;
+            *weights = [0.0; 3];
+            weights[feature.indices[0]] = feature.weights[0];
+            weights[feature.indices[1]] += feature.weights[1];
+        }
+    }
 }
 
 /// Normal of the triangle with edges `ab`, `bc`, `ca` (of length twice its area) and its longest squared edge.
