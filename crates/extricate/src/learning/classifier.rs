@@ -28,7 +28,7 @@ pub struct FitOptions {
     pub search_points: usize,
     /// Tolerance of training, in units of the decision value.
     pub tolerance: f64,
-    /// Memory for kernel rows [bytes].
+    /// Memory for kernel rows in bytes.
     pub cache_bytes: usize,
     /// Seed of the search's split and of the median.
     pub seed: u64,
