@@ -1,9 +1,13 @@
 //! Verified boundary samples and the nearest of them: free configurations, each with a colliding one close by.
 
+pub mod clustering;
 pub mod index;
+pub mod lists;
+pub mod projection;
 pub mod trace;
 
 use index::{Index, SearchScratch};
+use projection::Projection;
 
 use crate::metric::{Anchor, Metric, MetricScratch};
 
@@ -13,13 +17,21 @@ pub struct SampleSet {
     configs: Vec<f64>,
     index: Index,
     embedding_len: usize,
+    /// Set where the embedding has more dimensions than the index is good at.
+    projection: Option<Projection>,
 }
+
+/// Embeddings longer than this are projected onto as many principal axes, which keeps distances from growing.
+///
+/// The search is exact either way; in 16 dimensions it still prunes, in 84 (a 7-joint arm under the object norm) it scans all.
+const MOST_DIMENSIONS: usize = 16;
 
 /// Memory that searches reuse.
 #[derive(Default)]
 pub struct BoundaryScratch {
     search: SearchScratch,
     embedding: Vec<f64>,
+    projected: Vec<f64>,
     metric: MetricScratch,
 }
 
@@ -32,8 +44,13 @@ impl SampleSet {
         for (q, out) in configs.chunks_exact(nq).zip(points.chunks_exact_mut(embedding_len)) {
             metric.embed(q, &mut scratch, out);
         }
-        let index = Index::build(&points, embedding_len, seed);
-        Self { nq, configs, index, embedding_len }
+        let project = embedding_len > MOST_DIMENSIONS && !points.is_empty();
+        let projection = project.then(|| Projection::fit(&points, embedding_len, MOST_DIMENSIONS));
+        let index = match &projection {
+            Some(projection) => Index::build(&projection.apply_all(&points), projection.projected_dimensions(), seed),
+            None => Index::build(&points, embedding_len, seed),
+        };
+        Self { nq, configs, index, embedding_len, projection }
     }
 
     /// Number of samples.
@@ -75,7 +92,15 @@ impl SampleSet {
         scratch.embedding.resize(self.embedding_len, 0.0);
         metric.embed(&anchor.q, &mut scratch.metric, &mut scratch.embedding);
         let metric_scratch = &mut scratch.metric;
-        self.index.search(&scratch.embedding, &mut scratch.search, &mut |id, _| {
+        let point = match &self.projection {
+            Some(projection) => {
+                scratch.projected.resize(projection.projected_dimensions(), 0.0);
+                projection.apply(&scratch.embedding, &mut scratch.projected);
+                &scratch.projected
+            }
+            None => &scratch.embedding,
+        };
+        self.index.search(point, &mut scratch.search, &mut |id, _| {
             let distance = metric.distance_from(anchor, self.config(id), metric_scratch);
             if out.len() < k || distance < out[k - 1].1 {
                 let at = out.partition_point(|(i, d)| (*d, *i) < (distance, id));

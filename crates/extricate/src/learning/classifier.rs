@@ -28,7 +28,7 @@ pub struct FitOptions {
     pub search_points: usize,
     /// Tolerance of training, in units of the decision value.
     pub tolerance: f64,
-    /// Memory for kernel rows [bytes].
+    /// Memory for kernel rows in bytes.
     pub cache_bytes: usize,
     /// Seed of the search's split and of the median.
     pub seed: u64,
@@ -72,7 +72,8 @@ impl Classifier {
     /// Fits to `features` (`n x dimensions`, row major) and one label a row. With one class only, it predicts that class.
     ///
     /// # Cost
-    /// A tenth of a second for 5,000 points of 14 dimensions, and about the same for the search of gamma and penalty.
+    /// About 0.1 s for 5,000 points of 14 dimensions, and 0.2 to 1 s for the search of gamma and penalty, which does not
+    /// grow with the set beyond `search_points`; hard sets with a large penalty take longest.
     pub fn fit(features: &[f64], dimensions: usize, labels: &[Label], options: &FitOptions) -> Self {
         Self::fit_from(features, dimensions, labels, options, &[]).0
     }

@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 pub const LANES: usize = 8;
 
 /// `n` points of `dimensions` coordinates as `f32`, in blocks of [`LANES`] points: within a block the coordinate `k` of
-/// all points stands together, so a scan needs no gathers. The last block is padded with zeros.
+/// all points stands together, so a scan needs no gathers. The last block is padded.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct PointSet {
     len: usize,
@@ -17,9 +17,14 @@ pub struct PointSet {
 impl PointSet {
     /// From `rows.len() / dimensions` points, row major; rounded to `f32`.
     pub fn from_rows(rows: &[f64], dimensions: usize) -> Self {
+        Self::from_rows_padded(rows, dimensions, 0.0)
+    }
+
+    /// As [`PointSet::from_rows`], with another coordinate than zero in the padding.
+    pub fn from_rows_padded(rows: &[f64], dimensions: usize, padding: f32) -> Self {
         assert!(dimensions > 0 && rows.len().is_multiple_of(dimensions), "rows are not {dimensions} wide");
         let len = rows.len() / dimensions;
-        let mut blocks = vec![[0.0; LANES]; len.div_ceil(LANES) * dimensions];
+        let mut blocks = vec![[padding; LANES]; len.div_ceil(LANES) * dimensions];
         for (i, row) in rows.chunks_exact(dimensions).enumerate() {
             for (k, x) in row.iter().enumerate() {
                 blocks[i / LANES * dimensions + k][i % LANES] = *x as f32;

@@ -32,7 +32,7 @@ pub struct SvmOptions {
     pub gamma: f64,
     /// Largest violation of the optimality conditions at which to stop, in units of the decision value.
     pub tolerance: f64,
-    /// Memory for kernel rows [bytes]; two rows are always kept.
+    /// Memory for kernel rows in bytes; two rows are always kept.
     pub cache_bytes: usize,
 }
 
