@@ -137,7 +137,7 @@ impl HullPoints {
 
     /// The four directions that span the widened square.
     fn corner_directions(&self, face: usize, corner: [usize; 2], span: usize) -> [Vec3; 4] {
-        let (axis, sign) = (face / 2, if face % 2 == 0 { 1.0 } else { -1.0 });
+        let (axis, sign) = (face / 2, if face.is_multiple_of(2) { 1.0 } else { -1.0 });
         let along = |cell: usize, margin: f64| 2.0 * cell as f64 / self.resolution as f64 - 1.0 + margin;
         let [u0, v0] = corner.map(|cell| along(cell, -CELL_MARGIN));
         let [u1, v1] = corner.map(|cell| along(cell + span, CELL_MARGIN));
