@@ -37,6 +37,7 @@ pub(super) struct Polytope {
 impl Polytope {
     /// A tetrahedron whose last vertex lies behind the first three, seen counterclockwise.
     /// `scale` and `rounding` [m] are those of the difference.
+    #[inline(always)] // In place: it is large to move.
     pub fn new(corners: [Vertex; 4], scale: f64, rounding: f64) -> Self {
         let mut polytope = Self {
             vertices: [Vertex::default(); MAX_VERTICES],

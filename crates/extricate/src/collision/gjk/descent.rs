@@ -54,6 +54,8 @@ pub(super) fn descend(difference: &Difference, guess: &mut Vec3, apart_above: f6
     }
     let mut simplex = Simplex::new(start);
     let mut feature = simplex.nearest(0.0).expect("a vertex is no tetrahedron");
+    // Polytopes end exactly; curved cores approach their distance without end.
+    let tolerance = if difference.is_curved() { 1e-11 * difference.scale } else { 0.25 * difference.rounding };
     let (mut stalls, mut plane) = (0, f64::NEG_INFINITY);
     for _ in 0..MAX_ITERATIONS {
         let distance = feature.square.sqrt();
@@ -69,23 +71,22 @@ pub(super) fn descend(difference: &Difference, guess: &mut Vec3, apart_above: f6
         if plane > apart_above {
             return Outcome::Apart;
         }
-        if distance - plane <= 1e-13 * distance + 0.25 * difference.rounding || simplex.contains(&vertex.point) {
+        if distance - plane <= tolerance || simplex.contains(&vertex.point) {
             break;
         }
-        let mut next = simplex;
-        next.push(vertex);
-        let Some(next_feature) = next.nearest(4.0 * difference.rounding) else {
-            return Outcome::Overlapping(next);
+        simplex.push(vertex);
+        let Some(next_feature) = simplex.nearest(4.0 * difference.rounding) else {
+            return Outcome::Overlapping(simplex);
         };
         // The new vertex lowers the distance, if rounding does not hide by how much; a turned direction may still lead on.
         if next_feature.square >= feature.square {
             stalls += 1;
             let is_worse = next_feature.square.sqrt() > distance + difference.rounding;
-            if is_worse || stalls > MAX_STALLS || !next_feature.uses(next.count - 1) {
+            if is_worse || stalls > MAX_STALLS || !next_feature.uses(simplex.count - 1) {
+                simplex.pop();
                 break;
             }
         }
-        simplex = next;
         simplex.keep(&next_feature);
         feature = next_feature;
     }
