@@ -50,7 +50,8 @@ fn flat(difference: &Difference, vertex: Vertex, normal: Vec3) -> Penetration {
 fn expand(difference: &Difference, vertices: [Vertex; 4], deeper_than: f64, not_above: f64) -> Penetration {
     // Curved cores would be refined without end; their faces shrink fourfold in height with each halving.
     let tolerance = difference.scale * if difference.is_curved() { 1e-9 } else { 1e-12 };
-    let mut polytope = Polytope::new(vertices, difference.scale, difference.rounding);
+    let mut polytope = Polytope::empty(difference.scale, difference.rounding);
+    polytope.start(vertices);
     let (mut upper, mut normal, mut corners) = (f64::INFINITY, Vec3::x(), [0; 3]);
     while let Some(nearest) = polytope.nearest_face() {
         let face = *polytope.face(nearest);

@@ -11,7 +11,7 @@ const MAX_FACES: usize = 2 * MAX_VERTICES;
 const MAX_HORIZON: usize = 96;
 
 /// A triangle of the surface, counterclockwise seen from outside.
-#[derive(Debug, Clone, Copy, Default)]
+#[derive(Debug, Clone, Copy)]
 pub(super) struct Face {
     pub corners: [u8; 3],
     /// Unit, outward.
@@ -35,23 +35,29 @@ pub(super) struct Polytope {
 }
 
 impl Polytope {
-    /// A tetrahedron whose last vertex lies behind the first three, seen counterclockwise.
-    /// `scale` and `rounding` [m] are those of the difference.
+    /// No surface yet. `scale` and `rounding` [m] are those of the difference.
     #[inline(always)] // In place: it is large to move.
-    pub fn new(corners: [Vertex; 4], scale: f64, rounding: f64) -> Self {
-        let mut polytope = Self {
-            vertices: [Vertex::default(); MAX_VERTICES],
-            vertex_count: 4,
-            faces: [Face::default(); MAX_FACES],
+    pub fn empty(scale: f64, rounding: f64) -> Self {
+        const VERTEX: Vertex = Vertex { point: Vec3::new(0.0, 0.0, 0.0), first: Vec3::new(0.0, 0.0, 0.0) };
+        const FACE: Face =
+            Face { corners: [0; 3], normal: Vec3::new(0.0, 0.0, 0.0), distance: 0.0, tilt: 0.0, settled: false };
+        Self {
+            vertices: [VERTEX; MAX_VERTICES],
+            vertex_count: 0,
+            faces: [FACE; MAX_FACES],
             face_count: 0,
             scale,
             rounding,
-        };
-        polytope.vertices[..4].copy_from_slice(&corners);
-        for corners in [[0, 1, 2], [1, 0, 3], [2, 1, 3], [0, 2, 3]] {
-            polytope.push_face(corners);
         }
-        polytope
+    }
+
+    /// Starts from a tetrahedron whose last vertex lies behind the first three, seen counterclockwise.
+    pub fn start(&mut self, corners: [Vertex; 4]) {
+        self.vertices[..4].copy_from_slice(&corners);
+        self.vertex_count = 4;
+        for corners in [[0, 1, 2], [1, 0, 3], [2, 1, 3], [0, 2, 3]] {
+            self.push_face(corners);
+        }
     }
 
     pub fn vertex(&self, index: u8) -> &Vertex {
