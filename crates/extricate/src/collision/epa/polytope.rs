@@ -118,7 +118,8 @@ impl Polytope {
         let mut seen = [0_u16; MAX_FACES];
         let mut seen_count = 0;
         for (index, face) in self.faces[..self.face_count].iter().enumerate() {
-            if index != seed && vertex.point.dot(&face.normal) - face.distance <= self.rounding {
+            let height = vertex.point.dot(&face.normal) - face.distance;
+            if index != seed && (height <= self.rounding || self.is_doubtful(face, &vertex, height)) {
                 continue;
             }
             seen[seen_count] = index as u16;
@@ -137,7 +138,8 @@ impl Polytope {
                 }
             }
         }
-        if edges == 0 || self.face_count - seen_count + edges > MAX_FACES {
+        let horizon = &mut horizon[..edges];
+        if !is_one_loop(horizon) || self.face_count - seen_count + edges > MAX_FACES {
             return false;
         }
         for &index in seen[..seen_count].iter().rev() {
@@ -147,10 +149,17 @@ impl Polytope {
         let newest = self.vertex_count as u8;
         self.vertices[self.vertex_count] = vertex;
         self.vertex_count += 1;
-        for [from, to] in &horizon[..edges] {
+        for [from, to] in horizon {
             self.push_face([*from, *to, newest]);
         }
         true
+    }
+
+    /// Whether the vertex may seem to lie above the face only because the normal is tilted. A face that is taken to be seen
+    /// by error tears the surface; one that is missed leaves it a little dented.
+    fn is_doubtful(&self, face: &Face, vertex: &Vertex, height: f64) -> bool {
+        let lever = vertex.point - self.vertex(face.corners[0]).point;
+        height <= self.rounding + face.tilt * lever.norm()
     }
 
     fn push_face(&mut self, corners: [u8; 3]) {
@@ -169,4 +178,13 @@ impl Polytope {
         self.faces[self.face_count] = face;
         self.face_count += 1;
     }
+}
+
+/// Orders the edges head to tail; whether they make one loop, as around a patch that is seen from one point.
+fn is_one_loop(edges: &mut [[u8; 2]]) -> bool {
+    for k in 1..edges.len() {
+        let Some(next) = (k..edges.len()).find(|&next| edges[next][0] == edges[k - 1][1]) else { return false };
+        edges.swap(k, next);
+    }
+    edges.len() >= 3 && edges[0][0] == edges[edges.len() - 1][1]
 }
