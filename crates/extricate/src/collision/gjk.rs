@@ -68,11 +68,9 @@ pub fn separation_from(
         Outcome::Nearer(settled) | Outcome::Settled(settled) => apart(&difference, &settled),
         Outcome::Overlapping(simplex) => {
             let overlap = epa::penetration(&difference, &simplex, f64::INFINITY, f64::NEG_INFINITY);
-            if -overlap.upper > cutoff + radii + difference.rounding {
-                return None;
-            }
             Cores {
                 distance: -overlap.upper,
+                parted: -overlap.upper,
                 depth_lower: overlap.lower,
                 on_first: overlap.first,
                 on_second: overlap.first - overlap.normal * overlap.upper,
@@ -81,6 +79,9 @@ pub fn separation_from(
         }
     };
     *guess = cores.normal;
+    if cores.parted > cutoff + radii + difference.rounding {
+        return None;
+    }
     let normal = pose_first.vector(&cores.normal);
     Some(Separation {
         distance: cores.distance - radii,
@@ -94,6 +95,8 @@ pub fn separation_from(
 /// A [`Separation`] of the cores in the frame of the first.
 struct Cores {
     distance: f64,
+    /// What a plane was seen to part the cores by.
+    parted: f64,
     depth_lower: f64,
     on_first: Vec3,
     on_second: Vec3,
@@ -108,16 +111,16 @@ fn apart(difference: &Difference, settled: &Settled) -> Cores {
         point += vertex.point * weight;
         on_first += vertex.first * weight;
     }
-    let mut normal = feature.direction.normalize();
+    let (mut normal, mut parted) = (feature.direction.normalize(), settled.plane);
     if settled.is_doubtful(difference) {
         let planes = epa::penetration(difference, simplex, f64::INFINITY, f64::NEG_INFINITY);
-        if -planes.upper > settled.plane {
-            normal = -planes.normal;
+        if -planes.upper > parted {
+            (normal, parted) = (-planes.normal, -planes.upper);
         }
     }
     // The point is of the difference, so that the cores are no farther apart, wherever the search stopped.
     let depth_lower = -point.norm() - difference.rounding;
-    Cores { distance: feature.square.sqrt(), depth_lower, on_first, on_second: on_first - point, normal }
+    Cores { distance: feature.square.sqrt(), parted, depth_lower, on_first, on_second: on_first - point, normal }
 }
 
 /// Whether the signed distance is below `threshold` [m] (which may be 0 or negative), stopping as soon as that is decided.
