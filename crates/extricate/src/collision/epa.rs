@@ -5,6 +5,7 @@
 //! Conference 2001. Deviations: the horizon comes from all visible faces, so that rounding cannot tear the surface; the
 //! answer is the best support plane met, not the last face; a difference without volume is answered directly.
 
+mod horizon;
 mod polytope;
 mod start;
 

@@ -1,5 +1,6 @@
 //! A small convex polytope of support points around the origin, that grows point by point. Fixed memory.
 
+use super::horizon::Horizon;
 use crate::collision::gjk::{Vertex, nearest_on_triangle, normal_of_edges};
 use crate::math::Vec3;
 
@@ -7,8 +8,6 @@ use crate::math::Vec3;
 const MAX_VERTICES: usize = 128;
 /// A closed triangulated surface has two faces a vertex, less four.
 const MAX_FACES: usize = 2 * MAX_VERTICES;
-/// More edges around what one point sees have not been met; the point is refused then.
-const MAX_HORIZON: usize = 96;
 
 /// A triangle of the surface, counterclockwise seen from outside.
 #[derive(Debug, Clone, Copy)]
@@ -113,8 +112,7 @@ impl Polytope {
         if self.vertices[..self.vertex_count].iter().any(|known| known.point == vertex.point) {
             return false;
         }
-        let mut horizon = [[0_u8; 2]; MAX_HORIZON];
-        let mut edges = 0;
+        let mut horizon = Horizon::empty();
         let mut seen = [0_u16; MAX_FACES];
         let mut seen_count = 0;
         for (index, face) in self.faces[..self.face_count].iter().enumerate() {
@@ -124,22 +122,14 @@ impl Polytope {
             }
             seen[seen_count] = index as u16;
             seen_count += 1;
-            let [a, b, c] = face.corners;
-            for [from, to] in [[a, b], [b, c], [c, a]] {
-                // An edge between two seen faces is not on the horizon.
-                if let Some(k) = horizon[..edges].iter().position(|edge| *edge == [to, from]) {
-                    edges -= 1;
-                    horizon[k] = horizon[edges];
-                } else if edges == MAX_HORIZON {
-                    return false;
-                } else {
-                    horizon[edges] = [from, to];
-                    edges += 1;
-                }
+            if !horizon.add(face.corners) {
+                return false;
             }
         }
-        let horizon = &mut horizon[..edges];
-        if !is_one_loop(horizon) || self.face_count - seen_count + edges > MAX_FACES {
+        if !horizon.is_one_loop() {
+            (horizon, seen_count) = self.grow(seed, &mut seen[..seen_count]);
+        }
+        if seen_count == 0 || self.face_count - seen_count + horizon.edges().len() > MAX_FACES {
             return false;
         }
         for &index in seen[..seen_count].iter().rev() {
@@ -149,10 +139,29 @@ impl Polytope {
         let newest = self.vertex_count as u8;
         self.vertices[self.vertex_count] = vertex;
         self.vertex_count += 1;
-        for [from, to] in horizon {
+        for [from, to] in horizon.edges() {
             self.push_face([*from, *to, newest]);
         }
         true
+    }
+
+    /// The part of the seen faces around `seed` that is bordered by one loop; moved to the front, ascending, and counted.
+    /// Where many faces lie in one plane, rounding sees them in pieces.
+    #[cold]
+    fn grow(&self, seed: usize, seen: &mut [u16]) -> (Horizon, usize) {
+        let mut horizon = Horizon::empty();
+        let (mut kept, mut next) = (0, seen.iter().position(|index| usize::from(*index) == seed));
+        while let Some(found) = next {
+            if !horizon.add(self.faces[usize::from(seen[found])].corners) {
+                return (Horizon::empty(), 0);
+            }
+            seen.swap(kept, found);
+            kept += 1;
+            let grows = |index: &u16| horizon.can_grow(self.faces[usize::from(*index)].corners);
+            next = seen[kept..].iter().position(grows).map(|offset| kept + offset);
+        }
+        seen[..kept].sort_unstable();
+        (horizon, kept)
     }
 
     /// Whether the vertex may seem to lie above the face only because the normal is tilted. A face that is taken to be seen
@@ -178,13 +187,4 @@ impl Polytope {
         self.faces[self.face_count] = face;
         self.face_count += 1;
     }
-}
-
-/// Orders the edges head to tail; whether they make one loop, as around a patch that is seen from one point.
-fn is_one_loop(edges: &mut [[u8; 2]]) -> bool {
-    for k in 1..edges.len() {
-        let Some(next) = (k..edges.len()).find(|&next| edges[next][0] == edges[k - 1][1]) else { return false };
-        edges.swap(k, next);
-    }
-    edges.len() >= 3 && edges[0][0] == edges[edges.len() - 1][1]
 }
