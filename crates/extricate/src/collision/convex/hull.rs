@@ -42,7 +42,7 @@ impl HullPoints {
         let low = points.iter().fold(points[0], |low, p| low.inf(p));
         let high = points.iter().fold(points[0], |high, p| high.sup(p));
         let reach = points.iter().map(|p| p.norm()).fold(0.0, f64::max);
-        // About as many cells as points: measured best between scan length and cache misses.
+        // About as many cells as points, which leaves one or two blocks a cell.
         let levels = match points.len() {
             0..=8 => 0,
             9..=40 => 1,

@@ -1,6 +1,6 @@
 //! The border of the patch of triangles that is seen from a new point: the directed edges around it.
 
-/// More edges around what one point sees have not been met; the point is refused then.
+/// A point that sees a patch with a longer border is refused; borders of 4 to 10 edges are usual.
 const MAX_EDGES: usize = 96;
 
 /// Edges `[from, to]` of the patch's triangles that no other triangle of the patch has reversed.

