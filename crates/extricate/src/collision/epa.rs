@@ -5,6 +5,7 @@
 //! Conference 2001. Deviations: the horizon comes from all visible faces, so that rounding cannot tear the surface; the
 //! answer is the best support plane met, not the last face; a difference without volume is answered directly.
 
+mod horizon;
 mod polytope;
 mod start;
 
@@ -21,10 +22,9 @@ pub(super) struct Penetration {
     pub upper: f64,
     /// Unit: moving the first core by `-upper` along it parts the cores.
     pub normal: Vec3,
-    /// Deepest point of the first core [m].
+    /// Deepest point of the first core [m]; that of the second lies `upper` behind it, at the plane and not in a face,
+    /// because a curved boundary bulges beyond its faces.
     pub first: Vec3,
-    /// The deepest point of the first core less that of the second: `upper` along `normal` [m].
-    pub point: Vec3,
 }
 
 /// Depth of the origin, which `simplex` holds or touches. Stops early when the depth is proved to be above `deeper_than` or
@@ -44,13 +44,14 @@ fn flat(difference: &Difference, vertex: Vertex, normal: Vec3) -> Penetration {
     let height = |normal: &Vec3| difference.support(normal).point.dot(normal);
     let (ahead, behind) = (height(&normal), height(&-normal));
     let (upper, normal) = if ahead <= behind { (ahead, normal) } else { (behind, -normal) };
-    Penetration { lower: -difference.touching, upper, normal, first: vertex.first, point: normal * upper }
+    Penetration { lower: -difference.touching, upper, normal, first: vertex.first }
 }
 
 fn expand(difference: &Difference, vertices: [Vertex; 4], deeper_than: f64, not_above: f64) -> Penetration {
     // Curved cores would be refined without end; their faces shrink fourfold in height with each halving.
     let tolerance = difference.scale * if difference.is_curved() { 1e-9 } else { 1e-12 };
-    let mut polytope = Polytope::new(vertices, difference.scale, difference.rounding);
+    let mut polytope = Polytope::empty(difference.scale, difference.rounding);
+    polytope.start(vertices);
     let (mut upper, mut normal, mut corners) = (f64::INFINITY, Vec3::x(), [0; 3]);
     while let Some(nearest) = polytope.nearest_face() {
         let face = *polytope.face(nearest);
@@ -76,8 +77,7 @@ fn expand(difference: &Difference, vertices: [Vertex; 4], deeper_than: f64, not_
     // The start holds the origin or touches it.
     let lower = polytope.lower().max(-difference.touching).min(upper);
     let first = deepest(&polytope, corners);
-    // At the plane, not in the face: a curved boundary bulges beyond its faces.
-    Penetration { lower, upper, normal, first, point: normal * upper }
+    Penetration { lower, upper, normal, first }
 }
 
 /// The point of the first core that belongs to the origin's foot in a face.

@@ -1,5 +1,6 @@
 //! A small convex polytope of support points around the origin, that grows point by point. Fixed memory.
 
+use super::horizon::Horizon;
 use crate::collision::gjk::{Vertex, nearest_on_triangle, normal_of_edges};
 use crate::math::Vec3;
 
@@ -7,11 +8,9 @@ use crate::math::Vec3;
 const MAX_VERTICES: usize = 128;
 /// A closed triangulated surface has two faces a vertex, less four.
 const MAX_FACES: usize = 2 * MAX_VERTICES;
-/// More edges around what one point sees have not been met; the point is refused then.
-const MAX_HORIZON: usize = 96;
 
 /// A triangle of the surface, counterclockwise seen from outside.
-#[derive(Debug, Clone, Copy, Default)]
+#[derive(Debug, Clone, Copy)]
 pub(super) struct Face {
     pub corners: [u8; 3],
     /// Unit, outward.
@@ -35,22 +34,29 @@ pub(super) struct Polytope {
 }
 
 impl Polytope {
-    /// A tetrahedron whose last vertex lies behind the first three, seen counterclockwise.
-    /// `scale` and `rounding` [m] are those of the difference.
-    pub fn new(corners: [Vertex; 4], scale: f64, rounding: f64) -> Self {
-        let mut polytope = Self {
-            vertices: [Vertex::default(); MAX_VERTICES],
-            vertex_count: 4,
-            faces: [Face::default(); MAX_FACES],
+    /// No surface yet. `scale` and `rounding` [m] are those of the difference.
+    #[inline(always)] // In place: it is large to move.
+    pub fn empty(scale: f64, rounding: f64) -> Self {
+        const VERTEX: Vertex = Vertex { point: Vec3::new(0.0, 0.0, 0.0), first: Vec3::new(0.0, 0.0, 0.0) };
+        const FACE: Face =
+            Face { corners: [0; 3], normal: Vec3::new(0.0, 0.0, 0.0), distance: 0.0, tilt: 0.0, settled: false };
+        Self {
+            vertices: [VERTEX; MAX_VERTICES],
+            vertex_count: 0,
+            faces: [FACE; MAX_FACES],
             face_count: 0,
             scale,
             rounding,
-        };
-        polytope.vertices[..4].copy_from_slice(&corners);
-        for corners in [[0, 1, 2], [1, 0, 3], [2, 1, 3], [0, 2, 3]] {
-            polytope.push_face(corners);
         }
-        polytope
+    }
+
+    /// Starts from a tetrahedron whose last vertex lies behind the first three, seen counterclockwise.
+    pub fn start(&mut self, corners: [Vertex; 4]) {
+        self.vertices[..4].copy_from_slice(&corners);
+        self.vertex_count = 4;
+        for corners in [[0, 1, 2], [1, 0, 3], [2, 1, 3], [0, 2, 3]] {
+            self.push_face(corners);
+        }
     }
 
     pub fn vertex(&self, index: u8) -> &Vertex {
@@ -106,31 +112,24 @@ impl Polytope {
         if self.vertices[..self.vertex_count].iter().any(|known| known.point == vertex.point) {
             return false;
         }
-        let mut horizon = [[0_u8; 2]; MAX_HORIZON];
-        let mut edges = 0;
+        let mut horizon = Horizon::empty();
         let mut seen = [0_u16; MAX_FACES];
         let mut seen_count = 0;
         for (index, face) in self.faces[..self.face_count].iter().enumerate() {
-            if index != seed && vertex.point.dot(&face.normal) - face.distance <= self.rounding {
+            let height = vertex.point.dot(&face.normal) - face.distance;
+            if index != seed && (height <= self.rounding || self.is_doubtful(face, &vertex, height)) {
                 continue;
             }
             seen[seen_count] = index as u16;
             seen_count += 1;
-            let [a, b, c] = face.corners;
-            for [from, to] in [[a, b], [b, c], [c, a]] {
-                // An edge between two seen faces is not on the horizon.
-                if let Some(k) = horizon[..edges].iter().position(|edge| *edge == [to, from]) {
-                    edges -= 1;
-                    horizon[k] = horizon[edges];
-                } else if edges == MAX_HORIZON {
-                    return false;
-                } else {
-                    horizon[edges] = [from, to];
-                    edges += 1;
-                }
+            if !horizon.add(face.corners) {
+                return false;
             }
         }
-        if edges == 0 || self.face_count - seen_count + edges > MAX_FACES {
+        if !horizon.is_one_loop() {
+            (horizon, seen_count) = self.grow(seed, &mut seen[..seen_count]);
+        }
+        if seen_count == 0 || self.face_count - seen_count + horizon.edges().len() > MAX_FACES {
             return false;
         }
         for &index in seen[..seen_count].iter().rev() {
@@ -140,10 +139,36 @@ impl Polytope {
         let newest = self.vertex_count as u8;
         self.vertices[self.vertex_count] = vertex;
         self.vertex_count += 1;
-        for [from, to] in &horizon[..edges] {
+        for [from, to] in horizon.edges() {
             self.push_face([*from, *to, newest]);
         }
         true
+    }
+
+    /// The part of the seen faces around `seed` that is bordered by one loop; moved to the front, ascending, and counted.
+    /// Where many faces lie in one plane, rounding sees them in pieces.
+    #[cold]
+    fn grow(&self, seed: usize, seen: &mut [u16]) -> (Horizon, usize) {
+        let mut horizon = Horizon::empty();
+        let (mut kept, mut next) = (0, seen.iter().position(|index| usize::from(*index) == seed));
+        while let Some(found) = next {
+            if !horizon.add(self.faces[usize::from(seen[found])].corners) {
+                return (Horizon::empty(), 0);
+            }
+            seen.swap(kept, found);
+            kept += 1;
+            let grows = |index: &u16| horizon.can_grow(self.faces[usize::from(*index)].corners);
+            next = seen[kept..].iter().position(grows).map(|offset| kept + offset);
+        }
+        seen[..kept].sort_unstable();
+        (horizon, kept)
+    }
+
+    /// Whether the vertex may seem to lie above the face only because the normal is tilted. A face that is taken to be seen
+    /// by error tears the surface; one that is missed leaves it a little dented.
+    fn is_doubtful(&self, face: &Face, vertex: &Vertex, height: f64) -> bool {
+        let lever = vertex.point - self.vertex(face.corners[0]).point;
+        height <= self.rounding + face.tilt * lever.norm()
     }
 
     fn push_face(&mut self, corners: [u8; 3]) {

@@ -9,7 +9,7 @@ use super::difference::Vertex;
 use crate::math::Vec3;
 
 /// A triangle whose squared double area is below this times its longest edge to the fourth needs care.
-const SLIVER: f64 = 1e-4;
+const SLIVER: f64 = 1e-8;
 
 /// The face of a simplex that holds its point nearest to the origin.
 #[derive(Debug, Clone, Copy)]
@@ -45,6 +45,11 @@ impl Simplex {
     pub fn push(&mut self, vertex: Vertex) {
         self.vertices[self.count] = vertex;
         self.count += 1;
+    }
+
+    /// Drops the newest vertex.
+    pub fn pop(&mut self) {
+        self.count -= 1;
     }
 
     /// Keeps the vertices of `feature`, in its order.
