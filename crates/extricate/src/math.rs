@@ -9,13 +9,13 @@ pub type Mat3 = nalgebra::Matrix3<f64>;
 
 /// A rigid transform: `pose_a_b` maps coordinates in frame `b` to coordinates in frame `a`.
 ///
-/// Stored as a rotation matrix and a translation [m], because forward kinematics multiplies far more often than it
+/// Stored as a rotation matrix and a translation \[m\], because forward kinematics multiplies far more often than it
 /// interpolates.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Pose {
     /// Orthonormal, determinant +1.
     pub rotation: Mat3,
-    /// Origin of `b` in `a` [m].
+    /// Origin of `b` in `a` \[m\].
     pub translation: Vec3,
 }
 
@@ -31,12 +31,12 @@ impl Pose {
         Self { rotation: Mat3::identity(), translation: Vec3::zeros() }
     }
 
-    /// A pure translation [m].
+    /// A pure translation \[m\].
     pub fn translation(translation: Vec3) -> Self {
         Self { rotation: Mat3::identity(), translation }
     }
 
-    /// From a position [m] and roll, pitch, yaw [rad] about the fixed axes x, y, z (the URDF convention).
+    /// From a position \[m\] and roll, pitch, yaw \[rad\] about the fixed axes x, y, z (the URDF convention).
     pub fn from_xyz_rpy(xyz: [f64; 3], rpy: [f64; 3]) -> Self {
         let rotation = nalgebra::Rotation3::from_euler_angles(rpy[0], rpy[1], rpy[2]).into_inner();
         Self { rotation, translation: Vec3::from(xyz) }
@@ -77,7 +77,7 @@ impl Pose {
     }
 }
 
-/// Rotation by `angle` [rad] about a unit `axis` (Rodrigues' formula).
+/// Rotation by `angle` \[rad\] about a unit `axis` (Rodrigues' formula).
 pub fn axis_rotation(axis: &Vec3, angle: f64) -> Mat3 {
     let (sin, cos) = angle.sin_cos();
     let cross = axis.cross_matrix();
@@ -110,14 +110,14 @@ pub fn quaternion_product(a: &[f64], b: &[f64]) -> [f64; 4] {
     ]
 }
 
-/// Unit quaternion `[x, y, z, w]` of a rotation vector [rad]: angle times axis.
+/// Unit quaternion `[x, y, z, w]` of a rotation vector \[rad\]: angle times axis.
 pub fn quaternion_exp(v: &[f64]) -> [f64; 4] {
     let angle = (v[0] * v[0] + v[1] * v[1] + v[2] * v[2]).sqrt();
     let scale = if angle < 1e-6 { 0.5 - angle * angle / 48.0 } else { (0.5 * angle).sin() / angle };
     [v[0] * scale, v[1] * scale, v[2] * scale, (0.5 * angle).cos()]
 }
 
-/// Rotation vector [rad], of length in `[0, pi]`, that [`quaternion_exp`] maps to `q` or `-q`.
+/// Rotation vector \[rad\], of length in `[0, pi]`, that [`quaternion_exp`] maps to `q` or `-q`.
 pub fn quaternion_log(q: &[f64]) -> [f64; 3] {
     let sine = (q[0] * q[0] + q[1] * q[1] + q[2] * q[2]).sqrt();
     let sign = if q[3] < 0.0 { -1.0 } else { 1.0 };
@@ -125,7 +125,7 @@ pub fn quaternion_log(q: &[f64]) -> [f64; 3] {
     [q[0] * scale * sign, q[1] * scale * sign, q[2] * scale * sign]
 }
 
-/// `angle` [rad] wrapped into `[-pi, pi)`.
+/// `angle` \[rad\] wrapped into `[-pi, pi)`.
 pub fn wrap_angle(angle: f64) -> f64 {
     use std::f64::consts::{PI, TAU};
     if (-PI..PI).contains(&angle) {

@@ -13,7 +13,7 @@ pub struct DemoReport<'a> {
     pub scene: &'a str,
     /// How the model was learned.
     pub learned: &'a Statistics,
-    /// Wall time of learning [s].
+    /// Wall time of learning \[s\].
     pub learning_seconds: f64,
     /// Figures of the queries.
     pub queries: Figures,

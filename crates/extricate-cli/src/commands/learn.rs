@@ -82,7 +82,7 @@ pub fn run(args: &LearnArgs, json: bool) -> anyhow::Result<()> {
 pub struct Learned {
     /// The model.
     pub model: Model,
-    /// Wall time [s].
+    /// Wall time \[s\].
     pub seconds: f64,
     /// Whether the user ended it early.
     pub interrupted: bool,

@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 use crate::error::{Error, Result};
 use crate::math::{quaternion_exp, quaternion_log, quaternion_product, wrap_angle};
 
-/// How far outside its limits [rad or m] a coordinate may lie and still be moved onto them in silence.
+/// How far outside its limits \[rad or m\] a coordinate may lie and still be moved onto them in silence.
 pub const LIMIT_TOLERANCE: f64 = 1e-9;
 
 /// A checked point of a [`ConfigSpace`]: right length, within limits, angles wrapped, quaternions unit.
@@ -38,14 +38,14 @@ pub enum Label {
 /// One factor of the product manifold.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub enum Manifold {
-    /// A closed interval [rad or m]; one coordinate.
+    /// A closed interval \[rad or m\]; one coordinate.
     Interval {
         /// Least value.
         lower: f64,
         /// Greatest value.
         upper: f64,
     },
-    /// An angle in `[-pi, pi)` [rad]; one coordinate.
+    /// An angle in `[-pi, pi)` \[rad\]; one coordinate.
     Circle,
     /// SO(3): unit quaternion x, y, z, w; four coordinates, three tangent dimensions.
     Rotation,

@@ -83,7 +83,7 @@ impl<'a> Budget<'a> {
         self.labels.saturating_sub(self.progress.labels)
     }
 
-    /// Wall time since the start [s].
+    /// Wall time since the start \[s\].
     pub fn seconds_spent(&self) -> f64 {
         self.started.elapsed().as_secs_f64()
     }

@@ -16,7 +16,7 @@ pub struct Extremes {
     pub frames: Vec<FrameExtremes>,
 }
 
-/// Extreme points of one frame, in frame coordinates [m].
+/// Extreme points of one frame, in frame coordinates \[m\].
 #[derive(Debug, Clone, Default)]
 pub struct FrameExtremes {
     /// Index of the frame.
@@ -51,7 +51,7 @@ impl Extremes {
         Self { frames }
     }
 
-    /// Largest displacement [m] of any moving point between two sets of frame poses.
+    /// Largest displacement \[m\] of any moving point between two sets of frame poses.
     pub fn max_displacement(&self, from: &[Pose], to: &[Pose]) -> f64 {
         self.frames.iter().map(|f| f.max_displacement(&from[f.frame], &to[f.frame])).fold(0.0, f64::max)
     }

@@ -22,8 +22,8 @@ use solids::Solids;
 /// | kind | distance | embedding |
 /// |---|---|---|
 /// | joint | `sqrt(sum w delta^2)`: wrapped on circles, geodesic angle on SO(3) | scaled coordinates, chords of circles and rotations |
-/// | object norm | root mean square displacement of the moving volume [m] | exact, 12 numbers a moving frame |
-/// | max displacement | largest displacement of any point of the moving geometry [m] | the object norm's |
+/// | object norm | root mean square displacement of the moving volume \[m\] | exact, 12 numbers a moving frame |
+/// | max displacement | largest displacement of any point of the moving geometry \[m\] | the object norm's |
 pub struct Metric {
     scene: Arc<Scene>,
     kind: MetricSpec,
@@ -182,7 +182,7 @@ impl Metric {
         self.distance_from(&anchor, b, &mut MetricScratch::default())
     }
 
-    /// Largest displacement [m] of any point of the moving geometry between the anchor and `q`, whatever the metric.
+    /// Largest displacement \[m\] of any point of the moving geometry between the anchor and `q`, whatever the metric.
     pub fn max_displacement_from(&self, anchor: &Anchor, q: &[f64], scratch: &mut MetricScratch) -> f64 {
         forward(&self.scene, q, &mut scratch.poses);
         self.extremes.max_displacement(&anchor.poses, &scratch.poses)

@@ -13,7 +13,7 @@ pub struct MotionScratch {
 }
 
 impl Metric {
-    /// Upper bound [m] on the displacement of a point, fixed to frame `of` and seen from frame `relative_to` (0: the world),
+    /// Upper bound \[m\] on the displacement of a point, fixed to frame `of` and seen from frame `relative_to` (0: the world),
     /// between a configuration with frame poses `poses` and any other within `distance` (metric units) of it.
     ///
     /// # Guarantee
@@ -61,7 +61,7 @@ impl Metric {
 /// A point and the two frames between which its motion is bounded.
 #[derive(Debug, Clone, Copy)]
 pub struct BoundedPoint {
-    /// World coordinates [m] at the present configuration.
+    /// World coordinates \[m\] at the present configuration.
     pub position: Vec3,
     /// The frame that it is fixed to.
     pub of: usize,

@@ -18,9 +18,9 @@ pub struct FrameSolid {
     pub frame: usize,
     /// Its share of the moving volume (or area).
     pub share: f64,
-    /// In frame coordinates [m].
+    /// In frame coordinates \[m\].
     pub centroid: Vec3,
-    /// `root root' = ` second moment about the centroid divided by the volume, in frame axes [m].
+    /// `root root' = ` second moment about the centroid divided by the volume, in frame axes \[m\].
     pub root: Mat3,
     /// Inverse of the second moment [1/m^2]; `None` where the geometry is flat.
     pub inverse_second: Option<Mat3>,

@@ -16,9 +16,9 @@ pub struct InteriorBalls {
 /// A ball inside a body.
 #[derive(Debug, Clone, Copy)]
 struct Ball {
-    /// Frame coordinates [m].
+    /// Frame coordinates \[m\].
     centre: Vec3,
-    /// [m]; 0 for a point of the surface.
+    /// \[m\]; 0 for a point of the surface.
     radius: f64,
 }
 

@@ -52,7 +52,7 @@ pub struct Answer {
     pub effort: Effort,
     /// Collision checks and distance evaluations spent.
     pub checks: usize,
-    /// Largest displacement [m] of any point of the moving geometry between the query and the witness.
+    /// Largest displacement \[m\] of any point of the moving geometry between the query and the witness.
     pub max_displacement: f64,
     /// Indices of the scene's pairs that collide at the query.
     pub colliding: Vec<usize>,
@@ -62,7 +62,7 @@ pub struct Answer {
     pub verified: bool,
 }
 
-/// A pair touches where it is nearer than the clearance plus this [m].
+/// A pair touches where it is nearer than the clearance plus this \[m\].
 pub const TOUCHING: f64 = 1e-4;
 
 /// What a query stands on; borrowed from a model.
@@ -76,7 +76,7 @@ pub struct Ground<'a> {
     pub boundary: &'a SampleSet,
     /// For the lower bound.
     pub balls: &'a InteriorBalls,
-    /// Least distance [m] of a free pair.
+    /// Least distance \[m\] of a free pair.
     pub clearance: f64,
     /// A typical length of the configuration space in metric units.
     pub scale: f64,

@@ -37,7 +37,7 @@ pub enum QpOutcome {
     Infeasible,
 }
 
-/// A row is violated when it misses its bound by more than this times its norm [rad or m].
+/// A row is violated when it misses its bound by more than this times its norm \[rad or m\].
 const TOLERANCE: f64 = 1e-10;
 
 impl Qp {

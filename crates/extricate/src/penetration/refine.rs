@@ -8,7 +8,7 @@ use crate::kinematics::{add_point_gradient, forward};
 use crate::math::Pose;
 use crate::metric::{Anchor, MetricScratch, quadratic::Quadratic};
 
-/// What refinement aims at beyond the clearance [m], so that a linearised step ends on the free side.
+/// What refinement aims at beyond the clearance \[m\], so that a linearised step ends on the free side.
 ///
 /// The depth it costs is this times the slope of depth over clearance, 1e-6 rad for a lever of one metre.
 const SLACK: f64 = 1e-6;
@@ -18,7 +18,7 @@ const SLACK: f64 = 1e-6;
 pub struct RefineOptions {
     /// Most iterations; each evaluates the near contacts once.
     pub iterations: usize,
-    /// Pairs nearer than this are constraints [m].
+    /// Pairs nearer than this are constraints \[m\].
     pub margin: f64,
     /// Ends when a step would change the depth by less than this share of it.
     pub tolerance: f64,
@@ -51,7 +51,7 @@ impl RefineScratch {
         ground.checker.label(q, &mut self.check)
     }
 
-    /// Pairs nearer than `margin` [m] at `q`, ascending.
+    /// Pairs nearer than `margin` \[m\] at `q`, ascending.
     pub fn touching(&mut self, ground: &Ground, q: &[f64], margin: f64) -> Vec<usize> {
         self.contacts_at(ground, q, margin);
         let mut pairs: Vec<usize> = self.contacts.iter().map(|c| c.pair).collect();
@@ -183,7 +183,7 @@ pub fn slide(
 }
 
 impl RefineScratch {
-    /// Gathers the contacts at `q`; returns by how much [m] the worst misses the clearance (negative: by how much it keeps it).
+    /// Gathers the contacts at `q`; returns by how much \[m\] the worst misses the clearance (negative: by how much it keeps it).
     fn contacts_at(&mut self, ground: &Ground, q: &[f64], margin: f64) -> f64 {
         self.checks += 1;
         self.contacts.clear();

@@ -68,7 +68,7 @@ pub fn warn_of_surfaces(body: &Body, warnings: &mut Vec<String>) {
     }
 }
 
-/// The greatest distance [m] of a point of a shape from the shape's own origin.
+/// The greatest distance \[m\] of a point of a shape from the shape's own origin.
 pub fn radius(geometry: &Geometry) -> f64 {
     match geometry {
         Geometry::Sphere { radius } => *radius,

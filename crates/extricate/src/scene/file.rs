@@ -40,7 +40,7 @@ use crate::math::Pose;
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct SceneFile {
-    /// Least distance [m] that free configurations keep.
+    /// Least distance \[m\] that free configurations keep.
     #[serde(default = "default_clearance")]
     pub clearance: f64,
     /// How far two configurations are from each other.
@@ -119,7 +119,7 @@ pub struct RobotEntry {
     /// Where it stands.
     #[serde(default)]
     pub pose: PoseEntry,
-    /// Joints that do not move, and where they stand [rad or m].
+    /// Joints that do not move, and where they stand \[rad or m\].
     #[serde(default)]
     pub locked: BTreeMap<String, f64>,
     /// Limits that replace the URDF's or stand in for missing ones.
@@ -145,9 +145,9 @@ pub enum BaseKind {
     /// Not at all.
     #[default]
     Fixed,
-    /// x, y [m] and yaw [rad].
+    /// x, y \[m\] and yaw \[rad\].
     Planar,
-    /// x, y, z [m] and a unit quaternion x, y, z, w.
+    /// x, y, z \[m\] and a unit quaternion x, y, z, w.
     Floating,
 }
 
@@ -175,10 +175,10 @@ pub enum LimitsEntry {
 #[derive(Debug, Clone, Copy, Default, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct PoseEntry {
-    /// Position [m].
+    /// Position \[m\].
     #[serde(default)]
     pub xyz: [f64; 3],
-    /// Roll, pitch and yaw about the fixed axes x, y, z [rad].
+    /// Roll, pitch and yaw about the fixed axes x, y, z \[rad\].
     #[serde(default)]
     pub rpy: [f64; 3],
 }
@@ -200,14 +200,14 @@ pub struct ObstacleEntry {
 #[derive(Debug, Clone, Default, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ShapeEntry {
-    /// Full sides [m].
+    /// Full sides \[m\].
     #[serde(rename = "box")]
     pub cuboid: Option<[f64; 3]>,
-    /// Radius [m].
+    /// Radius \[m\].
     pub sphere: Option<f64>,
-    /// Radius and length [m].
+    /// Radius and length \[m\].
     pub cylinder: Option<[f64; 2]>,
-    /// Radius and length of the cylindrical part [m].
+    /// Radius and length of the cylindrical part \[m\].
     pub capsule: Option<[f64; 2]>,
     /// Path of a mesh file.
     pub mesh: Option<String>,

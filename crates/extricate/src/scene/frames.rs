@@ -40,7 +40,7 @@ pub struct Mover<'a> {
     pub places: &'a [Place],
     /// Factor of a follower, else 1.
     pub multiplier: f64,
-    /// Offset of a follower [rad or m], else 0.
+    /// Offset of a follower \[rad or m\], else 0.
     pub offset: f64,
 }
 

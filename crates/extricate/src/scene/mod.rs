@@ -27,7 +27,7 @@ use crate::robot::Geometry;
 /// Robots, obstacles, checked pairs, clearance and metric.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Scene {
-    /// Least distance [m] that every checked pair of a free configuration keeps.
+    /// Least distance \[m\] that every checked pair of a free configuration keeps.
     pub clearance: f64,
     /// How far two configurations are from each other.
     pub metric: MetricSpec,
@@ -51,9 +51,9 @@ pub struct Scene {
 pub enum MetricSpec {
     /// `sqrt(sum w_j delta_j^2)`; the weights are in [`ConfigSpace`].
     Joint,
-    /// Root mean square displacement of the moving volume [m].
+    /// Root mean square displacement of the moving volume \[m\].
     ObjectNorm,
-    /// Largest displacement of any point of the moving geometry [m].
+    /// Largest displacement of any point of the moving geometry \[m\].
     MaxDisplacement,
 }
 
@@ -86,18 +86,18 @@ pub struct Frame {
 pub enum Motion {
     /// The world, which does not move.
     World,
-    /// Turn about `axis` (unit, joint frame) by the coordinate [rad].
+    /// Turn about `axis` (unit, joint frame) by the coordinate \[rad\].
     Revolute {
         /// Unit, in the joint's frame.
         axis: Vec3,
-        /// The angle [rad].
+        /// The angle \[rad\].
         coordinate: Coordinate,
     },
-    /// Slide along `axis` (unit, joint frame) by the coordinate [m].
+    /// Slide along `axis` (unit, joint frame) by the coordinate \[m\].
     Prismatic {
         /// Unit, in the joint's frame.
         axis: Vec3,
-        /// The length [m].
+        /// The length \[m\].
         coordinate: Coordinate,
     },
     /// Turn by the unit quaternion at `q..q + 4`; its tangent (body frame rotation vector) is at `v..v + 3`.
@@ -118,7 +118,7 @@ pub struct Coordinate {
     pub v: usize,
     /// Factor.
     pub multiplier: f64,
-    /// [rad or m]
+    /// \[rad or m\]
     pub offset: f64,
 }
 

@@ -7,7 +7,7 @@ use super::file::LimitsEntry;
 use crate::math::Pose;
 use crate::robot::{Geometry, JointKind};
 
-/// Twice the radius [m] of a ball about the world's origin that holds all geometry in every configuration, but for the
+/// Twice the radius \[m\] of a ball about the world's origin that holds all geometry in every configuration, but for the
 /// travel of joints without limits; rounded up to a decimetre.
 ///
 /// The radius adds the lengths of all joint origins and travels, and the radii of all shapes: a bound, not the least one.
@@ -30,7 +30,7 @@ pub fn reach(robots: &[LoadedRobot], obstacles: &[Body]) -> f64 {
     ((of_obstacles + of_robots) * 20.0).ceil() / 10.0
 }
 
-/// Length of the joint's origin and of its limited travel [m].
+/// Length of the joint's origin and of its limited travel \[m\].
 fn span(loaded: &LoadedRobot, joint: usize) -> f64 {
     let joint = &loaded.robot.joints[joint];
     let slides = matches!(joint.kind, JointKind::Prismatic | JointKind::Planar | JointKind::Floating);

@@ -13,7 +13,7 @@ use crate::robot::{Joint, JointKind};
 /// What a joint does.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Role {
-    /// Fixed or locked at a position [rad or m]; 0 for fixed joints and those with several coordinates.
+    /// Fixed or locked at a position \[rad or m\]; 0 for fixed joints and those with several coordinates.
     Rigid(f64),
     /// `multiplier * position(joint) + offset`, where that joint moves.
     Follows {
@@ -21,7 +21,7 @@ pub enum Role {
         joint: usize,
         /// Factor.
         multiplier: f64,
-        /// [rad or m]
+        /// \[rad or m\]
         offset: f64,
     },
     /// Has coordinates on these manifolds, see [`factor_suffixes`] for their order.
@@ -41,7 +41,7 @@ pub fn factor_suffixes(kind: JointKind) -> &'static [&'static str] {
 ///
 /// A joint that is both locked and a follower is locked. A continuous joint whose followers do not return to their place
 /// after one turn gets the interval `[-pi, pi]` instead of a circle, because the scene is not the same on both sides of
-/// the seam. `reach` [m] bounds translations that have no limits, with a warning.
+/// the seam. `reach` \[m\] bounds translations that have no limits, with a warning.
 ///
 /// # Errors
 /// [`Error::Input`] for unknown joints in `locked` and `limits`, values outside limits, missing limits, and followers

@@ -15,7 +15,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
     ("metric", &["kinematics", "scene", "robot", "cspace", "math", "error"]),
     ("collision", &["kinematics", "scene", "robot", "cspace", "math", "error"]),
     ("learning", &["cspace", "math", "error"]),
-    ("boundary", &["learning", "cspace", "math", "error"]),
+    ("boundary", &["learning", "metric", "cspace", "math", "error"]),
     ("penetration", &["boundary", "collision", "metric", "kinematics", "scene", "cspace", "math", "error"]),
     (
         "model",
@@ -34,8 +34,26 @@ const MAY_USE: &[(&str, &[&str])] = &[
         ],
     ),
     (
+        "model_file",
+        &[
+            "model",
+            "penetration",
+            "boundary",
+            "learning",
+            "collision",
+            "metric",
+            "kinematics",
+            "scene",
+            "cspace",
+            "robot",
+            "math",
+            "error",
+        ],
+    ),
+    (
         "store",
         &[
+            "model_file",
             "model",
             "penetration",
             "boundary",

@@ -7,13 +7,13 @@ use super::loft::End::Round;
 use super::loft::{stl, tube};
 use super::urdf_text::{JointText, Shape, UrdfText};
 
-/// Name, direction from the palm's centre [rad], and whether it spreads.
+/// Name, direction from the palm's centre \[rad\], and whether it spreads.
 const FINGERS: [(&str, f64, bool); 3] = [("index", 0.9, true), ("middle", -0.9, true), ("thumb", PI, false)];
-/// Distance of the knuckles from the palm's centre [m].
+/// Distance of the knuckles from the palm's centre \[m\].
 const KNUCKLE_RADIUS: f64 = 0.055;
-/// Height of the knuckles above the palm's centre [m]; the lowest finger joint clears the palm by 3 mm.
+/// Height of the knuckles above the palm's centre \[m\]; the lowest finger joint clears the palm by 3 mm.
 const KNUCKLE_HEIGHT: f64 = 0.027;
-/// From the knuckle to the last joint [m].
+/// From the knuckle to the last joint \[m\].
 const PROXIMAL: f64 = 0.05;
 
 /// The scene file and the robot's files.

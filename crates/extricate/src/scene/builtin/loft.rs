@@ -6,7 +6,7 @@ use nalgebra::Vector4;
 
 use crate::math::Vec3;
 
-/// A point of a tube's middle line and the tube's radius there: `[x, y, z, radius]` [m].
+/// A point of a tube's middle line and the tube's radius there: `[x, y, z, radius]` \[m\].
 pub type Station = [f64; 4];
 
 /// How a tube ends.
@@ -21,7 +21,7 @@ pub enum End {
 /// Triangles with outward faces.
 #[derive(Debug, Clone, Default)]
 pub struct Surface {
-    /// Points [m].
+    /// Points \[m\].
     pub vertices: Vec<Vec3>,
     /// Indices into `vertices`.
     pub triangles: Vec<[usize; 3]>,
@@ -111,7 +111,7 @@ fn quad(surface: &mut Surface, [a, b, c, d]: [usize; 4]) {
     surface.triangles.extend([[a, b, c], [a, c, d]]);
 }
 
-/// A torus about z of the given radii [m] of its middle line and of its tube.
+/// A torus about z of the given radii \[m\] of its middle line and of its tube.
 pub fn torus(radius: f64, tube_radius: f64) -> Surface {
     const AROUND: usize = 36;
     let mut surface = Surface::default();

@@ -5,13 +5,13 @@ use std::fmt::Write;
 use super::File;
 use super::urdf_text::{JointText, Shape, UrdfText};
 
-/// Length of a link [m].
+/// Length of a link \[m\].
 const LENGTH: f64 = 0.4;
-/// Width and height of a link [m].
+/// Width and height of a link \[m\].
 const WIDTH: f64 = 0.08;
-/// Limit of the second and third joint [rad].
+/// Limit of the second and third joint \[rad\].
 const LIMIT: f64 = 2.6;
-/// x, y and radius of each cylinder [m].
+/// x, y and radius of each cylinder \[m\].
 const CYLINDERS: [[f64; 3]; 6] = [
     [0.62, 0.3, 0.12],
     [0.1, 0.75, 0.15],

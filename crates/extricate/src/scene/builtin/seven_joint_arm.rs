@@ -5,7 +5,7 @@ use super::loft::End::{Flat, Round};
 use super::loft::{Station, stl, tube};
 use super::urdf_text::{JointText, Shape, UrdfText};
 
-/// Height of each joint above the one before it at the zero position [m], its axis, and its limit [degrees].
+/// Height of each joint above the one before it at the zero position \[m\], its axis, and its limit [degrees].
 ///
 /// # Source
 /// KUKA, "LBR iiwa 7 R800, LBR iiwa 14 R820: specification", axis data and principal dimensions: the shoulder is 0.340
@@ -20,7 +20,7 @@ const JOINTS: [(f64, [f64; 3], f64); 7] = [
     (0.19, [0.0, 1.0, 0.0], 120.0),
     (0.081, [0.0, 0.0, 1.0], 175.0),
 ];
-/// From the last joint to the flange [m].
+/// From the last joint to the flange \[m\].
 const FLANGE: f64 = 0.045;
 
 /// Middle line and radius of every link, base first. Links alternate sides at the bending joints, as forearm and upper arm

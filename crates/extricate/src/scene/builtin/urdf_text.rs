@@ -7,7 +7,7 @@ pub struct UrdfText {
     text: String,
 }
 
-/// A collision shape [m].
+/// A collision shape \[m\].
 pub enum Shape<'a> {
     /// Path of a mesh file, below the package `robot`.
     Mesh(&'a str),
@@ -25,9 +25,9 @@ pub struct JointText<'a> {
     pub kind: &'a str,
     /// Links.
     pub parent_child: [&'a str; 2],
-    /// Origin in the parent [m].
+    /// Origin in the parent \[m\].
     pub xyz: [f64; 3],
-    /// Orientation in the parent [rad].
+    /// Orientation in the parent \[rad\].
     pub rpy: [f64; 3],
     /// Axis.
     pub axis: [f64; 3],
@@ -58,7 +58,7 @@ impl UrdfText {
         Self { text: format!("<?xml version=\"1.0\"?>\n<robot name=\"{name}\">\n") }
     }
 
-    /// Adds a link with shapes at the given positions [m] in its frame.
+    /// Adds a link with shapes at the given positions \[m\] in its frame.
     pub fn link(&mut self, name: &str, shapes: &[(Shape, [f64; 3])]) {
         self.line(&format!("  <link name=\"{name}\">"));
         for (shape, at) in shapes {
