@@ -32,12 +32,7 @@ pub(super) struct Penetration {
 ///
 /// # Cost
 /// At most one support point a vertex of the polytope, 128 in all: about 10 for small polytopes, and no allocation.
-pub(super) fn penetration(
-    difference: &Difference,
-    simplex: &Simplex,
-    deeper_than: f64,
-    not_above: f64,
-) -> Penetration {
+pub(super) fn penetration(difference: &Difference, simplex: &Simplex, deeper_than: f64, not_above: f64) -> Penetration {
     match start::tetrahedron(difference, simplex) {
         Start::Flat { vertex, normal } => flat(difference, vertex, normal),
         Start::Solid(vertices) => expand(difference, vertices, deeper_than, not_above),

@@ -175,8 +175,7 @@ fn undominated(points: &[Vec3], corners: &[Vec3; 4], candidates: &[u32]) -> Vec<
 fn farthest(blocks: &[Block], d: &Vec3) -> Vec3 {
     let (mut best, mut best_block, mut best_lane) = (f64::NEG_INFINITY, 0, 0);
     for (number, block) in blocks.iter().enumerate() {
-        let heights: [f64; LANES] =
-            std::array::from_fn(|k| block.x[k] * d.x + block.y[k] * d.y + block.z[k] * d.z);
+        let heights: [f64; LANES] = std::array::from_fn(|k| block.x[k] * d.x + block.y[k] * d.y + block.z[k] * d.z);
         for (lane, &height) in heights.iter().enumerate() {
             if height > best {
                 (best, best_block, best_lane) = (height, number, lane);

@@ -91,9 +91,10 @@ pub(super) fn signed_distance(first: &ConvexCore, pose_first: &Pose, second: &Co
     let mut depth = f64::INFINITY;
     for normal in normals.iter().filter(|normal| normal.norm() > 1e-15).map(|normal| normal.normalize()) {
         let range = |points: &[Vec3]| {
-            points.iter().map(|p| p.dot(&normal)).fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| {
-                (low.min(x), high.max(x))
-            })
+            points
+                .iter()
+                .map(|p| p.dot(&normal))
+                .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| (low.min(x), high.max(x)))
         };
         let ((low_a, high_a), (low_b, high_b)) = (range(&a), range(&b));
         depth = depth.min(high_a - low_b).min(high_b - low_a);
@@ -125,9 +126,16 @@ fn separation_agrees_with_all_features() {
         for step in 0..4 {
             let found = separation(&shapes[0], &pose_first, &shapes[1], &pose_second, f64::INFINITY).unwrap();
             let slow = signed_distance(&shapes[0].core, &pose_first, &shapes[1].core, &pose_second);
-            assert!((found.distance - slow).abs() <= 1e-9, "{found:?} {slow} {shapes:#?} {pose_first:?} {pose_second:?}");
+            assert!(
+                (found.distance - slow).abs() <= 1e-9,
+                "{found:?} {slow} {shapes:#?} {pose_first:?} {pose_second:?}"
+            );
             assert!(found.depth_lower <= -slow + 1e-11 && found.depth_lower > -slow - 1e-9, "{found:?} {slow}");
-            if slow < 0.0 { overlapping += 1 } else { apart += 1 }
+            if slow < 0.0 {
+                overlapping += 1
+            } else {
+                apart += 1
+            }
             let size = 10.0_f64.powf(-3.0 - 9.0 * rng.random::<f64>());
             let target = [0.0, size, -size][step % 3];
             pose_first.translation += found.normal * (target - found.distance);
