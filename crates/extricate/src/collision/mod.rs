@@ -19,11 +19,13 @@ mod mesh_mesh;
 mod mesh_shape;
 mod orient;
 mod part_pair;
+mod queue;
 mod shape;
 #[cfg(test)]
 mod test_mesh;
 mod triangle;
 
+use std::collections::BinaryHeap;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
@@ -34,6 +36,7 @@ use crate::scene::Scene;
 use bodies::{Bodies, Placement};
 use contact::ContactBuffers;
 use part_pair::{Buffers, Hint};
+use queue::Entry;
 
 /// The checked pairs of one scene, with all that makes checks fast. Immutable, shared between threads.
 pub struct Checker {
@@ -67,7 +70,7 @@ pub struct CheckScratch {
     order: Vec<u32>,
     /// One for every pair of parts.
     hints: Vec<Hint>,
-    bounds: Vec<(f64, usize)>,
+    queue: BinaryHeap<Entry>,
     buffers: Buffers,
     contact_buffers: ContactBuffers,
 }
@@ -87,6 +90,10 @@ pub struct Contact {
     /// `distance` by `t`.
     pub normal: Vec3,
 }
+
+/// How a pair in the queue is bounded.
+const BY_BALL: u32 = 0;
+const BY_BOX: u32 = 1;
 
 impl Checker {
     /// Prepares every checked pair of `scene`.
@@ -146,20 +153,25 @@ impl Checker {
     pub fn clearance(&self, q: &[f64], scratch: &mut CheckScratch) -> f64 {
         self.place(q, scratch);
         let centers = &scratch.placement.centers;
-        let bound =
-            |(index, p): (usize, &CheckedPair)| ((centers[p.first] - centers[p.second]).norm() - p.radii, index);
-        scratch.bounds.clear();
-        scratch.bounds.extend(self.pairs.iter().enumerate().map(bound));
-        scratch.bounds.sort_unstable_by(|a, b| a.0.total_cmp(&b.0));
+        scratch.queue.clear();
+        scratch.queue.extend(self.pairs.iter().enumerate().map(|(index, pair)| {
+            let bound = (centers[pair.first] - centers[pair.second]).norm() - pair.radii;
+            Entry { bound, first: BY_BALL, second: index as u32 }
+        }));
         let mut best = f64::INFINITY;
-        for at in 0..scratch.bounds.len() {
-            let (bound, pair) = scratch.bounds[at];
-            if bound >= best {
-                break;
-            }
+        while let Some(entry) = scratch.queue.pop().filter(|entry| entry.bound < best) {
+            let pair = entry.second as usize;
+            let mut bound = f64::INFINITY;
             for (first, second, _) in self.part_pairs(pair) {
                 let (a, b) = self.bodies.placed(&mut scratch.placement, first, second);
-                best = part_pair::signed_distance(a, b, best, &mut scratch.buffers).unwrap_or(best);
+                if entry.first == BY_BALL {
+                    bound = bound.min(part_pair::lower_bound(a, b));
+                } else {
+                    best = part_pair::signed_distance(a, b, best, &mut scratch.buffers).unwrap_or(best);
+                }
+            }
+            if entry.first == BY_BALL {
+                scratch.queue.push(Entry { bound: bound.max(entry.bound), first: BY_BOX, ..entry });
             }
         }
         best

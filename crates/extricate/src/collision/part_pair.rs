@@ -118,6 +118,11 @@ fn holds_other(a: &MeshShape, b: &MeshShape, pose_a_b: &Pose, stack: &mut Vec<(f
         || a.representatives.iter().any(|p| b.holds(&pose_a_b.inverse_point(p), stack))
 }
 
+/// Lower bound [m] on the signed distance of two shapes, by their boxes.
+pub fn lower_bound(first: Placed, second: Placed) -> f64 {
+    Relative::between(first.pose, second.pose).lower_bound(&first.shape.bounds, &second.shape.bounds)
+}
+
 /// Signed distance [m] of two shapes, if below `cutoff`.
 ///
 /// Exact where they are apart and for convex shapes. Below 0 with a mesh it is minus an estimate, from below, of the

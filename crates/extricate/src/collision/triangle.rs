@@ -1,5 +1,6 @@
 //! Distances of points, segments and triangles, with the points that realise them. One pair at a time, no trees.
 
+use super::bounds::{Aabb, ROUNDING};
 use crate::math::{Pose, Vec3};
 
 /// A triangle with its unit normal.
@@ -42,6 +43,14 @@ impl Triangle {
     /// The same triangle in the frame that `pose` maps to.
     pub fn moved(&self, pose: &Pose) -> Self {
         Self { points: self.points.map(|p| pose.point(&p)), normal: pose.vector(&self.normal) }
+    }
+
+    /// Whether the triangle is proved farther than `margin` [m] from a box, by the box's face axes or its own plane.
+    pub fn is_apart(&self, bounds: &Aabb, margin: f64) -> bool {
+        let margin = margin + ROUNDING;
+        let [a, b, c] = self.points;
+        let beyond = (a.inf(&b).inf(&c) - bounds.center).sup(&(bounds.center - a.sup(&b).sup(&c))) - bounds.half;
+        beyond.max() > margin || self.height(&bounds.center).abs() > self.normal.abs().dot(&bounds.half) + margin
     }
 
     /// Signed distance [m] of `point` from the plane, positive on the side of the normal.
@@ -129,6 +138,9 @@ fn search<const ANY: bool>(first: &Triangle, second: &Triangle, limit_squared: f
             return Some(best);
         }
     }
+    if found && best.is_proved(first, second) {
+        return Some(best);
+    }
     for i in 0..3 {
         let (a, u) = (&first.points[i], first.points[(i + 1) % 3] - first.points[i]);
         for j in 0..3 {
@@ -145,6 +157,14 @@ fn search<const ANY: bool>(first: &Triangle, second: &Triangle, limit_squared: f
 }
 
 impl Witness {
+    /// Whether the planes across the witness part the triangles by its whole length: then nothing is nearer.
+    fn is_proved(&self, first: &Triangle, second: &Triangle) -> bool {
+        let across = self.first - self.second;
+        let slack = 1e-13 * self.squared;
+        first.points.iter().all(|p| (p - self.first).dot(&across) >= -slack)
+            && second.points.iter().all(|p| (p - self.second).dot(&across) <= slack)
+    }
+
     fn improve(&mut self, first: &Vec3, second: &Vec3) -> bool {
         let squared = (first - second).norm_squared();
         let better = squared < self.squared;
