@@ -30,6 +30,7 @@ pub struct Metric {
     solids: Solids,
     extremes: Extremes,
     diameter: f64,
+    lever: f64,
 }
 
 /// A configuration with what repeated distances from it reuse. Made by [`Metric::anchor`].
@@ -58,8 +59,8 @@ impl Metric {
     /// A metric of the given kind over `scene`, whatever the scene names.
     pub fn of_kind(scene: Arc<Scene>, kind: MetricSpec) -> Self {
         let (solids, extremes) = (Solids::new(&scene), Extremes::new(&scene));
-        let mut metric = Self { scene, kind, solids, extremes, diameter: 0.0 };
-        metric.diameter = metric.measure_diameter();
+        let mut metric = Self { scene, kind, solids, extremes, diameter: 0.0, lever: 0.0 };
+        (metric.diameter, metric.lever) = (metric.measure_diameter(), metric.measure_lever());
         metric
     }
 
@@ -131,23 +132,44 @@ impl Metric {
         self.diameter
     }
 
+    /// Largest displacement of a point \[m\] that a small step of length 1 (metric units) typically causes.
+    pub fn lever(&self) -> f64 {
+        self.lever
+    }
+
     fn measure_diameter(&self) -> f64 {
         match self.kind {
             MetricSpec::Joint => self.scene.space.diameter(),
             MetricSpec::ObjectNorm | MetricSpec::MaxDisplacement => {
-                // The largest of some distances between low-discrepancy configurations.
-                let space = &self.scene.space;
-                let halton = crate::cspace::sampling::Halton::new(space.nv(), 0);
-                let (mut a, mut b) = (vec![0.0; space.nq()], vec![0.0; space.nq()]);
-                let mut largest = 0.0_f64;
-                for i in 0..32 {
-                    halton.config(space, 2 * i, &mut a);
-                    halton.config(space, 2 * i + 1, &mut b);
-                    largest = largest.max(self.distance(&a, &b));
-                }
-                largest
+                self.sampled_pairs().map(|(a, b)| self.distance(&a, &b)).fold(0.0, f64::max)
             }
         }
+    }
+
+    /// The largest ratio among some short random steps.
+    fn measure_lever(&self) -> f64 {
+        let mut anchor = Anchor::default();
+        let mut scratch = MetricScratch::default();
+        let ratio = |(a, far): (Vec<f64>, Vec<f64>)| {
+            let mut b = far.clone();
+            self.scene.space.interpolate(&a, &far, 0.01, &mut b);
+            self.anchor(&a, &mut anchor);
+            let distance = self.distance_from(&anchor, &b, &mut scratch);
+            self.max_displacement_from(&anchor, &b, &mut scratch) / distance.max(1e-300)
+        };
+        self.sampled_pairs().map(ratio).fold(0.0, f64::max)
+    }
+
+    /// A few pairs of low-discrepancy configurations.
+    fn sampled_pairs(&self) -> impl Iterator<Item = (Vec<f64>, Vec<f64>)> {
+        let space = &self.scene.space;
+        let halton = crate::cspace::sampling::Halton::new(space.nv(), 0);
+        (0..32).map(move |i| {
+            let (mut a, mut b) = (vec![0.0; space.nq()], vec![0.0; space.nq()]);
+            halton.config(space, 2 * i, &mut a);
+            halton.config(space, 2 * i + 1, &mut b);
+            (a, b)
+        })
     }
 
     /// Prepares repeated distances from `q`.

@@ -13,6 +13,9 @@ use crate::metric::{Anchor, MetricScratch, quadratic::Quadratic};
 /// The depth it costs is this times the slope of depth over clearance, 1e-6 rad for a lever of one metre.
 const SLACK: f64 = 1e-6;
 
+/// Contacts nearer than this are always looked at \[m\].
+const LEAST_MARGIN: f64 = 0.005;
+
 /// How far a refinement goes.
 #[derive(Debug, Clone, Copy)]
 pub struct RefineOptions {
@@ -100,7 +103,8 @@ pub fn pull(ground: &Ground, anchor: &Anchor, free: &mut [f64], scan: u32, halvi
 /// Minimises the distance to the anchor from `start`, subject to clearance and limits. `start` may collide.
 ///
 /// Each iteration linearises the signed distances of the near contacts, solves a quadratic program in a trust region and
-/// accepts the step if a merit function (half the squared distance plus a penalty on the worst violation) falls.
+/// accepts the step if a merit function (half the squared distance plus a penalty on the worst violation) falls. A descent that
+/// is not expected to end below `ceiling` is given up.
 ///
 /// # Guarantee
 /// `Some(depth)` with a configuration in `best` whose contacts all kept the clearance; the caller verifies it with the
@@ -109,6 +113,7 @@ pub fn slide(
     ground: &Ground,
     anchor: &Anchor,
     start: &[f64],
+    ceiling: f64,
     options: &RefineOptions,
     best: &mut Vec<f64>,
     scratch: &mut RefineScratch,
@@ -121,7 +126,10 @@ pub fn slide(
     trial.clear();
     trial.extend_from_slice(start);
     let mut distance = scratch.distance(ground, anchor, &x);
-    let mut violation = scratch.contacts_at(ground, &x, options.margin);
+    // Nothing farther than the bodies may move can come to bear.
+    let widest = (0.5 * distance * ground.metric.lever()).clamp(LEAST_MARGIN, options.margin);
+    let mut margin = widest;
+    let mut violation = scratch.contacts_at(ground, &x, margin);
     let mut found = None;
     if violation <= 0.0 {
         best.clear();
@@ -130,7 +138,7 @@ pub fn slide(
     }
     let mut radius = (0.5 * distance).max(1e-3 * ground.scale);
     let mut penalty = 0.0_f64;
-    for _ in 0..options.iterations {
+    for iteration in 0..options.iterations {
         forward(scene, &x, &mut scratch.poses);
         ground.metric.quadratic_model(anchor, &x, &scratch.poses, &mut scratch.quadratic);
         scratch.build_program(ground, &x, radius);
@@ -143,19 +151,31 @@ pub fn slide(
         }
         scratch.clip_step();
         let length = scratch.step_length();
+        let free_to_move = length < 0.9 * radius;
+        if outcome == QpOutcome::Solved && free_to_move && iteration > 0 {
+            let hope = if iteration < 3 { 1.2 * ceiling } else { 1.02 * ceiling };
+            if scratch.expected_distance(distance) > hope {
+                break;
+            }
+        }
         if length <= options.tolerance * distance.max(1e-6 * ground.scale) && violation <= 0.0 {
             break;
         }
         scene.space.integrate(&x, &scratch.step, &mut trial);
         let trial_distance = scratch.distance(ground, anchor, &trial);
         let kept = std::mem::take(&mut scratch.contacts);
-        let trial_violation = scratch.contacts_at(ground, &trial, options.margin);
-        if trial_violation <= 0.0 && found.is_none_or(|depth| trial_distance < depth) {
+        let mut trial_violation = scratch.contacts_at(ground, &trial, margin);
+        let improves = trial_violation <= 0.0 && found.is_none_or(|depth| trial_distance < depth);
+        if improves && scratch.label(ground, &trial) == Label::Colliding {
+            // Contacts propose, the exact check decides: a body inside another has no near contact.
+            trial_violation = ground.clearance.max(SLACK);
+        } else if improves {
             best.clear();
             best.extend_from_slice(&trial);
             found = Some(trial_distance);
         }
         let merit = |d: f64, v: f64| 0.5 * d * d + penalty * v.max(0.0);
+        let reduced = margin < widest;
         let gain = merit(distance, violation) - merit(trial_distance, trial_violation);
         if gain > 0.0 {
             std::mem::swap(&mut x, &mut trial);
@@ -163,6 +183,7 @@ pub fn slide(
             let done = relative < options.tolerance && violation <= 0.0 && trial_violation <= 0.0;
             distance = trial_distance;
             violation = trial_violation;
+            margin = (2.0 * length * ground.metric.lever()).clamp(LEAST_MARGIN, widest);
             if length > 0.9 * radius {
                 radius *= 2.0;
             }
@@ -171,6 +192,10 @@ pub fn slide(
             }
         } else {
             scratch.contacts = kept;
+            if reduced {
+                margin = widest;
+                scratch.contacts_at(ground, &x, margin);
+            }
             radius = 0.35 * length.min(radius);
             if radius < options.tolerance * distance {
                 break;
@@ -234,6 +259,12 @@ impl RefineScratch {
         for (k, s) in self.step.iter_mut().enumerate() {
             *s = s.clamp(self.low[k], self.high[k]);
         }
+    }
+
+    /// Distance from the anchor after the step, as the quadratic model has it.
+    fn expected_distance(&self, distance: f64) -> f64 {
+        let change: f64 = self.quadratic.gradient.iter().zip(&self.step).map(|(g, s)| g * s).sum();
+        (distance * distance + 2.0 * change + self.step_length().powi(2)).max(0.0).sqrt()
     }
 
     /// Length of the step in metric units.
