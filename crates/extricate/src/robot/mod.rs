@@ -3,6 +3,7 @@
 mod collada;
 pub mod convex_hull;
 pub mod geometry;
+mod lines;
 pub mod mesh;
 pub mod mesh_file;
 pub mod moments;
