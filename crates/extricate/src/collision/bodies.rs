@@ -22,7 +22,7 @@ pub struct Bodies {
 pub struct PreparedBody {
     /// Its parts; none for a body of empty meshes.
     pub parts: Range<usize>,
-    /// Centre (frame coordinates) and radius [m] of a ball around it; the radius is below 0 for a body without parts.
+    /// Centre (frame coordinates) and radius \[m\] of a ball around it; the radius is below 0 for a body without parts.
     pub ball: (Vec3, f64),
     frame: usize,
 }
@@ -41,7 +41,7 @@ pub struct PreparedPart {
 pub struct Placement {
     /// World poses of the frames.
     pub poses: Vec<Pose>,
-    /// Centres of the bodies' balls in the world [m].
+    /// Centres of the bodies' balls in the world \[m\].
     pub centers: Vec<Vec3>,
     /// World poses of parts, valid where `part_epochs` is the current epoch (or the part does not move).
     part_poses: Vec<Pose>,

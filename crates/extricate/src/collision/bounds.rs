@@ -2,7 +2,7 @@
 
 use crate::math::{Mat3, Pose, Vec3};
 
-/// An axis-aligned box [m].
+/// An axis-aligned box \[m\].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Aabb {
     /// Its centre.
@@ -43,7 +43,7 @@ pub const EMPTY: (Vec3, Vec3) = (
     Vec3::new(f64::NEG_INFINITY, f64::NEG_INFINITY, f64::NEG_INFINITY),
 );
 
-/// What rounding may take from a gap [m] in scenes of some metres: boxes must not part what exact tests call near.
+/// What rounding may take from a gap \[m\] in scenes of some metres: boxes must not part what exact tests call near.
 pub const ROUNDING: f64 = 1e-12;
 
 /// The pose of frame `b` in frame `a`, prepared for many box tests.
@@ -68,7 +68,7 @@ impl Relative {
         Self::new(Pose { rotation, translation })
     }
 
-    /// Whether a box in `a` and a box in `b` are proved farther apart than `margin` [m].
+    /// Whether a box in `a` and a box in `b` are proved farther apart than `margin` \[m\].
     ///
     /// # Source
     /// S. Gottschalk, M. C. Lin and D. Manocha, "OBBTree", SIGGRAPH 1996, doi:10.1145/237170.237244: fifteen separating
@@ -100,7 +100,7 @@ impl Relative {
         false
     }
 
-    /// Lower bound [m] on the signed distance of what the boxes hold; negative where they overlap along all face axes.
+    /// Lower bound \[m\] on the signed distance of what the boxes hold; negative where they overlap along all face axes.
     pub fn lower_bound(&self, a: &Aabb, b: &Aabb) -> f64 {
         let t = self.pose_a_b.point(&b.center) - a.center;
         let in_a = t.abs() - a.half - self.absolute * b.half;
@@ -114,7 +114,7 @@ fn positive_squared(gaps: &Vec3) -> f64 {
     gaps.sup(&Vec3::zeros()).norm_squared()
 }
 
-/// A ball around points: `(centre, radius)` [m], a few per cent larger than the least one.
+/// A ball around points: `(centre, radius)` \[m\], a few per cent larger than the least one.
 ///
 /// # Source
 /// M. Badoiu and K. L. Clarkson, "Smaller core-sets for balls", SODA 2003: step toward the farthest point by 1/(i+1).

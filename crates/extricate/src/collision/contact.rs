@@ -42,7 +42,7 @@ struct Near {
 /// Entries of the queue are pairs of nodes, or the contact found at index `second`.
 const FOUND: u32 = u32::MAX;
 
-/// Appends the contacts of two shapes nearer than `margin` [m] to those of `pair` at `contacts[start..]`.
+/// Appends the contacts of two shapes nearer than `margin` \[m\] to those of `pair` at `contacts[start..]`.
 ///
 /// Convex shapes give one, exact also below 0. Meshes give their nearest one (exact above 0) and others that tell
 /// something else, up to twelve a pair. Where surfaces cross, depth and normal are those that part two triangles along one
@@ -202,7 +202,7 @@ fn mesh_with_mesh(a: &MeshShape, b: &MeshShape, relative: &Relative, buffers: &m
     }
 }
 
-/// Distances [m] at which the direction between two points is lost to rounding.
+/// Distances \[m\] at which the direction between two points is lost to rounding.
 const TOUCHING: f64 = 1e-10;
 
 /// The least translation along a normal of one of two crossing triangles that parts them; outward where they bound solids.

@@ -6,7 +6,7 @@ pub use hull::HullPoints;
 
 use crate::math::Vec3;
 
-/// A convex core in its own frame, swept by a ball of `radius` [m].
+/// A convex core in its own frame, swept by a ball of `radius` \[m\].
 ///
 /// ```
 /// use extricate::collision::convex::{ConvexCore, ConvexShape};
@@ -18,7 +18,7 @@ use crate::math::Vec3;
 pub struct ConvexShape {
     /// What is swept.
     pub core: ConvexCore,
-    /// [m]
+    /// \[m\]
     pub radius: f64,
 }
 
@@ -29,19 +29,19 @@ pub enum ConvexCore {
     Point,
     /// From `-half_length` to `half_length` along z.
     Segment {
-        /// [m]
+        /// \[m\]
         half_length: f64,
     },
     /// A cuboid.
     Box {
-        /// [m]
+        /// \[m\]
         half_extents: Vec3,
     },
     /// A cylinder along z.
     Cylinder {
-        /// [m]
+        /// \[m\]
         radius: f64,
-        /// [m]
+        /// \[m\]
         half_length: f64,
     },
     /// A triangle.
@@ -51,7 +51,7 @@ pub enum ConvexCore {
 }
 
 impl ConvexCore {
-    /// A point of the core that lies farthest along `direction` (of any length) [m].
+    /// A point of the core that lies farthest along `direction` (of any length) \[m\].
     #[inline]
     pub fn support(&self, direction: &Vec3) -> Vec3 {
         match self {
@@ -72,7 +72,7 @@ impl ConvexCore {
         }
     }
 
-    /// A point within the core, near its middle [m].
+    /// A point within the core, near its middle \[m\].
     pub fn center(&self) -> Vec3 {
         match self {
             Self::Triangle([a, b, c]) => (a + b + c) / 3.0,
@@ -81,7 +81,7 @@ impl ConvexCore {
         }
     }
 
-    /// Distance from the origin of the frame to the farthest point of the core [m].
+    /// Distance from the origin of the frame to the farthest point of the core \[m\].
     pub fn reach(&self) -> f64 {
         match self {
             Self::Point => 0.0,

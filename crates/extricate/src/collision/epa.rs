@@ -14,7 +14,7 @@ use crate::math::Vec3;
 use polytope::Polytope;
 use start::Start;
 
-/// Depth of the origin in the difference of two cores, in the frame of the first: `lower <= depth <= upper` [m].
+/// Depth of the origin in the difference of two cores, in the frame of the first: `lower <= depth <= upper` \[m\].
 pub(super) struct Penetration {
     /// Proved by the polytope; about 0 where nothing is proved.
     pub lower: f64,
@@ -22,13 +22,13 @@ pub(super) struct Penetration {
     pub upper: f64,
     /// Unit: moving the first core by `-upper` along it parts the cores.
     pub normal: Vec3,
-    /// Deepest point of the first core [m]; that of the second lies `upper` behind it, at the plane and not in a face,
+    /// Deepest point of the first core \[m\]; that of the second lies `upper` behind it, at the plane and not in a face,
     /// because a curved boundary bulges beyond its faces.
     pub first: Vec3,
 }
 
 /// Depth of the origin, which `simplex` holds or touches. Stops early when the depth is proved to be above `deeper_than` or
-/// at most `not_above` [m].
+/// at most `not_above` \[m\].
 ///
 /// # Cost
 /// At most one support point a vertex of the polytope, 128 in all: about 10 for small polytopes, and no allocation.

@@ -22,10 +22,10 @@ use descent::{Outcome, Settled, descend};
 /// Signed distance and witness of two convex shapes, in the frame that both poses map to.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Separation {
-    /// [m]; negative: the least translation that parts them, and moving the first shape along `normal` by `-distance`
+    /// \[m\]; negative: the least translation that parts them, and moving the first shape along `normal` by `-distance`
     /// certainly does.
     pub distance: f64,
-    /// Proved lower bound on the penetration depth `-distance` [m]; for shapes apart it is negative.
+    /// Proved lower bound on the penetration depth `-distance` \[m\]; for shapes apart it is negative.
     pub depth_lower: f64,
     /// Nearest (deepest) point of the first shape.
     pub point_first: Vec3,
@@ -35,7 +35,7 @@ pub struct Separation {
     pub normal: Vec3,
 }
 
-/// Signed distance; `None` as soon as it is proved greater than `cutoff` [m].
+/// Signed distance; `None` as soon as it is proved greater than `cutoff` \[m\].
 ///
 /// # Guarantee
 /// Measured against slow twins: within 1e-9 m for polytopes of metre size and 1e-7 m for cylinders, in contact too.
@@ -123,7 +123,7 @@ fn apart(difference: &Difference, settled: &Settled) -> Cores {
     Cores { distance: feature.square.sqrt(), parted, depth_lower, on_first, on_second: on_first - point, normal }
 }
 
-/// Whether the signed distance is below `threshold` [m] (which may be 0 or negative), stopping as soon as that is decided.
+/// Whether the signed distance is below `threshold` \[m\] (which may be 0 or negative), stopping as soon as that is decided.
 ///
 /// # Guarantee
 /// `false` is proved by a plane that parts the shapes by `threshold`, rounding included; where rounding or the

@@ -8,7 +8,7 @@ use super::shape::ConvexSolid;
 use super::triangle::{Triangle, closest_on_triangle};
 use crate::math::Pose;
 
-/// Some triangle that is nearer than `limit` [m] to the solid with box `bounds`; `relative` maps the solid to the mesh.
+/// Some triangle that is nearer than `limit` \[m\] to the solid with box `bounds`; `relative` maps the solid to the mesh.
 pub fn nearer(
     mesh: &Bvh,
     solid: &ConvexSolid,
@@ -35,7 +35,7 @@ pub fn nearer(
     None
 }
 
-/// Whether a triangle is nearer than `limit` [m] to a convex solid; `pose` maps the solid to the triangle's frame.
+/// Whether a triangle is nearer than `limit` \[m\] to a convex solid; `pose` maps the solid to the triangle's frame.
 pub fn triangle_nearer(triangle: &Triangle, solid: &ConvexSolid, bounds: &Aabb, pose: &Pose, limit: f64) -> bool {
     if let ConvexCore::Point = solid.shape.core {
         let reach = solid.shape.radius + limit;
@@ -50,7 +50,7 @@ pub fn triangle_nearer(triangle: &Triangle, solid: &ConvexSolid, bounds: &Aabb, 
     gjk::nearer_than(&as_convex(triangle), &Pose::identity(), &solid.shape, pose, limit)
 }
 
-/// The least signed distance [m] of any triangle to the solid, if below `cutoff`.
+/// The least signed distance \[m\] of any triangle to the solid, if below `cutoff`.
 ///
 /// Below 0 it is the translation that parts the solid from the one triangle that it overlaps most: an estimate from below
 /// of what parts it from the mesh.

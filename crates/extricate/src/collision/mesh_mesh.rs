@@ -4,7 +4,7 @@ use super::bounds::Relative;
 use super::bvh::{Bvh, Node};
 use super::triangle;
 
-/// Some pair of triangles that cross or are nearer than `limit` [m]; `relative` maps the second mesh to the first.
+/// Some pair of triangles that cross or are nearer than `limit` \[m\]; `relative` maps the second mesh to the first.
 pub fn nearer(a: &Bvh, b: &Bvh, relative: &Relative, limit: f64, stack: &mut Vec<(u32, u32)>) -> Option<(u32, u32)> {
     stack.clear();
     stack.push((0, 0));
@@ -32,7 +32,7 @@ pub fn nearer(a: &Bvh, b: &Bvh, relative: &Relative, limit: f64, stack: &mut Vec
     None
 }
 
-/// Distance [m] of the nearest pair of triangles, if below `cutoff`; 0 where triangles cross, for a cutoff of 0 too.
+/// Distance \[m\] of the nearest pair of triangles, if below `cutoff`; 0 where triangles cross, for a cutoff of 0 too.
 pub fn closest(a: &Bvh, b: &Bvh, relative: &Relative, cutoff: f64, stack: &mut Vec<(f64, u32, u32)>) -> Option<f64> {
     let mut best = None;
     let mut limit = cutoff;

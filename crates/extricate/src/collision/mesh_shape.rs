@@ -51,7 +51,7 @@ impl MeshShape {
         (0..self.closed.len()).any(|c| self.closed[c] && is_inside(&self.tree, c, point, stack))
     }
 
-    /// Depth [m] of `point` below the surface of the closed component that holds it deepest, and the nearest point of that
+    /// Depth \[m\] of `point` below the surface of the closed component that holds it deepest, and the nearest point of that
     /// surface; `None` where it is nowhere deeper than `floor` >= 0.
     pub fn depth_inside(&self, point: &Vec3, floor: f64, stack: &mut Vec<(f64, u32)>) -> Option<(f64, Vec3)> {
         let mut best = None;
@@ -72,7 +72,7 @@ impl MeshShape {
         best
     }
 
-    /// Signed depth [m] of `point` in the union of the closed components: at least that in the deepest one; outside minus
+    /// Signed depth \[m\] of `point` in the union of the closed components: at least that in the deepest one; outside minus
     /// the distance to the nearest triangle.
     pub fn depth(&self, point: &Vec3, stack: &mut Vec<(f64, u32)>) -> f64 {
         match self.depth_inside(point, 0.0, stack) {

@@ -51,7 +51,7 @@ pub struct Checker {
 struct CheckedPair {
     first: usize,
     second: usize,
-    /// Sum of the radii of the bodies' balls [m].
+    /// Sum of the radii of the bodies' balls \[m\].
     radii: f64,
     /// Square of `radii` plus clearance [m^2]; balls whose centres are farther apart need no look.
     reach_squared: f64,
@@ -80,9 +80,9 @@ pub struct CheckScratch {
 pub struct Contact {
     /// Index into [`Scene::pairs`].
     pub pair: usize,
-    /// Signed distance [m]; negative where the two overlap.
+    /// Signed distance \[m\]; negative where the two overlap.
     pub distance: f64,
-    /// Nearest (or deepest) point on the first body, world coordinates [m].
+    /// Nearest (or deepest) point on the first body, world coordinates \[m\].
     pub point_first: Vec3,
     /// The same on the second body.
     pub point_second: Vec3,
@@ -146,7 +146,7 @@ impl Checker {
         pairs.extend((0..self.pairs.len()).filter(|&p| self.may_collide(p, scratch) && self.pair_collides(p, scratch)));
     }
 
-    /// Least signed distance [m] of any checked pair at `q`; infinite where no pair is checked.
+    /// Least signed distance \[m\] of any checked pair at `q`; infinite where no pair is checked.
     ///
     /// Exact where it is positive, and for convex shapes (minus the penetration depth). For overlapping meshes it is minus
     /// an estimate of the overlap from below: the depth of the deepest vertex of one inside the other, or 0 if none is.
@@ -177,7 +177,7 @@ impl Checker {
         best
     }
 
-    /// Appends the contacts of all checked pairs nearer than `margin` [m] at `q`.
+    /// Appends the contacts of all checked pairs nearer than `margin` \[m\] at `q`.
     ///
     /// Two convex shapes give one contact, exact also where they overlap. Meshes give their nearest contact and up to eleven
     /// more that differ from it in place or normal; where they overlap, distances and normals are heuristics for proposals.
@@ -196,7 +196,7 @@ impl Checker {
         }
     }
 
-    /// Signed depth [m] of a point (in the body's frame) in the solid of `body`: positive inside, minus the distance
+    /// Signed depth \[m\] of a point (in the body's frame) in the solid of `body`: positive inside, minus the distance
     /// outside; for surfaces minus the distance.
     ///
     /// Exact for one shape and for points outside; where solids overlap, the depth in the deepest of them, which is not more

@@ -12,7 +12,7 @@ use crate::math::{Pose, Vec3};
 pub struct Buffers {
     /// Pairs of nodes.
     pub pairs: Vec<(u32, u32)>,
-    /// Pairs of nodes with a lower bound [m].
+    /// Pairs of nodes with a lower bound \[m\].
     pub bounded: Vec<(f64, u32, u32)>,
     /// Nodes with a lower bound.
     pub nodes: Vec<(f64, u32)>,
@@ -42,7 +42,7 @@ pub struct Placed<'a> {
     pub pose: &'a Pose,
 }
 
-/// Whether the signed distance of two shapes is below `limit` [m] (crossing surfaces count as below 0).
+/// Whether the signed distance of two shapes is below `limit` \[m\] (crossing surfaces count as below 0).
 pub fn nearer(first: Placed, second: Placed, limit: f64, hint: &mut Hint, buffers: &mut Buffers) -> bool {
     use ShapeKind::{Convex, Mesh};
     let (a, b) = (first.shape, second.shape);
@@ -80,7 +80,7 @@ pub fn nearer(first: Placed, second: Placed, limit: f64, hint: &mut Hint, buffer
 
 /// Whether planes across `normal` (any length, frame of `x`, from `y` to `x`) part two solids by clearly more than `limit`.
 fn parted(x: &ConvexSolid, y: &ConvexSolid, pose: &Pose, normal: &Vec3, limit: f64) -> bool {
-    /// More than what the search without a hint errs by [m].
+    /// More than what the search without a hint errs by \[m\].
     const CLEARLY: f64 = 1e-8;
     let lowest = x.shape.core.support(&-normal);
     let highest = pose.point(&y.shape.core.support(&pose.inverse_vector(normal)));
@@ -118,12 +118,12 @@ fn holds_other(a: &MeshShape, b: &MeshShape, pose_a_b: &Pose, stack: &mut Vec<(f
         || a.representatives.iter().any(|p| b.holds(&pose_a_b.inverse_point(p), stack))
 }
 
-/// Lower bound [m] on the signed distance of two shapes, by their boxes.
+/// Lower bound \[m\] on the signed distance of two shapes, by their boxes.
 pub fn lower_bound(first: Placed, second: Placed) -> f64 {
     Relative::between(first.pose, second.pose).lower_bound(&first.shape.bounds, &second.shape.bounds)
 }
 
-/// Signed distance [m] of two shapes, if below `cutoff`.
+/// Signed distance \[m\] of two shapes, if below `cutoff`.
 ///
 /// Exact where they are apart and for convex shapes. Below 0 with a mesh it is minus an estimate, from below, of the
 /// translation that parts the two:

@@ -2,10 +2,10 @@
 
 use std::cmp::Ordering;
 
-/// Two indices and a lower bound [m]; the least bound is the greatest entry, ties go by the indices.
+/// Two indices and a lower bound \[m\]; the least bound is the greatest entry, ties go by the indices.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Entry {
-    /// [m]
+    /// \[m\]
     pub bound: f64,
     /// As the owner of the queue means it.
     pub first: u32,

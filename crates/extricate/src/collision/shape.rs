@@ -14,7 +14,7 @@ pub struct Shape {
     pub kind: ShapeKind,
     /// The least box around it.
     pub bounds: Aabb,
-    /// Centre and radius [m] of a ball around it.
+    /// Centre and radius \[m\] of a ball around it.
     pub ball: (Vec3, f64),
 }
 
@@ -81,7 +81,7 @@ impl Shape {
         Self { kind, bounds, ball }
     }
 
-    /// Signed depth [m] of `point`: positive inside the solid, minus the distance outside.
+    /// Signed depth \[m\] of `point`: positive inside the solid, minus the distance outside.
     pub fn depth(&self, point: &Vec3, stack: &mut Vec<(f64, u32)>) -> f64 {
         match &self.kind {
             ShapeKind::Convex(solid) => solid.depth(point),
@@ -91,7 +91,7 @@ impl Shape {
 }
 
 impl ConvexSolid {
-    /// Signed depth [m] of `point`: positive inside, minus the distance outside. In closed form but for points outside a
+    /// Signed depth \[m\] of `point`: positive inside, minus the distance outside. In closed form but for points outside a
     /// hull.
     pub fn depth(&self, point: &Vec3) -> f64 {
         let core = match &self.shape.core {

@@ -6,7 +6,7 @@ use crate::math::{Pose, Vec3};
 /// A triangle with its unit normal.
 #[derive(Debug, Clone, Copy)]
 pub struct Triangle {
-    /// Corners [m].
+    /// Corners \[m\].
     pub points: [Vec3; 3],
     /// Unit, by the right-hand rule; zero where the triangle is as thin as a segment.
     pub normal: Vec3,
@@ -45,7 +45,7 @@ impl Triangle {
         Self { points: self.points.map(|p| pose.point(&p)), normal: pose.vector(&self.normal) }
     }
 
-    /// Whether the triangle is proved farther than `margin` [m] from a box, by the box's face axes or its own plane.
+    /// Whether the triangle is proved farther than `margin` \[m\] from a box, by the box's face axes or its own plane.
     pub fn is_apart(&self, bounds: &Aabb, margin: f64) -> bool {
         let margin = margin + ROUNDING;
         let [a, b, c] = self.points;
@@ -53,7 +53,7 @@ impl Triangle {
         beyond.max() > margin || self.height(&bounds.center).abs() > self.normal.abs().dot(&bounds.half) + margin
     }
 
-    /// Signed distance [m] of `point` from the plane, positive on the side of the normal.
+    /// Signed distance \[m\] of `point` from the plane, positive on the side of the normal.
     pub fn height(&self, point: &Vec3) -> f64 {
         self.normal.dot(&(point - self.points[0]))
     }
@@ -108,7 +108,7 @@ pub fn closest(first: &Triangle, second: &Triangle, limit_squared: f64) -> Optio
     search::<false>(first, second, limit_squared)
 }
 
-/// Whether two triangles cross, or are nearer than `limit` [m].
+/// Whether two triangles cross, or are nearer than `limit` \[m\].
 pub fn nearer(first: &Triangle, second: &Triangle, limit: f64) -> bool {
     search::<true>(first, second, limit * limit).is_some()
 }

@@ -2,6 +2,11 @@
 //!
 //! Node transforms and `<unit meter="...">` are applied, as RViz and Gazebo do (pinocchio and MoveIt drop the unit along
 //! with assimp's root node). `<up_axis>` is not applied, as in all of these: ROS files say `Y_UP` and mean z.
+//!
+//! An own reader, because no crate reads the 286 files of example-robot-data 6.0 (this one does, with the bounding boxes that
+//! assimp gives). `dae-parser` 0.11 refuses 85 of them (68 are COLLADA 1.5, 17 have no `<created>`), panics on one where an id
+//! repeats, and keeps `f32`. `mesh-loader` 0.1.13 misplaces 3, puts nested nodes and geometries that are shown twice where they
+//! are not, and panics on 3.6 % of files with one to three bytes changed.
 
 use std::collections::HashMap;
 

@@ -13,26 +13,26 @@ use crate::math::Vec3;
 pub enum Geometry {
     /// A ball.
     Sphere {
-        /// [m]
+        /// \[m\]
         radius: f64,
     },
     /// A cuboid.
     Box {
-        /// Half of each side [m].
+        /// Half of each side \[m\].
         half_extents: Vec3,
     },
     /// A solid cylinder along z.
     Cylinder {
-        /// [m]
+        /// \[m\]
         radius: f64,
-        /// Half of the length [m].
+        /// Half of the length \[m\].
         half_length: f64,
     },
     /// A cylinder along z with a half ball on both ends.
     Capsule {
-        /// [m]
+        /// \[m\]
         radius: f64,
-        /// Half of the length of the cylindrical part [m].
+        /// Half of the length of the cylindrical part \[m\].
         half_length: f64,
     },
     /// A triangle mesh as it is: closed components are solid, open ones are surfaces.

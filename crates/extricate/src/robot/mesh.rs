@@ -16,7 +16,7 @@ use crate::math::Vec3;
 /// ```
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct TriangleMesh {
-    /// Distinct points [m].
+    /// Distinct points \[m\].
     pub vertices: Vec<Vec3>,
     /// Indices into `vertices`; triangles of one component are contiguous, in the order of `components`.
     pub triangles: Vec<[u32; 3]>,
@@ -80,7 +80,7 @@ impl TriangleMesh {
         !self.components.is_empty() && self.components.iter().all(|c| c.closed)
     }
 
-    /// The corners of a triangle [m].
+    /// The corners of a triangle \[m\].
     pub fn corners(&self, triangle: usize) -> [Vec3; 3] {
         self.triangles[triangle].map(|index| self.vertices[index as usize])
     }

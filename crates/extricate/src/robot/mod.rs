@@ -3,6 +3,7 @@
 mod collada;
 pub mod convex_hull;
 pub mod geometry;
+mod lines;
 pub mod mesh;
 pub mod mesh_file;
 pub mod moments;
@@ -58,17 +59,17 @@ pub struct LinkGeometry {
 pub enum JointKind {
     /// Nothing.
     Fixed,
-    /// Turn about the axis within limits [rad].
+    /// Turn about the axis within limits \[rad\].
     Revolute,
     /// Turn about the axis without limits.
     Continuous,
-    /// Slide along the axis within limits [m].
+    /// Slide along the axis within limits \[m\].
     Prismatic,
-    /// Slide in the plane normal to the axis, and turn about the axis. Coordinates: two [m], one angle [rad].
+    /// Slide in the plane normal to the axis, and turn about the axis. Coordinates: two \[m\], one angle \[rad\].
     Planar,
     /// Turn about any axis (the ball-joint extension of URDF). Coordinates: unit quaternion x, y, z, w.
     Spherical,
-    /// Move freely. Coordinates: position x, y, z [m], unit quaternion x, y, z, w.
+    /// Move freely. Coordinates: position x, y, z \[m\], unit quaternion x, y, z, w.
     Floating,
 }
 
@@ -87,7 +88,7 @@ pub struct Joint {
     pub pose_parent_joint: Pose,
     /// Unit axis in the joint's frame; for `Planar` the normal of the plane.
     pub axis: Vec3,
-    /// Lower and upper limit [rad or m]; for `Planar` and `Floating` they hold for each translation.
+    /// Lower and upper limit \[rad or m\]; for `Planar` and `Floating` they hold for each translation.
     pub limits: Option<(f64, f64)>,
     /// Set where the joint follows another one.
     pub mimic: Option<Mimic>,
@@ -100,6 +101,6 @@ pub struct Mimic {
     pub joint: usize,
     /// Factor.
     pub multiplier: f64,
-    /// Offset [rad or m].
+    /// Offset \[rad or m\].
     pub offset: f64,
 }

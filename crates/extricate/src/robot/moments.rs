@@ -13,7 +13,7 @@ const SURFACE_SEGMENTS: usize = 64;
 pub struct Moments {
     /// Volume [m^3] or area [m^2].
     pub measure: f64,
-    /// [m]
+    /// \[m\]
     pub centroid: Vec3,
     /// Mean of `(x - centroid)(x - centroid)'` [m^2].
     pub second_moment: Mat3,

@@ -1,51 +1,97 @@
-//! Wavefront OBJ to triangles: vertices and faces; materials, normals and textures are skipped.
+//! Wavefront OBJ to triangles, through `tobj`: vertices and faces; materials, normals and textures are skipped.
 
+use tobj::{LoadError, LoadOptions, Model};
+
+use super::lines::CountedLines;
 use super::mesh_file::Soup;
 use crate::error::{Error, Result};
 use crate::math::Vec3;
 
-/// Parses `v` and `f` lines; polygons become fans, all objects and groups one mesh.
+/// Parses vertices and faces; polygons become fans, all objects and groups one mesh.
 pub(super) fn parse(file: &str, bytes: &[u8]) -> Result<Soup> {
     let text = String::from_utf8_lossy(bytes);
+    let plain = plain(&text);
+    let models = match load(&plain) {
+        Ok(models) => models,
+        Err((error, line)) => return Err(explain(file, &text, &plain, error, line)),
+    };
     let mut soup = Soup::default();
-    let mut polygon = Vec::new();
-    // Line numbers are those of the file, so continued lines are joined where they are read.
-    let mut lines = text.lines().enumerate();
-    while let Some((number, line)) = lines.next() {
-        let mut line = line.to_owned();
-        while line.ends_with('\\') {
-            line.pop();
-            line.push_str(lines.next().map_or("", |(_, more)| more));
-        }
-        let content = line.split('#').next().unwrap_or("");
-        let mut words = content.split_whitespace();
-        let keyword = words.next();
-        let error = |expected: &str| {
-            Error::input(file, format!("line {}", number + 1), format!("got `{}`, expected {expected}", content.trim()))
-        };
-        if keyword == Some("v") {
-            let mut vertex = Vec3::zeros();
-            for slot in vertex.iter_mut() {
-                *slot = words.next().and_then(|word| word.parse().ok()).ok_or_else(|| error("`v x y z`"))?;
-            }
-            soup.vertices.push(vertex);
-        } else if keyword == Some("f") {
-            polygon.clear();
-            for word in words {
-                let index: i64 = word.split('/').next().and_then(|i| i.parse().ok()).ok_or_else(|| error("indices"))?;
-                let count = soup.vertices.len() as i64;
-                let from_zero = if index < 0 { count + index } else { index - 1 };
-                if !(0..count).contains(&from_zero) {
-                    return Err(error(&format!(
-                        "indices of the {count} vertices before it (1 to {count}, or -1 back)"
-                    )));
-                }
-                polygon.push(from_zero as u32);
-            }
-            soup.push_polygon(&polygon);
-        }
+    for Model { mesh, .. } in models {
+        let first = soup.vertices.len() as u32;
+        soup.vertices.extend(mesh.positions.chunks_exact(3).map(Vec3::from_column_slice));
+        soup.triangles.extend(mesh.indices.chunks_exact(3).map(|t| [first + t[0], first + t[1], first + t[2]]));
     }
     Ok(soup)
+}
+
+/// The lines of `text`, one for one, as far as they are of use: `v` with three coordinates, `f` with the indices of its
+/// vertices. `tobj` takes a comment at the end of a line for data, knows no continued lines, divides by a fourth
+/// coordinate, and would read the rest.
+fn plain(text: &str) -> String {
+    let mut plain = String::with_capacity(text.len());
+    let mut lines = text.lines();
+    while let Some(line) = lines.next() {
+        let mut line = line.to_owned();
+        let mut continued = 0;
+        while line.ends_with('\\') {
+            line.pop();
+            line.push_str(lines.next().unwrap_or(""));
+            continued += 1;
+        }
+        let mut words = line.split('#').next().unwrap_or("").split_whitespace();
+        match words.next() {
+            Some("v") => {
+                plain.push('v');
+                words.take(3).for_each(|word| plain.extend([" ", word]));
+            }
+            Some("f") => {
+                let mut indices = words.map(|word| word.split('/').next().filter(|i| !i.is_empty()).unwrap_or(word));
+                if let Some(index) = indices.next() {
+                    plain.extend(["f ", index]);
+                    indices.for_each(|index| plain.extend([" ", index]));
+                }
+            }
+            _ => {}
+        }
+        (0..=continued).for_each(|_| plain.push('\n'));
+    }
+    plain
+}
+
+/// What `tobj` reads, or its error and the line it was at.
+fn load(plain: &str) -> std::result::Result<Vec<Model>, (LoadError, usize)> {
+    let options = LoadOptions { triangulate: true, ignore_points: true, ignore_lines: true, ..LoadOptions::default() };
+    let mut lines = CountedLines::new(plain);
+    let loaded = tobj::load_obj_buf(&mut lines, &options, |_| Ok(Default::default()));
+    loaded.map(|(models, _)| models).map_err(|error| (error, lines.line))
+}
+
+fn explain(file: &str, text: &str, plain: &str, error: LoadError, line: usize) -> Error {
+    let (line, expected) = match error {
+        LoadError::PositionParseError => (line, "`v x y z`".into()),
+        LoadError::FaceParseError => (line, "indices".into()),
+        LoadError::FaceVertexOutOfBounds => {
+            let (line, count) = bad_index(plain).unwrap_or((line, 0));
+            (line, format!("indices of the {count} vertices before it (1 to {count}, or -1 back)"))
+        }
+        error => (line, format!("an OBJ file ({error})")),
+    };
+    let got = text.lines().nth(line.saturating_sub(1)).unwrap_or("").split('#').next().unwrap_or("").trim();
+    Error::input(file, format!("line {line}"), format!("got `{got}`, expected {expected}"))
+}
+
+/// The first line with an index that no vertex before it has, and the number of these vertices. `tobj` looks at indices
+/// where an object ends, and does not say which it was.
+fn bad_index(plain: &str) -> Option<(usize, u64)> {
+    let mut count = 0;
+    for (line, number) in plain.lines().zip(1..) {
+        count += u64::from(line.starts_with('v'));
+        let good = |word: &str| word.parse().is_ok_and(|index: i64| (1..=count).contains(&index.unsigned_abs()));
+        if line.starts_with('f') && !line.split(' ').skip(1).all(good) {
+            return Some((number, count));
+        }
+    }
+    None
 }
 
 #[cfg(test)]
@@ -65,6 +111,22 @@ mod tests {
     }
 
     #[test]
+    fn what_tobj_would_take_for_data_is_left_out() {
+        let triangle = parse("a.obj", b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n").unwrap();
+        for same in [
+            "v 0 0 0 2\nv 1 0 0 2\nv 0 1 0 0\nf 1 2 3\n",
+            "v 0 0 0 .1 .2\nv 1 0 0 # right\nv 0 1 0\nvt x\nvn 1\nusemtl\nf 1/9 2//9 3/9/9 # 4\nf\nf 1\nf 1 2\n",
+            "v 0 0 \\\n0\nv 1 0 0\nv 0 1 0\nf 1 2 \\\n\\\n3",
+        ] {
+            assert_eq!(parse("a.obj", same.as_bytes()).unwrap(), triangle, "{same}");
+        }
+        assert_eq!(
+            parse("a.obj", b"v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 2 0\nv -1 1 0\nf 1 2 3 4 5").unwrap().triangles.len(),
+            3
+        );
+    }
+
+    #[test]
     fn truncation_never_panics() {
         for length in 0..CUBE.len() {
             let _ = parse("a.obj", &CUBE.as_bytes()[..length]);
@@ -77,6 +139,8 @@ mod tests {
         assert!(message("v 0 0 0\nf 1 2 3\n").starts_with("a.obj: line 2: got `f 1 2 3`, expected indices of the 1"));
         assert!(message("v 0 0 0\nf 0 1 1\n").contains("expected indices"));
         assert!(message("v 0 0 0\nf -2 1 1\n").contains("expected indices"));
+        assert!(message("v 0 0 0\nf /1 1 1\n").contains("line 2: got `f /1 1 1`, expected indices"));
+        assert!(message("v 0 0 0\nf 1 1 x\n").starts_with("a.obj: line 2: got `f 1 1 x`, expected indices"));
         assert!(message("v 0 0\n").starts_with("a.obj: line 1: got `v 0 0`, expected `v x y z`"));
         assert!(message("v 0 0 nan\nv 1 0 0\nv 0 1 0\nf 1 2 3").contains("vertex 0: got (0, 0, NaN)"));
         assert!(message("v 0 0 0\n").contains("no triangles"));

@@ -1,25 +1,35 @@
-//! STL, binary and ASCII, to triangle soup.
+//! STL, binary and ASCII, to triangle soup, through `stl_io`.
+//!
+//! What `stl_io` would take for something else is settled before: which of the two kinds a file is, whether it is complete,
+//! and what ASCII writers vary (case, several solids in one file, normals of triangles without area).
 
+use std::io::{Cursor, ErrorKind};
+
+use super::lines::CountedLines;
 use super::mesh_file::Soup;
 use crate::error::{Error, Result};
 use crate::math::Vec3;
 
-const HEADER: usize = 84;
+/// What comes before the triangles of a binary file: anything, then their number.
+const HEADER: usize = 80;
+const COUNT: usize = 4;
 const RECORD: usize = 50;
 
 /// Parses either kind. Which one it is, the length decides: many binary files begin with "solid" too.
 pub(super) fn parse(file: &str, bytes: &[u8]) -> Result<Soup> {
-    let count = bytes.get(80..HEADER).map_or(0, |b| u32::from_le_bytes([b[0], b[1], b[2], b[3]]) as usize);
-    let needed = HEADER + RECORD * count;
+    let start = HEADER + COUNT;
+    let count = bytes.get(HEADER..start).map_or(0, |b| u32::from_le_bytes([b[0], b[1], b[2], b[3]]) as usize);
+    let needed = start + RECORD * count;
     let text = looks_like_text(bytes);
-    if bytes.len() >= HEADER && (bytes.len() == needed || !text && bytes.len() > needed) {
-        return Ok(binary(&bytes[HEADER..needed]));
+    if bytes.len() >= start && (bytes.len() == needed || !text && bytes.len() > needed) {
+        return binary(&bytes[..needed])
+            .map_err(|error| Error::input(file, "triangles", format!("got {error}, expected {count} of them")));
     }
     if text {
         return ascii(file, &String::from_utf8_lossy(bytes));
     }
-    let expected = if bytes.len() < HEADER {
-        format!("at least {HEADER} for a binary STL, or text that begins with `solid`")
+    let expected = if bytes.len() < start {
+        format!("at least {start} for a binary STL, or text that begins with `solid`")
     } else {
         format!("{needed} for the {count} triangles that its header announces")
     };
@@ -31,51 +41,61 @@ fn looks_like_text(bytes: &[u8]) -> bool {
     start.len() >= 5 && start[..5].eq_ignore_ascii_case(b"solid") && !bytes.contains(&0)
 }
 
-fn binary(records: &[u8]) -> Soup {
-    let mut soup = Soup::default();
-    for record in records.chunks_exact(RECORD) {
-        // Twelve floats: the normal, which nobody keeps right, then three corners.
-        let mut floats = record.chunks_exact(4).map(|b| f32::from_le_bytes([b[0], b[1], b[2], b[3]]) as f64).skip(3);
-        let mut corner = || Vec3::from_fn(|_, _| floats.next().unwrap_or(f64::NAN));
-        soup.push_triangle([corner(), corner(), corner()]);
-    }
-    soup
+fn binary(bytes: &[u8]) -> std::io::Result<Soup> {
+    // Without the header's text, which `stl_io` would look at to tell the kind.
+    let mut bytes = bytes.to_vec();
+    bytes[..HEADER].fill(0);
+    let mut cursor = Cursor::new(bytes);
+    soup(&mut cursor)
 }
 
 fn ascii(file: &str, text: &str) -> Result<Soup> {
-    let error = |line: usize, got: &str, expected: &str| {
-        Error::input(file, format!("line {}", line + 1), format!("got `{}`, expected {expected}", got.trim()))
-    };
-    let mut soup = Soup::default();
-    let mut corners = Vec::with_capacity(3);
+    let plain = plain(text);
+    let mut lines = CountedLines::new(&plain);
+    soup(&mut lines).map_err(|error| {
+        let last = text.lines().count();
+        let number = lines.line.saturating_sub(1).min(last);
+        let (got, expected) = match error.kind() {
+            ErrorKind::UnexpectedEof => ("the end of the file", "`endsolid`"),
+            _ => (text.lines().nth(number.saturating_sub(1)).unwrap_or("").trim(), "a line of an ASCII STL"),
+        };
+        Error::input(file, format!("line {number}"), format!("got `{got}`, expected {expected} ({error})"))
+    })
+}
+
+/// A line `solid`, then the lines of `text`, one for one, as `stl_io` wants them: keywords in lower case, one solid, which
+/// ends where the last one does, no normals.
+fn plain(text: &str) -> String {
+    let mut plain = String::with_capacity(text.len() + text.len() / 8);
+    plain.push_str("solid \n");
     let mut ended = false;
-    for (number, line) in text.lines().enumerate() {
+    for line in text.lines() {
+        let line = line.trim();
         let mut words = line.split_whitespace();
-        let Some(keyword) = words.next() else { continue };
+        let keyword = words.next().unwrap_or("");
         match keyword.to_ascii_lowercase().as_str() {
-            "vertex" => {
-                let mut corner = Vec3::zeros();
-                for slot in corner.iter_mut() {
-                    let number_found = words.next().and_then(|word| word.parse::<f32>().ok());
-                    *slot = number_found.ok_or_else(|| error(number, line, "`vertex x y z`"))? as f64;
-                }
-                corners.push(corner);
-            }
-            "endloop" => match corners[..] {
-                [a, b, c] => {
-                    soup.push_triangle([a, b, c]);
-                    corners.clear();
-                }
-                _ => return Err(error(number, &format!("{} vertices", corners.len()), "3 in a loop")),
-            },
             "solid" => ended = false,
             "endsolid" => ended = true,
-            "facet" | "outer" | "endfacet" => {}
-            _ => return Err(error(number, line, "a line of an ASCII STL")),
+            "facet" => plain.push_str("facet normal 0 0 0"),
+            "outer" if words.next().is_some_and(|word| word.eq_ignore_ascii_case("loop")) => {
+                plain.push_str("outer loop")
+            }
+            known @ ("vertex" | "endloop" | "endfacet") => {
+                plain.push_str(known);
+                plain.push_str(&line[keyword.len()..]);
+            }
+            _ => plain.push_str(line),
         }
+        plain.push('\n');
     }
-    if !ended || !corners.is_empty() {
-        return Err(error(text.lines().count(), "the end of the file", "`endsolid`"));
+    plain.push_str(if ended { "endsolid" } else { "" });
+    plain
+}
+
+fn soup<R: std::io::Read + std::io::Seek>(reader: &mut R) -> std::io::Result<Soup> {
+    let mut soup = Soup::default();
+    for triangle in stl_io::create_stl_reader(reader)? {
+        soup.push_triangle(triangle?.vertices.map(|corner| Vec3::from(corner.0.map(f64::from))));
     }
     Ok(soup)
 }
@@ -128,11 +148,35 @@ mod tests {
     }
 
     #[test]
+    fn ascii_is_read_as_writers_vary_it() {
+        let triangle = parse("a.stl", ASCII.as_bytes()).unwrap();
+        for same in [
+            ASCII.to_uppercase(),
+            format!("\n\t {}", ASCII.replace("solid a b", "solid").replace("endsolid a", "endsolid")),
+            ASCII.replace("normal 0 0 1", "normal nan nan nan").replace('\n', " \r\n"),
+            ASCII.replace(" outer loop", "OUTER   loop"),
+        ] {
+            assert_eq!(parse("a.stl", same.as_bytes()).unwrap(), triangle, "{same}");
+        }
+        let other = ASCII.replace("vertex 0 0 0", "vertex 0 0 1");
+        assert_eq!(parse("a.stl", format!("{ASCII}{other}").as_bytes()).unwrap().triangles.len(), 2);
+        assert!(parse("a.stl", format!("{ASCII}{}", other.replace("endsolid", "")).as_bytes()).is_err());
+    }
+
+    #[test]
+    fn a_huge_count_is_an_error_at_once() {
+        let mut bytes = binary(b"x");
+        bytes[80..84].fill(0xff);
+        let message = parse("a.stl", &bytes).unwrap_err().to_string();
+        assert!(message.contains("got 284 bytes, expected 214748364834 for the 4294967295 triangles"), "{message}");
+    }
+
+    #[test]
     fn wrong_lines_are_named() {
         let message = |text: String| parse("a.stl", text.as_bytes()).unwrap_err().to_string();
         assert!(message(ASCII.replace("1e0", "one")).starts_with("a.stl: line 6: got `vertex 0 one 0`"));
         assert!(message(ASCII.replace("1e0", "nan")).contains("finite"));
-        assert!(message(ASCII.replace(" VERTEX 1 0 0\n", "")).contains("line 6: got `2 vertices`"));
+        assert!(message(ASCII.replace(" VERTEX 1 0 0\n", "")).contains("line 6: got `endloop`, expected a line"));
         assert!(message(ASCII.replace("outer", "inner")).contains("line 3"));
     }
 }

@@ -8,7 +8,7 @@ use robust::{Coord, orient2d};
 use super::mesh::Component;
 use crate::math::Vec3;
 
-/// Triangles around an edge closer than this [rad] lie in one plane: files in f32 say no more.
+/// Triangles around an edge closer than this \[rad\] lie in one plane: files in f32 say no more.
 const SAME_ANGLE: f64 = 1e-6;
 
 /// Sorts triangles (of three different vertices each) into components in order of appearance, drops those that repeat
@@ -204,7 +204,7 @@ fn neighbours_around_edges(vertices: &[Vec3], triangles: &[[u32; 3]]) -> Vec<Vec
     neighbours
 }
 
-/// Sorts the sides of one edge by the angle of their triangles around it, and gives these angles [rad].
+/// Sorts the sides of one edge by the angle of their triangles around it, and gives these angles \[rad\].
 fn sort_by_angle(vertices: &[Vec3], triangles: &[[u32; 3]], ring: &mut [Side]) -> Vec<f64> {
     let (low, high) = (ring[0].low, ring[0].high);
     let base = vertices[low as usize];

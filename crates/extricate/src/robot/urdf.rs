@@ -1,15 +1,16 @@
-//! URDF to [`Robot`](super::Robot): what collides and what moves. Visuals, inertias and plugins are skipped.
+//! URDF to [`Robot`](super::Robot): what collides and what moves, read by `urdf_rs`. Visuals, inertias and plugins are skipped.
 
 use std::collections::HashMap;
 use std::sync::Arc;
 
-use roxmltree::Node;
+use urdf_rs::JointType;
 
 use super::tree::{NamedMimic, resolve_mimics, root};
-use super::xml::{NEEDS_XACRO, child, children, document, label, numbers, numbers_or, required};
 use super::{Geometry, Joint, JointKind, Link, LinkGeometry, Robot, TriangleMesh};
 use crate::error::{Error, Result};
-use crate::math::{Pose, Vec3, quaternion_matrix};
+use crate::math::{Pose, Vec3};
+
+mod plain;
 
 /// Loads an unscaled mesh by the `filename` attribute of a `<mesh>` element.
 pub type LoadMesh<'a> = &'a mut dyn FnMut(&str) -> Result<Arc<TriangleMesh>>;
@@ -18,53 +19,47 @@ pub type LoadMesh<'a> = &'a mut dyn FnMut(&str) -> Result<Arc<TriangleMesh>>;
 ///
 /// Joint types are those of URDF and `spherical`; geometries those of URDF and `capsule`, whose length is that of the
 /// cylindrical part. A mimic joint has no limits of its own: it goes where the joint it follows takes it. Soft limits
-/// (`safety_controller`) are ignored.
+/// (`safety_controller`) are ignored. A lower or upper limit that is not stated is 0, from URDF version 1.2 on an error.
 ///
 /// # Errors
 /// [`Error::Input`], with the link or joint, the value and what was expected: text that is not plain URDF, names that
 /// repeat or do not exist, links that are not one tree, limits or axes that make no sense, sizes that are not positive.
 pub fn parse(file: &str, text: &str, load_mesh: LoadMesh, warnings: &mut Vec<String>) -> Result<Robot> {
-    let document = document(file, text, "URDF")?;
-    let robot = document.root_element();
-    if robot.tag_name().name() != "robot" {
-        return Err(Error::input(file, "root", format!("got <{}>, expected <robot>", robot.tag_name().name())));
-    }
-    if let Some(macro_node) =
-        robot.descendants().find(|n| n.tag_name().namespace().is_some_and(|n| n.contains("xacro")))
-    {
-        let line = document.text_pos_at(macro_node.range().start).row;
-        return Err(Error::input(file, format!("line {line}"), NEEDS_XACRO));
-    }
+    let plain = plain::plain(file, text, warnings)?;
+    let urdf = urdf_rs::read_from_string(&plain)
+        .map_err(|error| Error::input(file, "robot", format!("got what urdf-rs calls `{error}`, expected URDF")))?;
     let mut meshes = Meshes { load: load_mesh, scaled: HashMap::new() };
-    let mut links = Vec::new();
+    let mut links = Vec::with_capacity(urdf.links.len());
     let mut link_of_name = HashMap::new();
-    for node in children(robot, "link") {
-        let link = parse_link(file, node, &mut meshes, warnings)?;
+    for link in urdf.links {
+        let element = format!("link \"{}\"", link.name);
         if link_of_name.insert(link.name.clone(), links.len()).is_some() {
-            return Err(Error::input(file, label(node), "got a second link of this name, expected unique names"));
+            return Err(Error::input(file, element, "got a second link of this name, expected unique names"));
         }
-        links.push(link);
+        let mut collision = Vec::with_capacity(link.collision.len());
+        for part in &link.collision {
+            let geometry = convert_geometry(file, &element, &part.geometry, &mut meshes)?;
+            collision.push(LinkGeometry { pose_link_geometry: pose(&part.origin), geometry });
+        }
+        links.push(Link { name: link.name, collision });
     }
-    let mut joints: Vec<Joint> = Vec::new();
+    let mut joints: Vec<Joint> = Vec::with_capacity(urdf.joints.len());
     let mut mimics = Vec::new();
-    for node in children(robot, "joint") {
-        let joint = parse_joint(file, node, &link_of_name, warnings)?;
+    for joint in &urdf.joints {
+        let converted = convert_joint(file, joint, &link_of_name, warnings)?;
         if joints.iter().any(|other| other.name == joint.name) {
-            return Err(Error::input(file, label(node), "got a second joint of this name, expected unique names"));
+            let element = format!("joint \"{}\"", joint.name);
+            return Err(Error::input(file, element, "got a second joint of this name, expected unique names"));
         }
-        // Fixed joints stay fixed, whatever they are said to follow.
-        if let Some(mimic) = child(node, "mimic").filter(|_| joint.kind != JointKind::Fixed) {
-            let element = label(node);
-            let [multiplier] = numbers_or(file, &element, Some(mimic), "multiplier", [1.0])?;
-            let [offset] = numbers_or(file, &element, Some(mimic), "offset", [0.0])?;
-            let followed = required(file, &element, mimic, "joint")?.to_owned();
-            mimics.push(NamedMimic { joint: joints.len(), followed, multiplier, offset });
+        if let Some(mimic) = &joint.mimic {
+            let (multiplier, offset) = (mimic.multiplier.unwrap_or(1.0), mimic.offset.unwrap_or(0.0));
+            mimics.push(NamedMimic { joint: joints.len(), followed: mimic.joint.clone(), multiplier, offset });
         }
-        joints.push(joint);
+        joints.push(converted);
     }
     let root = root(file, &links, &joints)?;
     resolve_mimics(file, &mimics, &mut joints)?;
-    Ok(Robot { name: robot.attribute("name").unwrap_or("robot").to_owned(), links, joints, root })
+    Ok(Robot { name: urdf.name, links, joints, root })
 }
 
 /// Meshes, each scaled once however many links use it.
@@ -73,72 +68,44 @@ struct Meshes<'a> {
     scaled: HashMap<(String, [u64; 3]), Arc<TriangleMesh>>,
 }
 
-fn parse_link(file: &str, node: Node, meshes: &mut Meshes, warnings: &mut Vec<String>) -> Result<Link> {
-    let element = label(node);
-    let name = required(file, &element, node, "name")?.to_owned();
-    let mut collision = Vec::new();
-    for part in children(node, "collision") {
-        let geometry = child(part, "geometry").and_then(|g| g.children().find(Node::is_element));
-        let Some(geometry) = geometry else {
-            warnings.push(format!("{file}: {element}: a <collision> without geometry is ignored"));
-            continue;
-        };
-        let pose_link_geometry = parse_origin(file, &element, part)?;
-        let geometry = parse_geometry(file, &element, geometry, meshes)?;
-        collision.push(LinkGeometry { pose_link_geometry, geometry });
-    }
-    Ok(Link { name, collision })
+fn pose(origin: &urdf_rs::Pose) -> Pose {
+    Pose::from_xyz_rpy(*origin.xyz, *origin.rpy)
 }
 
-fn parse_origin(file: &str, element: &str, node: Node) -> Result<Pose> {
-    let origin = child(node, "origin");
-    let xyz = numbers_or(file, element, origin, "xyz", [0.0; 3])?;
-    let rpy = numbers_or(file, element, origin, "rpy", [0.0; 3])?;
-    let mut pose = Pose::from_xyz_rpy(xyz, rpy);
-    if let Some(value) = origin.and_then(|origin| origin.attribute("quat_xyzw")) {
-        let quaternion = nalgebra::Vector4::from(numbers::<4>(file, element, "quat_xyzw", value)?);
-        let unit = quaternion.try_normalize(1e-9).ok_or_else(|| {
-            Error::input(file, element, format!("got quat_xyzw=\"{value}\", expected a quaternion that is not zero"))
-        })?;
-        pose.rotation = quaternion_matrix(unit.as_slice());
-    }
-    Ok(pose)
-}
-
-fn parse_geometry(file: &str, element: &str, node: Node, meshes: &mut Meshes) -> Result<Geometry> {
-    let value = |attribute| required(file, element, node, attribute);
-    let positive = |attribute| {
-        let text = value(attribute)?;
-        let [size] = numbers(file, element, attribute, text)?;
+fn convert_geometry(file: &str, element: &str, geometry: &urdf_rs::Geometry, meshes: &mut Meshes) -> Result<Geometry> {
+    let positive = |name: &str, size: f64| {
         if size > 0.0 {
             return Ok(size);
         }
-        Err(Error::input(file, element, format!("got {attribute}=\"{text}\", expected a positive size [m]")))
+        Err(Error::input(file, element, format!("got {name}=\"{size}\", expected a positive size [m]")))
     };
-    Ok(match node.tag_name().name() {
-        "sphere" => Geometry::Sphere { radius: positive("radius")? },
-        "cylinder" => Geometry::Cylinder { radius: positive("radius")?, half_length: 0.5 * positive("length")? },
-        "capsule" => Geometry::Capsule { radius: positive("radius")?, half_length: 0.5 * positive("length")? },
-        "box" => {
-            let text = value("size")?;
-            let size = numbers(file, element, "size", text)?;
-            if !size.iter().all(|&side| side > 0.0) {
-                return Err(Error::input(file, element, format!("got size=\"{text}\", expected positive sizes [m]")));
-            }
-            Geometry::Box { half_extents: 0.5 * Vec3::from(size) }
+    Ok(match geometry {
+        urdf_rs::Geometry::Sphere { radius } => Geometry::Sphere { radius: positive("radius", *radius)? },
+        urdf_rs::Geometry::Cylinder { radius, length } => {
+            Geometry::Cylinder { radius: positive("radius", *radius)?, half_length: 0.5 * positive("length", *length)? }
         }
-        "mesh" => {
-            let scale = numbers_or(file, element, Some(node), "scale", [1.0; 3])?;
+        urdf_rs::Geometry::Capsule { radius, length } => {
+            Geometry::Capsule { radius: positive("radius", *radius)?, half_length: 0.5 * positive("length", *length)? }
+        }
+        urdf_rs::Geometry::Box { size } => {
+            let [x, y, z] = **size;
+            if !(x > 0.0 && y > 0.0 && z > 0.0) {
+                let problem = format!("got size=\"{x} {y} {z}\", expected positive sizes [m]");
+                return Err(Error::input(file, element, problem));
+            }
+            Geometry::Box { half_extents: 0.5 * Vec3::new(x, y, z) }
+        }
+        urdf_rs::Geometry::Mesh { filename, scale } => {
+            let scale = scale.map_or([1.0; 3], |scale| *scale);
             if scale.contains(&0.0) {
                 let problem = format!("got mesh scale {scale:?}, expected factors that are not zero");
                 return Err(Error::input(file, element, problem));
             }
-            let name = value("filename")?;
-            let key = (name.to_owned(), scale.map(f64::to_bits));
+            let key = (filename.clone(), scale.map(f64::to_bits));
             let mesh = match meshes.scaled.get(&key) {
                 Some(mesh) => Arc::clone(mesh),
                 None => {
-                    let mesh = (meshes.load)(name)?;
+                    let mesh = (meshes.load)(filename)?;
                     let mesh = if scale == [1.0; 3] { mesh } else { Arc::new(mesh.scaled(scale)) };
                     meshes.scaled.insert(key, Arc::clone(&mesh));
                     mesh
@@ -146,79 +113,70 @@ fn parse_geometry(file: &str, element: &str, node: Node, meshes: &mut Meshes) ->
             };
             Geometry::Mesh(mesh)
         }
-        tag => {
-            let problem = format!("got geometry <{tag}>, expected box, sphere, cylinder, capsule or mesh");
-            return Err(Error::input(file, element, problem));
-        }
     })
 }
 
-fn parse_joint(file: &str, node: Node, links: &HashMap<String, usize>, warnings: &mut Vec<String>) -> Result<Joint> {
-    let element = &label(node);
-    let name = required(file, element, node, "name")?.to_owned();
-    let kind = match required(file, element, node, "type")? {
-        "fixed" => JointKind::Fixed,
-        "revolute" => JointKind::Revolute,
-        "continuous" => JointKind::Continuous,
-        "prismatic" => JointKind::Prismatic,
-        "planar" => JointKind::Planar,
-        "spherical" => JointKind::Spherical,
-        "floating" => JointKind::Floating,
-        other => {
-            let kinds = "fixed, revolute, continuous, prismatic, planar, spherical or floating";
-            return Err(Error::input(file, element, format!("got type=\"{other}\", expected {kinds}")));
-        }
+fn convert_joint(
+    file: &str,
+    joint: &urdf_rs::Joint,
+    links: &HashMap<String, usize>,
+    warnings: &mut Vec<String>,
+) -> Result<Joint> {
+    let element = &format!("joint \"{}\"", joint.name);
+    let kind = match joint.joint_type {
+        JointType::Fixed => JointKind::Fixed,
+        JointType::Revolute => JointKind::Revolute,
+        JointType::Continuous => JointKind::Continuous,
+        JointType::Prismatic => JointKind::Prismatic,
+        JointType::Planar => JointKind::Planar,
+        JointType::Spherical => JointKind::Spherical,
+        JointType::Floating => JointKind::Floating,
     };
-    let link = |tag| {
-        let found = child(node, tag)
-            .ok_or_else(|| Error::input(file, element, format!("got no <{tag}>, expected one with a link")))?;
-        let name = required(file, element, found, "link")?;
+    let link = |tag: &str, name: &str| {
         links.get(name).copied().ok_or_else(|| {
             Error::input(file, element, format!("got {tag} link=\"{name}\", expected a link of this robot"))
         })
     };
-    let (parent, child_link) = (link("parent")?, link("child")?);
-    let axis = Vec3::from(numbers_or(file, element, child(node, "axis"), "xyz", [1.0, 0.0, 0.0])?);
     let moves_along = !matches!(kind, JointKind::Fixed | JointKind::Spherical | JointKind::Floating);
-    let axis = match axis.try_normalize(1e-9) {
+    let [x, y, z] = *joint.axis.xyz;
+    let axis = match Vec3::new(x, y, z).try_normalize(1e-9) {
         Some(axis) => axis,
         None if moves_along => {
-            let problem = format!("got axis xyz=\"{} {} {}\", expected one that is not zero", axis.x, axis.y, axis.z);
+            let problem = format!("got axis xyz=\"{x} {y} {z}\", expected one that is not zero");
             return Err(Error::input(file, element, problem));
         }
         None => Vec3::x(),
     };
     Ok(Joint {
-        limits: parse_limits(file, element, node, kind, warnings)?,
-        pose_parent_joint: parse_origin(file, element, node)?,
-        mimic: None,
-        name,
+        name: joint.name.clone(),
         kind,
-        parent,
-        child: child_link,
+        parent: link("parent", &joint.parent.link)?,
+        child: link("child", &joint.child.link)?,
+        pose_parent_joint: pose(&joint.origin),
         axis,
+        limits: if joint.mimic.is_some() { None } else { limits(file, element, kind, &joint.limit, warnings)? },
+        mimic: None,
     })
 }
 
-fn parse_limits(
+fn limits(
     file: &str,
     element: &str,
-    joint: Node,
     kind: JointKind,
+    limit: &urdf_rs::JointLimit,
     warnings: &mut Vec<String>,
 ) -> Result<Option<(f64, f64)>> {
-    let limit = child(joint, "limit");
-    let given = |attribute| limit.is_some_and(|limit| limit.has_attribute(attribute));
-    let single = matches!(kind, JointKind::Revolute | JointKind::Prismatic);
-    let composite = matches!(kind, JointKind::Planar | JointKind::Floating) && given("lower") && given("upper");
-    if child(joint, "mimic").is_some() || !(single || composite) {
-        return Ok(None);
+    let (lower, upper) = (limit.lower, limit.upper);
+    let finite = lower.is_finite() && upper.is_finite();
+    match kind {
+        JointKind::Fixed | JointKind::Continuous | JointKind::Spherical => return Ok(None),
+        JointKind::Planar | JointKind::Floating if !finite => return Ok(None),
+        _ if !finite => {
+            let problem = format!("got limits {lower} to {upper}, expected `lower` and `upper`, both finite");
+            return Err(Error::input(file, element, problem));
+        }
+        _ => {}
     }
-    if limit.is_none() {
-        return Err(Error::input(file, element, "got no <limit>, expected one with `lower` and `upper`"));
-    }
-    let [lower] = numbers_or(file, element, limit, "lower", [0.0])?;
-    let [upper] = numbers_or(file, element, limit, "upper", [0.0])?;
     if lower > upper {
         return Err(Error::input(file, element, format!("got limits {lower} to {upper}, expected lower <= upper")));
     }

@@ -146,9 +146,11 @@ fn candidates(uri: &str, folder: &Path, packages: &[PathBuf]) -> Vec<PathBuf> {
     vec![folder.join(uri.strip_prefix("file://").unwrap_or(uri))]
 }
 
-/// Package and path inside it of a `package://` or `model://` URI.
+/// Package and path inside it of a `package://` or `model://` URI; `package:///arm/a.stl`, which some exporters write, names
+/// the package `arm` too.
 fn package_of(uri: &str) -> Option<(&str, &str)> {
     let path = uri.strip_prefix("package://").or_else(|| uri.strip_prefix("model://"))?;
+    let path = path.trim_start_matches('/');
     Some(path.split_once('/').unwrap_or((path, "")))
 }
 
@@ -170,6 +172,7 @@ mod tests {
             ["p/arm/m/a.stl", "q/arm/arm/m/a.stl", "q/arm/m/a.stl"]
         );
         assert_eq!(paths("model://arm/a.stl", &["p"]), ["p/arm/a.stl"]);
+        assert_eq!(paths("package:///arm/m/a.stl", &["p", "q/arm"]), paths("package://arm/m/a.stl", &["p", "q/arm"]));
         assert_eq!(paths("file:///m/a.stl", &["p"]), ["/m/a.stl"]);
         assert_eq!(paths("/m/a.stl", &[]), ["/m/a.stl"]);
         assert_eq!(paths("../m/a.stl", &["p"]), ["s/urdf/../m/a.stl"]);

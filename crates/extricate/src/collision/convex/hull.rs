@@ -24,7 +24,7 @@ pub struct HullPoints {
     blocks: Vec<Block>,
 }
 
-/// Eight points as a structure of arrays [m]; short blocks repeat a point.
+/// Eight points as a structure of arrays \[m\]; short blocks repeat a point.
 #[derive(Debug, Clone, Copy)]
 struct Block {
     x: [f64; LANES],
@@ -33,7 +33,7 @@ struct Block {
 }
 
 impl HullPoints {
-    /// Prepares the support function of at least one point [m].
+    /// Prepares the support function of at least one point \[m\].
     ///
     /// # Panics
     /// If `points` is empty.
@@ -66,22 +66,22 @@ impl HullPoints {
         hull
     }
 
-    /// The points, as given [m].
+    /// The points, as given \[m\].
     pub fn points(&self) -> &[Vec3] {
         &self.points
     }
 
-    /// Middle of the bounding box [m].
+    /// Middle of the bounding box \[m\].
     pub fn center(&self) -> Vec3 {
         self.center
     }
 
-    /// Distance from the origin to the farthest point [m].
+    /// Distance from the origin to the farthest point \[m\].
     pub fn reach(&self) -> f64 {
         self.reach
     }
 
-    /// A point farthest along `direction` (of any length) [m].
+    /// A point farthest along `direction` (of any length) \[m\].
     #[inline]
     pub fn support(&self, direction: &Vec3) -> Vec3 {
         let [start, end] = self.cells[self.cell(direction)];

@@ -15,9 +15,9 @@ pub(super) struct Face {
     pub corners: [u8; 3],
     /// Unit, outward.
     pub normal: Vec3,
-    /// Of the origin behind the plane [m].
+    /// Of the origin behind the plane \[m\].
     pub distance: f64,
-    /// Rounding error of the normal's direction [rad].
+    /// Rounding error of the normal's direction \[rad\].
     tilt: f64,
     /// Not to be expanded: rounding does not let it, or it has no area.
     settled: bool,
@@ -34,7 +34,7 @@ pub(super) struct Polytope {
 }
 
 impl Polytope {
-    /// No surface yet. `scale` and `rounding` [m] are those of the difference.
+    /// No surface yet. `scale` and `rounding` \[m\] are those of the difference.
     #[inline(always)] // In place: it is large to move.
     pub fn empty(scale: f64, rounding: f64) -> Self {
         const VERTEX: Vertex = Vertex { point: Vec3::new(0.0, 0.0, 0.0), first: Vec3::new(0.0, 0.0, 0.0) };
@@ -78,7 +78,7 @@ impl Polytope {
         best
     }
 
-    /// Lower bound on the distance from the origin to the surface [m]. The surface is closed and lies in a convex set, so
+    /// Lower bound on the distance from the origin to the surface \[m\]. The surface is closed and lies in a convex set, so
     /// that the ball of this radius lies in that set too, whatever rounding did to the planes.
     pub fn lower(&self) -> f64 {
         let mut lower = f64::INFINITY;

@@ -28,7 +28,7 @@ pub(super) struct Settled {
     /// Reduced to the vertices of `feature`, in its order.
     pub simplex: Simplex,
     pub feature: Feature,
-    /// Distance that the plane across the feature's direction was seen to part the cores by [m].
+    /// Distance that the plane across the feature's direction was seen to part the cores by \[m\].
     pub plane: f64,
 }
 
@@ -40,7 +40,7 @@ impl Settled {
 }
 
 /// Descends to the point of the difference nearest to the origin, until a support plane proves it farther than
-/// `apart_above` or a point is nearer than `near_below` [m].
+/// `apart_above` or a point is nearer than `near_below` \[m\].
 pub(super) fn descend(difference: &Difference, guess: &mut Vec3, apart_above: f64, near_below: f64) -> Outcome {
     let apart_above = apart_above + difference.rounding;
     let mut direction = if *guess == Vec3::zeros() { difference.center() } else { *guess };

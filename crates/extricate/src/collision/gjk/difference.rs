@@ -9,16 +9,16 @@ pub(in crate::collision) struct Difference<'a> {
     second: &'a ConvexCore,
     rotation: Mat3,
     translation: Vec3,
-    /// No coordinate that enters the arithmetic is larger [m].
+    /// No coordinate that enters the arithmetic is larger \[m\].
     pub scale: f64,
-    /// Bounds the rounding error of a support plane [m]: some ten operations on numbers up to `scale`, doubled.
+    /// Bounds the rounding error of a support plane \[m\]: some ten operations on numbers up to `scale`, doubled.
     pub rounding: f64,
-    /// Nearer than this [m] the direction between two vertices is rounding noise (here to 1e-5), and the planes of the
+    /// Nearer than this \[m\] the direction between two vertices is rounding noise (here to 1e-5), and the planes of the
     /// expanding polytope tell more, with an error in the distance below this.
     pub touching: f64,
 }
 
-/// A point of the difference and the point of the first core that it came from (both in the first core's frame) [m].
+/// A point of the difference and the point of the first core that it came from (both in the first core's frame) \[m\].
 #[derive(Debug, Clone, Copy, Default)]
 pub(in crate::collision) struct Vertex {
     pub point: Vec3,

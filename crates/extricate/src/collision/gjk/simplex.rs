@@ -59,7 +59,7 @@ impl Simplex {
         self.count = feature.count;
     }
 
-    /// The nearest feature; `None` where a tetrahedron holds the origin. `flat` is the height [m] below which a
+    /// The nearest feature; `None` where a tetrahedron holds the origin. `flat` is the height \[m\] below which a
     /// tetrahedron counts as flat.
     pub fn nearest(&self, flat: f64) -> Option<Feature> {
         let p = |index: usize| &self.vertices[index].point;

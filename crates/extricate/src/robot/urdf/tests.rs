@@ -82,6 +82,7 @@ fn every_geometry_is_read() {
 fn shapes_that_make_no_sense_are_named() {
     for (shape, expected) in [
         ("<box size='1 -1 1'/>", "link \"a\": got size=\"1 -1 1\", expected positive sizes"),
+        ("<box size='1 x 2 3'/>", "got size=\"1 x 2 3\", expected 3 finite numbers"),
         ("<box size='1 1'/>", "got size=\"1 1\", expected 3 finite numbers"),
         ("<sphere radius='0'/>", "got radius=\"0\", expected a positive size"),
         ("<sphere radius='NaN'/>", "got radius=\"NaN\", expected a finite number"),
@@ -140,6 +141,53 @@ fn joints_that_make_no_sense_are_named() {
     let robot = parse("r.urdf", &still, &mut tetrahedron, &mut warnings).unwrap();
     assert_eq!(robot.joints[0].limits, Some((0.0, 0.0)));
     assert_eq!((robot.joints[0].axis, warnings.len()), (Vec3::x(), 1));
+}
+
+#[test]
+fn limits_that_are_not_stated_are_zero_before_version_1_2_and_an_error_from_then_on() {
+    let read = |version: &str, kind: &str, limit: &str| {
+        let joint = joint("j", kind, "a", "b", limit);
+        let text = format!("<robot version='{version}'><link name='a'/><link name='b'/>{joint}</robot>");
+        parse("r.urdf", &text, &mut tetrahedron, &mut vec![]).map(|robot| robot.joints[0].limits)
+    };
+    for version in ["1.0", "1.1", "new"] {
+        assert_eq!(read(version, "revolute", "<limit upper='1' effort='-1' velocity='x'/>").unwrap(), Some((0.0, 1.0)));
+    }
+    let message = read("1.2", "revolute", "<limit upper='1'/>").unwrap_err().to_string();
+    assert!(message.contains("joint \"j\": got limits -inf to 1, expected `lower` and `upper`"), "{message}");
+    let message = read("1.2", "revolute", "<limit lower='2' upper='1'/>").unwrap_err().to_string();
+    assert!(message.contains("joint [j]: upper position limit (1) cannot be smaller"), "{message}");
+    assert_eq!(read("1.2", "prismatic", "<limit lower='-1' upper='1'/>").unwrap(), Some((-1.0, 1.0)));
+    for version in ["1.0", "1.2"] {
+        assert_eq!(read(version, "planar", "").unwrap(), None);
+        assert_eq!(read(version, "floating", "<limit lower='1'/>").unwrap(), None);
+        assert_eq!(read(version, "planar", "<limit lower='0' upper='0'/>").unwrap(), Some((0.0, 0.0)));
+    }
+}
+
+#[test]
+fn names_keep_every_character() {
+    let name = "a&amp;&lt;b&gt; \"c&apos; \u{2028}\u{e9}&#10;&#9;d";
+    let text = format!("<robot><link name='{name}'/><link name='b'/>{}</robot>", joint("j", "fixed", name, "b", ""));
+    let robot = parse("r.urdf", &text, &mut tetrahedron, &mut vec![]).unwrap();
+    assert_eq!(robot.links[0].name, "a&<b> \"c' \u{2028}\u{e9}\n\td");
+    assert_eq!(robot.joints[0].parent, 0);
+}
+
+#[test]
+fn truncation_never_panics() {
+    let part =
+        "<collision><origin quat_xyzw='0 0 2 2'/><geometry><capsule radius='1' length='3'/></geometry></collision>";
+    let mimic = joint("k", "prismatic", "b", "c", "<axis xyz='0 0 1'/><mimic joint='j' offset='1'/>");
+    let joint = joint("j", "revolute", "a", "b", "<limit lower='-1' upper='1'/>");
+    let good = format!("<robot name='r'><link name='a'>{part}</link>{LINKS}{joint}{mimic}</robot>").replacen(
+        "<link name='a'/>",
+        "",
+        1,
+    );
+    for length in 0..=good.len() {
+        assert_eq!(parse("r.urdf", &good[..length], &mut tetrahedron, &mut vec![]).is_ok(), length == good.len());
+    }
 }
 
 #[test]
