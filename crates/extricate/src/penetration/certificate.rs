@@ -3,9 +3,9 @@
 //! A ball inside a link whose centre lies deep in a solid must travel at least `depth + radius + clearance` before the pair
 //! is clear; the motion bound turns that length into a distance between configurations.
 
+use super::Ground;
 use crate::collision::Checker;
 use crate::math::{Pose, Vec3};
-use crate::metric::Metric;
 use crate::metric::motion_bound::{BoundedPoint, MotionScratch};
 
 /// Balls inside every body of a scene, computed once.
@@ -94,9 +94,7 @@ fn spread(points: &[Vec3], count: usize) -> Vec<Vec3> {
 /// Proved, for every pair in `colliding` on its own: for every configuration within the bound, some ball of one body still
 /// overlaps the solid of the other.
 pub fn lower_bound(
-    checker: &Checker,
-    metric: &Metric,
-    balls: &InteriorBalls,
+    ground: &Ground,
     poses: &[Pose],
     colliding: &[usize],
     ceiling: f64,
@@ -104,37 +102,34 @@ pub fn lower_bound(
 ) -> f64 {
     let mut bound = 0.0;
     for &pair in colliding {
-        let pair = checker.scene().pairs[pair];
-        for (carrier, solid) in [(pair.first, pair.second), (pair.second, pair.first)] {
-            bound = raise(checker, metric, &balls.bodies[carrier], [carrier, solid], poses, bound, ceiling, scratch);
+        let pair = ground.checker.scene().pairs[pair];
+        for roles in [[pair.first, pair.second], [pair.second, pair.first]] {
+            bound = raise(ground, roles, poses, bound, ceiling, scratch);
         }
     }
     bound
 }
 
 /// Raises `bound` by the balls of one body in the solid of another.
-#[allow(clippy::too_many_arguments)]
 fn raise(
-    checker: &Checker,
-    metric: &Metric,
-    balls: &[Ball],
+    ground: &Ground,
     [carrier, solid]: [usize; 2],
     poses: &[Pose],
     mut bound: f64,
     ceiling: f64,
     scratch: &mut MotionScratch,
 ) -> f64 {
-    let scene = checker.scene();
+    let scene = ground.checker.scene();
     let (of, relative_to) = (scene.bodies[carrier].frame, scene.bodies[solid].frame);
-    for ball in balls {
+    for ball in &ground.balls.bodies[carrier] {
         let position = poses[of].point(&ball.centre);
-        let depth = checker.solid_depth(solid, &poses[relative_to].inverse_point(&position));
+        let depth = ground.checker.solid_depth(solid, &poses[relative_to].inverse_point(&position));
         let needed = depth + ball.radius + scene.clearance;
         if needed <= 0.0 {
             continue;
         }
         let point = BoundedPoint { position, of, relative_to, inside_of: true, inside_relative_to: depth >= 0.0 };
-        bound = largest_distance(bound, ceiling, |d| metric.motion_bound(poses, &point, d, scratch) < needed);
+        bound = largest_distance(bound, ceiling, |d| ground.metric.motion_bound(poses, &point, d, scratch) < needed);
     }
     bound
 }

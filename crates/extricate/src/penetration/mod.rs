@@ -19,7 +19,7 @@ use crate::metric::motion_bound::MotionScratch;
 use crate::metric::{Anchor, Metric};
 use certificate::InteriorBalls;
 use refine::{RefineOptions, RefineScratch, pull, slide};
-use scatter::{ScatterScratch, scatter};
+use scatter::{ScatterOptions, ScatterScratch, scatter};
 
 /// How hard a query tries.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
@@ -91,7 +91,6 @@ pub struct QueryScratch {
     boundary: BoundaryScratch,
     motion: MotionScratch,
     scatter: ScatterScratch,
-    scattered: Vec<f64>,
     anchor: Anchor,
     poses: Vec<Pose>,
     pool: Vec<(u32, f64)>,
@@ -108,8 +107,8 @@ struct Plan {
     starts: usize,
     /// A candidate is too like a chosen one within this share of its own distance from the query.
     spread: f64,
-    /// Directions tried on each shell around the query.
-    directions: usize,
+    /// Starts around the query.
+    scatter: ScatterOptions,
     refine: RefineOptions,
 }
 
@@ -117,11 +116,25 @@ impl Plan {
     fn of(effort: Effort) -> Self {
         let refine = RefineOptions { iterations: 16, margin: 0.05, tolerance: 1e-4 };
         match effort {
-            Effort::Nearest => Self { pool: 1, starts: 0, spread: 0.0, directions: 0, refine },
-            Effort::Refined => Self { pool: 128, starts: 12, spread: 0.35, directions: 12, refine },
+            Effort::Nearest => {
+                Self { pool: 1, starts: 0, spread: 0.0, scatter: ScatterOptions { directions: 0, wanted: 0 }, refine }
+            }
+            Effort::Refined => Self {
+                pool: 128,
+                starts: 12,
+                spread: 0.35,
+                scatter: ScatterOptions { directions: 12, wanted: 3 },
+                refine,
+            },
             Effort::Exhaustive => {
                 let refine = RefineOptions { iterations: 60, margin: 0.12, tolerance: 1e-6 };
-                Self { pool: 1024, starts: 96, spread: 0.15, directions: 200, refine }
+                Self {
+                    pool: 1024,
+                    starts: 96,
+                    spread: 0.15,
+                    scatter: ScatterOptions { directions: 200, wanted: 24 },
+                    refine,
+                }
             }
         }
     }
@@ -191,23 +204,12 @@ impl QueryScratch {
         answer.verified = self.refine.label(ground, &answer.witness) == Label::Free;
         let query = self.anchor.q.clone();
         self.refine_from(ground, plan, &query, answer);
-        let mut scattered = std::mem::take(&mut self.scattered);
-        scattered.clear();
-        let wanted = 2 + plan.starts / 12;
-        scatter(
-            ground,
-            &self.anchor,
-            answer.depth,
-            plan.directions,
-            wanted,
-            &mut scattered,
-            &mut self.scatter,
-            &mut self.refine,
-        );
+        scatter(ground, &self.anchor, answer.depth, &plan.scatter, &mut self.scatter, &mut self.refine);
+        let scattered = std::mem::take(&mut self.scatter.starts);
         for start in scattered.chunks_exact(query.len()) {
             self.refine_from(ground, plan, start, answer);
         }
-        self.scattered = scattered;
+        self.scatter.starts = scattered;
         for &id in &chosen {
             let mut start = std::mem::take(&mut self.start);
             start.clear();
@@ -221,7 +223,9 @@ impl QueryScratch {
 
     /// Refines from `start`; a better result replaces the answer's witness if the exact checker calls it free.
     fn refine_from(&mut self, ground: &Ground, plan: &Plan, start: &[f64], answer: &mut Answer) {
-        let Some(depth) = slide(ground, &self.anchor, start, answer.depth, &plan.refine, &mut self.slid, &mut self.refine) else {
+        let Some(depth) =
+            slide(ground, &self.anchor, start, answer.depth, &plan.refine, &mut self.slid, &mut self.refine)
+        else {
             return;
         };
         if (depth < answer.depth || !answer.verified) && self.refine.label(ground, &self.slid) == Label::Free {
@@ -238,15 +242,7 @@ impl QueryScratch {
         let margin = ground.clearance + TOUCHING;
         answer.touching = refine.touching(ground, &answer.witness, margin);
         forward(ground.checker.scene(), &anchor.q, poses);
-        let bound = certificate::lower_bound(
-            ground.checker,
-            ground.metric,
-            ground.balls,
-            poses,
-            &answer.colliding,
-            answer.depth,
-            motion,
-        );
+        let bound = certificate::lower_bound(ground, poses, &answer.colliding, answer.depth, motion);
         answer.lower_bound = bound.min(answer.depth);
         answer.checks = refine.checks;
     }

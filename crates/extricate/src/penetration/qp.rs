@@ -252,8 +252,8 @@ mod tests {
                     let mut lifted = row.clone();
                     cholesky_solve(&factor, n, &mut lifted);
                     step = gradient.iter().map(|g| -g).collect();
-                    for k in 0..m {
-                        step.iter_mut().zip(qp.row(k)).for_each(|(s, r)| *s += lambda[k] * r);
+                    for (k, multiplier) in lambda.iter().enumerate() {
+                        step.iter_mut().zip(qp.row(k)).for_each(|(s, r)| *s += multiplier * r);
                     }
                     cholesky_solve(&factor, n, &mut step);
                     lambda[i] = f64::max(0.0, lambda[i] + (qp.bounds[i] - dot(&row, &step)) / dot(&row, &lifted));

@@ -14,34 +14,44 @@ use crate::metric::Anchor;
 /// 0.25; so shells a factor of two apart and a dozen directions each seldom miss a flat exit twice.
 const SHELLS: i32 = 7;
 
+/// How many starts to look for, and how hard.
+#[derive(Debug, Clone, Copy)]
+pub struct ScatterOptions {
+    /// Directions tried on each shell.
+    pub directions: usize,
+    /// Starts after which the search ends.
+    pub wanted: usize,
+}
+
 /// Memory that scattering reuses.
 #[derive(Default)]
 pub struct ScatterScratch {
+    /// The starts found, row major.
+    pub starts: Vec<f64>,
     step: Vec<f64>,
     trial: Vec<f64>,
 }
 
-/// Appends to `starts` (row major) up to `wanted` free configurations from the innermost shells that have some, `directions` tried
-/// on each. The directions are the same in every call.
+/// Fills `scratch.starts` with up to `wanted` free configurations from the innermost shells that have some, all nearer than
+/// `depth`. The directions are the same in every call.
 pub fn scatter(
     ground: &Ground,
     anchor: &Anchor,
     depth: f64,
-    directions: usize,
-    wanted: usize,
-    starts: &mut Vec<f64>,
+    options: &ScatterOptions,
     scratch: &mut ScatterScratch,
     refine: &mut RefineScratch,
 ) {
     let space = &ground.checker.scene().space;
     let mut rng = ChaCha8Rng::seed_from_u64(0);
-    let ScatterScratch { step, trial } = scratch;
+    let ScatterScratch { starts, step, trial } = scratch;
+    starts.clear();
     trial.resize(space.nq(), 0.0);
     step.resize(space.nv(), 0.0);
     let mut found = 0;
     for shell in (1..=SHELLS).rev() {
         let radius = depth * 0.5_f64.powi(shell);
-        for _ in 0..directions {
+        for _ in 0..options.directions {
             step.iter_mut().for_each(|s| *s = normal(&mut rng));
             // Twice: the first step measures how long it is in the metric.
             for _ in 0..2 {
@@ -55,7 +65,7 @@ pub fn scatter(
             if refine.label(ground, trial) == Label::Free {
                 starts.extend_from_slice(trial);
                 found += 1;
-                if found == wanted {
+                if found == options.wanted {
                     return;
                 }
             }

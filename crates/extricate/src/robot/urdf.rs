@@ -1,4 +1,4 @@
-//! URDF to [`Robot`](super::Robot): what collides and what moves, read by `urdf_rs`. Visuals, inertias and plugins are skipped.
+//! URDF to [`Robot`]: what collides and what moves, read by `urdf_rs`. Visuals, inertias and plugins are skipped.
 
 use std::collections::HashMap;
 use std::sync::Arc;

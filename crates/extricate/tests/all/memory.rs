@@ -25,8 +25,11 @@ pub fn learn(scene: Scene, labels: usize, seed: u64) -> Model {
     Model::learn(scene, &options, &mut |_| ControlFlow::Continue(())).unwrap()
 }
 
-/// A robot of links that one joint each moves, in a chain from `base`: `(joint type, xyz, axis, lower, upper, collision XML)`.
-pub fn chain(joints: &[(&str, [f64; 3], [f64; 3], f64, f64, &str)]) -> String {
+/// Joint type, origin, axis, lower and upper limit, collision XML of the link.
+pub type Joint<'a> = (&'a str, [f64; 3], [f64; 3], f64, f64, &'a str);
+
+/// A robot of links that one joint each moves, in a chain from `base`.
+pub fn chain(joints: &[Joint]) -> String {
     let mut urdf = String::from("<robot name=\"r\"><link name=\"base\"/>");
     let mut parent = "base".to_string();
     for (i, (kind, xyz, axis, lower, upper, collision)) in joints.iter().enumerate() {
