@@ -123,7 +123,7 @@ impl Plan {
                 pool: 128,
                 starts: 12,
                 spread: 0.35,
-                scatter: ScatterOptions { directions: 12, wanted: 3 },
+                scatter: ScatterOptions { directions: 32, wanted: 3 },
                 refine,
             },
             Effort::Exhaustive => {
@@ -204,12 +204,7 @@ impl QueryScratch {
         answer.verified = self.refine.label(ground, &answer.witness) == Label::Free;
         let query = self.anchor.q.clone();
         self.refine_from(ground, plan, &query, answer);
-        scatter(ground, &self.anchor, answer.depth, &plan.scatter, &mut self.scatter, &mut self.refine);
-        let scattered = std::mem::take(&mut self.scatter.starts);
-        for start in scattered.chunks_exact(query.len()) {
-            self.refine_from(ground, plan, start, answer);
-        }
-        self.scatter.starts = scattered;
+        self.refine_scattered(ground, plan, answer);
         for &id in &chosen {
             let mut start = std::mem::take(&mut self.start);
             start.clear();
@@ -219,6 +214,18 @@ impl QueryScratch {
             self.start = start;
         }
         self.chosen = chosen;
+        // Again, on the shells inside what is now known.
+        self.refine_scattered(ground, plan, answer);
+    }
+
+    /// Refines from free configurations around the query, nearer than the answer.
+    fn refine_scattered(&mut self, ground: &Ground, plan: &Plan, answer: &mut Answer) {
+        scatter(ground, &self.anchor, answer.depth, &plan.scatter, &mut self.scatter, &mut self.refine);
+        let scattered = std::mem::take(&mut self.scatter.starts);
+        for start in scattered.chunks_exact(self.anchor.q.len()) {
+            self.refine_from(ground, plan, start, answer);
+        }
+        self.scatter.starts = scattered;
     }
 
     /// Refines from `start`; a better result replaces the answer's witness if the exact checker calls it free.

@@ -49,8 +49,8 @@ pub fn scatter(
     trial.resize(space.nq(), 0.0);
     step.resize(space.nv(), 0.0);
     let mut found = 0;
-    for shell in (1..=SHELLS).rev() {
-        let radius = depth * 0.5_f64.powi(shell);
+    for shell in (0..SHELLS).rev() {
+        let radius = 0.8 * depth * 0.5_f64.powi(shell);
         for _ in 0..options.directions {
             step.iter_mut().for_each(|s| *s = normal(&mut rng));
             // Twice: the first step measures how long it is in the metric.
