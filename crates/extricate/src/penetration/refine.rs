@@ -11,7 +11,7 @@ use crate::metric::{Anchor, MetricScratch, quadratic::Quadratic};
 /// What refinement aims at beyond the clearance \[m\], so that a linearised step ends on the free side.
 ///
 /// The depth it costs is this times the slope of depth over clearance, 1e-6 rad for a lever of one metre.
-const SLACK: f64 = 1e-6;
+const SLACK: f64 = 1e-7;
 
 /// Contacts nearer than this are always looked at \[m\].
 const LEAST_MARGIN: f64 = 0.005;
