@@ -112,9 +112,12 @@ struct Plan {
     refine: RefineOptions,
 }
 
+/// The last descent, from the best result so far.
+const POLISH: RefineOptions = RefineOptions { iterations: 60, margin: 0.05, radius: 0.05, tolerance: 1e-7 };
+
 impl Plan {
     fn of(effort: Effort) -> Self {
-        let refine = RefineOptions { iterations: 16, margin: 0.05, tolerance: 1e-4 };
+        let refine = RefineOptions { iterations: 16, margin: 0.05, radius: 0.5, tolerance: 1e-4 };
         match effort {
             Effort::Nearest => {
                 Self { pool: 1, starts: 0, spread: 0.0, scatter: ScatterOptions { directions: 0, wanted: 0 }, refine }
@@ -127,7 +130,7 @@ impl Plan {
                 refine,
             },
             Effort::Exhaustive => {
-                let refine = RefineOptions { iterations: 60, margin: 0.12, tolerance: 1e-6 };
+                let refine = RefineOptions { iterations: 60, margin: 0.12, radius: 0.5, tolerance: 1e-6 };
                 Self {
                     pool: 1024,
                     starts: 96,
@@ -203,19 +206,22 @@ impl QueryScratch {
         let chosen = std::mem::take(&mut self.chosen);
         answer.verified = self.refine.label(ground, &answer.witness) == Label::Free;
         let query = self.anchor.q.clone();
-        self.refine_from(ground, plan, &query, answer);
+        self.refine_from(ground, &plan.refine, &query, answer);
         self.refine_scattered(ground, plan, answer);
         for &id in &chosen {
             let mut start = std::mem::take(&mut self.start);
             start.clear();
             start.extend_from_slice(ground.boundary.config(id));
             pull(ground, &self.anchor, &mut start, 4, 4, &mut self.refine);
-            self.refine_from(ground, plan, &start, answer);
+            self.refine_from(ground, &plan.refine, &start, answer);
             self.start = start;
         }
         self.chosen = chosen;
         // Again, on the shells inside what is now known.
         self.refine_scattered(ground, plan, answer);
+        // The descents so far were cut short; the best one is carried to its end.
+        let best = answer.witness.clone();
+        self.refine_from(ground, &POLISH, &best, answer);
     }
 
     /// Refines from free configurations around the query, nearer than the answer.
@@ -223,16 +229,15 @@ impl QueryScratch {
         scatter(ground, &self.anchor, answer.depth, &plan.scatter, &mut self.scatter, &mut self.refine);
         let scattered = std::mem::take(&mut self.scatter.starts);
         for start in scattered.chunks_exact(self.anchor.q.len()) {
-            self.refine_from(ground, plan, start, answer);
+            self.refine_from(ground, &plan.refine, start, answer);
         }
         self.scatter.starts = scattered;
     }
 
     /// Refines from `start`; a better result replaces the answer's witness if the exact checker calls it free.
-    fn refine_from(&mut self, ground: &Ground, plan: &Plan, start: &[f64], answer: &mut Answer) {
-        let Some(depth) =
-            slide(ground, &self.anchor, start, answer.depth, &plan.refine, &mut self.slid, &mut self.refine)
-        else {
+    fn refine_from(&mut self, ground: &Ground, options: &RefineOptions, start: &[f64], answer: &mut Answer) {
+        let found = slide(ground, &self.anchor, start, answer.depth, options, &mut self.slid, &mut self.refine);
+        let Some(depth) = found else {
             return;
         };
         if (depth < answer.depth || !answer.verified) && self.refine.label(ground, &self.slid) == Label::Free {

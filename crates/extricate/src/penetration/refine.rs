@@ -23,6 +23,8 @@ pub struct RefineOptions {
     pub iterations: usize,
     /// Pairs nearer than this are constraints \[m\].
     pub margin: f64,
+    /// First radius of the trust region, as a share of the distance to the query.
+    pub radius: f64,
     /// Ends when a step would change the depth by less than this share of it.
     pub tolerance: f64,
 }
@@ -136,7 +138,7 @@ pub fn slide(
         best.extend_from_slice(&x);
         found = Some(distance);
     }
-    let mut radius = (0.5 * distance).max(1e-3 * ground.scale);
+    let mut radius = (options.radius * distance).max(1e-3 * ground.scale);
     let mut penalty = 0.0_f64;
     for iteration in 0..options.iterations {
         forward(scene, &x, &mut scratch.poses);
