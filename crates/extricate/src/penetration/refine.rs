@@ -153,8 +153,8 @@ pub fn slide(
         }
         scratch.clip_step();
         let length = scratch.quadratic.step_length(&scratch.step);
-        let free_to_move = length < 0.9 * radius;
-        if outcome == QpOutcome::Solved && free_to_move && iteration > 0 {
+        let at_rim = scratch.step_at_rim(radius);
+        if outcome == QpOutcome::Solved && !at_rim && iteration > 0 {
             let hope = if iteration < 3 { 1.2 * ceiling } else { 1.02 * ceiling };
             if scratch.quadratic.expected_distance(distance, &scratch.qp.step) > hope {
                 break;
@@ -186,7 +186,7 @@ pub fn slide(
             distance = trial_distance;
             violation = trial_violation;
             margin = (2.0 * length * ground.metric.lever()).clamp(LEAST_MARGIN, widest);
-            if length > 0.9 * radius {
+            if at_rim {
                 radius *= 2.0;
             }
             if done {
@@ -257,6 +257,15 @@ impl RefineScratch {
         for (row, bound) in self.quadratic.rows.chunks_exact(unknowns).zip(&self.quadratic.bounds) {
             self.qp.push(*bound).copy_from_slice(row);
         }
+    }
+
+    /// Whether the trust region, not only a joint limit, held the step back in some coordinate.
+    ///
+    /// Measured by coordinate, because along a self-motion that moves bodies little a step that fills the box is short.
+    fn step_at_rim(&self, radius: f64) -> bool {
+        let nv = self.step.len();
+        let reach = |k: usize| radius / self.quadratic.tensor[k * nv + k].sqrt();
+        self.step.iter().enumerate().any(|(k, s)| s.abs() > 0.99 * reach(k))
     }
 
     fn clip_step(&mut self) {
