@@ -130,9 +130,8 @@ impl Metric {
             let (distance, f, at) = farthest[i];
             let point = frames[f].samples[at];
             let apart = SAME_PLACE * frames[f].radius;
-            let told = |&(_, g, other): &(f64, usize, usize)| {
-                g == f && (frames[f].samples[other] - point).norm() < apart
-            };
+            let told =
+                |&(_, g, other): &(f64, usize, usize)| g == f && (frames[f].samples[other] - point).norm() < apart;
             if kept == MOST_POINTS || farthest[..kept].iter().any(told) {
                 continue;
             }

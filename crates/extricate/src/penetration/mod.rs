@@ -11,7 +11,7 @@ pub mod scatter;
 use serde::Serialize;
 
 use crate::boundary::{BoundaryScratch, SampleSet};
-use crate::collision::Checker;
+use crate::collision::{Checker, ConvexOverlap};
 use crate::cspace::{Config, Label};
 use crate::kinematics::forward;
 use crate::math::Pose;
@@ -90,6 +90,7 @@ pub struct QueryScratch {
     refine: RefineScratch,
     boundary: BoundaryScratch,
     motion: MotionScratch,
+    overlaps: Vec<ConvexOverlap>,
     scatter: ScatterScratch,
     anchor: Anchor,
     poses: Vec<Pose>,
@@ -249,12 +250,14 @@ impl QueryScratch {
 
     /// Adds what is said about a witness once it is chosen.
     fn describe(&mut self, ground: &Ground, answer: &mut Answer) {
-        let Self { refine, anchor, poses, motion, .. } = self;
+        let Self { refine, anchor, poses, motion, overlaps, .. } = self;
         answer.max_displacement = ground.metric.max_displacement_from(anchor, &answer.witness, &mut refine.metric);
         let margin = ground.clearance + TOUCHING;
         answer.touching = refine.touching(ground, &answer.witness, margin);
         forward(ground.checker.scene(), &anchor.q, poses);
-        let bound = certificate::lower_bound(ground, poses, &answer.colliding, answer.depth, motion);
+        overlaps.clear();
+        ground.checker.convex_overlaps(&anchor.q, &answer.colliding, &mut refine.check, overlaps);
+        let bound = certificate::lower_bound(ground, poses, &answer.colliding, overlaps, answer.depth, motion);
         answer.lower_bound = bound.min(answer.depth);
         answer.checks = refine.checks;
     }
