@@ -16,6 +16,7 @@ use crate::kinematics::forward;
 use crate::math::Pose;
 use crate::scene::{MetricSpec, Scene};
 use extremes::Extremes;
+use motion_bound::{CoordinateUse, coordinate_uses};
 use solids::Solids;
 
 /// The metric of a scene.
@@ -30,6 +31,7 @@ pub struct Metric {
     kind: MetricSpec,
     solids: Solids,
     extremes: Extremes,
+    uses: Vec<CoordinateUse>,
     diameter: f64,
     lever: f64,
 }
@@ -64,7 +66,8 @@ impl Metric {
             MetricSpec::MaxDisplacement => far_points(&scene, &extremes),
             MetricSpec::Joint | MetricSpec::ObjectNorm => Solids::new(&scene),
         };
-        let mut metric = Self { scene, kind, solids, extremes, diameter: 0.0, lever: 0.0 };
+        let uses = coordinate_uses(&scene);
+        let mut metric = Self { scene, kind, solids, extremes, uses, diameter: 0.0, lever: 0.0 };
         (metric.diameter, metric.lever) = (metric.measure_diameter(), metric.measure_lever());
         metric
     }
@@ -81,6 +84,10 @@ impl Metric {
 
     pub(crate) fn scene(&self) -> &Scene {
         &self.scene
+    }
+
+    fn coordinate_uses(&self) -> &[CoordinateUse] {
+        &self.uses
     }
 
     pub(crate) fn extremes(&self) -> &Extremes {
