@@ -4,9 +4,12 @@
 //! true, the certificate says how much better any answer could be.
 
 pub mod certificate;
+mod dense;
+mod local_metric;
 pub mod qp;
 pub mod refine;
 pub mod scatter;
+mod wander;
 
 use serde::Serialize;
 
@@ -18,8 +21,10 @@ use crate::math::Pose;
 use crate::metric::motion_bound::MotionScratch;
 use crate::metric::{Anchor, Metric};
 use certificate::InteriorBalls;
+use local_metric::LocalMetric;
 use refine::{RefineOptions, RefineScratch, pull, slide};
 use scatter::{ScatterOptions, ScatterScratch, scatter};
+use wander::{WanderScratch, wander};
 
 /// How hard a query tries.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
@@ -92,6 +97,8 @@ pub struct QueryScratch {
     motion: MotionScratch,
     overlaps: Vec<ConvexOverlap>,
     scatter: ScatterScratch,
+    local: LocalMetric,
+    wander: WanderScratch,
     anchor: Anchor,
     poses: Vec<Pose>,
     pool: Vec<(u32, f64)>,
@@ -110,6 +117,8 @@ struct Plan {
     spread: f64,
     /// Starts around the query.
     scatter: ScatterOptions,
+    /// Random steps from the best result.
+    wander: usize,
     refine: RefineOptions,
 }
 
@@ -120,14 +129,20 @@ impl Plan {
     fn of(effort: Effort) -> Self {
         let refine = RefineOptions { iterations: 16, margin: 0.05, radius: 0.5, tolerance: 1e-4 };
         match effort {
-            Effort::Nearest => {
-                Self { pool: 1, starts: 0, spread: 0.0, scatter: ScatterOptions { directions: 0, wanted: 0 }, refine }
-            }
+            Effort::Nearest => Self {
+                pool: 1,
+                starts: 0,
+                spread: 0.0,
+                scatter: ScatterOptions { directions: 0, wanted: 0 },
+                wander: 0,
+                refine,
+            },
             Effort::Refined => Self {
-                pool: 128,
-                starts: 12,
+                pool: 192,
+                starts: 16,
                 spread: 0.35,
                 scatter: ScatterOptions { directions: 32, wanted: 3 },
+                wander: 64,
                 refine,
             },
             Effort::Exhaustive => {
@@ -137,6 +152,7 @@ impl Plan {
                     starts: 96,
                     spread: 0.15,
                     scatter: ScatterOptions { directions: 200, wanted: 24 },
+                    wander: 400,
                     refine,
                 }
             }
@@ -188,15 +204,20 @@ impl QueryScratch {
     fn choose(&mut self, ground: &Ground, plan: &Plan) {
         ground.boundary.nearest(ground.metric, &self.anchor, plan.pool, &mut self.boundary, &mut self.pool);
         self.chosen.clear();
+        if plan.starts == 0 {
+            return;
+        }
+        forward(ground.checker.scene(), &self.anchor.q, &mut self.poses);
+        self.local.set(ground, &self.anchor, &self.poses);
         let space = &ground.checker.scene().space;
         for &(id, _) in &self.pool {
             if self.chosen.len() == plan.starts {
                 break;
             }
             let candidate = ground.boundary.config(id);
-            // Likeness is a matter of direction, so the plain joint metric serves under every metric.
-            let reach = plan.spread * space.distance(&self.anchor.q, candidate);
-            if self.chosen.iter().all(|c| space.distance(ground.boundary.config(*c), candidate) > reach) {
+            let local = &mut self.local;
+            let reach = plan.spread * local.distance(space, &self.anchor.q, candidate);
+            if self.chosen.iter().all(|c| local.distance(space, ground.boundary.config(*c), candidate) > reach) {
                 self.chosen.push(id);
             }
         }
@@ -223,11 +244,19 @@ impl QueryScratch {
         // The descents so far were cut short; the best one is carried to its end.
         let best = answer.witness.clone();
         self.refine_from(ground, &POLISH, &best, answer);
+        if answer.verified {
+            let Self { anchor, local, wander: wandering, refine, .. } = self;
+            let best = (&mut answer.witness[..], answer.depth);
+            answer.depth = wander(ground, anchor, best, plan.wander, local, wandering, refine);
+            let best = answer.witness.clone();
+            self.refine_from(ground, &POLISH, &best, answer);
+        }
     }
 
     /// Refines from free configurations around the query, nearer than the answer.
     fn refine_scattered(&mut self, ground: &Ground, plan: &Plan, answer: &mut Answer) {
-        scatter(ground, &self.anchor, answer.depth, &plan.scatter, &mut self.scatter, &mut self.refine);
+        let Self { anchor, local, scatter: scattered, refine, .. } = self;
+        scatter(ground, anchor, answer.depth, &plan.scatter, local, scattered, refine);
         let scattered = std::mem::take(&mut self.scatter.starts);
         for start in scattered.chunks_exact(self.anchor.q.len()) {
             self.refine_from(ground, &plan.refine, start, answer);
