@@ -127,7 +127,7 @@ const POLISH: RefineOptions = RefineOptions { iterations: 60, margin: 0.05, radi
 
 impl Plan {
     fn of(effort: Effort) -> Self {
-        let refine = RefineOptions { iterations: 16, margin: 0.05, radius: 0.5, tolerance: 1e-4 };
+        let refine = RefineOptions { iterations: 40, margin: 0.05, radius: 0.5, tolerance: 1e-4 };
         match effort {
             Effort::Nearest => Self {
                 pool: 1,
