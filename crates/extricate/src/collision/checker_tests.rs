@@ -6,7 +6,7 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use super::test_mesh::{bumpy, cuboid, joined, opened, placed};
-use super::{CheckScratch, Checker, Contact, always_colliding};
+use super::{CheckScratch, Checker, Contact, ContactQuery, ContactSearch, always_colliding};
 use crate::cspace::sampling::uniform;
 use crate::cspace::{ConfigSpace, Label, Manifold};
 use crate::kinematics;
@@ -180,6 +180,10 @@ fn a_scratch_may_serve_several_checkers() {
     }
 }
 
+fn within(margin: f64) -> ContactQuery {
+    ContactQuery { margin, search: ContactSearch::Exact }
+}
+
 #[test]
 fn nearest_contact_is_the_clearance_and_its_gradient_is_right() {
     let checker = mixed();
@@ -190,7 +194,7 @@ fn nearest_contact_is_the_clearance_and_its_gradient_is_right() {
     for q in configurations(&checker, 600, 13) {
         let clearance = checker.clearance(&q, &mut scratch);
         contacts.clear();
-        checker.contacts(&q, 0.1, &mut scratch, &mut contacts);
+        checker.contacts(&q, within(0.1), &mut scratch, &mut contacts);
         for c in &contacts {
             assert!((c.normal.norm() - 1.0).abs() < 1e-9 && c.distance < 0.1);
             let slack = if c.distance > 0.0 { 1e-9 } else { 1e-4 }; // curved shapes overlap by an estimate
@@ -238,7 +242,7 @@ fn two_plates_touch_in_several_places() {
     };
     let checker = flying(vec![mesh(open(0.0)), mesh(open(0.21))]);
     let mut contacts = Vec::new();
-    checker.contacts(&at(&[[0.0; 3], [0.0; 3]]), 0.05, &mut CheckScratch::default(), &mut contacts);
+    checker.contacts(&at(&[[0.0; 3], [0.0; 3]]), within(0.05), &mut CheckScratch::default(), &mut contacts);
     assert!((2..=12).contains(&contacts.len()), "{}", contacts.len());
     assert!(contacts.iter().all(|c| (c.distance - 0.01).abs() < 1e-12 && (c.normal + Vec3::z()).norm() < 1e-9));
 }
@@ -252,10 +256,10 @@ fn overlapping_meshes_push_each_other_out() {
     let checker = flying(vec![cube(), cube()]);
     let mut contacts = Vec::new();
     let q = at(&[[1.9, 0.01, 0.02], [0.0; 3]]);
-    checker.contacts(&q, 0.05, &mut CheckScratch::default(), &mut contacts);
+    checker.contacts(&q, within(0.05), &mut CheckScratch::default(), &mut contacts);
     assert!(contacts.iter().any(|c| (c.distance + 0.1).abs() < 1e-9 && (c.normal - Vec3::x()).norm() < 1e-9));
     let mut swapped = Vec::new();
-    checker.contacts(&at(&[[0.0; 3], [1.9, 0.01, 0.02]]), 0.05, &mut CheckScratch::default(), &mut swapped);
+    checker.contacts(&at(&[[0.0; 3], [1.9, 0.01, 0.02]]), within(0.05), &mut CheckScratch::default(), &mut swapped);
     assert!(swapped.iter().any(|c| (c.normal + Vec3::x()).norm() < 1e-9));
 }
 

@@ -11,7 +11,7 @@ use super::part_pair::Placed;
 use super::queue::Entry;
 use super::shape::{ConvexSolid, ShapeKind};
 use super::triangle::{self, Triangle};
-use super::{Contact, mesh_convex};
+use super::{Contact, ContactQuery, ContactSearch, mesh_convex};
 use crate::math::{Pose, Vec3};
 
 /// Most contacts of a pair that meshes give.
@@ -44,14 +44,14 @@ const FOUND: u32 = u32::MAX;
 
 /// Appends the contacts of two shapes nearer than `margin` \[m\] to those of `pair` at `contacts[start..]`.
 ///
-/// Convex shapes give one, exact also below 0. Meshes give their nearest one (exact above 0) and others that tell
+/// Convex shapes give one, exact also below 0. Meshes give their nearest one (exact above 0 where the search is) and others that tell
 /// something else, up to twelve a pair. Where surfaces cross, depth and normal are those that part two triangles along one
 /// of their outward normals (or a triangle from a convex solid); where one lies inside the other they lead from a vertex
 /// or centre to the nearest surface: heuristics for proposals.
 pub fn gather(
     first: Placed,
     second: Placed,
-    margin: f64,
+    query: ContactQuery,
     pair: usize,
     start: usize,
     buffers: &mut ContactBuffers,
@@ -59,11 +59,12 @@ pub fn gather(
 ) {
     use ShapeKind::{Convex, Mesh};
     let (a, b) = (first.shape, second.shape);
+    let ContactQuery { margin, search } = query;
     let relative = Relative::between(first.pose, second.pose);
     if relative.lower_bound(&a.bounds, &b.bounds) >= margin {
         return;
     }
-    let sink = &mut Sink { pose_world: *first.pose, swapped: false, pair, start, margin, contacts };
+    let sink = &mut Sink { pose_world: *first.pose, swapped: false, pair, start, margin, search, contacts };
     match (&a.kind, &b.kind) {
         (Convex(x), Convex(y)) => {
             let found = gjk::separation(&x.shape, &Pose::identity(), &y.shape, &relative.pose_a_b, margin);
@@ -88,6 +89,7 @@ struct Sink<'a> {
     pair: usize,
     start: usize,
     margin: f64,
+    search: ContactSearch,
     contacts: &'a mut Vec<Contact>,
 }
 
@@ -128,15 +130,16 @@ impl ContactBuffers {
     /// Runs through the queue, nearest first: `open` spends its triangle tests on a pair of nodes. Returns whether
     /// anything overlaps.
     fn run(&mut self, sink: &mut Sink, mut open: impl FnMut(&mut Self, u32, u32) -> usize) -> bool {
-        let mut tests = 0;
+        let (mut tests, mut offered) = (0, false);
         while let Some(entry) = self.queue.pop() {
             if entry.bound >= sink.margin {
                 break;
             } else if entry.first == FOUND {
+                offered = true;
                 if !sink.offer(&self.found[entry.second as usize]) {
                     break;
                 }
-            } else if tests < TESTS {
+            } else if tests < TESTS || (sink.search == ContactSearch::Exact && !offered) {
                 tests += open(self, entry.first, entry.second);
             }
         }

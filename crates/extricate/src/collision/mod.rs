@@ -91,6 +91,24 @@ pub struct Contact {
     pub normal: Vec3,
 }
 
+/// Which contacts are wanted.
+#[derive(Debug, Clone, Copy)]
+pub struct ContactQuery {
+    /// Of pairs nearer than this \[m\].
+    pub margin: f64,
+    /// How meshes are searched.
+    pub search: ContactSearch,
+}
+
+/// How long a pair of meshes is searched for contacts.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ContactSearch {
+    /// For a fixed number of triangle tests: enough to propose a step, but the nearest contact may be missed.
+    Quick,
+    /// At least until the nearest contact is found.
+    Exact,
+}
+
 /// Two overlapping convex shapes of a checked pair.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ConvexOverlap {
@@ -188,21 +206,21 @@ impl Checker {
         best
     }
 
-    /// Appends the contacts of all checked pairs nearer than `margin` \[m\] at `q`.
+    /// Appends the contacts of all checked pairs nearer than the query's margin at `q`.
     ///
     /// Two convex shapes give one contact, exact also where they overlap. Meshes give their nearest contact and up to eleven
     /// more that differ from it in place or normal; where they overlap, distances and normals are heuristics for proposals.
-    pub fn contacts(&self, q: &[f64], margin: f64, scratch: &mut CheckScratch, contacts: &mut Vec<Contact>) {
+    pub fn contacts(&self, q: &[f64], query: ContactQuery, scratch: &mut CheckScratch, contacts: &mut Vec<Contact>) {
         self.place(q, scratch);
         for (index, pair) in self.pairs.iter().enumerate() {
             let offset = scratch.placement.centers[pair.first] - scratch.placement.centers[pair.second];
-            if offset.norm() - pair.radii >= margin {
+            if offset.norm() - pair.radii >= query.margin {
                 continue;
             }
             let start = contacts.len();
             for (first, second, _) in self.part_pairs(index) {
                 let (a, b) = self.bodies.placed(&mut scratch.placement, first, second);
-                contact::gather(a, b, margin, index, start, &mut scratch.contact_buffers, contacts);
+                contact::gather(a, b, query, index, start, &mut scratch.contact_buffers, contacts);
             }
         }
     }

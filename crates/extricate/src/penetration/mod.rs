@@ -14,7 +14,7 @@ mod wander;
 use serde::Serialize;
 
 use crate::boundary::{BoundaryScratch, SampleSet};
-use crate::collision::{Checker, ConvexOverlap};
+use crate::collision::{Checker, ContactSearch, ConvexOverlap};
 use crate::cspace::{Config, Label};
 use crate::kinematics::forward;
 use crate::math::Pose;
@@ -123,11 +123,13 @@ struct Plan {
 }
 
 /// The last descent, from the best result so far.
-const POLISH: RefineOptions = RefineOptions { iterations: 60, margin: 0.05, radius: 0.05, tolerance: 1e-7 };
+const POLISH: RefineOptions =
+    RefineOptions { iterations: 60, margin: 0.05, search: ContactSearch::Exact, radius: 0.05, tolerance: 1e-7 };
 
 impl Plan {
     fn of(effort: Effort) -> Self {
-        let refine = RefineOptions { iterations: 40, margin: 0.05, radius: 0.5, tolerance: 1e-4 };
+        let refine =
+            RefineOptions { iterations: 40, margin: 0.05, search: ContactSearch::Quick, radius: 0.5, tolerance: 1e-4 };
         match effort {
             Effort::Nearest => Self {
                 pool: 1,
@@ -146,7 +148,13 @@ impl Plan {
                 refine,
             },
             Effort::Exhaustive => {
-                let refine = RefineOptions { iterations: 60, margin: 0.12, radius: 0.5, tolerance: 1e-6 };
+                let refine = RefineOptions {
+                    iterations: 60,
+                    margin: 0.12,
+                    search: ContactSearch::Exact,
+                    radius: 0.5,
+                    tolerance: 1e-6,
+                };
                 Self {
                     pool: 1024,
                     starts: 96,
@@ -178,6 +186,13 @@ pub fn query(ground: &Ground, q: &Config, options: &QueryOptions, scratch: &mut 
     let mut answer = Answer { colliding, ..free_answer(q, options.effort) };
     (answer.depth, answer.verified) = (scratch.pool[0].1, false);
     answer.witness.copy_from_slice(ground.boundary.config(scratch.pool[0].0));
+    if options.effort == Effort::Exhaustive {
+        // First all that a refined query does, so that more effort never ends farther away.
+        let refined = Plan::of(Effort::Refined);
+        scratch.choose(ground, &refined);
+        scratch.refine_all(ground, &refined, &mut answer);
+        scratch.choose(ground, &plan);
+    }
     if plan.starts > 0 {
         scratch.refine_all(ground, &plan, &mut answer);
     }

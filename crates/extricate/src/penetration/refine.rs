@@ -2,7 +2,7 @@
 
 use super::Ground;
 use super::qp::{Qp, QpOutcome};
-use crate::collision::{CheckScratch, Contact};
+use crate::collision::{CheckScratch, Contact, ContactQuery, ContactSearch};
 use crate::cspace::{Label, Manifold};
 use crate::kinematics::{add_point_gradient, forward};
 use crate::math::Pose;
@@ -23,6 +23,8 @@ pub struct RefineOptions {
     pub iterations: usize,
     /// Pairs nearer than this are constraints \[m\].
     pub margin: f64,
+    /// How their contacts are searched for.
+    pub search: ContactSearch,
     /// First radius of the trust region, as a share of the distance to the query.
     pub radius: f64,
     /// Ends when a step would change the depth by less than this share of it.
@@ -58,7 +60,7 @@ impl RefineScratch {
 
     /// Pairs nearer than `margin` \[m\] at `q`, ascending.
     pub fn touching(&mut self, ground: &Ground, q: &[f64], margin: f64) -> Vec<usize> {
-        self.contacts_at(ground, q, margin);
+        self.contacts_at(ground, q, ContactQuery { margin, search: ContactSearch::Exact });
         let mut pairs: Vec<usize> = self.contacts.iter().map(|c| c.pair).collect();
         pairs.sort_unstable();
         pairs.dedup();
@@ -131,7 +133,8 @@ pub fn slide(
     // Nothing farther than the bodies may move can come to bear.
     let widest = (0.5 * distance * ground.metric.lever()).clamp(LEAST_MARGIN, options.margin);
     let mut margin = widest;
-    let mut violation = scratch.contacts_at(ground, &x, margin);
+    let within = |margin| ContactQuery { margin, search: options.search };
+    let mut violation = scratch.contacts_at(ground, &x, within(margin));
     let mut found = None;
     if violation <= 0.0 {
         best.clear();
@@ -166,7 +169,7 @@ pub fn slide(
         scene.space.integrate(&x, &scratch.step, &mut trial);
         let trial_distance = scratch.distance(ground, anchor, &trial);
         let kept = std::mem::take(&mut scratch.contacts);
-        let mut trial_violation = scratch.contacts_at(ground, &trial, margin);
+        let mut trial_violation = scratch.contacts_at(ground, &trial, within(margin));
         let improves = trial_violation <= 0.0 && found.is_none_or(|depth| trial_distance < depth);
         if improves && scratch.label(ground, &trial) == Label::Colliding {
             // Contacts propose, the exact check decides: a body inside another has no near contact.
@@ -196,7 +199,7 @@ pub fn slide(
             scratch.contacts = kept;
             if reduced {
                 margin = widest;
-                scratch.contacts_at(ground, &x, margin);
+                scratch.contacts_at(ground, &x, within(margin));
             }
             radius = 0.35 * length.min(radius);
             if radius < options.tolerance * distance {
@@ -211,11 +214,11 @@ pub fn slide(
 
 impl RefineScratch {
     /// Gathers the contacts at `q`; returns by how much \[m\] the worst misses the clearance (negative: by how much it keeps it).
-    fn contacts_at(&mut self, ground: &Ground, q: &[f64], margin: f64) -> f64 {
+    fn contacts_at(&mut self, ground: &Ground, q: &[f64], query: ContactQuery) -> f64 {
         self.checks += 1;
         self.contacts.clear();
-        ground.checker.contacts(q, margin, &mut self.check, &mut self.contacts);
-        let least = self.contacts.iter().map(|c| c.distance).fold(margin, f64::min);
+        ground.checker.contacts(q, query, &mut self.check, &mut self.contacts);
+        let least = self.contacts.iter().map(|c| c.distance).fold(query.margin, f64::min);
         ground.clearance - least
     }
 
