@@ -131,11 +131,7 @@ fn outline(shape: &Shape) -> Vec<Vec3> {
         ShapeKind::Mesh(mesh) => mesh.vertices.clone(),
         ShapeKind::Convex(solid) => match &solid.shape.core {
             ConvexCore::Hull(hull) => hull.points().to_vec(),
-            _ => {
-                let (center, half) = (shape.bounds.center, shape.bounds.half);
-                let corner = |k: u32| center + Vec3::from_fn(|i, _| if k >> i & 1 == 1 { half[i] } else { -half[i] });
-                (0..8).map(corner).collect()
-            }
+            _ => shape.bounds.corners().to_vec(),
         },
     }
 }

@@ -12,6 +12,12 @@ pub struct Aabb {
 }
 
 impl Aabb {
+    /// Its eight corners.
+    pub fn corners(&self) -> [Vec3; 8] {
+        let side = |k: usize, i: usize| if k >> i & 1 == 1 { self.half[i] } else { -self.half[i] };
+        std::array::from_fn(|k| self.center + Vec3::from_fn(|i, _| side(k, i)))
+    }
+
     /// The box from `lower` to `upper`, widened by what rounding may have taken.
     pub fn between(lower: &Vec3, upper: &Vec3) -> Self {
         let center = (lower + upper) * 0.5;

@@ -91,6 +91,17 @@ pub struct Contact {
     pub normal: Vec3,
 }
 
+/// Two overlapping convex shapes of a checked pair.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ConvexOverlap {
+    /// Index into [`Scene::pairs`].
+    pub pair: usize,
+    /// Proved: no translation shorter than this parts them \[m\].
+    pub depth: f64,
+    /// World coordinates of the corners of a box around the shape of the first and of the second body \[m\].
+    pub corners: [[Vec3; 8]; 2],
+}
+
 /// How a pair in the queue is bounded.
 const BY_BALL: u32 = 0;
 const BY_BOX: u32 = 1;
@@ -192,6 +203,25 @@ impl Checker {
             for (first, second, _) in self.part_pairs(index) {
                 let (a, b) = self.bodies.placed(&mut scratch.placement, first, second);
                 contact::gather(a, b, margin, index, start, &mut scratch.contact_buffers, contacts);
+            }
+        }
+    }
+
+    /// Appends the overlapping convex shapes among the checked pairs `pairs` at `q`.
+    pub fn convex_overlaps(
+        &self,
+        q: &[f64],
+        pairs: &[usize],
+        scratch: &mut CheckScratch,
+        overlaps: &mut Vec<ConvexOverlap>,
+    ) {
+        self.place(q, scratch);
+        for &pair in pairs {
+            for (first, second, _) in self.part_pairs(pair) {
+                let (a, b) = self.bodies.placed(&mut scratch.placement, first, second);
+                let Some(depth) = part_pair::convex_depth(a, b) else { continue };
+                let corners = [a, b].map(|placed| placed.shape.bounds.corners().map(|p| placed.pose.point(&p)));
+                overlaps.push(ConvexOverlap { pair, depth, corners });
             }
         }
     }

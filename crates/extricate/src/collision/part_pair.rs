@@ -42,6 +42,13 @@ pub struct Placed<'a> {
     pub pose: &'a Pose,
 }
 
+/// Proved lower bound of the penetration depth \[m\] of two convex solids; `None` where they are apart or one is a mesh.
+pub fn convex_depth(a: Placed, b: Placed) -> Option<f64> {
+    let (ShapeKind::Convex(x), ShapeKind::Convex(y)) = (&a.shape.kind, &b.shape.kind) else { return None };
+    let separation = gjk::separation(&x.shape, a.pose, &y.shape, b.pose, 0.0)?;
+    Some(separation.depth_lower).filter(|depth| *depth > 0.0)
+}
+
 /// Whether the signed distance of two shapes is below `limit` \[m\] (crossing surfaces count as below 0).
 pub fn nearer(first: Placed, second: Placed, limit: f64, hint: &mut Hint, buffers: &mut Buffers) -> bool {
     use ShapeKind::{Convex, Mesh};

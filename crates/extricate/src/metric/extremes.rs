@@ -29,6 +29,10 @@ pub struct FrameExtremes {
     pub circles: Vec<(Vec3, Vec3, Vec3)>,
     /// A finite set that stands for all of them: exact for polyhedra, samples of balls and rims.
     pub samples: Vec<Vec3>,
+    /// A ball around all of it: centre and radius.
+    pub centre: Vec3,
+    /// \[m\]
+    pub radius: f64,
 }
 
 impl Extremes {
@@ -44,6 +48,7 @@ impl Extremes {
                 extremes.points = hull.vertices;
             }
             extremes.samples = extremes.sample_points();
+            extremes.bound();
             if !extremes.samples.is_empty() {
                 frames.push(extremes);
             }
@@ -51,9 +56,23 @@ impl Extremes {
         Self { frames }
     }
 
+    /// Index of the frame with the point that moves farthest between two sets of poses; `None` where nothing moves.
+    pub fn farthest_frame(&self, from: &[Pose], to: &[Pose]) -> Option<usize> {
+        let moved = |f: &FrameExtremes| f.max_displacement(&from[f.frame], &to[f.frame]);
+        (0..self.frames.len()).max_by(|a, b| moved(&self.frames[*a]).total_cmp(&moved(&self.frames[*b])))
+    }
+
     /// Largest displacement \[m\] of any moving point between two sets of frame poses.
     pub fn max_displacement(&self, from: &[Pose], to: &[Pose]) -> f64 {
-        self.frames.iter().map(|f| f.max_displacement(&from[f.frame], &to[f.frame])).fold(0.0, f64::max)
+        let mut worst = 0.0;
+        // Frames far from the base move most as a rule; the others then mostly need no look.
+        for frame in self.frames.iter().rev() {
+            let (from, to) = (&from[frame.frame], &to[frame.frame]);
+            if frame.displacement_bound(from, to) > worst {
+                worst = f64::max(worst, frame.max_displacement(from, to));
+            }
+        }
+        worst
     }
 }
 
@@ -96,6 +115,24 @@ impl FrameExtremes {
             points.extend((0..12).map(|k| circle_point(centre, x, y, TAU * k as f64 / 12.0)));
         }
         points
+    }
+
+    /// Puts a ball around everything.
+    fn bound(&mut self) {
+        let low = self.samples.iter().fold(Vec3::repeat(f64::INFINITY), |a, b| a.inf(b));
+        let high = self.samples.iter().fold(Vec3::repeat(f64::NEG_INFINITY), |a, b| a.sup(b));
+        self.centre = 0.5 * (low + high);
+        let points = self.points.iter().map(|p| (p - self.centre).norm());
+        let balls = self.balls.iter().map(|(c, r)| (c - self.centre).norm() + r);
+        let circles = self.circles.iter().map(|(c, x, _)| (c - self.centre).norm() + x.norm());
+        self.radius = points.chain(balls).chain(circles).fold(0.0, f64::max);
+    }
+
+    /// No point moves farther than this: the centre's displacement and what the turn adds at the ball's rim.
+    fn displacement_bound(&self, from: &Pose, to: &Pose) -> f64 {
+        let turn = to.rotation - from.rotation;
+        let shift = turn * self.centre + to.translation - from.translation;
+        shift.norm() + self.radius * (0.5 * turn.norm_squared()).sqrt()
     }
 
     fn max_displacement(&self, from: &Pose, to: &Pose) -> f64 {

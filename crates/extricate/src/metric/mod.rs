@@ -11,10 +11,12 @@ pub mod solids;
 use std::sync::Arc;
 
 use crate::cspace::Manifold;
+use crate::cspace::sampling::Halton;
 use crate::kinematics::forward;
 use crate::math::Pose;
 use crate::scene::{MetricSpec, Scene};
 use extremes::Extremes;
+use motion_bound::{CoordinateUse, coordinate_uses};
 use solids::Solids;
 
 /// The metric of a scene.
@@ -23,12 +25,13 @@ use solids::Solids;
 /// |---|---|---|
 /// | joint | `sqrt(sum w delta^2)`: wrapped on circles, geodesic angle on SO(3) | scaled coordinates, chords of circles and rotations |
 /// | object norm | root mean square displacement of the moving volume \[m\] | exact, 12 numbers a moving frame |
-/// | max displacement | largest displacement of any point of the moving geometry \[m\] | the object norm's |
+/// | max displacement | largest displacement of any point of the moving geometry \[m\] | root mean square displacement of the points that move farthest as a rule, 12 numbers a moving frame |
 pub struct Metric {
     scene: Arc<Scene>,
     kind: MetricSpec,
     solids: Solids,
     extremes: Extremes,
+    uses: Vec<CoordinateUse>,
     diameter: f64,
     lever: f64,
 }
@@ -58,8 +61,13 @@ impl Metric {
 
     /// A metric of the given kind over `scene`, whatever the scene names.
     pub fn of_kind(scene: Arc<Scene>, kind: MetricSpec) -> Self {
-        let (solids, extremes) = (Solids::new(&scene), Extremes::new(&scene));
-        let mut metric = Self { scene, kind, solids, extremes, diameter: 0.0, lever: 0.0 };
+        let extremes = Extremes::new(&scene);
+        let solids = match kind {
+            MetricSpec::MaxDisplacement => far_points(&scene, &extremes),
+            MetricSpec::Joint | MetricSpec::ObjectNorm => Solids::new(&scene),
+        };
+        let uses = coordinate_uses(&scene);
+        let mut metric = Self { scene, kind, solids, extremes, uses, diameter: 0.0, lever: 0.0 };
         (metric.diameter, metric.lever) = (metric.measure_diameter(), metric.measure_lever());
         metric
     }
@@ -76,6 +84,10 @@ impl Metric {
 
     pub(crate) fn scene(&self) -> &Scene {
         &self.scene
+    }
+
+    fn coordinate_uses(&self) -> &[CoordinateUse] {
+        &self.uses
     }
 
     pub(crate) fn extremes(&self) -> &Extremes {
@@ -141,7 +153,7 @@ impl Metric {
         match self.kind {
             MetricSpec::Joint => self.scene.space.diameter(),
             MetricSpec::ObjectNorm | MetricSpec::MaxDisplacement => {
-                self.sampled_pairs().map(|(a, b)| self.distance(&a, &b)).fold(0.0, f64::max)
+                sampled_pairs(&self.scene).map(|(a, b)| self.distance(&a, &b)).fold(0.0, f64::max)
             }
         }
     }
@@ -157,19 +169,7 @@ impl Metric {
             let distance = self.distance_from(&anchor, &b, &mut scratch);
             self.max_displacement_from(&anchor, &b, &mut scratch) / distance.max(1e-300)
         };
-        self.sampled_pairs().map(ratio).fold(0.0, f64::max)
-    }
-
-    /// A few pairs of low-discrepancy configurations.
-    fn sampled_pairs(&self) -> impl Iterator<Item = (Vec<f64>, Vec<f64>)> {
-        let space = &self.scene.space;
-        let halton = crate::cspace::sampling::Halton::new(space.nv(), 0);
-        (0..32).map(move |i| {
-            let (mut a, mut b) = (vec![0.0; space.nq()], vec![0.0; space.nq()]);
-            halton.config(space, 2 * i, &mut a);
-            halton.config(space, 2 * i + 1, &mut b);
-            (a, b)
-        })
+        sampled_pairs(&self.scene).map(ratio).fold(0.0, f64::max)
     }
 
     /// Prepares repeated distances from `q`.
@@ -209,6 +209,39 @@ impl Metric {
         forward(&self.scene, q, &mut scratch.poses);
         self.extremes.max_displacement(&anchor.poses, &scratch.poses)
     }
+}
+
+/// A few pairs of low-discrepancy configurations.
+fn sampled_pairs(scene: &Scene) -> impl Iterator<Item = (Vec<f64>, Vec<f64>)> + use<'_> {
+    let space = &scene.space;
+    let halton = Halton::new(space.nv(), 0);
+    (0..64).map(move |i| {
+        let (mut a, mut b) = (vec![0.0; space.nq()], vec![0.0; space.nq()]);
+        halton.config(space, 2 * i, &mut a);
+        halton.config(space, 2 * i + 1, &mut b);
+        (a, b)
+    })
+}
+
+/// The measure whose mean square displacement comes near the largest one: each frame weighs as often as it holds the farthest
+/// point between random configurations, near and far.
+fn far_points(scene: &Scene, extremes: &Extremes) -> Solids {
+    let mut counts = vec![0.0; extremes.frames.len()];
+    let (mut from, mut to) = (Vec::new(), Vec::new());
+    for (a, far) in sampled_pairs(scene) {
+        for share in [0.05, 0.2, 1.0] {
+            let mut b = far.clone();
+            scene.space.interpolate(&a, &far, share, &mut b);
+            forward(scene, &a, &mut from);
+            forward(scene, &b, &mut to);
+            if let Some(frame) = extremes.farthest_frame(&from, &to) {
+                counts[frame] += 1.0;
+            }
+        }
+    }
+    // Every frame keeps some weight: what moves only frames near the base must count too.
+    let rest = 0.05 * counts.iter().sum::<f64>() / counts.len().max(1) as f64;
+    Solids::of_points(extremes.frames.iter().zip(counts).map(|(f, n)| (f.frame, n + rest, f.samples.as_slice())))
 }
 
 fn chord_len(manifold: &Manifold) -> usize {

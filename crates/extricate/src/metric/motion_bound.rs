@@ -8,7 +8,6 @@ use crate::scene::{MetricSpec, Motion, Scene};
 #[derive(Debug, Clone, Default)]
 pub struct MotionScratch {
     reach: Vec<f64>,
-    weights: Vec<f64>,
     path: Vec<usize>,
 }
 
@@ -32,7 +31,7 @@ impl Metric {
         scratch: &mut MotionScratch,
     ) -> f64 {
         match self.kind() {
-            MetricSpec::Joint => joint_bound(self.scene(), poses, point, distance, scratch),
+            MetricSpec::Joint => joint_bound(self.scene(), self.coordinate_uses(), poses, point, distance, scratch),
             MetricSpec::ObjectNorm => distance * self.factor(poses, point, false),
             MetricSpec::MaxDisplacement => distance * self.factor(poses, point, true),
         }
@@ -73,34 +72,91 @@ pub struct BoundedPoint {
     pub inside_relative_to: bool,
 }
 
-fn joint_bound(scene: &Scene, poses: &[Pose], point: &BoundedPoint, distance: f64, scratch: &mut MotionScratch) -> f64 {
-    let MotionScratch { reach, weights, path } = scratch;
+/// What the joint metric's bound needs to know of a tangent coordinate.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct CoordinateUse {
+    weight: f64,
+    /// Whether several frames move with it (mimic joints).
+    shared: bool,
+}
+
+/// One entry a tangent coordinate.
+pub(super) fn coordinate_uses(scene: &Scene) -> Vec<CoordinateUse> {
+    let mut uses = vec![CoordinateUse { weight: 1.0, shared: false }; scene.space.nv()];
+    scene.space.factors().iter().for_each(|f| uses[f.v].weight = f.weight);
+    let mut seen = vec![false; uses.len()];
+    for frame in &scene.frames {
+        if let Motion::Revolute { coordinate, .. } | Motion::Prismatic { coordinate, .. } = &frame.motion {
+            uses[coordinate.v].shared |= std::mem::replace(&mut seen[coordinate.v], true);
+        }
+    }
+    uses
+}
+
+fn joint_bound(
+    scene: &Scene,
+    uses: &[CoordinateUse],
+    poses: &[Pose],
+    point: &BoundedPoint,
+    distance: f64,
+    scratch: &mut MotionScratch,
+) -> f64 {
+    let MotionScratch { reach, path } = scratch;
     chain(scene, point.of, point.relative_to, path);
     reach.clear();
-    reach.resize(scene.space.nv(), 0.0);
-    if weights.len() != reach.len() {
-        weights.clear();
-        weights.resize(reach.len(), 1.0);
-        scene.space.factors().iter().for_each(|f| weights[f.v] = f.weight);
-    }
-    // Squared displacement per squared distance of the joints walked so far; a mimic joint shares the coordinate of another.
+    reach.resize(uses.len(), 0.0);
+    let mut slides = OrthogonalSlides::default();
+    // Squared displacement per squared distance of the joints walked so far.
     let mut squared: f64 = 0.0;
     for &frame in path.iter() {
-        let arm = point.position - poses[frame].translation;
+        let pose = &poses[frame];
+        let arm = point.position - pose.translation;
         let (v, step) = match &scene.frames[frame].motion {
             Motion::World => continue,
-            Motion::Prismatic { coordinate, .. } => (coordinate.v, coordinate.multiplier.abs()),
+            Motion::Prismatic { axis, coordinate } => {
+                let (v, slide) = (coordinate.v, coordinate.multiplier.abs());
+                if !uses[v].shared {
+                    squared += slides.add(&pose.vector(axis), slide * slide / uses[v].weight);
+                    continue;
+                }
+                (v, slide)
+            }
             Motion::Revolute { axis, coordinate } => {
-                let lever = poses[frame].vector(axis).cross(&arm).norm() + distance * squared.sqrt();
+                let lever = pose.vector(axis).cross(&arm).norm() + distance * squared.sqrt();
                 (coordinate.v, coordinate.multiplier.abs() * lever)
             }
             Motion::Ball { v, .. } => (*v, arm.norm() + distance * squared.sqrt()),
         };
+        slides = OrthogonalSlides::default();
+        // A mimic joint adds to the reach of the coordinate that it shares.
         let before = reach[v];
         reach[v] += step;
-        squared += (reach[v] * reach[v] - before * before) / weights[v];
+        squared += (reach[v] * reach[v] - before * before) / uses[v].weight;
     }
     distance * squared.max(0.0).sqrt()
+}
+
+/// Consecutive prismatic joints along orthogonal axes, which no turn comes between: their displacements are the legs of a right
+/// angle, so together they count as much as the one that counts most.
+#[derive(Default)]
+struct OrthogonalSlides {
+    axes: [Vec3; 3],
+    count: usize,
+    most: f64,
+}
+
+impl OrthogonalSlides {
+    /// Adds a slide along `axis`; returns by how much the sum of squares grows.
+    fn add(&mut self, axis: &Vec3, square: f64) -> f64 {
+        if self.count == 3 || self.axes[..self.count].iter().any(|other| other.dot(axis).abs() > 1e-12) {
+            *self = Self::default();
+        }
+        self.axes[self.count] = *axis;
+        self.count += 1;
+        let grown = (square - self.most).max(0.0);
+        self.most += grown;
+        grown
+    }
 }
 
 /// Frames whose joints lie between `of` and `relative_to`, from `of` up to the common ancestor and down to the other.

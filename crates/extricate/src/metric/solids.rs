@@ -46,6 +46,24 @@ impl Solids {
                 frames.push((frame, sum));
             }
         }
+        Self::of_moments(frames)
+    }
+
+    /// Moments of points instead of volumes: `weighted` gives each frame a weight and points, of which each counts alike.
+    ///
+    /// A weighted mean square of displacements is at most the largest one, whatever the weights; so the embedding made of these
+    /// moments stays below the largest displacement, and comes the nearer to it the more the weight is where that occurs.
+    pub fn of_points<'a>(weighted: impl Iterator<Item = (usize, f64, &'a [Vec3])>) -> Self {
+        let moments = |(frame, measure, points): (usize, f64, &[Vec3])| {
+            let share = 1.0 / points.len() as f64;
+            let centroid: Vec3 = points.iter().sum::<Vec3>() * share;
+            let spread = |p: &Vec3| (p - centroid) * (p - centroid).transpose() * share;
+            (frame, Moments { measure, centroid, second_moment: points.iter().map(spread).sum() })
+        };
+        Self::of_moments(weighted.filter(|(_, weight, _)| *weight > 0.0).map(moments).collect())
+    }
+
+    fn of_moments(frames: Vec<(usize, Moments)>) -> Self {
         let total: f64 = frames.iter().map(|(_, m)| m.measure).sum();
         let frames = frames
             .into_iter()

@@ -152,7 +152,12 @@ fn largest_displacement_is_attained_on_round_shapes() {
             ..Default::default()
         };
         let exact = |f: &extremes::FrameExtremes| {
-            extremes::Extremes { frames: vec![f.clone()] }.max_displacement(&[from], &[to])
+            {
+                let mut f = f.clone();
+                f.radius = f64::INFINITY;
+                extremes::Extremes { frames: vec![f] }
+            }
+            .max_displacement(&[from], &[to])
         };
         let displacement = |offset: Vec3| {
             let point = Vec3::new(0.1, 0.2, 0.3) + offset;

@@ -1,10 +1,12 @@
 //! The proved lower bound on the penetration depth.
 //!
 //! A ball inside a link whose centre lies deep in a solid must travel at least `depth + radius + clearance` before the pair
-//! is clear; the motion bound turns that length into a distance between configurations.
+//! is clear. And two convex shapes of penetration depth `p` stay in collision while no point of one moves, relative to the other,
+//! by `p + clearance`: a plane that parts them afterwards, moved back by that much, would part them before. The motion bound
+//! turns these lengths into distances between configurations.
 
 use super::Ground;
-use crate::collision::Checker;
+use crate::collision::{Checker, ConvexOverlap};
 use crate::math::{Pose, Vec3};
 use crate::metric::motion_bound::{BoundedPoint, MotionScratch};
 
@@ -92,20 +94,50 @@ fn spread(points: &[Vec3], count: usize) -> Vec<Vec3> {
 ///
 /// # Guarantee
 /// Proved, for every pair in `colliding` on its own: for every configuration within the bound, some ball of one body still
-/// overlaps the solid of the other.
+/// overlaps the solid of the other, or two convex shapes (of `overlaps`) still do.
 pub fn lower_bound(
     ground: &Ground,
     poses: &[Pose],
     colliding: &[usize],
+    overlaps: &[ConvexOverlap],
     ceiling: f64,
     scratch: &mut MotionScratch,
 ) -> f64 {
     let mut bound = 0.0;
+    for overlap in overlaps {
+        bound = raise_by_overlap(ground, overlap, poses, bound, ceiling, scratch);
+    }
     for &pair in colliding {
         let pair = ground.checker.scene().pairs[pair];
         for roles in [[pair.first, pair.second], [pair.second, pair.first]] {
             bound = raise(ground, roles, poses, bound, ceiling, scratch);
         }
+    }
+    bound
+}
+
+/// Raises `bound` by the penetration depth of two convex shapes. The motion bound is a convex function of the point, so over a
+/// shape it is largest at a corner of any box around it.
+fn raise_by_overlap(
+    ground: &Ground,
+    overlap: &ConvexOverlap,
+    poses: &[Pose],
+    mut bound: f64,
+    ceiling: f64,
+    scratch: &mut MotionScratch,
+) -> f64 {
+    let scene = ground.checker.scene();
+    let pair = scene.pairs[overlap.pair];
+    let frames = [scene.bodies[pair.first].frame, scene.bodies[pair.second].frame];
+    let needed = overlap.depth + scene.clearance;
+    for (of, relative_to, corners) in
+        [(frames[0], frames[1], overlap.corners[0]), (frames[1], frames[0], overlap.corners[1])]
+    {
+        let mut moved = |position: Vec3, distance: f64| {
+            let point = BoundedPoint { position, of, relative_to, inside_of: true, inside_relative_to: false };
+            ground.metric.motion_bound(poses, &point, distance, scratch)
+        };
+        bound = largest_distance(bound, ceiling, |d| corners.iter().all(|corner| moved(*corner, d) < needed));
     }
     bound
 }

@@ -4,22 +4,27 @@
 //! true, the certificate says how much better any answer could be.
 
 pub mod certificate;
+mod dense;
+mod local_metric;
 pub mod qp;
 pub mod refine;
 pub mod scatter;
+mod wander;
 
 use serde::Serialize;
 
 use crate::boundary::{BoundaryScratch, SampleSet};
-use crate::collision::Checker;
+use crate::collision::{Checker, ConvexOverlap};
 use crate::cspace::{Config, Label};
 use crate::kinematics::forward;
 use crate::math::Pose;
 use crate::metric::motion_bound::MotionScratch;
 use crate::metric::{Anchor, Metric};
 use certificate::InteriorBalls;
+use local_metric::LocalMetric;
 use refine::{RefineOptions, RefineScratch, pull, slide};
 use scatter::{ScatterOptions, ScatterScratch, scatter};
+use wander::{WanderScratch, wander};
 
 /// How hard a query tries.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
@@ -90,7 +95,10 @@ pub struct QueryScratch {
     refine: RefineScratch,
     boundary: BoundaryScratch,
     motion: MotionScratch,
+    overlaps: Vec<ConvexOverlap>,
     scatter: ScatterScratch,
+    local: LocalMetric,
+    wander: WanderScratch,
     anchor: Anchor,
     poses: Vec<Pose>,
     pool: Vec<(u32, f64)>,
@@ -109,30 +117,42 @@ struct Plan {
     spread: f64,
     /// Starts around the query.
     scatter: ScatterOptions,
+    /// Random steps from the best result.
+    wander: usize,
     refine: RefineOptions,
 }
 
+/// The last descent, from the best result so far.
+const POLISH: RefineOptions = RefineOptions { iterations: 60, margin: 0.05, radius: 0.05, tolerance: 1e-7 };
+
 impl Plan {
     fn of(effort: Effort) -> Self {
-        let refine = RefineOptions { iterations: 16, margin: 0.05, tolerance: 1e-4 };
+        let refine = RefineOptions { iterations: 40, margin: 0.05, radius: 0.5, tolerance: 1e-4 };
         match effort {
-            Effort::Nearest => {
-                Self { pool: 1, starts: 0, spread: 0.0, scatter: ScatterOptions { directions: 0, wanted: 0 }, refine }
-            }
+            Effort::Nearest => Self {
+                pool: 1,
+                starts: 0,
+                spread: 0.0,
+                scatter: ScatterOptions { directions: 0, wanted: 0 },
+                wander: 0,
+                refine,
+            },
             Effort::Refined => Self {
-                pool: 128,
-                starts: 12,
+                pool: 192,
+                starts: 16,
                 spread: 0.35,
-                scatter: ScatterOptions { directions: 12, wanted: 3 },
+                scatter: ScatterOptions { directions: 32, wanted: 3 },
+                wander: 64,
                 refine,
             },
             Effort::Exhaustive => {
-                let refine = RefineOptions { iterations: 60, margin: 0.12, tolerance: 1e-6 };
+                let refine = RefineOptions { iterations: 60, margin: 0.12, radius: 0.5, tolerance: 1e-6 };
                 Self {
                     pool: 1024,
                     starts: 96,
                     spread: 0.15,
                     scatter: ScatterOptions { directions: 200, wanted: 24 },
+                    wander: 400,
                     refine,
                 }
             }
@@ -184,15 +204,20 @@ impl QueryScratch {
     fn choose(&mut self, ground: &Ground, plan: &Plan) {
         ground.boundary.nearest(ground.metric, &self.anchor, plan.pool, &mut self.boundary, &mut self.pool);
         self.chosen.clear();
+        if plan.starts == 0 {
+            return;
+        }
+        forward(ground.checker.scene(), &self.anchor.q, &mut self.poses);
+        self.local.set(ground, &self.anchor, &self.poses);
         let space = &ground.checker.scene().space;
         for &(id, _) in &self.pool {
             if self.chosen.len() == plan.starts {
                 break;
             }
             let candidate = ground.boundary.config(id);
-            // Likeness is a matter of direction, so the plain joint metric serves under every metric.
-            let reach = plan.spread * space.distance(&self.anchor.q, candidate);
-            if self.chosen.iter().all(|c| space.distance(ground.boundary.config(*c), candidate) > reach) {
+            let local = &mut self.local;
+            let reach = plan.spread * local.distance(space, &self.anchor.q, candidate);
+            if self.chosen.iter().all(|c| local.distance(space, ground.boundary.config(*c), candidate) > reach) {
                 self.chosen.push(id);
             }
         }
@@ -203,29 +228,46 @@ impl QueryScratch {
         let chosen = std::mem::take(&mut self.chosen);
         answer.verified = self.refine.label(ground, &answer.witness) == Label::Free;
         let query = self.anchor.q.clone();
-        self.refine_from(ground, plan, &query, answer);
-        scatter(ground, &self.anchor, answer.depth, &plan.scatter, &mut self.scatter, &mut self.refine);
-        let scattered = std::mem::take(&mut self.scatter.starts);
-        for start in scattered.chunks_exact(query.len()) {
-            self.refine_from(ground, plan, start, answer);
-        }
-        self.scatter.starts = scattered;
+        self.refine_from(ground, &plan.refine, &query, answer);
+        self.refine_scattered(ground, plan, answer);
         for &id in &chosen {
             let mut start = std::mem::take(&mut self.start);
             start.clear();
             start.extend_from_slice(ground.boundary.config(id));
             pull(ground, &self.anchor, &mut start, 4, 4, &mut self.refine);
-            self.refine_from(ground, plan, &start, answer);
+            self.refine_from(ground, &plan.refine, &start, answer);
             self.start = start;
         }
         self.chosen = chosen;
+        // Again, on the shells inside what is now known.
+        self.refine_scattered(ground, plan, answer);
+        // The descents so far were cut short; the best one is carried to its end.
+        let best = answer.witness.clone();
+        self.refine_from(ground, &POLISH, &best, answer);
+        if answer.verified {
+            let Self { anchor, local, wander: wandering, refine, .. } = self;
+            let best = (&mut answer.witness[..], answer.depth);
+            answer.depth = wander(ground, anchor, best, plan.wander, local, wandering, refine);
+            let best = answer.witness.clone();
+            self.refine_from(ground, &POLISH, &best, answer);
+        }
+    }
+
+    /// Refines from free configurations around the query, nearer than the answer.
+    fn refine_scattered(&mut self, ground: &Ground, plan: &Plan, answer: &mut Answer) {
+        let Self { anchor, local, scatter: scattered, refine, .. } = self;
+        scatter(ground, anchor, answer.depth, &plan.scatter, local, scattered, refine);
+        let scattered = std::mem::take(&mut self.scatter.starts);
+        for start in scattered.chunks_exact(self.anchor.q.len()) {
+            self.refine_from(ground, &plan.refine, start, answer);
+        }
+        self.scatter.starts = scattered;
     }
 
     /// Refines from `start`; a better result replaces the answer's witness if the exact checker calls it free.
-    fn refine_from(&mut self, ground: &Ground, plan: &Plan, start: &[f64], answer: &mut Answer) {
-        let Some(depth) =
-            slide(ground, &self.anchor, start, answer.depth, &plan.refine, &mut self.slid, &mut self.refine)
-        else {
+    fn refine_from(&mut self, ground: &Ground, options: &RefineOptions, start: &[f64], answer: &mut Answer) {
+        let found = slide(ground, &self.anchor, start, answer.depth, options, &mut self.slid, &mut self.refine);
+        let Some(depth) = found else {
             return;
         };
         if (depth < answer.depth || !answer.verified) && self.refine.label(ground, &self.slid) == Label::Free {
@@ -237,12 +279,14 @@ impl QueryScratch {
 
     /// Adds what is said about a witness once it is chosen.
     fn describe(&mut self, ground: &Ground, answer: &mut Answer) {
-        let Self { refine, anchor, poses, motion, .. } = self;
+        let Self { refine, anchor, poses, motion, overlaps, .. } = self;
         answer.max_displacement = ground.metric.max_displacement_from(anchor, &answer.witness, &mut refine.metric);
         let margin = ground.clearance + TOUCHING;
         answer.touching = refine.touching(ground, &answer.witness, margin);
         forward(ground.checker.scene(), &anchor.q, poses);
-        let bound = certificate::lower_bound(ground, poses, &answer.colliding, answer.depth, motion);
+        overlaps.clear();
+        ground.checker.convex_overlaps(&anchor.q, &answer.colliding, &mut refine.check, overlaps);
+        let bound = certificate::lower_bound(ground, poses, &answer.colliding, overlaps, answer.depth, motion);
         answer.lower_bound = bound.min(answer.depth);
         answer.checks = refine.checks;
     }

@@ -1,5 +1,7 @@
 //! A small dense quadratic program: the step of one refinement iteration.
 
+use super::dense::{cholesky, cholesky_solve, dot};
+
 /// `minimise t' H t / 2 + g' t  subject to  A t >= b`, by a dual active-set method.
 ///
 /// From the unconstrained minimum, the most violated row joins the active set; while its multiplier grows, the multipliers of
@@ -160,35 +162,6 @@ impl Qp {
         }
         cholesky(&mut self.gram, k);
         cholesky_solve(&self.gram, k, &mut self.dependence);
-    }
-}
-
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(x, y)| x * y).sum()
-}
-
-/// In-place Cholesky factor (lower triangle) of a row-major matrix; a pivot below 1e-14 of the largest diagonal entry is raised
-/// to it.
-fn cholesky(m: &mut [f64], n: usize) {
-    let floor = (0..n).map(|k| m[k * n + k]).fold(f64::MIN_POSITIVE, f64::max) * 1e-14;
-    for j in 0..n {
-        for i in j..n {
-            let sum = m[i * n + j] - dot(&m[i * n..i * n + j], &m[j * n..j * n + j]);
-            m[i * n + j] = if i == j { sum.max(floor).sqrt() } else { sum / m[j * n + j] };
-        }
-    }
-}
-
-fn cholesky_solve(factor: &[f64], n: usize, x: &mut [f64]) {
-    for i in 0..n {
-        x[i] = (x[i] - dot(&factor[i * n..i * n + i], &x[..i])) / factor[i * n + i];
-    }
-    for i in (0..n).rev() {
-        let mut sum = x[i];
-        for j in i + 1..n {
-            sum -= factor[j * n + i] * x[j];
-        }
-        x[i] = sum / factor[i * n + i];
     }
 }
 

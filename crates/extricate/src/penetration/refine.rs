@@ -11,7 +11,7 @@ use crate::metric::{Anchor, MetricScratch, quadratic::Quadratic};
 /// What refinement aims at beyond the clearance \[m\], so that a linearised step ends on the free side.
 ///
 /// The depth it costs is this times the slope of depth over clearance, 1e-6 rad for a lever of one metre.
-const SLACK: f64 = 1e-6;
+const SLACK: f64 = 1e-7;
 
 /// Contacts nearer than this are always looked at \[m\].
 const LEAST_MARGIN: f64 = 0.005;
@@ -23,6 +23,8 @@ pub struct RefineOptions {
     pub iterations: usize,
     /// Pairs nearer than this are constraints \[m\].
     pub margin: f64,
+    /// First radius of the trust region, as a share of the distance to the query.
+    pub radius: f64,
     /// Ends when a step would change the depth by less than this share of it.
     pub tolerance: f64,
 }
@@ -136,7 +138,7 @@ pub fn slide(
         best.extend_from_slice(&x);
         found = Some(distance);
     }
-    let mut radius = (0.5 * distance).max(1e-3 * ground.scale);
+    let mut radius = (options.radius * distance).max(1e-3 * ground.scale);
     let mut penalty = 0.0_f64;
     for iteration in 0..options.iterations {
         forward(scene, &x, &mut scratch.poses);
@@ -150,11 +152,11 @@ pub fn slide(
             penalty = penalty.max(4.0 * distance * distance / ground.clearance.max(1e-3));
         }
         scratch.clip_step();
-        let length = scratch.step_length();
-        let free_to_move = length < 0.9 * radius;
-        if outcome == QpOutcome::Solved && free_to_move && iteration > 0 {
+        let length = scratch.quadratic.step_length(&scratch.step);
+        let at_rim = scratch.step_at_rim(radius);
+        if outcome == QpOutcome::Solved && !at_rim && iteration > 0 {
             let hope = if iteration < 3 { 1.2 * ceiling } else { 1.02 * ceiling };
-            if scratch.expected_distance(distance) > hope {
+            if scratch.quadratic.expected_distance(distance, &scratch.qp.step) > hope {
                 break;
             }
         }
@@ -184,7 +186,7 @@ pub fn slide(
             distance = trial_distance;
             violation = trial_violation;
             margin = (2.0 * length * ground.metric.lever()).clamp(LEAST_MARGIN, widest);
-            if length > 0.9 * radius {
+            if at_rim {
                 radius *= 2.0;
             }
             if done {
@@ -217,14 +219,14 @@ impl RefineScratch {
         ground.clearance - least
     }
 
-    /// Rows: one a contact, then the box of limits and trust region, two a tangent coordinate.
+    /// Rows: one a contact, then the box of limits and trust region (two a tangent coordinate), then the metric's own.
     fn build_program(&mut self, ground: &Ground, x: &[f64], radius: f64) {
         let scene = ground.checker.scene();
         let nv = scene.space.nv();
         self.low.clear();
         self.high.clear();
         for k in 0..nv {
-            let reach = radius / self.quadratic.hessian[k * nv + k].sqrt();
+            let reach = radius / self.quadratic.tensor[k * nv + k].sqrt();
             self.low.push(-reach);
             self.high.push(reach);
         }
@@ -234,11 +236,12 @@ impl RefineScratch {
                 self.high[factor.v] = self.high[factor.v].min(upper - x[factor.q]).max(0.0);
             }
         }
-        self.qp.reset(nv);
+        let unknowns = self.quadratic.unknowns;
+        self.qp.reset(unknowns);
         for contact in &self.contacts {
             let pair = &scene.pairs[contact.pair];
             let (first, second) = (scene.bodies[pair.first].frame, scene.bodies[pair.second].frame);
-            let row = self.qp.push(0.0);
+            let row = &mut self.qp.push(0.0)[..nv];
             add_point_gradient(scene, &self.poses, first, &contact.point_first, &contact.normal, 1.0, row);
             add_point_gradient(scene, &self.poses, second, &contact.point_second, &contact.normal, -1.0, row);
             // Ask no more than the box can give, or the program has no solution.
@@ -251,31 +254,25 @@ impl RefineScratch {
             self.qp.push(self.low[k])[k] = 1.0;
             self.qp.push(-self.high[k])[k] = -1.0;
         }
+        for (row, bound) in self.quadratic.rows.chunks_exact(unknowns).zip(&self.quadratic.bounds) {
+            self.qp.push(*bound).copy_from_slice(row);
+        }
+    }
+
+    /// Whether the trust region, not only a joint limit, held the step back in some coordinate.
+    ///
+    /// Measured by coordinate, because along a self-motion that moves bodies little a step that fills the box is short.
+    fn step_at_rim(&self, radius: f64) -> bool {
+        let nv = self.step.len();
+        let reach = |k: usize| radius / self.quadratic.tensor[k * nv + k].sqrt();
+        self.step.iter().enumerate().any(|(k, s)| s.abs() > 0.99 * reach(k))
     }
 
     fn clip_step(&mut self) {
         self.step.clear();
-        self.step.extend_from_slice(&self.qp.step);
+        self.step.extend_from_slice(&self.qp.step[..self.low.len()]);
         for (k, s) in self.step.iter_mut().enumerate() {
             *s = s.clamp(self.low[k], self.high[k]);
         }
-    }
-
-    /// Distance from the anchor after the step, as the quadratic model has it.
-    fn expected_distance(&self, distance: f64) -> f64 {
-        let change: f64 = self.quadratic.gradient.iter().zip(&self.step).map(|(g, s)| g * s).sum();
-        (distance * distance + 2.0 * change + self.step_length().powi(2)).max(0.0).sqrt()
-    }
-
-    /// Length of the step in metric units.
-    fn step_length(&self) -> f64 {
-        let nv = self.step.len();
-        let mut sum = 0.0;
-        for i in 0..nv {
-            for j in 0..nv {
-                sum += self.step[i] * self.quadratic.hessian[i * nv + j] * self.step[j];
-            }
-        }
-        sum.max(0.0).sqrt()
     }
 }

@@ -4,6 +4,7 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use super::Ground;
+use super::local_metric::LocalMetric;
 use super::refine::RefineScratch;
 use crate::cspace::Label;
 use crate::metric::Anchor;
@@ -39,6 +40,7 @@ pub fn scatter(
     anchor: &Anchor,
     depth: f64,
     options: &ScatterOptions,
+    local: &LocalMetric,
     scratch: &mut ScatterScratch,
     refine: &mut RefineScratch,
 ) {
@@ -49,10 +51,11 @@ pub fn scatter(
     trial.resize(space.nq(), 0.0);
     step.resize(space.nv(), 0.0);
     let mut found = 0;
-    for shell in (1..=SHELLS).rev() {
-        let radius = depth * 0.5_f64.powi(shell);
+    for shell in (0..SHELLS).rev() {
+        let radius = 0.8 * depth * 0.5_f64.powi(shell);
         for _ in 0..options.directions {
             step.iter_mut().for_each(|s| *s = normal(&mut rng));
+            local.spread(step);
             // Twice: the first step measures how long it is in the metric.
             for _ in 0..2 {
                 space.integrate(&anchor.q, step, trial);
@@ -74,7 +77,7 @@ pub fn scatter(
 }
 
 /// A standard normal number (Box and Muller).
-fn normal(rng: &mut ChaCha8Rng) -> f64 {
+pub fn normal(rng: &mut ChaCha8Rng) -> f64 {
     let (u, v): (f64, f64) = (1.0 - rng.random::<f64>(), rng.random());
     (-2.0 * u.ln()).sqrt() * (std::f64::consts::TAU * v).cos()
 }

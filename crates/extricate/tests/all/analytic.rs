@@ -39,6 +39,12 @@ fn box_in_a_box_by_translation() {
     ]);
     let toml = "[[robot]]\nurdf = \"r.urdf\"\n[[obstacle]]\nname = \"block\"\nshape = { box = [0.6, 0.5, 0.4] }\n";
     let model = learn(scene(toml, &[("r.urdf", urdf)]), 40_000, 1);
+    let answer = model.query(
+        &model.scene().space.config(&[0.3, 0.1, 0.2]).unwrap(),
+        &QueryOptions::default(),
+        &mut QueryScratch::default(),
+    );
+    assert!(answer.lower_bound > 0.999 * answer.depth, "for a translation the bound is tight: {answer:?}");
     let reach = [0.1 + 0.3, 0.15 + 0.25, 0.2 + 0.2];
     compare(&model, 400, |q| (0..3).map(|k| reach[k] + CLEARANCE - q[k].abs()).fold(f64::INFINITY, f64::min).max(0.0));
 }

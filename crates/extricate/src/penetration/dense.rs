@@ -1,0 +1,37 @@
+//! The little dense linear algebra of small, resizable problems: row-major slices, no allocation.
+
+/// Inner product.
+pub fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(x, y)| x * y).sum()
+}
+
+/// In-place Cholesky factor (lower triangle) of a row-major matrix; a pivot below 1e-14 of the largest diagonal entry is raised
+/// to it.
+pub fn cholesky(m: &mut [f64], n: usize) {
+    let floor = (0..n).map(|k| m[k * n + k]).fold(f64::MIN_POSITIVE, f64::max) * 1e-14;
+    for j in 0..n {
+        for i in j..n {
+            let sum = m[i * n + j] - dot(&m[i * n..i * n + j], &m[j * n..j * n + j]);
+            m[i * n + j] = if i == j { sum.max(floor).sqrt() } else { sum / m[j * n + j] };
+        }
+    }
+}
+
+/// Solves `L L' x = b` in place for the lower triangle `L`.
+pub fn cholesky_solve(factor: &[f64], n: usize, x: &mut [f64]) {
+    for i in 0..n {
+        x[i] = (x[i] - dot(&factor[i * n..i * n + i], &x[..i])) / factor[i * n + i];
+    }
+    transposed_solve(factor, n, x);
+}
+
+/// Solves `L' x = b` in place for the lower triangle `L`.
+pub fn transposed_solve(factor: &[f64], n: usize, x: &mut [f64]) {
+    for i in (0..n).rev() {
+        let mut sum = x[i];
+        for j in i + 1..n {
+            sum -= factor[j * n + i] * x[j];
+        }
+        x[i] = sum / factor[i * n + i];
+    }
+}

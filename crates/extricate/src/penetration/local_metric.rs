@@ -1,0 +1,50 @@
+//! The metric's tensor at the query: what is near and what is a random direction, as the metric sees it.
+
+use super::Ground;
+use super::dense::{cholesky, dot, transposed_solve};
+use crate::cspace::ConfigSpace;
+use crate::math::Pose;
+use crate::metric::{Anchor, quadratic::Quadratic};
+
+/// Share of the largest diagonal entry that is added to all of them.
+///
+/// Self-motions, which move bodies little, get long steps, but not so long that every random direction is one.
+const DAMPING: f64 = 1e-3;
+
+/// A quadratic form on tangent vectors that agrees with the metric near the query.
+#[derive(Default)]
+pub struct LocalMetric {
+    quadratic: Quadratic,
+    tensor: Vec<f64>,
+    factor: Vec<f64>,
+    difference: Vec<f64>,
+}
+
+impl LocalMetric {
+    /// Takes the tensor at the anchor, whose frame poses are `poses`.
+    pub fn set(&mut self, ground: &Ground, anchor: &Anchor, poses: &[Pose]) {
+        let nv = ground.checker.scene().space.nv();
+        ground.metric.quadratic_model(anchor, &anchor.q, poses, &mut self.quadratic);
+        self.tensor.clear();
+        self.tensor.extend_from_slice(&self.quadratic.tensor);
+        let largest = (0..nv).map(|k| self.tensor[k * nv + k]).fold(0.0, f64::max);
+        (0..nv).for_each(|k| self.tensor[k * nv + k] += DAMPING * largest);
+        self.factor.clear();
+        self.factor.extend_from_slice(&self.tensor);
+        cholesky(&mut self.factor, nv);
+        self.difference.resize(nv, 0.0);
+    }
+
+    /// Distance between two configurations as the tensor at the query has it.
+    pub fn distance(&mut self, space: &ConfigSpace, a: &[f64], b: &[f64]) -> f64 {
+        space.difference(a, b, &mut self.difference);
+        let nv = self.difference.len();
+        let rows = self.tensor.chunks_exact(nv).zip(&self.difference);
+        rows.map(|(row, d)| d * dot(row, &self.difference)).sum::<f64>().max(0.0).sqrt()
+    }
+
+    /// Turns independent standard normal numbers into a direction that is uniform in the tensor's norm.
+    pub fn spread(&self, step: &mut [f64]) {
+        transposed_solve(&self.factor, step.len(), step);
+    }
+}
