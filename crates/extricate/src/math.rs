@@ -7,6 +7,9 @@ pub type Vec3 = nalgebra::Vector3<f64>;
 /// 3 x 3 matrix of `f64`, column major.
 pub type Mat3 = nalgebra::Matrix3<f64>;
 
+/// Farthest coordinate \[m\] or largest angle \[rad\] that is taken for one: beyond it, products lose their meaning.
+pub const FARTHEST: f64 = 1e9;
+
 /// A rigid transform: `pose_a_b` maps coordinates in frame `b` to coordinates in frame `a`.
 ///
 /// Stored as a rotation matrix and a translation \[m\], because forward kinematics multiplies far more often than it

@@ -15,7 +15,7 @@ use crate::error::{Error, Result};
 use crate::learning::active::{Classified, classify, surprising_first};
 use crate::learning::budget::BudgetEnd;
 use crate::learning::classifier::Classifier;
-use crate::learning::explore::Exploration;
+use crate::learning::explore::{BATCH, Exploration};
 use crate::learning::{Budget, LearnOptions, LearnProgress};
 use crate::metric::{Metric, MetricScratch};
 use crate::penetration::certificate::InteriorBalls;
@@ -41,18 +41,19 @@ pub struct Statistics {
     pub labels: usize,
     /// Seed.
     pub seed: u64,
-    /// Verified boundary samples stored.
+    /// Verified free boundary samples stored.
     pub boundary_samples: usize,
     /// Support vectors of the classifier.
     pub support_vectors: usize,
     /// Share of uniform configurations that collide.
     pub colliding_share: f64,
-    /// Held-out accuracy on free configurations.
-    pub accuracy_free: f64,
+    /// Held-out accuracy on free configurations; `None` where there was no classifier or none to hold out.
+    pub accuracy_free: Option<f64>,
     /// Held-out accuracy on colliding configurations.
-    pub accuracy_colliding: f64,
-    /// Every boundary sample has a colliding configuration within this distance, in the scene's metric.
-    pub boundary_gap: f64,
+    pub accuracy_colliding: Option<f64>,
+    /// Every boundary sample has a colliding configuration within this distance, in the scene's metric. `None` where no
+    /// boundary was found and any free configurations stand in for its samples.
+    pub boundary_gap: Option<f64>,
     /// What ended learning; only after `labels` does the model not depend on the speed of the machine.
     pub ended_by: EndedBy,
 }
@@ -69,8 +70,15 @@ pub enum EndedBy {
     Interruption,
 }
 
-/// Share of the labels spent on exploration before the boundary is traced.
+/// Share of the budget, labels or seconds, spent on exploration before the boundary is traced.
 const EXPLORATION_SHARE: f64 = 0.2;
+/// Labels that exploration spends at most; tracing draws what it needs beyond them.
+const MOST_EXPLORATION: usize = 200_000;
+/// Configurations below which "collides every time" says nothing.
+const FEW: usize = 100;
+
+/// Seeds looked at for surprises for every second of the limit: a share of the time that is small on any robot.
+const SURPRISES_A_SECOND: f64 = 1000.0;
 
 /// Boundary samples have a colliding configuration within this share of the space's diameter.
 const GAP_SHARE: f64 = 1.0 / 2000.0;
@@ -176,10 +184,14 @@ fn learn(
     let mut budget = Budget::new(options, progress);
     let halton = Halton::new(scene.space.nv(), options.seed);
     let mut known = Exploration::default();
-    let first = ((options.labels as f64 * EXPLORATION_SHARE) as usize).clamp(1, options.labels);
-    known.extend(&scene.space, &halton, first, &label, &mut budget);
-    while known.free.is_empty() && budget.end().is_none() {
-        known.extend(&scene.space, &halton, first, &label, &mut budget);
+    let first = ((options.labels as f64 * EXPLORATION_SHARE) as usize).clamp(1, MOST_EXPLORATION);
+    while budget.end().is_none() {
+        let to_come = first.saturating_sub(budget.spent());
+        let enough = to_come == 0 || budget.fraction() >= EXPLORATION_SHARE;
+        if enough && !known.free.is_empty() {
+            break;
+        }
+        known.extend(&scene.space, &halton, if enough { BATCH } else { to_come.min(BATCH) }, &label, &mut budget);
     }
     if known.free.is_empty() {
         return Err(nothing_free(&checker, &known, &budget));
@@ -197,14 +209,16 @@ fn learn(
     let Classified { classifier, accuracy_free, accuracy_colliding } =
         classify(&scene.space, &features, &mut known, &label, options.seed, &mut budget);
     if let Some(classifier) = &classifier {
-        surprising_first(classifier, &features, nq, &mut known.colliding);
+        let by_time = budget.seconds().map_or(usize::MAX, |limit| (limit * SURPRISES_A_SECOND) as usize);
+        surprising_first(classifier, &features, nq, by_time.min(budget.left() / 8), &mut known.colliding);
     }
 
     budget.stage("tracing the boundary");
     let gap = GAP_SHARE * metric.diameter();
     let ground = TraceGround { space: &scene.space, metric: &metric, label: &label, gap, seed: options.seed };
     let mut samples = trace(&ground, &mut known, &halton, &mut budget);
-    if samples.is_empty() {
+    let traced = !samples.is_empty();
+    if !traced {
         // Nothing collided, or nothing was traced in time: free configurations are answers too, only far ones.
         samples.extend_from_slice(&known.free[..known.free.len().min(1024 * nq)]);
     }
@@ -216,7 +230,7 @@ fn learn(
         colliding_share,
         accuracy_free,
         accuracy_colliding,
-        boundary_gap: gap,
+        boundary_gap: traced.then_some(gap),
         ended_by: match budget.end() {
             Some(BudgetEnd::Seconds) => EndedBy::Seconds,
             Some(BudgetEnd::Interrupted) => EndedBy::Interruption,
@@ -234,7 +248,9 @@ fn nothing_free(checker: &Checker, known: &Exploration, budget: &Budget) -> Erro
     let tried: Vec<Vec<f64>> = known.colliding.chunks_exact(scene.space.nq()).take(1000).map(<[f64]>::to_vec).collect();
     let named = |pair: usize| format!("[\"{}\", \"{}\"]", scene.pair_names(pair)[0], scene.pair_names(pair)[1]);
     let always: Vec<String> = always_colliding(checker, &tried).into_iter().map(named).collect();
-    let advice = if always.is_empty() {
+    let advice = if tried.len() < FEW {
+        "too few to tell why; spend more labels or seconds".into()
+    } else if always.is_empty() {
         "no single pair is to blame; widen the limits, lower the clearance or spend more labels".into()
     } else {
         format!(

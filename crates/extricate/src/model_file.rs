@@ -48,12 +48,21 @@ pub fn encode(model: &Model) -> Vec<u8> {
     serialize(tensors, Some(metadata)).expect(in_memory)
 }
 
+/// Whether `bytes` begin as a model file does: with the length of the header, and a header that names this project.
+pub fn is_model(bytes: &[u8]) -> bool {
+    let head = &bytes[..bytes.len().min(4096)];
+    head.get(8) == Some(&b'{') && head.windows(11).any(|at| at == b"\"extricate\"")
+}
+
 /// Reads a model file's bytes; `path` is its name in messages.
 ///
 /// # Errors
 /// [`Error::Model`]: foreign, truncated, altered, or of another version.
 pub fn decode(path: &Path, bytes: &[u8]) -> Result<Model> {
     let fault = |problem: String| Error::Model { path: path.into(), problem };
+    if !bytes.is_empty() && !bytes.contains(&0) && std::str::from_utf8(bytes).is_ok() {
+        return Err(fault("got text, expected a model file, which is learned from a scene".into()));
+    }
     let (_, metadata) = SafeTensors::read_metadata(bytes)
         .map_err(|e| fault(format!("not an extricate model, or a truncated one ({e})")))?;
     let header = metadata.metadata().as_ref().and_then(|m| m.get(KEY));
@@ -126,6 +135,8 @@ mod tests {
             altered[at] ^= 0x10;
             assert!(refused(&altered).is_some(), "byte {at} altered without notice");
         }
-        assert!(refused(b"solid cube").unwrap().contains("not an extricate model"));
+        assert!(refused(b"\x89PNG\r\n").unwrap().contains("not an extricate model"));
+        assert!(refused(b"clearance = 1e-4").unwrap().contains("got text, expected a model file"));
+        assert!(is_model(&bytes) && !is_model(&bytes[..20]) && !is_model(b"solid cube"));
     }
 }

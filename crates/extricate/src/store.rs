@@ -1,7 +1,8 @@
 //! The one place that touches files: scenes in, models in and out.
 
-use std::io::Write;
-use std::path::Path;
+use std::fs::{self, File};
+use std::io::{self, ErrorKind, Read, Write};
+use std::path::{Path, PathBuf};
 
 use crate::error::{Error, Result};
 use crate::model::Model;
@@ -9,20 +10,40 @@ use crate::model_file;
 use crate::scene::Scene;
 use crate::scene::assemble::assemble;
 
+/// Largest file that is read \[bytes\]: beyond it something else was meant, a disk image or a device without end.
+const LARGEST: u64 = 2 << 30;
+/// How much of a file is looked at to tell what it is \[bytes\].
+const HEAD: u64 = 4096;
+
 /// Loads a scene file and everything that it names.
 ///
 /// # Errors
-/// [`crate::Error::Read`] for files that cannot be read, [`crate::Error::Input`] for those that cannot be used.
+/// [`crate::Error::Read`] where the file cannot be read, [`crate::Error::Input`] where it, or what it names, cannot be used.
 pub fn load_scene(path: &Path) -> Result<Scene> {
-    let text = String::from_utf8(read(path)?).map_err(|error| {
+    let bytes = read(path)?;
+    let name = path.display().to_string();
+    if model_file::is_model(&bytes) {
+        return Err(Error::input(name, "file", "got a model file, expected a scene (TOML)"));
+    }
+    let text = String::from_utf8(bytes).map_err(|error| {
         let at = format!("byte {}", error.utf8_error().valid_up_to());
-        Error::input(path.display().to_string(), at, "not UTF-8, expected TOML")
+        Error::input(name, at, "got bytes that are not UTF-8, expected a scene (TOML)")
     })?;
     assemble(path, &text, &mut read)
 }
 
 fn read(path: &Path) -> Result<Vec<u8>> {
-    std::fs::read(path).map_err(|source| Error::Read { path: path.into(), source })
+    read_at_most(path, LARGEST).map_err(|source| Error::Read { path: path.into(), source })
+}
+
+fn read_at_most(path: &Path, most: u64) -> io::Result<Vec<u8>> {
+    let file = File::open(path)?;
+    let mut bytes = Vec::with_capacity(file.metadata()?.len().min(most) as usize);
+    file.take(most + 1).read_to_end(&mut bytes)?;
+    if bytes.len() as u64 > most {
+        return Err(io::Error::new(ErrorKind::FileTooLarge, format!("it is larger than {most} bytes")));
+    }
+    Ok(bytes)
 }
 
 /// Loads a model file.
@@ -33,31 +54,89 @@ pub fn load_model(path: &Path) -> Result<Model> {
     model_file::decode(path, &read(path)?)
 }
 
-/// Writes a model file atomically: a reader sees the old file or the whole new one.
+/// Writes a model file as [`write_atomically`] does.
 ///
 /// # Errors
 /// [`crate::Error::Write`]; the old file, if any, is then untouched.
 pub fn save_model(model: &Model, path: &Path) -> Result<()> {
-    let fault = |source| Error::Write { path: path.into(), source };
-    let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    let mut file = tempfile::Builder::new().prefix(".extricate-").tempfile_in(folder).map_err(fault)?;
-    file.write_all(&model_file::encode(model)).map_err(fault)?;
-    file.as_file().sync_all().map_err(fault)?;
-    allow_others_to_read(file.as_file()).map_err(fault)?;
-    file.persist(path).map_err(|e| fault(e.error))?;
-    Ok(())
+    write_atomically(path, &model_file::encode(model))
 }
 
-/// Temporary files are private to their owner; a model is as public as any file that the user writes.
-#[cfg(unix)]
-fn allow_others_to_read(file: &std::fs::File) -> std::io::Result<()> {
-    use std::os::unix::fs::PermissionsExt;
-    file.set_permissions(std::fs::Permissions::from_mode(0o644))
+/// Whether [`save_model`] can be expected to succeed; to be asked before hours of learning.
+///
+/// # Errors
+/// [`crate::Error::Write`] for a directory, a device, a folder that does not exist or takes no files, and for a file that is
+/// there already and no model: a scene given by mistake is not replaced.
+pub fn check_model_output(path: &Path) -> Result<()> {
+    check_output(path, "model", model_file::is_model)
 }
 
-#[cfg(not(unix))]
-fn allow_others_to_read(_: &std::fs::File) -> std::io::Result<()> {
-    Ok(())
+/// Whether a file of the kind `what` can be written at `path`; one that is there already has to be empty, or to begin with
+/// bytes that `is_own` takes for its kind.
+///
+/// # Errors
+/// [`crate::Error::Write`], see [`check_model_output`].
+pub fn check_output(path: &Path, what: &str, is_own: fn(&[u8]) -> bool) -> Result<()> {
+    let check = || {
+        match fs::metadata(path) {
+            Ok(found) if found.is_dir() => return Err(io::Error::other("it is a directory, expected a file name")),
+            Ok(found) if !found.is_file() => return Err(io::Error::other("it is a device, expected a file name")),
+            Ok(_) => {
+                let mut head = Vec::new();
+                File::open(path)?.take(HEAD).read_to_end(&mut head)?;
+                if !head.is_empty() && !is_own(&head) {
+                    let problem = format!("it exists and is no {what}, expected a new name or a {what} to replace");
+                    return Err(io::Error::other(problem));
+                }
+            }
+            Err(_) => {}
+        }
+        let (folder, _) = destination(path)?;
+        if !folder.is_dir() {
+            return Err(io::Error::other(format!("there is no directory {}", folder.display())));
+        }
+        temporary(&folder).map(drop)
+    };
+    check().map_err(|source| Error::Write { path: path.into(), source })
+}
+
+/// Writes a file: a reader sees the old one or the whole new one. A symbolic link stays one, its target is replaced.
+///
+/// # Errors
+/// [`crate::Error::Write`]; the old file, if any, is then untouched.
+pub fn write_atomically(path: &Path, bytes: &[u8]) -> Result<()> {
+    let write = || {
+        let (folder, target) = destination(path)?;
+        let mut file = temporary(&folder)?;
+        file.write_all(bytes)?;
+        file.as_file().sync_all()?;
+        file.persist(target).map(drop).map_err(|error| error.error)
+    };
+    write().map_err(|source| Error::Write { path: path.into(), source })
+}
+
+/// The folder that a file is written in, and the path there.
+fn destination(path: &Path) -> io::Result<(PathBuf, PathBuf)> {
+    let target = if path.exists() { path.canonicalize()? } else { path.to_path_buf() };
+    let folder = target.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    Ok((folder.to_path_buf(), target))
+}
+
+fn temporary(folder: &Path) -> io::Result<tempfile::NamedTempFile> {
+    let mut builder = tempfile::Builder::new();
+    builder.prefix(".extricate-");
+    // Temporary files are private to their owner; what becomes of this one is as public as the user's other files.
+    #[cfg(unix)]
+    builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
+    let explain =
+        |error: io::Error| io::Error::new(error.kind(), format!("cannot create a file there ({})", cause(&error)));
+    builder.tempfile_in(folder).map_err(explain)
+}
+
+/// Without the name of the temporary file, which nobody knows.
+fn cause(error: &io::Error) -> String {
+    let text = error.to_string();
+    text.split(" at path ").next().unwrap_or(&text).to_string()
 }
 
 #[cfg(test)]
@@ -83,5 +162,38 @@ mod tests {
         let missing = load_scene(&folder.path().join(&files[0].0)).unwrap_err().to_string();
         assert!(missing.contains("package://robot/meshes/link_3.stl") && missing.contains("tried"), "{missing}");
         assert!(matches!(load_scene(&folder.path().join("none.toml")), Err(Error::Read { .. })));
+    }
+
+    #[test]
+    fn only_files_of_the_same_kind_are_replaced() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = |name: &str| folder.path().join(name);
+        let is_own = |head: &[u8]| head.starts_with(b"own");
+        let refused = |name: &str| check_output(&path(name), "thing", is_own).err().map(|e| e.to_string());
+        fs::write(path("own"), "own 1").unwrap();
+        fs::write(path("empty"), "").unwrap();
+        fs::write(path("scene"), "clearance = 0").unwrap();
+        assert_eq!((refused("own"), refused("empty"), refused("new")), (None, None, None));
+        assert!(refused("scene").unwrap().contains("exists and is no thing"));
+        assert!(refused("").unwrap().contains("is a directory"));
+        assert!(refused("no/new").unwrap().contains("there is no directory"));
+        assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 3, "nothing is left behind");
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn links_are_followed_and_devices_refused() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = |name: &str| folder.path().join(name);
+        fs::create_dir(path("far")).unwrap();
+        fs::write(path("far/file"), "old").unwrap();
+        std::os::unix::fs::symlink(path("far/file"), path("link")).unwrap();
+        write_atomically(&path("link"), b"new").unwrap();
+        assert!(path("link").is_symlink());
+        assert_eq!(fs::read(path("far/file")).unwrap(), b"new");
+        let device = check_output(Path::new("/dev/null"), "thing", |_| true).unwrap_err().to_string();
+        assert!(device.contains("/dev/null: it is a device"), "{device}");
+        let endless = read_at_most(Path::new("/dev/zero"), 100).unwrap_err().to_string();
+        assert_eq!(endless, "it is larger than 100 bytes");
     }
 }

@@ -25,12 +25,17 @@ pub struct TraceGround<'a> {
 
 /// Most halvings of a segment: enough for any gap above 2^-40 of the space's diameter.
 const MAX_HALVINGS: u32 = 40;
+/// Seeds of the first pass; each later one takes twice as many, up to [`BATCH`]. A short budget is spent on whole passes.
+const FIRST_SEEDS: usize = 256;
 
 /// Spends the budget on boundary samples; returns them row major.
 ///
 /// Every colliding seed is joined to the nearest known free configuration and to the nearest boundary sample found so far;
 /// both segments are halved toward the seed. So the samples lie where the exits of random colliding configurations are, and
 /// each pass starts from better ones. Seeds that the classifier gets wrong come first (`colliding` is in that order).
+///
+/// Where time or the caller ended the budget before this, one small pass is made all the same: without it nothing would be
+/// known of the boundary. The limit in labels always holds.
 ///
 /// # Guarantee
 /// Every row was labelled free, and some configuration within `gap` of it was labelled colliding.
@@ -42,14 +47,18 @@ pub fn trace(ground: &TraceGround, known: &mut Exploration, halton: &Halton, bud
     }
     let free = SampleSet::new(ground.metric, nq, thin(&known.free, nq, MOST_FREE), ground.seed);
     let mut traced: Option<SampleSet> = None;
-    let mut seeds_used = 0;
-    while budget.end().is_none() {
-        if known.colliding.len() / nq < seeds_used + BATCH {
-            known.extend(ground.space, halton, BATCH, ground.label, budget);
+    let (mut seeds_used, mut most_seeds) = (0, FIRST_SEEDS);
+    let mut first_pass = true;
+    while (budget.end().is_none() || first_pass) && budget.left() > 0 {
+        first_pass = false;
+        if known.colliding.len() / nq < seeds_used + most_seeds {
+            // The last labels are better spent on the seeds that there are.
+            let more = (budget.left() / 4).clamp(1, BATCH);
+            known.extend(ground.space, halton, more, ground.label, budget);
         }
-        let until = (seeds_used + BATCH).min(known.colliding.len() / nq);
+        let until = (seeds_used + most_seeds).min(known.colliding.len() / nq);
         let seeds = &known.colliding[seeds_used * nq..until * nq];
-        seeds_used = until;
+        (seeds_used, most_seeds) = (until, (2 * most_seeds).min(BATCH));
         let starts: Vec<[Option<Vec<f64>>; 2]> = seeds
             .par_chunks_exact(nq)
             .map_init(Default::default, |scratch: &mut (BoundaryScratch, Anchor, Vec<(u32, f64)>), seed| {
@@ -63,11 +72,14 @@ pub fn trace(ground: &TraceGround, known: &mut Exploration, halton: &Halton, bud
                 far.extend_from_slice(seed);
             }
         }
-        halve(ground, &mut near, &mut far, budget);
+        let paid = halve(ground, &mut near, &mut far, samples.is_empty(), budget);
         samples.extend_from_slice(&near);
         budget.note(samples.len() / nq, None);
-        if traced.as_ref().is_none_or(|set| 2 * set.len() <= samples.len() / nq) {
+        if traced.as_ref().is_none_or(|set| 2 * set.len() <= samples.len() / nq) && !samples.is_empty() {
             traced = Some(SampleSet::new(ground.metric, nq, samples.clone(), ground.seed));
+        }
+        if !paid {
+            break;
         }
     }
     samples
@@ -92,20 +104,49 @@ fn nearest(
 }
 
 /// Halves every segment from a `free` row to the `colliding` row beside it, in lockstep, until the longest is below the gap.
-fn halve(ground: &TraceGround, free: &mut [f64], colliding: &mut [f64], budget: &mut Budget) {
+///
+/// Segments that the labels left cannot pay for are not begun; the answer is whether they could pay for all. Where the budget
+/// ends on the way, those still longer than the gap are dropped; `finish` has them halved to their end all the same, as far
+/// as labels are left.
+fn halve(
+    ground: &TraceGround,
+    free: &mut Vec<f64>,
+    colliding: &mut Vec<f64>,
+    finish: bool,
+    budget: &mut Budget,
+) -> bool {
     let nq = ground.space.nq();
-    let mut middles = vec![0.0; free.len()];
-    for _ in 0..MAX_HALVINGS {
-        let longest = free
+    let affordable = |longest: f64, left: usize| {
+        let halvings = (longest / ground.gap).log2().ceil().max(1.0);
+        if halvings.is_finite() { left / halvings as usize } else { left }
+    };
+    let (mut middles, mut paid) = (Vec::new(), true);
+    for halvings in 0..MAX_HALVINGS {
+        let lengths: Vec<f64> = free
             .par_chunks_exact(nq)
             .zip(colliding.par_chunks_exact(nq))
             .map(|(a, b)| ground.metric.distance(a, b))
-            .reduce(|| 0.0, f64::max);
+            .collect();
+        let longest = lengths.iter().copied().fold(0.0, f64::max);
         if longest <= ground.gap {
-            return;
+            return paid;
         }
-        let rows = free.chunks_exact(nq).zip(colliding.chunks_exact(nq));
-        for ((a, b), middle) in rows.zip(middles.chunks_exact_mut(nq)) {
+        if halvings == 0 {
+            let rows = lengths.len().min(affordable(longest, budget.left()));
+            paid = rows == lengths.len();
+            free.truncate(rows * nq);
+            colliding.truncate(rows * nq);
+        }
+        let rows = free.len() / nq;
+        if rows > budget.left() || (budget.end().is_some() && !finish) {
+            let kept = lengths.iter().take(rows).map(|length| *length <= ground.gap);
+            let kept = free.chunks_exact(nq).zip(kept).filter(|(_, kept)| *kept);
+            *free = kept.flat_map(|(row, _)| row.iter().copied()).collect();
+            return paid;
+        }
+        middles.resize(free.len(), 0.0);
+        let ends = free.chunks_exact(nq).zip(colliding.chunks_exact(nq));
+        for ((a, b), middle) in ends.zip(middles.chunks_exact_mut(nq)) {
             ground.space.interpolate(a, b, 0.5, middle);
         }
         for (row, label) in budget.label(ground.label, &middles).into_iter().enumerate() {
@@ -113,6 +154,7 @@ fn halve(ground: &TraceGround, free: &mut [f64], colliding: &mut [f64], budget: 
             side[row * nq..(row + 1) * nq].copy_from_slice(&middles[row * nq..(row + 1) * nq]);
         }
     }
+    paid
 }
 
 #[cfg(test)]
@@ -146,5 +188,6 @@ mod tests {
         for q in samples.chunks_exact(nq) {
             assert!((1.0..1.0101).contains(&radius(q)), "{q:?}");
         }
+        assert!(budget.spent() <= 60_000, "{}", budget.spent());
     }
 }

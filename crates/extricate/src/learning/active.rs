@@ -16,16 +16,20 @@ pub type Features<'a> = dyn Fn(&[f64]) -> Vec<f64> + Sync + 'a;
 pub struct Classified {
     /// The classifier; `None` where only one label was ever seen.
     pub classifier: Option<Classifier>,
-    /// Held-out accuracy on free configurations, in `[0, 1]`.
-    pub accuracy_free: f64,
+    /// Held-out accuracy on free configurations, in `[0, 1]`; `None` where none was held out.
+    pub accuracy_free: Option<f64>,
     /// Held-out accuracy on colliding configurations.
-    pub accuracy_colliding: f64,
+    pub accuracy_colliding: Option<f64>,
 }
 
 /// Shares of one training round's new configurations.
 const ROUNDS: usize = 3;
 /// Configurations of the first round, half of each label where there are so many.
 const FIRST: usize = 2000;
+/// With less time than this \[s\] the first round is smaller, in proportion: nothing stops a fit that has begun.
+const TIME_FOR_FIRST: f64 = 10.0;
+/// Share of the budget after which no round begins, so that most of it is left for the boundary.
+const TRAINED_BY: f64 = 0.4;
 /// Configurations that each later round adds.
 const ADDED: usize = 1000;
 /// Held out of every training set, of each label.
@@ -53,8 +57,8 @@ pub fn classify(
     let nq = space.nq();
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let (free, colliding) = (rows(&known.free, nq), rows(&known.colliding, nq));
-    let mut outcome = Classified { classifier: None, accuracy_free: 1.0, accuracy_colliding: 1.0 };
-    if free.is_empty() || colliding.is_empty() {
+    let mut outcome = Classified { classifier: None, accuracy_free: None, accuracy_colliding: None };
+    if free.is_empty() || colliding.is_empty() || budget.end().is_some() {
         return outcome;
     }
     // The last fifth of each list, at most HELD_OUT, is held out.
@@ -63,12 +67,14 @@ pub fn classify(
     let held = gather(held_free.iter().map(|q| (*q, Label::Free)), features)
         .join(gather(held_colliding.iter().map(|q| (*q, Label::Colliding)), features));
     let (free, colliding) = (&free[..split(free.len())], &colliding[..split(colliding.len())]);
+    let share_of_first = budget.seconds().map_or(1.0, |limit| (limit / TIME_FOR_FIRST).clamp(0.1, 1.0));
+    let first = (FIRST as f64 * share_of_first) as usize / 2;
     let mut configs: Vec<(Vec<f64>, Label)> = Vec::new();
-    configs.extend(free.iter().take(FIRST / 2).map(|q| (q.to_vec(), Label::Free)));
-    configs.extend(colliding.iter().take(FIRST / 2).map(|q| (q.to_vec(), Label::Colliding)));
+    configs.extend(free.iter().take(first).map(|q| (q.to_vec(), Label::Free)));
+    configs.extend(colliding.iter().take(first).map(|q| (q.to_vec(), Label::Colliding)));
     let mut pool: Vec<(&[f64], Label)> = Vec::new();
-    pool.extend(free.iter().skip(FIRST / 2).take(POOL / 2).map(|q| (*q, Label::Free)));
-    pool.extend(colliding.iter().skip(FIRST / 2).take(POOL / 2).map(|q| (*q, Label::Colliding)));
+    pool.extend(free.iter().skip(first).take(POOL / 2).map(|q| (*q, Label::Free)));
+    pool.extend(colliding.iter().skip(first).take(POOL / 2).map(|q| (*q, Label::Colliding)));
     let mut pool_set = gather(pool.iter().copied(), features);
     let mut fresh: Vec<(Vec<f64>, Label)> = Vec::new();
     for round in 0..ROUNDS {
@@ -84,17 +90,20 @@ pub fn classify(
             },
         };
         let classifier = Classifier::fit(&set.features, dimensions, &set.labels, &options);
-        (outcome.accuracy_free, outcome.accuracy_colliding) =
-            classifier.balanced_accuracy(&held.features, &held.labels);
-        budget.note(0, Some(0.5 * (outcome.accuracy_free + outcome.accuracy_colliding)));
-        if round + 1 == ROUNDS || budget.end().is_some() {
+        let (free, colliding) = classifier.balanced_accuracy(&held.features, &held.labels);
+        outcome.accuracy_free = (!held_free.is_empty()).then_some(free);
+        outcome.accuracy_colliding = (!held_colliding.is_empty()).then_some(colliding);
+        budget.note(0, Some(0.5 * (free + colliding)));
+        // Asks for the time too, which a long fit may have used up.
+        budget.stage("training");
+        if round + 1 == ROUNDS || budget.end().is_some() || budget.fraction() > TRAINED_BY {
             outcome.classifier = Some(classifier);
             break;
         }
         let doubtful = most_doubtful(&classifier, &pool_set, ADDED / 2);
         configs.extend(doubtful.iter().map(|i| (pool[*i].0.to_vec(), pool[*i].1)));
         remove(&mut pool, &mut pool_set, &doubtful);
-        let between = between_opposites(space, &configs, ADDED / 2, &mut rng);
+        let between = between_opposites(space, &configs, (ADDED / 2).min(budget.left() / 4), &mut rng);
         let labels = budget.label(label, &between);
         let new = || between.chunks_exact(nq).map(<[f64]>::to_vec).zip(labels.iter().copied());
         configs.extend(new());
@@ -110,15 +119,18 @@ pub fn classify(
     outcome
 }
 
-/// Moves the colliding configurations that the classifier calls free to the front: small components hide among them.
-pub fn surprising_first(classifier: &Classifier, features: &Features, nq: usize, colliding: &mut Vec<f64>) {
+/// Moves those of the first `count` colliding configurations that the classifier calls free to the front: small components
+/// hide among them.
+pub fn surprising_first(classifier: &Classifier, features: &Features, nq: usize, count: usize, colliding: &mut [f64]) {
+    let count = count.min(colliding.len() / nq);
+    let colliding = &mut colliding[..count * nq];
     let decisions: Vec<f64> = colliding.par_chunks_exact(nq).map(|q| classifier.decision(&features(q))).collect();
     let (mut front, mut back) = (Vec::new(), Vec::with_capacity(colliding.len()));
     for (q, decision) in colliding.chunks_exact(nq).zip(decisions) {
         if decision > 0.0 { front.extend_from_slice(q) } else { back.extend_from_slice(q) }
     }
     front.extend(back);
-    *colliding = front;
+    colliding.copy_from_slice(&front);
 }
 
 impl Set {

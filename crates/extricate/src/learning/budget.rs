@@ -73,6 +73,18 @@ impl<'a> Budget<'a> {
         self.end
     }
 
+    /// Share of the budget spent, of labels or of seconds, whichever is more, in `[0, 1]`.
+    pub fn fraction(&self) -> f64 {
+        let by_labels = self.progress.labels as f64 / self.labels.max(1) as f64;
+        let by_time = self.seconds.map_or(0.0, |limit| self.seconds_spent() / limit.max(1e-9));
+        by_labels.max(by_time).min(1.0)
+    }
+
+    /// The limit in seconds.
+    pub fn seconds(&self) -> Option<f64> {
+        self.seconds
+    }
+
     /// Labels spent.
     pub fn spent(&self) -> usize {
         self.progress.labels

@@ -19,7 +19,7 @@ pub struct Exploration {
 pub const BATCH: usize = 2048;
 
 impl Exploration {
-    /// Labels `count` further points of the sequence; fewer where the budget ends.
+    /// Labels `count` further points of the sequence; fewer where the budget ends, never more than it has left.
     pub fn extend(
         &mut self,
         space: &ConfigSpace,
@@ -31,7 +31,10 @@ impl Exploration {
         let nq = space.nq();
         let mut done = 0;
         while done < count && budget.end().is_none() {
-            let batch = BATCH.min(count - done);
+            let batch = BATCH.min(count - done).min(budget.left());
+            if batch == 0 {
+                return;
+            }
             let mut configs = vec![0.0; batch * nq];
             for (i, q) in configs.chunks_exact_mut(nq).enumerate() {
                 halton.config(space, self.next + i as u64, q);

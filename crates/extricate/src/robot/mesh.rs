@@ -65,7 +65,7 @@ impl TriangleMesh {
         Self { vertices: points, triangles, components }.without_unused_vertices()
     }
 
-    /// The mesh with its axes scaled about the origin. A mirroring scale turns the windings, so outward stays outward.
+    /// The mesh with its axes scaled about the origin by factors that [`is_scale`] takes. A mirroring scale turns the windings, so outward stays outward.
     pub fn scaled(&self, scale: [f64; 3]) -> TriangleMesh {
         let mut mesh = self.clone();
         mesh.vertices.iter_mut().for_each(|v| v.component_mul_assign(&Vec3::from(scale)));
@@ -99,6 +99,11 @@ impl TriangleMesh {
         });
         self
     }
+}
+
+/// Whether a mesh can be scaled by these factors: beyond them it becomes a point, or leaves the numbers.
+pub fn is_scale(scale: &[f64; 3]) -> bool {
+    scale.iter().all(|x| (1e-9..=1e9).contains(&x.abs()))
 }
 
 #[cfg(test)]

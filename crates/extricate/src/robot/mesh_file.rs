@@ -2,10 +2,7 @@
 
 use super::{TriangleMesh, collada, obj, stl};
 use crate::error::{Error, Result};
-use crate::math::Vec3;
-
-/// Farthest coordinate \[m\] that is taken for one: beyond it products of coordinates lose their meaning.
-const FARTHEST: f64 = 1e9;
+use crate::math::{FARTHEST, Vec3};
 
 /// Parses by the extension of `file` (its name in messages), in any case: `stl`, `obj` or `dae`.
 ///

@@ -5,10 +5,11 @@ use std::sync::Arc;
 
 use urdf_rs::JointType;
 
+use super::mesh::is_scale;
 use super::tree::{NamedMimic, resolve_mimics, root};
 use super::{Geometry, Joint, JointKind, Link, LinkGeometry, Robot, TriangleMesh};
 use crate::error::{Error, Result};
-use crate::math::{Pose, Vec3};
+use crate::math::{FARTHEST, Pose, Vec3};
 
 mod plain;
 
@@ -97,8 +98,8 @@ fn convert_geometry(file: &str, element: &str, geometry: &urdf_rs::Geometry, mes
         }
         urdf_rs::Geometry::Mesh { filename, scale } => {
             let scale = scale.map_or([1.0; 3], |scale| *scale);
-            if scale.contains(&0.0) {
-                let problem = format!("got mesh scale {scale:?}, expected factors that are not zero");
+            if !is_scale(&scale) {
+                let problem = format!("got mesh scale {scale:?}, expected factors of size 1e-9 to 1e9, not zero");
                 return Err(Error::input(file, element, problem));
             }
             let key = (filename.clone(), scale.map(f64::to_bits));
@@ -147,14 +148,22 @@ fn convert_joint(
         }
         None => Vec3::x(),
     };
+    let limits = if joint.mimic.is_some() { None } else { limits(file, element, kind, &joint.limit, warnings)? };
+    // Propellers are often written as revolute with limits of 1e16.
+    let stated = joint.limit.lower.is_finite() && joint.limit.upper.is_finite();
+    let turns_freely = kind == JointKind::Revolute && joint.mimic.is_none() && limits.is_none() && stated;
+    if turns_freely {
+        let (lower, upper) = (joint.limit.lower, joint.limit.upper);
+        warnings.push(format!("{file}: {element}: its limits {lower:e} and {upper:e} are taken for none: continuous"));
+    }
     Ok(Joint {
         name: joint.name.clone(),
-        kind,
+        kind: if turns_freely { JointKind::Continuous } else { kind },
         parent: link("parent", &joint.parent.link)?,
         child: link("child", &joint.child.link)?,
         pose_parent_joint: pose(&joint.origin),
         axis,
-        limits: if joint.mimic.is_some() { None } else { limits(file, element, kind, &joint.limit, warnings)? },
+        limits,
         mimic: None,
     })
 }
@@ -170,7 +179,8 @@ fn limits(
     let finite = lower.is_finite() && upper.is_finite();
     match kind {
         JointKind::Fixed | JointKind::Continuous | JointKind::Spherical => return Ok(None),
-        JointKind::Planar | JointKind::Floating if !finite => return Ok(None),
+        // So `plain` writes what the file leaves out, and so some write it themselves; the scene may have other limits.
+        _ if lower < -FARTHEST && upper > FARTHEST => return Ok(None),
         _ if !finite => {
             let problem = format!("got limits {lower} to {upper}, expected `lower` and `upper`, both finite");
             return Err(Error::input(file, element, problem));

@@ -3,6 +3,7 @@
 use roxmltree::{Document, Node, ParsingOptions};
 
 use crate::error::{Error, Result};
+use crate::math::FARTHEST;
 
 /// Parses a document; `what` names the format in the message.
 pub(super) fn document<'a>(file: &str, text: &'a str, what: &str) -> Result<Document<'a>> {
@@ -50,21 +51,39 @@ pub(super) fn required<'a>(file: &str, element: &str, node: Node<'a, '_>, attrib
     })
 }
 
-/// `N` finite numbers separated by blanks, from the text `value` of `name`.
+/// `N` numbers within 1e9, separated by blanks, from the text `value` of `name`.
 pub(super) fn numbers<const N: usize>(file: &str, element: &str, name: &str, value: &str) -> Result<[f64; N]> {
-    let error = || {
+    numbers_within(FARTHEST, file, element, name, value)
+}
+
+/// `N` finite numbers of size `most` at most.
+pub(super) fn numbers_within<const N: usize>(
+    most: f64,
+    file: &str,
+    element: &str,
+    name: &str,
+    value: &str,
+) -> Result<[f64; N]> {
+    let error = |within: &str| {
         if value.contains("${") || value.contains("$(") {
             return Error::input(file, element, format!("{name}=\"{value}\": {NEEDS_XACRO}"));
         }
         let expected = if N == 1 { "a finite number".into() } else { format!("{N} finite numbers") };
-        Error::input(file, element, format!("got {name}=\"{value}\", expected {expected}"))
+        Error::input(file, element, format!("got {name}=\"{value}\", expected {expected}{within}"))
     };
     let mut words = value.split_whitespace();
     let mut out = [0.0; N];
     for slot in &mut out {
-        *slot = words.next().and_then(|word| word.parse().ok()).filter(|x: &f64| x.is_finite()).ok_or_else(error)?;
+        let word = words.next().and_then(|word| word.parse().ok()).filter(|x: &f64| x.is_finite());
+        *slot = word.ok_or_else(|| error(""))?;
     }
-    if words.next().is_some() { Err(error()) } else { Ok(out) }
+    if words.next().is_some() {
+        return Err(error(""));
+    }
+    if out.iter().any(|x| x.abs() > most) {
+        return Err(error(&format!(" within {most:e}")));
+    }
+    Ok(out)
 }
 
 /// `N` finite numbers from an attribute, or `default` where it is missing.
@@ -92,6 +111,7 @@ mod tests {
         for bad in ["1 2", "1 2 3 4", "1 x 3", "1 nan 3", "1 inf 3", ""] {
             assert_eq!(message(bad), format!("f: e: got xyz=\"{bad}\", expected 3 finite numbers"));
         }
+        assert_eq!(message("1 2e9 3"), "f: e: got xyz=\"1 2e9 3\", expected 3 finite numbers within 1e9");
         assert!(message("${x} 0 0").contains("xacro"));
     }
 

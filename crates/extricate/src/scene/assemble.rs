@@ -11,7 +11,7 @@ use super::load::Files;
 use super::names::{Named, unique};
 use super::obstacles::obstacles;
 use super::pairs::{PairName, checked, disabled_by_scene, disabled_by_srdf};
-use super::{Body, Scene};
+use super::{Body, MetricSpec, Scene};
 use crate::error::{Error, Result};
 use crate::robot::Robot;
 
@@ -53,7 +53,7 @@ pub fn assemble(path: &Path, text: &str, read: ReadFile) -> Result<Scene> {
     let mut warnings = Vec::new();
     let mut files = Files::new(path, read);
     let robots = files.robots(&scene.robot, &mut warnings)?;
-    let obstacles = obstacles(&name, &scene.obstacle, &mut |path| files.mesh(path), &mut warnings)?;
+    let obstacles = obstacles(&name, &scene.obstacle, &mut |element, path| files.mesh(element, path), &mut warnings)?;
     build(&name, &scene, &robots, obstacles, warnings)
 }
 
@@ -91,6 +91,10 @@ pub fn build(
     bodies.extend(obstacles);
     bodies.iter().for_each(|body| warn_of_surfaces(body, &mut warnings));
 
+    if entry.metric.kind != MetricSpec::Joint && bodies.iter().all(|body| body.frame == 0) {
+        let problem = "no link that moves has geometry whose displacement it could measure, expected kind = \"joint\"";
+        return Err(Error::input(file, "metric", problem));
+    }
     let disabled = disabled(file, entry, robots, &bodies)?;
     let pairs = checked(&bodies, &tree.carriers, &disabled);
     if pairs.is_empty() {
@@ -191,6 +195,19 @@ mod tests {
         let mut parted = chain(&[Revolute, Revolute]);
         parted.joints[1].parent = 2;
         assert!(scene(PLAIN, &[parted]).unwrap_err().to_string().contains("arm.urdf: link \"l2\": no chain"));
+    }
+
+    #[test]
+    fn a_metric_of_displacements_needs_something_that_is_displaced() {
+        let mut arm = chain(&[Revolute]);
+        arm.links[1].collision.clear();
+        for kind in ["object-norm", "max-displacement"] {
+            let text = format!("metric = {{ kind = '{kind}' }}\n{PLAIN}{BALL}");
+            let message = scene(&text, std::slice::from_ref(&arm)).unwrap_err().to_string();
+            assert!(message.contains("metric: no link that moves has geometry"), "{message}");
+            assert!(scene(&text, &[chain(&[Revolute])]).is_ok());
+        }
+        assert!(scene(&format!("{PLAIN}{BALL}"), &[arm]).is_ok());
     }
 
     #[test]

@@ -185,8 +185,8 @@ fn weights(
                 return Err(fault(format!("`{name}`: got {split:?}, expected a number, as the joint is {kind}")));
             }
         };
-        if let Some(bad) = [translation, rotation].iter().find(|weight| !(weight.is_finite() && **weight > 0.0)) {
-            return Err(fault(format!("`{name}`: got {bad}, expected a finite number > 0")));
+        if let Some(bad) = [translation, rotation].iter().find(|weight| !(1e-9..=1e9).contains(*weight)) {
+            return Err(fault(format!("`{name}`: got {bad:?}, expected a number from 1e-9 to 1e9")));
         }
         if candidates[index].manifolds.is_empty() {
             warnings
@@ -260,7 +260,7 @@ mod tests {
         let message = |text: &str| scene(text, &[chain(&[Revolute, Fixed])]).unwrap_err().to_string();
         let weights = |weights: &str| message(&format!("metric = {{ weights = {{ {weights} }} }}\n{PLAIN}"));
         assert!(weights("j7 = 1").contains("metric: weights: got `j7`, expected one of `j0`, `j1`"));
-        assert!(weights("j0 = -1").contains("`j0`: got -1, expected a finite number > 0"));
+        assert!(weights("j0 = -1").contains("`j0`: got -1.0, expected a number from 1e-9 to 1e9"));
         assert!(weights("j0 = [1, 2]").contains("the joint is revolute"));
         let unbounded = message(&format!("{PLAIN}base = 'floating'"));
         assert!(unbounded.contains("robot \"arm\": base") && unbounded.contains("min = [x0, y0, z0]"), "{unbounded}");

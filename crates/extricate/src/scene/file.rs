@@ -33,8 +33,10 @@ use std::collections::BTreeMap;
 use serde::Deserialize;
 
 use super::MetricSpec;
+use super::arrays::{exactly, exactly_if_any, pairs_of_names};
+use super::wording::explain;
 use crate::error::{Error, Result};
-use crate::math::Pose;
+use crate::math::{FARTHEST, Pose};
 
 /// A whole scene file.
 #[derive(Debug, Clone, Deserialize)]
@@ -63,7 +65,7 @@ fn default_clearance() -> f64 {
 
 /// `metric = { kind = .., weights = .. }`.
 #[derive(Debug, Clone, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(deny_unknown_fields, expecting = "a table `{ kind = .., weights = .. }`")]
 pub struct MetricEntry {
     /// Which metric.
     #[serde(default = "default_metric")]
@@ -90,7 +92,7 @@ pub enum WeightEntry {
     /// For all its coordinates.
     Uniform(f64),
     /// Of its translations and its rotation.
-    Split([f64; 2]),
+    Split(#[serde(deserialize_with = "exactly")] [f64; 2]),
 }
 
 /// `[[robot]]`.
@@ -153,7 +155,7 @@ pub enum BaseKind {
 
 /// Least and greatest value of several coordinates [m or rad].
 #[derive(Debug, Clone, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(deny_unknown_fields, expecting = "a table `{ min = [..], max = [..] }`")]
 pub struct BoundsEntry {
     /// Least values.
     pub min: Vec<f64>,
@@ -166,20 +168,20 @@ pub struct BoundsEntry {
 #[serde(untagged, expecting = "expected [lower, upper] or { min = [..], max = [..] }")]
 pub enum LimitsEntry {
     /// Of its one coordinate, or of each of its translations.
-    Interval([f64; 2]),
+    Interval(#[serde(deserialize_with = "exactly")] [f64; 2]),
     /// Of each translation, and for a planar joint optionally of its angle.
     Bounds(BoundsEntry),
 }
 
 /// `pose = { xyz = .., rpy = .. }`.
 #[derive(Debug, Clone, Copy, Default, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(deny_unknown_fields, expecting = "a table `{ xyz = [..], rpy = [..] }`")]
 pub struct PoseEntry {
     /// Position \[m\].
-    #[serde(default)]
+    #[serde(default, deserialize_with = "exactly")]
     pub xyz: [f64; 3],
     /// Roll, pitch and yaw about the fixed axes x, y, z \[rad\].
-    #[serde(default)]
+    #[serde(default, deserialize_with = "exactly")]
     pub rpy: [f64; 3],
 }
 
@@ -198,16 +200,18 @@ pub struct ObstacleEntry {
 
 /// `shape = { .. }`: exactly one of the five shapes.
 #[derive(Debug, Clone, Default, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(deny_unknown_fields, expecting = "a table with one of box, sphere, cylinder, capsule, mesh")]
 pub struct ShapeEntry {
     /// Full sides \[m\].
-    #[serde(rename = "box")]
+    #[serde(rename = "box", default, deserialize_with = "exactly_if_any")]
     pub cuboid: Option<[f64; 3]>,
     /// Radius \[m\].
     pub sphere: Option<f64>,
     /// Radius and length \[m\].
+    #[serde(default, deserialize_with = "exactly_if_any")]
     pub cylinder: Option<[f64; 2]>,
     /// Radius and length of the cylindrical part \[m\].
+    #[serde(default, deserialize_with = "exactly_if_any")]
     pub capsule: Option<[f64; 2]>,
     /// Path of a mesh file.
     pub mesh: Option<String>,
@@ -225,7 +229,7 @@ pub enum ScaleEntry {
     /// Along every axis.
     Uniform(f64),
     /// Along x, y and z.
-    Axes([f64; 3]),
+    Axes(#[serde(deserialize_with = "exactly")] [f64; 3]),
 }
 
 /// `[pairs]`.
@@ -233,7 +237,7 @@ pub enum ScaleEntry {
 #[serde(deny_unknown_fields)]
 pub struct PairsEntry {
     /// Pairs of names that are not checked, on top of the SRDF's.
-    #[serde(default)]
+    #[serde(default, deserialize_with = "pairs_of_names")]
     pub disable: Vec<[String; 2]>,
 }
 
@@ -243,38 +247,23 @@ pub struct PairsEntry {
 /// [`Error::Input`] with line and column where the text is not TOML, has a key that the format does not know (the known
 /// ones are listed) or a value of the wrong type; or where the clearance makes no sense.
 pub fn parse(file: &str, text: &str) -> Result<SceneFile> {
-    let scene: SceneFile = toml::from_str(text).map_err(|error| {
-        let element = match error.span() {
-            Some(span) => position(text, span.start),
-            None => "scene".into(),
-        };
-        Error::input(file, element, error.message().trim())
-    })?;
-    if !(scene.clearance.is_finite() && scene.clearance >= 0.0) {
-        return Err(Error::input(
-            file,
-            "clearance",
-            format!("got {}, expected a finite number >= 0 [m]", scene.clearance),
-        ));
+    let scene: SceneFile = toml::from_str(text).map_err(|error| explain(file, text, &error))?;
+    if !(0.0..=FARTHEST).contains(&scene.clearance) {
+        return Err(Error::input(file, "clearance", format!("got {}, expected 0 to 1e9 [m]", scene.clearance)));
     }
     Ok(scene)
-}
-
-fn position(text: &str, at: usize) -> String {
-    let before = &text.as_bytes()[..at.min(text.len())];
-    let line = before.iter().filter(|&&byte| byte == b'\n').count() + 1;
-    let column = before.iter().rev().take_while(|&&byte| byte != b'\n').count() + 1;
-    format!("line {line}, column {column}")
 }
 
 impl PoseEntry {
     /// The pose.
     ///
     /// # Errors
-    /// [`Error::Input`] where a number is not finite.
+    /// [`Error::Input`] where a number is not finite or beyond 1e9.
     pub fn pose(&self, file: &str, element: &str) -> Result<Pose> {
-        match self.xyz.iter().chain(&self.rpy).find(|x| !x.is_finite()) {
-            Some(bad) => Err(Error::input(file, element, format!("pose: got {bad}, expected finite numbers"))),
+        match self.xyz.iter().chain(&self.rpy).find(|x| !(x.abs() <= FARTHEST)) {
+            Some(bad) => {
+                Err(Error::input(file, element, format!("pose: got {bad:?}, expected finite numbers within 1e9")))
+            }
             None => Ok(Pose::from_xyz_rpy(self.xyz, self.rpy)),
         }
     }
@@ -300,12 +289,13 @@ impl BoundsEntry {
     }
 }
 
-/// Checks that `lower` and `upper` are finite and in order.
+/// Checks that `lower` and `upper` are within 1e9 and in order.
 pub fn interval(file: &str, what: &str, lower: f64, upper: f64) -> Result<(f64, f64)> {
-    if lower.is_finite() && upper.is_finite() && lower <= upper {
+    if -FARTHEST <= lower && lower <= upper && upper <= FARTHEST {
         return Ok((lower, upper));
     }
-    Err(Error::input(file, what, format!("got [{lower}, {upper}], expected finite limits, lower <= upper")))
+    let problem = format!("got [{lower:?}, {upper:?}], expected finite limits within 1e9, lower <= upper");
+    Err(Error::input(file, what, problem))
 }
 
 #[cfg(test)]
@@ -358,7 +348,7 @@ mod tests {
         assert!(message("[[robot]]\nurdf = 'a'\nlimits = { a = 1 }").contains("[lower, upper]"));
         assert!(message("[[robot]]\nurdf = 'a'\n= 1").contains("line 3"));
         assert!(message("[[robot]]\nname = 'a'").contains("`urdf`"));
-        assert!(message("clearance = -1").contains("got -1, expected a finite number >= 0"));
+        assert!(message("clearance = -1").contains("got -1, expected 0 to 1e9"));
         assert!(message("clearance = nan").contains("NaN"));
     }
 
@@ -370,6 +360,7 @@ mod tests {
         };
         assert_eq!(bounds(&[0.0, 1.0], &[2.0, 3.0]).unwrap(), [(0.0, 2.0), (1.0, 3.0)]);
         assert!(bounds(&[0.0], &[1.0]).unwrap_err().contains("expected 2 or 3 each"));
-        assert!(bounds(&[0.0, 2.0], &[1.0, 1.0]).unwrap_err().contains("[2, 1]"));
+        assert!(bounds(&[0.0, 2.0], &[1.0, 1.0]).unwrap_err().contains("[2.0, 1.0]"));
+        assert!(bounds(&[-1e300; 2], &[1e300; 2]).unwrap_err().contains("[-1e300, 1e300], expected finite limits"));
     }
 }

@@ -37,8 +37,8 @@ impl<'a> Files<'a> {
         warnings: &mut Vec<String>,
     ) -> Result<Vec<LoadedRobot<'e>>> {
         let mut robots = Vec::with_capacity(entries.len());
-        for entry in entries {
-            robots.push(self.robot(entry, warnings)?);
+        for (index, entry) in entries.iter().enumerate() {
+            robots.push(self.robot(index, entry, warnings)?);
         }
         let names = robot_names(&self.file, entries, robots.iter().map(|loaded| loaded.robot.name.as_str()))?;
         for (loaded, name) in robots.iter_mut().zip(names) {
@@ -47,10 +47,15 @@ impl<'a> Files<'a> {
         Ok(robots)
     }
 
-    fn robot<'e>(&mut self, entry: &'e RobotEntry, warnings: &mut Vec<String>) -> Result<LoadedRobot<'e>> {
+    fn robot<'e>(
+        &mut self,
+        index: usize,
+        entry: &'e RobotEntry,
+        warnings: &mut Vec<String>,
+    ) -> Result<LoadedRobot<'e>> {
         let path = self.folder.join(&entry.urdf);
         let file = path.display().to_string();
-        let text = self.text(&path)?;
+        let text = self.text(&path, &format!("robot {}: urdf", index + 1))?;
         let folder = path.parent().unwrap_or(Path::new("")).to_path_buf();
         let packages: Vec<PathBuf> = entry.packages.iter().map(|package| self.folder.join(package)).collect();
         let mut load = |uri: &str| self.first_mesh(&file, uri, &candidates(uri, &folder, &packages));
@@ -62,7 +67,8 @@ impl<'a> Files<'a> {
         if let Some(srdf) = &entry.srdf {
             let path = self.folder.join(srdf);
             let file = path.display().to_string();
-            let srdf = srdf::parse(&file, &self.text(&path)?)?;
+            let text = self.text(&path, &format!("robot {}: srdf", index + 1))?;
+            let srdf = srdf::parse(&file, &text)?;
             group = match &entry.group {
                 Some(group) => Some(srdf.group_joints(&file, group, &robot)?),
                 None => None,
@@ -75,18 +81,19 @@ impl<'a> Files<'a> {
         Ok(LoadedRobot { name: robot.name.clone(), urdf: file, robot, disabled, group, entry })
     }
 
-    /// A mesh by its path as the scene file has it.
-    pub fn mesh(&mut self, path: &str) -> Result<Arc<TriangleMesh>> {
+    /// A mesh by its path as the scene file has it; `element` names it in messages.
+    pub fn mesh(&mut self, element: &str, path: &str) -> Result<Arc<TriangleMesh>> {
         let path = self.folder.join(path);
-        match self.mesh_at(&path)? {
-            Some(mesh) => Ok(mesh),
-            None => Err(Error::Read { path, source: ErrorKind::NotFound.into() }),
-        }
+        let found = self.mesh_at(&path).map_err(|error| named(&self.file, element, error))?;
+        found.ok_or_else(|| {
+            Error::input(&self.file, element, format!("got {}, expected a file (not found)", path.display()))
+        })
     }
 
     fn first_mesh(&mut self, file: &str, uri: &str, candidates: &[PathBuf]) -> Result<Arc<TriangleMesh>> {
         for path in candidates {
-            if let Some(mesh) = self.mesh_at(path)? {
+            let found = self.mesh_at(path).map_err(|error| named(file, &format!("mesh \"{uri}\""), error))?;
+            if let Some(mesh) = found {
                 return Ok(mesh);
             }
         }
@@ -114,12 +121,22 @@ impl<'a> Files<'a> {
         Ok(Some(mesh))
     }
 
-    fn text(&mut self, path: &Path) -> Result<String> {
-        let bytes = (self.read)(path)?;
+    fn text(&mut self, path: &Path, element: &str) -> Result<String> {
+        let bytes = (self.read)(path).map_err(|error| named(&self.file, element, error))?;
         String::from_utf8(bytes).map_err(|error| {
             let at = error.utf8_error().valid_up_to();
             Error::input(path.display().to_string(), format!("byte {at}"), "not UTF-8, expected XML in UTF-8")
         })
+    }
+}
+
+/// A file that cannot be read, with what names it: `element` of `file`.
+fn named(file: &str, element: &str, error: Error) -> Error {
+    match error {
+        Error::Read { path, source } => {
+            Error::input(file, element, format!("got {}, expected a file that can be read ({source})", path.display()))
+        }
+        other => other,
     }
 }
 
@@ -207,12 +224,13 @@ mod tests {
         let mut files = Files::new(Path::new("s/scene.toml"), &mut read);
         let tried = [PathBuf::from("s/a/arm/a.stl"), PathBuf::from("s/b/arm/a.stl")];
         let first = files.first_mesh("u.urdf", "package://arm/a.stl", &tried).unwrap();
-        let second = files.mesh("b/arm/a.stl").unwrap();
+        let second = files.mesh("obstacle", "b/arm/a.stl").unwrap();
         assert!(Arc::ptr_eq(&first, &second));
         let missing = files.first_mesh("u.urdf", "package://arm/a.stl", &tried[..1]).unwrap_err().to_string();
         assert!(missing.contains("u.urdf: mesh \"package://arm/a.stl\": not found, tried s/a/arm/a.stl"), "{missing}");
         assert!(missing.contains("`packages`"), "{missing}");
-        assert!(matches!(files.mesh("c.stl"), Err(Error::Read { .. })));
+        let missing = files.mesh("obstacle \"c\": mesh", "c.stl").unwrap_err().to_string();
+        assert_eq!(missing, "s/scene.toml: obstacle \"c\": mesh: got s/c.stl, expected a file (not found)");
         assert_eq!(reads.iter().filter(|path| *path == "s/b/arm/a.stl").count(), 1);
     }
 }

@@ -3,6 +3,7 @@
 //! Everything a query needs to know of the robot and its surroundings is in [`Scene`]; it is plain data, free of files,
 //! and is stored whole in the model file. Not here: positions of anything at a configuration (`kinematics`).
 
+mod arrays;
 pub mod assemble;
 mod bodies;
 pub mod builtin;
@@ -17,6 +18,7 @@ mod reach;
 mod roles;
 #[cfg(test)]
 mod testing;
+mod wording;
 
 use serde::{Deserialize, Serialize};
 

@@ -46,10 +46,18 @@ pub fn find(all: &[Named], wanted: &str) -> Result<usize, String> {
     }
 }
 
+/// Refuses names that are empty or would break a line of a message or of a report.
+pub fn check_name(name: &str) -> Result<(), String> {
+    if name.trim().is_empty() || name.chars().any(char::is_control) {
+        return Err(format!("got the name {name:?}, expected one of printed characters"));
+    }
+    Ok(())
+}
+
 /// The names of robots: as their entries say, else as their URDFs do, with `-2` and so on where that is taken.
 ///
 /// # Errors
-/// [`Error::Input`] where an entry's name is empty or another entry's.
+/// [`Error::Input`] where an entry's name is no name or another entry's.
 pub fn robot_names<'a>(
     file: &str,
     entries: &[RobotEntry],
@@ -57,9 +65,10 @@ pub fn robot_names<'a>(
 ) -> crate::error::Result<Vec<String>> {
     let mut taken: HashSet<String> = HashSet::new();
     for (index, name) in entries.iter().enumerate().filter_map(|(index, entry)| Some((index, entry.name.as_ref()?))) {
-        if name.trim().is_empty() || !taken.insert(name.clone()) {
-            let problem = format!("name: got `{name}`, expected a name that is not empty and no other robot's");
-            return Err(Error::input(file, format!("robot {}", index + 1), problem));
+        let fault = |problem: String| Error::input(file, format!("robot {}", index + 1), format!("name: {problem}"));
+        check_name(name).map_err(fault)?;
+        if !taken.insert(name.clone()) {
+            return Err(fault(format!("got `{name}`, expected a name that is no other robot's")));
         }
     }
     let name = |(entry, urdf): (&RobotEntry, &str)| {
@@ -150,6 +159,10 @@ mod tests {
         assert_eq!(names(&plain.repeat(3), &["arm", "arm", "b"]).unwrap(), ["arm", "arm-2", "b"]);
         assert_eq!(names(&format!("{plain}{plain}{named}"), &["arm"; 3]).unwrap(), ["arm", "arm-3", "arm-2"]);
         assert!(names(&named.repeat(2), &["a", "a"]).unwrap_err().contains("robot 2: name: got `arm-2`"));
+        assert!(
+            names("[[robot]]\nurdf = 'a'\nname = ''", &["a"]).unwrap_err().contains("robot 1: name: got the name \"\"")
+        );
+        assert!(check_name("a\nb").is_err() && check_name("a b").is_ok());
     }
 
     #[test]

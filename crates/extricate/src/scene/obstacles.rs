@@ -5,13 +5,14 @@ use std::sync::Arc;
 
 use super::bodies::hull;
 use super::file::{ObstacleEntry, ScaleEntry, ShapeEntry};
+use super::names::check_name;
 use super::{Body, Part};
 use crate::error::{Error, Result};
-use crate::math::Vec3;
-use crate::robot::{Geometry, TriangleMesh};
+use crate::math::{FARTHEST, Vec3};
+use crate::robot::{Geometry, TriangleMesh, mesh::is_scale};
 
-/// Reads a mesh by its path, as the scene file has it.
-pub type LoadMesh<'a> = &'a mut dyn FnMut(&str) -> Result<Arc<TriangleMesh>>;
+/// Reads a mesh by the element that names it, for messages, and its path, as the scene file has it.
+pub type LoadMesh<'a> = &'a mut dyn FnMut(&str, &str) -> Result<Arc<TriangleMesh>>;
 
 /// The obstacles of a scene file, fixed to the world.
 ///
@@ -27,9 +28,7 @@ pub fn obstacles(
     let mut seen = HashSet::new();
     let mut bodies = Vec::with_capacity(entries.len());
     for (index, entry) in entries.iter().enumerate() {
-        if entry.name.trim().is_empty() {
-            return Err(Error::input(file, format!("obstacle {}", index + 1), "got an empty name, expected one"));
-        }
+        check_name(&entry.name).map_err(|problem| Error::input(file, format!("obstacle {}", index + 1), problem))?;
         let element = format!("obstacle \"{}\"", entry.name);
         if !seen.insert(&entry.name) {
             return Err(Error::input(file, element, "the name occurs twice, expected every obstacle to have its own"));
@@ -67,12 +66,12 @@ fn shape(
     if kind != "mesh" && (entry.scale.is_some() || entry.convex) {
         return Err(fault(format!("shape: `scale` and `convex` belong to a mesh, got them with a {kind}")));
     }
-    let sizes = |sizes: &[f64], what: &str| match sizes.iter().find(|x| !(x.is_finite() && **x > 0.0)) {
-        Some(bad) => Err(fault(format!("{kind}: got {bad}, expected {what}, each > 0 [m]"))),
+    let sizes = |sizes: &[f64], what: &str| match sizes.iter().find(|x| !(**x > 0.0 && **x <= FARTHEST)) {
+        Some(bad) => Err(fault(format!("{kind}: got {bad:?}, expected {what} > 0 and within 1e9 [m]"))),
         None => Ok(()),
     };
     if let Some(sides) = entry.cuboid {
-        sizes(&sides, "full sides [x, y, z]")?;
+        sizes(&sides, "full sides [x, y, z], each")?;
         return Ok(Geometry::Box { half_extents: Vec3::from(sides) / 2.0 });
     }
     if let Some(radius) = entry.sphere {
@@ -80,11 +79,11 @@ fn shape(
         return Ok(Geometry::Sphere { radius });
     }
     if let Some([radius, length]) = entry.cylinder {
-        sizes(&[radius, length], "[radius, length]")?;
+        sizes(&[radius, length], "[radius, length], each")?;
         return Ok(Geometry::Cylinder { radius, half_length: length / 2.0 });
     }
     if let Some([radius, length]) = entry.capsule {
-        sizes(&[radius, length], "[radius, length]")?;
+        sizes(&[radius, length], "[radius, length], each")?;
         return Ok(Geometry::Capsule { radius, half_length: length / 2.0 });
     }
     let scale = match entry.scale {
@@ -92,10 +91,10 @@ fn shape(
         Some(ScaleEntry::Uniform(scale)) => [scale; 3],
         Some(ScaleEntry::Axes(scale)) => scale,
     };
-    if scale.iter().any(|x| !x.is_finite() || *x == 0.0) {
-        return Err(fault(format!("scale: got {scale:?}, expected finite factors that are not 0")));
+    if !is_scale(&scale) {
+        return Err(fault(format!("scale: got {scale:?}, expected factors of size 1e-9 to 1e9, not zero")));
     }
-    let mut mesh = load_mesh(entry.mesh.as_deref().unwrap_or_default())?;
+    let mut mesh = load_mesh(&format!("{element}: mesh"), entry.mesh.as_deref().unwrap_or_default())?;
     if scale != [1.0; 3] {
         mesh = Arc::new(mesh.scaled(scale));
     }
@@ -112,7 +111,7 @@ mod tests {
 
     fn assembled(text: &str) -> Result<Vec<Body>> {
         let scene = file::parse("s.toml", text)?;
-        obstacles("s.toml", &scene.obstacle, &mut |_| Ok(tetrahedron()), &mut Vec::new())
+        obstacles("s.toml", &scene.obstacle, &mut |_, _| Ok(tetrahedron()), &mut Vec::new())
     }
 
     fn tetrahedron() -> Arc<TriangleMesh> {
@@ -147,13 +146,18 @@ mod tests {
     #[test]
     fn faults_name_obstacle_value_and_expectation() {
         let message = |shape: &str| one(shape).unwrap_err().to_string();
-        assert!(message("{ sphere = 0 }").contains("obstacle \"a\": sphere: got 0, expected a radius"));
+        assert!(
+            message("{ sphere = 0 }")
+                .contains("obstacle \"a\": sphere: got 0.0, expected a radius > 0 and within 1e9 [m]")
+        );
         assert!(message("{ box = [1, -2, 3] }").contains("got -2"));
         assert!(message("{ cylinder = [1, nan] }").contains("NaN"));
+        assert!(message("{ sphere = 1e300 }").contains("got 1e300"));
         assert!(message("{ }").contains("got none, expected exactly one of box"));
         assert!(message("{ sphere = 1, box = [1, 1, 1] }").contains("got box and sphere"));
         assert!(message("{ sphere = 1, scale = 2 }").contains("belong to a mesh"));
         assert!(message("{ mesh = 'a.stl', scale = 0 }").contains("scale: got [0.0, 0.0, 0.0]"));
+        assert!(message("{ mesh = 'a.stl', scale = 1e-200 }").contains("expected factors of size 1e-9 to 1e9"));
         let twice = "[[obstacle]]\nname = 'a'\nshape = { sphere = 1 }\n".repeat(2);
         assert!(assembled(&twice).unwrap_err().to_string().contains("occurs twice"));
         assert!(

@@ -48,7 +48,12 @@ pub fn disabled_by_scene(file: &str, entries: &[[String; 2]], all: &[PairName]) 
             let element = format!("pairs: disable [\"{}\", \"{}\"]", entry[0], entry[1]);
             find(&names, name).map(|index| all[index].body).map_err(|problem| Error::input(file, element, problem))
         };
-        pairs.extend(ordered(body(&entry[0])?, body(&entry[1])?));
+        let (first, second) = (body(&entry[0])?, body(&entry[1])?);
+        if first.is_some() && first == second {
+            let problem = "got one body twice, expected two bodies";
+            return Err(Error::input(file, format!("pairs: disable [\"{}\", \"{}\"]", entry[0], entry[1]), problem));
+        }
+        pairs.extend(ordered(first, second));
     }
     Ok(pairs)
 }
@@ -110,6 +115,7 @@ mod tests {
         let by_scene = |names| disabled_by_scene("s.toml", &[strings(names)], &all);
         assert_eq!(by_scene(["box", "a/hand"]).unwrap(), [BodyPair { first: 0, second: 2 }]);
         assert_eq!(by_scene(["box", "frame"]).unwrap(), []);
+        assert!(by_scene(["box", "box"]).unwrap_err().to_string().contains("got one body twice"));
         let ambiguous = by_scene(["hand", "box"]).unwrap_err().to_string();
         assert!(ambiguous.contains("`a/hand`, `b/hand`"), "{ambiguous}");
         let unknown = by_scene(["bux", "frame"]).unwrap_err().to_string();

@@ -169,8 +169,11 @@ fn manifolds(
         JointKind::Fixed => return Ok(Vec::new()),
         JointKind::Revolute | JointKind::Prismatic => {
             let missing = || {
-                let add = format!("no limits; add `limits = {{ {name} = [lower, upper] }}` to [[robot]] in the scene");
-                Error::input(&loaded.urdf, format!("joint \"{name}\""), add)
+                let problem = format!(
+                    "got no limits, expected <limit> with `lower` and `upper`, or `limits = {{ {name} = [lower, upper] }}` \
+                     in its [[robot]] of the scene"
+                );
+                Error::input(&loaded.urdf, format!("joint \"{name}\""), problem)
             };
             return Ok(vec![of(limits(file, loaded, joint)?.ok_or_else(missing)?)]);
         }
@@ -271,12 +274,14 @@ mod tests {
         assert!(message("locked = { j1 = 0 }", &arm).contains("fixed in the URDF"));
         assert!(message("locked = { j2 = 0 }", &arm).contains("several coordinates"));
         assert!(message("limits = { j9 = [0, 1] }", &arm).contains("limits: got `j9`"));
-        assert!(message("limits = { j0 = [1, 0] }", &arm).contains("limits `j0`: got [1, 0]"));
+        assert!(message("limits = { j0 = [1, 0] }", &arm).contains("limits `j0`: got [1.0, 0.0]"));
         assert!(message("limits = { j3 = [0, 1] }", &arm).contains("spherical"));
         assert!(message("limits = { j2 = { min = [0], max = [1] } }", &arm).contains("expected 2 or 3 each"));
         let mut bare = chain(&[Revolute]);
         bare.joints[0].limits = None;
-        assert!(message("", &bare).contains("arm.urdf: joint \"j0\": no limits; add `limits = { j0 ="));
+        assert!(message("", &bare).contains("arm.urdf: joint \"j0\": got no limits, expected"));
+        let given = format!("{PLAIN}limits = {{ j0 = [0, 1] }}");
+        assert!(scene(&given, &[bare]).is_ok(), "the scene's limits stand in for those that the URDF lacks");
     }
 
     #[test]

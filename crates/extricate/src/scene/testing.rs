@@ -56,7 +56,7 @@ pub fn scene_with(text: &str, robots: &[Robot], disabled: &[[String; 2]], group:
     });
     let loaded: Vec<LoadedRobot> = loaded.collect();
     let mut warnings = Vec::new();
-    let bodies = obstacles(FILE, &file.obstacle, &mut |path| panic!("no mesh {path} in this test"), &mut warnings)?;
+    let bodies = obstacles(FILE, &file.obstacle, &mut |_, path| panic!("no mesh {path} in this test"), &mut warnings)?;
     build(FILE, &file, &loaded, bodies, warnings)
 }
 

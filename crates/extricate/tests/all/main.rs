@@ -1,6 +1,7 @@
 //! The integration tests of the library, in one binary.
 
 mod analytic;
+mod budgets;
 mod licences;
 mod memory;
 mod property;

@@ -53,7 +53,7 @@ fn every_witness_is_free_and_every_bound_holds() {
 #[test]
 fn boundary_samples_are_free_and_beside_a_collision() {
     let model = learn(builtin::scene("planar-arm").unwrap(), 20_000, 5);
-    let (space, gap) = (&model.scene().space, model.statistics().boundary_gap);
+    let (space, gap) = (&model.scene().space, model.statistics().boundary_gap.expect("a boundary"));
     let mut check = CheckScratch::default();
     let mut beside = 0;
     let mut near = vec![0.0; space.nq()];

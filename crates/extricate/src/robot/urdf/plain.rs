@@ -6,7 +6,7 @@
 
 use roxmltree::Node;
 
-use super::super::xml::{NEEDS_XACRO, child, children, document, label, numbers, required};
+use super::super::xml::{NEEDS_XACRO, child, children, document, label, numbers, numbers_within, required};
 use crate::error::{Error, Result};
 use crate::math::quaternion_matrix;
 
@@ -152,9 +152,6 @@ impl Writer<'_> {
 
     fn limit(&mut self, kind: &str, limit: Option<Node>) -> Result<()> {
         let limit = match kind {
-            "revolute" | "prismatic" if limit.is_none() => {
-                return self.error("got no <limit>, expected one with `lower` and `upper`".into());
-            }
             "revolute" | "prismatic" => limit,
             "planar" | "floating" => limit.filter(|l| l.has_attribute("lower") && l.has_attribute("upper")),
             _ => return Ok(()),
@@ -163,8 +160,13 @@ impl Writer<'_> {
         self.text += "<limit velocity='0'";
         match limit {
             Some(limit) => {
-                self.copy_numbers_if_any::<1>(limit, "lower")?;
-                self.copy_numbers_if_any::<1>(limit, "upper")?;
+                for name in ["lower", "upper"] {
+                    if let Some(value) = limit.attribute(name) {
+                        // Some say "no limit" with 1e16.
+                        numbers_within::<1>(f64::MAX, self.file, &self.element, name, value)?;
+                        self.attribute(name, value);
+                    }
+                }
             }
             None => self.text += " lower='-inf' upper='inf'",
         }

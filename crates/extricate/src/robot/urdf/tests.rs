@@ -88,7 +88,7 @@ fn shapes_that_make_no_sense_are_named() {
         ("<sphere radius='NaN'/>", "got radius=\"NaN\", expected a finite number"),
         ("<sphere radius='${r}'/>", "xacro"),
         ("<cylinder radius='1'/>", "got <cylinder> without the attribute `length`"),
-        ("<mesh filename='t.stl' scale='1 0 1'/>", "expected factors that are not zero"),
+        ("<mesh filename='t.stl' scale='1 0 1'/>", "expected factors of size 1e-9 to 1e9, not zero"),
         ("<mesh/>", "without the attribute `filename`"),
         ("<cone/>", "got geometry <cone>, expected box, sphere"),
     ] {
@@ -124,7 +124,6 @@ fn joints_that_make_no_sense_are_named() {
         assert_error(&format!("<link name='a'/><link name='b'/>{}", joint("j", kind, "a", "b", more)), expected);
     };
     error("hinge", "", "joint \"j\": got type=\"hinge\", expected fixed, revolute");
-    error("revolute", "", "joint \"j\": got no <limit>, expected one");
     error("prismatic", "<limit lower='2' upper='1'/>", "got limits 2 to 1, expected lower <= upper");
     error("revolute", "<limit lower='-inf' upper='1'/>", "got lower=\"-inf\", expected a finite number");
     error("continuous", "<axis xyz='0 0 0'/>", "got axis xyz=\"0 0 0\", expected one that is not zero");
@@ -132,6 +131,7 @@ fn joints_that_make_no_sense_are_named() {
     error("continuous", "<mimic joint='k'/>", "joint \"j\": got mimic joint=\"k\", expected a joint of this robot");
     error("continuous", "<mimic joint='j'/>", "joint \"j\": got mimic joint=\"j\" in a cycle");
     error("floating", "<mimic joint='j'/>", "got mimic on the Floating joint \"j\"");
+    error("continuous", "<origin xyz='0 0 1e300'/>", "expected 3 finite numbers within 1e9");
     let mut warnings = vec![];
     let still = format!(
         "<robot>{LINKS}{}{}</robot>",
@@ -141,6 +141,23 @@ fn joints_that_make_no_sense_are_named() {
     let robot = parse("r.urdf", &still, &mut tetrahedron, &mut warnings).unwrap();
     assert_eq!(robot.joints[0].limits, Some((0.0, 0.0)));
     assert_eq!((robot.joints[0].axis, warnings.len()), (Vec3::x(), 1));
+}
+
+#[test]
+fn limits_that_bound_nothing_are_none() {
+    let read = |kind: &str, limit: &str, warned: usize| {
+        let mut warnings = vec![];
+        let text =
+            format!("<robot name='r'><link name='a'/><link name='b'/>{}</robot>", joint("j", kind, "a", "b", limit));
+        let joint = parse("r.urdf", &text, &mut tetrahedron, &mut warnings).unwrap().joints.remove(0);
+        assert_eq!(warnings.len(), warned, "{warnings:?}");
+        (joint.kind, joint.limits)
+    };
+    let wide = "<limit lower='-1e+16' upper='1e+16'/>";
+    assert_eq!(read("revolute", wide, 1), (JointKind::Continuous, None));
+    assert_eq!(read("prismatic", wide, 0), (JointKind::Prismatic, None));
+    assert_eq!(read("revolute", "", 0), (JointKind::Revolute, None));
+    assert_eq!(read("planar", "", 0), (JointKind::Planar, None));
 }
 
 #[test]

@@ -1,0 +1,74 @@
+//! Limits of learning: labels are never exceeded, and whatever ends it early, what is kept is usable and told as it is.
+
+use std::ops::ControlFlow;
+
+use extricate::model::EndedBy;
+use extricate::scene::builtin;
+use extricate::{Error, LearnOptions, Model, QueryOptions, QueryScratch, Result};
+
+fn learned(labels: usize, seconds: Option<f64>, most_reports: usize) -> Result<Model> {
+    let options = LearnOptions { labels, seconds, seed: 4, threads: 2 };
+    let mut reports = 0;
+    Model::learn(builtin::scene("planar-arm").unwrap(), &options, &mut |_| {
+        reports += 1;
+        if reports >= most_reports { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    })
+}
+
+fn assert_usable(model: &Model) {
+    let q = model.scene().space.config(&[0.4, 0.1, 0.0]).unwrap();
+    let answer = model.query(&q, &QueryOptions::default(), &mut QueryScratch::default());
+    assert!(answer.depth > 0.0 && answer.verified && answer.lower_bound <= answer.depth, "{answer:?}");
+}
+
+#[test]
+fn labels_are_a_limit_that_holds() {
+    for labels in [1, 2, 3, 10, 31, 100, 997, 5000, 20_000] {
+        let model = match learned(labels, None, usize::MAX) {
+            Ok(model) => model,
+            Err(Error::NothingFree { labels: spent, advice }) => {
+                assert!(spent <= labels && labels < 10 && advice.contains("too few"), "{spent} {advice}");
+                continue;
+            }
+            Err(other) => panic!("{other}"),
+        };
+        let found = model.statistics();
+        assert!(found.labels <= labels, "{} of {labels}", found.labels);
+        assert_eq!(found.ended_by, EndedBy::Labels);
+        assert!(labels < 100 || found.boundary_gap.is_some(), "no boundary from {labels} labels");
+        assert!(labels < 5000 || found.labels > labels * 9 / 10, "{} of {labels}", found.labels);
+        assert_usable(&model);
+    }
+}
+
+#[test]
+fn little_time_and_boundless_labels_still_find_the_boundary() {
+    for seconds in [1e-9, 0.2] {
+        let model = learned(usize::MAX, Some(seconds), usize::MAX).unwrap();
+        let found = model.statistics();
+        assert_eq!(found.ended_by, EndedBy::Seconds);
+        assert!(found.boundary_gap.is_some() && found.boundary_samples > 10, "{found:?}");
+        assert_usable(&model);
+    }
+}
+
+#[test]
+fn an_interruption_keeps_what_there_is() {
+    for reports in [1, 3, 40] {
+        let model = learned(1_000_000, None, reports).unwrap();
+        assert_eq!(model.statistics().ended_by, EndedBy::Interruption);
+        assert!(model.statistics().boundary_gap.is_some(), "{:?}", model.statistics());
+        assert_usable(&model);
+    }
+}
+
+#[test]
+fn where_nothing_collides_nothing_is_claimed() {
+    let scene = crate::memory::scene(
+        "[[robot]]\nurdf = \"r.urdf\"\n",
+        &[("r.urdf", crate::memory::chain(&[("revolute", [0.0; 3], [0.0, 0.0, 1.0], -1.0, 1.0, "")]))],
+    );
+    let found = crate::memory::learn(scene, 3000, 1).statistics().clone();
+    assert_eq!((found.boundary_gap, found.accuracy_free, found.accuracy_colliding), (None, None, None));
+    assert_eq!((found.labels, found.colliding_share), (3000, 0.0));
+}
