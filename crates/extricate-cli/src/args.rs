@@ -62,7 +62,28 @@ pub fn seconds(text: &str) -> Result<f64, String> {
 pub fn positive(text: &str) -> Result<usize, String> {
     match text.parse::<usize>() {
         Ok(value) if value > 0 => Ok(value),
-        _ => Err("expected a whole number of at least 1".into()),
+        _ => Err(format!("expected a whole number from 1 to {}", usize::MAX)),
+    }
+}
+
+/// A whole number, 0 included.
+pub fn whole(text: &str) -> Result<usize, String> {
+    text.parse().map_err(|_| format!("expected a whole number from 0 to {}", usize::MAX))
+}
+
+/// A seed.
+pub fn seed(text: &str) -> Result<u64, String> {
+    text.parse().map_err(|_| format!("expected a whole number from 0 to {}", u64::MAX))
+}
+
+/// Most threads that may be asked for: starting more takes longer than they could save anywhere.
+const MOST_THREADS: usize = 1024;
+
+/// A number of threads.
+pub fn threads(text: &str) -> Result<usize, String> {
+    match text.parse::<usize>() {
+        Ok(value) if value <= MOST_THREADS => Ok(value),
+        _ => Err(format!("expected 0 (one per core) to {MOST_THREADS}")),
     }
 }
 
@@ -102,6 +123,13 @@ mod tests {
             "learn scene.toml -o m --seconds 0",
             "learn scene.toml -o m --seconds nan",
             "learn scene.toml -o m --labels 0",
+            "learn scene.toml -o m --labels -1",
+            "learn scene.toml -o m --labels 1e6",
+            "learn scene.toml -o m --seconds -1",
+            "learn scene.toml -o m --threads -1",
+            "learn scene.toml -o m --threads 100000",
+            "sample scene.toml -n -1",
+            "sample scene.toml --seed 1.5",
             "query m.model",
             "query m.model --input q --effort hard",
             "demo --scene nowhere",
@@ -110,6 +138,12 @@ mod tests {
             let words = std::iter::once("extricate").chain(line.split(' ').filter(|w| !w.is_empty()));
             let error = Cli::try_parse_from(words).err().unwrap_or_else(|| panic!("accepted: {line}"));
             assert_eq!(error.exit_code(), 2, "{line}");
+            let says_what_is_expected = |text: String| text.contains("expected") || !text.contains("invalid value");
+            assert!(!error.to_string().contains("unexpected argument"), "{error}");
+            assert!(
+                says_what_is_expected(error.to_string()) || error.to_string().contains("possible values"),
+                "{error}"
+            );
         }
     }
 }

@@ -1,4 +1,4 @@
-//! Ctrl-C while learning: the first asks the learner to stop, the second ends the process.
+//! Ctrl-C while learning: the first asks the learner to stop, the second ends the process. While a file is written, none does.
 
 use std::sync::Once;
 use std::sync::atomic::{AtomicU8, Ordering};
@@ -6,6 +6,7 @@ use std::sync::atomic::{AtomicU8, Ordering};
 const IDLE: u8 = 0;
 const LEARNING: u8 = 1;
 const STOP_ASKED: u8 = 2;
+const WRITING: u8 = 3;
 /// What a shell reports for a process that SIGINT ended.
 const EXIT_INTERRUPTED: i32 = 130;
 
@@ -21,8 +22,9 @@ impl StopOnInterrupt {
         INSTALL.call_once(|| {
             // Where no handler can be installed Ctrl-C keeps its usual meaning, which is no worse.
             let _ = ctrlc::set_handler(|| {
-                if STATE.compare_exchange(LEARNING, STOP_ASKED, Ordering::SeqCst, Ordering::SeqCst).is_err() {
-                    std::process::exit(EXIT_INTERRUPTED);
+                match STATE.compare_exchange(LEARNING, STOP_ASKED, Ordering::SeqCst, Ordering::SeqCst) {
+                    Ok(_) | Err(WRITING) => {}
+                    Err(_) => std::process::exit(EXIT_INTERRUPTED),
                 }
             });
         });
@@ -34,6 +36,14 @@ impl StopOnInterrupt {
     pub fn asked(&self) -> bool {
         STATE.load(Ordering::SeqCst) == STOP_ASKED
     }
+}
+
+/// Runs `write`, which takes moments, without letting Ctrl-C leave a temporary file behind.
+pub fn uninterrupted<T>(write: impl FnOnce() -> T) -> T {
+    STATE.store(WRITING, Ordering::SeqCst);
+    let written = write();
+    STATE.store(IDLE, Ordering::SeqCst);
+    written
 }
 
 impl Drop for StopOnInterrupt {

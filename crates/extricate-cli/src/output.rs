@@ -3,6 +3,8 @@
 use std::fmt::Display;
 use std::io::{self, BufWriter, StdoutLock, Write};
 
+use anyhow::Context;
+
 use serde::Serialize;
 
 /// Lines on standard output.
@@ -20,19 +22,19 @@ impl Output {
     }
 
     /// Writes one line.
-    pub fn line(&mut self, text: impl Display) -> io::Result<()> {
-        writeln!(self.writer, "{text}")?;
-        if self.flush_lines { self.writer.flush() } else { Ok(()) }
+    pub fn line(&mut self, text: impl Display) -> anyhow::Result<()> {
+        let written = writeln!(self.writer, "{text}");
+        let flushed = written.and_then(|()| if self.flush_lines { self.writer.flush() } else { Ok(()) });
+        flushed.context("cannot write to standard output")
     }
 
     /// Writes one value as one line of JSON.
-    pub fn json(&mut self, value: &impl Serialize) -> io::Result<()> {
-        let text = serde_json::to_string(value).map_err(io::Error::other)?;
-        self.line(text)
+    pub fn json(&mut self, value: &impl Serialize) -> anyhow::Result<()> {
+        self.line(serde_json::to_string(value)?)
     }
 
     /// Writes what is still buffered.
-    pub fn finish(mut self) -> io::Result<()> {
-        self.writer.flush()
+    pub fn finish(mut self) -> anyhow::Result<()> {
+        self.writer.flush().context("cannot write to standard output")
     }
 }

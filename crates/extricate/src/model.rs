@@ -54,7 +54,7 @@ pub struct Statistics {
     /// Every boundary sample has a colliding configuration within this distance, in the scene's metric. `None` where no
     /// boundary was found and any free configurations stand in for its samples.
     pub boundary_gap: Option<f64>,
-    /// What ended learning; only after `labels` does the model not depend on the speed of the machine.
+    /// What ended learning. With a limit in seconds, the model depends on the speed of the machine.
     pub ended_by: EndedBy,
 }
 
@@ -87,7 +87,8 @@ impl Model {
     /// Learns `scene` from nothing. `progress` is called after every batch of labels and may stop the run, which keeps what is
     /// learned by then.
     ///
-    /// The result depends on scene, options and seed alone, whatever the number of threads, unless time or the caller ended it.
+    /// Without a limit in seconds the result depends on scene, labels and seed alone, whatever the number of threads, unless the
+    /// caller ended it.
     ///
     /// # Errors
     /// [`Error::NothingFree`] where no free configuration was found; [`Error::Interrupted`] where the caller stopped before one

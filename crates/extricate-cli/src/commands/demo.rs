@@ -1,7 +1,6 @@
 //! `extricate demo`: a built-in scene learned, asked and drawn, with nothing to prepare.
 
 use std::fs;
-use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Instant;
@@ -10,14 +9,14 @@ use anyhow::{Context, bail};
 use clap::Args;
 use clap::builder::PossibleValuesParser;
 use extricate::scene::builtin;
-use extricate::{Answer, Checker, LearnOptions, Model, QueryOptions, QueryScratch};
+use extricate::{Answer, Checker, LearnOptions, Model, QueryOptions, QueryScratch, store};
 
 use super::demo_table::DemoReport;
-use super::learn::{Learned, learn_with_progress, refuse_bad_output};
+use super::learn::{Learned, learn_with_progress};
 use super::query_row::Summary;
 use super::sample::CollidingSampler;
 use super::tell_warnings;
-use crate::args::{positive, seconds};
+use crate::args::{positive, seconds, seed};
 use crate::output::Output;
 use crate::picture;
 use crate::progress::Progress;
@@ -26,6 +25,9 @@ use crate::report::count;
 /// Turns the seed into another one: no query shall be a configuration that the learner drew.
 const QUERY_STREAM: u64 = 0x71_75_65_72_69_65_73;
 
+/// Labels that a machine of many cores stops at; on two cores the seconds end learning first.
+const MOST_LABELS: usize = 2_000_000;
+
 /// Arguments of `demo`.
 #[derive(Args)]
 pub struct DemoArgs {
@@ -33,7 +35,7 @@ pub struct DemoArgs {
     #[arg(long, value_name = "NAME", default_value = builtin::NAMES[0], value_parser = PossibleValuesParser::new(builtin::NAMES))]
     scene: String,
     /// Colliding configurations to answer
-    #[arg(long, value_name = "N", default_value_t = 1000, value_parser = positive)]
+    #[arg(long, value_name = "N", default_value_t = 1000, value_parser = positive, allow_negative_numbers = true)]
     queries: usize,
     /// Picture to write; an existing one is replaced
     #[arg(long, value_name = "PICTURE.svg", default_value = "extricate-demo.svg")]
@@ -42,10 +44,10 @@ pub struct DemoArgs {
     #[arg(long, value_name = "DIR")]
     export: Option<PathBuf>,
     /// Seed of the random numbers
-    #[arg(long, value_name = "S", default_value_t = 0)]
+    #[arg(long, value_name = "S", default_value_t = 0, value_parser = seed, allow_negative_numbers = true)]
     seed: u64,
-    /// Seconds of learning
-    #[arg(long, value_name = "T", default_value_t = 20.0, value_parser = seconds)]
+    /// Most seconds of learning
+    #[arg(long, value_name = "T", default_value_t = 20.0, value_parser = seconds, allow_negative_numbers = true)]
     seconds: f64,
 }
 
@@ -64,10 +66,11 @@ pub fn run(args: &DemoArgs, json: bool) -> anyhow::Result<()> {
     if let Some(folder) = &args.export {
         return export(&args.scene, folder, json);
     }
-    refuse_bad_output(&args.out)?;
+    store::check_output(&args.out, "picture (SVG)", |head| head.starts_with(b"<svg"))?;
     let scene = builtin::scene(&args.scene)?;
     tell_warnings(&scene);
-    let options = LearnOptions { seconds: Some(args.seconds), seed: args.seed, ..LearnOptions::default() };
+    let options =
+        LearnOptions { labels: MOST_LABELS, seconds: Some(args.seconds), seed: args.seed, ..LearnOptions::default() };
     let Learned { model, seconds: learning_seconds, .. } = learn_with_progress(scene, &options)?;
     let answers = answer_random_queries(&model, args.queries, args.seed)?;
     let shown = &answers[most_instructive(&model, &answers)];
@@ -88,7 +91,7 @@ pub fn run(args: &DemoArgs, json: bool) -> anyhow::Result<()> {
     } else {
         out.line(report.text(model.scene()))?
     }
-    Ok(out.finish()?)
+    out.finish()
 }
 
 fn answer_random_queries(model: &Model, queries: usize, seed: u64) -> anyhow::Result<Vec<Answered>> {
@@ -143,10 +146,7 @@ fn export(name: &str, folder: &Path, json: bool) -> anyhow::Result<()> {
         let path = folder.join(path);
         let parent = path.parent().unwrap_or(folder);
         fs::create_dir_all(parent).with_context(|| format!("cannot create {}", parent.display()))?;
-        // `create_new` also refuses what appeared since the check above.
-        fs::File::create_new(&path)
-            .and_then(|mut file| file.write_all(content))
-            .with_context(|| format!("cannot write {}", path.display()))?;
+        store::write_atomically(&path, content)?;
     }
     let scene = folder.join(&files[0].0).display().to_string();
     let mut out = Output::new(false);
@@ -157,5 +157,5 @@ fn export(name: &str, folder: &Path, json: bool) -> anyhow::Result<()> {
         out.line(format_args!("wrote {} files; the scene is {scene}", count(files.len())))?;
         out.line(format_args!("try: extricate info {scene}\n     extricate learn {scene} -o {name}.model"))?;
     }
-    Ok(out.finish()?)
+    out.finish()
 }

@@ -3,6 +3,7 @@
 use extricate::{Scene, Statistics};
 use serde::Serialize;
 
+use super::learn::held_out_accuracy;
 use super::query_row::Figures;
 use crate::report::{count, duration, metric_unit, percent, two_columns};
 
@@ -33,7 +34,7 @@ impl DemoReport<'_> {
                 "labels spent",
                 format!("{} exact collision checks in {}", count(learned.labels), duration(self.learning_seconds)),
             ),
-            ("held-out accuracy", accuracy(learned)),
+            ("held-out accuracy", held_out_accuracy(learned)),
             ("stored", format!("{} boundary samples, each verified free", count(learned.boundary_samples))),
         ];
         let asked = [
@@ -64,11 +65,6 @@ impl DemoReport<'_> {
     }
 }
 
-fn accuracy(learned: &Statistics) -> String {
-    let (free, colliding) = (percent(learned.accuracy_free), percent(learned.accuracy_colliding));
-    format!("{free} on free, {colliding} on colliding configurations")
-}
-
 fn spread(median: String, p95: String) -> String {
     format!("median {median}, 95 % within {p95}")
 }
@@ -90,9 +86,9 @@ mod tests {
             boundary_samples: 4000,
             support_vectors: 900,
             colliding_share: 0.2,
-            accuracy_free: 0.97,
-            accuracy_colliding: 0.95,
-            boundary_gap: 1e-3,
+            accuracy_free: Some(0.97),
+            accuracy_colliding: Some(0.95),
+            boundary_gap: Some(1e-3),
             ended_by: extricate::model::EndedBy::Seconds,
         };
         let queries = Figures {

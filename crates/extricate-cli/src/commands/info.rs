@@ -76,7 +76,7 @@ fn print(info: &Info, list_pairs: bool, json: bool) -> anyhow::Result<()> {
     let mut out = Output::new(false);
     if json {
         out.json(info)?;
-        return Ok(out.finish()?);
+        return out.finish();
     }
     let kind = if info.kind == FileKind::Scene { "scene" } else { "model" };
     out.line(format_args!("{kind} {}", info.file))?;
@@ -88,7 +88,7 @@ fn print(info: &Info, list_pairs: bool, json: bool) -> anyhow::Result<()> {
         out.line("learned:")?;
         out.line(report::two_columns(&statistics_rows(statistics, info.scene.metric_unit())))?;
     }
-    Ok(out.finish()?)
+    out.finish()
 }
 
 /// Text without NUL is a scene, for a model file begins with the length of its header as a binary number; the name decides

@@ -1,19 +1,18 @@
 //! `extricate learn`: a scene in, a model file out.
 
 use std::ops::ControlFlow;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Instant;
 
-use anyhow::bail;
 use clap::Args;
 use extricate::model::EndedBy;
 use extricate::{Checker, LearnOptions, LearnProgress, Model, Scene, Statistics, store};
 use serde::Serialize;
 
 use super::{disable_line, pairs_always_colliding, tell_warnings};
-use crate::args::{positive, seconds};
-use crate::interrupt::StopOnInterrupt;
+use crate::args::{positive, seconds, seed, threads};
+use crate::interrupt::{self, StopOnInterrupt};
 use crate::notice;
 use crate::output::Output;
 use crate::progress::Progress;
@@ -36,17 +35,17 @@ pub struct LearnArgs {
     /// Model file to write
     #[arg(short = 'o', long = "output", value_name = "MODEL")]
     output: PathBuf,
-    /// Most exact collision checks to spend [default: 400000]
-    #[arg(long, value_name = "N", value_parser = positive)]
+    /// Most exact collision checks to spend [default: 600000]
+    #[arg(long, value_name = "N", value_parser = positive, allow_negative_numbers = true)]
     labels: Option<usize>,
-    /// Most seconds to spend [default: 100, or no limit with --labels]
-    #[arg(long, value_name = "T", value_parser = seconds)]
+    /// Most seconds to spend [default: 90, or no limit with --labels]
+    #[arg(long, value_name = "T", value_parser = seconds, allow_negative_numbers = true)]
     seconds: Option<f64>,
     /// Seed of the random numbers
-    #[arg(long, value_name = "S", default_value_t = 0)]
+    #[arg(long, value_name = "S", default_value_t = 0, value_parser = seed, allow_negative_numbers = true)]
     seed: u64,
     /// Threads; 0 for one per core. The model does not depend on it
-    #[arg(long, value_name = "N", default_value_t = 0)]
+    #[arg(long, value_name = "N", default_value_t = 0, value_parser = threads, allow_negative_numbers = true)]
     threads: usize,
 }
 
@@ -60,12 +59,12 @@ struct Report<'a> {
 
 /// Runs the command.
 pub fn run(args: &LearnArgs, json: bool) -> anyhow::Result<()> {
-    refuse_bad_output(&args.output)?;
+    store::check_model_output(&args.output)?;
     let scene = store::load_scene(&args.scene)?;
     tell_warnings(&scene);
     warn_of_pairs_always_colliding(&scene);
     let Learned { model, seconds, interrupted } = learn_with_progress(scene, &options(args))?;
-    store::save_model(&model, &args.output)?;
+    interrupt::uninterrupted(|| store::save_model(&model, &args.output))?;
     let statistics = model.statistics();
     let mut out = Output::new(false);
     if json {
@@ -75,7 +74,7 @@ pub fn run(args: &LearnArgs, json: bool) -> anyhow::Result<()> {
         out.line(format_args!("learned in {}", duration(seconds)))?;
         out.line(format_args!("wrote {}", args.output.display()))?;
     }
-    Ok(out.finish()?)
+    out.finish()
 }
 
 /// A model, and what its file does not hold because it differs from run to run.
@@ -117,18 +116,26 @@ pub fn statistics_rows(statistics: &Statistics, unit: &str) -> Vec<(&'static str
         ("labels spent", format!("{} exact checks{ended}", count(statistics.labels))),
         ("seed", statistics.seed.to_string()),
         ("boundary samples", format!("{}, all verified free", count(statistics.boundary_samples))),
-        ("boundary gap", format!("{:.3e} {unit} at most to a colliding configuration", statistics.boundary_gap)),
+        (
+            "boundary gap",
+            match statistics.boundary_gap {
+                Some(gap) => format!("{gap:.3e} {unit} at most to a colliding configuration"),
+                None => "no boundary found; free configurations stand in for its samples".into(),
+            },
+        ),
         ("support vectors", count(statistics.support_vectors)),
         ("colliding share", format!("{} of uniform configurations", percent(statistics.colliding_share))),
-        (
-            "held-out accuracy",
-            format!(
-                "{} on free, {} on colliding configurations",
-                percent(statistics.accuracy_free),
-                percent(statistics.accuracy_colliding)
-            ),
-        ),
+        ("held-out accuracy", held_out_accuracy(statistics)),
     ]
+}
+
+/// The classifier's accuracy in words.
+pub fn held_out_accuracy(statistics: &Statistics) -> String {
+    let share = |accuracy: Option<f64>| accuracy.map_or("-".into(), percent);
+    match (statistics.accuracy_free, statistics.accuracy_colliding) {
+        (None, None) => "nothing was held out".into(),
+        (free, colliding) => format!("{} on free, {} on colliding configurations", share(free), share(colliding)),
+    }
 }
 
 fn options(args: &LearnArgs) -> LearnOptions {
@@ -136,21 +143,6 @@ fn options(args: &LearnArgs) -> LearnOptions {
     // Who counts labels wants a model that another machine learns too; a silent time limit would break that.
     let seconds = if args.labels.is_some() { args.seconds } else { args.seconds.or(default.seconds) };
     LearnOptions { labels: args.labels.unwrap_or(default.labels), seconds, seed: args.seed, threads: args.threads }
-}
-
-/// Finds out before learning, not minutes later, that the model cannot be written.
-pub fn refuse_bad_output(path: &Path) -> anyhow::Result<()> {
-    let parent = match path.parent() {
-        Some(parent) if !parent.as_os_str().is_empty() => parent,
-        _ => Path::new("."),
-    };
-    if path.is_dir() {
-        bail!("cannot write {}: it is a directory, expected a file name", path.display());
-    }
-    if !parent.is_dir() {
-        bail!("cannot write {}: there is no directory {}", path.display(), parent.display());
-    }
-    Ok(())
 }
 
 fn warn_of_pairs_always_colliding(scene: &Scene) {
@@ -175,6 +167,7 @@ fn in_words(state: &LearnProgress) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use clap::CommandFactory;
 
     fn args(labels: Option<usize>, seconds: Option<f64>) -> LearnArgs {
         LearnArgs { scene: "s".into(), output: "m".into(), labels, seconds, seed: 1, threads: 0 }
@@ -189,13 +182,30 @@ mod tests {
     }
 
     #[test]
-    fn an_output_that_cannot_be_written_is_refused_first() {
-        let folder = tempfile::tempdir().unwrap();
-        assert!(refuse_bad_output(&folder.path().join("a.model")).is_ok());
-        assert!(refuse_bad_output(Path::new("a.model")).is_ok());
-        assert!(refuse_bad_output(folder.path()).unwrap_err().to_string().contains("is a directory"));
-        let missing = refuse_bad_output(&folder.path().join("no/a.model")).unwrap_err();
-        assert!(missing.to_string().contains("there is no directory"));
+    fn the_help_states_the_defaults() {
+        let help = crate::args::Cli::command().find_subcommand_mut("learn").unwrap().render_help().to_string();
+        let default = LearnOptions::default();
+        assert!(help.contains(&format!("[default: {}]", default.labels)), "{help}");
+        assert!(help.contains(&format!("[default: {}, or no limit", default.seconds.unwrap())), "{help}");
+    }
+
+    #[test]
+    fn statistics_claim_no_more_than_was_found() {
+        let mut statistics = Statistics {
+            labels: 10,
+            seed: 1,
+            boundary_samples: 3,
+            support_vectors: 0,
+            colliding_share: 0.0,
+            accuracy_free: None,
+            accuracy_colliding: None,
+            boundary_gap: None,
+            ended_by: EndedBy::Labels,
+        };
+        let text = |statistics: &Statistics| report::two_columns(&statistics_rows(statistics, "rad"));
+        assert!(text(&statistics).contains("no boundary found") && text(&statistics).contains("nothing was held out"));
+        (statistics.boundary_gap, statistics.accuracy_free) = (Some(1e-3), Some(0.97));
+        assert!(text(&statistics).contains("1.000e-3 rad at most") && text(&statistics).contains("97 % on free, - on"));
     }
 
     #[test]

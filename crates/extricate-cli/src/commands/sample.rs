@@ -12,6 +12,7 @@ use rand_chacha::rand_core::SeedableRng;
 use serde::Serialize;
 
 use super::tell_warnings;
+use crate::args::{seed, whole};
 use crate::output::Output;
 use crate::progress::Progress;
 use crate::report;
@@ -29,10 +30,10 @@ pub struct SampleArgs {
     /// Scene file (TOML)
     scene: PathBuf,
     /// How many to draw
-    #[arg(short = 'n', long = "count", value_name = "N", default_value_t = 100)]
+    #[arg(short = 'n', long = "count", value_name = "N", default_value_t = 100, value_parser = whole, allow_negative_numbers = true)]
     count: usize,
     /// Seed of the random numbers
-    #[arg(long, value_name = "S", default_value_t = 0)]
+    #[arg(long, value_name = "S", default_value_t = 0, value_parser = seed, allow_negative_numbers = true)]
     seed: u64,
     /// Only colliding configurations
     #[arg(long)]

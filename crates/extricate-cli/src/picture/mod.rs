@@ -6,8 +6,7 @@ mod surface;
 
 use std::path::Path;
 
-use anyhow::Context;
-use extricate::{Answer, Scene};
+use extricate::{Answer, Scene, store};
 use svg::Document;
 use svg::node::element::{ClipPath, Definitions, Group, Rectangle, Text};
 
@@ -23,9 +22,8 @@ const CAPTION: f64 = 70.0;
 const NAMED_PAIRS: usize = 2;
 
 /// Draws `query` and `answer` and writes the picture, replacing an existing file.
-pub fn write(scene: &Scene, query: &[f64], answer: &Answer, path: &Path) -> anyhow::Result<()> {
-    let text = draw(scene, query, answer).to_string();
-    std::fs::write(path, text).with_context(|| format!("cannot write {}", path.display()))
+pub fn write(scene: &Scene, query: &[f64], answer: &Answer, path: &Path) -> extricate::Result<()> {
+    store::write_atomically(path, draw(scene, query, answer).to_string().as_bytes())
 }
 
 /// The picture of `query` (length `nq`) and its answer.
@@ -68,7 +66,7 @@ fn witness_caption(scene: &Scene, answer: &Answer) -> Caption {
     Caption {
         title: format!("nearest way out: depth {:.3} {unit}", answer.depth),
         detail: format!(
-            "{verified}largest displacement {:.1} cm; proved: nothing free nearer than {:.3} {unit}",
+            "{verified}moves {:.1} cm at most; nothing free within {:.3} {unit}",
             100.0 * answer.max_displacement,
             answer.lower_bound
         ),
@@ -157,7 +155,7 @@ pub mod tests {
     #[test]
     fn the_picture_names_what_collides_and_the_way_out() {
         let text = draw(&small_scene(), &[0.0, 0.0], &answer()).to_string();
-        for part in ["in collision", "fore - wall", "depth 0.900 rad", "largest displacement 50.0 cm", "<path"] {
+        for part in ["in collision", "fore - wall", "depth 0.900 rad", "moves 50.0 cm at most", "<path"] {
             assert!(text.contains(part), "{part}");
         }
         assert!(!text.contains("NaN") && !text.contains("inf"), "a coordinate is no number");

@@ -8,10 +8,10 @@ use extricate::math::Vec3;
 use extricate::robot::TriangleMesh;
 
 /// Segments around a round shape.
-const SEGMENTS: usize = 20;
+const SEGMENTS: usize = 16;
 /// Longest edge of a facet as a share of the scene's size: facets are sorted by their middle, which is right only for small
 /// ones.
-const LONGEST_EDGE: f64 = 0.08;
+const LONGEST_EDGE: f64 = 0.11;
 /// Halvings of one triangle at most: a floor of a kilometre gets 4,096 facets and no more.
 const MOST_SPLITS: u32 = 12;
 
