@@ -1,7 +1,7 @@
 //! Configurations from a file or standard input: JSON lines, each checked against the configuration space.
 
 use std::fs::File;
-use std::io::{BufRead, BufReader};
+use std::io::{BufRead, BufReader, Read};
 use std::path::Path;
 
 use anyhow::{Context, bail};
@@ -10,6 +10,11 @@ use serde::Serialize;
 use serde_json::Value;
 
 use crate::notice;
+
+/// Longest line that is read \[bytes\].
+const LONGEST_LINE: usize = 1 << 24;
+/// Pieces of [`LONGEST_LINE`] bytes that a longer line is skipped by; after them no end is to be expected.
+const MOST_PIECES: usize = 64;
 
 /// Configurations of one input, in order.
 pub struct Configs {
@@ -61,17 +66,14 @@ impl Configs {
     pub fn next(&mut self, space: &ConfigSpace) -> anyhow::Result<Option<Entry>> {
         let mut raw = Vec::new();
         loop {
-            raw.clear();
-            let read = self
-                .reader
-                .read_until(b'\n', &mut raw)
-                .with_context(|| format!("cannot read {} after line {}", self.name, self.line))?;
-            if read == 0 {
+            let failed = || format!("cannot read {} after line {}", self.name, self.line);
+            let is_cut = read_line(&mut *self.reader, &mut raw, &mut self.bytes_read).with_context(failed)?;
+            if raw.is_empty() {
                 return Ok(None);
             }
             self.line += 1;
-            self.bytes_read += read as u64;
             let parsed = match std::str::from_utf8(&raw) {
+                _ if is_cut => Err(format!("got more than {LONGEST_LINE} bytes, expected {} numbers", space.nq())),
                 // Editors on some systems begin a file with a byte order mark.
                 Ok(text) => match text.trim_start_matches('\u{feff}').trim() {
                     "" => continue,
@@ -118,10 +120,33 @@ impl Configs {
         }
         if self.bad > 0 {
             let total = self.good + self.bad;
-            bail!("{}: {} of {total} configurations could not be used; the others were answered", self.name, self.bad);
+            let others = if self.good > 0 { "; the others were answered" } else { "" };
+            bail!("{}: {} of {total} configurations could not be used{others}", self.name, self.bad);
         }
         Ok(())
     }
+}
+
+/// Reads a line into `raw`, with its end, counting its bytes. Where it is too long, the answer is `true` and the rest is
+/// skipped.
+fn read_line(reader: &mut dyn BufRead, raw: &mut Vec<u8>, bytes_read: &mut u64) -> std::io::Result<bool> {
+    let mut piece = |raw: &mut Vec<u8>| -> std::io::Result<bool> {
+        raw.clear();
+        let read = reader.take(LONGEST_LINE as u64).read_until(b'\n', raw)?;
+        *bytes_read += read as u64;
+        Ok(read == LONGEST_LINE && raw.last() != Some(&b'\n'))
+    };
+    if !piece(raw)? {
+        return Ok(false);
+    }
+    for _ in 0..MOST_PIECES {
+        if !piece(raw)? {
+            // What is left of it would be read as an end of the input.
+            raw.push(b'\n');
+            return Ok(true);
+        }
+    }
+    Err(std::io::Error::other("the line does not end"))
 }
 
 /// One line: `{"q": [...]}` (other keys are ignored) or a bare array.
@@ -131,8 +156,9 @@ pub fn parse_config(text: &str, space: &ConfigSpace) -> Result<Config, String> {
         Value::Object(mut map) => match map.remove("q") {
             Some(q) => q,
             None => {
-                let keys: Vec<_> = map.keys().map(|k| format!("\"{k}\"")).collect();
-                let keys = if keys.is_empty() { "no keys".into() } else { keys.join(", ") };
+                let keys: Vec<_> = map.keys().map(|k| format!("\"{}\"", shorten(k))).take(MOST_KEYS).collect();
+                let more = if map.len() > MOST_KEYS { " and more" } else { "" };
+                let keys = if keys.is_empty() { "no keys".into() } else { keys.join(", ") + more };
                 return Err(format!("got an object with {keys}, expected one with \"q\""));
             }
         },
@@ -150,6 +176,9 @@ pub fn parse_config(text: &str, space: &ConfigSpace) -> Result<Config, String> {
     }
     space.config(&numbers).map_err(|error| error.to_string())
 }
+
+/// Keys that a message lists.
+const MOST_KEYS: usize = 4;
 
 /// JSON has no NaN and no infinities; the parser only says that it expected a value.
 fn explain_syntax(text: &str, error: &serde_json::Error) -> String {
@@ -174,12 +203,12 @@ fn describe(value: &Value) -> String {
     format!("{} ({kind})", shorten(&value.to_string()))
 }
 
+/// The beginning of a text, on one line.
 fn shorten(text: &str) -> String {
     const MOST: usize = 40;
-    if text.chars().count() <= MOST {
-        return text.into();
-    }
-    text.chars().take(MOST).chain("...".chars()).collect()
+    let printed = |c: char| if c.is_control() { c.escape_default().to_string() } else { c.into() };
+    let cut = if text.chars().nth(MOST).is_some() { "..." } else { "" };
+    text.chars().take(MOST).map(printed).chain([cut.into()]).collect()
 }
 
 #[cfg(test)]
@@ -221,6 +250,8 @@ mod tests {
             ("\"q\"", "got \"q\" (a string)", "array of 2 numbers"),
             ("[0, 0] [1, 1]", "[0, 0] [1, 1]", "not JSON"),
             ("hello", "got hello", "expected an array or an object"),
+            ("[0,0]\r[1,1]", "got [0,0]\\r[1,1]", "not JSON"),
+            ("{\"a\":1,\"b\":1,\"c\":1,\"d\":1,\"e\":1}", "\"c\", \"d\" and more", "one with \"q\""),
         ] {
             let message = parse_config(text, &space).unwrap_err();
             assert!(message.contains(found), "{text}: {message}");
@@ -243,6 +274,23 @@ mod tests {
         assert_eq!(seen, [(1, true), (4, false), (5, true)]);
         assert_eq!(configs.fraction(), Some(1.0));
         assert!(configs.conclude().unwrap_err().to_string().contains("1 of 3"));
+    }
+
+    #[test]
+    fn a_line_without_end_ends_the_input() {
+        let mut configs = Configs::new(Box::new(BufReader::new(std::io::repeat(b' '))), "x", None);
+        let error = format!("{:#}", configs.next(&space()).err().unwrap());
+        assert_eq!(error, "cannot read x after line 0: the line does not end");
+    }
+
+    #[test]
+    fn a_line_that_is_too_long_is_one_bad_line() {
+        let text = format!("{}\n[0, 0]\n", " ".repeat(LONGEST_LINE + 3));
+        let length = text.len() as u64;
+        let mut configs = Configs::new(Box::new(std::io::Cursor::new(text)), "x", Some(length));
+        assert!(configs.next(&space()).unwrap().unwrap().unwrap_err().error.contains("got more than 16777216 bytes"));
+        assert_eq!(configs.next(&space()).unwrap().unwrap().unwrap().0, 2);
+        assert_eq!(configs.fraction(), Some(1.0));
     }
 
     #[test]

@@ -4,7 +4,6 @@ use std::fmt::Display;
 use std::io::{self, BufWriter, StdoutLock, Write};
 
 use anyhow::Context;
-
 use serde::Serialize;
 
 /// Lines on standard output.

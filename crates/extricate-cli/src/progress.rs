@@ -1,6 +1,8 @@
 //! Progress of a long job on standard error: a bar on a terminal, a plain line now and then elsewhere.
 
 use std::io::IsTerminal;
+use std::sync::mpsc::{self, RecvTimeoutError};
+use std::thread;
 use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
@@ -80,6 +82,24 @@ impl Progress {
             _ => print(),
         }
     }
+}
+
+/// Does `work`, which cannot say how far it is; where it takes long, `what` and the seconds so far are told now and then.
+pub fn busy<T>(what: &str, work: impl FnOnce() -> T) -> T {
+    let started = Instant::now();
+    let (done, until_done) = mpsc::channel::<()>();
+    thread::scope(|scope| {
+        scope.spawn(move || {
+            let mut interval = SILENT;
+            while until_done.recv_timeout(interval) == Err(RecvTimeoutError::Timeout) {
+                notice::note(format_args!("{what}: {:.0} s so far", started.elapsed().as_secs_f64()));
+                interval = PLAIN_INTERVAL;
+            }
+        });
+        let result = work();
+        drop(done);
+        result
+    })
 }
 
 impl Drop for Progress {

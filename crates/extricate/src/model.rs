@@ -111,14 +111,13 @@ impl Model {
 
     /// Puts a model together from its stored parts.
     pub(crate) fn from_parts(
-        scene: Arc<Scene>,
+        checker: Checker,
+        metric: Metric,
         configs: Vec<f64>,
         classifier: Option<Classifier>,
         statistics: Statistics,
     ) -> Self {
-        let checker = Checker::new(scene.clone());
-        let metric = Metric::new(scene.clone());
-        let boundary = SampleSet::new(&metric, scene.space.nq(), configs, statistics.seed);
+        let boundary = SampleSet::new(&metric, checker.scene().space.nq(), configs, statistics.seed);
         let balls = InteriorBalls::new(&checker);
         Self { checker, metric, boundary, classifier, balls, statistics }
     }
@@ -238,7 +237,8 @@ fn learn(
             _ => EndedBy::Labels,
         },
     };
-    Ok(Model::from_parts(scene, samples, classifier, statistics))
+    budget.stage("indexing");
+    Ok(Model::from_parts(checker, metric, samples, classifier, statistics))
 }
 
 fn nothing_free(checker: &Checker, known: &Exploration, budget: &Budget) -> Error {

@@ -10,8 +10,10 @@ use std::sync::Arc;
 use safetensors::tensor::{Dtype, SafeTensors, TensorView, serialize};
 use serde::{Deserialize, Serialize};
 
+use crate::collision::Checker;
 use crate::error::{Error, Result};
 use crate::learning::classifier::Classifier;
+use crate::metric::Metric;
 use crate::model::{Model, Statistics};
 use crate::scene::Scene;
 
@@ -88,7 +90,9 @@ pub fn decode(path: &Path, bytes: &[u8]) -> Result<Model> {
     if configs.is_empty() || boundary.shape().get(1) != Some(&scene.space.nq()) {
         return Err(altered("boundary samples do not fit the scene"));
     }
-    Ok(Model::from_parts(Arc::new(scene), configs, classifier, header.statistics))
+    let scene = Arc::new(scene);
+    let (checker, metric) = (Checker::new(scene.clone()), Metric::new(scene));
+    Ok(Model::from_parts(checker, metric, configs, classifier, header.statistics))
 }
 
 fn checksum(statistics: &Statistics, parts: &[&[u8]]) -> String {

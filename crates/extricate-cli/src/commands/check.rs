@@ -4,10 +4,10 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use clap::Args;
-use extricate::{CheckScratch, Checker, Config, Label, store};
+use extricate::{CheckScratch, Checker, Config, Label};
 use serde::Serialize;
 
-use super::tell_warnings;
+use super::{load_scene, prepare, tell_warnings};
 use crate::args::InputArgs;
 use crate::input::Configs;
 use crate::output::Output;
@@ -39,9 +39,9 @@ struct Verdict<'a> {
 /// Runs the command.
 pub fn run(args: &CheckArgs, json: bool) -> anyhow::Result<()> {
     let mut configs = Configs::open(&args.input.input)?;
-    let scene = Arc::new(store::load_scene(&args.scene)?);
+    let scene = Arc::new(load_scene(&args.scene)?);
     tell_warnings(&scene);
-    let checker = Checker::new(scene.clone());
+    let checker = prepare(scene.clone());
     let mut scratch = CheckScratch::default();
     let mut out = Output::new(configs.is_stream());
     let mut progress = Progress::beside_rows("checking");

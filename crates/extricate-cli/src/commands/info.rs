@@ -3,16 +3,15 @@
 use std::fs::File;
 use std::io::Read;
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 
 use anyhow::Context;
 use clap::Args;
-use extricate::{Checker, Statistics, store};
+use extricate::Statistics;
 use serde::Serialize;
 
 use super::info_scene::{AlwaysColliding, SceneInfo};
 use super::learn::statistics_rows;
-use super::pairs_always_colliding;
+use super::{load_model, load_scene, pairs_always_colliding, prepare};
 use crate::output::Output;
 use crate::report;
 
@@ -56,7 +55,7 @@ pub fn run(args: &InfoArgs, json: bool) -> anyhow::Result<()> {
     let file = args.file.display().to_string();
     match kind_of(&args.file)? {
         FileKind::Scene => {
-            let checker = Checker::new(Arc::new(store::load_scene(&args.file)?));
+            let checker = prepare(load_scene(&args.file)?);
             let scene = checker.scene();
             let pairs = pairs_always_colliding(&checker, SAMPLES);
             let always_colliding = Some(AlwaysColliding::new(SAMPLES, report::pair_names(scene, &pairs)));
@@ -64,7 +63,7 @@ pub fn run(args: &InfoArgs, json: bool) -> anyhow::Result<()> {
             print(&Info { kind: FileKind::Scene, file, scene, always_colliding, statistics: None }, args.pairs, json)
         }
         FileKind::Model => {
-            let model = store::load_model(&args.file)?;
+            let model = load_model(&args.file)?;
             let scene = SceneInfo::new(model.scene());
             let statistics = Some(model.statistics());
             print(&Info { kind: FileKind::Model, file, scene, always_colliding: None, statistics }, args.pairs, json)

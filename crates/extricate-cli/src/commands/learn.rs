@@ -2,15 +2,14 @@
 
 use std::ops::ControlFlow;
 use std::path::PathBuf;
-use std::sync::Arc;
 use std::time::Instant;
 
 use clap::Args;
 use extricate::model::EndedBy;
-use extricate::{Checker, LearnOptions, LearnProgress, Model, Scene, Statistics, store};
+use extricate::{LearnOptions, LearnProgress, Model, Scene, Statistics, store};
 use serde::Serialize;
 
-use super::{disable_line, pairs_always_colliding, tell_warnings};
+use super::{disable_line, load_scene, pairs_always_colliding, prepare, tell_warnings};
 use crate::args::{positive, seconds, seed, threads};
 use crate::interrupt::{self, StopOnInterrupt};
 use crate::notice;
@@ -60,7 +59,7 @@ struct Report<'a> {
 /// Runs the command.
 pub fn run(args: &LearnArgs, json: bool) -> anyhow::Result<()> {
     store::check_model_output(&args.output)?;
-    let scene = store::load_scene(&args.scene)?;
+    let scene = load_scene(&args.scene)?;
     tell_warnings(&scene);
     warn_of_pairs_always_colliding(&scene);
     let Learned { model, seconds, interrupted } = learn_with_progress(scene, &options(args))?;
@@ -146,14 +145,15 @@ fn options(args: &LearnArgs) -> LearnOptions {
 }
 
 fn warn_of_pairs_always_colliding(scene: &Scene) {
-    let checker = Checker::new(Arc::new(scene.clone()));
+    let checker = prepare(scene.clone());
     let pairs = pairs_always_colliding(&checker, ALWAYS_COLLIDING_SAMPLES);
     if pairs.is_empty() {
         return;
     }
+    let (count, verb) =
+        if pairs.len() == 1 { ("1 pair", "collides") } else { (&*format!("{} pairs", pairs.len()), "collide") };
     notice::warning(format_args!(
-        "{} pairs collide in every sampled configuration; where that is by design, add to the scene under [pairs]: {}",
-        pairs.len(),
+        "{count} {verb} in every sampled configuration; where that is by design, add to the scene under [pairs]: {}",
         disable_line(&report::pair_names(scene, &pairs))
     ));
 }

@@ -10,12 +10,16 @@ pub mod query;
 mod query_row;
 pub mod sample;
 
+use std::path::Path;
+use std::sync::Arc;
+
 use extricate::collision::always_colliding;
 use extricate::cspace::sampling::Halton;
-use extricate::{Checker, Scene};
+use extricate::{Checker, Model, Scene, store};
 
 use crate::args::{Cli, Command};
 use crate::notice;
+use crate::progress::busy;
 
 /// Runs the command.
 pub fn run(cli: Cli) -> anyhow::Result<()> {
@@ -47,6 +51,19 @@ fn disable_line(names: &[[&str; 2]]) -> String {
     // Debug quotes a string as TOML's basic strings do, but for control characters, which no name has.
     let pairs: Vec<_> = names.iter().map(|[a, b]| format!("[{a:?}, {b:?}]")).collect();
     format!("disable = [{}]", pairs.join(", "))
+}
+
+fn load_scene(path: &Path) -> extricate::Result<Scene> {
+    busy(&format!("loading {}", path.display()), || store::load_scene(path))
+}
+
+fn load_model(path: &Path) -> extricate::Result<Model> {
+    busy(&format!("loading {}", path.display()), || store::load_model(path))
+}
+
+/// Builds the exact checker, which takes a while where meshes are large.
+fn prepare(scene: impl Into<Arc<Scene>>) -> Checker {
+    busy("preparing the collision checker", || Checker::new(scene.into()))
 }
 
 fn tell_warnings(scene: &Scene) {

@@ -4,8 +4,9 @@ use std::path::PathBuf;
 use std::time::Instant;
 
 use clap::{Args, ValueEnum};
-use extricate::{Effort, QueryOptions, QueryScratch, store};
+use extricate::{Effort, QueryOptions, QueryScratch};
 
+use super::load_model;
 use super::query_row::{QueryRow, Summary, header};
 use crate::args::InputArgs;
 use crate::input::Configs;
@@ -54,7 +55,7 @@ impl From<EffortArg> for Effort {
 /// Runs the command.
 pub fn run(args: &QueryArgs, json: bool) -> anyhow::Result<()> {
     let mut configs = Configs::open(&args.input.input)?;
-    let model = store::load_model(&args.model)?;
+    let model = load_model(&args.model)?;
     let scene = model.scene();
     let unit = report::metric_unit(scene);
     let options = QueryOptions { effort: args.effort.into() };

@@ -6,12 +6,12 @@ use std::sync::Arc;
 use anyhow::bail;
 use clap::Args;
 use extricate::cspace::sampling::uniform;
-use extricate::{CheckScratch, Checker, Label, store};
+use extricate::{CheckScratch, Checker, Label};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 use serde::Serialize;
 
-use super::tell_warnings;
+use super::{load_scene, prepare, tell_warnings};
 use crate::args::{seed, whole};
 use crate::output::Output;
 use crate::progress::Progress;
@@ -84,18 +84,18 @@ impl<'a> CollidingSampler<'a> {
 
 /// Runs the command.
 pub fn run(args: &SampleArgs) -> anyhow::Result<()> {
-    let scene = Arc::new(store::load_scene(&args.scene)?);
+    let scene = Arc::new(load_scene(&args.scene)?);
     tell_warnings(&scene);
     let mut out = Output::new(false);
     let mut q = vec![0.0; scene.space.nq()];
+    let mut progress = Progress::beside_rows("sampling");
+    let share = |index: usize| Some(index as f64 / args.count as f64);
     if args.colliding {
-        let checker = Checker::new(scene);
+        let checker = prepare(scene);
         let mut sampler = CollidingSampler::new(&checker, args.seed);
-        let mut progress = Progress::beside_rows("sampling");
         for index in 0..args.count {
             sampler.next(&mut q, |tries, found| {
-                let share = index as f64 / args.count as f64;
-                progress.update(Some(share), || {
+                progress.update(share(index), || {
                     format!("{} colliding of {} tried", report::count(found), report::count(tries))
                 });
             })?;
@@ -103,8 +103,9 @@ pub fn run(args: &SampleArgs) -> anyhow::Result<()> {
         }
     } else {
         let mut rng = ChaCha8Rng::seed_from_u64(args.seed);
-        for _ in 0..args.count {
+        for index in 0..args.count {
             uniform(&scene.space, &mut rng, &mut q);
+            progress.update(share(index), || format!("{} configurations", report::count(index)));
             out.json(&Line { q: &q })?;
         }
     }

@@ -294,15 +294,15 @@ impl Checker {
 /// likely links that overlap by design and should not be checked.
 pub fn always_colliding(checker: &Checker, configs: &[Vec<f64>]) -> Vec<usize> {
     let mut scratch = CheckScratch::default();
-    let mut always: Option<Vec<usize>> = None;
-    let mut colliding = Vec::new();
-    for q in configs {
-        colliding.clear();
-        checker.colliding_pairs(q, &mut scratch, &mut colliding);
-        match &mut always {
-            Some(always) => always.retain(|pair| colliding.binary_search(pair).is_ok()),
-            None => always = Some(colliding.clone()),
+    let mut always = Vec::new();
+    let Some((first, others)) = configs.split_first() else { return always };
+    checker.colliding_pairs(first, &mut scratch, &mut always);
+    for q in others {
+        if always.is_empty() {
+            break;
         }
+        checker.place(q, &mut scratch);
+        always.retain(|&pair| checker.may_collide(pair, &scratch) && checker.pair_collides(pair, &mut scratch));
     }
-    always.unwrap_or_default()
+    always
 }

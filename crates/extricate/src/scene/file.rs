@@ -260,7 +260,7 @@ impl PoseEntry {
     /// # Errors
     /// [`Error::Input`] where a number is not finite or beyond 1e9.
     pub fn pose(&self, file: &str, element: &str) -> Result<Pose> {
-        match self.xyz.iter().chain(&self.rpy).find(|x| x.is_nan() || x.abs() > FARTHEST) {
+        match self.xyz.iter().chain(&self.rpy).find(|x| !(-FARTHEST..=FARTHEST).contains(*x)) {
             Some(bad) => {
                 Err(Error::input(file, element, format!("pose: got {bad:?}, expected finite numbers within 1e9")))
             }
