@@ -2,8 +2,10 @@
 
 use std::collections::BinaryHeap;
 
+use pulp::{Arch, Simd, WithSimd};
+
 use super::bounds::Relative;
-use super::bvh::{Boxes, Bvh, Cuboid, Ref, View, below, lanes_of, rounded_up};
+use super::bvh::{Boxes, Bvh, Cuboid, Lanes, Ref, Seen, View, below, lanes_of, rounded_up};
 use super::gjk::{self, Separation};
 use super::mesh_mesh::{self, Pair};
 use super::mesh_shape::MeshShape;
@@ -12,7 +14,7 @@ use super::queue::Entry;
 use super::shape::{ConvexSolid, ShapeKind};
 use super::triangle::{self, Triangle};
 use super::{Contact, ContactQuery, ContactSearch, mesh_convex};
-use crate::math::{Pose, Vec3, vectorized};
+use crate::math::{Pose, Vec3};
 
 /// Most contacts of a pair that meshes give.
 const MOST: usize = 12;
@@ -156,41 +158,30 @@ fn mesh_with_mesh(a: &MeshShape, b: &MeshShape, relative: &Relative, buffers: &m
     let overlap = buffers.run(sink, |buffers, i, j| {
         let (i, j) = (Ref(i), Ref(j));
         if !i.is_block() || !j.is_block() {
-            vectorized(
-                #[inline(always)]
-                || {
-                    mesh_mesh::children(&two, i, j, rounded_up(margin), |bound, i, j| {
-                        buffers.queue.push(Entry { bound: f64::from(bound), first: i.0, second: j.0 });
-                    });
-                },
-            );
+            let (pair, queue) = (&two, &mut buffers.queue);
+            Arch::new().dispatch(Open { pair, i, j, margin, queue });
             return 0;
         }
         let (s, t) = (&a.tree.blocks[i.index()], &b.tree.blocks[j.index()]);
         let mut tests = 0;
-        vectorized(
-            #[inline(always)]
-            || {
-                two.near_triangles(i, j, margin, |k, l, _| {
-                    tests += 1;
-                    let (first, second) = (s.triangle(k), t.triangle(l).moved(pose));
-                    if let Some(witness) = triangle::closest(&first, &second, limit_squared) {
-                        let distance = witness.squared.sqrt();
-                        if distance > TOUCHING {
-                            let normal = (witness.first - witness.second) / distance;
-                            let (point_first, point_second) = (witness.first, witness.second);
-                            buffers.find(Near { distance, point_first, point_second, normal });
-                        } else {
-                            let closed = [a.closed[s.group as usize], b.closed[t.group as usize]];
-                            if let Some(near) = crossing(&first, closed[0], &second, closed[1]) {
-                                buffers.find(near);
-                            }
-                        }
+        let each = |k: usize, l: usize| {
+            tests += 1;
+            let (first, second) = (s.triangle(k), t.triangle(l).moved(pose));
+            if let Some(witness) = triangle::closest(&first, &second, limit_squared) {
+                let distance = witness.squared.sqrt();
+                if distance > TOUCHING {
+                    let normal = (witness.first - witness.second) / distance;
+                    let (point_first, point_second) = (witness.first, witness.second);
+                    buffers.find(Near { distance, point_first, point_second, normal });
+                } else {
+                    let closed = [a.closed[s.group as usize], b.closed[t.group as usize]];
+                    if let Some(near) = crossing(&first, closed[0], &second, closed[1]) {
+                        buffers.find(near);
                     }
-                    false
-                });
-            },
-        );
+                }
+            }
+        };
+        Arch::new().dispatch(NearTriangles { pair: &two, i, j, margin, each });
         tests
     });
     if !overlap {
@@ -212,6 +203,63 @@ fn mesh_with_mesh(a: &MeshShape, b: &MeshShape, relative: &Relative, buffers: &m
                 sink.offer(&Near { distance: -depth, point_first: *p, point_second: surface, normal });
             }
         }
+    }
+}
+
+/// Puts what two, not both blocks, are made of into the queue.
+struct Open<'a> {
+    pair: &'a Pair<'a>,
+    i: Ref,
+    j: Ref,
+    margin: f64,
+    queue: &'a mut BinaryHeap<Entry>,
+}
+
+impl WithSimd for Open<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        mesh_mesh::children(simd, self.pair, self.i, self.j, rounded_up(self.margin), |bound, i, j| {
+            self.queue.push(Entry { bound: f64::from(bound), first: i.0, second: j.0 });
+        });
+    }
+}
+
+/// Calls `each` with the triangles of two blocks that may be nearer than the margin.
+struct NearTriangles<'a, F> {
+    pair: &'a Pair<'a>,
+    i: Ref,
+    j: Ref,
+    margin: f64,
+    each: F,
+}
+
+impl<F: FnMut(usize, usize)> WithSimd for NearTriangles<'_, F> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(mut self, simd: S) {
+        self.pair.near_triangles(simd, self.i, self.j, self.margin, |k, l, _| {
+            (self.each)(k, l);
+            false
+        });
+    }
+}
+
+/// Lower bounds of boxes against one.
+struct LowerBounds<'a> {
+    boxes: &'a Boxes,
+    view: &'a View,
+    seen: &'a Seen,
+}
+
+impl WithSimd for LowerBounds<'_> {
+    type Output = Lanes;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) -> Lanes {
+        self.boxes.lower_bounds(simd, self.view, self.seen)
     }
 }
 
@@ -253,12 +301,7 @@ fn mesh_with_convex(
     let cuboid = Cuboid::around(bounds);
     let view = View::new(pose, &tree.cuboid, &cuboid);
     let seen = view.see(&cuboid, 0.0);
-    let lower_bounds = |boxes: &Boxes| {
-        vectorized(
-            #[inline(always)]
-            || boxes.lower_bounds(&view, &seen),
-        )
-    };
+    let lower_bounds = |boxes: &Boxes| Arch::new().dispatch(LowerBounds { boxes, view: &view, seen: &seen });
     buffers.restart(relative.lower_bound(&tree.bounds, bounds), tree.root.0, 0);
     let overlap = buffers.run(sink, |buffers, at, _| {
         let at = Ref(at);

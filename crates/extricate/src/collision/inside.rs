@@ -1,8 +1,10 @@
 //! Whether a point lies in the solid that a closed component of a mesh bounds.
 
+use pulp::{Arch, Simd, WithSimd};
+
 use super::bvh::{Bvh, Ref, lanes_of, rounding_at};
 use super::triangle::Triangle;
-use crate::math::{Vec3, vectorized};
+use crate::math::Vec3;
 
 /// Directions without relation to any axis or to each other.
 const DIRECTIONS: [[f64; 3]; 4] = [
@@ -29,39 +31,50 @@ pub fn is_inside(tree: &Bvh, group: usize, point: &Vec3, stack: &mut Vec<(f64, u
         return false;
     }
     let counted = DIRECTIONS.iter().find_map(|direction| {
-        vectorized(
-            #[inline(always)]
-            || parity(tree, group.root, point, &Vec3::from(*direction), stack),
-        )
+        let direction = &Vec3::from(*direction);
+        Arch::new().dispatch(Parity { tree, root: group.root, origin: point, direction, stack })
     });
     counted.unwrap_or_else(|| winding_number(tree.triangles(group.blocks.clone()), point).abs() > 0.5)
 }
 
 /// Whether a ray crosses an odd number of triangles; `None` where some crossing is in doubt.
-#[inline(always)]
-fn parity(tree: &Bvh, root: Ref, origin: &Vec3, direction: &Vec3, stack: &mut Vec<(f64, u32)>) -> Option<bool> {
-    let place = [origin.x as f32, origin.y as f32, origin.z as f32];
-    let inverse = [0, 1, 2].map(|i| (1.0 / direction[i]) as f32);
-    // Far wider than the strip of doubt, so that a ray along a box's face meets what lies on it.
-    let rounding = rounding_at(origin, &tree.cuboid);
-    let mut odd = false;
-    stack.clear();
-    stack.push((0.0, root.0));
-    while let Some((_, at)) = stack.pop() {
-        let at = Ref(at);
-        if at.is_block() {
-            let block = &tree.blocks[at.index()];
-            for lane in lanes_of(block.boxes.met_by(&place, &inverse, rounding)) {
-                odd ^= crosses(&block.triangle(lane), origin, direction)?;
-            }
-        } else {
-            let node = &tree.nodes[at.index()];
-            for lane in lanes_of(node.boxes.met_by(&place, &inverse, rounding)) {
-                stack.push((0.0, node.children[lane].0));
+struct Parity<'a> {
+    tree: &'a Bvh,
+    root: Ref,
+    origin: &'a Vec3,
+    direction: &'a Vec3,
+    stack: &'a mut Vec<(f64, u32)>,
+}
+
+impl WithSimd for Parity<'_> {
+    type Output = Option<bool>;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) -> Option<bool> {
+        let Self { tree, root, origin, direction, stack } = self;
+        let place = [origin.x as f32, origin.y as f32, origin.z as f32];
+        let inverse = [0, 1, 2].map(|i| (1.0 / direction[i]) as f32);
+        // Far wider than the strip of doubt, so that a ray along a box's face meets what lies on it.
+        let rounding = rounding_at(origin, &tree.cuboid);
+        let mut odd = false;
+        stack.clear();
+        stack.push((0.0, root.0));
+        while let Some((_, at)) = stack.pop() {
+            let at = Ref(at);
+            if at.is_block() {
+                let block = &tree.blocks[at.index()];
+                for lane in lanes_of(block.boxes.met_by(simd, &place, &inverse, rounding)) {
+                    odd ^= crosses(&block.triangle(lane), origin, direction)?;
+                }
+            } else {
+                let node = &tree.nodes[at.index()];
+                for lane in lanes_of(node.boxes.met_by(simd, &place, &inverse, rounding)) {
+                    stack.push((0.0, node.children[lane].0));
+                }
             }
         }
+        Some(odd)
     }
-    Some(odd)
 }
 
 fn crosses(triangle: &Triangle, origin: &Vec3, direction: &Vec3) -> Option<bool> {

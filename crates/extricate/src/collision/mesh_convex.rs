@@ -1,12 +1,14 @@
 //! A tree of triangles against a convex solid: whether they come near, and how near. The mesh is a surface here.
 
+use pulp::{Arch, Simd, WithSimd};
+
 use super::bounds::{Aabb, Relative};
 use super::bvh::{Bvh, Cuboid, Ref, View, below, lanes_of, push_sorted, rounded_up};
 use super::convex::{ConvexCore, ConvexShape};
 use super::gjk::{self, Separation};
 use super::shape::ConvexSolid;
 use super::triangle::{Triangle, closest_on_triangle};
-use crate::math::{LANES, Pose, vectorized};
+use crate::math::{LANES, Pose};
 
 /// A node or block of the mesh, and the widest gap \[m\] along a face axis of its box and the solid's.
 pub type Entry = (f32, Ref);
@@ -20,35 +22,49 @@ pub fn nearer(
     limit: f64,
     stack: &mut Vec<Entry>,
 ) -> Option<u32> {
-    vectorized(
-        #[inline(always)]
-        || {
-            let cuboid = Cuboid::around(bounds);
-            let view = View::new(&relative.pose_a_b, &mesh.cuboid, &cuboid);
-            let seen = view.see(&cuboid, rounded_up(limit));
-            stack.clear();
-            stack.push((0.0, mesh.root));
-            while let Some((_, at)) = stack.pop() {
-                if at.is_block() {
-                    let block = &mesh.blocks[at.index()];
-                    let (mask, _) = block.boxes.near(&view, &seen);
-                    let hit = lanes_of(mask)
-                        .find(|&lane| triangle_nearer(&block.triangle(lane), solid, bounds, &relative.pose_a_b, limit));
-                    if let Some(lane) = hit {
-                        return Some((at.index() * LANES + lane) as u32);
-                    }
-                } else {
-                    let node = &mesh.nodes[at.index()];
-                    let (mask, gaps) = node.boxes.near(&view, &seen);
-                    let start = stack.len();
-                    for lane in lanes_of(mask) {
-                        push_sorted(stack, start, (gaps[lane], node.children[lane]), |entry| entry.0);
-                    }
+    Arch::new().dispatch(Nearer { mesh, solid, bounds, pose: &relative.pose_a_b, limit, stack })
+}
+
+struct Nearer<'a> {
+    mesh: &'a Bvh,
+    solid: &'a ConvexSolid,
+    bounds: &'a Aabb,
+    pose: &'a Pose,
+    limit: f64,
+    stack: &'a mut Vec<Entry>,
+}
+
+impl WithSimd for Nearer<'_> {
+    type Output = Option<u32>;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) -> Option<u32> {
+        let Self { mesh, solid, bounds, pose, limit, stack } = self;
+        let cuboid = Cuboid::around(bounds);
+        let view = View::new(pose, &mesh.cuboid, &cuboid);
+        let seen = view.see(&cuboid, rounded_up(limit));
+        stack.clear();
+        stack.push((0.0, mesh.root));
+        while let Some((_, at)) = stack.pop() {
+            if at.is_block() {
+                let block = &mesh.blocks[at.index()];
+                let (mask, _) = block.boxes.near(simd, &view, &seen);
+                let hit =
+                    lanes_of(mask).find(|&lane| triangle_nearer(&block.triangle(lane), solid, bounds, pose, limit));
+                if let Some(lane) = hit {
+                    return Some((at.index() * LANES + lane) as u32);
+                }
+            } else {
+                let node = &mesh.nodes[at.index()];
+                let (mask, gaps) = node.boxes.near(simd, &view, &seen);
+                let start = stack.len();
+                for lane in lanes_of(mask) {
+                    push_sorted(stack, start, (gaps[lane], node.children[lane]), |entry| entry.0);
                 }
             }
-            None
-        },
-    )
+        }
+        None
+    }
 }
 
 /// Whether a triangle is nearer than `limit` \[m\] to a convex solid; `pose` maps the solid to the triangle's frame.
@@ -78,42 +94,56 @@ pub fn closest(
     cutoff: f64,
     stack: &mut Vec<Entry>,
 ) -> Option<f64> {
-    vectorized(
-        #[inline(always)]
-        || {
-            let cuboid = Cuboid::around(bounds);
-            let view = View::new(&relative.pose_a_b, &mesh.cuboid, &cuboid);
-            let seen = view.see(&cuboid, 0.0);
-            let mut best = None;
-            let mut limit = cutoff;
-            stack.clear();
-            stack.push((f32::NEG_INFINITY, mesh.root));
-            while let Some((bound, at)) = stack.pop() {
-                if f64::from(bound) >= limit {
-                    continue;
+    Arch::new().dispatch(Closest { mesh, solid, bounds, pose: &relative.pose_a_b, cutoff, stack })
+}
+
+struct Closest<'a> {
+    mesh: &'a Bvh,
+    solid: &'a ConvexSolid,
+    bounds: &'a Aabb,
+    pose: &'a Pose,
+    cutoff: f64,
+    stack: &'a mut Vec<Entry>,
+}
+
+impl WithSimd for Closest<'_> {
+    type Output = Option<f64>;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) -> Option<f64> {
+        let Self { mesh, solid, bounds, pose, cutoff, stack } = self;
+        let cuboid = Cuboid::around(bounds);
+        let view = View::new(pose, &mesh.cuboid, &cuboid);
+        let seen = view.see(&cuboid, 0.0);
+        let mut best = None;
+        let mut limit = cutoff;
+        stack.clear();
+        stack.push((f32::NEG_INFINITY, mesh.root));
+        while let Some((bound, at)) = stack.pop() {
+            if f64::from(bound) >= limit {
+                continue;
+            }
+            if at.is_block() {
+                let block = &mesh.blocks[at.index()];
+                let bounds = block.boxes.lower_bounds(simd, &view, &seen);
+                for lane in lanes_of(below(&bounds, rounded_up(limit))) {
+                    let found = triangle_separation(&block.triangle(lane), solid, pose, limit);
+                    if let Some(separation) = found.filter(|s| s.distance < limit) {
+                        limit = separation.distance;
+                        best = Some(limit);
+                    }
                 }
-                if at.is_block() {
-                    let block = &mesh.blocks[at.index()];
-                    let bounds = block.boxes.lower_bounds(&view, &seen);
-                    for lane in lanes_of(below(&bounds, rounded_up(limit))) {
-                        let found = triangle_separation(&block.triangle(lane), solid, &relative.pose_a_b, limit);
-                        if let Some(separation) = found.filter(|s| s.distance < limit) {
-                            limit = separation.distance;
-                            best = Some(limit);
-                        }
-                    }
-                } else {
-                    let node = &mesh.nodes[at.index()];
-                    let bounds = node.boxes.lower_bounds(&view, &seen);
-                    let start = stack.len();
-                    for lane in lanes_of(below(&bounds, rounded_up(limit))) {
-                        push_sorted(stack, start, (bounds[lane], node.children[lane]), |entry| entry.0);
-                    }
+            } else {
+                let node = &mesh.nodes[at.index()];
+                let bounds = node.boxes.lower_bounds(simd, &view, &seen);
+                let start = stack.len();
+                for lane in lanes_of(below(&bounds, rounded_up(limit))) {
+                    push_sorted(stack, start, (bounds[lane], node.children[lane]), |entry| entry.0);
                 }
             }
-            best
-        },
-    )
+        }
+        best
+    }
 }
 
 /// Signed distance and witness of a triangle (first) and a convex solid (second), in the triangle's frame.

@@ -1,9 +1,11 @@
 //! Two trees of triangles: whether they come near, and how near. Solids and what they hold are another file's matter.
 
+use pulp::{Arch, Simd, WithSimd};
+
 use super::bounds::Relative;
 use super::bvh::{Bvh, Probe, Ref, View, below, lanes_of, push_sorted, rounded_up};
 use super::triangle;
-use crate::math::{LANES, Pose, vectorized};
+use crate::math::{LANES, Pose};
 
 /// Two trees, each seen in the frame of the other.
 pub struct Pair<'a> {
@@ -42,28 +44,29 @@ impl<'a> Pair<'a> {
 
     /// Which triangles of two blocks may be nearer than `limit`, one bit a lane of each.
     #[inline(always)]
-    fn candidates(&self, i: Ref, j: Ref, limit: f32) -> (u32, u32) {
+    fn candidates<S: Simd>(&self, simd: S, i: Ref, j: Ref, limit: f32) -> (u32, u32) {
         let (s, t) = (&self.a.blocks[i.index()], &self.b.blocks[j.index()]);
-        let (first, _) = s.boxes.near(&self.b_in_a, &self.b_in_a.see(&t.bounds, limit));
+        let (first, _) = s.boxes.near(simd, &self.b_in_a, &self.b_in_a.see(&t.bounds, limit));
         if first == 0 {
             return (0, 0);
         }
-        let (second, _) = t.boxes.near(&self.a_in_b, &self.a_in_b.see(&s.bounds, limit));
+        let (second, _) = t.boxes.near(simd, &self.a_in_b, &self.a_in_b.see(&s.bounds, limit));
         (first, second)
     }
 
     /// Calls `found` with the lanes of triangles of two blocks that are not proved farther apart than `limit` \[m\], until it
     /// answers `true`; returns whether it did. The limit may fall meanwhile.
     #[inline(always)]
-    pub fn near_triangles(
+    pub fn near_triangles<S: Simd>(
         &self,
+        simd: S,
         i: Ref,
         j: Ref,
         mut limit: f64,
         mut found: impl FnMut(usize, usize, &mut f64) -> bool,
     ) -> bool {
         let (s, t) = (&self.a.blocks[i.index()], &self.b.blocks[j.index()]);
-        let (first, second) = self.candidates(i, j, rounded_up(limit));
+        let (first, second) = self.candidates(simd, i, j, rounded_up(limit));
         if first == 0 || second == 0 {
             return false;
         }
@@ -71,9 +74,9 @@ impl<'a> Pair<'a> {
             for k in lanes_of(first) {
                 let reach = rounded_up(limit);
                 let probe = Probe::new(&s.triangle(k), &self.pose_b_a, reach, self.a_in_b.rounding());
-                let mask = probe.near(&t.boxes) & second;
+                let mask = probe.near(simd, &t.boxes) & second;
                 if mask != 0 {
-                    for l in lanes_of(t.near(&probe.triangle, limit, mask)) {
+                    for l in lanes_of(t.near(simd, &probe.triangle, limit, mask)) {
                         if found(k, l, &mut limit) {
                             return true;
                         }
@@ -84,9 +87,9 @@ impl<'a> Pair<'a> {
             for l in lanes_of(second) {
                 let reach = rounded_up(limit);
                 let probe = Probe::new(&t.triangle(l), &self.pose_a_b, reach, self.b_in_a.rounding());
-                let mask = probe.near(&s.boxes) & first;
+                let mask = probe.near(simd, &s.boxes) & first;
                 if mask != 0 {
-                    for k in lanes_of(s.near(&probe.triangle, limit, mask)) {
+                    for k in lanes_of(s.near(simd, &probe.triangle, limit, mask)) {
                         if found(k, l, &mut limit) {
                             return true;
                         }
@@ -100,110 +103,124 @@ impl<'a> Pair<'a> {
 
 /// Some pair of triangles that cross or are nearer than `limit` \[m\]; `relative` maps the second mesh to the first.
 pub fn nearer(a: &Bvh, b: &Bvh, relative: &Relative, limit: f64, stack: &mut Vec<Entry>) -> Option<(u32, u32)> {
-    let pair = Pair::new(a, b, relative);
-    vectorized(
-        #[inline(always)]
-        || descend(&pair, limit, stack),
-    )
+    Arch::new().dispatch(Nearer { pair: &Pair::new(a, b, relative), limit, stack })
 }
 
-#[inline(always)]
-fn descend(pair: &Pair, limit: f64, stack: &mut Vec<Entry>) -> Option<(u32, u32)> {
-    let (a, b) = (pair.a, pair.b);
-    let reach = rounded_up(limit);
-    stack.clear();
-    stack.push((0.0, a.root, b.root));
-    let mut hit = None;
-    while let Some((_, i, j)) = stack.pop() {
-        if i.is_block() && j.is_block() {
-            let (s, t) = (&a.blocks[i.index()], &b.blocks[j.index()]);
-            let is_hit = |k: usize, l: usize, _: &mut f64| {
-                let is_near = triangle::nearer(&s.triangle(k), &t.triangle(l).moved(&pair.pose_a_b), limit);
-                if is_near {
-                    hit = Some(((i.index() * LANES + k) as u32, (j.index() * LANES + l) as u32));
+struct Nearer<'a> {
+    pair: &'a Pair<'a>,
+    limit: f64,
+    stack: &'a mut Vec<Entry>,
+}
+
+impl WithSimd for Nearer<'_> {
+    type Output = Option<(u32, u32)>;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) -> Option<(u32, u32)> {
+        let Self { pair, limit, stack } = self;
+        let (a, b) = (pair.a, pair.b);
+        let reach = rounded_up(limit);
+        stack.clear();
+        stack.push((0.0, a.root, b.root));
+        let mut hit = None;
+        while let Some((_, i, j)) = stack.pop() {
+            if i.is_block() && j.is_block() {
+                let (s, t) = (&a.blocks[i.index()], &b.blocks[j.index()]);
+                let is_hit = |k: usize, l: usize, _: &mut f64| {
+                    let is_near = triangle::nearer(&s.triangle(k), &t.triangle(l).moved(&pair.pose_a_b), limit);
+                    if is_near {
+                        hit = Some(((i.index() * LANES + k) as u32, (j.index() * LANES + l) as u32));
+                    }
+                    is_near
+                };
+                if pair.near_triangles(simd, i, j, limit, is_hit) {
+                    return hit;
                 }
-                is_near
-            };
-            if pair.near_triangles(i, j, limit, is_hit) {
-                return hit;
-            }
-        } else if pair.opens_first(i, j) {
-            let node = &a.nodes[i.index()];
-            let (mask, gaps) = node.boxes.near(&pair.b_in_a, &pair.b_in_a.see(b.bounds_of(j), reach));
-            let start = stack.len();
-            for lane in lanes_of(mask) {
-                push_sorted(stack, start, (gaps[lane], node.children[lane], j), |entry| entry.0);
-            }
-        } else {
-            let node = &b.nodes[j.index()];
-            let (mask, gaps) = node.boxes.near(&pair.a_in_b, &pair.a_in_b.see(a.bounds_of(i), reach));
-            let start = stack.len();
-            for lane in lanes_of(mask) {
-                push_sorted(stack, start, (gaps[lane], i, node.children[lane]), |entry| entry.0);
+            } else if pair.opens_first(i, j) {
+                let node = &a.nodes[i.index()];
+                let (mask, gaps) = node.boxes.near(simd, &pair.b_in_a, &pair.b_in_a.see(b.bounds_of(j), reach));
+                let start = stack.len();
+                for lane in lanes_of(mask) {
+                    push_sorted(stack, start, (gaps[lane], node.children[lane], j), |entry| entry.0);
+                }
+            } else {
+                let node = &b.nodes[j.index()];
+                let (mask, gaps) = node.boxes.near(simd, &pair.a_in_b, &pair.a_in_b.see(a.bounds_of(i), reach));
+                let start = stack.len();
+                for lane in lanes_of(mask) {
+                    push_sorted(stack, start, (gaps[lane], i, node.children[lane]), |entry| entry.0);
+                }
             }
         }
+        None
     }
-    None
 }
 
 /// Distance \[m\] of the nearest pair of triangles, if below `cutoff`; 0 where triangles cross, for a cutoff of 0 too.
 pub fn closest(a: &Bvh, b: &Bvh, relative: &Relative, cutoff: f64, stack: &mut Vec<Entry>) -> Option<f64> {
-    let pair = Pair::new(a, b, relative);
-    vectorized(
-        #[inline(always)]
-        || descend_to_closest(&pair, cutoff, stack),
-    )
+    Arch::new().dispatch(Closest { pair: &Pair::new(a, b, relative), cutoff, stack })
 }
 
-#[inline(always)]
-fn descend_to_closest(pair: &Pair, cutoff: f64, stack: &mut Vec<Entry>) -> Option<f64> {
-    let (a, b) = (pair.a, pair.b);
-    let mut limit = cutoff;
-    let mut best = None;
-    stack.clear();
-    stack.push((0.0, a.root, b.root));
-    while let Some((bound, i, j)) = stack.pop() {
-        // Crossing triangles count for a cutoff of 0 too.
-        if f64::from(bound) >= limit && bound > 0.0 {
-            continue;
-        }
-        if i.is_block() && j.is_block() {
-            let (s, t) = (&a.blocks[i.index()], &b.blocks[j.index()]);
-            pair.near_triangles(i, j, limit, |k, l, still| {
-                let moved = t.triangle(l).moved(&pair.pose_a_b);
-                if let Some(witness) = triangle::closest(&s.triangle(k), &moved, limit * limit) {
-                    limit = witness.squared.sqrt();
-                    best = Some(limit);
-                    *still = limit;
-                }
-                limit == 0.0
-            });
-            if best == Some(0.0) {
-                return best;
+struct Closest<'a> {
+    pair: &'a Pair<'a>,
+    cutoff: f64,
+    stack: &'a mut Vec<Entry>,
+}
+
+impl WithSimd for Closest<'_> {
+    type Output = Option<f64>;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) -> Option<f64> {
+        let Self { pair, cutoff, stack } = self;
+        let (a, b) = (pair.a, pair.b);
+        let mut limit = cutoff;
+        let mut best = None;
+        stack.clear();
+        stack.push((0.0, a.root, b.root));
+        while let Some((bound, i, j)) = stack.pop() {
+            // Crossing triangles count for a cutoff of 0 too.
+            if f64::from(bound) >= limit && bound > 0.0 {
+                continue;
             }
-        } else {
-            let start = stack.len();
-            children(pair, i, j, rounded_up(limit), |bound, i, j| {
-                push_sorted(stack, start, (bound, i, j), |entry| entry.0);
-            });
+            if i.is_block() && j.is_block() {
+                let (s, t) = (&a.blocks[i.index()], &b.blocks[j.index()]);
+                pair.near_triangles(simd, i, j, limit, |k, l, still| {
+                    let moved = t.triangle(l).moved(&pair.pose_a_b);
+                    if let Some(witness) = triangle::closest(&s.triangle(k), &moved, limit * limit) {
+                        limit = witness.squared.sqrt();
+                        best = Some(limit);
+                        *still = limit;
+                    }
+                    limit == 0.0
+                });
+                if best == Some(0.0) {
+                    return best;
+                }
+            } else {
+                let start = stack.len();
+                children(simd, pair, i, j, rounded_up(limit), |bound, i, j| {
+                    push_sorted(stack, start, (bound, i, j), |entry| entry.0);
+                });
+            }
         }
+        best
     }
-    best
 }
 
 /// Calls `each` with what two, not both blocks, are made of and what may be nearer than `limit` \[m\], and a lower bound on its
 /// distance (negative where boxes overlap).
 #[inline(always)]
-pub fn children(pair: &Pair, i: Ref, j: Ref, limit: f32, mut each: impl FnMut(f32, Ref, Ref)) {
+pub fn children<S: Simd>(simd: S, pair: &Pair, i: Ref, j: Ref, limit: f32, mut each: impl FnMut(f32, Ref, Ref)) {
     if pair.opens_first(i, j) {
         let node = &pair.a.nodes[i.index()];
-        let bounds = node.boxes.lower_bounds(&pair.b_in_a, &pair.b_in_a.see(pair.b.bounds_of(j), 0.0));
+        let bounds = node.boxes.lower_bounds(simd, &pair.b_in_a, &pair.b_in_a.see(pair.b.bounds_of(j), 0.0));
         for lane in lanes_of(below(&bounds, limit)) {
             each(bounds[lane], node.children[lane], j);
         }
     } else {
         let node = &pair.b.nodes[j.index()];
-        let bounds = node.boxes.lower_bounds(&pair.a_in_b, &pair.a_in_b.see(pair.a.bounds_of(i), 0.0));
+        let bounds = node.boxes.lower_bounds(simd, &pair.a_in_b, &pair.a_in_b.see(pair.a.bounds_of(i), 0.0));
         for lane in lanes_of(below(&bounds, limit)) {
             each(bounds[lane], i, node.children[lane]);
         }

@@ -49,7 +49,8 @@ impl MeshShape {
 
     /// Whether `point` lies inside a closed component.
     pub fn holds(&self, point: &Vec3, stack: &mut Vec<(f64, u32)>) -> bool {
-        (0..self.closed.len()).any(|c| self.closed[c] && is_inside(&self.tree, c, point, stack))
+        self.tree.cuboid.may_hold(point)
+            && (0..self.closed.len()).any(|c| self.closed[c] && is_inside(&self.tree, c, point, stack))
     }
 
     /// Depth \[m\] of `point` below the surface of the closed component that holds it deepest, and the nearest point of that

@@ -41,12 +41,17 @@ impl Triangle {
 
     /// The same triangle in the frame that `pose` maps to.
     pub fn moved(&self, pose: &Pose) -> Self {
-        Self { points: self.points.map(|p| pose.point(&p)), normal: pose.vector(&self.normal) }
+        let [a, b, c] = &self.points;
+        Self { points: [pose.point(a), pose.point(b), pose.point(c)], normal: pose.vector(&self.normal) }
     }
 
     /// Signed distance \[m\] of `point` from the plane, positive on the side of the normal.
     pub fn height(&self, point: &Vec3) -> f64 {
         self.normal.dot(&(point - self.points[0]))
+    }
+
+    fn heights(&self, [a, b, c]: &[Vec3; 3]) -> [f64; 3] {
+        [self.height(a), self.height(b), self.height(c)]
     }
 
     fn is_thin(&self) -> bool {
@@ -106,8 +111,8 @@ pub fn nearer(first: &Triangle, second: &Triangle, limit: f64) -> bool {
 
 /// Finds the minimum, or with `ANY` the first distance below the limit.
 fn search<const ANY: bool>(first: &Triangle, second: &Triangle, limit_squared: f64) -> Option<Witness> {
-    let over_first = second.points.map(|p| first.height(&p));
-    let over_second = first.points.map(|p| second.height(&p));
+    let over_first = first.heights(&second.points);
+    let over_second = second.heights(&first.points);
     if clear(&over_first, limit_squared) || clear(&over_second, limit_squared) {
         return None;
     }

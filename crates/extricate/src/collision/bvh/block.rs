@@ -1,9 +1,9 @@
 //! Up to eight triangles side by side, and the test of all of them at once against one triangle. In `f64`; no tree.
 
-// Lanes of several arrays go together: indices say so, and the compiler makes vectors of them.
-#![allow(clippy::needless_range_loop)]
+use pulp::Simd;
 
 use super::boxes::{Boxes, Cuboid};
+use super::register::{F64s, negative_f64};
 use crate::collision::bounds::{Aabb, ROUNDING};
 use crate::collision::triangle::Triangle;
 use crate::math::{LANES, Pose, Vec3};
@@ -31,14 +31,45 @@ pub struct Probe {
     upper: [f32; 3],
 }
 
+/// Three coordinates of what one register holds.
+type Vectors<S> = [F64s<S>; 3];
+
 #[inline(always)]
-fn greater(a: f64, b: f64) -> f64 {
-    if a > b { a } else { b }
+fn dot<S: Simd>(a: &Vectors<S>, b: &Vectors<S>) -> F64s<S> {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
 #[inline(always)]
-fn less(a: f64, b: f64) -> f64 {
-    if a < b { a } else { b }
+fn cross<S: Simd>(a: &Vectors<S>, b: &Vectors<S>) -> Vectors<S> {
+    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+}
+
+#[inline(always)]
+fn difference<S: Simd>(a: &Vectors<S>, b: &Vectors<S>) -> Vectors<S> {
+    [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
+}
+
+#[inline(always)]
+fn splat<S: Simd>(simd: S, vector: &Vec3) -> Vectors<S> {
+    [F64s::splat(simd, vector.x), F64s::splat(simd, vector.y), F64s::splat(simd, vector.z)]
+}
+
+#[inline(always)]
+fn load<S: Simd>(simd: S, lanes: &[[f64; LANES]; 3], at: usize) -> Vectors<S> {
+    [F64s::load(simd, &lanes[0], at), F64s::load(simd, &lanes[1], at), F64s::load(simd, &lanes[2], at)]
+}
+
+#[inline(always)]
+fn corners<S: Simd>(simd: S, triangle: &Triangle) -> [Vectors<S>; 3] {
+    let [a, b, c] = &triangle.points;
+    [splat(simd, a), splat(simd, b), splat(simd, c)]
+}
+
+/// How far three heights are all above or all below 0.
+#[inline(always)]
+fn height<S: Simd>(simd: S, heights: &Vectors<S>) -> F64s<S> {
+    let [a, b, c] = *heights;
+    a.min(b).min(c).max(F64s::splat(simd, 0.0) - a.max(b).max(c))
 }
 
 impl Block {
@@ -89,79 +120,67 @@ impl Block {
     /// convex sets are normals of faces and cross products of edges. Complete for triangles that cross; of those that do
     /// not, some pass although they are a little farther than the limit.
     #[inline(always)]
-    pub fn near(&self, probe: &Triangle, limit: f64, mask: u32) -> u32 {
+    pub fn near<S: Simd>(&self, simd: S, probe: &Triangle, limit: f64, mask: u32) -> u32 {
         let limit = limit + ROUNDING;
-        let planes = self.plane_gaps(probe);
-        let mut near = 0;
-        for lane in 0..LANES {
-            near |= u32::from(planes[lane] <= limit) << lane;
+        let mut apart = [0.0; LANES];
+        for at in 0..F64s::<S>::COUNT {
+            (F64s::splat(simd, limit) - self.plane_gap(simd, probe, at)).store(&mut apart, at);
         }
-        if near & mask == 0 {
+        let mask = mask & !negative_f64(&apart);
+        if mask == 0 {
             return 0;
         }
-        let edges = self.edge_gaps(probe, limit * limit);
-        for lane in 0..LANES {
-            near &= !(u32::from(edges[lane] > 0.0) << lane);
+        for at in 0..F64s::<S>::COUNT {
+            self.edge_gap(simd, probe, limit * limit, at).store(&mut apart, at);
         }
-        near & mask
+        mask & negative_f64(&apart)
     }
 
     /// Gap \[m\] along the normals of the two triangles; 0 or less where neither parts them.
     #[inline(always)]
-    fn plane_gaps(&self, probe: &Triangle) -> [f64; LANES] {
-        let q = &probe.points;
-        let mut gaps = [0.0; LANES];
-        for lane in 0..LANES {
-            let n = [self.normals[0][lane], self.normals[1][lane], self.normals[2][lane]];
-            let mut own = [0.0; 3];
-            let mut other = [0.0; 3];
-            for k in 0..3 {
-                let p = [self.corners[k][0][lane], self.corners[k][1][lane], self.corners[k][2][lane]];
-                own[k] = probe.normal.x * (p[0] - q[0].x)
-                    + probe.normal.y * (p[1] - q[0].y)
-                    + probe.normal.z * (p[2] - q[0].z);
-                other[k] = n[0] * (q[k].x - self.corners[0][0][lane])
-                    + n[1] * (q[k].y - self.corners[0][1][lane])
-                    + n[2] * (q[k].z - self.corners[0][2][lane]);
-            }
-            let above = greater(less(less(own[0], own[1]), own[2]), less(less(other[0], other[1]), other[2]));
-            let below =
-                greater(-greater(greater(own[0], own[1]), own[2]), -greater(greater(other[0], other[1]), other[2]));
-            gaps[lane] = greater(above, below);
+    fn plane_gap<S: Simd>(&self, simd: S, probe: &Triangle, at: usize) -> F64s<S> {
+        let q = corners(simd, probe);
+        let p = self.corners_at(simd, at);
+        let (across, normal) = (splat(simd, &probe.normal), load(simd, &self.normals, at));
+        let mut over_probe = [F64s::splat(simd, 0.0); 3];
+        let mut over_own = over_probe;
+        for k in 0..3 {
+            over_probe[k] = dot(&across, &difference(&p[k], &q[0]));
+            over_own[k] = dot(&normal, &difference(&q[k], &p[0]));
         }
-        gaps
+        height(simd, &over_probe).max(height(simd, &over_own))
     }
 
-    /// Positive where the cross product of two edges parts the triangles by more than the root of `limit_squared`.
     #[inline(always)]
-    fn edge_gaps(&self, probe: &Triangle, limit_squared: f64) -> [f64; LANES] {
-        let q = &probe.points;
-        let mut parted = [0.0; LANES];
-        for lane in 0..LANES {
-            let mut widest = -1.0;
-            for i in 0..3 {
-                let at = |k: usize, axis: usize| self.corners[k % 3][axis][lane];
-                let p = [at(i, 0), at(i, 1), at(i, 2)];
-                let u = [at(i + 1, 0) - p[0], at(i + 1, 1) - p[1], at(i + 1, 2) - p[2]];
-                let w = [at(i + 2, 0) - p[0], at(i + 2, 1) - p[1], at(i + 2, 2) - p[2]];
-                for j in 0..3 {
-                    let (a, b, c) = (&q[j], &q[(j + 1) % 3], &q[(j + 2) % 3]);
-                    let v = [b.x - a.x, b.y - a.y, b.z - a.z];
-                    let axis = [u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]];
-                    // On this axis each triangle is the segment from an edge to the corner across from it.
-                    let own = axis[0] * w[0] + axis[1] * w[1] + axis[2] * w[2];
-                    let edge = axis[0] * (a.x - p[0]) + axis[1] * (a.y - p[1]) + axis[2] * (a.z - p[2]);
-                    let corner = axis[0] * (c.x - p[0]) + axis[1] * (c.y - p[1]) + axis[2] * (c.z - p[2]);
-                    let above = less(edge, corner) - greater(own, 0.0);
-                    let below = less(own, 0.0) - greater(edge, corner);
-                    let gap = greater(greater(above, below), 0.0);
-                    let squared = axis[0] * axis[0] + axis[1] * axis[1] + axis[2] * axis[2];
-                    widest = greater(widest, gap * gap - limit_squared * squared);
-                }
+    fn corners_at<S: Simd>(&self, simd: S, at: usize) -> [Vectors<S>; 3] {
+        let [a, b, c] = &self.corners;
+        [load(simd, a, at), load(simd, b, at), load(simd, c, at)]
+    }
+
+    /// Not negative where the cross product of two edges parts the triangles by the root of `limit_squared` or more.
+    #[inline(always)]
+    fn edge_gap<S: Simd>(&self, simd: S, probe: &Triangle, limit_squared: f64, at: usize) -> F64s<S> {
+        let (p, q) = (self.corners_at(simd, at), corners(simd, probe));
+        let (zero, limit_squared) = (F64s::splat(simd, 0.0), F64s::splat(simd, limit_squared));
+        let mut widest = F64s::splat(simd, -1.0);
+        for i in 0..3 {
+            let u = difference(&p[(i + 1) % 3], &p[i]);
+            let w = difference(&p[(i + 2) % 3], &p[i]);
+            for j in 0..3 {
+                let v = difference(&q[(j + 1) % 3], &q[j]);
+                let axis = cross(&u, &v);
+                // On this axis each triangle is the segment from an edge to the corner across from it.
+                let own = dot(&axis, &w);
+                let edge = dot(&axis, &difference(&q[j], &p[i]));
+                let corner = dot(&axis, &difference(&q[(j + 2) % 3], &p[i]));
+                let above = edge.min(corner) - own.max(zero);
+                let below = own.min(zero) - edge.max(corner);
+                let gap = above.max(below).max(zero);
+                // An axis of length 0 parts nothing.
+                widest = widest.max(gap * gap - limit_squared * dot(&axis, &axis));
             }
-            parted[lane] = widest;
         }
-        parted
+        widest - F64s::splat(simd, f64::MIN_POSITIVE)
     }
 }
 
@@ -183,7 +202,7 @@ impl Probe {
 
     /// Which boxes may hold something near, one bit a lane.
     #[inline(always)]
-    pub fn near(&self, boxes: &Boxes) -> u32 {
-        boxes.overlaps(&self.lower, &self.upper)
+    pub fn near<S: Simd>(&self, simd: S, boxes: &Boxes) -> u32 {
+        boxes.overlaps(simd, &self.lower, &self.upper)
     }
 }

@@ -4,18 +4,22 @@
 mod block;
 mod boxes;
 mod build;
+mod register;
 #[cfg(test)]
 mod tests;
 
 use std::ops::Range;
 
 pub use block::{Block, Probe};
-pub use boxes::{Boxes, Cuboid, View, below, lanes_of, rounded_up, rounding_at};
+pub use boxes::{Boxes, Cuboid, Lanes, Seen, View, below, rounded_up, rounding_at};
 pub use build::build;
+pub use register::lanes_of;
+
+use pulp::{Arch, Simd, WithSimd};
 
 use super::bounds::Aabb;
 use super::triangle::{Triangle, closest_on_triangle};
-use crate::math::{LANES, Vec3, vectorized};
+use crate::math::{LANES, Vec3};
 
 /// A node or a block of triangles.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -121,23 +125,27 @@ impl Bvh {
         enough_squared: f64,
         stack: &mut Vec<(f64, u32)>,
     ) -> Option<Nearest> {
-        vectorized(
-            #[inline(always)]
-            || self.descend_to_point(root, point, limit_squared, enough_squared, stack),
-        )
+        Arch::new().dispatch(ClosestPoint { tree: self, root, point, limit_squared, enough_squared, stack })
     }
+}
+
+struct ClosestPoint<'a> {
+    tree: &'a Bvh,
+    root: Ref,
+    point: &'a Vec3,
+    limit_squared: f64,
+    enough_squared: f64,
+    stack: &'a mut Vec<(f64, u32)>,
+}
+
+impl WithSimd for ClosestPoint<'_> {
+    type Output = Option<Nearest>;
 
     #[inline(always)]
-    fn descend_to_point(
-        &self,
-        root: Ref,
-        point: &Vec3,
-        mut limit_squared: f64,
-        enough_squared: f64,
-        stack: &mut Vec<(f64, u32)>,
-    ) -> Option<Nearest> {
+    fn with_simd<S: Simd>(self, simd: S) -> Option<Nearest> {
+        let Self { tree, root, point, mut limit_squared, enough_squared, stack } = self;
         let place = [point.x as f32, point.y as f32, point.z as f32];
-        let rounding = rounding_at(point, &self.cuboid);
+        let rounding = rounding_at(point, &tree.cuboid);
         let mut best = None;
         stack.clear();
         stack.push((0.0, root.0));
@@ -147,8 +155,8 @@ impl Bvh {
                 continue;
             }
             if at.is_block() {
-                let block = &self.blocks[at.index()];
-                let bounds = block.boxes.distances_squared(&place, rounding);
+                let block = &tree.blocks[at.index()];
+                let bounds = block.boxes.distances_squared(simd, &place, rounding);
                 for lane in lanes_of(below(&bounds, rounded_up(limit_squared))) {
                     let near = closest_on_triangle(&block.triangle(lane), point);
                     let squared = (near - point).norm_squared();
@@ -161,8 +169,8 @@ impl Bvh {
                     break;
                 }
             } else {
-                let node = &self.nodes[at.index()];
-                let bounds = node.boxes.distances_squared(&place, rounding);
+                let node = &tree.nodes[at.index()];
+                let bounds = node.boxes.distances_squared(simd, &place, rounding);
                 let start = stack.len();
                 for lane in lanes_of(below(&bounds, rounded_up(limit_squared))) {
                     push_sorted(stack, start, (f64::from(bounds[lane]), node.children[lane].0), |entry| entry.0);

@@ -3,6 +3,7 @@
 use super::*;
 use crate::collision::triangle;
 use crate::math::Pose;
+use pulp::Scalar;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
@@ -17,6 +18,39 @@ fn soup(rng: &mut ChaCha8Rng, count: usize, size: f64) -> Vec<[Vec3; 3]> {
             [0; 3].map(|_| origin + random(rng, size))
         })
         .collect()
+}
+
+struct Gaps<'a>(&'a Boxes, &'a View, &'a Cuboid, f32);
+
+impl WithSimd for Gaps<'_> {
+    type Output = (u32, Lanes, Lanes);
+
+    fn with_simd<S: Simd>(self, simd: S) -> Self::Output {
+        let Self(boxes, view, other, limit) = self;
+        let (near, gaps) = boxes.near(simd, view, &view.see(other, limit));
+        (near, gaps, boxes.lower_bounds(simd, view, &view.see(other, 0.0)))
+    }
+}
+
+struct Near<'a>(&'a Block, &'a Probe, f64);
+
+impl WithSimd for Near<'_> {
+    type Output = (u32, u32);
+
+    fn with_simd<S: Simd>(self, simd: S) -> (u32, u32) {
+        let Self(block, probe, limit) = self;
+        (block.near(simd, &probe.triangle, limit, 0xff), probe.near(simd, &block.boxes))
+    }
+}
+
+struct Met<'a>(&'a Boxes, [f32; 3], [f32; 3]);
+
+impl WithSimd for Met<'_> {
+    type Output = u32;
+
+    fn with_simd<S: Simd>(self, simd: S) -> u32 {
+        self.0.met_by(simd, &self.1, &self.2, 1e-5)
+    }
 }
 
 /// Rounded by `f32` at most.
@@ -117,8 +151,9 @@ fn boxes_never_part_what_is_near() {
         let own = Cuboid::around(&Aabb::between(&Vec3::repeat(-2.0 * scale), &Vec3::repeat(2.0 * scale)));
         let view = View::new(&pose, &own, &other);
         let limit = [0.0, 0.1 * scale][round % 2];
-        let (near, _) = boxes.near(&view, &view.see(&other, limit as f32));
-        let bounds = boxes.lower_bounds(&view, &view.see(&other, 0.0));
+        let (near, gaps, bounds) = Arch::new().dispatch(Gaps(&boxes, &view, &other, limit as f32));
+        let scalar = Gaps(&boxes, &view, &other, limit as f32).with_simd(Scalar::new());
+        assert_eq!((near, gaps, bounds), scalar, "the same bits on every processor");
         assert_eq!(near >> 7, 0, "nothing is in the last lane");
         for (lane, bound) in bounds.iter().enumerate().take(7) {
             let distance = sampled_distance(&boxes.get(lane), &other, &pose, &mut rng);
@@ -148,10 +183,10 @@ fn blocks_part_only_what_is_apart_and_nearly_all_of_that() {
             points.iter_mut().for_each(|p| p.z = 0.25);
         }
         let block = Block::new(&group, 0);
-        let probe = Probe::new(&Triangle::new(points), &Pose::identity(), 0.0, 1e-5);
         let limit = [0.0, 1e-4, 0.05][round % 3];
-        let near = block.near(&probe.triangle, limit, 0xff);
-        let wide = Probe::new(&Triangle::new(points), &Pose::identity(), limit as f32, 1e-5).near(&block.boxes);
+        let probe = Probe::new(&Triangle::new(points), &Pose::identity(), limit as f32, 1e-5);
+        let (near, wide) = Arch::new().dispatch(Near(&block, &probe, limit));
+        assert_eq!((near, wide), Near(&block, &probe, limit).with_simd(Scalar::new()));
         for lane in 0..LANES {
             let is_near = triangle::nearer(&block.triangle(lane), &probe.triangle, limit);
             assert!(!is_near || (near & wide) >> lane & 1 == 1, "{round} {lane}");
@@ -160,7 +195,7 @@ fn blocks_part_only_what_is_apart_and_nearly_all_of_that() {
                 close += u32::from(is_near);
             }
         }
-        assert_eq!(near & 0b101, block.near(&probe.triangle, limit, 0b101));
+        assert_eq!(near & 0b101, block.near(Scalar::new(), &probe.triangle, limit, 0b101));
     }
     assert!(close > 300 && passed < close + close / 4, "{passed} pass, {close} are near");
 }
@@ -173,7 +208,8 @@ fn rays_meet_the_boxes_that_they_cross() {
         let (boxes, origin, direction) = (Boxes::new(&all), random(&mut rng, 2.0), random(&mut rng, 1.0));
         let place = [origin.x as f32, origin.y as f32, origin.z as f32];
         let inverse = [0, 1, 2].map(|i| (1.0 / direction[i]) as f32);
-        let met = boxes.met_by(&place, &inverse, 1e-5);
+        let met = Arch::new().dispatch(Met(&boxes, place, inverse));
+        assert_eq!(met, Met(&boxes, place, inverse).with_simd(Scalar::new()));
         for (lane, bounds) in all.iter().enumerate() {
             let crosses = (0..4000).any(|k| bounds.contains(&(origin + direction * (f64::from(k) * 2e-3))));
             assert!(!crosses || met >> lane & 1 == 1);
