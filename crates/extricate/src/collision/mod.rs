@@ -4,6 +4,7 @@
 //! Convex shapes meet in `gjk` and `epa`; meshes are trees of triangles (`bvh`) that descend together, end in exact
 //! distances of triangles, and then ask whether one solid holds the other (`inside`).
 
+mod batch;
 mod bodies;
 mod bounds;
 mod bvh;
