@@ -41,6 +41,11 @@ impl PoseBlock {
         pulp::Arch::new().dispatch(Place { scene, block: self });
     }
 
+    /// Number of frames.
+    pub fn frames(&self) -> usize {
+        self.frames.len()
+    }
+
     /// The pose of a frame at one of the configurations.
     pub fn pose(&self, frame: usize, lane: usize) -> Pose {
         let numbers = &self.frames[frame];

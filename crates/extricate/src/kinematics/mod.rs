@@ -4,9 +4,11 @@ mod block;
 mod gradient;
 mod joint;
 mod sine;
+mod speed;
 
 pub use block::{LANES, PoseBlock};
 pub use gradient::add_point_gradient;
+pub use speed::ball_speeds;
 
 use pulp::{Scalar, Simd, WithSimd};
 

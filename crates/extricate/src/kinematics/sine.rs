@@ -83,9 +83,8 @@ fn reduced<S: Simd>(simd: S, x: S::f64s) -> (S::f64s, S::f64s) {
     let cosine = simd.add_f64s(half, simd.mul_f64s(simd.mul_f64s(r2, r2), polynomial(&COSINE)));
 
     let bits = simd.transmute_u64s_f64s(shifted);
-    let has = |bits: S::u64s, bit: u64| {
-        simd.greater_than_u64s(simd.and_u64s(bits, simd.splat_u64s(bit)), simd.splat_u64s(0))
-    };
+    let has =
+        |bits: S::u64s, bit: u64| simd.greater_than_u64s(simd.and_u64s(bits, simd.splat_u64s(bit)), simd.splat_u64s(0));
     let odd = has(bits, 1);
     let negated = |mask: S::m64s, x: S::f64s| simd.select_f64s(mask, simd.neg_f64s(x), x);
     let s = negated(has(bits, 2), simd.select_f64s(odd, cosine, sine));
