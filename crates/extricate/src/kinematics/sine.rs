@@ -54,8 +54,8 @@ pub fn sines_cosines<S: Simd, const N: usize>(simd: S, angles: &[f64; N]) -> ([f
     for ((x, s), c) in x.iter().zip(s).zip(c) {
         (*s, *c) = reduced(simd, *x);
     }
-    if angles.iter().any(|x| !(x.abs() <= LARGEST)) {
-        for (k, x) in angles.iter().enumerate().filter(|(_, x)| !(x.abs() <= LARGEST)) {
+    if !angles.iter().all(|x| x.abs() <= LARGEST) {
+        for (k, x) in angles.iter().enumerate().filter(|(_, x)| x.is_nan() || x.abs() > LARGEST) {
             (sines[k], cosines[k]) = x.sin_cos();
         }
     }
