@@ -1,4 +1,4 @@
-//! Rigid transforms and the few vector types that everything else shares. No robot, no scene.
+//! Rigid transforms, the few vector types that everything else shares, and vector instructions. No robot, no scene.
 
 use serde::{Deserialize, Serialize};
 
@@ -9,6 +9,17 @@ pub type Mat3 = nalgebra::Matrix3<f64>;
 
 /// Farthest coordinate \[m\] or largest angle \[rad\] that is taken for one: beyond it, products lose their meaning.
 pub const FARTHEST: f64 = 1e9;
+
+/// Values in one block for vector instructions: the width of an AVX register of `f32`.
+pub const LANES: usize = 8;
+
+/// Runs `f`, and all that is inlined into it, with the widest vector instructions that this processor has.
+///
+/// Results do not depend on which: Rust never fuses a multiplication with an addition unless told to.
+#[inline(always)]
+pub fn vectorized<R>(f: impl FnOnce() -> R) -> R {
+    pulp::Arch::new().dispatch(f)
+}
 
 /// A rigid transform: `pose_a_b` maps coordinates in frame `b` to coordinates in frame `a`.
 ///

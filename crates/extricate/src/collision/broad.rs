@@ -198,6 +198,7 @@ impl WithSimd for Scan<'_> {
 mod tests {
     use super::*;
     use crate::collision::Checker;
+    use crate::collision::still::distance_squared;
     use crate::cspace::sampling::Halton;
     use crate::scene::builtin;
 
@@ -223,7 +224,7 @@ mod tests {
                         [pair.first, pair.second].map(|body| (placement.centers[body], bodies.bodies[body].ball.1));
                     let still = |body: usize| scene.bodies[body].frame == 0;
                     let touches = |body: usize, center: &Vec3, radius: f64| {
-                        !still(body) || bodies.world_box(body).distance_squared(center) <= (radius + margin).powi(2)
+                        !still(body) || distance_squared(&bodies.world_box(body), center) <= (radius + margin).powi(2)
                     };
                     still(pair.first) && still(pair.second)
                         || (a - b).norm() <= r + s + margin && touches(pair.first, &b, s) && touches(pair.second, &a, r)

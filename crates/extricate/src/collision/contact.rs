@@ -3,16 +3,16 @@
 use std::collections::BinaryHeap;
 
 use super::bounds::Relative;
-use super::bvh::Bvh;
+use super::bvh::{Boxes, Bvh, Cuboid, Ref, View, below, lanes_of, rounded_up};
 use super::gjk::{self, Separation};
-use super::mesh_mesh::opens_first;
+use super::mesh_mesh::{self, Pair};
 use super::mesh_shape::MeshShape;
 use super::part_pair::Placed;
 use super::queue::Entry;
 use super::shape::{ConvexSolid, ShapeKind};
 use super::triangle::{self, Triangle};
 use super::{Contact, ContactQuery, ContactSearch, mesh_convex};
-use crate::math::{Pose, Vec3};
+use crate::math::{Pose, Vec3, vectorized};
 
 /// Most contacts of a pair that meshes give.
 const MOST: usize = 12;
@@ -116,10 +116,10 @@ impl Sink<'_> {
 }
 
 impl ContactBuffers {
-    fn restart(&mut self, bound: f64) {
+    fn restart(&mut self, bound: f64, first: u32, second: u32) {
         self.queue.clear();
         self.found.clear();
-        self.queue.push(Entry { bound, first: 0, second: 0 });
+        self.queue.push(Entry { bound, first, second });
     }
 
     fn find(&mut self, near: Near) {
@@ -148,40 +148,50 @@ impl ContactBuffers {
 }
 
 fn mesh_with_mesh(a: &MeshShape, b: &MeshShape, relative: &Relative, buffers: &mut ContactBuffers, sink: &mut Sink) {
-    let (s, t) = (&a.tree, &b.tree);
+    let two = Pair::new(&a.tree, &b.tree, relative);
     let pose = &relative.pose_a_b;
     let (margin, limit_squared) = (sink.margin, sink.margin * sink.margin);
-    let bound = |i: u32, j: u32| relative.lower_bound(&s.nodes[i as usize].bounds, &t.nodes[j as usize].bounds);
-    buffers.restart(bound(0, 0));
+    let whole = relative.lower_bound(&a.tree.bounds, &b.tree.bounds);
+    buffers.restart(whole, a.tree.root.0, b.tree.root.0);
     let overlap = buffers.run(sink, |buffers, i, j| {
-        let (node_a, node_b) = (&s.nodes[i as usize], &t.nodes[j as usize]);
-        if node_a.count == 0 || node_b.count == 0 {
-            let opens = opens_first(node_a, node_b);
-            for k in 0..2 {
-                let (first, second) = if opens { (node_a.first + k, j) } else { (i, node_b.first + k) };
-                buffers.queue.push(Entry { bound: bound(first, second), first, second });
-            }
+        let (i, j) = (Ref(i), Ref(j));
+        if !i.is_block() || !j.is_block() {
+            vectorized(
+                #[inline(always)]
+                || {
+                    mesh_mesh::children(&two, i, j, rounded_up(margin), |bound, i, j| {
+                        buffers.queue.push(Entry { bound: f64::from(bound), first: i.0, second: j.0 });
+                    });
+                },
+            );
             return 0;
         }
-        for l in t.leaf(node_b) {
-            let moved = t.triangles[l].moved(pose);
-            if moved.is_apart(&node_a.bounds, margin) {
-                continue;
-            }
-            for k in s.leaf(node_a) {
-                if let Some(witness) = triangle::closest(&s.triangles[k], &moved, limit_squared) {
-                    let distance = witness.squared.sqrt();
-                    if distance > TOUCHING {
-                        let normal = (witness.first - witness.second) / distance;
-                        let (point_first, point_second) = (witness.first, witness.second);
-                        buffers.find(Near { distance, point_first, point_second, normal });
-                    } else if let Some(near) = crossing(&s.triangles[k], a.is_closed(k), &moved, b.is_closed(l)) {
-                        buffers.find(near);
+        let (s, t) = (&a.tree.blocks[i.index()], &b.tree.blocks[j.index()]);
+        let mut tests = 0;
+        vectorized(
+            #[inline(always)]
+            || {
+                two.near_triangles(i, j, margin, |k, l, _| {
+                    tests += 1;
+                    let (first, second) = (s.triangle(k), t.triangle(l).moved(pose));
+                    if let Some(witness) = triangle::closest(&first, &second, limit_squared) {
+                        let distance = witness.squared.sqrt();
+                        if distance > TOUCHING {
+                            let normal = (witness.first - witness.second) / distance;
+                            let (point_first, point_second) = (witness.first, witness.second);
+                            buffers.find(Near { distance, point_first, point_second, normal });
+                        } else {
+                            let closed = [a.closed[s.group as usize], b.closed[t.group as usize]];
+                            if let Some(near) = crossing(&first, closed[0], &second, closed[1]) {
+                                buffers.find(near);
+                            }
+                        }
                     }
-                }
-            }
-        }
-        (node_a.count * node_b.count) as usize
+                    false
+                });
+            },
+        );
+        tests
     });
     if !overlap {
         for p in &b.representatives {
@@ -240,22 +250,39 @@ fn mesh_with_convex(
 ) {
     let tree: &Bvh = &mesh.tree;
     let (pose, margin) = (&relative.pose_a_b, sink.margin);
-    let bound = |k: u32| relative.lower_bound(&tree.nodes[k as usize].bounds, bounds);
-    buffers.restart(bound(0));
-    let overlap = buffers.run(sink, |buffers, index, _| {
-        let node = &tree.nodes[index as usize];
-        if node.count == 0 {
-            for first in [node.first, node.first + 1] {
-                buffers.queue.push(Entry { bound: bound(first), first, second: 0 });
+    let cuboid = Cuboid::around(bounds);
+    let view = View::new(pose, &tree.cuboid, &cuboid);
+    let seen = view.see(&cuboid, 0.0);
+    let lower_bounds = |boxes: &Boxes| {
+        vectorized(
+            #[inline(always)]
+            || boxes.lower_bounds(&view, &seen),
+        )
+    };
+    buffers.restart(relative.lower_bound(&tree.bounds, bounds), tree.root.0, 0);
+    let overlap = buffers.run(sink, |buffers, at, _| {
+        let at = Ref(at);
+        if !at.is_block() {
+            let node = &tree.nodes[at.index()];
+            let bounds = lower_bounds(&node.boxes);
+            for lane in lanes_of(below(&bounds, rounded_up(margin))) {
+                let bound = f64::from(bounds[lane]);
+                buffers.queue.push(Entry { bound, first: node.children[lane].0, second: 0 });
             }
+            return 0;
         }
-        for k in tree.leaf(node) {
-            let found = mesh_convex::triangle_separation(&tree.triangles[k], solid, pose, margin);
+        let block = &tree.blocks[at.index()];
+        let bounds = lower_bounds(&block.boxes);
+        let mut tests = 0;
+        for lane in lanes_of(below(&bounds, rounded_up(margin))) {
+            tests += 1;
+            let face = block.triangle(lane);
+            let found = mesh_convex::triangle_separation(&face, solid, pose, margin);
             if let Some(separation) = found.filter(|s| s.distance < margin) {
-                buffers.find(pushed_out(separation, &tree.triangles[k], mesh.is_closed(k), solid, pose));
+                buffers.find(pushed_out(separation, &face, mesh.closed[block.group as usize], solid, pose));
             }
         }
-        node.count as usize
+        tests
     });
     let center = pose.point(&solid.shape.core.center());
     if !overlap && let Some((depth, surface)) = mesh.depth_inside(&center, 0.0, &mut buffers.nodes) {

@@ -1,8 +1,8 @@
 //! Whether a point lies in the solid that a closed component of a mesh bounds.
 
-use super::bvh::Bvh;
+use super::bvh::{Bvh, Ref, lanes_of, rounding_at};
 use super::triangle::Triangle;
-use crate::math::Vec3;
+use crate::math::{Vec3, vectorized};
 
 /// Directions without relation to any axis or to each other.
 const DIRECTIONS: [[f64; 3]; 4] = [
@@ -24,35 +24,41 @@ const DOUBT: f64 = 1e-9;
 /// # Source
 /// The winding number as a sum of solid angles: A. Van Oosterom and J. Strackee, 1983, doi:10.1109/TBME.1983.325207.
 pub fn is_inside(tree: &Bvh, group: usize, point: &Vec3, stack: &mut Vec<(f64, u32)>) -> bool {
-    let (root, range) = &tree.groups[group];
-    if !tree.nodes[*root as usize].bounds.contains(point) {
+    let group = &tree.groups[group];
+    if !tree.bounds_of(group.root).may_hold(point) {
         return false;
     }
-    DIRECTIONS.iter().find_map(|d| parity(tree, *root, point, &Vec3::from(*d), stack)).unwrap_or_else(|| {
-        let triangles = &tree.triangles[range.start as usize..range.end as usize];
-        winding_number(triangles, point).abs() > 0.5
-    })
+    let counted = DIRECTIONS.iter().find_map(|direction| {
+        vectorized(
+            #[inline(always)]
+            || parity(tree, group.root, point, &Vec3::from(*direction), stack),
+        )
+    });
+    counted.unwrap_or_else(|| winding_number(tree.triangles(group.blocks.clone()), point).abs() > 0.5)
 }
 
 /// Whether a ray crosses an odd number of triangles; `None` where some crossing is in doubt.
-fn parity(tree: &Bvh, root: u32, origin: &Vec3, direction: &Vec3, stack: &mut Vec<(f64, u32)>) -> Option<bool> {
-    let inverse = direction.map(|x| 1.0 / x);
+#[inline(always)]
+fn parity(tree: &Bvh, root: Ref, origin: &Vec3, direction: &Vec3, stack: &mut Vec<(f64, u32)>) -> Option<bool> {
+    let place = [origin.x as f32, origin.y as f32, origin.z as f32];
+    let inverse = [0, 1, 2].map(|i| (1.0 / direction[i]) as f32);
+    // Far wider than the strip of doubt, so that a ray along a box's face meets what lies on it.
+    let rounding = rounding_at(origin, &tree.cuboid);
     let mut odd = false;
     stack.clear();
-    stack.push((0.0, root));
-    while let Some((_, index)) = stack.pop() {
-        let node = &tree.nodes[index as usize];
-        let center = (node.bounds.center - origin).component_mul(&inverse);
-        // Widened by the strip of doubt, so that a ray along a box's face meets what lies on it.
-        let reach = (node.bounds.half * (1.0 + 4.0 * DOUBT)).component_mul(&inverse.abs());
-        if (center + reach).min() < (center - reach).max().max(0.0) {
-            continue;
-        }
-        for k in tree.leaf(node) {
-            odd ^= crosses(&tree.triangles[k], origin, direction)?;
-        }
-        if node.count == 0 {
-            stack.extend([(0.0, node.first), (0.0, node.first + 1)]);
+    stack.push((0.0, root.0));
+    while let Some((_, at)) = stack.pop() {
+        let at = Ref(at);
+        if at.is_block() {
+            let block = &tree.blocks[at.index()];
+            for lane in lanes_of(block.boxes.met_by(&place, &inverse, rounding)) {
+                odd ^= crosses(&block.triangle(lane), origin, direction)?;
+            }
+        } else {
+            let node = &tree.nodes[at.index()];
+            for lane in lanes_of(node.boxes.met_by(&place, &inverse, rounding)) {
+                stack.push((0.0, node.children[lane].0));
+            }
         }
     }
     Some(odd)
@@ -89,14 +95,14 @@ fn crosses(triangle: &Triangle, origin: &Vec3, direction: &Vec3) -> Option<bool>
 }
 
 /// How often the triangles wind around `point`: 1 or -1 inside a solid, 0 outside.
-fn winding_number(triangles: &[Triangle], point: &Vec3) -> f64 {
-    let angle = |triangle: &Triangle| {
+fn winding_number(triangles: impl Iterator<Item = Triangle>, point: &Vec3) -> f64 {
+    let angle = |triangle: Triangle| {
         let [a, b, c] = triangle.points.map(|p| p - point);
         let (la, lb, lc) = (a.norm(), b.norm(), c.norm());
         let denominator = la * lb * lc + a.dot(&b) * lc + b.dot(&c) * la + c.dot(&a) * lb;
         2.0 * a.dot(&b.cross(&c)).atan2(denominator)
     };
-    triangles.iter().map(angle).sum::<f64>() / (4.0 * std::f64::consts::PI)
+    triangles.map(angle).sum::<f64>() / (4.0 * std::f64::consts::PI)
 }
 
 #[cfg(test)]
@@ -114,7 +120,7 @@ mod tests {
         let mut inside = 0;
         for _ in 0..3000 {
             let p = Vec3::from_fn(|_, _| 2.4 * (rng.random::<f64>() - 0.5));
-            let expected = winding_number(&shape.tree.triangles, &p).abs() > 0.5;
+            let expected = winding_number(shape.tree.triangles(0..shape.tree.blocks.len()), &p).abs() > 0.5;
             assert_eq!(is_inside(&shape.tree, 0, &p, &mut stack), expected, "{p}");
             inside += usize::from(expected);
         }
@@ -139,7 +145,12 @@ mod tests {
                 }
             }
         }
-        assert!((winding_number(&shape.tree.triangles, &Vec3::new(0.1, 0.2, 0.3)) - 1.0).abs() < 1e-12);
-        assert!(winding_number(&shape.tree.triangles, &Vec3::new(1.1, 0.2, 0.3)).abs() < 1e-12);
+        assert!(
+            (winding_number(shape.tree.triangles(0..shape.tree.blocks.len()), &Vec3::new(0.1, 0.2, 0.3)) - 1.0).abs()
+                < 1e-12
+        );
+        assert!(
+            winding_number(shape.tree.triangles(0..shape.tree.blocks.len()), &Vec3::new(1.1, 0.2, 0.3)).abs() < 1e-12
+        );
     }
 }

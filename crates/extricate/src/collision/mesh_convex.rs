@@ -1,12 +1,15 @@
 //! A tree of triangles against a convex solid: whether they come near, and how near. The mesh is a surface here.
 
 use super::bounds::{Aabb, Relative};
-use super::bvh::Bvh;
+use super::bvh::{Bvh, Cuboid, Ref, View, below, lanes_of, push_sorted, rounded_up};
 use super::convex::{ConvexCore, ConvexShape};
 use super::gjk::{self, Separation};
 use super::shape::ConvexSolid;
 use super::triangle::{Triangle, closest_on_triangle};
-use crate::math::Pose;
+use crate::math::{LANES, Pose, vectorized};
+
+/// A node or block of the mesh, and the widest gap \[m\] along a face axis of its box and the solid's.
+pub type Entry = (f32, Ref);
 
 /// Some triangle that is nearer than `limit` \[m\] to the solid with box `bounds`; `relative` maps the solid to the mesh.
 pub fn nearer(
@@ -15,24 +18,37 @@ pub fn nearer(
     bounds: &Aabb,
     relative: &Relative,
     limit: f64,
-    stack: &mut Vec<(u32, u32)>,
+    stack: &mut Vec<Entry>,
 ) -> Option<u32> {
-    stack.clear();
-    stack.push((0, 0));
-    while let Some((index, _)) = stack.pop() {
-        let node = &mesh.nodes[index as usize];
-        if relative.apart(&node.bounds, bounds, limit) {
-            continue;
-        }
-        let hit = |k: &usize| triangle_nearer(&mesh.triangles[*k], solid, bounds, &relative.pose_a_b, limit);
-        if let Some(found) = mesh.leaf(node).find(hit) {
-            return Some(found as u32);
-        }
-        if node.count == 0 {
-            stack.extend([(node.first, 0), (node.first + 1, 0)]);
-        }
-    }
-    None
+    vectorized(
+        #[inline(always)]
+        || {
+            let cuboid = Cuboid::around(bounds);
+            let view = View::new(&relative.pose_a_b, &mesh.cuboid, &cuboid);
+            let seen = view.see(&cuboid, rounded_up(limit));
+            stack.clear();
+            stack.push((0.0, mesh.root));
+            while let Some((_, at)) = stack.pop() {
+                if at.is_block() {
+                    let block = &mesh.blocks[at.index()];
+                    let (mask, _) = block.boxes.near(&view, &seen);
+                    let hit = lanes_of(mask)
+                        .find(|&lane| triangle_nearer(&block.triangle(lane), solid, bounds, &relative.pose_a_b, limit));
+                    if let Some(lane) = hit {
+                        return Some((at.index() * LANES + lane) as u32);
+                    }
+                } else {
+                    let node = &mesh.nodes[at.index()];
+                    let (mask, gaps) = node.boxes.near(&view, &seen);
+                    let start = stack.len();
+                    for lane in lanes_of(mask) {
+                        push_sorted(stack, start, (gaps[lane], node.children[lane]), |entry| entry.0);
+                    }
+                }
+            }
+            None
+        },
+    )
 }
 
 /// Whether a triangle is nearer than `limit` \[m\] to a convex solid; `pose` maps the solid to the triangle's frame.
@@ -60,31 +76,44 @@ pub fn closest(
     bounds: &Aabb,
     relative: &Relative,
     cutoff: f64,
-    stack: &mut Vec<(f64, u32, u32)>,
+    stack: &mut Vec<Entry>,
 ) -> Option<f64> {
-    let mut best = None;
-    let mut limit = cutoff;
-    let bound = |k: u32| (relative.lower_bound(&mesh.nodes[k as usize].bounds, bounds), k, 0);
-    stack.clear();
-    stack.push(bound(0));
-    while let Some((at_least, index, _)) = stack.pop() {
-        if at_least >= limit {
-            continue;
-        }
-        let node = &mesh.nodes[index as usize];
-        for k in mesh.leaf(node) {
-            let found = triangle_separation(&mesh.triangles[k], solid, &relative.pose_a_b, limit);
-            if let Some(separation) = found.filter(|s| s.distance < limit) {
-                limit = separation.distance;
-                best = Some(limit);
+    vectorized(
+        #[inline(always)]
+        || {
+            let cuboid = Cuboid::around(bounds);
+            let view = View::new(&relative.pose_a_b, &mesh.cuboid, &cuboid);
+            let seen = view.see(&cuboid, 0.0);
+            let mut best = None;
+            let mut limit = cutoff;
+            stack.clear();
+            stack.push((f32::NEG_INFINITY, mesh.root));
+            while let Some((bound, at)) = stack.pop() {
+                if f64::from(bound) >= limit {
+                    continue;
+                }
+                if at.is_block() {
+                    let block = &mesh.blocks[at.index()];
+                    let bounds = block.boxes.lower_bounds(&view, &seen);
+                    for lane in lanes_of(below(&bounds, rounded_up(limit))) {
+                        let found = triangle_separation(&block.triangle(lane), solid, &relative.pose_a_b, limit);
+                        if let Some(separation) = found.filter(|s| s.distance < limit) {
+                            limit = separation.distance;
+                            best = Some(limit);
+                        }
+                    }
+                } else {
+                    let node = &mesh.nodes[at.index()];
+                    let bounds = node.boxes.lower_bounds(&view, &seen);
+                    let start = stack.len();
+                    for lane in lanes_of(below(&bounds, rounded_up(limit))) {
+                        push_sorted(stack, start, (bounds[lane], node.children[lane]), |entry| entry.0);
+                    }
+                }
             }
-        }
-        if node.count == 0 {
-            let (a, b) = (bound(node.first), bound(node.first + 1));
-            stack.extend(if a.0 <= b.0 { [b, a] } else { [a, b] });
-        }
-    }
-    best
+            best
+        },
+    )
 }
 
 /// Signed distance and witness of a triangle (first) and a convex solid (second), in the triangle's frame.

@@ -1,80 +1,213 @@
 //! Two trees of triangles: whether they come near, and how near. Solids and what they hold are another file's matter.
 
 use super::bounds::Relative;
-use super::bvh::{Bvh, Node};
+use super::bvh::{Bvh, Probe, Ref, View, below, lanes_of, push_sorted, rounded_up};
 use super::triangle;
+use crate::math::{LANES, Pose, vectorized};
 
-/// Some pair of triangles that cross or are nearer than `limit` \[m\]; `relative` maps the second mesh to the first.
-pub fn nearer(a: &Bvh, b: &Bvh, relative: &Relative, limit: f64, stack: &mut Vec<(u32, u32)>) -> Option<(u32, u32)> {
-    stack.clear();
-    stack.push((0, 0));
-    while let Some((i, j)) = stack.pop() {
-        let (node_a, node_b) = (&a.nodes[i as usize], &b.nodes[j as usize]);
-        if relative.apart(&node_a.bounds, &node_b.bounds, limit) {
-            continue;
+/// Two trees, each seen in the frame of the other.
+pub struct Pair<'a> {
+    /// The first tree.
+    pub a: &'a Bvh,
+    /// The second.
+    pub b: &'a Bvh,
+    /// Maps the second one's frame to the first one's.
+    pub pose_a_b: Pose,
+    /// The inverse.
+    pub pose_b_a: Pose,
+    /// Of the second in the first.
+    pub b_in_a: View,
+    /// Of the first in the second.
+    pub a_in_b: View,
+}
+
+/// A node or block of either tree, and the widest gap \[m\] along a face axis of their boxes.
+pub type Entry = (f32, Ref, Ref);
+
+impl<'a> Pair<'a> {
+    /// Prepares the descent of two trees.
+    pub fn new(a: &'a Bvh, b: &'a Bvh, relative: &Relative) -> Self {
+        let pose_a_b = relative.pose_a_b;
+        let pose_b_a = pose_a_b.inverse();
+        let b_in_a = View::new(&pose_a_b, &a.cuboid, &b.cuboid);
+        let a_in_b = View::new(&pose_b_a, &b.cuboid, &a.cuboid);
+        Self { a, b, pose_a_b, pose_b_a, b_in_a, a_in_b }
+    }
+
+    /// Whether of two, not both blocks, the first is to be opened: the larger one, so that both shrink alike.
+    #[inline(always)]
+    pub fn opens_first(&self, i: Ref, j: Ref) -> bool {
+        j.is_block() || (!i.is_block() && self.a.bounds_of(i).size() >= self.b.bounds_of(j).size())
+    }
+
+    /// Which triangles of two blocks may be nearer than `limit`, one bit a lane of each.
+    #[inline(always)]
+    fn candidates(&self, i: Ref, j: Ref, limit: f32) -> (u32, u32) {
+        let (s, t) = (&self.a.blocks[i.index()], &self.b.blocks[j.index()]);
+        let (first, _) = s.boxes.near(&self.b_in_a, &self.b_in_a.see(&t.bounds, limit));
+        if first == 0 {
+            return (0, 0);
         }
-        if node_a.count > 0 && node_b.count > 0 {
-            for k in b.leaf(node_b) {
-                let moved = b.triangles[k].moved(&relative.pose_a_b);
-                if moved.is_apart(&node_a.bounds, limit) {
-                    continue;
-                }
-                if let Some(found) = a.leaf(node_a).find(|&i| triangle::nearer(&a.triangles[i], &moved, limit)) {
-                    return Some((found as u32, k as u32));
+        let (second, _) = t.boxes.near(&self.a_in_b, &self.a_in_b.see(&s.bounds, limit));
+        (first, second)
+    }
+
+    /// Calls `found` with the lanes of triangles of two blocks that are not proved farther apart than `limit` \[m\], until it
+    /// answers `true`; returns whether it did. The limit may fall meanwhile.
+    #[inline(always)]
+    pub fn near_triangles(
+        &self,
+        i: Ref,
+        j: Ref,
+        mut limit: f64,
+        mut found: impl FnMut(usize, usize, &mut f64) -> bool,
+    ) -> bool {
+        let (s, t) = (&self.a.blocks[i.index()], &self.b.blocks[j.index()]);
+        let (first, second) = self.candidates(i, j, rounded_up(limit));
+        if first == 0 || second == 0 {
+            return false;
+        }
+        if first.count_ones() <= second.count_ones() {
+            for k in lanes_of(first) {
+                let reach = rounded_up(limit);
+                let probe = Probe::new(&s.triangle(k), &self.pose_b_a, reach, self.a_in_b.rounding());
+                let mask = probe.near(&t.boxes) & second;
+                if mask != 0 {
+                    for l in lanes_of(t.near(&probe.triangle, limit, mask)) {
+                        if found(k, l, &mut limit) {
+                            return true;
+                        }
+                    }
                 }
             }
-        } else if opens_first(node_a, node_b) {
-            stack.extend([(node_a.first, j), (node_a.first + 1, j)]);
         } else {
-            stack.extend([(i, node_b.first), (i, node_b.first + 1)]);
+            for l in lanes_of(second) {
+                let reach = rounded_up(limit);
+                let probe = Probe::new(&t.triangle(l), &self.pose_a_b, reach, self.b_in_a.rounding());
+                let mask = probe.near(&s.boxes) & first;
+                if mask != 0 {
+                    for k in lanes_of(s.near(&probe.triangle, limit, mask)) {
+                        if found(k, l, &mut limit) {
+                            return true;
+                        }
+                    }
+                }
+            }
+        }
+        false
+    }
+}
+
+/// Some pair of triangles that cross or are nearer than `limit` \[m\]; `relative` maps the second mesh to the first.
+pub fn nearer(a: &Bvh, b: &Bvh, relative: &Relative, limit: f64, stack: &mut Vec<Entry>) -> Option<(u32, u32)> {
+    let pair = Pair::new(a, b, relative);
+    vectorized(
+        #[inline(always)]
+        || descend(&pair, limit, stack),
+    )
+}
+
+#[inline(always)]
+fn descend(pair: &Pair, limit: f64, stack: &mut Vec<Entry>) -> Option<(u32, u32)> {
+    let (a, b) = (pair.a, pair.b);
+    let reach = rounded_up(limit);
+    stack.clear();
+    stack.push((0.0, a.root, b.root));
+    let mut hit = None;
+    while let Some((_, i, j)) = stack.pop() {
+        if i.is_block() && j.is_block() {
+            let (s, t) = (&a.blocks[i.index()], &b.blocks[j.index()]);
+            let is_hit = |k: usize, l: usize, _: &mut f64| {
+                let is_near = triangle::nearer(&s.triangle(k), &t.triangle(l).moved(&pair.pose_a_b), limit);
+                if is_near {
+                    hit = Some(((i.index() * LANES + k) as u32, (j.index() * LANES + l) as u32));
+                }
+                is_near
+            };
+            if pair.near_triangles(i, j, limit, is_hit) {
+                return hit;
+            }
+        } else if pair.opens_first(i, j) {
+            let node = &a.nodes[i.index()];
+            let (mask, gaps) = node.boxes.near(&pair.b_in_a, &pair.b_in_a.see(b.bounds_of(j), reach));
+            let start = stack.len();
+            for lane in lanes_of(mask) {
+                push_sorted(stack, start, (gaps[lane], node.children[lane], j), |entry| entry.0);
+            }
+        } else {
+            let node = &b.nodes[j.index()];
+            let (mask, gaps) = node.boxes.near(&pair.a_in_b, &pair.a_in_b.see(a.bounds_of(i), reach));
+            let start = stack.len();
+            for lane in lanes_of(mask) {
+                push_sorted(stack, start, (gaps[lane], i, node.children[lane]), |entry| entry.0);
+            }
         }
     }
     None
 }
 
 /// Distance \[m\] of the nearest pair of triangles, if below `cutoff`; 0 where triangles cross, for a cutoff of 0 too.
-pub fn closest(a: &Bvh, b: &Bvh, relative: &Relative, cutoff: f64, stack: &mut Vec<(f64, u32, u32)>) -> Option<f64> {
-    let mut best = None;
+pub fn closest(a: &Bvh, b: &Bvh, relative: &Relative, cutoff: f64, stack: &mut Vec<Entry>) -> Option<f64> {
+    let pair = Pair::new(a, b, relative);
+    vectorized(
+        #[inline(always)]
+        || descend_to_closest(&pair, cutoff, stack),
+    )
+}
+
+#[inline(always)]
+fn descend_to_closest(pair: &Pair, cutoff: f64, stack: &mut Vec<Entry>) -> Option<f64> {
+    let (a, b) = (pair.a, pair.b);
     let mut limit = cutoff;
-    let bound = |i: u32, j: u32| (relative.lower_bound(&a.nodes[i as usize].bounds, &b.nodes[j as usize].bounds), i, j);
+    let mut best = None;
     stack.clear();
-    stack.push(bound(0, 0));
-    while let Some((at_least, i, j)) = stack.pop() {
-        let (node_a, node_b) = (&a.nodes[i as usize], &b.nodes[j as usize]);
-        if at_least >= limit {
+    stack.push((0.0, a.root, b.root));
+    while let Some((bound, i, j)) = stack.pop() {
+        // Crossing triangles count for a cutoff of 0 too.
+        if f64::from(bound) >= limit && bound > 0.0 {
             continue;
         }
-        if node_a.count > 0 && node_b.count > 0 {
-            for k in b.leaf(node_b) {
-                let moved = b.triangles[k].moved(&relative.pose_a_b);
-                if moved.is_apart(&node_a.bounds, limit) {
-                    continue;
+        if i.is_block() && j.is_block() {
+            let (s, t) = (&a.blocks[i.index()], &b.blocks[j.index()]);
+            pair.near_triangles(i, j, limit, |k, l, still| {
+                let moved = t.triangle(l).moved(&pair.pose_a_b);
+                if let Some(witness) = triangle::closest(&s.triangle(k), &moved, limit * limit) {
+                    limit = witness.squared.sqrt();
+                    best = Some(limit);
+                    *still = limit;
                 }
-                for i in a.leaf(node_a) {
-                    if let Some(witness) = triangle::closest(&a.triangles[i], &moved, limit * limit) {
-                        limit = witness.squared.sqrt();
-                        best = Some(limit);
-                        if limit == 0.0 {
-                            return best;
-                        }
-                    }
-                }
+                limit == 0.0
+            });
+            if best == Some(0.0) {
+                return best;
             }
         } else {
-            let (near, far) = if opens_first(node_a, node_b) {
-                (bound(node_a.first, j), bound(node_a.first + 1, j))
-            } else {
-                (bound(i, node_b.first), bound(i, node_b.first + 1))
-            };
-            stack.extend(if near.0 <= far.0 { [far, near] } else { [near, far] });
+            let start = stack.len();
+            children(pair, i, j, rounded_up(limit), |bound, i, j| {
+                push_sorted(stack, start, (bound, i, j), |entry| entry.0);
+            });
         }
     }
     best
 }
 
-/// Whether of two nodes, not both leaves, the first is to be opened: the larger one, so that both shrink alike.
-pub fn opens_first(a: &Node, b: &Node) -> bool {
-    b.count > 0 || (a.count == 0 && a.bounds.half.norm_squared() > b.bounds.half.norm_squared())
+/// Calls `each` with what two, not both blocks, are made of and what may be nearer than `limit` \[m\], and a lower bound on its
+/// distance (negative where boxes overlap).
+#[inline(always)]
+pub fn children(pair: &Pair, i: Ref, j: Ref, limit: f32, mut each: impl FnMut(f32, Ref, Ref)) {
+    if pair.opens_first(i, j) {
+        let node = &pair.a.nodes[i.index()];
+        let bounds = node.boxes.lower_bounds(&pair.b_in_a, &pair.b_in_a.see(pair.b.bounds_of(j), 0.0));
+        for lane in lanes_of(below(&bounds, limit)) {
+            each(bounds[lane], node.children[lane], j);
+        }
+    } else {
+        let node = &pair.b.nodes[j.index()];
+        let bounds = node.boxes.lower_bounds(&pair.a_in_b, &pair.a_in_b.see(pair.a.bounds_of(i), 0.0));
+        for lane in lanes_of(below(&bounds, limit)) {
+            each(bounds[lane], i, node.children[lane]);
+        }
+    }
 }
 
 #[cfg(test)]
@@ -90,9 +223,11 @@ mod tests {
     fn scan(a: &Bvh, b: &Bvh, pose: &Pose) -> f64 {
         let squared = |t: &triangle::Triangle| {
             let moved = t.moved(pose);
-            a.triangles.iter().filter_map(|s| triangle::closest(s, &moved, 1e9).map(|w| w.squared)).fold(1e9, f64::min)
+            a.triangles(0..a.blocks.len())
+                .filter_map(|s| triangle::closest(&s, &moved, 1e9).map(|w| w.squared))
+                .fold(1e9, f64::min)
         };
-        b.triangles.iter().map(squared).fold(1e9, f64::min).sqrt()
+        b.triangles(0..b.blocks.len()).map(|t| squared(&t)).fold(1e9, f64::min).sqrt()
     }
 
     #[test]

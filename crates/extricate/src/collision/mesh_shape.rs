@@ -1,17 +1,18 @@
 //! A mesh prepared for checks: its tree, and which of its components bound a solid. One mesh, no pairs.
 
-use super::bvh::Bvh;
+use super::bvh::{Bvh, Nearest, build};
 use super::inside::is_inside;
 use super::orient::outward;
 use crate::math::Vec3;
 use crate::robot::TriangleMesh;
+use crate::robot::mesh::Component;
 
 /// A mesh with its tree. Components without triangles are dropped; triangles of closed ones have outward normals.
 #[derive(Debug, Clone)]
 pub struct MeshShape {
-    /// One group a component.
+    /// One group for each closed component, and one for all triangles of open ones.
     pub tree: Bvh,
-    /// Whether each component is closed: a solid by itself, also within another one. Open ones are surfaces.
+    /// Whether each group is closed: a solid by itself, also within another one. Open ones are surfaces.
     pub closed: Vec<bool>,
     /// A vertex of each component.
     pub representatives: Vec<Vec3>,
@@ -24,26 +25,26 @@ impl MeshShape {
     pub fn new(mesh: &TriangleMesh) -> Self {
         let components = || mesh.components.iter().filter(|c| !c.triangles.is_empty());
         let corners = |t: &[u32; 3]| t.map(|v| mesh.vertices[v as usize]);
-        let groups: Vec<Vec<[Vec3; 3]>> = components()
-            .map(|c| {
-                let triangles = &mesh.triangles[c.triangles.clone()];
-                let turned = if c.closed { outward(triangles, &mesh.vertices) } else { triangles.to_vec() };
-                turned.iter().map(corners).collect()
-            })
-            .collect();
+        let solid = |c: &Component| {
+            outward(&mesh.triangles[c.triangles.clone()], &mesh.vertices).iter().map(corners).collect::<Vec<_>>()
+        };
+        let mut groups: Vec<Vec<[Vec3; 3]>> = components().filter(|c| c.closed).map(solid).collect();
+        let mut closed = vec![true; groups.len()];
+        let open = components().filter(|c| !c.closed);
+        let surfaces: Vec<[Vec3; 3]> =
+            open.flat_map(|c| mesh.triangles[c.triangles.clone()].iter().map(corners)).collect();
+        if !surfaces.is_empty() {
+            groups.push(surfaces);
+            closed.push(false);
+        }
         let mut used = vec![false; mesh.vertices.len()];
         mesh.triangles.iter().flatten().for_each(|v| used[*v as usize] = true);
         Self {
-            tree: Bvh::new(&groups),
-            closed: components().map(|c| c.closed).collect(),
-            representatives: groups.iter().map(|g| g[0][0]).collect(),
+            tree: build(&groups),
+            closed,
+            representatives: components().map(|c| corners(&mesh.triangles[c.triangles.start])[0]).collect(),
             vertices: mesh.vertices.iter().zip(used).filter_map(|(v, used)| used.then_some(*v)).collect(),
         }
-    }
-
-    /// Whether triangle `index` of the tree belongs to a closed component.
-    pub fn is_closed(&self, index: usize) -> bool {
-        self.closed[self.tree.group_of[index] as usize]
     }
 
     /// Whether `point` lies inside a closed component.
@@ -57,12 +58,12 @@ impl MeshShape {
         let mut best = None;
         let mut floor_squared = floor * floor;
         for c in (0..self.closed.len()).filter(|c| self.closed[*c]) {
-            let root = self.tree.groups[c].0;
-            if !self.tree.nodes[root as usize].bounds.contains(point) {
+            let root = self.tree.groups[c].root;
+            if !self.tree.bounds_of(root).may_hold(point) {
                 continue;
             }
             let nearest = self.tree.closest_point(root, point, f64::INFINITY, floor_squared, stack);
-            if let Some((surface, _, squared)) = nearest
+            if let Some(Nearest { point: surface, squared, .. }) = nearest
                 && squared > floor_squared
                 && is_inside(&self.tree, c, point, stack)
             {
@@ -77,7 +78,10 @@ impl MeshShape {
     pub fn depth(&self, point: &Vec3, stack: &mut Vec<(f64, u32)>) -> f64 {
         match self.depth_inside(point, 0.0, stack) {
             Some((depth, _)) => depth,
-            None => self.tree.closest_point(0, point, f64::INFINITY, 0.0, stack).map_or(0.0, |(_, _, d)| -d.sqrt()),
+            None => {
+                let nearest = self.tree.closest_point(self.tree.root, point, f64::INFINITY, 0.0, stack);
+                nearest.map_or(0.0, |near| -near.squared.sqrt())
+            }
         }
     }
 }

@@ -10,11 +10,11 @@ use crate::math::{Pose, Vec3};
 /// Stacks that the descents reuse.
 #[derive(Debug, Default)]
 pub struct Buffers {
-    /// Pairs of nodes.
-    pub pairs: Vec<(u32, u32)>,
-    /// Pairs of nodes with a lower bound \[m\].
-    pub bounded: Vec<(f64, u32, u32)>,
-    /// Nodes with a lower bound.
+    /// Of two trees.
+    pub pairs: Vec<mesh_mesh::Entry>,
+    /// Of a tree and a convex solid.
+    pub single: Vec<mesh_convex::Entry>,
+    /// Of a tree and a point or ray.
     pub nodes: Vec<(f64, u32)>,
 }
 
@@ -68,9 +68,9 @@ pub fn nearer(first: Placed, second: Placed, limit: f64, hint: &mut Hint, buffer
         (Mesh(x), Convex(y)) => surface_nearer(x, b, y, &relative, limit, hint, buffers),
         (Convex(_), Mesh(_)) => nearer(second, first, limit, hint, buffers),
         (Mesh(x), Mesh(y)) => {
-            let (i, j) = (hint.triangles.0 as usize, hint.triangles.1 as usize);
-            if let (Some(s), Some(t)) = (x.tree.triangles.get(i), y.tree.triangles.get(j))
-                && triangle::nearer(s, &t.moved(&relative.pose_a_b), limit)
+            let (i, j) = hint.triangles;
+            if let (Some(s), Some(t)) = (x.tree.triangle(i), y.tree.triangle(j))
+                && triangle::nearer(&s, &t.moved(&relative.pose_a_b), limit)
             {
                 return true;
             }
@@ -104,12 +104,12 @@ fn surface_nearer(
     buffers: &mut Buffers,
 ) -> bool {
     let pose = &relative.pose_a_b;
-    if let Some(t) = mesh.tree.triangles.get(hint.triangles.0 as usize)
-        && mesh_convex::triangle_nearer(t, solid, &other.bounds, pose, limit)
+    if let Some(t) = mesh.tree.triangle(hint.triangles.0)
+        && mesh_convex::triangle_nearer(&t, solid, &other.bounds, pose, limit)
     {
         return true;
     }
-    match mesh_convex::nearer(&mesh.tree, solid, &other.bounds, relative, limit, &mut buffers.pairs) {
+    match mesh_convex::nearer(&mesh.tree, solid, &other.bounds, relative, limit, &mut buffers.single) {
         Some(found) => {
             hint.triangles.0 = found;
             true
@@ -150,14 +150,14 @@ pub fn signed_distance(first: Placed, second: Placed, cutoff: f64, buffers: &mut
         }
         (Convex(_), Mesh(_)) => return signed_distance(second, first, cutoff, buffers),
         (Mesh(x), Convex(y)) => {
-            let found = mesh_convex::closest(&x.tree, y, &b.bounds, &relative, cutoff, &mut buffers.bounded);
+            let found = mesh_convex::closest(&x.tree, y, &b.bounds, &relative, cutoff, &mut buffers.single);
             let floor = found.unwrap_or(cutoff);
             let center = pose.point(&y.shape.core.center());
             let inside = x.depth_inside(&center, (-floor).max(0.0), &mut buffers.nodes);
             inside.map(|(depth, _)| -depth).or(found)
         }
         (Mesh(x), Mesh(y)) => {
-            let found = mesh_mesh::closest(&x.tree, &y.tree, &relative, cutoff.max(0.0), &mut buffers.bounded);
+            let found = mesh_mesh::closest(&x.tree, &y.tree, &relative, cutoff.max(0.0), &mut buffers.pairs);
             let crosses = found == Some(0.0);
             let mut depth = (-cutoff).max(0.0);
             let mut deeper = false;

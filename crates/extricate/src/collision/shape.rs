@@ -4,6 +4,7 @@ use super::bounds::{Aabb, bounding_ball};
 use super::convex::{ConvexCore, ConvexShape, HullPoints};
 use super::gjk;
 use super::mesh_shape::MeshShape;
+use super::triangle::Triangle;
 use crate::math::{Pose, Vec3};
 use crate::robot::{Geometry, TriangleMesh};
 
@@ -127,11 +128,15 @@ fn slab_depth(beyond: Vec3) -> f64 {
 
 fn is_convex(shape: &MeshShape, size: f64) -> bool {
     shape.closed == [true]
-        && shape.tree.triangles.iter().all(|t| shape.vertices.iter().all(|v| t.height(v) <= CONVEX_TOLERANCE * size))
+        && all_triangles(shape).all(|t| shape.vertices.iter().all(|v| t.height(v) <= CONVEX_TOLERANCE * size))
+}
+
+fn all_triangles(shape: &MeshShape) -> impl Iterator<Item = Triangle> {
+    shape.tree.triangles(0..shape.tree.blocks.len())
 }
 
 fn hull(shape: MeshShape) -> ConvexSolid {
-    let faces = shape.tree.triangles.iter().filter(|t| t.normal != Vec3::zeros());
+    let faces = all_triangles(&shape).filter(|t| t.normal != Vec3::zeros());
     let mut planes: Vec<(Vec3, f64)> =
         faces.map(|t| (t.normal, shape.vertices.iter().map(|v| t.normal.dot(v)).fold(f64::MIN, f64::max))).collect();
     planes.dedup_by(|a, b| a == b);

@@ -1,6 +1,5 @@
 //! Distances of points, segments and triangles, with the points that realise them. One pair at a time, no trees.
 
-use super::bounds::{Aabb, ROUNDING};
 use crate::math::{Pose, Vec3};
 
 /// A triangle with its unit normal.
@@ -43,14 +42,6 @@ impl Triangle {
     /// The same triangle in the frame that `pose` maps to.
     pub fn moved(&self, pose: &Pose) -> Self {
         Self { points: self.points.map(|p| pose.point(&p)), normal: pose.vector(&self.normal) }
-    }
-
-    /// Whether the triangle is proved farther than `margin` \[m\] from a box, by the box's face axes or its own plane.
-    pub fn is_apart(&self, bounds: &Aabb, margin: f64) -> bool {
-        let margin = margin + ROUNDING;
-        let [a, b, c] = self.points;
-        let beyond = (a.inf(&b).inf(&c) - bounds.center).sup(&(bounds.center - a.sup(&b).sup(&c))) - bounds.half;
-        beyond.max() > margin || self.height(&bounds.center).abs() > self.normal.abs().dot(&bounds.half) + margin
     }
 
     /// Signed distance \[m\] of `point` from the plane, positive on the side of the normal.

@@ -2,8 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-/// Points in one block: the width of an AVX register of `f32`.
-pub const LANES: usize = 8;
+pub use crate::math::{LANES, vectorized};
 
 /// `n` points of `dimensions` coordinates as `f32`, in blocks of [`LANES`] points: within a block the coordinate `k` of
 /// all points stands together, so a scan needs no gathers. The last block is padded.
@@ -193,14 +192,6 @@ pub fn exp2_negative(x: f32) -> f32 {
     p = p * f + 6.931_472e-1;
     p = p * f + 1.0;
     p * f32::from_bits((shifted.to_bits() << 23).wrapping_add(127 << 23))
-}
-
-/// Runs `f`, and all that is inlined into it, with the widest vector instructions that this processor has.
-///
-/// Results do not depend on which: Rust never fuses a multiplication with an addition unless told to.
-#[inline(always)]
-pub fn vectorized<R>(f: impl FnOnce() -> R) -> R {
-    pulp::Arch::new().dispatch(f)
 }
 
 #[cfg(test)]
