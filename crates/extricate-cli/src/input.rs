@@ -38,6 +38,8 @@ pub struct BadLine {
 
 /// A configuration and the number of its line.
 pub type Entry = Result<(usize, Config), BadLine>;
+/// The two ends of a segment and the number of its line.
+pub type SegmentEntry = Result<(usize, [Config; 2]), BadLine>;
 
 impl Configs {
     /// Opens a file, or standard input for `-`.
@@ -64,6 +66,24 @@ impl Configs {
     /// # Errors
     /// Where reading fails; a bad line is an [`Entry`], not an error.
     pub fn next(&mut self, space: &ConfigSpace) -> anyhow::Result<Option<Entry>> {
+        let expected = format!("{} numbers", space.nq());
+        self.next_parsed(&expected, |text| parse_config(text, space))
+    }
+
+    /// As [`Configs::next`], for pairs of configurations.
+    ///
+    /// # Errors
+    /// Where reading fails.
+    pub fn next_segment(&mut self, space: &ConfigSpace) -> anyhow::Result<Option<SegmentEntry>> {
+        let expected = format!("two configurations of {} numbers", space.nq());
+        self.next_parsed(&expected, |text| parse_segment(text, space))
+    }
+
+    fn next_parsed<T>(
+        &mut self,
+        expected: &str,
+        parse: impl Fn(&str) -> Result<T, String>,
+    ) -> anyhow::Result<Option<Result<(usize, T), BadLine>>> {
         let mut raw = Vec::new();
         loop {
             let failed = || format!("cannot read {} after line {}", self.name, self.line);
@@ -73,19 +93,19 @@ impl Configs {
             }
             self.line += 1;
             let parsed = match std::str::from_utf8(&raw) {
-                _ if is_cut => Err(format!("got more than {LONGEST_LINE} bytes, expected {} numbers", space.nq())),
+                _ if is_cut => Err(format!("got more than {LONGEST_LINE} bytes, expected {expected}")),
                 // Editors on some systems begin a file with a byte order mark.
                 Ok(text) => match text.trim_start_matches('\u{feff}').trim() {
                     "" => continue,
-                    text => parse_config(text, space),
+                    text => parse(text),
                 },
-                Err(_) => Err("not UTF-8 text, expected a JSON array or an object with \"q\"".into()),
+                Err(_) => Err("not UTF-8 text, expected a line of JSON".into()),
             };
             let line = self.line;
             return Ok(Some(match parsed {
-                Ok(config) => {
+                Ok(parsed) => {
                     self.good += 1;
-                    Ok((line, config))
+                    Ok((line, parsed))
                 }
                 Err(error) => {
                     self.bad += 1;
@@ -151,21 +171,41 @@ fn read_line(reader: &mut dyn BufRead, raw: &mut Vec<u8>, bytes_read: &mut u64) 
 
 /// One line: `{"q": [...]}` (other keys are ignored) or a bare array.
 pub fn parse_config(text: &str, space: &ConfigSpace) -> Result<Config, String> {
-    let value: Value = serde_json::from_str(text).map_err(|error| explain_syntax(text, &error))?;
+    let value: Value = serde_json::from_str(text).map_err(|error| explain_syntax(text, &error, "\"q\""))?;
     let found = match value {
         Value::Object(mut map) => match map.remove("q") {
             Some(q) => q,
-            None => {
-                let keys: Vec<_> = map.keys().map(|k| format!("\"{}\"", shorten(k))).take(MOST_KEYS).collect();
-                let more = if map.len() > MOST_KEYS { " and more" } else { "" };
-                let keys = if keys.is_empty() { "no keys".into() } else { keys.join(", ") + more };
-                return Err(format!("got an object with {keys}, expected one with \"q\""));
-            }
+            None => return Err(format!("{}, expected one with \"q\"", list_keys(&map))),
         },
         other => other,
     };
+    config_of(&found, space)
+}
+
+/// One line: `{"from": [...], "to": [...]}` (other keys are ignored) or an array of two arrays.
+pub fn parse_segment(text: &str, space: &ConfigSpace) -> Result<[Config; 2], String> {
+    let keys = "\"from\" and \"to\"";
+    let value: Value = serde_json::from_str(text).map_err(|error| explain_syntax(text, &error, keys))?;
+    let ends = match value {
+        Value::Object(mut map) => match (map.remove("from"), map.remove("to")) {
+            (Some(from), Some(to)) => [from, to],
+            (None, Some(_)) => return Err("got an object with \"to\" but without \"from\", expected both".into()),
+            (Some(_), None) => return Err("got an object with \"from\" but without \"to\", expected both".into()),
+            (None, None) => return Err(format!("{}, expected one with {keys}", list_keys(&map))),
+        },
+        Value::Array(ends) => <[Value; 2]>::try_from(ends)
+            .map_err(|ends| format!("got an array of {}, expected one of two configurations", ends.len()))?,
+        other => return Err(format!("got {}, expected two configurations", describe(&other))),
+    };
+    let [from, to] = ends;
+    let from = config_of(&from, space).map_err(|fault| format!("from: {fault}"))?;
+    let to = config_of(&to, space).map_err(|fault| format!("to: {fault}"))?;
+    Ok([from, to])
+}
+
+fn config_of(found: &Value, space: &ConfigSpace) -> Result<Config, String> {
     let Value::Array(elements) = found else {
-        return Err(format!("got {}, expected an array of {} numbers", describe(&found), space.nq()));
+        return Err(format!("got {}, expected an array of {} numbers", describe(found), space.nq()));
     };
     let mut numbers = Vec::with_capacity(elements.len());
     for (index, element) in elements.iter().enumerate() {
@@ -177,17 +217,24 @@ pub fn parse_config(text: &str, space: &ConfigSpace) -> Result<Config, String> {
     space.config(&numbers).map_err(|error| error.to_string())
 }
 
+fn list_keys(map: &serde_json::Map<String, Value>) -> String {
+    let keys: Vec<_> = map.keys().map(|k| format!("\"{}\"", shorten(k))).take(MOST_KEYS).collect();
+    let more = if map.len() > MOST_KEYS { " and more" } else { "" };
+    let keys = if keys.is_empty() { "no keys".into() } else { keys.join(", ") + more };
+    format!("got an object with {keys}")
+}
+
 /// Keys that a message lists.
 const MOST_KEYS: usize = 4;
 
 /// JSON has no NaN and no infinities; the parser only says that it expected a value.
-fn explain_syntax(text: &str, error: &serde_json::Error) -> String {
+fn explain_syntax(text: &str, error: &serde_json::Error, keys: &str) -> String {
     let word = text.split(|c: char| !c.is_ascii_alphanumeric() && c != '+' && c != '-').find(|word| {
         matches!(word.trim_start_matches(['+', '-']).to_ascii_lowercase().as_str(), "nan" | "inf" | "infinity")
     });
     match word {
         Some(word) => format!("got {word}, expected a finite number"),
-        None => format!("not JSON ({error}), got {}, expected an array or an object with \"q\"", shorten(text)),
+        None => format!("not JSON ({error}), got {}, expected an array or an object with {keys}", shorten(text)),
     }
 }
 
@@ -254,6 +301,30 @@ mod tests {
             ("{\"a\":1,\"b\":1,\"c\":1,\"d\":1,\"e\":1}", "\"c\", \"d\" and more", "one with \"q\""),
         ] {
             let message = parse_config(text, &space).unwrap_err();
+            assert!(message.contains(found), "{text}: {message}");
+            assert!(message.contains(expected), "{text}: {message}");
+        }
+    }
+
+    #[test]
+    fn segments_are_read_and_faults_name_the_end() {
+        let space = space();
+        for text in ["[[0.5, 1], [0, 2]]", r#"{"to": [0, 2], "id": 3, "from": [0.5, 1]}"#] {
+            let [from, to] = parse_segment(text, &space).unwrap();
+            assert_eq!((&*from, &*to), (&[0.5, 1.0][..], &[0.0, 2.0][..]));
+        }
+        for (text, found, expected) in [
+            ("[[0, 0]]", "an array of 1", "two configurations"),
+            ("[0, 0]", "from: got 0 (a number)", "array of 2 numbers"),
+            ("[[0, 0], [9, 0]]", "to: ", "[-1, 2]"),
+            ("{\"from\": [0, 0]}", "without \"to\"", "both"),
+            ("{\"to\": [0, 0]}", "without \"from\"", "both"),
+            ("{\"q\": [0, 0]}", "an object with \"q\"", "\"from\" and \"to\""),
+            ("7", "7 (a number)", "two configurations"),
+            ("[[0, 0], [NaN, 0]]", "got NaN", "finite number"),
+            ("hello", "hello", "\"from\" and \"to\""),
+        ] {
+            let message = parse_segment(text, &space).unwrap_err();
             assert!(message.contains(found), "{text}: {message}");
             assert!(message.contains(expected), "{text}: {message}");
         }

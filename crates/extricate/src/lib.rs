@@ -18,7 +18,7 @@ pub mod robot;
 pub mod scene;
 pub mod store;
 
-pub use collision::{CheckScratch, Checker, Contact};
+pub use collision::{CheckScratch, Checker, Contact, SegmentOptions, SegmentOutcome};
 pub use cspace::{Config, ConfigSpace, Label, Manifold};
 pub use error::{Error, Result};
 pub use learning::{LearnOptions, LearnProgress};

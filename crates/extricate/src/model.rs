@@ -3,12 +3,11 @@
 use std::ops::ControlFlow;
 use std::sync::Arc;
 
-use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use crate::boundary::SampleSet;
 use crate::boundary::trace::{TraceGround, trace};
-use crate::collision::{CheckScratch, Checker, always_colliding};
+use crate::collision::{Checker, always_colliding};
 use crate::cspace::sampling::Halton;
 use crate::cspace::{Config, Label};
 use crate::error::{Error, Result};
@@ -176,10 +175,9 @@ fn learn(
     let metric = Metric::new(scene.clone());
     let nq = scene.space.nq();
     let label = |configs: &[f64]| -> Vec<Label> {
-        let chunk = |scratch: &mut CheckScratch, chunk: &[f64]| {
-            chunk.chunks_exact(nq).map(|q| checker.label(q, scratch)).collect::<Vec<_>>()
-        };
-        configs.par_chunks(64 * nq).map_init(CheckScratch::default, chunk).flatten_iter().collect()
+        let mut labels = vec![Label::Free; configs.len() / nq];
+        checker.label_batch(configs, &mut labels);
+        labels
     };
     let mut budget = Budget::new(options, progress);
     let halton = Halton::new(scene.space.nv(), options.seed);

@@ -1,12 +1,14 @@
-//! `extricate check`: free or not, clearance, colliding pairs.
+//! `extricate check`: free or not, clearance, colliding pairs. Segments are in `check_segments`.
 
 use std::path::PathBuf;
 use std::sync::Arc;
 
 use clap::Args;
+use extricate::collision::{LEAST_RESOLUTION, SegmentOptions};
 use extricate::{CheckScratch, Checker, Config, Label};
 use serde::Serialize;
 
+use super::check_segments::check_segments;
 use super::{load_scene, prepare, tell_warnings};
 use crate::args::InputArgs;
 use crate::input::Configs;
@@ -19,13 +21,25 @@ use crate::report;
 #[command(
     after_help = "With --json, one object a line: free (bool), clearance [m] (least signed distance of any checked \
                         pair, negative where two overlap; null where no pair is checked), colliding (list of [name, name]). \
-                        `free` means that every checked pair keeps the scene's clearance."
+                        `free` means that every checked pair keeps the scene's clearance.\n\n\
+                        With --segments, a line of input is a pair of configurations, {\"from\": [...], \"to\": [...]} or an array \
+                        of two, and what is checked is the whole way between them along the geodesic. With --json: outcome \
+                        (\"free\": proved for every configuration of the way; \"contact\"; \"undecided\": two bodies come too \
+                        near to losing the clearance to tell), free_until (fraction of the way that is proved free), at (fraction \
+                        where a configuration collides, or nearly does where undecided; null where free), pair ([name, name] or \
+                        null)."
 )]
 pub struct CheckArgs {
     /// Scene file (TOML)
     scene: PathBuf,
     #[command(flatten)]
     input: InputArgs,
+    /// Check the ways between pairs of configurations, not single ones
+    #[arg(long)]
+    segments: bool,
+    /// With --segments: how finely to look [m]; a contact is enclosed in a stretch of about this much motion
+    #[arg(long, value_name = "METRES", requires = "segments", value_parser = parse_resolution, default_value = "1e-4")]
+    resolution: f64,
 }
 
 /// What is said of one configuration.
@@ -42,6 +56,9 @@ pub fn run(args: &CheckArgs, json: bool) -> anyhow::Result<()> {
     let scene = Arc::new(load_scene(&args.scene)?);
     tell_warnings(&scene);
     let checker = prepare(scene.clone());
+    if args.segments {
+        return check_segments(configs, &checker, &SegmentOptions { resolution: args.resolution }, json);
+    }
     let mut scratch = CheckScratch::default();
     let mut out = Output::new(configs.is_stream());
     let mut progress = Progress::beside_rows("checking");
@@ -73,6 +90,13 @@ pub fn run(args: &CheckArgs, json: bool) -> anyhow::Result<()> {
     out.finish()?;
     drop(progress);
     configs.conclude()
+}
+
+fn parse_resolution(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(metres) if metres >= LEAST_RESOLUTION && metres.is_finite() => Ok(metres),
+        _ => Err(format!("expected a length of at least {LEAST_RESOLUTION} m")),
+    }
 }
 
 fn judge<'a>(checker: &'a Checker, q: &Config, scratch: &mut CheckScratch) -> Verdict<'a> {

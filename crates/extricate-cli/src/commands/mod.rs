@@ -1,6 +1,7 @@
 //! One file a command; each takes its arguments, calls the library and reports.
 
 pub mod check;
+mod check_segments;
 pub mod demo;
 mod demo_table;
 pub mod info;

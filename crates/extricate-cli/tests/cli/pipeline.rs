@@ -47,6 +47,28 @@ fn info_names_pairs_that_always_collide_with_the_line_to_add() {
 }
 
 #[test]
+fn check_says_whether_the_ways_between_configurations_are_free() {
+    let workspace = Workspace::new();
+    let lines =
+        format!("[{FREE}, [-2.0, 1.0]]\n{{\"from\": {FREE}, \"to\": [2.0, 0.0]}}\n[{COLLIDING}, {FREE}]\n{FREE}\n");
+    workspace.write("ways.jsonl", lines);
+    let finished = workspace.run("check scene.toml --segments --input ways.jsonl --json").expect_code(1);
+    assert!(finished.stderr.contains("line 4"), "{}", finished.stderr);
+    let answers = finished.json();
+    assert_eq!(answers[0], json!({ "outcome": "free", "free_until": 1.0, "at": null, "pair": null }));
+    // Both ends are free; the arm meets the post on the way, at about -0.1 rad of the shoulder.
+    let (until, at) = (answers[1]["free_until"].as_f64().unwrap(), answers[1]["at"].as_f64().unwrap());
+    assert_eq!(answers[1]["outcome"], "contact");
+    assert_eq!(answers[1]["pair"][1], "post");
+    assert!(until < at && at - until < 1e-3 && (0.4..0.5).contains(&at), "{until} {at}");
+    assert_eq!((&answers[2]["free_until"], &answers[2]["at"]), (&json!(0.0), &json!(0.0)));
+    assert!(answers[3]["error"].as_str().unwrap().contains("from"));
+    let text = workspace.run("check scene.toml --segments --input ways.jsonl").expect_code(1).stdout;
+    assert!(text.contains("contact") && text.contains("3 segments, 1 free"), "{text}");
+    workspace.run("check scene.toml --segments --resolution 0 --input ways.jsonl").expect_code(2);
+}
+
+#[test]
 fn check_says_free_clearance_and_pairs() {
     let workspace = Workspace::new();
     workspace.write("q.jsonl", format!("{{\"q\": {COLLIDING}}}\n{FREE}\n"));

@@ -2,11 +2,11 @@
 
 use std::ops::Range;
 
-use super::bounds::bounding_ball;
+use super::bounds::{Aabb, bounding_ball};
 use super::convex::ConvexCore;
 use super::part_pair::Placed;
 use super::shape::{Shape, ShapeKind};
-use crate::kinematics;
+use crate::kinematics::{self, PoseBlock};
 use crate::math::{Pose, Vec3};
 use crate::scene::{Body, Scene};
 
@@ -16,6 +16,8 @@ pub struct Bodies {
     pub bodies: Vec<PreparedBody>,
     /// The shapes of all bodies.
     pub parts: Vec<PreparedPart>,
+    /// Bodies on frames that move.
+    moving: Vec<usize>,
 }
 
 /// A body.
@@ -24,7 +26,8 @@ pub struct PreparedBody {
     pub parts: Range<usize>,
     /// Centre (frame coordinates) and radius \[m\] of a ball around it; the radius is below 0 for a body without parts.
     pub ball: (Vec3, f64),
-    frame: usize,
+    /// The frame that it is fixed to.
+    pub frame: usize,
 }
 
 /// A shape on a frame.
@@ -55,13 +58,16 @@ const ALWAYS: u32 = u32::MAX;
 impl Bodies {
     /// Prepares every shape.
     pub fn new(scene: &Scene) -> Self {
-        let mut all = Self { bodies: Vec::new(), parts: Vec::new() };
-        for body in &scene.bodies {
+        let mut all = Self { bodies: Vec::new(), parts: Vec::new(), moving: Vec::new() };
+        for (index, body) in scene.bodies.iter().enumerate() {
             let start = all.parts.len();
             all.parts.extend(prepared_parts(body));
             let parts = start..all.parts.len();
             let ball = ball_around(&all.parts[parts.clone()]);
             all.bodies.push(PreparedBody { parts, ball, frame: body.frame });
+            if body.frame != 0 {
+                all.moving.push(index);
+            }
         }
         all
     }
@@ -72,6 +78,7 @@ impl Bodies {
         Placement {
             part_poses: self.parts.iter().map(|part| part.pose_frame_part).collect(),
             part_epochs,
+            centers: self.bodies.iter().map(|body| body.ball.0).collect(),
             ..Placement::default()
         }
     }
@@ -79,14 +86,34 @@ impl Bodies {
     /// Moves everything to configuration `q`.
     pub fn place(&self, scene: &Scene, q: &[f64], placement: &mut Placement) {
         kinematics::forward(scene, q, &mut placement.poses);
+        self.begin(placement);
+        for &body in &self.moving {
+            let PreparedBody { ball, frame, .. } = &self.bodies[body];
+            placement.centers[body] = placement.poses[*frame].point(&ball.0);
+        }
+    }
+
+    /// Moves everything to one configuration of a block, but for the centres, which are left where they are.
+    pub fn place_lane(&self, block: &PoseBlock, lane: usize, placement: &mut Placement) {
+        placement.poses.clear();
+        placement.poses.extend((0..block.frames()).map(|frame| block.pose(frame, lane)));
+        self.begin(placement);
+    }
+
+    /// Forgets where the parts were.
+    fn begin(&self, placement: &mut Placement) {
         placement.epoch = (placement.epoch + 1) % ALWAYS;
         if placement.epoch == 0 {
             placement.part_epochs.iter_mut().filter(|epoch| **epoch != ALWAYS).for_each(|epoch| *epoch = 0);
             placement.epoch = 1;
         }
-        placement.centers.clear();
-        let poses = &placement.poses;
-        placement.centers.extend(self.bodies.iter().map(|body| poses[body.frame].point(&body.ball.0)));
+    }
+
+    /// A box in the axes of the world around a body that does not move and has parts.
+    pub fn world_box(&self, body: usize) -> Aabb {
+        let parts = &self.parts[self.bodies[body].parts.clone()];
+        let points: Vec<Vec3> = parts.iter().flat_map(points_around).collect();
+        Aabb::around(points.iter())
     }
 
     /// Two parts at the placed configuration.
@@ -116,13 +143,15 @@ fn ball_around(parts: &[PreparedPart]) -> (Vec3, f64) {
         [] => (Vec3::zeros(), f64::NEG_INFINITY),
         [part] => (part.pose_frame_part.point(&part.shape.ball.0), part.shape.ball.1 * (1.0 + 1e-12)),
         _ => {
-            let points: Vec<Vec3> = parts
-                .iter()
-                .flat_map(|part| outline(&part.shape).into_iter().map(|p| part.pose_frame_part.point(&p)))
-                .collect();
+            let points: Vec<Vec3> = parts.iter().flat_map(points_around).collect();
             bounding_ball(&points)
         }
     }
+}
+
+/// Points in frame coordinates whose convex hull holds the part.
+fn points_around(part: &PreparedPart) -> impl Iterator<Item = Vec3> {
+    outline(&part.shape).into_iter().map(|p| part.pose_frame_part.point(&p))
 }
 
 /// Points whose convex hull holds the shape.

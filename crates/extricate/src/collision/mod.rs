@@ -6,6 +6,7 @@
 
 mod bodies;
 mod bounds;
+mod broad;
 mod bvh;
 #[cfg(test)]
 mod checker_tests;
@@ -14,13 +15,18 @@ pub mod convex;
 pub mod epa;
 pub mod gjk;
 mod inside;
+mod label;
 mod mesh_convex;
 mod mesh_mesh;
 mod mesh_shape;
 mod orient;
 mod part_pair;
 mod queue;
+mod segment;
+#[cfg(test)]
+mod segment_tests;
 mod shape;
+mod still;
 #[cfg(test)]
 mod test_mesh;
 mod triangle;
@@ -29,20 +35,26 @@ use std::collections::BinaryHeap;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use crate::cspace::Label;
+use crate::kinematics::{LANES, PoseBlock};
 use crate::math::Vec3;
 use crate::scene::Scene;
 
 use bodies::{Bodies, Placement};
+use broad::{Broad, BroadScratch};
 use contact::ContactBuffers;
+use label::History;
 use part_pair::{Buffers, Hint};
 use queue::Entry;
+pub use segment::{LEAST_RESOLUTION, SegmentOptions, SegmentOutcome};
+use segment::{SegmentScratch, SpeedPaths};
 
 /// The checked pairs of one scene, with all that makes checks fast. Immutable, shared between threads.
 pub struct Checker {
     scene: Arc<Scene>,
     bodies: Bodies,
     pairs: Vec<CheckedPair>,
+    broad: Broad,
+    paths: SpeedPaths,
     hints: usize,
     /// Tells whose hints a scratch holds.
     id: u64,
@@ -53,26 +65,28 @@ struct CheckedPair {
     second: usize,
     /// Sum of the radii of the bodies' balls \[m\].
     radii: f64,
-    /// Square of `radii` plus clearance [m^2]; balls whose centres are farther apart need no look.
-    reach_squared: f64,
     /// Where the hints of its pairs of parts start.
     hints: usize,
 }
 
 /// Memory that checks reuse; one per thread.
 ///
-/// It remembers which pairs collided last and where, to try those first; no answer depends on it.
+/// It remembers when pairs collided last and where, to try those first; no answer depends on it.
 #[derive(Default)]
 pub struct CheckScratch {
     owner: u64,
     placement: Placement,
-    /// All pairs, those that collided most recently first.
-    order: Vec<u32>,
+    /// Poses at several configurations, and the centres of moving bodies there.
+    block: PoseBlock,
+    centers: Vec<[[f64; LANES]; 3]>,
+    broad: BroadScratch,
+    history: History,
     /// One for every pair of parts.
     hints: Vec<Hint>,
     queue: BinaryHeap<Entry>,
     buffers: Buffers,
     contact_buffers: ContactBuffers,
+    segment: SegmentScratch,
 }
 
 /// Two places of a checked pair that are near each other.
@@ -133,14 +147,14 @@ impl Checker {
         let prepare = |pair: &crate::scene::BodyPair| {
             let (a, b) = (&bodies.bodies[pair.first], &bodies.bodies[pair.second]);
             let radii = a.ball.1 + b.ball.1;
-            let reach = radii + scene.clearance;
-            let reach_squared = if reach < 0.0 { -1.0 } else { reach * reach };
             let start = hints;
             hints += a.parts.len() * b.parts.len();
-            CheckedPair { first: pair.first, second: pair.second, radii, reach_squared, hints: start }
+            CheckedPair { first: pair.first, second: pair.second, radii, hints: start }
         };
         let pairs = scene.pairs.iter().map(prepare).collect();
-        Self { bodies, pairs, hints, id: NEXT_ID.fetch_add(1, Ordering::Relaxed), scene }
+        let broad = Broad::new(&scene, &bodies);
+        let paths = SpeedPaths::new(&scene);
+        Self { bodies, pairs, broad, paths, hints, id: NEXT_ID.fetch_add(1, Ordering::Relaxed), scene }
     }
 
     /// The scene.
@@ -153,26 +167,14 @@ impl Checker {
         &self.scene
     }
 
-    /// Whether every checked pair keeps the clearance at `q` (length `nq`, within limits).
-    ///
-    /// Closed components of meshes are solid, open ones are surfaces. With a clearance of 0, surfaces that cross collide and
-    /// surfaces that only touch do not.
-    pub fn label(&self, q: &[f64], scratch: &mut CheckScratch) -> Label {
-        self.place(q, scratch);
-        for at in 0..scratch.order.len() {
-            let pair = scratch.order[at] as usize;
-            if self.may_collide(pair, scratch) && self.pair_collides(pair, scratch) {
-                scratch.order[..=at].rotate_right(1);
-                return Label::Colliding;
-            }
-        }
-        Label::Free
-    }
-
     /// Appends the indices of all checked pairs that are nearer than the clearance at `q`, ascending.
     pub fn colliding_pairs(&self, q: &[f64], scratch: &mut CheckScratch, pairs: &mut Vec<usize>) {
         self.place(q, scratch);
-        pairs.extend((0..self.pairs.len()).filter(|&p| self.may_collide(p, scratch) && self.pair_collides(p, scratch)));
+        self.find_near(self.scene.clearance, scratch);
+        scratch.broad.pairs.sort_unstable();
+        let near = std::mem::take(&mut scratch.broad.pairs);
+        pairs.extend(near.iter().map(|&pair| pair as usize).filter(|&pair| self.pair_collides(pair, scratch)));
+        scratch.broad.pairs = near;
     }
 
     /// Least signed distance \[m\] of any checked pair at `q`; infinite where no pair is checked.
@@ -212,11 +214,10 @@ impl Checker {
     /// more that differ from it in place or normal; where they overlap, distances and normals are heuristics for proposals.
     pub fn contacts(&self, q: &[f64], query: ContactQuery, scratch: &mut CheckScratch, contacts: &mut Vec<Contact>) {
         self.place(q, scratch);
-        for (index, pair) in self.pairs.iter().enumerate() {
-            let offset = scratch.placement.centers[pair.first] - scratch.placement.centers[pair.second];
-            if offset.norm() - pair.radii >= query.margin {
-                continue;
-            }
+        self.find_near(query.margin, scratch);
+        scratch.broad.pairs.sort_unstable();
+        for at in 0..scratch.broad.pairs.len() {
+            let index = scratch.broad.pairs[at] as usize;
             let start = contacts.len();
             for (first, second, _) in self.part_pairs(index) {
                 let (a, b) = self.bodies.placed(&mut scratch.placement, first, second);
@@ -259,26 +260,36 @@ impl Checker {
     }
 
     fn place(&self, q: &[f64], scratch: &mut CheckScratch) {
-        if scratch.owner != self.id {
-            scratch.owner = self.id;
-            scratch.placement = self.bodies.placement();
-            scratch.order = (0..self.pairs.len() as u32).collect();
-            scratch.hints.clear();
-            scratch.hints.resize(self.hints, Hint::default());
-        }
+        self.adopt(scratch);
         self.bodies.place(&self.scene, q, &mut scratch.placement);
     }
 
-    fn may_collide(&self, pair: usize, scratch: &CheckScratch) -> bool {
-        let (pair, centers) = (&self.pairs[pair], &scratch.placement.centers);
-        (centers[pair.first] - centers[pair.second]).norm_squared() <= pair.reach_squared
+    /// Prepares a scratch that served another checker, or none.
+    fn adopt(&self, scratch: &mut CheckScratch) {
+        if scratch.owner != self.id {
+            scratch.owner = self.id;
+            scratch.placement = self.bodies.placement();
+            scratch.history = History::new(self.pairs.len());
+            scratch.hints.clear();
+            scratch.hints.resize(self.hints, Hint::default());
+        }
+    }
+
+    /// Collects the pairs that may be nearer than `margin` \[m\] where everything is placed.
+    fn find_near(&self, margin: f64, scratch: &mut CheckScratch) {
+        let centers = &scratch.placement.centers;
+        self.broad.find(self.broad.movers().map(|body| centers[body]), margin, &mut scratch.broad);
     }
 
     fn pair_collides(&self, pair: usize, scratch: &mut CheckScratch) -> bool {
-        let clearance = self.scene.clearance;
+        self.pair_nearer(pair, self.scene.clearance, scratch)
+    }
+
+    /// Whether two placed bodies are nearer than `limit` \[m\].
+    fn pair_nearer(&self, pair: usize, limit: f64, scratch: &mut CheckScratch) -> bool {
         self.part_pairs(pair).any(|(first, second, hint)| {
             let (a, b) = self.bodies.placed(&mut scratch.placement, first, second);
-            part_pair::nearer(a, b, clearance, &mut scratch.hints[hint], &mut scratch.buffers)
+            part_pair::nearer(a, b, limit, &mut scratch.hints[hint], &mut scratch.buffers)
         })
     }
 
@@ -302,7 +313,7 @@ pub fn always_colliding(checker: &Checker, configs: &[Vec<f64>]) -> Vec<usize> {
             break;
         }
         checker.place(q, &mut scratch);
-        always.retain(|&pair| checker.may_collide(pair, &scratch) && checker.pair_collides(pair, &mut scratch));
+        always.retain(|&pair| checker.pair_collides(pair, &mut scratch));
     }
     always
 }

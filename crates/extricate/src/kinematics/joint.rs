@@ -1,0 +1,129 @@
+//! The pose of one frame, at one configuration or at several: the same operations in the same order, so the same bits.
+
+use pulp::Simd;
+
+use crate::math::{Pose, Vec3};
+
+/// A joint at its place, as many of them as a register has lanes.
+pub enum Joint<'a, S: Simd> {
+    /// About a unit axis, by the angle of these.
+    Turn { axis: &'a Vec3, sine: S::f64s, cosine: S::f64s },
+    /// Along a unit axis \[m\].
+    Slide { axis: &'a Vec3, length: S::f64s },
+    /// By a unit quaternion x, y, z, w.
+    Ball { quaternion: [S::f64s; 4] },
+}
+
+/// Columns of a rotation, then a translation.
+pub type Numbers<S> = [<S as Simd>::f64s; 12];
+
+/// World poses of a frame from those of its parent; `None` where that is the world.
+#[inline(always)]
+pub fn joint_pose<S: Simd>(simd: S, parent: Option<&Numbers<S>>, fixed: &Pose, joint: Joint<S>) -> Numbers<S> {
+    let mut pose = match parent {
+        None => constant(simd, fixed),
+        Some(parent) => then(simd, parent, fixed),
+    };
+    match joint {
+        Joint::Turn { axis, sine, cosine } => {
+            for (k, i, j) in [(0, 1, 2), (1, 2, 0), (2, 0, 1)] {
+                if axis[i] == 0.0 && axis[j] == 0.0 {
+                    let sine = if axis[k] > 0.0 { sine } else { simd.neg_f64s(sine) };
+                    turn_columns(simd, &mut pose, i, j, sine, cosine);
+                    return pose;
+                }
+            }
+            turn(simd, &mut pose, &axis_rotation(simd, axis, sine, cosine));
+        }
+        Joint::Slide { axis, length } => {
+            for r in 0..3 {
+                let along = |k: usize| simd.mul_f64s(pose[3 * k + r], simd.splat_f64s(axis[k]));
+                let unit = simd.add_f64s(simd.add_f64s(along(0), along(1)), along(2));
+                pose[9 + r] = simd.add_f64s(pose[9 + r], simd.mul_f64s(unit, length));
+            }
+        }
+        Joint::Ball { quaternion } => turn(simd, &mut pose, &quaternion_matrix(simd, quaternion)),
+    }
+    pose
+}
+
+#[inline(always)]
+fn constant<S: Simd>(simd: S, pose: &Pose) -> Numbers<S> {
+    let (r, t) = (pose.rotation.as_slice(), pose.translation.as_slice());
+    std::array::from_fn(|k| simd.splat_f64s(if k < 9 { r[k] } else { t[k - 9] }))
+}
+
+#[inline(always)]
+fn then<S: Simd>(simd: S, parent: &Numbers<S>, fixed: &Pose) -> Numbers<S> {
+    let mut out = *parent;
+    for c in 0..3 {
+        let column = image(simd, parent, &fixed.rotation.column(c).into_owned());
+        out[3 * c..3 * c + 3].copy_from_slice(&column);
+    }
+    let t = image(simd, parent, &fixed.translation);
+    for r in 0..3 {
+        out[9 + r] = simd.add_f64s(t[r], parent[9 + r]);
+    }
+    out
+}
+
+/// The rotation applied to a constant vector.
+#[inline(always)]
+pub fn image<S: Simd>(simd: S, pose: &Numbers<S>, vector: &Vec3) -> [S::f64s; 3] {
+    std::array::from_fn(|r| {
+        let of = |k: usize| simd.mul_f64s(pose[3 * k + r], simd.splat_f64s(vector[k]));
+        simd.add_f64s(simd.add_f64s(of(0), of(1)), of(2))
+    })
+}
+
+/// A turn about the third axis of the frame, in cyclic order: mixes the columns `i` and `j`.
+#[inline(always)]
+fn turn_columns<S: Simd>(simd: S, pose: &mut Numbers<S>, i: usize, j: usize, sine: S::f64s, cosine: S::f64s) {
+    for r in 0..3 {
+        let (a, b) = (pose[3 * i + r], pose[3 * j + r]);
+        pose[3 * i + r] = simd.add_f64s(simd.mul_f64s(cosine, a), simd.mul_f64s(sine, b));
+        pose[3 * j + r] = simd.sub_f64s(simd.mul_f64s(cosine, b), simd.mul_f64s(sine, a));
+    }
+}
+
+/// Multiplies the rotation by another one, given by its columns.
+#[inline(always)]
+fn turn<S: Simd>(simd: S, pose: &mut Numbers<S>, rotation: &[[S::f64s; 3]; 3]) {
+    let before = *pose;
+    for c in 0..3 {
+        for r in 0..3 {
+            let of = |k: usize| simd.mul_f64s(before[3 * k + r], rotation[c][k]);
+            pose[3 * c + r] = simd.add_f64s(simd.add_f64s(of(0), of(1)), of(2));
+        }
+    }
+}
+
+/// Columns of the rotation about a unit axis (Rodrigues' formula).
+#[inline(always)]
+fn axis_rotation<S: Simd>(simd: S, axis: &Vec3, sine: S::f64s, cosine: S::f64s) -> [[S::f64s; 3]; 3] {
+    let versine = simd.sub_f64s(simd.splat_f64s(1.0), cosine);
+    let scaled = [0, 1, 2].map(|k| simd.mul_f64s(sine, simd.splat_f64s(axis[k])));
+    let square = |r: usize, c: usize| simd.mul_f64s(versine, simd.splat_f64s(axis[r] * axis[c]));
+    let plus = |a: S::f64s, b: S::f64s| simd.add_f64s(a, b);
+    let minus = |a: S::f64s, b: S::f64s| simd.sub_f64s(a, b);
+    [
+        [plus(cosine, square(0, 0)), plus(square(1, 0), scaled[2]), minus(square(2, 0), scaled[1])],
+        [minus(square(0, 1), scaled[2]), plus(cosine, square(1, 1)), plus(square(2, 1), scaled[0])],
+        [plus(square(0, 2), scaled[1]), minus(square(1, 2), scaled[0]), plus(cosine, square(2, 2))],
+    ]
+}
+
+/// Columns of the rotation by a unit quaternion x, y, z, w.
+#[inline(always)]
+fn quaternion_matrix<S: Simd>(simd: S, [x, y, z, w]: [S::f64s; 4]) -> [[S::f64s; 3]; 3] {
+    let (one, two) = (simd.splat_f64s(1.0), simd.splat_f64s(2.0));
+    let mul = |a: S::f64s, b: S::f64s| simd.mul_f64s(a, b);
+    let twice_sum = |a: S::f64s, b: S::f64s| simd.mul_f64s(two, simd.add_f64s(a, b));
+    let twice_difference = |a: S::f64s, b: S::f64s| simd.mul_f64s(two, simd.sub_f64s(a, b));
+    let diagonal = |a: S::f64s, b: S::f64s| simd.sub_f64s(one, twice_sum(mul(a, a), mul(b, b)));
+    [
+        [diagonal(y, z), twice_sum(mul(x, y), mul(w, z)), twice_difference(mul(x, z), mul(w, y))],
+        [twice_difference(mul(x, y), mul(w, z)), diagonal(x, z), twice_sum(mul(y, z), mul(w, x))],
+        [twice_sum(mul(x, z), mul(w, y)), twice_difference(mul(y, z), mul(w, x)), diagonal(x, y)],
+    ]
+}
