@@ -6,6 +6,9 @@ pub mod lists;
 pub mod projection;
 pub mod trace;
 
+use std::cmp::Ordering;
+use std::collections::BinaryHeap;
+
 use index::{Index, SearchScratch};
 use projection::Projection;
 
@@ -33,6 +36,28 @@ pub struct BoundaryScratch {
     embedding: Vec<f64>,
     projected: Vec<f64>,
     metric: MetricScratch,
+    heap: BinaryHeap<Ranked>,
+}
+
+/// A sample, ordered by its distance, then its id.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Ranked {
+    distance: f64,
+    id: u32,
+}
+
+impl Eq for Ranked {}
+
+impl Ord for Ranked {
+    fn cmp(&self, other: &Self) -> Ordering {
+        self.distance.total_cmp(&other.distance).then(self.id.cmp(&other.id))
+    }
+}
+
+impl PartialOrd for Ranked {
+    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
+        Some(self.cmp(other))
+    }
 }
 
 impl SampleSet {
@@ -91,7 +116,8 @@ impl SampleSet {
         }
         scratch.embedding.resize(self.embedding_len, 0.0);
         metric.embed(&anchor.q, &mut scratch.metric, &mut scratch.embedding);
-        let metric_scratch = &mut scratch.metric;
+        let (metric_scratch, heap) = (&mut scratch.metric, &mut scratch.heap);
+        heap.clear();
         let point = match &self.projection {
             Some(projection) => {
                 scratch.projected.resize(projection.projected_dimensions(), 0.0);
@@ -102,12 +128,17 @@ impl SampleSet {
         };
         self.index.search(point, &mut scratch.search, &mut |id, _| {
             let distance = metric.distance_from(anchor, self.config(id), metric_scratch);
-            if out.len() < k || distance < out[k - 1].1 {
-                let at = out.partition_point(|(i, d)| (*d, *i) < (distance, id));
-                out.insert(at, (id, distance));
-                out.truncate(k);
+            // The farthest on top: a sorted list would be moved by half its length for every sample that comes nearer.
+            if heap.len() < k {
+                heap.push(Ranked { distance, id });
+            } else if let Some(mut farthest) = heap.peek_mut()
+                && distance < farthest.distance
+            {
+                *farthest = Ranked { distance, id };
             }
-            if out.len() < k { f64::INFINITY } else { out[k - 1].1 }
+            if heap.len() < k { f64::INFINITY } else { heap.peek().map_or(f64::INFINITY, |top| top.distance) }
         });
+        out.extend(heap.drain().map(|Ranked { distance, id }| (id, distance)));
+        out.sort_unstable_by(|a, b| a.1.total_cmp(&b.1).then(a.0.cmp(&b.0)));
     }
 }

@@ -18,6 +18,8 @@ pub struct Bodies {
     pub parts: Vec<PreparedPart>,
     /// Bodies on frames that move.
     moving: Vec<usize>,
+    /// Whether there are convex shapes only.
+    pub all_convex: bool,
 }
 
 /// A body.
@@ -58,7 +60,7 @@ const ALWAYS: u32 = u32::MAX;
 impl Bodies {
     /// Prepares every shape.
     pub fn new(scene: &Scene) -> Self {
-        let mut all = Self { bodies: Vec::new(), parts: Vec::new(), moving: Vec::new() };
+        let mut all = Self { bodies: Vec::new(), parts: Vec::new(), moving: Vec::new(), all_convex: true };
         for (index, body) in scene.bodies.iter().enumerate() {
             let start = all.parts.len();
             all.parts.extend(prepared_parts(body));
@@ -69,6 +71,7 @@ impl Bodies {
                 all.moving.push(index);
             }
         }
+        all.all_convex = all.parts.iter().all(|part| matches!(part.shape.kind, ShapeKind::Convex(_)));
         all
     }
 

@@ -6,9 +6,10 @@ use pulp::{Arch, Simd, WithSimd};
 
 use super::bounds::Relative;
 use super::bvh::{Boxes, Bvh, Cuboid, Lanes, Ref, Seen, View, below, lanes_of, rounded_up};
-use super::gjk::{self, Separation};
+use super::gjk::Separation;
 use super::mesh_mesh::{self, Pair};
 use super::mesh_shape::MeshShape;
+use super::pair_memory::PairMemories;
 use super::part_pair::Placed;
 use super::queue::Entry;
 use super::shape::{ConvexSolid, ShapeKind};
@@ -30,6 +31,7 @@ pub struct ContactBuffers {
     queue: BinaryHeap<Entry>,
     found: Vec<Near>,
     nodes: Vec<(f64, u32)>,
+    memory: PairMemories,
 }
 
 /// A contact in the frame of a mesh, which is the first shape.
@@ -44,6 +46,19 @@ struct Near {
 /// Entries of the queue are pairs of nodes, or the contact found at index `second`.
 const FOUND: u32 = u32::MAX;
 
+/// Which two shapes are looked at.
+#[derive(Debug, Clone, Copy)]
+pub struct PairPlace {
+    /// Index of the checked pair of bodies.
+    pub pair: usize,
+    /// Number of the pair of shapes.
+    pub parts: usize,
+    /// Where the contacts of the pair of bodies start.
+    pub start: usize,
+    /// Of the scene \[m\].
+    pub clearance: f64,
+}
+
 /// Appends the contacts of two shapes nearer than `margin` \[m\] to those of `pair` at `contacts[start..]`.
 ///
 /// Convex shapes give one, exact also below 0. Meshes give their nearest one (exact above 0 where the search is) and others that tell
@@ -51,27 +66,27 @@ const FOUND: u32 = u32::MAX;
 /// of their outward normals (or a triangle from a convex solid); where one lies inside the other they lead from a vertex
 /// or centre to the nearest surface: heuristics for proposals.
 pub fn gather(
-    first: Placed,
-    second: Placed,
+    [first, second]: [Placed; 2],
     query: ContactQuery,
-    pair: usize,
-    start: usize,
+    place: PairPlace,
     buffers: &mut ContactBuffers,
     contacts: &mut Vec<Contact>,
 ) {
     use ShapeKind::{Convex, Mesh};
     let (a, b) = (first.shape, second.shape);
     let ContactQuery { margin, search } = query;
+    let PairPlace { pair, parts, start, clearance } = place;
     let relative = Relative::between(first.pose, second.pose);
-    if relative.lower_bound(&a.bounds, &b.bounds) >= margin {
+    let are_convex = matches!((&a.kind, &b.kind), (Convex(_), Convex(_)));
+    if !are_convex && relative.lower_bound(&a.bounds, &b.bounds) >= margin {
         return;
     }
     let sink = &mut Sink { pose_world: *first.pose, swapped: false, pair, start, margin, search, contacts };
     match (&a.kind, &b.kind) {
         (Convex(x), Convex(y)) => {
-            let found = gjk::separation(&x.shape, &Pose::identity(), &y.shape, &relative.pose_a_b, margin);
-            if let Some(separation) = found.filter(|s| s.distance < margin) {
-                sink.push(&Near::from(separation));
+            let memory = buffers.memory.of(parts);
+            if let Some(found) = memory.contact([a, b], [x, y], &relative, query, clearance) {
+                sink.push(&Near::from(found));
             }
         }
         (Mesh(x), Mesh(y)) => mesh_with_mesh(x, y, &relative, buffers, sink),
@@ -118,6 +133,11 @@ impl Sink<'_> {
 }
 
 impl ContactBuffers {
+    /// Forgets what earlier searches found.
+    pub fn forget(&mut self) {
+        self.memory.forget();
+    }
+
     fn restart(&mut self, bound: f64, first: u32, second: u32) {
         self.queue.clear();
         self.found.clear();

@@ -10,6 +10,7 @@ mod difference;
 mod simplex;
 #[cfg(test)]
 mod tests;
+mod warm;
 
 pub(super) use difference::{Difference, Vertex};
 pub(super) use simplex::{Simplex, nearest_on_triangle, normal_of_edges};
@@ -17,6 +18,8 @@ pub(super) use simplex::{Simplex, nearest_on_triangle, normal_of_edges};
 use super::convex::ConvexShape;
 use super::epa;
 use crate::math::{Pose, Vec3};
+pub use warm::{LastFeatures, separation_near};
+
 use descent::{Outcome, Settled, descend};
 
 /// Signed distance and witness of two convex shapes, in the frame that both poses map to.
@@ -63,11 +66,25 @@ pub fn separation_from(
 ) -> Option<Separation> {
     let difference = Difference::new(first, pose_first, second, pose_second);
     let radii = first.radius + second.radius;
-    let cores = match descend(&difference, guess, cutoff + radii, f64::NEG_INFINITY) {
+    let outcome = descend(&difference, guess, cutoff + radii, f64::NEG_INFINITY);
+    separation_of(outcome, &difference, guess, [first.radius, second.radius], pose_first, cutoff)
+}
+
+/// The separation that a descent without a lower end found; `guess` becomes its normal.
+fn separation_of(
+    outcome: Outcome,
+    difference: &Difference,
+    guess: &mut Vec3,
+    [radius_first, radius_second]: [f64; 2],
+    pose_first: &Pose,
+    cutoff: f64,
+) -> Option<Separation> {
+    let radii = radius_first + radius_second;
+    let cores = match outcome {
         Outcome::Apart => return None,
-        Outcome::Nearer(settled) | Outcome::Settled(settled) => apart(&difference, &settled),
+        Outcome::Nearer(settled) | Outcome::Settled(settled) => apart(difference, &settled),
         Outcome::Overlapping(simplex) => {
-            let overlap = epa::penetration(&difference, &simplex, f64::INFINITY, f64::NEG_INFINITY);
+            let overlap = epa::penetration(difference, &simplex, f64::INFINITY, f64::NEG_INFINITY);
             Cores {
                 distance: -overlap.upper,
                 parted: -overlap.upper,
@@ -86,8 +103,8 @@ pub fn separation_from(
     Some(Separation {
         distance: cores.distance - radii,
         depth_lower: cores.depth_lower + radii,
-        point_first: pose_first.point(&cores.on_first) - normal * first.radius,
-        point_second: pose_first.point(&cores.on_second) + normal * second.radius,
+        point_first: pose_first.point(&cores.on_first) - normal * radius_first,
+        point_second: pose_first.point(&cores.on_second) + normal * radius_second,
         normal,
     })
 }

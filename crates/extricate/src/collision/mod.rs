@@ -12,6 +12,8 @@ mod bvh;
 mod checker_tests;
 mod contact;
 pub mod convex;
+mod convex_contact;
+mod depth;
 pub mod epa;
 pub mod gjk;
 mod inside;
@@ -20,6 +22,7 @@ mod mesh_convex;
 mod mesh_mesh;
 mod mesh_shape;
 mod orient;
+mod pair_memory;
 mod part_pair;
 mod queue;
 mod segment;
@@ -210,7 +213,8 @@ impl Checker {
 
     /// Appends the contacts of all checked pairs nearer than the query's margin at `q`.
     ///
-    /// Two convex shapes give one contact, exact also where they overlap. Meshes give their nearest contact and up to eleven
+    /// Two convex shapes give one contact, exact also where they overlap; in a quick search, one that was found before and is
+    /// still proved farther than the clearance may be moved along instead of searched anew. Meshes give their nearest contact and up to eleven
     /// more that differ from it in place or normal; where they overlap, distances and normals are heuristics for proposals.
     pub fn contacts(&self, q: &[f64], query: ContactQuery, scratch: &mut CheckScratch, contacts: &mut Vec<Contact>) {
         self.place(q, scratch);
@@ -219,9 +223,10 @@ impl Checker {
         for at in 0..scratch.broad.pairs.len() {
             let index = scratch.broad.pairs[at] as usize;
             let start = contacts.len();
-            for (first, second, _) in self.part_pairs(index) {
+            for (first, second, parts) in self.part_pairs(index) {
                 let (a, b) = self.bodies.placed(&mut scratch.placement, first, second);
-                contact::gather(a, b, query, index, start, &mut scratch.contact_buffers, contacts);
+                let place = contact::PairPlace { pair: index, parts, start, clearance: self.scene.clearance };
+                contact::gather([a, b], query, place, &mut scratch.contact_buffers, contacts);
             }
         }
     }
@@ -245,20 +250,6 @@ impl Checker {
         }
     }
 
-    /// Signed depth \[m\] of a point (in the body's frame) in the solid of `body`: positive inside, minus the distance
-    /// outside; for surfaces minus the distance.
-    ///
-    /// Exact for one shape and for points outside; where solids overlap, the depth in the deepest of them, which is not more
-    /// than that in their union. Minus infinity for a body without geometry.
-    pub fn solid_depth(&self, body: usize, point_frame: &Vec3) -> f64 {
-        let mut stack = Vec::new();
-        let parts = &self.bodies.parts[self.bodies.bodies[body].parts.clone()];
-        let depth = |part: &bodies::PreparedPart| {
-            part.shape.depth(&part.pose_frame_part.inverse_point(point_frame), &mut stack)
-        };
-        parts.iter().map(depth).fold(f64::NEG_INFINITY, f64::max)
-    }
-
     fn place(&self, q: &[f64], scratch: &mut CheckScratch) {
         self.adopt(scratch);
         self.bodies.place(&self.scene, q, &mut scratch.placement);
@@ -272,6 +263,7 @@ impl Checker {
             scratch.history = History::new(self.pairs.len());
             scratch.hints.clear();
             scratch.hints.resize(self.hints, Hint::default());
+            scratch.contact_buffers.forget();
         }
     }
 

@@ -92,6 +92,11 @@ impl Shape {
 }
 
 impl ConvexSolid {
+    /// Unit outward normals and offsets of planes that a hull lies behind; none for other shapes.
+    pub fn planes(&self) -> &[(Vec3, f64)] {
+        &self.planes
+    }
+
     /// Signed depth \[m\] of `point`: positive inside, minus the distance outside. In closed form but for points outside a
     /// hull.
     pub fn depth(&self, point: &Vec3) -> f64 {

@@ -6,7 +6,7 @@
 //! turns these lengths into distances between configurations.
 
 use super::Ground;
-use crate::collision::{Checker, ConvexOverlap};
+use crate::collision::{CheckScratch, Checker, ConvexOverlap};
 use crate::math::{Pose, Vec3};
 use crate::metric::motion_bound::{BoundedPoint, MotionScratch};
 
@@ -102,6 +102,7 @@ pub fn lower_bound(
     overlaps: &[ConvexOverlap],
     ceiling: f64,
     scratch: &mut MotionScratch,
+    check: &mut CheckScratch,
 ) -> f64 {
     let mut bound = 0.0;
     for overlap in overlaps {
@@ -110,7 +111,7 @@ pub fn lower_bound(
     for &pair in colliding {
         let pair = ground.checker.scene().pairs[pair];
         for roles in [[pair.first, pair.second], [pair.second, pair.first]] {
-            bound = raise(ground, roles, poses, bound, ceiling, scratch);
+            bound = raise(ground, roles, poses, bound, ceiling, scratch, check);
         }
     }
     bound
@@ -137,7 +138,7 @@ fn raise_by_overlap(
             let point = BoundedPoint { position, of, relative_to, inside_of: true, inside_relative_to: false };
             ground.metric.motion_bound(poses, &point, distance, scratch)
         };
-        bound = largest_distance(bound, ceiling, |d| corners.iter().all(|corner| moved(*corner, d) < needed));
+        bound = largest_distance(bound, ceiling, needed, |d| corners.iter().map(|c| moved(*c, d)).fold(0.0, f64::max));
     }
     bound
 }
@@ -150,38 +151,56 @@ fn raise(
     mut bound: f64,
     ceiling: f64,
     scratch: &mut MotionScratch,
+    check: &mut CheckScratch,
 ) -> f64 {
     let scene = ground.checker.scene();
     let (of, relative_to) = (scene.bodies[carrier].frame, scene.bodies[solid].frame);
     for ball in &ground.balls.bodies[carrier] {
         let position = poses[of].point(&ball.centre);
-        let depth = ground.checker.solid_depth(solid, &poses[relative_to].inverse_point(&position));
+        let mut point = BoundedPoint { position, of, relative_to, inside_of: true, inside_relative_to: true };
+        // Too shallow to raise the bound, even if the point moves as little as one inside would.
+        let least = ground.metric.motion_bound(poses, &point, bound + STEP * ceiling, scratch);
+        let least = least.max(0.0) - ball.radius - scene.clearance;
+        let point_solid = poses[relative_to].inverse_point(&position);
+        let Some(depth) = ground.checker.solid_depth_above(solid, &point_solid, least, check) else { continue };
+        point.inside_relative_to = depth >= 0.0;
         let needed = depth + ball.radius + scene.clearance;
-        if needed <= 0.0 {
-            continue;
-        }
-        let point = BoundedPoint { position, of, relative_to, inside_of: true, inside_relative_to: depth >= 0.0 };
-        bound = largest_distance(bound, ceiling, |d| ground.metric.motion_bound(poses, &point, d, scratch) < needed);
+        bound = largest_distance(bound, ceiling, needed, |d| ground.metric.motion_bound(poses, &point, d, scratch));
     }
     bound
 }
 
-/// The largest distance in `[bound, ceiling]` for which `proved` holds (it holds below, then fails), or `bound`.
-fn largest_distance(bound: f64, ceiling: f64, mut proved: impl FnMut(f64) -> bool) -> f64 {
-    if ceiling <= bound || !proved(bound + 1e-6 * ceiling) {
+/// A bound that can be raised by less than this share of its ceiling is left.
+const STEP: f64 = 1e-4;
+
+/// The largest distance in `[bound, ceiling]`, up to a little, for which `moved` is seen to be below `needed` (it grows), or
+/// `bound`.
+///
+/// Where `moved` is convex, as motion bounds are, a chord lies above it and so meets `needed` on the safe side; near-linear ones
+/// take two or three steps.
+fn largest_distance(bound: f64, ceiling: f64, needed: f64, mut moved: impl FnMut(f64) -> f64) -> f64 {
+    let mut low = (bound + STEP * ceiling, 0.0);
+    low.1 = moved(low.0);
+    if ceiling <= low.0 || low.1 >= needed {
         return bound;
     }
-    if proved(ceiling) {
+    let mut high = (ceiling, moved(ceiling));
+    if high.1 < needed {
         return ceiling;
     }
-    let (mut low, mut high) = (bound + 1e-6 * ceiling, ceiling);
     for _ in 0..20 {
-        let middle = 0.5 * (low + high);
-        if proved(middle) {
-            low = middle;
+        let share = (needed - low.1) / (high.1 - low.1);
+        let middle = low.0 + (high.0 - low.0) * (share * (1.0 - 1e-9));
+        let at = moved(middle);
+        let gained = middle - low.0;
+        if at < needed {
+            low = (middle, at);
         } else {
-            high = middle;
+            high = (middle, at);
+        }
+        if gained <= 0.1 * STEP * ceiling {
+            break;
         }
     }
-    low
+    low.0
 }

@@ -20,9 +20,10 @@ use crate::kinematics::forward;
 use crate::math::Pose;
 use crate::metric::motion_bound::MotionScratch;
 use crate::metric::{Anchor, Metric};
+use crate::scene::MetricSpec;
 use certificate::InteriorBalls;
 use local_metric::LocalMetric;
-use refine::{RefineOptions, RefineScratch, pull, slide};
+use refine::{RefineOptions, RefineScratch, slide};
 use scatter::{ScatterOptions, ScatterScratch, scatter};
 use wander::{WanderScratch, wander};
 
@@ -103,8 +104,11 @@ pub struct QueryScratch {
     poses: Vec<Pose>,
     pool: Vec<(u32, f64)>,
     chosen: Vec<u32>,
-    start: Vec<f64>,
     slid: Vec<f64>,
+    /// What the probed descents are expected to reach, and which they are.
+    promising: Vec<(f64, usize)>,
+    /// Where they stand, row major.
+    ends: Vec<f64>,
 }
 
 /// How many candidates an effort takes and how far it refines each.
@@ -115,19 +119,33 @@ struct Plan {
     starts: usize,
     /// A candidate is too like a chosen one within this share of its own distance from the query.
     spread: f64,
+    /// Whether a descent starts from the query itself, which contacts of deep overlaps make slow.
+    from_query: bool,
     /// Starts around the query.
     scatter: ScatterOptions,
     /// Random steps from the best result.
     wander: usize,
     refine: RefineOptions,
+    /// Whether to look around the query a second time, inside what is then known.
+    scatter_again: bool,
+    /// Iterations of every descent.
+    first: usize,
+    /// Descents carried on.
+    kept: usize,
 }
 
 /// The last descent, from the best result so far.
 const POLISH: RefineOptions =
     RefineOptions { iterations: 60, margin: 0.05, search: ContactSearch::Exact, radius: 0.05, tolerance: 1e-7 };
 
+/// A probed descent is carried on if it is expected to end below this times the best depth so far.
+const HOPE: f64 = 1.15;
+
 impl Plan {
-    fn of(effort: Effort) -> Self {
+    fn of(effort: Effort, ground: &Ground) -> Self {
+        // Descents along exact contacts, toward the query in its own coordinates, end where they seem to.
+        let smooth = ground.checker.contacts_are_complete() && ground.metric.kind() == MetricSpec::Joint;
+        let degrees = ground.checker.scene().space.nv();
         let refine =
             RefineOptions { iterations: 40, margin: 0.05, search: ContactSearch::Quick, radius: 0.5, tolerance: 1e-4 };
         match effort {
@@ -135,16 +153,37 @@ impl Plan {
                 pool: 1,
                 starts: 0,
                 spread: 0.0,
+                from_query: false,
                 scatter: ScatterOptions { directions: 0, wanted: 0 },
+                scatter_again: false,
                 wander: 0,
+                refine,
+                first: 0,
+                kept: 0,
+            },
+            // Where linearised descents mislead, more of them, from more kinds of starts, are carried on.
+            Effort::Refined if !smooth => Self {
+                pool: 192,
+                starts: 16,
+                spread: 0.35,
+                from_query: true,
+                scatter: ScatterOptions { directions: 32, wanted: 3 },
+                scatter_again: true,
+                first: 5,
+                kept: 12,
+                wander: 64,
                 refine,
             },
             Effort::Refined => Self {
                 pool: 192,
                 starts: 16,
-                spread: 0.35,
-                scatter: ScatterOptions { directions: 32, wanted: 3 },
-                wander: 64,
+                spread: 0.4,
+                from_query: false,
+                scatter: ScatterOptions { directions: degrees.div_ceil(2), wanted: 3 },
+                scatter_again: false,
+                first: 3,
+                kept: 3,
+                wander: 0,
                 refine,
             },
             Effort::Exhaustive => {
@@ -159,9 +198,13 @@ impl Plan {
                     pool: 1024,
                     starts: 96,
                     spread: 0.15,
+                    from_query: true,
                     scatter: ScatterOptions { directions: 200, wanted: 24 },
+                    scatter_again: true,
                     wander: 400,
                     refine,
+                    first: 3,
+                    kept: 64,
                 }
             }
         }
@@ -175,20 +218,21 @@ impl Plan {
 /// `verified` is set, otherwise when the model was learned.
 pub fn query(ground: &Ground, q: &Config, options: &QueryOptions, scratch: &mut QueryScratch) -> Answer {
     scratch.refine.checks = 1;
+    scratch.refine.check.forget_contacts();
     let mut colliding = Vec::new();
     ground.checker.colliding_pairs(q, &mut scratch.refine.check, &mut colliding);
     if colliding.is_empty() {
         return free_answer(q, options.effort);
     }
     ground.metric.anchor(q, &mut scratch.anchor);
-    let plan = Plan::of(options.effort);
+    let plan = Plan::of(options.effort, ground);
     scratch.choose(ground, &plan);
     let mut answer = Answer { colliding, ..free_answer(q, options.effort) };
     (answer.depth, answer.verified) = (scratch.pool[0].1, false);
     answer.witness.copy_from_slice(ground.boundary.config(scratch.pool[0].0));
     if options.effort == Effort::Exhaustive {
         // First all that a refined query does, so that more effort never ends farther away.
-        let refined = Plan::of(Effort::Refined);
+        let refined = Plan::of(Effort::Refined, ground);
         scratch.choose(ground, &refined);
         scratch.refine_all(ground, &refined, &mut answer);
         scratch.choose(ground, &plan);
@@ -240,26 +284,39 @@ impl QueryScratch {
 
     /// Refines from the chosen samples and from the query itself; keeps the best verified result in `answer`.
     fn refine_all(&mut self, ground: &Ground, plan: &Plan, answer: &mut Answer) {
-        let chosen = std::mem::take(&mut self.chosen);
         answer.verified = self.refine.label(ground, &answer.witness) == Label::Free;
+        let first = RefineOptions { iterations: plan.first, ..plan.refine };
+        self.ends.clear();
+        self.promising.clear();
         let query = self.anchor.q.clone();
-        self.refine_from(ground, &plan.refine, &query, answer);
-        self.refine_scattered(ground, plan, answer);
+        if plan.from_query {
+            self.probe(ground, &first, &query, answer);
+        }
+        self.probe_scattered(ground, plan, &first, answer);
+        let chosen = std::mem::take(&mut self.chosen);
         for &id in &chosen {
-            let mut start = std::mem::take(&mut self.start);
-            start.clear();
-            start.extend_from_slice(ground.boundary.config(id));
-            pull(ground, &self.anchor, &mut start, 4, 4, &mut self.refine);
-            self.refine_from(ground, &plan.refine, &start, answer);
-            self.start = start;
+            self.probe(ground, &first, ground.boundary.config(id), answer);
         }
         self.chosen = chosen;
-        // Again, on the shells inside what is now known.
-        self.refine_scattered(ground, plan, answer);
+        if plan.scatter_again {
+            self.probe_scattered(ground, plan, &first, answer);
+        }
+        // The most promising are carried on.
+        self.promising.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+        self.promising.truncate(plan.kept);
+        let (promising, ends) = (std::mem::take(&mut self.promising), std::mem::take(&mut self.ends));
+        let nq = query.len();
+        for (expected, at) in &promising {
+            if *expected > HOPE * answer.depth {
+                break;
+            }
+            self.refine_from(ground, &plan.refine, &ends[at * nq..(at + 1) * nq], answer);
+        }
+        (self.promising, self.ends) = (promising, ends);
         // The descents so far were cut short; the best one is carried to its end.
         let best = answer.witness.clone();
         self.refine_from(ground, &POLISH, &best, answer);
-        if answer.verified {
+        if answer.verified && plan.wander > 0 {
             let Self { anchor, local, wander: wandering, refine, .. } = self;
             let best = (&mut answer.witness[..], answer.depth);
             answer.depth = wander(ground, anchor, best, plan.wander, local, wandering, refine);
@@ -268,13 +325,20 @@ impl QueryScratch {
         }
     }
 
+    /// The first steps of a descent; where it stands then and what it is expected to reach are noted.
+    fn probe(&mut self, ground: &Ground, options: &RefineOptions, start: &[f64], answer: &mut Answer) {
+        self.refine_from(ground, options, start, answer);
+        self.promising.push((self.refine.expected, self.promising.len()));
+        self.ends.extend_from_slice(self.refine.end());
+    }
+
     /// Refines from free configurations around the query, nearer than the answer.
-    fn refine_scattered(&mut self, ground: &Ground, plan: &Plan, answer: &mut Answer) {
+    fn probe_scattered(&mut self, ground: &Ground, plan: &Plan, options: &RefineOptions, answer: &mut Answer) {
         let Self { anchor, local, scatter: scattered, refine, .. } = self;
         scatter(ground, anchor, answer.depth, &plan.scatter, local, scattered, refine);
         let scattered = std::mem::take(&mut self.scatter.starts);
         for start in scattered.chunks_exact(self.anchor.q.len()) {
-            self.refine_from(ground, &plan.refine, start, answer);
+            self.probe(ground, options, start, answer);
         }
         self.scatter.starts = scattered;
     }
@@ -301,7 +365,15 @@ impl QueryScratch {
         forward(ground.checker.scene(), &anchor.q, poses);
         overlaps.clear();
         ground.checker.convex_overlaps(&anchor.q, &answer.colliding, &mut refine.check, overlaps);
-        let bound = certificate::lower_bound(ground, poses, &answer.colliding, overlaps, answer.depth, motion);
+        let bound = certificate::lower_bound(
+            ground,
+            poses,
+            &answer.colliding,
+            overlaps,
+            answer.depth,
+            motion,
+            &mut refine.check,
+        );
         answer.lower_bound = bound.min(answer.depth);
         answer.checks = refine.checks;
     }

@@ -2,7 +2,7 @@
 
 use super::dense::{cholesky, cholesky_solve, dot};
 
-/// `minimise t' H t / 2 + g' t  subject to  A t >= b`, by a dual active-set method.
+/// `minimise t' H t / 2 + g' t  subject to  A t >= b` and a box around the first unknowns, by a dual active-set method.
 ///
 /// From the unconstrained minimum, the most violated row joins the active set; while its multiplier grows, the multipliers of
 /// rows that it depends on shrink, and the first that would turn negative leaves.
@@ -19,6 +19,11 @@ pub struct Qp {
     rows: Vec<f64>,
     /// Right-hand sides.
     bounds: Vec<f64>,
+    /// Inverse Euclidean norms of the rows.
+    scales: Vec<f64>,
+    /// The box: least and greatest values of the first unknowns. Its rows are numbered after those of `A`, lower sides first.
+    low: Vec<f64>,
+    high: Vec<f64>,
     /// `H^-1 a_i` of the active rows.
     lifted: Vec<f64>,
     active: Vec<usize>,
@@ -26,6 +31,7 @@ pub struct Qp {
     gram: Vec<f64>,
     dependence: Vec<f64>,
     direction: Vec<f64>,
+    raised: Vec<f64>,
     /// The solution.
     pub step: Vec<f64>,
 }
@@ -48,6 +54,14 @@ impl Qp {
         self.nv = nv;
         self.rows.clear();
         self.bounds.clear();
+        self.low.clear();
+        self.high.clear();
+    }
+
+    /// Keeps the first unknowns within `[low, high]`.
+    pub fn set_box(&mut self, low: &[f64], high: &[f64]) {
+        self.low.extend_from_slice(low);
+        self.high.extend_from_slice(high);
     }
 
     /// Adds a row of zeros with right-hand side `bound`; fill in the returned slice.
@@ -80,6 +94,8 @@ impl Qp {
         self.active.clear();
         self.multipliers.clear();
         self.lifted.clear();
+        self.scales.clear();
+        self.scales.extend(self.rows.chunks_exact(nv).map(|row| 1.0 / dot(row, row).sqrt().max(1e-9)));
         for _ in 0..10 * nv + 20 {
             let Some(row) = self.most_violated() else { return QpOutcome::Solved };
             if !self.satisfy(row) {
@@ -93,15 +109,44 @@ impl Qp {
         &self.rows[i * self.nv..(i + 1) * self.nv]
     }
 
+    /// The unknown that a row of the box holds, and on which side.
+    fn side(&self, row: usize) -> Option<(usize, f64)> {
+        let (sides, width) = (row.checked_sub(self.bounds.len())?, self.low.len());
+        Some(if sides < width { (sides, 1.0) } else { (sides - width, -1.0) })
+    }
+
+    /// Row `row` times `x`.
+    fn row_dot(&self, row: usize, x: &[f64]) -> f64 {
+        self.side(row).map_or_else(|| dot(self.row(row), x), |(k, sign)| sign * x[k])
+    }
+
+    fn bound(&self, row: usize) -> f64 {
+        match self.side(row) {
+            None => self.bounds[row],
+            Some((k, sign)) => {
+                if sign > 0.0 {
+                    self.low[k]
+                } else {
+                    -self.high[k]
+                }
+            }
+        }
+    }
+
     fn most_violated(&self) -> Option<usize> {
         let mut worst = (None, TOLERANCE);
-        for (i, bound) in self.bounds.iter().enumerate() {
-            let row = self.row(i);
-            let norm = dot(row, row).sqrt().max(1e-9);
-            let violation = (bound - dot(row, &self.step)) / norm;
+        let mut consider = |row: usize, violation: f64| {
             if violation > worst.1 {
-                worst = (Some(i), violation);
+                worst = (Some(row), violation);
             }
+        };
+        for (i, row) in self.rows.chunks_exact(self.nv).enumerate() {
+            consider(i, (self.bounds[i] - dot(row, &self.step)) * self.scales[i]);
+        }
+        let (first, width) = (self.bounds.len(), self.low.len());
+        for (k, step) in self.step[..width].iter().enumerate() {
+            consider(first + k, self.low[k] - step);
+            consider(first + width + k, step - self.high[k]);
         }
         worst.0
     }
@@ -113,15 +158,21 @@ impl Qp {
         let mut multiplier = 0.0;
         loop {
             self.direction.clear();
-            self.direction.extend_from_slice(&self.rows[row * nv..(row + 1) * nv]);
+            self.direction.resize(nv, 0.0);
+            match self.side(row) {
+                None => self.direction.copy_from_slice(&self.rows[row * nv..(row + 1) * nv]),
+                Some((k, sign)) => self.direction[k] = sign,
+            }
             cholesky_solve(&self.factor, nv, &mut self.direction);
-            let own = dot(self.row(row), &self.direction);
+            self.raised.clear();
+            self.raised.extend_from_slice(&self.direction);
+            let own = self.row_dot(row, &self.direction);
             self.solve_dependence();
             for (lifted, r) in self.lifted.chunks_exact(nv).zip(&self.dependence) {
                 self.direction.iter_mut().zip(lifted).for_each(|(d, l)| *d -= r * l);
             }
-            let curvature = dot(self.row(row), &self.direction);
-            let missing = self.bounds[row] - dot(self.row(row), &self.step);
+            let curvature = self.row_dot(row, &self.direction);
+            let missing = self.bound(row) - self.row_dot(row, &self.step);
             let full = if curvature > 1e-10 * own { missing / curvature } else { f64::INFINITY };
             let mut blocking = (None, full);
             for (i, r) in self.dependence.iter().enumerate() {
@@ -142,9 +193,7 @@ impl Qp {
             self.multipliers.remove(leaving);
             self.lifted.drain(leaving * nv..(leaving + 1) * nv);
         }
-        let at = self.lifted.len();
-        self.lifted.extend_from_slice(&self.rows[row * nv..(row + 1) * nv]);
-        cholesky_solve(&self.factor, nv, &mut self.lifted[at..]);
+        self.lifted.extend_from_slice(&self.raised);
         self.active.push(row);
         self.multipliers.push(multiplier);
         true
@@ -152,13 +201,19 @@ impl Qp {
 
     /// `dependence` becomes the coefficients that express `direction` by the lifted active rows, in the Hessian's inner product.
     fn solve_dependence(&mut self) {
-        let (nv, k) = (self.nv, self.active.len());
+        let (nv, k, width) = (self.nv, self.active.len(), self.low.len());
         self.gram.clear();
         self.dependence.clear();
         for &row in &self.active {
-            let a = &self.rows[row * nv..(row + 1) * nv];
-            self.gram.extend(self.lifted.chunks_exact(nv).map(|lifted| dot(a, lifted)));
-            self.dependence.push(dot(a, &self.direction));
+            // What `row_dot` does, on fields.
+            let side =
+                row.checked_sub(self.bounds.len()).map(|side| (side % width, if side < width { 1.0 } else { -1.0 }));
+            let along = |x: &[f64]| match side {
+                None => dot(&self.rows[row * nv..(row + 1) * nv], x),
+                Some((unknown, sign)) => sign * x[unknown],
+            };
+            self.gram.extend(self.lifted.chunks_exact(nv).map(along));
+            self.dependence.push(along(&self.direction));
         }
         cholesky(&mut self.gram, k);
         cholesky_solve(&self.gram, k, &mut self.dependence);
@@ -209,11 +264,28 @@ mod tests {
             let inside: Vec<f64> = (0..n).map(|_| number()).collect();
             let mut qp = Qp::default();
             qp.reset(n);
+            let mut boxed = Qp::default();
+            boxed.reset(n);
+            let (low, high): (Vec<f64>, Vec<f64>) =
+                inside.iter().map(|x| (x - 0.4 * number().abs(), x + 0.4 * number().abs())).unzip();
+            boxed.set_box(&low, &high);
             for _ in 0..m {
                 let row: Vec<f64> = (0..n).map(|_| number()).collect();
                 let bound = dot(&row, &inside) - 0.3 * number().abs();
                 qp.push(bound).copy_from_slice(&row);
+                boxed.push(bound).copy_from_slice(&row);
             }
+            if number() > 0.0 {
+                // The sides of the box as rows like any other, against the box itself.
+                for k in 0..n {
+                    qp.push(low[k])[k] = 1.0;
+                    qp.push(-high[k])[k] = -1.0;
+                }
+                assert_eq!(boxed.solve(&hessian, &gradient), QpOutcome::Solved);
+            } else {
+                boxed.step.clear();
+            }
+            let m = qp.bounds.len();
             assert_eq!(qp.solve(&hessian, &gradient), QpOutcome::Solved);
             let mut factor = hessian.clone();
             cholesky(&mut factor, n);
@@ -240,6 +312,12 @@ mod tests {
                 0.5 * dot(&ht, t) + dot(&gradient, t)
             };
             assert!((0..m).all(|i| dot(qp.row(i), &qp.step) >= qp.bounds[i] - 1e-9));
+            assert!(
+                boxed.step.iter().zip(&qp.step).all(|(a, b)| (a - b).abs() < 1e-6),
+                "{:?} {:?}",
+                boxed.step,
+                qp.step
+            );
             if m > 0 {
                 assert!(value(&qp.step) <= value(&step) + 1e-6, "{} {}", value(&qp.step), value(&step));
             }

@@ -40,6 +40,8 @@ pub struct RefineScratch {
     pub metric: MetricScratch,
     /// Exact checks and contact evaluations so far.
     pub checks: usize,
+    /// The distance that the last descent's model expected to reach in the end.
+    pub expected: f64,
     poses: Vec<Pose>,
     contacts: Vec<Contact>,
     quadratic: Quadratic,
@@ -52,6 +54,11 @@ pub struct RefineScratch {
 }
 
 impl RefineScratch {
+    /// Where the last descent stood when it ended.
+    pub fn end(&self) -> &[f64] {
+        &self.x
+    }
+
     /// An exact check, counted.
     pub fn label(&mut self, ground: &Ground, q: &[f64]) -> Label {
         self.checks += 1;
@@ -71,37 +78,6 @@ impl RefineScratch {
     pub fn distance(&mut self, ground: &Ground, anchor: &Anchor, q: &[f64]) -> f64 {
         ground.metric.distance_from(anchor, q, &mut self.metric)
     }
-}
-
-/// Pulls `free` along the geodesic toward the anchor: the free point nearest the anchor among `scan` equally spaced ones, then
-/// `halvings` bisections toward its colliding neighbour. The result, in `free`, is labelled free.
-pub fn pull(ground: &Ground, anchor: &Anchor, free: &mut [f64], scan: u32, halvings: u32, scratch: &mut RefineScratch) {
-    let space = &ground.checker.scene().space;
-    let mut middle = std::mem::take(&mut scratch.trial);
-    middle.resize(space.nq(), 0.0);
-    let (mut colliding, mut clear) = (0.0, 1.0);
-    for k in 1..scan {
-        let t = f64::from(k) / f64::from(scan);
-        space.interpolate(&anchor.q, free, t, &mut middle);
-        if scratch.label(ground, &middle) == Label::Free {
-            clear = t;
-            break;
-        }
-        colliding = t;
-    }
-    for _ in 0..halvings {
-        let t = 0.5 * (colliding + clear);
-        space.interpolate(&anchor.q, free, t, &mut middle);
-        match scratch.label(ground, &middle) {
-            Label::Free => clear = t,
-            Label::Colliding => colliding = t,
-        }
-    }
-    if clear < 1.0 {
-        space.interpolate(&anchor.q, free, clear, &mut middle);
-        free.copy_from_slice(&middle);
-    }
-    scratch.trial = middle;
 }
 
 /// Minimises the distance to the anchor from `start`, subject to clearance and limits. `start` may collide.
@@ -130,8 +106,9 @@ pub fn slide(
     trial.clear();
     trial.extend_from_slice(start);
     let mut distance = scratch.distance(ground, anchor, &x);
-    // Nothing farther than the bodies may move can come to bear.
-    let widest = (0.5 * distance * ground.metric.lever()).clamp(LEAST_MARGIN, options.margin);
+    // The lever is the largest there is and most pairs part or meet at a fraction of it: five times less finds the same answers,
+    // a fourth of it (for a hand, whose fingers are all within a wide margin of each other) other ones.
+    let widest = (0.1 * distance * ground.metric.lever()).clamp(LEAST_MARGIN, options.margin);
     let mut margin = widest;
     let within = |margin| ContactQuery { margin, search: options.search };
     let mut violation = scratch.contacts_at(ground, &x, within(margin));
@@ -143,8 +120,11 @@ pub fn slide(
     }
     let mut radius = (options.radius * distance).max(1e-3 * ground.scale);
     let mut penalty = 0.0_f64;
+    let complete = ground.checker.contacts_are_complete();
+    // Well below what the exact check may differ by from a contact.
+    let sure = if complete { -0.1 * SLACK } else { 0.0 };
+    forward(scene, &x, &mut scratch.poses);
     for iteration in 0..options.iterations {
-        forward(scene, &x, &mut scratch.poses);
         ground.metric.quadratic_model(anchor, &x, &scratch.poses, &mut scratch.quadratic);
         scratch.build_program(ground, &x, radius);
         let rows = scratch.contacts.len();
@@ -157,9 +137,15 @@ pub fn slide(
         scratch.clip_step();
         let length = scratch.quadratic.step_length(&scratch.step);
         let at_rim = scratch.step_at_rim(radius);
-        if outcome == QpOutcome::Solved && !at_rim && iteration > 0 {
-            let hope = if iteration < 3 { 1.2 * ceiling } else { 1.02 * ceiling };
-            if scratch.quadratic.expected_distance(distance, &scratch.qp.step) > hope {
+        scratch.expected = distance;
+        if outcome == QpOutcome::Solved {
+            scratch.expected = scratch.quadratic.expected_distance(distance, &scratch.qp.step);
+        }
+        // At the rim of the trust region, a linear model has not said yet how far it may lead.
+        let is_told = !at_rim || scratch.quadratic.rows.is_empty();
+        if outcome == QpOutcome::Solved && is_told && iteration > 0 {
+            let hope = if iteration < 3 { 1.1 * ceiling } else { 1.02 * ceiling };
+            if scratch.expected > hope {
                 break;
             }
         }
@@ -170,8 +156,8 @@ pub fn slide(
         let trial_distance = scratch.distance(ground, anchor, &trial);
         let kept = std::mem::take(&mut scratch.contacts);
         let mut trial_violation = scratch.contacts_at(ground, &trial, within(margin));
-        let improves = trial_violation <= 0.0 && found.is_none_or(|depth| trial_distance < depth);
-        if improves && scratch.label(ground, &trial) == Label::Colliding {
+        let improves = trial_violation <= sure && found.is_none_or(|depth| trial_distance < depth);
+        if improves && !complete && scratch.label(ground, &trial) == Label::Colliding {
             // Contacts propose, the exact check decides: a body inside another has no near contact.
             trial_violation = ground.clearance.max(SLACK);
         } else if improves {
@@ -184,11 +170,12 @@ pub fn slide(
         let gain = merit(distance, violation) - merit(trial_distance, trial_violation);
         if gain > 0.0 {
             std::mem::swap(&mut x, &mut trial);
+            scratch.poses.clone_from_slice(scratch.check.poses());
             let relative = (distance - trial_distance).abs() / distance.max(1e-300);
             let done = relative < options.tolerance && violation <= 0.0 && trial_violation <= 0.0;
             distance = trial_distance;
             violation = trial_violation;
-            margin = (2.0 * length * ground.metric.lever()).clamp(LEAST_MARGIN, widest);
+            margin = (length * ground.metric.lever()).clamp(LEAST_MARGIN, widest);
             if at_rim {
                 radius *= 2.0;
             }
@@ -222,7 +209,7 @@ impl RefineScratch {
         ground.clearance - least
     }
 
-    /// Rows: one a contact, then the box of limits and trust region (two a tangent coordinate), then the metric's own.
+    /// Rows: one a contact, then the metric's own; the box of limits and trust region.
     fn build_program(&mut self, ground: &Ground, x: &[f64], radius: f64) {
         let scene = ground.checker.scene();
         let nv = scene.space.nv();
@@ -253,10 +240,7 @@ impl RefineScratch {
             let wanted = ground.clearance + SLACK - contact.distance;
             *self.qp.last_bound() = wanted.min(0.8 * reach);
         }
-        for k in 0..nv {
-            self.qp.push(self.low[k])[k] = 1.0;
-            self.qp.push(-self.high[k])[k] = -1.0;
-        }
+        self.qp.set_box(&self.low, &self.high);
         for (row, bound) in self.quadratic.rows.chunks_exact(unknowns).zip(&self.quadratic.bounds) {
             self.qp.push(*bound).copy_from_slice(row);
         }

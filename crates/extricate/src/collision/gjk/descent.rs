@@ -52,18 +52,30 @@ pub(super) fn descend(difference: &Difference, guess: &mut Vec3, apart_above: f6
     if start.point.dot(&direction) > apart_above * direction.norm() {
         return Outcome::Apart;
     }
-    let mut simplex = Simplex::new(start);
-    let mut feature = simplex.nearest(0.0).expect("a vertex is no tetrahedron");
+    descend_from(difference, &mut Simplex::new(start), guess, apart_above, near_below)
+}
+
+/// The same from any simplex of points of the difference (one to three), which becomes the last one reached; `guess` becomes the
+/// last direction. `apart_above` includes the rounding.
+pub(super) fn descend_from(
+    difference: &Difference,
+    simplex: &mut Simplex,
+    guess: &mut Vec3,
+    apart_above: f64,
+    near_below: f64,
+) -> Outcome {
+    let mut feature = simplex.nearest(0.0).expect("not a tetrahedron");
+    simplex.keep(&feature);
     // Polytopes end exactly; curved cores approach their distance without end.
     let tolerance = if difference.is_curved() { 1e-11 * difference.scale } else { 0.25 * difference.rounding };
     let (mut stalls, mut plane) = (0, f64::NEG_INFINITY);
     for _ in 0..MAX_ITERATIONS {
         let distance = feature.square.sqrt();
         if distance < near_below {
-            return Outcome::Nearer(Settled { simplex, feature, plane: f64::NEG_INFINITY });
+            return Outcome::Nearer(Settled { simplex: *simplex, feature, plane: f64::NEG_INFINITY });
         }
         if distance <= difference.touching {
-            return Outcome::Overlapping(simplex);
+            return Outcome::Overlapping(*simplex);
         }
         *guess = feature.direction;
         let vertex = difference.support(&-feature.direction);
@@ -76,7 +88,7 @@ pub(super) fn descend(difference: &Difference, guess: &mut Vec3, apart_above: f6
         }
         simplex.push(vertex);
         let Some(next_feature) = simplex.nearest(4.0 * difference.rounding) else {
-            return Outcome::Overlapping(simplex);
+            return Outcome::Overlapping(*simplex);
         };
         // The new vertex lowers the distance, if rounding does not hide by how much; a turned direction may still lead on.
         if next_feature.square >= feature.square {
@@ -90,5 +102,5 @@ pub(super) fn descend(difference: &Difference, guess: &mut Vec3, apart_above: f6
         simplex.keep(&next_feature);
         feature = next_feature;
     }
-    Outcome::Settled(Settled { simplex, feature, plane })
+    Outcome::Settled(Settled { simplex: *simplex, feature, plane })
 }

@@ -46,12 +46,22 @@ impl<'a> Difference<'a> {
     pub fn support(&self, direction: &Vec3) -> Vertex {
         let first = self.first.support(direction);
         let second = self.second.support(&-self.rotation.tr_mul(direction));
-        Vertex { point: first - (self.rotation * second + self.translation), first }
+        Vertex { point: first - self.second_in_first(&second), first }
+    }
+
+    /// A point of the second core in the frame of the first.
+    pub fn second_in_first(&self, point: &Vec3) -> Vec3 {
+        self.rotation * point + self.translation
+    }
+
+    /// A point in the frame of the first core in that of the second.
+    pub fn first_in_second(&self, point: &Vec3) -> Vec3 {
+        self.rotation.tr_mul(&(point - self.translation))
     }
 
     /// From the middle of the second core to the middle of the first.
     pub fn center(&self) -> Vec3 {
-        self.first.center() - (self.rotation * self.second.center() + self.translation)
+        self.first.center() - self.second_in_first(&self.second.center())
     }
 
     /// Whether the boundary has smooth parts.

@@ -1,0 +1,99 @@
+//! How deep a point lies in a body, as far as it matters to the caller.
+
+use super::shape::{Shape, ShapeKind};
+use super::{CheckScratch, Checker, bodies::PreparedPart};
+use crate::math::{Pose, Vec3};
+
+impl Checker {
+    /// Signed depth \[m\] of a point (in the body's frame) in the solid of `body`: positive inside, minus the distance
+    /// outside; for surfaces minus the distance.
+    ///
+    /// Exact for one shape and for points outside; where solids overlap, the depth in the deepest of them, which is not more
+    /// than that in their union. Minus infinity for a body without geometry.
+    pub fn solid_depth(&self, body: usize, point_frame: &Vec3) -> f64 {
+        let mut scratch = CheckScratch::default();
+        self.solid_depth_above(body, point_frame, f64::NEG_INFINITY, &mut scratch).unwrap_or(f64::NEG_INFINITY)
+    }
+
+    /// As [`Checker::solid_depth`] if that is above `least` \[m\]; most points that are not cost a ball or a plane.
+    pub fn solid_depth_above(
+        &self,
+        body: usize,
+        point_frame: &Vec3,
+        least: f64,
+        scratch: &mut CheckScratch,
+    ) -> Option<f64> {
+        let parts = &self.bodies.parts[self.bodies.bodies[body].parts.clone()];
+        let stack = &mut scratch.buffers.nodes;
+        let mut deepest = None;
+        for PreparedPart { shape, pose_frame_part, .. } in parts {
+            let point = pose_frame_part.inverse_point(point_frame);
+            let above = deepest.unwrap_or(least);
+            if may_be_deeper(shape, &point, above) {
+                let depth = shape.depth(&point, stack);
+                deepest = if depth > above { Some(depth) } else { deepest };
+            }
+        }
+        deepest
+    }
+
+    /// Whether contacts of all pairs are exact, overlaps and containment included, so that none below the clearance means free
+    /// (up to rounding): true where all shapes are convex.
+    pub fn contacts_are_complete(&self) -> bool {
+        self.bodies.all_convex
+    }
+}
+
+/// `false` is proved by the shape's ball, or by a plane that a hull lies behind.
+fn may_be_deeper(shape: &Shape, point: &Vec3, least: f64) -> bool {
+    if shape.ball.1 - (point - shape.ball.0).norm() <= least {
+        return false;
+    }
+    match &shape.kind {
+        ShapeKind::Convex(solid) => solid.planes().iter().all(|(n, offset)| offset - n.dot(point) > least),
+        ShapeKind::Mesh(_) => true,
+    }
+}
+
+impl CheckScratch {
+    /// Forgets from where searches for contacts start, so that contacts no longer depend (within rounding) on earlier calls.
+    pub fn forget_contacts(&mut self) {
+        self.contact_buffers.forget();
+    }
+
+    /// World poses of the frames at the configuration that was last checked.
+    pub fn poses(&self) -> &[Pose] {
+        &self.placement.poses
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::collision::test_mesh::bumpy;
+    use crate::robot::Geometry;
+    use rand::{RngExt, SeedableRng};
+    use std::sync::Arc;
+
+    #[test]
+    fn quick_bounds_rule_out_no_deeper_point() {
+        let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(8);
+        let mesh = Arc::new(bumpy(9, 2, 0.3));
+        let mut ruled_out = 0;
+        for geometry in [
+            Geometry::ConvexHull(mesh.clone()),
+            Geometry::Mesh(mesh),
+            Geometry::Box { half_extents: Vec3::new(0.3, 0.6, 0.9) },
+            Geometry::Capsule { radius: 0.3, half_length: 0.5 },
+        ] {
+            let shape = Shape::new(&geometry).unwrap();
+            for _ in 0..500 {
+                let p = Vec3::from_fn(|_, _| 4.0 * (rng.random::<f64>() - 0.5));
+                let (depth, least) = (shape.depth(&p, &mut Vec::new()), rng.random::<f64>() - 0.8);
+                assert!(depth <= least + 1e-12 || may_be_deeper(&shape, &p, least), "{p} {depth} {least}");
+                ruled_out += usize::from(!may_be_deeper(&shape, &p, least));
+            }
+        }
+        assert!(ruled_out > 500, "{ruled_out}");
+    }
+}
