@@ -17,8 +17,9 @@ use crate::learning::classifier::Classifier;
 use crate::learning::explore::{BATCH, Exploration};
 use crate::learning::{Budget, LearnOptions, LearnProgress};
 use crate::metric::{Metric, MetricScratch};
+use crate::penetration::batch::in_blocks;
 use crate::penetration::certificate::InteriorBalls;
-use crate::penetration::{Answer, Ground, QueryOptions, QueryScratch, query};
+use crate::penetration::{Answer, Answered, ChangedScene, Ground, QueryOptions, QueryScratch, Stream, query};
 use crate::scene::{MetricSpec, Scene};
 
 /// All that a query needs: the scene with its geometry, verified boundary samples, their index, the classifier.
@@ -153,16 +154,71 @@ impl Model {
 
     /// The nearest free configuration to `q`, see [`query`].
     pub fn query(&self, q: &Config, options: &QueryOptions, scratch: &mut QueryScratch) -> Answer {
-        let scene = self.scene();
-        let ground = Ground {
+        query(&self.ground(), q, options, scratch).expect("a model holds a free sample")
+    }
+
+    /// As [`Model::query`], in a scene that differs from the one that was learned. Stored samples are verified anew as they are needed;
+    /// `checks` counts that. `None` where nothing free was found, not even among 20,000 configurations beside the samples.
+    ///
+    /// # Guarantee
+    /// That of [`query`]: the witness is free in `scene`, verified during this call, and the bound holds there. How near the
+    /// witness is to the nearest way out depends on what the samples still say: far from what changed, as much as before.
+    pub fn query_in(
+        &self,
+        scene: &ChangedScene,
+        q: &Config,
+        options: &QueryOptions,
+        scratch: &mut QueryScratch,
+    ) -> Option<Answer> {
+        scene.query(&self.boundary, q, options, scratch)
+    }
+
+    /// [`Model::query_batch`] in a changed scene.
+    pub fn query_batch_in(
+        &self,
+        scene: &ChangedScene,
+        queries: impl IntoIterator<Item = Config>,
+        options: &QueryOptions,
+        threads: usize,
+        each: &mut dyn FnMut(Answered<Option<Answer>>) -> ControlFlow<()>,
+    ) -> usize {
+        scene.query_batch(&self.boundary, &mut queries.into_iter(), options, threads, each)
+    }
+
+    /// The answer for the next frame of a stream of queries that are near each other: warm-started from the last one, see [`Stream`].
+    ///
+    /// # Guarantee
+    /// That of [`query`]; but the answer also depends on the frames before.
+    pub fn query_next(&self, q: &Config, stream: &mut Stream) -> Answer {
+        stream.query(&self.ground(), q).expect("a model holds a free sample")
+    }
+
+    /// Gives the answers to many queries, in order, to `each`, which may end it; returns how many were given. Works on `threads` threads
+    /// (0: one a core).
+    ///
+    /// # Guarantee
+    /// Each answer is that of [`Model::query`] alone (unless a budget of seconds ends it), whatever the number of threads. At most
+    /// 4096 answers are kept at a time.
+    pub fn query_batch(
+        &self,
+        queries: impl IntoIterator<Item = Config>,
+        options: &QueryOptions,
+        threads: usize,
+        each: &mut dyn FnMut(Answered) -> ControlFlow<()>,
+    ) -> usize {
+        in_blocks(&mut queries.into_iter(), threads, &|q, scratch| self.query(q, options, scratch), each)
+    }
+
+    fn ground(&self) -> Ground<'_> {
+        Ground {
             checker: &self.checker,
             metric: &self.metric,
             boundary: &self.boundary,
             balls: &self.balls,
-            clearance: scene.clearance,
+            clearance: self.scene().clearance,
             scale: self.metric.diameter(),
-        };
-        query(&ground, q, options, scratch)
+            stale: false,
+        }
     }
 }
 

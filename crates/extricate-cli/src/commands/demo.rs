@@ -13,7 +13,7 @@ use extricate::{Answer, Checker, LearnOptions, Model, QueryOptions, QueryScratch
 
 use super::demo_table::DemoReport;
 use super::learn::{Learned, learn_with_progress};
-use super::query_row::Summary;
+use super::query_summary::Summary;
 use super::sample::CollidingSampler;
 use super::tell_warnings;
 use crate::args::{positive, seconds, seed};

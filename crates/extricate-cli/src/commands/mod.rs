@@ -9,6 +9,7 @@ mod info_scene;
 pub mod learn;
 pub mod query;
 mod query_row;
+mod query_summary;
 pub mod sample;
 
 use std::path::Path;

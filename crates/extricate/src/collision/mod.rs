@@ -39,6 +39,8 @@ use std::collections::BinaryHeap;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
+use serde::Serialize;
+
 use crate::kinematics::{LANES, PoseBlock};
 use crate::math::Vec3;
 use crate::scene::Scene;
@@ -95,7 +97,7 @@ pub struct CheckScratch {
 }
 
 /// Two places of a checked pair that are near each other.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Contact {
     /// Index into [`Scene::pairs`].
     pub pair: usize,
