@@ -30,6 +30,7 @@ mod segment;
 #[cfg(test)]
 mod segment_tests;
 mod shape;
+mod shape_pair;
 mod still;
 #[cfg(test)]
 mod test_mesh;
@@ -54,6 +55,7 @@ use part_pair::{Buffers, Hint};
 use queue::Entry;
 pub use segment::{LEAST_RESOLUTION, SegmentOptions, SegmentOutcome};
 use segment::{SegmentScratch, SpeedPaths};
+pub use shape_pair::{PairScratch, PreparedShape};
 
 /// The checked pairs of one scene, with all that makes checks fast. Immutable, shared between threads.
 pub struct Checker {
