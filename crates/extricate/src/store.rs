@@ -10,7 +10,8 @@ use crate::model::learner::Learner;
 use crate::model_file;
 use crate::model_file::checkpoint::{self, CheckpointSummary};
 use crate::scene::Scene;
-use crate::scene::assemble::assemble;
+use crate::scene::assemble::{assemble, assemble_entries};
+use crate::scene::file::SceneFile;
 
 /// Largest file that is read \[bytes\]: beyond it something else was meant, a disk image or a device without end.
 const LARGEST: u64 = 2 << 30;
@@ -32,6 +33,18 @@ pub fn load_scene(path: &Path) -> Result<Scene> {
         Error::input(name, at, "got bytes that are not UTF-8, expected a scene (TOML)")
     })?;
     assemble(path, &text, &mut read)
+}
+
+/// Assembles a scene that was not written as a file; `name` is what messages call it. Paths in `entries` start from the
+/// working directory; where one is the first of a pair in `texts`, the second stands for the file's contents.
+///
+/// # Errors
+/// As [`load_scene`].
+pub fn assemble_scene(name: &str, entries: &SceneFile, texts: &[(String, String)]) -> Result<Scene> {
+    assemble_entries(Path::new(name), entries, &mut |path| match texts.iter().find(|(at, _)| Path::new(at) == path) {
+        Some((_, text)) => Ok(text.clone().into_bytes()),
+        None => read(path),
+    })
 }
 
 fn read(path: &Path) -> Result<Vec<u8>> {
@@ -208,6 +221,24 @@ mod tests {
         let missing = load_scene(&folder.path().join(&files[0].0)).unwrap_err().to_string();
         assert!(missing.contains("package://robot/meshes/link_3.stl") && missing.contains("tried"), "{missing}");
         assert!(matches!(load_scene(&folder.path().join("none.toml")), Err(Error::Read { .. })));
+    }
+
+    #[test]
+    fn scenes_need_no_files() {
+        let urdf = "<robot name='r'><link name='a'/><link name='b'><collision><geometry><sphere radius='1'/></geometry>\
+                    </collision></link><joint name='j' type='prismatic'><parent link='a'/><child link='b'/>\
+                    <axis xyz='1 0 0'/><limit lower='0' upper='9' effort='1' velocity='1'/></joint></robot>";
+        let corners = [[0., 0., 0.], [1., 0., 0.], [0., 1., 0.], [0., 0., 1.]].map(crate::math::Vec3::from).to_vec();
+        let mesh = crate::robot::TriangleMesh::new(corners, vec![[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]]);
+        let text = "[[robot]]\nurdf = 'text'\n[[obstacle]]\nname = 'wedge'\nshape = {}";
+        let mut entries = crate::scene::file::parse("s", text).unwrap();
+        entries.obstacle[0].shape.triangles = Some(mesh.into());
+        let assembled = |entries: &_, at: &str| assemble_scene("s", entries, &[(at.to_string(), urdf.to_string())]);
+        let scene = assembled(&entries, "text").unwrap();
+        assert_eq!((scene.space.nq(), scene.bodies.len(), scene.pairs.len()), (1, 2, 1));
+        assert!(assembled(&entries, "other").unwrap_err().to_string().contains("robot 1: urdf: got text"));
+        entries.clearance = -1.0;
+        assert!(assembled(&entries, "text").unwrap_err().to_string().contains("s: clearance: got -1"));
     }
 
     #[test]

@@ -20,14 +20,27 @@ pub fn parse(file: &str, bytes: &[u8]) -> Result<TriangleMesh> {
         "dae" => collada::parse(file, bytes)?,
         _ => return Err(Error::input(file, "extension", format!("got `{extension}`, expected stl, obj or dae"))),
     };
-    if let Some(index) = soup.vertices.iter().position(|v| !v.iter().all(|x| x.abs() <= FARTHEST)) {
-        let v = soup.vertices[index];
+    from_arrays(file, soup.vertices, soup.triangles)
+}
+
+/// Checks and welds vertices \[m\] and triangles; `name` is what messages call them.
+///
+/// # Errors
+/// [`Error::Input`] for an index without its vertex, a coordinate that is not finite (or beyond 1e9 m), and where no
+/// triangle has a positive area.
+pub fn from_arrays(name: &str, vertices: Vec<Vec3>, triangles: Vec<[u32; 3]>) -> Result<TriangleMesh> {
+    if let Some(index) = vertices.iter().position(|v| !v.iter().all(|x| x.abs() <= FARTHEST)) {
+        let v = vertices[index];
         let problem = format!("got ({}, {}, {}), expected finite coordinates [m] within 1e9", v.x, v.y, v.z);
-        return Err(Error::input(file, format!("vertex {index}"), problem));
+        return Err(Error::input(name, format!("vertex {index}"), problem));
     }
-    let mesh = TriangleMesh::new(soup.vertices, soup.triangles);
+    if let Some(index) = triangles.iter().position(|t| t.iter().any(|&corner| corner as usize >= vertices.len())) {
+        let problem = format!("got {:?}, expected indices below the {} vertices", triangles[index], vertices.len());
+        return Err(Error::input(name, format!("triangle {index}"), problem));
+    }
+    let mesh = TriangleMesh::new(vertices, triangles);
     if mesh.triangles.is_empty() {
-        return Err(Error::input(file, "mesh", "got no triangles of positive area, expected at least one"));
+        return Err(Error::input(name, "mesh", "got no triangles of positive area, expected at least one"));
     }
     Ok(mesh)
 }
@@ -57,6 +70,18 @@ impl Soup {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn arrays_are_checked_before_they_are_used() {
+        let corners = || [[0., 0., 0.], [1., 0., 0.], [0., 1., 0.]].map(Vec3::from).to_vec();
+        assert_eq!(from_arrays("m", corners(), vec![[0, 1, 2]]).unwrap().triangles.len(), 1);
+        let refused = |vertices, triangle| from_arrays("m", vertices, vec![triangle]).unwrap_err().to_string();
+        assert!(refused(corners(), [0, 1, 3]).contains("m: triangle 0: got [0, 1, 3], expected indices below the 3"));
+        assert!(refused(corners(), [0, 1, 1]).contains("no triangles of positive area"));
+        let mut broken = corners();
+        broken[1].y = f64::NAN;
+        assert!(refused(broken, [0, 1, 2]).contains("vertex 1: got (1, NaN, 0)"));
+    }
 
     #[test]
     fn unknown_extensions_are_named() {

@@ -48,13 +48,21 @@ impl LoadedRobot<'_> {
 /// # Errors
 /// [`Error::Input`] naming the file, the element, the value found and what was expected; whatever `read` gives.
 pub fn assemble(path: &Path, text: &str, read: ReadFile) -> Result<Scene> {
+    assemble_entries(path, &file::parse(&path.display().to_string(), text)?, read)
+}
+
+/// As [`assemble`], for a scene that is parsed already or was never written down. Paths in it start from the folder of `path`.
+///
+/// # Errors
+/// As [`assemble`].
+pub fn assemble_entries(path: &Path, scene: &SceneFile, read: ReadFile) -> Result<Scene> {
     let name = path.display().to_string();
-    let scene = file::parse(&name, text)?;
+    scene.check(&name)?;
     let mut warnings = Vec::new();
     let mut files = Files::new(path, read);
     let robots = files.robots(&scene.robot, &mut warnings)?;
     let obstacles = obstacles(&name, &scene.obstacle, &mut |element, path| files.mesh(element, path), &mut warnings)?;
-    build(&name, &scene, &robots, obstacles, warnings)
+    build(&name, scene, &robots, obstacles, warnings)
 }
 
 /// Puts parsed robots and obstacles together; `file` is the scene file's name in messages. Reads nothing.

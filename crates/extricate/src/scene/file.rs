@@ -29,6 +29,7 @@
 //! Paths are relative to the scene file.
 
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 use serde::Deserialize;
 
@@ -37,6 +38,7 @@ use super::arrays::{exactly, exactly_if_any, pairs_of_names};
 use super::wording::explain;
 use crate::error::{Error, Result};
 use crate::math::{FARTHEST, Pose};
+use crate::robot::TriangleMesh;
 
 /// A whole scene file.
 #[derive(Debug, Clone, Deserialize)]
@@ -215,6 +217,9 @@ pub struct ShapeEntry {
     pub capsule: Option<[f64; 2]>,
     /// Path of a mesh file.
     pub mesh: Option<String>,
+    /// A mesh in place of a path, for scenes that are not written as files.
+    #[serde(skip)]
+    pub triangles: Option<Arc<TriangleMesh>>,
     /// Of the mesh.
     pub scale: Option<ScaleEntry>,
     /// Whether the mesh is replaced by its convex hull.
@@ -248,10 +253,21 @@ pub struct PairsEntry {
 /// ones are listed) or a value of the wrong type; or where the clearance makes no sense.
 pub fn parse(file: &str, text: &str) -> Result<SceneFile> {
     let scene: SceneFile = toml::from_str(text).map_err(|error| explain(file, text, &error))?;
-    if !(0.0..=FARTHEST).contains(&scene.clearance) {
-        return Err(Error::input(file, "clearance", format!("got {}, expected 0 to 1e9 [m]", scene.clearance)));
-    }
+    scene.check(file)?;
     Ok(scene)
+}
+
+impl SceneFile {
+    /// Checks what no other part of the scene does.
+    ///
+    /// # Errors
+    /// [`Error::Input`] where the clearance makes no sense.
+    pub fn check(&self, file: &str) -> Result<()> {
+        if (0.0..=FARTHEST).contains(&self.clearance) {
+            return Ok(());
+        }
+        Err(Error::input(file, "clearance", format!("got {}, expected 0 to 1e9 [m]", self.clearance)))
+    }
 }
 
 impl PoseEntry {

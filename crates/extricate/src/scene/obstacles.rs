@@ -54,7 +54,7 @@ fn shape(
         ("sphere", entry.sphere.is_some()),
         ("cylinder", entry.cylinder.is_some()),
         ("capsule", entry.capsule.is_some()),
-        ("mesh", entry.mesh.is_some()),
+        ("mesh", entry.mesh.is_some() || entry.triangles.is_some()),
     ]
     .into_iter()
     .filter_map(|(name, given)| given.then_some(name))
@@ -94,7 +94,10 @@ fn shape(
     if !is_scale(&scale) {
         return Err(fault(format!("scale: got {scale:?}, expected factors of size 1e-9 to 1e9, not zero")));
     }
-    let mut mesh = load_mesh(&format!("{element}: mesh"), entry.mesh.as_deref().unwrap_or_default())?;
+    let mut mesh = match &entry.triangles {
+        Some(mesh) => Arc::clone(mesh),
+        None => load_mesh(&format!("{element}: mesh"), entry.mesh.as_deref().unwrap_or_default())?,
+    };
     if scale != [1.0; 3] {
         mesh = Arc::new(mesh.scaled(scale));
     }

@@ -1,0 +1,31 @@
+"""Globally nearest collision-free configurations of articulated robots, verified and bounded.
+
+    scene = extricate.Scene("robot.urdf", [extricate.Box([0.2, 0.6, 0.4], pose=[0.45, 0, 0.45])])
+    model = extricate.learn(scene)
+    answer = model.query(q)            # q in collision
+    answer.witness                     # the nearest free configuration that was found
+
+Configurations are float64 arrays of shape (nq,), lists of them (n, nq), coordinates in the order of `Scene.joints`: angles in
+rad, lengths in m, quaternions x, y, z, w. Calls release the interpreter lock; scenes and models may be shared between threads.
+"""
+
+from ._extricate import Answer, Joint, Model, Progress, Scene, __version__
+from ._learn import learn
+from ._parts import Box, Capsule, Cylinder, Mesh, Robot, Sphere, spheres
+
+__all__ = [
+    "Answer",
+    "Box",
+    "Capsule",
+    "Cylinder",
+    "Joint",
+    "Mesh",
+    "Model",
+    "Progress",
+    "Robot",
+    "Scene",
+    "Sphere",
+    "__version__",
+    "learn",
+    "spheres",
+]

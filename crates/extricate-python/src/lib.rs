@@ -1,0 +1,30 @@
+//! The Python module `extricate._extricate`: a thin shell around the library. What users see is put together in
+//! `python/extricate/__init__.py`.
+
+mod answer;
+mod arrays;
+mod error;
+mod learning;
+mod long_call;
+mod model;
+mod parts;
+mod sampling;
+mod scene;
+
+/// The native half of `extricate`.
+#[pyo3::pymodule]
+mod _extricate {
+    #[pymodule_export]
+    use crate::answer::Answer;
+    #[pymodule_export]
+    use crate::learning::{Progress, learn};
+    #[pymodule_export]
+    use crate::model::Model;
+    #[pymodule_export]
+    use crate::scene::{Joint, Scene};
+
+    /// Version of the library.
+    #[pymodule_export]
+    #[allow(non_upper_case_globals)]
+    const __version__: &str = env!("CARGO_PKG_VERSION");
+}

@@ -1,0 +1,342 @@
+//! From `Robot` and the obstacles of Python to the entries of a scene file, which the library checks and assembles.
+
+use std::collections::BTreeMap;
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use extricate::math::Vec3;
+use extricate::robot::mesh_file;
+use extricate::scene::MetricSpec;
+use extricate::scene::file::{
+    BaseKind, BoundsEntry, GeometryKind, LimitsEntry, MetricEntry, ObstacleEntry, PairsEntry, PoseEntry, RobotEntry,
+    ScaleEntry, SceneFile, ShapeEntry, WeightEntry,
+};
+use numpy::PyUntypedArrayMethods;
+use pyo3::exceptions::{PyTypeError, PyValueError};
+use pyo3::prelude::*;
+use pyo3::types::{PyMapping, PyString};
+
+use crate::arrays::{numbers, tuple};
+use crate::error::exception;
+
+/// What messages call a scene that was put together in Python.
+pub const NAME: &str = "scene";
+/// A rotation matrix may be off an orthonormal one by this much: what arithmetic in `float32` leaves.
+const ROTATION_TOLERANCE: f64 = 1e-5;
+
+/// The entries of a scene, and the texts that stand for files that they name.
+pub struct Description {
+    /// What the scene file would say.
+    pub entries: SceneFile,
+    /// Names and contents.
+    pub texts: Vec<(String, String)>,
+}
+
+/// The arguments of `Scene` besides robots and obstacles.
+pub struct Options<'py> {
+    /// \[m\]
+    pub clearance: f64,
+    /// `joint`, `object-norm` or `max-displacement`.
+    pub metric: String,
+    /// By joint: one weight, or those of its translations and its rotation.
+    pub weights: Option<Bound<'py, PyMapping>>,
+    /// Pairs of bodies that are not checked.
+    pub disable: Vec<[String; 2]>,
+}
+
+/// Reads the arguments of `Scene`.
+///
+/// # Errors
+/// `TypeError` for what is of the wrong kind, `ValueError` for what is of the wrong shape; both say what was expected.
+pub fn describe(
+    robots: &Bound<'_, PyAny>,
+    obstacles: &[Bound<'_, PyAny>],
+    options: Options<'_>,
+) -> PyResult<Description> {
+    let mut texts = Vec::new();
+    let is_one = robots.hasattr("urdf")? || text_or_path(robots).is_ok();
+    let list: Vec<Bound<'_, PyAny>> = if is_one {
+        vec![robots.clone()]
+    } else {
+        let expected = || format!("robot: got {}, expected a URDF (path or text), a Robot or a list", kind(robots));
+        robots.extract().map_err(|_| PyTypeError::new_err(expected()))?
+    };
+    let robot = list.iter().enumerate().map(|(at, r)| robot_entry(at, r, &mut texts)).collect::<PyResult<_>>()?;
+    let mut names: Vec<String> = Vec::new();
+    let mut entries = Vec::with_capacity(obstacles.len());
+    for given in obstacles {
+        entries.push(obstacle_entry(given, &names)?);
+        names.push(entries[entries.len() - 1].name.clone());
+    }
+    let metric = match options.metric.as_str() {
+        "joint" => MetricSpec::Joint,
+        "object-norm" => MetricSpec::ObjectNorm,
+        "max-displacement" => MetricSpec::MaxDisplacement,
+        other => return Err(unknown("metric", other, &["joint", "object-norm", "max-displacement"])),
+    };
+    let weight = |element: &str, value: &Bound<'_, PyAny>| match floats(element, value)?[..] {
+        [all] => Ok(WeightEntry::Uniform(all)),
+        [translation, rotation] => Ok(WeightEntry::Split([translation, rotation])),
+        _ => Err(PyValueError::new_err(format!("{element}: expected a number or (translation, rotation)"))),
+    };
+    let weights = options.weights.map_or(Ok(BTreeMap::new()), |weights| by_name("weights", &weights, weight))?;
+    let entries = SceneFile {
+        clearance: options.clearance,
+        metric: MetricEntry { kind: metric, weights },
+        robot,
+        obstacle: entries,
+        pairs: PairsEntry { disable: options.disable },
+    };
+    Ok(Description { entries, texts })
+}
+
+fn robot_entry(at: usize, given: &Bound<'_, PyAny>, texts: &mut Vec<(String, String)>) -> PyResult<RobotEntry> {
+    let number = at + 1;
+    let mut source = |what: &str, value: &Bound<'_, PyAny>| -> PyResult<String> {
+        let text = text_or_path(value)
+            .map_err(|_| PyTypeError::new_err(format!("{what}: got {}, expected a path or XML text", kind(value))))?;
+        if !text.trim_start().starts_with('<') {
+            return Ok(text);
+        }
+        let name = format!("{what} of robot {number}");
+        texts.push((name.clone(), text));
+        Ok(name)
+    };
+    if text_or_path(given).is_ok() {
+        return Ok(plain_robot(source("urdf", given)?));
+    }
+    if !given.hasattr("urdf")? {
+        let found = kind(given);
+        return Err(PyTypeError::new_err(format!(
+            "robot {number}: got {found}, expected a URDF (path or text) or a Robot"
+        )));
+    }
+    let get = |name: &str| given.getattr(name);
+    let optional = |name: &str| -> PyResult<Option<Bound<'_, PyAny>>> { Ok(Some(get(name)?).filter(|v| !v.is_none())) };
+    let mut entry = plain_robot(source("urdf", &get("urdf")?)?);
+    entry.name = get("name")?.extract()?;
+    entry.group = get("group")?.extract()?;
+    entry.srdf = optional("srdf")?.map(|srdf| source("srdf", &srdf)).transpose()?;
+    entry.packages = get("packages")?.try_iter()?.map(|folder| text_or_path(&folder?)).collect::<PyResult<_>>()?;
+    entry.geometry = match get("geometry")?.extract::<String>()?.as_str() {
+        "mesh" => GeometryKind::Mesh,
+        "convex-hull" => GeometryKind::ConvexHull,
+        other => return Err(unknown("geometry", other, &["mesh", "convex-hull"])),
+    };
+    entry.base = match get("base")?.extract::<String>()?.as_str() {
+        "fixed" => BaseKind::Fixed,
+        "planar" => BaseKind::Planar,
+        "floating" => BaseKind::Floating,
+        other => return Err(unknown("base", other, &["fixed", "planar", "floating"])),
+    };
+    entry.bounds = optional("bounds")?.map(|value| bounds("bounds", &value)).transpose()?;
+    entry.pose = pose("pose", &get("pose")?)?;
+    let mapping = |name: &str| -> PyResult<Bound<'_, PyMapping>> {
+        let value = get(name)?;
+        let found = kind(&value);
+        value.cast_into().map_err(|_| PyTypeError::new_err(format!("{name}: got {found}, expected a dict by joint")))
+    };
+    entry.locked = by_name("locked", &mapping("locked")?, |element, value| match floats(element, value)?[..] {
+        [position] => Ok(position),
+        _ => Err(PyValueError::new_err(format!("{element}: expected one number [rad or m]"))),
+    })?;
+    entry.limits = by_name("limits", &mapping("limits")?, limits)?;
+    Ok(entry)
+}
+
+fn plain_robot(urdf: String) -> RobotEntry {
+    RobotEntry {
+        urdf,
+        name: None,
+        srdf: None,
+        group: None,
+        packages: Vec::new(),
+        geometry: GeometryKind::default(),
+        base: BaseKind::default(),
+        bounds: None,
+        pose: PoseEntry::default(),
+        locked: BTreeMap::new(),
+        limits: BTreeMap::new(),
+    }
+}
+
+/// `taken` are the names of the obstacles before it.
+fn obstacle_entry(given: &Bound<'_, PyAny>, taken: &[String]) -> PyResult<ObstacleEntry> {
+    let class = kind(given);
+    let has = |name: &str| given.hasattr(name).unwrap_or(false);
+    if !has("pose") || !has("name") {
+        return Err(PyTypeError::new_err(format!(
+            "obstacle {}: got {class}, expected Box, Sphere, Cylinder, Capsule or Mesh",
+            taken.len() + 1
+        )));
+    }
+    let name = match given.getattr("name")?.extract::<Option<String>>()? {
+        Some(name) => name,
+        // The first number that is free, for a name that says what it is.
+        None => (taken.len() + 1..)
+            .map(|k| format!("{}{k}", class.to_lowercase()))
+            .find(|n| !taken.contains(n))
+            .expect("endless"),
+    };
+    let size = |what: &str| -> PyResult<f64> {
+        let element = format!("obstacle \"{name}\": {what}");
+        match floats(&element, &given.getattr(what)?)?[..] {
+            [size] => Ok(size),
+            _ => Err(PyValueError::new_err(format!("{element}: expected one number [m]"))),
+        }
+    };
+    let mut shape = ShapeEntry::default();
+    match class.as_str() {
+        "Box" => {
+            let element = format!("obstacle \"{name}\": size");
+            let sides = floats(&element, &given.getattr("size")?)?;
+            let wrong = |_| PyValueError::new_err(format!("{element}: expected the three full sides (x, y, z) [m]"));
+            shape.cuboid = Some(sides.try_into().map_err(wrong)?);
+        }
+        "Sphere" => shape.sphere = Some(size("radius")?),
+        "Cylinder" => shape.cylinder = Some([size("radius")?, size("length")?]),
+        "Capsule" => shape.capsule = Some([size("radius")?, size("length")?]),
+        "Mesh" => mesh(&format!("obstacle \"{name}\""), given, &mut shape)?,
+        _ => return Err(PyTypeError::new_err(format!("obstacle \"{name}\": got {class}, expected Box, Sphere, ..."))),
+    }
+    let pose = pose(&format!("obstacle \"{name}\": pose"), &given.getattr("pose")?)?;
+    Ok(ObstacleEntry { name, shape, pose })
+}
+
+fn mesh(element: &str, given: &Bound<'_, PyAny>, shape: &mut ShapeEntry) -> PyResult<()> {
+    let source = given.getattr("source")?;
+    match text_or_path(&source) {
+        Ok(path) => shape.mesh = Some(path),
+        Err(_) => {
+            let expected = "expected a path or (vertices, triangles)";
+            let (vertices, triangles): (Bound<'_, PyAny>, Bound<'_, PyAny>) = source
+                .extract()
+                .map_err(|_| PyTypeError::new_err(format!("{element}: got {}, {expected}", kind(&source))))?;
+            let vertices = rows_of_three(&format!("{element}: vertices"), &vertices)?;
+            let corner = |x: f64| {
+                let fits = x.fract() == 0.0 && (0.0..=u32::MAX.into()).contains(&x);
+                let wrong = || PyValueError::new_err(format!("{element}: triangles: got {x}, expected an index"));
+                if fits { Ok(x as u32) } else { Err(wrong()) }
+            };
+            let triangles = rows_of_three(&format!("{element}: triangles"), &triangles)?
+                .into_iter()
+                .map(|[a, b, c]| Ok([corner(a)?, corner(b)?, corner(c)?]))
+                .collect::<PyResult<Vec<_>>>()?;
+            let vertices = vertices.into_iter().map(Vec3::from).collect();
+            shape.triangles = Some(Arc::new(mesh_file::from_arrays(element, vertices, triangles).map_err(exception)?));
+        }
+    }
+    shape.scale = match floats(&format!("{element}: scale"), &given.getattr("scale")?)?[..] {
+        [all] => Some(ScaleEntry::Uniform(all)),
+        [x, y, z] => Some(ScaleEntry::Axes([x, y, z])),
+        _ => return Err(PyValueError::new_err(format!("{element}: scale: expected one number or three"))),
+    };
+    shape.convex = given.getattr("convex")?.extract()?;
+    Ok(())
+}
+
+/// `None`, a position `(3,)`, position and roll, pitch, yaw `(6,)`, or a homogeneous transform `(4, 4)`.
+fn pose(element: &str, value: &Bound<'_, PyAny>) -> PyResult<PoseEntry> {
+    if value.is_none() {
+        return Ok(PoseEntry::default());
+    }
+    let array = numbers(element, value)?;
+    let x = array.as_slice().expect("checked to be contiguous");
+    match array.shape() {
+        [3] => Ok(PoseEntry { xyz: [x[0], x[1], x[2]], rpy: [0.0; 3] }),
+        [6] => Ok(PoseEntry { xyz: [x[0], x[1], x[2]], rpy: [x[3], x[4], x[5]] }),
+        [4, 4] => Ok(PoseEntry { xyz: [x[3], x[7], x[11]], rpy: roll_pitch_yaw(element, x)? }),
+        shape => Err(PyValueError::new_err(format!(
+            "{element}: got shape {}, expected (3,) position, (6,) position and roll, pitch, yaw, or (4, 4) transform",
+            tuple(shape)
+        ))),
+    }
+}
+
+/// Of the rotation in a 4 x 4 transform, row major.
+fn roll_pitch_yaw(element: &str, m: &[f64]) -> PyResult<[f64; 3]> {
+    let column = |k: usize| Vec3::new(m[k], m[4 + k], m[8 + k]);
+    let (x, y, z) = (column(0), column(1), column(2));
+    let off =
+        [x.dot(&x) - 1.0, y.dot(&y) - 1.0, x.dot(&y)].into_iter().fold((x.cross(&y) - z).norm(), |a, b| a.max(b.abs()));
+    let last = [m[12], m[13], m[14], m[15] - 1.0].into_iter().fold(0.0, |a: f64, b| a.max(b.abs()));
+    // Written so that NaN fails.
+    if !(off <= ROTATION_TOLERANCE && last <= ROTATION_TOLERANCE) {
+        return Err(PyValueError::new_err(format!(
+            "{element}: got a 4 x 4 matrix that is no rigid transform, expected a rotation and a last row 0, 0, 0, 1"
+        )));
+    }
+    let cosine = x.x.hypot(x.y);
+    let pitch = (-x.z).atan2(cosine);
+    // Where pitch is a right angle, roll and yaw turn about one axis; all of it is called roll.
+    if cosine < 1e-9 { Ok([(-z.y).atan2(y.y), pitch, 0.0]) } else { Ok([y.z.atan2(z.z), pitch, x.y.atan2(x.x)]) }
+}
+
+fn limits(element: &str, value: &Bound<'_, PyAny>) -> PyResult<LimitsEntry> {
+    let both = bounds(element, value)?;
+    match (&both.min[..], &both.max[..]) {
+        (&[lower], &[upper]) => Ok(LimitsEntry::Interval([lower, upper])),
+        _ => Ok(LimitsEntry::Bounds(both)),
+    }
+}
+
+/// `(least, greatest)`: two numbers, or two sequences of them.
+fn bounds(element: &str, value: &Bound<'_, PyAny>) -> PyResult<BoundsEntry> {
+    let wrong = |_| PyTypeError::new_err(format!("{element}: got {}, expected (lower, upper)", kind(value)));
+    let [min, max]: [Bound<'_, PyAny>; 2] = value.extract().map_err(wrong)?;
+    Ok(BoundsEntry { min: floats(element, &min)?, max: floats(element, &max)? })
+}
+
+fn by_name<T>(
+    what: &str,
+    mapping: &Bound<'_, PyMapping>,
+    read: impl Fn(&str, &Bound<'_, PyAny>) -> PyResult<T>,
+) -> PyResult<BTreeMap<String, T>> {
+    let mut all = BTreeMap::new();
+    for item in mapping.items()? {
+        let (name, value): (Bound<'_, PyAny>, Bound<'_, PyAny>) = item.extract()?;
+        let wrong = |_| PyTypeError::new_err(format!("{what}: got the key {name}, expected names of joints"));
+        let name: String = name.extract().map_err(wrong)?;
+        let value = read(&format!("{what}[\"{name}\"]"), &value)?;
+        all.insert(name, value);
+    }
+    Ok(all)
+}
+
+/// A number, or a flat sequence of them.
+fn floats(element: &str, value: &Bound<'_, PyAny>) -> PyResult<Vec<f64>> {
+    let array = numbers(element, value)?;
+    match array.shape() {
+        [] | [_] => Ok(array.as_slice().expect("checked to be contiguous").to_vec()),
+        shape => Err(PyValueError::new_err(format!("{element}: got shape {}, expected a flat list", tuple(shape)))),
+    }
+}
+
+fn rows_of_three(element: &str, value: &Bound<'_, PyAny>) -> PyResult<Vec<[f64; 3]>> {
+    let array = numbers(element, value)?;
+    match array.shape() {
+        [_, 3] => Ok(array.as_slice().expect("checked").chunks_exact(3).map(|r| [r[0], r[1], r[2]]).collect()),
+        shape => Err(PyValueError::new_err(format!("{element}: got shape {}, expected (n, 3)", tuple(shape)))),
+    }
+}
+
+/// A `str` as it is, an `os.PathLike` as the path that it stands for.
+fn text_or_path(value: &Bound<'_, PyAny>) -> PyResult<String> {
+    if let Ok(text) = value.cast::<PyString>() {
+        return text.extract();
+    }
+    let path: PathBuf = value.extract()?;
+    path.into_os_string()
+        .into_string()
+        .map_err(|path| PyValueError::new_err(format!("got the path {}, expected one that is Unicode", path.display())))
+}
+
+fn unknown(what: &str, found: &str, known: &[&str]) -> PyErr {
+    let known: Vec<String> = known.iter().map(|name| format!("\"{name}\"")).collect();
+    PyValueError::new_err(format!("{what}: got \"{found}\", expected {}", known.join(" or ")))
+}
+
+/// The name of a value's class.
+fn kind(value: &Bound<'_, PyAny>) -> String {
+    value.get_type().name().map_or_else(|_| "an object".into(), |name| name.to_string())
+}

@@ -1,0 +1,390 @@
+//! The class `Scene`: what can be asked of a scene before anything is learned.
+
+use std::path::PathBuf;
+use std::sync::{Arc, OnceLock};
+
+use extricate::collision::always_colliding;
+use extricate::scene::{MetricSpec, builtin};
+use extricate::{CheckScratch, Checker, Label, Manifold, store};
+use numpy::{Ix2, PyArray, PyArray1, PyArrayDyn, PyArrayMethods, ToPyArray};
+use pyo3::exceptions::{PyRuntimeError, PyTypeError, PyValueError};
+use pyo3::prelude::*;
+use pyo3::types::{PyBytes, PyMapping};
+use rayon::prelude::*;
+
+use crate::arrays::{Configs, bad_row, configs, numbers};
+use crate::error::{count, exception};
+use crate::long_call;
+use crate::parts::{self, Options};
+use crate::sampling;
+
+/// Configurations handed to a thread at once: the least work that is worth the handing out.
+const CHUNK: usize = 64;
+/// Fewer configurations than this are not worth starting threads for \[count\]; a check takes about 10 microseconds, a pool
+/// of threads about 100.
+const FEW: usize = 64;
+
+/// Robots, obstacles, which pairs of bodies must stay apart, and how far two configurations are from each other.
+///
+/// Configurations are rows of `nq` numbers in the order of `joints` (angles in rad, lengths in m, quaternions x, y, z, w).
+/// Immutable; may be shared between threads, and pickled.
+///
+/// Scene(robot, obstacles=(), *, clearance=1e-4, metric="joint", weights=None, disable=())
+///
+/// robot: a URDF, as path or as text, a `Robot` with more options, or a list of them.
+/// obstacles: `Box`, `Sphere`, `Cylinder`, `Capsule` and `Mesh` objects.
+/// clearance: least distance [m] that every checked pair of a free configuration keeps.
+/// metric: "joint" [rad], "object-norm" [m] or "max-displacement" [m].
+/// weights: by joint, of squared displacements in the joint metric; 1 where a joint is not named.
+/// disable: pairs of names of bodies that need not stay apart.
+#[pyclass(frozen, module = "extricate._extricate")]
+pub struct Scene {
+    scene: Arc<extricate::Scene>,
+    checker: OnceLock<Checker>,
+}
+
+/// A joint, or the moving base of a robot, that has coordinates.
+#[pyclass(frozen, get_all, module = "extricate._extricate")]
+pub struct Joint {
+    /// As in the URDF; `robot/joint` where two robots share a name.
+    name: String,
+    /// As URDF spells it.
+    kind: String,
+    /// Index of its first coordinate in a configuration.
+    start: usize,
+    /// Index after its last coordinate.
+    stop: usize,
+}
+
+#[pymethods]
+impl Joint {
+    fn __repr__(&self) -> String {
+        format!("Joint(name={:?}, kind={:?}, start={}, stop={})", self.name, self.kind, self.start, self.stop)
+    }
+}
+
+impl Scene {
+    pub fn of(scene: Arc<extricate::Scene>) -> Self {
+        Self { scene, checker: OnceLock::new() }
+    }
+
+    pub fn inner(&self) -> &Arc<extricate::Scene> {
+        &self.scene
+    }
+
+    /// Prepared when it is first needed; call it without the interpreter lock.
+    fn checker(&self) -> &Checker {
+        self.checker.get_or_init(|| Checker::new(self.scene.clone()))
+    }
+
+    /// Fills one value for each row, on `threads` threads. `one` sees rows that were checked.
+    fn map_rows<T: Send + Default + Clone>(
+        &self,
+        py: Python<'_>,
+        q: &Configs<'_>,
+        threads: usize,
+        one: impl Fn(&Checker, &[f64], &mut [T], &mut CheckScratch) + Sync,
+    ) -> PyResult<Vec<T>> {
+        let (values, rows, single, nq) = (q.values(), q.rows, q.single, self.scene.space.nq());
+        let mut found = vec![T::default(); rows];
+        let chunk = |first: usize, values: &[f64], found: &mut [T], scratch: &mut CheckScratch| -> PyResult<()> {
+            let mut checked = Vec::with_capacity(values.len());
+            for (row, q) in values.chunks_exact(nq).enumerate() {
+                let q = self.scene.space.config(q).map_err(|error| bad_row("Q", first + row, single, error))?;
+                checked.extend_from_slice(&q);
+            }
+            one(self.checker(), &checked, found, scratch);
+            Ok(())
+        };
+        if rows <= FEW {
+            py.detach(|| chunk(0, values, &mut found, &mut CheckScratch::default()))?;
+            return Ok(found);
+        }
+        let pool = long_call::pool(threads)?;
+        let result = long_call::run(
+            py,
+            |_, ()| Ok(()),
+            |line| {
+                let results = || {
+                    values.par_chunks(CHUNK * nq).zip(found.par_chunks_mut(CHUNK)).enumerate().try_for_each_init(
+                        CheckScratch::default,
+                        |scratch, (at, (values, found))| {
+                            if line.stopped() { Ok(()) } else { chunk(at * CHUNK, values, found, scratch) }
+                        },
+                    )
+                };
+                pool.install(results)
+            },
+        )?;
+        result?;
+        Ok(found)
+    }
+}
+
+/// One value for `(nq,)`, a list of them for `(n, nq)`.
+fn shaped<'py, T: numpy::Element>(
+    py: Python<'py>,
+    values: Vec<T>,
+    single: bool,
+) -> PyResult<Bound<'py, PyArrayDyn<T>>> {
+    let array = PyArray1::from_vec(py, values);
+    if single { array.reshape(Vec::new()) } else { Ok(array.to_dyn().clone()) }
+}
+
+#[pymethods]
+impl Scene {
+    #[new]
+    #[pyo3(signature = (robot, obstacles = Vec::new(), *, clearance = 1e-4, metric = "joint", weights = None, disable = Vec::new()))]
+    fn new(
+        py: Python<'_>,
+        robot: &Bound<'_, PyAny>,
+        obstacles: Vec<Bound<'_, PyAny>>,
+        clearance: f64,
+        metric: &str,
+        weights: Option<Bound<'_, PyMapping>>,
+        disable: Vec<[String; 2]>,
+    ) -> PyResult<Self> {
+        let options = Options { clearance, metric: metric.into(), weights, disable };
+        let described = parts::describe(robot, &obstacles, options)?;
+        let assembled = py.detach(|| store::assemble_scene(parts::NAME, &described.entries, &described.texts));
+        Ok(Self::of(Arc::new(assembled.map_err(exception)?)))
+    }
+
+    /// Loads a scene file (TOML) and all that it names.
+    #[staticmethod]
+    fn load(py: Python<'_>, path: PathBuf) -> PyResult<Self> {
+        Ok(Self::of(Arc::new(py.detach(|| store::load_scene(&path)).map_err(exception)?)))
+    }
+
+    /// A built-in scene: "shelf-arm", "planar-arm", "free-box", "dual-arm" or "hand".
+    #[staticmethod]
+    fn builtin(py: Python<'_>, name: &str) -> PyResult<Self> {
+        Ok(Self::of(Arc::new(py.detach(|| builtin::scene(name)).map_err(exception)?)))
+    }
+
+    /// Number of coordinates of a configuration.
+    #[getter]
+    fn nq(&self) -> usize {
+        self.scene.space.nq()
+    }
+
+    /// Number of degrees of freedom; less than `nq` where there are quaternions.
+    #[getter]
+    fn nv(&self) -> usize {
+        self.scene.space.nv()
+    }
+
+    /// Least distance [m] that every checked pair of a free configuration keeps.
+    #[getter]
+    fn clearance(&self) -> f64 {
+        self.scene.clearance
+    }
+
+    /// "joint", "object-norm" or "max-displacement".
+    #[getter]
+    fn metric(&self) -> &'static str {
+        match self.scene.metric {
+            MetricSpec::Joint => "joint",
+            MetricSpec::ObjectNorm => "object-norm",
+            MetricSpec::MaxDisplacement => "max-displacement",
+        }
+    }
+
+    /// What the coordinates are, in order.
+    #[getter]
+    fn joints(&self) -> Vec<Joint> {
+        let joint = |joint: &extricate::scene::SceneJoint| Joint {
+            name: joint.name.clone(),
+            kind: joint.kind.clone(),
+            start: joint.q.start,
+            stop: joint.q.end,
+        };
+        self.scene.joints.iter().map(joint).collect()
+    }
+
+    /// Least value of each coordinate [rad or m], shape (nq,): -pi for full turns, -1 in quaternions.
+    #[getter]
+    fn lower<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+        PyArray1::from_vec(py, self.limits(|lower, _| lower))
+    }
+
+    /// Greatest value of each coordinate [rad or m], shape (nq,): pi for full turns, 1 in quaternions.
+    #[getter]
+    fn upper<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+        PyArray1::from_vec(py, self.limits(|_, upper| upper))
+    }
+
+    /// Names of the bodies that have geometry: links, then obstacles.
+    #[getter]
+    fn bodies(&self) -> Vec<&str> {
+        self.scene.bodies.iter().map(|body| body.name.as_str()).collect()
+    }
+
+    /// The pairs of bodies that are checked.
+    #[getter]
+    fn pairs(&self) -> Vec<(&str, &str)> {
+        (0..self.scene.pairs.len()).map(|pair| self.scene.pair_names(pair).into()).collect()
+    }
+
+    /// What a user should know: meshes that are not closed, defaults that were taken.
+    #[getter]
+    fn warnings(&self) -> Vec<&str> {
+        self.scene.warnings.iter().map(String::as_str).collect()
+    }
+
+    /// One configuration, shape (nq,), from the positions of all joints by name: a number each (rad or m), or as many as
+    /// the joint has coordinates.
+    fn config<'py>(&self, py: Python<'py>, positions: &Bound<'py, PyMapping>) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        let joints = &self.scene.joints;
+        let names = || joints.iter().map(|joint| format!("`{}`", joint.name)).collect::<Vec<_>>().join(", ");
+        let mut q = vec![f64::NAN; self.scene.space.nq()];
+        let mut missing: Vec<&str> = joints.iter().map(|joint| joint.name.as_str()).collect();
+        for item in positions.items()? {
+            let (name, value): (Bound<'_, PyAny>, Bound<'_, PyAny>) = item.extract()?;
+            let joint = joints.iter().find(|joint| name.extract::<String>().is_ok_and(|name| name == joint.name));
+            let unknown = || PyValueError::new_err(format!("positions: got `{name}`, expected one of {}", names()));
+            let joint = joint.ok_or_else(unknown)?;
+            let values = numbers(&format!("positions[\"{}\"]", joint.name), &value)?;
+            let values = values.as_slice().expect("checked to be contiguous");
+            if values.len() != joint.q.len() {
+                let (found, expected) = (values.len(), joint.q.len());
+                let message = format!("positions[\"{}\"]: got {found} numbers, expected {expected}", joint.name);
+                return Err(PyValueError::new_err(message));
+            }
+            q[joint.q.clone()].copy_from_slice(values);
+            missing.retain(|name| *name != joint.name);
+        }
+        if !missing.is_empty() {
+            let missing = missing.join("`, `");
+            return Err(PyValueError::new_err(format!(
+                "positions: got none for `{missing}`, expected one for each joint"
+            )));
+        }
+        Ok(self.scene.space.config(&q).map_err(exception)?.to_pyarray(py))
+    }
+
+    /// Whether configurations are free: every checked pair keeps the clearance.
+    ///
+    /// Q: float64 (n, nq), or (nq,) for one; within the limits. Not copied where it is C-contiguous.
+    /// threads: 0 for one per core.
+    /// Returns bool (n,), or of no dimension for one. Exact, see `Scene.distances`.
+    ///
+    /// Raises ValueError for wrong shapes, values that are not finite or beyond a limit.
+    #[pyo3(signature = (Q, *, threads = 0))]
+    #[allow(non_snake_case)]
+    fn check<'py>(&self, Q: &Bound<'py, PyAny>, threads: i64) -> PyResult<Bound<'py, PyArrayDyn<bool>>> {
+        let py = Q.py();
+        let q = configs("Q", Q, &self.scene.space)?;
+        let free = self.map_rows(py, &q, count("threads", threads, 0)?, |checker, rows, free, scratch| {
+            let mut labels = vec![Label::Free; free.len()];
+            checker.label_batch_serial(rows, &mut labels, scratch);
+            for (free, label) in free.iter_mut().zip(labels) {
+                *free = label == Label::Free;
+            }
+        })?;
+        shaped(py, free, q.single)
+    }
+
+    /// Least signed distance [m] of any checked pair of bodies: negative where two overlap, inf where no pair is checked.
+    ///
+    /// Q: float64 (n, nq), or (nq,) for one; within the limits. Not copied where it is C-contiguous.
+    /// threads: 0 for one per core.
+    /// Returns float64 (n,), or of no dimension for one. Exact where positive, and for convex shapes; for overlapping meshes
+    /// an estimate of the overlap from below.
+    ///
+    /// Raises ValueError for wrong shapes, values that are not finite or beyond a limit.
+    #[pyo3(signature = (Q, *, threads = 0))]
+    #[allow(non_snake_case)]
+    fn distances<'py>(&self, Q: &Bound<'py, PyAny>, threads: i64) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+        let py = Q.py();
+        let q = configs("Q", Q, &self.scene.space)?;
+        let nq = self.scene.space.nq();
+        let distances = self.map_rows(py, &q, count("threads", threads, 0)?, |checker, rows, out, scratch| {
+            for (q, out) in rows.chunks_exact(nq).zip(out) {
+                *out = checker.clearance(q, scratch);
+            }
+        })?;
+        shaped(py, distances, q.single)
+    }
+
+    /// The pairs of bodies that collide at one configuration, q: float64 (nq,).
+    fn colliding_pairs(&self, q: &Bound<'_, PyAny>) -> PyResult<Vec<(&str, &str)>> {
+        let values = crate::arrays::one_config("q", q, &self.scene.space)?;
+        let config = self.scene.space.config(values.values()).map_err(|error| bad_row("q", 0, true, error))?;
+        let mut pairs = Vec::new();
+        q.py().detach(|| self.checker().colliding_pairs(&config, &mut CheckScratch::default(), &mut pairs));
+        Ok(pairs.into_iter().map(|pair| self.scene.pair_names(pair).into()).collect())
+    }
+
+    /// Pairs of bodies that collide in every one of `n` random configurations: most likely links that overlap by design and
+    /// belong in `disable`.
+    #[pyo3(signature = (n = 100, *, seed = 0))]
+    fn always_colliding(&self, py: Python<'_>, n: i64, seed: u64) -> PyResult<Vec<(&str, &str)>> {
+        let n = count("n", n, 1)?;
+        let pairs = py.detach(|| {
+            let drawn = sampling::sample(self.checker(), n, seed, None, || false).ok().flatten().unwrap_or_default();
+            let rows: Vec<Vec<f64>> = drawn.chunks_exact(self.scene.space.nq()).map(<[f64]>::to_vec).collect();
+            always_colliding(self.checker(), &rows)
+        });
+        Ok(pairs.into_iter().map(|pair| self.scene.pair_names(pair).into()).collect())
+    }
+
+    /// Uniformly random configurations, float64 (n, nq), the same for the same seed.
+    ///
+    /// colliding: True for configurations in collision only, False for free ones only, None for any.
+    /// Raises RuntimeError where a million in a row are not of that kind.
+    #[pyo3(signature = (n, *, seed = 0, colliding = None, threads = 0))]
+    fn sample<'py>(
+        &self,
+        py: Python<'py>,
+        n: i64,
+        seed: u64,
+        colliding: Option<bool>,
+        threads: i64,
+    ) -> PyResult<Bound<'py, PyArray<f64, Ix2>>> {
+        let (n, pool) = (count("n", n, 0)?, long_call::pool(count("threads", threads, 0)?)?);
+        let wanted = colliding.map(|colliding| if colliding { Label::Colliding } else { Label::Free });
+        let drawn = long_call::run(
+            py,
+            |_, ()| Ok(()),
+            |line| pool.install(|| sampling::sample(self.checker(), n, seed, wanted, || line.stopped())),
+        )?;
+        let drawn = drawn.map_err(PyRuntimeError::new_err)?.unwrap_or_default();
+        PyArray1::from_vec(py, drawn).reshape([n, self.scene.space.nq()])
+    }
+
+    fn __repr__(&self) -> String {
+        let Self { scene, .. } = self;
+        let (nq, bodies, pairs) = (scene.space.nq(), scene.bodies.len(), scene.pairs.len());
+        format!("<Scene of {nq} coordinates, {bodies} bodies, {pairs} checked pairs, metric {}>", self.metric())
+    }
+
+    /// The inverse of pickling.
+    #[staticmethod]
+    fn _from_bytes(py: Python<'_>, data: &[u8]) -> PyResult<Self> {
+        let scene = py.detach(|| postcard::from_bytes(data));
+        let wrong =
+            |error| PyValueError::new_err(format!("got bytes that are no pickled scene of this version ({error})"));
+        Ok(Self::of(Arc::new(scene.map_err(wrong)?)))
+    }
+
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, (Bound<'py, PyBytes>,))> {
+        let bytes = py.detach(|| postcard::to_stdvec(&*self.scene));
+        let bytes = bytes.map_err(|error| PyTypeError::new_err(error.to_string()))?;
+        Ok((py.get_type::<Self>().getattr("_from_bytes")?, (PyBytes::new(py, &bytes),)))
+    }
+}
+
+impl Scene {
+    fn limits(&self, pick: impl Fn(f64, f64) -> f64) -> Vec<f64> {
+        let mut all = Vec::with_capacity(self.scene.space.nq());
+        for factor in self.scene.space.factors() {
+            match factor.manifold {
+                Manifold::Interval { lower, upper } => all.push(pick(lower, upper)),
+                Manifold::Circle => all.push(pick(-std::f64::consts::PI, std::f64::consts::PI)),
+                Manifold::Rotation => all.extend([pick(-1.0, 1.0); 4]),
+            }
+        }
+        all
+    }
+}

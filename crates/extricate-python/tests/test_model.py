@@ -1,0 +1,228 @@
+"""Learning, asking, keeping and sharing models."""
+
+import multiprocessing
+import os
+import pickle
+import signal
+import threading
+import time
+
+import numpy as np
+import pytest
+
+import extricate
+from extricate import Model, Progress, Scene
+
+
+def test_answers_are_free_and_bounded(model: Model, planar: Scene) -> None:
+    Q = planar.sample(100, seed=8, colliding=True)
+    for effort in ["nearest", "refined", "exhaustive"]:
+        answers = [model.query(q, effort=effort) for q in Q[:20]]
+        for q, answer in zip(Q, answers):
+            assert planar.check(answer.witness) and answer.witness.shape == (3,)
+            assert 0 <= answer.lower_bound <= answer.depth
+            turned = (answer.witness - q + np.pi) % (2 * np.pi) - np.pi  # one of its joints is continuous
+            assert answer.depth == pytest.approx(np.linalg.norm(turned), abs=1e-9)
+            assert answer.effort == effort and answer.verified == (effort != "nearest")
+            assert answer.colliding == planar.colliding_pairs(q) and not answer.free
+            assert answer.max_displacement > 0 and answer.checks > 0
+            assert set(answer.touching) <= set(planar.pairs)
+    free = model.query(planar.sample(1, colliding=False)[0])
+    assert free.free and free.depth == 0 and free.colliding == [] and free.verified
+
+
+@pytest.mark.parametrize("effort", ["nearest", "refined"])
+def test_a_batch_says_what_single_queries_say(model: Model, planar: Scene, effort: str) -> None:
+    Q = planar.sample(300, seed=4)
+    for threads in [1, 2]:
+        batch = model.query_batch(Q, effort=effort, threads=threads)
+        assert batch.shape == (300,) and batch["witness"].shape == (300, 3)
+        for q, row in zip(Q, batch):
+            one = model.query(q, effort=effort)
+            for field in ["depth", "lower_bound", "max_displacement", "checks", "verified", "free"]:
+                assert row[field] == getattr(one, field), field
+            np.testing.assert_array_equal(row["witness"], one.witness)
+    assert batch["verified"].dtype == bool and batch["checks"].dtype == np.int64
+    assert planar.check(batch["witness"]).all()
+    np.testing.assert_array_equal(batch["free"], planar.check(Q))
+
+
+def test_a_batch_of_one_or_none(model: Model) -> None:
+    assert model.query_batch(np.zeros((0, 3))).shape == (0,)
+    assert model.query_batch(np.zeros((1, 3))).shape == (1,)
+    assert model.query_batch(np.zeros(3)).shape == (1,)
+
+
+def test_batches_do_not_copy_their_input(arm: Scene) -> None:
+    model = extricate.learn(arm, labels=2000)
+    Q = np.zeros((200_000, 7))
+    before = peak_memory()
+    model.query_batch(Q, effort="nearest", threads=2)
+    # Less than the answers (104 bytes each) and a copy (56 bytes) together.
+    assert peak_memory() - before < 200_000 * (104 + 28) + 8e6
+
+
+def peak_memory() -> float:
+    resource = pytest.importorskip("resource")
+    return 1024.0 * resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+
+
+def test_learning_tells_and_can_be_ended(planar: Scene) -> None:
+    seen = []
+    model = extricate.learn(planar, labels=250_000, progress=lambda state: seen.append(state))
+    assert model.statistics["ended_by"] == "labels" and model.statistics["labels"] > 200_000
+    assert {state.stage for state in seen} <= {"exploring", "training", "tracing the boundary", "indexing"}
+    fractions = [state.fraction for state in seen]
+    assert fractions == sorted(fractions) and fractions[-1] == 1
+    assert "Progress(stage=" in repr(seen[0])
+
+    ended = extricate.learn(planar, labels=10**9, progress=lambda state: state.boundary_samples < 100)
+    assert ended.statistics["ended_by"] == "interruption"
+    assert ended.query(planar.sample(1, colliding=True)[0]).verified
+
+    def fail(state: Progress) -> None:
+        raise LookupError("mine")
+
+    with pytest.raises(LookupError, match="mine"):
+        extricate.learn(planar, labels=10**9, progress=fail)
+
+
+def test_a_bar_is_drawn_with_and_without_tqdm(planar: Scene, capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
+    pytest.importorskip("tqdm")
+    extricate.learn(planar, labels=50_000, progress=True)
+    assert "100%" in capfd.readouterr().err
+    monkeypatch.setitem(__import__("sys").modules, "tqdm.auto", None)
+    extricate.learn(planar, labels=50_000, progress=True)
+    assert "100 %" in capfd.readouterr().err
+    extricate.learn(planar, labels=1000)
+    assert capfd.readouterr() == ("", "")
+
+
+def test_the_same_seed_gives_the_same_model(planar: Scene, model: Model) -> None:
+    again = extricate.learn(planar, labels=20_000, seed=3, threads=1)
+    assert again.to_bytes() == model.to_bytes()
+    assert extricate.learn(planar, labels=20_000, seed=4).to_bytes() != model.to_bytes()
+
+
+def test_models_are_kept_and_pickled(model: Model, planar: Scene, tmp_path) -> None:  # type: ignore[no-untyped-def]
+    model.save(tmp_path / "m.model")
+    q = planar.sample(1, seed=5, colliding=True)[0]
+    for again in [Model.load(tmp_path / "m.model"), pickle.loads(pickle.dumps(model)), Model.from_bytes(model.to_bytes())]:
+        assert again.query(q).depth == model.query(q).depth
+        assert again.statistics == model.statistics and again.scene.pairs == planar.pairs
+    np.testing.assert_array_equal(again.boundary, model.boundary)
+    assert planar.check(model.boundary).all() and len(model.boundary) == model.statistics["boundary_samples"]
+    answer = pickle.loads(pickle.dumps(model.query(q)))
+    assert repr(answer) == repr(model.query(q)) and answer.colliding == model.query(q).colliding
+
+    (tmp_path / "scene.toml").write_text("clearance = 0")
+    with pytest.raises(OSError, match="it exists and is no model"):
+        model.save(tmp_path / "scene.toml")
+    with pytest.raises(OSError, match="there is no directory"):
+        model.save(tmp_path / "none" / "m.model")
+    with pytest.raises(FileNotFoundError, match="cannot read"):
+        Model.load(tmp_path / "none.model")
+    with pytest.raises(ValueError, match="got text, expected a model file"):
+        Model.load(tmp_path / "scene.toml")
+    with pytest.raises(ValueError, match="model in memory: "):
+        Model.from_bytes(model.to_bytes()[:-1])
+
+
+def test_threads_share_a_model(model: Model, planar: Scene) -> None:
+    Q = planar.sample(400, seed=6, colliding=True)
+    expected = [model.query(q).depth for q in Q]
+    found = [[0.0] * len(Q) for _ in range(4)]
+
+    def ask(mine: list) -> None:  # type: ignore[type-arg]
+        for k, q in enumerate(Q):
+            mine[k] = model.query(q).depth
+
+    threads = [threading.Thread(target=ask, args=(mine,)) for mine in found]
+    [thread.start() for thread in threads]
+    [thread.join() for thread in threads]
+    assert all(mine == expected for mine in found)
+
+
+def test_the_interpreter_goes_on_during_a_call(arm: Scene) -> None:
+    ticks = []
+    done = threading.Event()
+
+    def tick() -> None:
+        while not done.wait(0.01):
+            ticks.append(time.monotonic())
+
+    thread = threading.Thread(target=tick)
+    thread.start()
+    model = extricate.learn(arm, labels=100_000_000, seconds=1.5, threads=1)
+    done.set()
+    thread.join()
+    assert model.statistics["ended_by"] == "seconds"
+    # Without the lock released there would be one or two.
+    assert len(ticks) > 15
+
+
+LONG = {
+    "learn": lambda scene, model, Q: extricate.learn(scene, labels=10**9),
+    "check": lambda scene, model, Q: [scene.check(Q) for _ in range(1000)],
+    "query_batch": lambda scene, model, Q: model.query_batch(Q, effort="exhaustive"),
+    "sample": lambda scene, model, Q: scene.sample(10**9),
+}
+
+
+@pytest.mark.skipif(os.name == "nt", reason="needs POSIX signals")
+@pytest.mark.parametrize("name", LONG)
+def test_an_interrupt_ends_a_long_call(name: str, planar: Scene, model: Model) -> None:
+    Q = planar.sample(200_000, seed=1)
+    threading.Timer(0.5, os.kill, (os.getpid(), signal.SIGINT)).start()
+    started = time.monotonic()
+    with pytest.raises(KeyboardInterrupt):
+        LONG[name](planar, model, Q)
+    assert time.monotonic() - started < 10
+    assert model.query(Q[0]).verified
+
+
+def ask_in_child(model: Model, scene: Scene, Q: np.ndarray, answers) -> None:  # type: ignore[no-untyped-def, type-arg]
+    learned = extricate.learn(scene, labels=2000).statistics["labels"]
+    again = pickle.loads(pickle.dumps(model))
+    answers.put((again.query_batch(Q)["depth"].tolist(), scene.check(Q).tolist(), learned))
+
+
+@pytest.mark.parametrize("method", ["fork", "spawn"])
+def test_children_of_a_process_can_ask(method: str, model: Model, planar: Scene) -> None:
+    if method not in multiprocessing.get_all_start_methods():
+        pytest.skip(f"{method} is not there")
+    Q = planar.sample(100, seed=7)
+    expected = model.query_batch(Q)["depth"].tolist()
+    context = multiprocessing.get_context(method)
+    answers = context.Queue()
+    child = context.Process(target=ask_in_child, args=(model, planar, Q, answers))
+    child.start()
+    depths, free, learned = answers.get(timeout=120)
+    child.join(timeout=60)
+    assert child.exitcode == 0 and depths == expected and free == planar.check(Q).tolist() and learned > 1000
+
+
+def test_wrong_questions_are_told_what_was_expected(model: Model, planar: Scene) -> None:
+    for call, message in [
+        (lambda: model.query([0, 0]), r"q: got shape \(2,\), expected \(3,\) or"),
+        (lambda: model.query(np.zeros((1, 3))), r"q: got shape \(1, 3\), expected \(3,\)"),
+        (lambda: model.query([0, 0, np.nan]), "got NaN, expected a finite number"),
+        (lambda: model.query([0, 0, 50]), "got 50, expected a value within"),
+        (lambda: model.query([0, 0, 0], effort="best"), 'effort: got "best", expected "nearest", "refined"'),
+        (lambda: model.query_batch(np.zeros((3, 2))), r"Q: got shape \(3, 2\)"),
+        (lambda: model.query_batch([[0, 0, 0]] * 99 + [[0, np.inf, 0]]), r"Q\[99\]: .*got inf, expected a finite"),
+        (lambda: model.query_batch(np.zeros((3, 3)), threads=-2), "threads: got -2"),
+        (lambda: extricate.learn(planar, labels=0), "labels: got 0, expected at least 1"),
+        (lambda: extricate.learn(planar, seconds=-1), "seconds: got -1, expected more than 0"),
+        (lambda: extricate.learn(planar, seconds=float("nan")), "seconds: got NaN"),
+        (lambda: extricate.learn(planar, threads=-1), "threads: got -1"),
+    ]:
+        with pytest.raises(ValueError, match=message):
+            call()
+
+
+def test_a_scene_without_a_free_configuration_is_told() -> None:
+    from test_scene import SLIDER
+
+    with pytest.raises(RuntimeError, match=r"no collision-free configuration among .* these pairs collide every time"):
+        extricate.learn(Scene(SLIDER, [extricate.Box([99, 1, 1])]), labels=5000)
