@@ -58,6 +58,22 @@ pub fn seconds(text: &str) -> Result<f64, String> {
     }
 }
 
+/// A share in `[0, 1)`.
+pub fn share(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(value) if (0.0..1.0).contains(&value) => Ok(value),
+        _ => Err("expected a number from 0 to below 1".into()),
+    }
+}
+
+/// A finite number of seconds, 0 included.
+pub fn seconds_or_zero(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(value) if (0.0..1e9).contains(&value) => Ok(value),
+        _ => Err("expected a number of seconds, 0 or more".into()),
+    }
+}
+
 /// A whole number of at least one.
 pub fn positive(text: &str) -> Result<usize, String> {
     match text.parse::<usize>() {
@@ -107,7 +123,11 @@ mod tests {
             "check scene.toml --input -",
             "sample scene.toml -n 5 --seed 1 --colliding",
             "learn scene.toml -o m.model --labels 1000 --seconds 5 --seed 2 --threads 2",
+            "learn scene.toml -o m.model --resume --checkpoint c --checkpoint-every 0 --memory 100",
             "query m.model --input q.jsonl --effort exhaustive --json",
+            "query m.model --input q.jsonl --exits 3 --starts 4 --max-checks 0 --max-seconds 1e-4 --way --threads 0",
+            "query m.model --input q.jsonl --stream --hysteresis 0.1",
+            "query m.model --input q.jsonl --scene moved.toml",
             "--json query m.model --input q.jsonl",
         ] {
             let words = std::iter::once("extricate").chain(line.split(' '));
@@ -127,11 +147,18 @@ mod tests {
             "learn scene.toml -o m --labels 1e6",
             "learn scene.toml -o m --seconds -1",
             "learn scene.toml -o m --threads -1",
+            "learn scene.toml -o m --memory 0",
+            "learn scene.toml -o m --checkpoint-every -1",
+            "learn scene.toml -o m --checkpoint-every inf",
             "learn scene.toml -o m --threads 100000",
             "sample scene.toml -n -1",
             "sample scene.toml --seed 1.5",
             "query m.model",
             "query m.model --input q --effort hard",
+            "query m.model --input q --exits 0",
+            "query m.model --input q --starts 0",
+            "query m.model --input q --stream --hysteresis 1",
+            "query m.model --input q --max-seconds 0",
             "demo --scene nowhere",
             "demo --queries -1",
         ] {

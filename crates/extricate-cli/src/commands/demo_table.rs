@@ -4,7 +4,7 @@ use extricate::{Scene, Statistics};
 use serde::Serialize;
 
 use super::learn::held_out_accuracy;
-use super::query_row::Figures;
+use super::query_summary::Figures;
 use crate::report::{count, duration, metric_unit, percent, two_columns};
 
 /// What the demo found.

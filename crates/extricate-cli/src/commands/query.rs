@@ -1,17 +1,22 @@
 //! `extricate query`: the nearest free configuration for each of many.
 
+use std::ops::ControlFlow;
 use std::path::PathBuf;
 use std::time::Instant;
 
+use anyhow::{Context, bail};
 use clap::{Args, ValueEnum};
-use extricate::{Effort, QueryOptions, QueryScratch};
+use extricate::{
+    Answer, ChangedScene, Config, Effort, Model, QueryBudget, QueryOptions, QueryScratch, Scene, Stream, StreamOptions,
+};
 
-use super::load_model;
-use super::query_row::{QueryRow, Summary, header};
-use crate::args::InputArgs;
-use crate::input::Configs;
+use super::query_row::{QueryRow, header};
+use super::query_summary::Summary;
+use super::{load_model, load_scene};
+use crate::args::{InputArgs, positive, seconds, share, threads, whole};
+use crate::input::{BadLine, Configs};
 use crate::output::Output;
-use crate::progress::Progress;
+use crate::progress::{Progress, busy};
 use crate::report;
 
 /// Arguments of `query`.
@@ -19,7 +24,9 @@ use crate::report;
 #[command(
     after_help = "With --json, one object a line, in the order of the input: depth and lower_bound (in the scene's \
                         metric), witness, seconds (the library call alone), checks, max_displacement [m], colliding and \
-                        touching (lists of [name, name]), verified, effort."
+                        touching (lists of [name, name]), verified, effort, contacts (at the witness: pair, distance [m], \
+                        point_first, point_second, normal), gradient (of the depth), unique, exits (with --exits: depth, \
+                        witness, touching), way (with --way: colliding_until, free_from, fractions of the straight way)."
 )]
 pub struct QueryArgs {
     /// Model file that `extricate learn` wrote
@@ -29,6 +36,34 @@ pub struct QueryArgs {
     /// How hard to try
     #[arg(long, value_enum, default_value_t = EffortArg::Refined)]
     effort: EffortArg,
+    /// Find up to K distinct ways out, each a local minimum, nearest first
+    #[arg(long, value_name = "K", value_parser = positive, default_value_t = 1)]
+    exits: usize,
+    /// Start from K boundary samples instead of what the effort takes (16 for refined): fewer are faster and miss more
+    #[arg(long, value_name = "K", value_parser = positive)]
+    starts: Option<usize>,
+    /// End each query after about this many collision checks and distance evaluations, with the best answer so far
+    #[arg(long, value_name = "N", value_parser = whole)]
+    max_checks: Option<usize>,
+    /// End each query after about this many seconds, with the best answer so far
+    #[arg(long, value_name = "T", value_parser = seconds)]
+    max_seconds: Option<f64>,
+    /// Tell which part of the straight way from query to witness collides
+    #[arg(long)]
+    way: bool,
+    /// Answer on this many threads, 0 for one a core; the answers are the same
+    #[arg(long, value_name = "N", value_parser = threads, default_value_t = 1)]
+    threads: usize,
+    /// Ask in this scene instead of the one that was learned: obstacles and checked pairs may differ, joints may not. Stored
+    /// samples are verified anew as they are needed
+    #[arg(long, value_name = "SCENE")]
+    scene: Option<PathBuf>,
+    /// The lines are frames of a motion: start each from the last answer, which is faster where they are near each other
+    #[arg(long, conflicts_with_all = ["threads", "exits", "scene"])]
+    stream: bool,
+    /// With --stream: keep to a way out until another is nearer by more than this share of its depth
+    #[arg(long, value_name = "SHARE", value_parser = share, default_value_t = 0.0, requires = "stream")]
+    hysteresis: f64,
 }
 
 /// [`Effort`] as the command line spells it.
@@ -52,48 +87,166 @@ impl From<EffortArg> for Effort {
     }
 }
 
+impl QueryArgs {
+    fn options(&self) -> QueryOptions {
+        QueryOptions {
+            effort: self.effort.into(),
+            exits: self.exits,
+            starts: self.starts,
+            budget: QueryBudget { checks: self.max_checks, seconds: self.max_seconds },
+            way: self.way,
+        }
+    }
+}
+
+/// Lines that are read before several threads answer them.
+const BLOCK: usize = 1024;
+
 /// Runs the command.
 pub fn run(args: &QueryArgs, json: bool) -> anyhow::Result<()> {
     let mut configs = Configs::open(&args.input.input)?;
     let model = load_model(&args.model)?;
-    let scene = model.scene();
-    let unit = report::metric_unit(scene);
-    let options = QueryOptions { effort: args.effort.into() };
-    let mut scratch = QueryScratch::default();
-    let mut out = Output::new(configs.is_stream());
-    let mut progress = Progress::beside_rows("querying");
-    let mut summary = Summary::default();
-    if !json {
-        out.line(header(unit))?;
-    }
-    while let Some(entry) = configs.next(&scene.space)? {
-        match entry {
-            Ok((line, q)) => {
-                let started = Instant::now();
-                let answer = model.query(&q, &options, &mut scratch);
-                let seconds = started.elapsed().as_secs_f64();
-                let row = QueryRow::new(&answer, seconds, scene);
-                if json {
-                    out.json(&row)?
-                } else {
-                    out.line(row.text(line))?
-                }
-                summary.add(&answer, seconds);
-            }
-            Err(bad) => {
-                progress.aside(|| configs.report(&bad));
-                if json {
-                    out.json(&bad)?;
-                }
-            }
+    let changed = match &args.scene {
+        None => None,
+        Some(path) => {
+            let scene = load_scene(path)?;
+            let changed = busy("preparing the changed scene", || ChangedScene::new(model.scene(), scene));
+            Some(changed.with_context(|| format!("{} does not fit the model", path.display()))?)
         }
-        progress.update(configs.fraction(), || format!("{} answers", report::count(summary.queries())));
+    };
+    let mut asker = Asker::new(&model, changed.as_ref(), args);
+    let scene = changed.as_ref().map_or(model.scene(), ChangedScene::scene);
+    let mut report = Report::new(scene, configs.is_stream(), json)?;
+    let mut progress = Progress::beside_rows("querying");
+    // Whoever waits for each answer gets it at once.
+    let size = if args.threads == 1 || configs.is_stream() { 1 } else { BLOCK };
+    let (mut block, mut unanswered) = (Vec::new(), 0);
+    loop {
+        let entry = configs.next(&scene.space)?;
+        let ended = entry.is_none();
+        if let Some(Err(bad)) = &entry {
+            progress.aside(|| configs.report(bad));
+        }
+        block.extend(entry);
+        if block.len() >= size || ended {
+            let queries: Vec<Config> = block.iter().flatten().map(|(_, q)| q.clone()).collect();
+            let mut answers = asker.ask(queries, args.threads).into_iter();
+            for entry in block.drain(..) {
+                match entry {
+                    Err(bad) => report.bad(&bad)?,
+                    Ok((line, _)) => match answers.next() {
+                        Some((Some(answer), seconds)) => report.answer(line, &answer, seconds)?,
+                        _ => {
+                            unanswered += 1;
+                            let bad = BadLine { line, error: NONE_FREE.into() };
+                            progress.aside(|| configs.report(&bad));
+                            report.bad(&bad)?;
+                        }
+                    },
+                }
+            }
+            progress.update(configs.fraction(), || format!("{} answers", report::count(report.summary.queries())));
+        }
+        if ended {
+            break;
+        }
     }
-    if !json && summary.queries() > 0 {
-        out.line("")?;
-        out.line(report::two_columns(&summary.figures().rows(unit)))?;
-    }
-    out.finish()?;
+    report.finish()?;
     drop(progress);
-    configs.conclude()
+    configs.conclude()?;
+    if unanswered > 0 {
+        bail!("{unanswered} queries have no answer: {NONE_FREE}");
+    }
+    Ok(())
+}
+
+/// Why a query in a changed scene may have no answer.
+const NONE_FREE: &str = "no stored sample is free in the changed scene, nor was anything else found free";
+
+/// What is asked, of what, and memory for it.
+struct Asker<'a> {
+    model: &'a Model,
+    changed: Option<&'a ChangedScene>,
+    options: QueryOptions,
+    scratch: QueryScratch,
+    stream: Option<Stream>,
+}
+
+/// An answer, if anything free was found, and how long it took \[s\].
+type Asked = (Option<Answer>, f64);
+
+impl<'a> Asker<'a> {
+    fn new(model: &'a Model, changed: Option<&'a ChangedScene>, args: &QueryArgs) -> Self {
+        let options = args.options();
+        let stream = args.stream.then(|| {
+            let (query, hysteresis) = (options.clone(), args.hysteresis);
+            Stream::new(StreamOptions { query, hysteresis, ..StreamOptions::default() })
+        });
+        Self { model, changed, options, scratch: QueryScratch::default(), stream }
+    }
+
+    fn ask(&mut self, queries: Vec<Config>, threads: usize) -> Vec<Asked> {
+        if threads == 1 || queries.len() == 1 {
+            return queries.iter().map(|q| self.ask_one(q)).collect();
+        }
+        let mut answers = Vec::with_capacity(queries.len());
+        match self.changed {
+            None => self.model.query_batch(queries, &self.options, threads, &mut |answered| {
+                answers.push((Some(answered.answer), answered.seconds));
+                ControlFlow::Continue(())
+            }),
+            Some(changed) => self.model.query_batch_in(changed, queries, &self.options, threads, &mut |answered| {
+                answers.push((answered.answer, answered.seconds));
+                ControlFlow::Continue(())
+            }),
+        };
+        answers
+    }
+
+    fn ask_one(&mut self, q: &Config) -> Asked {
+        let started = Instant::now();
+        let answer = match (&mut self.stream, self.changed) {
+            (Some(stream), _) => Some(self.model.query_next(q, stream)),
+            (None, Some(changed)) => self.model.query_in(changed, q, &self.options, &mut self.scratch),
+            (None, None) => Some(self.model.query(q, &self.options, &mut self.scratch)),
+        };
+        (answer, started.elapsed().as_secs_f64())
+    }
+}
+
+/// Rows on standard output, then the summary.
+struct Report<'a> {
+    scene: &'a Scene,
+    unit: &'static str,
+    out: Output,
+    json: bool,
+    summary: Summary,
+}
+
+impl<'a> Report<'a> {
+    fn new(scene: &'a Scene, flush_lines: bool, json: bool) -> anyhow::Result<Self> {
+        let (unit, mut out) = (report::metric_unit(scene), Output::new(flush_lines));
+        if !json {
+            out.line(header(unit))?;
+        }
+        Ok(Self { scene, unit, out, json, summary: Summary::default() })
+    }
+
+    fn answer(&mut self, line: usize, answer: &Answer, seconds: f64) -> anyhow::Result<()> {
+        self.summary.add(answer, seconds);
+        let row = QueryRow::new(answer, seconds, self.scene);
+        if self.json { self.out.json(&row) } else { self.out.line(row.text(line)) }
+    }
+
+    fn bad(&mut self, bad: &BadLine) -> anyhow::Result<()> {
+        if self.json { self.out.json(bad) } else { Ok(()) }
+    }
+
+    fn finish(mut self) -> anyhow::Result<()> {
+        if !self.json && self.summary.queries() > 0 {
+            self.out.line("")?;
+            self.out.line(report::two_columns(&self.summary.figures().rows(self.unit)))?;
+        }
+        self.out.finish()
+    }
 }

@@ -149,6 +149,11 @@ pub mod tests {
             colliding: vec![1],
             touching: vec![1],
             verified: true,
+            contacts: vec![],
+            gradient: vec![-1.0, 0.0],
+            unique: true,
+            exits: vec![],
+            way: None,
         }
     }
 

@@ -15,6 +15,9 @@ const ANSWER_KEYS: &[&str] = &[
     "touching",
     "verified",
     "effort",
+    "contacts",
+    "gradient",
+    "unique",
 ];
 
 #[test]
@@ -127,6 +130,79 @@ fn answers_are_free_and_at_the_stated_depth() {
     }
 }
 
+#[test]
+fn exits_the_way_budgets_and_threads_are_asked_for() {
+    let workspace = Workspace::learned();
+    let queries = workspace.run("sample scene.toml -n 30 --seed 4 --colliding").expect_code(0).stdout;
+    workspace.write("q.jsonl", format!("{queries}nonsense\n{FREE}\n"));
+    let ask = |options: &str| {
+        let line = format!("query small.model --input q.jsonl --json {options}");
+        let mut answers = workspace.run(&line).expect_code(1).json();
+        answers.iter_mut().filter(|a| a.get("error").is_none()).for_each(|a| a["seconds"] = Value::Null);
+        answers
+    };
+    let one = ask("");
+    assert_eq!((one.len(), one[30]["line"].as_u64()), (32, Some(31)));
+    assert_eq!(one, ask("--threads 3"));
+    let several = ask("--exits 3 --way");
+    for (one, answer) in one.iter().zip(&several).take(30) {
+        let exits = answer["exits"].as_array().unwrap();
+        assert!(!exits.is_empty() && exits.len() <= 3);
+        exits.iter().for_each(|exit| assert_keys(exit, &["depth", "witness", "touching"]));
+        assert_eq!((&exits[0]["depth"], &exits[0]["witness"]), (&answer["depth"], &answer["witness"]));
+        assert_keys(&answer["way"], &["colliding_until", "free_from"]);
+        assert_keys(&answer["contacts"][0], &["pair", "distance", "point_first", "point_second", "normal"]);
+        assert!((one["depth"].as_f64().unwrap() - answer["depth"].as_f64().unwrap()).abs() < 1e-3);
+    }
+    assert!(several.iter().take(30).any(|a| a["exits"].as_array().unwrap().len() > 1));
+    for (full, cut) in one.iter().zip(ask("--max-checks 3")).take(30) {
+        assert!(cut["checks"].as_u64().unwrap() <= 6 && cut["verified"] == true);
+        assert!(cut["depth"].as_f64().unwrap() >= full["depth"].as_f64().unwrap());
+    }
+    assert!(
+        ask("--starts 1").iter().zip(&one).take(30).all(|(few, all)| few["checks"].as_u64() < all["checks"].as_u64())
+    );
+    let text = workspace.run("query small.model --input q.jsonl --exits 2 --way").expect_code(1).stdout;
+    assert!(text.contains("another way out") && text.contains("of the way"), "{text}");
+}
+
+#[test]
+fn frames_of_a_motion_are_answered_from_the_last_answer() {
+    let workspace = Workspace::learned();
+    let frames: String = (0..40).map(|i| format!("[{}, 0.3]\n", -0.05 + 0.005 * f64::from(i))).collect();
+    workspace.write("q.jsonl", frames);
+    let ask = |options: &str| {
+        workspace.run(&format!("query small.model --input q.jsonl --json {options}")).expect_code(0).json()
+    };
+    let checks = |answers: &[Value]| answers.iter().map(|a| a["checks"].as_u64().unwrap()).sum::<u64>();
+    let (single, stream) = (ask(""), ask("--stream"));
+    assert!(stream.iter().all(|a| a["verified"] == true));
+    assert!(checks(&stream) < checks(&single), "{} {}", checks(&stream), checks(&single));
+    ask("--stream --hysteresis 0.2");
+    workspace.run("query small.model --input q.jsonl --hysteresis 0.2").expect_code(2);
+    workspace.run("query small.model --input q.jsonl --stream --threads 2").expect_code(2);
+}
+
+#[test]
+fn a_model_is_asked_in_a_changed_scene() {
+    let workspace = Workspace::learned();
+    let scene = std::fs::read_to_string(workspace.path("scene.toml")).unwrap();
+    workspace.write("moved.toml", scene.replace("xyz = [0.6, 0.1, 0]", "xyz = [0.55, -0.25, 0]"));
+    let queries = workspace.run("sample moved.toml -n 20 --seed 3 --colliding").expect_code(0).stdout;
+    workspace.write("q.jsonl", queries);
+    for threads in [1, 2] {
+        let line = format!("query small.model --scene moved.toml --input q.jsonl --json --threads {threads}");
+        let answers = workspace.run(&line).expect_code(0).json();
+        let witnesses: String = answers.iter().map(|a| format!("{}\n", a["witness"])).collect();
+        let verdicts = workspace.run_with_input("check moved.toml --input - --json", &witnesses).expect_code(0).json();
+        assert!(answers.iter().all(|a| a["verified"] == true) && verdicts.iter().all(|v| v["free"] == true));
+    }
+    workspace
+        .write("other.toml", scene.replace("metric = { kind = \"joint\" }", "metric = { kind = \"object-norm\" }"));
+    let refused = workspace.run("query small.model --scene other.toml --input q.jsonl").expect_code(1);
+    assert!(refused.stderr.contains("other.toml") && refused.stderr.contains("metric"), "{}", refused.stderr);
+}
+
 fn difference(a: &Value, b: &Value) -> f64 {
     a.as_f64().unwrap() - b.as_f64().unwrap()
 }
@@ -160,8 +236,9 @@ fn learn_reports_statistics_and_info_repeats_them() {
     let workspace = Workspace::new();
     let report = workspace.run("learn scene.toml -o a.model --labels 3000 --seed 7 --json").expect_code(0);
     let report = &report.json()[0];
-    assert_keys(report, &["model", "interrupted", "seconds", "statistics"]);
-    assert_eq!(report["interrupted"], false);
+    assert_keys(report, &["model", "checkpoint", "interrupted", "seconds", "memory", "statistics"]);
+    assert_eq!((&report["interrupted"], &report["checkpoint"]), (&json!(false), &Value::Null));
+    assert!(!cfg!(target_os = "linux") || report["memory"].as_u64().unwrap() > 1 << 20);
     assert_eq!(report["statistics"]["seed"], 7);
     assert_eq!(report["statistics"]["ended_by"], "labels");
     let info = &workspace.run("info a.model --json").expect_code(0).json()[0];

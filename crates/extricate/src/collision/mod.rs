@@ -13,6 +13,7 @@ mod checker_tests;
 mod contact;
 pub mod convex;
 mod convex_contact;
+mod cover;
 mod depth;
 pub mod epa;
 pub mod gjk;
@@ -29,6 +30,7 @@ mod segment;
 #[cfg(test)]
 mod segment_tests;
 mod shape;
+mod shape_pair;
 mod still;
 #[cfg(test)]
 mod test_mesh;
@@ -38,6 +40,8 @@ use std::collections::BinaryHeap;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
+use serde::Serialize;
+
 use crate::kinematics::{LANES, PoseBlock};
 use crate::math::Vec3;
 use crate::scene::Scene;
@@ -45,11 +49,13 @@ use crate::scene::Scene;
 use bodies::{Bodies, Placement};
 use broad::{Broad, BroadScratch};
 use contact::ContactBuffers;
+pub use cover::largest_balls;
 use label::History;
 use part_pair::{Buffers, Hint};
 use queue::Entry;
 pub use segment::{LEAST_RESOLUTION, SegmentOptions, SegmentOutcome};
 use segment::{SegmentScratch, SpeedPaths};
+pub use shape_pair::{PairScratch, PreparedShape};
 
 /// The checked pairs of one scene, with all that makes checks fast. Immutable, shared between threads.
 pub struct Checker {
@@ -93,7 +99,7 @@ pub struct CheckScratch {
 }
 
 /// Two places of a checked pair that are near each other.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Contact {
     /// Index into [`Scene::pairs`].
     pub pair: usize,

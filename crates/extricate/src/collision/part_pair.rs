@@ -4,7 +4,7 @@ use super::bounds::Relative;
 use super::mesh_shape::MeshShape;
 use super::shape::{ConvexSolid, Shape, ShapeKind};
 use super::triangle;
-use super::{gjk, mesh_convex, mesh_mesh};
+use super::{cover, gjk, mesh_convex, mesh_mesh};
 use crate::math::{Pose, Vec3};
 
 /// Stacks that the descents reuse.
@@ -51,11 +51,26 @@ pub fn convex_depth(a: Placed, b: Placed) -> Option<f64> {
 
 /// Whether the signed distance of two shapes is below `limit` \[m\] (crossing surfaces count as below 0).
 pub fn nearer(first: Placed, second: Placed, limit: f64, hint: &mut Hint, buffers: &mut Buffers) -> bool {
+    let relative = Relative::between(first.pose, second.pose);
+    if relative.apart(&first.shape.bounds, &second.shape.bounds, limit) {
+        return false;
+    }
+    cover::proves_nearer(first.shape, second.shape, &relative.pose_a_b, limit)
+        || surfaces_nearer(first, second, &relative, limit, hint, buffers)
+}
+
+/// The same, by surfaces and containment alone.
+pub fn surfaces_nearer(
+    first: Placed,
+    second: Placed,
+    relative: &Relative,
+    limit: f64,
+    hint: &mut Hint,
+    buffers: &mut Buffers,
+) -> bool {
     use ShapeKind::{Convex, Mesh};
     let (a, b) = (first.shape, second.shape);
-    let relative = Relative::between(first.pose, second.pose);
     match (&a.kind, &b.kind) {
-        _ if relative.apart(&a.bounds, &b.bounds, limit) => false,
         (Convex(x), Convex(y)) => {
             let (pose, normal) = (&relative.pose_a_b, &mut hint.normal);
             if parted(x, y, pose, normal, limit) {
@@ -65,8 +80,11 @@ pub fn nearer(first: Placed, second: Placed, limit: f64, hint: &mut Hint, buffer
             *normal = Vec3::zeros();
             gjk::nearer_than_from(normal, &x.shape, &Pose::identity(), &y.shape, pose, limit)
         }
-        (Mesh(x), Convex(y)) => surface_nearer(x, b, y, &relative, limit, hint, buffers),
-        (Convex(_), Mesh(_)) => nearer(second, first, limit, hint, buffers),
+        (Mesh(x), Convex(y)) => mesh_nearer(x, b, y, relative, limit, hint, buffers),
+        (Convex(x), Mesh(y)) => {
+            let relative = Relative::between(second.pose, first.pose);
+            mesh_nearer(y, a, x, &relative, limit, hint, buffers)
+        }
         (Mesh(x), Mesh(y)) => {
             let (i, j) = hint.triangles;
             if let (Some(s), Some(t)) = (x.tree.triangle(i), y.tree.triangle(j))
@@ -74,7 +92,7 @@ pub fn nearer(first: Placed, second: Placed, limit: f64, hint: &mut Hint, buffer
             {
                 return true;
             }
-            match mesh_mesh::nearer(&x.tree, &y.tree, &relative, limit, &mut buffers.pairs) {
+            match mesh_mesh::nearer(&x.tree, &y.tree, relative, limit, &mut buffers.pairs) {
                 Some(found) => {
                     hint.triangles = found;
                     true
@@ -94,7 +112,7 @@ fn parted(x: &ConvexSolid, y: &ConvexSolid, pose: &Pose, normal: &Vec3, limit: f
     normal.dot(&(lowest - highest)) > (limit + CLEARLY + x.shape.radius + y.shape.radius) * normal.norm()
 }
 
-fn surface_nearer(
+fn mesh_nearer(
     mesh: &MeshShape,
     other: &Shape,
     solid: &ConvexSolid,

@@ -2,6 +2,7 @@
 
 use super::bounds::{Aabb, bounding_ball};
 use super::convex::{ConvexCore, ConvexShape, HullPoints};
+use super::cover::InnerBalls;
 use super::gjk;
 use super::mesh_shape::MeshShape;
 use super::triangle::Triangle;
@@ -17,6 +18,8 @@ pub struct Shape {
     pub bounds: Aabb,
     /// Centre and radius \[m\] of a ball around it.
     pub ball: (Vec3, f64),
+    /// Balls in it.
+    pub inner: InnerBalls,
 }
 
 /// The two kinds that pairs are made of.
@@ -39,6 +42,9 @@ pub struct ConvexSolid {
 
 /// How far, relative to its size, a vertex may stand out of a face of a mesh that is still taken for its convex hull.
 const CONVEX_TOLERANCE: f64 = 1e-12;
+/// Meshes of more vertices are not asked whether they are convex: every face would be compared with every vertex, and where a support
+/// function walks over so many vertices a tree of triangles is as fast.
+const MOST_HULL_VERTICES: usize = 2048;
 
 impl Shape {
     /// Prepares `geometry`; `None` for a mesh without triangles.
@@ -68,7 +74,7 @@ impl Shape {
             Geometry::Mesh(_) | Geometry::ConvexHull(_) => unreachable!("returned above"),
         };
         let bounds = Aabb::between(&-reach, &reach);
-        Some(Self { kind, bounds, ball: (Vec3::zeros(), radius * (1.0 + 1e-12)) })
+        Some(Self::prepared(kind, bounds, (Vec3::zeros(), radius * (1.0 + 1e-12))))
     }
 
     fn from_mesh(mesh: &TriangleMesh, geometry: &Geometry) -> Self {
@@ -79,7 +85,13 @@ impl Shape {
         } else {
             ShapeKind::Mesh(shape)
         };
-        Self { kind, bounds, ball }
+        Self::prepared(kind, bounds, ball)
+    }
+
+    fn prepared(kind: ShapeKind, bounds: Aabb, ball: (Vec3, f64)) -> Self {
+        let mut shape = Self { kind, bounds, ball, inner: InnerBalls::default() };
+        shape.inner = InnerBalls::of(&shape);
+        shape
     }
 
     /// Signed depth \[m\] of `point`: positive inside the solid, minus the distance outside.
@@ -95,6 +107,11 @@ impl ConvexSolid {
     /// Unit outward normals and offsets of planes that a hull lies behind; none for other shapes.
     pub fn planes(&self) -> &[(Vec3, f64)] {
         &self.planes
+    }
+
+    /// Whether depths are known in closed form everywhere, without a loop.
+    pub fn is_primitive(&self) -> bool {
+        !matches!(self.shape.core, ConvexCore::Triangle(_) | ConvexCore::Hull(_))
     }
 
     /// Signed depth \[m\] of `point`: positive inside, minus the distance outside. In closed form but for points outside a
@@ -133,6 +150,7 @@ fn slab_depth(beyond: Vec3) -> f64 {
 
 fn is_convex(shape: &MeshShape, size: f64) -> bool {
     shape.closed == [true]
+        && shape.vertices.len() <= MOST_HULL_VERTICES
         && all_triangles(shape).all(|t| shape.vertices.iter().all(|v| t.height(v) <= CONVEX_TOLERANCE * size))
 }
 

@@ -6,7 +6,7 @@
 //! turns these lengths into distances between configurations.
 
 use super::Ground;
-use crate::collision::{CheckScratch, Checker, ConvexOverlap};
+use crate::collision::{CheckScratch, Checker, ConvexOverlap, largest_balls};
 use crate::math::{Pose, Vec3};
 use crate::metric::motion_bound::{BoundedPoint, MotionScratch};
 
@@ -24,9 +24,7 @@ struct Ball {
     radius: f64,
 }
 
-/// Grid cells along the longest side of a body's box, when balls are looked for.
-const GRID: usize = 10;
-/// Most balls a body, largest first, each with its centre outside the others.
+/// Most balls a body.
 const BALLS: usize = 24;
 /// Surface points a body, spread out.
 const SURFACE_POINTS: usize = 24;
@@ -47,29 +45,8 @@ fn balls(checker: &Checker, body: usize) -> Vec<Ball> {
     }
     let low = vertices.iter().fold(Vec3::repeat(f64::INFINITY), |a, b| a.inf(b));
     let high = vertices.iter().fold(Vec3::repeat(f64::NEG_INFINITY), |a, b| a.sup(b));
-    let cell = (high - low).max() / GRID as f64;
-    let mut inside: Vec<Ball> = Vec::new();
-    let count = |k: usize| (((high - low)[k] / cell).ceil() as usize).max(1);
-    for i in 0..count(0) {
-        for j in 0..count(1) {
-            for k in 0..count(2) {
-                let step =
-                    |n: usize, axis: usize| low[axis] + (n as f64 + 0.5) / count(axis) as f64 * (high - low)[axis];
-                let centre = Vec3::new(step(i, 0), step(j, 1), step(k, 2));
-                let radius = checker.solid_depth(body, &centre);
-                if radius > 0.0 {
-                    inside.push(Ball { centre, radius });
-                }
-            }
-        }
-    }
-    inside.sort_by(|a, b| b.radius.total_cmp(&a.radius));
-    let mut chosen: Vec<Ball> = Vec::new();
-    for ball in inside {
-        if chosen.len() < BALLS && chosen.iter().all(|c| (c.centre - ball.centre).norm() > 0.7 * c.radius) {
-            chosen.push(ball);
-        }
-    }
+    let inside = largest_balls(&low, &high, BALLS, |centre| checker.solid_depth(body, centre));
+    let mut chosen: Vec<Ball> = inside.into_iter().map(|(centre, radius)| Ball { centre, radius }).collect();
     chosen.extend(spread(&vertices, SURFACE_POINTS).into_iter().map(|centre| Ball { centre, radius: 0.0 }));
     chosen
 }

@@ -47,4 +47,11 @@ impl LocalMetric {
     pub fn spread(&self, step: &mut [f64]) {
         transposed_solve(&self.factor, step.len(), step);
     }
+
+    /// The identity, for tests.
+    #[cfg(test)]
+    pub fn euclidean(nv: usize) -> Self {
+        let tensor: Vec<f64> = (0..nv * nv).map(|i| if i % (nv + 1) == 0 { 1.0 } else { 0.0 }).collect();
+        Self { factor: tensor.clone(), tensor, difference: vec![0.0; nv], ..Self::default() }
+    }
 }

@@ -1,5 +1,7 @@
 //! Refinement: slide a configuration along the contact surface toward the query (sequential quadratic programming).
 
+use std::time::Instant;
+
 use super::Ground;
 use super::qp::{Qp, QpOutcome};
 use crate::collision::{CheckScratch, Contact, ContactQuery, ContactSearch};
@@ -40,6 +42,8 @@ pub struct RefineScratch {
     pub metric: MetricScratch,
     /// Exact checks and contact evaluations so far.
     pub checks: usize,
+    /// Where they end.
+    pub limit: Limit,
     /// The distance that the last descent's model expected to reach in the end.
     pub expected: f64,
     poses: Vec<Pose>,
@@ -53,7 +57,22 @@ pub struct RefineScratch {
     high: Vec<f64>,
 }
 
+/// When a query has spent what it may.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Limit {
+    /// Most exact checks and contact evaluations.
+    pub checks: Option<usize>,
+    /// When to end.
+    pub deadline: Option<Instant>,
+}
+
 impl RefineScratch {
+    /// Whether the budget is spent.
+    pub fn is_spent(&self) -> bool {
+        self.limit.checks.is_some_and(|most| self.checks >= most)
+            || self.limit.deadline.is_some_and(|deadline| Instant::now() >= deadline)
+    }
+
     /// Where the last descent stood when it ended.
     pub fn end(&self) -> &[f64] {
         &self.x
@@ -65,13 +84,11 @@ impl RefineScratch {
         ground.checker.label(q, &mut self.check)
     }
 
-    /// Pairs nearer than `margin` \[m\] at `q`, ascending.
-    pub fn touching(&mut self, ground: &Ground, q: &[f64], margin: f64) -> Vec<usize> {
+    /// Contacts of the pairs nearer than `margin` \[m\] at `q`, ascending by pair.
+    pub fn touching(&mut self, ground: &Ground, q: &[f64], margin: f64) -> &[Contact] {
         self.contacts_at(ground, q, ContactQuery { margin, search: ContactSearch::Exact });
-        let mut pairs: Vec<usize> = self.contacts.iter().map(|c| c.pair).collect();
-        pairs.sort_unstable();
-        pairs.dedup();
-        pairs
+        self.contacts.sort_by_key(|contact| contact.pair);
+        &self.contacts
     }
 
     /// Distance from the anchor, in metric units.
@@ -125,6 +142,9 @@ pub fn slide(
     let sure = if complete { -0.1 * SLACK } else { 0.0 };
     forward(scene, &x, &mut scratch.poses);
     for iteration in 0..options.iterations {
+        if scratch.is_spent() {
+            break;
+        }
         ground.metric.quadratic_model(anchor, &x, &scratch.poses, &mut scratch.quadratic);
         scratch.build_program(ground, &x, radius);
         let rows = scratch.contacts.len();

@@ -54,6 +54,9 @@ pub fn scatter(
     for shell in (0..SHELLS).rev() {
         let radius = 0.8 * depth * 0.5_f64.powi(shell);
         for _ in 0..options.directions {
+            if refine.is_spent() {
+                return;
+            }
             step.iter_mut().for_each(|s| *s = normal(&mut rng));
             local.spread(step);
             // Twice: the first step measures how long it is in the metric.

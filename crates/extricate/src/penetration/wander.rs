@@ -47,6 +47,9 @@ pub fn wander(
     trial.resize(space.nq(), 0.0);
     let mut length = FIRST_STEP * depth;
     for _ in 0..trials {
+        if refine.is_spent() {
+            break;
+        }
         step.iter_mut().for_each(|s| *s = normal(&mut rng));
         local.spread(step);
         let scale = length / (space.nv() as f64).sqrt();

@@ -5,4 +5,6 @@ mod budgets;
 mod licences;
 mod memory;
 mod property;
+mod query;
+mod query_elsewhere;
 mod tidy;

@@ -1,0 +1,80 @@
+"""The programs that take part: ours and the peers, each a process that answers commands with JSON lines."""
+import json
+import os
+import platform
+import shutil
+import subprocess
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parent.parent
+BUILD = ROOT / "target" / "bench"
+ROBOTS = ROOT / "robots" / "example-robot-data" / "robots"
+
+
+class Side:
+    """A process with one command a line on its standard input and one answer a line on its output."""
+
+    def __init__(self, command, **environment):
+        pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "text": True}
+        self.process = subprocess.Popen(command, env={**os.environ, **environment}, **pipes)
+
+    def __call__(self, *words):
+        self.process.stdin.write(" ".join(str(w) for w in words) + "\n")
+        self.process.stdin.flush()
+        line = self.process.stdout.readline()
+        if not line:
+            raise RuntimeError(f"{self.process.args[0]} ended while it was asked {words}")
+        answer = json.loads(line)
+        if "error" in answer:
+            raise RuntimeError(f"{self.process.args[0]}: {words}: {answer['error']}")
+        return answer
+
+    def close(self):
+        self.process.stdin.close()
+        self.process.wait()
+
+
+def ours_command():
+    """Builds our side and says how it is started."""
+    subprocess.run(["cargo", "build", "--release", "-p", "extricate-bench"], cwd=ROOT, check=True)
+    return [str(ROOT / "target" / "release" / "extricate-bench"), "serve"]
+
+
+def peer_commands():
+    """Compiles the drivers of coal and fcl; a peer that is not installed is told and left out."""
+    BUILD.mkdir(parents=True, exist_ok=True)
+    flags = {"fcl": ["-lfcl", "-lccd"]}
+    prefix = coal_prefix()
+    if prefix:
+        flags["coal"] = [f"-I{prefix}/include", f"-L{prefix}/lib", "-lcoal", f"-Wl,-rpath,{prefix}/lib"]
+    found = {}
+    for name, extra in flags.items():
+        out = BUILD / f"pairs-{name}"
+        command = ["g++", "-O3", "-std=c++17", "-w", f"-DPEER_{name.upper()}", str(ROOT / "bench" / "peer_pairs.cpp")]
+        done = subprocess.run([*command, "-I/usr/include/eigen3", *extra, "-o", str(out)], capture_output=True, text=True) \
+            if shutil.which("g++") else None
+        if done is not None and done.returncode == 0:
+            found[name] = [str(out)]
+        else:
+            first = (done.stderr.splitlines() or ["?"])[0] if done else "there is no g++"
+            print(f"{name}: not installed ({first})")
+    return found
+
+
+def coal_prefix():
+    """Where pip put coal's library and headers."""
+    try:
+        import coal
+    except ImportError:
+        return None
+    return next((p for p in Path(coal.__file__).resolve().parents if p.name == "cmeel.prefix"), None)
+
+
+def machine():
+    """The machine, without a name: cores and the widest vector instructions."""
+    try:
+        flags = next(l for l in open("/proc/cpuinfo") if l.startswith(("flags", "Features"))).split()
+    except (OSError, StopIteration):
+        flags = []
+    wide = next((name for flag, name in [("avx512f", "AVX-512 "), ("avx2", "AVX2 ")] if flag in flags), "")
+    return f"{os.cpu_count()} cores, {wide}{platform.machine().replace('_', '-')}"

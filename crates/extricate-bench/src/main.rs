@@ -1,0 +1,38 @@
+//! Our side of the collision benchmark, and the test of the checker against all pairs of triangles.
+//!
+//!     extricate-bench serve                    commands from standard input, answers as JSON lines (see `server`)
+//!     extricate-bench exact [--poses N]        N poses against brute force; exit status 1 on any disagreement
+//!
+//! `bench/collision.py` runs both, beside the peers.
+
+mod brute;
+mod clock;
+mod exact;
+mod files;
+mod labels;
+mod meshes;
+mod poses;
+mod robots;
+mod server;
+
+use std::process::ExitCode;
+
+fn main() -> anyhow::Result<ExitCode> {
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    let words: Vec<&str> = arguments.iter().map(String::as_str).collect();
+    match words[..] {
+        ["serve"] => server::serve(std::io::stdin().lock(), std::io::stdout().lock()).map(|()| ExitCode::SUCCESS),
+        ["exact"] => exact_report(100_000),
+        ["exact", "--poses", count] => exact_report(count.parse()?),
+        _ => {
+            eprintln!("expected `serve`, or `exact [--poses N]`");
+            Ok(ExitCode::from(2))
+        }
+    }
+}
+
+fn exact_report(poses: usize) -> anyhow::Result<ExitCode> {
+    let report = exact::run(poses, 1);
+    println!("{}", report.json());
+    Ok(if report.disagreements == 0 { ExitCode::SUCCESS } else { ExitCode::from(1) })
+}

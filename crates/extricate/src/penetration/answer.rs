@@ -1,0 +1,94 @@
+//! What a query gives back.
+
+use serde::Serialize;
+
+use super::options::Effort;
+use crate::collision::Contact;
+use crate::cspace::Config;
+
+/// The nearest free configuration found, and what is known about it.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Answer {
+    /// Distance from the query to the witness, in the scene's metric; 0 where the query is free.
+    pub depth: f64,
+    /// Proved: no free configuration is nearer than this.
+    pub lower_bound: f64,
+    /// A free configuration at distance `depth`.
+    pub witness: Vec<f64>,
+    /// What was asked for.
+    pub effort: Effort,
+    /// Collision checks and distance evaluations spent.
+    pub checks: usize,
+    /// Largest displacement \[m\] of any point of the moving geometry between the query and the witness.
+    pub max_displacement: f64,
+    /// Indices of the scene's pairs that collide at the query.
+    pub colliding: Vec<usize>,
+    /// Indices of the scene's pairs that touch (within [`TOUCHING`] beyond the clearance) at the witness.
+    pub touching: Vec<usize>,
+    /// Whether the exact checker called the witness free during this query; otherwise it did when the model was learned.
+    pub verified: bool,
+    /// Where the pairs of `touching` touch at the witness, with normals; several places a pair where meshes touch.
+    pub contacts: Vec<Contact>,
+    /// How the distance to the witness changes with the query: a small tangent step `t` at the query (length `nv`) changes it by
+    /// `gradient . t`. Where the witness is the nearest way out, this is the gradient of the penetration depth. Zero where the query is
+    /// free.
+    pub gradient: Vec<f64>,
+    /// Unset where a distinct way out (see [`SEPARATION`]) was met that is at most [`RIVAL`] times as far: beside such queries the
+    /// nearest way out changes, and the gradient jumps. Set does not prove that there is none.
+    pub unique: bool,
+    /// Where more than one was asked for: the nearest distinct ways out, by depth, the witness first. Each was verified and is the end
+    /// of a descent, a local minimum of the distance as far as it tells; two of them are distinct by [`SEPARATION`]. Fewer where
+    /// fewer were found.
+    pub exits: Vec<Exit>,
+    /// The straight way to the witness, where it was asked for and the query collides.
+    pub way: Option<Way>,
+}
+
+/// One of several ways out.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Exit {
+    /// Distance from the query, in the scene's metric.
+    pub depth: f64,
+    /// A free configuration at that distance; verified.
+    pub witness: Vec<f64>,
+    /// Indices of the scene's pairs that touch there.
+    pub touching: Vec<usize>,
+}
+
+/// The geodesic from the query to the witness; fractions are those of [`crate::ConfigSpace::interpolate`].
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Way {
+    /// The last fraction at which a collision (or a pair that nearly collides) was found; before it the way may be free in parts.
+    pub colliding_until: f64,
+    /// From this fraction on, every configuration is free: proved.
+    pub free_from: f64,
+}
+
+/// A pair touches where it is nearer than the clearance plus this \[m\].
+pub const TOUCHING: f64 = 1e-4;
+
+/// Two ways out are distinct where they are farther apart than this share of the smaller depth, in the metric's tensor at the query.
+pub const SEPARATION: f64 = 0.25;
+
+/// A way out this many times as far as the witness makes it ambiguous.
+pub const RIVAL: f64 = 1.01;
+
+/// The answer to a free query, and a frame for others.
+pub fn free_answer(q: &Config, nv: usize, effort: Effort) -> Answer {
+    Answer {
+        depth: 0.0,
+        lower_bound: 0.0,
+        witness: q.to_vec(),
+        effort,
+        checks: 1,
+        max_displacement: 0.0,
+        colliding: Vec::new(),
+        touching: Vec::new(),
+        verified: true,
+        contacts: Vec::new(),
+        gradient: vec![0.0; nv],
+        unique: true,
+        exits: Vec::new(),
+        way: None,
+    }
+}

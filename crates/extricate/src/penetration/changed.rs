@@ -1,0 +1,106 @@
+//! Queries against a scene that is not the one that was learned: obstacles moved, appeared or went.
+
+use std::ops::ControlFlow;
+use std::sync::Arc;
+
+use super::batch::{Answered, in_blocks};
+use super::certificate::InteriorBalls;
+use super::{Answer, Ground, QueryOptions, QueryScratch, query};
+use crate::boundary::SampleSet;
+use crate::collision::Checker;
+use crate::cspace::Config;
+use crate::error::{Error, Result};
+use crate::metric::Metric;
+use crate::scene::{MetricSpec, Scene};
+
+/// A scene in which a model of another is asked: its checker, metric and what its bounds stand on. Immutable; share it between
+/// threads.
+pub struct ChangedScene {
+    checker: Checker,
+    metric: Metric,
+    balls: InteriorBalls,
+}
+
+impl ChangedScene {
+    /// Prepares `scene` for a model that was learned for `learned`. Obstacles, checked pairs and clearance may differ; what
+    /// stored configurations and distances between them mean must not.
+    ///
+    /// # Errors
+    /// [`Error::Input`] where coordinates, limits, weights or the metric differ; for the metrics of displacement, also where
+    /// what moves does.
+    pub fn new(learned: &Scene, scene: Scene) -> Result<Self> {
+        let differs = |element: &str, problem: String| Err(Error::input("changed scene", element, problem));
+        if scene.metric != learned.metric {
+            let problem = format!("got {:?}, expected that of the model, {:?}", scene.metric, learned.metric);
+            return differs("metric", problem);
+        }
+        if scene.space != learned.space {
+            let (new, old) = (scene.space.factors(), learned.space.factors());
+            let at = new.iter().zip(old).position(|(a, b)| a != b).unwrap_or(new.len().min(old.len()));
+            let name = new.get(at).or(old.get(at)).map_or("", |factor| &factor.name);
+            let problem = "got other coordinates, limits or weights than the model's, expected the same: learn it anew";
+            return differs(&format!("joint \"{name}\""), problem.into());
+        }
+        if scene.metric != MetricSpec::Joint && moving(&scene) != moving(learned) {
+            let problem = "got other moving bodies than the model's, by which its metric measures: learn it anew";
+            return differs("robots", problem.into());
+        }
+        let scene = Arc::new(scene);
+        let checker = Checker::new(scene.clone());
+        let balls = InteriorBalls::new(&checker);
+        Ok(Self { metric: Metric::new(scene), checker, balls })
+    }
+
+    /// The scene.
+    pub fn scene(&self) -> &Scene {
+        self.checker.scene()
+    }
+
+    /// Its exact checker.
+    pub fn checker(&self) -> &Checker {
+        &self.checker
+    }
+
+    /// The nearest free configuration to `q` in this scene, from the samples of a model; see [`crate::Model::query_in`].
+    pub(crate) fn query(
+        &self,
+        boundary: &SampleSet,
+        q: &Config,
+        options: &QueryOptions,
+        scratch: &mut QueryScratch,
+    ) -> Option<Answer> {
+        query(&self.ground(boundary), q, options, scratch)
+    }
+
+    /// The same for many.
+    pub(crate) fn query_batch(
+        &self,
+        boundary: &SampleSet,
+        queries: &mut dyn Iterator<Item = Config>,
+        options: &QueryOptions,
+        threads: usize,
+        each: &mut dyn FnMut(Answered<Option<Answer>>) -> ControlFlow<()>,
+    ) -> usize {
+        let ground = self.ground(boundary);
+        in_blocks(queries, threads, &|q, scratch| query(&ground, q, options, scratch), each)
+    }
+
+    fn ground<'a>(&'a self, boundary: &'a SampleSet) -> Ground<'a> {
+        Ground {
+            checker: &self.checker,
+            metric: &self.metric,
+            boundary,
+            balls: &self.balls,
+            clearance: self.scene().clearance,
+            scale: self.metric.diameter(),
+            stale: true,
+        }
+    }
+}
+
+/// All that the metrics of displacement depend on, as bytes.
+fn moving(scene: &Scene) -> Vec<u8> {
+    let bodies: Vec<_> =
+        scene.bodies.iter().filter(|body| body.frame != 0).map(|body| (body.frame, &body.parts)).collect();
+    postcard::to_stdvec(&(&scene.frames, bodies)).expect("plain data serialises into memory")
+}

@@ -1,0 +1,107 @@
+//! What is said about a witness once it is chosen.
+
+use super::Ground;
+use super::answer::{Answer, Exit, TOUCHING, Way};
+use super::certificate;
+use super::options::QueryOptions;
+use super::search::QueryScratch;
+use crate::collision::{SegmentOptions, SegmentOutcome};
+use crate::kinematics::forward;
+use crate::scene::MetricSpec;
+
+/// Step of central differences \[rad or m\]: both the curvature they leave out and the digits they lose are then about 1e-10.
+const DIFFERENCE: f64 = 1e-5;
+
+impl QueryScratch {
+    /// Fills in all but witness and depth.
+    pub(super) fn describe(&mut self, ground: &Ground, options: &QueryOptions, answer: &mut Answer) {
+        let Self { refine, anchor, poses, motion, overlaps, .. } = self;
+        answer.max_displacement = ground.metric.max_displacement_from(anchor, &answer.witness, &mut refine.metric);
+        let margin = ground.clearance + TOUCHING;
+        answer.contacts.extend_from_slice(refine.touching(ground, &answer.witness, margin));
+        answer.touching.extend(answer.contacts.iter().map(|contact| contact.pair));
+        answer.touching.dedup();
+        forward(ground.checker.scene(), &anchor.q, poses);
+        overlaps.clear();
+        ground.checker.convex_overlaps(&anchor.q, &answer.colliding, &mut refine.check, overlaps);
+        let bound = certificate::lower_bound(
+            ground,
+            poses,
+            &answer.colliding,
+            overlaps,
+            answer.depth,
+            motion,
+            &mut refine.check,
+        );
+        answer.lower_bound = bound.min(answer.depth);
+        self.gradient(ground, answer);
+        if options.exits > 1 {
+            self.describe_exits(ground, answer);
+        }
+        if answer.verified {
+            let space = &ground.checker.scene().space;
+            answer.unique = !self.exits.rival(space, &mut self.local, answer.depth, &answer.witness);
+        }
+        if options.way {
+            answer.way = Some(self.way(ground, answer));
+        }
+        answer.checks = self.refine.checks;
+    }
+
+    /// Where the witness stays the best, moving it changes the depth by nothing to first order: what is left is the gradient of the
+    /// distance to it.
+    fn gradient(&mut self, ground: &Ground, answer: &mut Answer) {
+        let Self { anchor, far_anchor, quadratic, poses, refine, moved, step, .. } = self;
+        ground.metric.anchor(&answer.witness, far_anchor);
+        if ground.metric.kind() != MetricSpec::MaxDisplacement {
+            // The distance is symmetric: half its square, seen from the witness, has this gradient at the query.
+            ground.metric.quadratic_model(far_anchor, &anchor.q, poses, quadratic);
+            for (out, slope) in answer.gradient.iter_mut().zip(&quadratic.gradient) {
+                *out = slope / answer.depth;
+            }
+            return;
+        }
+        // Its model has a few points of each body only; the farthest one need not be among them.
+        let space = &ground.checker.scene().space;
+        step.clear();
+        step.resize(space.nv(), 0.0);
+        moved.resize(space.nq(), 0.0);
+        for k in 0..space.nv() {
+            let mut change = 0.0;
+            for sign in [1.0, -1.0] {
+                step[k] = sign * DIFFERENCE;
+                space.integrate(&anchor.q, step, moved);
+                change += sign * ground.metric.distance_from(far_anchor, moved, &mut refine.metric);
+            }
+            step[k] = 0.0;
+            answer.gradient[k] = change / (2.0 * DIFFERENCE);
+        }
+    }
+
+    fn describe_exits(&mut self, ground: &Ground, answer: &mut Answer) {
+        let margin = ground.clearance + TOUCHING;
+        let Self { exits, refine, .. } = self;
+        for (depth, witness) in exits.iter() {
+            let mut touching: Vec<usize> = refine.touching(ground, witness, margin).iter().map(|c| c.pair).collect();
+            touching.dedup();
+            answer.exits.push(Exit { depth, witness: witness.to_vec(), touching });
+        }
+        if answer.exits.is_empty() {
+            let (witness, touching) = (answer.witness.clone(), answer.touching.clone());
+            answer.exits.push(Exit { depth: answer.depth, witness, touching });
+        }
+    }
+
+    fn way(&mut self, ground: &Ground, answer: &Answer) -> Way {
+        self.refine.checks += 1;
+        let (from, to) = (&answer.witness[..], &self.anchor.q[..]);
+        match ground.checker.segment(from, to, &SegmentOptions::default(), &mut self.refine.check) {
+            // The query collides, so this is not to be expected; it claims the least.
+            SegmentOutcome::Free => Way { colliding_until: 1.0, free_from: 1.0 },
+            SegmentOutcome::Contact { free_until, colliding_at: at, .. }
+            | SegmentOutcome::Undecided { free_until, near_at: at, .. } => {
+                Way { colliding_until: 1.0 - at, free_from: 1.0 - free_until }
+            }
+        }
+    }
+}

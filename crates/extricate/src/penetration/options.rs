@@ -1,0 +1,48 @@
+//! What a query is asked to do.
+
+use serde::Serialize;
+
+/// How hard a query tries.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Effort {
+    /// The nearest stored boundary sample; free as of learning.
+    Nearest,
+    /// Diverse candidates, pulled in, slid along the contact surface, verified.
+    #[default]
+    Refined,
+    /// Many starts and long refinement.
+    Exhaustive,
+}
+
+/// Options of a query. The default is one refined answer without limits.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct QueryOptions {
+    /// How hard to try.
+    pub effort: Effort,
+    /// How many distinct ways out are wanted, see [`super::Answer::exits`]; 0 and 1 ask for the nearest alone. More than one
+    /// is found by refinement, so not with [`Effort::Nearest`].
+    pub exits: usize,
+    /// From how many boundary samples descents start; `None` leaves it to the effort (16 for [`Effort::Refined`]). Fewer are
+    /// faster and find the nearest way out less often; looks around the query are fewer in proportion.
+    pub starts: Option<usize>,
+    /// When to stop early.
+    pub budget: QueryBudget,
+    /// Whether to look at the straight way to the witness, see [`super::Answer::way`]. Costs as much as many checks.
+    pub way: bool,
+}
+
+/// When a query stops early, with the best answer so far.
+///
+/// # Guarantee
+/// More of either never gives a larger depth: a query is a fixed sequence of steps, and a budget ends it after some of them. (Time
+/// can end two runs of the same budget at different steps.) A spent budget still leaves a free witness, verified but for
+/// [`Effort::Nearest`], and its proved bound.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct QueryBudget {
+    /// Collision checks and distance evaluations. Overdrawn by what ends the query: at most three of them for the answer, and
+    /// what tells the way if that is asked for.
+    pub checks: Option<usize>,
+    /// Seconds from the start of the call; looked at before each step.
+    pub seconds: Option<f64>,
+}

@@ -1,0 +1,146 @@
+//! How many candidates a query takes, and how far it refines each.
+
+use super::Ground;
+use super::options::{Effort, QueryOptions};
+use super::refine::RefineOptions;
+use super::scatter::ScatterOptions;
+use crate::collision::ContactSearch;
+use crate::scene::MetricSpec;
+
+/// What a query does, step by step.
+pub struct Plan {
+    /// Nearest samples looked at.
+    pub pool: usize,
+    /// Of them refined, most different first.
+    pub starts: usize,
+    /// A candidate is too like a chosen one within this share of its own distance from the query.
+    pub spread: f64,
+    /// Whether a descent starts from the query itself, which contacts of deep overlaps make slow.
+    pub from_query: bool,
+    /// Starts around the query.
+    pub scatter: ScatterOptions,
+    /// Random steps from the best result.
+    pub wander: usize,
+    /// Of the descents that are carried on.
+    pub refine: RefineOptions,
+    /// Whether to look around the query a second time, inside what is then known.
+    pub scatter_again: bool,
+    /// Iterations of every descent.
+    pub first: usize,
+    /// Descents carried on.
+    pub kept: usize,
+}
+
+/// The last descent, from the best result so far.
+pub const POLISH: RefineOptions =
+    RefineOptions { iterations: 60, margin: 0.05, search: ContactSearch::Exact, radius: 0.05, tolerance: 1e-7 };
+
+/// A probed descent is carried on if it is expected to end below this times the best depth so far.
+pub const HOPE: f64 = 1.15;
+
+/// Boundary samples that a refined query starts from.
+const STARTS: usize = 16;
+/// More of them for each further exit that is wanted: each must be found, not only the nearest.
+const STARTS_AN_EXIT: usize = 8;
+/// Most starts because of exits.
+const MOST_STARTS: usize = 96;
+
+impl Plan {
+    /// What the options ask for.
+    pub fn of(options: &QueryOptions, ground: &Ground) -> Self {
+        let mut plan = Self::of_effort(options.effort, ground);
+        if plan.starts == 0 {
+            return plan;
+        }
+        if ground.stale {
+            // Where something moved there are no samples of its boundary: look around, and from the query itself.
+            plan.from_query = true;
+            plan.scatter.directions = plan.scatter.directions.max(32);
+            plan.scatter_again = true;
+            plan.kept = plan.kept.max(12);
+        }
+        let more = STARTS_AN_EXIT * options.exits.saturating_sub(1).min(MOST_STARTS);
+        plan.starts = plan.starts.max((STARTS + more).min(MOST_STARTS));
+        if let Some(starts) = options.starts.map(|starts| starts.max(1)) {
+            // In proportion, so that few starts mean a short query.
+            let share = |n: usize| (n * starts).div_ceil(plan.starts).min(n);
+            plan.scatter.directions = share(plan.scatter.directions);
+            plan.scatter.wanted = share(plan.scatter.wanted);
+            plan.wander = share(plan.wander);
+            plan.kept = plan.kept.min(starts);
+            (plan.from_query, plan.scatter_again) =
+                (plan.from_query && starts > 1, plan.scatter_again && starts >= plan.starts);
+            plan.starts = starts;
+        }
+        plan.pool = plan.pool.max(12 * plan.starts);
+        plan
+    }
+
+    fn of_effort(effort: Effort, ground: &Ground) -> Self {
+        // Descents along exact contacts, toward the query in its own coordinates, end where they seem to.
+        let smooth = ground.checker.contacts_are_complete() && ground.metric.kind() == MetricSpec::Joint;
+        let degrees = ground.checker.scene().space.nv();
+        let refine =
+            RefineOptions { iterations: 40, margin: 0.05, search: ContactSearch::Quick, radius: 0.5, tolerance: 1e-4 };
+        match effort {
+            Effort::Nearest => Self {
+                pool: 1,
+                starts: 0,
+                spread: 0.0,
+                from_query: false,
+                scatter: ScatterOptions { directions: 0, wanted: 0 },
+                scatter_again: false,
+                wander: 0,
+                refine,
+                first: 0,
+                kept: 0,
+            },
+            // Where linearised descents mislead, more of them, from more kinds of starts, are carried on.
+            Effort::Refined if !smooth => Self {
+                pool: 192,
+                starts: STARTS,
+                spread: 0.35,
+                from_query: true,
+                scatter: ScatterOptions { directions: 32, wanted: 3 },
+                scatter_again: true,
+                first: 5,
+                kept: 12,
+                wander: 64,
+                refine,
+            },
+            Effort::Refined => Self {
+                pool: 192,
+                starts: STARTS,
+                spread: 0.4,
+                from_query: false,
+                scatter: ScatterOptions { directions: degrees.div_ceil(2), wanted: 3 },
+                scatter_again: false,
+                first: 3,
+                kept: 3,
+                wander: 0,
+                refine,
+            },
+            Effort::Exhaustive => {
+                let refine = RefineOptions {
+                    iterations: 60,
+                    margin: 0.12,
+                    search: ContactSearch::Exact,
+                    radius: 0.5,
+                    tolerance: 1e-6,
+                };
+                Self {
+                    pool: 1024,
+                    starts: 96,
+                    spread: 0.15,
+                    from_query: true,
+                    scatter: ScatterOptions { directions: 200, wanted: 24 },
+                    scatter_again: true,
+                    wander: 400,
+                    refine,
+                    first: 3,
+                    kept: 64,
+                }
+            }
+        }
+    }
+}

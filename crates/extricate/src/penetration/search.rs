@@ -1,0 +1,322 @@
+//! The search for the nearest way out: starts, probes, descents, in an order that any budget may cut short.
+
+use std::time::{Duration, Instant};
+
+use super::Ground;
+use super::answer::{Answer, free_answer};
+use super::exits::Exits;
+use super::local_metric::LocalMetric;
+use super::options::{QueryBudget, QueryOptions};
+use super::plan::{HOPE, POLISH, Plan};
+use super::refine::{Limit, RefineOptions, RefineScratch, slide};
+use super::scatter::{ScatterScratch, scatter};
+use super::wander::{WanderScratch, wander};
+use crate::boundary::BoundaryScratch;
+use crate::collision::ConvexOverlap;
+use crate::cspace::sampling::Halton;
+use crate::cspace::{Config, Label};
+use crate::kinematics::forward;
+use crate::math::Pose;
+use crate::metric::Anchor;
+use crate::metric::motion_bound::MotionScratch;
+use crate::metric::quadratic::Quadratic;
+
+/// Memory that queries reuse; one per thread.
+#[derive(Default)]
+pub struct QueryScratch {
+    pub(super) refine: RefineScratch,
+    boundary: BoundaryScratch,
+    pub(super) motion: MotionScratch,
+    pub(super) overlaps: Vec<ConvexOverlap>,
+    scatter: ScatterScratch,
+    pub(super) local: LocalMetric,
+    wander: WanderScratch,
+    pub(super) anchor: Anchor,
+    /// Of the witness, for the gradient.
+    pub(super) far_anchor: Anchor,
+    pub(super) quadratic: Quadratic,
+    pub(super) moved: Vec<f64>,
+    pub(super) step: Vec<f64>,
+    /// Where a last descent starts.
+    best: Vec<f64>,
+    pub(super) poses: Vec<Pose>,
+    pub(super) pool: Vec<(u32, f64)>,
+    pub(super) chosen: Vec<u32>,
+    pub(super) slid: Vec<f64>,
+    /// What the probed descents are expected to reach, and which they are.
+    promising: Vec<(f64, usize)>,
+    /// Where they stand, row major.
+    ends: Vec<f64>,
+    /// Ways out: those wanted, or, where one is, the best few, to tell whether it is alone.
+    pub(super) exits: Exits,
+}
+
+/// Ways out that are remembered where one is wanted.
+const REMEMBERED: usize = 4;
+/// Configurations that are tried where no stored one is free any more.
+const LAST_RESORT: u64 = 20_000;
+
+impl QueryScratch {
+    /// Begins a query from `q`, which is where time and checks begin to count: whether and where it collides.
+    pub(super) fn begin(&mut self, ground: &Ground, q: &Config, options: &QueryOptions) -> Answer {
+        // Seconds that no clock can hold are no limit; negative ones and NaN are none left.
+        let until = |seconds: f64| match Duration::try_from_secs_f64(seconds.max(0.0)) {
+            Ok(duration) => Instant::now().checked_add(duration),
+            Err(_) => None,
+        };
+        let QueryBudget { checks, seconds } = options.budget;
+        self.refine.limit = Limit { checks, deadline: seconds.and_then(until) };
+        self.refine.check.forget_contacts();
+        self.refine.checks = 1;
+        let space = &ground.checker.scene().space;
+        let mut answer = free_answer(q, space.nv(), options.effort);
+        ground.checker.colliding_pairs(q, &mut self.refine.check, &mut answer.colliding);
+        if !answer.colliding.is_empty() {
+            ground.metric.anchor(q, &mut self.anchor);
+            let wanted = if options.exits > 1 { options.exits } else { REMEMBERED };
+            self.exits.reset(wanted, space.nq());
+        }
+        answer
+    }
+
+    /// Makes the nearest sample the answer, and fills the pool with the nearest `count`; of stale ones, the nearest that is free
+    /// now, or else any free configuration. False where none was found.
+    pub(super) fn first_witness(&mut self, ground: &Ground, count: usize, answer: &mut Answer) -> bool {
+        let (mut count, mut looked) = (count, 0);
+        loop {
+            ground.boundary.nearest(ground.metric, &self.anchor, count, &mut self.boundary, &mut self.pool);
+            for &(id, depth) in &self.pool[looked..] {
+                let sample = ground.boundary.config(id);
+                if !ground.stale || self.refine.label(ground, sample) == Label::Free {
+                    (answer.depth, answer.verified) = (depth, ground.stale);
+                    answer.witness.copy_from_slice(sample);
+                    return true;
+                }
+            }
+            looked = self.pool.len();
+            if looked < count {
+                return self.any_free(ground, answer);
+            }
+            count = 8 * looked.max(8);
+        }
+    }
+
+    /// Makes the first free configuration of a low-discrepancy sequence the answer.
+    fn any_free(&mut self, ground: &Ground, answer: &mut Answer) -> bool {
+        let space = &ground.checker.scene().space;
+        let halton = Halton::new(space.nv(), 0);
+        for index in 0..LAST_RESORT {
+            halton.config(space, index, &mut answer.witness);
+            if self.refine.label(ground, &answer.witness) == Label::Free {
+                answer.verified = true;
+                answer.depth = self.refine.distance(ground, &self.anchor, &answer.witness);
+                return true;
+            }
+        }
+        false
+    }
+
+    /// Takes the metric at the query.
+    pub(super) fn look_around(&mut self, ground: &Ground) {
+        forward(ground.checker.scene(), &self.anchor.q, &mut self.poses);
+        self.local.set(ground, &self.anchor, &self.poses);
+    }
+
+    /// Fills `chosen` with those of the pool that are not too like each other.
+    pub(super) fn choose(&mut self, ground: &Ground, plan: &Plan) {
+        self.chosen.clear();
+        let space = &ground.checker.scene().space;
+        for &(id, _) in self.pool.iter().take(plan.pool) {
+            if self.chosen.len() == plan.starts {
+                break;
+            }
+            let candidate = ground.boundary.config(id);
+            let local = &mut self.local;
+            let reach = plan.spread * local.distance(space, &self.anchor.q, candidate);
+            if self.chosen.iter().all(|c| local.distance(space, ground.boundary.config(*c), candidate) > reach) {
+                self.chosen.push(id);
+            }
+        }
+    }
+
+    /// Refines from the chosen samples and from the query itself; keeps the best verified result in `answer`, and where several
+    /// are wanted those in `exits`.
+    pub(super) fn refine_all(&mut self, ground: &Ground, plan: &Plan, options: &QueryOptions, answer: &mut Answer) {
+        let several = options.exits > 1;
+        let first = RefineOptions { iterations: plan.first, ..plan.refine };
+        self.forget_probes();
+        if plan.from_query {
+            let mut start = std::mem::take(&mut self.best);
+            start.clear();
+            start.extend_from_slice(&self.anchor.q);
+            self.probe(ground, &first, &start, several, answer);
+            self.best = start;
+        }
+        self.probe_scattered(ground, plan, &first, several, answer);
+        let chosen = std::mem::take(&mut self.chosen);
+        for &id in &chosen {
+            self.probe(ground, &first, ground.boundary.config(id), several, answer);
+        }
+        self.chosen = chosen;
+        if plan.scatter_again {
+            self.probe_scattered(ground, plan, &first, several, answer);
+        }
+        if several {
+            self.carry_on_to_several(ground, plan, answer);
+        } else {
+            self.carry_on(ground, plan, answer);
+        }
+    }
+
+    /// Notes the way out in `slid`.
+    pub(super) fn remember(&mut self, ground: &Ground, depth: f64) {
+        self.exits.offer(&ground.checker.scene().space, &mut self.local, depth, &self.slid);
+    }
+
+    /// Puts the most promising probes first.
+    fn sort_probes(&mut self) {
+        self.promising.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+    }
+
+    /// Forgets where probes ended.
+    pub(super) fn forget_probes(&mut self) {
+        self.ends.clear();
+        self.promising.clear();
+    }
+
+    /// Carries the most promising probes on, and the best of all to its end.
+    pub(super) fn carry_on(&mut self, ground: &Ground, plan: &Plan, answer: &mut Answer) {
+        self.sort_probes();
+        self.promising.truncate(plan.kept);
+        let (promising, ends) = (std::mem::take(&mut self.promising), std::mem::take(&mut self.ends));
+        let nq = answer.witness.len();
+        for (expected, at) in &promising {
+            if *expected > HOPE * answer.depth || self.refine.is_spent() {
+                break;
+            }
+            let found = self.refine_from(ground, &plan.refine, &ends[at * nq..(at + 1) * nq], answer.depth, answer);
+            if let Some(depth) = found {
+                self.remember(ground, depth);
+            }
+        }
+        (self.promising, self.ends) = (promising, ends);
+        // The descents so far were cut short; the best one is carried to its end.
+        self.polish(ground, answer);
+        if answer.verified && plan.wander > 0 {
+            let Self { anchor, local, wander: wandering, refine, .. } = self;
+            let best = (&mut answer.witness[..], answer.depth);
+            answer.depth = wander(ground, anchor, best, plan.wander, local, wandering, refine);
+            self.polish(ground, answer);
+        }
+    }
+
+    fn polish(&mut self, ground: &Ground, answer: &mut Answer) {
+        if self.refine.is_spent() {
+            return;
+        }
+        let mut best = std::mem::take(&mut self.best);
+        best.clear();
+        best.extend_from_slice(&answer.witness);
+        self.refine_from(ground, &POLISH, &best, answer.depth, answer);
+        self.best = best;
+    }
+
+    /// Carries probes on until no other is expected to end among the wanted ones, each to its end.
+    fn carry_on_to_several(&mut self, ground: &Ground, plan: &Plan, answer: &mut Answer) {
+        self.sort_probes();
+        let (promising, ends) = (std::mem::take(&mut self.promising), std::mem::take(&mut self.ends));
+        let nq = answer.witness.len();
+        // The best found while probing, which need not be where a probe ended.
+        let best = answer.clone();
+        let starts = promising.iter().map(|(expected, at)| (*expected, &ends[at * nq..(at + 1) * nq]));
+        for (expected, start) in std::iter::once((0.0, &best.witness[..])).chain(starts) {
+            if self.refine.is_spent() || expected > HOPE * self.exits.ceiling() {
+                break;
+            }
+            let ceiling = self.exits.ceiling();
+            let Some(mut exit) = self.descend(ground, &plan.refine, start, ceiling, answer) else { continue };
+            self.polish(ground, &mut exit);
+            if plan.wander > 0 {
+                let Self { anchor, local, wander: wandering, refine, .. } = self;
+                let place = (&mut exit.witness[..], exit.depth);
+                exit.depth = wander(ground, anchor, place, plan.wander, local, wandering, refine);
+                self.polish(ground, &mut exit);
+            }
+            self.exits.offer(&ground.checker.scene().space, &mut self.local, exit.depth, &exit.witness);
+            if exit.depth < answer.depth || !answer.verified {
+                (answer.depth, answer.verified) = (exit.depth, true);
+                answer.witness.copy_from_slice(&exit.witness);
+            }
+        }
+        (self.promising, self.ends) = (promising, ends);
+    }
+
+    /// One descent on its own: `frame` with a verified witness of its own, wherever another's is.
+    fn descend(
+        &mut self,
+        ground: &Ground,
+        options: &RefineOptions,
+        start: &[f64],
+        ceiling: f64,
+        frame: &Answer,
+    ) -> Option<Answer> {
+        let mut exit = Answer { depth: f64::INFINITY, verified: false, ..frame.clone() };
+        self.refine_from(ground, options, start, ceiling, &mut exit);
+        exit.verified.then_some(exit)
+    }
+
+    /// The first steps of a descent; where it stands then and what it is expected to reach are noted.
+    pub(super) fn probe(
+        &mut self,
+        ground: &Ground,
+        options: &RefineOptions,
+        start: &[f64],
+        several: bool,
+        answer: &mut Answer,
+    ) {
+        if self.refine.is_spent() {
+            return;
+        }
+        let ceiling = if several { f64::INFINITY } else { answer.depth };
+        self.refine_from(ground, options, start, ceiling, answer);
+        self.promising.push((self.refine.expected, self.promising.len()));
+        self.ends.extend_from_slice(self.refine.end());
+    }
+
+    /// Refines from free configurations around the query, nearer than the answer.
+    fn probe_scattered(
+        &mut self,
+        ground: &Ground,
+        plan: &Plan,
+        options: &RefineOptions,
+        several: bool,
+        answer: &mut Answer,
+    ) {
+        let Self { anchor, local, scatter: scattered, refine, .. } = self;
+        scatter(ground, anchor, answer.depth, &plan.scatter, local, scattered, refine);
+        let scattered = std::mem::take(&mut self.scatter.starts);
+        for start in scattered.chunks_exact(self.anchor.q.len()) {
+            self.probe(ground, options, start, several, answer);
+        }
+        self.scatter.starts = scattered;
+    }
+
+    /// Refines from `start`; a better result replaces the answer's witness if the exact checker calls it free. The end, in `slid`,
+    /// is at the depth that is returned.
+    pub(super) fn refine_from(
+        &mut self,
+        ground: &Ground,
+        options: &RefineOptions,
+        start: &[f64],
+        ceiling: f64,
+        answer: &mut Answer,
+    ) -> Option<f64> {
+        let depth = slide(ground, &self.anchor, start, ceiling, options, &mut self.slid, &mut self.refine)?;
+        if (depth < answer.depth || !answer.verified) && self.refine.label(ground, &self.slid) == Label::Free {
+            answer.depth = depth;
+            answer.witness.copy_from_slice(&self.slid);
+            answer.verified = true;
+        }
+        Some(depth)
+    }
+}

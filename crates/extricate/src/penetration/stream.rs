@@ -1,0 +1,145 @@
+//! Queries that come one after the other from nearly the same place, as from a simulation or a haptic device.
+
+use super::answer::Answer;
+use super::exits::are_alike;
+use super::options::{Effort, QueryOptions};
+use super::plan::{HOPE, POLISH, Plan};
+use super::refine::RefineOptions;
+use super::search::QueryScratch;
+use super::{Ground, search_all};
+use crate::collision::ContactSearch;
+use crate::cspace::{Config, Label};
+
+/// Options of a stream.
+#[derive(Debug, Clone, PartialEq)]
+pub struct StreamOptions {
+    /// Of each query; a stream gives one way out a frame, so `exits` is not looked at.
+    pub query: QueryOptions,
+    /// The way out of the last frame is kept until another one is nearer by more than this share of its depth, in `[0, 1)`: 0
+    /// always takes the nearest, 0.1 keeps directions from flipping between two ways out that are about as near.
+    pub hysteresis: f64,
+    /// How many of the boundary samples that a single query would start from are looked at each frame, in turn.
+    pub looks: usize,
+}
+
+impl Default for StreamOptions {
+    /// No hysteresis, four looks.
+    fn default() -> Self {
+        Self { query: QueryOptions::default(), hysteresis: 0.0, looks: 4 }
+    }
+}
+
+/// What is carried from one query to the next, and memory. It belongs to no model: asked of another one, it begins anew.
+#[derive(Default)]
+pub struct Stream {
+    options: StreamOptions,
+    scratch: QueryScratch,
+    /// Ways out of the last frame, row major: the one that was given, then the nearest others.
+    tracked: Vec<f64>,
+    nq: usize,
+    /// The next boundary sample to look at.
+    next: usize,
+}
+
+/// From a way out of the last frame: exact contacts, for few steps.
+const FOLLOW: RefineOptions =
+    RefineOptions { iterations: 15, margin: 0.05, search: ContactSearch::Exact, radius: 0.3, tolerance: 1e-5 };
+
+impl Stream {
+    /// A stream that has seen nothing.
+    pub fn new(options: StreamOptions) -> Self {
+        Self { options, ..Self::default() }
+    }
+
+    /// Forgets the frames so far: the next one is answered as a query on its own.
+    pub fn restart(&mut self) {
+        self.tracked.clear();
+        self.next = 0;
+    }
+
+    /// The answer for the next frame; `None` only where samples are stale and nothing free was found.
+    ///
+    /// # Guarantee
+    /// That of [`super::query`]. While the query stands still, every start of a refined query is looked at within as many frames
+    /// as `looks` goes into their number.
+    pub(crate) fn query(&mut self, ground: &Ground, q: &Config) -> Option<Answer> {
+        let options = QueryOptions { exits: 0, ..self.options.query.clone() };
+        if self.nq != q.len() {
+            self.restart();
+            self.nq = q.len();
+        }
+        let mut answer = self.scratch.begin(ground, q, &options);
+        if answer.colliding.is_empty() {
+            return Some(answer);
+        }
+        let plan = Plan::of(&options, ground);
+        if !self.scratch.first_witness(ground, plan.pool, &mut answer) {
+            return None;
+        }
+        if plan.starts > 0 && (self.tracked.is_empty() || options.effort == Effort::Exhaustive) {
+            search_all(ground, &plan, &options, &mut self.scratch, &mut answer);
+        } else if plan.starts > 0 {
+            self.follow(ground, &plan, &mut answer);
+        }
+        self.keep(ground, &answer);
+        self.scratch.describe(ground, &options, &mut answer);
+        Some(answer)
+    }
+
+    /// Slides the ways out of the last frame along, and looks at some other starts.
+    fn follow(&mut self, ground: &Ground, plan: &Plan, answer: &mut Answer) {
+        let Self { scratch, tracked, nq, next, options } = self;
+        let space = &ground.checker.scene().space;
+        scratch.look_around(ground);
+        answer.verified = answer.verified || scratch.refine.label(ground, &answer.witness) == Label::Free;
+        let mut current: Option<(f64, Vec<f64>)> = None;
+        for (i, start) in tracked.chunks_exact(*nq).enumerate() {
+            let ceiling = if i == 0 { f64::INFINITY } else { HOPE * answer.depth };
+            let found = scratch.refine_from(ground, &FOLLOW, start, ceiling, answer);
+            if let Some(depth) = found {
+                scratch.remember(ground, depth);
+            }
+            if i == 0 {
+                current = found.map(|depth| (depth, scratch.slid.clone()));
+            }
+        }
+        scratch.choose(ground, plan);
+        let first = RefineOptions { iterations: plan.first, ..plan.refine };
+        scratch.forget_probes();
+        for _ in 0..options.looks.min(scratch.chosen.len()) {
+            let id = scratch.chosen[*next % scratch.chosen.len()];
+            scratch.probe(ground, &first, ground.boundary.config(id), false, answer);
+            *next = next.wrapping_add(1);
+        }
+        scratch.carry_on(ground, plan, answer);
+        // The last way out, unless another is nearer by more than the hysteresis.
+        if let Some((depth, witness)) = current
+            && answer.depth < depth
+            && answer.depth >= (1.0 - options.hysteresis) * depth
+            && !are_alike(space, &mut scratch.local, (depth, &witness), (answer.depth, &answer.witness))
+        {
+            let mut kept = Answer { depth: f64::INFINITY, verified: false, ..answer.clone() };
+            scratch.refine_from(ground, &POLISH, &witness, f64::INFINITY, &mut kept);
+            if kept.verified && answer.depth >= (1.0 - options.hysteresis) * kept.depth {
+                scratch.exits.offer(space, &mut scratch.local, answer.depth, &answer.witness);
+                *answer = kept;
+            }
+        }
+    }
+
+    /// Notes the ways out for the next frame.
+    fn keep(&mut self, ground: &Ground, answer: &Answer) {
+        let Self { scratch, tracked, .. } = self;
+        let space = &ground.checker.scene().space;
+        tracked.clear();
+        if !answer.verified {
+            return;
+        }
+        tracked.extend_from_slice(&answer.witness);
+        for (depth, config) in scratch.exits.iter() {
+            if !are_alike(space, &mut scratch.local, (depth, config), (answer.depth, &answer.witness)) {
+                tracked.extend_from_slice(config);
+            }
+        }
+    }
+}

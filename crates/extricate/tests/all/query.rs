@@ -1,0 +1,205 @@
+//! What can be asked of a query beside the nearest way out: several ways out, a budget, the gradient, the way there, many at once.
+
+use std::ops::ControlFlow;
+
+use extricate::cspace::sampling::Halton;
+use extricate::penetration::answer::RIVAL;
+use extricate::scene::{MetricSpec, builtin};
+use extricate::{
+    Answer, CheckScratch, Config, Effort, Label, Model, QueryBudget, QueryOptions, QueryScratch, SegmentOptions,
+    SegmentOutcome,
+};
+
+use crate::memory::learn;
+
+fn model(name: &str, metric: MetricSpec) -> Model {
+    let mut scene = builtin::scene(name).unwrap();
+    scene.metric = metric;
+    learn(scene, 6_000, 7)
+}
+
+/// The first `count` colliding configurations of a low-discrepancy sequence.
+pub fn colliding(model: &Model, count: usize) -> Vec<Config> {
+    let space = &model.scene().space;
+    let halton = Halton::new(space.nv(), 5);
+    let mut check = CheckScratch::default();
+    let mut q = vec![0.0; space.nq()];
+    let all = (0..).map(|i| {
+        halton.config(space, i, &mut q);
+        space.config(&q).unwrap()
+    });
+    all.filter(|q| model.checker().label(q, &mut check) == Label::Colliding).take(count).collect()
+}
+
+fn ask(model: &Model, q: &Config, options: &QueryOptions) -> Answer {
+    model.query(q, options, &mut QueryScratch::default())
+}
+
+#[test]
+fn several_exits_are_free_distinct_sorted_and_begin_with_the_witness() {
+    let mut found = 0;
+    for (name, metric) in [
+        ("shelf-arm", MetricSpec::Joint),
+        ("planar-arm", MetricSpec::Joint),
+        ("free-box", MetricSpec::ObjectNorm),
+        ("planar-arm", MetricSpec::MaxDisplacement),
+    ] {
+        let model = model(name, metric);
+        let mut check = CheckScratch::default();
+        for q in colliding(&model, 6) {
+            let one = ask(&model, &q, &QueryOptions::default());
+            let answer = ask(&model, &q, &QueryOptions { exits: 4, ..QueryOptions::default() });
+            assert!(one.exits.is_empty());
+            assert!((1..=4).contains(&answer.exits.len()), "{name}: {}", answer.exits.len());
+            assert!(answer.depth <= one.depth * 1.001, "{name}: {} {}", answer.depth, one.depth);
+            assert_eq!((answer.exits[0].depth, &answer.exits[0].witness), (answer.depth, &answer.witness));
+            assert!(answer.exits.is_sorted_by(|a, b| a.depth <= b.depth));
+            for (i, exit) in answer.exits.iter().enumerate() {
+                assert_eq!(model.checker().label(&exit.witness, &mut check), Label::Free);
+                let distance = model.metric().distance(&q, &exit.witness);
+                assert!((distance - exit.depth).abs() < 1e-9 + 1e-6 * distance, "{name}: {distance} {}", exit.depth);
+                let apart = |other: &extricate::Exit| model.metric().distance(&exit.witness, &other.witness);
+                assert!(answer.exits[..i].iter().all(|other| apart(other) > 0.01 * exit.depth), "{name}: {i}");
+            }
+            let rivals = answer.exits.iter().skip(1).any(|exit| exit.depth <= RIVAL * answer.depth);
+            assert_eq!(answer.unique, !rivals, "{name}");
+            found += answer.exits.len();
+        }
+    }
+    assert!(found > 40, "{found} exits of 24 queries");
+}
+
+#[test]
+fn an_exit_is_a_local_minimum() {
+    let model = model("planar-arm", MetricSpec::Joint);
+    let space = &model.scene().space;
+    let (mut check, halton) = (CheckScratch::default(), Halton::new(space.nv(), 3));
+    let (mut a, mut b) = (vec![0.0; space.nq()], vec![0.0; space.nq()]);
+    let (mut step, mut near) = (vec![0.0; space.nv()], vec![0.0; space.nq()]);
+    for q in colliding(&model, 10) {
+        for exit in ask(&model, &q, &QueryOptions { exits: 3, ..QueryOptions::default() }).exits {
+            for k in 0..300 {
+                halton.config(space, 2 * k, &mut a);
+                halton.config(space, 2 * k + 1, &mut b);
+                space.difference(&a, &b, &mut step);
+                let length = space.distance(&a, &b);
+                step.iter_mut().for_each(|s| *s *= 0.02 * exit.depth / length);
+                space.integrate(&exit.witness, &step, &mut near);
+                let nearer = model.metric().distance(&q, &near) < 0.999 * exit.depth;
+                assert!(!nearer || model.checker().label(&near, &mut check) == Label::Colliding, "{exit:?}");
+            }
+        }
+    }
+}
+
+#[test]
+fn a_larger_budget_is_never_worse_and_checks_are_kept() {
+    for (name, metric) in [("shelf-arm", MetricSpec::Joint), ("free-box", MetricSpec::MaxDisplacement)] {
+        let model = model(name, metric);
+        for effort in [Effort::Refined, Effort::Exhaustive] {
+            for q in colliding(&model, 4) {
+                let with = |budget| ask(&model, &q, &QueryOptions { effort, budget, ..QueryOptions::default() });
+                let full = with(QueryBudget::default());
+                let mut last = f64::INFINITY;
+                for checks in [0, 1, 3, 10, 30, 60, 100, 300] {
+                    let answer = with(QueryBudget { checks: Some(checks), seconds: None });
+                    assert!(answer.verified && answer.depth <= last, "{name}: {} after {last}", answer.depth);
+                    assert!(answer.checks <= checks.max(1) + 3, "{name}: {} of {checks}", answer.checks);
+                    last = answer.depth;
+                }
+                assert!(full.depth <= last);
+                let none = with(QueryBudget { checks: None, seconds: Some(-1.0) });
+                assert!(none.verified && none.checks <= 4, "{}", none.checks);
+                assert_eq!(with(QueryBudget { checks: None, seconds: Some(f64::MAX) }), full);
+            }
+        }
+    }
+}
+
+#[test]
+fn the_gradient_is_that_of_the_distance_and_of_the_depth_where_it_is_smooth() {
+    for (name, metric) in [
+        ("shelf-arm", MetricSpec::Joint),
+        ("free-box", MetricSpec::Joint),
+        ("free-box", MetricSpec::ObjectNorm),
+        ("shelf-arm", MetricSpec::MaxDisplacement),
+    ] {
+        let model = model(name, metric);
+        let space = &model.scene().space;
+        let (mut far, mut of_depth) = (0, 0);
+        let mut moved = vec![0.0; space.nq()];
+        for q in colliding(&model, 8) {
+            let answer = ask(&model, &q, &QueryOptions::default());
+            for k in 0..space.nv() {
+                let h = 1e-6;
+                let mut change = |sign: f64, of: &dyn Fn(&[f64]) -> f64| {
+                    let mut step = vec![0.0; space.nv()];
+                    step[k] = sign * h;
+                    space.integrate(&q, &step, &mut moved);
+                    of(&moved)
+                };
+                let distance = |p: &[f64]| model.metric().distance(p, &answer.witness);
+                let slope = (change(1.0, &distance) - change(-1.0, &distance)) / (2.0 * h);
+                // The largest displacement has kinks, where the farthest point changes.
+                let off = (slope - answer.gradient[k]).abs();
+                far += usize::from(off > 1e-4 * (1.0 + slope.abs()));
+                // Only a query that follows the same exit tells the slope of the depth.
+                let depth =
+                    |p: &[f64]| space.config(p).map_or(f64::NAN, |p| ask(&model, &p, &QueryOptions::default()).depth);
+                if metric == MetricSpec::Joint && k == 0 && answer.unique {
+                    let h = 1e-4 * answer.depth;
+                    let mut step = vec![0.0; space.nv()];
+                    step[k] = h;
+                    space.integrate(&q, &step, &mut moved);
+                    let slope = (depth(&moved) - answer.depth) / h;
+                    of_depth += usize::from((slope - answer.gradient[k]).abs() < 0.02);
+                }
+            }
+        }
+        assert!(far <= if metric == MetricSpec::MaxDisplacement { 6 } else { 0 }, "{name} {metric:?}: {far}");
+        assert!(metric != MetricSpec::Joint || of_depth >= 6, "{name}: {of_depth} of 8");
+    }
+}
+
+#[test]
+fn the_way_ends_in_a_stretch_that_is_proved_free() {
+    let model = model("shelf-arm", MetricSpec::Joint);
+    let mut check = CheckScratch::default();
+    for q in colliding(&model, 10) {
+        let answer = ask(&model, &q, &QueryOptions { way: true, ..QueryOptions::default() });
+        let way = answer.way.expect("asked for");
+        assert!(way.colliding_until <= way.free_from && way.colliding_until > 0.5, "{way:?}");
+        let mut from = q.to_vec();
+        model.scene().space.interpolate(&q, &answer.witness, way.free_from, &mut from);
+        let outcome = model.checker().segment(&answer.witness, &from, &SegmentOptions::default(), &mut check);
+        assert!(matches!(outcome, SegmentOutcome::Free) || way.free_from > 0.999, "{way:?} {outcome:?}");
+        assert_eq!(answer.touching.is_empty(), answer.contacts.is_empty());
+        assert!(answer.contacts.iter().all(|c| (c.normal.norm() - 1.0).abs() < 1e-9));
+    }
+}
+
+#[test]
+fn a_batch_answers_as_one_by_one_in_order_and_can_be_ended() {
+    let model = model("planar-arm", MetricSpec::Joint);
+    let queries = colliding(&model, 40);
+    let options = QueryOptions { exits: 2, ..QueryOptions::default() };
+    let mut scratch = QueryScratch::default();
+    let single: Vec<Answer> = queries.iter().map(|q| model.query(q, &options, &mut scratch)).collect();
+    for threads in [0, 1, 3] {
+        let mut answers = Vec::new();
+        let done = model.query_batch(queries.iter().cloned(), &options, threads, &mut |answered| {
+            assert_eq!(answered.index, answers.len());
+            assert!(answered.seconds > 0.0);
+            answers.push(answered.answer);
+            ControlFlow::Continue(())
+        });
+        assert!(done == 40 && answers == single, "{threads} threads");
+    }
+    let mut seen = 0;
+    let ended = model.query_batch(std::iter::repeat(queries[0].clone()), &QueryOptions::default(), 2, &mut |_| {
+        seen += 1;
+        if seen == 17 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    });
+    assert_eq!((ended, seen), (17, 17));
+    assert_eq!(model.query_batch(Vec::new(), &options, 2, &mut |_| ControlFlow::Continue(())), 0);
+}

@@ -1,0 +1,142 @@
+//! Queries from frame to frame, and in scenes that are not the one that was learned.
+
+use std::ops::ControlFlow;
+
+use extricate::scene::{MetricSpec, Scene, builtin};
+use extricate::{
+    Answer, ChangedScene, CheckScratch, Config, Label, Model, QueryOptions, QueryScratch, Stream, StreamOptions,
+};
+
+use crate::memory::learn;
+use crate::query::colliding;
+
+/// Frames along the way from each colliding configuration to the next.
+fn frames(model: &Model, targets: usize, between: usize) -> Vec<Config> {
+    let space = &model.scene().space;
+    let targets = colliding(model, targets);
+    let mut q = vec![0.0; space.nq()];
+    let pairs = targets.windows(2);
+    let all = pairs.flat_map(|pair| (0..between).map(move |i| (pair, i as f64 / between as f64)));
+    all.map(|(pair, t)| {
+        space.interpolate(&pair[0], &pair[1], t, &mut q);
+        space.config(&q).unwrap()
+    })
+    .collect()
+}
+
+#[test]
+fn a_stream_is_cheaper_and_notices_nearer_ways_out() {
+    for (name, metric) in [("planar-arm", MetricSpec::Joint), ("free-box", MetricSpec::ObjectNorm)] {
+        let mut scene = builtin::scene(name).unwrap();
+        scene.metric = metric;
+        let model = learn(scene, 6_000, 7);
+        let (mut stream, mut scratch) = (Stream::new(StreamOptions::default()), QueryScratch::default());
+        let mut check = CheckScratch::default();
+        let (mut spent, mut alone, mut asked, mut as_near, mut settled) = (0, 0, 0, 0, 0);
+        for (i, q) in frames(&model, 7, 30).iter().enumerate() {
+            let answer = model.query_next(q, &mut stream);
+            let single = model.query(q, &QueryOptions::default(), &mut scratch);
+            assert_eq!(answer.depth == 0.0, single.depth == 0.0);
+            assert_eq!(model.checker().label(&answer.witness, &mut check), Label::Free, "{name}, frame {i}");
+            assert!(answer.verified && answer.lower_bound <= answer.depth);
+            if single.depth == 0.0 {
+                continue;
+            }
+            asked += 1;
+            (spent, alone) = (spent + answer.checks, alone + single.checks);
+            as_near += usize::from(answer.depth <= 1.01 * single.depth);
+            if i % 30 == 29 {
+                // Standing still: every start is looked at within four frames.
+                let last = (0..4).map(|_| model.query_next(q, &mut stream)).last().unwrap();
+                settled += usize::from(last.depth <= 1.01 * single.depth);
+            }
+        }
+        assert!(asked > 60 && 2 * spent < alone, "{name}: {spent} checks in a stream, {alone} alone, {asked} frames");
+        assert!(as_near * 100 >= asked * 93, "{name}: {as_near} of {asked} frames");
+        assert!(settled >= 3, "{name}: {settled} of up to 6");
+    }
+}
+
+#[test]
+fn hysteresis_keeps_to_a_way_out_within_its_share() {
+    let model = learn(builtin::scene("planar-arm").unwrap(), 6_000, 7);
+    let frames = frames(&model, 12, 40);
+    let turns = |hysteresis: f64| {
+        let mut stream = Stream::new(StreamOptions { hysteresis, ..StreamOptions::default() });
+        let answers: Vec<Answer> = frames.iter().map(|q| model.query_next(q, &mut stream)).collect();
+        let space = &model.scene().space;
+        let flips = |pair: &[Answer]| {
+            let apart = space.distance(&pair[0].witness, &pair[1].witness);
+            pair.iter().all(|a| a.depth > 0.0) && apart > 0.5 * pair[0].depth
+        };
+        (answers.windows(2).filter(|pair| flips(pair)).count(), answers)
+    };
+    let (free, nearest) = turns(0.0);
+    let (held, kept) = turns(0.3);
+    assert!(held < free, "{held} flips with hysteresis, {free} without");
+    for (kept, nearest) in kept.iter().zip(&nearest) {
+        assert!(kept.verified && kept.depth <= 1.02 * nearest.depth / 0.7, "{} {}", kept.depth, nearest.depth);
+    }
+}
+
+/// The built-in scene with its last obstacle elsewhere.
+fn moved(name: &str, by: [f64; 3]) -> Scene {
+    let mut scene = builtin::scene(name).unwrap();
+    let obstacle = scene.bodies.iter_mut().rev().find(|body| body.robot.is_none()).expect("an obstacle");
+    obstacle.parts.iter_mut().for_each(|part| part.pose_frame_part.translation += extricate::math::Vec3::from(by));
+    scene
+}
+
+#[test]
+fn answers_in_a_changed_scene_are_verified_there() {
+    for (name, by) in [("planar-arm", [0.05, 0.1, 0.0]), ("shelf-arm", [0.0, 0.05, 0.1])] {
+        let model = learn(builtin::scene(name).unwrap(), 6_000, 7);
+        let changed = ChangedScene::new(model.scene(), moved(name, by)).unwrap();
+        let anew = learn(moved(name, by), 6_000, 7);
+        let queries = colliding(&anew, 25);
+        let (mut scratch, mut check) = (QueryScratch::default(), CheckScratch::default());
+        let options = QueryOptions::default();
+        let mut as_near = 0;
+        let mut single = Vec::new();
+        for q in &queries {
+            let answer = model.query_in(&changed, q, &options, &mut scratch).expect("something is free");
+            assert!(answer.verified && answer.depth > 0.0 && answer.lower_bound <= answer.depth);
+            assert_eq!(changed.checker().label(&answer.witness, &mut check), Label::Free);
+            let best = anew.query(q, &options, &mut scratch).depth;
+            as_near += usize::from(answer.depth <= 1.05 * best);
+            let nearest = QueryOptions { effort: extricate::Effort::Nearest, ..QueryOptions::default() };
+            let nearest = model.query_in(&changed, q, &nearest, &mut scratch).expect("something is free");
+            assert!(nearest.verified && changed.checker().label(&nearest.witness, &mut check) == Label::Free);
+            assert!(nearest.depth >= answer.depth);
+            single.push(Some(answer));
+        }
+        assert!(as_near >= 22, "{name}: {as_near} of 25 as near as in a model learned anew");
+        let mut batch = Vec::new();
+        model.query_batch_in(&changed, queries, &options, 2, &mut |answered| {
+            batch.push(answered.answer);
+            ControlFlow::Continue(())
+        });
+        assert!(batch == single, "{name}");
+    }
+}
+
+#[test]
+fn a_scene_in_which_nothing_is_free_has_no_answer_and_one_of_other_joints_is_refused() {
+    let model = learn(builtin::scene("planar-arm").unwrap(), 4_000, 7);
+    let mut walled = builtin::scene("planar-arm").unwrap();
+    walled.clearance = 100.0;
+    let changed = ChangedScene::new(model.scene(), walled).unwrap();
+    let q = &colliding(&model, 1)[0];
+    assert!(model.query_in(&changed, q, &QueryOptions::default(), &mut QueryScratch::default()).is_none());
+
+    let refused = |scene: Scene| ChangedScene::new(model.scene(), scene).err().map(|e| e.to_string());
+    assert!(refused(builtin::scene("shelf-arm").unwrap()).unwrap().contains("joint"));
+    let mut other = builtin::scene("planar-arm").unwrap();
+    other.metric = MetricSpec::ObjectNorm;
+    assert!(refused(other.clone()).unwrap().contains("metric"));
+    let under = learn(other.clone(), 2_000, 7);
+    let link = other.bodies.iter_mut().find(|body| body.frame != 0).expect("a link");
+    link.parts[0].pose_frame_part.translation.x += 0.01;
+    let message = ChangedScene::new(under.scene(), other).err().map(|e| e.to_string()).unwrap();
+    assert!(message.contains("moving bodies"), "{message}");
+}
