@@ -9,7 +9,7 @@ use extricate::{CheckScratch, Checker, Label, Manifold, store};
 use numpy::{Ix2, PyArray, PyArray1, PyArrayDyn, PyArrayMethods, ToPyArray};
 use pyo3::exceptions::{PyRuntimeError, PyTypeError, PyValueError};
 use pyo3::prelude::*;
-use pyo3::types::{PyBytes, PyMapping};
+use pyo3::types::{PyBytes, PyDict, PyMapping};
 use rayon::prelude::*;
 
 use crate::arrays::{Configs, bad_row, configs, numbers};
@@ -160,6 +160,17 @@ impl Scene {
     #[staticmethod]
     fn builtin(py: Python<'_>, name: &str) -> PyResult<Self> {
         Ok(Self::of(Arc::new(py.detach(|| builtin::scene(name)).map_err(exception)?)))
+    }
+
+    /// The files of a built-in scene: contents by path, the scene file first, its URDF and meshes after it.
+    #[staticmethod]
+    fn builtin_files<'py>(py: Python<'py>, name: &str) -> PyResult<Bound<'py, PyDict>> {
+        let unknown = || PyValueError::new_err(format!("name: got \"{name}\", expected one of {:?}", builtin::NAMES));
+        let all = PyDict::new(py);
+        for (path, contents) in builtin::files(name).ok_or_else(unknown)? {
+            all.set_item(path, PyBytes::new(py, &contents))?;
+        }
+        Ok(all)
     }
 
     /// Number of coordinates of a configuration.

@@ -95,6 +95,18 @@ def test_files_are_read(tmp_path) -> None:  # type: ignore[no-untyped-def]
     assert from_file.distances([1.0]) == from_path.distances([1.0]) == 2
 
 
+def test_builtin_scenes_can_be_written_to_files(tmp_path) -> None:  # type: ignore[no-untyped-def]
+    files = Scene.builtin_files("shelf-arm")
+    for path, contents in files.items():
+        (tmp_path / path).parent.mkdir(parents=True, exist_ok=True)
+        (tmp_path / path).write_bytes(contents)
+    scene = Scene.load(tmp_path / next(iter(files)))
+    Q = scene.sample(20)
+    np.testing.assert_array_equal(scene.distances(Q), Scene.builtin("shelf-arm").distances(Q))
+    with pytest.raises(ValueError, match='got "shelf", expected one of .*"shelf-arm"'):
+        Scene.builtin_files("shelf")
+
+
 @pytest.mark.parametrize("name", ["shelf-arm", "planar-arm", "free-box", "dual-arm", "hand"])
 def test_batches_are_what_single_calls_are(name: str) -> None:
     scene = Scene.builtin(name)

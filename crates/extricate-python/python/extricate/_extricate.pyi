@@ -13,6 +13,8 @@ _Robot = Union[_Path, Robot]
 _NamePair = Tuple[str, str]
 _Floats = npt.NDArray[np.float64]
 
+__all__ = ["Answer", "Joint", "Model", "Progress", "Scene", "__version__", "learn"]
+
 __version__: str
 
 @final
@@ -91,6 +93,8 @@ class Scene:
     def load(path: _Path) -> Scene: ...
     @staticmethod
     def builtin(name: str) -> Scene: ...
+    @staticmethod
+    def builtin_files(name: str) -> Dict[str, bytes]: ...
     @property
     def nq(self) -> int: ...
     @property

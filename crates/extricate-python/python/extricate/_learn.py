@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 import sys
 from typing import Any, Callable, Optional, Union
 
@@ -48,10 +49,10 @@ class _Bar:
         self._percent = 0
         self._bar: Any = None
         try:
-            from tqdm.auto import tqdm
+            tqdm = importlib.import_module("tqdm.auto")
         except ImportError:
             return
-        self._bar = tqdm(total=100, unit="%")
+        self._bar = tqdm.tqdm(total=100, unit="%")
 
     def __call__(self, state: Progress) -> None:
         percent = int(100 * state.fraction)

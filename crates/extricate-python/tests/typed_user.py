@@ -1,0 +1,39 @@
+"""What a user might write, for `mypy --strict`: every name has the type that is expected of it. Runs as a test, too."""
+
+import pathlib
+from typing import List, Tuple
+
+import numpy as np
+import numpy.typing as npt
+
+import extricate
+
+
+def first_exits(scene: extricate.Scene, labels: int, folder: pathlib.Path) -> npt.NDArray[np.float64]:
+    def tell(state: extricate.Progress) -> bool:
+        percent: float = 100 * state.fraction
+        return percent <= 100 and state.stage != ""
+
+    model: extricate.Model = extricate.learn(scene, labels=labels, seed=1, progress=tell)
+    model.save(folder / "typed.model")
+    again = extricate.Model.load(str(folder / "typed.model"))
+    q: npt.NDArray[np.float64] = again.scene.sample(1, colliding=True)[0]
+    answer = again.query(q, effort="nearest")
+    depth: float = answer.depth
+    pairs: List[Tuple[str, str]] = answer.colliding
+    assert depth > 0 and pairs
+    batch = again.query_batch([list(q), list(q)], threads=2)
+    depths: npt.NDArray[np.float64] = batch["depth"]
+    free: npt.NDArray[np.bool_] = scene.check(batch["witness"])
+    assert free.all() and (depths > 0).all()
+    return answer.witness
+
+
+def obstacles() -> List[extricate.Box]:
+    return [extricate.Box([1, 1, 1], pose=np.eye(4)), extricate.Box((1, 2, 3), name="b")]
+
+
+def test_what_is_typed_runs(tmp_path: pathlib.Path) -> None:
+    scene = extricate.Scene.builtin("planar-arm")
+    assert first_exits(scene, 5000, tmp_path).shape == (scene.nq,)
+    assert len(obstacles()) == 2
