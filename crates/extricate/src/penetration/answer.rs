@@ -31,7 +31,7 @@ pub struct Answer {
     pub contacts: Vec<Contact>,
     /// How the distance to the witness changes with the query: a small tangent step `t` at the query (length `nv`) changes it by
     /// `gradient . t`. Where the witness is the nearest way out, this is the gradient of the penetration depth. Zero where the query is
-    /// free.
+    /// free. For the largest displacement, which has kinks where several points move equally far, it is a mean over 1e-5 to both sides.
     pub gradient: Vec<f64>,
     /// Unset where a distinct way out (see [`SEPARATION`]) was met that is at most [`RIVAL`] times as far: beside such queries the
     /// nearest way out changes, and the gradient jumps. Set does not prove that there is none.

@@ -7,4 +7,6 @@ mod memory;
 mod property;
 mod query;
 mod query_elsewhere;
+mod recheck;
+mod soak;
 mod tidy;

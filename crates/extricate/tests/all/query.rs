@@ -126,37 +126,34 @@ fn the_gradient_is_that_of_the_distance_and_of_the_depth_where_it_is_smooth() {
     ] {
         let model = model(name, metric);
         let space = &model.scene().space;
-        let (mut far, mut of_depth) = (0, 0);
+        let (mut off, mut of_depth) = (0, 0);
         let mut moved = vec![0.0; space.nq()];
         for q in colliding(&model, 8) {
             let answer = ask(&model, &q, &QueryOptions::default());
             for k in 0..space.nv() {
-                let h = 1e-6;
-                let mut change = |sign: f64, of: &dyn Fn(&[f64]) -> f64| {
+                let mut slope = |h: f64, of: &dyn Fn(&[f64]) -> f64| {
                     let mut step = vec![0.0; space.nv()];
-                    step[k] = sign * h;
+                    step[k] = h;
                     space.integrate(&q, &step, &mut moved);
-                    of(&moved)
+                    (of(&moved) - answer.depth) / h
                 };
                 let distance = |p: &[f64]| model.metric().distance(p, &answer.witness);
-                let slope = (change(1.0, &distance) - change(-1.0, &distance)) / (2.0 * h);
-                // The largest displacement has kinks, where the farthest point changes.
-                let off = (slope - answer.gradient[k]).abs();
-                far += usize::from(off > 1e-4 * (1.0 + slope.abs()));
+                // The largest displacement has a kink: at the nearest way out several points move equally far. Elsewhere both agree.
+                let (ahead, behind) = (slope(1e-4, &distance), slope(-1e-4, &distance));
+                let slack = 2e-3 * (1.0 + ahead.abs());
+                assert!(metric == MetricSpec::MaxDisplacement || (ahead - behind).abs() < slack);
+                let between = ahead.min(behind) - slack..=ahead.max(behind) + slack;
+                off += usize::from(!between.contains(&answer.gradient[k]));
                 // Only a query that follows the same exit tells the slope of the depth.
                 let depth =
                     |p: &[f64]| space.config(p).map_or(f64::NAN, |p| ask(&model, &p, &QueryOptions::default()).depth);
                 if metric == MetricSpec::Joint && k == 0 && answer.unique {
-                    let h = 1e-4 * answer.depth;
-                    let mut step = vec![0.0; space.nv()];
-                    step[k] = h;
-                    space.integrate(&q, &step, &mut moved);
-                    let slope = (depth(&moved) - answer.depth) / h;
+                    let slope = slope(1e-4 * answer.depth, &depth);
                     of_depth += usize::from((slope - answer.gradient[k]).abs() < 0.02);
                 }
             }
         }
-        assert!(far <= if metric == MetricSpec::MaxDisplacement { 6 } else { 0 }, "{name} {metric:?}: {far}");
+        assert_eq!(off, 0, "{name} {metric:?}");
         assert!(metric != MetricSpec::Joint || of_depth >= 6, "{name}: {of_depth} of 8");
     }
 }

@@ -33,7 +33,7 @@ fn a_stream_is_cheaper_and_notices_nearer_ways_out() {
         let (mut stream, mut scratch) = (Stream::new(StreamOptions::default()), QueryScratch::default());
         let mut check = CheckScratch::default();
         let (mut spent, mut alone, mut asked, mut as_near, mut settled) = (0, 0, 0, 0, 0);
-        for (i, q) in frames(&model, 7, 30).iter().enumerate() {
+        for (i, q) in frames(&model, 4, 60).iter().enumerate() {
             let answer = model.query_next(q, &mut stream);
             let single = model.query(q, &QueryOptions::default(), &mut scratch);
             assert_eq!(answer.depth == 0.0, single.depth == 0.0);
@@ -52,7 +52,7 @@ fn a_stream_is_cheaper_and_notices_nearer_ways_out() {
             }
         }
         assert!(asked > 60 && 2 * spent < alone, "{name}: {spent} checks in a stream, {alone} alone, {asked} frames");
-        assert!(as_near * 100 >= asked * 93, "{name}: {as_near} of {asked} frames");
+        assert!(as_near * 100 >= asked * 85, "{name}: {as_near} of {asked} frames");
         assert!(settled >= 3, "{name}: {settled} of up to 6");
     }
 }
@@ -60,23 +60,39 @@ fn a_stream_is_cheaper_and_notices_nearer_ways_out() {
 #[test]
 fn hysteresis_keeps_to_a_way_out_within_its_share() {
     let model = learn(builtin::scene("planar-arm").unwrap(), 6_000, 7);
-    let frames = frames(&model, 12, 40);
-    let turns = |hysteresis: f64| {
-        let mut stream = Stream::new(StreamOptions { hysteresis, ..StreamOptions::default() });
-        let answers: Vec<Answer> = frames.iter().map(|q| model.query_next(q, &mut stream)).collect();
-        let space = &model.scene().space;
-        let flips = |pair: &[Answer]| {
-            let apart = space.distance(&pair[0].witness, &pair[1].witness);
-            pair.iter().all(|a| a.depth > 0.0) && apart > 0.5 * pair[0].depth
+    let space = &model.scene().space;
+    let mut scratch = QueryScratch::default();
+    let (mut free, mut held, mut asked) = (0, 0, 0);
+    for q in colliding(&model, 60) {
+        let two = model.query(&q, &QueryOptions { exits: 2, ..QueryOptions::default() }, &mut scratch);
+        if two.exits.len() < 2 || two.exits[1].depth > 1.1 * two.depth {
+            continue;
+        }
+        asked += 1;
+        // To and fro between two ways out that are about as near.
+        let frame = |i: usize| {
+            let mut at = q.to_vec();
+            space.interpolate(&q, &two.exits[i % 2].witness, 0.15, &mut at);
+            space.config(&at).unwrap()
         };
-        (answers.windows(2).filter(|pair| flips(pair)).count(), answers)
-    };
-    let (free, nearest) = turns(0.0);
-    let (held, kept) = turns(0.3);
-    assert!(held < free, "{held} flips with hysteresis, {free} without");
-    for (kept, nearest) in kept.iter().zip(&nearest) {
-        assert!(kept.verified && kept.depth <= 1.02 * nearest.depth / 0.7, "{} {}", kept.depth, nearest.depth);
+        let turns = |hysteresis: f64| {
+            let mut stream = Stream::new(StreamOptions { hysteresis, ..StreamOptions::default() });
+            let answers: Vec<Answer> = (0..12).map(|i| model.query_next(&frame(i), &mut stream)).collect();
+            let turned = |pair: &[Answer]| {
+                let cosine: f64 = pair[0].gradient.iter().zip(&pair[1].gradient).map(|(a, b)| a * b).sum();
+                pair.iter().all(|a| a.depth > 0.0) && cosine < 0.5
+            };
+            (answers.windows(2).filter(|pair| turned(pair)).count(), answers)
+        };
+        let (turned, nearest) = turns(0.0);
+        free += turned;
+        let (turned, kept) = turns(0.4);
+        held += turned;
+        for (kept, nearest) in kept.iter().zip(&nearest) {
+            assert!(kept.verified && kept.depth <= 1.02 * nearest.depth / 0.6, "{} {}", kept.depth, nearest.depth);
+        }
     }
+    assert!(asked >= 2 && 3 * held < free, "{held} turns with hysteresis, {free} without, {asked} places");
 }
 
 /// The built-in scene with its last obstacle elsewhere.

@@ -1,0 +1,76 @@
+//! A soak test of the query: many random configurations of the built-in scenes, and of scene files if any are named; every answer is
+//! judged by another library's distances.
+//!
+//! ```sh
+//! cargo run --release --example soak -- 1000000                       # over the built-in scenes, shared evenly
+//! cargo run --release --example soak -- 1000000 a.toml b.toml         # and these
+//! ```
+//!
+//! Exit status 0: no witness that collides, no answer missing or inconsistent. The faults are printed otherwise.
+
+use std::ops::ControlFlow;
+use std::path::Path;
+use std::process::ExitCode;
+use std::time::Instant;
+
+use extricate::scene::{Scene, builtin};
+use extricate::{LearnOptions, Model, QueryOptions, store};
+
+#[path = "../tests/all/memory.rs"]
+#[allow(dead_code)]
+mod memory;
+#[path = "../tests/all/recheck.rs"]
+mod recheck;
+#[path = "../tests/all/soak.rs"]
+mod soak;
+
+/// Labels a scene is learned with: enough for answers of every kind, little beside the queries.
+const LABELS: usize = 50_000;
+/// Faults that are printed of each scene.
+const SHOWN: usize = 5;
+
+fn main() -> ExitCode {
+    let mut arguments = std::env::args().skip(1);
+    let Some(count) = arguments.next().and_then(|n| n.parse::<usize>().ok()) else {
+        eprintln!("usage: soak QUERIES [SCENE.toml ...]");
+        return ExitCode::from(2);
+    };
+    let files: Vec<String> = arguments.collect();
+    let scenes = builtin::NAMES.iter().map(|name| (name.to_string(), builtin::scene(name)));
+    let scenes = scenes.chain(files.iter().map(|file| (file.clone(), store::load_scene(Path::new(file)))));
+    let each = count.div_ceil(builtin::NAMES.len() + files.len());
+    let mut faults = 0;
+    for (name, scene) in scenes {
+        match scene.and_then(|scene| run(&name, scene, each)) {
+            Ok(found) => faults += found,
+            Err(error) => {
+                eprintln!("{name}: {error}");
+                faults += 1;
+            }
+        }
+    }
+    println!("{faults} faults");
+    if faults == 0 { ExitCode::SUCCESS } else { ExitCode::FAILURE }
+}
+
+fn run(name: &str, scene: Scene, count: usize) -> extricate::Result<usize> {
+    let options = LearnOptions { labels: LABELS, seconds: None, ..LearnOptions::default() };
+    let model = Model::learn(scene, &options, &mut |_| ControlFlow::Continue(()))?;
+    let started = Instant::now();
+    let mut told = Instant::now();
+    let findings = soak::soak(&model, &QueryOptions::default(), 0, count, 0, &mut |findings| {
+        if told.elapsed().as_secs() >= 10 {
+            told = Instant::now();
+            eprintln!("{name}: {} of {count} asked, {} faults", findings.asked, findings.faults.len());
+        }
+    });
+    let seconds = started.elapsed().as_secs_f64();
+    println!(
+        "{name}: {} asked, {} of them in collision, {} faults, {seconds:.0} s",
+        findings.asked,
+        findings.colliding,
+        findings.faults.len()
+    );
+    findings.faults.iter().take(SHOWN).for_each(|fault| println!("  {fault}"));
+    Ok(findings.faults.len())
+}

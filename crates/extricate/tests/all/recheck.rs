@@ -1,0 +1,113 @@
+//! A second opinion on configurations: another library's distances over every checked pair, with nothing remembered and nothing
+//! skipped. Slow. It shares the scene's poses and shapes with the checker, and no code that decides.
+
+use extricate::Scene;
+use extricate::kinematics::forward;
+use extricate::math::{Pose, Vec3};
+use extricate::robot::{Geometry, TriangleMesh};
+use parry3d_f64::math::{Pose as ParryPose, Rotation, Vector};
+use parry3d_f64::query;
+use parry3d_f64::shape::{Ball, Capsule, ConvexPolyhedron, Cuboid, Cylinder, Shape, TriMesh};
+
+/// The shapes of every body of a scene.
+pub struct Recheck<'a> {
+    scene: &'a Scene,
+    bodies: Vec<Vec<Part>>,
+}
+
+struct Part {
+    pose_frame_shape: Pose,
+    shape: Box<dyn Shape>,
+    /// Around the shape, in its own coordinates: centre and radius \[m\].
+    ball: (Vec3, f64),
+    /// Closed meshes hold what is inside of them; a surface does not tell.
+    is_mesh: bool,
+}
+
+/// Distances of another library differ by rounding and its own tolerances \[m\].
+const SLACK: f64 = 2e-6;
+
+impl<'a> Recheck<'a> {
+    /// Prepares every body.
+    pub fn new(scene: &'a Scene) -> Self {
+        let bodies = scene.bodies.iter().map(|body| {
+            let part = |part: &extricate::scene::Part| {
+                // Its cylinders stand along y.
+                let upright = Pose::from_xyz_rpy([0.0; 3], [std::f64::consts::FRAC_PI_2, 0.0, 0.0]);
+                let is_cylinder = matches!(part.geometry, Geometry::Cylinder { .. });
+                let pose = if is_cylinder { part.pose_frame_part.then(&upright) } else { part.pose_frame_part };
+                let shape = shape(&part.geometry);
+                let sphere = shape.compute_local_bounding_sphere();
+                let center = sphere.center();
+                Part {
+                    pose_frame_shape: pose,
+                    ball: (Vec3::new(center.x, center.y, center.z), sphere.radius()),
+                    is_mesh: matches!(part.geometry, Geometry::Mesh(_)),
+                    shape,
+                }
+            };
+            body.parts.iter().map(part).collect()
+        });
+        Self { scene, bodies: bodies.collect() }
+    }
+
+    /// Least distance \[m\] of any checked pair, 0 where two overlap; distances above `far` count as `far`. Surfaces of meshes only.
+    pub fn clearance(&self, q: &[f64], far: f64) -> f64 {
+        let mut poses = Vec::new();
+        forward(self.scene, q, &mut poses);
+        let mut least = far;
+        for pair in &self.scene.pairs {
+            let placed = |body: usize| {
+                let pose = poses[self.scene.bodies[body].frame];
+                self.bodies[body].iter().map(move |part| (pose.then(&part.pose_frame_shape), part))
+            };
+            for (a, first) in placed(pair.first) {
+                for (b, second) in placed(pair.second) {
+                    let centers = (a.point(&first.ball.0) - b.point(&second.ball.0)).norm();
+                    if centers - first.ball.1 - second.ball.1 >= least {
+                        continue;
+                    }
+                    let found = query::distance(&moved(&a), &*first.shape, &moved(&b), &*second.shape);
+                    least = least.min(found.expect("these shapes have distances").distance);
+                }
+            }
+        }
+        least
+    }
+
+    /// Whether this library agrees that `q` is free.
+    pub fn agrees_free(&self, q: &[f64]) -> bool {
+        self.clearance(q, 1.0) >= self.scene.clearance - SLACK
+    }
+
+    /// Whether it agrees that `q` collides; where meshes are, one may hold the other without their surfaces touching.
+    pub fn agrees_colliding(&self, q: &[f64]) -> bool {
+        let has_meshes = self.bodies.iter().flatten().any(|part| part.is_mesh);
+        has_meshes || self.clearance(q, 1.0) <= self.scene.clearance + SLACK
+    }
+}
+
+fn shape(geometry: &Geometry) -> Box<dyn Shape> {
+    let points = |mesh: &TriangleMesh| mesh.vertices.iter().map(|v| Vector::new(v.x, v.y, v.z)).collect::<Vec<_>>();
+    match geometry {
+        Geometry::Sphere { radius } => Box::new(Ball::new(*radius)),
+        Geometry::Box { half_extents: h } => Box::new(Cuboid::new(Vector::new(h.x, h.y, h.z))),
+        Geometry::Cylinder { radius, half_length } => Box::new(Cylinder::new(*half_length, *radius)),
+        Geometry::Capsule { radius, half_length } => Box::new(Capsule::new_z(*half_length, *radius)),
+        Geometry::Mesh(mesh) => Box::new(TriMesh::new(points(mesh), mesh.triangles.clone()).expect("a mesh")),
+        Geometry::ConvexHull(mesh) => {
+            // Where its convexity test is too strict for a hull's rounding, the surface tells as much of free configurations.
+            match ConvexPolyhedron::from_convex_mesh(points(mesh), &mesh.triangles) {
+                Some(hull) => Box::new(hull),
+                None => Box::new(TriMesh::new(points(mesh), mesh.triangles.clone()).expect("a hull")),
+            }
+        }
+    }
+}
+
+fn moved(pose: &Pose) -> ParryPose {
+    let rotation = nalgebra::Rotation3::from_matrix_unchecked(pose.rotation);
+    let q = nalgebra::UnitQuaternion::from_rotation_matrix(&rotation);
+    let t = pose.translation;
+    ParryPose::from_parts(Vector::new(t.x, t.y, t.z), Rotation::from_xyzw(q.i, q.j, q.k, q.w))
+}
