@@ -69,6 +69,7 @@ pub fn learn(
         labels: labels.map_or(Ok(default.labels), |labels| count("labels", labels, 1))?,
         seed,
         threads: count("threads", threads, 0)?,
+        ..default
     };
     let enough = AtomicBool::new(false);
     let hear = |py: Python<'_>, state: LearnProgress| -> PyResult<()> {
@@ -97,6 +98,7 @@ pub fn statistics<'py>(py: Python<'py>, statistics: &Statistics) -> PyResult<Bou
         EndedBy::Labels => "labels",
         EndedBy::Seconds => "seconds",
         EndedBy::Interruption => "interruption",
+        EndedBy::Memory => "memory",
     };
     let all = PyDict::new(py);
     all.set_item("labels", statistics.labels)?;
