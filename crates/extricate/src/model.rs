@@ -13,11 +13,11 @@ use crate::cspace::Config;
 use crate::error::Result;
 use crate::learning::classifier::Classifier;
 use crate::learning::{LearnOptions, LearnProgress};
-use crate::metric::{Metric, MetricScratch};
+use crate::metric::Metric;
 use crate::penetration::batch::in_blocks;
 use crate::penetration::certificate::InteriorBalls;
 use crate::penetration::{Answer, Answered, ChangedScene, Ground, QueryOptions, QueryScratch, Stream, query};
-use crate::scene::{MetricSpec, Scene};
+use crate::scene::Scene;
 use learner::Learner;
 
 /// All that a query needs: the scene with its geometry, verified boundary samples, their index, the classifier.
