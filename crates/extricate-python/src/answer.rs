@@ -1,115 +1,79 @@
 //! Answers of queries: one as an object, many as rows of a structured array.
 
-use extricate::{Effort, Scene};
-use numpy::{PyArray1, PyArrayDescr};
+use extricate::{Effort, QueryBudget, QueryOptions, Scene};
+use numpy::{PyArray1, PyArray2, PyArrayDescr};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
+use pyo3::sync::PyOnceLock;
+use pyo3::types::{PyDict, PyTuple, PyType};
 
-type NamePair = (String, String);
+use crate::error::count;
 
-/// The nearest free configuration that was found, and what is known about it.
-#[pyclass(frozen, get_all, module = "extricate._extricate")]
-pub struct Answer {
-    /// Distance from the query to the witness in the scene's metric; 0 where the query is free. An upper bound on the true
-    /// penetration depth.
-    depth: f64,
-    /// Proved: no free configuration is nearer to the query than this.
-    lower_bound: f64,
-    /// A free configuration at distance `depth`, float64 (nq,).
-    witness: Py<PyArray1<f64>>,
-    /// Whether the exact checker called the witness free during this query; otherwise it did when the model was learned.
-    verified: bool,
-    /// Largest displacement [m] of any point of the robot between the query and the witness.
-    max_displacement: f64,
-    /// Pairs of bodies that collide at the query.
-    colliding: Vec<NamePair>,
-    /// Pairs of bodies that touch at the witness.
-    touching: Vec<NamePair>,
-    /// Collision and distance evaluations spent.
-    checks: usize,
-    /// "nearest", "refined" or "exhaustive".
-    effort: String,
+/// Where the classes of Python's half are.
+const HOME: &str = "extricate._answer";
+static ANSWER: PyOnceLock<Py<PyType>> = PyOnceLock::new();
+static CONTACT: PyOnceLock<Py<PyType>> = PyOnceLock::new();
+static EXIT: PyOnceLock<Py<PyType>> = PyOnceLock::new();
+
+/// `answer` as an object of the class `Answer`, with the names that `scene` gives pairs.
+pub fn object<'py>(py: Python<'py>, answer: extricate::Answer, scene: &Scene) -> PyResult<Bound<'py, PyAny>> {
+    let pair = |pair: usize| -> (&str, &str) { scene.pair_names(pair).into() };
+    let named = |pairs: &[usize]| -> Vec<(&str, &str)> { pairs.iter().map(|&index| pair(index)).collect() };
+    let contact = |contact: &extricate::Contact| {
+        let points = [contact.point_first, contact.point_second].map(|point| point.iter().copied().collect());
+        let points = PyArray2::from_vec2(py, &points)?;
+        let normal = PyArray1::from_iter(py, contact.normal.iter().copied());
+        CONTACT.import(py, HOME, "Contact")?.call1((pair(contact.pair), contact.distance, points, normal))
+    };
+    let exit = |exit: &extricate::Exit| {
+        let witness = PyArray1::from_slice(py, &exit.witness);
+        EXIT.import(py, HOME, "Exit")?.call1((exit.depth, witness, named(&exit.touching)))
+    };
+    let fields: [Bound<'_, PyAny>; 14] = [
+        answer.depth.into_pyobject(py)?.into_any(),
+        answer.lower_bound.into_pyobject(py)?.into_any(),
+        PyArray1::from_slice(py, &answer.witness).into_any(),
+        answer.verified.into_pyobject(py)?.to_owned().into_any(),
+        answer.max_displacement.into_pyobject(py)?.into_any(),
+        named(&answer.colliding).into_pyobject(py)?.into_any(),
+        named(&answer.touching).into_pyobject(py)?.into_any(),
+        answer.contacts.iter().map(contact).collect::<PyResult<Vec<_>>>()?.into_pyobject(py)?.into_any(),
+        PyArray1::from_slice(py, &answer.gradient).into_any(),
+        answer.unique.into_pyobject(py)?.to_owned().into_any(),
+        answer.exits.iter().map(exit).collect::<PyResult<Vec<_>>>()?.into_pyobject(py)?.into_any(),
+        answer.way.map(|way| (way.colliding_until, way.free_from)).into_pyobject(py)?.into_any(),
+        answer.checks.into_pyobject(py)?.into_any(),
+        name(answer.effort).into_pyobject(py)?.into_any(),
+    ];
+    ANSWER.import(py, HOME, "Answer")?.call1(PyTuple::new(py, fields)?)
 }
 
-impl Answer {
-    /// With the names that `scene` gives pairs.
-    pub fn new(py: Python<'_>, answer: extricate::Answer, scene: &Scene) -> Self {
-        let named =
-            |pairs: &[usize]| pairs.iter().map(|&pair| scene.pair_names(pair).map(String::from).into()).collect();
-        Self {
-            depth: answer.depth,
-            lower_bound: answer.lower_bound,
-            verified: answer.verified,
-            max_displacement: answer.max_displacement,
-            colliding: named(&answer.colliding),
-            touching: named(&answer.touching),
-            checks: answer.checks,
-            effort: name(answer.effort).into(),
-            witness: PyArray1::from_vec(py, answer.witness).unbind(),
-        }
-    }
-}
-
-#[pymethods]
-impl Answer {
-    #[new]
-    #[allow(clippy::too_many_arguments)]
-    fn py_new(
-        depth: f64,
-        lower_bound: f64,
-        witness: Py<PyArray1<f64>>,
-        verified: bool,
-        max_displacement: f64,
-        colliding: Vec<NamePair>,
-        touching: Vec<NamePair>,
-        checks: usize,
-        effort: String,
-    ) -> Self {
-        Self { depth, lower_bound, witness, verified, max_displacement, colliding, touching, checks, effort }
-    }
-
-    /// Whether the query itself is free.
-    #[getter]
-    fn free(&self) -> bool {
-        self.colliding.is_empty()
-    }
-
-    fn __repr__(&self, py: Python<'_>) -> String {
-        let witness = self.witness.bind(py);
-        format!(
-            "Answer(depth={:.6}, lower_bound={:.6}, witness={witness}, verified={}, effort='{}')",
-            self.depth,
-            self.lower_bound,
-            if self.verified { "True" } else { "False" },
-            self.effort
-        )
-    }
-
-    #[allow(clippy::type_complexity)]
-    fn __reduce__<'py>(
-        &self,
-        py: Python<'py>,
-    ) -> (Bound<'py, PyAny>, (f64, f64, Py<PyArray1<f64>>, bool, f64, Vec<NamePair>, Vec<NamePair>, usize, String))
-    {
-        let Self { depth, lower_bound, verified, max_displacement, checks, .. } = *self;
-        let (colliding, touching) = (self.colliding.clone(), self.touching.clone());
-        let witness = self.witness.clone_ref(py);
-        let fields =
-            (depth, lower_bound, witness, verified, max_displacement, colliding, touching, checks, self.effort.clone());
-        (py.get_type::<Self>().into_any(), fields)
-    }
-}
-
-/// The effort of that name.
+/// The options of a query, checked.
 ///
 /// # Errors
-/// `ValueError` with the known names.
-pub fn effort(found: &str) -> PyResult<Effort> {
+/// `ValueError` that says what was expected.
+pub fn options(
+    effort: &str,
+    exits: i64,
+    checks: Option<i64>,
+    seconds: Option<f64>,
+    way: bool,
+) -> PyResult<QueryOptions> {
     let known = [Effort::Nearest, Effort::Refined, Effort::Exhaustive];
-    known.into_iter().find(|effort| name(*effort) == found).ok_or_else(|| {
-        PyValueError::new_err(format!("effort: got \"{found}\", expected \"nearest\", \"refined\" or \"exhaustive\""))
-    })
+    let found = known.into_iter().find(|known| name(*known) == effort).ok_or_else(|| {
+        PyValueError::new_err(format!("effort: got \"{effort}\", expected \"nearest\", \"refined\" or \"exhaustive\""))
+    })?;
+    let exits = count("exits", exits, 1)?;
+    if exits > 1 && found == Effort::Nearest {
+        let message = format!("exits: got {exits} with effort \"nearest\", expected 1: others are found by refinement");
+        return Err(PyValueError::new_err(message));
+    }
+    // Written so that NaN fails.
+    if let Some(bad) = seconds.filter(|seconds| !(*seconds > 0.0)) {
+        return Err(PyValueError::new_err(format!("seconds: got {bad}, expected more than 0")));
+    }
+    let checks = checks.map(|checks| count("checks", checks, 1)).transpose()?;
+    Ok(QueryOptions { effort: found, exits, budget: QueryBudget { checks, seconds }, way, ..QueryOptions::default() })
 }
 
 fn name(effort: Effort) -> &'static str {
@@ -124,31 +88,43 @@ fn name(effort: Effort) -> &'static str {
 #[derive(Debug, Clone, Copy)]
 pub struct Layout {
     nq: usize,
+    nv: usize,
 }
 
 impl Layout {
-    /// Of answers with witnesses of `nq` coordinates.
-    pub fn new(nq: usize) -> Self {
-        Self { nq }
+    /// Of answers with witnesses of `nq` coordinates and gradients of `nv`.
+    pub fn new(nq: usize, nv: usize) -> Self {
+        Self { nq, nv }
     }
 
     /// Bytes of a row.
     pub fn size(self) -> usize {
-        8 * (4 + self.nq) + 8
+        8 * (4 + self.nq + self.nv) + 8
     }
 
     /// The NumPy type of a row.
     pub fn dtype(self, py: Python<'_>) -> PyResult<Bound<'_, PyArrayDescr>> {
         let numpy = py.import("numpy")?;
         let format = |text: &str| numpy.call_method1("dtype", (text,));
-        let after = 8 * (4 + self.nq);
+        let vector = |length: usize| numpy.call_method1("dtype", (("f8", (length,)),));
+        let (gradient, after) = (8 * (4 + self.nq), self.size() - 8);
+        let names =
+            ["depth", "lower_bound", "max_displacement", "checks", "witness", "gradient", "verified", "free", "unique"];
+        let formats = [
+            format("f8")?,
+            format("f8")?,
+            format("f8")?,
+            format("i8")?,
+            vector(self.nq)?,
+            vector(self.nv)?,
+            format("?")?,
+            format("?")?,
+            format("?")?,
+        ];
         let fields = PyDict::new(py);
-        fields
-            .set_item("names", ["depth", "lower_bound", "max_displacement", "checks", "witness", "verified", "free"])?;
-        let witness = numpy.call_method1("dtype", (("f8", (self.nq,)),))?;
-        let formats = [format("f8")?, format("f8")?, format("f8")?, format("i8")?, witness, format("?")?, format("?")?];
+        fields.set_item("names", names)?;
         fields.set_item("formats", formats)?;
-        fields.set_item("offsets", [0, 8, 16, 24, 32, after, after + 1])?;
+        fields.set_item("offsets", [0, 8, 16, 24, 32, gradient, after, after + 1, after + 2])?;
         fields.set_item("itemsize", self.size())?;
         Ok(numpy.call_method1("dtype", (fields,))?.cast_into()?)
     }
@@ -159,7 +135,7 @@ impl Layout {
         let mut put = |bytes: [u8; 8]| words.next().expect("a row is as long as its layout").copy_from_slice(&bytes);
         [answer.depth, answer.lower_bound, answer.max_displacement].iter().for_each(|x| put(x.to_ne_bytes()));
         put((answer.checks as i64).to_ne_bytes());
-        answer.witness.iter().for_each(|x| put(x.to_ne_bytes()));
-        put([answer.verified.into(), answer.colliding.is_empty().into(), 0, 0, 0, 0, 0, 0]);
+        answer.witness.iter().chain(&answer.gradient).for_each(|x| put(x.to_ne_bytes()));
+        put([answer.verified.into(), answer.colliding.is_empty().into(), answer.unique.into(), 0, 0, 0, 0, 0]);
     }
 }

@@ -69,7 +69,7 @@ pub fn learn(
         labels: labels.map_or(Ok(default.labels), |labels| count("labels", labels, 1))?,
         seed,
         threads: count("threads", threads, 0)?,
-        memory: default.memory,
+        ..default
     };
     let enough = AtomicBool::new(false);
     let hear = |py: Python<'_>, state: LearnProgress| -> PyResult<()> {

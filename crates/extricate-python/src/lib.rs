@@ -10,18 +10,19 @@ mod model;
 mod parts;
 mod sampling;
 mod scene;
+mod stream;
 
 /// The native half of `extricate`.
 #[pyo3::pymodule]
 mod _extricate {
-    #[pymodule_export]
-    use crate::answer::Answer;
     #[pymodule_export]
     use crate::learning::{Progress, learn};
     #[pymodule_export]
     use crate::model::Model;
     #[pymodule_export]
     use crate::scene::{Joint, Scene};
+    #[pymodule_export]
+    use crate::stream::Stream;
 
     /// Version of the library.
     #[pymodule_export]

@@ -3,17 +3,18 @@
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex};
 
-use extricate::{QueryOptions, QueryScratch, model_file, store};
+use extricate::{QueryScratch, model_file, store};
 use numpy::{PyArray1, PyArray2, PyArrayMethods, ToPyArray};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
 use rayon::prelude::*;
 
-use crate::answer::{Answer, Layout};
+use crate::answer::{self, Layout};
 use crate::arrays::{bad_row, configs, one_config};
 use crate::error::{count, exception};
 use crate::long_call;
 use crate::scene::Scene;
+use crate::stream::Stream;
 
 /// Queries handed to a thread at once.
 const CHUNK: usize = 32;
@@ -34,6 +35,10 @@ pub struct Model {
 impl Model {
     pub fn of(model: extricate::Model) -> Self {
         Self { model, idle: Mutex::default() }
+    }
+
+    pub fn inner(&self) -> &extricate::Model {
+        &self.model
     }
 
     /// Reading a model uses threads, for which a global pool would not survive `fork`.
@@ -105,37 +110,57 @@ impl Model {
     ///
     /// q: float64 (nq,), within the limits.
     /// effort: "nearest" (the nearest boundary sample), "refined" (several improved, the best one verified) or "exhaustive".
+    /// exits: how many distinct ways out are wanted, in `Answer.exits`.
+    /// checks, seconds: where to stop early, with the best answer so far; more of either never gives a larger depth.
+    /// way: whether to look at the straight way to the witness, see `Answer.way`; costs as much as many checks.
     ///
     /// Raises ValueError for a wrong shape, values that are not finite or beyond a limit.
-    #[pyo3(signature = (q, *, effort = "refined"))]
-    fn query(&self, q: &Bound<'_, PyAny>, effort: &str) -> PyResult<Answer> {
+    #[pyo3(signature = (q, *, effort = "refined", exits = 1, checks = None, seconds = None, way = false))]
+    fn query<'py>(
+        &self,
+        q: &Bound<'py, PyAny>,
+        effort: &str,
+        exits: i64,
+        checks: Option<i64>,
+        seconds: Option<f64>,
+        way: bool,
+    ) -> PyResult<Bound<'py, PyAny>> {
         let py = q.py();
-        let options = QueryOptions { effort: crate::answer::effort(effort)?, ..QueryOptions::default() };
+        let options = answer::options(effort, exits, checks, seconds, way)?;
         let space = &self.model.scene().space;
         let values = one_config("q", q, space)?;
         let config = space.config(values.values()).map_err(|error| bad_row("q", 0, true, error))?;
         let answer = py.detach(|| self.with_scratch(|scratch| self.model.query(&config, &options, scratch)));
-        Ok(Answer::new(py, answer, self.model.scene()))
+        answer::object(py, answer, self.model.scene())
     }
 
     /// The nearest free configuration to each of Q, on many threads.
     ///
     /// Q: float64 (n, nq), within the limits. Not copied where it is C-contiguous; do not write to it meanwhile.
+    /// effort, checks, seconds: as in `Model.query`, of each query.
     /// threads: 0 for one per core.
-    /// Returns a structured array (n,) with the fields depth, lower_bound, max_displacement [m], checks, witness (nq,),
-    /// verified and free, which mean what they mean in `Answer`.
+    /// Returns a structured array (n,) with the fields depth, lower_bound, max_displacement [m], checks, witness (nq,), gradient
+    /// (nv,), verified, free and unique, which mean what they mean in `Answer`.
     ///
     /// Raises ValueError that names the row for a wrong shape, values that are not finite or beyond a limit.
-    #[pyo3(signature = (Q, *, effort = "refined", threads = 0))]
+    #[pyo3(signature = (Q, *, effort = "refined", checks = None, seconds = None, threads = 0))]
     #[allow(non_snake_case)]
-    fn query_batch<'py>(&self, Q: &Bound<'py, PyAny>, effort: &str, threads: i64) -> PyResult<Bound<'py, PyAny>> {
+    fn query_batch<'py>(
+        &self,
+        Q: &Bound<'py, PyAny>,
+        effort: &str,
+        checks: Option<i64>,
+        seconds: Option<f64>,
+        threads: i64,
+    ) -> PyResult<Bound<'py, PyAny>> {
         let py = Q.py();
-        let options = QueryOptions { effort: crate::answer::effort(effort)?, ..QueryOptions::default() };
+        let options = answer::options(effort, 1, checks, seconds, false)?;
         let space = &self.model.scene().space;
-        let (nq, layout) = (space.nq(), Layout::new(space.nq()));
+        let (nq, layout) = (space.nq(), Layout::new(space.nq(), space.nv()));
         let q = configs("Q", Q, space)?;
         let (values, rows, single) = (q.values(), q.rows, q.single);
         let pool = long_call::pool(count("threads", threads, 0)?)?;
+        // Written by the byte, because no type of Rust has the layout of a row; read through a view.
         let answers = PyArray1::<u8>::zeros(py, rows * layout.size(), false);
         {
             let mut answers = answers.readwrite();
@@ -166,6 +191,17 @@ impl Model {
             )??;
         }
         answers.call_method1("view", (layout.dtype(py)?,))
+    }
+
+    /// For queries that follow each other closely, as from a simulation: each is warm-started from the one before.
+    ///
+    /// effort: as in `Model.query`.
+    /// hysteresis: the way out of the last frame is kept until another one is nearer by more than this share of its depth; 0
+    /// always takes the nearest.
+    /// looks: how many boundary samples are looked at each frame for a nearer way out.
+    #[pyo3(signature = (*, effort = "refined", hysteresis = 0.0, looks = 4))]
+    fn stream(slf: Py<Self>, effort: &str, hysteresis: f64, looks: i64) -> PyResult<Stream> {
+        Stream::new(slf, effort, hysteresis, looks)
     }
 
     fn __repr__(&self) -> String {

@@ -39,12 +39,46 @@ def test_a_batch_says_what_single_queries_say(model: Model, planar: Scene, effor
         assert batch.shape == (300,) and batch["witness"].shape == (300, 3)
         for q, row in zip(Q, batch):
             one = model.query(q, effort=effort)
-            for field in ["depth", "lower_bound", "max_displacement", "checks", "verified", "free"]:
+            for field in ["depth", "lower_bound", "max_displacement", "checks", "verified", "free", "unique"]:
                 assert row[field] == getattr(one, field), field
             np.testing.assert_array_equal(row["witness"], one.witness)
+            np.testing.assert_array_equal(row["gradient"], one.gradient)
     assert batch["verified"].dtype == bool and batch["checks"].dtype == np.int64
     assert planar.check(batch["witness"]).all()
     np.testing.assert_array_equal(batch["free"], planar.check(Q))
+
+
+def test_exits_contacts_and_the_way_are_told(model: Model, planar: Scene) -> None:
+    for q in planar.sample(20, seed=9, colliding=True):
+        answer = model.query(q, exits=3, way=True)
+        assert 1 <= len(answer.exits) <= 3
+        np.testing.assert_array_equal(answer.exits[0].witness, answer.witness)
+        depths = [found.depth for found in answer.exits]
+        assert depths == sorted(depths) and depths[0] == answer.depth
+        assert all(planar.check(found.witness) for found in answer.exits)
+        assert answer.way is not None and 0 <= answer.way[0] <= answer.way[1] <= 1
+        assert {contact.pair for contact in answer.contacts} == set(answer.touching)
+        for contact in answer.contacts:
+            assert contact.points.shape == (2, 3) and np.linalg.norm(contact.normal) == pytest.approx(1)
+            first, second = contact.points
+            np.testing.assert_allclose((first - second) @ contact.normal, contact.distance, atol=1e-9)
+        # In the joint metric with unit weights, the distance falls fastest straight toward the witness.
+        turned = (answer.witness - q + np.pi) % (2 * np.pi) - np.pi
+        np.testing.assert_allclose(answer.gradient, -turned / answer.depth, atol=1e-6)
+        less = model.query(q, checks=20)
+        assert less.depth >= model.query(q).depth and less.verified and not less.exits and less.way is None
+
+
+def test_a_stream_follows(model: Model, planar: Scene) -> None:
+    start = planar.sample(1, seed=10, colliding=True)[0]
+    stream = model.stream(hysteresis=0.1)
+    for k in range(30):
+        q = start + [0.001 * k, 0, 0]
+        answer = stream.query(q)
+        assert planar.check(answer.witness) and answer.lower_bound <= answer.depth
+        assert answer.depth <= 1.5 * model.query(q).depth + 1e-6
+    stream.restart()
+    assert stream.query(start).depth == model.stream().query(start).depth
 
 
 def test_a_batch_of_one_or_none(model: Model) -> None:
@@ -58,8 +92,8 @@ def test_batches_do_not_copy_their_input(arm: Scene) -> None:
     Q = np.zeros((200_000, 7))
     before = peak_memory()
     model.query_batch(Q, effort="nearest", threads=2)
-    # Less than the answers (104 bytes each) and a copy (56 bytes) together.
-    assert peak_memory() - before < 200_000 * (104 + 28) + 8e6
+    # Less than the answers (152 bytes each) and a copy (56 bytes) together.
+    assert peak_memory() - before < 200_000 * (152 + 28) + 8e6
 
 
 def peak_memory() -> float:
@@ -113,7 +147,7 @@ def test_models_are_kept_and_pickled(model: Model, planar: Scene, tmp_path) -> N
     np.testing.assert_array_equal(again.boundary, model.boundary)
     assert planar.check(model.boundary).all() and len(model.boundary) == model.statistics["boundary_samples"]
     answer = pickle.loads(pickle.dumps(model.query(q)))
-    assert repr(answer) == repr(model.query(q)) and answer.colliding == model.query(q).colliding
+    assert repr(answer) == repr(model.query(q)) and answer.colliding == model.query(q).colliding and not answer.free
 
     (tmp_path / "scene.toml").write_text("clearance = 0")
     with pytest.raises(OSError, match="it exists and is no model"):
@@ -209,6 +243,12 @@ def test_wrong_questions_are_told_what_was_expected(model: Model, planar: Scene)
         (lambda: model.query([0, 0, np.nan]), "got NaN, expected a finite number"),
         (lambda: model.query([0, 0, 50]), "got 50, expected a value within"),
         (lambda: model.query([0, 0, 0], effort="best"), 'effort: got "best", expected "nearest", "refined"'),
+        (lambda: model.query([0, 0, 0], exits=0), "exits: got 0, expected at least 1"),
+        (lambda: model.query([0, 0, 0], exits=2, effort="nearest"), 'exits: got 2 with effort "nearest"'),
+        (lambda: model.query([0, 0, 0], checks=0), "checks: got 0, expected at least 1"),
+        (lambda: model.query([0, 0, 0], seconds=float("nan")), "seconds: got NaN, expected more than 0"),
+        (lambda: model.stream(hysteresis=1), "hysteresis: got 1, expected at least 0, below 1"),
+        (lambda: model.stream().query([0, 0]), r"q: got shape \(2,\)"),
         (lambda: model.query_batch(np.zeros((3, 2))), r"Q: got shape \(3, 2\)"),
         (lambda: model.query_batch([[0, 0, 0]] * 99 + [[0, np.inf, 0]]), r"Q\[99\]: .*got inf, expected a finite"),
         (lambda: model.query_batch(np.zeros((3, 3)), threads=-2), "threads: got -2"),

@@ -9,7 +9,8 @@ Configurations are float64 arrays of shape (nq,), lists of them (n, nq), coordin
 rad, lengths in m, quaternions x, y, z, w. Calls release the interpreter lock; scenes and models may be shared between threads.
 """
 
-from ._extricate import Answer, Joint, Model, Progress, Scene, __version__
+from ._answer import Answer, Contact, Exit
+from ._extricate import Joint, Model, Progress, Scene, Stream, __version__
 from ._learn import learn
 from ._parts import Box, Capsule, Cylinder, Mesh, Robot, Sphere, spheres
 
@@ -17,7 +18,9 @@ __all__ = [
     "Answer",
     "Box",
     "Capsule",
+    "Contact",
     "Cylinder",
+    "Exit",
     "Joint",
     "Mesh",
     "Model",
@@ -25,6 +28,7 @@ __all__ = [
     "Robot",
     "Scene",
     "Sphere",
+    "Stream",
     "__version__",
     "learn",
     "spheres",

@@ -6,6 +6,7 @@ from typing import Any, Callable, Dict, List, Mapping, Optional, Sequence, Tuple
 import numpy as np
 import numpy.typing as npt
 
+from ._answer import Answer
 from ._parts import Obstacle, Robot
 
 _Path = Union[str, PathLike[str]]
@@ -13,45 +14,9 @@ _Robot = Union[_Path, Robot]
 _NamePair = Tuple[str, str]
 _Floats = npt.NDArray[np.float64]
 
-__all__ = ["Answer", "Joint", "Model", "Progress", "Scene", "__version__", "learn"]
+__all__ = ["Joint", "Model", "Progress", "Scene", "Stream", "__version__", "learn"]
 
 __version__: str
-
-@final
-class Answer:
-    def __new__(
-        cls,
-        depth: float,
-        lower_bound: float,
-        witness: _Floats,
-        verified: bool,
-        max_displacement: float,
-        colliding: Sequence[_NamePair],
-        touching: Sequence[_NamePair],
-        checks: int,
-        effort: str,
-    ) -> Answer: ...
-    @property
-    def depth(self) -> float: ...
-    @property
-    def lower_bound(self) -> float: ...
-    @property
-    def witness(self) -> _Floats: ...
-    @property
-    def verified(self) -> bool: ...
-    @property
-    def max_displacement(self) -> float: ...
-    @property
-    def colliding(self) -> List[_NamePair]: ...
-    @property
-    def touching(self) -> List[_NamePair]: ...
-    @property
-    def checks(self) -> int: ...
-    @property
-    def effort(self) -> str: ...
-    @property
-    def free(self) -> bool: ...
-    def __reduce__(self) -> Tuple[Any, ...]: ...
 
 @final
 class Joint:
@@ -139,9 +104,32 @@ class Model:
     def boundary(self) -> _Floats: ...
     @property
     def statistics(self) -> Dict[str, Any]: ...
-    def query(self, q: npt.ArrayLike, *, effort: str = "refined") -> Answer: ...
-    def query_batch(self, Q: npt.ArrayLike, *, effort: str = "refined", threads: int = 0) -> npt.NDArray[np.void]: ...
+    def query(
+        self,
+        q: npt.ArrayLike,
+        *,
+        effort: str = "refined",
+        exits: int = 1,
+        checks: Optional[int] = None,
+        seconds: Optional[float] = None,
+        way: bool = False,
+    ) -> Answer: ...
+    def query_batch(
+        self,
+        Q: npt.ArrayLike,
+        *,
+        effort: str = "refined",
+        checks: Optional[int] = None,
+        seconds: Optional[float] = None,
+        threads: int = 0,
+    ) -> npt.NDArray[np.void]: ...
+    def stream(self, *, effort: str = "refined", hysteresis: float = 0.0, looks: int = 4) -> Stream: ...
     def __reduce__(self) -> Tuple[Any, ...]: ...
+
+@final
+class Stream:
+    def query(self, q: npt.ArrayLike) -> Answer: ...
+    def restart(self) -> None: ...
 
 def learn(
     scene: Scene,
