@@ -20,8 +20,7 @@ use crate::sampling;
 
 /// Configurations handed to a thread at once: the least work that is worth the handing out.
 const CHUNK: usize = 64;
-/// Fewer configurations than this are not worth starting threads for \[count\]; a check takes about 10 microseconds, a pool
-/// of threads about 100.
+/// Fewer configurations than this are not worth starting threads for.
 const FEW: usize = 64;
 
 /// Robots, obstacles, which pairs of bodies must stay apart, and how far two configurations are from each other.
