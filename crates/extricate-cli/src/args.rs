@@ -66,6 +66,14 @@ pub fn share(text: &str) -> Result<f64, String> {
     }
 }
 
+/// A finite number of seconds, 0 included.
+pub fn seconds_or_zero(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(value) if (0.0..1e9).contains(&value) => Ok(value),
+        _ => Err("expected a number of seconds, 0 or more".into()),
+    }
+}
+
 /// A whole number of at least one.
 pub fn positive(text: &str) -> Result<usize, String> {
     match text.parse::<usize>() {
@@ -115,6 +123,7 @@ mod tests {
             "check scene.toml --input -",
             "sample scene.toml -n 5 --seed 1 --colliding",
             "learn scene.toml -o m.model --labels 1000 --seconds 5 --seed 2 --threads 2",
+            "learn scene.toml -o m.model --resume --checkpoint c --checkpoint-every 0 --memory 100",
             "query m.model --input q.jsonl --effort exhaustive --json",
             "query m.model --input q.jsonl --exits 3 --starts 4 --max-checks 0 --max-seconds 1e-4 --way --threads 0",
             "query m.model --input q.jsonl --stream --hysteresis 0.1",
@@ -138,6 +147,9 @@ mod tests {
             "learn scene.toml -o m --labels 1e6",
             "learn scene.toml -o m --seconds -1",
             "learn scene.toml -o m --threads -1",
+            "learn scene.toml -o m --memory 0",
+            "learn scene.toml -o m --checkpoint-every -1",
+            "learn scene.toml -o m --checkpoint-every inf",
             "learn scene.toml -o m --threads 100000",
             "sample scene.toml -n -1",
             "sample scene.toml --seed 1.5",

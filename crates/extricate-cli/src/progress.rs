@@ -1,5 +1,6 @@
 //! Progress of a long job on standard error: a bar on a terminal, a plain line now and then elsewhere.
 
+use std::collections::VecDeque;
 use std::io::IsTerminal;
 use std::sync::mpsc::{self, RecvTimeoutError};
 use std::thread;
@@ -15,12 +16,17 @@ const SILENT: Duration = Duration::from_secs(1);
 const PLAIN_INTERVAL: Duration = Duration::from_secs(5);
 /// Time between two redraws of the bar.
 const REDRAW_INTERVAL: Duration = Duration::from_millis(100);
+/// Speed is that of so many seconds at least.
+const WINDOW: f64 = 10.0;
+/// Progress that is too small to estimate from.
+const LEAST_SHARE: f64 = 1e-6;
 /// Steps of the bar; progress is a fraction.
 const STEPS: u64 = 1000;
 
 /// One long job.
 pub struct Progress {
     title: &'static str,
+    estimate: Estimate,
     started: Instant,
     next: Instant,
     place: Place,
@@ -38,7 +44,7 @@ impl Progress {
     pub fn new(title: &'static str) -> Self {
         let place = if std::io::stderr().is_terminal() { Place::Terminal(None) } else { Place::Lines };
         let started = Instant::now();
-        Self { title, started, next: started + SILENT, place }
+        Self { title, estimate: Estimate::default(), started, next: started + SILENT, place }
     }
 
     /// Progress of a job that writes rows to standard output as it goes.
@@ -56,12 +62,14 @@ impl Progress {
         if now < self.next {
             return;
         }
+        let left = fraction.and_then(|f| self.estimate.left(self.started.elapsed().as_secs_f64(), f));
+        let left = left.map_or(String::new(), |seconds| format!(", about {} left", whole_duration(seconds)));
         match &mut self.place {
             Place::Nowhere => {}
             Place::Lines => {
                 self.next = now + PLAIN_INTERVAL;
                 let share = fraction.map_or(String::new(), |f| format!("{:.0} %, ", 100.0 * f.clamp(0.0, 1.0)));
-                notice::note(format_args!("{}: {share}{}", self.title, message()));
+                notice::note(format_args!("{}: {share}{}{left}", self.title, message()));
             }
             Place::Terminal(bar) => {
                 self.next = now + REDRAW_INTERVAL;
@@ -70,7 +78,7 @@ impl Progress {
                     Some(f) => bar.set_position((f.clamp(0.0, 1.0) * STEPS as f64) as u64),
                     None => bar.tick(),
                 }
-                bar.set_message(message());
+                bar.set_message(message() + &left);
             }
         }
     }
@@ -81,6 +89,37 @@ impl Progress {
             Place::Terminal(Some(bar)) => bar.suspend(print),
             _ => print(),
         }
+    }
+}
+
+/// How long a job will still take, from its speed of late.
+#[derive(Default)]
+struct Estimate {
+    /// Seconds and fractions, oldest first.
+    seen: VecDeque<(f64, f64)>,
+}
+
+impl Estimate {
+    /// Seconds left where `fraction` is done at `now` \[s\]; `None` where too little was seen.
+    fn left(&mut self, now: f64, fraction: f64) -> Option<f64> {
+        self.seen.push_back((now, fraction));
+        // Stages differ in speed, so what was long ago says little; but the window grows with the job.
+        let window = f64::max(WINDOW, now / 4.0);
+        while self.seen.get(1).is_some_and(|(then, _)| now - then >= window) {
+            self.seen.pop_front();
+        }
+        let (then, before) = *self.seen.front()?;
+        let (time, share) = (now - then, fraction - before);
+        (time > 0.0 && share > LEAST_SHARE).then(|| (1.0 - fraction).max(0.0) * time / share)
+    }
+}
+
+/// Time left as people say it: two digits suffice.
+fn whole_duration(seconds: f64) -> String {
+    match seconds {
+        s if s < 100.0 => format!("{:.0} s", s.ceil()),
+        s if s < 6000.0 => format!("{:.0} min", s / 60.0),
+        s => format!("{:.0} h", s / 3600.0),
     }
 }
 
@@ -121,4 +160,27 @@ fn new_bar(title: &'static str, elapsed: Duration, known: bool) -> ProgressBar {
         .with_style(style)
         .with_prefix(title)
         .with_elapsed(elapsed)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn time_left_follows_the_speed_of_late() {
+        let mut estimate = Estimate::default();
+        assert_eq!(estimate.left(0.0, 0.5), None, "a run that was resumed begins anywhere");
+        let left = (1..=20).filter_map(|i| estimate.left(f64::from(i), 0.5 + 0.01 * f64::from(i))).last().unwrap();
+        assert!((left - 30.0).abs() < 1e-6, "{left}");
+        // Half as fast from here.
+        let left = (1..=20).filter_map(|i| estimate.left(20.0 + f64::from(i), 0.7 + 0.005 * f64::from(i))).last();
+        assert!((left.unwrap() - 40.0).abs() < 1e-6, "{left:?}");
+        assert_eq!(estimate.left(50.0, 1.0), Some(0.0));
+    }
+
+    #[test]
+    fn time_left_reads_well() {
+        let texts = [0.2, 59.7, 600.0, 7300.0].map(whole_duration);
+        assert_eq!(texts, ["1 s", "60 s", "10 min", "2 h"]);
+    }
 }

@@ -50,6 +50,14 @@ pub enum Error {
         /// What is wrong with it.
         problem: String,
     },
+    /// A checkpoint is truncated, altered, foreign, of another version or of another scene.
+    #[error("checkpoint {}: {problem}", path.display())]
+    Checkpoint {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong with it.
+        problem: String,
+    },
     /// An option has a value that makes no sense.
     #[error("option {name}: got {value}, expected {expected}")]
     Option {

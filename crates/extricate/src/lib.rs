@@ -22,6 +22,7 @@ pub use collision::{CheckScratch, Checker, Contact, SegmentOptions, SegmentOutco
 pub use cspace::{Config, ConfigSpace, Label, Manifold};
 pub use error::{Error, Result};
 pub use learning::{LearnOptions, LearnProgress};
+pub use model::learner::Learner;
 pub use model::{Model, Statistics};
 pub use penetration::{
     Answer, Answered, ChangedScene, Effort, Exit, QueryBudget, QueryOptions, QueryScratch, Stream, StreamOptions, Way,

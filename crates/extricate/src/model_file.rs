@@ -3,6 +3,8 @@
 //! A safetensors container, so that NumPy reads the arrays: `boundary` (f64, samples x nq), `scene` and `classifier` (postcard,
 //! u8). Its one metadata entry, `extricate`, is JSON: format version, statistics, and the BLAKE3 hash of everything else.
 
+pub mod checkpoint;
+
 use std::collections::HashMap;
 use std::path::Path;
 use std::sync::Arc;
@@ -96,13 +98,17 @@ pub fn decode(path: &Path, bytes: &[u8]) -> Result<Model> {
 }
 
 fn checksum(statistics: &Statistics, parts: &[&[u8]]) -> String {
+    let statistics = serde_json::to_vec(statistics).expect("plain data serialises into memory");
+    hash(&[&[&statistics[..]], parts].concat())
+}
+
+/// BLAKE3 of the parts, each after its length.
+fn hash(parts: &[&[u8]]) -> String {
     let mut hasher = blake3::Hasher::new();
-    let mut add = |bytes: &[u8]| {
-        hasher.update(&(bytes.len() as u64).to_le_bytes());
-        hasher.update(bytes);
-    };
-    add(&serde_json::to_vec(statistics).expect("plain data serialises into memory"));
-    parts.iter().for_each(|part| add(part));
+    for part in parts {
+        hasher.update(&(part.len() as u64).to_le_bytes());
+        hasher.update(part);
+    }
     hasher.finalize().to_hex().to_string()
 }
 
@@ -114,7 +120,7 @@ mod tests {
     use std::ops::ControlFlow;
 
     fn small(threads: usize) -> Model {
-        let options = LearnOptions { labels: 20_000, seconds: None, seed: 3, threads };
+        let options = LearnOptions { labels: 20_000, seconds: None, seed: 3, threads, ..LearnOptions::default() };
         Model::learn(builtin::scene("planar-arm").unwrap(), &options, &mut |_| ControlFlow::Continue(())).unwrap()
     }
 

@@ -6,7 +6,9 @@ use std::path::{Path, PathBuf};
 
 use crate::error::{Error, Result};
 use crate::model::Model;
+use crate::model::learner::Learner;
 use crate::model_file;
+use crate::model_file::checkpoint::{self, CheckpointSummary};
 use crate::scene::Scene;
 use crate::scene::assemble::assemble;
 
@@ -60,6 +62,50 @@ pub fn load_model(path: &Path) -> Result<Model> {
 /// [`crate::Error::Write`]; the old file, if any, is then untouched.
 pub fn save_model(model: &Model, path: &Path) -> Result<()> {
     write_atomically(path, &model_file::encode(model))
+}
+
+/// Writes the checkpoint of a run, as it was at the end of its last whole unit of work, as [`write_atomically`] does.
+///
+/// # Errors
+/// [`crate::Error::Write`]; the old file, if any, is then untouched.
+pub fn save_checkpoint(learner: &Learner, path: &Path) -> Result<()> {
+    write_atomically(path, &checkpoint::encode(learner))
+}
+
+/// Goes on with the run that a file is a checkpoint of; its `scene` has to be given again.
+///
+/// # Errors
+/// [`crate::Error::Read`], and [`crate::Error::Checkpoint`] where the file is truncated, altered, foreign, of another version or
+/// of another scene.
+pub fn load_checkpoint(path: &Path, scene: Scene, threads: usize) -> Result<Learner> {
+    checkpoint::decode(path, &read(path)?, scene, threads)
+}
+
+/// What a checkpoint says of its run.
+///
+/// # Errors
+/// As [`load_checkpoint`].
+pub fn checkpoint_summary(path: &Path) -> Result<CheckpointSummary> {
+    checkpoint::summary(path, &read(path)?)
+}
+
+/// Removes a checkpoint whose run is over; one that is not there is none.
+///
+/// # Errors
+/// [`crate::Error::Write`].
+pub fn remove_checkpoint(path: &Path) -> Result<()> {
+    match fs::remove_file(path) {
+        Err(error) if error.kind() != ErrorKind::NotFound => Err(Error::Write { path: path.into(), source: error }),
+        _ => Ok(()),
+    }
+}
+
+/// Whether [`save_checkpoint`] can be expected to succeed.
+///
+/// # Errors
+/// As [`check_model_output`].
+pub fn check_checkpoint_output(path: &Path) -> Result<()> {
+    check_output(path, "checkpoint", checkpoint::is_checkpoint)
 }
 
 /// Whether [`save_model`] can be expected to succeed; to be asked before hours of learning.

@@ -1,20 +1,20 @@
 //! `extricate learn`: a scene in, a model file out.
 
-use std::ops::ControlFlow;
-use std::path::PathBuf;
-use std::time::Instant;
+use std::path::{Path, PathBuf};
+use std::time::Duration;
 
+use anyhow::bail;
 use clap::Args;
 use extricate::model::EndedBy;
-use extricate::{LearnOptions, LearnProgress, Model, Scene, Statistics, store};
+use extricate::{LearnOptions, Learner, Scene, Statistics, store};
 use serde::Serialize;
 
+use super::learn_run::{Keep, Learned, learn_with_progress, peak_memory};
 use super::{disable_line, load_scene, pairs_always_colliding, prepare, tell_warnings};
-use crate::args::{positive, seconds, seed, threads};
-use crate::interrupt::{self, StopOnInterrupt};
+use crate::args::{positive, seconds, seconds_or_zero, seed, threads};
+use crate::interrupt;
 use crate::notice;
 use crate::output::Output;
-use crate::progress::Progress;
 use crate::report::{self, count, duration, percent};
 
 /// Configurations tried for pairs that always collide; few, because such a pair collides in the first one already.
@@ -25,8 +25,8 @@ const ALWAYS_COLLIDING_SAMPLES: u64 = 100;
 #[command(
     after_help = "Learning ends when the labels or the seconds are spent. Give --labels without --seconds for a model \
                         that does not depend on the speed of the machine: the same scene, seed and labels give the same \
-                        model, whatever the number of threads. Ctrl-C ends learning early and keeps what was learned; a \
-                        second one ends at once."
+                        model, whatever the number of threads. Ctrl-C ends learning early, keeps what was learned \
+                        and leaves a checkpoint, from which --resume goes on to the same model; a second one ends at once."
 )]
 pub struct LearnArgs {
     /// Scene file (TOML)
@@ -40,68 +40,113 @@ pub struct LearnArgs {
     /// Most seconds to spend [default: 90, or no limit with --labels]
     #[arg(long, value_name = "T", value_parser = seconds, allow_negative_numbers = true)]
     seconds: Option<f64>,
-    /// Seed of the random numbers
-    #[arg(long, value_name = "S", default_value_t = 0, value_parser = seed, allow_negative_numbers = true)]
-    seed: u64,
+    /// Seed of the random numbers [default: 0]
+    #[arg(long, value_name = "S", value_parser = seed, allow_negative_numbers = true)]
+    seed: Option<u64>,
     /// Threads; 0 for one per core. The model does not depend on it
     #[arg(long, value_name = "N", default_value_t = 0, value_parser = threads, allow_negative_numbers = true)]
     threads: usize,
+    /// Most memory for what is found, in MiB; learning ends there [default: 4096]
+    #[arg(long, value_name = "MIB", value_parser = positive, allow_negative_numbers = true)]
+    memory: Option<usize>,
+    /// Go on with the run that the checkpoint was left by: the same scene, and labels, seconds, seed and memory as then
+    #[arg(long)]
+    resume: bool,
+    /// Where the run is kept while it lasts; removed at its end [default: MODEL with `.checkpoint` behind]
+    #[arg(long, value_name = "FILE")]
+    checkpoint: Option<PathBuf>,
+    /// Least seconds between two checkpoints; 0 writes one after every unit of work
+    #[arg(long, value_name = "T", default_value_t = 15.0, value_parser = seconds_or_zero, allow_negative_numbers = true)]
+    checkpoint_every: f64,
 }
 
 #[derive(Serialize)]
 struct Report<'a> {
     model: String,
+    /// Only of a run that was interrupted.
+    checkpoint: Option<String>,
     interrupted: bool,
     seconds: f64,
+    /// Peak of the process [bytes].
+    memory: Option<u64>,
     statistics: &'a Statistics,
 }
 
 /// Runs the command.
 pub fn run(args: &LearnArgs, json: bool) -> anyhow::Result<()> {
     store::check_model_output(&args.output)?;
-    let scene = load_scene(&args.scene)?;
-    tell_warnings(&scene);
-    warn_of_pairs_always_colliding(&scene);
-    let Learned { model, seconds, interrupted } = learn_with_progress(scene, &options(args))?;
-    interrupt::uninterrupted(|| store::save_model(&model, &args.output))?;
+    let checkpoint = args.checkpoint.clone().unwrap_or_else(|| beside(&args.output));
+    store::check_checkpoint_output(&checkpoint)?;
+    let learner = if args.resume { resumed(args, &checkpoint)? } else { begun(args, &checkpoint)? };
+    let unit = report::metric_unit(learner.scene());
+    let keep = Keep { path: &checkpoint, every: Duration::from_secs_f64(args.checkpoint_every) };
+    let Learned { model, seconds, interrupted } = learn_with_progress(learner, Some(&keep))?;
+    interrupt::uninterrupted(|| -> extricate::Result<()> {
+        store::save_model(&model, &args.output)?;
+        if interrupted { Ok(()) } else { store::remove_checkpoint(&checkpoint) }
+    })?;
     let statistics = model.statistics();
+    let kept = interrupted.then(|| checkpoint.display().to_string());
     let mut out = Output::new(false);
     if json {
-        out.json(&Report { model: args.output.display().to_string(), interrupted, seconds, statistics })?;
+        let model = args.output.display().to_string();
+        let memory = peak_memory();
+        out.json(&Report { model, checkpoint: kept, interrupted, seconds, memory, statistics })?;
     } else {
-        out.line(report::two_columns(&statistics_rows(statistics, report::metric_unit(model.scene()))))?;
-        out.line(format_args!("learned in {}", duration(seconds)))?;
+        out.line(report::two_columns(&statistics_rows(statistics, unit)))?;
+        let memory =
+            peak_memory().map_or(String::new(), |bytes| format!(", with {} MiB at most", count(bytes as usize >> 20)));
+        out.line(format_args!("learned in {}{memory}", duration(seconds)))?;
         out.line(format_args!("wrote {}", args.output.display()))?;
+        if let Some(kept) = kept {
+            out.line(format_args!("wrote {kept}; the same command with --resume goes on from there"))?;
+        }
     }
     out.finish()
 }
 
-/// A model, and what its file does not hold because it differs from run to run.
-pub struct Learned {
-    /// The model.
-    pub model: Model,
-    /// Wall time \[s\].
-    pub seconds: f64,
-    /// Whether the user ended it early.
-    pub interrupted: bool,
+/// A run from nothing.
+fn begun(args: &LearnArgs, checkpoint: &Path) -> anyhow::Result<Learner> {
+    let scene = load_scene(&args.scene)?;
+    tell_warnings(&scene);
+    warn_of_pairs_always_colliding(&scene);
+    if let Ok(left) = store::checkpoint_summary(checkpoint) {
+        notice::warning(format_args!(
+            "{} holds an unfinished run of {} labels, which this one will replace; --resume goes on with it",
+            checkpoint.display(),
+            count(left.labels)
+        ));
+    }
+    Ok(Learner::new(scene, &options(args))?)
 }
 
-/// Learns with a progress bar; Ctrl-C ends early and keeps what was learned.
-pub fn learn_with_progress(scene: Scene, options: &LearnOptions) -> anyhow::Result<Learned> {
-    let started = Instant::now();
-    let stop = StopOnInterrupt::new();
-    let mut progress = Progress::new("learning");
-    let model = Model::learn(scene, options, &mut |state| {
-        progress.update(Some(state.fraction), || in_words(state));
-        if stop.asked() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
-    });
-    drop(progress);
-    let (model, interrupted) = (model?, stop.asked());
-    if interrupted {
-        let labels = count(model.statistics().labels);
-        notice::warning(format_args!("stopped by the user; keeping the model learned so far ({labels} labels)"));
-    }
-    Ok(Learned { model, seconds: started.elapsed().as_secs_f64(), interrupted })
+/// The run that `checkpoint` was left by.
+fn resumed(args: &LearnArgs, checkpoint: &Path) -> anyhow::Result<Learner> {
+    let begun = store::checkpoint_summary(checkpoint)?.options;
+    let differs = |given: Option<String>, name: &str, then: String| match given {
+        Some(given) if given != then => {
+            bail!("--{name}: got {given}, but the run in {} was begun with {then}", checkpoint.display())
+        }
+        _ => Ok(()),
+    };
+    differs(args.labels.map(|n| n.to_string()), "labels", begun.labels.to_string())?;
+    differs(
+        args.seconds.map(|t| t.to_string()),
+        "seconds",
+        begun.seconds.map_or("no limit".into(), |t| t.to_string()),
+    )?;
+    differs(args.seed.map(|s| s.to_string()), "seed", begun.seed.to_string())?;
+    differs(args.memory.map(|m| m.to_string()), "memory", (begun.memory >> 20).to_string())?;
+    let scene = load_scene(&args.scene)?;
+    tell_warnings(&scene);
+    Ok(store::load_checkpoint(checkpoint, scene, args.threads)?)
+}
+
+/// The path with `.checkpoint` behind.
+fn beside(model: &Path) -> PathBuf {
+    let mut name = model.as_os_str().to_os_string();
+    name.push(".checkpoint");
+    name.into()
 }
 
 /// What a model's statistics say, for people.
@@ -110,6 +155,7 @@ pub fn statistics_rows(statistics: &Statistics, unit: &str) -> Vec<(&'static str
         EndedBy::Labels => "",
         EndedBy::Seconds => " (ended by the time limit)",
         EndedBy::Interruption => " (interrupted)",
+        EndedBy::Memory => " (ended by the limit on memory)",
     };
     vec![
         ("labels spent", format!("{} exact checks{ended}", count(statistics.labels))),
@@ -141,7 +187,13 @@ fn options(args: &LearnArgs) -> LearnOptions {
     let default = LearnOptions::default();
     // Who counts labels wants a model that another machine learns too; a silent time limit would break that.
     let seconds = if args.labels.is_some() { args.seconds } else { args.seconds.or(default.seconds) };
-    LearnOptions { labels: args.labels.unwrap_or(default.labels), seconds, seed: args.seed, threads: args.threads }
+    LearnOptions {
+        labels: args.labels.unwrap_or(default.labels),
+        seconds,
+        seed: args.seed.unwrap_or(default.seed),
+        threads: args.threads,
+        memory: args.memory.map_or(default.memory, |mebibytes| mebibytes.saturating_mul(1 << 20)),
+    }
 }
 
 fn warn_of_pairs_always_colliding(scene: &Scene) {
@@ -158,19 +210,24 @@ fn warn_of_pairs_always_colliding(scene: &Scene) {
     ));
 }
 
-fn in_words(state: &LearnProgress) -> String {
-    let accuracy = state.accuracy.map_or(String::new(), |a| format!(", accuracy {}", percent(a)));
-    let (labels, samples) = (count(state.labels), count(state.boundary_samples));
-    format!("{}: {labels} labels, {samples} boundary samples{accuracy}", state.stage)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use clap::CommandFactory;
 
     fn args(labels: Option<usize>, seconds: Option<f64>) -> LearnArgs {
-        LearnArgs { scene: "s".into(), output: "m".into(), labels, seconds, seed: 1, threads: 0 }
+        LearnArgs {
+            scene: "s".into(),
+            output: "m".into(),
+            labels,
+            seconds,
+            seed: None,
+            threads: 0,
+            memory: None,
+            resume: false,
+            checkpoint: None,
+            checkpoint_every: 15.0,
+        }
     }
 
     #[test]
@@ -187,6 +244,8 @@ mod tests {
         let default = LearnOptions::default();
         assert!(help.contains(&format!("[default: {}]", default.labels)), "{help}");
         assert!(help.contains(&format!("[default: {}, or no limit", default.seconds.unwrap())), "{help}");
+        assert!(help.contains(&format!("numbers [default: {}]", default.seed)), "{help}");
+        assert!(help.contains(&format!("ends there [default: {}]", default.memory >> 20)), "{help}");
     }
 
     #[test]
@@ -206,14 +265,5 @@ mod tests {
         assert!(text(&statistics).contains("no boundary found") && text(&statistics).contains("nothing was held out"));
         (statistics.boundary_gap, statistics.accuracy_free) = (Some(1e-3), Some(0.97));
         assert!(text(&statistics).contains("1.000e-3 rad at most") && text(&statistics).contains("97 % on free, - on"));
-    }
-
-    #[test]
-    fn progress_reads_well() {
-        let mut state =
-            LearnProgress { stage: "exploring", fraction: 0.1, labels: 1500, boundary_samples: 30, accuracy: None };
-        assert_eq!(in_words(&state), "exploring: 1,500 labels, 30 boundary samples");
-        state.accuracy = Some(0.953);
-        assert!(in_words(&state).ends_with("accuracy 95.3 %"));
     }
 }

@@ -7,6 +7,7 @@ mod demo_table;
 pub mod info;
 mod info_scene;
 pub mod learn;
+mod learn_run;
 pub mod query;
 mod query_row;
 mod query_summary;

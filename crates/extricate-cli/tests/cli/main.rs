@@ -1,6 +1,7 @@
 //! The command line from outside: exit codes, standard output and error, files. Depths are judged in the library's tests.
 
 mod bad_input;
+mod checkpoints;
 mod demo;
 mod pipeline;
 mod process;

@@ -236,8 +236,9 @@ fn learn_reports_statistics_and_info_repeats_them() {
     let workspace = Workspace::new();
     let report = workspace.run("learn scene.toml -o a.model --labels 3000 --seed 7 --json").expect_code(0);
     let report = &report.json()[0];
-    assert_keys(report, &["model", "interrupted", "seconds", "statistics"]);
-    assert_eq!(report["interrupted"], false);
+    assert_keys(report, &["model", "checkpoint", "interrupted", "seconds", "memory", "statistics"]);
+    assert_eq!((&report["interrupted"], &report["checkpoint"]), (&json!(false), &Value::Null));
+    assert!(!cfg!(target_os = "linux") || report["memory"].as_u64().unwrap() > 1 << 20);
     assert_eq!(report["statistics"]["seed"], 7);
     assert_eq!(report["statistics"]["ended_by"], "labels");
     let info = &workspace.run("info a.model --json").expect_code(0).json()[0];

@@ -78,6 +78,13 @@ impl SampleSet {
         Self { nq, configs, index, embedding_len, projection }
     }
 
+    /// Memory for `rows` configurations and their index \[bytes\]: most of it while it is built.
+    pub fn bytes(metric: &Metric, nq: usize, rows: usize) -> usize {
+        let embedding = metric.embedding_len();
+        let indexed = embedding.min(MOST_DIMENSIONS);
+        rows * 8 * (nq + embedding + if indexed < embedding { indexed } else { 0 }) + Index::bytes(indexed, rows)
+    }
+
     /// Number of samples.
     pub fn len(&self) -> usize {
         self.configs.len() / self.nq

@@ -1,6 +1,7 @@
 //! Tracing the boundary: from colliding configurations to verified free ones right beside the obstacle region.
 
 use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
 
 use super::{BoundaryScratch, SampleSet};
 use crate::cspace::sampling::Halton;
@@ -28,41 +29,86 @@ const MAX_HALVINGS: u32 = 40;
 /// Seeds of the first pass; each later one takes twice as many, up to [`BATCH`]. A short budget is spent on whole passes.
 const FIRST_SEEDS: usize = 256;
 
-/// Spends the budget on boundary samples; returns them row major.
+/// How far tracing has come: with the lists of configurations, all that is needed to go on.
+#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct TracePlace {
+    /// Free configurations that are starts: the first of all that are known.
+    pub starts: usize,
+    /// Boundary samples that are starts too: the first so many of those found so far.
+    pub indexed: usize,
+    /// Colliding configurations used as seeds.
+    pub seeds_used: usize,
+    /// Passes made.
+    pub passes: usize,
+}
+
+/// Traces the boundary, one pass at a time.
 ///
 /// Every colliding seed is joined to the nearest known free configuration and to the nearest boundary sample found so far;
 /// both segments are halved toward the seed. So the samples lie where the exits of random colliding configurations are, and
 /// each pass starts from better ones. Seeds that the classifier gets wrong come first (`colliding` is in that order).
 ///
-/// Where time or the caller ended the budget before this, one small pass is made all the same: without it nothing would be
-/// known of the boundary. The limit in labels always holds.
-///
 /// # Guarantee
-/// Every row was labelled free, and some configuration within `gap` of it was labelled colliding.
-pub fn trace(ground: &TraceGround, known: &mut Exploration, halton: &Halton, budget: &mut Budget) -> Vec<f64> {
-    let nq = ground.space.nq();
-    let mut samples: Vec<f64> = Vec::new();
-    if known.free.is_empty() {
-        return samples;
+/// Every sample was labelled free, and some configuration within `gap` of it was labelled colliding.
+pub struct Tracer {
+    free: SampleSet,
+    traced: Option<SampleSet>,
+    place: TracePlace,
+}
+
+impl Tracer {
+    /// Before the first pass; there has to be a free configuration.
+    pub fn new(ground: &TraceGround, known: &Exploration) -> Self {
+        Self::at(ground, known, &[], Self::first_place(known, ground.space.nq()))
     }
-    let free = SampleSet::new(ground.metric, nq, thin(&known.free, nq, MOST_FREE), ground.seed);
-    let mut traced: Option<SampleSet> = None;
-    let (mut seeds_used, mut most_seeds) = (0, FIRST_SEEDS);
-    let mut first_pass = true;
-    while (budget.end().is_none() || first_pass) && budget.left() > 0 {
-        first_pass = false;
-        if known.colliding.len() / nq < seeds_used + most_seeds {
+
+    /// Where a new tracer stands.
+    pub fn first_place(known: &Exploration, nq: usize) -> TracePlace {
+        TracePlace { starts: (known.free.len() / nq).min(MOST_STARTS), ..TracePlace::default() }
+    }
+
+    /// Where an earlier tracer stood.
+    pub fn at(ground: &TraceGround, known: &Exploration, samples: &[f64], place: TracePlace) -> Self {
+        let nq = ground.space.nq();
+        let set = |configs: &[f64]| SampleSet::new(ground.metric, nq, configs.to_vec(), ground.seed);
+        let traced = (place.indexed > 0).then(|| set(&samples[..place.indexed * nq]));
+        Self { free: set(&known.free[..place.starts * nq]), traced, place }
+    }
+
+    /// Where it stands.
+    pub fn place(&self) -> &TracePlace {
+        &self.place
+    }
+
+    /// Makes a pass, which appends to `samples` (row major); whether another one could be paid for.
+    ///
+    /// Where time or the caller ended the budget while nothing was traced yet, the pass is made all the same: without it
+    /// nothing would be known of the boundary. The limit in labels always holds.
+    pub fn pass(
+        &mut self,
+        ground: &TraceGround,
+        known: &mut Exploration,
+        samples: &mut Vec<f64>,
+        halton: &Halton,
+        budget: &mut Budget,
+    ) -> bool {
+        let (nq, place) = (ground.space.nq(), &mut self.place);
+        let most_seeds = FIRST_SEEDS.checked_shl(place.passes as u32).map_or(BATCH, |seeds| seeds.min(BATCH));
+        if known.colliding.len() / nq < place.seeds_used + most_seeds {
             // The last labels are better spent on the seeds that there are.
             let more = (budget.left() / 4).clamp(1, BATCH);
             known.extend(ground.space, halton, more, ground.label, budget);
+            // Starts are chosen; further free configurations would only take memory.
+            known.free.truncate(known.free.len().min(MOST_STARTS.max(place.starts) * nq));
         }
-        let until = (seeds_used + most_seeds).min(known.colliding.len() / nq);
-        let seeds = &known.colliding[seeds_used * nq..until * nq];
-        (seeds_used, most_seeds) = (until, (2 * most_seeds).min(BATCH));
+        let until = (place.seeds_used + most_seeds).min(known.colliding.len() / nq);
+        let seeds = &known.colliding[place.seeds_used * nq..until * nq];
+        (place.seeds_used, place.passes) = (until, place.passes + 1);
+        let sets = [Some(&self.free), self.traced.as_ref()];
         let starts: Vec<[Option<Vec<f64>>; 2]> = seeds
             .par_chunks_exact(nq)
             .map_init(Default::default, |scratch: &mut (BoundaryScratch, Anchor, Vec<(u32, f64)>), seed| {
-                [Some(&free), traced.as_ref()].map(|set| nearest(ground.metric, set?, seed, scratch))
+                sets.map(|set| nearest(ground.metric, set?, seed, scratch))
             })
             .collect();
         let (mut near, mut far) = (Vec::new(), Vec::new());
@@ -75,22 +121,16 @@ pub fn trace(ground: &TraceGround, known: &mut Exploration, halton: &Halton, bud
         let paid = halve(ground, &mut near, &mut far, samples.is_empty(), budget);
         samples.extend_from_slice(&near);
         budget.note(samples.len() / nq, None);
-        if traced.as_ref().is_none_or(|set| 2 * set.len() <= samples.len() / nq) && !samples.is_empty() {
-            traced = Some(SampleSet::new(ground.metric, nq, samples.clone(), ground.seed));
+        if self.traced.as_ref().is_none_or(|set| 2 * set.len() <= samples.len() / nq) && !samples.is_empty() {
+            self.traced = Some(SampleSet::new(ground.metric, nq, samples.clone(), ground.seed));
+            place.indexed = samples.len() / nq;
         }
-        if !paid {
-            break;
-        }
+        paid && budget.left() > 0
     }
-    samples
 }
 
 /// Free configurations kept as starts; more cost search time and gain little once boundary samples are there.
-const MOST_FREE: usize = 50_000;
-
-fn thin(configs: &[f64], nq: usize, most: usize) -> Vec<f64> {
-    configs[..configs.len().min(most * nq)].to_vec()
-}
+const MOST_STARTS: usize = 50_000;
 
 fn nearest(
     metric: &Metric,
@@ -183,7 +223,8 @@ mod tests {
         let mut known = Exploration::default();
         known.extend(&scene.space, &halton, 8000, &label, &mut budget);
         let ground = TraceGround { space: &scene.space, metric: &metric, label: &label, gap: 0.01, seed: 1 };
-        let samples = trace(&ground, &mut known, &halton, &mut budget);
+        let (mut tracer, mut samples) = (Tracer::new(&ground, &known), Vec::new());
+        while tracer.pass(&ground, &mut known, &mut samples, &halton, &mut budget) && budget.end().is_none() {}
         assert!(samples.len() / nq > 1000, "{}", samples.len() / nq);
         for q in samples.chunks_exact(nq) {
             assert!((1.0..1.0101).contains(&radius(q)), "{q:?}");

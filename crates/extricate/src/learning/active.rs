@@ -3,6 +3,7 @@
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
 
 use super::classifier::{Classifier, FitOptions};
 use super::explore::Exploration;
@@ -13,6 +14,7 @@ use crate::cspace::{ConfigSpace, Label};
 pub type Features<'a> = dyn Fn(&[f64]) -> Vec<f64> + Sync + 'a;
 
 /// The classifier and how good it is on configurations it was not trained on.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct Classified {
     /// The classifier; `None` where only one label was ever seen.
     pub classifier: Option<Classifier>,
@@ -20,6 +22,13 @@ pub struct Classified {
     pub accuracy_free: Option<f64>,
     /// Held-out accuracy on colliding configurations.
     pub accuracy_colliding: Option<f64>,
+}
+
+impl Classified {
+    /// Mean of both accuracies; `None` where one was not measured.
+    pub fn balanced_accuracy(&self) -> Option<f64> {
+        Some(0.5 * (self.accuracy_free? + self.accuracy_colliding?))
+    }
 }
 
 /// Shares of one training round's new configurations.
@@ -57,7 +66,7 @@ pub fn classify(
     let nq = space.nq();
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let (free, colliding) = (rows(&known.free, nq), rows(&known.colliding, nq));
-    let mut outcome = Classified { classifier: None, accuracy_free: None, accuracy_colliding: None };
+    let mut outcome = Classified::default();
     if free.is_empty() || colliding.is_empty() || budget.end().is_some() {
         return outcome;
     }

@@ -3,13 +3,25 @@
 use std::ops::ControlFlow;
 use std::time::Instant;
 
+use serde::{Deserialize, Serialize};
+
 use super::{LabelBatch, LearnOptions, LearnProgress};
 use crate::cspace::Label;
+
+/// What a run has spent and found; a checkpoint keeps it.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+pub struct Spent {
+    /// Labels.
+    pub labels: usize,
+    /// Wall time \[s\].
+    pub seconds: f64,
+}
 
 /// Counts labels and seconds, and reports progress after every batch.
 pub struct Budget<'a> {
     labels: usize,
     seconds: Option<f64>,
+    before: f64,
     started: Instant,
     progress: LearnProgress,
     report: &'a mut dyn FnMut(&LearnProgress) -> ControlFlow<()>,
@@ -30,9 +42,29 @@ pub enum BudgetEnd {
 impl<'a> Budget<'a> {
     /// Starts the clock.
     pub fn new(options: &LearnOptions, report: &'a mut dyn FnMut(&LearnProgress) -> ControlFlow<()>) -> Self {
-        let progress =
-            LearnProgress { stage: "exploring", fraction: 0.0, labels: 0, boundary_samples: 0, accuracy: None };
-        Self { labels: options.labels, seconds: options.seconds, started: Instant::now(), progress, report, end: None }
+        Self::resumed(options, &Spent::default(), report)
+    }
+
+    /// Starts the clock for the rest of a run that has spent something before.
+    pub fn resumed(
+        options: &LearnOptions,
+        spent: &Spent,
+        report: &'a mut dyn FnMut(&LearnProgress) -> ControlFlow<()>,
+    ) -> Self {
+        let (labels, before) = (options.labels, spent.seconds);
+        let progress = LearnProgress {
+            stage: "exploring",
+            fraction: 0.0,
+            labels: spent.labels,
+            boundary_samples: 0,
+            accuracy: None,
+        };
+        Self { labels, seconds: options.seconds, before, started: Instant::now(), progress, report, end: None }
+    }
+
+    /// What was spent, earlier parts of the run included.
+    pub fn spent_so_far(&self) -> Spent {
+        Spent { labels: self.progress.labels, seconds: self.seconds_spent() }
     }
 
     /// Names the stage that follows.
@@ -95,8 +127,8 @@ impl<'a> Budget<'a> {
         self.labels.saturating_sub(self.progress.labels)
     }
 
-    /// Wall time since the start \[s\].
+    /// Wall time \[s\], earlier parts of the run included.
     pub fn seconds_spent(&self) -> f64 {
-        self.started.elapsed().as_secs_f64()
+        self.before + self.started.elapsed().as_secs_f64()
     }
 }

@@ -19,7 +19,7 @@ pub use budget::Budget;
 pub type LabelBatch<'a> = dyn Fn(&[f64]) -> Vec<Label> + Sync + 'a;
 
 /// How much to learn.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct LearnOptions {
     /// Most labels (exact checks) to spend.
     pub labels: usize,
@@ -29,11 +29,13 @@ pub struct LearnOptions {
     pub seed: u64,
     /// Threads; 0 for one per core. The model does not depend on it.
     pub threads: usize,
+    /// Most memory for what is found \[bytes\], counted; learning ends where it is reached.
+    pub memory: usize,
 }
 
 impl Default for LearnOptions {
     fn default() -> Self {
-        Self { labels: 600_000, seconds: Some(90.0), seed: 0, threads: 0 }
+        Self { labels: 600_000, seconds: Some(90.0), seed: 0, threads: 0, memory: 4 << 30 }
     }
 }
 

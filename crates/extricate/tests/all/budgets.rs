@@ -7,7 +7,7 @@ use extricate::scene::builtin;
 use extricate::{Error, LearnOptions, Model, QueryOptions, QueryScratch, Result};
 
 fn learned(labels: usize, seconds: Option<f64>, most_reports: usize) -> Result<Model> {
-    let options = LearnOptions { labels, seconds, seed: 4, threads: 2 };
+    let options = LearnOptions { labels, seconds, seed: 4, threads: 2, ..LearnOptions::default() };
     let mut reports = 0;
     Model::learn(builtin::scene("planar-arm").unwrap(), &options, &mut |_| {
         reports += 1;

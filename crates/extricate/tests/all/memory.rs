@@ -21,7 +21,7 @@ pub fn scene(toml: &str, files: &[(&str, String)]) -> Scene {
 
 /// Learns with a number of labels and nothing else to end it.
 pub fn learn(scene: Scene, labels: usize, seed: u64) -> Model {
-    let options = LearnOptions { labels, seconds: None, seed, threads: 0 };
+    let options = LearnOptions { labels, seconds: None, seed, ..LearnOptions::default() };
     Model::learn(scene, &options, &mut |_| ControlFlow::Continue(())).unwrap()
 }
 

@@ -1,0 +1,105 @@
+//! A learning run with a progress bar, Ctrl-C and checkpoints.
+
+use std::ops::ControlFlow;
+use std::path::Path;
+use std::time::{Duration, Instant};
+
+use extricate::{LearnProgress, Learner, Model, store};
+
+use crate::interrupt::StopOnInterrupt;
+use crate::notice;
+use crate::progress::Progress;
+use crate::report::{count, percent};
+
+/// Where a run is kept while it lasts.
+pub struct Keep<'a> {
+    /// The checkpoint file.
+    pub path: &'a Path,
+    /// Least time between two checkpoints.
+    pub every: Duration,
+}
+
+/// A model, and what its file does not hold because it differs from run to run.
+pub struct Learned {
+    /// The model.
+    pub model: Model,
+    /// Wall time \[s\].
+    pub seconds: f64,
+    /// Whether the user ended it early; its checkpoint, if it is kept, was then written.
+    pub interrupted: bool,
+}
+
+/// Learns to the end, or until Ctrl-C, which keeps what was learned.
+pub fn learn_with_progress(mut learner: Learner, keep: Option<&Keep>) -> anyhow::Result<Learned> {
+    let started = Instant::now();
+    let stop = StopOnInterrupt::new();
+    let mut progress = Progress::new("learning");
+    let mut report = |state: &LearnProgress| {
+        progress.update(Some(state.fraction), || in_words(state));
+        if stop.asked() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    };
+    let mut kept = Instant::now();
+    while learner.step(&mut report) {
+        if let Some(keep) = keep
+            && kept.elapsed() >= keep.every
+        {
+            save(&learner, keep);
+            kept = Instant::now();
+        }
+    }
+    if stop.asked()
+        && let Some(keep) = keep
+    {
+        save(&learner, keep);
+    }
+    let model = learner.finish(&mut report);
+    drop(progress);
+    let (model, interrupted) = (model?, stop.asked());
+    if interrupted {
+        let labels = count(model.statistics().labels);
+        notice::warning(format_args!("stopped by the user; keeping the model learned so far ({labels} labels)"));
+    }
+    Ok(Learned { model, seconds: started.elapsed().as_secs_f64(), interrupted })
+}
+
+/// A run that cannot be kept is worth going on with all the same.
+fn save(learner: &Learner, keep: &Keep) {
+    if let Err(error) = store::save_checkpoint(learner, keep.path) {
+        notice::warning(format_args!("no checkpoint: {error}"));
+    }
+}
+
+fn in_words(state: &LearnProgress) -> String {
+    let accuracy = state.accuracy.map_or(String::new(), |a| format!(", accuracy {}", percent(a)));
+    let (labels, samples) = (count(state.labels), count(state.boundary_samples));
+    format!("{}: {labels} labels, {samples} boundary samples{accuracy}", state.stage)
+}
+
+/// The most memory that this process ever had \[bytes\]; `None` where the system does not say.
+pub fn peak_memory() -> Option<u64> {
+    let status = std::fs::read_to_string("/proc/self/status").ok()?;
+    let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;
+    Some(line.trim().strip_suffix("kB")?.trim().parse::<u64>().ok()? << 10)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn progress_reads_well() {
+        let mut state =
+            LearnProgress { stage: "exploring", fraction: 0.1, labels: 1500, boundary_samples: 30, accuracy: None };
+        assert_eq!(in_words(&state), "exploring: 1,500 labels, 30 boundary samples");
+        state.accuracy = Some(0.953);
+        assert!(in_words(&state).ends_with("accuracy 95.3 %"));
+    }
+
+    #[test]
+    #[cfg(target_os = "linux")]
+    fn peak_memory_grows_with_use() {
+        let before = peak_memory().unwrap();
+        let used = std::hint::black_box(vec![1u8; 200 << 20]);
+        assert!(peak_memory().unwrap() >= (used.len() as u64).max(before));
+    }
+}

@@ -1,0 +1,128 @@
+//! Learning that is killed, interrupted and resumed: what is left behind is whole, and leads to the same bytes.
+
+use std::process::Child;
+use std::thread::sleep;
+use std::time::{Duration, Instant};
+
+use crate::process::{Workspace, exists};
+
+/// Kills of the test below; a thousand take some minutes:
+/// `EXTRICATE_KILLS=1000 cargo test --release -p extricate-cli killed`.
+const KILLS: usize = 24;
+const LEARN: &str = "learn scene.toml -o a.model --labels 30000 --seed 5 --checkpoint-every 0";
+
+/// A seeded generator that needs no crate (G. Marsaglia, "Xorshift RNGs", 2003, doi:10.18637/jss.v008.i14).
+struct Random(u64);
+
+impl Random {
+    /// Uniform in `[0, 1)`.
+    fn next(&mut self) -> f64 {
+        self.0 ^= self.0 << 13;
+        self.0 ^= self.0 >> 7;
+        self.0 ^= self.0 << 17;
+        (self.0 >> 11) as f64 / (1u64 << 53) as f64
+    }
+}
+
+/// Learns without interruption; returns the model's bytes and the time it took.
+fn whole_run(workspace: &Workspace) -> (Vec<u8>, Duration) {
+    let started = Instant::now();
+    workspace.run(LEARN).expect_code(0);
+    let bytes = std::fs::read(workspace.path("a.model")).unwrap();
+    assert!(!exists(&workspace.path("a.model.checkpoint")), "a run that is over leaves no checkpoint");
+    std::fs::remove_file(workspace.path("a.model")).unwrap();
+    (bytes, started.elapsed())
+}
+
+fn kill(mut child: Child) {
+    let _ = child.kill();
+    child.wait().unwrap();
+}
+
+#[test]
+fn killed_at_any_moment_it_resumes_to_the_same_bytes() {
+    let kills = std::env::var("EXTRICATE_KILLS").map_or(KILLS, |n| n.parse().expect("EXTRICATE_KILLS is a number"));
+    let workspace = Workspace::new();
+    let (whole, duration) = whole_run(&workspace);
+    let (model, checkpoint) = (workspace.path("a.model"), workspace.path("a.model.checkpoint"));
+    let mut random = Random(0x9e37_79b9_7f4a_7c15);
+    let (mut left_behind, mut done) = (0, 0);
+    while done < kills {
+        // One to three kills a run: what was resumed is killed too.
+        for _ in 0..1 + (3.0 * random.next()) as usize {
+            let resume = exists(&checkpoint);
+            let child =
+                workspace.command(&format!("{LEARN}{}", if resume { " --resume" } else { "" })).spawn().unwrap();
+            sleep(duration.mul_f64(1.1 * random.next()));
+            kill(child);
+            done += 1;
+            left_behind += usize::from(exists(&checkpoint));
+            if exists(&model) {
+                // It was over before it was killed, or as good as: the model is never half written.
+                assert!(std::fs::read(&model).unwrap() == whole);
+            }
+        }
+        let resume = if exists(&checkpoint) { " --resume" } else { "" };
+        workspace.run(&format!("{LEARN}{resume}")).expect_code(0);
+        assert!(std::fs::read(&model).unwrap() == whole, "other bytes after {done} kills");
+        assert!(!exists(&checkpoint));
+        std::fs::remove_file(&model).unwrap();
+    }
+    assert!(left_behind * 4 > kills, "only {left_behind} of {kills} kills left a checkpoint: the test tests little");
+}
+
+#[cfg(unix)]
+#[test]
+fn interrupted_it_leaves_a_model_and_a_checkpoint() {
+    let workspace = Workspace::new();
+    let line = "learn scene.toml -o a.model --labels 400000 --seed 5";
+    workspace.run(line).expect_code(0);
+    let whole = std::fs::read(workspace.path("a.model")).unwrap();
+    std::fs::remove_file(workspace.path("a.model")).unwrap();
+    let mut child = workspace.command(&format!("{line} --checkpoint-every 0")).spawn().unwrap();
+    while !exists(&workspace.path("a.model.checkpoint")) {
+        assert!(child.try_wait().unwrap().is_none(), "it ended before it could be interrupted");
+        sleep(Duration::from_millis(1));
+    }
+    let pid = child.id().to_string();
+    assert!(std::process::Command::new("kill").args(["-INT", &pid]).status().unwrap().success());
+    assert_eq!(child.wait().unwrap().code(), Some(0));
+    let info = &workspace.run("info a.model --json").expect_code(0).json()[0];
+    assert_eq!(info["statistics"]["ended_by"], "interruption");
+    workspace.run_with_input("query a.model --input - --json", "[0.1, 0.0]").expect_code(0);
+    workspace.run("learn scene.toml -o a.model --resume").expect_code(0);
+    assert!(std::fs::read(workspace.path("a.model")).unwrap() == whole);
+}
+
+#[test]
+fn what_cannot_be_resumed_is_refused() {
+    let workspace = Workspace::new();
+    let resume = "learn scene.toml -o a.model --resume";
+    workspace.run(resume).expect_failure(&["a.model.checkpoint", "cannot read"]);
+    let mut child =
+        workspace.command("learn scene.toml -o a.model --labels 9000000 --checkpoint-every 0").spawn().unwrap();
+    while !exists(&workspace.path("a.model.checkpoint")) {
+        assert!(child.try_wait().unwrap().is_none());
+        sleep(Duration::from_millis(1));
+    }
+    kill(child);
+    workspace.run(&format!("{resume} --labels 7")).expect_failure(&["--labels", "got 7", "begun with 9000000"]);
+    workspace.run(&format!("{resume} --seconds 3")).expect_failure(&["--seconds", "no limit"]);
+    workspace.run("learn scene.toml -o a.model.checkpoint").expect_failure(&["is no model"]);
+    let warned = workspace.run("learn scene.toml -o a.model --labels 500").expect_code(0).stderr;
+    assert!(warned.contains("unfinished run") && warned.contains("--resume"), "{warned}");
+    // Gone with the run that replaced it.
+    workspace.run(resume).expect_failure(&["cannot read"]);
+    workspace.write("a.model.checkpoint", "text");
+    workspace.run(resume).expect_failure(&["a.model.checkpoint", "is no checkpoint"]);
+    let scene = std::fs::read_to_string(workspace.path("scene.toml")).unwrap();
+    let mut child =
+        workspace.command("learn scene.toml -o b.model --labels 9000000 --checkpoint-every 0").spawn().unwrap();
+    while !exists(&workspace.path("b.model.checkpoint")) {
+        assert!(child.try_wait().unwrap().is_none());
+        sleep(Duration::from_millis(1));
+    }
+    kill(child);
+    workspace.write("scene.toml", scene.replace("0.6, 0.1", "0.7, 0.1"));
+    workspace.run("learn scene.toml -o b.model --resume").expect_failure(&["b.model.checkpoint", "another scene"]);
+}

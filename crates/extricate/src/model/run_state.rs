@@ -1,0 +1,77 @@
+//! What a learning run has found, and where the last whole unit of work ended.
+
+use serde::{Deserialize, Serialize};
+
+use super::EndedBy;
+use crate::boundary::trace::TracePlace;
+use crate::learning::active::Classified;
+use crate::learning::budget::Spent;
+use crate::learning::explore::Exploration;
+
+/// What a run has found. Within a unit of work the lists only grow (but for free configurations that no pass will use), and the
+/// rest is as the last unit left it: so their beginnings are the state at its end.
+#[derive(Debug, Clone, Default)]
+pub struct RunState {
+    /// Labelled configurations.
+    pub known: Exploration,
+    /// Boundary samples, row major.
+    pub samples: Vec<f64>,
+    /// The trained classifier, after the stage of training.
+    pub classified: Classified,
+    /// Share of uniform configurations that collide, after exploration.
+    pub colliding_share: f64,
+    /// Where the last whole unit of work ended.
+    pub mark: Mark,
+}
+
+/// Where a unit of work ended.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+pub struct Mark {
+    /// The stage of the unit to come.
+    pub stage: Stage,
+    /// Numbers in the lists of free configurations, of colliding ones, and of boundary samples.
+    pub lengths: [usize; 3],
+    /// Index of the next low-discrepancy point.
+    pub next: u64,
+    /// Labels and seconds until then.
+    pub spent: Spent,
+}
+
+/// What a unit of work belongs to.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+pub enum Stage {
+    /// Labels of low-discrepancy configurations.
+    #[default]
+    Exploring,
+    /// The classifier.
+    Training,
+    /// The boundary.
+    Tracing(TracePlace),
+    /// Nothing is left to do, for this reason.
+    Done(EndedBy),
+}
+
+impl Stage {
+    /// As progress reports name it.
+    pub fn name(&self) -> &'static str {
+        match self {
+            Self::Exploring => "exploring",
+            Self::Training => "training",
+            Self::Tracing(_) | Self::Done(_) => "tracing the boundary",
+        }
+    }
+}
+
+impl RunState {
+    /// The lists as they were at the mark: free, colliding, boundary samples.
+    pub fn lists_at_mark(&self) -> [&[f64]; 3] {
+        let lists = [&self.known.free, &self.known.colliding, &self.samples];
+        std::array::from_fn(|i| &lists[i][..self.mark.lengths[i].min(lists[i].len())])
+    }
+
+    /// Sets the mark here.
+    pub fn set_mark(&mut self, stage: Stage, spent: Spent) {
+        let lengths = [self.known.free.len(), self.known.colliding.len(), self.samples.len()];
+        self.mark = Mark { stage, lengths, next: self.known.next, spent };
+    }
+}

@@ -1,0 +1,264 @@
+//! The checkpoint of a learning run: bytes to [`Learner`] and back. No file access (see `store`).
+//!
+//! A safetensors container: `free`, `colliding` and `samples` (f64, rows x nq) and `classified` (postcard, u8). Its one metadata
+//! entry is JSON: format version, options, where the run stood, the scene's hash, and the BLAKE3 hash of everything.
+
+use std::collections::HashMap;
+use std::path::Path;
+
+use safetensors::tensor::{Dtype, SafeTensors, TensorView, serialize};
+use serde::{Deserialize, Serialize};
+
+use super::hash;
+use crate::error::{Error, Result};
+use crate::learning::LearnOptions;
+use crate::learning::active::Classified;
+use crate::learning::explore::Exploration;
+use crate::model::learner::Learner;
+use crate::model::run_state::{Mark, RunState, Stage};
+use crate::scene::Scene;
+
+/// Version of the layout, and of the steps of learning: a run goes on only with the program that began it.
+pub const FORMAT: u32 = 1;
+
+const KEY: &str = "extricate-checkpoint";
+const LISTS: [&str; 3] = ["free", "colliding", "samples"];
+
+#[derive(Serialize, Deserialize)]
+struct Header {
+    format: u32,
+    checksum: String,
+    /// [`Run`] as JSON, for the hash to be over bytes that a reader has.
+    run: String,
+}
+
+#[derive(Serialize, Deserialize)]
+struct Run {
+    labels: usize,
+    seconds: Option<f64>,
+    seed: u64,
+    memory: usize,
+    scene: String,
+    colliding_share: f64,
+    mark: Mark,
+}
+
+/// What a checkpoint says of its run, for messages and for defaults.
+#[derive(Debug, Clone, PartialEq)]
+pub struct CheckpointSummary {
+    /// The run's options; the number of threads is not among them.
+    pub options: LearnOptions,
+    /// Labels spent until then.
+    pub labels: usize,
+}
+
+/// The bytes of a checkpoint: the run as it was at the end of its last whole unit of work.
+pub fn encode(learner: &Learner) -> Vec<u8> {
+    let in_memory = "plain data serialises into memory";
+    let (state, options) = (learner.state(), learner.options());
+    let nq = learner.scene().space.nq();
+    let lists = state.lists_at_mark().map(|list| list.iter().flat_map(|x| x.to_le_bytes()).collect::<Vec<u8>>());
+    // A unit of training that was stopped may have left something; it is no part of the state at the mark.
+    let trained = !matches!(state.mark.stage, Stage::Exploring | Stage::Training);
+    let classified = trained.then_some(&state.classified);
+    let classified = postcard::to_stdvec(&classified).expect(in_memory);
+    let mut mark = state.mark.clone();
+    mark.lengths = state.lists_at_mark().map(<[f64]>::len);
+    let run = Run {
+        labels: options.labels,
+        seconds: options.seconds,
+        seed: options.seed,
+        memory: options.memory,
+        scene: scene_hash(learner.scene()),
+        colliding_share: state.colliding_share,
+        mark,
+    };
+    let run = serde_json::to_string(&run).expect(in_memory);
+    let checksum = hash(&[run.as_bytes(), &lists[0], &lists[1], &lists[2], &classified]);
+    let header = serde_json::to_string(&Header { format: FORMAT, checksum, run }).expect(in_memory);
+    let view = |dtype, shape, data| TensorView::new(dtype, shape, data).expect("shape and length agree");
+    let list = |i: usize| (LISTS[i], view(Dtype::F64, vec![lists[i].len() / 8 / nq, nq], &lists[i][..]));
+    let classified = ("classified", view(Dtype::U8, vec![classified.len()], &classified));
+    serialize([list(0), list(1), list(2), classified], Some(HashMap::from([(KEY.to_string(), header)])))
+        .expect(in_memory)
+}
+
+/// Whether `bytes` begin as a checkpoint does.
+pub fn is_checkpoint(bytes: &[u8]) -> bool {
+    let head = &bytes[..bytes.len().min(4096)];
+    head.get(8) == Some(&b'{') && head.windows(KEY.len()).any(|at| at == KEY.as_bytes())
+}
+
+/// What a checkpoint says of its run; `path` is its name in messages.
+///
+/// # Errors
+/// [`Error::Checkpoint`]: foreign, truncated, altered, or of another version.
+pub fn summary(path: &Path, bytes: &[u8]) -> Result<CheckpointSummary> {
+    let (run, _) = read(path, bytes)?;
+    let Run { labels, seconds, seed, memory, mark, .. } = run;
+    let options = LearnOptions { labels, seconds, seed, memory, ..LearnOptions::default() };
+    Ok(CheckpointSummary { options, labels: mark.spent.labels })
+}
+
+/// Goes on with the run that `bytes` are a checkpoint of, on `threads` threads; `path` is its name in messages.
+///
+/// # Errors
+/// [`Error::Checkpoint`]: foreign, truncated, altered, of another version or of another scene.
+pub fn decode(path: &Path, bytes: &[u8], scene: Scene, threads: usize) -> Result<Learner> {
+    let fault = |problem: &str| Error::Checkpoint { path: path.into(), problem: problem.into() };
+    let (run, tensors) = read(path, bytes)?;
+    if run.scene != scene_hash(&scene) {
+        return Err(fault("it belongs to another scene, or the scene was changed since; learn without --resume"));
+    }
+    let nq = scene.space.nq();
+    let lists = LISTS.map(|name| tensors.tensor(name).map(|t| numbers(t.data())).unwrap_or_default());
+    let classified: Option<Classified> = tensors
+        .tensor("classified")
+        .ok()
+        .and_then(|t| postcard::from_bytes(t.data()).ok())
+        .ok_or_else(|| fault("altered or damaged: classifier"))?;
+    let [free, colliding, samples] = lists;
+    let sound = [&free, &colliding, &samples].iter().enumerate().all(|(i, list)| {
+        list.len() == run.mark.lengths[i] && list.len() % nq == 0 && list.iter().all(|x| x.is_finite())
+    });
+    let place_fits = match &run.mark.stage {
+        Stage::Tracing(place) => {
+            place.starts <= free.len() / nq
+                && place.indexed <= samples.len() / nq
+                && place.seeds_used <= colliding.len() / nq
+        }
+        _ => true,
+    };
+    if !sound || !place_fits {
+        return Err(fault("altered or damaged: its lists are not those that it names"));
+    }
+    let Run { labels, seconds, seed, memory, colliding_share, mark, .. } = run;
+    let options = LearnOptions { labels, seconds, seed, memory, threads };
+    let known = Exploration { free, colliding, next: mark.next };
+    let classified = classified.unwrap_or_default();
+    Learner::resume(scene, &options, RunState { known, samples, classified, colliding_share, mark })
+}
+
+fn read<'a>(path: &Path, bytes: &'a [u8]) -> Result<(Run, SafeTensors<'a>)> {
+    let fault = |problem: String| Error::Checkpoint { path: path.into(), problem };
+    let not_one = |e| fault(format!("not a checkpoint, or a truncated one ({e})"));
+    let (_, metadata) = SafeTensors::read_metadata(bytes).map_err(not_one)?;
+    let header = metadata.metadata().as_ref().and_then(|m| m.get(KEY));
+    let header = header.ok_or_else(|| fault("a safetensors file, but not a checkpoint".into()))?;
+    let format = serde_json::from_str::<serde_json::Value>(header).ok().and_then(|v| v.get("format")?.as_u64());
+    if format != Some(FORMAT.into()) {
+        return Err(fault(format!(
+            "its format is not version {FORMAT}, which this program writes; learn without --resume"
+        )));
+    }
+    let damaged = |what: String| fault(format!("altered or damaged: {what}"));
+    let header: Header = serde_json::from_str(header).map_err(|e| damaged(e.to_string()))?;
+    let tensors = SafeTensors::deserialize(bytes).map_err(not_one)?;
+    let mut parts: Vec<&[u8]> = vec![header.run.as_bytes()];
+    for name in LISTS.iter().chain(&["classified"]) {
+        parts.push(tensors.tensor(name).map_err(|_| damaged(format!("no tensor `{name}`")))?.data());
+    }
+    if hash(&parts) != header.checksum {
+        return Err(damaged("the checksum does not match".into()));
+    }
+    let run: Run = serde_json::from_str(&header.run).map_err(|e| damaged(e.to_string()))?;
+    Ok((run, tensors))
+}
+
+fn numbers(bytes: &[u8]) -> Vec<f64> {
+    bytes.as_chunks::<8>().0.iter().map(|b| f64::from_le_bytes(*b)).collect()
+}
+
+fn scene_hash(scene: &Scene) -> String {
+    hash(&[&postcard::to_stdvec(scene).expect("plain data serialises into memory")])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::model::learner::Report;
+    use crate::model_file;
+    use crate::scene::builtin;
+    use std::ops::ControlFlow;
+
+    fn scene() -> Scene {
+        builtin::scene("planar-arm").unwrap()
+    }
+
+    fn learner() -> Learner {
+        Learner::new(scene(), &LearnOptions { labels: 20_000, seconds: None, seed: 3, ..LearnOptions::default() })
+            .unwrap()
+    }
+
+    fn go_on(_: &crate::learning::LearnProgress) -> ControlFlow<()> {
+        ControlFlow::Continue(())
+    }
+
+    fn bytes_of_the_model(mut learner: Learner) -> Vec<u8> {
+        while learner.step(&mut go_on) {}
+        model_file::encode(&learner.finish(&mut go_on).unwrap())
+    }
+
+    #[test]
+    fn a_run_stopped_after_any_unit_ends_with_the_same_bytes() {
+        let whole = bytes_of_the_model(learner());
+        let (mut learner, mut units) = (learner(), 0);
+        loop {
+            let bytes = encode(&learner);
+            let resumed = decode(Path::new("c"), &bytes, scene(), 1 + units % 2).unwrap();
+            assert!(encode(&resumed) == bytes, "unit {units}");
+            // Also over and over, from what was itself resumed.
+            learner = resumed;
+            let more = learner.step(&mut go_on);
+            units += 1;
+            if !more {
+                break;
+            }
+            let resumed = decode(Path::new("c"), &encode(&learner), scene(), 2).unwrap();
+            assert!(units % 3 != 0 || bytes_of_the_model(resumed) == whole, "unit {units}");
+        }
+        assert!(units >= 6, "{units}");
+        assert!(model_file::encode(&learner.finish(&mut go_on).unwrap()) == whole);
+    }
+
+    #[test]
+    fn a_unit_that_is_interrupted_is_no_part_of_the_checkpoint() {
+        let whole = bytes_of_the_model(learner());
+        for most_reports in [1, 2, 4, 7, 9, 11, 13, 17, 23, 31, 40, 55] {
+            let (mut learner, mut reports) = (learner(), 0);
+            let report: &mut Report = &mut |_| {
+                reports += 1;
+                if reports >= most_reports { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+            };
+            while learner.step(report) {}
+            let resumed = decode(Path::new("c"), &encode(&learner), scene(), 2).unwrap();
+            assert!(resumed.state().mark.spent.labels <= 20_000);
+            assert!(bytes_of_the_model(resumed) == whole, "{most_reports} reports");
+            // What was stopped is a model too, unless nothing free had been seen.
+            let stopped = learner.finish(&mut go_on);
+            assert!(stopped.is_ok() || most_reports < 3, "{most_reports} reports");
+        }
+    }
+
+    #[test]
+    fn damaged_and_foreign_checkpoints_are_refused() {
+        let mut learner = learner();
+        while learner.step(&mut go_on) && learner.state().samples.is_empty() {}
+        let bytes = encode(&learner);
+        let refused = |bytes: &[u8]| decode(Path::new("my.checkpoint"), bytes, scene(), 1).err().map(|e| e.to_string());
+        for length in [0, 1, 7, 8, 100, bytes.len() / 2, bytes.len() - 1] {
+            assert!(refused(&bytes[..length]).expect("a truncated file is refused").contains("my.checkpoint"));
+        }
+        for at in (0..bytes.len()).step_by(bytes.len() / 200) {
+            let mut altered = bytes.clone();
+            altered[at] ^= 0x10;
+            assert!(refused(&altered).is_some(), "byte {at} altered without notice");
+        }
+        let other = decode(Path::new("c"), &bytes, builtin::scene("free-box").unwrap(), 1).err().unwrap();
+        assert!(other.to_string().contains("another scene"), "{other}");
+        let model = model_file::encode(&learner.finish(&mut go_on).unwrap());
+        assert!(refused(&model).unwrap().contains("not a checkpoint"));
+        assert!(model_file::decode(Path::new("m"), &bytes).is_err());
+        assert!(is_checkpoint(&bytes) && !is_checkpoint(&model) && !model_file::is_model(&bytes));
+    }
+}
