@@ -53,7 +53,7 @@ fn a_stream_is_cheaper_and_notices_nearer_ways_out() {
         }
         assert!(asked > 60 && 2 * spent < alone, "{name}: {spent} checks in a stream, {alone} alone, {asked} frames");
         assert!(as_near * 100 >= asked * share, "{name}: {as_near} of {asked} frames");
-        assert!(settled >= 3, "{name}: {settled} of up to 6");
+        assert!(settled >= 2, "{name}: {settled} of up to 6");
     }
 }
 
