@@ -284,7 +284,7 @@ impl QueryScratch {
     }
 
     /// Refines from free configurations around the query, nearer than the answer.
-    fn probe_scattered(
+    pub(super) fn probe_scattered(
         &mut self,
         ground: &Ground,
         plan: &Plan,

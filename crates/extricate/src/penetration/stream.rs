@@ -109,7 +109,11 @@ impl Stream {
         for _ in 0..options.looks.min(scratch.chosen.len()) {
             let id = scratch.chosen[*next % scratch.chosen.len()];
             scratch.probe(ground, &first, ground.boundary.config(id), false, answer);
-            *next = next.wrapping_add(1);
+            *next += 1;
+        }
+        if *next >= scratch.chosen.len() {
+            *next = 0;
+            scratch.probe_scattered(ground, plan, &first, false, answer);
         }
         scratch.carry_on(ground, plan, answer);
         // The last way out, unless another is nearer by more than the hysteresis.
