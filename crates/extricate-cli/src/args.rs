@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::builder::styling::Styles;
 use clap::{Args, Parser, Subcommand};
 
-use crate::commands::{check, demo, info, learn, query, sample};
+use crate::commands::{adapt, check, demo, info, learn, query, sample};
 
 /// The globally nearest collision-free configuration of an articulated robot, verified and bounded.
 ///
@@ -36,6 +36,8 @@ pub enum Command {
     Sample(sample::SampleArgs),
     /// Learn a scene once, into a model file
     Learn(learn::LearnArgs),
+    /// Turn the model of a scene into one of a changed scene, learning only where it changed
+    Adapt(adapt::AdaptArgs),
     /// Find for each configuration the nearest free one
     Query(query::QueryArgs),
 }
@@ -124,6 +126,7 @@ mod tests {
             "sample scene.toml -n 5 --seed 1 --colliding",
             "learn scene.toml -o m.model --labels 1000 --seconds 5 --seed 2 --threads 2",
             "learn scene.toml -o m.model --resume --checkpoint c --checkpoint-every 0 --memory 100",
+            "adapt m.model new.toml -o m2.model --labels 1000 --seconds 5 --seed 2 --threads 2",
             "query m.model --input q.jsonl --effort exhaustive --json",
             "query m.model --input q.jsonl --exits 3 --starts 4 --max-checks 0 --max-seconds 1e-4 --way --threads 0",
             "query m.model --input q.jsonl --stream --hysteresis 0.1",

@@ -68,6 +68,12 @@ pub enum Error {
         /// What was expected.
         expected: &'static str,
     },
+    /// A model cannot be adapted to a scene.
+    #[error("the model cannot be adapted: {problem}; learn the scene anew")]
+    Adapt {
+        /// What differs.
+        problem: String,
+    },
     /// Learning ended without a single free configuration, so no query could be answered.
     #[error("no collision-free configuration among {labels} tried: {advice}")]
     NothingFree {

@@ -1,7 +1,9 @@
 //! What is learned of a scene, and the two things to do with it: learn it, ask it.
 
+pub mod adapt;
 pub mod learner;
 pub mod run_state;
+pub mod scene_change;
 
 use std::ops::ControlFlow;
 
@@ -88,6 +90,19 @@ impl Model {
         let mut learner = Learner::new(scene, options)?;
         while learner.step(progress) {}
         learner.finish(progress)
+    }
+
+    /// A model of `scene`, a changed variant of this model's, from what is known of the old one; see [`adapt::adapt`].
+    ///
+    /// # Errors
+    /// [`crate::Error::Adapt`] where robots, limits or metric differ, and those of [`Model::learn`].
+    pub fn adapt(
+        &self,
+        scene: Scene,
+        options: &LearnOptions,
+        progress: &mut (dyn FnMut(&LearnProgress) -> ControlFlow<()> + Send),
+    ) -> Result<Model> {
+        adapt::adapt(self, scene, options, progress)
     }
 
     /// Puts a model together from its stored parts.

@@ -4,7 +4,7 @@ use std::ops::ControlFlow;
 use std::path::Path;
 use std::time::{Duration, Instant};
 
-use extricate::{LearnProgress, Learner, Model, store};
+use extricate::{LearnOptions, LearnProgress, Learner, Model, Scene, store};
 
 use crate::interrupt::StopOnInterrupt;
 use crate::notice;
@@ -60,6 +60,19 @@ pub fn learn_with_progress(mut learner: Learner, keep: Option<&Keep>) -> anyhow:
         notice::warning(format_args!("stopped by the user; keeping the model learned so far ({labels} labels)"));
     }
     Ok(Learned { model, seconds: started.elapsed().as_secs_f64(), interrupted })
+}
+
+/// Adapts a model; Ctrl-C ends early and keeps what was learned.
+pub fn adapt_with_progress(model: &Model, scene: Scene, options: &LearnOptions) -> anyhow::Result<Learned> {
+    let started = Instant::now();
+    let stop = StopOnInterrupt::new();
+    let mut progress = Progress::new("adapting");
+    let model = model.adapt(scene, options, &mut |state| {
+        progress.update(Some(state.fraction), || in_words(state));
+        if stop.asked() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    });
+    drop(progress);
+    Ok(Learned { model: model?, seconds: started.elapsed().as_secs_f64(), interrupted: stop.asked() })
 }
 
 /// A run that cannot be kept is worth going on with all the same.

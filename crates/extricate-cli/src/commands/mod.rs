@@ -1,5 +1,6 @@
 //! One file a command; each takes its arguments, calls the library and reports.
 
+pub mod adapt;
 pub mod check;
 mod check_segments;
 pub mod demo;
@@ -32,6 +33,7 @@ pub fn run(cli: Cli) -> anyhow::Result<()> {
         Command::Check(args) => check::run(&args, cli.json),
         Command::Sample(args) => sample::run(&args),
         Command::Learn(args) => learn::run(&args, cli.json),
+        Command::Adapt(args) => adapt::run(&args, cli.json),
         Command::Query(args) => query::run(&args, cli.json),
     }
 }

@@ -22,6 +22,8 @@ pub struct TraceGround<'a> {
     pub gap: f64,
     /// For the index.
     pub seed: u64,
+    /// Whether random configurations are labelled where seeds run out.
+    pub draws_seeds: bool,
 }
 
 /// Most halvings of a segment: enough for any gap above 2^-40 of the space's diameter.
@@ -94,7 +96,7 @@ impl Tracer {
     ) -> bool {
         let (nq, place) = (ground.space.nq(), &mut self.place);
         let most_seeds = FIRST_SEEDS.checked_shl(place.passes as u32).map_or(BATCH, |seeds| seeds.min(BATCH));
-        if known.colliding.len() / nq < place.seeds_used + most_seeds {
+        if ground.draws_seeds && known.colliding.len() / nq < place.seeds_used + most_seeds {
             // The last labels are better spent on the seeds that there are.
             let more = (budget.left() / 4).clamp(1, BATCH);
             known.extend(ground.space, halton, more, ground.label, budget);
@@ -222,7 +224,8 @@ mod tests {
         let halton = Halton::new(scene.space.nv(), 1);
         let mut known = Exploration::default();
         known.extend(&scene.space, &halton, 8000, &label, &mut budget);
-        let ground = TraceGround { space: &scene.space, metric: &metric, label: &label, gap: 0.01, seed: 1 };
+        let ground =
+            TraceGround { space: &scene.space, metric: &metric, label: &label, gap: 0.01, seed: 1, draws_seeds: true };
         let (mut tracer, mut samples) = (Tracer::new(&ground, &known), Vec::new());
         while tracer.pass(&ground, &mut known, &mut samples, &halton, &mut budget) && budget.end().is_none() {}
         assert!(samples.len() / nq > 1000, "{}", samples.len() / nq);

@@ -28,9 +28,9 @@ const FEW: usize = 100;
 /// Seeds looked at for surprises for every second of the limit: a share of the time that is small on any robot.
 const SURPRISES_A_SECOND: f64 = 1000.0;
 /// Boundary samples have a colliding configuration within this share of the space's diameter.
-const GAP_SHARE: f64 = 1.0 / 2000.0;
+pub(super) const GAP_SHARE: f64 = 1.0 / 2000.0;
 /// Free configurations that stand in for boundary samples where there are none.
-const STAND_INS: usize = 1024;
+pub(super) const STAND_INS: usize = 1024;
 
 /// Receives the state of a run after every batch of labels, and may stop it.
 pub type Report<'a> = dyn FnMut(&LearnProgress) -> ControlFlow<()> + Send + 'a;
@@ -303,7 +303,7 @@ impl LearnGround {
         options: &LearnOptions,
     ) -> TraceGround<'a> {
         let space = &self.checker.scene().space;
-        TraceGround { space, metric: &self.metric, label, gap: self.gap, seed: options.seed }
+        TraceGround { space, metric: &self.metric, label, gap: self.gap, seed: options.seed, draws_seeds: true }
     }
 }
 

@@ -186,7 +186,7 @@ mod tests {
     }
 
     fn learner() -> Learner {
-        Learner::new(scene(), &LearnOptions { labels: 20_000, seconds: None, seed: 3, ..LearnOptions::default() })
+        Learner::new(scene(), &LearnOptions { labels: 8_000, seconds: None, seed: 3, ..LearnOptions::default() })
             .unwrap()
     }
 
@@ -217,14 +217,15 @@ mod tests {
             let resumed = decode(Path::new("c"), &encode(&learner), scene(), 2).unwrap();
             assert!(units % 3 != 0 || bytes_of_the_model(resumed) == whole, "unit {units}");
         }
-        assert!(units >= 6, "{units}");
+        // A batch of exploration, the training, and more than one pass.
+        assert!(units >= 4, "{units}");
         assert!(model_file::encode(&learner.finish(&mut go_on).unwrap()) == whole);
     }
 
     #[test]
     fn a_unit_that_is_interrupted_is_no_part_of_the_checkpoint() {
         let whole = bytes_of_the_model(learner());
-        for most_reports in [1, 2, 4, 7, 9, 11, 13, 17, 23, 31, 40, 55] {
+        for most_reports in [1, 3, 5, 9, 24, 40] {
             let (mut learner, mut reports) = (learner(), 0);
             let report: &mut Report = &mut |_| {
                 reports += 1;
@@ -232,7 +233,7 @@ mod tests {
             };
             while learner.step(report) {}
             let resumed = decode(Path::new("c"), &encode(&learner), scene(), 2).unwrap();
-            assert!(resumed.state().mark.spent.labels <= 20_000);
+            assert!(resumed.state().mark.spent.labels <= 8_000);
             assert!(bytes_of_the_model(resumed) == whole, "{most_reports} reports");
             // What was stopped is a model too, unless nothing free had been seen.
             let stopped = learner.finish(&mut go_on);

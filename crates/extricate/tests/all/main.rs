@@ -1,5 +1,6 @@
 //! The integration tests of the library, in one binary.
 
+mod adapting;
 mod analytic;
 mod budgets;
 mod licences;

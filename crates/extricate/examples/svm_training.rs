@@ -1,0 +1,78 @@
+//! Trains a support vector machine on uniform configurations of a scene, on one thread, and writes what it was trained on for
+//! others to train on: `svm_training SCENE.toml SAMPLES GAMMA_FACTOR PENALTY FOLDER`. Used by bench/svm.py.
+//!
+//! FOLDER gets `features.f64` (rows of standardised features, little endian) and `labels.u8` (1 free); one line of JSON goes to
+//! standard output.
+
+use std::path::Path;
+use std::sync::Arc;
+use std::time::Instant;
+
+use extricate::cspace::sampling::Halton;
+use extricate::learning::kernel::PointSet;
+use extricate::learning::selection::median_squared_distance;
+use extricate::learning::smo::{SvmOptions, train};
+use extricate::learning::standardize::{Scaling, Standardization};
+use extricate::metric::{Metric, MetricScratch};
+use extricate::scene::MetricSpec;
+use extricate::{Checker, Label, store};
+
+fn main() -> Result<(), Box<dyn std::error::Error>> {
+    let args: Vec<String> = std::env::args().skip(1).collect();
+    let [scene, samples, gamma_factor, penalty, folder] = &args[..] else {
+        return Err("expected: SCENE.toml SAMPLES GAMMA_FACTOR PENALTY FOLDER".into());
+    };
+    let (samples, gamma_factor, penalty): (usize, f64, f64) =
+        (samples.parse()?, gamma_factor.parse()?, penalty.parse()?);
+    let scene = Arc::new(store::load_scene(Path::new(scene))?);
+    let (checker, metric) = (Checker::new(scene.clone()), Metric::of_kind(scene.clone(), MetricSpec::ObjectNorm));
+    let (nq, dimensions) = (scene.space.nq(), metric.embedding_len());
+    let halton = Halton::new(scene.space.nv(), 0);
+    let mut configs = vec![0.0; samples * nq];
+    configs.chunks_exact_mut(nq).enumerate().for_each(|(i, q)| halton.config(&scene.space, i as u64, q));
+    let mut labels = vec![Label::Free; samples];
+    checker.label_batch(&configs, &mut labels);
+    let mut features = vec![0.0; samples * dimensions];
+    let mut scratch = MetricScratch::default();
+    for (q, row) in configs.chunks_exact(nq).zip(features.chunks_exact_mut(dimensions)) {
+        metric.embed(q, &mut scratch, row);
+    }
+    let standardization = Standardization::fit(&features, dimensions, Scaling::Global);
+    let rows = standardization.apply_all(&features);
+    let points = PointSet::from_rows(&rows, standardization.kept());
+    let free: Vec<bool> = labels.iter().map(|l| *l == Label::Free).collect();
+    let gamma = gamma_factor / median_squared_distance(&points, 0);
+    let options = SvmOptions { c_positive: penalty, c_negative: penalty, gamma, tolerance: 1e-3, cache_bytes: 1 << 30 };
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build()?;
+    let (solution, seconds, cpu_seconds) = pool.install(|| {
+        let (started, before) = (Instant::now(), thread_seconds());
+        let solution = train(&points, &free, &options, None);
+        let wall = started.elapsed().as_secs_f64();
+        (solution, wall, before.and_then(|before| Some(thread_seconds()? - before)).unwrap_or(wall))
+    });
+    let bytes: Vec<u8> = rows.iter().flat_map(|x| x.to_le_bytes()).collect();
+    std::fs::write(Path::new(folder).join("features.f64"), bytes)?;
+    std::fs::write(Path::new(folder).join("labels.u8"), free.iter().map(|f| u8::from(*f)).collect::<Vec<u8>>())?;
+    println!(
+        "{}",
+        serde_json::json!({
+            "samples": samples,
+            "dimensions": standardization.kept(),
+            "gamma": gamma,
+            "penalty": penalty,
+            "seconds": seconds,
+            "cpu_seconds": cpu_seconds,
+            "dual_objective": solution.dual_objective,
+            "violation": solution.violation,
+            "support_vectors": solution.alphas.iter().filter(|a| **a > 0.0).count(),
+            "steps": solution.iterations,
+        })
+    );
+    Ok(())
+}
+
+/// Time that this thread has had on a processor [s], where the system says; the wall clock also counts what others had.
+fn thread_seconds() -> Option<f64> {
+    let text = std::fs::read_to_string("/proc/thread-self/schedstat").ok()?;
+    Some(text.split_whitespace().next()?.parse::<f64>().ok()? * 1e-9)
+}

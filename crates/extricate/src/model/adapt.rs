@@ -1,0 +1,186 @@
+//! A model of a changed scene from the model of the old one: what still holds is kept, what changed is learned.
+
+use std::sync::Arc;
+
+use super::learner::{GAP_SHARE, Report, STAND_INS};
+use super::scene_change::compare;
+use super::{EndedBy, Model, Statistics};
+use crate::boundary::trace::{TraceGround, TracePlace, Tracer};
+use crate::collision::Checker;
+use crate::cspace::Label;
+use crate::cspace::sampling::Halton;
+use crate::error::{Error, Result};
+use crate::learning::budget::BudgetEnd;
+use crate::learning::classifier::Classifier;
+use crate::learning::explore::{BATCH, Exploration};
+use crate::learning::{Budget, LearnOptions};
+use crate::metric::{Metric, MetricScratch};
+use crate::scene::{MetricSpec, Scene};
+
+/// A changed pair is far where it is farther apart than twice what the boundary's gap typically moves any point.
+const MARGIN: f64 = 2.0;
+/// Uniform configurations that the classifier is judged by.
+const JUDGED: usize = 2000;
+/// Seeds below which more are looked for: a small pass, so that passes and exploration share the budget.
+const FEW_SEEDS: usize = 256;
+/// Turns the seed into another one: what is explored shall not be what the old model was learned from.
+const STREAM: u64 = 0x61_64_61_70_74;
+
+/// Adapts `model` to `scene`, whose obstacles or pairs differ from those of the model's scene.
+///
+/// Stored samples that no changed pair comes near keep what is known of them: the pairs that are checked there are those of
+/// before. The others are labelled anew. Tracing then starts from them, and from random configurations that a changed pair
+/// affects, in turns with exploration until the budget ends.
+///
+/// # Guarantee
+/// Every sample is free in the new scene. Of samples that were kept, a colliding configuration within the gap is expected,
+/// not proved: how far a step of the gap moves a body is measured, not bounded. For the rest as [`Model::learn`], with the same
+/// dependence on the options.
+///
+/// # Errors
+/// [`Error::Adapt`] where robots, limits or metric differ; [`Error::Interrupted`] where the caller stopped before every sample was
+/// looked at; [`Error::NothingFree`] where nothing free is known of the new scene.
+pub fn adapt(model: &Model, scene: Scene, options: &LearnOptions, report: &mut Report) -> Result<Model> {
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(options.threads).build().map_err(|e| Error::Option {
+        name: "threads",
+        value: format!("{} ({e})", options.threads),
+        expected: "a number of threads that the system can start",
+    })?;
+    pool.install(|| adapt_here(model, scene, options, report))
+}
+
+fn adapt_here(model: &Model, scene: Scene, options: &LearnOptions, report: &mut Report) -> Result<Model> {
+    let scene = Arc::new(scene);
+    let metric = Metric::new(scene.clone());
+    let gap = GAP_SHARE * metric.diameter();
+    let change = compare(model.scene(), &scene, MARGIN * metric.lever() * gap)?;
+    let (checker, near_change) = (Checker::new(scene.clone()), Checker::new(Arc::new(change.affected)));
+    let nq = scene.space.nq();
+    let label = |configs: &[f64]| labels(&checker, configs);
+    let affects = |configs: &[f64]| labels(&near_change, configs);
+    let mut budget = Budget::new(options, report);
+
+    budget.stage("verifying samples");
+    let (mut samples, mut doubtful) = (Vec::new(), Vec::new());
+    for batch in model.boundary().configs().chunks(BATCH * nq) {
+        if budget.end() == Some(BudgetEnd::Interrupted) {
+            return Err(Error::Interrupted);
+        }
+        // What cannot be looked at is not kept.
+        let batch = &batch[..batch.len().min(budget.left() * nq)];
+        for (q, near) in batch.chunks_exact(nq).zip(budget.label(&affects, batch)) {
+            if near == Label::Free { &mut samples } else { &mut doubtful }.extend_from_slice(q);
+        }
+    }
+    doubtful.truncate(doubtful.len().min(budget.left() * nq));
+    let mut known = Exploration::default();
+    sort_out(&doubtful, budget.label(&label, &doubtful), &mut known, nq);
+    budget.note(samples.len() / nq, None);
+
+    let halton = Halton::new(scene.space.nv(), options.seed ^ STREAM);
+    let (accuracy, colliding_share) = judge(model.classifier(), &scene, &halton, &label, &mut budget);
+
+    budget.stage("tracing what changed");
+    let ground = TraceGround {
+        space: &scene.space,
+        metric: &metric,
+        label: &label,
+        gap,
+        seed: options.seed,
+        draws_seeds: false,
+    };
+    let kept = samples.len() / nq;
+    let mut tracer: Option<Tracer> = None;
+    let explores = !near_change.scene().pairs.is_empty();
+    while budget.end().is_none() && budget.left() > 1 {
+        let used = tracer.as_ref().map_or(0, |t| t.place().seeds_used);
+        let few = known.colliding.len() / nq < used + FEW_SEEDS;
+        if few && explores {
+            let configs = configs_at(&scene, &halton, JUDGED as u64 + known.next, BATCH.min(budget.left() / 2));
+            known.next += (configs.len() / nq) as u64;
+            let near = budget.label(&affects, &configs);
+            let of_interest = configs.chunks_exact(nq).zip(near).filter(|(_, near)| *near == Label::Colliding);
+            let configs: Vec<f64> = of_interest.flat_map(|(q, _)| q.iter().copied()).collect();
+            sort_out(&configs, budget.label(&label, &configs), &mut known, nq);
+        }
+        if known.colliding.len() / nq == used || (samples.is_empty() && known.free.is_empty()) {
+            if explores { continue } else { break }
+        }
+        let tracer = tracer.get_or_insert_with(|| {
+            let starts = Tracer::first_place(&known, nq);
+            Tracer::at(&ground, &known, &samples, TracePlace { indexed: kept, ..starts })
+        });
+        if !tracer.pass(&ground, &mut known, &mut samples, &halton, &mut budget) {
+            break;
+        }
+    }
+    if samples.is_empty() {
+        samples.extend_from_slice(&known.free[..known.free.len().min(STAND_INS * nq)]);
+    }
+    if samples.is_empty() {
+        let advice = "no stored sample is free in the new scene; learn it anew".into();
+        return Err(Error::NothingFree { labels: budget.spent(), advice });
+    }
+    let statistics = Statistics {
+        labels: budget.spent(),
+        seed: options.seed,
+        boundary_samples: samples.len() / nq,
+        support_vectors: model.classifier().map_or(0, Classifier::support_vectors),
+        colliding_share,
+        accuracy_free: accuracy[0],
+        accuracy_colliding: accuracy[1],
+        boundary_gap: model.statistics().boundary_gap.map(|_| gap),
+        ended_by: match budget.end() {
+            Some(BudgetEnd::Seconds) => EndedBy::Seconds,
+            Some(BudgetEnd::Interrupted) => EndedBy::Interruption,
+            _ => EndedBy::Labels,
+        },
+    };
+    budget.stage("indexing");
+    Ok(Model::from_parts(checker, metric, samples, model.classifier().cloned(), statistics))
+}
+
+fn labels(checker: &Checker, configs: &[f64]) -> Vec<Label> {
+    let mut labels = vec![Label::Free; configs.len() / checker.scene().space.nq()];
+    checker.label_batch(configs, &mut labels);
+    labels
+}
+
+/// `count` low-discrepancy configurations from index `first` on, row major.
+fn configs_at(scene: &Scene, halton: &Halton, first: u64, count: usize) -> Vec<f64> {
+    let mut configs = vec![0.0; count * scene.space.nq()];
+    let rows = configs.chunks_exact_mut(scene.space.nq()).enumerate();
+    rows.for_each(|(i, q)| halton.config(&scene.space, first + i as u64, q));
+    configs
+}
+
+fn sort_out(configs: &[f64], labels: Vec<Label>, known: &mut Exploration, nq: usize) {
+    for (q, label) in configs.chunks_exact(nq).zip(labels) {
+        if label == Label::Free { &mut known.free } else { &mut known.colliding }.extend_from_slice(q);
+    }
+}
+
+/// How often the old classifier is right in the new scene, on free and on colliding configurations, and the share of these.
+fn judge(
+    classifier: Option<&Classifier>,
+    scene: &Arc<Scene>,
+    halton: &Halton,
+    label: &crate::learning::LabelBatch,
+    budget: &mut Budget,
+) -> ([Option<f64>; 2], f64) {
+    let (count, nq) = (JUDGED.min(budget.left() / 8), scene.space.nq());
+    let configs = configs_at(scene, halton, 0, count);
+    let truth = budget.label(label, &configs);
+    // As when it was trained, see `LearnGround`.
+    let metric = Metric::of_kind(scene.clone(), MetricSpec::ObjectNorm);
+    let (mut scratch, mut features) = (MetricScratch::default(), vec![0.0; metric.embedding_len()]);
+    let (mut right, mut all) = ([0usize; 2], [0usize; 2]);
+    for (q, truth) in configs.chunks_exact(nq).zip(truth) {
+        metric.embed(q, &mut scratch, &mut features);
+        let side = usize::from(truth == Label::Colliding);
+        all[side] += 1;
+        right[side] += classifier.map_or(0, |c| usize::from(c.predict(&features) == truth));
+    }
+    let share = |side: usize| (classifier.is_some() && all[side] > 0).then(|| right[side] as f64 / all[side] as f64);
+    ([share(0), share(1)], all[1] as f64 / count.max(1) as f64)
+}

@@ -1,0 +1,106 @@
+//! Models adapted to a changed scene: as good as those learned anew, for a fifth of the labels.
+
+use std::ops::ControlFlow;
+use std::sync::Arc;
+
+use extricate::cspace::sampling::Halton;
+use extricate::scene::builtin;
+use extricate::{Checker, LearnOptions, Model, QueryOptions, QueryScratch, Scene};
+
+const LABELS: usize = 60_000;
+
+fn options(labels: usize) -> LearnOptions {
+    LearnOptions { labels, seconds: None, seed: 6, ..LearnOptions::default() }
+}
+
+fn learn(scene: Scene, labels: usize) -> Model {
+    Model::learn(scene, &options(labels), &mut |_| ControlFlow::Continue(())).unwrap()
+}
+
+fn adapt(model: &Model, scene: Scene, labels: usize) -> Model {
+    model.adapt(scene, &options(labels), &mut |_| ControlFlow::Continue(())).unwrap()
+}
+
+/// The scene with its first obstacle moved a little.
+fn moved(scene: &Scene) -> Scene {
+    let mut moved = scene.clone();
+    let obstacle = moved.bodies.iter_mut().find(|b| b.robot.is_none()).unwrap();
+    obstacle.parts.iter_mut().for_each(|part| {
+        part.pose_frame_part.translation.x += 0.03;
+        part.pose_frame_part.translation.y -= 0.02;
+    });
+    moved
+}
+
+/// Depths of the first colliding configurations of a sequence, each with its witness checked.
+fn depths(model: &Model, count: usize) -> Vec<f64> {
+    let scene = model.scene();
+    let (checker, halton) = (Checker::new(Arc::new(scene.clone())), Halton::new(scene.space.nv(), 77));
+    let (mut scratch, mut q, mut depths) = (QueryScratch::default(), vec![0.0; scene.space.nq()], Vec::new());
+    for i in 0.. {
+        halton.config(&scene.space, i, &mut q);
+        let answer = model.query(&scene.space.config(&q).unwrap(), &QueryOptions::default(), &mut scratch);
+        if answer.depth > 0.0 {
+            assert!(answer.verified && checker.clearance(&answer.witness, &mut Default::default()) >= scene.clearance);
+            depths.push(answer.depth);
+        }
+        if depths.len() == count {
+            break;
+        }
+    }
+    depths
+}
+
+#[test]
+fn a_moved_obstacle_costs_a_fifth_and_no_quality() {
+    for name in ["planar-arm", "shelf-arm"] {
+        let old = builtin::scene(name).unwrap();
+        let new = moved(&old);
+        let (anew, adapted) = (learn(new.clone(), LABELS), adapt(&learn(old, LABELS), new, LABELS / 5));
+        assert!(adapted.statistics().labels <= LABELS / 5, "{name}: {:?}", adapted.statistics());
+        assert!(adapted.statistics().accuracy_free.is_some() && adapted.statistics().boundary_gap.is_some());
+        let (anew, adapted) = (depths(&anew, 60), depths(&adapted, 60));
+        let within = |a: &[f64], b: &[f64]| a.iter().zip(b).filter(|(a, b)| **a <= 1.05 * **b).count();
+        let (of_adapted, of_anew) = (within(&adapted, &anew), within(&anew, &adapted));
+        assert!(of_adapted + 2 >= of_anew, "{name}: within 5 % of the other: {of_adapted} adapted, {of_anew} anew");
+    }
+}
+
+#[test]
+fn every_kept_sample_is_free_in_the_new_scene() {
+    let old = builtin::scene("planar-arm").unwrap();
+    let mut without = old.clone();
+    let gone = without.bodies.iter().position(|b| b.robot.is_none()).unwrap();
+    without.pairs.retain(|p| p.first != gone && p.second != gone);
+    let model = learn(old.clone(), 20_000);
+    let full = learn(without.clone(), 20_000);
+    // Moved, taken away, and put there.
+    for (model, new) in [(&model, moved(&old)), (&model, without), (&full, old)] {
+        let adapted = adapt(model, new.clone(), 10_000);
+        let checker = Checker::new(Arc::new(new));
+        let mut scratch = Default::default();
+        for q in adapted.boundary().configs().chunks_exact(adapted.scene().space.nq()) {
+            assert!(checker.label(q, &mut scratch) == extricate::Label::Free, "{q:?}");
+        }
+        assert!(adapted.boundary().len() > 500, "{}", adapted.boundary().len());
+    }
+}
+
+#[test]
+fn adapting_keeps_its_limits_and_does_not_depend_on_threads() {
+    let old = builtin::scene("planar-arm").unwrap();
+    let model = learn(old.clone(), 20_000);
+    let with = |threads| {
+        let options = LearnOptions { threads, ..options(5000) };
+        model.adapt(moved(&old), &options, &mut |_| ControlFlow::Continue(())).unwrap()
+    };
+    assert!(extricate::model_file::encode(&with(1)) == extricate::model_file::encode(&with(2)));
+    for labels in [100, 500, 3000] {
+        assert!(adapt(&model, moved(&old), labels).statistics().labels <= labels);
+    }
+    // Nothing changed: the samples stay.
+    let same = adapt(&model, old.clone(), 20_000);
+    assert_eq!(same.boundary().configs(), model.boundary().configs());
+    let other = model.adapt(builtin::scene("hand").unwrap(), &options(100), &mut |_| ControlFlow::Continue(()));
+    assert!(other.err().unwrap().to_string().contains("learn the scene anew"));
+}
