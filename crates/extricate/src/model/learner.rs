@@ -128,7 +128,10 @@ impl Learner {
         let label = |configs: &[f64]| ground.label(configs);
         let mut budget = Budget::resumed(options, &self.spent, report);
         budget.note(state.samples.len() / nq, state.classified.balanced_accuracy());
-        budget.stage(state.mark.stage.name());
+        // Without a first batch there would be nothing to keep, however little time or patience there is.
+        if state.mark.stage != Stage::Exploring || budget.left() == 0 {
+            budget.stage(state.mark.stage.name());
+        }
         let next = match state.mark.stage.clone() {
             Stage::Exploring => {
                 let first = ((options.labels as f64 * EXPLORATION_SHARE) as usize).clamp(1, MOST_EXPLORATION);
