@@ -68,8 +68,7 @@ pub fn options(
         let message = format!("exits: got {exits} with effort \"nearest\", expected 1: others are found by refinement");
         return Err(PyValueError::new_err(message));
     }
-    // Written so that NaN fails.
-    if let Some(bad) = seconds.filter(|seconds| !(*seconds > 0.0)) {
+    if let Some(bad) = seconds.filter(|seconds| seconds.is_nan() || *seconds <= 0.0) {
         return Err(PyValueError::new_err(format!("seconds: got {bad}, expected more than 0")));
     }
     let checks = checks.map(|checks| count("checks", checks, 1)).transpose()?;

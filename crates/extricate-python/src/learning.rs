@@ -60,7 +60,7 @@ pub fn learn(
     progress: Option<Py<PyAny>>,
 ) -> PyResult<Model> {
     let default = LearnOptions::default();
-    if let Some(bad) = seconds.filter(|seconds| !(*seconds > 0.0)) {
+    if let Some(bad) = seconds.filter(|seconds| seconds.is_nan() || *seconds <= 0.0) {
         return Err(PyValueError::new_err(format!("seconds: got {bad}, expected more than 0")));
     }
     let options = LearnOptions {
