@@ -1,7 +1,9 @@
 //! Our side of the collision benchmark, and the test of the checker against all pairs of triangles.
 //!
-//!     extricate-bench serve                    commands from standard input, answers as JSON lines (see `server`)
-//!     extricate-bench exact [--poses N]        N poses against brute force; exit status 1 on any disagreement
+//! ```text
+//! extricate-bench serve                    commands from standard input, answers as JSON lines (see `server`)
+//! extricate-bench exact [--poses N]        N poses against brute force; exit status 1 on any disagreement
+//! ```
 //!
 //! `bench/collision.py` runs both, beside the peers.
 

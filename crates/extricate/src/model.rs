@@ -80,8 +80,8 @@ impl Model {
     /// caller ended it.
     ///
     /// # Errors
-    /// [`Error::NothingFree`] where no free configuration was found; [`Error::Interrupted`] where the caller stopped before one
-    /// was.
+    /// [`NothingFree`](crate::Error::NothingFree) where no free configuration was found;
+    /// [`Interrupted`](crate::Error::Interrupted) where the caller stopped before one was.
     pub fn learn(
         scene: Scene,
         options: &LearnOptions,

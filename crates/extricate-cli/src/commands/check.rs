@@ -37,7 +37,7 @@ pub struct CheckArgs {
     /// Check the ways between pairs of configurations, not single ones
     #[arg(long)]
     segments: bool,
-    /// With --segments: how finely to look [m]; a contact is enclosed in a stretch of about this much motion
+    /// With --segments: how finely to look, in metres; a contact is enclosed in a stretch of about this much motion
     #[arg(long, value_name = "METRES", requires = "segments", value_parser = parse_resolution, default_value = "1e-4")]
     resolution: f64,
 }

@@ -67,7 +67,7 @@ struct Report<'a> {
     checkpoint: Option<String>,
     interrupted: bool,
     seconds: f64,
-    /// Peak of the process [bytes].
+    /// Peak of the process in bytes.
     memory: Option<u64>,
     statistics: &'a Statistics,
 }
