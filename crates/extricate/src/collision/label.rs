@@ -47,6 +47,11 @@ impl Checker {
     /// surfaces that only touch do not.
     pub fn label(&self, q: &[f64], scratch: &mut CheckScratch) -> Label {
         self.place(q, scratch);
+        self.label_placed(scratch)
+    }
+
+    /// The label of the configuration that everything is placed at.
+    pub(super) fn label_placed(&self, scratch: &mut CheckScratch) -> Label {
         if self.recent_collides(scratch) {
             return Label::Colliding;
         }
@@ -152,7 +157,7 @@ impl Checker {
         Label::Free
     }
 
-    fn balls_near(&self, pair: usize, scratch: &CheckScratch) -> bool {
+    pub(super) fn balls_near(&self, pair: usize, scratch: &CheckScratch) -> bool {
         let (pair, centers) = (&self.pairs[pair], &scratch.placement.centers);
         let reach = pair.radii + self.scene.clearance;
         reach >= 0.0 && (centers[pair.first] - centers[pair.second]).norm_squared() <= reach * reach

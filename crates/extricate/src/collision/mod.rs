@@ -16,6 +16,7 @@ mod convex_contact;
 mod cover;
 mod depth;
 pub mod epa;
+mod field;
 pub mod gjk;
 mod inside;
 mod label;
@@ -31,10 +32,12 @@ mod segment;
 mod segment_tests;
 mod shape;
 mod shape_pair;
+mod stand_in;
 mod still;
 #[cfg(test)]
 mod test_mesh;
 mod triangle;
+mod walk;
 
 use std::collections::BinaryHeap;
 use std::sync::Arc;
@@ -56,6 +59,7 @@ use queue::Entry;
 pub use segment::{LEAST_RESOLUTION, SegmentOptions, SegmentOutcome};
 use segment::{SegmentScratch, SpeedPaths};
 pub use shape_pair::{PairScratch, PreparedShape};
+use walk::Neighbours;
 
 /// The checked pairs of one scene, with all that makes checks fast. Immutable, shared between threads.
 pub struct Checker {
@@ -96,6 +100,7 @@ pub struct CheckScratch {
     buffers: Buffers,
     contact_buffers: ContactBuffers,
     segment: SegmentScratch,
+    neighbours: Neighbours,
 }
 
 /// Two places of a checked pair that are near each other.
@@ -126,6 +131,9 @@ pub struct ContactQuery {
 /// How long a pair of meshes is searched for contacts.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ContactSearch {
+    /// Not at all: points of one surface are looked up in a field of distances to the other. Off by the size of the field's cells and the
+    /// gaps between points, a few millimetres on a link of a third of a metre; deep overlaps are seen whole.
+    Coarse,
     /// For a fixed number of triangle tests: enough to propose a step, but the nearest contact may be missed.
     Quick,
     /// At least until the nearest contact is found.
@@ -270,6 +278,7 @@ impl Checker {
             scratch.hints.clear();
             scratch.hints.resize(self.hints, Hint::default());
             scratch.contact_buffers.forget();
+            scratch.neighbours.forget();
         }
     }
 
