@@ -32,6 +32,8 @@ PAIRS = [
 ]
 KINDS = ["random", "contact"]
 CLEARANCE = 1e-4
+# Steps of walks from each configuration [rad].
+WALKS = [1e-4, 1e-3, 1e-2]
 
 PANDA = """clearance = 1e-4
 [[robot]]
@@ -167,25 +169,26 @@ def robot(ours, name, text, rounds, count):
         rows = np.fromfile(file).reshape(-1, about["nq"])
         full = [peer.full(q) for q in rows]
         out = BUILD / f"{name}.labels"
-        figures = {"ours": [], "pin": [], "contacts quick": [], "contacts exact": [], "pin distances": [], "serial": [], "one": [], "two": []}
+        figures = {"ours": [], "pin": [], "contacts coarse": [], "contacts quick": [], "contacts exact": [], "pin distances": [], "serial": [], "one": [], "two": []}
         for _ in range(rounds):
             figures["ours"].append(ours("label", name, file, out))
             mean = timed(lambda: [peer.collides(x) for x in full], clock=time.thread_time)[0] / len(full)
             each = [timed(peer.collides, x) for x in full]
             times = np.array([t for t, _ in each])
             figures["pin"].append({"median": float(np.median(times)), "mean": mean, "p95": float(np.quantile(times, 0.95))})
-            for search in ["quick", "exact"]:
+            for search in ["coarse", "quick", "exact"]:
                 figures[f"contacts {search}"].append(ours("contacts", name, file, 0.02, search))
             figures["pin distances"].append(float(np.median([timed(distances, peer, x)[0] for x in full[:100]])))
             for key, threads in [("serial", 0), ("one", 1), ("two", 2)]:
                 figures[key].append(ours("batch", name, file, threads)["seconds"] / len(rows))
+        figures["walks"] = {step: [ours("walk", name, file, step) for _ in range(rounds)] for step in WALKS} if kind == "boundary" else {}
         labels = np.fromfile(out, np.uint8).astype(bool)
         theirs = np.array([hit for _, hit in each])
         differ = np.flatnonzero(labels != theirs)
         gaps = [abs(peer.least_distance(rows[k]) - peer.clearance) for k in differ[:50]]
         row["kinds"][kind] = {"configurations": len(rows), "figures": figures, "colliding": float(labels.mean()), "differ": len(differ),
                               "only_ours_collide": int((labels & ~theirs).sum()), "farthest_from_margin": max(gaps, default=0.0)}
-        print(name, kind, {k: v[-1] for k, v in figures.items()}, "differ:", len(differ))
+        print(name, kind, {k: v[-1] for k, v in figures.items() if k != "walks"}, "differ:", len(differ))
     return row
 
 
@@ -217,10 +220,15 @@ def exactness(command, poses):
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--quick", action="store_true", help="fewer rounds, poses and sizes")
+    parser.add_argument("--only", choices=["robots"], help="measure this part again, and keep the last figures of the others")
     parser.add_argument("--write", action="store_true", help="only write the page again, from the last figures")
     args = parser.parse_args()
     figures = BUILD / "collision.json"
-    if not args.write:
+    if args.only:
+        ours, found = Side(ours_command()), json.loads(figures.read_text())
+        found["robots"] = robots(ours, 7, 2000)
+        figures.write_text(json.dumps(found, indent=1))
+    elif not args.write:
         missing = [p for _, *paths in PAIRS for p in paths if not (ROBOTS / p).exists()]
         if missing:
             sys.exit(f"not there: {', '.join(missing)}\nfetch them as the top of this file says")

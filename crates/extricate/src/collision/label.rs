@@ -47,11 +47,6 @@ impl Checker {
     /// surfaces that only touch do not.
     pub fn label(&self, q: &[f64], scratch: &mut CheckScratch) -> Label {
         self.place(q, scratch);
-        self.label_placed(scratch)
-    }
-
-    /// The label of the configuration that everything is placed at.
-    pub(super) fn label_placed(&self, scratch: &mut CheckScratch) -> Label {
         if self.recent_collides(scratch) {
             return Label::Colliding;
         }
@@ -124,7 +119,7 @@ impl Checker {
     }
 
     /// Whether one of the pairs that collided last does so again.
-    fn recent_collides(&self, scratch: &mut CheckScratch) -> bool {
+    pub(super) fn recent_collides(&self, scratch: &mut CheckScratch) -> bool {
         for pair in scratch.history.recent {
             if pair != NO_PAIR && self.balls_near(pair as usize, scratch) && self.pair_collides(pair as usize, scratch)
             {
@@ -137,7 +132,7 @@ impl Checker {
 
     /// Whether any pair collides that the broad phase found and that was not tried as a recent one. Those that did last
     /// come first.
-    fn label_found(&self, scratch: &mut CheckScratch) -> Label {
+    pub(super) fn label_found(&self, scratch: &mut CheckScratch) -> Label {
         let recent = scratch.history.recent;
         scratch.broad.pairs.retain(|pair| !recent.contains(pair));
         let mut may_have_collided = true;

@@ -6,10 +6,10 @@ use crate::cspace::Label;
 use crate::math::{Pose, Vec3};
 
 /// Steps of the last length that a list is made to last for.
-const STEPS: f64 = 12.0;
+const STEPS: f64 = 8.0;
 /// Skins are between these \[m\]: below, rounding would matter; above, too many pairs are near.
 const LEAST_SKIN: f64 = 1e-6;
-const MOST_SKIN: f64 = 0.1;
+const MOST_SKIN: f64 = 0.02;
 /// What the motion of a body is overestimated by, for rounding \[m\].
 const ROUNDING: f64 = 1e-9;
 
@@ -50,6 +50,9 @@ impl Checker {
     /// ```
     pub fn label_along(&self, q: &[f64], scratch: &mut CheckScratch) -> Label {
         self.place(q, scratch);
+        if self.recent_collides(scratch) {
+            return Label::Colliding;
+        }
         let most = self.motion(scratch);
         // Two bodies may have moved toward each other.
         if 2.0 * most > scratch.neighbours.skin {
@@ -57,7 +60,8 @@ impl Checker {
             if 2.0 * step > MOST_SKIN {
                 // No trajectory.
                 self.remember_place(scratch, 0.0);
-                return self.label_placed(scratch);
+                self.find_near(self.scene.clearance, scratch);
+                return self.label_found(scratch);
             }
             self.remember_place(scratch, (2.0 * STEPS * step).clamp(LEAST_SKIN, MOST_SKIN));
             let farther = self.scene.clearance + scratch.neighbours.skin;
@@ -70,12 +74,14 @@ impl Checker {
         } else {
             scratch.neighbours.before = most;
         }
-        let near = std::mem::take(&mut scratch.neighbours.near);
-        let collides = near
-            .iter()
-            .any(|&pair| self.balls_near(pair as usize, scratch) && self.pair_collides(pair as usize, scratch));
-        scratch.neighbours.near = near;
-        if collides { Label::Colliding } else { Label::Free }
+        scratch.broad.pairs.clear();
+        for at in 0..scratch.neighbours.near.len() {
+            let pair = scratch.neighbours.near[at];
+            if self.balls_near(pair as usize, scratch) {
+                scratch.broad.pairs.push(pair);
+            }
+        }
+        self.label_found(scratch)
     }
 
     /// Bounds how far any point of a moving body is from its place; infinite where there is none.
