@@ -32,8 +32,6 @@ PAIRS = [
 ]
 KINDS = ["random", "contact"]
 CLEARANCE = 1e-4
-# Steps of walks from each configuration [rad].
-WALKS = [1e-4, 1e-3, 1e-2]
 
 PANDA = """clearance = 1e-4
 [[robot]]
@@ -181,14 +179,13 @@ def robot(ours, name, text, rounds, count):
             figures["pin distances"].append(float(np.median([timed(distances, peer, x)[0] for x in full[:100]])))
             for key, threads in [("serial", 0), ("one", 1), ("two", 2)]:
                 figures[key].append(ours("batch", name, file, threads)["seconds"] / len(rows))
-        figures["walks"] = {step: [ours("walk", name, file, step) for _ in range(rounds)] for step in WALKS} if kind == "boundary" else {}
         labels = np.fromfile(out, np.uint8).astype(bool)
         theirs = np.array([hit for _, hit in each])
         differ = np.flatnonzero(labels != theirs)
         gaps = [abs(peer.least_distance(rows[k]) - peer.clearance) for k in differ[:50]]
         row["kinds"][kind] = {"configurations": len(rows), "figures": figures, "colliding": float(labels.mean()), "differ": len(differ),
                               "only_ours_collide": int((labels & ~theirs).sum()), "farthest_from_margin": max(gaps, default=0.0)}
-        print(name, kind, {k: v[-1] for k, v in figures.items() if k != "walks"}, "differ:", len(differ))
+        print(name, kind, {k: v[-1] for k, v in figures.items()}, "differ:", len(differ))
     return row
 
 

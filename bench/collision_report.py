@@ -93,7 +93,7 @@ def labels(found):
     parts = ["## Whole robots", "Clearance 1e-4 m, one thread, the same configurations for both sides, microseconds a configuration. *Boundary*: ends of "
              "segments between a free and a colliding configuration, halved to 1e-3 rad. pinocchio + coal (`computeCollisions`, which stops at "
              "the first pair) are called from Python once a configuration; what such a call costs by itself is in the last column and not taken out."]
-    rows, contacts, batches, walks = [], [], [], []
+    rows, contacts, batches = [], [], []
     for name, scene in found["robots"].items():
         for kind, row in scene["kinds"].items():
             f = row["figures"]
@@ -106,9 +106,6 @@ def labels(found):
                 c = f[f"contacts {search}"]
                 contacts.append([name, kind, search, f"{c[0]['contacts']:.1f}", us(statistics.median(x["median"] for x in c)),
                                  us(statistics.median(x["p95"] for x in c)), us(statistics.median(f["pin distances"]))])
-            for step, each in f["walks"].items():
-                alone, along = ([x[k] for x in each] for k in ("alone", "along"))
-                walks.append([name, step, us(statistics.median(alone)), us(statistics.median(along)), f"**{ratio(alone, along):.2f}**", max(x["differ"] for x in each)])
             batches.append([name, kind, *(us(statistics.median(f[k])) for k in ("serial", "one", "two")), f"{ratio(f['one'], f['two']):.2f}"])
     parts.append(table(["scene", "configurations", "colliding", "ours, median", "mean", "95 %", "pinocchio + coal, median", "mean",
                         "ratio of medians / means", "a call's own cost"], rows))
@@ -121,9 +118,6 @@ def labels(found):
     parts += ["### Near pairs with gradients", "Contacts of all pairs nearer than 0.02 m with the gradient of each distance, microseconds. pinocchio + coal: "
               "`computeDistances` of all pairs and `computeJointJacobians` (no margin can be given).",
               table(["scene", "configurations", "search", "contacts", "ours, median", "95 %", "pinocchio + coal, median"], contacts)]
-    parts += ["### Along trajectories", "Walks of 100 straight steps (in all coordinates together, rad) from each configuration at the boundary, microseconds a label: "
-              "by `label`, and by `label_along`, which leaves pairs alone that were farther apart than all has moved since.",
-              table(["scene", "step", "alone", "along", "alone / along", "labels that differ"], walks)]
     parts += ["### Batches", "Microseconds a configuration of `label_batch_serial`, and of `label_batch` on one and on two threads (the shortest of 20, "
               "because other programs hold the cores too).",
               table(["scene", "configurations", "serial", "one thread", "two threads", "one / two"], batches)]

@@ -8,7 +8,7 @@ use extricate::collision::{ContactQuery, ContactSearch};
 use extricate::cspace::sampling;
 use extricate::kinematics::{add_point_gradient, forward};
 use extricate::{CheckScratch, Checker, Label, Scene};
-use rand::{RngExt, SeedableRng};
+use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use serde_json::{Value, json};
 
@@ -93,41 +93,6 @@ impl Robot {
         }
         let colliding = answers.iter().filter(|a| **a == 1).count() as f64 / answers.len() as f64;
         Ok(json!({ "mean": mean, "median": each.0, "p95": each.1, "colliding": colliding }))
-    }
-
-    /// Times labels of walks of 100 steps of `step` (rad or m) from each configuration: on their own, and along the walk.
-    pub fn walk(&self, configs: &[f64], step: f64) -> Result<Value> {
-        let space = &self.checker.scene().space;
-        let mut rng = ChaCha8Rng::seed_from_u64(1);
-        let (mut walks, mut next) = (Vec::new(), vec![0.0; space.nq()]);
-        for start in configs.chunks_exact(space.nq()) {
-            let mut direction: Vec<f64> = (0..space.nv()).map(|_| rng.random::<f64>() - 0.5).collect();
-            let length = direction.iter().map(|x| x * x).sum::<f64>().sqrt();
-            direction.iter_mut().for_each(|x| *x *= step / length);
-            let mut q = start.to_vec();
-            for _ in 0..100 {
-                space.integrate(&q, &direction, &mut next);
-                q.copy_from_slice(&next);
-                walks.extend_from_slice(&q);
-            }
-        }
-        let (mut scratch, mut seconds, mut hits) = (CheckScratch::default(), [0.0; 2], [0; 2]);
-        for _ in 0..3 {
-            for along in [0, 1] {
-                let start = ThreadTime::now();
-                for q in walks.chunks_exact(space.nq()) {
-                    let label = match along {
-                        0 => self.checker.label(q, &mut scratch),
-                        _ => self.checker.label_along(q, &mut scratch),
-                    };
-                    hits[along] += usize::from(label == Label::Colliding);
-                }
-                seconds[along] += start.elapsed();
-            }
-        }
-        let count = 3 * walks.len() / space.nq();
-        let mean = seconds.map(|total| total / count as f64);
-        Ok(json!({ "alone": mean[0], "along": mean[1], "differ": hits[0].abs_diff(hits[1]), "count": count / 3 }))
     }
 
     /// Times a batch on some threads; with 0, on the calling thread by the serial function.

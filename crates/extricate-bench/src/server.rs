@@ -10,7 +10,6 @@
 //! | `truth A B POSES LIMIT INDEX` | one pose by brute force |
 //! | `scene NAME TOML`, `chain NAME LINKS OBSTACLES` | prepares a scene |
 //! | `configs NAME uniform\|boundary COUNT SEED OUT` | writes configurations |
-//! | `walk NAME CONFIGS STEP` | times labels along straight walks from each configuration |
 //! | `label NAME CONFIGS [OUT]`, `batch NAME CONFIGS THREADS`, `contacts NAME CONFIGS MARGIN coarse\|quick\|exact` | times them |
 
 use std::collections::HashMap;
@@ -103,7 +102,6 @@ fn answer(words: &[&str], loaded: &mut Loaded) -> Result<Value> {
         ["batch", name, configs, threads] => {
             loaded.robot(name)?.batch(&files::read_numbers(configs)?, threads.parse()?)?
         }
-        ["walk", name, configs, step] => loaded.robot(name)?.walk(&files::read_numbers(configs)?, step.parse()?)?,
         ["contacts", name, configs, margin, search] => {
             loaded.robot(name)?.contacts(&files::read_numbers(configs)?, margin.parse()?, search)?
         }

@@ -119,7 +119,7 @@ impl Checker {
     }
 
     /// Whether one of the pairs that collided last does so again.
-    pub(super) fn recent_collides(&self, scratch: &mut CheckScratch) -> bool {
+    fn recent_collides(&self, scratch: &mut CheckScratch) -> bool {
         for pair in scratch.history.recent {
             if pair != NO_PAIR && self.balls_near(pair as usize, scratch) && self.pair_collides(pair as usize, scratch)
             {
@@ -132,7 +132,7 @@ impl Checker {
 
     /// Whether any pair collides that the broad phase found and that was not tried as a recent one. Those that did last
     /// come first.
-    pub(super) fn label_found(&self, scratch: &mut CheckScratch) -> Label {
+    fn label_found(&self, scratch: &mut CheckScratch) -> Label {
         let recent = scratch.history.recent;
         scratch.broad.pairs.retain(|pair| !recent.contains(pair));
         let mut may_have_collided = true;
@@ -152,7 +152,7 @@ impl Checker {
         Label::Free
     }
 
-    pub(super) fn balls_near(&self, pair: usize, scratch: &CheckScratch) -> bool {
+    fn balls_near(&self, pair: usize, scratch: &CheckScratch) -> bool {
         let (pair, centers) = (&self.pairs[pair], &scratch.placement.centers);
         let reach = pair.radii + self.scene.clearance;
         reach >= 0.0 && (centers[pair.first] - centers[pair.second]).norm_squared() <= reach * reach

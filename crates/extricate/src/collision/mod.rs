@@ -37,7 +37,6 @@ mod still;
 #[cfg(test)]
 mod test_mesh;
 mod triangle;
-mod walk;
 
 use std::collections::BinaryHeap;
 use std::sync::Arc;
@@ -59,7 +58,6 @@ use queue::Entry;
 pub use segment::{LEAST_RESOLUTION, SegmentOptions, SegmentOutcome};
 use segment::{SegmentScratch, SpeedPaths};
 pub use shape_pair::{PairScratch, PreparedShape};
-use walk::Neighbours;
 
 /// The checked pairs of one scene, with all that makes checks fast. Immutable, shared between threads.
 pub struct Checker {
@@ -100,7 +98,6 @@ pub struct CheckScratch {
     buffers: Buffers,
     contact_buffers: ContactBuffers,
     segment: SegmentScratch,
-    neighbours: Neighbours,
 }
 
 /// Two places of a checked pair that are near each other.
@@ -278,7 +275,6 @@ impl Checker {
             scratch.hints.clear();
             scratch.hints.resize(self.hints, Hint::default());
             scratch.contact_buffers.forget();
-            scratch.neighbours.forget();
         }
     }
 

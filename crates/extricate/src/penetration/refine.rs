@@ -84,12 +84,6 @@ impl RefineScratch {
         ground.checker.label(q, &mut self.check)
     }
 
-    /// An exact check, counted, of a configuration near the last one that was checked so.
-    pub fn label_along(&mut self, ground: &Ground, q: &[f64]) -> Label {
-        self.checks += 1;
-        ground.checker.label_along(q, &mut self.check)
-    }
-
     /// Contacts of the pairs nearer than `margin` \[m\] at `q`, ascending by pair.
     pub fn touching(&mut self, ground: &Ground, q: &[f64], margin: f64) -> &[Contact] {
         self.contacts_at(ground, q, ContactQuery { margin, search: ContactSearch::Exact });

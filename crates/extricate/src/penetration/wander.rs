@@ -58,7 +58,7 @@ pub fn wander(
         step.iter_mut().zip(home.iter()).for_each(|(s, h)| *s = *s * scale + lean * h);
         space.integrate(best, step, trial);
         let distance = refine.distance(ground, anchor, trial);
-        if distance < depth && refine.label_along(ground, trial) == Label::Free {
+        if distance < depth && refine.label(ground, trial) == Label::Free {
             best.copy_from_slice(trial);
             depth = distance;
             length *= GROW;
