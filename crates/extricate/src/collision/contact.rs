@@ -88,7 +88,9 @@ pub fn gather(
     }
     let sink = &mut Sink { pose_world: *first.pose, swapped: false, pair, start, margin, search, contacts };
     match (&a.kind, &b.kind) {
-        _ if !are_convex && search == ContactSearch::Coarse => by_stand_ins([a, b], &relative.pose_a_b, buffers, sink),
+        _ if !are_convex && search == ContactSearch::Coarse && a.stand_in().can_tell(b.stand_in()) => {
+            by_stand_ins([a, b], &relative.pose_a_b, buffers, sink)
+        }
         (Convex(x), Convex(y)) => {
             let memory = buffers.memory.of(parts);
             if let Some(found) = memory.contact([a, b], [x, y], &relative, query, clearance) {

@@ -84,6 +84,11 @@ impl Field {
         value - HALF_DIAGONAL * self.cell
     }
 
+    /// Between neighbouring nodes \[m\].
+    pub fn cell(&self) -> f64 {
+        self.cell
+    }
+
     /// Interpolated signed distance \[m\] at a point (frame of the shape); beyond the grid at most the distance to the grid more than
     /// at its rim.
     pub fn value(&self, point: &Vec3) -> f64 {

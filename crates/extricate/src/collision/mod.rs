@@ -129,7 +129,7 @@ pub struct ContactQuery {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ContactSearch {
     /// Not at all: points of one surface are looked up in a field of distances to the other. Off by the size of the field's cells and the
-    /// gaps between points, a few millimetres on a link of a third of a metre; deep overlaps are seen whole.
+    /// gaps between points, a few millimetres on a link of a third of a metre; deep overlaps are seen whole. Where those gaps are above 5 cm, as `Quick`.
     Coarse,
     /// For a fixed number of triangle tests: enough to propose a step, but the nearest contact may be missed.
     Quick,

@@ -18,6 +18,8 @@ const POINTS: f64 = 200.0;
 const CLUSTER: f64 = 2.5;
 /// The same of a group of clusters.
 const GROUP: f64 = 7.5;
+/// Points farther apart than this \[m\] see too little of contacts between them, and so do nodes half as far apart.
+const COARSEST: f64 = 0.05;
 /// Bands around round shapes.
 const SEGMENTS: usize = 16;
 
@@ -31,6 +33,8 @@ pub struct StandIn {
     /// Of points.
     clusters: Vec<Gathered>,
     points: Vec<Vec3>,
+    /// Between points \[m\].
+    gap: f64,
 }
 
 /// Things in a ball.
@@ -70,7 +74,15 @@ impl StandIn {
         let clusters = gathered(&points, |point| (*point, 0.0), |a, b| cells(a) == cells(b));
         let corner = |cluster: &Gathered| cells(&points[cluster.members.start])[0];
         let groups = gathered(&clusters, |cluster| (cluster.center, cluster.radius), |a, b| corner(a) == corner(b));
-        Self { field: (!closed_form).then(|| Field::around(shape)), groups, clusters, points }
+        Self { field: (!closed_form).then(|| Field::around(shape)), groups, clusters, points, gap }
+    }
+
+    /// Whether points of one of two shapes tell where they are near each other, and how near.
+    pub fn can_tell(&self, other: &Self) -> bool {
+        let sees = |points: &Self, field: &Self| {
+            points.gap <= COARSEST && field.field.as_ref().is_none_or(|field| field.cell() <= 0.5 * COARSEST)
+        };
+        sees(self, other) || sees(other, self)
     }
 
     fn distance(&self, shape: &Shape, point: &Vec3) -> f64 {
