@@ -19,7 +19,7 @@ use super::stand_in::{NearPoint, near_points};
 use super::triangle;
 use super::{Contact, ContactQuery, ContactSearch, mesh_convex};
 use crate::math::{Pose, Vec3};
-use overlap::{crossing, pushed_out};
+use overlap::{crossing, outward, pushed_out};
 
 /// Most contacts of a pair that meshes give.
 const MOST: usize = 12;
@@ -330,7 +330,8 @@ fn mesh_with_convex(
     sink: &mut Sink,
 ) {
     let tree: &Bvh = &mesh.tree;
-    let (pose, margin) = (&relative.pose_a_b, sink.margin);
+    let (pose, margin, exact) = (&relative.pose_a_b, sink.margin, sink.search == ContactSearch::Exact);
+    let half_thickness = bounds.half.min();
     let cuboid = Cuboid::around(bounds);
     let view = View::new(pose, &tree.cuboid, &cuboid);
     let seen = view.see(&cuboid, 0.0);
@@ -353,9 +354,18 @@ fn mesh_with_convex(
         for lane in lanes_of(below(&bounds, rounded_up(margin))) {
             tests += 1;
             let face = block.triangle(lane);
+            let closed = mesh.closed[block.group as usize];
+            // A large triangle may overlap a solid beside its corners, which needs a search.
+            if exact || face.longest() > half_thickness {
+                let found = mesh_convex::triangle_separation(&face, solid, pose, margin);
+                if let Some(separation) = found.filter(|s| s.distance < margin) {
+                    buffers.find(outward(Near::from(separation), &face, closed, solid, pose));
+                }
+                continue;
+            }
             match mesh_convex::triangle_meeting(&face, solid, pose, margin) {
                 Meeting::Apart(separation) => buffers.find(Near::from(separation)),
-                Meeting::Overlap => buffers.find(pushed_out(&face, mesh.closed[block.group as usize], solid, pose)),
+                Meeting::Overlap => buffers.find(pushed_out(&face, closed, solid, pose)),
                 Meeting::Far => {}
             }
         }

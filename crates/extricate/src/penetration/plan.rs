@@ -33,12 +33,21 @@ pub struct Plan {
     pub kept: usize,
 }
 
+/// Contacts are looked for within this share of the farthest motion.
+const REACH: f64 = 0.1;
+
 /// The last descent along smooth contacts.
-const POLISH: RefineOptions =
-    RefineOptions { iterations: 60, margin: 0.05, search: ContactSearch::Exact, radius: 0.05, tolerance: 1e-7 };
+const POLISH: RefineOptions = RefineOptions {
+    iterations: 60,
+    margin: 0.05,
+    reach: REACH,
+    search: ContactSearch::Exact,
+    radius: 0.05,
+    tolerance: 1e-7,
+};
 /// With meshes: exact contacts of pairs that are as far apart as the last steps are long, or more, would take most of the time of a query,
 /// and between their corners nothing converges to the last digit.
-const POLISH_MESHES: RefineOptions = RefineOptions { margin: 0.008, tolerance: 3e-5, ..POLISH };
+const POLISH_MESHES: RefineOptions = RefineOptions { reach: 0.03, tolerance: 1e-6, ..POLISH };
 
 /// A probed descent is carried on if it is expected to end below this times the best depth so far.
 pub const HOPE: f64 = 1.15;
@@ -85,8 +94,14 @@ impl Plan {
         // Descents along exact contacts, toward the query in its own coordinates, end where they seem to.
         let smooth = ground.checker.contacts_are_complete() && ground.metric.kind() == MetricSpec::Joint;
         let degrees = ground.checker.scene().space.nv();
-        let refine =
-            RefineOptions { iterations: 40, margin: 0.05, search: ContactSearch::Quick, radius: 0.5, tolerance: 1e-4 };
+        let refine = RefineOptions {
+            iterations: 40,
+            margin: 0.05,
+            reach: REACH,
+            search: ContactSearch::Quick,
+            radius: 0.5,
+            tolerance: 1e-4,
+        };
         let polish = if ground.checker.contacts_are_complete() { POLISH } else { POLISH_MESHES };
         // Which descents promise most is told as well by coarse contacts.
         let probe = |iterations| RefineOptions { iterations, search: ContactSearch::Coarse, ..refine };
@@ -136,6 +151,7 @@ impl Plan {
                 let refine = RefineOptions {
                     iterations: 60,
                     margin: 0.12,
+                    reach: REACH,
                     search: ContactSearch::Exact,
                     radius: 0.5,
                     tolerance: 1e-6,

@@ -42,8 +42,14 @@ pub struct Stream {
 }
 
 /// From a way out of the last frame: exact contacts, for few steps.
-const FOLLOW: RefineOptions =
-    RefineOptions { iterations: 15, margin: 0.05, search: ContactSearch::Exact, radius: 0.3, tolerance: 1e-5 };
+const FOLLOW: RefineOptions = RefineOptions {
+    iterations: 15,
+    margin: 0.05,
+    reach: 0.1,
+    search: ContactSearch::Exact,
+    radius: 0.3,
+    tolerance: 1e-5,
+};
 
 impl Stream {
     /// A stream that has seen nothing.
