@@ -17,7 +17,7 @@ use crate::scene::Scene;
 /// Where a learning run stands.
 #[pyclass(frozen, get_all, module = "extricate._extricate")]
 pub struct Progress {
-    /// What is being done: "exploring", "training", "tracing the boundary", "indexing".
+    /// What is being done: "exploring", "training", "tracing the boundary", "indexing", "measuring".
     stage: &'static str,
     /// Share of the budget spent, 0 to 1.
     fraction: f64,
