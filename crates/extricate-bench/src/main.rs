@@ -1,11 +1,12 @@
-//! Our side of the collision benchmark, and the test of the checker against all pairs of triangles.
+//! Our side of the benchmarks, and the test of the checker against all pairs of triangles.
 //!
 //! ```text
 //! extricate-bench serve                    commands from standard input, answers as JSON lines (see `server`)
 //! extricate-bench exact [--poses N]        N poses against brute force; exit status 1 on any disagreement
+//! extricate-bench query MODEL QUERIES EFFORT|STARTS      answers with processor times as JSON lines
 //! ```
 //!
-//! `bench/collision.py` runs both, beside the peers.
+//! `bench/collision.py` runs the first two beside the peers, `bench/peers` and `bench/query.py` the last.
 
 mod brute;
 mod clock;
@@ -14,6 +15,7 @@ mod files;
 mod labels;
 mod meshes;
 mod poses;
+mod queries;
 mod robots;
 mod server;
 
@@ -26,8 +28,11 @@ fn main() -> anyhow::Result<ExitCode> {
         ["serve"] => server::serve(std::io::stdin().lock(), std::io::stdout().lock()).map(|()| ExitCode::SUCCESS),
         ["exact"] => exact_report(100_000),
         ["exact", "--poses", count] => exact_report(count.parse()?),
+        ["query", model, queries, effort] => {
+            queries::answer(model, queries, effort, std::io::stdout().lock()).map(|()| ExitCode::SUCCESS)
+        }
         _ => {
-            eprintln!("expected `serve`, or `exact [--poses N]`");
+            eprintln!("expected `serve`, `exact [--poses N]`, or `query MODEL QUERIES EFFORT|STARTS`");
             Ok(ExitCode::from(2))
         }
     }

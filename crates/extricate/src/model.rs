@@ -4,6 +4,7 @@ pub mod adapt;
 pub mod learner;
 pub mod run_state;
 pub mod scene_change;
+pub mod uniform;
 
 use std::ops::ControlFlow;
 
