@@ -4,9 +4,10 @@
 //! extricate-bench serve                    commands from standard input, answers as JSON lines (see `server`)
 //! extricate-bench exact [--poses N]        N poses against brute force; exit status 1 on any disagreement
 //! extricate-bench query MODEL QUERIES EFFORT|STARTS      answers with processor times as JSON lines
+//! extricate-bench uniform SCENE LABELS SEED MODEL        a model from uniform samples alone
 //! ```
 //!
-//! `bench/collision.py` runs the first two beside the peers, `bench/peers` and `bench/query.py` the last.
+//! `bench/collision.py` runs the first two beside the peers, the scripts beside it the others.
 
 mod brute;
 mod clock;
@@ -18,6 +19,7 @@ mod poses;
 mod queries;
 mod robots;
 mod server;
+mod uniform;
 
 use std::process::ExitCode;
 
@@ -31,8 +33,14 @@ fn main() -> anyhow::Result<ExitCode> {
         ["query", model, queries, effort] => {
             queries::answer(model, queries, effort, std::io::stdout().lock()).map(|()| ExitCode::SUCCESS)
         }
+        ["uniform", scene, labels, seed, model] => {
+            uniform::learn(scene, labels, seed, model).map(|()| ExitCode::SUCCESS)
+        }
         _ => {
-            eprintln!("expected `serve`, `exact [--poses N]`, or `query MODEL QUERIES EFFORT|STARTS`");
+            eprintln!(
+                "expected `serve`, `exact [--poses N]`, `query MODEL QUERIES EFFORT|STARTS`, \
+                 or `uniform SCENE LABELS SEED MODEL`"
+            );
             Ok(ExitCode::from(2))
         }
     }
