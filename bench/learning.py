@@ -150,7 +150,7 @@ def fewest(curve, counts, learner, effort, excess):
 
 
 def labels_section(found, folder):
-    counts = sorted({key[0] for curve in next(iter(found.values())) and found.values() for key in curve})
+    counts = sorted({key[0] for curve in found.values() for key in curve})
     rows = []
     for name, curve in found.items():
         for effort in EFFORTS:
@@ -167,11 +167,10 @@ def labels_section(found, folder):
         for k, effort in enumerate(EFFORTS):
             for learner, style in zip(LEARNERS, ("o-", "s--")):
                 axis.loglog(counts, [curve[c, learner, effort] for c in counts], style, color=f"C{k}", ms=3, label=f"{effort}, {learner}")
-        axis.set(title=name)
+        axis.set(title=name, xlabel="labels")
         axis.grid(alpha=0.3)
     for axis in list(axes.flat)[len(found):]:
         axis.set_visible(False)
-    figure.supxlabel("labels", fontsize=9)
     figure.supylabel("excess over the best known, 95 %", fontsize=9)
     figure.legend(*axes.flat[0].get_legend_handles_labels(), loc="outside lower center", ncols=3, fontsize=8)
     save(figure, folder / "learning-labels.svg")

@@ -115,11 +115,10 @@ def plot(found, path):
         for k, m in enumerate(others):
             if m in methods:
                 axis.plot(*at(methods[m]), "D^v<>"[k % 5], color=f"C{2 + k}", label=m)
-        axis.set(xscale="log", yscale="log", title=name, ylim=(LEAST / 2, MOST * 2))
+        axis.set(xscale="log", yscale="log", title=name, xlabel="us a query, median", ylim=(LEAST / 2, MOST * 2))
         axis.grid(alpha=0.3)
     for axis in list(axes.flat)[len(scenes):]:
         axis.set_visible(False)
-    figure.supxlabel("microseconds a query, median", fontsize=9)
     figure.supylabel("excess over the best known, 95 % (top: no answer)", fontsize=9)
     labels = {label: handle for axis in axes.flat for handle, label in zip(*axis.get_legend_handles_labels())}
     figure.legend(labels.values(), labels.keys(), loc="outside lower center", ncols=2, fontsize=8)
