@@ -2,6 +2,8 @@
 
 pub mod adapt;
 pub mod learner;
+pub mod measure;
+pub mod quality;
 pub mod run_state;
 pub mod scene_change;
 pub mod uniform;
@@ -19,9 +21,11 @@ use crate::learning::{LearnOptions, LearnProgress};
 use crate::metric::Metric;
 use crate::penetration::batch::in_blocks;
 use crate::penetration::certificate::InteriorBalls;
+use crate::penetration::coverage::Coverage;
 use crate::penetration::{Answer, Answered, ChangedScene, Ground, QueryOptions, QueryScratch, Stream, query};
 use crate::scene::Scene;
 use learner::Learner;
+use quality::{Density, Excess};
 
 /// All that a query needs: the scene with its geometry, verified boundary samples, their index, the classifier.
 ///
@@ -32,6 +36,7 @@ pub struct Model {
     boundary: SampleSet,
     classifier: Option<Classifier>,
     balls: InteriorBalls,
+    coverage: Coverage,
     statistics: Statistics,
 }
 
@@ -50,11 +55,22 @@ pub struct Statistics {
     pub colliding_share: f64,
     /// Held-out accuracy on free configurations; `None` where there was no classifier or none to hold out.
     pub accuracy_free: Option<f64>,
+    /// Its 95 % confidence interval (Wilson).
+    pub accuracy_free_interval: Option<[f64; 2]>,
     /// Held-out accuracy on colliding configurations.
     pub accuracy_colliding: Option<f64>,
+    /// Its 95 % confidence interval.
+    pub accuracy_colliding_interval: Option<[f64; 2]>,
     /// Every boundary sample has a colliding configuration within this distance, in the scene's metric. `None` where no
     /// boundary was found and any free configurations stand in for its samples.
     pub boundary_gap: Option<f64>,
+    /// How densely the boundary is sampled; `None` where nothing held out collided, or the run was interrupted.
+    pub density: Option<Density>,
+    /// How good refined queries are on held-out colliding configurations: 64 of them, fewer where a check for every four labels does
+    /// not pay for so many. `None` where none was asked, as with less than 10,000 labels.
+    pub excess: Option<Excess>,
+    /// Collision and distance evaluations spent on the two, and on telling whether the run may end: beside `labels`.
+    pub measuring_checks: usize,
     /// What ended learning. With a limit in seconds, the model depends on the speed of the machine.
     pub ended_by: EndedBy,
 }
@@ -71,6 +87,8 @@ pub enum EndedBy {
     Interruption,
     /// The limit on memory.
     Memory,
+    /// The quality that was asked for.
+    Quality,
 }
 
 impl Model {
@@ -112,11 +130,12 @@ impl Model {
         metric: Metric,
         configs: Vec<f64>,
         classifier: Option<Classifier>,
+        coverage: Coverage,
         statistics: Statistics,
     ) -> Self {
         let boundary = SampleSet::new(&metric, checker.scene().space.nq(), configs, statistics.seed);
         let balls = InteriorBalls::new(&checker);
-        Self { checker, metric, boundary, classifier, balls, statistics }
+        Self { checker, metric, boundary, classifier, balls, coverage, statistics }
     }
 
     /// The scene it was learned for.
@@ -144,6 +163,11 @@ impl Model {
         self.classifier.as_ref()
     }
 
+    /// What distances of queries to their nearest samples are compared with.
+    pub fn coverage(&self) -> &Coverage {
+        &self.coverage
+    }
+
     /// How it was learned.
     pub fn statistics(&self) -> &Statistics {
         &self.statistics
@@ -167,7 +191,7 @@ impl Model {
         options: &QueryOptions,
         scratch: &mut QueryScratch,
     ) -> Option<Answer> {
-        scene.query(&self.boundary, q, options, scratch)
+        scene.query((&self.boundary, &self.coverage), q, options, scratch)
     }
 
     /// [`Model::query_batch`] in a changed scene.
@@ -179,7 +203,7 @@ impl Model {
         threads: usize,
         each: &mut dyn FnMut(Answered<Option<Answer>>) -> ControlFlow<()>,
     ) -> usize {
-        scene.query_batch(&self.boundary, &mut queries.into_iter(), options, threads, each)
+        scene.query_batch((&self.boundary, &self.coverage), &mut queries.into_iter(), options, threads, each)
     }
 
     /// The answer for the next frame of a stream of queries that are near each other: warm-started from the last one, see [`Stream`].
@@ -212,6 +236,7 @@ impl Model {
             metric: &self.metric,
             boundary: &self.boundary,
             balls: &self.balls,
+            coverage: &self.coverage,
             clearance: self.scene().clearance,
             scale: self.metric.diameter(),
             stale: false,

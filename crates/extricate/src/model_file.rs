@@ -1,7 +1,7 @@
 //! The model file: bytes to [`Model`] and back. No file access (see `store`).
 //!
-//! A safetensors container, so that NumPy reads the arrays: `boundary` (f64, samples x nq), `scene` and `classifier` (postcard,
-//! u8). Its one metadata entry, `extricate`, is JSON: format version, statistics, and the BLAKE3 hash of everything else.
+//! A safetensors container, so that NumPy reads the arrays: `boundary` (f64, samples x nq), `reaches` (f64, distances from
+//! held-out colliding configurations to their nearest sample, ascending), `scene` and `classifier` (postcard, u8). Its one metadata entry, `extricate`, is JSON: format version, statistics, and the BLAKE3 hash of everything else.
 
 pub mod checkpoint;
 
@@ -17,10 +17,11 @@ use crate::error::{Error, Result};
 use crate::learning::classifier::Classifier;
 use crate::metric::Metric;
 use crate::model::{Model, Statistics};
+use crate::penetration::coverage::Coverage;
 use crate::scene::Scene;
 
 /// Version of the layout; a file of another version is refused.
-pub const FORMAT: u32 = 1;
+pub const FORMAT: u32 = 2;
 
 const KEY: &str = "extricate";
 
@@ -37,8 +38,9 @@ pub fn encode(model: &Model) -> Vec<u8> {
     let scene = postcard::to_stdvec(model.scene()).expect(in_memory);
     let classifier = postcard::to_stdvec(&model.classifier()).expect(in_memory);
     let boundary: Vec<u8> = model.boundary().configs().iter().flat_map(|x| x.to_le_bytes()).collect();
+    let reaches: Vec<u8> = model.coverage().distances().iter().flat_map(|x| x.to_le_bytes()).collect();
     let statistics = model.statistics().clone();
-    let checksum = checksum(&statistics, &[&boundary, &classifier, &scene]);
+    let checksum = checksum(&statistics, &[&boundary, &classifier, &reaches, &scene]);
     let header = Header { format: FORMAT, statistics, checksum };
     // One entry only: a map of several would be written in random order.
     let metadata = HashMap::from([(KEY.to_string(), serde_json::to_string(&header).expect(in_memory))]);
@@ -47,6 +49,7 @@ pub fn encode(model: &Model) -> Vec<u8> {
     let tensors = [
         ("boundary", view(Dtype::F64, vec![boundary.len() / 8 / nq, nq], &boundary)),
         ("classifier", view(Dtype::U8, vec![classifier.len()], &classifier)),
+        ("reaches", view(Dtype::F64, vec![reaches.len() / 8], &reaches)),
         ("scene", view(Dtype::U8, vec![scene.len()], &scene)),
     ];
     serialize(tensors, Some(metadata)).expect(in_memory)
@@ -80,21 +83,23 @@ pub fn decode(path: &Path, bytes: &[u8]) -> Result<Model> {
     let header: Header = serde_json::from_str(header).map_err(|e| altered(&format!("unreadable header ({e})")))?;
     let tensors = SafeTensors::deserialize(bytes).map_err(|e| fault(format!("truncated or damaged ({e})")))?;
     let data = |name: &str| tensors.tensor(name).map_err(|_| altered(&format!("no tensor `{name}`")));
-    let (boundary, classifier, scene) = (data("boundary")?, data("classifier")?, data("scene")?);
-    if checksum(&header.statistics, &[boundary.data(), classifier.data(), scene.data()]) != header.checksum {
+    let (boundary, classifier) = (data("boundary")?, data("classifier")?);
+    let (reaches, scene) = (data("reaches")?, data("scene")?);
+    let parts = [&boundary, &classifier, &reaches, &scene].map(|tensor| tensor.data());
+    if checksum(&header.statistics, &parts) != header.checksum {
         return Err(altered("the checksum does not match"));
     }
     let scene: Scene = postcard::from_bytes(scene.data()).map_err(|e| altered(&format!("scene ({e})")))?;
     let classifier: Option<Classifier> =
         postcard::from_bytes(classifier.data()).map_err(|e| altered(&format!("classifier ({e})")))?;
-    let configs: Vec<f64> =
-        boundary.data().chunks_exact(8).map(|b| f64::from_le_bytes(b.try_into().expect("eight bytes"))).collect();
+    let numbers = |bytes: &[u8]| -> Vec<f64> { bytes.as_chunks().0.iter().map(|b| f64::from_le_bytes(*b)).collect() };
+    let (configs, coverage) = (numbers(boundary.data()), Coverage::new(numbers(reaches.data())));
     if configs.is_empty() || boundary.shape().get(1) != Some(&scene.space.nq()) {
         return Err(altered("boundary samples do not fit the scene"));
     }
     let scene = Arc::new(scene);
     let (checker, metric) = (Checker::new(scene.clone()), Metric::new(scene));
-    Ok(Model::from_parts(checker, metric, configs, classifier, header.statistics))
+    Ok(Model::from_parts(checker, metric, configs, classifier, coverage, header.statistics))
 }
 
 fn checksum(statistics: &Statistics, parts: &[&[u8]]) -> String {

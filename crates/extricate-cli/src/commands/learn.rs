@@ -6,12 +6,13 @@ use std::time::Duration;
 use anyhow::bail;
 use clap::Args;
 use extricate::model::EndedBy;
+use extricate::model::quality::Density;
 use extricate::{LearnOptions, Learner, Scene, Statistics, store};
 use serde::Serialize;
 
 use super::learn_run::{Keep, Learned, learn_with_progress, peak_memory};
 use super::{disable_line, load_scene, pairs_always_colliding, prepare, tell_warnings};
-use crate::args::{positive, seconds, seconds_or_zero, seed, threads};
+use crate::args::{positive, seconds, seconds_or_zero, seed, share, threads};
 use crate::interrupt;
 use crate::notice;
 use crate::output::Output;
@@ -49,7 +50,15 @@ pub struct LearnArgs {
     /// Most memory for what is found, in MiB; learning ends there [default: 4096]
     #[arg(long, value_name = "MIB", value_parser = positive, allow_negative_numbers = true)]
     memory: Option<usize>,
-    /// Go on with the run that the checkpoint was left by: the same scene, and labels, seconds, seed and memory as then
+    /// End where at least 95 % of 64 held-out colliding configurations are answered with at most this excess over a search about
+    /// ten times as long, as 0.05
+    #[arg(long, value_name = "SHARE", value_parser = share, allow_negative_numbers = true)]
+    target_excess: Option<f64>,
+    /// End where classifier and labels disagree on at most this share of held-out configurations, as 0.03; with both, where both
+    /// hold
+    #[arg(long, value_name = "SHARE", value_parser = share, allow_negative_numbers = true)]
+    target_disagreement: Option<f64>,
+    /// Go on with the run that the checkpoint was left by: the same scene, and labels, seconds, seed, memory and targets as then
     #[arg(long)]
     resume: bool,
     /// Where the run is kept while it lasts; removed at its end [default: MODEL with `.checkpoint` behind]
@@ -137,6 +146,9 @@ fn resumed(args: &LearnArgs, checkpoint: &Path) -> anyhow::Result<Learner> {
     )?;
     differs(args.seed.map(|s| s.to_string()), "seed", begun.seed.to_string())?;
     differs(args.memory.map(|m| m.to_string()), "memory", (begun.memory >> 20).to_string())?;
+    let told = |target: Option<f64>| target.map_or("no target".into(), |t| t.to_string());
+    differs(args.target_excess.map(|t| t.to_string()), "target-excess", told(begun.target_excess))?;
+    differs(args.target_disagreement.map(|t| t.to_string()), "target-disagreement", told(begun.target_disagreement))?;
     let scene = load_scene(&args.scene)?;
     tell_warnings(&scene);
     Ok(store::load_checkpoint(checkpoint, scene, args.threads)?)
@@ -156,6 +168,7 @@ pub fn statistics_rows(statistics: &Statistics, unit: &str) -> Vec<(&'static str
         EndedBy::Seconds => " (ended by the time limit)",
         EndedBy::Interruption => " (interrupted)",
         EndedBy::Memory => " (ended by the limit on memory)",
+        EndedBy::Quality => " (ended by the quality that was asked for)",
     };
     vec![
         ("labels spent", format!("{} exact checks{ended}", count(statistics.labels))),
@@ -171,16 +184,51 @@ pub fn statistics_rows(statistics: &Statistics, unit: &str) -> Vec<(&'static str
         ("support vectors", count(statistics.support_vectors)),
         ("colliding share", format!("{} of uniform configurations", percent(statistics.colliding_share))),
         ("held-out accuracy", held_out_accuracy(statistics)),
+        ("sample density", sample_density(statistics, unit)),
+        ("excess of queries", excess_of_queries(statistics)),
+        ("spent on measuring", format!("{} checks", count(statistics.measuring_checks))),
     ]
+}
+
+fn sample_density(statistics: &Statistics, unit: &str) -> String {
+    let Some(Density { spacing_median, spacing_p95, reach_median, reach_p95 }) = statistics.density else {
+        return "not measured".into();
+    };
+    format!(
+        "{spacing_median:.4} {unit} to the next sample (95 %: {spacing_p95:.4}), {reach_median:.4} {unit} from held-out \
+         collisions (95 %: {reach_p95:.4})"
+    )
+}
+
+fn excess_of_queries(statistics: &Statistics) -> String {
+    let Some(excess) = statistics.excess else { return "not measured".into() };
+    format!(
+        "median {:.2} %, 95th percentile {:.2} %; {} within 5 % of a longer search ({}), {} held-out collisions",
+        100.0 * excess.median,
+        100.0 * excess.p95,
+        percent(excess.within_5pct),
+        interval(excess.within_5pct_interval),
+        excess.queries
+    )
+}
+
+fn interval([low, high]: [f64; 2]) -> String {
+    format!("95 % interval {} to {}", percent(low), percent(high))
 }
 
 /// The classifier's accuracy in words.
 pub fn held_out_accuracy(statistics: &Statistics) -> String {
-    let share = |accuracy: Option<f64>| accuracy.map_or("-".into(), percent);
-    match (statistics.accuracy_free, statistics.accuracy_colliding) {
-        (None, None) => "nothing was held out".into(),
-        (free, colliding) => format!("{} on free, {} on colliding configurations", share(free), share(colliding)),
+    let side = |name: &str, accuracy: Option<f64>, range: Option<[f64; 2]>| match (accuracy, range) {
+        (Some(share), Some(range)) => format!("{} on {name} ({})", percent(share), interval(range)),
+        _ => format!("- on {name}"),
+    };
+    if statistics.accuracy_free.is_none() && statistics.accuracy_colliding.is_none() {
+        return "nothing was held out".into();
     }
+    let free = side("free", statistics.accuracy_free, statistics.accuracy_free_interval);
+    let colliding =
+        side("colliding configurations", statistics.accuracy_colliding, statistics.accuracy_colliding_interval);
+    format!("{free}, {colliding}")
 }
 
 fn options(args: &LearnArgs) -> LearnOptions {
@@ -193,6 +241,8 @@ fn options(args: &LearnArgs) -> LearnOptions {
         seed: args.seed.unwrap_or(default.seed),
         threads: args.threads,
         memory: args.memory.map_or(default.memory, |mebibytes| mebibytes.saturating_mul(1 << 20)),
+        target_excess: args.target_excess,
+        target_disagreement: args.target_disagreement,
     }
 }
 
@@ -214,6 +264,7 @@ fn warn_of_pairs_always_colliding(scene: &Scene) {
 mod tests {
     use super::*;
     use clap::CommandFactory;
+    use extricate::model::quality::Excess;
 
     fn args(labels: Option<usize>, seconds: Option<f64>) -> LearnArgs {
         LearnArgs {
@@ -224,6 +275,8 @@ mod tests {
             seed: None,
             threads: 0,
             memory: None,
+            target_excess: None,
+            target_disagreement: None,
             resume: false,
             checkpoint: None,
             checkpoint_every: 15.0,
@@ -257,13 +310,27 @@ mod tests {
             support_vectors: 0,
             colliding_share: 0.0,
             accuracy_free: None,
+            accuracy_free_interval: None,
             accuracy_colliding: None,
+            accuracy_colliding_interval: None,
             boundary_gap: None,
+            density: None,
+            excess: None,
+            measuring_checks: 0,
             ended_by: EndedBy::Labels,
         };
         let text = |statistics: &Statistics| report::two_columns(&statistics_rows(statistics, "rad"));
         assert!(text(&statistics).contains("no boundary found") && text(&statistics).contains("nothing was held out"));
+        assert_eq!(text(&statistics).matches("not measured").count(), 2);
         (statistics.boundary_gap, statistics.accuracy_free) = (Some(1e-3), Some(0.97));
-        assert!(text(&statistics).contains("1.000e-3 rad at most") && text(&statistics).contains("97 % on free, - on"));
+        statistics.accuracy_free_interval = Some([0.9, 0.99]);
+        statistics.excess = Excess::of(&[0.0; 64]);
+        let text = text(&statistics);
+        assert!(text.contains("1.000e-3 rad at most"), "{text}");
+        assert!(text.contains("97 % on free (95 % interval 90 % to 99 %), - on"), "{text}");
+        assert!(
+            text.contains("100 % within 5 % of a longer search (95 % interval 94.3 % to 100 %), 64 held"),
+            "{text}"
+        );
     }
 }

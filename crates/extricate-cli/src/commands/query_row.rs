@@ -1,6 +1,7 @@
 //! One answer as rows of text or a line of JSON.
 
 use extricate::math::Vec3;
+use extricate::penetration::coverage::FAR;
 use extricate::{Answer, Contact, Effort, Scene, Way};
 use serde::Serialize;
 
@@ -25,6 +26,8 @@ pub struct QueryRow<'a> {
     pub colliding: Vec<[&'a str; 2]>,
     /// Pairs that touch at the witness.
     pub touching: Vec<[&'a str; 2]>,
+    /// How usual the distance to the nearest sample is; near 0 far from what was learned.
+    pub coverage: Option<f64>,
     /// Whether the witness was checked during this query.
     pub verified: bool,
     /// How hard the query tried.
@@ -86,6 +89,7 @@ impl<'a> QueryRow<'a> {
             max_displacement: answer.max_displacement,
             colliding: pair_names(scene, &answer.colliding),
             touching: pair_names(scene, &answer.touching),
+            coverage: answer.coverage,
             verified: answer.verified,
             effort: answer.effort,
             contacts: answer.contacts.iter().map(|contact| ContactRow::new(contact, scene)).collect(),
@@ -96,13 +100,18 @@ impl<'a> QueryRow<'a> {
         }
     }
 
+    fn is_far(&self) -> bool {
+        self.coverage.is_some_and(|coverage| coverage < FAR)
+    }
+
     /// The row for the query of input line `line`, and one for each way out beside the witness.
     pub fn text(&self, line: usize) -> String {
         let verified = if self.verified { "yes" } else { "no" };
         let pairs = if self.colliding.is_empty() { "none".into() } else { pairs_in_words(&self.colliding, 2) };
         let way = self.way.map_or(String::new(), |w| format!("; collides until {:.3} of the way", w.colliding_until));
+        let far = if self.is_far() { "; far from what was learned" } else { "" };
         let mut text = format!(
-            "{line:>6}  {:>9.5}  {:>9.5}  {:>9.2}  {:>9}  {:>6}  {verified:<8}  {pairs}{way}",
+            "{line:>6}  {:>9.5}  {:>9.5}  {:>9.2}  {:>9}  {:>6}  {verified:<8}  {pairs}{way}{far}",
             self.depth,
             self.lower_bound,
             100.0 * self.max_displacement,
@@ -140,6 +149,7 @@ pub mod tests {
             max_displacement: depth * 0.5,
             colliding: vec![],
             touching: vec![],
+            coverage: Some(0.5),
             verified,
             contacts: vec![],
             gradient: vec![-1.0],
@@ -161,6 +171,7 @@ pub mod tests {
             max_displacement: 0.1,
             colliding: vec![["arm", "shelf"]],
             touching: vec![["arm", "shelf"]],
+            coverage: answer.coverage,
             verified: true,
             effort: answer.effort,
             contacts: vec![ContactRow {
@@ -178,13 +189,15 @@ pub mod tests {
         assert_eq!(
             serde_json::to_string(&row).unwrap(),
             "{\"depth\":0.2,\"lower_bound\":0.05,\"witness\":[0.5],\"seconds\":0.0001,\"checks\":40,\
-             \"max_displacement\":0.1,\"colliding\":[[\"arm\",\"shelf\"]],\"touching\":[[\"arm\",\"shelf\"]],\
+             \"max_displacement\":0.1,\"colliding\":[[\"arm\",\"shelf\"]],\"touching\":[[\"arm\",\"shelf\"]],\"coverage\":0.5,\
              \"verified\":true,\"effort\":\"refined\",\
              \"contacts\":[{\"pair\":[\"arm\",\"shelf\"],\"distance\":0.0001,\"point_first\":[0.0,0.0,0.0],\
              \"point_second\":[0.0,0.0,0.0],\"normal\":[0.0,0.0,1.0]}],\"gradient\":[-1.0],\"unique\":true,\
              \"exits\":[{\"depth\":0.2,\"witness\":[0.5],\"touching\":[]}]}"
         );
         assert!(row.text(3).ends_with("yes       arm - shelf"), "{}", row.text(3));
+        let far = QueryRow { coverage: Some(0.001), exits: vec![], ..row };
+        assert!(far.text(3).ends_with("arm - shelf; far from what was learned"), "{}", far.text(3));
         let widths: Vec<_> = header("rad").lines().map(|l| l.find("depth").or(l.find("[rad]"))).collect();
         assert!(widths.iter().all(Option::is_some));
     }

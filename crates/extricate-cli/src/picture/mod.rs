@@ -148,6 +148,7 @@ pub mod tests {
             max_displacement: 0.5,
             colliding: vec![1],
             touching: vec![1],
+            coverage: None,
             verified: true,
             contacts: vec![],
             gradient: vec![-1.0, 0.0],

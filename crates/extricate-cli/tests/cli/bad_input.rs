@@ -17,7 +17,7 @@ fn senseless_command_lines_exit_with_2() {
 fn help_and_version_exit_with_0() {
     let workspace = Workspace::new();
     workspace.run("--version").expect_code(0);
-    for command in ["", "demo", "info", "check", "sample", "learn", "query"] {
+    for command in ["", "demo", "info", "check", "sample", "learn", "adapt", "query"] {
         assert!(workspace.run(&format!("{command} --help")).expect_code(0).stdout.contains("--json"));
     }
     assert!(workspace.run("query --help").expect_code(0).stdout.contains("error"), "what happens to bad lines");

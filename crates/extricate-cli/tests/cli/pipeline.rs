@@ -13,6 +13,7 @@ const ANSWER_KEYS: &[&str] = &[
     "max_displacement",
     "colliding",
     "touching",
+    "coverage",
     "verified",
     "effort",
     "contacts",

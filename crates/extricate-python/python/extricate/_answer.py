@@ -51,6 +51,9 @@ class Answer:
     """A free configuration at distance `depth`, (nq,)."""
     verified: bool
     """Whether the exact checker called the witness free during this query; otherwise it did when the model was learned."""
+    coverage: Optional[float]
+    """How usual the query's distance to the nearest stored sample is among held-out colliding configurations, in (0, 1]: below
+    0.01 the query lies far from what was learned. None where the query is free or nothing was held out."""
     max_displacement: float
     """Largest displacement of any point of the robot between the query and the witness [m]."""
     colliding: List[NamePair]

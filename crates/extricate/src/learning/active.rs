@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use super::classifier::{Classifier, FitOptions};
 use super::explore::Exploration;
-use super::{Budget, LabelBatch};
+use super::{Budget, LabelBatch, LearnOptions};
 use crate::cspace::{ConfigSpace, Label};
 
 /// Maps a configuration to the features that the kernel sees.
@@ -22,6 +22,8 @@ pub struct Classified {
     pub accuracy_free: Option<f64>,
     /// Held-out accuracy on colliding configurations.
     pub accuracy_colliding: Option<f64>,
+    /// Free and colliding configurations that were held out.
+    pub held_out: [usize; 2],
 }
 
 impl Classified {
@@ -29,10 +31,17 @@ impl Classified {
     pub fn balanced_accuracy(&self) -> Option<f64> {
         Some(0.5 * (self.accuracy_free? + self.accuracy_colliding?))
     }
+
+    /// Whether classifier and labels disagree on at most the share `target` of what was held out, each side counting half.
+    pub fn is_within(&self, target: f64) -> bool {
+        self.balanced_accuracy().is_some_and(|accuracy| 1.0 - accuracy <= target)
+    }
 }
 
-/// Shares of one training round's new configurations.
+/// Rounds of training.
 const ROUNDS: usize = 3;
+/// The same where a disagreement is asked for that takes more.
+const MOST_ROUNDS: usize = 8;
 /// Configurations of the first round, half of each label where there are so many.
 const FIRST: usize = 2000;
 /// With less time than this \[s\] the first round is smaller, in proportion: nothing stops a fit that has begun.
@@ -60,11 +69,11 @@ pub fn classify(
     features: &Features,
     known: &mut Exploration,
     label: &LabelBatch,
-    seed: u64,
+    options: &LearnOptions,
     budget: &mut Budget,
 ) -> Classified {
     let nq = space.nq();
-    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    let mut rng = ChaCha8Rng::seed_from_u64(options.seed);
     let (free, colliding) = (rows(&known.free, nq), rows(&known.colliding, nq));
     let mut outcome = Classified::default();
     if free.is_empty() || colliding.is_empty() || budget.end().is_some() {
@@ -86,11 +95,11 @@ pub fn classify(
     pool.extend(colliding.iter().skip(first).take(POOL / 2).map(|q| (*q, Label::Colliding)));
     let mut pool_set = gather(pool.iter().copied(), features);
     let mut fresh: Vec<(Vec<f64>, Label)> = Vec::new();
-    for round in 0..ROUNDS {
+    for round in 0..MOST_ROUNDS {
         let set = gather(configs.iter().map(|(q, l)| (q.as_slice(), *l)), features);
         let dimensions = set.features.len() / set.labels.len();
         // Only the first round searches the kernel's parameters; the later ones keep them.
-        let options = match &outcome.classifier {
+        let fit = match &outcome.classifier {
             None => FitOptions::default(),
             Some(last) => FitOptions {
                 gamma_factor: Some(last.choice().gamma_factor),
@@ -98,14 +107,19 @@ pub fn classify(
                 ..FitOptions::default()
             },
         };
-        let classifier = Classifier::fit(&set.features, dimensions, &set.labels, &options);
+        let classifier = Classifier::fit(&set.features, dimensions, &set.labels, &fit);
         let (free, colliding) = classifier.balanced_accuracy(&held.features, &held.labels);
+        outcome.held_out = [held_free.len(), held_colliding.len()];
         outcome.accuracy_free = (!held_free.is_empty()).then_some(free);
         outcome.accuracy_colliding = (!held_colliding.is_empty()).then_some(colliding);
         budget.note(0, Some(0.5 * (free + colliding)));
         // Asks for the time too, which a long fit may have used up.
         budget.stage("training");
-        if round + 1 == ROUNDS || budget.end().is_some() || budget.fraction() > TRAINED_BY {
+        let enough = match options.target_disagreement {
+            Some(target) => outcome.is_within(target) || round + 1 == MOST_ROUNDS,
+            None => round + 1 == ROUNDS,
+        };
+        if enough || budget.end().is_some() || budget.fraction() > TRAINED_BY {
             outcome.classifier = Some(classifier);
             break;
         }

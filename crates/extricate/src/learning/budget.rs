@@ -1,7 +1,7 @@
 //! What a learning run may still spend, and the caller's wish to stop.
 
 use std::ops::ControlFlow;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use serde::{Deserialize, Serialize};
 
@@ -59,7 +59,15 @@ impl<'a> Budget<'a> {
             boundary_samples: 0,
             accuracy: None,
         };
-        Self { labels, seconds: options.seconds, before, started: Instant::now(), progress, report, end: None }
+        Self {
+            labels,
+            seconds: options.seconds_for_learning(),
+            before,
+            started: Instant::now(),
+            progress,
+            report,
+            end: None,
+        }
     }
 
     /// What was spent, earlier parts of the run included.
@@ -115,6 +123,12 @@ impl<'a> Budget<'a> {
     /// The limit in seconds.
     pub fn seconds(&self) -> Option<f64> {
         self.seconds
+    }
+
+    /// When the seconds are spent; `None` without a limit, or with one that no clock can hold.
+    pub fn until(&self) -> Option<Instant> {
+        let left = Duration::try_from_secs_f64((self.seconds? - self.before).max(0.0)).ok()?;
+        self.started.checked_add(left)
     }
 
     /// Labels spent.

@@ -1,10 +1,14 @@
 //! A model of a changed scene from the model of the old one: what still holds is kept, what changed is learned.
 
 use std::sync::Arc;
+use std::time::{Duration, Instant};
 
 use super::learner::{GAP_SHARE, Report, STAND_INS};
+use super::measure::{Extent, measure};
+use super::quality::interval;
 use super::scene_change::compare;
 use super::{EndedBy, Model, Statistics};
+use crate::boundary::SampleSet;
 use crate::boundary::trace::{TraceGround, TracePlace, Tracer};
 use crate::collision::Checker;
 use crate::cspace::Label;
@@ -15,6 +19,9 @@ use crate::learning::classifier::Classifier;
 use crate::learning::explore::{BATCH, Exploration};
 use crate::learning::{Budget, LearnOptions};
 use crate::metric::{Metric, MetricScratch};
+use crate::penetration::Ground;
+use crate::penetration::certificate::InteriorBalls;
+use crate::penetration::coverage::Coverage;
 use crate::scene::{MetricSpec, Scene};
 
 /// A changed pair is far where it is farther apart than twice what the boundary's gap typically moves any point.
@@ -50,7 +57,7 @@ pub fn adapt(model: &Model, scene: Scene, options: &LearnOptions, report: &mut R
 }
 
 fn adapt_here(model: &Model, scene: Scene, options: &LearnOptions, report: &mut Report) -> Result<Model> {
-    let scene = Arc::new(scene);
+    let (started, scene) = (Instant::now(), Arc::new(scene));
     let metric = Metric::new(scene.clone());
     let gap = GAP_SHARE * metric.diameter();
     let change = compare(model.scene(), &scene, MARGIN * metric.lever() * gap)?;
@@ -78,7 +85,7 @@ fn adapt_here(model: &Model, scene: Scene, options: &LearnOptions, report: &mut 
     budget.note(samples.len() / nq, None);
 
     let halton = Halton::new(scene.space.nv(), options.seed ^ STREAM);
-    let (accuracy, colliding_share) = judge(model.classifier(), &scene, &halton, &label, &mut budget);
+    let ((accuracy, held_out), colliding_share) = judge(model.classifier(), &scene, &halton, &label, &mut budget);
 
     budget.stage("tracing what changed");
     let ground = TraceGround {
@@ -121,23 +128,51 @@ fn adapt_here(model: &Model, scene: Scene, options: &LearnOptions, report: &mut 
         let advice = "no stored sample is free in the new scene; learn it anew".into();
         return Err(Error::NothingFree { labels: budget.spent(), advice });
     }
+    budget.stage("measuring");
+    let boundary = SampleSet::new(&metric, nq, samples, options.seed);
+    let balls = InteriorBalls::new(&checker);
+    let (clearance, scale) = (scene.clearance, metric.diameter());
+    let coverage = &Coverage::default();
+    let ground = Ground {
+        checker: &checker,
+        metric: &metric,
+        boundary: &boundary,
+        balls: &balls,
+        coverage,
+        clearance,
+        scale,
+        stale: false,
+    };
+    let mut extent = Extent::after(budget.spent(), options.seed);
+    let limit = options.seconds.and_then(|limit| Duration::try_from_secs_f64(limit.max(0.0)).ok());
+    extent.until = limit.and_then(|limit| started.checked_add(limit));
+    let mut interrupted = || {
+        budget.stage("measuring");
+        budget.end() == Some(BudgetEnd::Interrupted)
+    };
+    let measured = measure(&ground, &extent, &mut || !interrupted()).unwrap_or_default();
     let statistics = Statistics {
         labels: budget.spent(),
         seed: options.seed,
-        boundary_samples: samples.len() / nq,
+        boundary_samples: boundary.len(),
         support_vectors: model.classifier().map_or(0, Classifier::support_vectors),
         colliding_share,
         accuracy_free: accuracy[0],
+        accuracy_free_interval: interval(accuracy[0], held_out[0]),
         accuracy_colliding: accuracy[1],
+        accuracy_colliding_interval: interval(accuracy[1], held_out[1]),
         boundary_gap: model.statistics().boundary_gap.map(|_| gap),
+        density: measured.density,
+        excess: measured.excess,
+        measuring_checks: measured.checks,
         ended_by: match budget.end() {
             Some(BudgetEnd::Seconds) => EndedBy::Seconds,
             Some(BudgetEnd::Interrupted) => EndedBy::Interruption,
             _ => EndedBy::Labels,
         },
     };
-    budget.stage("indexing");
-    Ok(Model::from_parts(checker, metric, samples, model.classifier().cloned(), statistics))
+    let (classifier, coverage) = (model.classifier().cloned(), measured.coverage);
+    Ok(Model { checker, metric, boundary, classifier, balls, coverage, statistics })
 }
 
 fn labels(checker: &Checker, configs: &[f64]) -> Vec<Label> {
@@ -160,14 +195,15 @@ fn sort_out(configs: &[f64], labels: Vec<Label>, known: &mut Exploration, nq: us
     }
 }
 
-/// How often the old classifier is right in the new scene, on free and on colliding configurations, and the share of these.
+/// How often the old classifier is right in the new scene, on free and on colliding configurations, how many of each were looked
+/// at, and the share of the latter.
 fn judge(
     classifier: Option<&Classifier>,
     scene: &Arc<Scene>,
     halton: &Halton,
     label: &crate::learning::LabelBatch,
     budget: &mut Budget,
-) -> ([Option<f64>; 2], f64) {
+) -> (([Option<f64>; 2], [usize; 2]), f64) {
     let (count, nq) = (JUDGED.min(budget.left() / 8), scene.space.nq());
     let configs = configs_at(scene, halton, 0, count);
     let truth = budget.label(label, &configs);
@@ -182,5 +218,5 @@ fn judge(
         right[side] += classifier.map_or(0, |c| usize::from(c.predict(&features) == truth));
     }
     let share = |side: usize| (classifier.is_some() && all[side] > 0).then(|| right[side] as f64 / all[side] as f64);
-    ([share(0), share(1)], all[1] as f64 / count.max(1) as f64)
+    (([share(0), share(1)], all), all[1] as f64 / count.max(1) as f64)
 }

@@ -1,41 +1,48 @@
 //! A learning run that can be stopped between two units of work, kept, and gone on with.
 
-use std::ops::ControlFlow;
-use std::sync::Arc;
+mod ending;
 
-use super::run_state::{RunState, Stage};
-use super::{EndedBy, Model, Statistics};
+use std::ops::ControlFlow;
+use std::sync::{Arc, OnceLock};
+
+use super::EndedBy;
+use super::measure::{Extent, is_within};
+use super::run_state::{Looks, RunState, Stage};
 use crate::boundary::SampleSet;
 use crate::boundary::trace::{TraceGround, Tracer};
-use crate::collision::{Checker, always_colliding};
+use crate::collision::Checker;
 use crate::cspace::Label;
 use crate::cspace::sampling::Halton;
 use crate::error::{Error, Result};
 use crate::learning::active::{classify, surprising_first};
 use crate::learning::budget::{BudgetEnd, Spent};
-use crate::learning::classifier::Classifier;
-use crate::learning::explore::{BATCH, Exploration};
+use crate::learning::explore::BATCH;
 use crate::learning::{Budget, LearnOptions, LearnProgress};
 use crate::metric::{Metric, MetricScratch};
+use crate::penetration::Ground;
+use crate::penetration::certificate::InteriorBalls;
+use crate::penetration::coverage::Coverage;
 use crate::scene::{MetricSpec, Scene};
+use ending::Ready;
 
 /// Share of the budget, labels or seconds, spent on exploration before the boundary is traced.
 const EXPLORATION_SHARE: f64 = 0.2;
 /// Labels that exploration spends at most; tracing draws what it needs beyond them.
 const MOST_EXPLORATION: usize = 200_000;
-/// Configurations below which "collides every time" says nothing.
-const FEW: usize = 100;
 /// Seeds looked at for surprises for every second of the limit: a share of the time that is small on any robot.
 const SURPRISES_A_SECOND: f64 = 1000.0;
 /// Boundary samples have a colliding configuration within this share of the space's diameter.
 pub(super) const GAP_SHARE: f64 = 1.0 / 2000.0;
 /// Free configurations that stand in for boundary samples where there are none.
 pub(super) const STAND_INS: usize = 1024;
+/// A run that may end by its quality is looked at whenever its boundary samples have grown by this factor: what all looks cost is
+/// then a few times the last one, and no run goes on for much longer than it has to.
+const BETWEEN_LOOKS: f64 = 1.4;
 
 /// Receives the state of a run after every batch of labels, and may stop it.
 pub type Report<'a> = dyn FnMut(&LearnProgress) -> ControlFlow<()> + Send + 'a;
 
-/// A run between two units of work: a batch of exploration, the training, a pass of tracing.
+/// A run between two units of work: a batch of exploration, the training, a pass of tracing, and at last measuring what was learned.
 ///
 /// ```
 /// use std::ops::ControlFlow;
@@ -60,6 +67,8 @@ pub struct Learner {
     /// What was spent, the unit that was stopped included.
     spent: Spent,
     end: Option<EndedBy>,
+    /// After the last unit.
+    ready: Option<Ready>,
 }
 
 /// What does not change while learning.
@@ -71,6 +80,9 @@ struct LearnGround {
     halton: Halton,
     /// Metric units.
     gap: f64,
+    balls: OnceLock<InteriorBalls>,
+    /// Of nothing: held-out queries need none.
+    no_coverage: Coverage,
 }
 
 impl Learner {
@@ -84,9 +96,7 @@ impl Learner {
 
     /// A run that has come as far as `state`, which has to be one of this scene and these options.
     pub(crate) fn resume(scene: Scene, options: &LearnOptions, state: RunState) -> Result<Self> {
-        if options.labels == 0 {
-            return Err(Error::Option { name: "labels", value: "0".into(), expected: "at least 1" });
-        }
+        options.check()?;
         let pool = rayon::ThreadPoolBuilder::new().num_threads(options.threads).build().map_err(|e| Error::Option {
             name: "threads",
             value: format!("{} ({e})", options.threads),
@@ -100,29 +110,40 @@ impl Learner {
             gap: GAP_SHARE * metric.diameter(),
             checker: Checker::new(scene),
             metric,
+            balls: OnceLock::new(),
+            no_coverage: Coverage::default(),
         };
         let spent = state.mark.spent.clone();
-        Ok(Self { ground, pool: pool.into(), options: options.clone(), state, tracer: None, spent, end: None })
+        Ok(Self {
+            ground,
+            pool: pool.into(),
+            options: options.clone(),
+            state,
+            tracer: None,
+            spent,
+            end: None,
+            ready: None,
+        })
     }
 
     /// Does one unit of work, a second or so; whether there is more to do. `report` is called after every batch of labels. Where
     /// it stops the run, what the unit found by then is kept for [`Learner::finish`] but is no part of a checkpoint.
     pub fn step(&mut self, report: &mut Report) -> bool {
-        if let Stage::Done(why) = self.state.mark.stage {
-            self.end = Some(why);
-        }
         if self.end.is_none() {
             let pool = self.pool.clone();
             pool.install(|| self.unit(report));
-            if self.end.is_none() && self.bytes() > self.options.memory {
-                self.end = Some(EndedBy::Memory);
-                self.state.mark.stage = Stage::Done(EndedBy::Memory);
+            let learns = self.end.is_none() && !matches!(self.state.mark.stage, Stage::Measuring(_));
+            if learns && self.bytes() > self.options.memory {
+                self.state.mark.stage = Stage::Measuring(EndedBy::Memory);
             }
         }
         self.end.is_none()
     }
 
     fn unit(&mut self, report: &mut Report) {
+        if let Stage::Measuring(why) = self.state.mark.stage {
+            return self.measure(why, report);
+        }
         let Self { ground, options, state, tracer, .. } = self;
         let (scene, nq) = (ground.checker.scene(), ground.checker.scene().space.nq());
         let label = |configs: &[f64]| ground.label(configs);
@@ -132,7 +153,7 @@ impl Learner {
         if state.mark.stage != Stage::Exploring || budget.left() == 0 {
             budget.stage(state.mark.stage.name());
         }
-        let next = match state.mark.stage.clone() {
+        let mut next = match state.mark.stage.clone() {
             Stage::Exploring => {
                 let first = ((options.labels as f64 * EXPLORATION_SHARE) as usize).clamp(1, MOST_EXPLORATION);
                 let enough = |budget: &Budget| budget.spent() >= first || budget.fraction() >= EXPLORATION_SHARE;
@@ -145,7 +166,7 @@ impl Learner {
             Stage::Training => {
                 let features = |q: &[f64]| ground.features(q);
                 let known = &mut state.known;
-                state.classified = classify(&scene.space, &features, known, &label, options.seed, &mut budget);
+                state.classified = classify(&scene.space, &features, known, &label, options, &mut budget);
                 if let Some(classifier) = &state.classified.classifier
                     && budget.end() != Some(BudgetEnd::Interrupted)
                 {
@@ -162,77 +183,29 @@ impl Learner {
                 let (known, samples) = (&mut state.known, &mut state.samples);
                 let paid =
                     budget.end().is_some() || tracer.pass(&trace_ground, known, samples, &ground.halton, &mut budget);
-                if paid { Stage::Tracing(tracer.place().clone()) } else { Stage::Done(EndedBy::Labels) }
+                if !paid {
+                    Stage::Measuring(EndedBy::Labels)
+                } else if budget.end().is_none() && look(ground, options, state, &mut budget) {
+                    Stage::Measuring(EndedBy::Quality)
+                } else {
+                    Stage::Tracing(tracer.place().clone())
+                }
             }
-            Stage::Done(why) => Stage::Done(why),
+            Stage::Measuring(why) => Stage::Measuring(why),
         };
         self.spent = budget.spent_so_far();
-        self.end = budget.end().map(|end| match end {
-            BudgetEnd::Labels => EndedBy::Labels,
-            BudgetEnd::Seconds => EndedBy::Seconds,
-            BudgetEnd::Interrupted => EndedBy::Interruption,
-        });
-        if self.end != Some(EndedBy::Interruption) {
-            self.state.set_mark(next, self.spent.clone());
-        }
-    }
-
-    /// The model of what has been found so far. Where nothing of the boundary was traced yet, one small pass is made for it.
-    ///
-    /// # Errors
-    /// [`Error::NothingFree`] where no free configuration was found; [`Error::Interrupted`] where the caller stopped before one
-    /// was.
-    pub fn finish(mut self, report: &mut Report) -> Result<Model> {
-        let pool = self.pool.clone();
-        pool.install(|| {
-            if self.state.known.free.is_empty() {
-                return Err(self.nothing_free());
+        match budget.end() {
+            Some(BudgetEnd::Interrupted) => {
+                self.end = Some(EndedBy::Interruption);
+                return;
             }
-            if self.state.samples.is_empty() {
-                self.trace_a_little(report);
-            }
-            Ok(self.into_model(report))
-        })
-    }
-
-    fn trace_a_little(&mut self, report: &mut Report) {
-        let Self { ground, options, state, .. } = self;
-        let label = |configs: &[f64]| ground.label(configs);
-        let trace_ground = ground.trace_ground(&label, options);
-        let mut budget = Budget::resumed(options, &self.spent, report);
-        if budget.left() > 0 {
-            let mut tracer = Tracer::new(&trace_ground, &state.known);
-            tracer.pass(&trace_ground, &mut state.known, &mut state.samples, &ground.halton, &mut budget);
+            // What ended by its quality did so before it ran out.
+            Some(_) if matches!(next, Stage::Measuring(_)) => {}
+            Some(BudgetEnd::Labels) => next = Stage::Measuring(EndedBy::Labels),
+            Some(BudgetEnd::Seconds) => next = Stage::Measuring(EndedBy::Seconds),
+            None => {}
         }
-        self.spent = budget.spent_so_far();
-    }
-
-    fn into_model(self, report: &mut Report) -> Model {
-        let Self { ground, options, state, spent, end, tracer, .. } = self;
-        drop(tracer);
-        let RunState { known, mut samples, classified, colliding_share, .. } = state;
-        let nq = ground.checker.scene().space.nq();
-        let traced = !samples.is_empty();
-        if !traced {
-            // Nothing collided, or nothing was traced in time: free configurations are answers too, only far ones.
-            samples.extend_from_slice(&known.free[..known.free.len().min(STAND_INS * nq)]);
-        }
-        let statistics = Statistics {
-            labels: spent.labels,
-            seed: options.seed,
-            boundary_samples: samples.len() / nq,
-            support_vectors: classified.classifier.as_ref().map_or(0, Classifier::support_vectors),
-            colliding_share,
-            accuracy_free: classified.accuracy_free,
-            accuracy_colliding: classified.accuracy_colliding,
-            boundary_gap: traced.then_some(ground.gap),
-            // A run that its owner stops stepping was interrupted too.
-            ended_by: end.unwrap_or(EndedBy::Interruption),
-        };
-        let mut budget = Budget::resumed(&options, &spent, report);
-        budget.note(samples.len() / nq, classified.balanced_accuracy());
-        budget.stage("indexing");
-        Model::from_parts(ground.checker, ground.metric, samples, classified.classifier, statistics)
+        self.state.set_mark(next, self.spent.clone());
     }
 
     /// The scene that is learned.
@@ -259,32 +232,46 @@ impl Learner {
         let starts = self.tracer.as_ref().map_or(0, |t| indexed(t.place().starts) + indexed(t.place().indexed));
         8 * (known.free.len() + known.colliding.len() + samples.len()) + starts + indexed(samples.len() / nq)
     }
+}
 
-    fn nothing_free(&self) -> Error {
-        if self.end == Some(EndedBy::Interruption) {
-            return Error::Interrupted;
-        }
-        let (checker, known): (&Checker, &Exploration) = (&self.ground.checker, &self.state.known);
-        let scene = checker.scene();
-        let tried: Vec<Vec<f64>> =
-            known.colliding.chunks_exact(scene.space.nq()).take(1000).map(<[f64]>::to_vec).collect();
-        let named = |pair: usize| format!("[\"{}\", \"{}\"]", scene.pair_names(pair)[0], scene.pair_names(pair)[1]);
-        let always: Vec<String> = always_colliding(checker, &tried).into_iter().map(named).collect();
-        let advice = if tried.len() < FEW {
-            "too few to tell why; spend more labels or seconds".into()
-        } else if always.is_empty() {
-            "no single pair is to blame; widen the limits, lower the clearance or spend more labels".into()
-        } else {
-            format!(
-                "these pairs collide every time; if by design, add to the scene: [pairs] disable = [{}]",
-                always.join(", ")
-            )
-        };
-        Error::NothingFree { labels: self.spent.labels, advice }
+/// Whether the run is as good as its options ask for. False where the caller stopped the run meanwhile, which `budget` then says.
+fn look(ground: &LearnGround, options: &LearnOptions, state: &mut RunState, budget: &mut Budget) -> bool {
+    let agrees = options.target_disagreement.is_none_or(|target| state.classified.is_within(target));
+    let Some(target) = options.target_excess else { return options.target_disagreement.is_some() && agrees };
+    let nq = ground.checker.scene().space.nq();
+    let rows = state.samples.len() / nq;
+    if !agrees || rows == 0 || (rows as f64) < BETWEEN_LOOKS * state.looks.samples as f64 {
+        return false;
     }
+    budget.stage("measuring");
+    let boundary = SampleSet::new(&ground.metric, nq, state.samples.clone(), options.seed);
+    let extent = Extent { until: budget.until(), ..Extent::for_stopping(options.seed) };
+    let mut go_on = || {
+        budget.stage("measuring");
+        budget.end() != Some(BudgetEnd::Interrupted)
+    };
+    let Some((within, checks)) = is_within(&ground.to_query(&boundary), target, &extent, &mut go_on) else {
+        return false;
+    };
+    state.looks = Looks { samples: rows, checks: state.looks.checks + checks };
+    within
 }
 
 impl LearnGround {
+    /// What queries stand on, with the samples so far.
+    fn to_query<'a>(&'a self, boundary: &'a SampleSet) -> Ground<'a> {
+        Ground {
+            checker: &self.checker,
+            metric: &self.metric,
+            boundary,
+            balls: self.balls.get_or_init(|| InteriorBalls::new(&self.checker)),
+            coverage: &self.no_coverage,
+            clearance: self.checker.scene().clearance,
+            scale: self.metric.diameter(),
+            stale: false,
+        }
+    }
+
     fn label(&self, configs: &[f64]) -> Vec<Label> {
         let mut labels = vec![Label::Free; configs.len() / self.checker.scene().space.nq()];
         self.checker.label_batch(configs, &mut labels);

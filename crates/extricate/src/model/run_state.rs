@@ -20,6 +20,8 @@ pub struct RunState {
     pub classified: Classified,
     /// Share of uniform configurations that collide, after exploration.
     pub colliding_share: f64,
+    /// What was looked at to tell whether the run may end.
+    pub looks: Looks,
     /// Where the last whole unit of work ended.
     pub mark: Mark,
 }
@@ -35,6 +37,17 @@ pub struct Mark {
     pub next: u64,
     /// Labels and seconds until then.
     pub spent: Spent,
+    /// Looks until then.
+    pub looks: Looks,
+}
+
+/// Looks at whether the queries are as good as was asked for.
+#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Looks {
+    /// Boundary samples at the last one.
+    pub samples: usize,
+    /// Checks that all took.
+    pub checks: usize,
 }
 
 /// What a unit of work belongs to.
@@ -47,8 +60,8 @@ pub enum Stage {
     Training,
     /// The boundary.
     Tracing(TracePlace),
-    /// Nothing is left to do, for this reason.
-    Done(EndedBy),
+    /// What was learned is measured; learning has ended for this reason.
+    Measuring(EndedBy),
 }
 
 impl Stage {
@@ -57,7 +70,8 @@ impl Stage {
         match self {
             Self::Exploring => "exploring",
             Self::Training => "training",
-            Self::Tracing(_) | Self::Done(_) => "tracing the boundary",
+            Self::Tracing(_) => "tracing the boundary",
+            Self::Measuring(_) => "measuring",
         }
     }
 }
@@ -72,6 +86,6 @@ impl RunState {
     /// Sets the mark here.
     pub fn set_mark(&mut self, stage: Stage, spent: Spent) {
         let lengths = [self.known.free.len(), self.known.colliding.len(), self.samples.len()];
-        self.mark = Mark { stage, lengths, next: self.known.next, spent };
+        self.mark = Mark { stage, lengths, next: self.known.next, spent, looks: self.looks.clone() };
     }
 }

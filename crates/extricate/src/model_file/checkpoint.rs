@@ -19,7 +19,7 @@ use crate::model::run_state::{Mark, RunState, Stage};
 use crate::scene::Scene;
 
 /// Version of the layout, and of the steps of learning: a run goes on only with the program that began it.
-pub const FORMAT: u32 = 1;
+pub const FORMAT: u32 = 2;
 
 const KEY: &str = "extricate-checkpoint";
 const LISTS: [&str; 3] = ["free", "colliding", "samples"];
@@ -38,9 +38,18 @@ struct Run {
     seconds: Option<f64>,
     seed: u64,
     memory: usize,
+    target_excess: Option<f64>,
+    target_disagreement: Option<f64>,
     scene: String,
     colliding_share: f64,
     mark: Mark,
+}
+
+impl Run {
+    fn options(&self, threads: usize) -> LearnOptions {
+        let Run { labels, seconds, seed, memory, target_excess, target_disagreement, .. } = *self;
+        LearnOptions { labels, seconds, seed, threads, memory, target_excess, target_disagreement }
+    }
 }
 
 /// What a checkpoint says of its run, for messages and for defaults.
@@ -69,6 +78,8 @@ pub fn encode(learner: &Learner) -> Vec<u8> {
         seconds: options.seconds,
         seed: options.seed,
         memory: options.memory,
+        target_excess: options.target_excess,
+        target_disagreement: options.target_disagreement,
         scene: scene_hash(learner.scene()),
         colliding_share: state.colliding_share,
         mark,
@@ -95,9 +106,7 @@ pub fn is_checkpoint(bytes: &[u8]) -> bool {
 /// [`Error::Checkpoint`]: foreign, truncated, altered, or of another version.
 pub fn summary(path: &Path, bytes: &[u8]) -> Result<CheckpointSummary> {
     let (run, _) = read(path, bytes)?;
-    let Run { labels, seconds, seed, memory, mark, .. } = run;
-    let options = LearnOptions { labels, seconds, seed, memory, ..LearnOptions::default() };
-    Ok(CheckpointSummary { options, labels: mark.spent.labels })
+    Ok(CheckpointSummary { options: run.options(0), labels: run.mark.spent.labels })
 }
 
 /// Goes on with the run that `bytes` are a checkpoint of, on `threads` threads; `path` is its name in messages.
@@ -132,11 +141,12 @@ pub fn decode(path: &Path, bytes: &[u8], scene: Scene, threads: usize) -> Result
     if !sound || !place_fits {
         return Err(fault("altered or damaged: its lists are not those that it names"));
     }
-    let Run { labels, seconds, seed, memory, colliding_share, mark, .. } = run;
-    let options = LearnOptions { labels, seconds, seed, memory, threads };
+    let options = run.options(threads);
+    let Run { colliding_share, mark, .. } = run;
     let known = Exploration { free, colliding, next: mark.next };
     let classified = classified.unwrap_or_default();
-    Learner::resume(scene, &options, RunState { known, samples, classified, colliding_share, mark })
+    let looks = mark.looks.clone();
+    Learner::resume(scene, &options, RunState { known, samples, classified, colliding_share, looks, mark })
 }
 
 fn read<'a>(path: &Path, bytes: &'a [u8]) -> Result<(Run, SafeTensors<'a>)> {
@@ -176,6 +186,7 @@ fn scene_hash(scene: &Scene) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::model::EndedBy;
     use crate::model::learner::Report;
     use crate::model_file;
     use crate::scene::builtin;
@@ -192,6 +203,18 @@ mod tests {
 
     fn go_on(_: &crate::learning::LearnProgress) -> ControlFlow<()> {
         ControlFlow::Continue(())
+    }
+
+    fn ending_by_quality() -> Learner {
+        let options = LearnOptions {
+            labels: 200_000,
+            seconds: None,
+            seed: 3,
+            target_excess: Some(0.1),
+            target_disagreement: Some(0.2),
+            ..LearnOptions::default()
+        };
+        Learner::new(scene(), &options).unwrap()
     }
 
     fn bytes_of_the_model(mut learner: Learner) -> Vec<u8> {
@@ -219,6 +242,22 @@ mod tests {
         }
         // A batch of exploration, the training, and more than one pass.
         assert!(units >= 4, "{units}");
+        assert!(model_file::encode(&learner.finish(&mut go_on).unwrap()) == whole);
+    }
+
+    #[test]
+    fn a_run_that_ends_by_its_quality_ends_there_after_it_was_stopped_too() {
+        let whole = bytes_of_the_model(ending_by_quality());
+        let model = model_file::decode(Path::new("m"), &whole).unwrap();
+        let (found, excess) = (model.statistics(), model.statistics().excess.unwrap());
+        assert_eq!((found.ended_by, excess.queries), (EndedBy::Quality, 64));
+        assert!(found.labels < 200_000, "{found:?}");
+        // Fresh ones, of which more than one in twenty may be beyond by chance.
+        assert!(excess.within_5pct > 0.8, "{excess:?}");
+        let mut learner = ending_by_quality();
+        while learner.step(&mut go_on) {
+            learner = decode(Path::new("c"), &encode(&learner), scene(), 1).unwrap();
+        }
         assert!(model_file::encode(&learner.finish(&mut go_on).unwrap()) == whole);
     }
 

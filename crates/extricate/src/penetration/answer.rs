@@ -2,6 +2,7 @@
 
 use serde::Serialize;
 
+use super::coverage::FAR;
 use super::options::Effort;
 use crate::collision::Contact;
 use crate::cspace::Config;
@@ -25,6 +26,10 @@ pub struct Answer {
     pub colliding: Vec<usize>,
     /// Indices of the scene's pairs that touch (within [`TOUCHING`] beyond the clearance) at the witness.
     pub touching: Vec<usize>,
+    /// How usual the distance to the nearest boundary sample is among held-out colliding configurations, in `(0, 1]`, see
+    /// [`Coverage::of`](super::coverage::Coverage::of): below [`FAR`](super::coverage::FAR) the query lies far from what was
+    /// learned, and a nearer way out is missed more easily. `None` where the query is free or nothing was held out.
+    pub coverage: Option<f64>,
     /// Whether the exact checker called the witness free during this query; otherwise it did when the model was learned.
     pub verified: bool,
     /// Where the pairs of `touching` touch at the witness, with normals; several places a pair where meshes touch.
@@ -42,6 +47,13 @@ pub struct Answer {
     pub exits: Vec<Exit>,
     /// The straight way to the witness, where it was asked for and the query collides.
     pub way: Option<Way>,
+}
+
+impl Answer {
+    /// Whether the query lies farther from all samples than nearly all configurations that the model was measured on.
+    pub fn is_far(&self) -> bool {
+        self.coverage.is_some_and(|coverage| coverage < FAR)
+    }
 }
 
 /// One of several ways out.
@@ -84,6 +96,7 @@ pub fn free_answer(q: &Config, nv: usize, effort: Effort) -> Answer {
         max_displacement: 0.0,
         colliding: Vec::new(),
         touching: Vec::new(),
+        coverage: None,
         verified: true,
         contacts: Vec::new(),
         gradient: vec![0.0; nv],

@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use super::batch::{Answered, in_blocks};
 use super::certificate::InteriorBalls;
+use super::coverage::Coverage;
 use super::{Answer, Ground, QueryOptions, QueryScratch, query};
 use crate::boundary::SampleSet;
 use crate::collision::Checker;
@@ -64,33 +65,34 @@ impl ChangedScene {
     /// The nearest free configuration to `q` in this scene, from the samples of a model; see [`crate::Model::query_in`].
     pub(crate) fn query(
         &self,
-        boundary: &SampleSet,
+        (boundary, coverage): (&SampleSet, &Coverage),
         q: &Config,
         options: &QueryOptions,
         scratch: &mut QueryScratch,
     ) -> Option<Answer> {
-        query(&self.ground(boundary), q, options, scratch)
+        query(&self.ground(boundary, coverage), q, options, scratch)
     }
 
     /// The same for many.
     pub(crate) fn query_batch(
         &self,
-        boundary: &SampleSet,
+        (boundary, coverage): (&SampleSet, &Coverage),
         queries: &mut dyn Iterator<Item = Config>,
         options: &QueryOptions,
         threads: usize,
         each: &mut dyn FnMut(Answered<Option<Answer>>) -> ControlFlow<()>,
     ) -> usize {
-        let ground = self.ground(boundary);
+        let ground = self.ground(boundary, coverage);
         in_blocks(queries, threads, &|q, scratch| query(&ground, q, options, scratch), each)
     }
 
-    fn ground<'a>(&'a self, boundary: &'a SampleSet) -> Ground<'a> {
+    fn ground<'a>(&'a self, boundary: &'a SampleSet, coverage: &'a Coverage) -> Ground<'a> {
         Ground {
             checker: &self.checker,
             metric: &self.metric,
             boundary,
             balls: &self.balls,
+            coverage,
             clearance: self.scene().clearance,
             scale: self.metric.diameter(),
             stale: true,

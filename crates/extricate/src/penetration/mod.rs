@@ -7,6 +7,7 @@ pub mod answer;
 pub mod batch;
 pub mod certificate;
 pub mod changed;
+pub mod coverage;
 mod dense;
 mod describe;
 mod exits;
@@ -32,6 +33,7 @@ use crate::collision::Checker;
 use crate::cspace::{Config, Label};
 use crate::metric::Metric;
 use certificate::InteriorBalls;
+use coverage::Coverage;
 use plan::Plan;
 
 /// What a query stands on; borrowed from a model.
@@ -45,6 +47,8 @@ pub struct Ground<'a> {
     pub boundary: &'a SampleSet,
     /// For the lower bound.
     pub balls: &'a InteriorBalls,
+    /// What the distance to the nearest sample is compared with.
+    pub coverage: &'a Coverage,
     /// Least distance \[m\] of a free pair.
     pub clearance: f64,
     /// A typical length of the configuration space in metric units.

@@ -89,6 +89,7 @@ impl QueryScratch {
                 let sample = ground.boundary.config(id);
                 if !ground.stale || self.refine.label(ground, sample) == Label::Free {
                     (answer.depth, answer.verified) = (depth, ground.stale);
+                    answer.coverage = ground.coverage.of(depth);
                     answer.witness.copy_from_slice(sample);
                     return true;
                 }
@@ -110,6 +111,7 @@ impl QueryScratch {
             if self.refine.label(ground, &answer.witness) == Label::Free {
                 answer.verified = true;
                 answer.depth = self.refine.distance(ground, &self.anchor, &answer.witness);
+                answer.coverage = ground.coverage.of(f64::INFINITY);
                 return true;
             }
         }

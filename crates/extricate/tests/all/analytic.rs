@@ -7,10 +7,10 @@ use extricate::{Model, QueryOptions, QueryScratch};
 
 use crate::memory::{chain, collision, learn, scene};
 
-const CLEARANCE: f64 = 1e-4;
+pub const CLEARANCE: f64 = 1e-4;
 
 /// Queries `count` low-discrepancy configurations and compares with `exact`, which is 0 where the configuration is free.
-fn compare(model: &Model, count: u64, exact: impl Fn(&[f64]) -> f64) {
+pub fn compare(model: &Model, count: u64, exact: impl Fn(&[f64]) -> f64) {
     let space = &model.scene().space;
     let halton = Halton::new(space.nv(), 99);
     let mut scratch = QueryScratch::default();
@@ -68,7 +68,7 @@ fn disc_in_an_annulus() {
 }
 
 /// A closed ring along z: rectangle in cross-section, apothem `inner`.
-fn ring(inner: f64, outer: f64, half_height: f64, sides: usize) -> String {
+pub fn ring(inner: f64, outer: f64, half_height: f64, sides: usize) -> String {
     let mut text = String::new();
     let stretch = 1.0 / (PI / sides as f64).cos();
     for i in 0..sides {

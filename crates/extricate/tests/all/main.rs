@@ -3,11 +3,13 @@
 mod adapting;
 mod analytic;
 mod budgets;
+mod components;
 mod licences;
 mod memory;
 mod property;
 mod query;
 mod query_elsewhere;
 mod recheck;
+mod rigid;
 mod soak;
 mod tidy;

@@ -1,0 +1,107 @@
+//! Small isolated components of the colliding configurations, as self-collision makes them: how many of them learning finds, beside
+//! uniform sampling with as many labels. `cargo test -p extricate --test all components -- --nocapture` prints both.
+
+use std::f64::consts::{PI, TAU};
+use std::fmt::Write;
+
+use extricate::cspace::sampling::{Halton, uniform};
+use extricate::{Checker, Label, Model, Scene};
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+
+use crate::memory::{learn, scene};
+
+/// Lengths of the spokes of two wheels \[m\] whose hubs are 2 m apart: spoke `i` of one and `j` of the other touch only where both
+/// point at each other, in a component of its own; the shorter, the smaller.
+const SPOKES: [[f64; 5]; 2] = [[1.0, 1.004, 1.008, 1.012, 1.016], [0.996, 1.002, 1.008, 1.014, 1.02]];
+const RADIUS: f64 = 0.012;
+/// Directions within which two spokes can meet \[rad\]; their neighbours are 1.26 rad away.
+const WINDOW: f64 = 0.5;
+
+fn wheels() -> Scene {
+    let mut urdf = String::from("<robot name=\"wheels\"><link name=\"base\"/>");
+    for (wheel, lengths) in SPOKES.iter().enumerate() {
+        let _ = write!(urdf, "<link name=\"wheel{wheel}\">");
+        for (i, length) in lengths.iter().enumerate() {
+            let (sin, cos) = (TAU * i as f64 / 5.0).sin_cos();
+            // From a tenth of its length on, so that spokes of one wheel are apart at the hub.
+            let _ = write!(
+                urdf,
+                "<collision><origin xyz=\"{} {} 0\" rpy=\"0 {} {}\"/><geometry><capsule radius=\"{RADIUS}\" length=\"{}\"/>\
+                 </geometry></collision>",
+                0.55 * length * cos,
+                0.55 * length * sin,
+                PI / 2.0,
+                TAU * i as f64 / 5.0,
+                0.9 * length
+            );
+        }
+        let _ = write!(
+            urdf,
+            "</link><joint name=\"turn{wheel}\" type=\"continuous\"><parent link=\"base\"/><child link=\"wheel{wheel}\"/>\
+             <origin xyz=\"{} 0 0\"/><axis xyz=\"0 0 1\"/></joint>",
+            2 * wheel
+        );
+    }
+    scene("[[robot]]\nurdf = \"wheels.urdf\"\n", &[("wheels.urdf", urdf + "</robot>")])
+}
+
+/// Which component `q` is in or beside, if any: the spokes that point at the other hub.
+fn component(q: &[f64]) -> Option<usize> {
+    let pointing = |angle: f64, target: f64| {
+        (0..5).find(|i| ((angle + TAU * *i as f64 / 5.0 - target + PI).rem_euclid(TAU) - PI).abs() < WINDOW)
+    };
+    Some(5 * pointing(q[0], 0.0)? + pointing(q[1], PI)?)
+}
+
+fn count(found: impl Iterator<Item = usize>) -> usize {
+    let mut seen = [false; 25];
+    found.for_each(|i| seen[i] = true);
+    seen.iter().filter(|seen| **seen).count()
+}
+
+/// Components beside which the model has a verified boundary sample.
+fn found_by_learning(model: &Model) -> usize {
+    count(model.boundary().configs().chunks_exact(2).filter_map(component))
+}
+
+/// Components that at least one of `labels` uniform configurations lies in.
+fn found_by_chance(scene: &Scene, checker: &Checker, labels: usize, seed: u64) -> usize {
+    let (mut rng, mut q, mut scratch) = (ChaCha8Rng::seed_from_u64(seed), vec![0.0; 2], Default::default());
+    count((0..labels).filter_map(|_| {
+        uniform(&scene.space, &mut rng, &mut q);
+        (checker.label(&q, &mut scratch) == Label::Colliding).then(|| component(&q))?
+    }))
+}
+
+#[test]
+fn there_are_as_many_components_as_pairs_of_spokes() {
+    let scene = wheels();
+    let checker = Checker::new(std::sync::Arc::new(scene.clone()));
+    let (halton, mut q, mut scratch) = (Halton::new(2, 3), vec![0.0; 2], Default::default());
+    let (mut inside, mut sizes) = (0, [0; 25]);
+    for i in 0..200_000 {
+        halton.config(&scene.space, i, &mut q);
+        if checker.label(&q, &mut scratch) == Label::Colliding {
+            inside += 1;
+            sizes[component(&q).expect("only spokes that point at each other touch")] += 1;
+        }
+    }
+    println!("components: {:.3} % of all configurations; of 200,000: {sizes:?}", inside as f64 / 2000.0);
+    assert!(sizes.iter().all(|size| *size > 0) && inside < 4000, "{sizes:?}");
+}
+
+#[test]
+fn small_components_are_found() {
+    let scene = wheels();
+    let checker = Checker::new(std::sync::Arc::new(scene.clone()));
+    for (labels, least) in [(3000, 50), (10_000, 95)] {
+        let (mut learned, mut by_chance) = (0, 0);
+        for seed in 0..4 {
+            learned += found_by_learning(&learn(scene.clone(), labels, seed));
+            by_chance += found_by_chance(&scene, &checker, labels, seed);
+        }
+        println!("{labels} labels, 4 seeds: {learned} of 100 components learned, {by_chance} by uniform sampling");
+        assert!(learned >= least, "{learned} of 100 with {labels} labels, {by_chance} by uniform sampling");
+    }
+}
