@@ -202,7 +202,7 @@ def cores_section(rows):
     ratio = min(r[2]["wall"] for r in rows) / min(r[1]["wall"] for r in rows)
     head = ["round", "one thread [s]", "two threads [s]", "ratio", "processor time, one [s]", "two [s]", "cores that others had, one", "two"]
     others = statistics.median(r[2]["others"] for r in rows)
-    told = f" Other programs had {others:.1f} of the machine's cores meanwhile (median), so this says little." if others > 0.1 else ""
+    told = f" Other programs had {others:.1f} of the machine's cores meanwhile (median), so the target is not judged by this." if others > 0.1 else ""
     return f"## Two cores\n\n`panda-box`, 100,000 labels, wall time. Shortest over shortest: **{ratio:.2f}** (target: at most 0.6).{told}\n\n{table(head, shown)}"
 
 

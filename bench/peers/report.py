@@ -71,7 +71,9 @@ def summary(found):
 
 def readme(found):
     names = ", ".join(f"`{name}`" for name in found["scenes"])
-    return f"Random colliding configurations of {len(found['scenes'])} scenes ({names}), every witness checked again with coal, one thread, all in one run:\n\n" \
+    return f"Random colliding configurations of {len(found['scenes'])} scenes ({names}), every witness checked again with coal, one thread, processor time, all in one run. " \
+           f"Drake takes raw meshes for their hulls and is left out of the scenes with them. Our default is {DEFAULT}; targets that were missed stand in " \
+           f"[docs/benchmarks/query.md](docs/benchmarks/query.md). `python3 bench/peers` measures it again.\n\n" \
            f"{pooled_table(found)}\n\n![Time against excess](docs/benchmarks/query-peers.svg)"
 
 

@@ -12,19 +12,21 @@ use crate::learning::budget::BudgetEnd;
 use crate::learning::explore::{BATCH, Exploration};
 use crate::learning::{Budget, LearnOptions};
 use crate::metric::Metric;
+use crate::penetration::coverage::Coverage;
 use crate::scene::Scene;
 
 /// A model whose labels all went to a low-discrepancy sequence, and whose samples are the free configurations among them: the
 /// published way with uniform samples. There is no classifier, and no sample is known to be near the boundary.
 ///
-/// Of `options`, labels, seconds, seed and threads count; memory does not.
+/// Of `options`, labels, seconds, seed and threads count. Nothing is measured afterwards.
 ///
 /// # Guarantee
 /// Every sample was labelled free. Without a limit in seconds the model depends on scene, labels and seed alone.
 ///
 /// # Errors
-/// [`Error::Option`] for threads that cannot be started; [`Error::NothingFree`] where no free configuration was found.
+/// [`Error::Option`] for an option that makes no sense; [`Error::NothingFree`] where no free configuration was found.
 pub fn learn_uniform(scene: Scene, options: &LearnOptions, report: &mut Report) -> Result<Model> {
+    options.check()?;
     let pool = rayon::ThreadPoolBuilder::new().num_threads(options.threads).build().map_err(|e| Error::Option {
         name: "threads",
         value: format!("{} ({e})", options.threads),
@@ -61,15 +63,20 @@ fn learn_here(scene: Scene, options: &LearnOptions, report: &mut Report) -> Resu
         support_vectors: 0,
         colliding_share: colliding as f64 / budget.spent().max(1) as f64,
         accuracy_free: None,
+        accuracy_free_interval: None,
         accuracy_colliding: None,
+        accuracy_colliding_interval: None,
         boundary_gap: None,
+        density: None,
+        excess: None,
+        measuring_checks: 0,
         ended_by: match budget.end() {
             Some(BudgetEnd::Interrupted) => EndedBy::Interruption,
             Some(BudgetEnd::Seconds) => EndedBy::Seconds,
             Some(BudgetEnd::Labels) | None => EndedBy::Labels,
         },
     };
-    Ok(Model::from_parts(checker, metric, known.free, None, statistics))
+    Ok(Model::from_parts(checker, metric, known.free, None, Coverage::default(), statistics))
 }
 
 #[cfg(test)]
