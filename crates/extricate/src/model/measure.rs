@@ -122,7 +122,7 @@ pub fn measure(ground: &Ground, extent: &Extent, go_on: &mut dyn FnMut() -> bool
 }
 
 /// Whether at least 95 % of held-out queries have an excess of at most `target`, and the checks that it took to tell; `None` where
-/// `go_on` said no. Not where fewer than [`QUERIES`] collide among what is drawn.
+/// `go_on` said no. Not where fewer than `extent.queries` collide among what is drawn.
 pub fn is_within(
     ground: &Ground,
     target: f64,

@@ -27,7 +27,7 @@ pub struct Answer {
     /// Indices of the scene's pairs that touch (within [`TOUCHING`] beyond the clearance) at the witness.
     pub touching: Vec<usize>,
     /// How usual the distance to the nearest boundary sample is among held-out colliding configurations, in `(0, 1]`, see
-    /// [`Coverage::of`](super::coverage::Coverage::of): below [`FAR`](super::coverage::FAR) the query lies far from what was
+    /// [`Coverage::of`](super::coverage::Coverage::of): below [`FAR`] the query lies far from what was
     /// learned, and a nearer way out is missed more easily. `None` where the query is free or nothing was held out.
     pub coverage: Option<f64>,
     /// Whether the exact checker called the witness free during this query; otherwise it did when the model was learned.
