@@ -121,9 +121,10 @@ impl Robot {
     /// Times what a step of refinement needs: the contacts nearer than `margin` \[m\], and the gradient of each distance.
     pub fn contacts(&self, configs: &[f64], margin: f64, search: &str) -> Result<Value> {
         let search = match search {
+            "coarse" => ContactSearch::Coarse,
             "quick" => ContactSearch::Quick,
             "exact" => ContactSearch::Exact,
-            _ => bail!("got `{search}`, expected quick or exact"),
+            _ => bail!("got `{search}`, expected coarse, quick or exact"),
         };
         let scene = self.checker.scene();
         let (nq, nv) = (scene.space.nq(), scene.space.nv());

@@ -10,7 +10,7 @@
 //! | `truth A B POSES LIMIT INDEX` | one pose by brute force |
 //! | `scene NAME TOML`, `chain NAME LINKS OBSTACLES` | prepares a scene |
 //! | `configs NAME uniform\|boundary COUNT SEED OUT` | writes configurations |
-//! | `label NAME CONFIGS [OUT]`, `batch NAME CONFIGS THREADS`, `contacts NAME CONFIGS MARGIN quick\|exact` | times them |
+//! | `label NAME CONFIGS [OUT]`, `batch NAME CONFIGS THREADS`, `contacts NAME CONFIGS MARGIN coarse\|quick\|exact` | times them |
 
 use std::collections::HashMap;
 use std::hint::black_box;

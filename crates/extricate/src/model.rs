@@ -134,6 +134,7 @@ impl Model {
         statistics: Statistics,
     ) -> Self {
         let boundary = SampleSet::new(&metric, checker.scene().space.nq(), configs, statistics.seed);
+        checker.prepare_proposals();
         let balls = InteriorBalls::new(&checker);
         Self { checker, metric, boundary, classifier, balls, coverage, statistics }
     }

@@ -1,21 +1,25 @@
 //! Contacts of two shapes: where they are near, as local constraints for proposals. What decides is elsewhere.
 
+mod overlap;
+
 use std::collections::BinaryHeap;
 
 use pulp::{Arch, Simd, WithSimd};
 
 use super::bounds::Relative;
 use super::bvh::{Boxes, Bvh, Cuboid, Lanes, Ref, Seen, View, below, lanes_of, rounded_up};
-use super::gjk::Separation;
+use super::gjk::{Meeting, Separation};
 use super::mesh_mesh::{self, Pair};
 use super::mesh_shape::MeshShape;
 use super::pair_memory::PairMemories;
 use super::part_pair::Placed;
 use super::queue::Entry;
-use super::shape::{ConvexSolid, ShapeKind};
-use super::triangle::{self, Triangle};
+use super::shape::{ConvexSolid, Shape, ShapeKind};
+use super::stand_in::{NearPoint, near_points};
+use super::triangle;
 use super::{Contact, ContactQuery, ContactSearch, mesh_convex};
 use crate::math::{Pose, Vec3};
+use overlap::{crossing, outward, pushed_out};
 
 /// Most contacts of a pair that meshes give.
 const MOST: usize = 12;
@@ -31,6 +35,7 @@ pub struct ContactBuffers {
     queue: BinaryHeap<Entry>,
     found: Vec<Near>,
     nodes: Vec<(f64, u32)>,
+    points: Vec<NearPoint>,
     memory: PairMemories,
 }
 
@@ -83,6 +88,9 @@ pub fn gather(
     }
     let sink = &mut Sink { pose_world: *first.pose, swapped: false, pair, start, margin, search, contacts };
     match (&a.kind, &b.kind) {
+        _ if !are_convex && search == ContactSearch::Coarse && a.stand_in().can_tell(b.stand_in()) => {
+            by_stand_ins([a, b], &relative.pose_a_b, buffers, sink)
+        }
         (Convex(x), Convex(y)) => {
             let memory = buffers.memory.of(parts);
             if let Some(found) = memory.contact([a, b], [x, y], &relative, query, clearance) {
@@ -95,6 +103,33 @@ pub fn gather(
             (sink.pose_world, sink.swapped) = (*second.pose, true);
             let relative = Relative::between(second.pose, first.pose);
             mesh_with_convex(y, x, &a.bounds, &relative, buffers, sink);
+        }
+    }
+}
+
+/// Points of each surface near the other shape, nearest first.
+fn by_stand_ins([a, b]: [&Shape; 2], pose_a_b: &Pose, buffers: &mut ContactBuffers, sink: &mut Sink) {
+    let points = &mut buffers.points;
+    points.clear();
+    near_points(b, a, pose_a_b, sink.margin, points);
+    buffers.found.clear();
+    let away =
+        |near: &NearPoint| (near.distance, near.point, near.point - near.direction * near.distance, near.direction);
+    buffers.found.extend(points.iter().map(|near| {
+        let (distance, point_second, point_first, direction) = away(near);
+        Near { distance, point_first, point_second, normal: -direction }
+    }));
+    points.clear();
+    near_points(a, b, &pose_a_b.inverse(), sink.margin, points);
+    buffers.found.extend(points.iter().map(|near| {
+        let (distance, point_first, point_second, normal) = away(near);
+        let [point_first, point_second] = [point_first, point_second].map(|p| pose_a_b.point(&p));
+        Near { distance, point_first, point_second, normal: pose_a_b.vector(&normal) }
+    }));
+    buffers.found.sort_by(|x, y| x.distance.total_cmp(&y.distance));
+    for near in &buffers.found {
+        if !sink.offer(near) {
+            break;
         }
     }
 }
@@ -286,28 +321,6 @@ impl WithSimd for LowerBounds<'_> {
 /// Distances \[m\] at which the direction between two points is lost to rounding.
 const TOUCHING: f64 = 1e-10;
 
-/// The least translation along a normal of one of two crossing triangles that parts them; outward where they bound solids.
-fn crossing(first: &Triangle, first_closed: bool, second: &Triangle, second_closed: bool) -> Option<Near> {
-    let mut best: Option<Near> = None;
-    for (face, closed, other, sign) in [(second, second_closed, first, 1.0), (first, first_closed, second, -1.0)] {
-        for side in [1.0, -1.0] {
-            if face.normal == Vec3::zeros() || (closed && side < 0.0) {
-                continue;
-            }
-            let heights = other.points.map(|p| side * face.height(&p));
-            let lowest = (0..3).min_by(|i, j| heights[*i].total_cmp(&heights[*j])).expect("three corners");
-            let distance = heights[lowest].min(0.0);
-            if best.is_none_or(|near| distance > near.distance) {
-                let point = other.points[lowest];
-                let foot = point - face.normal * (side * heights[lowest]);
-                let (point_first, point_second) = if sign > 0.0 { (point, foot) } else { (foot, point) };
-                best = Some(Near { distance, point_first, point_second, normal: face.normal * (side * sign) });
-            }
-        }
-    }
-    best
-}
-
 fn mesh_with_convex(
     mesh: &MeshShape,
     solid: &ConvexSolid,
@@ -317,7 +330,8 @@ fn mesh_with_convex(
     sink: &mut Sink,
 ) {
     let tree: &Bvh = &mesh.tree;
-    let (pose, margin) = (&relative.pose_a_b, sink.margin);
+    let (pose, margin, exact) = (&relative.pose_a_b, sink.margin, sink.search == ContactSearch::Exact);
+    let half_thickness = bounds.half.min();
     let cuboid = Cuboid::around(bounds);
     let view = View::new(pose, &tree.cuboid, &cuboid);
     let seen = view.see(&cuboid, 0.0);
@@ -340,9 +354,19 @@ fn mesh_with_convex(
         for lane in lanes_of(below(&bounds, rounded_up(margin))) {
             tests += 1;
             let face = block.triangle(lane);
-            let found = mesh_convex::triangle_separation(&face, solid, pose, margin);
-            if let Some(separation) = found.filter(|s| s.distance < margin) {
-                buffers.find(pushed_out(separation, &face, mesh.closed[block.group as usize], solid, pose));
+            let closed = mesh.closed[block.group as usize];
+            // A large triangle may overlap a solid beside its corners, which needs a search.
+            if exact || face.longest() > half_thickness {
+                let found = mesh_convex::triangle_separation(&face, solid, pose, margin);
+                if let Some(separation) = found.filter(|s| s.distance < margin) {
+                    buffers.find(outward(Near::from(separation), &face, closed, solid, pose));
+                }
+                continue;
+            }
+            match mesh_convex::triangle_meeting(&face, solid, pose, margin) {
+                Meeting::Apart(separation) => buffers.find(Near::from(separation)),
+                Meeting::Overlap => buffers.find(pushed_out(&face, closed, solid, pose)),
+                Meeting::Far => {}
             }
         }
         tests
@@ -352,18 +376,6 @@ fn mesh_with_convex(
         let normal = (center - surface) / depth;
         sink.offer(&Near { distance: -depth, point_first: surface, point_second: center, normal });
     }
-}
-
-/// A triangle of a closed component pushes a solid outward, even where inward is shorter.
-fn pushed_out(found: Separation, face: &Triangle, closed: bool, solid: &ConvexSolid, pose: &Pose) -> Near {
-    let near = Near::from(found);
-    if !closed || found.distance > 0.0 || found.normal.dot(&face.normal) <= 0.0 {
-        return near;
-    }
-    let down = pose.inverse_vector(&-face.normal);
-    let lowest = pose.point(&(solid.shape.core.support(&down) + down * solid.shape.radius));
-    let distance = face.height(&lowest).min(0.0);
-    Near { distance, point_first: lowest - face.normal * distance, point_second: lowest, normal: -face.normal }
 }
 
 impl From<Separation> for Near {

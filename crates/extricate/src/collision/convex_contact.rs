@@ -47,7 +47,7 @@ impl PairMemory {
             return None;
         }
         if let Some(contact) = self.contact
-            && query.search == ContactSearch::Quick
+            && query.search != ContactSearch::Exact
             && bound > (CARRIED * self.lower).max(2.0 * clearance)
         {
             let point_second = relative.pose_a_b.point(&self.pose_a_b.inverse_point(&contact.point_second));

@@ -16,6 +16,7 @@ mod convex_contact;
 mod cover;
 mod depth;
 pub mod epa;
+mod field;
 pub mod gjk;
 mod inside;
 mod label;
@@ -31,6 +32,7 @@ mod segment;
 mod segment_tests;
 mod shape;
 mod shape_pair;
+mod stand_in;
 mod still;
 #[cfg(test)]
 mod test_mesh;
@@ -126,6 +128,9 @@ pub struct ContactQuery {
 /// How long a pair of meshes is searched for contacts.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ContactSearch {
+    /// Not at all: points of one surface are looked up in a field of distances to the other. Off by the size of the field's cells and the
+    /// gaps between points, a few millimetres on a link of a third of a metre; deep overlaps are seen whole. Where those gaps are above 5 cm, as `Quick`.
+    Coarse,
     /// For a fixed number of triangle tests: enough to propose a step, but the nearest contact may be missed.
     Quick,
     /// At least until the nearest contact is found.

@@ -1,10 +1,13 @@
 //! A part's geometry prepared for checks: a convex solid or a mesh, with a box and a ball around it.
 
+use std::sync::{Arc, OnceLock};
+
 use super::bounds::{Aabb, bounding_ball};
 use super::convex::{ConvexCore, ConvexShape, HullPoints};
 use super::cover::InnerBalls;
 use super::gjk;
 use super::mesh_shape::MeshShape;
+use super::stand_in::StandIn;
 use super::triangle::Triangle;
 use crate::math::{Pose, Vec3};
 use crate::robot::{Geometry, TriangleMesh};
@@ -20,6 +23,8 @@ pub struct Shape {
     pub ball: (Vec3, f64),
     /// Balls in it.
     pub inner: InnerBalls,
+    /// Made when it is first needed.
+    stand_in: OnceLock<Arc<StandIn>>,
 }
 
 /// The two kinds that pairs are made of.
@@ -40,6 +45,8 @@ pub struct ConvexSolid {
     planes: Vec<(Vec3, f64)>,
 }
 
+/// Step of differences of depths in closed form \[m\].
+const DIFFERENCE: f64 = 1e-5;
 /// How far, relative to its size, a vertex may stand out of a face of a mesh that is still taken for its convex hull.
 const CONVEX_TOLERANCE: f64 = 1e-12;
 /// Meshes of more vertices are not asked whether they are convex: every face would be compared with every vertex, and where a support
@@ -89,9 +96,14 @@ impl Shape {
     }
 
     fn prepared(kind: ShapeKind, bounds: Aabb, ball: (Vec3, f64)) -> Self {
-        let mut shape = Self { kind, bounds, ball, inner: InnerBalls::default() };
+        let mut shape = Self { kind, bounds, ball, inner: InnerBalls::default(), stand_in: OnceLock::new() };
         shape.inner = InnerBalls::of(&shape);
         shape
+    }
+
+    /// What stands in for it where contacts are only proposed.
+    pub fn stand_in(&self) -> &StandIn {
+        self.stand_in.get_or_init(|| StandIn::of(self).into())
     }
 
     /// Signed depth \[m\] of `point`: positive inside the solid, minus the distance outside.
@@ -134,6 +146,18 @@ impl ConvexSolid {
         core + self.shape.radius
     }
 
+    /// The unit direction in which a point leaves the solid, or the distance to it grows, fastest; zero where there is none.
+    pub fn outward(&self, point: &Vec3) -> Vec3 {
+        if let ConvexCore::Triangle(_) | ConvexCore::Hull(_) = self.shape.core {
+            let height = |plane: &&(Vec3, f64)| plane.0.dot(point) - plane.1;
+            let farthest = self.planes.iter().max_by(|a, b| height(a).total_cmp(&height(b)));
+            return farthest.map_or_else(Vec3::zeros, |(normal, _)| *normal);
+        }
+        let across = |step: Vec3| self.depth(&(point - step)) - self.depth(&(point + step));
+        let slope = [Vec3::x(), Vec3::y(), Vec3::z()].map(|axis| across(axis * DIFFERENCE));
+        Vec3::from(slope).try_normalize(0.2 * DIFFERENCE).unwrap_or_default()
+    }
+
     fn distance_outside(&self, point: &Vec3, at_least: f64) -> f64 {
         let ball = ConvexShape { core: ConvexCore::Point, radius: 0.0 };
         let identity = Pose::identity();
@@ -172,7 +196,6 @@ mod tests {
     use super::*;
     use crate::collision::test_mesh::{bumpy, cuboid, placed};
     use rand::{RngExt, SeedableRng};
-    use std::sync::Arc;
 
     fn depth(geometry: Geometry, x: f64, y: f64, z: f64) -> f64 {
         Shape::new(&geometry).unwrap().depth(&Vec3::new(x, y, z), &mut Vec::new())

@@ -25,15 +25,29 @@ pub struct Plan {
     pub refine: RefineOptions,
     /// Whether to look around the query a second time, inside what is then known.
     pub scatter_again: bool,
-    /// Iterations of every descent.
-    pub first: usize,
+    /// Of the first steps of every descent.
+    pub probe: RefineOptions,
+    /// Of the last descent, from the best result.
+    pub polish: RefineOptions,
     /// Descents carried on.
     pub kept: usize,
 }
 
-/// The last descent, from the best result so far.
-pub const POLISH: RefineOptions =
-    RefineOptions { iterations: 60, margin: 0.05, search: ContactSearch::Exact, radius: 0.05, tolerance: 1e-7 };
+/// Contacts are looked for within this share of the farthest motion.
+const REACH: f64 = 0.1;
+
+/// The last descent along smooth contacts.
+const POLISH: RefineOptions = RefineOptions {
+    iterations: 60,
+    margin: 0.05,
+    reach: REACH,
+    search: ContactSearch::Exact,
+    radius: 0.05,
+    tolerance: 1e-7,
+};
+/// With meshes: exact contacts of pairs that are as far apart as the last steps are long, or more, would take most of the time of a query,
+/// and between their corners nothing converges to the last digit.
+const POLISH_MESHES: RefineOptions = RefineOptions { reach: 0.03, tolerance: 1e-6, ..POLISH };
 
 /// A probed descent is carried on if it is expected to end below this times the best depth so far.
 pub const HOPE: f64 = 1.15;
@@ -80,8 +94,17 @@ impl Plan {
         // Descents along exact contacts, toward the query in its own coordinates, end where they seem to.
         let smooth = ground.checker.contacts_are_complete() && ground.metric.kind() == MetricSpec::Joint;
         let degrees = ground.checker.scene().space.nv();
-        let refine =
-            RefineOptions { iterations: 40, margin: 0.05, search: ContactSearch::Quick, radius: 0.5, tolerance: 1e-4 };
+        let refine = RefineOptions {
+            iterations: 40,
+            margin: 0.05,
+            reach: REACH,
+            search: ContactSearch::Quick,
+            radius: 0.5,
+            tolerance: 1e-4,
+        };
+        let polish = if ground.checker.contacts_are_complete() { POLISH } else { POLISH_MESHES };
+        // Which descents promise most is told as well by coarse contacts.
+        let probe = |iterations| RefineOptions { iterations, search: ContactSearch::Coarse, ..refine };
         match effort {
             Effort::Nearest => Self {
                 pool: 1,
@@ -92,7 +115,8 @@ impl Plan {
                 scatter_again: false,
                 wander: 0,
                 refine,
-                first: 0,
+                probe: probe(0),
+                polish,
                 kept: 0,
             },
             // Where linearised descents mislead, more of them, from more kinds of starts, are carried on.
@@ -100,10 +124,12 @@ impl Plan {
                 pool: 192,
                 starts: STARTS,
                 spread: 0.35,
-                from_query: true,
+                // Another metric than that of the coordinates bends what is straight to the descents.
+                from_query: ground.metric.kind() != MetricSpec::Joint,
                 scatter: ScatterOptions { directions: 32, wanted: 3 },
-                scatter_again: true,
-                first: 5,
+                scatter_again: ground.metric.kind() != MetricSpec::Joint,
+                probe: probe(5),
+                polish,
                 kept: 12,
                 wander: 64,
                 refine,
@@ -115,7 +141,8 @@ impl Plan {
                 from_query: false,
                 scatter: ScatterOptions { directions: degrees.div_ceil(2), wanted: 3 },
                 scatter_again: false,
-                first: 3,
+                probe: probe(3),
+                polish,
                 kept: 3,
                 wander: 0,
                 refine,
@@ -124,6 +151,7 @@ impl Plan {
                 let refine = RefineOptions {
                     iterations: 60,
                     margin: 0.12,
+                    reach: REACH,
                     search: ContactSearch::Exact,
                     radius: 0.5,
                     tolerance: 1e-6,
@@ -137,7 +165,8 @@ impl Plan {
                     scatter_again: true,
                     wander: 400,
                     refine,
-                    first: 3,
+                    probe: RefineOptions { iterations: 3, ..refine },
+                    polish: POLISH,
                     kept: 64,
                 }
             }

@@ -23,8 +23,10 @@ const LEAST_MARGIN: f64 = 0.005;
 pub struct RefineOptions {
     /// Most iterations; each evaluates the near contacts once.
     pub iterations: usize,
-    /// Pairs nearer than this are constraints \[m\].
+    /// Pairs nearer than this are constraints \[m\], where that is not more than `reach` asks for.
     pub margin: f64,
+    /// The same as a share of the farthest that any point may have to move.
+    pub reach: f64,
     /// How their contacts are searched for.
     pub search: ContactSearch,
     /// First radius of the trust region, as a share of the distance to the query.
@@ -125,7 +127,7 @@ pub fn slide(
     let mut distance = scratch.distance(ground, anchor, &x);
     // The lever is the largest there is and most pairs part or meet at a fraction of it: five times less finds the same answers,
     // a fourth of it (for a hand, whose fingers are all within a wide margin of each other) other ones.
-    let widest = (0.1 * distance * ground.metric.lever()).clamp(LEAST_MARGIN, options.margin);
+    let widest = (options.reach * distance * ground.metric.lever()).clamp(LEAST_MARGIN, options.margin);
     let mut margin = widest;
     let within = |margin| ContactQuery { margin, search: options.search };
     let mut violation = scratch.contacts_at(ground, &x, within(margin));

@@ -7,7 +7,7 @@ use super::answer::{Answer, free_answer};
 use super::exits::Exits;
 use super::local_metric::LocalMetric;
 use super::options::{QueryBudget, QueryOptions};
-use super::plan::{HOPE, POLISH, Plan};
+use super::plan::{HOPE, Plan};
 use super::refine::{Limit, RefineOptions, RefineScratch, slide};
 use super::scatter::{ScatterScratch, scatter};
 use super::wander::{WanderScratch, wander};
@@ -145,23 +145,22 @@ impl QueryScratch {
     /// are wanted those in `exits`.
     pub(super) fn refine_all(&mut self, ground: &Ground, plan: &Plan, options: &QueryOptions, answer: &mut Answer) {
         let several = options.exits > 1;
-        let first = RefineOptions { iterations: plan.first, ..plan.refine };
         self.forget_probes();
         if plan.from_query {
             let mut start = std::mem::take(&mut self.best);
             start.clear();
             start.extend_from_slice(&self.anchor.q);
-            self.probe(ground, &first, &start, several, answer);
+            self.probe(ground, &plan.probe, &start, several, answer);
             self.best = start;
         }
-        self.probe_scattered(ground, plan, &first, several, answer);
+        self.probe_scattered(ground, plan, &plan.probe, several, answer);
         let chosen = std::mem::take(&mut self.chosen);
         for &id in &chosen {
-            self.probe(ground, &first, ground.boundary.config(id), several, answer);
+            self.probe(ground, &plan.probe, ground.boundary.config(id), several, answer);
         }
         self.chosen = chosen;
         if plan.scatter_again {
-            self.probe_scattered(ground, plan, &first, several, answer);
+            self.probe_scattered(ground, plan, &plan.probe, several, answer);
         }
         if several {
             self.carry_on_to_several(ground, plan, answer);
@@ -203,23 +202,23 @@ impl QueryScratch {
         }
         (self.promising, self.ends) = (promising, ends);
         // The descents so far were cut short; the best one is carried to its end.
-        self.polish(ground, answer);
+        self.polish(ground, plan, answer);
         if answer.verified && plan.wander > 0 {
             let Self { anchor, local, wander: wandering, refine, .. } = self;
             let best = (&mut answer.witness[..], answer.depth);
             answer.depth = wander(ground, anchor, best, plan.wander, local, wandering, refine);
-            self.polish(ground, answer);
+            self.polish(ground, plan, answer);
         }
     }
 
-    fn polish(&mut self, ground: &Ground, answer: &mut Answer) {
+    fn polish(&mut self, ground: &Ground, plan: &Plan, answer: &mut Answer) {
         if self.refine.is_spent() {
             return;
         }
         let mut best = std::mem::take(&mut self.best);
         best.clear();
         best.extend_from_slice(&answer.witness);
-        self.refine_from(ground, &POLISH, &best, answer.depth, answer);
+        self.refine_from(ground, &plan.polish, &best, answer.depth, answer);
         self.best = best;
     }
 
@@ -237,12 +236,12 @@ impl QueryScratch {
             }
             let ceiling = self.exits.ceiling();
             let Some(mut exit) = self.descend(ground, &plan.refine, start, ceiling, answer) else { continue };
-            self.polish(ground, &mut exit);
+            self.polish(ground, plan, &mut exit);
             if plan.wander > 0 {
                 let Self { anchor, local, wander: wandering, refine, .. } = self;
                 let place = (&mut exit.witness[..], exit.depth);
                 exit.depth = wander(ground, anchor, place, plan.wander, local, wandering, refine);
-                self.polish(ground, &mut exit);
+                self.polish(ground, plan, &mut exit);
             }
             self.exits.offer(&ground.checker.scene().space, &mut self.local, exit.depth, &exit.witness);
             if exit.depth < answer.depth || !answer.verified {

@@ -3,7 +3,7 @@
 use super::answer::Answer;
 use super::exits::are_alike;
 use super::options::{Effort, QueryOptions};
-use super::plan::{HOPE, POLISH, Plan};
+use super::plan::{HOPE, Plan};
 use super::refine::RefineOptions;
 use super::search::QueryScratch;
 use super::{Ground, search_all};
@@ -42,8 +42,14 @@ pub struct Stream {
 }
 
 /// From a way out of the last frame: exact contacts, for few steps.
-const FOLLOW: RefineOptions =
-    RefineOptions { iterations: 15, margin: 0.05, search: ContactSearch::Exact, radius: 0.3, tolerance: 1e-5 };
+const FOLLOW: RefineOptions = RefineOptions {
+    iterations: 15,
+    margin: 0.05,
+    reach: 0.1,
+    search: ContactSearch::Exact,
+    radius: 0.3,
+    tolerance: 1e-5,
+};
 
 impl Stream {
     /// A stream that has seen nothing.
@@ -104,16 +110,15 @@ impl Stream {
             }
         }
         scratch.choose(ground, plan);
-        let first = RefineOptions { iterations: plan.first, ..plan.refine };
         scratch.forget_probes();
         for _ in 0..options.looks.min(scratch.chosen.len()) {
             let id = scratch.chosen[*next % scratch.chosen.len()];
-            scratch.probe(ground, &first, ground.boundary.config(id), false, answer);
+            scratch.probe(ground, &plan.probe, ground.boundary.config(id), false, answer);
             *next += 1;
         }
         if *next >= scratch.chosen.len() {
             *next = 0;
-            scratch.probe_scattered(ground, plan, &first, false, answer);
+            scratch.probe_scattered(ground, plan, &plan.probe, false, answer);
         }
         scratch.carry_on(ground, plan, answer);
         // The last way out, unless another is nearer by more than the hysteresis.
@@ -123,7 +128,7 @@ impl Stream {
             && !are_alike(space, &mut scratch.local, (depth, &witness), (answer.depth, &answer.witness))
         {
             let mut kept = Answer { depth: f64::INFINITY, verified: false, ..answer.clone() };
-            scratch.refine_from(ground, &POLISH, &witness, f64::INFINITY, &mut kept);
+            scratch.refine_from(ground, &plan.polish, &witness, f64::INFINITY, &mut kept);
             if kept.verified && answer.depth >= (1.0 - options.hysteresis) * kept.depth {
                 scratch.exits.offer(space, &mut scratch.local, answer.depth, &answer.witness);
                 *answer = kept;
