@@ -1,11 +1,13 @@
-//! Our side of the collision benchmark, and the test of the checker against all pairs of triangles.
+//! Our side of the benchmarks, and the test of the checker against all pairs of triangles.
 //!
 //! ```text
 //! extricate-bench serve                    commands from standard input, answers as JSON lines (see `server`)
 //! extricate-bench exact [--poses N]        N poses against brute force; exit status 1 on any disagreement
+//! extricate-bench query MODEL QUERIES EFFORT|STARTS      answers with processor times as JSON lines
+//! extricate-bench uniform SCENE LABELS SEED MODEL        a model from uniform samples alone
 //! ```
 //!
-//! `bench/collision.py` runs both, beside the peers.
+//! `bench/collision.py` runs the first two beside the peers, the scripts beside it the others.
 
 mod brute;
 mod clock;
@@ -14,8 +16,10 @@ mod files;
 mod labels;
 mod meshes;
 mod poses;
+mod queries;
 mod robots;
 mod server;
+mod uniform;
 
 use std::process::ExitCode;
 
@@ -26,8 +30,17 @@ fn main() -> anyhow::Result<ExitCode> {
         ["serve"] => server::serve(std::io::stdin().lock(), std::io::stdout().lock()).map(|()| ExitCode::SUCCESS),
         ["exact"] => exact_report(100_000),
         ["exact", "--poses", count] => exact_report(count.parse()?),
+        ["query", model, queries, effort] => {
+            queries::answer(model, queries, effort, std::io::stdout().lock()).map(|()| ExitCode::SUCCESS)
+        }
+        ["uniform", scene, labels, seed, model] => {
+            uniform::learn(scene, labels, seed, model).map(|()| ExitCode::SUCCESS)
+        }
         _ => {
-            eprintln!("expected `serve`, or `exact [--poses N]`");
+            eprintln!(
+                "expected `serve`, `exact [--poses N]`, `query MODEL QUERIES EFFORT|STARTS`, \
+                 or `uniform SCENE LABELS SEED MODEL`"
+            );
             Ok(ExitCode::from(2))
         }
     }

@@ -6,6 +6,7 @@ pub mod measure;
 pub mod quality;
 pub mod run_state;
 pub mod scene_change;
+pub mod uniform;
 
 use std::ops::ControlFlow;
 

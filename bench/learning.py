@@ -1,0 +1,233 @@
+#!/usr/bin/env python3
+"""What learning costs and what labels buy: its part of docs/benchmarks/learning.md, with plots.
+
+    target/peers/bin/python bench/learning.py [--queries 200] [--labels 320000] [--only labels joints cores]
+
+Needs cargo, numpy and matplotlib (bench/requirements.txt; bench/peers installs them) and the fetched robots.
+
+labels   excess of queries against labels spent, for models of `extricate learn` and for models whose labels all went to uniform
+         samples (`extricate-bench uniform`), on the scenes of the query benchmark
+joints   planar arms of 2 to 20 joints among six posts: labels and processor seconds until `refined` answers 98 % of random colliding
+         queries within 1 % of the best known
+cores    the same learning run on one thread and on two: wall time, with how much of the machine other programs had meanwhile
+
+Best known is the least depth that any model and effort of the run found, `exhaustive` on the largest included. Excess below 0.01 % counts
+as that much: no two descents agree better.
+"""
+import argparse
+import math
+import pathlib
+import statistics
+import tempfile
+import time
+
+import matplotlib.pyplot as plt
+import numpy as np
+
+import programs
+import scenes
+from page import number, put, save, table
+from sides import ROOT, machine
+
+EFFORTS = {"nearest": "nearest", "refined, 1 start": 1, "refined": "refined"}
+LEARNERS = ("active", "uniform")
+JOINTS = (2, 3, 4, 5, 7, 10, 14, 20)
+LEAST = 1e-4
+# What `refined` has to reach on the planar arms: this share of queries within 1 % of the best known.
+QUALITY, EXCESS = 0.98, 0.01
+# Raw meshes are slow to query; fewer are asked.
+FEWER = {"shelf-arm", "panda-torus"}
+
+
+class Bench:
+    def __init__(self, options, folder):
+        self.options, self.folder = options, pathlib.Path(folder)
+
+    def model(self, scene, labels, learner):
+        model = self.folder / f"{scene.stem}-{labels}-{learner}.model"
+        if learner == "active":
+            return model, programs.learn(scene, model, labels)
+        programs.run("extricate-bench", "uniform", scene, labels, 1, model)
+        return model, None
+
+    def labels(self):
+        """Per scene and effort: rows of labels and the 95th percentile of the excess for both learners."""
+        found = {}
+        for name, scene in scenes.written().items():
+            queries = programs.sample(scene, self.options.queries // 4 if name in FEWER else self.options.queries, 23)
+            counts = [1250 * 2**k for k in range(20) if 1250 * 2**k <= self.options.labels]
+            depths, best = {}, np.full(len(queries), np.inf)
+            for labels in counts:
+                for learner in LEARNERS:
+                    model, _ = self.model(scene, labels, learner)
+                    for shown, effort in EFFORTS.items():
+                        depths[labels, learner, shown] = depth = asked(model, queries, effort)
+                        best = np.minimum(best, depth)
+            best = np.minimum(best, asked(self.model(scene, counts[-1], "active")[0], queries, "exhaustive"))
+            found[name] = {key: max(LEAST, quantile(depth / best - 1, 0.95)) for key, depth in depths.items()}
+            print(name, {f"{k[0]} {k[1]} {k[2]}": round(v, 4) for k, v in found[name].items()}, flush=True)
+        return found
+
+    def joints(self):
+        rows = []
+        for count in JOINTS:
+            scene = arm(self.folder, count)
+            queries = programs.sample(scene, self.options.queries, 23)
+            large, _ = self.model(scene, self.options.labels, "active")
+            best = np.minimum(asked(large, queries, "exhaustive"), asked(large, queries, "refined"))
+            labels = 500
+            while True:
+                model, learned = self.model(scene, labels, "active")
+                given = programs.answers(model, queries)
+                depth = np.array([a["depth"] for a in given])
+                best = np.minimum(best, depth)
+                within = float((depth <= (1 + EXCESS) * best).mean())
+                print(f"{count} joints, {labels} labels: {within:.3f} within {EXCESS:.0%}", flush=True)
+                if within >= QUALITY or 2 * labels > self.options.labels:
+                    break
+                labels *= 2
+            share = learned["statistics"]["colliding_share"]
+            rows.append({"joints": count, "colliding": share, "labels": labels, "cpu": learned["cpu_seconds"], "within": within, "met": within >= QUALITY,
+                         "us": 1e6 * statistics.median(a["seconds"] for a in given)})
+        return rows
+
+    def cores(self):
+        scene, rows = scenes.written()["panda-box"], []
+        for _ in range(self.options.rounds):
+            row = {}
+            for threads in (1, 2):
+                busy, began = busy_seconds(), time.perf_counter()
+                learned = programs.learn(scene, self.folder / "cores.model", 100_000, "--threads", threads)
+                wall = time.perf_counter() - began
+                others = (busy_seconds() - busy - learned["cpu_seconds"]) / wall
+                row[threads] = {"wall": learned["seconds"], "cpu": learned["cpu_seconds"], "others": max(0.0, others)}
+            rows.append(row)
+            print(row, flush=True)
+        return rows
+
+
+def asked(model, queries, effort):
+    return np.array([a["depth"] for a in programs.answers(model, queries, effort)])
+
+
+def quantile(values, share):
+    return float(np.sort(values)[math.ceil(share * len(values)) - 1])
+
+
+def busy_seconds():
+    """Processor seconds that the machine has spent on anything so far."""
+    user, nice, system = (int(word) for word in open("/proc/stat").readline().split()[1:4])
+    return (user + nice + system) / 100
+
+
+def arm(folder, count):
+    """A planar chain of `count` equal links, 1 m together, that can bend by 8 rad together (each joint at most 2.8), among six posts."""
+    length, limit = 1 / count, min(2.8, 8 / count)
+    links, joints = ['<link name="link0"/>'], []
+    for k in range(1, count + 1):
+        size = f"{0.9 * length:.5f} 0.02 0.05"
+        links.append(f'<link name="link{k}"><collision><origin xyz="{length / 2:.5f} 0 0"/><geometry><box size="{size}"/></geometry></collision></link>')
+        at = 0 if k == 1 else length
+        ends = f'<parent link="link{k - 1}"/><child link="link{k}"/><origin xyz="{at:.5f} 0 0"/><axis xyz="0 0 1"/>'
+        joints.append(f'<joint name="joint{k}" type="revolute">{ends}<limit lower="{-limit}" upper="{limit}" effort="1" velocity="1"/></joint>')
+    (folder / f"arm{count}.urdf").write_text(f'<robot name="arm">{"".join(links)}{"".join(joints)}</robot>')
+    posts = [(0.62, 0.3, 0.12), (0.1, 0.75, 0.15), (-0.55, 0.35, 0.1), (-0.6, -0.45, 0.16), (0.1, -0.55, 0.1), (0.8, -0.35, 0.14)]
+    text = f'clearance = 1e-4\n[[robot]]\nurdf = "arm{count}.urdf"\n'
+    text += "".join(scenes.obstacle(f"post{k}", f"cylinder = [{r}, 0.4]", [x, y, 0]) for k, (x, y, r) in enumerate(posts))
+    path = folder / f"arm{count}.toml"
+    path.write_text(text)
+    return path
+
+
+def fewest(curve, counts, learner, effort, excess):
+    """The fewest labels from which on the excess stays at most `excess`, or none."""
+    good = None
+    for labels in reversed(counts):
+        if curve[labels, learner, effort] > excess * (1 + 1e-9):
+            break
+        good = labels
+    return good
+
+
+def labels_section(found, folder):
+    counts = sorted({key[0] for curve in found.values() for key in curve})
+    rows = []
+    for name, curve in found.items():
+        for effort in EFFORTS:
+            reached = curve[counts[-1], "uniform", effort]
+            needed = fewest(curve, counts, "active", effort, reached)
+            uniform = fewest(curve, counts, "uniform", effort, reached)
+            factor = f"{needed / uniform:.2g}" if needed else "**more than 1**"
+            met = factor if needed and needed <= uniform / 2 else f"**{factor.strip('*')}**"
+            rows.append([name, effort, percent(reached), f"{uniform:,}", f"{needed:,}" if needed else f"> {counts[-1]:,}", met])
+    columns = 3
+    lines = math.ceil(len(found) / columns)
+    figure, axes = plt.subplots(lines, columns, figsize=(3.5 * columns, 2.8 * lines + 0.6), layout="constrained", squeeze=False, sharex=True)
+    for axis, (name, curve) in zip(axes.flat, found.items()):
+        for k, effort in enumerate(EFFORTS):
+            for learner, style in zip(LEARNERS, ("o-", "s--")):
+                axis.loglog(counts, [curve[c, learner, effort] for c in counts], style, color=f"C{k}", ms=3, label=f"{effort}, {learner}")
+        axis.set(title=name, xlabel="labels")
+        axis.grid(alpha=0.3)
+    for axis in list(axes.flat)[len(found):]:
+        axis.set_visible(False)
+    figure.supylabel("excess over the best known, 95 %", fontsize=9)
+    figure.legend(*axes.flat[0].get_legend_handles_labels(), loc="outside lower center", ncols=3, fontsize=8)
+    save(figure, folder / "learning-labels.svg")
+    head = ["scene", "effort", f"95 % excess of uniform sampling, {counts[-1]:,} labels", "labels it needs for that", "labels that learning needs for no more", "ratio"]
+    return "## Labels\n\nThe 95th percentile of the excess of queries, learning against uniform sampling at equal labels. The target is a ratio of at most 0.5 for `refined` on " \
+           f"at least three of the robots' scenes and on the built-in ones; misses in bold. Counts of labels double from step to step.\n\n{table(head, rows)}\n\n![Excess against labels](learning-labels.svg)"
+
+
+def percent(x):
+    return "< 0.01 %" if x <= LEAST else f"{100 * x:.2g} %" if x < 1 else f"x {number(1 + x)}"
+
+
+def joints_section(rows, folder):
+    figure, axes = plt.subplots(1, 2, figsize=(8, 3), layout="constrained")
+    for axis, key, name in zip(axes, ("labels", "cpu"), ("labels", "processor seconds")):
+        axis.semilogy([r["joints"] for r in rows], [r[key] for r in rows], "o-")
+        axis.set(xlabel="joints", ylabel=name)
+        axis.grid(alpha=0.3, which="both")
+    save(figure, folder / "learning-joints.svg")
+    shown = [[r["joints"], f"{r['colliding']:.0%}", f"{r['labels']:,}" if r["met"] else f"**> {r['labels']:,}**", number(r["cpu"]), f"{r['within']:.3f}", number(r["us"])] for r in rows]
+    head = ["joints", "colliding", "labels", "processor seconds", f"within {EXCESS:.0%} there", "a query there, median [us]"]
+    return f"## Joints\n\nPlanar arms among six posts: the fewest labels (500, doubled) at which `refined` answers {QUALITY:.0%} of random colliding queries within {EXCESS:.0%} of the " \
+           f"best known, and the processor time of that run. Seconds include what does not depend on labels.\n\n{table(head, shown)}\n\n![Cost against joints](learning-joints.svg)"
+
+
+def cores_section(rows):
+    shown = [[k + 1, number(r[1]["wall"]), number(r[2]["wall"]), f"{r[2]['wall'] / r[1]['wall']:.2f}", number(r[1]["cpu"]), number(r[2]["cpu"]),
+              f"{r[1]['others']:.1f}", f"{r[2]['others']:.1f}"] for k, r in enumerate(rows)]
+    ratio = min(r[2]["wall"] for r in rows) / min(r[1]["wall"] for r in rows)
+    head = ["round", "one thread [s]", "two threads [s]", "ratio", "processor time, one [s]", "two [s]", "cores that others had, one", "two"]
+    others = statistics.median(r[2]["others"] for r in rows)
+    told = f" Other programs had {others:.1f} of the machine's cores meanwhile (median), so the target is not judged by this." if others > 0.1 else ""
+    return f"## Two cores\n\n`panda-box`, 100,000 labels, wall time. Shortest over shortest: **{ratio:.2f}** (target: at most 0.6).{told}\n\n{table(head, shown)}"
+
+
+def main():
+    parts = ("labels", "joints", "cores")
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--queries", type=int, default=200)
+    parser.add_argument("--labels", type=int, default=320_000, help="of the largest models")
+    parser.add_argument("--rounds", type=int, default=5, help="of the comparison of cores")
+    parser.add_argument("--only", nargs="+", choices=parts, default=parts)
+    parser.add_argument("--programs", type=pathlib.Path, help="folder with the built extricate and extricate-bench; else cargo builds them")
+    parser.add_argument("--out", type=pathlib.Path, default=ROOT / "docs/benchmarks")
+    options = parser.parse_args()
+    if options.programs:
+        programs.folder = options.programs.resolve()
+    else:
+        programs.build()
+    with tempfile.TemporaryDirectory() as folder:
+        bench = Bench(options, folder)
+        for part in options.only:
+            found = getattr(bench, part)()
+            text = {"labels": lambda: labels_section(found, options.out), "joints": lambda: joints_section(found, options.out), "cores": lambda: cores_section(found)}[part]()
+            told = f"\n\nMachine: {machine()}, shared and noisy." if part != "labels" else ""
+            put(options.out / "learning.md", f"bench/learning.py {part}", text.replace("\n\n", f"{told}\n\n", 1) if told else text, "Learning, measured")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,76 @@
+//! Answers to the queries of a file, each timed in processor time: what other programs do meanwhile is not in it.
+
+use std::io::Write;
+use std::path::Path;
+
+use anyhow::{Context, Result, bail};
+use extricate::{Effort, QueryOptions, QueryScratch, store};
+use serde_json::{Value, json};
+
+use crate::clock::ThreadTime;
+
+/// Writes a JSON line for each line of `queries` (`{"q": [...]}`), with the keys of `extricate query --json` that the benchmarks read;
+/// `seconds` are those of this thread. `effort` is one of the names of efforts, or the number of starts of `refined`.
+pub fn answer(model: &str, queries: &str, effort: &str, mut output: impl Write) -> Result<()> {
+    let model = store::load_model(Path::new(model))?;
+    let text = std::fs::read_to_string(queries).with_context(|| queries.to_string())?;
+    let options = match effort {
+        "nearest" => QueryOptions { effort: Effort::Nearest, ..QueryOptions::default() },
+        "refined" => QueryOptions::default(),
+        "exhaustive" => QueryOptions { effort: Effort::Exhaustive, ..QueryOptions::default() },
+        _ => match effort.parse() {
+            Ok(starts) => QueryOptions { starts: Some(starts), ..QueryOptions::default() },
+            Err(_) => bail!("expected nearest, refined, exhaustive or a number of starts, found {effort}"),
+        },
+    };
+    let mut scratch = QueryScratch::default();
+    for line in text.lines() {
+        let line: Value = serde_json::from_str(line).with_context(|| format!("{queries}: {line}"))?;
+        let numbers = line["q"].as_array().context("a query without `q`")?;
+        let numbers: Vec<f64> = numbers.iter().filter_map(Value::as_f64).collect();
+        let q = model.scene().space.config(&numbers)?;
+        let started = ThreadTime::now();
+        let answer = model.query(&q, &options, &mut scratch);
+        let seconds = started.elapsed();
+        let line = json!({
+            "depth": answer.depth,
+            "lower_bound": answer.lower_bound,
+            "witness": answer.witness,
+            "checks": answer.checks,
+            "seconds": seconds,
+        });
+        writeln!(output, "{line}")?;
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use std::ops::ControlFlow;
+
+    use extricate::{LearnOptions, Model, scene::builtin};
+
+    use super::*;
+
+    #[test]
+    fn every_query_has_an_answer_and_nonsense_an_error() {
+        let folder = std::env::temp_dir().join(format!("extricate-bench-{}", std::process::id()));
+        std::fs::create_dir_all(&folder).unwrap();
+        let at = |name: &str| folder.join(name).to_str().unwrap().to_string();
+        let options = LearnOptions { labels: 3000, seconds: None, ..LearnOptions::default() };
+        let scene = builtin::scene("planar-arm").unwrap();
+        let model = Model::learn(scene, &options, &mut |_| ControlFlow::Continue(())).unwrap();
+        store::save_model(&model, Path::new(&at("arm.model"))).unwrap();
+        std::fs::write(at("queries"), "{\"q\": [0.5, 0, 0]}\n{\"q\": [0.6, 0.1, 0]}\n").unwrap();
+        let mut out = Vec::new();
+        for effort in ["nearest", "refined", "1"] {
+            answer(&at("arm.model"), &at("queries"), effort, &mut out).unwrap();
+        }
+        let lines: Vec<Value> =
+            String::from_utf8(out).unwrap().lines().map(|l| serde_json::from_str(l).unwrap()).collect();
+        assert_eq!(lines.len(), 6);
+        assert!(lines.iter().all(|l| l["lower_bound"].as_f64() <= l["depth"].as_f64() && l["seconds"].is_number()));
+        assert!(answer(&at("arm.model"), &at("queries"), "best", Vec::new()).is_err());
+        std::fs::remove_dir_all(folder).unwrap();
+    }
+}

@@ -1,0 +1,17 @@
+//! A model from uniform samples alone, which bench/learning.py measures learning against.
+
+use std::ops::ControlFlow;
+use std::path::Path;
+
+use anyhow::Result;
+use extricate::model::uniform::learn_uniform;
+use extricate::{LearnOptions, store};
+
+/// Learns `scene` with `labels` labels into the file `model`, which `extricate query` takes as any other.
+pub fn learn(scene: &str, labels: &str, seed: &str, model: &str) -> Result<()> {
+    let options =
+        LearnOptions { labels: labels.parse()?, seconds: None, seed: seed.parse()?, ..LearnOptions::default() };
+    let scene = store::load_scene(Path::new(scene))?;
+    let learned = learn_uniform(scene, &options, &mut |_| ControlFlow::Continue(()))?;
+    Ok(store::save_model(&learned, Path::new(model))?)
+}
