@@ -1,8 +1,14 @@
 """What the tests share: small built-in scenes and models, learned once."""
 
+import signal
+
 import pytest
 
 import extricate
+
+# A process that was started in the background may have inherited that interrupts are ignored: those that the tests send would
+# never arrive, and what they should end would go on for hours.
+signal.signal(signal.SIGINT, signal.default_int_handler)
 
 LABELS = 20_000
 
