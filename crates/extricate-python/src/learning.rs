@@ -17,7 +17,7 @@ use crate::scene::Scene;
 /// Where a learning run stands.
 #[pyclass(frozen, get_all, module = "extricate._extricate")]
 pub struct Progress {
-    /// What is being done: "exploring", "training", "tracing the boundary", "indexing", "measuring".
+    /// What is being done: "exploring", "training", "tracing the boundary", "solving", "measuring".
     stage: &'static str,
     /// Share of the budget spent, 0 to 1.
     fraction: f64,
@@ -105,6 +105,7 @@ pub fn statistics<'py>(py: Python<'py>, statistics: &Statistics) -> PyResult<Bou
     all.set_item("labels", statistics.labels)?;
     all.set_item("seed", statistics.seed)?;
     all.set_item("boundary_samples", statistics.boundary_samples)?;
+    all.set_item("exits", statistics.exits)?;
     all.set_item("support_vectors", statistics.support_vectors)?;
     all.set_item("colliding_share", statistics.colliding_share)?;
     all.set_item("accuracy_free", statistics.accuracy_free)?;

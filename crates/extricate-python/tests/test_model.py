@@ -105,7 +105,7 @@ def test_learning_tells_and_can_be_ended(planar: Scene) -> None:
     seen = []
     model = extricate.learn(planar, labels=250_000, progress=lambda state: seen.append(state))
     assert model.statistics["ended_by"] == "labels" and model.statistics["labels"] > 200_000
-    assert {state.stage for state in seen} <= {"exploring", "training", "tracing the boundary", "indexing", "measuring"}
+    assert {state.stage for state in seen} <= {"exploring", "training", "tracing the boundary", "solving", "measuring"}
     fractions = [state.fraction for state in seen]
     assert fractions == sorted(fractions) and fractions[-1] == 1
     assert "Progress(stage=" in repr(seen[0])

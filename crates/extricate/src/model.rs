@@ -6,6 +6,7 @@ pub mod measure;
 pub mod quality;
 pub mod run_state;
 pub mod scene_change;
+pub mod solve;
 pub mod uniform;
 
 use std::ops::ControlFlow;
@@ -43,12 +44,14 @@ pub struct Model {
 /// How a model was learned and how good it measured itself to be.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Statistics {
-    /// Exact checks spent.
+    /// Exact checks spent, those of solving and its evaluations of contacts included.
     pub labels: usize,
     /// Seed.
     pub seed: u64,
     /// Verified free boundary samples stored.
     pub boundary_samples: usize,
+    /// How many of them are exits: nearest ways out of configurations that were solved while learning.
+    pub exits: usize,
     /// Support vectors of the classifier.
     pub support_vectors: usize,
     /// Share of uniform configurations that collide.
@@ -133,7 +136,8 @@ impl Model {
         coverage: Coverage,
         statistics: Statistics,
     ) -> Self {
-        let boundary = SampleSet::new(&metric, checker.scene().space.nq(), configs, statistics.seed);
+        let nq = checker.scene().space.nq();
+        let boundary = SampleSet::with_exits(&metric, nq, configs, statistics.exits, statistics.seed);
         checker.prepare_proposals();
         let balls = InteriorBalls::new(&checker);
         Self { checker, metric, boundary, classifier, balls, coverage, statistics }

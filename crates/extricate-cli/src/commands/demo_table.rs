@@ -84,6 +84,7 @@ mod tests {
             labels: 12345,
             seed: 0,
             boundary_samples: 4000,
+            exits: 500,
             support_vectors: 900,
             colliding_share: 0.2,
             accuracy_free: Some(0.97),

@@ -35,7 +35,7 @@ pub struct LearnArgs {
     /// Model file to write
     #[arg(short = 'o', long = "output", value_name = "MODEL")]
     output: PathBuf,
-    /// Most exact collision checks to spend [default: 600000]
+    /// Most exact collision checks to spend [default: 2000000]
     #[arg(long, value_name = "N", value_parser = positive, allow_negative_numbers = true)]
     labels: Option<usize>,
     /// Most seconds to spend [default: 90, or no limit with --labels]
@@ -173,7 +173,14 @@ pub fn statistics_rows(statistics: &Statistics, unit: &str) -> Vec<(&'static str
     vec![
         ("labels spent", format!("{} exact checks{ended}", count(statistics.labels))),
         ("seed", statistics.seed.to_string()),
-        ("boundary samples", format!("{}, all verified free", count(statistics.boundary_samples))),
+        (
+            "boundary samples",
+            format!(
+                "{}, all verified free; {} of them nearest ways out of solved configurations",
+                count(statistics.boundary_samples),
+                count(statistics.exits)
+            ),
+        ),
         (
             "boundary gap",
             match statistics.boundary_gap {
@@ -307,6 +314,7 @@ mod tests {
             labels: 10,
             seed: 1,
             boundary_samples: 3,
+            exits: 1,
             support_vectors: 0,
             colliding_share: 0.0,
             accuracy_free: None,

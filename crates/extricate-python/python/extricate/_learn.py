@@ -21,7 +21,7 @@ def learn(
 ) -> Model:
     """Learns a scene: all that queries need.
 
-    labels: most exact collision checks to spend; 600,000 where None.
+    labels: most exact collision checks to spend; 2,000,000 where None.
     seconds: most seconds to spend; where None, 90, or without limit where `labels` is given. Without a limit in seconds the
         model depends on scene, labels and seed alone.
     seed: of all random numbers.

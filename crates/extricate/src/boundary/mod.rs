@@ -14,14 +14,23 @@ use projection::Projection;
 
 use crate::metric::{Anchor, Metric, MetricScratch};
 
-/// Free configurations on the boundary of the obstacle region, indexed under a metric's embedding.
+/// Free configurations on the boundary of the obstacle region, indexed under a metric's embedding. The last of them may be *exits*:
+/// each the nearest way out, as far as a query found, of a configuration that was solved while learning. They have an index of their own.
 pub struct SampleSet {
     nq: usize,
     configs: Vec<f64>,
-    index: Index,
     embedding_len: usize,
+    all: Indexed,
+    exits: Option<Indexed>,
+}
+
+/// An index over the samples from one on.
+struct Indexed {
+    index: Index,
     /// Set where the embedding has more dimensions than the index is good at.
     projection: Option<Projection>,
+    /// The sample that the index calls 0.
+    first: usize,
 }
 
 /// Embeddings longer than this are projected onto as many principal axes, which keeps distances from growing.
@@ -60,22 +69,42 @@ impl PartialOrd for Ranked {
     }
 }
 
+impl Indexed {
+    /// Of the rows of `points` from `first` on.
+    fn build(points: &[f64], embedding_len: usize, first: usize, seed: u64) -> Self {
+        let points = &points[first * embedding_len..];
+        let project = embedding_len > MOST_DIMENSIONS && !points.is_empty();
+        let projection = project.then(|| Projection::fit(points, embedding_len, MOST_DIMENSIONS));
+        let index = match &projection {
+            Some(projection) => Index::build(&projection.apply_all(points), projection.projected_dimensions(), seed),
+            None => Index::build(points, embedding_len, seed),
+        };
+        Self { index, projection, first }
+    }
+}
+
 impl SampleSet {
     /// Indexes `configs` (row major, `nq` a row), each called free by the exact checker.
     pub fn new(metric: &Metric, nq: usize, configs: Vec<f64>, seed: u64) -> Self {
+        Self::with_exits(metric, nq, configs, 0, seed)
+    }
+
+    /// The same, where the last `exits` rows are exits.
+    ///
+    /// # Panics
+    /// Where there are fewer rows.
+    pub fn with_exits(metric: &Metric, nq: usize, configs: Vec<f64>, exits: usize, seed: u64) -> Self {
         let embedding_len = metric.embedding_len();
-        let mut points = vec![0.0; configs.len() / nq * embedding_len];
+        let rows = configs.len() / nq;
+        assert!(exits <= rows, "{exits} exits of {rows} samples");
+        let mut points = vec![0.0; rows * embedding_len];
         let mut scratch = MetricScratch::default();
         for (q, out) in configs.chunks_exact(nq).zip(points.chunks_exact_mut(embedding_len)) {
             metric.embed(q, &mut scratch, out);
         }
-        let project = embedding_len > MOST_DIMENSIONS && !points.is_empty();
-        let projection = project.then(|| Projection::fit(&points, embedding_len, MOST_DIMENSIONS));
-        let index = match &projection {
-            Some(projection) => Index::build(&projection.apply_all(&points), projection.projected_dimensions(), seed),
-            None => Index::build(&points, embedding_len, seed),
-        };
-        Self { nq, configs, index, embedding_len, projection }
+        let all = Indexed::build(&points, embedding_len, 0, seed);
+        let exits = (exits > 0).then(|| Indexed::build(&points, embedding_len, rows - exits, seed));
+        Self { nq, configs, embedding_len, all, exits }
     }
 
     /// Memory for `rows` configurations and their index \[bytes\]: most of it while it is built.
@@ -88,6 +117,11 @@ impl SampleSet {
     /// Number of samples.
     pub fn len(&self) -> usize {
         self.configs.len() / self.nq
+    }
+
+    /// How many of them, the last ones, are exits.
+    pub fn exits(&self) -> usize {
+        self.exits.as_ref().map_or(0, |exits| self.len() - exits.first)
     }
 
     /// Whether there is none.
@@ -117,6 +151,33 @@ impl SampleSet {
         scratch: &mut BoundaryScratch,
         out: &mut Vec<(u32, f64)>,
     ) {
+        self.search(&self.all, metric, anchor, k, scratch, out);
+    }
+
+    /// As [`SampleSet::nearest`], among the exits.
+    pub fn nearest_exits(
+        &self,
+        metric: &Metric,
+        anchor: &Anchor,
+        k: usize,
+        scratch: &mut BoundaryScratch,
+        out: &mut Vec<(u32, f64)>,
+    ) {
+        match &self.exits {
+            Some(exits) => self.search(exits, metric, anchor, k, scratch, out),
+            None => out.clear(),
+        }
+    }
+
+    fn search(
+        &self,
+        indexed: &Indexed,
+        metric: &Metric,
+        anchor: &Anchor,
+        k: usize,
+        scratch: &mut BoundaryScratch,
+        out: &mut Vec<(u32, f64)>,
+    ) {
         out.clear();
         if k == 0 {
             return;
@@ -125,7 +186,7 @@ impl SampleSet {
         metric.embed(&anchor.q, &mut scratch.metric, &mut scratch.embedding);
         let (metric_scratch, heap) = (&mut scratch.metric, &mut scratch.heap);
         heap.clear();
-        let point = match &self.projection {
+        let point = match &indexed.projection {
             Some(projection) => {
                 scratch.projected.resize(projection.projected_dimensions(), 0.0);
                 projection.apply(&scratch.embedding, &mut scratch.projected);
@@ -133,7 +194,8 @@ impl SampleSet {
             }
             None => &scratch.embedding,
         };
-        self.index.search(point, &mut scratch.search, &mut |id, _| {
+        indexed.index.search(point, &mut scratch.search, &mut |id, _| {
+            let id = id + indexed.first as u32;
             let distance = metric.distance_from(anchor, self.config(id), metric_scratch);
             // The farthest on top: a sorted list would be moved by half its length for every sample that comes nearer.
             if heap.len() < k {

@@ -95,6 +95,12 @@ impl<'a> Budget<'a> {
         labels
     }
 
+    /// Counts checks that were made elsewhere as labels, and reports.
+    pub fn spend(&mut self, checks: usize) {
+        self.progress.labels += checks;
+        self.tell();
+    }
+
     fn tell(&mut self) {
         let by_labels = self.progress.labels as f64 / self.labels.max(1) as f64;
         let by_time = self.seconds.map_or(0.0, |limit| self.seconds_spent() / limit.max(1e-9));

@@ -22,7 +22,7 @@ pub type LabelBatch<'a> = dyn Fn(&[f64]) -> Vec<Label> + Sync + 'a;
 /// How much to learn.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LearnOptions {
-    /// Most labels (exact checks) to spend.
+    /// Most labels (exact checks, and evaluations of contacts while solving) to spend.
     pub labels: usize,
     /// Most seconds to spend; a model that ran out of time depends on the speed of the machine.
     pub seconds: Option<f64>,
@@ -66,7 +66,7 @@ const LEARNING_SHARE: f64 = 0.9;
 impl Default for LearnOptions {
     fn default() -> Self {
         Self {
-            labels: 600_000,
+            labels: 2_000_000,
             seconds: Some(90.0),
             seed: 0,
             threads: 0,
@@ -80,7 +80,7 @@ impl Default for LearnOptions {
 /// Where a learning run stands, for a progress bar.
 #[derive(Debug, Clone)]
 pub struct LearnProgress {
-    /// What is being done: `exploring`, `training`, `tracing the boundary`, ...
+    /// What is being done: `exploring`, `training`, `tracing the boundary`, `solving`, ...
     pub stage: &'static str,
     /// Share of the budget spent, in `[0, 1]`.
     pub fraction: f64,

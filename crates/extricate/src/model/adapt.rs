@@ -68,15 +68,19 @@ fn adapt_here(model: &Model, scene: Scene, options: &LearnOptions, report: &mut 
     let mut budget = Budget::new(options, report);
 
     budget.stage("verifying samples");
-    let (mut samples, mut doubtful) = (Vec::new(), Vec::new());
-    for batch in model.boundary().configs().chunks(BATCH * nq) {
+    let (mut samples, mut exits, mut doubtful) = (Vec::new(), Vec::new(), Vec::new());
+    let traced = nq * (model.boundary().len() - model.boundary().exits());
+    let (old_samples, old_exits) = model.boundary().configs().split_at(traced);
+    let batches = old_samples.chunks(BATCH * nq).map(|batch| (batch, false));
+    for (batch, is_exits) in batches.chain(old_exits.chunks(BATCH * nq).map(|batch| (batch, true))) {
         if budget.end() == Some(BudgetEnd::Interrupted) {
             return Err(Error::Interrupted);
         }
         // What cannot be looked at is not kept.
         let batch = &batch[..batch.len().min(budget.left() * nq)];
         for (q, near) in batch.chunks_exact(nq).zip(budget.label(&affects, batch)) {
-            if near == Label::Free { &mut samples } else { &mut doubtful }.extend_from_slice(q);
+            let kept = if is_exits { &mut exits } else { &mut samples };
+            if near == Label::Free { kept } else { &mut doubtful }.extend_from_slice(q);
         }
     }
     doubtful.truncate(doubtful.len().min(budget.left() * nq));
@@ -121,15 +125,17 @@ fn adapt_here(model: &Model, scene: Scene, options: &LearnOptions, report: &mut 
             break;
         }
     }
-    if samples.is_empty() {
+    if samples.is_empty() && exits.is_empty() {
         samples.extend_from_slice(&known.free[..known.free.len().min(STAND_INS * nq)]);
     }
-    if samples.is_empty() {
+    if samples.is_empty() && exits.is_empty() {
         let advice = "no stored sample is free in the new scene; learn it anew".into();
         return Err(Error::NothingFree { labels: budget.spent(), advice });
     }
     budget.stage("measuring");
-    let boundary = SampleSet::new(&metric, nq, samples, options.seed);
+    samples.extend_from_slice(&exits);
+    let boundary = SampleSet::with_exits(&metric, nq, samples, exits.len() / nq, options.seed);
+    checker.prepare_proposals();
     let balls = InteriorBalls::new(&checker);
     let (clearance, scale) = (scene.clearance, metric.diameter());
     let coverage = &Coverage::default();
@@ -155,6 +161,7 @@ fn adapt_here(model: &Model, scene: Scene, options: &LearnOptions, report: &mut 
         labels: budget.spent(),
         seed: options.seed,
         boundary_samples: boundary.len(),
+        exits: boundary.exits(),
         support_vectors: model.classifier().map_or(0, Classifier::support_vectors),
         colliding_share,
         accuracy_free: accuracy[0],

@@ -8,6 +8,7 @@ use std::sync::{Arc, OnceLock};
 use super::EndedBy;
 use super::measure::{Extent, is_within};
 use super::run_state::{Looks, RunState, Stage};
+use super::solve;
 use crate::boundary::SampleSet;
 use crate::boundary::trace::{TraceGround, Tracer};
 use crate::collision::Checker;
@@ -33,6 +34,8 @@ const MOST_EXPLORATION: usize = 200_000;
 const SURPRISES_A_SECOND: f64 = 1000.0;
 /// Boundary samples have a colliding configuration within this share of the space's diameter.
 pub(super) const GAP_SHARE: f64 = 1.0 / 2000.0;
+/// Share of the budget after which the boundary is not traced further, and colliding configurations are solved.
+const TRACED_BY: f64 = 0.5;
 /// Free configurations that stand in for boundary samples where there are none.
 pub(super) const STAND_INS: usize = 1024;
 /// A run that may end by its quality is looked at whenever its boundary samples have grown by this factor: what all looks cost is
@@ -64,6 +67,8 @@ pub struct Learner {
     state: RunState,
     /// Made when needed: it holds indices over what `state` holds.
     tracer: Option<Tracer>,
+    /// The samples that solving starts from, made when needed.
+    solver: Option<SampleSet>,
     /// What was spent, the unit that was stopped included.
     spent: Spent,
     end: Option<EndedBy>,
@@ -120,6 +125,7 @@ impl Learner {
             options: options.clone(),
             state,
             tracer: None,
+            solver: None,
             spent,
             end: None,
             ready: None,
@@ -144,7 +150,7 @@ impl Learner {
         if let Stage::Measuring(why) = self.state.mark.stage {
             return self.measure(why, report);
         }
-        let Self { ground, options, state, tracer, .. } = self;
+        let Self { ground, options, state, tracer, solver, .. } = self;
         let (scene, nq) = (ground.checker.scene(), ground.checker.scene().space.nq());
         let label = |configs: &[f64]| ground.label(configs);
         let mut budget = Budget::resumed(options, &self.spent, report);
@@ -183,12 +189,24 @@ impl Learner {
                 let (known, samples) = (&mut state.known, &mut state.samples);
                 let paid =
                     budget.end().is_some() || tracer.pass(&trace_ground, known, samples, &ground.halton, &mut budget);
-                if !paid {
-                    Stage::Measuring(EndedBy::Labels)
-                } else if budget.end().is_none() && look(ground, options, state, &mut budget) {
+                if budget.end().is_none() && look(ground, options, state, &mut budget) {
                     Stage::Measuring(EndedBy::Quality)
+                } else if !paid || budget.fraction() >= TRACED_BY {
+                    Stage::Solving
                 } else {
                     Stage::Tracing(tracer.place().clone())
+                }
+            }
+            Stage::Solving => {
+                // What tracing held is not needed any more.
+                *tracer = None;
+                let paid = ground.solve(options, state, solver, &label, &mut budget);
+                if budget.end().is_none() && paid && look(ground, options, state, &mut budget) {
+                    Stage::Measuring(EndedBy::Quality)
+                } else if paid {
+                    Stage::Solving
+                } else {
+                    Stage::Measuring(EndedBy::Labels)
                 }
             }
             Stage::Measuring(why) => Stage::Measuring(why),
@@ -230,7 +248,8 @@ impl Learner {
         let nq = self.scene().space.nq();
         let indexed = |rows: usize| SampleSet::bytes(&self.ground.metric, nq, rows);
         let starts = self.tracer.as_ref().map_or(0, |t| indexed(t.place().starts) + indexed(t.place().indexed));
-        8 * (known.free.len() + known.colliding.len() + samples.len()) + starts + indexed(samples.len() / nq)
+        let solver = self.solver.as_ref().map_or(0, |set| indexed(set.len()));
+        8 * (known.free.len() + known.colliding.len() + samples.len()) + starts + solver + indexed(samples.len() / nq)
     }
 }
 
@@ -244,7 +263,7 @@ fn look(ground: &LearnGround, options: &LearnOptions, state: &mut RunState, budg
         return false;
     }
     budget.stage("measuring");
-    let boundary = SampleSet::new(&ground.metric, nq, state.samples.clone(), options.seed);
+    let boundary = SampleSet::with_exits(&ground.metric, nq, state.samples.clone(), state.solved.exits, options.seed);
     let extent = Extent { until: budget.until(), ..Extent::for_stopping(options.seed) };
     let mut go_on = || {
         budget.stage("measuring");
@@ -270,6 +289,39 @@ impl LearnGround {
             scale: self.metric.diameter(),
             stale: false,
         }
+    }
+
+    /// A pass of solving; whether another one could be paid for.
+    fn solve(
+        &self,
+        options: &LearnOptions,
+        state: &mut RunState,
+        solver: &mut Option<SampleSet>,
+        label: &crate::learning::LabelBatch,
+        budget: &mut Budget,
+    ) -> bool {
+        let (nq, RunState { known, samples, solved, .. }) = (self.checker.scene().space.nq(), state);
+        if samples.is_empty() {
+            return false;
+        }
+        let missing = (solved.seeds_used + solve::wanted(solved)).saturating_sub(known.colliding.len() / nq);
+        if missing > 0 {
+            let (free, more) = (known.free.len(), missing.max(BATCH).min(budget.left() / 4));
+            known.extend(&self.checker.scene().space, &self.halton, more, label, budget);
+            known.free.truncate(free);
+        }
+        // Told by the counts alone, so that a resumed run does the same.
+        if 2 * solved.indexed <= solved.exits {
+            solved.indexed = solved.exits;
+            *solver = None;
+        }
+        let boundary = solver.get_or_insert_with(|| {
+            self.checker.prepare_proposals();
+            solve::index(&self.metric, nq, samples, solved, options.seed)
+        });
+        let before = solved.seeds_used;
+        let paid = solve::pass(&self.to_query(boundary), self.gap, known, samples, solved, budget);
+        paid && solved.seeds_used > before
     }
 
     fn label(&self, configs: &[f64]) -> Vec<Label> {

@@ -234,12 +234,12 @@ fn excess(ground: &Ground, q: &Config, budget: QueryBudget, scratch: &mut QueryS
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use super::*;
     use crate::collision::Checker;
     use crate::learning::LearnOptions;
     use crate::metric::Metric;
-    use crate::model::Model;
+    use crate::model::{Model, Statistics};
     use crate::scene::builtin;
     use std::ops::ControlFlow;
 
@@ -249,7 +249,7 @@ mod tests {
     }
 
     /// Uniform colliding configurations that nothing else uses.
-    fn colliding(model: &Model, count: usize) -> Vec<Config> {
+    pub fn colliding(model: &Model, count: usize) -> Vec<Config> {
         let space = &model.scene().space;
         let (mut rng, mut q) = (ChaCha8Rng::seed_from_u64(4711), vec![0.0; space.nq()]);
         let all = std::iter::repeat_with(|| {
@@ -295,7 +295,7 @@ mod tests {
         let seen = |q: &[f64]| q[0].abs() < 1.5;
         let rows = model.boundary().configs().chunks_exact(nq).filter(|q| seen(q)).flatten().copied().collect();
         let scene = model.checker().scene_arc().clone();
-        let (coverage, statistics) = (model.coverage().clone(), model.statistics().clone());
+        let (coverage, statistics) = (model.coverage().clone(), Statistics { exits: 0, ..model.statistics().clone() });
         let holed =
             Model::from_parts(Checker::new(scene.clone()), Metric::new(scene), rows, None, coverage, statistics);
         let (mut scratch, mut far, mut all) = (QueryScratch::default(), [0; 2], [0; 2]);

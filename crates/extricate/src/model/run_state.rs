@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::EndedBy;
+use super::solve::SolvePlace;
 use crate::boundary::trace::TracePlace;
 use crate::learning::active::Classified;
 use crate::learning::budget::Spent;
@@ -14,7 +15,7 @@ use crate::learning::explore::Exploration;
 pub struct RunState {
     /// Labelled configurations.
     pub known: Exploration,
-    /// Boundary samples, row major.
+    /// Boundary samples, row major: traced ones, then exits.
     pub samples: Vec<f64>,
     /// The trained classifier, after the stage of training.
     pub classified: Classified,
@@ -22,6 +23,8 @@ pub struct RunState {
     pub colliding_share: f64,
     /// What was looked at to tell whether the run may end.
     pub looks: Looks,
+    /// How far solving has come.
+    pub solved: SolvePlace,
     /// Where the last whole unit of work ended.
     pub mark: Mark,
 }
@@ -39,6 +42,8 @@ pub struct Mark {
     pub spent: Spent,
     /// Looks until then.
     pub looks: Looks,
+    /// Where solving stood.
+    pub solved: SolvePlace,
 }
 
 /// Looks at whether the queries are as good as was asked for.
@@ -60,6 +65,8 @@ pub enum Stage {
     Training,
     /// The boundary.
     Tracing(TracePlace),
+    /// The nearest ways out of colliding configurations.
+    Solving,
     /// What was learned is measured; learning has ended for this reason.
     Measuring(EndedBy),
 }
@@ -71,6 +78,7 @@ impl Stage {
             Self::Exploring => "exploring",
             Self::Training => "training",
             Self::Tracing(_) => "tracing the boundary",
+            Self::Solving => "solving",
             Self::Measuring(_) => "measuring",
         }
     }
@@ -86,6 +94,13 @@ impl RunState {
     /// Sets the mark here.
     pub fn set_mark(&mut self, stage: Stage, spent: Spent) {
         let lengths = [self.known.free.len(), self.known.colliding.len(), self.samples.len()];
-        self.mark = Mark { stage, lengths, next: self.known.next, spent, looks: self.looks.clone() };
+        self.mark = Mark {
+            stage,
+            lengths,
+            next: self.known.next,
+            spent,
+            looks: self.looks.clone(),
+            solved: self.solved.clone(),
+        };
     }
 }

@@ -19,7 +19,7 @@ use crate::model::run_state::{Mark, RunState, Stage};
 use crate::scene::Scene;
 
 /// Version of the layout, and of the steps of learning: a run goes on only with the program that began it.
-pub const FORMAT: u32 = 2;
+pub const FORMAT: u32 = 3;
 
 const KEY: &str = "extricate-checkpoint";
 const LISTS: [&str; 3] = ["free", "colliding", "samples"];
@@ -138,6 +138,9 @@ pub fn decode(path: &Path, bytes: &[u8], scene: Scene, threads: usize) -> Result
         }
         _ => true,
     };
+    let solved = &run.mark.solved;
+    let place_fits = place_fits && solved.indexed <= solved.exits && solved.exits <= samples.len() / nq;
+    let place_fits = place_fits && solved.seeds_used <= colliding.len() / nq;
     if !sound || !place_fits {
         return Err(fault("altered or damaged: its lists are not those that it names"));
     }
@@ -145,8 +148,8 @@ pub fn decode(path: &Path, bytes: &[u8], scene: Scene, threads: usize) -> Result
     let Run { colliding_share, mark, .. } = run;
     let known = Exploration { free, colliding, next: mark.next };
     let classified = classified.unwrap_or_default();
-    let looks = mark.looks.clone();
-    Learner::resume(scene, &options, RunState { known, samples, classified, colliding_share, looks, mark })
+    let (looks, solved) = (mark.looks.clone(), mark.solved.clone());
+    Learner::resume(scene, &options, RunState { known, samples, classified, colliding_share, looks, solved, mark })
 }
 
 fn read<'a>(path: &Path, bytes: &'a [u8]) -> Result<(Run, SafeTensors<'a>)> {

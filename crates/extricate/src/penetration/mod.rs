@@ -71,10 +71,23 @@ pub fn query(ground: &Ground, q: &Config, options: &QueryOptions, scratch: &mut 
     if !scratch.first_witness(ground, plan.pool, &mut answer) {
         return None;
     }
-    if plan.starts > 0 {
+    if options.effort != Effort::Nearest {
         search_all(ground, &plan, options, scratch, &mut answer);
     }
     scratch.describe(ground, options, &mut answer);
+    Some(answer)
+}
+
+/// As [`query`], for a caller who wants the witness alone: nothing is proved or said of it.
+pub fn nearest_exit(ground: &Ground, q: &Config, options: &QueryOptions, scratch: &mut QueryScratch) -> Option<Answer> {
+    let mut answer = scratch.begin(ground, q, options);
+    let plan = Plan::of(options, ground);
+    if !answer.colliding.is_empty() {
+        if !scratch.first_witness(ground, plan.pool, &mut answer) {
+            return None;
+        }
+        search_all(ground, &plan, options, scratch, &mut answer);
+    }
     Some(answer)
 }
 

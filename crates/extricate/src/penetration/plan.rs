@@ -11,7 +11,9 @@ use crate::scene::MetricSpec;
 pub struct Plan {
     /// Nearest samples looked at.
     pub pool: usize,
-    /// Of them refined, most different first.
+    /// Of the nearest exits, refined.
+    pub exits: usize,
+    /// Of the nearest samples, refined besides.
     pub starts: usize,
     /// A candidate is too like a chosen one within this share of its own distance from the query.
     pub spread: f64,
@@ -31,6 +33,8 @@ pub struct Plan {
     pub polish: RefineOptions,
     /// Descents carried on.
     pub kept: usize,
+    /// Whether descents along exact contacts, toward the query in its own coordinates, end where they seem to.
+    pub is_smooth: bool,
 }
 
 /// Contacts are looked for within this share of the farthest motion.
@@ -52,8 +56,14 @@ const POLISH_MESHES: RefineOptions = RefineOptions { reach: 0.03, tolerance: 1e-
 /// A probed descent is carried on if it is expected to end below this times the best depth so far.
 pub const HOPE: f64 = 1.15;
 
-/// Boundary samples that a refined query starts from.
+/// Exits that a refined query starts from, where there are enough.
+const EXITS: usize = 8;
+/// Boundary samples that it starts from where there are no exits.
 const STARTS: usize = 16;
+/// So many exits have to be known for one to be started from: with few, the nearest are far.
+const KNOWN_AN_EXIT: usize = 32;
+/// With exits, a sample for so many degrees of freedom is enough besides.
+const DEGREES_A_START: usize = 4;
 /// More of them for each further exit that is wanted: each must be found, not only the nearest.
 const STARTS_AN_EXIT: usize = 8;
 /// Most starts because of exits.
@@ -63,7 +73,7 @@ impl Plan {
     /// What the options ask for.
     pub fn of(options: &QueryOptions, ground: &Ground) -> Self {
         let mut plan = Self::of_effort(options.effort, ground);
-        if plan.starts == 0 {
+        if options.effort == Effort::Nearest {
             return plan;
         }
         if ground.stale {
@@ -75,24 +85,34 @@ impl Plan {
         }
         let more = STARTS_AN_EXIT * options.exits.saturating_sub(1).min(MOST_STARTS);
         plan.starts = plan.starts.max((STARTS + more).min(MOST_STARTS));
+        plan.exits = plan.exits.max((EXITS + more / 2).min(MOST_STARTS / 2));
+        let known = ground.boundary.exits() / KNOWN_AN_EXIT;
+        if known >= EXITS && plan.is_smooth && options.effort == Effort::Refined && !ground.stale {
+            // Exits of what was solved make most of the other starts needless.
+            plan.starts = ground.checker.scene().space.nv().div_ceil(DEGREES_A_START) + more / 2;
+            plan.scatter.directions = 0;
+            plan.kept = 2;
+        }
+        plan.exits = plan.exits.min(known);
         if let Some(starts) = options.starts.map(|starts| starts.max(1)) {
             // In proportion, so that few starts mean a short query.
-            let share = |n: usize| (n * starts).div_ceil(plan.starts).min(n);
+            let usual = plan.exits + plan.starts;
+            let share = |n: usize| (n * starts).div_ceil(usual).min(n);
             plan.scatter.directions = share(plan.scatter.directions);
             plan.scatter.wanted = share(plan.scatter.wanted);
             plan.wander = share(plan.wander);
             plan.kept = plan.kept.min(starts);
             (plan.from_query, plan.scatter_again) =
-                (plan.from_query && starts > 1, plan.scatter_again && starts >= plan.starts);
-            plan.starts = starts;
+                (plan.from_query && starts > 1, plan.scatter_again && starts >= usual);
+            plan.exits = (plan.exits * starts).div_ceil(usual).min(known);
+            plan.starts = starts - plan.exits;
         }
-        plan.pool = plan.pool.max(12 * plan.starts);
+        plan.pool = 12 * plan.starts.max(1);
         plan
     }
 
     fn of_effort(effort: Effort, ground: &Ground) -> Self {
-        // Descents along exact contacts, toward the query in its own coordinates, end where they seem to.
-        let smooth = ground.checker.contacts_are_complete() && ground.metric.kind() == MetricSpec::Joint;
+        let is_smooth = ground.checker.contacts_are_complete() && ground.metric.kind() == MetricSpec::Joint;
         let degrees = ground.checker.scene().space.nv();
         let refine = RefineOptions {
             iterations: 40,
@@ -108,6 +128,7 @@ impl Plan {
         match effort {
             Effort::Nearest => Self {
                 pool: 1,
+                exits: 0,
                 starts: 0,
                 spread: 0.0,
                 from_query: false,
@@ -118,10 +139,12 @@ impl Plan {
                 probe: probe(0),
                 polish,
                 kept: 0,
+                is_smooth,
             },
             // Where linearised descents mislead, more of them, from more kinds of starts, are carried on.
-            Effort::Refined if !smooth => Self {
+            Effort::Refined if !is_smooth => Self {
                 pool: 192,
+                exits: EXITS,
                 starts: STARTS,
                 spread: 0.35,
                 // Another metric than that of the coordinates bends what is straight to the descents.
@@ -131,11 +154,13 @@ impl Plan {
                 probe: probe(5),
                 polish,
                 kept: 12,
+                is_smooth,
                 wander: 64,
                 refine,
             },
             Effort::Refined => Self {
                 pool: 192,
+                exits: EXITS,
                 starts: STARTS,
                 spread: 0.4,
                 from_query: false,
@@ -144,6 +169,7 @@ impl Plan {
                 probe: probe(3),
                 polish,
                 kept: 3,
+                is_smooth,
                 wander: 0,
                 refine,
             },
@@ -158,6 +184,7 @@ impl Plan {
                 };
                 Self {
                     pool: 1024,
+                    exits: 32,
                     starts: 96,
                     spread: 0.15,
                     from_query: true,
@@ -168,6 +195,7 @@ impl Plan {
                     probe: RefineOptions { iterations: 3, ..refine },
                     polish: POLISH,
                     kept: 64,
+                    is_smooth,
                 }
             }
         }

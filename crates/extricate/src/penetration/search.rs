@@ -41,6 +41,7 @@ pub struct QueryScratch {
     best: Vec<f64>,
     pub(super) poses: Vec<Pose>,
     pub(super) pool: Vec<(u32, f64)>,
+    near_exits: Vec<(u32, f64)>,
     pub(super) chosen: Vec<u32>,
     pub(super) slid: Vec<f64>,
     /// What the probed descents are expected to reach, and which they are.
@@ -51,6 +52,8 @@ pub struct QueryScratch {
     pub(super) exits: Exits,
 }
 
+/// Nearest exits that are looked at for one that is chosen.
+const EXITS_LOOKED_AT: usize = 4;
 /// Ways out that are remembered where one is wanted.
 const REMEMBERED: usize = 4;
 /// Configurations that are tried where no stored one is free any more.
@@ -118,23 +121,46 @@ impl QueryScratch {
         false
     }
 
+    /// An exact check, counted.
+    pub(crate) fn label(&mut self, ground: &Ground, q: &[f64]) -> Label {
+        self.refine.label(ground, q)
+    }
+
+    /// Checks of the last query so far.
+    pub(crate) fn checks(&self) -> usize {
+        self.refine.checks
+    }
+
     /// Takes the metric at the query.
     pub(super) fn look_around(&mut self, ground: &Ground) {
         forward(ground.checker.scene(), &self.anchor.q, &mut self.poses);
         self.local.set(ground, &self.anchor, &self.poses);
     }
 
-    /// Fills `chosen` with those of the pool that are not too like each other.
+    /// Fills `chosen` with exits, then with samples of the pool, none too like another.
     pub(super) fn choose(&mut self, ground: &Ground, plan: &Plan) {
         self.chosen.clear();
+        let near = plan.exits * EXITS_LOOKED_AT;
+        ground.boundary.nearest_exits(ground.metric, &self.anchor, near, &mut self.boundary, &mut self.near_exits);
+        let exits = std::mem::take(&mut self.near_exits);
+        self.choose_from(ground, exits.iter().map(|(id, _)| *id), plan.exits, plan.spread);
+        self.near_exits = exits;
+        let pool = std::mem::take(&mut self.pool);
+        let most = self.chosen.len() + plan.starts;
+        self.choose_from(ground, pool.iter().take(plan.pool).map(|(id, _)| *id), most, plan.spread);
+        self.pool = pool;
+    }
+
+    /// Chooses of `ids`, in order, until `most` are chosen.
+    fn choose_from(&mut self, ground: &Ground, ids: impl Iterator<Item = u32>, most: usize, spread: f64) {
         let space = &ground.checker.scene().space;
-        for &(id, _) in self.pool.iter().take(plan.pool) {
-            if self.chosen.len() == plan.starts {
+        for id in ids {
+            if self.chosen.len() >= most {
                 break;
             }
             let candidate = ground.boundary.config(id);
             let local = &mut self.local;
-            let reach = plan.spread * local.distance(space, &self.anchor.q, candidate);
+            let reach = spread * local.distance(space, &self.anchor.q, candidate);
             if self.chosen.iter().all(|c| local.distance(space, ground.boundary.config(*c), candidate) > reach) {
                 self.chosen.push(id);
             }

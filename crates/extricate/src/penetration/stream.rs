@@ -82,9 +82,9 @@ impl Stream {
         if !self.scratch.first_witness(ground, plan.pool, &mut answer) {
             return None;
         }
-        if plan.starts > 0 && (self.tracked.is_empty() || options.effort == Effort::Exhaustive) {
+        if options.effort != Effort::Nearest && (self.tracked.is_empty() || options.effort == Effort::Exhaustive) {
             search_all(ground, &plan, &options, &mut self.scratch, &mut answer);
-        } else if plan.starts > 0 {
+        } else if options.effort != Effort::Nearest {
             self.follow(ground, &plan, &mut answer);
         }
         self.keep(ground, &answer);

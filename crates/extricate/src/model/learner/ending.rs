@@ -106,7 +106,7 @@ impl Learner {
         } else {
             samples.clone()
         };
-        SampleSet::new(&self.ground.metric, nq, configs, self.options.seed)
+        SampleSet::with_exits(&self.ground.metric, nq, configs, self.state.solved.exits, self.options.seed)
     }
 
     fn into_model(self) -> Model {
@@ -117,6 +117,7 @@ impl Learner {
             labels: spent.labels,
             seed: options.seed,
             boundary_samples: boundary.len(),
+            exits: boundary.exits(),
             support_vectors: classified.classifier.as_ref().map_or(0, Classifier::support_vectors),
             colliding_share,
             accuracy_free: classified.accuracy_free,
@@ -130,6 +131,7 @@ impl Learner {
             // A run that its owner stops stepping was interrupted too.
             ended_by: end.unwrap_or(EndedBy::Interruption),
         };
+        ground.checker.prepare_proposals();
         let balls = ground.balls.into_inner().unwrap_or_else(|| InteriorBalls::new(&ground.checker));
         Model {
             checker: ground.checker,

@@ -1,0 +1,172 @@
+//! Solving: the nearest ways out of colliding configurations, found while learning and kept as starts.
+//!
+//! Descents from where others ended end at the nearest way out more often than those from where the boundary was met by chance:
+//! half as many starts are enough.
+
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+
+use crate::boundary::SampleSet;
+use crate::cspace::Label;
+use crate::learning::Budget;
+use crate::learning::explore::Exploration;
+use crate::metric::Metric;
+use crate::penetration::{Ground, QueryBudget, QueryOptions, QueryScratch, nearest_exit};
+
+/// How far solving has come.
+#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct SolvePlace {
+    /// Colliding configurations solved, or given up.
+    pub seeds_used: usize,
+    /// Exits found: the last of the samples.
+    pub exits: usize,
+    /// The first so many of them were starts of the last pass.
+    pub indexed: usize,
+}
+
+/// Configurations solved in the first pass; each later one takes twice as many, up to [`MOST`].
+const FIRST: usize = 64;
+/// Most in one pass: a few seconds where queries are slow.
+const MOST: usize = 1024;
+/// Solved between two reports.
+const BETWEEN_REPORTS: usize = 64;
+/// Checks that a query is not begun without: with fewer it is not carried to its end.
+const LEAST_CHECKS: usize = 200;
+
+/// How many configurations the next pass solves, where so many are known.
+pub fn wanted(place: &SolvePlace) -> usize {
+    place.seeds_used.clamp(FIRST, MOST)
+}
+
+/// Solves the next colliding configurations of `known`, and appends the exits to `samples`; whether another pass could be paid for.
+///
+/// `ground` holds the samples as they were indexed. A query takes the checks that it needs, but not more than leave the others of its
+/// batch with as many.
+///
+/// # Guarantee
+/// Every exit was labelled free, and the configuration within `gap` of it toward the one that was solved was labelled colliding.
+pub fn pass(
+    ground: &Ground,
+    gap: f64,
+    known: &Exploration,
+    samples: &mut Vec<f64>,
+    place: &mut SolvePlace,
+    budget: &mut Budget,
+) -> bool {
+    let nq = ground.checker.scene().space.nq();
+    let until = (place.seeds_used + wanted(place)).min(known.colliding.len() / nq);
+    while place.seeds_used < until && budget.end().is_none() {
+        let rows = (until - place.seeds_used).min(BETWEEN_REPORTS).min(budget.left() / LEAST_CHECKS);
+        if rows == 0 {
+            return false;
+        }
+        // What tells whether the exit is beside a collision, and what a query may overdraw.
+        let checks = budget.left() / rows - 4;
+        let options =
+            QueryOptions { budget: QueryBudget { checks: Some(checks), seconds: None }, ..Default::default() };
+        let seeds = &known.colliding[place.seeds_used * nq..(place.seeds_used + rows) * nq];
+        let found: Vec<(Option<Vec<f64>>, usize)> = seeds
+            .par_chunks_exact(nq)
+            .map_init(QueryScratch::default, |scratch, seed| solve(ground, gap, seed, &options, scratch))
+            .collect();
+        for exit in found.iter().filter_map(|(exit, _)| exit.as_ref()) {
+            samples.extend_from_slice(exit);
+            place.exits += 1;
+        }
+        place.seeds_used += rows;
+        budget.note(samples.len() / nq, None);
+        budget.spend(found.iter().map(|(_, checks)| checks).sum());
+    }
+    budget.left() >= LEAST_CHECKS
+}
+
+/// The traced samples, and the first exits as `place` has them indexed.
+pub fn index(metric: &Metric, nq: usize, samples: &[f64], place: &SolvePlace, seed: u64) -> SampleSet {
+    let rows = samples.len() / nq - place.exits + place.indexed;
+    SampleSet::with_exits(metric, nq, samples[..rows * nq].to_vec(), place.indexed, seed)
+}
+
+/// The exit of one configuration where it is one, and the checks that it took.
+fn solve(
+    ground: &Ground,
+    gap: f64,
+    seed: &[f64],
+    options: &QueryOptions,
+    scratch: &mut QueryScratch,
+) -> (Option<Vec<f64>>, usize) {
+    let space = &ground.checker.scene().space;
+    let Ok(q) = space.config(seed) else { return (None, 0) };
+    let Some(answer) = nearest_exit(ground, &q, options, scratch) else { return (None, scratch.checks()) };
+    let is_exit = answer.verified && answer.depth > 0.0 && {
+        let mut beyond = vec![0.0; space.nq()];
+        space.interpolate(&answer.witness, &q, (0.9 * gap / answer.depth).min(1.0), &mut beyond);
+        scratch.label(ground, &beyond) == Label::Colliding
+    };
+    (is_exit.then_some(answer.witness), scratch.checks())
+}
+
+#[cfg(test)]
+mod tests {
+    use std::ops::ControlFlow;
+
+    use super::*;
+    use crate::boundary::BoundaryScratch;
+    use crate::collision::Checker;
+    use crate::learning::LearnOptions;
+    use crate::metric::Anchor;
+    use crate::model::{Model, Statistics};
+    use crate::penetration::refine::RefineScratch;
+    use crate::scene::builtin;
+
+    fn learned(labels: usize) -> Model {
+        let options = LearnOptions { labels, seconds: None, seed: 5, ..LearnOptions::default() };
+        Model::learn(builtin::scene("shelf-arm").unwrap(), &options, &mut |_| ControlFlow::Continue(())).unwrap()
+    }
+
+    #[test]
+    fn exits_are_free_beside_a_collision_and_the_nearest_are_found() {
+        let model = learned(60_000);
+        let (set, nq) = (model.boundary(), model.scene().space.nq());
+        assert!(set.exits() > 50 && set.exits() == model.statistics().exits, "{}", set.exits());
+        assert!(model.statistics().labels <= 60_000);
+        let gap = model.statistics().boundary_gap.unwrap();
+        let first = set.len() - set.exits();
+        for exit in set.configs()[first * nq..].chunks_exact(nq).take(100) {
+            assert_eq!(model.checker().label(exit, &mut Default::default()), Label::Free);
+            // Some direction within the gap collides: that toward what was solved, which is not kept.
+            let mut contacts = RefineScratch::default();
+            assert!(!contacts.touching(&model.ground(), exit, model.metric().lever() * gap).is_empty());
+        }
+        let (mut scratch, mut found, mut anchor) = (BoundaryScratch::default(), Vec::new(), Anchor::default());
+        for q in set.configs().chunks_exact(nq).step_by(97).take(40) {
+            model.metric().anchor(q, &mut anchor);
+            set.nearest_exits(model.metric(), &anchor, 5, &mut scratch, &mut found);
+            let mut all: Vec<f64> =
+                set.configs()[first * nq..].chunks_exact(nq).map(|e| model.metric().distance(q, e)).collect();
+            all.sort_by(f64::total_cmp);
+            assert!(found.iter().zip(&all).all(|((id, d), e)| (d - e).abs() < 1e-9 && *id as usize >= first));
+            assert_eq!(found.len(), 5);
+        }
+    }
+
+    #[test]
+    fn exits_make_queries_shorter_and_their_answers_no_worse() {
+        let model = learned(400_000);
+        let scene = model.checker().scene_arc().clone();
+        let (coverage, rows) = (model.coverage().clone(), model.boundary().configs().to_vec());
+        let statistics = Statistics { exits: 0, ..model.statistics().clone() };
+        let without =
+            Model::from_parts(Checker::new(scene.clone()), Metric::new(scene), rows, None, coverage, statistics);
+        let (mut scratch, mut checks, mut beyond) = (QueryScratch::default(), [0; 2], [0; 2]);
+        let queries = crate::model::measure::tests::colliding(&model, 200);
+        for q in &queries {
+            let [a, b] = [&model, &without].map(|model| model.query(q, &QueryOptions::default(), &mut scratch));
+            checks = [checks[0] + a.checks, checks[1] + b.checks];
+            let least = a.depth.min(b.depth);
+            beyond = [beyond[0] + usize::from(a.depth > 1.01 * least), beyond[1] + usize::from(b.depth > 1.01 * least)];
+        }
+        println!("checks {checks:?}, more than 1 % beyond the other {beyond:?} of {}", queries.len());
+        assert!(3 * checks[0] < 2 * checks[1], "{checks:?}");
+        assert!(beyond[0] <= beyond[1] + 4, "{beyond:?}");
+    }
+}
