@@ -2,7 +2,8 @@
 # Builds the Python wheel, installs it into an empty virtual environment, and runs there what the README prints, the tests,
 # the type checks and the recipes. Called by .ci/run; needs cargo, Python 3.9 or newer with pip, and a network.
 #
-# The wheel is built with the profile of the tests, so that little is compiled twice; a released one is built with --release.
+# EXTRICATE_PYTHON names the interpreter (default: python3). The wheel is built with the profile of the tests, so that little is
+# compiled twice; a released one is built with --release.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 work=target/python
@@ -10,11 +11,12 @@ crate=crates/extricate-python
 rm -rf "$work"
 mkdir -p "$work"
 
-python3 -m venv "$work/tools"
+python=${EXTRICATE_PYTHON:-python3}
+"$python" -m venv "$work/tools"
 "$work/tools/bin/pip" install --quiet --disable-pip-version-check "maturin>=1.9.4,<2"
 "$work/tools/bin/maturin" build --quiet --locked --profile dev --manifest-path "$crate/Cargo.toml" --out "$work/wheels"
 
-python3 -m venv "$work/venv"
+"$python" -m venv "$work/venv"
 pip() { "$work/venv/bin/pip" --disable-pip-version-check --quiet "$@"; }
 pip install "$work"/wheels/extricate-*.whl
 # Nothing but the wheel and what it asks for is there yet.

@@ -1,4 +1,4 @@
-//! Time that this thread spent on a processor: what other programs do meanwhile is not in it.
+//! Time spent on a processor, by this thread or by all of the program: what other programs do meanwhile is not in it.
 
 /// A point of time of the calling thread.
 #[derive(Clone, Copy)]
@@ -12,6 +12,23 @@ impl ThreadTime {
     }
 
     /// Seconds of the calling thread since then.
+    pub fn elapsed(self) -> f64 {
+        Self::now().0 - self.0
+    }
+}
+
+/// A point of time of all threads of this program together.
+#[derive(Clone, Copy)]
+pub struct ProcessTime(f64);
+
+impl ProcessTime {
+    /// Now.
+    pub fn now() -> Self {
+        let time = rustix::time::clock_gettime(rustix::time::ClockId::ProcessCPUTime);
+        Self(time.tv_sec as f64 + 1e-9 * time.tv_nsec as f64)
+    }
+
+    /// Seconds of all threads since then.
     pub fn elapsed(self) -> f64 {
         Self::now().0 - self.0
     }

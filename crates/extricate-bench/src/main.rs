@@ -4,11 +4,13 @@
 //! extricate-bench serve                    commands from standard input, answers as JSON lines (see `server`)
 //! extricate-bench exact [--poses N]        N poses against brute force; exit status 1 on any disagreement
 //! extricate-bench query MODEL QUERIES EFFORT|STARTS      answers with processor times as JSON lines
+//! extricate-bench batch MODEL QUERIES EFFORT|STARTS THREADS      one batch, timed as a whole
 //! extricate-bench uniform SCENE LABELS SEED MODEL        a model from uniform samples alone
 //! ```
 //!
 //! `bench/collision.py` runs the first two beside the peers, the scripts beside it the others.
 
+mod batches;
 mod brute;
 mod clock;
 mod exact;
@@ -33,13 +35,16 @@ fn main() -> anyhow::Result<ExitCode> {
         ["query", model, queries, effort] => {
             queries::answer(model, queries, effort, std::io::stdout().lock()).map(|()| ExitCode::SUCCESS)
         }
+        ["batch", model, queries, effort, threads] => {
+            batches::answer(model, queries, effort, threads, std::io::stdout().lock()).map(|()| ExitCode::SUCCESS)
+        }
         ["uniform", scene, labels, seed, model] => {
             uniform::learn(scene, labels, seed, model).map(|()| ExitCode::SUCCESS)
         }
         _ => {
             eprintln!(
                 "expected `serve`, `exact [--poses N]`, `query MODEL QUERIES EFFORT|STARTS`, \
-                 or `uniform SCENE LABELS SEED MODEL`"
+                 `batch MODEL QUERIES EFFORT|STARTS THREADS` or `uniform SCENE LABELS SEED MODEL`"
             );
             Ok(ExitCode::from(2))
         }

@@ -14,15 +14,7 @@ use crate::clock::ThreadTime;
 pub fn answer(model: &str, queries: &str, effort: &str, mut output: impl Write) -> Result<()> {
     let model = store::load_model(Path::new(model))?;
     let text = std::fs::read_to_string(queries).with_context(|| queries.to_string())?;
-    let options = match effort {
-        "nearest" => QueryOptions { effort: Effort::Nearest, ..QueryOptions::default() },
-        "refined" => QueryOptions::default(),
-        "exhaustive" => QueryOptions { effort: Effort::Exhaustive, ..QueryOptions::default() },
-        _ => match effort.parse() {
-            Ok(starts) => QueryOptions { starts: Some(starts), ..QueryOptions::default() },
-            Err(_) => bail!("expected nearest, refined, exhaustive or a number of starts, found {effort}"),
-        },
-    };
+    let options = options(effort)?;
     let mut scratch = QueryScratch::default();
     for line in text.lines() {
         let line: Value = serde_json::from_str(line).with_context(|| format!("{queries}: {line}"))?;
@@ -42,6 +34,19 @@ pub fn answer(model: &str, queries: &str, effort: &str, mut output: impl Write) 
         writeln!(output, "{line}")?;
     }
     Ok(())
+}
+
+/// `refined` with a number of starts, or the effort of a name.
+pub fn options(effort: &str) -> Result<QueryOptions> {
+    Ok(match effort {
+        "nearest" => QueryOptions { effort: Effort::Nearest, ..QueryOptions::default() },
+        "refined" => QueryOptions::default(),
+        "exhaustive" => QueryOptions { effort: Effort::Exhaustive, ..QueryOptions::default() },
+        _ => match effort.parse() {
+            Ok(starts) => QueryOptions { starts: Some(starts), ..QueryOptions::default() },
+            Err(_) => bail!("expected nearest, refined, exhaustive or a number of starts, found {effort}"),
+        },
+    })
 }
 
 #[cfg(test)]

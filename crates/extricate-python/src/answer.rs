@@ -56,6 +56,7 @@ pub fn object<'py>(py: Python<'py>, answer: extricate::Answer, scene: &Scene) ->
 pub fn options(
     effort: &str,
     exits: i64,
+    starts: Option<i64>,
     checks: Option<i64>,
     seconds: Option<f64>,
     way: bool,
@@ -72,8 +73,9 @@ pub fn options(
     if let Some(bad) = seconds.filter(|seconds| seconds.is_nan() || *seconds <= 0.0) {
         return Err(PyValueError::new_err(format!("seconds: got {bad}, expected more than 0")));
     }
-    let checks = checks.map(|checks| count("checks", checks, 1)).transpose()?;
-    Ok(QueryOptions { effort: found, exits, budget: QueryBudget { checks, seconds }, way, ..QueryOptions::default() })
+    let starts = starts.map(|starts| count("starts", starts, 1)).transpose()?;
+    let checks = checks.map(|checks| count("checks", checks, 0)).transpose()?;
+    Ok(QueryOptions { effort: found, exits, starts, budget: QueryBudget { checks, seconds }, way })
 }
 
 fn name(effort: Effort) -> &'static str {
@@ -83,6 +85,9 @@ fn name(effort: Effort) -> &'static str {
         Effort::Exhaustive => "exhaustive",
     }
 }
+
+/// Numbers of a row before the witness.
+const FRONT: usize = 5;
 
 /// How an answer is laid out in a row of a structured array: numbers of eight bytes, then truth values.
 #[derive(Debug, Clone, Copy)]
@@ -99,7 +104,7 @@ impl Layout {
 
     /// Bytes of a row.
     pub fn size(self) -> usize {
-        8 * (4 + self.nq + self.nv) + 8
+        8 * (FRONT + self.nq + self.nv) + 8
     }
 
     /// The NumPy type of a row.
@@ -107,10 +112,21 @@ impl Layout {
         let numpy = py.import("numpy")?;
         let format = |text: &str| numpy.call_method1("dtype", (text,));
         let vector = |length: usize| numpy.call_method1("dtype", (("f8", (length,)),));
-        let (gradient, after) = (8 * (4 + self.nq), self.size() - 8);
-        let names =
-            ["depth", "lower_bound", "max_displacement", "checks", "witness", "gradient", "verified", "free", "unique"];
+        let (witness, after) = (8 * FRONT, self.size() - 8);
+        let names = [
+            "depth",
+            "lower_bound",
+            "max_displacement",
+            "coverage",
+            "checks",
+            "witness",
+            "gradient",
+            "verified",
+            "free",
+            "unique",
+        ];
         let formats = [
+            format("f8")?,
             format("f8")?,
             format("f8")?,
             format("f8")?,
@@ -124,16 +140,25 @@ impl Layout {
         let fields = PyDict::new(py);
         fields.set_item("names", names)?;
         fields.set_item("formats", formats)?;
-        fields.set_item("offsets", [0, 8, 16, 24, 32, gradient, after, after + 1, after + 2])?;
+        let gradient = witness + 8 * self.nq;
+        fields.set_item("offsets", [0, 8, 16, 24, 32, witness, gradient, after, after + 1, after + 2])?;
         fields.set_item("itemsize", self.size())?;
         Ok(numpy.call_method1("dtype", (fields,))?.cast_into()?)
     }
 
-    /// Writes an answer into the bytes of its row.
-    pub fn write(self, answer: &extricate::Answer, row: &mut [u8]) {
+    /// Writes an answer into the bytes of its row; where there is none, an infinite depth and no numbers.
+    pub fn write(self, answer: Option<&extricate::Answer>, row: &mut [u8]) {
         let mut words = row.chunks_exact_mut(8);
         let mut put = |bytes: [u8; 8]| words.next().expect("a row is as long as its layout").copy_from_slice(&bytes);
-        [answer.depth, answer.lower_bound, answer.max_displacement].iter().for_each(|x| put(x.to_ne_bytes()));
+        let Some(answer) = answer else {
+            [f64::INFINITY, 0.0, f64::NAN, f64::NAN].iter().for_each(|x| put(x.to_ne_bytes()));
+            put(0i64.to_ne_bytes());
+            (0..self.nq + self.nv).for_each(|_| put(f64::NAN.to_ne_bytes()));
+            return put([0; 8]);
+        };
+        let coverage = answer.coverage.unwrap_or(f64::NAN);
+        let front = [answer.depth, answer.lower_bound, answer.max_displacement, coverage];
+        front.iter().for_each(|x| put(x.to_ne_bytes()));
         put((answer.checks as i64).to_ne_bytes());
         answer.witness.iter().chain(&answer.gradient).for_each(|x| put(x.to_ne_bytes()));
         put([answer.verified.into(), answer.colliding.is_empty().into(), answer.unique.into(), 0, 0, 0, 0, 0]);

@@ -3,8 +3,9 @@
 use std::io;
 
 use extricate::Error;
-use pyo3::PyErr;
-use pyo3::exceptions::{PyOSError, PyRuntimeError, PyValueError};
+use pyo3::exceptions::{PyOSError, PyRuntimeError, PyTypeError, PyValueError};
+use pyo3::prelude::*;
+use pyo3::types::PyInt;
 
 /// The exception for `error`: `OSError` (`FileNotFoundError`, ...) for files, `RuntimeError` where learning found nothing free in time,
 /// otherwise `ValueError`.
@@ -29,5 +30,30 @@ pub fn count(name: &'static str, value: i64, least: u32) -> Result<usize, PyErr>
     match usize::try_from(value) {
         Ok(count) if count >= least as usize => Ok(count),
         _ => Err(PyValueError::new_err(format!("{name}: got {value}, expected at least {least}"))),
+    }
+}
+
+/// Most threads that may be asked for: starting more takes longer than they could save anywhere.
+const MOST_THREADS: i64 = 1024;
+
+/// `value` as a number of threads, 0 for one per core.
+pub fn threads(value: i64) -> PyResult<usize> {
+    let count = usize::try_from(value).ok().filter(|_| value <= MOST_THREADS);
+    let wrong = || PyValueError::new_err(format!("threads: got {value}, expected 0 (one per core) to {MOST_THREADS}"));
+    count.ok_or_else(wrong)
+}
+
+/// The argument `seed`.
+pub struct Seed(pub u64);
+
+impl<'py> FromPyObject<'_, 'py> for Seed {
+    type Error = PyErr;
+
+    fn extract(value: Borrowed<'_, 'py, PyAny>) -> PyResult<Self> {
+        let wrong = format!("seed: got {}, expected a whole number from 0 to {}", *value, u64::MAX);
+        if let Ok(seed) = value.extract() {
+            return Ok(Self(seed));
+        }
+        Err(if value.is_instance_of::<PyInt>() { PyValueError::new_err(wrong) } else { PyTypeError::new_err(wrong) })
     }
 }

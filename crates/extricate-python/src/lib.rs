@@ -1,24 +1,37 @@
 //! The Python module `extricate._extricate`: a thin shell around the library. What users see is put together in
 //! `python/extricate/__init__.py`.
 
+// Arguments of a function of Python, keyword ones too, are parameters here.
+#![allow(clippy::too_many_arguments)]
+
 mod answer;
 mod arrays;
+mod batch;
+mod changed;
 mod error;
 mod learning;
 mod long_call;
 mod model;
 mod parts;
+mod progress;
+mod rows;
 mod sampling;
 mod scene;
+mod segments;
+mod statistics;
 mod stream;
 
 /// The native half of `extricate`.
 #[pyo3::pymodule]
 mod _extricate {
     #[pymodule_export]
-    use crate::learning::{Progress, learn};
+    use crate::changed::ChangedScene;
+    #[pymodule_export]
+    use crate::learning::learn;
     #[pymodule_export]
     use crate::model::Model;
+    #[pymodule_export]
+    use crate::progress::Progress;
     #[pymodule_export]
     use crate::scene::{Joint, Scene};
     #[pymodule_export]

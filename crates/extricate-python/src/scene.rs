@@ -10,18 +10,14 @@ use numpy::{Ix2, PyArray, PyArray1, PyArrayDyn, PyArrayMethods, ToPyArray};
 use pyo3::exceptions::{PyRuntimeError, PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict, PyMapping};
-use rayon::prelude::*;
 
-use crate::arrays::{Configs, bad_row, configs, numbers};
-use crate::error::{count, exception};
+use crate::arrays::{bad_row, configs, numbers};
+use crate::error::{Seed, count, exception, threads as thread_count};
 use crate::long_call;
 use crate::parts::{self, Options};
+use crate::rows::shaped;
 use crate::sampling;
-
-/// Configurations handed to a thread at once: the least work that is worth the handing out.
-const CHUNK: usize = 64;
-/// Fewer configurations than this are not worth starting threads for.
-const FEW: usize = 64;
+use crate::segments;
 
 /// Robots, obstacles, which pairs of bodies must stay apart, and how far two configurations are from each other.
 ///
@@ -72,62 +68,9 @@ impl Scene {
     }
 
     /// Prepared when it is first needed; call it without the interpreter lock.
-    fn checker(&self) -> &Checker {
+    pub fn checker(&self) -> &Checker {
         self.checker.get_or_init(|| Checker::new(self.scene.clone()))
     }
-
-    /// Fills one value for each row, on `threads` threads. `one` sees rows that were checked.
-    fn map_rows<T: Send + Default + Clone>(
-        &self,
-        py: Python<'_>,
-        q: &Configs<'_>,
-        threads: usize,
-        one: impl Fn(&Checker, &[f64], &mut [T], &mut CheckScratch) + Sync,
-    ) -> PyResult<Vec<T>> {
-        let (values, rows, single, nq) = (q.values(), q.rows, q.single, self.scene.space.nq());
-        let mut found = vec![T::default(); rows];
-        let chunk = |first: usize, values: &[f64], found: &mut [T], scratch: &mut CheckScratch| -> PyResult<()> {
-            let mut checked = Vec::with_capacity(values.len());
-            for (row, q) in values.chunks_exact(nq).enumerate() {
-                let q = self.scene.space.config(q).map_err(|error| bad_row("Q", first + row, single, error))?;
-                checked.extend_from_slice(&q);
-            }
-            one(self.checker(), &checked, found, scratch);
-            Ok(())
-        };
-        if rows <= FEW {
-            py.detach(|| chunk(0, values, &mut found, &mut CheckScratch::default()))?;
-            return Ok(found);
-        }
-        let pool = long_call::pool(threads)?;
-        let result = long_call::run(
-            py,
-            |_, ()| Ok(()),
-            |line| {
-                let results = || {
-                    values.par_chunks(CHUNK * nq).zip(found.par_chunks_mut(CHUNK)).enumerate().try_for_each_init(
-                        CheckScratch::default,
-                        |scratch, (at, (values, found))| {
-                            if line.stopped() { Ok(()) } else { chunk(at * CHUNK, values, found, scratch) }
-                        },
-                    )
-                };
-                pool.install(results)
-            },
-        )?;
-        result?;
-        Ok(found)
-    }
-}
-
-/// One value for `(nq,)`, a list of them for `(n, nq)`.
-fn shaped<'py, T: numpy::Element>(
-    py: Python<'py>,
-    values: Vec<T>,
-    single: bool,
-) -> PyResult<Bound<'py, PyArrayDyn<T>>> {
-    let array = PyArray1::from_vec(py, values);
-    if single { array.reshape(Vec::new()) } else { Ok(array.to_dyn().clone()) }
 }
 
 #[pymethods]
@@ -285,7 +228,7 @@ impl Scene {
     fn check<'py>(&self, Q: &Bound<'py, PyAny>, threads: i64) -> PyResult<Bound<'py, PyArrayDyn<bool>>> {
         let py = Q.py();
         let q = configs("Q", Q, &self.scene.space)?;
-        let free = self.map_rows(py, &q, count("threads", threads, 0)?, |checker, rows, free, scratch| {
+        let free = self.map_rows(py, &q, thread_count(threads)?, |checker, rows, free, scratch| {
             let mut labels = vec![Label::Free; free.len()];
             checker.label_batch_serial(rows, &mut labels, scratch);
             for (free, label) in free.iter_mut().zip(labels) {
@@ -309,12 +252,36 @@ impl Scene {
         let py = Q.py();
         let q = configs("Q", Q, &self.scene.space)?;
         let nq = self.scene.space.nq();
-        let distances = self.map_rows(py, &q, count("threads", threads, 0)?, |checker, rows, out, scratch| {
+        let distances = self.map_rows(py, &q, thread_count(threads)?, |checker, rows, out, scratch| {
             for (q, out) in rows.chunks_exact(nq).zip(out) {
                 *out = checker.clearance(q, scratch);
             }
         })?;
         shaped(py, distances, q.single)
+    }
+
+    /// Whether the whole way from each configuration of A to the one of B is free, along the geodesic that the scene's metric measures:
+    /// thin obstacles included, nothing is sampled.
+    ///
+    /// A, B: float64 (n, nq), or (nq,) for one way; within the limits.
+    /// resolution: how closely a first contact is enclosed, in metres of motion; at least 1e-5. Bodies that come about as near as that
+    ///     to losing the clearance may leave a way undecided.
+    /// threads: 0 for one per core.
+    /// Returns a structured array (n,) with the fields free (proved), contact (a collision was found; neither: undecided), free_until
+    /// (fraction of the way up to which it is proved free), at (fraction where a configuration collides, or nearly does where undecided;
+    /// nan where free) and pair (index into `pairs` of what does; -1 where free).
+    ///
+    /// Raises ValueError for wrong shapes, values that are not finite or beyond a limit.
+    #[pyo3(signature = (A, B, *, resolution = 1e-4, threads = 0))]
+    #[allow(non_snake_case)]
+    fn check_segments<'py>(
+        &self,
+        A: &Bound<'py, PyAny>,
+        B: &Bound<'py, PyAny>,
+        resolution: f64,
+        threads: i64,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        segments::check(self, A, B, resolution, thread_count(threads)?)
     }
 
     /// The pairs of bodies that collide at one configuration, q: float64 (nq,).
@@ -328,11 +295,11 @@ impl Scene {
 
     /// Pairs of bodies that collide in every one of `n` random configurations: most likely links that overlap by design and
     /// belong in `disable`.
-    #[pyo3(signature = (n = 100, *, seed = 0))]
-    fn always_colliding(&self, py: Python<'_>, n: i64, seed: u64) -> PyResult<Vec<(&str, &str)>> {
+    #[pyo3(signature = (n = 100, *, seed = Seed(0)), text_signature = "($self, n=100, *, seed=0)")]
+    fn always_colliding(&self, py: Python<'_>, n: i64, seed: Seed) -> PyResult<Vec<(&str, &str)>> {
         let n = count("n", n, 1)?;
         let pairs = py.detach(|| {
-            let drawn = sampling::sample(self.checker(), n, seed, None, || false).ok().flatten().unwrap_or_default();
+            let drawn = sampling::sample(self.checker(), n, seed.0, None, || false).ok().flatten().unwrap_or_default();
             let rows: Vec<Vec<f64>> = drawn.chunks_exact(self.scene.space.nq()).map(<[f64]>::to_vec).collect();
             always_colliding(self.checker(), &rows)
         });
@@ -343,21 +310,24 @@ impl Scene {
     ///
     /// colliding: True for configurations in collision only, False for free ones only, None for any.
     /// Raises RuntimeError where a million in a row are not of that kind.
-    #[pyo3(signature = (n, *, seed = 0, colliding = None, threads = 0))]
+    #[pyo3(
+        signature = (n, *, seed = Seed(0), colliding = None, threads = 0),
+        text_signature = "($self, n, *, seed=0, colliding=None, threads=0)"
+    )]
     fn sample<'py>(
         &self,
         py: Python<'py>,
         n: i64,
-        seed: u64,
+        seed: Seed,
         colliding: Option<bool>,
         threads: i64,
     ) -> PyResult<Bound<'py, PyArray<f64, Ix2>>> {
-        let (n, pool) = (count("n", n, 0)?, long_call::pool(count("threads", threads, 0)?)?);
+        let (n, pool) = (count("n", n, 0)?, long_call::pool(thread_count(threads)?)?);
         let wanted = colliding.map(|colliding| if colliding { Label::Colliding } else { Label::Free });
         let drawn = long_call::run(
             py,
             |_, ()| Ok(()),
-            |line| pool.install(|| sampling::sample(self.checker(), n, seed, wanted, || line.stopped())),
+            |line| pool.install(|| sampling::sample(self.checker(), n, seed.0, wanted, || line.stopped())),
         )?;
         let drawn = drawn.map_err(PyRuntimeError::new_err)?.unwrap_or_default();
         PyArray1::from_vec(py, drawn).reshape([n, self.scene.space.nq()])

@@ -2,7 +2,7 @@
 
 use std::sync::Mutex;
 
-use extricate::StreamOptions;
+use extricate::{QueryOptions, StreamOptions};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
@@ -25,11 +25,10 @@ impl Stream {
     ///
     /// # Errors
     /// `ValueError` that says what was expected.
-    pub fn new(model: Py<Model>, effort: &str, hysteresis: f64, looks: i64) -> PyResult<Self> {
+    pub fn new(model: Py<Model>, query: QueryOptions, hysteresis: f64, looks: i64) -> PyResult<Self> {
         if !(0.0..1.0).contains(&hysteresis) {
             return Err(PyValueError::new_err(format!("hysteresis: got {hysteresis}, expected at least 0, below 1")));
         }
-        let query = answer::options(effort, 1, None, None, false)?;
         let options = StreamOptions { query, hysteresis, looks: count("looks", looks, 0)? };
         Ok(Self { model, stream: Mutex::new(extricate::Stream::new(options)) })
     }

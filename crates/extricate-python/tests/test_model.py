@@ -41,6 +41,7 @@ def test_a_batch_says_what_single_queries_say(model: Model, planar: Scene, effor
             one = model.query(q, effort=effort)
             for field in ["depth", "lower_bound", "max_displacement", "checks", "verified", "free", "unique"]:
                 assert row[field] == getattr(one, field), field
+            assert np.isnan(row["coverage"]) if one.coverage is None else row["coverage"] == one.coverage
             np.testing.assert_array_equal(row["witness"], one.witness)
             np.testing.assert_array_equal(row["gradient"], one.gradient)
     assert batch["verified"].dtype == bool and batch["checks"].dtype == np.int64
@@ -65,6 +66,8 @@ def test_exits_contacts_and_the_way_are_told(model: Model, planar: Scene) -> Non
         # In the joint metric with unit weights, the distance falls fastest straight toward the witness.
         turned = (answer.witness - q + np.pi) % (2 * np.pi) - np.pi
         np.testing.assert_allclose(answer.gradient, -turned / answer.depth, atol=1e-6)
+        fewer = model.query(q, starts=1)
+        assert planar.check(fewer.witness) and fewer.checks < model.query(q).checks and fewer.verified
         less = model.query(q, checks=20)
         assert less.depth >= model.query(q).depth and less.verified and not less.exits and less.way is None
 
@@ -77,6 +80,8 @@ def test_a_stream_follows(model: Model, planar: Scene) -> None:
         answer = stream.query(q)
         assert planar.check(answer.witness) and answer.lower_bound <= answer.depth
         assert answer.depth <= 1.5 * model.query(q).depth + 1e-6
+    short = model.stream(checks=5, starts=2, way=True).query(start)
+    assert planar.check(short.witness) and short.depth >= model.query(start).depth and short.way is not None
     stream.restart()
     assert stream.query(start).depth == model.stream().query(start).depth
 
@@ -92,8 +97,8 @@ def test_batches_do_not_copy_their_input(arm: Scene) -> None:
     Q = np.zeros((200_000, 7))
     before = peak_memory()
     model.query_batch(Q, effort="nearest", threads=2)
-    # Less than the answers (152 bytes each) and a copy (56 bytes) together.
-    assert peak_memory() - before < 200_000 * (152 + 28) + 8e6
+    # Less than the answers (160 bytes each) and a copy (56 bytes) together.
+    assert peak_memory() - before < 200_000 * (160 + 28) + 8e6
 
 
 def peak_memory() -> float:
@@ -195,10 +200,26 @@ def test_the_interpreter_goes_on_during_a_call(arm: Scene) -> None:
     assert len(ticks) > 15
 
 
+def emptied() -> Scene:
+    """The planar arm among fewer posts."""
+    return Scene(Scene.builtin_files("planar-arm")["robot/arm.urdf"].decode(), [extricate.Cylinder(0.12, 0.4, (0.62, 0.3, 0))])
+
+
+def test_a_wrong_row_is_told_before_anything_is_asked(model: Model, planar: Scene) -> None:
+    Q = planar.sample(200_000, seed=2)
+    Q[-1, 1] = np.nan
+    started = time.monotonic()
+    with pytest.raises(ValueError, match=r"Q\[199999\]: .*got NaN"):
+        model.query_batch(Q, effort="exhaustive")
+    assert time.monotonic() - started < 5
+
+
 LONG = {
     "learn": lambda scene, model, Q: extricate.learn(scene, labels=10**9),
     "check": lambda scene, model, Q: [scene.check(Q) for _ in range(1000)],
     "query_batch": lambda scene, model, Q: model.query_batch(Q, effort="exhaustive"),
+    "check_segments": lambda scene, model, Q: [scene.check_segments(Q, Q[::-1]) for _ in range(1000)],
+    "adapt": lambda scene, model, Q: model.adapt(emptied(), labels=10**9),
     "sample": lambda scene, model, Q: scene.sample(10**9),
 }
 
@@ -245,7 +266,8 @@ def test_wrong_questions_are_told_what_was_expected(model: Model, planar: Scene)
         (lambda: model.query([0, 0, 0], effort="best"), 'effort: got "best", expected "nearest", "refined"'),
         (lambda: model.query([0, 0, 0], exits=0), "exits: got 0, expected at least 1"),
         (lambda: model.query([0, 0, 0], exits=2, effort="nearest"), 'exits: got 2 with effort "nearest"'),
-        (lambda: model.query([0, 0, 0], checks=0), "checks: got 0, expected at least 1"),
+        (lambda: model.query([0, 0, 0], checks=-1), "checks: got -1, expected at least 0"),
+        (lambda: model.query([0, 0, 0], starts=0), "starts: got 0, expected at least 1"),
         (lambda: model.query([0, 0, 0], seconds=float("nan")), "seconds: got NaN, expected more than 0"),
         (lambda: model.stream(hysteresis=1), "hysteresis: got 1, expected at least 0, below 1"),
         (lambda: model.stream().query([0, 0]), r"q: got shape \(2,\)"),

@@ -168,7 +168,28 @@ def test_joints_that_always_collide_are_found() -> None:
     assert Scene(urdf, disable=[("cart", "tip")]).always_colliding(5, seed=1) == []
 
 
+def test_ways_are_proved_free_or_collide() -> None:
+    scene = Scene(SLIDER, [Box([0.001, 2, 2], pose=[5, 0, 0])], clearance=0.0)
+    A, B = np.array([[-10.0], [-10.0], [10.0], [5.0]]), np.array([[3.0], [10.0], [7.0], [10.0]])
+    found = scene.check_segments(A, B, resolution=1e-3, threads=2)
+    assert found["free"].tolist() == [True, False, True, False]
+    assert found["contact"].tolist() == [False, True, False, True]
+    assert found["pair"].tolist() == [-1, 0, -1, 0] and np.isnan(found["at"][[0, 2]]).all()
+    # The cart's front is 1 m before its middle, and the thin wall half a millimetre thick on either side.
+    first = (5 - 0.0005 - 1 + 10) / 20
+    assert found["free_until"][1] <= first <= found["at"][1] and found["at"][1] - found["free_until"][1] < 1e-3
+    assert found["free_until"].tolist()[::3] == [1, 0] and found["at"][3] == 0
+    one = scene.check_segments([-10.0], [3.0])
+    assert one.shape == (1,) and one["free"].all()
+    assert scene.check_segments(np.zeros((0, 1)), np.zeros((0, 1))).shape == (0,)
+
+
 WRONG = [
+    (lambda s: s.check_segments(np.zeros((2, 7)), np.zeros((3, 7))), ValueError, "B: got 3 configurations, expected as many as in A, 2"),
+    (lambda s: s.check_segments(np.zeros((2, 7)), np.zeros((2, 6))), ValueError, r"B: got shape \(2, 6\), expected \(7,\) or"),
+    (lambda s: s.check_segments([[0] * 7], [[np.nan] * 7]), ValueError, r"B\[0\]: .*got NaN"),
+    (lambda s: s.check_segments(np.zeros(7), np.zeros(7), resolution=0), ValueError, "resolution: got 0, expected more than 0 m"),
+    (lambda s: s.sample(3, seed=-1), ValueError, "seed: got -1, expected a whole number from 0"),
     (lambda s: s.check(np.zeros((3, 6))), ValueError, r"Q: got shape \(3, 6\), expected \(7,\) or \(n, 7\): the scene has 7 coordinates"),
     (lambda s: s.check(np.zeros((2, 3, 7))), ValueError, r"got shape \(2, 3, 7\)"),
     (lambda s: s.check(0.5), ValueError, r"got shape \(\), expected"),
@@ -180,7 +201,7 @@ WRONG = [
     (lambda s: s.check([[0] * 7, [0] * 6]), TypeError, "Q: expected an array of numbers"),
     (lambda s: s.check(np.zeros((1, 7), dtype=complex)), TypeError, "complex128, expected numbers"),
     (lambda s: s.check(None), TypeError, "object, expected numbers"),
-    (lambda s: s.check(np.zeros((1, 7)), threads=-1), ValueError, "threads: got -1, expected at least 0"),
+    (lambda s: s.check(np.zeros((1, 7)), threads=-1), ValueError, r"threads: got -1, expected 0 \(one per core\)"),
     (lambda s: s.sample(-1), ValueError, "n: got -1"),
     (lambda s: s.colliding_pairs(np.zeros((2, 7))), ValueError, r"q: got shape \(2, 7\), expected \(7,\)"),
     (lambda s: s.config({"joint_1": 0}), ValueError, "got none for `joint_2`, `joint_3`"),

@@ -29,6 +29,18 @@ def first_exits(scene: extricate.Scene, labels: int, folder: pathlib.Path) -> np
     return answer.witness
 
 
+def elsewhere(model: extricate.Model, scene: extricate.Scene, kept: pathlib.Path) -> float:
+    answer = model.in_scene(scene).query(scene.lower, exits=2, starts=8, seconds=0.5)
+    nearest: float = np.inf if answer is None else answer.depth
+    for effort in ["nearest", "refined"]:
+        nearest = min(nearest, float(model.in_scene(scene).query_batch([scene.lower], effort=effort)["depth"][0]))
+    adapted = model.adapt(scene, labels=500, progress=False)
+    again = extricate.learn(scene, labels=2000, checkpoint=kept, target_excess=0.1, memory=100)
+    ways = scene.check_segments(adapted.boundary[:2], again.boundary[:2])
+    free: npt.NDArray[np.bool_] = ways["free"]
+    return nearest + float(free.sum())
+
+
 def obstacles() -> List[extricate.Box]:
     return [extricate.Box([1, 1, 1], pose=np.eye(4)), extricate.Box((1, 2, 3), name="b")]
 
@@ -36,4 +48,6 @@ def obstacles() -> List[extricate.Box]:
 def test_what_is_typed_runs(tmp_path: pathlib.Path) -> None:
     scene = extricate.Scene.builtin("planar-arm")
     assert first_exits(scene, 5000, tmp_path).shape == (scene.nq,)
+    model = extricate.learn(scene, labels=5000)
+    assert elsewhere(model, scene, tmp_path / "c") >= 0
     assert len(obstacles()) == 2

@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use clap::Args;
+use extricate::model::adapt::LEARNING_OVER_ADAPTING;
 use extricate::{LearnOptions, Statistics, store};
 use serde::Serialize;
 
@@ -13,9 +14,6 @@ use crate::args::{positive, seconds, seed, threads};
 use crate::interrupt;
 use crate::output::Output;
 use crate::report::{self, duration};
-
-/// What learning anew would spend, divided by this, is spent where nothing else is asked for.
-const SHARE: usize = 5;
 
 /// Arguments of `adapt`.
 #[derive(Args)]
@@ -62,7 +60,7 @@ pub fn run(args: &AdaptArgs, json: bool) -> anyhow::Result<()> {
     let scene = load_scene(&args.scene)?;
     tell_warnings(&scene);
     let options = LearnOptions {
-        labels: args.labels.unwrap_or((old.statistics().labels / SHARE).max(1)),
+        labels: args.labels.unwrap_or((old.statistics().labels / LEARNING_OVER_ADAPTING).max(1)),
         seconds: args.seconds,
         seed: args.seed,
         threads: args.threads,

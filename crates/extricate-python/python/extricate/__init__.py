@@ -10,14 +10,14 @@ rad, lengths in m, quaternions x, y, z, w. Calls release the interpreter lock; s
 """
 
 from ._answer import Answer, Contact, Exit
-from ._extricate import Joint, Model, Progress, Scene, Stream, __version__
-from ._learn import learn
+from ._extricate import ChangedScene, Joint, Model, Progress, Scene, Stream, __version__, learn
 from ._parts import Box, Capsule, Cylinder, Mesh, Robot, Sphere, spheres
 
 __all__ = [
     "Answer",
     "Box",
     "Capsule",
+    "ChangedScene",
     "Contact",
     "Cylinder",
     "Exit",

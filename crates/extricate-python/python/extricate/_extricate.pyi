@@ -13,8 +13,9 @@ _Path = Union[str, PathLike[str]]
 _Robot = Union[_Path, Robot]
 _NamePair = Tuple[str, str]
 _Floats = npt.NDArray[np.float64]
+_Tell = Union[bool, Callable[[Progress], Optional[bool]]]
 
-__all__ = ["Joint", "Model", "Progress", "Scene", "Stream", "__version__", "learn"]
+__all__ = ["ChangedScene", "Joint", "Model", "Progress", "Scene", "Stream", "__version__", "learn"]
 
 __version__: str
 
@@ -83,6 +84,9 @@ class Scene:
     def config(self, positions: Mapping[str, npt.ArrayLike]) -> _Floats: ...
     def check(self, Q: npt.ArrayLike, *, threads: int = 0) -> npt.NDArray[np.bool_]: ...
     def distances(self, Q: npt.ArrayLike, *, threads: int = 0) -> _Floats: ...
+    def check_segments(
+        self, A: npt.ArrayLike, B: npt.ArrayLike, *, resolution: float = 1e-4, threads: int = 0
+    ) -> npt.NDArray[np.void]: ...
     def colliding_pairs(self, q: npt.ArrayLike) -> List[_NamePair]: ...
     def always_colliding(self, n: int = 100, *, seed: int = 0) -> List[_NamePair]: ...
     def sample(self, n: int, *, seed: int = 0, colliding: Optional[bool] = None, threads: int = 0) -> _Floats: ...
@@ -110,6 +114,7 @@ class Model:
         *,
         effort: str = "refined",
         exits: int = 1,
+        starts: Optional[int] = None,
         checks: Optional[int] = None,
         seconds: Optional[float] = None,
         way: bool = False,
@@ -119,11 +124,62 @@ class Model:
         Q: npt.ArrayLike,
         *,
         effort: str = "refined",
+        starts: Optional[int] = None,
         checks: Optional[int] = None,
         seconds: Optional[float] = None,
         threads: int = 0,
     ) -> npt.NDArray[np.void]: ...
-    def stream(self, *, effort: str = "refined", hysteresis: float = 0.0, looks: int = 4) -> Stream: ...
+    def in_scene(self, scene: Scene) -> ChangedScene: ...
+    def adapt(
+        self,
+        scene: Scene,
+        *,
+        labels: Optional[int] = None,
+        seconds: Optional[float] = None,
+        seed: Optional[int] = None,
+        threads: int = 0,
+        progress: Optional[_Tell] = None,
+    ) -> Model: ...
+    def stream(
+        self,
+        *,
+        effort: str = "refined",
+        hysteresis: float = 0.0,
+        looks: int = 4,
+        starts: Optional[int] = None,
+        checks: Optional[int] = None,
+        seconds: Optional[float] = None,
+        way: bool = False,
+    ) -> Stream: ...
+    def __reduce__(self) -> Tuple[Any, ...]: ...
+
+@final
+class ChangedScene:
+    @property
+    def scene(self) -> Scene: ...
+    @property
+    def model(self) -> Model: ...
+    def query(
+        self,
+        q: npt.ArrayLike,
+        *,
+        effort: str = "refined",
+        exits: int = 1,
+        starts: Optional[int] = None,
+        checks: Optional[int] = None,
+        seconds: Optional[float] = None,
+        way: bool = False,
+    ) -> Optional[Answer]: ...
+    def query_batch(
+        self,
+        Q: npt.ArrayLike,
+        *,
+        effort: str = "refined",
+        starts: Optional[int] = None,
+        checks: Optional[int] = None,
+        seconds: Optional[float] = None,
+        threads: int = 0,
+    ) -> npt.NDArray[np.void]: ...
     def __reduce__(self) -> Tuple[Any, ...]: ...
 
 @final
@@ -136,7 +192,13 @@ def learn(
     *,
     labels: Optional[int] = None,
     seconds: Optional[float] = None,
-    seed: int = 0,
+    seed: Optional[int] = None,
     threads: int = 0,
-    progress: Optional[Callable[[Progress], Optional[bool]]] = None,
+    memory: Optional[int] = None,
+    target_excess: Optional[float] = None,
+    target_disagreement: Optional[float] = None,
+    progress: Optional[_Tell] = None,
+    checkpoint: Optional[_Path] = None,
+    checkpoint_every: float = 15.0,
+    resume: bool = False,
 ) -> Model: ...

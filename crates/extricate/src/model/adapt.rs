@@ -24,6 +24,9 @@ use crate::penetration::certificate::InteriorBalls;
 use crate::penetration::coverage::Coverage;
 use crate::scene::{MetricSpec, Scene};
 
+/// Labels that learning spent, over those that adapting the model spends where nothing else is asked for.
+pub const LEARNING_OVER_ADAPTING: usize = 5;
+
 /// A changed pair is far where it is farther apart than twice what the boundary's gap typically moves any point.
 const MARGIN: f64 = 2.0;
 /// Uniform configurations that the classifier is judged by.

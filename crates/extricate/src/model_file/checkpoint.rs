@@ -117,7 +117,7 @@ pub fn decode(path: &Path, bytes: &[u8], scene: Scene, threads: usize) -> Result
     let fault = |problem: &str| Error::Checkpoint { path: path.into(), problem: problem.into() };
     let (run, tensors) = read(path, bytes)?;
     if run.scene != scene_hash(&scene) {
-        return Err(fault("it belongs to another scene, or the scene was changed since; learn without --resume"));
+        return Err(fault("it belongs to another scene, or the scene was changed since: learn it from the beginning"));
     }
     let nq = scene.space.nq();
     let lists = LISTS.map(|name| tensors.tensor(name).map(|t| numbers(t.data())).unwrap_or_default());

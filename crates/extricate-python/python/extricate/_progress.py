@@ -1,0 +1,37 @@
+"""The bar that `progress=True` asks for."""
+
+from __future__ import annotations
+
+import importlib
+import sys
+from typing import Any
+
+from ._extricate import Progress
+
+
+class Bar:
+    """Percent of the budget: tqdm's bar, or a line where that is not installed."""
+
+    def __init__(self) -> None:
+        self._percent = 0
+        self._bar: Any = None
+        try:
+            tqdm = importlib.import_module("tqdm.auto")
+        except ImportError:
+            return
+        self._bar = tqdm.tqdm(total=100, unit="%")
+
+    def __call__(self, state: Progress) -> None:
+        percent = int(100 * state.fraction)
+        if self._bar is not None:
+            self._bar.set_description_str(state.stage, refresh=False)
+            self._bar.update(percent - self._percent)
+        elif percent != self._percent:
+            print(f"\r{percent:3d} %  {state.stage:<24}", end="", file=sys.stderr, flush=True)
+        self._percent = percent
+
+    def close(self) -> None:
+        if self._bar is not None:
+            self._bar.close()
+        else:
+            print(file=sys.stderr)

@@ -1,0 +1,83 @@
+//! Many queries: from the rows of one array into the rows of another, on many threads.
+
+use std::sync::Mutex;
+
+use extricate::{Answer, Config, ConfigSpace, QueryScratch};
+use numpy::{PyArray1, PyArrayMethods};
+use pyo3::prelude::*;
+use rayon::prelude::*;
+
+use crate::answer::Layout;
+use crate::arrays::{bad_row, configs};
+use crate::error::threads;
+use crate::long_call;
+
+/// Queries handed to a thread at once.
+const CHUNK: usize = 32;
+
+/// Memory that queries reuse: one for each thread that was ever at it at the same time.
+#[derive(Default)]
+pub struct Scratches(Mutex<Vec<QueryScratch>>);
+
+impl Scratches {
+    /// Does `work` with one that nobody else uses meanwhile.
+    pub fn with<T>(&self, work: impl FnOnce(&mut QueryScratch) -> T) -> T {
+        let poisoned = "never poisoned: nothing panics while it is held";
+        let mut scratch = self.0.lock().expect(poisoned).pop().unwrap_or_default();
+        let result = work(&mut scratch);
+        self.0.lock().expect(poisoned).push(scratch);
+        result
+    }
+}
+
+/// Answers one query; `None` where nothing free was found.
+pub type Ask<'a> = dyn Fn(&Config, &mut QueryScratch) -> Option<Answer> + Sync + 'a;
+
+/// What `ask` says of each row of `queries`, which `space` checks, as a structured array of [`Layout`].
+///
+/// # Errors
+/// `ValueError` for a shape or a row that is no configuration, before anything is asked; what [`long_call::run`] raises.
+pub fn answers<'py>(
+    queries: &Bound<'py, PyAny>,
+    space: &ConfigSpace,
+    thread_count: i64,
+    scratches: &Scratches,
+    ask: &Ask,
+) -> PyResult<Bound<'py, PyAny>> {
+    let py = queries.py();
+    let (nq, layout) = (space.nq(), Layout::new(space.nq(), space.nv()));
+    let q = configs("Q", queries, space)?;
+    let (values, rows, single) = (q.values(), q.rows, q.single);
+    let pool = long_call::pool(threads(thread_count)?)?;
+    let config = |row: usize, q: &[f64]| space.config(q).map_err(|error| bad_row("Q", row, single, error));
+    // Nobody wants to hear after an hour that the last row was wrong, and the first wrong row is the one to name.
+    py.detach(|| values.chunks_exact(nq).enumerate().try_for_each(|(row, q)| config(row, q).map(drop)))?;
+    // Written by the byte, because no type of Rust has the layout of a row; read through a view.
+    let answers = PyArray1::<u8>::zeros(py, rows * layout.size(), false);
+    {
+        let mut answers = answers.readwrite();
+        let answers = answers.as_slice_mut().expect("contiguous: it was just made");
+        let chunk = |line: &long_call::Line<()>, at: usize, values: &[f64], answers: &mut [u8]| -> PyResult<()> {
+            scratches.with(|scratch| {
+                let rows = values.chunks_exact(nq).zip(answers.chunks_exact_mut(layout.size()));
+                for (row, (q, answer)) in rows.enumerate().take_while(|_| !line.stopped()) {
+                    layout.write(ask(&config(at * CHUNK + row, q)?, scratch).as_ref(), answer);
+                }
+                Ok(())
+            })
+        };
+        long_call::run(
+            py,
+            |_, ()| Ok(()),
+            |line| {
+                let answers = || {
+                    let answers = answers.par_chunks_mut(CHUNK * layout.size());
+                    let chunks = values.par_chunks(CHUNK * nq).zip(answers).enumerate();
+                    chunks.try_for_each(|(at, (values, answers))| chunk(line, at, values, answers))
+                };
+                pool.install(answers)
+            },
+        )??;
+    }
+    answers.call_method1("view", (layout.dtype(py)?,))
+}

@@ -1,0 +1,111 @@
+//! The class `ChangedScene`: a model that is asked in another scene than the one it was learned for.
+
+use std::sync::Arc;
+
+use pyo3::prelude::*;
+
+use crate::answer;
+use crate::arrays::{bad_row, one_config};
+use crate::batch::{Scratches, answers};
+use crate::error::exception;
+use crate::long_call;
+use crate::model::Model;
+use crate::scene::Scene;
+
+/// A scene in which a model of another one is asked: obstacles moved, added or gone, other pairs or clearance. Made by
+/// `Model.in_scene`.
+///
+/// Stored samples are checked anew as they are needed, and what is said of every answer holds in this scene. Beside obstacles that
+/// moved, where the model has no samples, a near way out can be missed more easily; `Model.adapt` learns there.
+///
+/// Immutable; may be shared between threads, and pickled.
+#[pyclass(frozen, module = "extricate._extricate")]
+pub struct ChangedScene {
+    model: Py<Model>,
+    changed: extricate::ChangedScene,
+    scratches: Scratches,
+}
+
+impl ChangedScene {
+    /// Of `model`, in `scene`.
+    ///
+    /// # Errors
+    /// `ValueError` where stored configurations or distances would mean something else in `scene`.
+    pub fn new(py: Python<'_>, model: Py<Model>, scene: &Scene) -> PyResult<Self> {
+        let (pool, copy) = (long_call::pool(0)?, (**scene.inner()).clone());
+        let learned = model.get().inner();
+        // The fields of proposals are made on threads: here, not in the first query, where they would be those of a global pool.
+        let prepare = || {
+            let changed = extricate::ChangedScene::new(learned.scene(), copy)?;
+            changed.checker().prepare_proposals();
+            Ok(changed)
+        };
+        let changed = py.detach(|| pool.install(prepare)).map_err(exception)?;
+        Ok(Self { changed, scratches: Scratches::default(), model })
+    }
+}
+
+#[pymethods]
+impl ChangedScene {
+    /// The scene that is asked in.
+    #[getter]
+    fn scene(&self) -> Scene {
+        Scene::of(Arc::clone(self.changed.checker().scene_arc()))
+    }
+
+    /// The model that is asked.
+    #[getter]
+    fn model(&self, py: Python<'_>) -> Py<Model> {
+        self.model.clone_ref(py)
+    }
+
+    /// As `Model.query`, in this scene. None where nothing free was found, not even among 20,000 configurations beside the samples.
+    #[pyo3(signature = (q, *, effort = "refined", exits = 1, starts = None, checks = None, seconds = None, way = false))]
+    fn query<'py>(
+        &self,
+        q: &Bound<'py, PyAny>,
+        effort: &str,
+        exits: i64,
+        starts: Option<i64>,
+        checks: Option<i64>,
+        seconds: Option<f64>,
+        way: bool,
+    ) -> PyResult<Option<Bound<'py, PyAny>>> {
+        let (py, scene, model) = (q.py(), self.changed.scene(), self.model.get().inner());
+        let options = answer::options(effort, exits, starts, checks, seconds, way)?;
+        let values = one_config("q", q, &scene.space)?;
+        let config = scene.space.config(values.values()).map_err(|error| bad_row("q", 0, true, error))?;
+        let ask = || self.scratches.with(|scratch| model.query_in(&self.changed, &config, &options, scratch));
+        py.detach(ask).map(|answer| answer::object(py, answer, scene)).transpose()
+    }
+
+    /// As `Model.query_batch`, in this scene. Where nothing free was found, depth is inf, witness, gradient and max_displacement are
+    /// nan, and verified is False.
+    #[pyo3(signature = (Q, *, effort = "refined", starts = None, checks = None, seconds = None, threads = 0))]
+    #[allow(non_snake_case)]
+    fn query_batch<'py>(
+        &self,
+        Q: &Bound<'py, PyAny>,
+        effort: &str,
+        starts: Option<i64>,
+        checks: Option<i64>,
+        seconds: Option<f64>,
+        threads: i64,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let options = answer::options(effort, 1, starts, checks, seconds, false)?;
+        let model = self.model.get().inner();
+        answers(Q, &self.changed.scene().space, threads, &self.scratches, &|q, scratch| {
+            model.query_in(&self.changed, q, &options, scratch)
+        })
+    }
+
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, (Scene,))> {
+        Ok((self.model.bind(py).getattr("in_scene")?, (self.scene(),)))
+    }
+
+    fn __repr__(&self) -> String {
+        let scene = self.changed.scene();
+        let (bodies, pairs) = (scene.bodies.len(), scene.pairs.len());
+        format!("<ChangedScene of {bodies} bodies, {pairs} checked pairs>")
+    }
+}

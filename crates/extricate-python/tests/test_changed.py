@@ -1,0 +1,90 @@
+"""Scenes that changed: asking there, and adapting a model to them."""
+
+import pickle
+
+import numpy as np
+import pytest
+
+import extricate
+from extricate import Box, ChangedScene, Cylinder, Model, Robot, Scene
+
+URDF = Scene.builtin_files("planar-arm")["robot/arm.urdf"].decode()
+LOCKED = Robot(URDF, locked={"joint_1": 0.3})
+
+
+def scene_with(post: float, **options: float) -> Scene:
+    """The built-in arm, two of its joints, before two posts, one of which stands at x = `post` [m]."""
+    return Scene(LOCKED, [Cylinder(0.12, 0.4, (post, 0.3, 0)), Cylinder(0.14, 0.4, (0.8, -0.35, 0))], **options)
+
+
+@pytest.fixture(scope="module")
+def before() -> Model:
+    return extricate.learn(scene_with(0.62), labels=20_000)
+
+
+@pytest.fixture(scope="module")
+def after() -> Scene:
+    return scene_with(0.5)
+
+
+@pytest.fixture(scope="module")
+def changed(before: Model, after: Scene) -> ChangedScene:
+    return before.in_scene(after)
+
+
+def test_answers_hold_in_the_changed_scene(before: Model, after: Scene, changed: ChangedScene) -> None:
+    Q = after.sample(100, seed=5, colliding=True)
+    assert not after.check(before.query_batch(Q)["witness"]).all()  # what the old scene says would not do
+    anew = extricate.learn(after, labels=20_000).query_batch(Q)["depth"]
+    batch = changed.query_batch(Q, threads=2)
+    assert after.check(batch["witness"]).all() and batch["verified"].all() and not batch["free"].any()
+    assert (batch["lower_bound"] <= batch["depth"]).all()
+    assert (batch["depth"] <= 1.05 * anew).mean() > 0.9
+    for q, row in zip(Q[:20], batch):
+        one = changed.query(q)
+        assert one is not None and one.depth == row["depth"] and one.colliding == after.colliding_pairs(q)
+    several = changed.query(Q[0], exits=3, way=True, starts=4, checks=10_000)
+    assert several is not None and several.exits and several.way
+    assert changed.scene.pairs == after.pairs and changed.model is before and "ChangedScene of" in repr(changed)
+    again = pickle.loads(pickle.dumps(changed))
+    np.testing.assert_array_equal(again.query_batch(Q)["witness"], batch["witness"])
+
+
+def test_where_nothing_is_free_that_is_said(before: Model) -> None:
+    buried = before.in_scene(scene_with(0.62, clearance=50.0))
+    assert buried.query([0, 0]) is None
+    row = buried.query_batch([[0, 0], [1, 1]])[1]
+    assert row["depth"] == np.inf and row["lower_bound"] == 0 and not row["verified"] and not row["free"]
+    assert np.isnan(row["witness"]).all() and np.isnan(row["gradient"]).all() and np.isnan(row["coverage"])
+
+
+def test_a_model_is_adapted(before: Model, after: Scene) -> None:
+    seen = []
+    adapted = before.adapt(after, progress=lambda state: seen.append(state.stage), seed=1)
+    assert 0 < adapted.statistics["labels"] <= 4000
+    assert seen and set(seen) <= {"verifying samples", "tracing what changed", "measuring"}
+    Q = after.sample(200, seed=5, colliding=True)
+    answers = adapted.query_batch(Q)
+    assert after.check(answers["witness"]).all() and after.check(adapted.boundary).all()
+    anew = extricate.learn(after, labels=20_000).query_batch(Q)["depth"]
+    assert (answers["depth"] <= 1.05 * anew).mean() > 0.95
+    assert before.adapt(after, seed=1, threads=1).to_bytes() == adapted.to_bytes()
+    assert before.adapt(after, labels=8000).statistics["labels"] > 4000
+    assert extricate.learn(scene_with(0.62), labels=20_000).to_bytes() == before.to_bytes()
+
+
+def test_wrong_scenes_are_told_what_was_expected(before: Model, planar: Scene) -> None:
+    limited = Scene(Robot(URDF, locked={"joint_1": 0.3}, limits={"joint_2": (-1, 1)}), [Box([0.1, 0.1, 0.1], pose=[0.7, 0, 0])])
+    for call, message in [
+        (lambda: before.in_scene(planar), "changed scene: joint .*expected the same: learn it anew"),
+        (lambda: before.in_scene(limited), 'changed scene: joint "joint_2": got other coordinates, limits'),
+        (lambda: before.in_scene(scene_with(0.6, metric="object-norm")), "changed scene: metric: got ObjectNorm, expected that"),
+        (lambda: before.adapt(planar), "the model cannot be adapted: .*learn the scene anew"),
+        (lambda: before.adapt(scene_with(0.6), labels=0), "labels: got 0, expected at least 1"),
+        (lambda: before.adapt(scene_with(0.6), seconds=0), "seconds: got 0, expected more than 0"),
+        (lambda: before.in_scene(scene_with(0.6)).query([0, 0, 0]), r"q: got shape \(3,\), expected \(2,\)"),
+        (lambda: before.in_scene(scene_with(0.6)).query_batch([[0, 9]]), r"Q\[0\]: configuration: `joint_3`.*got 9"),
+        (lambda: before.in_scene(scene_with(0.6)).query([0, 0], effort="x"), 'effort: got "x"'),
+    ]:
+        with pytest.raises(ValueError, match=message):
+            call()
