@@ -29,11 +29,14 @@ impl Default for PairMemory {
 /// distance: its plane then still has them on its two sides, and the step it constrains is judged anew where it leads.
 const CARRIED: f64 = 0.5;
 
+/// In a quick search, the depth of an overlap is at most this share too large.
+const QUICK_DEPTH: f64 = 0.05;
+
 impl PairMemory {
     /// The contact of two convex shapes in the frame of the first, if nearer than the margin.
     ///
     /// Exact within rounding; in a quick search, the last one moved along (see [`CARRIED`]) as long as that proves a distance of
-    /// more than `clearance`.
+    /// more than `clearance`, and overlaps up to [`QUICK_DEPTH`] too deep.
     pub fn contact(
         &mut self,
         [a, b]: [&Shape; 2],
@@ -67,6 +70,7 @@ impl PairMemory {
             &y.shape,
             &relative.pose_a_b,
             query.margin,
+            if query.search == ContactSearch::Exact { 0.0 } else { QUICK_DEPTH },
         );
         self.lower = found.map_or(query.margin, |found| found.distance);
         self.contact = found.filter(|found| found.distance < query.margin);

@@ -35,7 +35,15 @@ pub(super) struct Penetration {
 pub(super) fn penetration(difference: &Difference, simplex: &Simplex, deeper_than: f64, not_above: f64) -> Penetration {
     match start::tetrahedron(difference, simplex) {
         Start::Flat { vertex, normal } => flat(difference, vertex, normal),
-        Start::Solid(vertices) => expand(difference, vertices, deeper_than, not_above),
+        Start::Solid(vertices) => expand(difference, vertices, deeper_than, not_above, 0.0),
+    }
+}
+
+/// As [`penetration`], but ends as soon as both bounds agree to within the share `slack` of the upper one.
+pub(super) fn penetration_within(difference: &Difference, simplex: &Simplex, slack: f64) -> Penetration {
+    match start::tetrahedron(difference, simplex) {
+        Start::Flat { vertex, normal } => flat(difference, vertex, normal),
+        Start::Solid(vertices) => expand(difference, vertices, f64::INFINITY, f64::NEG_INFINITY, slack),
     }
 }
 
@@ -47,7 +55,7 @@ fn flat(difference: &Difference, vertex: Vertex, normal: Vec3) -> Penetration {
     Penetration { lower: -difference.touching, upper, normal, first: vertex.first }
 }
 
-fn expand(difference: &Difference, vertices: [Vertex; 4], deeper_than: f64, not_above: f64) -> Penetration {
+fn expand(difference: &Difference, vertices: [Vertex; 4], deeper_than: f64, not_above: f64, slack: f64) -> Penetration {
     // Curved cores would be refined without end; their faces shrink fourfold in height with each halving.
     let tolerance = difference.scale * if difference.is_curved() { 1e-9 } else { 1e-12 };
     let mut polytope = Polytope::empty(difference.scale, difference.rounding);
@@ -55,7 +63,9 @@ fn expand(difference: &Difference, vertices: [Vertex; 4], deeper_than: f64, not_
     let (mut upper, mut normal, mut corners) = (f64::INFINITY, Vec3::x(), [0; 3]);
     while let Some(nearest) = polytope.nearest_face() {
         let face = *polytope.face(nearest);
-        if face.distance >= upper - tolerance || (face.distance > deeper_than && polytope.lower() > deeper_than) {
+        if face.distance >= upper - tolerance.max(slack * upper)
+            || (face.distance > deeper_than && polytope.lower() > deeper_than)
+        {
             break;
         }
         let vertex = difference.support(&face.normal);
@@ -63,7 +73,7 @@ fn expand(difference: &Difference, vertices: [Vertex; 4], deeper_than: f64, not_
         if height < upper {
             (upper, normal, corners) = (height, face.normal, face.corners);
         }
-        if upper <= not_above || height - face.distance <= tolerance {
+        if upper <= not_above || height - face.distance <= tolerance.max(slack * upper) {
             break;
         }
         if polytope.is_full() {

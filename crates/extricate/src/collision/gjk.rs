@@ -67,7 +67,7 @@ pub fn separation_from(
     let difference = Difference::new(first, pose_first, second, pose_second);
     let radii = first.radius + second.radius;
     let outcome = descend(&difference, guess, cutoff + radii, f64::NEG_INFINITY);
-    separation_of(outcome, &difference, guess, [first.radius, second.radius], pose_first, cutoff)
+    separation_of(outcome, &difference, guess, [first.radius, second.radius], pose_first, cutoff, 0.0)
 }
 
 /// How two shapes stand to each other, where overlaps are looked at by other means.
@@ -94,11 +94,12 @@ pub fn meeting(
     if let Outcome::Overlapping(_) = outcome {
         return Meeting::Overlap;
     }
-    let found = separation_of(outcome, &difference, &mut guess, [first.radius, second.radius], pose_first, cutoff);
+    let found = separation_of(outcome, &difference, &mut guess, [first.radius, second.radius], pose_first, cutoff, 0.0);
     found.map_or(Meeting::Far, Meeting::Apart)
 }
 
-/// The separation that a descent without a lower end found; `guess` becomes its normal.
+/// The separation that a descent without a lower end found, the depth of an overlap to within the share `slack`; `guess` becomes its
+/// normal.
 fn separation_of(
     outcome: Outcome,
     difference: &Difference,
@@ -106,13 +107,14 @@ fn separation_of(
     [radius_first, radius_second]: [f64; 2],
     pose_first: &Pose,
     cutoff: f64,
+    slack: f64,
 ) -> Option<Separation> {
     let radii = radius_first + radius_second;
     let cores = match outcome {
         Outcome::Apart => return None,
         Outcome::Nearer(settled) | Outcome::Settled(settled) => apart(difference, &settled),
         Outcome::Overlapping(simplex) => {
-            let overlap = epa::penetration(difference, &simplex, f64::INFINITY, f64::NEG_INFINITY);
+            let overlap = epa::penetration_within(difference, &simplex, slack);
             Cores {
                 distance: -overlap.upper,
                 parted: -overlap.upper,

@@ -118,14 +118,14 @@ mod tests {
     use crate::penetration::refine::RefineScratch;
     use crate::scene::builtin;
 
-    fn learned(labels: usize) -> Model {
+    fn learned(scene: &str, labels: usize) -> Model {
         let options = LearnOptions { labels, seconds: None, seed: 5, ..LearnOptions::default() };
-        Model::learn(builtin::scene("shelf-arm").unwrap(), &options, &mut |_| ControlFlow::Continue(())).unwrap()
+        Model::learn(builtin::scene(scene).unwrap(), &options, &mut |_| ControlFlow::Continue(())).unwrap()
     }
 
     #[test]
     fn exits_are_free_beside_a_collision_and_the_nearest_are_found() {
-        let model = learned(60_000);
+        let model = learned("shelf-arm", 60_000);
         let (set, nq) = (model.boundary(), model.scene().space.nq());
         assert!(set.exits() > 50 && set.exits() == model.statistics().exits, "{}", set.exits());
         assert!(model.statistics().labels <= 60_000);
@@ -151,7 +151,8 @@ mod tests {
 
     #[test]
     fn exits_make_queries_shorter_and_their_answers_no_worse() {
-        let model = learned(400_000);
+        // Convex bodies and distances of joints: where exits replace other starts.
+        let model = learned("planar-arm", 100_000);
         let scene = model.checker().scene_arc().clone();
         let (coverage, rows) = (model.coverage().clone(), model.boundary().configs().to_vec());
         let statistics = Statistics { exits: 0, ..model.statistics().clone() };

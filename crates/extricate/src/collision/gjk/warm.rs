@@ -51,7 +51,8 @@ impl LastFeatures {
     }
 }
 
-/// As [`super::separation`], started from the features of the last call for the same two shapes, which are replaced.
+/// As [`super::separation`], started from the features of the last call for the same two shapes, which are replaced; the depth of an
+/// overlap is at most the share `slack` too large.
 pub fn separation_near(
     last: &mut LastFeatures,
     first: &ConvexShape,
@@ -59,6 +60,7 @@ pub fn separation_near(
     second: &ConvexShape,
     pose_second: &Pose,
     cutoff: f64,
+    slack: f64,
 ) -> Option<Separation> {
     let difference = Difference::new(first, pose_first, second, pose_second);
     let mut simplex = last.simplex(&difference).unwrap_or_else(|| {
@@ -69,5 +71,5 @@ pub fn separation_near(
     let apart_above = cutoff + first.radius + second.radius + difference.rounding;
     let outcome = descend_from(&difference, &mut simplex, &mut Vec3::zeros(), apart_above, f64::NEG_INFINITY);
     last.keep(&difference, &simplex);
-    separation_of(outcome, &difference, &mut Vec3::zeros(), [first.radius, second.radius], pose_first, cutoff)
+    separation_of(outcome, &difference, &mut Vec3::zeros(), [first.radius, second.radius], pose_first, cutoff, slack)
 }
