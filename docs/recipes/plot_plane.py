@@ -1,4 +1,4 @@
-"""Plots the configuration space of two joints: what collides, the boundary samples, a query and its ways out."""
+"""Plots the configuration space of two joints: what collides, boundary samples, support vectors, a query and its ways out."""
 
 import sys
 
@@ -18,6 +18,10 @@ def plot(model, q, file, size=300):
     figure, axes = plt.subplots(figsize=(7, 6))
     axes.imshow(~free, origin="lower", extent=(x0, x1, y0, y1), cmap="Greys", alpha=0.4, aspect="auto")
     axes.scatter(*model.boundary.T, s=3, color="tab:blue", label="boundary samples")
+    support = model.support_vectors
+    is_free = scene.check(support)
+    axes.scatter(*support[is_free].T, s=14, facecolors="none", edgecolors="tab:green", label="support vectors, free")
+    axes.scatter(*support[~is_free].T, s=14, marker="s", facecolors="none", edgecolors="tab:purple", label="support vectors, colliding")
     for found in answer.exits[1:]:
         axes.plot(*zip(q, found.witness), ":", color="tab:orange")
     axes.plot(*zip(q, answer.witness), "-", color="tab:red")
@@ -41,7 +45,7 @@ def main(file="plane.png"):
     q = scene.sample(1, seed=2, colliding=True)[0]
     answer = plot(model, q, file)
     print(f"wrote {file}: witness {answer.witness}, {len(answer.exits)} ways out")
-    return scene, q, answer
+    return model, q, answer
 
 
 if __name__ == "__main__":

@@ -28,6 +28,8 @@ def test_nothing_penetrates_in_mujoco_any_more() -> None:
 
 
 def test_the_plane_is_drawn(tmp_path: pathlib.Path) -> None:
-    scene, q, answer = plot_plane.main(str(tmp_path / "plane.png"))
+    model, q, answer = plot_plane.main(str(tmp_path / "plane.png"))
+    scene, support = model.scene, model.support_vectors
+    assert 0 < scene.check(support).mean() < 1 and len(support) <= model.statistics["support_vectors"]
     assert not scene.check(q) and scene.check(answer.witness)
     assert (tmp_path / "plane.png").stat().st_size > 10_000

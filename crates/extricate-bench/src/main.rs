@@ -4,7 +4,7 @@
 //! extricate-bench serve                    commands from standard input, answers as JSON lines (see `server`)
 //! extricate-bench exact [--poses N]        N poses against brute force; exit status 1 on any disagreement
 //! extricate-bench query MODEL QUERIES EFFORT|STARTS      answers with processor times as JSON lines
-//! extricate-bench batch MODEL QUERIES EFFORT|STARTS THREADS      one batch, timed as a whole
+//! extricate-bench batch MODEL QUERIES EFFORT|STARTS THREADS|loop      one batch, timed as a whole
 //! extricate-bench uniform SCENE LABELS SEED MODEL        a model from uniform samples alone
 //! ```
 //!
@@ -44,7 +44,7 @@ fn main() -> anyhow::Result<ExitCode> {
         _ => {
             eprintln!(
                 "expected `serve`, `exact [--poses N]`, `query MODEL QUERIES EFFORT|STARTS`, \
-                 `batch MODEL QUERIES EFFORT|STARTS THREADS` or `uniform SCENE LABELS SEED MODEL`"
+                 `batch MODEL QUERIES EFFORT|STARTS THREADS|loop` or `uniform SCENE LABELS SEED MODEL`"
             );
             Ok(ExitCode::from(2))
         }

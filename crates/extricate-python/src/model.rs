@@ -1,5 +1,6 @@
 //! The class `Model`: what was learned of a scene, and how it is asked.
 
+use std::collections::HashSet;
 use std::path::PathBuf;
 use std::sync::Arc;
 
@@ -89,6 +90,23 @@ impl Model {
         let configs = self.model.boundary().configs();
         let nq = self.model.scene().space.nq();
         configs.to_pyarray(py).reshape([configs.len() / nq, nq])
+    }
+
+    /// Configurations that the classifier rests on: free and colliding ones on either side of the boundary that it predicts, float64
+    /// (n, nq), each once, those of the pairs that collide most often first. Which are free `Scene.check` tells. `n` is 0 where only one
+    /// label was ever seen, and less than `statistics["support_vectors"]` where several pairs share one.
+    #[getter]
+    fn support_vectors<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        let nq = self.model.scene().space.nq();
+        let machines = self.model.classifier().map_or(&[][..], |classifier| classifier.machines());
+        let mut seen = HashSet::new();
+        let mut rows = Vec::new();
+        for q in machines.iter().flat_map(|machine| machine.support.chunks_exact(nq)) {
+            if seen.insert(q.iter().map(|x| x.to_bits()).collect::<Vec<u64>>()) {
+                rows.extend_from_slice(q);
+            }
+        }
+        rows.to_pyarray(py).reshape([rows.len() / nq, nq])
     }
 
     /// How it was learned and how good it measured itself to be, with the keys that the page README.md describes; None where something

@@ -10,7 +10,7 @@ import pytest
 import extricate
 from extricate import Progress, Scene
 
-LABELS = 60_000
+LABELS = 20_000
 
 
 def ended_at(labels: int):  # type: ignore[no-untyped-def]
@@ -22,7 +22,7 @@ def test_a_run_goes_on_to_the_same_model(planar: Scene, tmp_path: pathlib.Path) 
     whole = extricate.learn(planar, labels=LABELS, seed=2)
     kept = tmp_path / "run.checkpoint"
     options = {"labels": LABELS, "seed": 2, "checkpoint": kept, "checkpoint_every": 0}
-    part = extricate.learn(planar, progress=ended_at(20_000), **options)
+    part = extricate.learn(planar, progress=ended_at(8000), **options)
     assert part.statistics["ended_by"] == "interruption" and part.statistics["labels"] < LABELS and kept.exists()
     # What is not given is what it was; a checkpoint goes when its run ends by itself.
     again = extricate.learn(planar, checkpoint=str(kept), resume=True)
@@ -73,7 +73,7 @@ def test_wrong_runs_are_told_what_was_expected(planar: Scene, arm: Scene, tmp_pa
     extricate.learn(planar, labels=LABELS, checkpoint=kept, progress=ended_at(1))
     for call, kind, message in [
         (lambda: extricate.learn(planar, resume=True), ValueError, "resume: got True without `checkpoint`"),
-        (lambda: extricate.learn(planar, checkpoint=kept, resume=True, labels=5), ValueError, "labels: got 5, expected 60000, with which"),
+        (lambda: extricate.learn(planar, checkpoint=kept, resume=True, labels=5), ValueError, "labels: got 5, expected 20000, with which"),
         (lambda: extricate.learn(planar, checkpoint=kept, resume=True, seconds=5), ValueError, "seconds: got 5, expected None"),
         (lambda: extricate.learn(planar, checkpoint=kept, resume=True, seed=5), ValueError, "seed: got 5, expected 0"),
         (lambda: extricate.learn(planar, checkpoint=kept, resume=True, memory=5), ValueError, "memory: got 5, expected 4096"),

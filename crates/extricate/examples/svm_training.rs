@@ -1,8 +1,8 @@
 //! Trains a support vector machine on uniform configurations of a scene, on one thread, and writes what it was trained on for
 //! others to train on: `svm_training SCENE.toml SAMPLES GAMMA_FACTOR PENALTY FOLDER`. Used by bench/svm.py.
 //!
-//! FOLDER gets `features.f64` (rows of standardised features, little endian) and `labels.u8` (1 free); one line of JSON goes to
-//! standard output.
+//! FOLDER gets `features.f64` (rows of scaled features, little endian) and `labels.u8` (1 free); one line of JSON goes to standard
+//! output. What is timed begins with the rows that others get: finding the directions in which they vary is part of it.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -37,15 +37,15 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     for (q, row) in configs.chunks_exact(nq).zip(features.chunks_exact_mut(dimensions)) {
         metric.embed(q, &mut scratch, row);
     }
-    let standardization = Standardization::fit(&features, dimensions, Scaling::Global);
-    let rows = standardization.apply_all(&features);
-    let points = PointSet::from_rows(&rows, standardization.kept());
+    let (rows, dimensions) = scaled(&features, dimensions);
     let free: Vec<bool> = labels.iter().map(|l| *l == Label::Free).collect();
-    let gamma = gamma_factor / median_squared_distance(&points, 0);
+    let gamma = gamma_factor / median_squared_distance(&PointSet::from_rows(&rows, dimensions), 0);
     let options = SvmOptions { c_positive: penalty, c_negative: penalty, gamma, tolerance: 1e-3, cache_bytes: 1 << 30 };
     let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build()?;
     let (solution, seconds, cpu_seconds) = pool.install(|| {
         let (started, before) = (Instant::now(), thread_seconds());
+        let standardization = Standardization::fit(&rows, dimensions, Scaling::Global);
+        let points = PointSet::from_rows(&standardization.apply_all(&rows), standardization.kept());
         let solution = train(&points, &free, &options, None);
         let wall = started.elapsed().as_secs_f64();
         (solution, wall, before.and_then(|before| Some(thread_seconds()? - before)).unwrap_or(wall))
@@ -57,7 +57,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         "{}",
         serde_json::json!({
             "samples": samples,
-            "dimensions": standardization.kept(),
+            "dimensions": dimensions,
             "gamma": gamma,
             "penalty": penalty,
             "seconds": seconds,
@@ -69,6 +69,21 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         })
     );
     Ok(())
+}
+
+/// The columns that vary, centred and all scaled by one factor to unit mean variance, and how many they are.
+fn scaled(rows: &[f64], dimensions: usize) -> (Vec<f64>, usize) {
+    let count = (rows.len() / dimensions) as f64;
+    let column = |k: usize| rows.iter().skip(k).step_by(dimensions);
+    let moments = |k: usize| {
+        let mean = column(k).sum::<f64>() / count;
+        (k, mean, column(k).map(|x| (x - mean).powi(2)).sum::<f64>() / count)
+    };
+    let kept: Vec<(usize, f64, f64)> =
+        (0..dimensions).map(moments).filter(|(_, _, variance)| *variance > 1e-20).collect();
+    let scale = (kept.iter().map(|(_, _, variance)| variance).sum::<f64>() / kept.len() as f64).sqrt().recip();
+    let row = |row: &[f64]| kept.iter().map(|(k, mean, _)| (row[*k] - mean) * scale).collect::<Vec<f64>>();
+    (rows.chunks_exact(dimensions).flat_map(row).collect(), kept.len())
 }
 
 /// Time that this thread has had on a processor [s], where the system says; the wall clock also counts what others had.

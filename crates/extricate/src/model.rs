@@ -17,7 +17,7 @@ use crate::boundary::SampleSet;
 use crate::collision::Checker;
 use crate::cspace::Config;
 use crate::error::Result;
-use crate::learning::classifier::Classifier;
+use crate::learning::union::UnionClassifier;
 use crate::learning::{LearnOptions, LearnProgress};
 use crate::metric::Metric;
 use crate::penetration::batch::in_blocks;
@@ -35,7 +35,7 @@ pub struct Model {
     checker: Checker,
     metric: Metric,
     boundary: SampleSet,
-    classifier: Option<Classifier>,
+    classifier: Option<UnionClassifier>,
     balls: InteriorBalls,
     coverage: Coverage,
     statistics: Statistics,
@@ -52,7 +52,7 @@ pub struct Statistics {
     pub boundary_samples: usize,
     /// How many of them are exits: nearest ways out of configurations that were solved while learning.
     pub exits: usize,
-    /// Support vectors of the classifier.
+    /// Support vectors of the classifier, of the machines of all pairs together.
     pub support_vectors: usize,
     /// Share of uniform configurations that collide.
     pub colliding_share: f64,
@@ -132,7 +132,7 @@ impl Model {
         checker: Checker,
         metric: Metric,
         configs: Vec<f64>,
-        classifier: Option<Classifier>,
+        classifier: Option<UnionClassifier>,
         coverage: Coverage,
         statistics: Statistics,
     ) -> Self {
@@ -163,9 +163,21 @@ impl Model {
         &self.boundary
     }
 
-    /// The classifier of the obstacle region; `None` where only one label was ever seen.
-    pub fn classifier(&self) -> Option<&Classifier> {
+    /// The classifier of the obstacle region, with a machine for every pair that was seen to collide; its parts are indices into
+    /// [`Scene::pairs`]. `None` where only one label was ever seen.
+    pub fn classifier(&self) -> Option<&UnionClassifier> {
         self.classifier.as_ref()
+    }
+
+    /// The configurations that are support vectors, row major: of the machines in their order, one after the other; what two
+    /// machines share comes twice. They lie on both sides of the boundary.
+    pub fn support_configs(&self) -> Vec<f64> {
+        self.classifier
+            .iter()
+            .flat_map(UnionClassifier::machines)
+            .flat_map(|machine| &machine.support)
+            .copied()
+            .collect()
     }
 
     /// What distances of queries to their nearest samples are compared with.

@@ -14,7 +14,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::collision::Checker;
 use crate::error::{Error, Result};
-use crate::learning::classifier::Classifier;
+use crate::learning::union::UnionClassifier;
 use crate::metric::Metric;
 use crate::model::{Model, Statistics};
 use crate::penetration::coverage::Coverage;
@@ -90,7 +90,7 @@ pub fn decode(path: &Path, bytes: &[u8]) -> Result<Model> {
         return Err(altered("the checksum does not match"));
     }
     let scene: Scene = postcard::from_bytes(scene.data()).map_err(|e| altered(&format!("scene ({e})")))?;
-    let classifier: Option<Classifier> =
+    let classifier: Option<UnionClassifier> =
         postcard::from_bytes(classifier.data()).map_err(|e| altered(&format!("classifier ({e})")))?;
     let numbers = |bytes: &[u8]| -> Vec<f64> { bytes.as_chunks().0.iter().map(|b| f64::from_le_bytes(*b)).collect() };
     let (configs, coverage) = (numbers(boundary.data()), Coverage::new(numbers(reaches.data())));

@@ -8,7 +8,6 @@ from typing import List, Optional, Tuple
 import numpy as np
 import numpy.typing as npt
 
-Floats = npt.NDArray[np.float64]
 NamePair = Tuple[str, str]
 
 
@@ -20,9 +19,9 @@ class Contact:
     """Names of the two bodies."""
     distance: float
     """Signed distance between them there [m]; negative where they overlap."""
-    points: Floats
+    points: npt.NDArray[np.float64]
     """The nearest point on the first and on the second body, (2, 3), world coordinates [m]."""
-    normal: Floats
+    normal: npt.NDArray[np.float64]
     """Unit, (3,), world coordinates, from the second body toward the first."""
 
 
@@ -32,7 +31,7 @@ class Exit:
 
     depth: float
     """Distance from the query, in the scene's metric."""
-    witness: Floats
+    witness: npt.NDArray[np.float64]
     """A free configuration at that distance, (nq,); verified."""
     touching: List[NamePair]
     """Pairs of bodies that touch there."""
@@ -47,7 +46,7 @@ class Answer:
     penetration depth."""
     lower_bound: float
     """Proved: no free configuration is nearer to the query than this."""
-    witness: Floats
+    witness: npt.NDArray[np.float64]
     """A free configuration at distance `depth`, (nq,)."""
     verified: bool
     """Whether the exact checker called the witness free during this query; otherwise it did when the model was learned."""
@@ -62,7 +61,7 @@ class Answer:
     """Pairs of bodies that touch at the witness."""
     contacts: List[Contact]
     """Where they touch; several places a pair where meshes do."""
-    gradient: Floats
+    gradient: npt.NDArray[np.float64]
     """How the distance to the witness changes with the query, (nv,): a small tangent step t at the query changes it by
     gradient @ t. Zero where the query is free."""
     unique: bool

@@ -1,23 +1,21 @@
 //! Active learning of the classifier: which labelled configurations it is trained on, and which are labelled for it.
 
-use rand::{RngExt, SeedableRng};
+use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
-use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use super::classifier::{Classifier, FitOptions};
+use super::classifier::FitOptions;
 use super::explore::Exploration;
-use super::{Budget, LabelBatch, LearnOptions};
+use super::union::{Features, Parts, UnionClassifier};
+use super::{Budget, LearnOptions};
+use crate::cspace::sampling::uniform;
 use crate::cspace::{ConfigSpace, Label};
-
-/// Maps a configuration to the features that the kernel sees.
-pub type Features<'a> = dyn Fn(&[f64]) -> Vec<f64> + Sync + 'a;
 
 /// The classifier and how good it is on configurations it was not trained on.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct Classified {
     /// The classifier; `None` where only one label was ever seen.
-    pub classifier: Option<Classifier>,
+    pub classifier: Option<UnionClassifier>,
     /// Held-out accuracy on free configurations, in `[0, 1]`; `None` where none was held out.
     pub accuracy_free: Option<f64>,
     /// Held-out accuracy on colliding configurations.
@@ -43,190 +41,173 @@ const ROUNDS: usize = 3;
 /// The same where a disagreement is asked for that takes more.
 const MOST_ROUNDS: usize = 8;
 /// Configurations of the first round, half of each label where there are so many.
-const FIRST: usize = 2000;
+const FIRST: usize = 4000;
 /// With less time than this \[s\] the first round is smaller, in proportion: nothing stops a fit that has begun.
 const TIME_FOR_FIRST: f64 = 10.0;
 /// Share of the budget after which no round begins, so that most of it is left for the boundary.
 const TRAINED_BY: f64 = 0.4;
 /// Configurations that each later round adds.
-const ADDED: usize = 1000;
+const ADDED: usize = 2000;
 /// Held out of every training set, of each label.
 const HELD_OUT: usize = 1000;
-/// Configurations looked at for the most doubtful ones.
-const POOL: usize = 8000;
+/// Configurations looked at for the most doubtful ones, for each that is added.
+const LOOKED_AT: usize = 4;
 
-struct Set {
-    features: Vec<f64>,
-    labels: Vec<Label>,
-}
-
-/// Trains on the exploration's configurations: a balanced start, then rounds that add those which the classifier gets wrong or is
-/// least sure of (exploration), and new ones between nearby training points of opposite label (exploitation).
+/// Trains on the exploration's configurations, then in rounds on those as well that the classifier gets wrong or is least sure of:
+/// among what is known, or among new configurations where little else is.
 ///
-/// New labels are added to `known`. The held-out configurations are uniform in space and never trained on.
+/// What is labelled anew is added to `known`. Which parts a colliding configuration lies in takes a check, which is counted. The
+/// held-out configurations are uniform in space and never trained on.
 pub fn classify(
     space: &ConfigSpace,
-    features: &Features,
+    parts: &Parts,
     known: &mut Exploration,
-    label: &LabelBatch,
     options: &LearnOptions,
     budget: &mut Budget,
 ) -> Classified {
     let nq = space.nq();
-    let mut rng = ChaCha8Rng::seed_from_u64(options.seed);
-    let (free, colliding) = (rows(&known.free, nq), rows(&known.colliding, nq));
     let mut outcome = Classified::default();
-    if free.is_empty() || colliding.is_empty() || budget.end().is_some() {
+    if known.free.is_empty() || known.colliding.is_empty() || budget.end().is_some() {
         return outcome;
     }
     // The last fifth of each list, at most HELD_OUT, is held out.
-    let split = |n: usize| n - (n / 5).min(HELD_OUT);
-    let (held_free, held_colliding) = (&free[split(free.len())..], &colliding[split(colliding.len())..]);
-    let held = gather(held_free.iter().map(|q| (*q, Label::Free)), features)
-        .join(gather(held_colliding.iter().map(|q| (*q, Label::Colliding)), features));
-    let (free, colliding) = (&free[..split(free.len())], &colliding[..split(colliding.len())]);
+    let split = |list: &[f64]| (list.len() / nq - (list.len() / nq / 5).min(HELD_OUT)) * nq;
+    let ((free, held_free), (colliding, held_colliding)) =
+        (known.free.split_at(split(&known.free)), known.colliding.split_at(split(&known.colliding)));
+    let held = [held_free, held_colliding].concat();
+    outcome.held_out = [held_free.len() / nq, held_colliding.len() / nq];
+    let held_labels = [vec![Label::Free; outcome.held_out[0]], vec![Label::Colliding; outcome.held_out[1]]].concat();
     let share_of_first = budget.seconds().map_or(1.0, |limit| (limit / TIME_FOR_FIRST).clamp(0.1, 1.0));
-    let first = (FIRST as f64 * share_of_first) as usize / 2;
-    let mut configs: Vec<(Vec<f64>, Label)> = Vec::new();
-    configs.extend(free.iter().take(first).map(|q| (q.to_vec(), Label::Free)));
-    configs.extend(colliding.iter().take(first).map(|q| (q.to_vec(), Label::Colliding)));
-    let mut pool: Vec<(&[f64], Label)> = Vec::new();
-    pool.extend(free.iter().skip(first).take(POOL / 2).map(|q| (*q, Label::Free)));
-    pool.extend(colliding.iter().skip(first).take(POOL / 2).map(|q| (*q, Label::Colliding)));
-    let mut pool_set = gather(pool.iter().copied(), features);
-    let mut fresh: Vec<(Vec<f64>, Label)> = Vec::new();
+    let first = (FIRST as f64 * share_of_first) as usize;
+    let of_colliding = (colliding.len() / nq).min((first / 2).max(first.saturating_sub(free.len() / nq)));
+    let of_free = (free.len() / nq).min(first - of_colliding.min(first));
+    let mut set = Set::default();
+    set.add_known(&free[..of_free * nq], &colliding[..of_colliding * nq], parts, budget);
+    let mut pool = [&free[of_free * nq..], &colliding[of_colliding * nq..]].map(<[f64]>::to_vec);
+    let mut rng = ChaCha8Rng::seed_from_u64(options.seed);
+    let mut fresh = Set::default();
     for round in 0..MOST_ROUNDS {
-        let set = gather(configs.iter().map(|(q, l)| (q.as_slice(), *l)), features);
-        let dimensions = set.features.len() / set.labels.len();
-        // Only the first round searches the kernel's parameters; the later ones keep them.
-        let fit = match &outcome.classifier {
-            None => FitOptions::default(),
-            Some(last) => FitOptions {
-                gamma_factor: Some(last.choice().gamma_factor),
-                penalty: Some(last.choice().penalty),
-                ..FitOptions::default()
-            },
-        };
-        let classifier = Classifier::fit(&set.features, dimensions, &set.labels, &fit);
-        let (free, colliding) = classifier.balanced_accuracy(&held.features, &held.labels);
-        outcome.held_out = [held_free.len(), held_colliding.len()];
-        outcome.accuracy_free = (!held_free.is_empty()).then_some(free);
-        outcome.accuracy_colliding = (!held_colliding.is_empty()).then_some(colliding);
-        budget.note(0, Some(0.5 * (free + colliding)));
+        let classifier =
+            UnionClassifier::fit(parts, &set.configs, &set.inside, &FitOptions::default(), outcome.classifier.as_ref());
+        if classifier.machines().is_empty() {
+            return Classified::default();
+        }
+        [outcome.accuracy_free, outcome.accuracy_colliding] =
+            classifier.accuracy(nq, parts.features, &held, &held_labels);
+        budget.note(0, outcome.balanced_accuracy());
         // Asks for the time too, which a long fit may have used up.
         budget.stage("training");
         let enough = match options.target_disagreement {
             Some(target) => outcome.is_within(target) || round + 1 == MOST_ROUNDS,
             None => round + 1 == ROUNDS,
         };
-        if enough || budget.end().is_some() || budget.fraction() > TRAINED_BY {
-            outcome.classifier = Some(classifier);
+        let wanted = ADDED.min(budget.left() / 4);
+        let enough = enough || wanted == 0 || budget.end().is_some() || budget.fraction() > TRAINED_BY;
+        if enough {
+            outcome.classifier = Some(classifier.without_duals());
             break;
         }
-        let doubtful = most_doubtful(&classifier, &pool_set, ADDED / 2);
-        configs.extend(doubtful.iter().map(|i| (pool[*i].0.to_vec(), pool[*i].1)));
-        remove(&mut pool, &mut pool_set, &doubtful);
-        let between = between_opposites(space, &configs, (ADDED / 2).min(budget.left() / 4), &mut rng);
-        let labels = budget.label(label, &between);
-        let new = || between.chunks_exact(nq).map(<[f64]>::to_vec).zip(labels.iter().copied());
-        configs.extend(new());
-        fresh.extend(new());
+        let pooled = pool.iter().map(Vec::len).sum::<usize>() / nq;
+        if pooled >= LOOKED_AT * wanted {
+            let [free, colliding] = take_doubtful(&classifier, parts, &mut pool, wanted);
+            set.add_known(&free, &colliding, parts, budget);
+        } else {
+            let configs = most_doubtful_of_new(&classifier, space, parts, wanted, &mut rng);
+            let inside = (parts.containing)(&configs);
+            budget.spend(inside.len());
+            fresh.add(&configs, &inside);
+            set.add(&configs, &inside);
+        }
         outcome.classifier = Some(classifier);
     }
-    for (q, label) in fresh {
-        match label {
-            Label::Free => known.free.extend(q),
-            Label::Colliding => known.colliding.extend(q),
-        }
+    for (q, inside) in fresh.configs.chunks_exact(nq).zip(&fresh.inside) {
+        if inside.is_empty() { &mut known.free } else { &mut known.colliding }.extend_from_slice(q);
     }
     outcome
 }
 
 /// Moves those of the first `count` colliding configurations that the classifier calls free to the front: small components
 /// hide among them.
-pub fn surprising_first(classifier: &Classifier, features: &Features, nq: usize, count: usize, colliding: &mut [f64]) {
+pub fn surprising_first(
+    classifier: &UnionClassifier,
+    features: &Features,
+    nq: usize,
+    count: usize,
+    colliding: &mut [f64],
+) {
     let count = count.min(colliding.len() / nq);
     let colliding = &mut colliding[..count * nq];
-    let decisions: Vec<f64> = colliding.par_chunks_exact(nq).map(|q| classifier.decision(&features(q))).collect();
+    let predicted = classifier.predictions(nq, features, colliding);
     let (mut front, mut back) = (Vec::new(), Vec::with_capacity(colliding.len()));
-    for (q, decision) in colliding.chunks_exact(nq).zip(decisions) {
-        if decision > 0.0 { front.extend_from_slice(q) } else { back.extend_from_slice(q) }
+    for (q, predicted) in colliding.chunks_exact(nq).zip(predicted) {
+        if predicted == Label::Free { &mut front } else { &mut back }.extend_from_slice(q);
     }
     front.extend(back);
     colliding.copy_from_slice(&front);
 }
 
+/// Training configurations and the parts that each lies in.
+#[derive(Default)]
+struct Set {
+    /// Row major.
+    configs: Vec<f64>,
+    inside: Vec<Vec<u32>>,
+}
+
 impl Set {
-    fn join(mut self, other: Set) -> Set {
-        self.features.extend(other.features);
-        self.labels.extend(other.labels);
-        self
+    fn add(&mut self, configs: &[f64], inside: &[Vec<u32>]) {
+        self.configs.extend_from_slice(configs);
+        self.inside.extend_from_slice(inside);
+    }
+
+    /// Adds configurations of known labels; only of the colliding ones it has to be asked which parts they lie in.
+    fn add_known(&mut self, free: &[f64], colliding: &[f64], parts: &Parts, budget: &mut Budget) {
+        self.add(free, &vec![Vec::new(); free.len() / parts.nq]);
+        let colliding = &colliding[..colliding.len().min(budget.left() / 4 * parts.nq)];
+        let inside = (parts.containing)(colliding);
+        budget.spend(inside.len());
+        self.add(colliding, &inside);
     }
 }
 
-fn rows(configs: &[f64], nq: usize) -> Vec<&[f64]> {
-    configs.chunks_exact(nq).collect()
-}
-
-fn gather<'a>(rows: impl Iterator<Item = (&'a [f64], Label)>, features: &Features) -> Set {
-    let rows: Vec<(&[f64], Label)> = rows.collect();
-    let all: Vec<Vec<f64>> = rows.par_iter().map(|(q, _)| features(q)).collect();
-    Set { features: all.concat(), labels: rows.iter().map(|(_, l)| *l).collect() }
-}
-
-/// Indices of the configurations that are misclassified or nearest to the decision boundary.
-fn most_doubtful(classifier: &Classifier, set: &Set, count: usize) -> Vec<usize> {
-    if set.labels.is_empty() {
-        return Vec::new();
+/// Takes those `count` of the `pool` of free and colliding configurations out that the classifier gets wrong, or is least sure of.
+fn take_doubtful(classifier: &UnionClassifier, parts: &Parts, pool: &mut [Vec<f64>; 2], count: usize) -> [Vec<f64>; 2] {
+    let nq = parts.nq;
+    let mut order: Vec<(f64, usize, usize)> = Vec::new();
+    for (side, list) in pool.iter().enumerate() {
+        let looked_at = &list[..list.len().min(LOOKED_AT * count * nq / 2)];
+        let decisions = classifier.decisions(nq, parts.features, looked_at).into_iter().enumerate();
+        order.extend(decisions.map(|(i, decision)| (if side == 0 { decision } else { -decision }, side, i)));
     }
-    let dimensions = set.features.len() / set.labels.len();
-    let mut order: Vec<(f64, usize)> = set
-        .features
-        .par_chunks_exact(dimensions)
-        .zip(&set.labels)
-        .map(|(x, label)| classifier.decision(x) * if *label == Label::Free { 1.0 } else { -1.0 })
-        .collect::<Vec<f64>>()
-        .into_iter()
-        .enumerate()
-        .map(|(i, margin)| (margin, i))
-        .collect();
-    order.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+    order.sort_by(|a, b| a.0.total_cmp(&b.0).then((a.1, a.2).cmp(&(b.1, b.2))));
     order.truncate(count);
-    order.into_iter().map(|(_, i)| i).collect()
+    let mut taken = [Vec::new(), Vec::new()];
+    let mut left = [0, 1].map(|side| vec![true; pool[side].len() / nq]);
+    for (_, side, i) in order {
+        taken[side].extend_from_slice(&pool[side][i * nq..(i + 1) * nq]);
+        left[side][i] = false;
+    }
+    for (list, left) in pool.iter_mut().zip(left) {
+        let rows = list.chunks_exact(nq).zip(left).filter(|(_, left)| *left);
+        *list = rows.flat_map(|(q, _)| q.iter().copied()).collect();
+    }
+    taken
 }
 
-fn remove(pool: &mut Vec<(&[f64], Label)>, set: &mut Set, taken: &[usize]) {
-    let dimensions = set.features.len() / set.labels.len().max(1);
-    let mut keep = vec![true; pool.len()];
-    taken.iter().for_each(|i| keep[*i] = false);
-    let mut at = keep.iter();
-    pool.retain(|_| *at.next().unwrap_or(&true));
-    let mut at = keep.iter();
-    set.labels.retain(|_| *at.next().unwrap_or(&true));
-    let kept = set.features.chunks_exact(dimensions.max(1)).zip(&keep).filter(|(_, k)| **k);
-    set.features = kept.flat_map(|(x, _)| x.iter().copied()).collect();
-}
-
-/// Midpoints of random training points and the nearest one of opposite label, row major.
-fn between_opposites(
+/// Those `count` of [`LOOKED_AT`] times as many new configurations that are nearest to the predicted boundary, row major.
+fn most_doubtful_of_new(
+    classifier: &UnionClassifier,
     space: &ConfigSpace,
-    configs: &[(Vec<f64>, Label)],
+    parts: &Parts,
     count: usize,
     rng: &mut ChaCha8Rng,
 ) -> Vec<f64> {
-    let picks: Vec<usize> = (0..count).map(|_| rng.random_range(0..configs.len())).collect();
-    let middle = |&pick: &usize| {
-        let (q, label) = &configs[pick];
-        let opposite = configs
-            .iter()
-            .filter(|(_, other)| other != label)
-            .map(|(other, _)| (space.distance_squared(q, other), other))
-            .min_by(|a, b| a.0.total_cmp(&b.0));
-        let mut out = q.clone();
-        if let Some((_, other)) = opposite {
-            space.interpolate(q, other, 0.5, &mut out);
-        }
-        out
-    };
-    picks.par_iter().map(middle).collect::<Vec<_>>().concat()
+    let nq = parts.nq;
+    let mut configs = vec![0.0; LOOKED_AT * count * nq];
+    configs.chunks_exact_mut(nq).for_each(|q| uniform(space, rng, q));
+    let decisions = classifier.decisions(nq, parts.features, &configs).into_iter().map(f64::abs);
+    let mut order: Vec<(f64, usize)> = decisions.enumerate().map(|(i, doubt)| (doubt, i)).collect();
+    order.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+    order.truncate(count);
+    order.iter().flat_map(|(_, i)| configs[i * nq..(i + 1) * nq].iter().copied()).collect()
 }

@@ -90,14 +90,13 @@ impl<'a> Budget<'a> {
     /// Labels `configs`, counts them and reports.
     pub fn label(&mut self, label: &LabelBatch, configs: &[f64]) -> Vec<Label> {
         let labels = label(configs);
-        self.progress.labels += labels.len();
-        self.tell();
+        self.spend(labels.len());
         labels
     }
 
-    /// Counts checks that were made elsewhere as labels, and reports.
-    pub fn spend(&mut self, checks: usize) {
-        self.progress.labels += checks;
+    /// Counts `labels` that were asked otherwise and reports.
+    pub fn spend(&mut self, labels: usize) {
+        self.progress.labels += labels;
         self.tell();
     }
 

@@ -16,8 +16,8 @@ const STACK_DIMENSIONS: usize = 256;
 /// How to fit a [`Classifier`].
 #[derive(Debug, Clone)]
 pub struct FitOptions {
-    /// Weigh the classes as if there were as many points of each.
-    pub balanced: bool,
+    /// Weights of free and of colliding points in the penalty; as if there were as many of each where not given.
+    pub weights: Option<[f64; 2]>,
     /// How features are brought to a common scale.
     pub scaling: Scaling,
     /// Width of the kernel: `gamma = gamma_factor / median squared distance`; searched where not given.
@@ -37,7 +37,7 @@ pub struct FitOptions {
 impl Default for FitOptions {
     fn default() -> Self {
         Self {
-            balanced: true,
+            weights: None,
             scaling: Scaling::Global,
             gamma_factor: None,
             penalty: None,
@@ -154,10 +154,11 @@ impl Classifier {
 /// Options of training for one choice of parameters.
 pub(super) fn svm_options(free: &[bool], spread: f64, choice: Choice, options: &FitOptions) -> SvmOptions {
     let count = free.iter().filter(|free| **free).count();
-    let weight = |count: usize| if options.balanced { free.len() as f64 / (2.0 * count.max(1) as f64) } else { 1.0 };
+    let balance = |count: usize| free.len() as f64 / (2.0 * count.max(1) as f64);
+    let weights = options.weights.unwrap_or([balance(count), balance(free.len() - count)]);
     SvmOptions {
-        c_positive: choice.penalty * weight(count),
-        c_negative: choice.penalty * weight(free.len() - count),
+        c_positive: choice.penalty * weights[0],
+        c_negative: choice.penalty * weights[1],
         gamma: choice.gamma_factor / spread,
         tolerance: options.tolerance,
         cache_bytes: options.cache_bytes,

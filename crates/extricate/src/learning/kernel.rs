@@ -4,6 +4,9 @@ use serde::{Deserialize, Serialize};
 
 pub use crate::math::{LANES, vectorized};
 
+/// Blocks that a kernel is evaluated for together.
+const GROUP: usize = 4;
+
 /// `n` points of `dimensions` coordinates as `f32`, in blocks of [`LANES`] points: within a block the coordinate `k` of
 /// all points stands together, so a scan needs no gathers. The last block is padded.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -80,6 +83,12 @@ impl PointSet {
     pub fn blocks(&self, first: usize, last: usize) -> std::slice::ChunksExact<'_, [f32; LANES]> {
         self.blocks[first * self.dimensions..last * self.dimensions].chunks_exact(self.dimensions)
     }
+
+    /// All blocks, [`GROUP`] at a time.
+    #[inline(always)]
+    fn groups(&self) -> std::slice::Chunks<'_, [f32; LANES]> {
+        self.blocks.chunks(GROUP * self.dimensions)
+    }
 }
 
 /// Squared distances from `query` to the points of one block.
@@ -105,8 +114,8 @@ pub fn kernel_row(points: &PointSet, query: &[f32], gamma: f64, out: &mut [[f32;
     vectorized(
         #[inline(always)]
         || {
-            for (block, out) in points.blocks(0, points.block_count()).zip(out) {
-                *out = block_kernel(block, query, exponent);
+            for (group, out) in points.groups().zip(out.chunks_mut(GROUP)) {
+                group_kernels(group, query, exponent, out);
             }
         },
     );
@@ -141,10 +150,13 @@ impl WeightedPoints {
             #[inline(always)]
             move || {
                 let mut sums = [0.0; LANES];
-                for (block, weights) in self.points.blocks(0, self.points.block_count()).zip(&self.weights) {
-                    let values = block_kernel(block, query, exponent);
-                    for lane in 0..LANES {
-                        sums[lane] += weights[lane] * f64::from(values[lane]);
+                for (group, weights) in self.points.groups().zip(self.weights.chunks(GROUP)) {
+                    let mut values = [[0.0; LANES]; GROUP];
+                    group_kernels(group, query, exponent, &mut values[..weights.len()]);
+                    for (values, weights) in values.iter().zip(weights) {
+                        for lane in 0..LANES {
+                            sums[lane] += weights[lane] * f64::from(values[lane]);
+                        }
                     }
                 }
                 sums
@@ -162,8 +174,40 @@ pub fn exponent_scale(gamma: f64) -> f32 {
 /// Kernel values between `query` and one block, where `exponent` is [`exponent_scale`] of gamma.
 #[inline(always)]
 pub fn block_kernel(block: &[[f32; LANES]], query: &[f32], exponent: f32) -> [f32; LANES] {
+    exponentials(block_distances_squared(block, query), exponent)
+}
+
+/// [`block_kernel`] of each of up to [`GROUP`] blocks, to the last bit. Together, because additions to one sum wait for each other.
+#[inline(always)]
+fn group_kernels(group: &[[f32; LANES]], query: &[f32], exponent: f32, out: &mut [[f32; LANES]]) {
+    let [a, b, c, d] = out else {
+        for (block, out) in group.chunks_exact(query.len()).zip(out) {
+            *out = block_kernel(block, query, exponent);
+        }
+        return;
+    };
+    let (first, second) = group.split_at(2 * query.len());
+    let ((first, second), (third, fourth)) = (first.split_at(query.len()), second.split_at(query.len()));
+    let mut sums = [[0.0; LANES]; GROUP];
+    for ((((p, q), r), s), x) in first.iter().zip(second).zip(third).zip(fourth).zip(query) {
+        for lane in 0..LANES {
+            let differences = [p[lane] - x, q[lane] - x, r[lane] - x, s[lane] - x];
+            sums[0][lane] += differences[0] * differences[0];
+            sums[1][lane] += differences[1] * differences[1];
+            sums[2][lane] += differences[2] * differences[2];
+            sums[3][lane] += differences[3] * differences[3];
+        }
+    }
+    *a = exponentials(sums[0], exponent);
+    *b = exponentials(sums[1], exponent);
+    *c = exponentials(sums[2], exponent);
+    *d = exponentials(sums[3], exponent);
+}
+
+/// Kernel values from squared distances.
+#[inline(always)]
+fn exponentials(mut values: [f32; LANES], exponent: f32) -> [f32; LANES] {
     // A loop, not `map`: that is not inlined reliably, and then compiled for the least processor.
-    let mut values = block_distances_squared(block, query);
     for value in &mut values {
         *value = exp2_negative(exponent * *value);
     }

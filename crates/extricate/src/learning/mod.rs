@@ -10,6 +10,7 @@ pub mod row_cache;
 pub mod selection;
 pub mod smo;
 pub mod standardize;
+pub mod union;
 
 use crate::cspace::Label;
 use crate::error::{Error, Result};

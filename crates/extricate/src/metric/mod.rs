@@ -6,6 +6,7 @@
 pub mod extremes;
 pub mod motion_bound;
 pub mod quadratic;
+pub mod relative;
 pub mod solids;
 
 use std::sync::Arc;

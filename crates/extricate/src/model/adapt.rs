@@ -3,7 +3,7 @@
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use super::learner::{GAP_SHARE, Report, STAND_INS};
+use super::learner::{GAP_SHARE, Report, STAND_INS, relative_poses};
 use super::measure::{Extent, measure};
 use super::quality::interval;
 use super::scene_change::compare;
@@ -15,14 +15,15 @@ use crate::cspace::Label;
 use crate::cspace::sampling::Halton;
 use crate::error::{Error, Result};
 use crate::learning::budget::BudgetEnd;
-use crate::learning::classifier::Classifier;
 use crate::learning::explore::{BATCH, Exploration};
+use crate::learning::union::UnionClassifier;
 use crate::learning::{Budget, LearnOptions};
-use crate::metric::{Metric, MetricScratch};
+use crate::metric::Metric;
+use crate::metric::relative::RelativePoses;
 use crate::penetration::Ground;
 use crate::penetration::certificate::InteriorBalls;
 use crate::penetration::coverage::Coverage;
-use crate::scene::{MetricSpec, Scene};
+use crate::scene::Scene;
 
 /// Labels that learning spent, over those that adapting the model spends where nothing else is asked for.
 pub const LEARNING_OVER_ADAPTING: usize = 5;
@@ -92,7 +93,8 @@ fn adapt_here(model: &Model, scene: Scene, options: &LearnOptions, report: &mut 
     budget.note(samples.len() / nq, None);
 
     let halton = Halton::new(scene.space.nv(), options.seed ^ STREAM);
-    let ((accuracy, held_out), colliding_share) = judge(model.classifier(), &scene, &halton, &label, &mut budget);
+    let classifier = carried_over(model, &scene);
+    let ((accuracy, held_out), colliding_share) = judge(classifier.as_ref(), &scene, &halton, &label, &mut budget);
 
     budget.stage("tracing what changed");
     let ground = TraceGround {
@@ -165,7 +167,7 @@ fn adapt_here(model: &Model, scene: Scene, options: &LearnOptions, report: &mut 
         seed: options.seed,
         boundary_samples: boundary.len(),
         exits: boundary.exits(),
-        support_vectors: model.classifier().map_or(0, Classifier::support_vectors),
+        support_vectors: classifier.as_ref().map_or(0, UnionClassifier::support_vectors),
         colliding_share,
         accuracy_free: accuracy[0],
         accuracy_free_interval: interval(accuracy[0], held_out[0]),
@@ -181,7 +183,7 @@ fn adapt_here(model: &Model, scene: Scene, options: &LearnOptions, report: &mut 
             _ => EndedBy::Labels,
         },
     };
-    let (classifier, coverage) = (model.classifier().cloned(), measured.coverage);
+    let coverage = measured.coverage;
     Ok(Model { checker, metric, boundary, classifier, balls, coverage, statistics })
 }
 
@@ -205,10 +207,20 @@ fn sort_out(configs: &[f64], labels: Vec<Label>, known: &mut Exploration, nq: us
     }
 }
 
+/// The old classifier's machines of the pairs that the new scene has too. Each sees the pose of one body relative to the other, so
+/// what it learned of an obstacle holds where that has moved.
+fn carried_over(model: &Model, scene: &Scene) -> Option<UnionClassifier> {
+    let number = |part: u32| {
+        let names = model.scene().pair_names(part as usize);
+        (0..scene.pairs.len()).find(|pair| scene.pair_names(*pair) == names).map(|pair| pair as u32)
+    };
+    model.classifier().map(|classifier| classifier.renumbered(number))
+}
+
 /// How often the old classifier is right in the new scene, on free and on colliding configurations, how many of each were looked
 /// at, and the share of the latter.
 fn judge(
-    classifier: Option<&Classifier>,
+    classifier: Option<&UnionClassifier>,
     scene: &Arc<Scene>,
     halton: &Halton,
     label: &crate::learning::LabelBatch,
@@ -217,16 +229,9 @@ fn judge(
     let (count, nq) = (JUDGED.min(budget.left() / 8), scene.space.nq());
     let configs = configs_at(scene, halton, 0, count);
     let truth = budget.label(label, &configs);
-    // As when it was trained, see `LearnGround`.
-    let metric = Metric::of_kind(scene.clone(), MetricSpec::ObjectNorm);
-    let (mut scratch, mut features) = (MetricScratch::default(), vec![0.0; metric.embedding_len()]);
-    let (mut right, mut all) = ([0usize; 2], [0usize; 2]);
-    for (q, truth) in configs.chunks_exact(nq).zip(truth) {
-        metric.embed(q, &mut scratch, &mut features);
-        let side = usize::from(truth == Label::Colliding);
-        all[side] += 1;
-        right[side] += classifier.map_or(0, |c| usize::from(c.predict(&features) == truth));
-    }
-    let share = |side: usize| (classifier.is_some() && all[side] > 0).then(|| right[side] as f64 / all[side] as f64);
-    (([share(0), share(1)], all), all[1] as f64 / count.max(1) as f64)
+    let poses = RelativePoses::new(scene.clone());
+    let features = |configs: &[f64], pairs: &[u32]| relative_poses(&poses, nq, configs, pairs);
+    let accuracy = classifier.map_or([None; 2], |classifier| classifier.accuracy(nq, &features, &configs, &truth));
+    let colliding = truth.iter().filter(|label| **label == Label::Colliding).count();
+    ((accuracy, [count - colliding, colliding]), colliding as f64 / count.max(1) as f64)
 }

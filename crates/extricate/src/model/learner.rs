@@ -5,25 +5,29 @@ mod ending;
 use std::ops::ControlFlow;
 use std::sync::{Arc, OnceLock};
 
+use rayon::prelude::*;
+
 use super::EndedBy;
 use super::measure::{Extent, is_within};
 use super::run_state::{Looks, RunState, Stage};
 use super::solve;
 use crate::boundary::SampleSet;
 use crate::boundary::trace::{TraceGround, Tracer};
-use crate::collision::Checker;
+use crate::collision::{CheckScratch, Checker};
 use crate::cspace::Label;
 use crate::cspace::sampling::Halton;
 use crate::error::{Error, Result};
 use crate::learning::active::{classify, surprising_first};
 use crate::learning::budget::{BudgetEnd, Spent};
 use crate::learning::explore::BATCH;
+use crate::learning::union::Parts;
 use crate::learning::{Budget, LearnOptions, LearnProgress};
+use crate::metric::relative::{self, RelativePoses};
 use crate::metric::{Metric, MetricScratch};
 use crate::penetration::Ground;
 use crate::penetration::certificate::InteriorBalls;
 use crate::penetration::coverage::Coverage;
-use crate::scene::{MetricSpec, Scene};
+use crate::scene::Scene;
 use ending::Ready;
 
 /// Share of the budget, labels or seconds, spent on exploration before the boundary is traced.
@@ -80,8 +84,8 @@ pub struct Learner {
 struct LearnGround {
     checker: Checker,
     metric: Metric,
-    /// What the kernel sees: the bodies' displacement, whatever the metric; on joint angles it learns far less.
-    feature_metric: Metric,
+    /// What the kernels see, whatever the metric: on joint angles they learn far less.
+    relative: RelativePoses,
     halton: Halton,
     /// Metric units.
     gap: f64,
@@ -110,7 +114,7 @@ impl Learner {
         let scene = Arc::new(scene);
         let metric = Metric::new(scene.clone());
         let ground = LearnGround {
-            feature_metric: Metric::of_kind(scene.clone(), MetricSpec::ObjectNorm),
+            relative: RelativePoses::new(scene.clone()),
             halton: Halton::new(scene.space.nv(), options.seed),
             gap: GAP_SHARE * metric.diameter(),
             checker: Checker::new(scene),
@@ -170,9 +174,17 @@ impl Learner {
                 if enough(&budget) && !state.known.free.is_empty() { Stage::Training } else { Stage::Exploring }
             }
             Stage::Training => {
-                let features = |q: &[f64]| ground.features(q);
+                let features = |configs: &[f64], pairs: &[u32]| relative_poses(&ground.relative, nq, configs, pairs);
+                let containing = |configs: &[f64]| colliding_pairs(&ground.checker, configs);
+                let parts = Parts {
+                    count: scene.pairs.len(),
+                    nq,
+                    containing: &containing,
+                    features: &features,
+                    width: relative::WIDTH,
+                };
                 let known = &mut state.known;
-                state.classified = classify(&scene.space, &features, known, &label, options, &mut budget);
+                state.classified = classify(&scene.space, &parts, known, options, &mut budget);
                 if let Some(classifier) = &state.classified.classifier
                     && budget.end() != Some(BudgetEnd::Interrupted)
                 {
@@ -330,12 +342,6 @@ impl LearnGround {
         labels
     }
 
-    fn features(&self, q: &[f64]) -> Vec<f64> {
-        let mut out = vec![0.0; self.feature_metric.embedding_len()];
-        self.feature_metric.embed(q, &mut MetricScratch::default(), &mut out);
-        out
-    }
-
     fn trace_ground<'a>(
         &'a self,
         label: &'a crate::learning::LabelBatch<'a>,
@@ -344,6 +350,24 @@ impl LearnGround {
         let space = &self.checker.scene().space;
         TraceGround { space, metric: &self.metric, label, gap: self.gap, seed: options.seed, draws_seeds: true }
     }
+}
+
+/// The numbers of the relative poses of `pairs` at many configurations (row major), a configuration after the other.
+pub(super) fn relative_poses(poses: &RelativePoses, nq: usize, configs: &[f64], pairs: &[u32]) -> Vec<f64> {
+    let mut out = Vec::with_capacity(configs.len() / nq * pairs.len() * relative::WIDTH);
+    let mut scratch = MetricScratch::default();
+    configs.chunks_exact(nq).for_each(|q| poses.embed(q, pairs, &mut scratch, &mut out));
+    out
+}
+
+/// The pairs that collide at each of many configurations (row major).
+fn colliding_pairs(checker: &Checker, configs: &[f64]) -> Vec<Vec<u32>> {
+    let of = |scratch: &mut CheckScratch, q: &[f64]| {
+        let mut pairs = Vec::new();
+        checker.colliding_pairs(q, scratch, &mut pairs);
+        pairs.into_iter().map(|pair| pair as u32).collect()
+    };
+    configs.par_chunks_exact(checker.scene().space.nq()).map_init(CheckScratch::default, of).collect()
 }
 
 /// `part / (part + rest)`; 0 of nothing.

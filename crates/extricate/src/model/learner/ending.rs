@@ -13,8 +13,8 @@ use crate::collision::{Checker, always_colliding};
 use crate::error::{Error, Result};
 use crate::learning::Budget;
 use crate::learning::budget::BudgetEnd;
-use crate::learning::classifier::Classifier;
 use crate::learning::explore::Exploration;
+use crate::learning::union::UnionClassifier;
 use crate::penetration::certificate::InteriorBalls;
 
 /// Configurations below which "collides every time" says nothing.
@@ -118,7 +118,7 @@ impl Learner {
             seed: options.seed,
             boundary_samples: boundary.len(),
             exits: boundary.exits(),
-            support_vectors: classified.classifier.as_ref().map_or(0, Classifier::support_vectors),
+            support_vectors: classified.classifier.as_ref().map_or(0, UnionClassifier::support_vectors),
             colliding_share,
             accuracy_free: classified.accuracy_free,
             accuracy_free_interval: interval(classified.accuracy_free, classified.held_out[0]),
