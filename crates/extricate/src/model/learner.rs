@@ -39,7 +39,7 @@ const SURPRISES_A_SECOND: f64 = 1000.0;
 /// Boundary samples have a colliding configuration within this share of the space's diameter.
 pub(super) const GAP_SHARE: f64 = 1.0 / 2000.0;
 /// Share of the budget after which the boundary is not traced further, and colliding configurations are solved.
-const TRACED_BY: f64 = 0.5;
+pub(super) const TRACED_BY: f64 = 0.5;
 /// Free configurations that stand in for boundary samples where there are none.
 pub(super) const STAND_INS: usize = 1024;
 /// A run that may end by its quality is looked at whenever its boundary samples have grown by this factor: what all looks cost is
@@ -203,7 +203,9 @@ impl Learner {
                     budget.end().is_some() || tracer.pass(&trace_ground, known, samples, &ground.halton, &mut budget);
                 if budget.end().is_none() && look(ground, options, state, &mut budget) {
                     Stage::Measuring(EndedBy::Quality)
-                } else if !paid || budget.fraction() >= TRACED_BY {
+                } else if !paid {
+                    Stage::Measuring(EndedBy::Labels)
+                } else if budget.fraction() >= TRACED_BY && solve::pays(options.labels) && !state.samples.is_empty() {
                     Stage::Solving
                 } else {
                     Stage::Tracing(tracer.place().clone())
@@ -313,9 +315,6 @@ impl LearnGround {
         budget: &mut Budget,
     ) -> bool {
         let (nq, RunState { known, samples, solved, .. }) = (self.checker.scene().space.nq(), state);
-        if samples.is_empty() {
-            return false;
-        }
         let missing = (solved.seeds_used + solve::wanted(solved)).saturating_sub(known.colliding.len() / nq);
         if missing > 0 {
             let (free, more) = (known.free.len(), missing.max(BATCH).min(budget.left() / 4));

@@ -6,12 +6,13 @@
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
+use super::learner::TRACED_BY;
 use crate::boundary::SampleSet;
 use crate::cspace::Label;
 use crate::learning::Budget;
 use crate::learning::explore::Exploration;
 use crate::metric::Metric;
-use crate::penetration::{Ground, QueryBudget, QueryOptions, QueryScratch, nearest_exit};
+use crate::penetration::{Ground, QueryBudget, QueryOptions, QueryScratch, RELIED_ON, nearest_exit};
 
 /// How far solving has come.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -32,6 +33,12 @@ const MOST: usize = 1024;
 const BETWEEN_REPORTS: usize = 64;
 /// Checks that a query is not begun without: with fewer it is not carried to its end.
 const LEAST_CHECKS: usize = 200;
+
+/// Whether a run of so many labels solves at all: with fewer exits than a query needs before it relies on them, the labels are better
+/// spent on the boundary.
+pub fn pays(labels: usize) -> bool {
+    (1.0 - TRACED_BY) * labels as f64 >= (RELIED_ON * LEAST_CHECKS) as f64
+}
 
 /// How many configurations the next pass solves, where so many are known.
 pub fn wanted(place: &SolvePlace) -> usize {
@@ -125,10 +132,10 @@ mod tests {
 
     #[test]
     fn exits_are_free_beside_a_collision_and_the_nearest_are_found() {
-        let model = learned("shelf-arm", 60_000);
+        let model = learned("shelf-arm", 120_000);
         let (set, nq) = (model.boundary(), model.scene().space.nq());
         assert!(set.exits() > 50 && set.exits() == model.statistics().exits, "{}", set.exits());
-        assert!(model.statistics().labels <= 60_000);
+        assert!(model.statistics().labels <= 120_000);
         let gap = model.statistics().boundary_gap.unwrap();
         let first = set.len() - set.exits();
         for exit in set.configs()[first * nq..].chunks_exact(nq).take(100) {
@@ -152,7 +159,7 @@ mod tests {
     #[test]
     fn exits_make_queries_shorter_and_their_answers_no_worse() {
         // Convex bodies and distances of joints: where exits replace other starts.
-        let model = learned("planar-arm", 100_000);
+        let model = learned("planar-arm", 120_000);
         let scene = model.checker().scene_arc().clone();
         let (coverage, rows) = (model.coverage().clone(), model.boundary().configs().to_vec());
         let statistics = Statistics { exits: 0, ..model.statistics().clone() };

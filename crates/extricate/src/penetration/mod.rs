@@ -25,6 +25,7 @@ pub use answer::{Answer, Exit, Way};
 pub use batch::Answered;
 pub use changed::ChangedScene;
 pub use options::{Effort, QueryBudget, QueryOptions};
+pub use plan::RELIED_ON;
 pub use search::QueryScratch;
 pub use stream::{Stream, StreamOptions};
 

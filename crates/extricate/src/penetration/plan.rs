@@ -62,6 +62,8 @@ const EXITS: usize = 8;
 const STARTS: usize = 16;
 /// So many exits have to be known for one to be started from: with few, the nearest are far.
 const KNOWN_AN_EXIT: usize = 32;
+/// Exits that are known where queries rely on them.
+pub const RELIED_ON: usize = EXITS * KNOWN_AN_EXIT;
 /// With exits, a sample for so many degrees of freedom is enough besides.
 const DEGREES_A_START: usize = 4;
 /// More of them for each further exit that is wanted: each must be found, not only the nearest.
