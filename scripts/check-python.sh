@@ -14,21 +14,28 @@ mkdir -p "$work"
 python=${EXTRICATE_PYTHON:-python3}
 "$python" -m venv "$work/tools"
 "$work/tools/bin/pip" install --quiet --disable-pip-version-check "maturin>=1.9.4,<2"
+# Fetched meanwhile; what is missing afterwards is fetched when it is needed.
+asked=(pytest mypy tqdm)
+if [ "${EXTRICATE_RECIPES:-1}" = 1 ]; then asked+=(--requirement docs/recipes/requirements.txt); fi
+"$work/tools/bin/pip" download --quiet --disable-pip-version-check --dest "$work/fetched" "${asked[@]}" >/dev/null 2>&1 &
+fetching=$!
 "$work/tools/bin/maturin" build --quiet --locked --profile dev --manifest-path "$crate/Cargo.toml" --out "$work/wheels"
 
 "$python" -m venv "$work/venv"
+wait "$fetching" || true
+mkdir -p "$work/fetched"
 pip() { "$work/venv/bin/pip" --disable-pip-version-check --quiet "$@"; }
 pip install "$work"/wheels/extricate-*.whl
 # Nothing but the wheel and what it asks for is there yet.
 "$work/venv/bin/python" "$crate/tests/readme.py" README.md
 
-pip install pytest mypy tqdm
+pip install --find-links "$work/fetched" pytest mypy tqdm
 "$work/venv/bin/python" -m pytest --quiet "$crate/tests"
 "$work/venv/bin/python" -m mypy --strict --package extricate
 "$work/venv/bin/python" -m mypy --strict "$crate/tests/typed_user.py"
 "$work/venv/bin/python" -m mypy.stubtest extricate
 
 if [ "${EXTRICATE_RECIPES:-1}" = 1 ]; then
-    pip install --requirement docs/recipes/requirements.txt
+    pip install --find-links "$work/fetched" --requirement docs/recipes/requirements.txt
     MPLBACKEND=Agg "$work/venv/bin/python" -m pytest --quiet docs/recipes
 fi

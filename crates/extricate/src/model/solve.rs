@@ -125,17 +125,18 @@ mod tests {
     use crate::penetration::refine::RefineScratch;
     use crate::scene::builtin;
 
-    fn learned(scene: &str, labels: usize) -> Model {
-        let options = LearnOptions { labels, seconds: None, seed: 5, ..LearnOptions::default() };
-        Model::learn(builtin::scene(scene).unwrap(), &options, &mut |_| ControlFlow::Continue(())).unwrap()
+    /// Of convex bodies and distances of joints, where exits replace other starts.
+    fn learned() -> Model {
+        let options = LearnOptions { labels: 110_000, seconds: None, seed: 5, ..LearnOptions::default() };
+        Model::learn(builtin::scene("planar-arm").unwrap(), &options, &mut |_| ControlFlow::Continue(())).unwrap()
     }
 
     #[test]
     fn exits_are_free_beside_a_collision_and_the_nearest_are_found() {
-        let model = learned("shelf-arm", 120_000);
+        let model = learned();
         let (set, nq) = (model.boundary(), model.scene().space.nq());
         assert!(set.exits() > 50 && set.exits() == model.statistics().exits, "{}", set.exits());
-        assert!(model.statistics().labels <= 120_000);
+        assert!(model.statistics().labels <= 110_000);
         let gap = model.statistics().boundary_gap.unwrap();
         let first = set.len() - set.exits();
         for exit in set.configs()[first * nq..].chunks_exact(nq).take(100) {
@@ -158,8 +159,7 @@ mod tests {
 
     #[test]
     fn exits_make_queries_shorter_and_their_answers_no_worse() {
-        // Convex bodies and distances of joints: where exits replace other starts.
-        let model = learned("planar-arm", 120_000);
+        let model = learned();
         let scene = model.checker().scene_arc().clone();
         let (coverage, rows) = (model.coverage().clone(), model.boundary().configs().to_vec());
         let statistics = Statistics { exits: 0, ..model.statistics().clone() };
