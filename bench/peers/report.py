@@ -111,7 +111,7 @@ def plot(found, path):
     at = lambda f: (f["us"], min(max(f["excess_95"], LEAST), MOST))
     for axis, (name, s) in zip(axes.flat, scenes.items()):
         methods = s["methods"]
-        axis.plot(*zip(*(at(methods[m]) for m in METHODS)), "o-", color="C0", ms=4, label="extricate: nearest; refined from 1, 2, 4, 8, 16; exhaustive")
+        axis.plot(*zip(*(at(methods[m]) for m in METHODS)), "o-", color="C0", ms=4, label="extricate: nearest; refined from 1, 2, 4, 8 starts, by default, from 16; exhaustive")
         several = sorted((m for m in methods if m.startswith(MULTISTART)), key=starts)
         axis.plot(*zip(*(at(methods[m]) for m in several)), "s-", color="C1", ms=4, label=f"{MULTISTART}{' '.join(str(starts(m)) for m in several)} starts")
         for k, m in enumerate(others):
