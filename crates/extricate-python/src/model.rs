@@ -121,7 +121,7 @@ impl Model {
     /// q: float64 (nq,), within the limits.
     /// effort: "nearest" (the nearest boundary sample), "refined" (several improved, the best one verified) or "exhaustive".
     /// exits: how many distinct ways out are wanted, in `Answer.exits`.
-    /// starts: from how many boundary samples descents start, None for what the effort takes (16 for "refined"): fewer are faster and
+    /// starts: from how many exits and boundary samples descents start, None for what the effort takes: fewer are faster and
     ///     miss the nearest way out more often.
     /// checks, seconds: where to stop early, with the best answer so far; more of either never gives a larger depth.
     /// way: whether to look at the straight way to the witness, see `Answer.way`; costs as much as many checks.

@@ -39,7 +39,7 @@ pub struct QueryArgs {
     /// Find up to K distinct ways out, each a local minimum, nearest first
     #[arg(long, value_name = "K", value_parser = positive, default_value_t = 1)]
     exits: usize,
-    /// Start from K boundary samples instead of what the effort takes (16 for refined): fewer are faster and miss more
+    /// Start from K exits and boundary samples instead of what the effort takes: fewer are faster and miss more
     #[arg(long, value_name = "K", value_parser = positive)]
     starts: Option<usize>,
     /// End each query after about this many collision checks and distance evaluations, with the best answer so far
