@@ -1,5 +1,7 @@
 //! Time spent on a processor, by this thread or by all of the program: what other programs do meanwhile is not in it.
 
+use rustix::time::{ClockId, clock_gettime};
+
 /// A point of time of the calling thread.
 #[derive(Clone, Copy)]
 pub struct ThreadTime(f64);
@@ -7,8 +9,7 @@ pub struct ThreadTime(f64);
 impl ThreadTime {
     /// Now. Takes a few hundred nanoseconds: for loops, not for single checks.
     pub fn now() -> Self {
-        let time = rustix::time::clock_gettime(rustix::time::ClockId::ThreadCPUTime);
-        Self(time.tv_sec as f64 + 1e-9 * time.tv_nsec as f64)
+        Self(seconds_of(ClockId::ThreadCPUTime))
     }
 
     /// Seconds of the calling thread since then.
@@ -24,14 +25,18 @@ pub struct ProcessTime(f64);
 impl ProcessTime {
     /// Now.
     pub fn now() -> Self {
-        let time = rustix::time::clock_gettime(rustix::time::ClockId::ProcessCPUTime);
-        Self(time.tv_sec as f64 + 1e-9 * time.tv_nsec as f64)
+        Self(seconds_of(ClockId::ProcessCPUTime))
     }
 
     /// Seconds of all threads since then.
     pub fn elapsed(self) -> f64 {
         Self::now().0 - self.0
     }
+}
+
+fn seconds_of(clock: ClockId) -> f64 {
+    let time = clock_gettime(clock);
+    time.tv_sec as f64 + 1e-9 * time.tv_nsec as f64
 }
 
 #[cfg(test)]

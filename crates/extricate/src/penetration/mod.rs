@@ -64,29 +64,24 @@ pub struct Ground<'a> {
 /// `lower_bound <= depth`, and `lower_bound` is proved. The witness is free: by the exact checker during this call where
 /// `verified` is set, otherwise when the model was learned.
 pub fn query(ground: &Ground, q: &Config, options: &QueryOptions, scratch: &mut QueryScratch) -> Option<Answer> {
-    let mut answer = scratch.begin(ground, q, options);
-    if answer.colliding.is_empty() {
-        return Some(answer);
+    let mut answer = nearest_exit(ground, q, options, scratch)?;
+    if !answer.colliding.is_empty() {
+        scratch.describe(ground, options, &mut answer);
     }
-    let plan = Plan::of(options, ground);
-    if !scratch.first_witness(ground, plan.pool, &mut answer) {
-        return None;
-    }
-    if options.effort != Effort::Nearest {
-        search_all(ground, &plan, options, scratch, &mut answer);
-    }
-    scratch.describe(ground, options, &mut answer);
     Some(answer)
 }
 
 /// As [`query`], for a caller who wants the witness alone: nothing is proved or said of it.
 pub fn nearest_exit(ground: &Ground, q: &Config, options: &QueryOptions, scratch: &mut QueryScratch) -> Option<Answer> {
     let mut answer = scratch.begin(ground, q, options);
+    if answer.colliding.is_empty() {
+        return Some(answer);
+    }
     let plan = Plan::of(options, ground);
-    if !answer.colliding.is_empty() {
-        if !scratch.first_witness(ground, plan.pool, &mut answer) {
-            return None;
-        }
+    if !scratch.first_witness(ground, plan.pool(), &mut answer) {
+        return None;
+    }
+    if options.effort != Effort::Nearest {
         search_all(ground, &plan, options, scratch, &mut answer);
     }
     Some(answer)

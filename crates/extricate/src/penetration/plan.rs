@@ -9,8 +9,6 @@ use crate::scene::MetricSpec;
 
 /// What a query does, step by step.
 pub struct Plan {
-    /// Nearest samples looked at.
-    pub pool: usize,
     /// Of the nearest exits, refined.
     pub exits: usize,
     /// Of the nearest samples, refined besides.
@@ -109,8 +107,12 @@ impl Plan {
             plan.exits = (plan.exits * starts).div_ceil(usual).min(known);
             plan.starts = starts - plan.exits;
         }
-        plan.pool = 12 * plan.starts.max(1);
         plan
+    }
+
+    /// Nearest samples looked at.
+    pub fn pool(&self) -> usize {
+        if self.starts + self.exits == 0 { 1 } else { 12 * self.starts.max(1) }
     }
 
     fn of_effort(effort: Effort, ground: &Ground) -> Self {
@@ -129,7 +131,6 @@ impl Plan {
         let probe = |iterations| RefineOptions { iterations, search: ContactSearch::Coarse, ..refine };
         match effort {
             Effort::Nearest => Self {
-                pool: 1,
                 exits: 0,
                 starts: 0,
                 spread: 0.0,
@@ -145,7 +146,6 @@ impl Plan {
             },
             // Where linearised descents mislead, more of them, from more kinds of starts, are carried on.
             Effort::Refined if !is_smooth => Self {
-                pool: 192,
                 exits: EXITS,
                 starts: STARTS,
                 spread: 0.35,
@@ -161,7 +161,6 @@ impl Plan {
                 refine,
             },
             Effort::Refined => Self {
-                pool: 192,
                 exits: EXITS,
                 starts: STARTS,
                 spread: 0.4,
@@ -185,7 +184,6 @@ impl Plan {
                     tolerance: 1e-6,
                 };
                 Self {
-                    pool: 1024,
                     exits: 32,
                     starts: 96,
                     spread: 0.15,

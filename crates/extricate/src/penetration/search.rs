@@ -147,7 +147,7 @@ impl QueryScratch {
         self.near_exits = exits;
         let pool = std::mem::take(&mut self.pool);
         let most = self.chosen.len() + plan.starts;
-        self.choose_from(ground, pool.iter().take(plan.pool).map(|(id, _)| *id), most, plan.spread);
+        self.choose_from(ground, pool.iter().take(plan.pool()).map(|(id, _)| *id), most, plan.spread);
         self.pool = pool;
     }
 

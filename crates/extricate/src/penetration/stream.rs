@@ -79,13 +79,13 @@ impl Stream {
             return Some(answer);
         }
         let plan = Plan::of(&options, ground);
-        if !self.scratch.first_witness(ground, plan.pool, &mut answer) {
+        if !self.scratch.first_witness(ground, plan.pool(), &mut answer) {
             return None;
         }
-        if options.effort != Effort::Nearest && (self.tracked.is_empty() || options.effort == Effort::Exhaustive) {
-            search_all(ground, &plan, &options, &mut self.scratch, &mut answer);
-        } else if options.effort != Effort::Nearest {
-            self.follow(ground, &plan, &mut answer);
+        match options.effort {
+            Effort::Nearest => {}
+            Effort::Refined if !self.tracked.is_empty() => self.follow(ground, &plan, &mut answer),
+            _ => search_all(ground, &plan, &options, &mut self.scratch, &mut answer),
         }
         self.keep(ground, &answer);
         self.scratch.describe(ground, &options, &mut answer);
