@@ -75,7 +75,7 @@ pub fn options(
     }
     let starts = starts.map(|starts| count("starts", starts, 1)).transpose()?;
     let checks = checks.map(|checks| count("checks", checks, 0)).transpose()?;
-    Ok(QueryOptions { effort: found, exits, starts, budget: QueryBudget { checks, seconds }, way })
+    Ok(QueryOptions { effort: found, exits, starts, budget: QueryBudget { checks, seconds }, stop: None, way })
 }
 
 fn name(effort: Effort) -> &'static str {

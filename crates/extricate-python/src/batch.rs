@@ -3,7 +3,7 @@
 use std::sync::Mutex;
 
 use extricate::cspace::Factor;
-use extricate::{Answer, Config, ConfigSpace, Manifold, QueryScratch};
+use extricate::{Answer, Config, ConfigSpace, Manifold, QueryOptions, QueryScratch};
 use numpy::{PyArray1, PyArrayMethods};
 use pyo3::prelude::*;
 use rayon::prelude::*;
@@ -43,9 +43,9 @@ fn plain_limits(space: &ConfigSpace) -> Option<Vec<[f64; 2]>> {
 }
 
 /// Answers one query; `None` where nothing free was found.
-pub type Ask<'a> = dyn Fn(&Config, &mut QueryScratch) -> Option<Answer> + Sync + 'a;
+pub type Ask<'a> = dyn Fn(&Config, &QueryOptions, &mut QueryScratch) -> Option<Answer> + Sync + 'a;
 
-/// What `ask` says of each row of `queries`, which `space` checks, as a structured array of [`Layout`].
+/// What `ask`, given `options`, says of each row of `queries`, which `space` checks, as a structured array of [`Layout`].
 ///
 /// # Errors
 /// `ValueError` for a shape or a row that is no configuration, before anything is asked; what [`long_call::run`] raises.
@@ -54,6 +54,7 @@ pub fn answers<'py>(
     space: &ConfigSpace,
     thread_count: i64,
     scratches: &Scratches,
+    options: QueryOptions,
     ask: &Ask,
 ) -> PyResult<Bound<'py, PyAny>> {
     let py = queries.py();
@@ -74,11 +75,16 @@ pub fn answers<'py>(
     {
         let mut answers = answers.readwrite();
         let answers = answers.as_slice_mut().expect("contiguous: it was just made");
-        let chunk = |line: &long_call::Line<()>, at: usize, values: &[f64], answers: &mut [u8]| -> PyResult<()> {
+        let chunk = |line: &long_call::Line<()>,
+                     options: &QueryOptions,
+                     at: usize,
+                     values: &[f64],
+                     answers: &mut [u8]|
+         -> PyResult<()> {
             scratches.with(|scratch| {
                 let rows = values.chunks_exact(nq).zip(answers.chunks_exact_mut(layout.size()));
                 for (row, (q, answer)) in rows.enumerate().take_while(|_| !line.stopped()) {
-                    layout.write(ask(&config(at * CHUNK + row, q)?, scratch).as_ref(), answer);
+                    layout.write(ask(&config(at * CHUNK + row, q)?, options, scratch).as_ref(), answer);
                 }
                 Ok(())
             })
@@ -87,10 +93,11 @@ pub fn answers<'py>(
             py,
             |_, ()| Ok(()),
             |line| {
+                let options = QueryOptions { stop: Some(line.stop()), ..options };
                 let answers = || {
                     let answers = answers.par_chunks_mut(CHUNK * layout.size());
                     let chunks = values.par_chunks(CHUNK * nq).zip(answers).enumerate();
-                    chunks.try_for_each(|(at, (values, answers))| chunk(line, at, values, answers))
+                    chunks.try_for_each(|(at, (values, answers))| chunk(line, &options, at, values, answers))
                 };
                 pool.install(answers)
             },

@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use extricate::QueryOptions;
 use pyo3::prelude::*;
 
 use crate::answer;
@@ -75,8 +76,10 @@ impl ChangedScene {
         let options = answer::options(effort, exits, starts, checks, seconds, way)?;
         let values = one_config("q", q, &scene.space)?;
         let config = scene.space.config(values.values()).map_err(|error| bad_row("q", 0, true, error))?;
+        let watch = long_call::Watch::new();
+        let options = QueryOptions { stop: Some(watch.stop()), ..options };
         let ask = || self.scratches.with(|scratch| model.query_in(&self.changed, &config, &options, scratch));
-        py.detach(ask).map(|answer| answer::object(py, answer, scene)).transpose()
+        py.detach(|| watch.over(ask))?.map(|answer| answer::object(py, answer, scene)).transpose()
     }
 
     /// As `Model.query_batch`, in this scene. Where nothing free was found, depth is inf, witness, gradient and max_displacement are
@@ -94,8 +97,8 @@ impl ChangedScene {
     ) -> PyResult<Bound<'py, PyAny>> {
         let options = answer::options(effort, 1, starts, checks, seconds, false)?;
         let model = self.model.get().inner();
-        answers(Q, &self.changed.scene().space, threads, &self.scratches, &|q, scratch| {
-            model.query_in(&self.changed, q, &options, scratch)
+        answers(Q, &self.changed.scene().space, threads, &self.scratches, options, &|q, options, scratch| {
+            model.query_in(&self.changed, q, options, scratch)
         })
     }
 

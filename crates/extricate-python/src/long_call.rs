@@ -1,11 +1,12 @@
-//! Work that takes long: without the interpreter lock, on its own threads, ended by Ctrl-C.
+//! Work that takes long: without the interpreter lock, on its own threads or the calling one, ended by Ctrl-C.
 
-use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{self, RecvTimeoutError};
+use std::sync::{Arc, Mutex, MutexGuard};
 use std::thread;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
+use extricate::Stop;
 use pyo3::exceptions::PyOSError;
 use pyo3::prelude::*;
 use rayon::{ThreadPool, ThreadPoolBuilder};
@@ -16,7 +17,7 @@ const PERIOD: Duration = Duration::from_millis(50);
 
 /// What the work and the calling thread tell each other.
 pub struct Line<News> {
-    stop: AtomicBool,
+    stop: Arc<AtomicBool>,
     news: Mutex<Option<News>>,
 }
 
@@ -26,13 +27,19 @@ impl<News> Line<News> {
         self.stop.load(Ordering::Relaxed)
     }
 
+    /// The same, for queries.
+    pub fn stop(&self) -> Stop {
+        let stop = Arc::clone(&self.stop);
+        Stop::when(move || stop.load(Ordering::Relaxed))
+    }
+
     /// Leaves news for the calling thread, in place of older news that it has not fetched.
     pub fn tell(&self, news: News) {
-        *self.news.lock().expect("never poisoned: nothing panics while it is held") = Some(news);
+        *self.news.lock().expect(UNPOISONED) = Some(news);
     }
 
     fn fetch(&self) -> Option<News> {
-        self.news.lock().expect("never poisoned: nothing panics while it is held").take()
+        self.news.lock().expect(UNPOISONED).take()
     }
 }
 
@@ -45,7 +52,7 @@ pub fn run<T: Send, News: Send>(
     hear: impl Fn(Python<'_>, News) -> PyResult<()> + Sync,
     work: impl FnOnce(&Line<News>) -> T + Send,
 ) -> PyResult<T> {
-    let line = Line { stop: AtomicBool::new(false), news: Mutex::new(None) };
+    let line = Line { stop: Arc::default(), news: Mutex::new(None) };
     py.detach(|| {
         thread::scope(|scope| {
             // Never sent on: it closes when the work is done, also where that panics.
@@ -80,6 +87,62 @@ pub fn run<T: Send, News: Send>(
         })
     })
 }
+
+/// Looks for signals on behalf of queries on the calling thread, which ask it before each step: starting a thread, as [`run`] does, takes
+/// longer than most queries.
+#[derive(Clone)]
+pub struct Watch(Arc<Mutex<Watched>>);
+
+struct Watched {
+    /// When to look.
+    next: Instant,
+    /// What a signal handler raised.
+    failure: Option<PyErr>,
+}
+
+impl Watch {
+    /// One that has seen nothing.
+    pub fn new() -> Self {
+        Self(Arc::new(Mutex::new(Watched { next: Instant::now() + PERIOD, failure: None })))
+    }
+
+    /// What a query asks.
+    pub fn stop(&self) -> Stop {
+        let watch = self.clone();
+        Stop::when(move || watch.has_failed())
+    }
+
+    /// Runs `work`, which asks [`Watch::stop`] and does not hold the interpreter lock.
+    ///
+    /// # Errors
+    /// The exception of a signal handler (`KeyboardInterrupt`).
+    pub fn over<T>(&self, work: impl FnOnce() -> T) -> PyResult<T> {
+        self.watched().next = Instant::now() + PERIOD;
+        let result = work();
+        self.watched().failure.take().map_or(Ok(result), Err)
+    }
+
+    fn has_failed(&self) -> bool {
+        let now = Instant::now();
+        let mut watched = self.watched();
+        if watched.failure.is_some() || now < watched.next {
+            return watched.failure.is_some();
+        }
+        watched.next = now + PERIOD;
+        // A signal handler may do anything, for long; nothing is held meanwhile.
+        drop(watched);
+        let failure = Python::attach(|py| py.check_signals()).err();
+        let has_failed = failure.is_some();
+        self.watched().failure = failure;
+        has_failed
+    }
+
+    fn watched(&self) -> MutexGuard<'_, Watched> {
+        self.0.lock().expect(UNPOISONED)
+    }
+}
+
+const UNPOISONED: &str = "never poisoned: nothing panics while it is held";
 
 /// A pool of `threads` threads, 0 for one per core. Every call has its own: a global one would not survive `fork`.
 ///

@@ -4,7 +4,7 @@ use std::collections::HashSet;
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use extricate::{model_file, store};
+use extricate::{QueryOptions, model_file, store};
 use numpy::{PyArray2, PyArrayMethods, ToPyArray};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
@@ -126,7 +126,6 @@ impl Model {
     /// checks, seconds: where to stop early, with the best answer so far; more of either never gives a larger depth.
     /// way: whether to look at the straight way to the witness, see `Answer.way`; costs as much as many checks.
     ///
-    /// Ctrl-C is heard when the query ends: bound a long one by `seconds`.
     /// Raises ValueError for a wrong shape, values that are not finite or beyond a limit.
     #[pyo3(signature = (q, *, effort = "refined", exits = 1, starts = None, checks = None, seconds = None, way = false))]
     fn query<'py>(
@@ -144,7 +143,10 @@ impl Model {
         let space = &self.model.scene().space;
         let values = one_config("q", q, space)?;
         let config = space.config(values.values()).map_err(|error| bad_row("q", 0, true, error))?;
-        let answer = py.detach(|| self.scratches.with(|scratch| self.model.query(&config, &options, scratch)));
+        let watch = long_call::Watch::new();
+        let options = QueryOptions { stop: Some(watch.stop()), ..options };
+        let ask = || self.scratches.with(|scratch| self.model.query(&config, &options, scratch));
+        let answer = py.detach(|| watch.over(ask))?;
         answer::object(py, answer, self.model.scene())
     }
 
@@ -169,8 +171,8 @@ impl Model {
         threads: i64,
     ) -> PyResult<Bound<'py, PyAny>> {
         let options = answer::options(effort, 1, starts, checks, seconds, false)?;
-        answers(Q, &self.model.scene().space, threads, &self.scratches, &|q, scratch| {
-            Some(self.model.query(q, &options, scratch))
+        answers(Q, &self.model.scene().space, threads, &self.scratches, options, &|q, options, scratch| {
+            Some(self.model.query(q, options, scratch))
         })
     }
 

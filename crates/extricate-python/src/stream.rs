@@ -1,14 +1,16 @@
 //! The class `Stream`: queries that follow each other closely, as from a simulation.
 
-use std::sync::Mutex;
+use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::thread::{self, ThreadId};
 
 use extricate::{QueryOptions, StreamOptions};
-use pyo3::exceptions::PyValueError;
+use pyo3::exceptions::{PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
 
 use crate::answer;
 use crate::arrays::{bad_row, one_config};
 use crate::error::count;
+use crate::long_call::Watch;
 use crate::model::Model;
 
 /// Queries that follow each other closely: each is warm-started from the one before. Made by `Model.stream`.
@@ -18,6 +20,9 @@ use crate::model::Model;
 pub struct Stream {
     model: Py<Model>,
     stream: Mutex<extricate::Stream>,
+    watch: Watch,
+    /// The thread that answers a frame.
+    busy: Mutex<Option<ThreadId>>,
 }
 
 impl Stream {
@@ -29,13 +34,29 @@ impl Stream {
         if !(0.0..1.0).contains(&hysteresis) {
             return Err(PyValueError::new_err(format!("hysteresis: got {hysteresis}, expected at least 0, below 1")));
         }
+        let watch = Watch::new();
+        let query = QueryOptions { stop: Some(watch.stop()), ..query };
         let options = StreamOptions { query, hysteresis, looks: count("looks", looks, 0)? };
-        Ok(Self { model, stream: Mutex::new(extricate::Stream::new(options)) })
+        let stream = Mutex::new(extricate::Stream::new(options));
+        Ok(Self { model, stream, watch, busy: Mutex::default() })
     }
 
-    fn with<T>(&self, work: impl FnOnce(&mut extricate::Stream) -> T) -> T {
-        // A frame that panicked leaves nothing half done that the next one would trust.
-        work(&mut self.stream.lock().unwrap_or_else(std::sync::PoisonError::into_inner))
+    /// Does `work` when no other thread is at it, ended by Ctrl-C.
+    ///
+    /// # Errors
+    /// `RuntimeError` in a signal handler that a frame is waiting for; what a signal handler raised.
+    fn with<T: Send>(&self, py: Python<'_>, work: impl FnOnce(&mut extricate::Stream) -> T + Send) -> PyResult<T> {
+        let me = Some(thread::current().id());
+        if *unpoisoned(&self.busy) == me {
+            return Err(PyRuntimeError::new_err("stream: got a call from a signal handler, during a call of its own"));
+        }
+        py.detach(|| {
+            let mut stream = unpoisoned(&self.stream);
+            *unpoisoned(&self.busy) = me;
+            let result = self.watch.over(|| work(&mut stream));
+            *unpoisoned(&self.busy) = None;
+            result
+        })
     }
 }
 
@@ -48,12 +69,17 @@ impl Stream {
         let space = &model.scene().space;
         let values = one_config("q", q, space)?;
         let config = space.config(values.values()).map_err(|error| bad_row("q", 0, true, error))?;
-        let answer = py.detach(|| self.with(|stream| model.query_next(&config, stream)));
+        let answer = self.with(py, |stream| model.query_next(&config, stream))?;
         answer::object(py, answer, model.scene())
     }
 
     /// Forgets the frames so far: the next one is answered as a query on its own.
-    fn restart(&self, py: Python<'_>) {
-        py.detach(|| self.with(extricate::Stream::restart));
+    fn restart(&self, py: Python<'_>) -> PyResult<()> {
+        self.with(py, extricate::Stream::restart)
     }
+}
+
+/// A frame that panicked leaves nothing half done that the next one would trust.
+fn unpoisoned<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }

@@ -249,6 +249,62 @@ def test_an_interrupt_ends_a_long_call(name: str, planar: Scene, model: Model) -
     assert model.query(Q[0]).verified
 
 
+# One query of many seconds, of an arm of meshes; it ends itself should nothing else do.
+ENDLESS = {"effort": "exhaustive", "starts": 10**6, "seconds": 60}
+
+
+@pytest.fixture(scope="module")
+def of_meshes(arm: Scene) -> Model:
+    return extricate.learn(arm, labels=10_000)
+
+
+ONE = {
+    "query": lambda model, q: model.query(q, exits=9, way=True, **ENDLESS),
+    "query in another scene": lambda model, q: model.in_scene(model.scene).query(q, **ENDLESS),
+    "query_batch": lambda model, q: model.query_batch([q, q], **ENDLESS),
+    "a frame of a stream": lambda model, q: model.stream(**ENDLESS).query(q),
+}
+
+
+@pytest.mark.skipif(os.name == "nt", reason="needs POSIX signals")
+@pytest.mark.parametrize("name", ONE)
+def test_an_interrupt_ends_one_query(name: str, of_meshes: Model) -> None:
+    q = of_meshes.scene.sample(1, seed=1, colliding=True)[0]
+    threading.Timer(0.5, os.kill, (os.getpid(), signal.SIGINT)).start()
+    started = time.monotonic()
+    with pytest.raises(KeyboardInterrupt):
+        ONE[name](of_meshes, q)
+    assert time.monotonic() - started < 3  # the whole query takes several times as long
+    assert of_meshes.query(q).verified
+
+
+@pytest.mark.skipif(os.name == "nt", reason="needs POSIX signals")
+def test_signal_handlers_run_during_a_query_and_may_ask(of_meshes: Model) -> None:
+    model, long = of_meshes, {**ENDLESS, "seconds": 1.0}
+    q = model.scene.sample(1, seed=1, colliding=True)[0]
+    stream = model.stream(**long)
+    heard, refused = [], []
+
+    def handler(number: int, frame: object) -> None:
+        heard.append(model.query(q).depth)
+        try:
+            stream.query(q)
+        except RuntimeError as error:
+            refused.append(str(error))
+
+    before = signal.signal(signal.SIGALRM, handler)
+    try:
+        signal.setitimer(signal.ITIMER_REAL, 0.1)
+        model.query(q, **long)
+        assert len(heard) == 1 and refused == []
+        signal.setitimer(signal.ITIMER_REAL, 0.1)
+        answer = stream.query(q)
+    finally:
+        signal.signal(signal.SIGALRM, before)
+    assert len(heard) == 2 and refused == ["stream: got a call from a signal handler, during a call of its own"]
+    assert answer.verified and answer.depth <= heard[0] == heard[1]
+
+
 def ask_in_child(model: Model, scene: Scene, Q: np.ndarray, answers) -> None:  # type: ignore[no-untyped-def, type-arg]
     learned = extricate.learn(scene, labels=2000).statistics["labels"]
     again = pickle.loads(pickle.dumps(model))

@@ -94,6 +94,7 @@ impl QueryArgs {
             exits: self.exits,
             starts: self.starts,
             budget: QueryBudget { checks: self.max_checks, seconds: self.max_seconds },
+            stop: None,
             way: self.way,
         }
     }

@@ -24,7 +24,7 @@ mod wander;
 pub use answer::{Answer, Exit, Way};
 pub use batch::Answered;
 pub use changed::ChangedScene;
-pub use options::{Effort, QueryBudget, QueryOptions};
+pub use options::{Effort, QueryBudget, QueryOptions, Stop};
 pub use plan::RELIED_ON;
 pub use search::QueryScratch;
 pub use stream::{Stream, StreamOptions};
@@ -58,7 +58,8 @@ pub struct Ground<'a> {
     pub stale: bool,
 }
 
-/// The nearest free configuration to `q` that the effort finds; `None` only where the samples are stale and nothing free was found.
+/// The nearest free configuration to `q` that the effort finds; `None` only where the samples are stale and nothing free was found, or
+/// looking for it was stopped.
 ///
 /// # Guarantee
 /// `lower_bound <= depth`, and `lower_bound` is proved. The witness is free: by the exact checker during this call where

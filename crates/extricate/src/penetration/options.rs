@@ -1,5 +1,8 @@
 //! What a query is asked to do.
 
+use std::fmt;
+use std::sync::Arc;
+
 use serde::Serialize;
 
 /// How hard a query tries.
@@ -29,6 +32,8 @@ pub struct QueryOptions {
     pub starts: Option<usize>,
     /// When to stop early.
     pub budget: QueryBudget,
+    /// Who may end it before the budget is spent.
+    pub stop: Option<Stop>,
     /// Whether to look at the straight way to the witness, see [`super::Answer::way`]. Costs as much as many checks.
     pub way: bool,
 }
@@ -46,4 +51,33 @@ pub struct QueryBudget {
     pub checks: Option<usize>,
     /// Seconds from the start of the call; looked at before each step.
     pub seconds: Option<f64>,
+}
+
+/// A question asked before each step of a query, on its thread: `true` ends it, with what a spent budget leaves. Two are equal where
+/// one is a clone of the other.
+#[derive(Clone)]
+pub struct Stop(Arc<dyn Fn() -> bool + Send + Sync>);
+
+impl Stop {
+    /// Ends queries where `ask` says so; steps take some tens of microseconds, so it should take far less.
+    pub fn when(ask: impl Fn() -> bool + Send + Sync + 'static) -> Self {
+        Self(Arc::new(ask))
+    }
+
+    /// Whether to end now.
+    pub fn is_asked(&self) -> bool {
+        (self.0)()
+    }
+}
+
+impl PartialEq for Stop {
+    fn eq(&self, other: &Self) -> bool {
+        Arc::ptr_eq(&self.0, &other.0)
+    }
+}
+
+impl fmt::Debug for Stop {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("Stop(..)")
+    }
 }

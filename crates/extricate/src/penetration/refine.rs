@@ -3,6 +3,7 @@
 use std::time::Instant;
 
 use super::Ground;
+use super::options::Stop;
 use super::qp::{Qp, QpOutcome};
 use crate::collision::{CheckScratch, Contact, ContactQuery, ContactSearch};
 use crate::cspace::{Label, Manifold};
@@ -60,12 +61,14 @@ pub struct RefineScratch {
 }
 
 /// When a query has spent what it may.
-#[derive(Debug, Clone, Copy, Default)]
+#[derive(Debug, Clone, Default)]
 pub struct Limit {
     /// Most exact checks and contact evaluations.
     pub checks: Option<usize>,
     /// When to end.
     pub deadline: Option<Instant>,
+    /// Who may end it before.
+    pub stop: Option<Stop>,
 }
 
 impl RefineScratch {
@@ -73,6 +76,12 @@ impl RefineScratch {
     pub fn is_spent(&self) -> bool {
         self.limit.checks.is_some_and(|most| self.checks >= most)
             || self.limit.deadline.is_some_and(|deadline| Instant::now() >= deadline)
+            || self.is_stopped()
+    }
+
+    /// Whether the caller ended the query.
+    pub fn is_stopped(&self) -> bool {
+        self.limit.stop.as_ref().is_some_and(Stop::is_asked)
     }
 
     /// Where the last descent stood when it ended.

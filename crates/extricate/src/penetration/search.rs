@@ -8,7 +8,7 @@ use super::exits::Exits;
 use super::local_metric::LocalMetric;
 use super::options::{QueryBudget, QueryOptions};
 use super::plan::{HOPE, Plan};
-use super::refine::{Limit, RefineOptions, RefineScratch, slide};
+use super::refine::{RefineOptions, RefineScratch, slide};
 use super::scatter::{ScatterScratch, scatter};
 use super::wander::{WanderScratch, wander};
 use crate::boundary::BoundaryScratch;
@@ -68,7 +68,12 @@ impl QueryScratch {
             Err(_) => None,
         };
         let QueryBudget { checks, seconds } = options.budget;
-        self.refine.limit = Limit { checks, deadline: seconds.and_then(until) };
+        let limit = &mut self.refine.limit;
+        (limit.checks, limit.deadline) = (checks, seconds.and_then(until));
+        // Queries of a batch share one: counting who holds it, each anew, would have threads wait for each other.
+        if limit.stop != options.stop {
+            limit.stop.clone_from(&options.stop);
+        }
         self.refine.check.forget_contacts();
         self.refine.checks = 1;
         let space = &ground.checker.scene().space;
@@ -89,6 +94,9 @@ impl QueryScratch {
         loop {
             ground.boundary.nearest(ground.metric, &self.anchor, count, &mut self.boundary, &mut self.pool);
             for &(id, depth) in &self.pool[looked..] {
+                if ground.stale && self.refine.is_stopped() {
+                    return false;
+                }
                 let sample = ground.boundary.config(id);
                 if !ground.stale || self.refine.label(ground, sample) == Label::Free {
                     (answer.depth, answer.verified) = (depth, ground.stale);
@@ -110,6 +118,9 @@ impl QueryScratch {
         let space = &ground.checker.scene().space;
         let halton = Halton::new(space.nv(), 0);
         for index in 0..LAST_RESORT {
+            if self.refine.is_stopped() {
+                return false;
+            }
             halton.config(space, index, &mut answer.witness);
             if self.refine.label(ground, &answer.witness) == Label::Free {
                 answer.verified = true;

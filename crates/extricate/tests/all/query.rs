@@ -1,13 +1,15 @@
 //! What can be asked of a query beside the nearest way out: several ways out, a budget, the gradient, the way there, many at once.
 
 use std::ops::ControlFlow;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 use extricate::cspace::sampling::Halton;
 use extricate::penetration::answer::RIVAL;
 use extricate::scene::{MetricSpec, builtin};
 use extricate::{
     Answer, CheckScratch, Config, Effort, Label, Model, QueryBudget, QueryOptions, QueryScratch, SegmentOptions,
-    SegmentOutcome,
+    SegmentOutcome, Stop,
 };
 
 use crate::memory::learn;
@@ -112,6 +114,35 @@ fn a_larger_budget_is_never_worse_and_checks_are_kept() {
                 assert!(none.verified && none.checks <= 4, "{}", none.checks);
                 assert_eq!(with(QueryBudget { checks: None, seconds: Some(f64::MAX) }), full);
             }
+        }
+    }
+}
+
+#[test]
+fn a_query_ends_when_its_caller_says_so() {
+    for (name, metric) in [("shelf-arm", MetricSpec::Joint), ("free-box", MetricSpec::MaxDisplacement)] {
+        let model = model(name, metric);
+        for q in colliding(&model, 2) {
+            let options = QueryOptions { effort: Effort::Exhaustive, exits: 3, ..QueryOptions::default() };
+            let full = ask(&model, &q, &options);
+            let mut last = f64::INFINITY;
+            for questions in [0, 1, 30, 300] {
+                let asked = Arc::new(AtomicUsize::new(0));
+                let counted = asked.clone();
+                let stop = Stop::when(move || counted.fetch_add(1, Ordering::Relaxed) >= questions);
+                let answer = ask(&model, &q, &QueryOptions { stop: Some(stop.clone()), ..options.clone() });
+                assert!(answer.verified && answer.lower_bound <= answer.depth && full.depth <= answer.depth, "{name}");
+                assert!(
+                    answer.depth <= last && 5 * answer.checks < full.checks,
+                    "{} of {}",
+                    answer.checks,
+                    full.checks
+                );
+                assert!(stop.is_asked() && stop == stop.clone() && stop != Stop::when(|| true));
+                last = answer.depth;
+            }
+            let never = QueryOptions { stop: Some(Stop::when(|| false)), ..options };
+            assert_eq!(ask(&model, &q, &never), full);
         }
     }
 }
