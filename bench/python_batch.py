@@ -1,25 +1,29 @@
 #!/usr/bin/env python3
 """What Python adds to queries: figures for docs/benchmarks/python.md.
 
-    python3 bench/python_batch.py [--queries 1000000] [--refined 2000] [--rounds 5]
+    python3 bench/python_batch.py [--rows 1000000] [--blocks 100] [--pairs 40]
 
 Needs cargo, Python 3.9 or newer and a network: builds the release wheel and our side of the benchmarks, installs the wheel into an empty
 environment (target/bench/python) and goes on there. Measured on the built-in `shelf-arm`, 7 joints.
 
-batch    `Model.query_batch` on one thread against the same rows answered by a program in Rust (`extricate-bench batch`) with the library's
-         `Model::query_batch`; beside it against a bare loop that adds up depths and keeps no answer. From the numbers to the last answer;
-         learning and reading files are not counted. All sides in turns, the order changing from round to round.
-threads  two threads of Python that ask one model, each its own queries one by one, against one thread; beside it the same for threads of
-         Rust, which is what the machine gives.
+blocks   a batch in blocks, each answered by `Model.query_batch` on one thread of Python, and, just before or just after, by a program in Rust
+         (`extricate-bench batch`) that asks `Model::query_batch` for the same rows. Which is first changes from block to block: what the
+         machine does meanwhile, which changes within seconds, both see alike. Beside it a bare loop in Rust that adds up
+         depths and keeps no answer. From the numbers to the last answer; learning and reading files are not counted.
+binding  the time that Python's side takes itself, without what is asked: rows of a scene of 7 joints and no obstacle, whose answers cost next to
+         nothing, by Python and by the bare loop. What is left between them is the same for any row, and is set beside what a query takes.
+whole    all rows in one call.
+threads  two threads of Python that ask one model, each all queries of a block one by one, against one thread that asks them once; beside it the
+         same for threads of Rust, which is what the machine gives.
 
-Processor time is that of all threads of the program. Wall time says something only where nothing else runs: the share of a core that other
-programs had is measured and shown.
+A ratio is the median over blocks; in brackets the 95 % interval of the median, from the order of the blocks alone (no distribution is assumed).
+Processor time is that of all threads of the program. The share of a core that other programs had is measured and shown.
 """
 import argparse
 import json
+import math
 import os
 import pathlib
-import resource
 import statistics
 import subprocess
 import sys
@@ -46,79 +50,54 @@ def prepare():
         old.unlink()
     subprocess.run([HOME / "venv" / "bin" / "maturin", "build", "--quiet", "--locked", "--release", "--manifest-path", manifest, "--out", wheels], check=True)
     subprocess.run([*pip, *wheels.glob("*.whl")], check=True)
+    enter()
+
+
+def enter():
+    """Goes on in the environment."""
+    python = HOME / "venv" / "bin" / "python"
     os.execve(python, [str(python), __file__, *sys.argv[1:]], {**os.environ, PREPARED: "1"})
 
 
-class Bench:
-    def __init__(self, options, folder):
-        import extricate
+class Asked:
+    """Rows of one model, asked on both sides in turns."""
 
-        self.options, self.folder = options, folder
-        self.scene = extricate.Scene.builtin("shelf-arm")
-        self.model = extricate.learn(self.scene, labels=options.labels, seed=1)
-        self.model.save(folder / "arm.model")
-
-    def batches(self):
-        """Rows of what was asked and, per round, the times of both sides."""
-        few, many = self.options.refined, self.options.queries
-        return [
-            self.batch("colliding", "nearest", many),
-            self.batch("free", "refined", many),
-            self.batch("colliding", "refined", few),
-        ]
-
-    def batch(self, kind, effort, count):
-        Q = self.scene.sample(count, seed=7, colliding=kind == "colliding")
-        file = self.folder / "queries"
-        Q.tofile(file)
-        rounds = []
-        for k in range(self.options.rounds):
-            sides = {"rust": lambda: self.rust(file, effort, 1), "loop": lambda: self.rust(file, effort, "loop"), "python": lambda: self.python(Q, effort)}
-            order = [*sides, *sides][k % 3 : k % 3 + 3]
-            others = Others()
-            times = {side: sides[side]() for side in order}
-            times["others"] = others.share()
-            depths = [times[side]["depth"] for side in order]
-            assert max(depths) - min(depths) <= 1e-9 * max(depths), f"the sides disagree: {depths}"
-            rounds.append(times)
-            print(f"{count:,} {kind}, {effort}: {times}", flush=True)
-        return {"kind": kind, "effort": effort, "count": count, "rounds": rounds}
-
-    def rust(self, file, effort, threads):
+    def __init__(self, model, Q, effort, folder):
+        self.model, self.Q, self.effort = model, Q, effort
+        model.save(folder / "asked.model")
+        Q.tofile(folder / "queries")
         program = ROOT / "target" / "release" / "extricate-bench"
-        words = [program, "batch", self.folder / "arm.model", file, effort, str(threads)]
-        return json.loads(subprocess.run(words, check=True, capture_output=True, text=True).stdout)
+        words = [program, "batch", folder / "asked.model", folder / "queries", effort]
+        self.program = subprocess.Popen(words, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, bufsize=1)
+        assert json.loads(self.program.stdout.readline()) == {"rows": len(Q)}
 
-    def python(self, Q, effort):
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *failure):
+        self.program.communicate()
+
+    def rust(self, first, last, how):
+        self.program.stdin.write(f"{first} {last} {how}\n")
+        self.program.stdin.flush()
+        return json.loads(self.program.stdout.readline())
+
+    def python(self, first, last):
+        rows = self.Q[first:last]
         began, processor = time.perf_counter(), time.process_time()
-        answers = self.model.query_batch(Q, effort=effort, threads=1)
+        answers = self.model.query_batch(rows, effort=self.effort, threads=1)
         times = {"wall": time.perf_counter() - began, "processor": time.process_time() - processor}
-        return times | {"depth": float(answers["depth"].sum())}
+        return {**times, "depth": float(answers["depth"].sum())}
 
-    def threads(self):
-        """Rows of what was asked and, per round, how many times the rate of one thread two have."""
-        rows = []
-        for effort, count in (("refined", self.options.refined // 8), ("nearest", self.options.refined * 5)):
-            Q = self.scene.sample(2 * count, seed=8, colliding=True)
-            file, rounds = self.folder / "queries", []
-            Q.tofile(file)
-            for _ in range(self.options.rounds):
-                others = Others()
-                one, two = self.asked(Q, effort, 1), self.asked(Q, effort, 2)
-                rust = self.rust(file, effort, 1)["wall"] / self.rust(file, effort, 2)["wall"]
-                rounds.append({"python": one / two, "rust": rust, "others": others.share()})
-                print(f"threads, {effort}: {rounds[-1]}", flush=True)
-            rows.append({"effort": effort, "count": len(Q), "rounds": rounds})
-        return rows
+    def one_by_one(self, first, last, threads):
+        """Wall seconds until each of the threads has asked all of the rows."""
+        rows = list(self.Q[first:last])
 
-    def asked(self, Q, effort, threads):
-        """Wall seconds for all of Q, one query a call, parted among threads."""
+        def ask():
+            for q in rows:
+                self.model.query(q, effort=self.effort)
 
-        def ask(mine):
-            for q in mine:
-                self.model.query(q, effort=effort)
-
-        workers = [threading.Thread(target=ask, args=(Q[k::threads],)) for k in range(threads)]
+        workers = [threading.Thread(target=ask) for _ in range(threads)]
         began = time.perf_counter()
         for worker in workers:
             worker.start()
@@ -126,68 +105,150 @@ class Bench:
             worker.join()
         return time.perf_counter() - began
 
+    def blocks(self, count):
+        """Times of all sides, block by block."""
+        bounds = [len(self.Q) * k // count for k in range(count + 1)]
+        sides = {"python": self.python, "rust": lambda *block: self.rust(*block, "1"), "loop": lambda *block: self.rust(*block, "loop")}
+        orders = [["loop", "python", "rust"], ["rust", "python", "loop"], ["python", "rust", "loop"], ["loop", "rust", "python"]]
+        found = []
+        for k, block in enumerate(zip(bounds, bounds[1:])):
+            others = Others()
+            times = {side: sides[side](*block) for side in orders[k % 4]}
+            times["others"] = others.share()
+            depths = [times[side]["depth"] for side in sides]
+            assert max(depths) - min(depths) <= 1e-9 * max(depths), f"the sides disagree: {depths}"
+            found.append(times)
+        return found
+
 
 class Others:
-    """What programs other than this one and those it calls do from now on."""
+    """What programs other than this one and its twin in Rust, one of which is always at work, do from now on."""
 
     def __init__(self):
-        self.began, self.before = time.perf_counter(), self.seconds()
+        self.began, self.idle = time.perf_counter(), self.idle_seconds()
 
-    def seconds(self):
-        ours = sum(sum(resource.getrusage(who)[:2]) for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN))
-        user, nice, system = (int(word) for word in open("/proc/stat").readline().split()[1:4])
-        return (user + nice + system) / os.sysconf("SC_CLK_TCK") - ours
+    def idle_seconds(self):
+        return int(open("/proc/stat").readline().split()[4]) / os.sysconf("SC_CLK_TCK")
 
     def share(self):
         """Of one core."""
-        return max(0.0, self.seconds() - self.before) / (time.perf_counter() - self.began)
+        elapsed = time.perf_counter() - self.began
+        return max(0.0, (os.cpu_count() - 1) * elapsed - (self.idle_seconds() - self.idle)) / elapsed
+
+
+def interval(values):
+    """The median and the values between which it lies with 95 % confidence: ranks by the binomial distribution."""
+    ordered, n = sorted(values), len(values)
+    below, rank = 0.0, 0
+    while rank < n // 2 and below + math.comb(n, rank) / 2**n <= 0.025:
+        below += math.comb(n, rank) / 2**n
+        rank += 1
+    return statistics.median(ordered), ordered[max(rank - 1, 0)], ordered[min(n - rank, n - 1)]
 
 
 def shown(values, digits):
-    return f"{statistics.median(values):{digits}} ({min(values):{digits}} to {max(values):{digits}})"
+    median, low, high = interval(values)
+    return f"{median:{digits}} ({low:{digits}} to {high:{digits}})"
 
 
-def section(batches, threads, cores):
+def mark(text, met):
+    return text if met else f"**{text}**"
+
+
+def added(name, found, rows):
+    """A line of the table of blocks."""
+    from page import number
+
+    def over(side, clock):
+        return [block["python"][clock] / block[side][clock] - 1 for block in found]
+
+    each = 1e6 * sum(block["rust"]["processor"] for block in found) / rows
+    # With 95 % confidence: the upper end of the interval.
+    met = interval(over("rust", "processor"))[2] < MOST
+    others = f"{statistics.median(block['others'] for block in found):.0%}"
+    return [name, len(found), number(each), mark(shown(over("rust", "processor"), "+.1%"), met), shown(over("rust", "wall"), "+.1%"),
+            shown(over("loop", "processor"), "+.1%"), others]
+
+
+BARE = "".join(
+    f'<link name="l{k}"><collision><geometry><sphere radius="0.01"/></geometry></collision></link>'
+    f'<joint name="j{k}" type="prismatic"><parent link="rail"/><child link="l{k}"/><axis xyz="1 0 0"/><origin xyz="0 {k} 0"/>'
+    '<limit lower="-1" upper="1" effort="1" velocity="1"/></joint>'
+    for k in range(7)
+)
+
+
+def measure(options, folder):
+    """The text of the page."""
+    import extricate
+
     from page import number, table
 
-    rows = []
-    for row in batches:
-        rounds = row["rounds"]
-        def over(side, clock):
-            return [r["python"][clock] / r[side][clock] - 1 for r in rounds]
+    arm = extricate.Scene.builtin("shelf-arm")
+    model = extricate.learn(arm, labels=options.labels, seed=1)
+    many, blocks, pairs = options.rows, options.blocks, options.pairs
+    rows, whole = [], None
+    for kind, effort, count, parts in [("colliding", "nearest", many, blocks), ("free", "refined", many, pairs), ("colliding", "refined", 20 * pairs, pairs)]:
+        Q = arm.sample(count, seed=7, colliding=kind == "colliding")
+        with Asked(model, Q, effort, folder) as asked:
+            found = asked.blocks(parts)
+            name = f"{count:,} {kind}, `{effort}`"
+            rows.append(added(name, found, count))
+            print(rows[-1], flush=True)
+            if whole is None:
+                nearest = sum(block["rust"]["processor"] for block in found) / count
+                whole = [asked.rust(0, count, "1"), asked.python(0, count)]
+                print(whole, flush=True)
+    head = ["batch", "blocks", "a query in Rust [us]", "Python adds, processor time", "wall time", "over a bare loop, processor time", "other programs had, of a core"]
+    text = [f"{os.cpu_count()} cores; medians over blocks and their 95 % intervals. Target: less than {MOST:.0%}; bold where the interval does not lie below it.", table(head, rows)]
+    times = [f"{side[clock]:.1f}" for clock in ("processor", "wall") for side in whole]
+    text.append(f"All {many:,} rows of `nearest` in one call: {times[0]} s of processor time in Rust, {times[1]} in Python; {times[2]} and {times[3]} s by the clock.")
 
-        added = over("rust", "processor")
-        each = 1e6 * statistics.median(r["rust"]["processor"] for r in rounds) / row["count"]
-        met = statistics.median(added) < MOST
-        text = shown(added, "+.1%")
-        rows.append([f"{row['count']:,} {row['kind']}", f"`{row['effort']}`", number(each), text if met else f"**{text}**", shown(over("rust", "wall"), "+.1%"), shown(over("loop", "processor"), "+.1%"),
-                     f"{statistics.median(r['others'] for r in rounds):.0%}"])
-    head = ["batch", "effort", "a query in Rust [us]", "Python adds, processor time", "wall time", "over a bare loop, processor time", "other programs had, of a core"]
-    text = f"{cores} cores; medians of {len(batches[0]['rounds'])} rounds, and their range. Target: less than {MOST:.0%}; misses in bold.\n\n{table(head, rows)}\n\n"
+    # Spheres that cannot meet: what an answer costs is nearly nothing.
+    bare = extricate.Scene(f'<robot name="bare"><link name="rail"/>{BARE}</robot>', disable=[(f"l{a}", f"l{b}") for b in range(7) for a in range(b)])
+    with Asked(extricate.learn(bare, labels=100, seed=1), bare.sample(many, seed=7), "nearest", folder) as asked:
+        found = asked.blocks(pairs)
+    own = [(block["python"]["processor"] - block["loop"]["processor"]) * pairs / many for block in found]
+    median, low, high = interval(own)
+    share = high / nearest
+    text.append(f"Python's side itself, without the query: {1e9 * median:.0f} ns a row ({1e9 * low:.0f} to {1e9 * high:.0f}), "
+                f"that is {mark(f'at most {share:.2%}', share < MOST)} of a `nearest` query of {number(1e6 * nearest)} us.")
+    print(text[-1], flush=True)
+
     rows = []
-    for row in threads:
-        gains = [r["python"] for r in row["rounds"]]
-        gain = shown(gains, ".2f")
-        rows.append([f"`{row['effort']}`", f"{row['count']:,}", gain if statistics.median(gains) >= LEAST_GAIN else f"**{gain}**",
-                     shown([r["rust"] for r in row["rounds"]], ".2f"), f"{statistics.median(r['others'] for r in row['rounds']):.0%}"])
-    head = ["effort", "queries", "two threads of Python over one", "two threads of Rust over one", "other programs had, of a core"]
-    return text + f"Rates of queries asked one by one. Target: {LEAST_GAIN} times that of one thread.\n\n{table(head, rows)}"
+    for effort, count in (("refined", 20), ("nearest", 4000)):
+        Q = arm.sample(count * pairs, seed=8, colliding=True)
+        found = []
+        with Asked(model, Q, effort, folder) as asked:
+            for k in range(pairs):
+                block = (k * count, (k + 1) * count)
+                ways = {"one": lambda: asked.one_by_one(*block, 1), "two": lambda: asked.one_by_one(*block, 2),
+                        "rust one": lambda: asked.rust(*block, "each:1")["wall"], "rust two": lambda: asked.rust(*block, "each:2")["wall"]}
+                order = list(ways) if k % 2 else list(ways)[::-1]
+                times = {way: ways[way]() for way in order}
+                found.append((2 * times["one"] / times["two"], 2 * times["rust one"] / times["rust two"], times["one"] / count - times["rust one"] / count))
+        gains, rust, more = zip(*found)
+        rows.append([f"`{effort}`", f"{pairs} of {count:,}", mark(shown(gains, ".2f"), interval(gains)[0] >= LEAST_GAIN), shown(rust, ".2f"), number(1e6 * statistics.median(more))])
+        print(rows[-1], flush=True)
+    head = ["effort", "blocks", "two threads of Python over one", "two threads of Rust over one", "a call costs beside the query [us]"]
+    text += [f"Rates of queries asked one by one. Target: {LEAST_GAIN} times that of one thread; bold where the median is below.", table(head, rows)]
+    return "\n\n".join(text)
 
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--queries", type=int, default=1_000_000, help="of the large batches")
-    parser.add_argument("--refined", type=int, default=2000, help="of the small one")
-    parser.add_argument("--rounds", type=int, default=5)
-    parser.add_argument("--labels", type=int, default=100_000)
+    parser.add_argument("--rows", type=int, default=1_000_000, help="of the large batches")
+    parser.add_argument("--blocks", type=int, default=100, help="that the large batch of `nearest` is parted into")
+    parser.add_argument("--pairs", type=int, default=40, help="blocks of the others")
+    parser.add_argument("--labels", type=int, default=100_000, help="that the model is learned with")
+    parser.add_argument("--built", action="store_true", help="with what the last run has built")
     options = parser.parse_args()
     if PREPARED not in os.environ:
-        prepare()
+        enter() if options.built else prepare()
     from page import put
 
     with tempfile.TemporaryDirectory() as folder:
-        bench = Bench(options, pathlib.Path(folder))
-        text = section(bench.batches(), bench.threads(), os.cpu_count())
+        text = measure(options, pathlib.Path(folder))
     print(text)
     put(ROOT / "docs" / "benchmarks" / "python.md", "bench/python_batch.py", text, "Python, measured")
 

@@ -1,57 +1,99 @@
-//! One batch of queries as a program in Rust asks it, timed as a whole: what other languages add is measured against it.
+//! Batches of queries as a program in Rust asks them, each timed as a whole, in turns with another language: what that adds is measured
+//! against it.
 
-use std::io::Write;
-use std::ops::ControlFlow;
+use std::io::{BufRead, Write};
+use std::ops::{ControlFlow, Range};
 use std::path::Path;
+use std::thread;
 use std::time::Instant;
 
 use anyhow::{Context, Result, ensure};
-use extricate::{Config, QueryScratch, store};
+use extricate::{Config, Model, QueryOptions, QueryScratch, store};
 use serde_json::json;
 
 use crate::clock::ProcessTime;
 use crate::queries::options;
 
-/// Answers the rows of `queries` (f64, little endian, nothing between them) as a batch on `how` many threads, or in a plain `loop` that
-/// keeps nothing, and writes one JSON line: `wall` and `processor` seconds from the numbers to the last answer, and the sum of depths.
-pub fn answer(model: &str, queries: &str, effort: &str, how: &str, mut output: impl Write) -> Result<()> {
+/// Answers some rows of `queries` (f64, little endian, nothing between them) for each line `FROM TO HOW` of `commands`, and writes one JSON
+/// line: `wall` and `processor` seconds from the numbers to the last answer, and the sum of depths.
+///
+/// `HOW` is a number of threads for a batch; or `loop` for a plain loop that keeps nothing; or `each:THREADS`, where every thread answers
+/// all the rows by such a loop, `wall` being that of the slowest, `depth` the sum of all.
+pub fn serve(model: &str, queries: &str, effort: &str, commands: impl BufRead, mut output: impl Write) -> Result<()> {
     let options = options(effort)?;
     let model = store::load_model(Path::new(model))?;
     let bytes = std::fs::read(queries).with_context(|| queries.to_string())?;
     let numbers: Vec<f64> = bytes.as_chunks().0.iter().map(|b| f64::from_le_bytes(*b)).collect();
-    let (space, mut depth) = (&model.scene().space, 0.0);
-    ensure!(numbers.len().is_multiple_of(space.nq()), "{queries}: expected rows of {} numbers", space.nq());
-    let (began, processor) = (Instant::now(), ProcessTime::now());
-    let rows = numbers.chunks_exact(space.nq());
-    let count = rows.len();
-    let given = if how == "loop" {
-        let mut scratch = QueryScratch::default();
-        for q in rows {
-            depth += model.query(&space.config(q)?, &options, &mut scratch).depth;
-        }
-        count
-    } else {
-        let rows: Vec<Config> = rows.map(|q| space.config(q)).collect::<Result<_, _>>()?;
-        let threads = how.parse().with_context(|| format!("expected `loop` or a number of threads, found {how}"))?;
-        model.query_batch(rows, &options, threads, &mut |answered| {
-            depth += answered.answer.depth;
-            ControlFlow::Continue(())
-        })
-    };
-    let (wall, processor) = (began.elapsed().as_secs_f64(), processor.elapsed());
-    ensure!(given == count, "{given} of {count} queries were answered");
-    writeln!(output, "{}", json!({ "queries": count, "wall": wall, "processor": processor, "depth": depth }))?;
+    let nq = model.scene().space.nq();
+    ensure!(numbers.len().is_multiple_of(nq), "{queries}: expected rows of {nq} numbers");
+    writeln!(output, "{}", json!({ "rows": numbers.len() / nq }))?;
+    output.flush()?;
+    for line in commands.lines() {
+        let line = line?;
+        let (rows, how) = command(&line, numbers.len() / nq)
+            .with_context(|| format!("expected `FROM TO THREADS|loop|each:THREADS`, found `{line}`"))?;
+        let values = &numbers[rows.start * nq..rows.end * nq];
+        let (began, processor) = (Instant::now(), ProcessTime::now());
+        let depth = match how {
+            How::Batch(threads) => batch(&model, &options, values, threads)?,
+            How::Each(1) => in_a_loop(&model, &options, values)?,
+            How::Each(threads) => thread::scope(|scope| {
+                let work = || in_a_loop(&model, &options, values);
+                let workers: Vec<_> = (0..threads).map(|_| scope.spawn(work)).collect();
+                workers.into_iter().map(|worker| worker.join().expect("queries do not panic")).sum::<Result<f64>>()
+            })?,
+        };
+        let (wall, processor) = (began.elapsed().as_secs_f64(), processor.elapsed());
+        writeln!(output, "{}", json!({ "wall": wall, "processor": processor, "depth": depth }))?;
+        output.flush()?;
+    }
     Ok(())
+}
+
+enum How {
+    /// As one batch, on so many threads.
+    Batch(usize),
+    /// By each of so many threads, all of them.
+    Each(usize),
+}
+
+fn command(line: &str, rows: usize) -> Option<(Range<usize>, How)> {
+    let [from, to, how] = line.split(' ').collect::<Vec<_>>()[..] else { return None };
+    let range = from.parse().ok()?..to.parse().ok()?;
+    let how = match how.strip_prefix("each:") {
+        Some(threads) => How::Each(threads.parse().ok()?),
+        None if how == "loop" => How::Each(1),
+        None => How::Batch(how.parse().ok()?),
+    };
+    (range.start <= range.end && range.end <= rows).then_some((range, how))
+}
+
+fn batch(model: &Model, options: &QueryOptions, values: &[f64], threads: usize) -> Result<f64> {
+    let space = &model.scene().space;
+    let rows: Vec<Config> = values.chunks_exact(space.nq()).map(|q| space.config(q)).collect::<Result<_, _>>()?;
+    let (count, mut depth) = (rows.len(), 0.0);
+    let given = model.query_batch(rows, options, threads, &mut |answered| {
+        depth += answered.answer.depth;
+        ControlFlow::Continue(())
+    });
+    ensure!(given == count, "{given} of {count} queries were answered");
+    Ok(depth)
+}
+
+fn in_a_loop(model: &Model, options: &QueryOptions, values: &[f64]) -> Result<f64> {
+    let (space, mut scratch) = (&model.scene().space, QueryScratch::default());
+    let ask = |q: &[f64]| Ok(model.query(&space.config(q)?, options, &mut scratch).depth);
+    values.chunks_exact(space.nq()).map(ask).sum()
 }
 
 #[cfg(test)]
 mod tests {
-    use extricate::{LearnOptions, Model, scene::builtin};
+    use extricate::{LearnOptions, scene::builtin};
 
     use super::*;
 
     #[test]
-    fn a_batch_is_answered_and_nonsense_an_error() {
+    fn blocks_are_answered_and_nonsense_an_error() {
         let folder = std::env::temp_dir().join(format!("extricate-bench-batch-{}", std::process::id()));
         std::fs::create_dir_all(&folder).unwrap();
         let at = |name: &str| folder.join(name).to_str().unwrap().to_string();
@@ -59,24 +101,37 @@ mod tests {
         let scene = builtin::scene("planar-arm").unwrap();
         let model = Model::learn(scene, &options, &mut |_| ControlFlow::Continue(())).unwrap();
         store::save_model(&model, Path::new(&at("arm.model"))).unwrap();
-        let rows = [[0.5, 0.0, 0.0], [0.6, 0.1, 0.0]].concat();
+        let rows = [[0.5, 0.0, 0.0], [0.6, 0.1, 0.0], [0.7, 0.1, 0.0]].concat();
         let bytes: Vec<u8> = rows.iter().flat_map(|x: &f64| x.to_le_bytes()).collect();
         std::fs::write(at("queries"), &bytes).unwrap();
         std::fs::write(at("broken"), &bytes[..40]).unwrap();
-        let depths = rows.chunks(3).map(|q| {
-            let q = model.scene().space.config(q).unwrap();
-            model.query(&q, &Default::default(), &mut Default::default()).depth
-        });
-        let depth = depths.sum::<f64>();
-        for how in ["loop", "1", "2"] {
+        let depths: Vec<f64> = rows
+            .chunks(3)
+            .map(|q| model.query(&model.scene().space.config(q).unwrap(), &Default::default(), &mut Default::default()))
+            .map(|answer| answer.depth)
+            .collect();
+        let ask = |queries: &str, effort: &str, commands: &str| {
             let mut out = Vec::new();
-            answer(&at("arm.model"), &at("queries"), "refined", how, &mut out).unwrap();
-            let line: serde_json::Value = serde_json::from_slice(&out).unwrap();
-            assert_eq!((line["queries"].as_u64(), line["depth"].as_f64()), (Some(2), Some(depth)));
+            serve(&at("arm.model"), &at(queries), effort, commands.as_bytes(), &mut out).map(|()| {
+                let lines = String::from_utf8(out).unwrap();
+                let lines = lines.lines().map(|line| serde_json::from_str::<serde_json::Value>(line).unwrap());
+                lines.collect::<Vec<_>>()
+            })
+        };
+        let lines = ask("queries", "refined", "0 3 loop\n0 3 1\n1 3 2\n2 2 1\n1 3 each:2").unwrap();
+        assert_eq!(lines[0]["rows"], 3);
+        let all: f64 = depths.iter().sum();
+        let expected = [all, all, depths[1] + depths[2], 0.0, 2.0 * (depths[1] + depths[2])];
+        for (line, depth) in lines[1..].iter().zip(expected) {
+            assert!((line["depth"].as_f64().unwrap() - depth).abs() < 1e-12, "{line}");
+            assert!(line["wall"].as_f64().unwrap() >= 0.0 && line["processor"].is_number());
         }
-        assert!(answer(&at("arm.model"), &at("broken"), "refined", "1", Vec::new()).is_err());
-        assert!(answer(&at("arm.model"), &at("queries"), "refined", "many", Vec::new()).is_err());
-        assert!(answer(&at("arm.model"), &at("queries"), "best", "1", Vec::new()).is_err());
+        assert_eq!(lines.len(), 6);
+        for nonsense in ["0 4 1", "2 1 1", "0 3", "0 3 many", "0 3 each:", "0 3 1 2"] {
+            assert!(ask("queries", "refined", nonsense).is_err(), "{nonsense}");
+        }
+        assert!(ask("broken", "refined", "").is_err());
+        assert!(ask("queries", "best", "").is_err());
         std::fs::remove_dir_all(folder).unwrap();
     }
 }

@@ -4,7 +4,7 @@
 //! extricate-bench serve                    commands from standard input, answers as JSON lines (see `server`)
 //! extricate-bench exact [--poses N]        N poses against brute force; exit status 1 on any disagreement
 //! extricate-bench query MODEL QUERIES EFFORT|STARTS      answers with processor times as JSON lines
-//! extricate-bench batch MODEL QUERIES EFFORT|STARTS THREADS|loop      one batch, timed as a whole
+//! extricate-bench batch MODEL QUERIES EFFORT|STARTS      blocks of queries that standard input names, each timed as a whole
 //! extricate-bench uniform SCENE LABELS SEED MODEL        a model from uniform samples alone
 //! ```
 //!
@@ -35,8 +35,9 @@ fn main() -> anyhow::Result<ExitCode> {
         ["query", model, queries, effort] => {
             queries::answer(model, queries, effort, std::io::stdout().lock()).map(|()| ExitCode::SUCCESS)
         }
-        ["batch", model, queries, effort, threads] => {
-            batches::answer(model, queries, effort, threads, std::io::stdout().lock()).map(|()| ExitCode::SUCCESS)
+        ["batch", model, queries, effort] => {
+            let (input, output) = (std::io::stdin().lock(), std::io::stdout().lock());
+            batches::serve(model, queries, effort, input, output).map(|()| ExitCode::SUCCESS)
         }
         ["uniform", scene, labels, seed, model] => {
             uniform::learn(scene, labels, seed, model).map(|()| ExitCode::SUCCESS)
@@ -44,7 +45,7 @@ fn main() -> anyhow::Result<ExitCode> {
         _ => {
             eprintln!(
                 "expected `serve`, `exact [--poses N]`, `query MODEL QUERIES EFFORT|STARTS`, \
-                 `batch MODEL QUERIES EFFORT|STARTS THREADS|loop` or `uniform SCENE LABELS SEED MODEL`"
+                 `batch MODEL QUERIES EFFORT|STARTS` or `uniform SCENE LABELS SEED MODEL`"
             );
             Ok(ExitCode::from(2))
         }

@@ -32,8 +32,9 @@ impl Configs<'_> {
 pub fn numbers<'py>(name: &str, value: &Bound<'py, PyAny>) -> PyResult<PyReadonlyArrayDyn<'py, f64>> {
     if let Ok(array) = value.cast::<PyArrayDyn<f64>>() {
         // One that is not aligned, or in Fortran's order, could not be read row by row.
-        if array.is_c_contiguous() && array.readonly().as_slice().is_ok() {
-            return Ok(array.readonly());
+        let array = array.readonly();
+        if array.is_c_contiguous() && array.as_slice().is_ok() {
+            return Ok(array);
         }
     }
     let numpy = value.py().import("numpy")?;
@@ -59,14 +60,14 @@ pub fn configs<'py>(name: &str, value: &Bound<'py, PyAny>, space: &ConfigSpace) 
     let (rows, single) = match array.shape() {
         &[width] if width == nq => (1, true),
         &[rows, width] if width == nq => (rows, false),
-        shape => {
-            return Err(PyValueError::new_err(format!(
-                "{name}: got shape {}, expected ({nq},) or (n, {nq}): the scene has {nq} coordinates",
-                tuple(shape)
-            )));
-        }
+        shape => return Err(wrong_shape(name, shape, &format!("({nq},) or (n, {nq})"), nq)),
     };
     Ok(Configs { array, rows, single })
+}
+
+fn wrong_shape(name: &str, shape: &[usize], expected: &str, nq: usize) -> PyErr {
+    let found = tuple(shape);
+    PyValueError::new_err(format!("{name}: got shape {found}, expected {expected}: the scene has {nq} coordinates"))
 }
 
 /// One configuration, shape `(nq,)`.
@@ -74,12 +75,11 @@ pub fn configs<'py>(name: &str, value: &Bound<'py, PyAny>, space: &ConfigSpace) 
 /// # Errors
 /// `ValueError` that names the shape found and the one expected.
 pub fn one_config<'py>(name: &str, value: &Bound<'py, PyAny>, space: &ConfigSpace) -> PyResult<Configs<'py>> {
-    let found = configs(name, value, space)?;
-    if !found.single {
-        let (nq, rows) = (space.nq(), found.rows);
-        return Err(PyValueError::new_err(format!("{name}: got shape ({rows}, {nq}), expected ({nq},)")));
+    let (array, nq) = (numbers(name, value)?, space.nq());
+    match array.shape() {
+        &[width] if width == nq => Ok(Configs { array, rows: 1, single: true }),
+        shape => Err(wrong_shape(name, shape, &format!("({nq},)"), nq)),
     }
-    Ok(found)
 }
 
 /// The message for row `row` of `name`, where it is one of several.

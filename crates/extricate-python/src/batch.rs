@@ -16,13 +16,13 @@ use crate::long_call;
 /// Queries handed to a thread at once.
 const CHUNK: usize = 32;
 
-/// Memory that queries reuse: one for each thread that was ever at it at the same time.
+/// Memory that queries or checks reuse: one for each thread that was ever at it at the same time.
 #[derive(Default)]
-pub struct Scratches(Mutex<Vec<QueryScratch>>);
+pub struct Scratches<Scratch = QueryScratch>(Mutex<Vec<Scratch>>);
 
-impl Scratches {
+impl<Scratch: Default> Scratches<Scratch> {
     /// Does `work` with one that nobody else uses meanwhile.
-    pub fn with<T>(&self, work: impl FnOnce(&mut QueryScratch) -> T) -> T {
+    pub fn with<T>(&self, work: impl FnOnce(&mut Scratch) -> T) -> T {
         let poisoned = "never poisoned: nothing panics while it is held";
         let mut scratch = self.0.lock().expect(poisoned).pop().unwrap_or_default();
         let result = work(&mut scratch);

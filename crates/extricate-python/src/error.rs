@@ -20,6 +20,7 @@ pub fn exception(error: Error) -> PyErr {
                 io::Error::new(source.kind(), message).into()
             }
         }
+        Error::Named { kind, .. } if kind != io::ErrorKind::Other => io::Error::new(kind, message).into(),
         Error::NothingFree { .. } | Error::Interrupted => PyRuntimeError::new_err(message),
         _ => PyValueError::new_err(message),
     }

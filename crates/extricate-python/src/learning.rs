@@ -52,8 +52,9 @@ impl Budget {
 ///     both have to hold.
 /// progress: True for a bar (tqdm's, where it is installed), or a function that is called with a `Progress` about twenty times
 ///     a second, on the calling thread; where it returns False, learning ends early and what was learned is kept.
-/// checkpoint: a file that keeps the run while it lasts, written anew every `checkpoint_every` seconds (0: after every unit of
-///     work) and where it is ended early, removed at its own end.
+/// checkpoint: a file that keeps the run while it lasts, written anew now and then and where it is ended early, removed at its own
+///     end.
+/// checkpoint_every: least time between two of them [s]; 0: after every unit of work.
 /// resume: go on with the run in `checkpoint`, to the same model as if it had never been stopped. Options that are given have to
 ///     be those of that run.
 ///

@@ -32,6 +32,20 @@ pub struct Description {
     pub texts: Vec<(String, String)>,
 }
 
+/// The argument `obstacles`: any number of them.
+#[derive(Default)]
+pub struct Obstacles<'py>(pub Vec<Bound<'py, PyAny>>);
+
+impl<'py> FromPyObject<'_, 'py> for Obstacles<'py> {
+    type Error = PyErr;
+
+    fn extract(value: Borrowed<'_, 'py, PyAny>) -> PyResult<Self> {
+        let wrong =
+            |_| PyTypeError::new_err(format!("obstacles: got {}, expected a list of Box, Sphere, ...", kind(&value)));
+        Ok(Self(value.try_iter().map_err(wrong)?.collect::<PyResult<_>>()?))
+    }
+}
+
 /// The arguments of `Scene` besides robots and obstacles.
 pub struct Options<'py> {
     /// \[m\]

@@ -35,7 +35,7 @@ impl Scene {
             Ok(())
         };
         if rows <= FEW {
-            py.detach(|| chunk(0, values, &mut found, &mut CheckScratch::default()))?;
+            py.detach(|| self.scratches().with(|scratch| chunk(0, values, &mut found, scratch)))?;
             return Ok(found);
         }
         let pool = long_call::pool(threads)?;

@@ -12,12 +12,16 @@ use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict, PyMapping};
 
 use crate::arrays::{bad_row, configs, numbers};
+use crate::batch::Scratches;
 use crate::error::{Seed, count, exception, threads as thread_count};
 use crate::long_call;
-use crate::parts::{self, Options};
+use crate::parts::{self, Obstacles, Options};
 use crate::rows::shaped;
 use crate::sampling;
 use crate::segments;
+
+/// Configurations that `always_colliding` looks at between two looks for Ctrl-C.
+const AT_ONCE: usize = 4096;
 
 /// Robots, obstacles, which pairs of bodies must stay apart, and how far two configurations are from each other.
 ///
@@ -27,7 +31,7 @@ use crate::segments;
 /// Scene(robot, obstacles=(), *, clearance=1e-4, metric="joint", weights=None, disable=())
 ///
 /// robot: a URDF, as path or as text, a `Robot` with more options, or a list of them.
-/// obstacles: `Box`, `Sphere`, `Cylinder`, `Capsule` and `Mesh` objects.
+/// obstacles: `Box`, `Sphere`, `Cylinder`, `Capsule` and `Mesh` objects, see also `spheres`.
 /// clearance: least distance [m] that every checked pair of a free configuration keeps.
 /// metric: "joint" [rad], "object-norm" [m] or "max-displacement" [m].
 /// weights: by joint, of squared displacements in the joint metric; 1 where a joint is not named.
@@ -36,6 +40,7 @@ use crate::segments;
 pub struct Scene {
     scene: Arc<extricate::Scene>,
     checker: OnceLock<Checker>,
+    scratches: Scratches<CheckScratch>,
 }
 
 /// A joint, or the moving base of a robot, that has coordinates.
@@ -60,7 +65,7 @@ impl Joint {
 
 impl Scene {
     pub fn of(scene: Arc<extricate::Scene>) -> Self {
-        Self { scene, checker: OnceLock::new() }
+        Self { scene, checker: OnceLock::new(), scratches: Scratches::default() }
     }
 
     pub fn inner(&self) -> &Arc<extricate::Scene> {
@@ -71,23 +76,28 @@ impl Scene {
     pub fn checker(&self) -> &Checker {
         self.checker.get_or_init(|| Checker::new(self.scene.clone()))
     }
+
+    /// Memory of checks of few configurations.
+    pub fn scratches(&self) -> &Scratches<CheckScratch> {
+        &self.scratches
+    }
 }
 
 #[pymethods]
 impl Scene {
     #[new]
-    #[pyo3(signature = (robot, obstacles = Vec::new(), *, clearance = 1e-4, metric = "joint", weights = None, disable = Vec::new()))]
+    #[pyo3(signature = (robot, obstacles = Obstacles::default(), *, clearance = 1e-4, metric = "joint", weights = None, disable = Vec::new()))]
     fn new(
         py: Python<'_>,
         robot: &Bound<'_, PyAny>,
-        obstacles: Vec<Bound<'_, PyAny>>,
+        obstacles: Obstacles<'_>,
         clearance: f64,
         metric: &str,
         weights: Option<Bound<'_, PyMapping>>,
         disable: Vec<[String; 2]>,
     ) -> PyResult<Self> {
         let options = Options { clearance, metric: metric.into(), weights, disable };
-        let described = parts::describe(robot, &obstacles, options)?;
+        let described = parts::describe(robot, &obstacles.0, options)?;
         let assembled = py.detach(|| store::assemble_scene(parts::NAME, &described.entries, &described.texts));
         Ok(Self::of(Arc::new(assembled.map_err(exception)?)))
     }
@@ -185,8 +195,12 @@ impl Scene {
         self.scene.warnings.iter().map(String::as_str).collect()
     }
 
-    /// One configuration, shape (nq,), from the positions of all joints by name: a number each (rad or m), or as many as
-    /// the joint has coordinates.
+    /// One configuration from the positions of all joints by name.
+    ///
+    /// positions: for each of `joints` a number [rad or m], or as many as it has coordinates.
+    /// Returns float64 (nq,): angles of continuous joints within [-pi, pi), quaternions of length 1.
+    ///
+    /// Raises ValueError for joints that are unknown or missing, values that are not finite or beyond a limit.
     fn config<'py>(&self, py: Python<'py>, positions: &Bound<'py, PyMapping>) -> PyResult<Bound<'py, PyArray1<f64>>> {
         let joints = &self.scene.joints;
         let names = || joints.iter().map(|joint| format!("`{}`", joint.name)).collect::<Vec<_>>().join(", ");
@@ -229,6 +243,11 @@ impl Scene {
         let py = Q.py();
         let q = configs("Q", Q, &self.scene.space)?;
         let free = self.map_rows(py, &q, thread_count(threads)?, |checker, rows, free, scratch| {
+            if let [free] = free {
+                // The kernel for eight would do the work of eight.
+                *free = checker.label(rows, scratch) == Label::Free;
+                return;
+            }
             let mut labels = vec![Label::Free; free.len()];
             checker.label_batch_serial(rows, &mut labels, scratch);
             for (free, label) in free.iter_mut().zip(labels) {
@@ -284,31 +303,52 @@ impl Scene {
         segments::check(self, A, B, resolution, thread_count(threads)?)
     }
 
-    /// The pairs of bodies that collide at one configuration, q: float64 (nq,).
+    /// The pairs of bodies that collide at one configuration, by their names.
+    ///
+    /// q: float64 (nq,), within the limits.
+    ///
+    /// Raises ValueError for a wrong shape, values that are not finite or beyond a limit.
     fn colliding_pairs(&self, q: &Bound<'_, PyAny>) -> PyResult<Vec<(&str, &str)>> {
         let values = crate::arrays::one_config("q", q, &self.scene.space)?;
         let config = self.scene.space.config(values.values()).map_err(|error| bad_row("q", 0, true, error))?;
         let mut pairs = Vec::new();
-        q.py().detach(|| self.checker().colliding_pairs(&config, &mut CheckScratch::default(), &mut pairs));
+        let check = |scratch: &mut _| self.checker().colliding_pairs(&config, scratch, &mut pairs);
+        q.py().detach(|| self.scratches.with(check));
         Ok(pairs.into_iter().map(|pair| self.scene.pair_names(pair).into()).collect())
     }
 
-    /// Pairs of bodies that collide in every one of `n` random configurations: most likely links that overlap by design and
+    /// Pairs of bodies that collide in every one of some random configurations: most likely links that overlap by design and
     /// belong in `disable`.
+    ///
+    /// n: how many configurations, 1 or more.
+    /// seed: of the random numbers.
     #[pyo3(signature = (n = 100, *, seed = Seed(0)), text_signature = "($self, n=100, *, seed=0)")]
     fn always_colliding(&self, py: Python<'_>, n: i64, seed: Seed) -> PyResult<Vec<(&str, &str)>> {
         let n = count("n", n, 1)?;
-        let pairs = py.detach(|| {
-            let drawn = sampling::sample(self.checker(), n, seed.0, None, || false).ok().flatten().unwrap_or_default();
-            let rows: Vec<Vec<f64>> = drawn.chunks_exact(self.scene.space.nq()).map(<[f64]>::to_vec).collect();
-            always_colliding(self.checker(), &rows)
-        });
+        let nq = self.scene.space.nq();
+        let always = |line: &long_call::Line<()>| {
+            let stopped = || line.stopped();
+            let drawn = sampling::sample(self.checker(), n, seed.0, None, stopped).ok().flatten().unwrap_or_default();
+            let mut always: Option<Vec<usize>> = None;
+            for rows in drawn.chunks(AT_ONCE * nq).take_while(|_| !stopped()) {
+                let rows: Vec<Vec<f64>> = rows.chunks_exact(nq).map(<[f64]>::to_vec).collect();
+                let found = always_colliding(self.checker(), &rows);
+                always.get_or_insert_with(|| found.clone()).retain(|pair| found.contains(pair));
+            }
+            always.unwrap_or_default()
+        };
+        let pairs = long_call::run(py, |_, ()| Ok(()), always)?;
         Ok(pairs.into_iter().map(|pair| self.scene.pair_names(pair).into()).collect())
     }
 
-    /// Uniformly random configurations, float64 (n, nq), the same for the same seed.
+    /// Uniformly random configurations within the limits.
     ///
+    /// n: how many, 0 or more.
+    /// seed: of the random numbers; the same configurations for the same seed.
     /// colliding: True for configurations in collision only, False for free ones only, None for any.
+    /// threads: 0 for one per core. The configurations do not depend on it.
+    /// Returns float64 (n, nq).
+    ///
     /// Raises RuntimeError where a million in a row are not of that kind.
     #[pyo3(
         signature = (n, *, seed = Seed(0), colliding = None, threads = 0),

@@ -21,6 +21,7 @@ pub struct Stream {
     model: Py<Model>,
     stream: Mutex<extricate::Stream>,
     watch: Watch,
+    hysteresis: f64,
     /// The thread that answers a frame.
     busy: Mutex<Option<ThreadId>>,
 }
@@ -38,7 +39,7 @@ impl Stream {
         let query = QueryOptions { stop: Some(watch.stop()), ..query };
         let options = StreamOptions { query, hysteresis, looks: count("looks", looks, 0)? };
         let stream = Mutex::new(extricate::Stream::new(options));
-        Ok(Self { model, stream, watch, busy: Mutex::default() })
+        Ok(Self { model, stream, watch, hysteresis, busy: Mutex::default() })
     }
 
     /// Does `work` when no other thread is at it, ended by Ctrl-C.
@@ -76,6 +77,11 @@ impl Stream {
     /// Forgets the frames so far: the next one is answered as a query on its own.
     fn restart(&self, py: Python<'_>) -> PyResult<()> {
         self.with(py, extricate::Stream::restart)
+    }
+
+    fn __repr__(&self) -> String {
+        let samples = self.model.get().inner().statistics().boundary_samples;
+        format!("<Stream of a model of {samples} boundary samples, hysteresis {}>", self.hysteresis)
     }
 }
 

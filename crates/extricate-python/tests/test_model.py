@@ -84,6 +84,20 @@ def test_a_stream_follows(model: Model, planar: Scene) -> None:
     assert planar.check(short.witness) and short.depth >= model.query(start).depth and short.way is not None
     stream.restart()
     assert stream.query(start).depth == model.stream().query(start).depth
+    samples = model.statistics["boundary_samples"]
+    assert repr(stream) == f"<Stream of a model of {samples} boundary samples, hysteresis 0.1>"
+
+
+def test_answers_are_printed_for_people(model: Model, planar: Scene) -> None:
+    q = planar.sample(1, seed=9, colliding=True)[0]
+    answer = model.query(q, exits=3)
+    lines = str(answer).splitlines()
+    assert [line.split()[0] for line in lines] == ["depth", "witness", "moves", "colliding", "touching"] + ["exit"] * (len(answer.exits) - 1)
+    assert lines[0] == f"depth      {answer.depth:.4g}, at least {answer.lower_bound:.4g}"
+    assert lines[1].endswith("], verified") and " - ".join(answer.colliding[0]) in lines[3]
+    assert "when the model was learned" in str(model.query(q, effort="nearest"))
+    assert str(model.query(planar.sample(1, colliding=False)[0])) == "free: nothing to be done"
+    assert repr(answer).startswith("Answer(depth=")
 
 
 def test_a_batch_of_one_or_none(model: Model) -> None:
@@ -234,6 +248,7 @@ LONG = {
     "check_segments": lambda scene, model, Q: [scene.check_segments(Q, Q[::-1]) for _ in range(1000)],
     "adapt": lambda scene, model, Q: model.adapt(emptied(), labels=10**9),
     "sample": lambda scene, model, Q: scene.sample(10**9),
+    "always_colliding": lambda scene, model, Q: scene.always_colliding(10**9),
 }
 
 
@@ -328,7 +343,7 @@ def test_children_of_a_process_can_ask(method: str, model: Model, planar: Scene)
 
 def test_wrong_questions_are_told_what_was_expected(model: Model, planar: Scene) -> None:
     for call, message in [
-        (lambda: model.query([0, 0]), r"q: got shape \(2,\), expected \(3,\) or"),
+        (lambda: model.query([0, 0]), r"q: got shape \(2,\), expected \(3,\): the scene has 3"),
         (lambda: model.query(np.zeros((1, 3))), r"q: got shape \(1, 3\), expected \(3,\)"),
         (lambda: model.query([0, 0, np.nan]), "got NaN, expected a finite number"),
         (lambda: model.query([0, 0, 50]), "got 50, expected a value within"),

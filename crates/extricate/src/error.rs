@@ -32,6 +32,18 @@ pub enum Error {
         /// The value found and what was expected instead.
         problem: String,
     },
+    /// A file that a scene or robot file names could not be read.
+    #[error("{file}: {element}: {problem}")]
+    Named {
+        /// The file that names it, as the user named that.
+        file: String,
+        /// The element inside it: `robot 1: urdf`, `mesh "package://arm/a.stl"`.
+        element: String,
+        /// The files that were looked for, and what was expected.
+        problem: String,
+        /// What the operating system said of them.
+        kind: std::io::ErrorKind,
+    },
     /// A configuration is not a point of the configuration space.
     #[error("configuration: {element}: got {value}, expected {expected}")]
     Config {
@@ -91,6 +103,12 @@ impl Error {
     /// Shorthand for [`Error::Input`].
     pub fn input(file: impl Into<String>, element: impl Into<String>, problem: impl Into<String>) -> Self {
         Self::Input { file: file.into(), element: element.into(), problem: problem.into() }
+    }
+
+    /// [`Error::Named`] where there is no such file.
+    pub fn not_found(file: impl Into<String>, element: impl Into<String>, problem: impl Into<String>) -> Self {
+        let kind = std::io::ErrorKind::NotFound;
+        Self::Named { file: file.into(), element: element.into(), problem: problem.into(), kind }
     }
 }
 

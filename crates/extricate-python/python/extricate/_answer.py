@@ -13,70 +13,97 @@ NamePair = Tuple[str, str]
 
 @dataclass(eq=False)
 class Contact:
-    """Where two bodies touch at the witness."""
+    """Where two bodies touch at the witness.
+
+    pair: names of the two bodies.
+    distance: signed distance between them there [m]; negative where they overlap.
+    points: the nearest point on the first and on the second body, (2, 3), world coordinates [m].
+    normal: unit, (3,), world coordinates, from the second body toward the first.
+    """
 
     pair: NamePair
-    """Names of the two bodies."""
     distance: float
-    """Signed distance between them there [m]; negative where they overlap."""
     points: npt.NDArray[np.float64]
-    """The nearest point on the first and on the second body, (2, 3), world coordinates [m]."""
     normal: npt.NDArray[np.float64]
-    """Unit, (3,), world coordinates, from the second body toward the first."""
 
 
 @dataclass(eq=False)
 class Exit:
-    """One of several distinct ways out."""
+    """One of several distinct ways out.
+
+    depth: distance from the query, in the scene's metric.
+    witness: a free configuration at that distance, (nq,); verified.
+    touching: pairs of bodies that touch there.
+    """
 
     depth: float
-    """Distance from the query, in the scene's metric."""
     witness: npt.NDArray[np.float64]
-    """A free configuration at that distance, (nq,); verified."""
     touching: List[NamePair]
-    """Pairs of bodies that touch there."""
 
 
 @dataclass(eq=False)
 class Answer:
-    """The nearest free configuration that was found, and what is known about it."""
+    """The nearest free configuration that was found, and what is known about it.
+
+    depth: distance from the query to the witness in the scene's metric; 0 where the query is free. An upper bound on the
+        true penetration depth.
+    lower_bound: proved: no free configuration is nearer to the query than this.
+    witness: a free configuration at distance `depth`, (nq,).
+    verified: whether the exact checker called the witness free during this query; otherwise it did when the model was
+        learned.
+    coverage: how usual the query's distance to the nearest stored sample is among held-out colliding configurations, in (0,
+        1]: below 0.01 the query lies far from what was learned. None where the query is free or nothing was held out.
+    max_displacement: largest displacement of any point of the robot between the query and the witness [m].
+    colliding: pairs of bodies that collide at the query.
+    touching: pairs of bodies that touch at the witness.
+    contacts: where they touch; several places a pair where meshes do.
+    gradient: how the distance to the witness changes with the query, (nv,): a small tangent step t at the query changes it
+        by gradient @ t. Zero where the query is free.
+    unique: false where another way out is about as near: beside such queries the nearest one changes, and the gradient
+        jumps.
+    exits: where more than one was asked for: the nearest distinct ways out, by depth, the witness first.
+    way: where it was asked for, of the straight way from the query (0) to the witness (1): the last fraction at which a
+        collision was found, and the fraction from which on every configuration is proved free.
+    checks: collision and distance evaluations spent.
+    effort: "nearest", "refined" or "exhaustive".
+    """
 
     depth: float
-    """Distance from the query to the witness in the scene's metric; 0 where the query is free. An upper bound on the true
-    penetration depth."""
     lower_bound: float
-    """Proved: no free configuration is nearer to the query than this."""
     witness: npt.NDArray[np.float64]
-    """A free configuration at distance `depth`, (nq,)."""
     verified: bool
-    """Whether the exact checker called the witness free during this query; otherwise it did when the model was learned."""
     coverage: Optional[float]
-    """How usual the query's distance to the nearest stored sample is among held-out colliding configurations, in (0, 1]: below
-    0.01 the query lies far from what was learned. None where the query is free or nothing was held out."""
     max_displacement: float
-    """Largest displacement of any point of the robot between the query and the witness [m]."""
     colliding: List[NamePair]
-    """Pairs of bodies that collide at the query."""
     touching: List[NamePair]
-    """Pairs of bodies that touch at the witness."""
     contacts: List[Contact]
-    """Where they touch; several places a pair where meshes do."""
     gradient: npt.NDArray[np.float64]
-    """How the distance to the witness changes with the query, (nv,): a small tangent step t at the query changes it by
-    gradient @ t. Zero where the query is free."""
     unique: bool
-    """False where another way out is about as near: beside such queries the nearest one changes, and the gradient jumps."""
     exits: List[Exit]
-    """Where more than one was asked for: the nearest distinct ways out, by depth, the witness first."""
     way: Optional[Tuple[float, float]]
-    """Where it was asked for, of the straight way from the query (0) to the witness (1): the last fraction at which a
-    collision was found, and the fraction from which on every configuration is proved free."""
     checks: int
-    """Collision and distance evaluations spent."""
     effort: str
-    """"nearest", "refined" or "exhaustive"."""
 
     @property
     def free(self) -> bool:
         """Whether the query itself is free."""
         return not self.colliding
+
+    def __str__(self) -> str:
+        """The most important of it, for people."""
+        if self.free:
+            return "free: nothing to be done"
+        witness = np.array2string(self.witness, precision=4, suppress_small=True, separator=", ")
+        rows = [
+            ("depth", f"{self.depth:.4g}, at least {self.lower_bound:.4g}"),
+            ("witness", witness + (", verified" if self.verified else ", free when the model was learned")),
+            ("moves by", f"{self.max_displacement:.4g} m at most"),
+            ("colliding", _listed(self.colliding)),
+            ("touching", _listed(self.touching)),
+        ]
+        rows += [("exit", f"{other.depth:.4g}, touching {_listed(other.touching)}") for other in self.exits[1:]]
+        return "\n".join(f"{name:<10} {text}" for name, text in rows)
+
+
+def _listed(pairs: List[NamePair]) -> str:
+    return ", ".join(f"{first} - {second}" for first, second in pairs) or "nothing"

@@ -1,7 +1,7 @@
 """The native half of extricate."""
 
 from os import PathLike
-from typing import Any, Callable, Dict, List, Mapping, Optional, Sequence, Tuple, Union, final
+from typing import Any, Callable, Dict, Iterable, List, Mapping, Optional, Sequence, Tuple, Union, final
 
 import numpy as np
 import numpy.typing as npt
@@ -48,7 +48,7 @@ class Scene:
     def __new__(
         cls,
         robot: Union[_Robot, Sequence[_Robot]],
-        obstacles: Sequence[Obstacle] = ...,
+        obstacles: Iterable[Obstacle] = ...,
         *,
         clearance: float = 1e-4,
         metric: str = "joint",

@@ -86,7 +86,7 @@ impl<'a> Files<'a> {
         let path = self.folder.join(path);
         let found = self.mesh_at(&path).map_err(|error| named(&self.file, element, error))?;
         found.ok_or_else(|| {
-            Error::input(&self.file, element, format!("got {}, expected a file (not found)", path.display()))
+            Error::not_found(&self.file, element, format!("got {}, expected a file (not found)", path.display()))
         })
     }
 
@@ -103,7 +103,7 @@ impl<'a> Files<'a> {
             None => String::new(),
         };
         let tried = if tried.is_empty() { "no folder".into() } else { tried.join(", ") };
-        Err(Error::input(file, format!("mesh \"{uri}\""), format!("not found, tried {tried}{advice}")))
+        Err(Error::not_found(file, format!("mesh \"{uri}\""), format!("not found, tried {tried}{advice}")))
     }
 
     /// `None` where there is no such file.
@@ -134,7 +134,8 @@ impl<'a> Files<'a> {
 fn named(file: &str, element: &str, error: Error) -> Error {
     match error {
         Error::Read { path, source } => {
-            Error::input(file, element, format!("got {}, expected a file that can be read ({source})", path.display()))
+            let problem = format!("got {}, expected a file that can be read ({source})", path.display());
+            Error::Named { file: file.into(), element: element.into(), problem, kind: source.kind() }
         }
         other => other,
     }

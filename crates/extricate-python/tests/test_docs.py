@@ -1,0 +1,34 @@
+"""What `help` shows: every class, method, property and field is described."""
+
+import dataclasses
+import inspect
+
+import pytest
+
+import extricate
+
+
+@pytest.mark.parametrize("name", [name for name in extricate.__all__ if name != "__version__"])
+def test_everything_is_described(name: str) -> None:
+    thing = getattr(extricate, name)
+    page = inspect.getdoc(thing) or ""
+    assert len(page) > 20, name
+    fields = dataclasses.fields(thing) if dataclasses.is_dataclass(thing) else ()
+    for field in fields:
+        assert f"\n{field.name}: " in page, f"{name}.{field.name}"
+    for member, value in vars(thing).items() if inspect.isclass(thing) else ():
+        if not member.startswith("_") and member not in {field.name for field in fields}:
+            assert inspect.getdoc(value), f"{name}.{member}"
+
+
+@pytest.mark.parametrize("function", [extricate.learn, extricate.Model.query, extricate.Model.query_batch, extricate.Model.adapt, extricate.Model.stream,
+                                      extricate.ChangedScene.query, extricate.ChangedScene.query_batch, extricate.Scene.check, extricate.Scene.check_segments, extricate.Scene.sample,
+                                      extricate.Scene.config, extricate.Scene.colliding_pairs, extricate.Scene.always_colliding])
+def test_arguments_are_described_with_their_defaults(function) -> None:  # type: ignore[no-untyped-def]
+    page = inspect.getdoc(function) or ""
+    for parameter in inspect.signature(function).parameters.values():
+        if parameter.name in {"self", "scene"}:
+            continue
+        named = any(f"{parameter.name}:" in line or f"{parameter.name}," in line for line in page.splitlines())
+        assert named or "As `Model." in page, f"{function.__name__}({parameter.name})"
+        assert parameter.default is not ..., parameter.name
