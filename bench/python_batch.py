@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """What Python adds to queries: figures for docs/benchmarks/python.md.
 
-    python3 bench/python_batch.py [--rows 1000000] [--blocks 100] [--pairs 40]
+    python3 bench/python_batch.py [--rows 1000000] [--blocks 100] [--pairs 40] [--only batches|threads]
 
 Needs cargo, Python 3.9 or newer and a network: builds the release wheel and our side of the benchmarks, installs the wheel into an empty
 environment (target/bench/python) and goes on there. Measured on the built-in `shelf-arm`, 7 joints.
@@ -178,14 +178,13 @@ BARE = "".join(
 )
 
 
-def measure(options, folder):
-    """The text of the page."""
+def batches(options, model, folder):
+    """What Python adds to batches, as text of the page."""
     import extricate
 
     from page import number, table
 
-    arm = extricate.Scene.builtin("shelf-arm")
-    model = extricate.learn(arm, labels=options.labels, seed=1)
+    arm = model.scene
     many, blocks, pairs = options.rows, options.blocks, options.pairs
     rows, whole = [], None
     for kind, effort, count, parts in [("colliding", "nearest", many, blocks), ("free", "refined", many, pairs), ("colliding", "refined", 20 * pairs, pairs)]:
@@ -213,26 +212,38 @@ def measure(options, folder):
     share = high / nearest
     text.append(f"Python's side itself, without the query: {1e9 * median:.0f} ns a row ({1e9 * low:.0f} to {1e9 * high:.0f}), "
                 f"that is {mark(f'at most {share:.2%}', share < MOST)} of a `nearest` query of {number(1e6 * nearest)} us.")
-    print(text[-1], flush=True)
+    return "\n\n".join(text)
 
-    rows = []
+
+def threads(options, model, folder):
+    """What a second thread gives, as text of the page."""
+    from page import number, table
+
+    arm, pairs, rows = model.scene, options.pairs, []
     for effort, count in (("refined", 20), ("nearest", 4000)):
         Q = arm.sample(count * pairs, seed=8, colliding=True)
-        found = []
+        found, others = [], []
         with Asked(model, Q, effort, folder) as asked:
             for k in range(pairs):
                 block = (k * count, (k + 1) * count)
                 ways = {"one": lambda: asked.one_by_one(*block, 1), "two": lambda: asked.one_by_one(*block, 2),
                         "rust one": lambda: asked.rust(*block, "each:1")["wall"], "rust two": lambda: asked.rust(*block, "each:2")["wall"]}
                 order = list(ways) if k % 2 else list(ways)[::-1]
-                times = {way: ways[way]() for way in order}
+                times = {}
+                for way in order:
+                    watched = Others()
+                    times[way] = ways[way]()
+                    others += [watched.share()] if way.endswith("one") else []
                 found.append((2 * times["one"] / times["two"], 2 * times["rust one"] / times["rust two"], times["one"] / count - times["rust one"] / count))
         gains, rust, more = zip(*found)
-        rows.append([f"`{effort}`", f"{pairs} of {count:,}", mark(shown(gains, ".2f"), interval(gains)[0] >= LEAST_GAIN), shown(rust, ".2f"), number(1e6 * statistics.median(more))])
+        rows.append([f"`{effort}`", f"{pairs} of {count:,}", mark(shown(gains, ".2f"), interval(gains)[0] >= LEAST_GAIN), shown(rust, ".2f"),
+                     number(1e6 * statistics.median(more)), f"{statistics.median(others):.0%}"])
         print(rows[-1], flush=True)
-    head = ["effort", "blocks", "two threads of Python over one", "two threads of Rust over one", "a call costs beside the query [us]"]
-    text += [f"Rates of queries asked one by one. Target: {LEAST_GAIN} times that of one thread; bold where the median is below.", table(head, rows)]
-    return "\n\n".join(text)
+    head = ["effort", "blocks", "two threads of Python over one", "two threads of Rust over one", "a call costs beside the query [us]", "other programs had, of a core"]
+    return f"Rates of queries asked one by one. Target: {LEAST_GAIN} times that of one thread; bold where the interval does not lie above.\n\n{table(head, rows)}"
+
+
+PARTS = {"batches": batches, "threads": threads}
 
 
 def main():
@@ -241,16 +252,21 @@ def main():
     parser.add_argument("--blocks", type=int, default=100, help="that the large batch of `nearest` is parted into")
     parser.add_argument("--pairs", type=int, default=40, help="blocks of the others")
     parser.add_argument("--labels", type=int, default=100_000, help="that the model is learned with")
+    parser.add_argument("--only", choices=PARTS, help="measure and write one part of the page")
     parser.add_argument("--built", action="store_true", help="with what the last run has built")
     options = parser.parse_args()
     if PREPARED not in os.environ:
         enter() if options.built else prepare()
+    import extricate
     from page import put
 
-    with tempfile.TemporaryDirectory() as folder:
-        text = measure(options, pathlib.Path(folder))
-    print(text)
-    put(ROOT / "docs" / "benchmarks" / "python.md", "bench/python_batch.py", text, "Python, measured")
+    model = extricate.learn(extricate.Scene.builtin("shelf-arm"), labels=options.labels, seed=1)
+    for name, part in PARTS.items():
+        if options.only in (None, name):
+            with tempfile.TemporaryDirectory() as folder:
+                text = part(options, model, pathlib.Path(folder))
+            print(text)
+            put(ROOT / "docs" / "benchmarks" / "python.md", f"bench/python_batch.py, {name}", text, "Python, measured")
 
 
 if __name__ == "__main__":

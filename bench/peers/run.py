@@ -58,7 +58,9 @@ def one_scene(name, path, options):
     for method in METHODS:
         lower = np.array([a["lower_bound"] for a in given[method]])
         figures[method] |= {"bounds_above_best": int((lower > best * (1 + 1e-6)).sum()), "lower_over_best": float(np.median(lower / best))}
-    print("".join(f"  {m}: {f}\n" for m, f in figures.items()), end="", flush=True)
+    for method, found in figures.items():
+        shares = ", ".join(f"{what} {found[key]:.2f}" for what, key in [("verified", "verified"), ("within 5 %", "within_5"), ("within 1 %", "within_1")])
+        print(f"  {method:<32} {shares}, {found['us']:,.0f} us", flush=True)
     about = {"queries": count, "joints": len(scene.joints), "pairs": len(scene.geometry.collisionPairs), "meshes": meshes}
     return about | {"learning": ours.learning, "notes": notes, "methods": figures}
 

@@ -1,5 +1,6 @@
-//! Uniformly random configurations: the sequence of `extricate sample`, drawn in batches.
+//! Uniformly random configurations: the sequence of `extricate sample`, drawn in batches, and what collides in all of them.
 
+use extricate::collision::always_colliding;
 use extricate::cspace::sampling::uniform;
 use extricate::{Checker, Label};
 use rand_chacha::ChaCha8Rng;
@@ -55,4 +56,17 @@ pub fn sample(
         }
     }
     Ok(Some(found))
+}
+
+/// Pairs that collide in every one of `count` configurations; nothing to rely on where `stopped` said so.
+pub fn always(checker: &Checker, count: usize, seed: u64, stopped: impl Fn() -> bool) -> Vec<usize> {
+    let nq = checker.scene().space.nq();
+    let drawn = sample(checker, count, seed, None, &stopped).ok().flatten().unwrap_or_default();
+    let mut always: Option<Vec<usize>> = None;
+    for rows in drawn.chunks(BATCH * nq).take_while(|_| !stopped()) {
+        let rows: Vec<Vec<f64>> = rows.chunks_exact(nq).map(<[f64]>::to_vec).collect();
+        let found = always_colliding(checker, &rows);
+        always.get_or_insert_with(|| found.clone()).retain(|pair| found.contains(pair));
+    }
+    always.unwrap_or_default()
 }

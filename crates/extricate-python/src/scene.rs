@@ -3,7 +3,6 @@
 use std::path::PathBuf;
 use std::sync::{Arc, OnceLock};
 
-use extricate::collision::always_colliding;
 use extricate::scene::{MetricSpec, builtin};
 use extricate::{CheckScratch, Checker, Label, Manifold, store};
 use numpy::{Ix2, PyArray, PyArray1, PyArrayDyn, PyArrayMethods, ToPyArray};
@@ -19,9 +18,6 @@ use crate::parts::{self, Obstacles, Options};
 use crate::rows::shaped;
 use crate::sampling;
 use crate::segments;
-
-/// Configurations that `always_colliding` looks at between two looks for Ctrl-C.
-const AT_ONCE: usize = 4096;
 
 /// Robots, obstacles, which pairs of bodies must stay apart, and how far two configurations are from each other.
 ///
@@ -325,18 +321,7 @@ impl Scene {
     #[pyo3(signature = (n = 100, *, seed = Seed(0)), text_signature = "($self, n=100, *, seed=0)")]
     fn always_colliding(&self, py: Python<'_>, n: i64, seed: Seed) -> PyResult<Vec<(&str, &str)>> {
         let n = count("n", n, 1)?;
-        let nq = self.scene.space.nq();
-        let always = |line: &long_call::Line<()>| {
-            let stopped = || line.stopped();
-            let drawn = sampling::sample(self.checker(), n, seed.0, None, stopped).ok().flatten().unwrap_or_default();
-            let mut always: Option<Vec<usize>> = None;
-            for rows in drawn.chunks(AT_ONCE * nq).take_while(|_| !stopped()) {
-                let rows: Vec<Vec<f64>> = rows.chunks_exact(nq).map(<[f64]>::to_vec).collect();
-                let found = always_colliding(self.checker(), &rows);
-                always.get_or_insert_with(|| found.clone()).retain(|pair| found.contains(pair));
-            }
-            always.unwrap_or_default()
-        };
+        let always = |line: &long_call::Line<()>| sampling::always(self.checker(), n, seed.0, || line.stopped());
         let pairs = long_call::run(py, |_, ()| Ok(()), always)?;
         Ok(pairs.into_iter().map(|pair| self.scene.pair_names(pair).into()).collect())
     }

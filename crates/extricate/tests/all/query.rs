@@ -120,7 +120,7 @@ fn a_larger_budget_is_never_worse_and_checks_are_kept() {
 
 #[test]
 fn a_query_ends_when_its_caller_says_so() {
-    for (name, metric) in [("shelf-arm", MetricSpec::Joint), ("free-box", MetricSpec::MaxDisplacement)] {
+    for (name, metric) in [("planar-arm", MetricSpec::Joint), ("free-box", MetricSpec::MaxDisplacement)] {
         let model = model(name, metric);
         for q in colliding(&model, 2) {
             let options = QueryOptions { effort: Effort::Exhaustive, exits: 3, ..QueryOptions::default() };
