@@ -31,6 +31,8 @@ const FIRST: usize = 64;
 const MOST: usize = 1024;
 /// Solved between two reports.
 const BETWEEN_REPORTS: usize = 64;
+/// Solved by one thread at a time: few, so that none is left with the last, and enough to fill its memory for.
+const SOLVED_A_TASK: usize = 4;
 /// Checks that a query is not begun without: with fewer it is not carried to its end.
 const LEAST_CHECKS: usize = 200;
 
@@ -74,6 +76,7 @@ pub fn pass(
         let seeds = &known.colliding[place.seeds_used * nq..(place.seeds_used + rows) * nq];
         let found: Vec<(Option<Vec<f64>>, usize)> = seeds
             .par_chunks_exact(nq)
+            .with_max_len(SOLVED_A_TASK)
             .map_init(QueryScratch::default, |scratch, seed| solve(ground, gap, seed, &options, scratch))
             .collect();
         for exit in found.iter().filter_map(|(exit, _)| exit.as_ref()) {
