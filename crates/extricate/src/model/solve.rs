@@ -128,9 +128,12 @@ mod tests {
     use crate::penetration::refine::RefineScratch;
     use crate::scene::builtin;
 
+    /// Enough for twice the exits that queries rely on.
+    const LABELS: usize = 150_000;
+
     /// Of convex bodies and distances of joints, where exits replace other starts.
     fn learned() -> Model {
-        let options = LearnOptions { labels: 110_000, seconds: None, seed: 5, ..LearnOptions::default() };
+        let options = LearnOptions { labels: LABELS, seconds: None, seed: 5, ..LearnOptions::default() };
         Model::learn(builtin::scene("planar-arm").unwrap(), &options, &mut |_| ControlFlow::Continue(())).unwrap()
     }
 
@@ -139,7 +142,7 @@ mod tests {
         let model = learned();
         let (set, nq) = (model.boundary(), model.scene().space.nq());
         assert!(set.exits() > 50 && set.exits() == model.statistics().exits, "{}", set.exits());
-        assert!(model.statistics().labels <= 110_000);
+        assert!(model.statistics().labels <= LABELS);
         let gap = model.statistics().boundary_gap.unwrap();
         let first = set.len() - set.exits();
         for exit in set.configs()[first * nq..].chunks_exact(nq).take(100) {
