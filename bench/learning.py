@@ -32,6 +32,8 @@ from sides import ROOT, machine
 EFFORTS = {"nearest": "nearest", "refined, 1 start": 1, "refined": "refined"}
 LEARNERS = ("active", "uniform")
 JOINTS = (2, 3, 4, 5, 7, 10, 14, 20)
+# With less there is hardly a boundary sample.
+FIRST_LABELS = 16
 LEAST = 1e-4
 # What `refined` has to reach on the planar arms: this share of queries within 1 % of the best known.
 QUALITY, EXCESS = 0.98, 0.01
@@ -75,7 +77,7 @@ class Bench:
             queries = programs.sample(scene, self.options.queries, 23)
             large, _ = self.model(scene, self.options.labels, "active")
             best = np.minimum(asked(large, queries, "exhaustive"), asked(large, queries, "refined"))
-            labels = 500
+            labels = FIRST_LABELS
             while True:
                 model, learned = self.model(scene, labels, "active")
                 given = programs.answers(model, queries)
@@ -192,7 +194,7 @@ def joints_section(rows, folder):
     save(figure, folder / "learning-joints.svg")
     shown = [[r["joints"], f"{r['colliding']:.0%}", f"{r['labels']:,}" if r["met"] else f"**> {r['labels']:,}**", number(r["cpu"]), f"{r['within']:.3f}", number(r["us"])] for r in rows]
     head = ["joints", "colliding", "labels", "processor seconds", f"within {EXCESS:.0%} there", "a query there, median [us]"]
-    return f"## Joints\n\nPlanar arms among six posts: the fewest labels (500, doubled) at which `refined` answers {QUALITY:.0%} of random colliding queries within {EXCESS:.0%} of the " \
+    return f"## Joints\n\nPlanar arms among six posts: the fewest labels ({FIRST_LABELS}, doubled) at which `refined` answers {QUALITY:.0%} of random colliding queries within {EXCESS:.0%} of the " \
            f"best known, and the processor time of that run. Seconds include what does not depend on labels.\n\n{table(head, shown)}\n\n![Cost against joints](learning-joints.svg)"
 
 

@@ -3,6 +3,7 @@
 pub mod adapt;
 pub mod learner;
 pub mod measure;
+pub mod near_miss;
 pub mod quality;
 pub mod run_state;
 pub mod scene_change;

@@ -9,7 +9,12 @@ use crate::process::{Workspace, exists};
 /// Kills of the test below; a thousand take some minutes:
 /// `EXTRICATE_KILLS=1000 cargo test --release -p extricate-cli killed`.
 const KILLS: usize = 24;
-const LEARN: &str = "learn scene.toml -o a.model --labels 30000 --seed 5 --checkpoint-every 0";
+/// Three runs of the first kind for one of the second, which is long enough to solve configurations too.
+const LABELS: [usize; 2] = [30_000, 110_000];
+
+fn learning(labels: usize) -> String {
+    format!("learn scene.toml -o a.model --labels {labels} --seed 5 --checkpoint-every 0")
+}
 
 /// A seeded generator that needs no crate (G. Marsaglia, "Xorshift RNGs", 2003, doi:10.18637/jss.v008.i14).
 struct Random(u64);
@@ -25,9 +30,9 @@ impl Random {
 }
 
 /// Learns without interruption; returns the model's bytes and the time it took.
-fn whole_run(workspace: &Workspace) -> (Vec<u8>, Duration) {
+fn whole_run(workspace: &Workspace, line: &str) -> (Vec<u8>, Duration) {
     let started = Instant::now();
-    workspace.run(LEARN).expect_code(0);
+    workspace.run(line).expect_code(0);
     let bytes = std::fs::read(workspace.path("a.model")).unwrap();
     assert!(!exists(&workspace.path("a.model.checkpoint")), "a run that is over leaves no checkpoint");
     std::fs::remove_file(workspace.path("a.model")).unwrap();
@@ -43,30 +48,36 @@ fn kill(mut child: Child) {
 fn killed_at_any_moment_it_resumes_to_the_same_bytes() {
     let kills = std::env::var("EXTRICATE_KILLS").map_or(KILLS, |n| n.parse().expect("EXTRICATE_KILLS is a number"));
     let workspace = Workspace::new();
-    let (whole, duration) = whole_run(&workspace);
+    let lines = LABELS.map(learning);
+    let wholes = [0, 1].map(|kind| whole_run(&workspace, &lines[kind]));
     let (model, checkpoint) = (workspace.path("a.model"), workspace.path("a.model.checkpoint"));
     let mut random = Random(0x9e37_79b9_7f4a_7c15);
     let (mut left_behind, mut done) = (0, 0);
-    while done < kills {
+    for round in 0.. {
+        if done >= kills {
+            break;
+        }
+        let kind = usize::from(round % 4 == 3);
+        let (line, (whole, duration)) = (&lines[kind], &wholes[kind]);
         // One to three kills a run: what was resumed is killed too.
         for _ in 0..1 + (3.0 * random.next()) as usize {
             let resume = exists(&checkpoint);
-            let child =
-                workspace.command(&format!("{LEARN}{}", if resume { " --resume" } else { "" })).spawn().unwrap();
+            let child = workspace.command(&format!("{line}{}", if resume { " --resume" } else { "" })).spawn().unwrap();
             sleep(duration.mul_f64(1.1 * random.next()));
             kill(child);
             done += 1;
             left_behind += usize::from(exists(&checkpoint));
             if exists(&model) {
                 // It was over before it was killed, or as good as: the model is never half written.
-                assert!(std::fs::read(&model).unwrap() == whole);
+                assert!(std::fs::read(&model).unwrap() == *whole);
             }
         }
         let resume = if exists(&checkpoint) { " --resume" } else { "" };
-        workspace.run(&format!("{LEARN}{resume}")).expect_code(0);
-        assert!(std::fs::read(&model).unwrap() == whole, "other bytes after {done} kills");
+        workspace.run(&format!("{line}{resume}")).expect_code(0);
+        assert!(std::fs::read(&model).unwrap() == *whole, "other bytes after {done} kills");
         assert!(!exists(&checkpoint));
         std::fs::remove_file(&model).unwrap();
+        println!("{done} kills, {left_behind} left a checkpoint");
     }
     assert!(left_behind * 4 > kills, "only {left_behind} of {kills} kills left a checkpoint: the test tests little");
 }

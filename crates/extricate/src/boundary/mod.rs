@@ -9,6 +9,8 @@ pub mod trace;
 use std::cmp::Ordering;
 use std::collections::BinaryHeap;
 
+use rayon::prelude::*;
+
 use index::{Index, SearchScratch};
 use projection::Projection;
 
@@ -98,10 +100,8 @@ impl SampleSet {
         let rows = configs.len() / nq;
         assert!(exits <= rows, "{exits} exits of {rows} samples");
         let mut points = vec![0.0; rows * embedding_len];
-        let mut scratch = MetricScratch::default();
-        for (q, out) in configs.chunks_exact(nq).zip(points.chunks_exact_mut(embedding_len)) {
-            metric.embed(q, &mut scratch, out);
-        }
+        let embedded = configs.par_chunks_exact(nq).zip(points.par_chunks_exact_mut(embedding_len));
+        embedded.for_each_init(MetricScratch::default, |scratch, (q, out)| metric.embed(q, scratch, out));
         let all = Indexed::build(&points, embedding_len, 0, seed);
         let exits = (exits > 0).then(|| Indexed::build(&points, embedding_len, rows - exits, seed));
         Self { nq, configs, embedding_len, all, exits }

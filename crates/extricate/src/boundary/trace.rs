@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use super::{BoundaryScratch, SampleSet};
 use crate::cspace::sampling::Halton;
 use crate::cspace::{ConfigSpace, Label};
-use crate::learning::explore::{BATCH, Exploration};
+use crate::learning::explore::{BATCH, Exploration, ROWS_A_TASK};
 use crate::learning::{Budget, LabelBatch};
 use crate::metric::{Anchor, Metric};
 
@@ -167,6 +167,7 @@ fn halve(
         let lengths: Vec<f64> = free
             .par_chunks_exact(nq)
             .zip(colliding.par_chunks_exact(nq))
+            .with_min_len(ROWS_A_TASK)
             .map(|(a, b)| ground.metric.distance(a, b))
             .collect();
         let longest = lengths.iter().copied().fold(0.0, f64::max);
@@ -187,10 +188,9 @@ fn halve(
             return paid;
         }
         middles.resize(free.len(), 0.0);
-        let ends = free.chunks_exact(nq).zip(colliding.chunks_exact(nq));
-        for ((a, b), middle) in ends.zip(middles.chunks_exact_mut(nq)) {
-            ground.space.interpolate(a, b, 0.5, middle);
-        }
+        let ends = free.par_chunks_exact(nq).zip(colliding.par_chunks_exact(nq));
+        let halved = ends.zip(middles.par_chunks_exact_mut(nq)).with_min_len(ROWS_A_TASK);
+        halved.for_each(|((a, b), middle)| ground.space.interpolate(a, b, 0.5, middle));
         for (row, label) in budget.label(ground.label, &middles).into_iter().enumerate() {
             let side = if label == Label::Free { &mut *free } else { &mut *colliding };
             side[row * nq..(row + 1) * nq].copy_from_slice(&middles[row * nq..(row + 1) * nq]);

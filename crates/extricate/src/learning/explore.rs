@@ -1,5 +1,7 @@
 //! Exploration: labels of low-discrepancy configurations, before anything is known.
 
+use rayon::prelude::*;
+
 use super::{Budget, LabelBatch};
 use crate::cspace::sampling::Halton;
 use crate::cspace::{ConfigSpace, Label};
@@ -17,6 +19,8 @@ pub struct Exploration {
 
 /// Configurations labelled in one batch.
 pub const BATCH: usize = 2048;
+/// Rows below which sharing out work that takes less than a label costs more than it saves.
+pub const ROWS_A_TASK: usize = 64;
 
 impl Exploration {
     /// Labels `count` further points of the sequence; fewer where the budget ends, never more than it has left.
@@ -36,9 +40,8 @@ impl Exploration {
                 return;
             }
             let mut configs = vec![0.0; batch * nq];
-            for (i, q) in configs.chunks_exact_mut(nq).enumerate() {
-                halton.config(space, self.next + i as u64, q);
-            }
+            let rows = configs.par_chunks_exact_mut(nq).enumerate().with_min_len(ROWS_A_TASK);
+            rows.for_each(|(i, q)| halton.config(space, self.next + i as u64, q));
             for (q, label) in configs.chunks_exact(nq).zip(budget.label(label, &configs)) {
                 match label {
                     Label::Free => self.free.extend_from_slice(q),

@@ -109,7 +109,8 @@ impl UnionClassifier {
             let support = supports.flat_map(|(q, _)| q.iter().copied()).collect();
             Machine { part: *part, classifier, support, duals }
         };
-        Self { machines: order.par_iter().map(fit).collect() }
+        // One at a time: shared out by number, the first share would be most of the work.
+        Self { machines: order.par_iter().with_max_len(1).map(fit).collect() }
     }
 
     /// Without what only training on needs.
@@ -193,13 +194,14 @@ fn choose(parts: &Parts, configs: &[f64], inside: &[Vec<u32>], options: &FitOpti
     let ((seen, seen_inside), (held, held_inside)) = (every_other(0), every_other(step));
     let side = |inside: &Vec<u32>| if inside.is_empty() { Label::Free } else { Label::Colliding };
     let labels: Vec<Label> = held_inside.iter().map(side).collect();
-    let mut best = (f64::NEG_INFINITY, GAMMA_FACTORS[0]);
-    for gamma_factor in GAMMA_FACTORS {
-        let union = UnionClassifier::fit_width(parts, &seen, &seen_inside, options, None, gamma_factor);
-        let right: f64 = union.accuracy(parts.nq, parts.features, &held, &labels).into_iter().flatten().sum();
-        best = if right > best.0 { (right, gamma_factor) } else { best };
-    }
-    best.1
+    let right = |gamma_factor: &f64| -> f64 {
+        let union = UnionClassifier::fit_width(parts, &seen, &seen_inside, options, None, *gamma_factor);
+        union.accuracy(parts.nq, parts.features, &held, &labels).into_iter().flatten().sum()
+    };
+    // All at once: the last machines of one width leave threads idle.
+    let of_each: Vec<f64> = GAMMA_FACTORS.par_iter().with_max_len(1).map(right).collect();
+    let best = (1..GAMMA_FACTORS.len()).fold(0, |best, i| if of_each[i] > of_each[best] { i } else { best });
+    GAMMA_FACTORS[best]
 }
 
 #[cfg(test)]

@@ -9,6 +9,7 @@ use rayon::prelude::*;
 
 use super::EndedBy;
 use super::measure::{Extent, is_within};
+use super::near_miss::NearMisses;
 use super::run_state::{Looks, RunState, Stage};
 use super::solve;
 use crate::boundary::SampleSet;
@@ -185,12 +186,16 @@ impl Learner {
                 };
                 let known = &mut state.known;
                 state.classified = classify(&scene.space, &parts, known, options, &mut budget);
+                let seeds = NearMisses::new(&ground.checker, &ground.metric).seeds(known, &label, &mut budget);
                 if let Some(classifier) = &state.classified.classifier
                     && budget.end() != Some(BudgetEnd::Interrupted)
                 {
                     let by_time = budget.seconds().map_or(usize::MAX, |limit| (limit * SURPRISES_A_SECOND) as usize);
                     let count = by_time.min(budget.left() / 8);
                     surprising_first(classifier, &features, nq, count, &mut known.colliding);
+                }
+                if budget.end() != Some(BudgetEnd::Interrupted) {
+                    known.colliding.splice(..0, seeds);
                 }
                 Stage::Tracing(Tracer::first_place(known, nq))
             }

@@ -58,7 +58,7 @@ const ENOUGH: usize = 1000;
 const SPACED: usize = 500;
 /// Configurations drawn, and queries asked, between two looks at the clock.
 const DRAWN_AT_ONCE: usize = 512;
-const ASKED_AT_ONCE: usize = 8;
+const ASKED_AT_ONCE: usize = 16;
 /// Boundary samples that the longer search starts from. With all else that grows with it, it takes about ten times the checks of
 /// a refined query.
 const LONG_STARTS: usize = 32;
@@ -209,6 +209,7 @@ fn excesses(
         let budget = QueryBudget { checks: Some(LONG_CHECKS), seconds: left.map(|left| left.as_secs_f64()) };
         let rows: Vec<(Option<f64>, usize)> = block
             .par_chunks_exact(space.nq())
+            .with_max_len(1)
             .map_init(QueryScratch::default, |scratch, q| {
                 // A configuration that was drawn keeps the limits but for rounding, which this mends.
                 space.config(q).map_or((None, 0), |q| excess(ground, &q, budget, scratch))

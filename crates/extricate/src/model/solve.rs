@@ -31,6 +31,8 @@ const FIRST: usize = 64;
 const MOST: usize = 1024;
 /// Solved between two reports.
 const BETWEEN_REPORTS: usize = 64;
+/// Solved by one thread at a time: few, so that none is left with the last, and enough to fill its memory for.
+const SOLVED_A_TASK: usize = 4;
 /// Checks that a query is not begun without: with fewer it is not carried to its end.
 const LEAST_CHECKS: usize = 200;
 
@@ -74,6 +76,7 @@ pub fn pass(
         let seeds = &known.colliding[place.seeds_used * nq..(place.seeds_used + rows) * nq];
         let found: Vec<(Option<Vec<f64>>, usize)> = seeds
             .par_chunks_exact(nq)
+            .with_max_len(SOLVED_A_TASK)
             .map_init(QueryScratch::default, |scratch, seed| solve(ground, gap, seed, &options, scratch))
             .collect();
         for exit in found.iter().filter_map(|(exit, _)| exit.as_ref()) {
@@ -125,9 +128,12 @@ mod tests {
     use crate::penetration::refine::RefineScratch;
     use crate::scene::builtin;
 
+    /// Enough for twice the exits that queries rely on.
+    const LABELS: usize = 150_000;
+
     /// Of convex bodies and distances of joints, where exits replace other starts.
     fn learned() -> Model {
-        let options = LearnOptions { labels: 110_000, seconds: None, seed: 5, ..LearnOptions::default() };
+        let options = LearnOptions { labels: LABELS, seconds: None, seed: 5, ..LearnOptions::default() };
         Model::learn(builtin::scene("planar-arm").unwrap(), &options, &mut |_| ControlFlow::Continue(())).unwrap()
     }
 
@@ -136,7 +142,7 @@ mod tests {
         let model = learned();
         let (set, nq) = (model.boundary(), model.scene().space.nq());
         assert!(set.exits() > 50 && set.exits() == model.statistics().exits, "{}", set.exits());
-        assert!(model.statistics().labels <= 110_000);
+        assert!(model.statistics().labels <= LABELS);
         let gap = model.statistics().boundary_gap.unwrap();
         let first = set.len() - set.exits();
         for exit in set.configs()[first * nq..].chunks_exact(nq).take(100) {

@@ -5,6 +5,8 @@
 //! by `p + clearance`: a plane that parts them afterwards, moved back by that much, would part them before. The motion bound
 //! turns these lengths into distances between configurations.
 
+use rayon::prelude::*;
+
 use super::Ground;
 use crate::collision::{CheckScratch, Checker, ConvexOverlap, largest_balls};
 use crate::math::{Pose, Vec3};
@@ -32,7 +34,7 @@ const SURFACE_POINTS: usize = 24;
 impl InteriorBalls {
     /// Looks for balls in every body of the checker's scene, on a grid and on the surface.
     pub fn new(checker: &Checker) -> Self {
-        let bodies = (0..checker.scene().bodies.len()).map(|body| balls(checker, body)).collect();
+        let bodies = (0..checker.scene().bodies.len()).into_par_iter().map(|body| balls(checker, body)).collect();
         Self { bodies }
     }
 }

@@ -8,7 +8,7 @@ use super::qp::{Qp, QpOutcome};
 use crate::collision::{CheckScratch, Contact, ContactQuery, ContactSearch};
 use crate::cspace::{Label, Manifold};
 use crate::kinematics::{add_point_gradient, forward};
-use crate::math::Pose;
+use crate::math::{Pose, Vec3};
 use crate::metric::{Anchor, MetricScratch, quadratic::Quadratic};
 
 /// What refinement aims at beyond the clearance \[m\], so that a linearised step ends on the free side.
@@ -18,6 +18,9 @@ const SLACK: f64 = 1e-7;
 
 /// Contacts nearer than this are always looked at \[m\].
 const LEAST_MARGIN: f64 = 0.005;
+
+/// Contacts of a pair nearer than this \[m\] on either body tell the same.
+const SAME_PLACE: f64 = 0.1 * LEAST_MARGIN;
 
 /// How far a refinement goes.
 #[derive(Debug, Clone, Copy)]
@@ -50,6 +53,8 @@ pub struct RefineScratch {
     /// The distance that the last descent's model expected to reach in the end.
     pub expected: f64,
     poses: Vec<Pose>,
+    /// Where a step that was not taken would have led.
+    hit_poses: Vec<Pose>,
     contacts: Vec<Contact>,
     quadratic: Quadratic,
     qp: Qp,
@@ -147,7 +152,7 @@ pub fn slide(
         found = Some(distance);
     }
     let mut radius = (options.radius * distance).max(1e-3 * ground.scale);
-    let mut penalty = 0.0_f64;
+    let (mut penalty, mut retried) = (0.0_f64, false);
     let complete = ground.checker.contacts_are_complete();
     // Well below what the exact check may differ by from a contact.
     let sure = if complete { -0.1 * SLACK } else { 0.0 };
@@ -210,16 +215,25 @@ pub fn slide(
             if at_rim {
                 radius *= 2.0;
             }
+            retried = false;
             if done {
                 break;
             }
         } else {
-            scratch.contacts = kept;
+            let hit = std::mem::replace(&mut scratch.contacts, kept);
+            scratch.hit_poses.clear();
+            scratch.hit_poses.extend_from_slice(scratch.check.poses());
             if reduced {
                 margin = widest;
                 scratch.contacts_at(ground, &x, within(margin));
             }
-            radius = 0.35 * length.min(radius);
+            // Flat on a face, contacts do not tell of all corners and the step turns another one into the face: once that is known, a
+            // step as long may do.
+            let learned = scratch.learn_from(ground, &hit);
+            if !learned || retried {
+                radius = 0.35 * length.min(radius);
+            }
+            retried = true;
             if radius < options.tolerance * distance {
                 break;
             }
@@ -238,6 +252,34 @@ impl RefineScratch {
         ground.checker.contacts(q, query, &mut self.check, &mut self.contacts);
         let least = self.contacts.iter().map(|c| c.distance).fold(query.margin, f64::min);
         ground.clearance - least
+    }
+
+    /// Adds what a step that was not taken ran into, where it is without the step: the same points of the same bodies, apart along the
+    /// same normal. Whether any of it was new. Overlaps that were there before, by half or more, tell nothing of the step.
+    fn learn_from(&mut self, ground: &Ground, hit: &[Contact]) -> bool {
+        let scene = ground.checker.scene();
+        let known = self.contacts.len();
+        for contact in hit.iter().filter(|contact| contact.distance < ground.clearance) {
+            let pair = &scene.pairs[contact.pair];
+            let here = |body: usize, point: &Vec3| {
+                let frame = scene.bodies[body].frame;
+                self.poses[frame].point(&self.hit_poses[frame].inverse_point(point))
+            };
+            let point_first = here(pair.first, &contact.point_first);
+            let point_second = here(pair.second, &contact.point_second);
+            let same = |other: &Contact| {
+                other.pair == contact.pair
+                    && (other.point_first - point_first).norm().min((other.point_second - point_second).norm())
+                        < SAME_PLACE
+            };
+            let distance = contact.normal.dot(&(point_first - point_second));
+            if 2.0 * (distance - contact.distance) > ground.clearance - contact.distance
+                && !self.contacts.iter().any(same)
+            {
+                self.contacts.push(Contact { distance, point_first, point_second, ..*contact });
+            }
+        }
+        self.contacts.len() > known
     }
 
     /// Rows: one a contact, then the metric's own; the box of limits and trust region.

@@ -14,6 +14,8 @@ const HOLE: f64 = 0.75;
 const PEG: [f64; 2] = [0.5, 2.25];
 /// Half the block's side, and half its height.
 const BLOCK: [f64; 2] = [5.0, 1.5];
+/// Of learning: how many answers in the hole are near differs from seed to seed by a half.
+const SEEDS: [u64; 2] = [2, 3];
 
 /// The block is one mesh, concave; `metric` is the metric's name and `robot` more lines about the robot.
 fn peg_and_block(robot: &str, urdf: String, metric: &str) -> Scene {
@@ -56,48 +58,50 @@ fn translational_depth_of_a_peg_in_a_block_with_a_hole() {
 fn generalised_depth_of_a_peg_in_a_block_with_a_hole() {
     let urdf = format!("<robot name=\"peg\"><link name=\"peg\">{}</link></robot>", peg());
     let floating = "base = \"floating\"\nbounds = { min = [-7, -7, -5], max = [7, 7, 5] }";
-    let model = learn(peg_and_block(floating, urdf, "object-norm"), 60_000, 2);
     let numbers = Halton::new(3, 1);
     let efforts = [Effort::Refined, Effort::Exhaustive];
-    let (mut worst, mut at_faces, mut in_hole) = ([0.0f64; 2], [0; 2], [0; 2]);
-    for i in 0..60 {
-        let [a, b, c] = std::array::from_fn(|k| numbers.coordinate(i, k));
-        let depth = 0.22 + 0.02 * a;
-        let (sin, cos) = (3.0 * c).sin_cos();
-        // Standing on top of the block, any way round; or lying below it, turned by a quarter about x first.
-        let (place, turn) = if i % 2 == 0 {
-            ([-3.0 + b, 3.0 - c, BLOCK[1] + PEG[1] - depth], [0.0, 0.0, sin, cos])
-        } else {
-            let turn = [cos, sin, sin, cos].map(|x| x * FRAC_1_SQRT_2);
-            ([-2.5 + b, 2.5 - c, -(BLOCK[1] + PEG[0] - depth)], turn)
-        };
-        for (k, effort) in efforts.into_iter().enumerate() {
-            let error = ask(&model, &place, &turn, depth, effort).depth - depth - CLEARANCE;
-            worst[k] = worst[k].max(error);
-            at_faces[k] += usize::from(error < 0.01);
-        }
+    let (mut worst, mut in_hole) = ([0.0f64; 2], [0; 2]);
+    for seed in SEEDS {
+        let model = learn(peg_and_block(floating, urdf.clone(), "object-norm"), 60_000, seed);
+        for i in 0..60 {
+            let [a, b, c] = std::array::from_fn(|k| numbers.coordinate(i, k));
+            let depth = 0.22 + 0.02 * a;
+            let (sin, cos) = (3.0 * c).sin_cos();
+            // Standing on top of the block, any way round; or lying below it, turned by a quarter about x first.
+            let (place, turn) = if i % 2 == 0 {
+                ([-3.0 + b, 3.0 - c, BLOCK[1] + PEG[1] - depth], [0.0, 0.0, sin, cos])
+            } else {
+                let turn = [cos, sin, sin, cos].map(|x| x * FRAC_1_SQRT_2);
+                ([-2.5 + b, 2.5 - c, -(BLOCK[1] + PEG[0] - depth)], turn)
+            };
+            for (k, effort) in efforts.into_iter().enumerate() {
+                let error = ask(&model, &place, &turn, depth, effort).depth - depth - CLEARANCE;
+                worst[k] = worst[k].max(error);
+            }
 
-        // In the hole, into one of its four walls; turned by multiples of a right angle, which changes nothing. Hardly any sample is
-        // in there, which the answers say; the way out along the wall is then found from the query alone, or not: over six seeds of
-        // learning, in 39 to 75 of 120 such poses, and in 27 to 93 with an earlier classifier.
-        let (into, along) = (HOLE - PEG[0] + depth, 0.4 * (b - 0.5));
-        let turn = [[0.0, 0.0, 0.0, 1.0], [0.0, 0.0, FRAC_1_SQRT_2, FRAC_1_SQRT_2]][i as usize % 2];
-        let walls = [[into, along, 0.0], [-into, along, 0.0], [along, into, 0.0], [along, -into, 0.0]];
-        for (k, effort) in efforts.into_iter().enumerate() {
-            let found = ask(&model, &walls[i as usize % 4], &turn, depth, effort);
-            assert!(found.is_far(), "{found:?}");
-            in_hole[k] += usize::from(found.depth - depth < 0.01);
+            // In the hole, into one of its four walls; turned by multiples of a right angle, which changes nothing. Hardly any sample
+            // is in there, which the answers say; the way out along the wall is then found from the query alone, or not.
+            let (into, along) = (HOLE - PEG[0] + depth, 0.4 * (b - 0.5));
+            let turn = [[0.0, 0.0, 0.0, 1.0], [0.0, 0.0, FRAC_1_SQRT_2, FRAC_1_SQRT_2]][i as usize % 2];
+            let walls = [[into, along, 0.0], [-into, along, 0.0], [along, into, 0.0], [along, -into, 0.0]];
+            for (k, effort) in efforts.into_iter().enumerate() {
+                let found = ask(&model, &walls[i as usize % 4], &turn, depth, effort);
+                assert!(found.is_far(), "{found:?}");
+                in_hole[k] += usize::from(found.depth - depth < 0.01);
+            }
         }
     }
     for (k, effort) in efforts.into_iter().enumerate() {
         println!(
-            "generalised depths of the peg, 0.22 to 0.24, {effort:?}: at the block's faces {} of 60 within 0.01 (largest error \
-             {:.1e}); in its hole {} of 60",
-            at_faces[k], worst[k], in_hole[k]
+            "generalised depths of the peg, 0.22 to 0.24, {effort:?}, {} seeds of learning, 60 poses each: largest error at the block's \
+             faces {:.1e}; in its hole {} within 0.01",
+            SEEDS.len(),
+            worst[k],
+            in_hole[k]
         );
     }
-    assert!(worst[1] < 0.01, "{worst:?}");
-    assert!(at_faces[0] >= 57 && in_hole[0] >= 15 && in_hole[1] >= 50, "{at_faces:?} {in_hole:?}");
+    assert!(worst[0] < 0.01 && worst[1] < 0.01, "{worst:?}");
+    assert!(in_hole[0] >= 60 && in_hole[1] >= 105, "{in_hole:?}");
 }
 
 /// The answer for a pose of depth `depth` and the clearance; its witness is checked.
