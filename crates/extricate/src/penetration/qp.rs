@@ -14,7 +14,9 @@ use super::dense::{cholesky, cholesky_solve, dot};
 #[derive(Debug, Clone, Default)]
 pub struct Qp {
     nv: usize,
+    /// Cholesky factor of the Hessian; of a diagonal one its diagonal.
     factor: Vec<f64>,
+    is_diagonal: bool,
     /// Rows of `A`, row major.
     rows: Vec<f64>,
     /// Right-hand sides.
@@ -45,6 +47,15 @@ pub enum QpOutcome {
     Infeasible,
 }
 
+/// `H^-1 x`, in place.
+fn lift(factor: &[f64], is_diagonal: bool, x: &mut [f64]) {
+    if is_diagonal {
+        x.iter_mut().zip(factor).for_each(|(x, h)| *x /= h);
+    } else {
+        cholesky_solve(factor, x.len(), x);
+    }
+}
+
 /// A row is violated when it misses its bound by more than this times its norm \[rad or m\].
 const TOLERANCE: f64 = 1e-10;
 
@@ -72,6 +83,16 @@ impl Qp {
         &mut self.rows[at..]
     }
 
+    /// Rows of `A` so far.
+    pub fn rows(&self) -> usize {
+        self.bounds.len()
+    }
+
+    /// The row that was added last.
+    pub fn last_row(&self) -> &[f64] {
+        self.row(self.bounds.len() - 1)
+    }
+
     /// Right-hand side of the row that was added last.
     pub fn last_bound(&mut self) -> &mut f64 {
         self.bounds.last_mut().expect("a row was pushed")
@@ -85,12 +106,17 @@ impl Qp {
     /// Solves for `hessian` (row major, symmetric positive definite) and `gradient`; the solution is `step`.
     pub fn solve(&mut self, hessian: &[f64], gradient: &[f64]) -> QpOutcome {
         let nv = self.nv;
+        self.is_diagonal = hessian.iter().enumerate().all(|(at, h)| at % (nv + 1) == 0 || *h == 0.0);
         self.factor.clear();
-        self.factor.extend_from_slice(hessian);
-        cholesky(&mut self.factor, nv);
+        if self.is_diagonal {
+            self.factor.extend(hessian.iter().step_by(nv + 1));
+        } else {
+            self.factor.extend_from_slice(hessian);
+            cholesky(&mut self.factor, nv);
+        }
         self.step.clear();
         self.step.extend(gradient.iter().map(|g| -g));
-        cholesky_solve(&self.factor, nv, &mut self.step);
+        lift(&self.factor, self.is_diagonal, &mut self.step);
         self.active.clear();
         self.multipliers.clear();
         self.lifted.clear();
@@ -163,7 +189,7 @@ impl Qp {
                 None => self.direction.copy_from_slice(&self.rows[row * nv..(row + 1) * nv]),
                 Some((k, sign)) => self.direction[k] = sign,
             }
-            cholesky_solve(&self.factor, nv, &mut self.direction);
+            lift(&self.factor, self.is_diagonal, &mut self.direction);
             self.raised.clear();
             self.raised.extend_from_slice(&self.direction);
             let own = self.row_dot(row, &self.direction);
@@ -234,6 +260,34 @@ mod tests {
         assert_eq!(qp.solve(&[1.0, 0.0, 0.0, 1.0], &[0.0, 0.0]), QpOutcome::Solved);
         assert!((qp.step[0] - 1.0).abs() < 1e-12 && (qp.step[1] - 2.0).abs() < 1e-12);
         assert!((qp.multiplier_sum(2) - 3.0).abs() < 1e-12);
+    }
+
+    /// A diagonal Hessian is not factored; one that is nearly diagonal is.
+    #[test]
+    fn a_diagonal_hessian_gives_what_a_dense_one_does() {
+        let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(2);
+        for _ in 0..200 {
+            let n = 1 + (rng.random::<f64>() * 7.0) as usize;
+            let mut number = || rng.random::<f64>() * 2.0 - 1.0;
+            let mut hessian: Vec<f64> =
+                (0..n * n).map(|at| if at % (n + 1) == 0 { 0.3 + number().abs() } else { 0.0 }).collect();
+            let gradient: Vec<f64> = (0..n).map(|_| number()).collect();
+            let mut qp = Qp::default();
+            qp.reset(n);
+            qp.set_box(&vec![-1.0; n], &vec![1.0; n]);
+            for _ in 0..3 {
+                qp.push(-0.2).iter_mut().for_each(|a| *a = number());
+            }
+            let outcome = qp.solve(&hessian, &gradient);
+            let step = qp.step.clone();
+            assert!(qp.is_diagonal);
+            for at in (0..n * n).filter(|at| at % (n + 1) != 0) {
+                hessian[at] = 1e-30;
+            }
+            assert_eq!(qp.solve(&hessian, &gradient), outcome);
+            assert!(n == 1 || !qp.is_diagonal);
+            assert!(step.iter().zip(&qp.step).all(|(a, b)| (a - b).abs() < 1e-9), "{step:?} {:?}", qp.step);
+        }
     }
 
     #[test]
