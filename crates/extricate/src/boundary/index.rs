@@ -77,6 +77,18 @@ impl Index {
     /// Euclidean distance of the embeddings, so is every point within that radius of the metric: re-ranking is exact.
     /// Distances are `f64`, to a few units in the last place.
     pub fn search(&self, query: &[f64], scratch: &mut SearchScratch, visit: &mut dyn FnMut(u32, f64) -> f64) {
+        self.search_lists(query, usize::MAX, scratch, visit);
+    }
+
+    /// As [`Index::search`], but after the `most` lists that may hold the nearest points the search is over: those in other lists may then be
+    /// missed.
+    pub fn search_lists(
+        &self,
+        query: &[f64],
+        most: usize,
+        scratch: &mut SearchScratch,
+        visit: &mut dyn FnMut(u32, f64) -> f64,
+    ) {
         assert_eq!(query.len(), self.lists.dimensions, "a query of another dimension than the index");
         if self.lists.len == 0 {
             return;
@@ -92,14 +104,19 @@ impl Index {
         self.scan(nearest, query, &scratch.query, &mut radius, visit);
         // Sorting is worth it only for lists that the first one has not ruled out.
         scratch.order.clear();
-        for c in (0..self.lists.centres.len()).filter(|c| *c != nearest) {
-            let bound = scratch.bounds[c / LANES][c % LANES];
-            if f64::from(bound) <= radius {
-                scratch.order.push((bound, c as u32));
+        // Rounded up, for a first look at eight at a time.
+        let about = (radius * (1.0 + 1e-6)) as f32;
+        for (block, bounds) in scratch.bounds.iter().enumerate().filter(|(_, b)| b.iter().any(|bound| *bound <= about))
+        {
+            for (lane, bound) in bounds.iter().enumerate() {
+                let c = block * LANES + lane;
+                if c < self.lists.centres.len() && c != nearest && f64::from(*bound) <= radius {
+                    scratch.order.push((*bound, c as u32));
+                }
             }
         }
         scratch.order.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-        for (bound, c) in &scratch.order {
+        for (bound, c) in scratch.order.iter().take(most.saturating_sub(1)) {
             if f64::from(*bound) > radius {
                 break;
             }
@@ -179,17 +196,24 @@ impl Index {
         scratch.squared.resize(blocks, [0.0; LANES]);
         scratch.bounds.resize(blocks, [0.0; LANES]);
         let (rounded, squared, bounds) = (&scratch.query[..], &mut scratch.squared[..], &mut scratch.bounds[..]);
+        // Of each lane: the least so far and where it was.
+        let (mut least, mut block_of) = ([f32::INFINITY; LANES], [0_u32; LANES]);
         vectorized(
             #[inline(always)]
             || {
-                for (block, squared) in self.lists.centres.blocks(0, blocks).zip(squared.iter_mut()) {
+                for (at, (block, squared)) in self.lists.centres.blocks(0, blocks).zip(squared.iter_mut()).enumerate() {
                     *squared = block_distances_squared(block, rounded);
+                    for lane in 0..LANES {
+                        if squared[lane] < least[lane] {
+                            (least[lane], block_of[lane]) = (squared[lane], at as u32);
+                        }
+                    }
                 }
             },
         );
-        let order = |a: &usize, b: &usize| squared[a / LANES][a % LANES].total_cmp(&squared[b / LANES][b % LANES]);
-        let nearest = (0..self.lists.centres.len()).min_by(order).unwrap_or(0);
-        let to_nearest = squared[nearest / LANES][nearest % LANES];
+        // Padded places are at infinity.
+        let lane = (0..LANES).min_by(|a, b| least[*a].total_cmp(&least[*b])).unwrap_or(0);
+        let (nearest, to_nearest) = (block_of[lane] as usize * LANES + lane, least[lane]);
         let (slabs, radii) = (&self.lists.slabs[nearest * blocks..][..blocks], &self.lists.radii[..]);
         let (error, moved) = (self.lists.relative_error() as f32, self.lists.moved_by_rounding(query) as f32);
         vectorized(
@@ -309,6 +333,26 @@ mod tests {
             assert_eq!(best.1, metric);
             assert!(visits < 400, "{visits} of 2000 visited");
         }
+    }
+
+    #[test]
+    fn few_lists_hold_most_of_the_nearest() {
+        let (points, queries) = (uniform(20_000 * 8, 9), uniform(40 * 8, 10));
+        let index = Index::build(&points, 8, 0);
+        let (mut scratch, mut exact, mut hits, mut visited) = (SearchScratch::default(), Vec::new(), 0, 0);
+        for query in queries.chunks_exact(8) {
+            index.nearest(query, 10, &mut scratch, &mut exact);
+            let mut found = Vec::new();
+            index.search_lists(query, 20, &mut scratch, &mut |id, distance| {
+                found.push((id, distance));
+                f64::INFINITY
+            });
+            visited += found.len();
+            hits += exact.iter().filter(|nearest| found.contains(nearest)).count();
+            assert!(found.iter().all(|(id, d)| *d == distance(&points[*id as usize * 8..][..8], query)));
+        }
+        // A tenth of the points.
+        assert!(visited < 40 * 3_000 && hits > 320, "{visited} visited, {hits} of 400 found");
     }
 
     #[test]
