@@ -24,7 +24,9 @@ use crate::metric::Metric;
 use crate::penetration::batch::in_blocks;
 use crate::penetration::certificate::InteriorBalls;
 use crate::penetration::coverage::Coverage;
-use crate::penetration::{Answer, Answered, ChangedScene, Ground, QueryOptions, QueryScratch, Stream, query};
+use crate::penetration::{
+    Answer, Answered, ChangedScene, Ground, QueryOptions, QueryScratch, Stream, note_tangents, query,
+};
 use crate::scene::Scene;
 use learner::Learner;
 use quality::{Density, Excess};
@@ -138,7 +140,8 @@ impl Model {
         statistics: Statistics,
     ) -> Self {
         let nq = checker.scene().space.nq();
-        let boundary = SampleSet::with_exits(&metric, nq, configs, statistics.exits, statistics.seed);
+        let mut boundary = SampleSet::with_exits(&metric, nq, configs, statistics.exits, statistics.seed);
+        note_tangents(&checker, &mut boundary);
         checker.prepare_proposals();
         let balls = InteriorBalls::new(&checker);
         Self { checker, metric, boundary, classifier, balls, coverage, statistics }

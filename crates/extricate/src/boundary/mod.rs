@@ -4,6 +4,7 @@ pub mod clustering;
 pub mod index;
 pub mod lists;
 pub mod projection;
+pub mod tangents;
 pub mod trace;
 
 use std::cmp::Ordering;
@@ -13,6 +14,7 @@ use rayon::prelude::*;
 
 use index::{Index, SearchScratch};
 use projection::Projection;
+use tangents::{Planes, Tangents};
 
 use crate::metric::{Anchor, Metric, MetricScratch};
 
@@ -24,6 +26,8 @@ pub struct SampleSet {
     embedding_len: usize,
     all: Indexed,
     exits: Option<Indexed>,
+    /// Of the exits, or of none.
+    tangents: Tangents,
 }
 
 /// An index over the samples from one on.
@@ -39,6 +43,9 @@ struct Indexed {
 ///
 /// The search is exact either way; in 16 dimensions it still prunes, in 84 (a 7-joint arm under the object norm) it scans all.
 const MOST_DIMENSIONS: usize = 16;
+
+/// Lists of the index that a search looks through where nearly the nearest will do.
+const LISTS: usize = 16;
 
 /// Memory that searches reuse.
 #[derive(Default)]
@@ -104,7 +111,7 @@ impl SampleSet {
         embedded.for_each_init(MetricScratch::default, |scratch, (q, out)| metric.embed(q, scratch, out));
         let all = Indexed::build(&points, embedding_len, 0, seed);
         let exits = (exits > 0).then(|| Indexed::build(&points, embedding_len, rows - exits, seed));
-        Self { nq, configs, embedding_len, all, exits }
+        Self { nq, configs, embedding_len, all, exits, tangents: Tangents::default() }
     }
 
     /// Memory for `rows` configurations and their index \[bytes\]: most of it while it is built.
@@ -122,6 +129,21 @@ impl SampleSet {
     /// How many of them, the last ones, are exits.
     pub fn exits(&self) -> usize {
         self.exits.as_ref().map_or(0, |exits| self.len() - exits.first)
+    }
+
+    /// Keeps what is known of the contacts of every exit, in their order.
+    ///
+    /// # Panics
+    /// Where it is not one entry an exit.
+    pub fn set_tangents(&mut self, tangents: Tangents) {
+        assert_eq!(tangents.len(), self.exits(), "one entry an exit");
+        self.tangents = tangents;
+    }
+
+    /// The contacts of sample `id` where they are known: of exits, once [`SampleSet::set_tangents`] was called.
+    pub fn planes(&self, id: u32) -> Option<Planes<'_>> {
+        let exit = (id as usize).checked_sub(self.len() - self.exits())?;
+        (exit < self.tangents.len()).then(|| self.tangents.planes(exit))
     }
 
     /// Whether there is none.
@@ -151,7 +173,20 @@ impl SampleSet {
         scratch: &mut BoundaryScratch,
         out: &mut Vec<(u32, f64)>,
     ) {
-        self.search(&self.all, metric, anchor, k, scratch, out);
+        self.search(&self.all, metric, anchor, (k, usize::MAX), scratch, out);
+    }
+
+    /// As [`SampleSet::nearest`], but some of them may be missed for others that are nearly as near: in 16 dimensions, to be sure takes a
+    /// look at a good part of all samples.
+    pub fn near(
+        &self,
+        metric: &Metric,
+        anchor: &Anchor,
+        k: usize,
+        scratch: &mut BoundaryScratch,
+        out: &mut Vec<(u32, f64)>,
+    ) {
+        self.search(&self.all, metric, anchor, (k, LISTS), scratch, out);
     }
 
     /// As [`SampleSet::nearest`], among the exits.
@@ -164,7 +199,7 @@ impl SampleSet {
         out: &mut Vec<(u32, f64)>,
     ) {
         match &self.exits {
-            Some(exits) => self.search(exits, metric, anchor, k, scratch, out),
+            Some(exits) => self.search(exits, metric, anchor, (k, usize::MAX), scratch, out),
             None => out.clear(),
         }
     }
@@ -174,7 +209,7 @@ impl SampleSet {
         indexed: &Indexed,
         metric: &Metric,
         anchor: &Anchor,
-        k: usize,
+        (k, lists): (usize, usize),
         scratch: &mut BoundaryScratch,
         out: &mut Vec<(u32, f64)>,
     ) {
@@ -194,9 +229,11 @@ impl SampleSet {
             }
             None => &scratch.embedding,
         };
-        indexed.index.search(point, &mut scratch.search, &mut |id, _| {
+        let is_exact = indexed.projection.is_none() && metric.embedding_is_exact();
+        indexed.index.search_lists(point, lists, &mut scratch.search, &mut |id, embedded| {
             let id = id + indexed.first as u32;
-            let distance = metric.distance_from(anchor, self.config(id), metric_scratch);
+            let distance =
+                if is_exact { embedded } else { metric.distance_from(anchor, self.config(id), metric_scratch) };
             // The farthest on top: a sorted list would be moved by half its length for every sample that comes nearer.
             if heap.len() < k {
                 heap.push(Ranked { distance, id });

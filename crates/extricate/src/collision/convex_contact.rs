@@ -29,8 +29,9 @@ impl Default for PairMemory {
 /// distance: its plane then still has them on its two sides, and the step it constrains is judged anew where it leads.
 const CARRIED: f64 = 0.5;
 
-/// In a quick search, the depth of an overlap is too large by at most this share of itself.
-const QUICK_DEPTH: f64 = 0.05;
+/// In a quick search, the depth of an overlap is too large by at most this share of itself: the step that it asks for is judged anew where it
+/// leads, and with 0.05 queries take a fifth more instructions and find the same.
+const QUICK_DEPTH: f64 = 0.5;
 
 impl PairMemory {
     /// The contact of two convex shapes in the frame of the first, if nearer than the margin.

@@ -37,6 +37,12 @@ impl Checker {
         deepest
     }
 
+    /// `false` proves that [`Checker::solid_depth`] is not above `least` \[m\]; costs a ball a shape.
+    pub fn may_be_deeper(&self, body: usize, point_frame: &Vec3, least: f64) -> bool {
+        let parts = &self.bodies.parts[self.bodies.bodies[body].parts.clone()];
+        parts.iter().any(|part| in_ball(&part.shape, &part.pose_frame_part.inverse_point(point_frame), least))
+    }
+
     /// Whether contacts of all pairs are exact, overlaps and containment included, so that none below the clearance means free
     /// (up to rounding): true where all shapes are convex.
     pub fn contacts_are_complete(&self) -> bool {
@@ -44,9 +50,14 @@ impl Checker {
     }
 }
 
+/// `false` is proved by the shape's ball.
+fn in_ball(shape: &Shape, point: &Vec3, least: f64) -> bool {
+    shape.ball.1 - (point - shape.ball.0).norm() > least
+}
+
 /// `false` is proved by the shape's ball, or by a plane that a hull lies behind.
 fn may_be_deeper(shape: &Shape, point: &Vec3, least: f64) -> bool {
-    if shape.ball.1 - (point - shape.ball.0).norm() <= least {
+    if !in_ball(shape, point, least) {
         return false;
     }
     match &shape.kind {

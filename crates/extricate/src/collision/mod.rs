@@ -44,8 +44,8 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use serde::Serialize;
 
-use crate::kinematics::{LANES, PoseBlock};
-use crate::math::Vec3;
+use crate::kinematics::{LANES, PoseBlock, add_point_gradient};
+use crate::math::{Pose, Vec3};
 use crate::scene::Scene;
 
 use bodies::{Bodies, Placement};
@@ -114,6 +114,17 @@ pub struct Contact {
     /// Unit, world coordinates, from the second body toward the first: moving the first body along it by `t` changes
     /// `distance` by `t`.
     pub normal: Vec3,
+}
+
+impl Contact {
+    /// Adds the gradient of the distance over the tangent coordinates to `gradient` (length `nv`) \[m per rad or m\], to first order: the
+    /// two points stay fixed to their bodies. `poses` are those of the frames.
+    pub fn add_gradient(&self, scene: &Scene, poses: &[Pose], gradient: &mut [f64]) {
+        let pair = &scene.pairs[self.pair];
+        let (first, second) = (scene.bodies[pair.first].frame, scene.bodies[pair.second].frame);
+        add_point_gradient(scene, poses, first, &self.point_first, &self.normal, 1.0, gradient);
+        add_point_gradient(scene, poses, second, &self.point_second, &self.normal, -1.0, gradient);
+    }
 }
 
 /// Which contacts are wanted.

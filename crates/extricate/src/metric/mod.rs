@@ -11,8 +11,8 @@ pub mod solids;
 
 use std::sync::Arc;
 
-use crate::cspace::Manifold;
 use crate::cspace::sampling::Halton;
+use crate::cspace::{Factor, Manifold};
 use crate::kinematics::forward;
 use crate::math::Pose;
 use crate::scene::{MetricSpec, Scene};
@@ -138,6 +138,12 @@ impl Metric {
             }
             at += chord_len(&factor.manifold);
         }
+    }
+
+    /// Whether the distance between two embeddings is the metric's, not only at most that: joints that all have limits.
+    pub fn embedding_is_exact(&self) -> bool {
+        let is_interval = |factor: &Factor| matches!(factor.manifold, Manifold::Interval { .. });
+        self.kind == MetricSpec::Joint && self.scene.space.factors().iter().all(is_interval)
     }
 
     /// A length of the order of the largest distance between any two configurations, in metric units.

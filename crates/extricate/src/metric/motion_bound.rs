@@ -4,11 +4,43 @@ use super::Metric;
 use crate::math::{Pose, Vec3};
 use crate::scene::{MetricSpec, Motion, Scene};
 
-/// Memory that motion bounds reuse.
+/// Bounds for points of one frame seen from another, prepared in two steps: [`Metric::motion_between`] for the frames, then
+/// [`Metric::motion_of`] for a point. Memory is reused.
 #[derive(Debug, Clone, Default)]
-pub struct MotionScratch {
+pub struct MotionPath {
+    of: usize,
+    relative_to: usize,
+    /// Of the joint metric: from the point outward.
+    steps: Vec<Step>,
+    /// Of the other metrics: displacement for each unit of distance; of the joint metric 0.
+    rate: f64,
+    /// By coordinate, of those that several joints share.
     reach: Vec<f64>,
-    path: Vec<usize>,
+    frames: Vec<usize>,
+}
+
+/// A joint between the two frames.
+#[derive(Debug, Clone, Copy)]
+struct Step {
+    kind: StepKind,
+    /// World coordinates: a point of the axis \[m\] and its direction.
+    origin: Vec3,
+    axis: Vec3,
+    multiplier: f64,
+    weight: f64,
+    /// The coordinate, where several joints move with it.
+    shared: Option<usize>,
+    /// Displacement of the point \[m\] for each rad or m, with what is nearer to it at rest.
+    lever: f64,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum StepKind {
+    /// With the part of its squared displacement per squared distance that counts, see [`OrthogonalSlides`].
+    Slide(f64),
+    SharedSlide,
+    Turn,
+    Ball,
 }
 
 impl Metric {
@@ -23,17 +55,29 @@ impl Metric {
     /// what the joints nearer to the point can have moved it by; Cauchy and Schwarz sum them up. Object norm: see
     /// [`super::solids::FrameSolid::motion_factor`]; for two moving frames the squares add, since their shares of the volume do.
     /// Largest displacement: one per moving frame where the point lies in its hull (`inside`), otherwise as the object norm.
-    pub fn motion_bound(
-        &self,
-        poses: &[Pose],
-        point: &BoundedPoint,
-        distance: f64,
-        scratch: &mut MotionScratch,
-    ) -> f64 {
+    pub fn motion_bound(&self, poses: &[Pose], point: &BoundedPoint, distance: f64, path: &mut MotionPath) -> f64 {
+        self.motion_between(poses, point.of, point.relative_to, path);
+        self.motion_of(poses, point, path);
+        path.bound(distance)
+    }
+
+    /// Prepares for points of frame `of`, seen from `relative_to`.
+    pub fn motion_between(&self, poses: &[Pose], of: usize, relative_to: usize, path: &mut MotionPath) {
+        (path.of, path.relative_to) = (of, relative_to);
+        path.steps.clear();
+        path.rate = 0.0;
+        if self.kind() == MetricSpec::Joint {
+            joint_steps(self.scene(), self.coordinate_uses(), poses, path);
+        }
+    }
+
+    /// Prepares for one of them; its frames have to be those that the path was prepared for.
+    pub fn motion_of(&self, poses: &[Pose], point: &BoundedPoint, path: &mut MotionPath) {
+        debug_assert_eq!((point.of, point.relative_to), (path.of, path.relative_to));
         match self.kind() {
-            MetricSpec::Joint => joint_bound(self.scene(), self.coordinate_uses(), poses, point, distance, scratch),
-            MetricSpec::ObjectNorm => distance * self.factor(poses, point, false),
-            MetricSpec::MaxDisplacement => distance * self.factor(poses, point, true),
+            MetricSpec::Joint => path.place(&point.position),
+            MetricSpec::ObjectNorm => path.rate = self.factor(poses, point, false),
+            MetricSpec::MaxDisplacement => path.rate = self.factor(poses, point, true),
         }
     }
 
@@ -93,47 +137,78 @@ pub(super) fn coordinate_uses(scene: &Scene) -> Vec<CoordinateUse> {
     uses
 }
 
-fn joint_bound(
-    scene: &Scene,
-    uses: &[CoordinateUse],
-    poses: &[Pose],
-    point: &BoundedPoint,
-    distance: f64,
-    scratch: &mut MotionScratch,
-) -> f64 {
-    let MotionScratch { reach, path } = scratch;
-    chain(scene, point.of, point.relative_to, path);
+fn joint_steps(scene: &Scene, uses: &[CoordinateUse], poses: &[Pose], path: &mut MotionPath) {
+    let MotionPath { of, relative_to, steps, frames, reach, .. } = path;
+    chain(scene, *of, *relative_to, frames);
     reach.clear();
     reach.resize(uses.len(), 0.0);
     let mut slides = OrthogonalSlides::default();
-    // Squared displacement per squared distance of the joints walked so far.
-    let mut squared: f64 = 0.0;
-    for &frame in path.iter() {
+    for &frame in frames.iter() {
         let pose = &poses[frame];
-        let arm = point.position - pose.translation;
-        let (v, step) = match &scene.frames[frame].motion {
+        let (kind, axis, v, multiplier) = match &scene.frames[frame].motion {
             Motion::World => continue,
             Motion::Prismatic { axis, coordinate } => {
-                let (v, slide) = (coordinate.v, coordinate.multiplier.abs());
-                if !uses[v].shared {
-                    squared += slides.add(&pose.vector(axis), slide * slide / uses[v].weight);
-                    continue;
+                let (axis, multiplier) = (pose.vector(axis), coordinate.multiplier.abs());
+                let CoordinateUse { weight, shared } = uses[coordinate.v];
+                if shared {
+                    (StepKind::SharedSlide, axis, coordinate.v, multiplier)
+                } else {
+                    let counts = slides.add(&axis, multiplier * multiplier / weight);
+                    (StepKind::Slide(counts), axis, coordinate.v, multiplier)
                 }
-                (v, slide)
             }
             Motion::Revolute { axis, coordinate } => {
-                let lever = pose.vector(axis).cross(&arm).norm() + distance * squared.sqrt();
-                (coordinate.v, coordinate.multiplier.abs() * lever)
+                (StepKind::Turn, pose.vector(axis), coordinate.v, coordinate.multiplier.abs())
             }
-            Motion::Ball { v, .. } => (*v, arm.norm() + distance * squared.sqrt()),
+            Motion::Ball { v, .. } => (StepKind::Ball, Vec3::zeros(), *v, 1.0),
         };
-        slides = OrthogonalSlides::default();
-        // A mimic joint adds to the reach of the coordinate that it shares.
-        let before = reach[v];
-        reach[v] += step;
-        squared += (reach[v] * reach[v] - before * before) / uses[v].weight;
+        if !matches!(kind, StepKind::Slide(_)) {
+            slides = OrthogonalSlides::default();
+        }
+        let CoordinateUse { weight, shared } = uses[v];
+        let (origin, shared) = (pose.translation, shared.then_some(v));
+        steps.push(Step { kind, origin, axis, multiplier, weight, shared, lever: 0.0 });
     }
-    distance * squared.max(0.0).sqrt()
+}
+
+impl MotionPath {
+    fn place(&mut self, point: &Vec3) {
+        for step in &mut self.steps {
+            let arm = point - step.origin;
+            step.lever = match step.kind {
+                StepKind::Slide(_) | StepKind::SharedSlide => step.multiplier,
+                StepKind::Turn => step.multiplier * step.axis.cross(&arm).norm(),
+                StepKind::Ball => arm.norm(),
+            };
+        }
+    }
+
+    /// Upper bound \[m\] on the displacement of the point within `distance` (metric units), see [`Metric::motion_bound`].
+    pub fn bound(&mut self, distance: f64) -> f64 {
+        let Self { steps, reach, .. } = self;
+        steps.iter().filter_map(|step| step.shared).for_each(|v| reach[v] = 0.0);
+        // Squared displacement per squared distance of the joints walked so far.
+        let mut squared: f64 = 0.0;
+        for step in steps.iter() {
+            let far = match step.kind {
+                StepKind::Slide(counts) => {
+                    squared += counts;
+                    continue;
+                }
+                StepKind::SharedSlide => step.lever,
+                StepKind::Turn | StepKind::Ball => step.lever + step.multiplier * distance * squared.sqrt(),
+            };
+            let Some(v) = step.shared else {
+                squared += far * far / step.weight;
+                continue;
+            };
+            // A mimic joint adds to the reach of the coordinate that it shares.
+            let before = reach[v];
+            reach[v] += far;
+            squared += (reach[v] * reach[v] - before * before) / step.weight;
+        }
+        distance * (self.rate + squared.max(0.0).sqrt())
+    }
 }
 
 /// Consecutive prismatic joints along orthogonal axes, which no turn comes between: their displacements are the legs of a right

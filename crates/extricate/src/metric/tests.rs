@@ -3,7 +3,7 @@
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-use super::motion_bound::{BoundedPoint, MotionScratch};
+use super::motion_bound::{BoundedPoint, MotionPath};
 use super::*;
 use crate::cspace::sampling::uniform;
 use crate::math::Vec3;
@@ -94,7 +94,7 @@ fn motion_bounds_are_never_exceeded() {
     each(|metric, sample, name| {
         let scene = metric.scene();
         let space = &scene.space;
-        let mut scratch = MotionScratch::default();
+        let mut scratch = MotionPath::default();
         let (mut from, mut to) = (Vec::new(), Vec::new());
         let moving: Vec<&crate::scene::Body> = scene.bodies.iter().filter(|b| b.frame != 0).collect();
         for round in 0..200 {

@@ -20,9 +20,9 @@ use crate::learning::union::UnionClassifier;
 use crate::learning::{Budget, LearnOptions};
 use crate::metric::Metric;
 use crate::metric::relative::RelativePoses;
-use crate::penetration::Ground;
 use crate::penetration::certificate::InteriorBalls;
 use crate::penetration::coverage::Coverage;
+use crate::penetration::{Ground, note_tangents};
 use crate::scene::Scene;
 
 /// Labels that learning spent, over those that adapting the model spends where nothing else is asked for.
@@ -139,7 +139,8 @@ fn adapt_here(model: &Model, scene: Scene, options: &LearnOptions, report: &mut 
     }
     budget.stage("measuring");
     samples.extend_from_slice(&exits);
-    let boundary = SampleSet::with_exits(&metric, nq, samples, exits.len() / nq, options.seed);
+    let mut boundary = SampleSet::with_exits(&metric, nq, samples, exits.len() / nq, options.seed);
+    note_tangents(&checker, &mut boundary);
     checker.prepare_proposals();
     let balls = InteriorBalls::new(&checker);
     let (clearance, scale) = (scene.clearance, metric.diameter());

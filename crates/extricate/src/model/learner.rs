@@ -330,10 +330,12 @@ impl LearnGround {
         if 2 * solved.indexed <= solved.exits {
             solved.indexed = solved.exits;
             *solver = None;
+            // A look at the contacts of each.
+            budget.spend(solved.indexed);
         }
         let boundary = solver.get_or_insert_with(|| {
             self.checker.prepare_proposals();
-            solve::index(&self.metric, nq, samples, solved, options.seed)
+            solve::index(&self.checker, &self.metric, samples, solved, options.seed)
         });
         let before = solved.seeds_used;
         let paid = solve::pass(&self.to_query(boundary), self.gap, known, samples, solved, budget);

@@ -8,11 +8,12 @@ use serde::{Deserialize, Serialize};
 
 use super::learner::TRACED_BY;
 use crate::boundary::SampleSet;
+use crate::collision::Checker;
 use crate::cspace::Label;
 use crate::learning::Budget;
 use crate::learning::explore::Exploration;
 use crate::metric::Metric;
-use crate::penetration::{Ground, QueryBudget, QueryOptions, QueryScratch, RELIED_ON, nearest_exit};
+use crate::penetration::{Ground, QueryBudget, QueryOptions, QueryScratch, RELIED_ON, nearest_exit, note_tangents};
 
 /// How far solving has come.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -91,9 +92,12 @@ pub fn pass(
 }
 
 /// The traced samples, and the first exits as `place` has them indexed.
-pub fn index(metric: &Metric, nq: usize, samples: &[f64], place: &SolvePlace, seed: u64) -> SampleSet {
+pub fn index(checker: &Checker, metric: &Metric, samples: &[f64], place: &SolvePlace, seed: u64) -> SampleSet {
+    let nq = checker.scene().space.nq();
     let rows = samples.len() / nq - place.exits + place.indexed;
-    SampleSet::with_exits(metric, nq, samples[..rows * nq].to_vec(), place.indexed, seed)
+    let mut boundary = SampleSet::with_exits(metric, nq, samples[..rows * nq].to_vec(), place.indexed, seed);
+    note_tangents(checker, &mut boundary);
+    boundary
 }
 
 /// The exit of one configuration where it is one, and the checks that it took.

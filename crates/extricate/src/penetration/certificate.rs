@@ -10,7 +10,7 @@ use rayon::prelude::*;
 use super::Ground;
 use crate::collision::{CheckScratch, Checker, ConvexOverlap, largest_balls};
 use crate::math::{Pose, Vec3};
-use crate::metric::motion_bound::{BoundedPoint, MotionScratch};
+use crate::metric::motion_bound::{BoundedPoint, MotionPath};
 
 /// Balls inside every body of a scene, computed once.
 pub struct InteriorBalls {
@@ -28,6 +28,8 @@ struct Ball {
 
 /// Most balls a body.
 const BALLS: usize = 24;
+/// Balls a body that a quick bound looks at.
+const QUICK_BALLS: usize = 6;
 /// Surface points a body, spread out.
 const SURFACE_POINTS: usize = 24;
 
@@ -80,17 +82,58 @@ pub fn lower_bound(
     colliding: &[usize],
     overlaps: &[ConvexOverlap],
     ceiling: f64,
-    scratch: &mut MotionScratch,
+    path: &mut MotionPath,
     check: &mut CheckScratch,
 ) -> f64 {
     let mut bound = 0.0;
     for overlap in overlaps {
-        bound = raise_by_overlap(ground, overlap, poses, bound, ceiling, scratch);
+        bound = raise_by_overlap(ground, overlap, poses, bound, ceiling, path);
     }
     for &pair in colliding {
         let pair = ground.checker.scene().pairs[pair];
         for roles in [[pair.first, pair.second], [pair.second, pair.first]] {
-            bound = raise(ground, roles, poses, bound, ceiling, scratch, check);
+            bound = raise(ground, roles, poses, bound, ceiling, path, check);
+        }
+    }
+    bound
+}
+
+/// As [`lower_bound`], from the few largest balls of each body alone: a hundredth of the work, and often a fraction of the bound.
+pub fn quick_lower_bound(
+    ground: &Ground,
+    poses: &[Pose],
+    colliding: &[usize],
+    ceiling: f64,
+    path: &mut MotionPath,
+) -> f64 {
+    let scene = ground.checker.scene();
+    let mut bound = 0.0;
+    for &pair in colliding {
+        let pair = scene.pairs[pair];
+        let frames = [pair.first, pair.second].map(|body| scene.bodies[body].frame);
+        let balls = [pair.first, pair.second].map(|body| {
+            let pose = &poses[scene.bodies[body].frame];
+            let inside = ground.balls.bodies[body].iter().take(QUICK_BALLS).filter(|ball| ball.radius > 0.0);
+            inside.map(move |ball| (pose.point(&ball.centre), ball.radius))
+        });
+        let [of_first, of_second] = balls;
+        let mut deepest = (-scene.clearance, None);
+        for (a, r) in of_first {
+            for (b, s) in of_second.clone() {
+                let overlap = r + s - (a - b).norm();
+                if overlap > deepest.0 {
+                    deepest = (overlap, Some([a, b]));
+                }
+            }
+        }
+        let (overlap, Some(centres)) = deepest else { continue };
+        for [own, other] in [[0, 1], [1, 0]] {
+            let (of, relative_to) = (frames[own], frames[other]);
+            let position = centres[own];
+            let point = BoundedPoint { position, of, relative_to, inside_of: true, inside_relative_to: false };
+            ground.metric.motion_between(poses, of, relative_to, path);
+            ground.metric.motion_of(poses, &point, path);
+            bound = largest_distance(bound, ceiling, overlap + scene.clearance, |d| path.bound(d));
         }
     }
     bound
@@ -104,7 +147,7 @@ fn raise_by_overlap(
     poses: &[Pose],
     mut bound: f64,
     ceiling: f64,
-    scratch: &mut MotionScratch,
+    path: &mut MotionPath,
 ) -> f64 {
     let scene = ground.checker.scene();
     let pair = scene.pairs[overlap.pair];
@@ -113,11 +156,20 @@ fn raise_by_overlap(
     for (of, relative_to, corners) in
         [(frames[0], frames[1], overlap.corners[0]), (frames[1], frames[0], overlap.corners[1])]
     {
-        let mut moved = |position: Vec3, distance: f64| {
+        ground.metric.motion_between(poses, of, relative_to, path);
+        // The least of what the corners allow.
+        let mut allowed = ceiling;
+        for position in corners {
             let point = BoundedPoint { position, of, relative_to, inside_of: true, inside_relative_to: false };
-            ground.metric.motion_bound(poses, &point, distance, scratch)
-        };
-        bound = largest_distance(bound, ceiling, needed, |d| corners.iter().map(|c| moved(*c, d)).fold(0.0, f64::max));
+            ground.metric.motion_of(poses, &point, path);
+            if path.bound(allowed) >= needed {
+                allowed = largest_distance(bound, allowed, needed, |d| path.bound(d));
+            }
+            if allowed <= bound {
+                break;
+            }
+        }
+        bound = bound.max(allowed);
     }
     bound
 }
@@ -129,22 +181,29 @@ fn raise(
     poses: &[Pose],
     mut bound: f64,
     ceiling: f64,
-    scratch: &mut MotionScratch,
+    path: &mut MotionPath,
     check: &mut CheckScratch,
 ) -> f64 {
     let scene = ground.checker.scene();
     let (of, relative_to) = (scene.bodies[carrier].frame, scene.bodies[solid].frame);
+    ground.metric.motion_between(poses, of, relative_to, path);
     for ball in &ground.balls.bodies[carrier] {
         let position = poses[of].point(&ball.centre);
+        let point_solid = poses[relative_to].inverse_point(&position);
+        if !ground.checker.may_be_deeper(solid, &point_solid, -ball.radius - scene.clearance) {
+            continue;
+        }
         let mut point = BoundedPoint { position, of, relative_to, inside_of: true, inside_relative_to: true };
         // Too shallow to raise the bound, even if the point moves as little as one inside would.
-        let least = ground.metric.motion_bound(poses, &point, bound + STEP * ceiling, scratch);
-        let least = least.max(0.0) - ball.radius - scene.clearance;
-        let point_solid = poses[relative_to].inverse_point(&position);
+        ground.metric.motion_of(poses, &point, path);
+        let least = path.bound(bound + STEP * ceiling) - ball.radius - scene.clearance;
         let Some(depth) = ground.checker.solid_depth_above(solid, &point_solid, least, check) else { continue };
-        point.inside_relative_to = depth >= 0.0;
+        if depth < 0.0 {
+            point.inside_relative_to = false;
+            ground.metric.motion_of(poses, &point, path);
+        }
         let needed = depth + ball.radius + scene.clearance;
-        bound = largest_distance(bound, ceiling, needed, |d| ground.metric.motion_bound(poses, &point, d, scratch));
+        bound = largest_distance(bound, ceiling, needed, |d| path.bound(d));
     }
     bound
 }

@@ -3,7 +3,7 @@
 use super::Ground;
 use super::answer::{Answer, Exit, TOUCHING, Way};
 use super::certificate;
-use super::options::QueryOptions;
+use super::options::{Effort, QueryOptions};
 use super::search::QueryScratch;
 use crate::collision::{SegmentOptions, SegmentOutcome};
 use crate::kinematics::forward;
@@ -22,17 +22,14 @@ impl QueryScratch {
         answer.touching.extend(answer.contacts.iter().map(|contact| contact.pair));
         answer.touching.dedup();
         forward(ground.checker.scene(), &anchor.q, poses);
-        overlaps.clear();
-        ground.checker.convex_overlaps(&anchor.q, &answer.colliding, &mut refine.check, overlaps);
-        let bound = certificate::lower_bound(
-            ground,
-            poses,
-            &answer.colliding,
-            overlaps,
-            answer.depth,
-            motion,
-            &mut refine.check,
-        );
+        let (colliding, ceiling) = (&answer.colliding, answer.depth);
+        let bound = if options.effort == Effort::Nearest {
+            certificate::quick_lower_bound(ground, poses, colliding, ceiling, motion)
+        } else {
+            overlaps.clear();
+            ground.checker.convex_overlaps(&anchor.q, colliding, &mut refine.check, overlaps);
+            certificate::lower_bound(ground, poses, colliding, overlaps, ceiling, motion, &mut refine.check)
+        };
         answer.lower_bound = bound.min(answer.depth);
         self.gradient(ground, answer);
         if options.exits > 1 {

@@ -19,6 +19,7 @@ pub mod refine;
 pub mod scatter;
 mod search;
 pub mod stream;
+mod tangents;
 mod wander;
 
 pub use answer::{Answer, Exit, Way};
@@ -28,6 +29,7 @@ pub use options::{Effort, QueryBudget, QueryOptions, Stop};
 pub use plan::RELIED_ON;
 pub use search::QueryScratch;
 pub use stream::{Stream, StreamOptions};
+pub use tangents::note_tangents;
 
 use crate::boundary::SampleSet;
 use crate::collision::Checker;
@@ -79,7 +81,7 @@ pub fn nearest_exit(ground: &Ground, q: &Config, options: &QueryOptions, scratch
         return Some(answer);
     }
     let plan = Plan::of(options, ground);
-    if !scratch.first_witness(ground, plan.pool(), &mut answer) {
+    if !scratch.first_witness(ground, &plan, &mut answer) {
         return None;
     }
     if options.effort != Effort::Nearest {

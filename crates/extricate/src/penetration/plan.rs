@@ -2,7 +2,7 @@
 
 use super::Ground;
 use super::options::{Effort, QueryOptions};
-use super::refine::RefineOptions;
+use super::refine::{HOPE_OF_A_PROBE, RefineOptions};
 use super::scatter::ScatterOptions;
 use crate::collision::ContactSearch;
 use crate::scene::MetricSpec;
@@ -31,6 +31,9 @@ pub struct Plan {
     pub polish: RefineOptions,
     /// Descents carried on.
     pub kept: usize,
+    /// Whether each descent is carried to its end before the next one starts, which has to promise less by then; not where several exits are
+    /// wanted.
+    pub in_turn: bool,
     /// Whether descents along exact contacts, toward the query in its own coordinates, end where they seem to.
     pub is_smooth: bool,
 }
@@ -46,6 +49,7 @@ const POLISH: RefineOptions = RefineOptions {
     search: ContactSearch::Exact,
     radius: 0.05,
     tolerance: 1e-7,
+    hope: HOPE_OF_A_PROBE,
 };
 /// With meshes: exact contacts of pairs that are as far apart as the last steps are long, or more, would take most of the time of a query,
 /// and between their corners nothing converges to the last digit.
@@ -53,6 +57,9 @@ const POLISH_MESHES: RefineOptions = RefineOptions { reach: 0.03, tolerance: 1e-
 
 /// A probed descent is carried on if it is expected to end below this times the best depth so far.
 pub const HOPE: f64 = 1.15;
+
+/// A descent in turn has to beat what was carried to its end. What planes alone promise may be far off where they lead along an edge.
+pub const HOPE_IN_TURN: [f64; 3] = [1.5, 1.02, 1.0];
 
 /// Exits that a refined query starts from, where there are enough.
 const EXITS: usize = 8;
@@ -91,6 +98,7 @@ impl Plan {
             // Exits of what was solved make most of the other starts needless.
             plan.starts = ground.checker.scene().space.nv().div_ceil(DEGREES_A_START) + more / 2;
             plan.scatter.directions = 0;
+            plan.in_turn = true;
             plan.kept = 2;
         }
         plan.exits = plan.exits.min(known);
@@ -125,6 +133,7 @@ impl Plan {
             search: ContactSearch::Quick,
             radius: 0.5,
             tolerance: 1e-4,
+            hope: HOPE_OF_A_PROBE,
         };
         let polish = if ground.checker.contacts_are_complete() { POLISH } else { POLISH_MESHES };
         // Which descents promise most is told as well by coarse contacts.
@@ -143,6 +152,7 @@ impl Plan {
                 polish,
                 kept: 0,
                 is_smooth,
+                in_turn: false,
             },
             // Where linearised descents mislead, more of them, from more kinds of starts, are carried on.
             Effort::Refined if !is_smooth => Self {
@@ -157,6 +167,7 @@ impl Plan {
                 polish,
                 kept: 12,
                 is_smooth,
+                in_turn: false,
                 wander: 64,
                 refine,
             },
@@ -171,6 +182,7 @@ impl Plan {
                 polish,
                 kept: 3,
                 is_smooth,
+                in_turn: false,
                 wander: 0,
                 refine,
             },
@@ -182,6 +194,7 @@ impl Plan {
                     search: ContactSearch::Exact,
                     radius: 0.5,
                     tolerance: 1e-6,
+                    hope: HOPE_OF_A_PROBE,
                 };
                 Self {
                     exits: 32,
@@ -196,6 +209,7 @@ impl Plan {
                     polish: POLISH,
                     kept: 64,
                     is_smooth,
+                    in_turn: false,
                 }
             }
         }

@@ -5,11 +5,12 @@ use std::time::Instant;
 use super::Ground;
 use super::options::Stop;
 use super::qp::{Qp, QpOutcome};
+use crate::boundary::tangents::Planes;
 use crate::collision::{CheckScratch, Contact, ContactQuery, ContactSearch};
 use crate::cspace::{Label, Manifold};
-use crate::kinematics::{add_point_gradient, forward};
 use crate::math::{Pose, Vec3};
 use crate::metric::{Anchor, MetricScratch, quadratic::Quadratic};
+use crate::scene::MetricSpec;
 
 /// What refinement aims at beyond the clearance \[m\], so that a linearised step ends on the free side.
 ///
@@ -17,10 +18,13 @@ use crate::metric::{Anchor, MetricScratch, quadratic::Quadratic};
 const SLACK: f64 = 1e-7;
 
 /// Contacts nearer than this are always looked at \[m\].
-const LEAST_MARGIN: f64 = 0.005;
+const LEAST_MARGIN: f64 = 0.001;
+
+/// See [`RefineOptions::hope`]: of a descent that is compared with others before any is carried to its end.
+pub const HOPE_OF_A_PROBE: [f64; 3] = [1.5, 1.1, 1.02];
 
 /// Contacts of a pair nearer than this \[m\] on either body tell the same.
-const SAME_PLACE: f64 = 0.1 * LEAST_MARGIN;
+const SAME_PLACE: f64 = 5e-4;
 
 /// How far a refinement goes.
 #[derive(Debug, Clone, Copy)]
@@ -37,6 +41,18 @@ pub struct RefineOptions {
     pub radius: f64,
     /// Ends when a step would change the depth by less than this share of it.
     pub tolerance: f64,
+    /// Given up when it is expected to end farther than this times the ceiling: by the planes that are known of its start; after one or
+    /// two steps; and later.
+    pub hope: [f64; 3],
+}
+
+/// Where a descent starts.
+#[derive(Clone, Copy)]
+pub struct Start<'a> {
+    /// The configuration; it may collide.
+    pub config: &'a [f64],
+    /// Its contacts, where it is free and they are known: the first step then needs no look at them.
+    pub planes: Option<Planes<'a>>,
 }
 
 /// Memory that refinement reuses.
@@ -76,6 +92,19 @@ pub struct Limit {
     pub stop: Option<Stop>,
 }
 
+impl<'a> Start<'a> {
+    /// From a configuration of which nothing is known.
+    pub fn at(config: &'a [f64]) -> Self {
+        Self { config, planes: None }
+    }
+
+    /// From a stored sample, with what is known of it in this scene.
+    pub fn of(ground: &Ground<'a>, sample: u32) -> Self {
+        let boundary = ground.boundary;
+        Self { config: boundary.config(sample), planes: boundary.planes(sample).filter(|_| !ground.stale) }
+    }
+}
+
 impl RefineScratch {
     /// Whether the budget is spent.
     pub fn is_spent(&self) -> bool {
@@ -113,7 +142,7 @@ impl RefineScratch {
     }
 }
 
-/// Minimises the distance to the anchor from `start`, subject to clearance and limits. `start` may collide.
+/// Minimises the distance to the anchor from `start`, subject to clearance and limits.
 ///
 /// Each iteration linearises the signed distances of the near contacts, solves a quadratic program in a trust region and
 /// accepts the step if a merit function (half the squared distance plus a penalty on the worst violation) falls. A descent that
@@ -125,7 +154,7 @@ impl RefineScratch {
 pub fn slide(
     ground: &Ground,
     anchor: &Anchor,
-    start: &[f64],
+    start: Start,
     ceiling: f64,
     options: &RefineOptions,
     best: &mut Vec<f64>,
@@ -135,16 +164,24 @@ pub fn slide(
     let mut x = std::mem::take(&mut scratch.x);
     let mut trial = std::mem::take(&mut scratch.trial);
     x.clear();
-    x.extend_from_slice(start);
+    x.extend_from_slice(start.config);
     trial.clear();
-    trial.extend_from_slice(start);
+    trial.extend_from_slice(start.config);
     let mut distance = scratch.distance(ground, anchor, &x);
     // The lever is the largest there is and most pairs part or meet at a fraction of it: five times less finds the same answers,
     // a fourth of it (for a hand, whose fingers are all within a wide margin of each other) other ones.
     let widest = (options.reach * distance * ground.metric.lever()).clamp(LEAST_MARGIN, options.margin);
     let mut margin = widest;
     let within = |margin| ContactQuery { margin, search: options.search };
-    let mut violation = scratch.contacts_at(ground, &x, within(margin));
+    // A model of another metric needs the poses, which come with contacts.
+    let mut planes = start.planes.filter(|_| ground.metric.kind() == MetricSpec::Joint);
+    let mut violation = match planes {
+        Some(_) => 0.0,
+        None => scratch.contacts_at(ground, &x, within(margin)),
+    };
+    if planes.is_none() {
+        scratch.copy_poses();
+    }
     let mut found = None;
     if violation <= 0.0 {
         best.clear();
@@ -156,14 +193,12 @@ pub fn slide(
     let complete = ground.checker.contacts_are_complete();
     // Well below what the exact check may differ by from a contact.
     let sure = if complete { -0.1 * SLACK } else { 0.0 };
-    forward(scene, &x, &mut scratch.poses);
     for iteration in 0..options.iterations {
         if scratch.is_spent() {
             break;
         }
         ground.metric.quadratic_model(anchor, &x, &scratch.poses, &mut scratch.quadratic);
-        scratch.build_program(ground, &x, radius);
-        let rows = scratch.contacts.len();
+        let rows = scratch.build_program(ground, &x, radius, planes);
         let outcome = scratch.qp.solve(&scratch.quadratic.hessian, &scratch.quadratic.gradient);
         if outcome == QpOutcome::Solved {
             penalty = penalty.max(2.0 * scratch.qp.multiplier_sum(rows));
@@ -179,9 +214,16 @@ pub fn slide(
         }
         // At the rim of the trust region, a linear model has not said yet how far it may lead.
         let is_told = !at_rim || scratch.quadratic.rows.is_empty();
-        if outcome == QpOutcome::Solved && is_told && iteration > 0 {
-            let hope = if iteration < 3 { 1.1 * ceiling } else { 1.02 * ceiling };
-            if scratch.expected > hope {
+        if outcome == QpOutcome::Solved && is_told && (iteration > 0 || planes.is_some()) {
+            let [known, early, late] = options.hope;
+            let hope = if planes.is_some() {
+                known
+            } else if iteration < 3 {
+                early
+            } else {
+                late
+            };
+            if scratch.expected > hope * ceiling {
                 break;
             }
         }
@@ -202,11 +244,12 @@ pub fn slide(
             found = Some(trial_distance);
         }
         let merit = |d: f64, v: f64| 0.5 * d * d + penalty * v.max(0.0);
-        let reduced = margin < widest;
+        let is_partial = margin < widest || planes.is_some();
         let gain = merit(distance, violation) - merit(trial_distance, trial_violation);
         if gain > 0.0 {
             std::mem::swap(&mut x, &mut trial);
-            scratch.poses.clone_from_slice(scratch.check.poses());
+            scratch.copy_poses();
+            planes = None;
             let relative = (distance - trial_distance).abs() / distance.max(1e-300);
             let done = relative < options.tolerance && violation <= 0.0 && trial_violation <= 0.0;
             distance = trial_distance;
@@ -223,9 +266,11 @@ pub fn slide(
             let hit = std::mem::replace(&mut scratch.contacts, kept);
             scratch.hit_poses.clear();
             scratch.hit_poses.extend_from_slice(scratch.check.poses());
-            if reduced {
+            if is_partial {
                 margin = widest;
                 scratch.contacts_at(ground, &x, within(margin));
+                scratch.copy_poses();
+                planes = None;
             }
             // Flat on a face, contacts do not tell of all corners and the step turns another one into the face: once that is known, a
             // step as long may do.
@@ -252,6 +297,12 @@ impl RefineScratch {
         ground.checker.contacts(q, query, &mut self.check, &mut self.contacts);
         let least = self.contacts.iter().map(|c| c.distance).fold(query.margin, f64::min);
         ground.clearance - least
+    }
+
+    /// Notes the poses of the configuration whose contacts were looked at last.
+    fn copy_poses(&mut self) {
+        self.poses.clear();
+        self.poses.extend_from_slice(self.check.poses());
     }
 
     /// Adds what a step that was not taken ran into, where it is without the step: the same points of the same bodies, apart along the
@@ -282,8 +333,9 @@ impl RefineScratch {
         self.contacts.len() > known
     }
 
-    /// Rows: one a contact, then the metric's own; the box of limits and trust region.
-    fn build_program(&mut self, ground: &Ground, x: &[f64], radius: f64) {
+    /// Rows: one a contact (of `planes`, where they are given), how many is returned; then the metric's own; the box of limits and trust
+    /// region.
+    fn build_program(&mut self, ground: &Ground, x: &[f64], radius: f64, planes: Option<Planes>) -> usize {
         let scene = ground.checker.scene();
         let nv = scene.space.nv();
         self.low.clear();
@@ -301,22 +353,31 @@ impl RefineScratch {
         }
         let unknowns = self.quadratic.unknowns;
         self.qp.reset(unknowns);
-        for contact in &self.contacts {
-            let pair = &scene.pairs[contact.pair];
-            let (first, second) = (scene.bodies[pair.first].frame, scene.bodies[pair.second].frame);
-            let row = &mut self.qp.push(0.0)[..nv];
-            add_point_gradient(scene, &self.poses, first, &contact.point_first, &contact.normal, 1.0, row);
-            add_point_gradient(scene, &self.poses, second, &contact.point_second, &contact.normal, -1.0, row);
-            // Ask no more than the box can give, or the program has no solution.
-            let reach: f64 =
-                row.iter().enumerate().map(|(k, a)| f64::max(a * self.low[k], a * self.high[k])).sum::<f64>();
-            let wanted = ground.clearance + SLACK - contact.distance;
-            *self.qp.last_bound() = wanted.min(0.8 * reach);
+        if let Some(planes) = planes {
+            for (room, gradient) in planes.iter() {
+                self.qp.push(0.0).iter_mut().zip(gradient).for_each(|(slot, g)| *slot = g);
+                self.bound_last_row(nv, SLACK - room);
+            }
+        } else {
+            for at in 0..self.contacts.len() {
+                let contact = &self.contacts[at];
+                contact.add_gradient(scene, &self.poses, &mut self.qp.push(0.0)[..nv]);
+                self.bound_last_row(nv, ground.clearance + SLACK - contact.distance);
+            }
         }
+        let contacts = self.qp.rows();
         self.qp.set_box(&self.low, &self.high);
         for (row, bound) in self.quadratic.rows.chunks_exact(unknowns).zip(&self.quadratic.bounds) {
             self.qp.push(*bound).copy_from_slice(row);
         }
+        contacts
+    }
+
+    /// Asks `wanted` of the row that was added last, but no more than the box can give, or the program has no solution.
+    fn bound_last_row(&mut self, nv: usize, wanted: f64) {
+        let sides = self.low.iter().zip(&self.high);
+        let reach: f64 = self.qp.last_row()[..nv].iter().zip(sides).map(|(a, (l, h))| f64::max(a * l, a * h)).sum();
+        *self.qp.last_bound() = wanted.min(0.8 * reach);
     }
 
     /// Whether the trust region, not only a joint limit, held the step back in some coordinate.

@@ -7,18 +7,18 @@ use super::answer::{Answer, free_answer};
 use super::exits::Exits;
 use super::local_metric::LocalMetric;
 use super::options::{QueryBudget, QueryOptions};
-use super::plan::{HOPE, Plan};
-use super::refine::{RefineOptions, RefineScratch, slide};
+use super::plan::{HOPE, HOPE_IN_TURN, Plan};
+use super::refine::{RefineOptions, RefineScratch, Start, slide};
 use super::scatter::{ScatterScratch, scatter};
 use super::wander::{WanderScratch, wander};
-use crate::boundary::BoundaryScratch;
+use crate::boundary::{BoundaryScratch, SampleSet};
 use crate::collision::ConvexOverlap;
 use crate::cspace::sampling::Halton;
 use crate::cspace::{Config, Label};
 use crate::kinematics::forward;
 use crate::math::Pose;
 use crate::metric::Anchor;
-use crate::metric::motion_bound::MotionScratch;
+use crate::metric::motion_bound::MotionPath;
 use crate::metric::quadratic::Quadratic;
 
 /// Memory that queries reuse; one per thread.
@@ -26,7 +26,7 @@ use crate::metric::quadratic::Quadratic;
 pub struct QueryScratch {
     pub(super) refine: RefineScratch,
     boundary: BoundaryScratch,
-    pub(super) motion: MotionScratch,
+    pub(super) motion: MotionPath,
     pub(super) overlaps: Vec<ConvexOverlap>,
     scatter: ScatterScratch,
     pub(super) local: LocalMetric,
@@ -87,12 +87,13 @@ impl QueryScratch {
         answer
     }
 
-    /// Makes the nearest sample the answer, and fills the pool with the nearest `count`; of stale ones, the nearest that is free
-    /// now, or else any free configuration. False where none was found.
-    pub(super) fn first_witness(&mut self, ground: &Ground, count: usize, answer: &mut Answer) -> bool {
-        let (mut count, mut looked) = (count, 0);
+    /// Makes the nearest sample the answer (nearly the nearest where descents from exits follow) and fills the pool of the plan; of stale
+    /// ones, the nearest that is free now, or else any free configuration. False where none was found.
+    pub(super) fn first_witness(&mut self, ground: &Ground, plan: &Plan, answer: &mut Answer) -> bool {
+        let (mut count, mut looked) = (plan.pool(), 0);
         loop {
-            ground.boundary.nearest(ground.metric, &self.anchor, count, &mut self.boundary, &mut self.pool);
+            let search = if plan.in_turn { SampleSet::near } else { SampleSet::nearest };
+            search(ground.boundary, ground.metric, &self.anchor, count, &mut self.boundary, &mut self.pool);
             for &(id, depth) in &self.pool[looked..] {
                 if ground.stale && self.refine.is_stopped() {
                     return false;
@@ -187,13 +188,21 @@ impl QueryScratch {
             let mut start = std::mem::take(&mut self.best);
             start.clear();
             start.extend_from_slice(&self.anchor.q);
-            self.probe(ground, &plan.probe, &start, several, answer);
+            self.probe(ground, &plan.probe, Start::at(&start), several, answer);
             self.best = start;
         }
         self.probe_scattered(ground, plan, &plan.probe, several, answer);
         let chosen = std::mem::take(&mut self.chosen);
+        let in_turn = RefineOptions { hope: HOPE_IN_TURN, ..plan.refine };
         for &id in &chosen {
-            self.probe(ground, &plan.probe, ground.boundary.config(id), several, answer);
+            let start = Start::of(ground, id);
+            if several || !plan.in_turn {
+                self.probe(ground, &plan.probe, start, several, answer);
+            } else if !self.refine.is_spent()
+                && let Some(depth) = self.refine_from(ground, &in_turn, start, answer.depth, answer)
+            {
+                self.remember(ground, depth);
+            }
         }
         self.chosen = chosen;
         if plan.scatter_again {
@@ -232,7 +241,8 @@ impl QueryScratch {
             if *expected > HOPE * answer.depth || self.refine.is_spent() {
                 break;
             }
-            let found = self.refine_from(ground, &plan.refine, &ends[at * nq..(at + 1) * nq], answer.depth, answer);
+            let found =
+                self.refine_from(ground, &plan.refine, Start::at(&ends[at * nq..(at + 1) * nq]), answer.depth, answer);
             if let Some(depth) = found {
                 self.remember(ground, depth);
             }
@@ -255,7 +265,7 @@ impl QueryScratch {
         let mut best = std::mem::take(&mut self.best);
         best.clear();
         best.extend_from_slice(&answer.witness);
-        self.refine_from(ground, &plan.polish, &best, answer.depth, answer);
+        self.refine_from(ground, &plan.polish, Start::at(&best), answer.depth, answer);
         self.best = best;
     }
 
@@ -299,7 +309,7 @@ impl QueryScratch {
         frame: &Answer,
     ) -> Option<Answer> {
         let mut exit = Answer { depth: f64::INFINITY, verified: false, ..frame.clone() };
-        self.refine_from(ground, options, start, ceiling, &mut exit);
+        self.refine_from(ground, options, Start::at(start), ceiling, &mut exit);
         exit.verified.then_some(exit)
     }
 
@@ -308,7 +318,7 @@ impl QueryScratch {
         &mut self,
         ground: &Ground,
         options: &RefineOptions,
-        start: &[f64],
+        start: Start,
         several: bool,
         answer: &mut Answer,
     ) {
@@ -334,7 +344,7 @@ impl QueryScratch {
         scatter(ground, anchor, answer.depth, &plan.scatter, local, scattered, refine);
         let scattered = std::mem::take(&mut self.scatter.starts);
         for start in scattered.chunks_exact(self.anchor.q.len()) {
-            self.probe(ground, options, start, several, answer);
+            self.probe(ground, options, Start::at(start), several, answer);
         }
         self.scatter.starts = scattered;
     }
@@ -345,7 +355,7 @@ impl QueryScratch {
         &mut self,
         ground: &Ground,
         options: &RefineOptions,
-        start: &[f64],
+        start: Start,
         ceiling: f64,
         answer: &mut Answer,
     ) -> Option<f64> {

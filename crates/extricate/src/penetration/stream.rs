@@ -4,7 +4,7 @@ use super::answer::Answer;
 use super::exits::are_alike;
 use super::options::{Effort, QueryOptions};
 use super::plan::{HOPE, Plan};
-use super::refine::RefineOptions;
+use super::refine::{HOPE_OF_A_PROBE, RefineOptions, Start};
 use super::search::QueryScratch;
 use super::{Ground, search_all};
 use crate::collision::ContactSearch;
@@ -49,6 +49,7 @@ const FOLLOW: RefineOptions = RefineOptions {
     search: ContactSearch::Exact,
     radius: 0.3,
     tolerance: 1e-5,
+    hope: HOPE_OF_A_PROBE,
 };
 
 impl Stream {
@@ -79,7 +80,7 @@ impl Stream {
             return Some(answer);
         }
         let plan = Plan::of(&options, ground);
-        if !self.scratch.first_witness(ground, plan.pool(), &mut answer) {
+        if !self.scratch.first_witness(ground, &plan, &mut answer) {
             return None;
         }
         match options.effort {
@@ -101,7 +102,7 @@ impl Stream {
         let mut current: Option<(f64, Vec<f64>)> = None;
         for (i, start) in tracked.chunks_exact(*nq).enumerate() {
             let ceiling = if i == 0 { f64::INFINITY } else { HOPE * answer.depth };
-            let found = scratch.refine_from(ground, &FOLLOW, start, ceiling, answer);
+            let found = scratch.refine_from(ground, &FOLLOW, Start::at(start), ceiling, answer);
             if let Some(depth) = found {
                 scratch.remember(ground, depth);
             }
@@ -113,7 +114,7 @@ impl Stream {
         scratch.forget_probes();
         for _ in 0..options.looks.min(scratch.chosen.len()) {
             let id = scratch.chosen[*next % scratch.chosen.len()];
-            scratch.probe(ground, &plan.probe, ground.boundary.config(id), false, answer);
+            scratch.probe(ground, &plan.probe, Start::of(ground, id), false, answer);
             *next += 1;
         }
         if *next >= scratch.chosen.len() {
@@ -128,7 +129,7 @@ impl Stream {
             && !are_alike(space, &mut scratch.local, (depth, &witness), (answer.depth, &answer.witness))
         {
             let mut kept = Answer { depth: f64::INFINITY, verified: false, ..answer.clone() };
-            scratch.refine_from(ground, &plan.polish, &witness, f64::INFINITY, &mut kept);
+            scratch.refine_from(ground, &plan.polish, Start::at(&witness), f64::INFINITY, &mut kept);
             if kept.verified && answer.depth >= (1.0 - options.hysteresis) * kept.depth {
                 scratch.exits.offer(space, &mut scratch.local, answer.depth, &answer.witness);
                 *answer = kept;
