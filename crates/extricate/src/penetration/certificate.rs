@@ -28,8 +28,8 @@ struct Ball {
 
 /// Most balls a body.
 const BALLS: usize = 24;
-/// Balls a body that a quick bound looks at.
-const QUICK_BALLS: usize = 6;
+/// Balls a body that a quick bound looks at, the largest.
+pub const QUICK_BALLS: usize = 6;
 /// Surface points a body, spread out.
 const SURFACE_POINTS: usize = 24;
 
@@ -74,14 +74,14 @@ fn spread(points: &[Vec3], count: usize) -> Vec<Vec3> {
 /// A distance (metric units) below which no free configuration lies from the one with frame poses `poses`, at most `ceiling`.
 ///
 /// # Guarantee
-/// Proved, for every pair in `colliding` on its own: for every configuration within the bound, some ball of one body still
+/// Proved, for every pair in `colliding` on its own, by at most `balls` balls a body: for every configuration within the bound, some ball of one body still
 /// overlaps the solid of the other, or two convex shapes (of `overlaps`) still do.
 pub fn lower_bound(
     ground: &Ground,
     poses: &[Pose],
     colliding: &[usize],
     overlaps: &[ConvexOverlap],
-    ceiling: f64,
+    (balls, ceiling): (usize, f64),
     path: &mut MotionPath,
     check: &mut CheckScratch,
 ) -> f64 {
@@ -92,48 +92,7 @@ pub fn lower_bound(
     for &pair in colliding {
         let pair = ground.checker.scene().pairs[pair];
         for roles in [[pair.first, pair.second], [pair.second, pair.first]] {
-            bound = raise(ground, roles, poses, bound, ceiling, path, check);
-        }
-    }
-    bound
-}
-
-/// As [`lower_bound`], from the few largest balls of each body alone: a hundredth of the work, and often a fraction of the bound.
-pub fn quick_lower_bound(
-    ground: &Ground,
-    poses: &[Pose],
-    colliding: &[usize],
-    ceiling: f64,
-    path: &mut MotionPath,
-) -> f64 {
-    let scene = ground.checker.scene();
-    let mut bound = 0.0;
-    for &pair in colliding {
-        let pair = scene.pairs[pair];
-        let frames = [pair.first, pair.second].map(|body| scene.bodies[body].frame);
-        let balls = [pair.first, pair.second].map(|body| {
-            let pose = &poses[scene.bodies[body].frame];
-            let inside = ground.balls.bodies[body].iter().take(QUICK_BALLS).filter(|ball| ball.radius > 0.0);
-            inside.map(move |ball| (pose.point(&ball.centre), ball.radius))
-        });
-        let [of_first, of_second] = balls;
-        let mut deepest = (-scene.clearance, None);
-        for (a, r) in of_first {
-            for (b, s) in of_second.clone() {
-                let overlap = r + s - (a - b).norm();
-                if overlap > deepest.0 {
-                    deepest = (overlap, Some([a, b]));
-                }
-            }
-        }
-        let (overlap, Some(centres)) = deepest else { continue };
-        for [own, other] in [[0, 1], [1, 0]] {
-            let (of, relative_to) = (frames[own], frames[other]);
-            let position = centres[own];
-            let point = BoundedPoint { position, of, relative_to, inside_of: true, inside_relative_to: false };
-            ground.metric.motion_between(poses, of, relative_to, path);
-            ground.metric.motion_of(poses, &point, path);
-            bound = largest_distance(bound, ceiling, overlap + scene.clearance, |d| path.bound(d));
+            bound = raise(ground, roles, poses, bound, (balls, ceiling), path, check);
         }
     }
     bound
@@ -180,14 +139,14 @@ fn raise(
     [carrier, solid]: [usize; 2],
     poses: &[Pose],
     mut bound: f64,
-    ceiling: f64,
+    (balls, ceiling): (usize, f64),
     path: &mut MotionPath,
     check: &mut CheckScratch,
 ) -> f64 {
     let scene = ground.checker.scene();
     let (of, relative_to) = (scene.bodies[carrier].frame, scene.bodies[solid].frame);
     ground.metric.motion_between(poses, of, relative_to, path);
-    for ball in &ground.balls.bodies[carrier] {
+    for ball in ground.balls.bodies[carrier].iter().take(balls) {
         let position = poses[of].point(&ball.centre);
         let point_solid = poses[relative_to].inverse_point(&position);
         if !ground.checker.may_be_deeper(solid, &point_solid, -ball.radius - scene.clearance) {

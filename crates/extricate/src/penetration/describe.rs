@@ -24,11 +24,20 @@ impl QueryScratch {
         forward(ground.checker.scene(), &anchor.q, poses);
         let (colliding, ceiling) = (&answer.colliding, answer.depth);
         let bound = if options.effort == Effort::Nearest {
-            certificate::quick_lower_bound(ground, poses, colliding, ceiling, motion)
+            let few = (certificate::QUICK_BALLS, ceiling);
+            certificate::lower_bound(ground, poses, colliding, &[], few, motion, &mut refine.check)
         } else {
             overlaps.clear();
             ground.checker.convex_overlaps(&anchor.q, colliding, &mut refine.check, overlaps);
-            certificate::lower_bound(ground, poses, colliding, overlaps, ceiling, motion, &mut refine.check)
+            certificate::lower_bound(
+                ground,
+                poses,
+                colliding,
+                overlaps,
+                (usize::MAX, ceiling),
+                motion,
+                &mut refine.check,
+            )
         };
         answer.lower_bound = bound.min(answer.depth);
         self.gradient(ground, answer);
