@@ -96,7 +96,7 @@ pub fn learn(
         keep.as_ref().map_or(Ok(()), |keep| keep.warn(py)).and_then(|()| listener.hear(py, state))
     };
     let learned = long_call::run(py, hear, |line| run(learner, keep.as_ref(), line, &listener));
-    listener.close(py)?;
+    listener.close(py, learned.is_ok())?;
     let model = learned?.map_err(exception)?;
     keep.map_or(Ok(()), |keep| keep.warn(py))?;
     Ok(Model::of(model))
@@ -163,7 +163,7 @@ pub fn adapt(
             })
         },
     );
-    listener.close(py)?;
+    listener.close(py, adapted.as_ref().is_ok_and(Result::is_ok))?;
     Ok(Model::of(adapted?.map_err(exception)?))
 }
 

@@ -84,10 +84,10 @@ impl Listener {
         self.enough.load(Ordering::Relaxed)
     }
 
-    /// After the run, however it ended.
-    pub fn close(&self, py: Python<'_>) -> PyResult<()> {
+    /// After the run; whether it came to its end.
+    pub fn close(&self, py: Python<'_>, done: bool) -> PyResult<()> {
         match &self.function {
-            Some(bar) if self.is_bar => bar.call_method0(py, "close").map(drop),
+            Some(bar) if self.is_bar => bar.call_method1(py, "close", (done,)).map(drop),
             _ => Ok(()),
         }
     }

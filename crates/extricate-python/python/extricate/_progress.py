@@ -30,8 +30,10 @@ class Bar:
             print(f"\r{percent:3d} %  {state.stage:<24}", end="", file=sys.stderr, flush=True)
         self._percent = percent
 
-    def close(self) -> None:
+    def close(self, done: bool) -> None:
         if self._bar is not None:
+            if done:  # The last report came before the end.
+                self._bar.update(100 - self._percent)
             self._bar.close()
         else:
-            print(file=sys.stderr)
+            print("\r100 %" if done else "", file=sys.stderr)
