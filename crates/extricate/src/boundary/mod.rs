@@ -30,6 +30,18 @@ pub struct SampleSet {
     tangents: Tangents,
 }
 
+/// What [`SampleSet::nearest`] looks for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Wanted {
+    /// The nearest samples.
+    Samples,
+    /// The same, but some of them may be missed for others that are nearly as near: in 16 dimensions, to be sure takes a look at a good
+    /// part of all samples.
+    NearSamples,
+    /// The nearest exits.
+    Exits,
+}
+
 /// An index over the samples from one on.
 struct Indexed {
     index: Index,
@@ -161,62 +173,26 @@ impl SampleSet {
         &self.configs[id as usize * self.nq..(id as usize + 1) * self.nq]
     }
 
-    /// The `k` samples nearest to the anchor, ascending, with their distances in metric units.
+    /// The `k` samples nearest to the anchor, ascending, with their distances in metric units; of `wanted`.
     ///
     /// # Guarantee
-    /// Exact under the metric: the embedding's distance is a lower bound of it.
+    /// Exact under the metric (but for [`Wanted::NearSamples`]): the embedding's distance is a lower bound of it.
     pub fn nearest(
         &self,
+        wanted: Wanted,
         metric: &Metric,
         anchor: &Anchor,
         k: usize,
-        scratch: &mut BoundaryScratch,
-        out: &mut Vec<(u32, f64)>,
-    ) {
-        self.search(&self.all, metric, anchor, (k, usize::MAX), scratch, out);
-    }
-
-    /// As [`SampleSet::nearest`], but some of them may be missed for others that are nearly as near: in 16 dimensions, to be sure takes a
-    /// look at a good part of all samples.
-    pub fn near(
-        &self,
-        metric: &Metric,
-        anchor: &Anchor,
-        k: usize,
-        scratch: &mut BoundaryScratch,
-        out: &mut Vec<(u32, f64)>,
-    ) {
-        self.search(&self.all, metric, anchor, (k, LISTS), scratch, out);
-    }
-
-    /// As [`SampleSet::nearest`], among the exits.
-    pub fn nearest_exits(
-        &self,
-        metric: &Metric,
-        anchor: &Anchor,
-        k: usize,
-        scratch: &mut BoundaryScratch,
-        out: &mut Vec<(u32, f64)>,
-    ) {
-        match &self.exits {
-            Some(exits) => self.search(exits, metric, anchor, (k, usize::MAX), scratch, out),
-            None => out.clear(),
-        }
-    }
-
-    fn search(
-        &self,
-        indexed: &Indexed,
-        metric: &Metric,
-        anchor: &Anchor,
-        (k, lists): (usize, usize),
         scratch: &mut BoundaryScratch,
         out: &mut Vec<(u32, f64)>,
     ) {
         out.clear();
-        if k == 0 {
-            return;
-        }
+        let (indexed, lists) = match wanted {
+            Wanted::Samples => (Some(&self.all), usize::MAX),
+            Wanted::NearSamples => (Some(&self.all), LISTS),
+            Wanted::Exits => (self.exits.as_ref(), usize::MAX),
+        };
+        let Some(indexed) = indexed.filter(|_| k > 0) else { return };
         scratch.embedding.resize(self.embedding_len, 0.0);
         metric.embed(&anchor.q, &mut scratch.metric, &mut scratch.embedding);
         let (metric_scratch, heap) = (&mut scratch.metric, &mut scratch.heap);

@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use super::{BoundaryScratch, SampleSet};
+use super::{BoundaryScratch, SampleSet, Wanted};
 use crate::cspace::sampling::Halton;
 use crate::cspace::{ConfigSpace, Label};
 use crate::learning::explore::{BATCH, Exploration, ROWS_A_TASK};
@@ -141,7 +141,7 @@ fn nearest(
     (scratch, anchor, out): &mut (BoundaryScratch, Anchor, Vec<(u32, f64)>),
 ) -> Option<Vec<f64>> {
     metric.anchor(seed, anchor);
-    set.nearest(metric, anchor, 1, scratch, out);
+    set.nearest(Wanted::Samples, metric, anchor, 1, scratch, out);
     out.first().map(|(id, _)| set.config(*id).to_vec())
 }
 

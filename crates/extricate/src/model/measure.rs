@@ -7,7 +7,7 @@ use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 
 use super::quality::{Density, Excess, percentile};
-use crate::boundary::BoundaryScratch;
+use crate::boundary::{BoundaryScratch, Wanted};
 use crate::cspace::sampling::uniform;
 use crate::cspace::{Config, Label};
 use crate::metric::Anchor;
@@ -179,7 +179,7 @@ fn nearest_others(ground: &Ground, configs: &[f64], themselves: bool) -> Vec<f64
     let nearest = |(anchor, scratch, found): &mut (Anchor, BoundaryScratch, Vec<(u32, f64)>), q: &[f64]| {
         ground.metric.anchor(q, anchor);
         // Of two samples at one place either may come first.
-        ground.boundary.nearest(ground.metric, anchor, if themselves { 2 } else { 1 }, scratch, found);
+        ground.boundary.nearest(Wanted::Samples, ground.metric, anchor, if themselves { 2 } else { 1 }, scratch, found);
         found.last().map(|(_, distance)| *distance)
     };
     let nq = ground.checker.scene().space.nq();

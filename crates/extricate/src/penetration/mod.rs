@@ -11,6 +11,7 @@ pub mod coverage;
 mod dense;
 mod describe;
 mod exits;
+mod hope;
 mod local_metric;
 pub mod options;
 mod plan;

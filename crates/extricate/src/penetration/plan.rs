@@ -1,8 +1,9 @@
 //! How many candidates a query takes, and how far it refines each.
 
 use super::Ground;
+use super::hope::Hope;
 use super::options::{Effort, QueryOptions};
-use super::refine::{HOPE_OF_A_PROBE, RefineOptions};
+use super::refine::RefineOptions;
 use super::scatter::ScatterOptions;
 use crate::collision::ContactSearch;
 use crate::scene::MetricSpec;
@@ -29,7 +30,7 @@ pub struct Plan {
     pub probe: RefineOptions,
     /// Of the last descent, from the best result.
     pub polish: RefineOptions,
-    /// Descents carried on.
+    /// Of the descents that are probed, those carried on.
     pub kept: usize,
     /// Whether each descent is carried to its end before the next one starts, which has to promise less by then; not where several exits are
     /// wanted.
@@ -49,7 +50,7 @@ const POLISH: RefineOptions = RefineOptions {
     search: ContactSearch::Exact,
     radius: 0.05,
     tolerance: 1e-7,
-    hope: HOPE_OF_A_PROBE,
+    hope: Hope::OF_A_PROBE,
 };
 /// With meshes: exact contacts of pairs that are as far apart as the last steps are long, or more, would take most of the time of a query,
 /// and between their corners nothing converges to the last digit.
@@ -57,9 +58,6 @@ const POLISH_MESHES: RefineOptions = RefineOptions { reach: 0.03, tolerance: 1e-
 
 /// A probed descent is carried on if it is expected to end below this times the best depth so far.
 pub const HOPE: f64 = 1.15;
-
-/// A descent in turn has to beat what was carried to its end. What planes alone promise may be far off where they lead along an edge.
-pub const HOPE_IN_TURN: [f64; 3] = [1.5, 1.02, 1.0];
 
 /// Exits that a refined query starts from, where there are enough.
 const EXITS: usize = 8;
@@ -133,7 +131,7 @@ impl Plan {
             search: ContactSearch::Quick,
             radius: 0.5,
             tolerance: 1e-4,
-            hope: HOPE_OF_A_PROBE,
+            hope: Hope::OF_A_PROBE,
         };
         let polish = if ground.checker.contacts_are_complete() { POLISH } else { POLISH_MESHES };
         // Which descents promise most is told as well by coarse contacts.
@@ -194,7 +192,7 @@ impl Plan {
                     search: ContactSearch::Exact,
                     radius: 0.5,
                     tolerance: 1e-6,
-                    hope: HOPE_OF_A_PROBE,
+                    hope: Hope::OF_A_PROBE,
                 };
                 Self {
                     exits: 32,

@@ -3,6 +3,7 @@
 use std::time::Instant;
 
 use super::Ground;
+use super::hope::Hope;
 use super::options::Stop;
 use super::qp::{Qp, QpOutcome};
 use crate::boundary::tangents::Planes;
@@ -19,9 +20,6 @@ const SLACK: f64 = 1e-7;
 
 /// Contacts nearer than this are always looked at \[m\].
 const LEAST_MARGIN: f64 = 0.001;
-
-/// See [`RefineOptions::hope`]: of a descent that is compared with others before any is carried to its end.
-pub const HOPE_OF_A_PROBE: [f64; 3] = [1.5, 1.1, 1.02];
 
 /// Contacts of a pair nearer than this \[m\] on either body tell the same.
 const SAME_PLACE: f64 = 5e-4;
@@ -41,9 +39,8 @@ pub struct RefineOptions {
     pub radius: f64,
     /// Ends when a step would change the depth by less than this share of it.
     pub tolerance: f64,
-    /// Given up when it is expected to end farther than this times the ceiling: by the planes that are known of its start; after one or
-    /// two steps; and later.
-    pub hope: [f64; 3],
+    /// When it is given up.
+    pub hope: Hope,
 }
 
 /// Where a descent starts.
@@ -214,18 +211,13 @@ pub fn slide(
         }
         // At the rim of the trust region, a linear model has not said yet how far it may lead.
         let is_told = !at_rim || scratch.quadratic.rows.is_empty();
-        if outcome == QpOutcome::Solved && is_told && (iteration > 0 || planes.is_some()) {
-            let [known, early, late] = options.hope;
-            let hope = if planes.is_some() {
-                known
-            } else if iteration < 3 {
-                early
-            } else {
-                late
-            };
-            if scratch.expected > hope * ceiling {
-                break;
-            }
+        let hope = options.hope.after(iteration, planes.is_some());
+        if outcome == QpOutcome::Solved
+            && is_told
+            && (iteration > 0 || planes.is_some())
+            && scratch.expected > hope * ceiling
+        {
+            break;
         }
         if length <= options.tolerance * distance.max(1e-6 * ground.scale) && violation <= 0.0 {
             break;

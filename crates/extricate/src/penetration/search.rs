@@ -5,13 +5,14 @@ use std::time::{Duration, Instant};
 use super::Ground;
 use super::answer::{Answer, free_answer};
 use super::exits::Exits;
+use super::hope::Hope;
 use super::local_metric::LocalMetric;
 use super::options::{QueryBudget, QueryOptions};
-use super::plan::{HOPE, HOPE_IN_TURN, Plan};
+use super::plan::{HOPE, Plan};
 use super::refine::{RefineOptions, RefineScratch, Start, slide};
 use super::scatter::{ScatterScratch, scatter};
 use super::wander::{WanderScratch, wander};
-use crate::boundary::{BoundaryScratch, SampleSet};
+use crate::boundary::{BoundaryScratch, Wanted};
 use crate::collision::ConvexOverlap;
 use crate::cspace::sampling::Halton;
 use crate::cspace::{Config, Label};
@@ -92,8 +93,9 @@ impl QueryScratch {
     pub(super) fn first_witness(&mut self, ground: &Ground, plan: &Plan, answer: &mut Answer) -> bool {
         let (mut count, mut looked) = (plan.pool(), 0);
         loop {
-            let search = if plan.in_turn { SampleSet::near } else { SampleSet::nearest };
-            search(ground.boundary, ground.metric, &self.anchor, count, &mut self.boundary, &mut self.pool);
+            let wanted = if plan.in_turn { Wanted::NearSamples } else { Wanted::Samples };
+            let Self { anchor, boundary, pool, .. } = self;
+            ground.boundary.nearest(wanted, ground.metric, anchor, count, boundary, pool);
             for &(id, depth) in &self.pool[looked..] {
                 if ground.stale && self.refine.is_stopped() {
                     return false;
@@ -153,7 +155,8 @@ impl QueryScratch {
     pub(super) fn choose(&mut self, ground: &Ground, plan: &Plan) {
         self.chosen.clear();
         let near = plan.exits * EXITS_LOOKED_AT;
-        ground.boundary.nearest_exits(ground.metric, &self.anchor, near, &mut self.boundary, &mut self.near_exits);
+        let Self { anchor, boundary, near_exits, .. } = self;
+        ground.boundary.nearest(Wanted::Exits, ground.metric, anchor, near, boundary, near_exits);
         let exits = std::mem::take(&mut self.near_exits);
         self.choose_from(ground, exits.iter().map(|(id, _)| *id), plan.exits, plan.spread);
         self.near_exits = exits;
@@ -193,7 +196,7 @@ impl QueryScratch {
         }
         self.probe_scattered(ground, plan, &plan.probe, several, answer);
         let chosen = std::mem::take(&mut self.chosen);
-        let in_turn = RefineOptions { hope: HOPE_IN_TURN, ..plan.refine };
+        let in_turn = RefineOptions { hope: Hope::IN_TURN, ..plan.refine };
         for &id in &chosen {
             let start = Start::of(ground, id);
             if several || !plan.in_turn {

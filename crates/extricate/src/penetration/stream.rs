@@ -2,9 +2,10 @@
 
 use super::answer::Answer;
 use super::exits::are_alike;
+use super::hope::Hope;
 use super::options::{Effort, QueryOptions};
 use super::plan::{HOPE, Plan};
-use super::refine::{HOPE_OF_A_PROBE, RefineOptions, Start};
+use super::refine::{RefineOptions, Start};
 use super::search::QueryScratch;
 use super::{Ground, search_all};
 use crate::collision::ContactSearch;
@@ -49,7 +50,7 @@ const FOLLOW: RefineOptions = RefineOptions {
     search: ContactSearch::Exact,
     radius: 0.3,
     tolerance: 1e-5,
-    hope: HOPE_OF_A_PROBE,
+    hope: Hope::OF_A_PROBE,
 };
 
 impl Stream {

@@ -1,0 +1,28 @@
+//! How much a descent has to promise to be carried on.
+
+/// A descent is given up where it is expected to end farther than this times its ceiling.
+#[derive(Debug, Clone, Copy)]
+pub struct Hope {
+    /// By the planes that are known of its start; they may be far off where they lead along an edge.
+    known: f64,
+    /// After one or two steps.
+    early: f64,
+    /// Later.
+    late: f64,
+}
+
+impl Hope {
+    /// Of a descent that is compared with others before any is carried to its end.
+    pub const OF_A_PROBE: Self = Self { known: 1.5, early: 1.1, late: 1.02 };
+    /// Of one in turn: it has to beat what was carried to its end.
+    pub const IN_TURN: Self = Self { known: 1.5, early: 1.02, late: 1.0 };
+
+    /// What holds in an iteration, of which the first is 0; `by_planes` where all that is known are the planes of the start.
+    pub fn after(&self, iteration: usize, by_planes: bool) -> f64 {
+        match iteration {
+            _ if by_planes => self.known,
+            0..3 => self.early,
+            _ => self.late,
+        }
+    }
+}
