@@ -1,5 +1,7 @@
 //! Rigid transforms, the few vector types that everything else shares, and vector instructions. No robot, no scene.
 
+pub mod register;
+
 use serde::{Deserialize, Serialize};
 
 /// Column vector of three `f64`.

@@ -1,16 +1,20 @@
 //! Exact nearest neighbours among embedded points: lists around k-means centres, scanned with vector instructions. Knows
 //! Euclidean distance only; the caller re-ranks under its own metric.
 
+use std::cmp::Ordering;
+
+use pulp::Arch;
 use serde::{Deserialize, Serialize};
 
-use super::lists::{Lists, PADDING, distance};
-use crate::learning::kernel::{LANES, block_distances_squared, vectorized};
+use super::lists::{Lists, list_count};
+use super::scan::{BoundLists, ListsWithin, Query, ScanList};
+use crate::learning::kernel::LANES;
 
 /// Fewer points than this are one list: scanning them all is as fast.
 const LINEAR_BELOW: usize = 1_500;
 
-/// Dimensions after which a block of points may be given up as too far.
-const GLANCE: usize = 16;
+/// Lists that are looked through in order of their bounds, to come by a small radius; of the others, all that it does not rule out.
+const IN_ORDER: usize = 16;
 
 /// An immutable index over `n` points of R^m.
 ///
@@ -50,8 +54,8 @@ impl Index {
     /// Memory for `n` points of `dimensions` coordinates \[bytes\].
     pub fn bytes(dimensions: usize, n: usize) -> usize {
         let lists = list_count(n);
-        // In f32 and in f64, with an id each; slabs by the square of the lists.
-        n * (12 * dimensions + 4) + lists * lists * 8 + lists * 4 * dimensions
+        // In f32 and in f64, with an id each, and a ball for eight; slabs by the square of the lists.
+        n * (12 * dimensions + 4) + n * (dimensions + 1) / 2 + lists * lists * 8 + lists * 4 * dimensions
     }
 
     /// Number of points.
@@ -95,32 +99,31 @@ impl Index {
         }
         scratch.query.clear();
         scratch.query.extend(query.iter().map(|x| *x as f32));
+        let SearchScratch { query: rounded, squared, bounds, order } = scratch;
+        let (lists, count) = (&self.lists, self.lists.centres.len());
+        let query = Query { exact: query, rounded, moved: lists.moved_by_rounding(query) };
         let mut radius = f64::INFINITY;
-        if self.lists.centres.len() == 1 {
-            self.scan(0, query, &scratch.query, &mut radius, visit);
-            return;
+        let mut scan = |list, radius: &mut f64| Arch::new().dispatch(ScanList { lists, list, query, radius, visit });
+        if count == 1 {
+            return scan(0, &mut radius);
         }
-        let nearest = self.bound_lists(query, scratch);
-        self.scan(nearest, query, &scratch.query, &mut radius, visit);
-        // Sorting is worth it only for lists that the first one has not ruled out.
-        scratch.order.clear();
-        // Rounded up, for a first look at eight at a time.
-        let about = (radius * (1.0 + 1e-6)) as f32;
-        for (block, bounds) in scratch.bounds.iter().enumerate().filter(|(_, b)| b.iter().any(|bound| *bound <= about))
-        {
-            for (lane, bound) in bounds.iter().enumerate() {
-                let c = block * LANES + lane;
-                if c < self.lists.centres.len() && c != nearest && f64::from(*bound) <= radius {
-                    scratch.order.push((*bound, c as u32));
-                }
-            }
+        for lanes in [&mut *squared, &mut *bounds] {
+            lanes.resize(lists.centres.block_count(), [0.0; LANES]);
         }
-        scratch.order.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-        for (bound, c) in scratch.order.iter().take(most.saturating_sub(1)) {
-            if f64::from(*bound) > radius {
-                break;
+        let nearest = Arch::new().dispatch(BoundLists { lists, query, squared, bounds });
+        scan(nearest, &mut radius);
+        order.clear();
+        Arch::new().dispatch(ListsWithin { count, nearest, bounds, radius, order });
+        put_least_first(order, most.saturating_sub(1));
+        order.truncate(most.saturating_sub(1));
+        // Sorting is worth it only for lists that come first.
+        put_least_first(order, IN_ORDER);
+        let in_order = order.len().min(IN_ORDER);
+        order[..in_order].sort_unstable_by(by_bound);
+        for (bound, c) in order.iter() {
+            if f64::from(*bound) <= radius {
+                scan(*c as usize, &mut radius);
             }
-            self.scan(*c as usize, query, &scratch.query, &mut radius, visit);
         }
     }
 
@@ -140,111 +143,23 @@ impl Index {
             if out.len() < k { f64::INFINITY } else { out[k - 1].1 }
         });
     }
-
-    /// Shows the points of one list that are within `radius`.
-    fn scan(
-        &self,
-        list: usize,
-        query: &[f64],
-        rounded: &[f32],
-        radius: &mut f64,
-        visit: &mut dyn FnMut(u32, f64) -> f64,
-    ) {
-        let (first, last) = (self.lists.starts[list] as usize, self.lists.starts[list + 1] as usize);
-        // What rounding of points, of the query and of the sum can add to a squared distance.
-        let moved = self.lists.moved_by_rounding(query);
-        let threshold = move |radius: f64| ((radius + moved).powi(2) * (1.0 + self.lists.relative_error())) as f32;
-        vectorized(
-            #[inline(always)]
-            move || {
-                let mut limit = threshold(*radius);
-                'blocks: for (b, block) in (first..last).zip(self.lists.points.blocks(first, last)) {
-                    let mut squared = [0.0; LANES];
-                    for (block, query) in block.chunks(GLANCE).zip(rounded.chunks(GLANCE)) {
-                        let part = block_distances_squared(block, query);
-                        let mut any = false;
-                        for (squared, part) in squared.iter_mut().zip(part) {
-                            *squared += part;
-                            any |= *squared <= limit;
-                        }
-                        if !any {
-                            continue 'blocks;
-                        }
-                    }
-                    for (lane, squared) in squared.into_iter().enumerate() {
-                        let place = b * LANES + lane;
-                        if squared <= limit && self.lists.ids[place] != PADDING {
-                            let distance = distance(
-                                &self.lists.exact[place * self.lists.dimensions..][..self.lists.dimensions],
-                                query,
-                            );
-                            if distance <= *radius {
-                                *radius = visit(self.lists.ids[place], distance);
-                                limit = threshold(*radius);
-                            }
-                        }
-                    }
-                }
-            },
-        );
-    }
-
-    /// Fills `scratch.bounds` with lower bounds on the distance from the query to the members of each list, and returns
-    /// the list of the nearest centre.
-    fn bound_lists(&self, query: &[f64], scratch: &mut SearchScratch) -> usize {
-        let blocks = self.lists.centres.block_count();
-        scratch.squared.resize(blocks, [0.0; LANES]);
-        scratch.bounds.resize(blocks, [0.0; LANES]);
-        let (rounded, squared, bounds) = (&scratch.query[..], &mut scratch.squared[..], &mut scratch.bounds[..]);
-        // Of each lane: the least so far and where it was.
-        let (mut least, mut block_of) = ([f32::INFINITY; LANES], [0_u32; LANES]);
-        vectorized(
-            #[inline(always)]
-            || {
-                for (at, (block, squared)) in self.lists.centres.blocks(0, blocks).zip(squared.iter_mut()).enumerate() {
-                    *squared = block_distances_squared(block, rounded);
-                    for lane in 0..LANES {
-                        if squared[lane] < least[lane] {
-                            (least[lane], block_of[lane]) = (squared[lane], at as u32);
-                        }
-                    }
-                }
-            },
-        );
-        // Padded places are at infinity.
-        let lane = (0..LANES).min_by(|a, b| least[*a].total_cmp(&least[*b])).unwrap_or(0);
-        let (nearest, to_nearest) = (block_of[lane] as usize * LANES + lane, least[lane]);
-        let (slabs, radii) = (&self.lists.slabs[nearest * blocks..][..blocks], &self.lists.radii[..]);
-        let (error, moved) = (self.lists.relative_error() as f32, self.lists.moved_by_rounding(query) as f32);
-        vectorized(
-            #[inline(always)]
-            move || {
-                for (((bounds, squared), radii), slab) in bounds.iter_mut().zip(squared).zip(radii).zip(slabs) {
-                    let mut lower = [0.0; LANES];
-                    for lane in 0..LANES {
-                        let ball = (squared[lane] * (1.0 - error)).sqrt() - radii[lane];
-                        let uncertain = error * (to_nearest + squared[lane]);
-                        let plane = (slab.margin[lane] - to_nearest + squared[lane] - uncertain) * slab.scale[lane];
-                        // The factor covers the roundings of these two lines themselves.
-                        lower[lane] = (if ball > plane { ball } else { plane }) * (1.0 - 1e-6) - moved;
-                    }
-                    *bounds = lower;
-                }
-            },
-        );
-        nearest
-    }
 }
 
-/// Lists for `n` points: between 1 and 2 roots of `n` made no difference in 7 to 16 dimensions and 10^4 to 10^5 points.
-/// The slabs take memory by the square, hence the bound.
-fn list_count(n: usize) -> usize {
-    ((1.5 * (n as f64).sqrt()) as usize).min(1_200)
+fn by_bound(a: &(f32, u32), b: &(f32, u32)) -> Ordering {
+    a.0.total_cmp(&b.0).then(a.1.cmp(&b.1))
+}
+
+/// Puts the `count` least bounds first, in any order.
+fn put_least_first(order: &mut [(f32, u32)], count: usize) {
+    if count < order.len() {
+        order.select_nth_unstable_by(count, by_bound);
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::boundary::lists::distance;
     use rand::{RngExt, SeedableRng};
     use rand_chacha::ChaCha8Rng;
 

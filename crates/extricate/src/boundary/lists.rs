@@ -3,6 +3,7 @@
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
+use super::blocks::{BlockBalls, order_by_blocks};
 use super::clustering::k_means;
 use crate::learning::kernel::{LANES, PointSet, block_distances_squared, vectorized};
 
@@ -19,7 +20,7 @@ pub struct Lists {
     pub dimensions: usize,
     /// Number of points.
     pub len: usize,
-    /// List after list, each padded to whole blocks with points at infinity.
+    /// List after list, each in blocks of near points and padded to whole ones with points at infinity.
     pub points: PointSet,
     /// Of each place in `points`; [`PADDING`] where there is none.
     pub ids: Vec<u32>,
@@ -27,6 +28,8 @@ pub struct Lists {
     pub exact: Vec<f64>,
     /// First block of each list, and the end of the last.
     pub starts: Vec<u32>,
+    /// Around the blocks.
+    pub balls: BlockBalls,
     /// Exactly representable in `f32`.
     pub centres: PointSet,
     /// Greatest distance of a member from its centre, rounded up.
@@ -62,6 +65,7 @@ impl Lists {
             let assigned;
             (centres, assigned) = k_means(points, dimensions, lists, seed);
             assigned.iter().enumerate().for_each(|(i, list)| members[*list as usize].push(i as u32));
+            members.par_iter_mut().for_each(|list| order_by_blocks(list, dimensions, &row));
         }
         let (mut ids, mut starts) = (Vec::new(), vec![0]);
         for list in &members {
@@ -79,6 +83,7 @@ impl Lists {
             ids,
             exact,
             starts,
+            balls: BlockBalls::around(&members, dimensions, row),
             radii: vec![[0.0; LANES]; lists.div_ceil(LANES)],
             slabs: Vec::new(),
             centres: PointSet::from_rows_padded(&centres, dimensions, f32::INFINITY),
@@ -149,6 +154,12 @@ impl Lists {
         };
         (0..count * blocks).into_par_iter().map(|i| slab(i / blocks, i % blocks)).collect()
     }
+}
+
+/// Lists for `n` points: between 1 and 2 roots of `n` made no difference in 7 to 16 dimensions and 10^4 to 10^5 points.
+/// The slabs take memory by the square, hence the bound.
+pub fn list_count(n: usize) -> usize {
+    ((1.5 * (n as f64).sqrt()) as usize).min(1_200)
 }
 
 fn gather_block(row: &[f64]) -> Vec<[f32; LANES]> {

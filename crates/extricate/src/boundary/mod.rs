@@ -1,9 +1,11 @@
 //! Verified boundary samples and the nearest of them: free configurations, each with a colliding one close by.
 
+pub mod blocks;
 pub mod clustering;
 pub mod index;
 pub mod lists;
 pub mod projection;
+mod scan;
 pub mod tangents;
 pub mod trace;
 

@@ -3,9 +3,9 @@
 use pulp::Simd;
 
 use super::boxes::{Boxes, Cuboid};
-use super::register::{F64s, negative_f64};
 use crate::collision::bounds::{Aabb, ROUNDING};
 use crate::collision::triangle::Triangle;
+use crate::math::register::{F64s, negative_f64};
 use crate::math::{LANES, Pose, Vec3};
 
 /// Triangles, corner by corner and coordinate by coordinate; the box of each.

@@ -3,8 +3,8 @@
 
 use pulp::Simd;
 
-use super::register::{F32s, negative};
 use crate::collision::bounds::Aabb;
+use crate::math::register::{F32s, negative};
 use crate::math::{LANES, Pose, Vec3};
 
 /// One value a box.

@@ -4,16 +4,15 @@
 mod block;
 mod boxes;
 mod build;
-mod register;
 #[cfg(test)]
 mod tests;
 
 use std::ops::Range;
 
+pub use crate::math::register::lanes_of;
 pub use block::{Block, Probe};
 pub use boxes::{Boxes, Cuboid, Lanes, Seen, View, below, rounded_up, rounding_at};
 pub use build::build;
-pub use register::lanes_of;
 
 use pulp::{Arch, Simd, WithSimd};
 

@@ -1,4 +1,4 @@
-//! Registers of `f32` and `f64` of whatever width the processor has, with operators; and masks of eight lanes. No geometry.
+//! Registers of `f32` and `f64` of whatever width the processor has, with operators; and masks of eight lanes.
 //!
 //! A register is as wide as `S` makes it; eight lanes are gone through register by register. Products and sums are never fused, so
 //! that every processor gives the same bits.

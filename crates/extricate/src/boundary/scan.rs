@@ -1,0 +1,197 @@
+//! The loops of a search, by named vector instructions: left to the optimiser, they became shuffles of whole groups of blocks. Bounds on
+//! lists, and the points of one list.
+
+use pulp::{Simd, WithSimd};
+
+use super::lists::{Lists, PADDING, distance};
+use crate::math::LANES;
+use crate::math::register::{F32s, lanes_of, negative};
+
+/// What is searched for.
+#[derive(Clone, Copy)]
+pub struct Query<'a> {
+    /// As it was asked.
+    pub exact: &'a [f64],
+    /// Rounded.
+    pub rounded: &'a [f32],
+    /// How far rounding can have moved it and a point together.
+    pub moved: f64,
+}
+
+/// Squared distances from `query` to the points of one block: those of [`crate::learning::kernel::block_distances_squared`], to the last
+/// bit.
+#[inline(always)]
+fn squared_distances<S: Simd>(simd: S, block: &[[f32; LANES]], query: &[f32]) -> [f32; LANES] {
+    add_squares(simd, block, query, [0.0; LANES])
+}
+
+/// Squared distances in some more coordinates, added to those in others.
+#[inline(always)]
+fn add_squares<S: Simd>(simd: S, block: &[[f32; LANES]], query: &[f32], mut squared: [f32; LANES]) -> [f32; LANES] {
+    for part in 0..F32s::<S>::COUNT {
+        let mut sum = F32s::load(simd, &squared, part);
+        for (coordinates, x) in block.iter().zip(query) {
+            let difference = F32s::load(simd, coordinates, part) - F32s::splat(simd, *x);
+            sum = sum + difference * difference;
+        }
+        sum.store(&mut squared, part);
+    }
+    squared
+}
+
+/// One bit a lane: where `values` is not above `limit`; any where one is NaN.
+#[inline(always)]
+fn up_to<S: Simd>(simd: S, values: &[f32; LANES], limit: f32) -> u32 {
+    let mut room = [0.0; LANES];
+    for part in 0..F32s::<S>::COUNT {
+        (F32s::splat(simd, limit) - F32s::load(simd, values, part)).store(&mut room, part);
+    }
+    !negative(&room) & 0xff
+}
+
+/// Fills `bounds` with lower bounds on the distance from the query to the members of each list, and returns the list of the nearest
+/// centre; `squared` is room for as many numbers.
+pub struct BoundLists<'a> {
+    /// At least two.
+    pub lists: &'a Lists,
+    /// What is searched for.
+    pub query: Query<'a>,
+    /// One for each block of centres.
+    pub squared: &'a mut [[f32; LANES]],
+    /// The same.
+    pub bounds: &'a mut [[f32; LANES]],
+}
+
+impl WithSimd for BoundLists<'_> {
+    type Output = usize;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) -> usize {
+        let Self { lists, query, squared, bounds } = self;
+        let blocks = squared.len();
+        let mut least = [f32::INFINITY; LANES];
+        for (block, squared) in lists.centres.blocks(0, blocks).zip(squared.iter_mut()) {
+            *squared = squared_distances(simd, block, query.rounded);
+            for part in 0..F32s::<S>::COUNT {
+                let lesser = F32s::load(simd, &least, part).min(F32s::load(simd, squared, part));
+                lesser.store(&mut least, part);
+            }
+        }
+        // Padded places are at infinity.
+        let to_nearest = least.into_iter().fold(f32::INFINITY, f32::min);
+        let found = squared.iter().map(|squared| up_to(simd, squared, to_nearest)).enumerate();
+        let (block, mask) = found.into_iter().find(|(_, mask)| *mask != 0).unwrap_or_default();
+        let nearest = (block * LANES + mask.trailing_zeros() as usize).min(lists.centres.len() - 1);
+        let slabs = &lists.slabs[nearest * blocks..][..blocks];
+        let splat = |x: f32| F32s::splat(simd, x);
+        let error = lists.relative_error() as f32;
+        let (error, kept, to_nearest) = (splat(error), splat(1.0 - error), splat(to_nearest));
+        // The factor covers the roundings of these lines themselves.
+        let (factor, moved) = (splat(1.0 - 1e-6), splat(query.moved as f32));
+        for (((bounds, squared), radii), slab) in bounds.iter_mut().zip(squared.iter()).zip(&lists.radii).zip(slabs) {
+            for part in 0..F32s::<S>::COUNT {
+                let load = |lanes: &[f32; LANES]| F32s::load(simd, lanes, part);
+                let squared = load(squared);
+                let ball = (squared * kept).sqrt() - load(radii);
+                let uncertain = error * (to_nearest + squared);
+                let plane = (load(&slab.margin) - to_nearest + squared - uncertain) * load(&slab.scale);
+                (ball.max(plane) * factor - moved).store(bounds, part);
+            }
+        }
+        nearest
+    }
+}
+
+/// Notes the lists, but for `nearest`, whose bounds are not above `radius`.
+pub struct ListsWithin<'a> {
+    /// Number of lists.
+    pub count: usize,
+    /// Whose list was looked through.
+    pub nearest: usize,
+    /// By [`BoundLists`].
+    pub bounds: &'a [[f32; LANES]],
+    /// The radius of the search.
+    pub radius: f64,
+    /// Bounds and lists.
+    pub order: &'a mut Vec<(f32, u32)>,
+}
+
+impl WithSimd for ListsWithin<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let Self { count, nearest, bounds, radius, order } = self;
+        // Rounded up, for a first look at eight at a time.
+        let about = (radius * (1.0 + 1e-6)) as f32;
+        for (block, bounds) in bounds.iter().enumerate() {
+            for lane in lanes_of(up_to(simd, bounds, about)) {
+                let c = block * LANES + lane;
+                if c < count && c != nearest && f64::from(bounds[lane]) <= radius {
+                    order.push((bounds[lane], c as u32));
+                }
+            }
+        }
+    }
+}
+
+/// Shows `visit` the points of one list that are within `radius`, which it replaces.
+pub struct ScanList<'a> {
+    /// All lists.
+    pub lists: &'a Lists,
+    /// Which.
+    pub list: usize,
+    /// What is searched for.
+    pub query: Query<'a>,
+    /// Of the search.
+    pub radius: &'a mut f64,
+    /// As in [`super::index::Index::search`].
+    pub visit: &'a mut dyn FnMut(u32, f64) -> f64,
+}
+
+impl WithSimd for ScanList<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let Self { lists, list, query: Query { exact, rounded, moved }, radius, visit } = self;
+        let (balls, dimensions) = (&lists.balls, lists.dimensions);
+        let (first, last) = (lists.starts[list] as usize, lists.starts[list + 1] as usize);
+        let groups = balls.starts[list] as usize..balls.starts[list + 1] as usize;
+        let error = lists.relative_error();
+        // What rounding of points, of the query and of the sum can add to a squared distance.
+        let threshold = |radius: f64| ((radius + moved).powi(2) * (1.0 + error)) as f32;
+        // The second factor covers the roundings of what is done with it.
+        let kept = F32s::splat(simd, (1.0 - error) as f32 * (1.0 - 1e-6));
+        let half = dimensions.div_ceil(2);
+        let (first_rounded, other_rounded) = rounded.split_at(half);
+        let centres = balls.centres.blocks(groups.start, groups.end);
+        for ((first, centres), radii) in (first..last).step_by(LANES).zip(centres).zip(&balls.radii[groups]) {
+            let squared = squared_distances(simd, centres, rounded);
+            let mut room = [0.0; LANES];
+            for part in 0..F32s::<S>::COUNT {
+                let reach = F32s::splat(simd, (*radius + moved) as f32) + F32s::load(simd, radii, part);
+                (reach * reach - F32s::load(simd, &squared, part) * kept).store(&mut room, part);
+            }
+            let blocks_here = (1_u32 << (last - first).min(LANES)) - 1;
+            for b in lanes_of(!negative(&room) & blocks_here).map(|lane| first + lane) {
+                let Some(block) = lists.points.blocks(b, b + 1).next() else { continue };
+                // Half of the coordinates rule out most blocks.
+                let (limit, squared) = (threshold(*radius), squared_distances(simd, &block[..half], first_rounded));
+                if up_to(simd, &squared, limit) == 0 {
+                    continue;
+                }
+                let squared = add_squares(simd, &block[half..], other_rounded, squared);
+                for place in lanes_of(up_to(simd, &squared, limit)).map(|lane| b * LANES + lane) {
+                    if lists.ids[place] == PADDING {
+                        continue;
+                    }
+                    let distance = distance(&lists.exact[place * dimensions..][..dimensions], exact);
+                    if distance <= *radius {
+                        *radius = visit(lists.ids[place], distance);
+                    }
+                }
+            }
+        }
+    }
+}
