@@ -1,6 +1,6 @@
 //! How deep a point lies in a body, as far as it matters to the caller.
 
-use super::shape::{Shape, ShapeKind};
+use super::shape::{Shape, ShapeKind, slab_depth};
 use super::{CheckScratch, Checker, bodies::PreparedPart};
 use crate::math::{Pose, Vec3};
 
@@ -15,7 +15,7 @@ impl Checker {
         self.solid_depth_above(body, point_frame, f64::NEG_INFINITY, &mut scratch).unwrap_or(f64::NEG_INFINITY)
     }
 
-    /// As [`Checker::solid_depth`] if that is above `least` \[m\]; most points that are not cost a ball or a plane.
+    /// As [`Checker::solid_depth`] if that is above `least` \[m\]; most points that are not cost a box or a plane.
     pub fn solid_depth_above(
         &self,
         body: usize,
@@ -37,10 +37,12 @@ impl Checker {
         deepest
     }
 
-    /// `false` proves that [`Checker::solid_depth`] is not above `least` \[m\]; costs a ball a shape.
-    pub fn may_be_deeper(&self, body: usize, point_frame: &Vec3, least: f64) -> bool {
+    /// An upper bound \[m\] on [`Checker::solid_depth`]; costs a box a shape.
+    pub fn solid_depth_bound(&self, body: usize, point_frame: &Vec3) -> f64 {
         let parts = &self.bodies.parts[self.bodies.bodies[body].parts.clone()];
-        parts.iter().any(|part| in_ball(&part.shape, &part.pose_frame_part.inverse_point(point_frame), least))
+        let depths =
+            parts.iter().map(|part| depth_in_box(&part.shape, &part.pose_frame_part.inverse_point(point_frame)));
+        depths.fold(f64::NEG_INFINITY, f64::max)
     }
 
     /// Whether contacts of all pairs are exact, overlaps and containment included, so that none below the clearance means free
@@ -50,14 +52,14 @@ impl Checker {
     }
 }
 
-/// `false` is proved by the shape's ball.
-fn in_ball(shape: &Shape, point: &Vec3, least: f64) -> bool {
-    shape.ball.1 - (point - shape.ball.0).norm() > least
+/// Depth \[m\] in the box around a shape, which is not less than that in the shape.
+fn depth_in_box(shape: &Shape, point: &Vec3) -> f64 {
+    slab_depth((point - shape.bounds.center).abs() - shape.bounds.half)
 }
 
-/// `false` is proved by the shape's ball, or by a plane that a hull lies behind.
+/// `false` is proved by the shape's box, or by a plane that a hull lies behind.
 fn may_be_deeper(shape: &Shape, point: &Vec3, least: f64) -> bool {
-    if !in_ball(shape, point, least) {
+    if depth_in_box(shape, point) <= least {
         return false;
     }
     match &shape.kind {

@@ -167,7 +167,7 @@ impl ConvexSolid {
 }
 
 /// Depth of a point in a product of intervals, from how far it is beyond each.
-fn slab_depth(beyond: Vec3) -> f64 {
+pub fn slab_depth(beyond: Vec3) -> f64 {
     let outside = beyond.sup(&Vec3::zeros()).norm();
     if outside > 0.0 { -outside } else { -beyond.max() }
 }

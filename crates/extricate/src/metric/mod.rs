@@ -42,7 +42,8 @@ pub struct Metric {
 pub struct Anchor {
     /// The configuration.
     pub q: Vec<f64>,
-    poses: Vec<Pose>,
+    /// Of the frames there.
+    pub poses: Vec<Pose>,
     embedding: Vec<f64>,
 }
 
@@ -181,9 +182,20 @@ impl Metric {
 
     /// Prepares repeated distances from `q`.
     pub fn anchor(&self, q: &[f64], anchor: &mut Anchor) {
+        forward(&self.scene, q, &mut anchor.poses);
+        self.finish_anchor(q, anchor);
+    }
+
+    /// The same where the poses of the frames at `q` are known.
+    pub fn anchor_at(&self, q: &[f64], poses: &[Pose], anchor: &mut Anchor) {
+        anchor.poses.clear();
+        anchor.poses.extend_from_slice(poses);
+        self.finish_anchor(q, anchor);
+    }
+
+    fn finish_anchor(&self, q: &[f64], anchor: &mut Anchor) {
         anchor.q.clear();
         anchor.q.extend_from_slice(q);
-        forward(&self.scene, q, &mut anchor.poses);
         if self.kind != MetricSpec::Joint {
             anchor.embedding.resize(12 * self.solids.frames.len(), 0.0);
             self.solids.embed(&anchor.poses, &mut anchor.embedding);
@@ -214,7 +226,12 @@ impl Metric {
     /// Largest displacement \[m\] of any point of the moving geometry between the anchor and `q`, whatever the metric.
     pub fn max_displacement_from(&self, anchor: &Anchor, q: &[f64], scratch: &mut MetricScratch) -> f64 {
         forward(&self.scene, q, &mut scratch.poses);
-        self.extremes.max_displacement(&anchor.poses, &scratch.poses)
+        self.max_displacement_at(anchor, &scratch.poses)
+    }
+
+    /// The same, to a configuration with frame poses `poses`.
+    pub fn max_displacement_at(&self, anchor: &Anchor, poses: &[Pose]) -> f64 {
+        self.extremes.max_displacement(&anchor.poses, poses)
     }
 }
 

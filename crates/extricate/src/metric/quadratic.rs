@@ -81,14 +81,24 @@ impl Metric {
         }
     }
 
+    /// Gradient over the tangent coordinates at `x` of half the squared distance from `anchor`, for the joint metric: as
+    /// [`Metric::quadratic_model`] has it.
+    pub fn joint_gradient(&self, anchor: &Anchor, x: &[f64], gradient: &mut [f64]) {
+        let space = &self.scene().space;
+        space.difference(&anchor.q, x, gradient);
+        for factor in space.factors() {
+            let width = if factor.manifold == Manifold::Rotation { 3 } else { 1 };
+            gradient[factor.v..factor.v + width].iter_mut().for_each(|slope| *slope *= factor.weight);
+        }
+    }
+
     fn joint_model(&self, anchor: &Anchor, x: &[f64], out: &mut Quadratic) {
         let space = &self.scene().space;
         let nv = space.nv();
-        space.difference(&anchor.q, x, &mut out.slope);
+        self.joint_gradient(anchor, x, &mut out.slope);
         for factor in space.factors() {
             let width = if factor.manifold == Manifold::Rotation { 3 } else { 1 };
             for k in factor.v..factor.v + width {
-                out.slope[k] *= factor.weight;
                 out.tensor[k * nv + k] = factor.weight;
             }
         }

@@ -11,6 +11,7 @@ use super::Ground;
 use crate::collision::{CheckScratch, Checker, ConvexOverlap, largest_balls};
 use crate::math::{Pose, Vec3};
 use crate::metric::motion_bound::{BoundedPoint, MotionPath};
+use crate::scene::MetricSpec;
 
 /// Balls inside every body of a scene, computed once.
 pub struct InteriorBalls {
@@ -122,7 +123,9 @@ fn raise_by_overlap(
             let point = BoundedPoint { position, of, relative_to, inside_of: true, inside_relative_to: false };
             ground.metric.motion_of(poses, &point, path);
             if path.bound(allowed) >= needed {
-                allowed = largest_distance(bound, allowed, needed, |d| path.bound(d));
+                let start = bound + STEP * allowed;
+                let low = (start, path.bound(start));
+                allowed = largest_distance(low, allowed, needed, |d| path.bound(d)).unwrap_or(bound);
             }
             if allowed <= bound {
                 break;
@@ -145,24 +148,46 @@ fn raise(
 ) -> f64 {
     let scene = ground.checker.scene();
     let (of, relative_to) = (scene.bodies[carrier].frame, scene.bodies[solid].frame);
-    ground.metric.motion_between(poses, of, relative_to, path);
-    for ball in ground.balls.bodies[carrier].iter().take(balls) {
+    let balls = &ground.balls.bodies[carrier][..balls.min(ground.balls.bodies[carrier].len())];
+    let place = |ball: &Ball| {
         let position = poses[of].point(&ball.centre);
-        let point_solid = poses[relative_to].inverse_point(&position);
-        if !ground.checker.may_be_deeper(solid, &point_solid, -ball.radius - scene.clearance) {
+        (position, poses[relative_to].inverse_point(&position))
+    };
+    // Those that may have farthest to go first: the others then seldom need a look.
+    let (mut order, mut count) = ([(0.0, 0); BALLS + SURFACE_POINTS], 0);
+    for (at, ball) in balls.iter().enumerate() {
+        let most = ground.checker.solid_depth_bound(solid, &place(ball).1) + ball.radius + scene.clearance;
+        if most > 0.0 {
+            order[count] = (most, at);
+            count += 1;
+        }
+    }
+    let order = &mut order[..count];
+    if order.is_empty() {
+        return bound;
+    }
+    order.sort_unstable_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
+    ground.metric.motion_between(poses, of, relative_to, path);
+    for &(most, at) in order.iter() {
+        let ball = &balls[at];
+        let (position, point_solid) = place(ball);
+        let mut point = BoundedPoint { position, of, relative_to, inside_of: true, inside_relative_to: true };
+        ground.metric.motion_of(poses, &point, path);
+        let start = bound + STEP * ceiling;
+        let mut low = (start, path.bound(start));
+        // Too shallow to raise the bound, even if the point moves as little as one inside would.
+        if most <= low.1 {
             continue;
         }
-        let mut point = BoundedPoint { position, of, relative_to, inside_of: true, inside_relative_to: true };
-        // Too shallow to raise the bound, even if the point moves as little as one inside would.
-        ground.metric.motion_of(poses, &point, path);
-        let least = path.bound(bound + STEP * ceiling) - ball.radius - scene.clearance;
+        let least = low.1 - ball.radius - scene.clearance;
         let Some(depth) = ground.checker.solid_depth_above(solid, &point_solid, least, check) else { continue };
-        if depth < 0.0 {
+        if depth < 0.0 && ground.metric.kind() == MetricSpec::MaxDisplacement {
             point.inside_relative_to = false;
             ground.metric.motion_of(poses, &point, path);
+            low.1 = path.bound(start);
         }
         let needed = depth + ball.radius + scene.clearance;
-        bound = largest_distance(bound, ceiling, needed, |d| path.bound(d));
+        bound = largest_distance(low, ceiling, needed, |d| path.bound(d)).unwrap_or(bound);
     }
     bound
 }
@@ -170,20 +195,19 @@ fn raise(
 /// A bound that can be raised by less than this share of its ceiling is left.
 const STEP: f64 = 1e-4;
 
-/// The largest distance in `[bound, ceiling]`, up to a little, for which `moved` is seen to be below `needed` (it grows), or
-/// `bound`.
+/// The largest distance in `[low.0, ceiling]`, up to a little, for which `moved` is seen to be below `needed`; `None` where there is none.
+/// `low.1` is `moved(low.0)`.
 ///
-/// Where `moved` is convex, as motion bounds are, a chord lies above it and so meets `needed` on the safe side; near-linear ones
-/// take two or three steps.
-fn largest_distance(bound: f64, ceiling: f64, needed: f64, mut moved: impl FnMut(f64) -> f64) -> f64 {
-    let mut low = (bound + STEP * ceiling, 0.0);
-    low.1 = moved(low.0);
+/// `moved` grows from 0 and is convex, as motion bounds are. So it is at least proportional beyond `low`, which tells where to stop
+/// looking; and a chord lies above it and so meets `needed` on the safe side. Near-linear ones take two or three steps.
+fn largest_distance(mut low: (f64, f64), ceiling: f64, needed: f64, mut moved: impl FnMut(f64) -> f64) -> Option<f64> {
     if ceiling <= low.0 || low.1 >= needed {
-        return bound;
+        return None;
     }
-    let mut high = (ceiling, moved(ceiling));
+    let end = ceiling.min(low.0 * (needed / low.1));
+    let mut high = (end, moved(end));
     if high.1 < needed {
-        return ceiling;
+        return Some(end);
     }
     for _ in 0..20 {
         let share = (needed - low.1) / (high.1 - low.1);
@@ -195,9 +219,9 @@ fn largest_distance(bound: f64, ceiling: f64, needed: f64, mut moved: impl FnMut
         } else {
             high = (middle, at);
         }
-        if gained <= 0.1 * STEP * ceiling {
+        if gained <= STEP * ceiling {
             break;
         }
     }
-    low.0
+    Some(low.0)
 }

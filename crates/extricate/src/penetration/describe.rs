@@ -6,7 +6,6 @@ use super::certificate;
 use super::options::{Effort, QueryOptions};
 use super::search::QueryScratch;
 use crate::collision::{SegmentOptions, SegmentOutcome};
-use crate::kinematics::forward;
 use crate::scene::MetricSpec;
 
 /// Step of central differences \[rad or m\]: both the curvature they leave out and the digits they lose are then about 1e-10.
@@ -15,13 +14,15 @@ const DIFFERENCE: f64 = 1e-5;
 impl QueryScratch {
     /// Fills in all but witness and depth.
     pub(super) fn describe(&mut self, ground: &Ground, options: &QueryOptions, answer: &mut Answer) {
-        let Self { refine, anchor, poses, motion, overlaps, .. } = self;
-        answer.max_displacement = ground.metric.max_displacement_from(anchor, &answer.witness, &mut refine.metric);
+        let Self { refine, anchor, far_anchor, motion, overlaps, .. } = self;
         let margin = ground.clearance + TOUCHING;
         answer.contacts.extend_from_slice(refine.touching(ground, &answer.witness, margin));
         answer.touching.extend(answer.contacts.iter().map(|contact| contact.pair));
         answer.touching.dedup();
-        forward(ground.checker.scene(), &anchor.q, poses);
+        let poses = refine.check.poses();
+        ground.metric.anchor_at(&answer.witness, poses, far_anchor);
+        answer.max_displacement = ground.metric.max_displacement_at(anchor, poses);
+        let poses = &anchor.poses;
         let (colliding, ceiling) = (&answer.colliding, answer.depth);
         let bound = if options.effort == Effort::Nearest {
             let few = (certificate::QUICK_BALLS, ceiling);
@@ -57,15 +58,19 @@ impl QueryScratch {
     /// Where the witness stays the best, moving it changes the depth by nothing to first order: what is left is the gradient of the
     /// distance to it.
     fn gradient(&mut self, ground: &Ground, answer: &mut Answer) {
-        let Self { anchor, far_anchor, quadratic, poses, refine, moved, step, .. } = self;
-        ground.metric.anchor(&answer.witness, far_anchor);
-        if ground.metric.kind() != MetricSpec::MaxDisplacement {
-            // The distance is symmetric: half its square, seen from the witness, has this gradient at the query.
-            ground.metric.quadratic_model(far_anchor, &anchor.q, poses, quadratic);
-            for (out, slope) in answer.gradient.iter_mut().zip(&quadratic.gradient) {
-                *out = slope / answer.depth;
+        let Self { anchor, far_anchor, quadratic, refine, moved, step, .. } = self;
+        // The distance is symmetric: half its square, seen from the witness, has this gradient at the query, times the depth.
+        match ground.metric.kind() {
+            MetricSpec::Joint => {
+                ground.metric.joint_gradient(far_anchor, &anchor.q, &mut answer.gradient);
+                return answer.gradient.iter_mut().for_each(|slope| *slope /= answer.depth);
             }
-            return;
+            MetricSpec::ObjectNorm => {
+                ground.metric.quadratic_model(far_anchor, &anchor.q, &anchor.poses, quadratic);
+                let slopes = quadratic.gradient.iter().map(|slope| slope / answer.depth);
+                return answer.gradient.iter_mut().zip(slopes).for_each(|(out, slope)| *out = slope);
+            }
+            MetricSpec::MaxDisplacement => {}
         }
         // Its model has a few points of each body only; the farthest one need not be among them.
         let space = &ground.checker.scene().space;

@@ -16,8 +16,6 @@ use crate::boundary::{BoundaryScratch, Wanted};
 use crate::collision::ConvexOverlap;
 use crate::cspace::sampling::Halton;
 use crate::cspace::{Config, Label};
-use crate::kinematics::forward;
-use crate::math::Pose;
 use crate::metric::Anchor;
 use crate::metric::motion_bound::MotionPath;
 use crate::metric::quadratic::Quadratic;
@@ -40,7 +38,6 @@ pub struct QueryScratch {
     pub(super) step: Vec<f64>,
     /// Where a last descent starts.
     best: Vec<f64>,
-    pub(super) poses: Vec<Pose>,
     pub(super) pool: Vec<(u32, f64)>,
     near_exits: Vec<(u32, f64)>,
     pub(super) chosen: Vec<u32>,
@@ -81,7 +78,7 @@ impl QueryScratch {
         let mut answer = free_answer(q, space.nv(), options.effort);
         ground.checker.colliding_pairs(q, &mut self.refine.check, &mut answer.colliding);
         if !answer.colliding.is_empty() {
-            ground.metric.anchor(q, &mut self.anchor);
+            ground.metric.anchor_at(q, self.refine.check.poses(), &mut self.anchor);
             let wanted = if options.exits > 1 { options.exits } else { REMEMBERED };
             self.exits.reset(wanted, space.nq());
         }
@@ -147,8 +144,7 @@ impl QueryScratch {
 
     /// Takes the metric at the query.
     pub(super) fn look_around(&mut self, ground: &Ground) {
-        forward(ground.checker.scene(), &self.anchor.q, &mut self.poses);
-        self.local.set(ground, &self.anchor, &self.poses);
+        self.local.set(ground, &self.anchor, &self.anchor.poses);
     }
 
     /// Fills `chosen` with exits, then with samples of the pool, none too like another.
