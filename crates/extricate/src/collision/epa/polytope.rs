@@ -1,5 +1,7 @@
 //! A small convex polytope of support points around the origin, that grows point by point. Fixed memory.
 
+use arrayvec::ArrayVec;
+
 use super::horizon::Horizon;
 use crate::collision::gjk::{Vertex, nearest_on_triangle, normal_of_edges};
 use crate::math::Vec3;
@@ -25,10 +27,8 @@ pub(super) struct Face {
 
 /// A closed surface of triangles.
 pub(super) struct Polytope {
-    vertices: [Vertex; MAX_VERTICES],
-    vertex_count: usize,
-    faces: [Face; MAX_FACES],
-    face_count: usize,
+    vertices: ArrayVec<Vertex, MAX_VERTICES>,
+    faces: ArrayVec<Face, MAX_FACES>,
     scale: f64,
     rounding: f64,
 }
@@ -37,23 +37,12 @@ impl Polytope {
     /// No surface yet. `scale` and `rounding` \[m\] are those of the difference.
     #[inline(always)] // In place: it is large to move.
     pub fn empty(scale: f64, rounding: f64) -> Self {
-        const VERTEX: Vertex = Vertex { point: Vec3::new(0.0, 0.0, 0.0), first: Vec3::new(0.0, 0.0, 0.0) };
-        const FACE: Face =
-            Face { corners: [0; 3], normal: Vec3::new(0.0, 0.0, 0.0), distance: 0.0, tilt: 0.0, settled: false };
-        Self {
-            vertices: [VERTEX; MAX_VERTICES],
-            vertex_count: 0,
-            faces: [FACE; MAX_FACES],
-            face_count: 0,
-            scale,
-            rounding,
-        }
+        Self { vertices: ArrayVec::new(), faces: ArrayVec::new(), scale, rounding }
     }
 
     /// Starts from a tetrahedron whose last vertex lies behind the first three, seen counterclockwise.
     pub fn start(&mut self, corners: [Vertex; 4]) {
-        self.vertices[..4].copy_from_slice(&corners);
-        self.vertex_count = 4;
+        self.vertices.extend(corners);
         for corners in [[0, 1, 2], [1, 0, 3], [2, 1, 3], [0, 2, 3]] {
             self.push_face(corners);
         }
@@ -70,7 +59,7 @@ impl Polytope {
     /// Index of the unsettled face nearest to the origin.
     pub fn nearest_face(&self) -> Option<usize> {
         let (mut best, mut distance) = (None, f64::INFINITY);
-        for (index, face) in self.faces[..self.face_count].iter().enumerate() {
+        for (index, face) in self.faces.iter().enumerate() {
             if face.distance < distance && !face.settled {
                 (best, distance) = (Some(index), face.distance);
             }
@@ -82,7 +71,7 @@ impl Polytope {
     /// that the ball of this radius lies in that set too, whatever rounding did to the planes.
     pub fn lower(&self) -> f64 {
         let mut lower = f64::INFINITY;
-        for face in &self.faces[..self.face_count] {
+        for face in &self.faces {
             // The plane is a cheap bound; only for those below the best the triangle is measured, which no sliver spoils:
             // a tilted normal changes the distance of the foot, or which side of an edge it is on, in second order only.
             if face.distance - face.tilt * self.scale - self.rounding < lower {
@@ -103,42 +92,40 @@ impl Polytope {
     }
 
     pub fn is_full(&self) -> bool {
-        self.vertex_count == MAX_VERTICES
+        self.vertices.is_full()
     }
 
     /// Adds a vertex that lies beyond `seed` and replaces all the faces it sees; `false`, and nothing changed, where it
     /// sees none or there is no room.
     pub fn add(&mut self, seed: usize, vertex: Vertex) -> bool {
-        if self.vertices[..self.vertex_count].iter().any(|known| known.point == vertex.point) {
+        if self.vertices.iter().any(|known| known.point == vertex.point) {
             return false;
         }
         let mut horizon = Horizon::empty();
-        let mut seen = [0_u16; MAX_FACES];
-        let mut seen_count = 0;
-        for (index, face) in self.faces[..self.face_count].iter().enumerate() {
+        let mut seen: ArrayVec<u16, MAX_FACES> = ArrayVec::new();
+        for (index, face) in self.faces.iter().enumerate() {
             let height = vertex.point.dot(&face.normal) - face.distance;
             if index != seed && (height <= self.rounding || self.is_doubtful(face, &vertex, height)) {
                 continue;
             }
-            seen[seen_count] = index as u16;
-            seen_count += 1;
+            seen.push(index as u16);
             if !horizon.add(face.corners) {
                 return false;
             }
         }
         if !horizon.is_one_loop() {
-            (horizon, seen_count) = self.grow(seed, &mut seen[..seen_count]);
+            let (grown, kept) = self.grow(seed, &mut seen);
+            horizon = grown;
+            seen.truncate(kept);
         }
-        if seen_count == 0 || self.face_count - seen_count + horizon.edges().len() > MAX_FACES {
+        if seen.is_empty() || self.faces.len() - seen.len() + horizon.edges().len() > MAX_FACES {
             return false;
         }
-        for &index in seen[..seen_count].iter().rev() {
-            self.face_count -= 1;
-            self.faces[index as usize] = self.faces[self.face_count];
+        for &index in seen.iter().rev() {
+            self.faces.swap_remove(usize::from(index));
         }
-        let newest = self.vertex_count as u8;
-        self.vertices[self.vertex_count] = vertex;
-        self.vertex_count += 1;
+        let newest = self.vertices.len() as u8;
+        self.vertices.push(vertex);
         for [from, to] in horizon.edges() {
             self.push_face([*from, *to, newest]);
         }
@@ -184,7 +171,6 @@ impl Polytope {
             // No plane goes through it; nothing sees it, and its edges belong to its neighbours too.
             Face { corners, normal: Vec3::zeros(), distance: 0.0, tilt: 0.0, settled: true }
         };
-        self.faces[self.face_count] = face;
-        self.face_count += 1;
+        self.faces.push(face);
     }
 }
