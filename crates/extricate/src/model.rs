@@ -141,8 +141,8 @@ impl Model {
     ) -> Self {
         let nq = checker.scene().space.nq();
         let mut boundary = SampleSet::with_exits(&metric, nq, configs, statistics.exits, statistics.seed);
-        note_tangents(&checker, &mut boundary);
         checker.prepare_proposals();
+        note_tangents(&checker, &mut boundary);
         let balls = InteriorBalls::new(&checker);
         Self { checker, metric, boundary, classifier, balls, coverage, statistics }
     }

@@ -1,5 +1,6 @@
 //! Contacts of two shapes: where they are near, as local constraints for proposals. What decides is elsewhere.
 
+mod by_pieces;
 mod overlap;
 
 use std::collections::BinaryHeap;
@@ -14,11 +15,11 @@ use super::mesh_shape::MeshShape;
 use super::pair_memory::PairMemories;
 use super::part_pair::Placed;
 use super::queue::Entry;
-use super::shape::{ConvexSolid, Shape, ShapeKind};
-use super::stand_in::{NearPoint, near_points};
+use super::shape::{ConvexSolid, ShapeKind};
 use super::triangle;
 use super::{Contact, ContactQuery, ContactSearch, mesh_convex};
 use crate::math::{Pose, Vec3};
+use by_pieces::by_pieces;
 use overlap::{crossing, outward, pushed_out};
 
 /// Most contacts of a pair that meshes give.
@@ -35,7 +36,10 @@ pub struct ContactBuffers {
     queue: BinaryHeap<Entry>,
     found: Vec<Near>,
     nodes: Vec<(f64, u32)>,
-    points: Vec<NearPoint>,
+    /// Of the second shape: which, and the centres of their balls in the frame of the first.
+    near_pieces: Vec<(usize, Vec3)>,
+    /// Pairs of pieces, and lower bounds on their distances \[m\].
+    candidates: Vec<(f64, usize, usize)>,
     memory: PairMemories,
 }
 
@@ -88,8 +92,8 @@ pub fn gather(
     }
     let sink = &mut Sink { pose_world: *first.pose, swapped: false, pair, start, margin, search, contacts };
     match (&a.kind, &b.kind) {
-        _ if !are_convex && search == ContactSearch::Coarse && a.stand_in().can_tell(b.stand_in()) => {
-            by_stand_ins([a, b], &relative.pose_a_b, buffers, sink)
+        _ if !are_convex && search == ContactSearch::Coarse => {
+            by_pieces([a, b], &relative, query, place, buffers, sink)
         }
         (Convex(x), Convex(y)) => {
             let memory = buffers.memory.of(parts);
@@ -103,33 +107,6 @@ pub fn gather(
             (sink.pose_world, sink.swapped) = (*second.pose, true);
             let relative = Relative::between(second.pose, first.pose);
             mesh_with_convex(y, x, &a.bounds, &relative, buffers, sink);
-        }
-    }
-}
-
-/// Points of each surface near the other shape, nearest first.
-fn by_stand_ins([a, b]: [&Shape; 2], pose_a_b: &Pose, buffers: &mut ContactBuffers, sink: &mut Sink) {
-    let points = &mut buffers.points;
-    points.clear();
-    near_points(b, a, pose_a_b, sink.margin, points);
-    buffers.found.clear();
-    let away =
-        |near: &NearPoint| (near.distance, near.point, near.point - near.direction * near.distance, near.direction);
-    buffers.found.extend(points.iter().map(|near| {
-        let (distance, point_second, point_first, direction) = away(near);
-        Near { distance, point_first, point_second, normal: -direction }
-    }));
-    points.clear();
-    near_points(a, b, &pose_a_b.inverse(), sink.margin, points);
-    buffers.found.extend(points.iter().map(|near| {
-        let (distance, point_first, point_second, normal) = away(near);
-        let [point_first, point_second] = [point_first, point_second].map(|p| pose_a_b.point(&p));
-        Near { distance, point_first, point_second, normal: pose_a_b.vector(&normal) }
-    }));
-    buffers.found.sort_by(|x, y| x.distance.total_cmp(&y.distance));
-    for near in &buffers.found {
-        if !sink.offer(near) {
-            break;
         }
     }
 }

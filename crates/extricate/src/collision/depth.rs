@@ -1,7 +1,7 @@
 //! How deep a point lies in a body, as far as it matters to the caller.
 
 use super::shape::{Shape, ShapeKind, slab_depth};
-use super::{CheckScratch, Checker, bodies::PreparedPart};
+use super::{CheckScratch, Checker, ContactSearch, bodies::PreparedPart};
 use crate::math::{Pose, Vec3};
 
 impl Checker {
@@ -45,9 +45,14 @@ impl Checker {
         depths.fold(f64::NEG_INFINITY, f64::max)
     }
 
-    /// Whether contacts of all pairs are exact, overlaps and containment included, so that none below the clearance means free
-    /// (up to rounding): true where all shapes are convex.
-    pub fn contacts_are_complete(&self) -> bool {
+    /// Whether contacts found in such a search tell of all overlaps, containment included, so that none below the clearance means free (up to
+    /// rounding): where all shapes are convex, or are taken for their pieces.
+    pub fn contacts_are_complete(&self, search: ContactSearch) -> bool {
+        self.all_convex() || search == ContactSearch::Coarse
+    }
+
+    /// Whether no shape is a mesh.
+    pub fn all_convex(&self) -> bool {
         self.bodies.all_convex
     }
 }

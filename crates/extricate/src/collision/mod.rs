@@ -16,7 +16,6 @@ mod convex_contact;
 mod cover;
 mod depth;
 pub mod epa;
-mod field;
 pub mod gjk;
 mod inside;
 mod label;
@@ -26,13 +25,13 @@ mod mesh_shape;
 mod orient;
 mod pair_memory;
 mod part_pair;
+mod pieces;
 mod queue;
 mod segment;
 #[cfg(test)]
 mod segment_tests;
 mod shape;
 mod shape_pair;
-mod stand_in;
 mod still;
 #[cfg(test)]
 mod test_mesh;
@@ -139,8 +138,8 @@ pub struct ContactQuery {
 /// How long a pair of meshes is searched for contacts.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ContactSearch {
-    /// Not at all: points of one surface are looked up in a field of distances to the other. Off by the size of the field's cells and the
-    /// gaps between points, a few millimetres on a link of a third of a metre; deep overlaps are seen whole. Where those gaps are above 5 cm, as `Quick`.
+    /// Not at all: each is taken for convex pieces around it, which stand out by a few thousandths of its size. Deep overlaps are seen whole, and
+    /// where no contact is below the clearance the configuration is free.
     Coarse,
     /// For a fixed number of triangle tests: enough to propose a step, but the nearest contact may be missed.
     Quick,

@@ -10,6 +10,10 @@ use super::convex_contact::PairMemory;
 pub struct PairMemories {
     pairs: Vec<(u32, PairMemory)>,
     epoch: u32,
+    /// Of pairs of pieces: which they are, in the order in which they were asked for.
+    pieces: Vec<([u32; 2], PairMemory)>,
+    /// Where they are: for each pair of shapes, for each pair of their pieces; right where the entry there says that it is that pair.
+    places: Vec<Vec<u32>>,
 }
 
 impl PairMemories {
@@ -25,8 +29,27 @@ impl PairMemories {
         last
     }
 
+    /// That of pieces number `at` of `count` of the pair of shapes with number `parts`. Most of so many pairs are never asked for.
+    pub fn of_pieces(&mut self, parts: usize, count: usize, at: usize) -> &mut PairMemory {
+        if parts >= self.places.len() {
+            self.places.resize(parts + 1, Vec::new());
+        }
+        let places = &mut self.places[parts];
+        if places.is_empty() {
+            places.resize(count, 0);
+        }
+        let key = [parts as u32, at as u32];
+        let place = &mut places[at];
+        if self.pieces.get(*place as usize).is_none_or(|(other, _)| *other != key) {
+            *place = self.pieces.len() as u32;
+            self.pieces.push((key, PairMemory::default()));
+        }
+        &mut self.pieces[*place as usize].1
+    }
+
     /// Forgets all of them.
     pub fn forget(&mut self) {
+        self.pieces.clear();
         self.epoch = self.epoch.wrapping_add(1);
         if self.epoch == 0 {
             self.pairs.clear();

@@ -7,7 +7,7 @@ use super::convex::{ConvexCore, ConvexShape, HullPoints};
 use super::cover::InnerBalls;
 use super::gjk;
 use super::mesh_shape::MeshShape;
-use super::stand_in::StandIn;
+use super::pieces::pieces;
 use super::triangle::Triangle;
 use crate::math::{Pose, Vec3};
 use crate::robot::{Geometry, TriangleMesh};
@@ -23,8 +23,8 @@ pub struct Shape {
     pub ball: (Vec3, f64),
     /// Balls in it.
     pub inner: InnerBalls,
-    /// Made when it is first needed.
-    stand_in: OnceLock<Arc<StandIn>>,
+    /// Of a mesh; made when they are first needed.
+    pieces: OnceLock<Arc<[Shape]>>,
 }
 
 /// The two kinds that pairs are made of.
@@ -96,14 +96,26 @@ impl Shape {
     }
 
     fn prepared(kind: ShapeKind, bounds: Aabb, ball: (Vec3, f64)) -> Self {
-        let mut shape = Self { kind, bounds, ball, inner: InnerBalls::default(), stand_in: OnceLock::new() };
+        let mut shape = Self::without_inner_balls(kind, bounds, ball);
         shape.inner = InnerBalls::of(&shape);
         shape
     }
 
-    /// What stands in for it where contacts are only proposed.
-    pub fn stand_in(&self) -> &StandIn {
-        self.stand_in.get_or_init(|| StandIn::of(self).into())
+    /// A shape whose overlaps are decided without balls in it.
+    pub fn without_inner_balls(kind: ShapeKind, bounds: Aabb, ball: (Vec3, f64)) -> Self {
+        Self { kind, bounds, ball, inner: InnerBalls::default(), pieces: OnceLock::new() }
+    }
+
+    /// Convex shapes in the same frame whose union holds it: itself, or those of [`pieces`].
+    pub fn pieces(&self) -> &[Shape] {
+        match &self.kind {
+            ShapeKind::Convex(_) => std::slice::from_ref(self),
+            ShapeKind::Mesh(mesh) => {
+                // Made outside of the lock: it is shared work, and a thread that waits for its parts may come to ask for the same pieces.
+                let made = self.pieces.get().is_none().then(|| pieces(mesh, &self.bounds).into());
+                self.pieces.get_or_init(|| made.unwrap_or_default())
+            }
+        }
     }
 
     /// Signed depth \[m\] of `point`: positive inside the solid, minus the distance outside.
@@ -116,6 +128,11 @@ impl Shape {
 }
 
 impl ConvexSolid {
+    /// A solid that is only asked for its support: depths of points in a hull need planes.
+    pub fn without_planes(shape: ConvexShape) -> Self {
+        Self { shape, planes: Vec::new() }
+    }
+
     /// Unit outward normals and offsets of planes that a hull lies behind; none for other shapes.
     pub fn planes(&self) -> &[(Vec3, f64)] {
         &self.planes

@@ -140,8 +140,8 @@ fn adapt_here(model: &Model, scene: Scene, options: &LearnOptions, report: &mut 
     budget.stage("measuring");
     samples.extend_from_slice(&exits);
     let mut boundary = SampleSet::with_exits(&metric, nq, samples, exits.len() / nq, options.seed);
-    note_tangents(&checker, &mut boundary);
     checker.prepare_proposals();
+    note_tangents(&checker, &mut boundary);
     let balls = InteriorBalls::new(&checker);
     let (clearance, scale) = (scene.clearance, metric.diameter());
     let coverage = &Coverage::default();

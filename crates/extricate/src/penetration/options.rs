@@ -28,8 +28,8 @@ pub struct QueryOptions {
     /// is found by refinement, so not with [`Effort::Nearest`].
     pub exits: usize,
     /// From how many exits and boundary samples together descents start; `None` leaves it to the effort ([`Effort::Refined`]: eight exits and
-    /// a sample for every four degrees of freedom; 16 samples where few exits are known; both with meshes or another metric than that
-    /// of joints). Fewer are faster and find the nearest way out less often; looks around the query are fewer in proportion.
+    /// a sample for every four degrees of freedom; 16 samples where few exits are known; both with another metric than that of
+    /// joints). Fewer are faster and find the nearest way out less often; looks around the query are fewer in proportion.
     pub starts: Option<usize>,
     /// When to stop early.
     pub budget: QueryBudget,

@@ -35,7 +35,7 @@ pub struct Plan {
     /// Whether each descent is carried to its end before the next one starts, which has to promise less by then; not where several exits are
     /// wanted.
     pub in_turn: bool,
-    /// Whether descents along exact contacts, toward the query in its own coordinates, end where they seem to.
+    /// Whether descents toward the query in its own coordinates, along contacts of convex shapes or pieces, end where they seem to.
     pub is_smooth: bool,
 }
 
@@ -52,9 +52,9 @@ const POLISH: RefineOptions = RefineOptions {
     tolerance: 1e-7,
     hope: Hope::OF_A_PROBE,
 };
-/// With meshes: exact contacts of pairs that are as far apart as the last steps are long, or more, would take most of the time of a query,
-/// and between their corners nothing converges to the last digit.
-const POLISH_MESHES: RefineOptions = RefineOptions { reach: 0.03, tolerance: 1e-6, ..POLISH };
+/// With meshes, from a way out that clears the pieces around them: exact contacts of pairs farther apart than those stand out would take most of the
+/// time of a query, and between corners nothing converges to the last digit.
+const POLISH_MESHES: RefineOptions = RefineOptions { reach: 0.01, tolerance: 1e-4, ..POLISH };
 
 /// A probed descent is carried on if it is expected to end below this times the best depth so far.
 pub const HOPE: f64 = 1.15;
@@ -122,18 +122,20 @@ impl Plan {
     }
 
     fn of_effort(effort: Effort, ground: &Ground) -> Self {
-        let is_smooth = ground.checker.contacts_are_complete() && ground.metric.kind() == MetricSpec::Joint;
+        let is_smooth = ground.metric.kind() == MetricSpec::Joint;
+        let all_convex = ground.checker.all_convex();
+        let search = if all_convex { ContactSearch::Quick } else { ContactSearch::Coarse };
         let degrees = ground.checker.scene().space.nv();
         let refine = RefineOptions {
             iterations: 40,
             margin: 0.05,
             reach: REACH,
-            search: ContactSearch::Quick,
+            search,
             radius: 0.5,
             tolerance: 1e-4,
             hope: Hope::OF_A_PROBE,
         };
-        let polish = if ground.checker.contacts_are_complete() { POLISH } else { POLISH_MESHES };
+        let polish = if all_convex { POLISH } else { POLISH_MESHES };
         // Which descents promise most is told as well by coarse contacts.
         let probe = |iterations| RefineOptions { iterations, search: ContactSearch::Coarse, ..refine };
         match effort {
@@ -189,7 +191,7 @@ impl Plan {
                     iterations: 60,
                     margin: 0.12,
                     reach: REACH,
-                    search: ContactSearch::Exact,
+                    search: if all_convex { ContactSearch::Exact } else { ContactSearch::Coarse },
                     radius: 0.5,
                     tolerance: 1e-6,
                     hope: Hope::OF_A_PROBE,
@@ -204,7 +206,7 @@ impl Plan {
                     wander: 400,
                     refine,
                     probe: RefineOptions { iterations: 3, ..refine },
-                    polish: POLISH,
+                    polish,
                     kept: 64,
                     is_smooth,
                     in_turn: false,

@@ -187,7 +187,7 @@ pub fn slide(
     }
     let mut radius = (options.radius * distance).max(1e-3 * ground.scale);
     let (mut penalty, mut retried) = (0.0_f64, false);
-    let complete = ground.checker.contacts_are_complete();
+    let complete = ground.checker.contacts_are_complete(options.search);
     // Well below what the exact check may differ by from a contact.
     let sure = if complete { -0.1 * SLACK } else { 0.0 };
     for iteration in 0..options.iterations {

@@ -54,6 +54,8 @@ pub struct QueryScratch {
 const EXITS_LOOKED_AT: usize = 4;
 /// Ways out that are remembered where one is wanted.
 const REMEMBERED: usize = 4;
+/// A way out of pieces this much farther than the nearest one may turn out to be nearer out of the meshes.
+const AS_NEAR: f64 = 1.03;
 /// Configurations that are tried where no stored one is free any more.
 const LAST_RESORT: u64 = 20_000;
 
@@ -247,6 +249,7 @@ impl QueryScratch {
             }
         }
         (self.promising, self.ends) = (promising, ends);
+        self.polish_others(ground, plan, answer);
         // The descents so far were cut short; the best one is carried to its end.
         self.polish(ground, plan, answer);
         if answer.verified && plan.wander > 0 {
@@ -265,6 +268,23 @@ impl QueryScratch {
         best.clear();
         best.extend_from_slice(&answer.witness);
         self.refine_from(ground, &plan.polish, Start::at(&best), answer.depth, answer);
+        self.best = best;
+    }
+
+    /// Where descents saw meshes as pieces around them, carries the other ways out that may be as near to their ends too: pieces stand out
+    /// differently.
+    fn polish_others(&mut self, ground: &Ground, plan: &Plan, answer: &mut Answer) {
+        if ground.checker.all_convex() {
+            return;
+        }
+        let mut best = std::mem::take(&mut self.best);
+        for rank in 1..REMEMBERED {
+            let other = self.exits.iter().nth(rank).filter(|(depth, _)| *depth < AS_NEAR * answer.depth);
+            let Some((_, config)) = other.filter(|_| !self.refine.is_spent()) else { break };
+            best.clear();
+            best.extend_from_slice(config);
+            self.refine_from(ground, &plan.polish, Start::at(&best), answer.depth, answer);
+        }
         self.best = best;
     }
 

@@ -13,11 +13,12 @@ const MOST: usize = 12;
 /// Exits that a thread looks at before it takes more.
 const CHUNK: usize = 64;
 
-/// Notes the contacts of the exits among `samples`, where all shapes are convex: elsewhere contacts take longer than they save, and say less.
+/// Notes the contacts of the exits among `samples`; those of meshes are those of the convex pieces around them, as descents see them.
 pub fn note_tangents(checker: &Checker, samples: &mut SampleSet) {
-    if !checker.contacts_are_complete() || samples.exits() == 0 {
+    if samples.exits() == 0 {
         return;
     }
+    checker.prepare_proposals();
     let space = &checker.scene().space;
     let first = samples.len() - samples.exits();
     let exits = &samples.configs()[first * space.nq()..];
@@ -38,15 +39,11 @@ pub fn note_tangents(checker: &Checker, samples: &mut SampleSet) {
 
 fn add(checker: &Checker, q: &[f64], scratch: &mut CheckScratch, contacts: &mut Vec<Contact>, tangents: &mut Tangents) {
     let scene = checker.scene();
+    let search = if checker.all_convex() { ContactSearch::Exact } else { ContactSearch::Coarse };
     contacts.clear();
     // Each on its own: what is noted must not depend on how exits were handed out.
     scratch.forget_contacts();
-    checker.contacts(
-        q,
-        ContactQuery { margin: scene.clearance + NEAR, search: ContactSearch::Exact },
-        scratch,
-        contacts,
-    );
+    checker.contacts(q, ContactQuery { margin: scene.clearance + NEAR, search }, scratch, contacts);
     contacts.sort_by(|a, b| a.distance.total_cmp(&b.distance));
     let mut row = vec![0.0; scene.space.nv()];
     for contact in contacts.iter().take(MOST) {

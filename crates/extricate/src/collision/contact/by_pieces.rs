@@ -1,0 +1,140 @@
+//! Contacts of the convex pieces around two shapes, at least one of which is a mesh.
+
+use super::{ContactBuffers, Near, PairPlace, Sink};
+use crate::collision::ContactQuery;
+use crate::collision::bounds::Relative;
+use crate::collision::shape::{ConvexSolid, Shape, ShapeKind};
+use crate::math::{Pose, Vec3};
+
+/// Pairs of pieces that are looked at though they are neither the nearest nor within the clearance: more of them change descents little.
+const MOST_FAR: usize = 4;
+
+/// Offers `sink` the contact of every two pieces nearer than the margin, nearest first.
+pub fn by_pieces(
+    [a, b]: [&Shape; 2],
+    relative: &Relative,
+    query: ContactQuery,
+    place: PairPlace,
+    buffers: &mut ContactBuffers,
+    sink: &mut Sink,
+) {
+    let ContactBuffers { found, memory, near_pieces, candidates, .. } = buffers;
+    let pose = &relative.pose_a_b;
+    let (of_a, of_b) = (a.pieces(), b.pieces());
+    let beyond = |x: &Shape, y: &Shape, center_y: &Vec3| {
+        let reach = x.ball.1 + y.ball.1 + query.margin;
+        (x.ball.0 - center_y).norm_squared() >= reach * reach
+    };
+    near_pieces.clear();
+    let centers = of_b.iter().map(|y| pose.point(&y.ball.0)).enumerate();
+    near_pieces.extend(centers.filter(|(j, center)| !beyond(a, &of_b[*j], center)));
+    candidates.clear();
+    for (i, x) in of_a.iter().enumerate() {
+        if of_a.len() > 1 && relative.lower_bound(&x.bounds, &b.bounds) >= query.margin {
+            continue;
+        }
+        for (j, center) in near_pieces.iter().filter(|(j, center)| !beyond(x, &of_b[*j], center)) {
+            let y = &of_b[*j];
+            let bound = relative.lower_bound(&x.bounds, &y.bounds);
+            if bound < query.margin {
+                let bound = bound.max(gap_toward(x, y, pose, center));
+                candidates.extend((bound < query.margin).then_some((bound, i, *j)));
+            }
+        }
+    }
+    candidates.sort_unstable_by(|x, y| x.0.total_cmp(&y.0).then((x.1, x.2).cmp(&(y.1, y.2))));
+    found.clear();
+    let mut nearest = query.margin;
+    for (looked_at, &(bound, i, j)) in candidates.iter().enumerate() {
+        if looked_at >= MOST_FAR && bound >= nearest.max(place.clearance) {
+            break;
+        }
+        let (x, y) = (&of_a[i], &of_b[j]);
+        let memory = memory.of_pieces(place.parts, of_a.len() * of_b.len(), i * of_b.len() + j);
+        let contact = memory.contact([x, y], [solid(x), solid(y)], relative, query, place.clearance);
+        nearest = contact.map_or(nearest, |contact| nearest.min(contact.distance));
+        found.extend(contact.map(Near::from));
+    }
+    found.sort_by(|x, y| x.distance.total_cmp(&y.distance));
+    for near in found.iter() {
+        if !sink.offer(near) {
+            break;
+        }
+    }
+}
+
+/// The gap \[m\] between two pieces along the direction from the box around the first to the centre of the ball around the second, `center_y` in the
+/// frame of the first: nearly their distance where that is more than a fraction of their size.
+fn gap_toward(x: &Shape, y: &Shape, pose_x_y: &Pose, center_y: &Vec3) -> f64 {
+    let offset = center_y - x.bounds.center;
+    let beyond = offset - offset.zip_map(&x.bounds.half, |o, half| o.clamp(-half, half));
+    let along = if beyond == Vec3::zeros() { offset } else { beyond };
+    let Some(along) = along.try_normalize(0.0) else { return f64::NEG_INFINITY };
+    let (first, second) = (&solid(x).shape, &solid(y).shape);
+    let highest = first.core.support(&along).dot(&along) + first.radius;
+    let lowest = pose_x_y.point(&second.core.support(&pose_x_y.inverse_vector(&-along))).dot(&along) - second.radius;
+    lowest - highest
+}
+
+fn solid(piece: &Shape) -> &ConvexSolid {
+    match &piece.kind {
+        ShapeKind::Convex(solid) => solid,
+        ShapeKind::Mesh(_) => unreachable!("pieces are convex"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::gather;
+    use super::*;
+    use crate::collision::part_pair::{self, Buffers, Placed};
+    use crate::collision::test_mesh::{bumpy, cuboid, joined, placed};
+    use crate::collision::{Contact, ContactSearch};
+    use crate::robot::Geometry;
+    use rand::{RngExt, SeedableRng};
+    use std::sync::Arc;
+
+    /// A bracket, a lumpy body and two convex shapes, at random poses around contact, against exact distances.
+    #[test]
+    fn pieces_are_never_farther_than_the_shapes_and_hardly_nearer() {
+        let mesh = |mesh| Geometry::Mesh(Arc::new(mesh));
+        let bracket = [
+            cuboid(Vec3::zeros(), Vec3::new(0.2, 0.05, 0.05)),
+            cuboid(Vec3::new(0.15, 0.0, 0.2), Vec3::new(0.05, 0.05, 0.15)),
+        ];
+        let shapes = [
+            mesh(joined(&bracket)),
+            mesh(placed(bumpy(3, 2, 0.3), 0.15, Vec3::zeros())),
+            Geometry::Box { half_extents: Vec3::new(0.3, 0.2, 0.02) },
+            Geometry::Capsule { radius: 0.05, half_length: 0.1 },
+        ]
+        .map(|geometry| Shape::new(&geometry).unwrap());
+        let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(5);
+        let (mut buffers, mut memory, mut contacts) =
+            (Buffers::default(), ContactBuffers::default(), Vec::<Contact>::new());
+        let (margin, mut apart, mut overlapping, mut off) = (0.05, 0, 0, Vec::new());
+        for round in 0..3000 {
+            let mut vector = |scale: f64| Vec3::from_fn(|_, _| scale * (rng.random::<f64>() - 0.5));
+            let pose = Pose::from_xyz_rpy(vector(0.7).into(), vector(6.0).into());
+            let (a, b) = (&shapes[round % 2], &shapes[round / 2 % 4]);
+            let (first, second) = (Placed { shape: a, pose: &Pose::identity() }, Placed { shape: b, pose: &pose });
+            let place = PairPlace { pair: 0, parts: round % 8, start: 0, clearance: 1e-3 };
+            memory.forget();
+            contacts.clear();
+            let query = ContactQuery { margin, search: ContactSearch::Coarse };
+            gather([first, second], query, place, &mut memory, &mut contacts);
+            let found = contacts.iter().map(|contact| contact.distance).fold(margin, f64::min);
+            let exact = part_pair::signed_distance(first, second, margin, &mut buffers).unwrap_or(margin);
+            assert!(found <= exact.max(0.0) + 1e-7, "{round}: {found} {exact}");
+            if exact > 0.0 && exact < margin {
+                apart += 1;
+                off.push(exact - found);
+            }
+            overlapping += usize::from(exact < 0.0);
+        }
+        off.sort_by(f64::total_cmp);
+        let worst = off[off.len() - 1];
+        assert!(apart > 100 && overlapping > 100, "{apart} {overlapping}");
+        assert!(off[off.len() / 2] < 1e-4 && worst < 5e-3, "median {} worst {worst}", off[off.len() / 2]);
+    }
+}
