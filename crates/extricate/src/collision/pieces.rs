@@ -1,6 +1,9 @@
 //! Convex pieces that together hold a mesh: its box is cut, plane by plane, until the hull of what lies in each cell follows the surface.
 //! One mesh, no pairs.
 
+mod cut;
+mod sketch;
+
 use rayon::prelude::*;
 
 use super::Checker;
@@ -11,6 +14,7 @@ use super::shape::{ConvexSolid, Shape, ShapeKind};
 use crate::math::Vec3;
 use crate::robot::TriangleMesh;
 use crate::robot::convex_hull::convex_hull;
+use cut::{Cut, clip, sketched};
 
 /// Most pieces of a mesh.
 const MOST: usize = 48;
@@ -22,6 +26,10 @@ const CUTS: usize = 8;
 const FACES_LOOKED_AT: usize = 48;
 /// The same while cuts are compared.
 const FACES_GLANCED_AT: usize = 8;
+/// Points of the surface in a cell, beside which notches are looked for.
+const POINTS_LOOKED_AT: usize = 128;
+/// The same while cuts are compared.
+const POINTS_GLANCED_AT: usize = 32;
 /// What the length of a cut's edge, as a share of the size of the cell, is worth, as a share of the depth of the notch.
 const SHORT: f64 = 0.1;
 /// What flat hulls are thickened by, as a share of the radius of the mesh's ball.
@@ -32,8 +40,18 @@ struct Cell {
     /// Its surface.
     walls: Vec<[Vec3; 3]>,
     triangles: Vec<[Vec3; 3]>,
+    /// Of its surface, evenly spread, in no order.
+    points: Vec<SurfacePoint>,
     hull: TriangleMesh,
     notch: Option<Notch>,
+}
+
+/// A point of the mesh.
+#[derive(Clone, Copy)]
+struct SurfacePoint {
+    point: Vec3,
+    /// Unit, of its triangle.
+    normal: Vec3,
 }
 
 /// Where a hull stands out of the mesh farthest.
@@ -47,15 +65,6 @@ struct Notch {
     outward: Vec3,
     /// Unit, of the triangle there.
     normal: Vec3,
-}
-
-/// Points with `normal . x > offset` are above.
-#[derive(Clone, Copy)]
-struct Cut {
-    normal: Vec3,
-    offset: f64,
-    /// What is nearer to the plane is in it \[m\].
-    thickness: f64,
 }
 
 /// Convex shapes in the frame of `mesh` whose union holds its closed components and its surfaces.
@@ -127,8 +136,9 @@ impl Divider<'_> {
             return None;
         }
         let hull = self.hull(&points);
-        let notch = self.notch(&hull, FACES_LOOKED_AT, stack);
-        Some(Cell { walls, triangles, hull, notch })
+        let points = surface_points(&triangles, POINTS_LOOKED_AT);
+        let notch = self.notch(&hull, FACES_LOOKED_AT, &points, stack);
+        Some(Cell { walls, triangles, points, hull, notch })
     }
 
     fn hull(&self, points: &[Vec3]) -> TriangleMesh {
@@ -144,24 +154,43 @@ impl Divider<'_> {
             })
     }
 
-    /// The deepest below middles of the largest faces of `hull` and of their edges.
-    fn notch(&self, hull: &TriangleMesh, most: usize, stack: &mut Vec<(f64, u32)>) -> Option<Notch> {
+    /// The deepest of those below middles of the `most` largest faces of `hull` and of their edges, and of those beside `points`.
+    fn notch(
+        &self,
+        hull: &TriangleMesh,
+        most: usize,
+        points: &[SurfacePoint],
+        stack: &mut Vec<(f64, u32)>,
+    ) -> Option<Notch> {
+        let (tree, mut deepest) = (&self.mesh.tree, None);
+        let mut beyond = self.thickness * self.thickness;
+        let mut look_at = |point: Vec3, beyond: &mut f64| {
+            let near = tree.closest_point(tree.root, &point, f64::INFINITY, *beyond, stack);
+            if let Some(near) = near.filter(|near| near.squared > *beyond)
+                && !self.mesh.holds(&point, stack)
+            {
+                *beyond = near.squared;
+                let depth = near.squared.sqrt();
+                let normal = tree.triangle(near.triangle).map_or_else(Vec3::zeros, |t| t.normal);
+                deepest = Some(Notch { depth, bottom: near.point, outward: (point - near.point) / depth, normal });
+            }
+        };
         let area = |[a, b, c]: &[Vec3; 3]| (b - a).cross(&(c - a)).norm();
         let mut faces: Vec<[Vec3; 3]> = corners(hull).collect();
         faces.sort_by(|x, y| area(y).total_cmp(&area(x)));
-        let (tree, mut deepest) = (&self.mesh.tree, None);
-        let mut beyond = self.thickness * self.thickness;
         for [a, b, c] in faces.iter().take(most) {
             for point in [(a + b + c) / 3.0, (a + b) * 0.5, (b + c) * 0.5, (c + a) * 0.5] {
-                let near = tree.closest_point(tree.root, &point, f64::INFINITY, beyond, stack);
-                if let Some(near) = near.filter(|near| near.squared > beyond)
-                    && !self.mesh.holds(&point, stack)
-                {
-                    beyond = near.squared;
-                    let depth = near.squared.sqrt();
-                    let normal = tree.triangle(near.triangle).map_or_else(Vec3::zeros, |t| t.normal);
-                    deepest = Some(Notch { depth, bottom: near.point, outward: (point - near.point) / depth, normal });
-                }
+                look_at(point, &mut beyond);
+            }
+        }
+        let plane = |[a, b, c]: &[Vec3; 3]| Some(((b - a).cross(&(c - a)).try_normalize(0.0)?, *a));
+        let planes: Vec<(Vec3, Vec3)> = faces.iter().filter_map(plane).collect();
+        for SurfacePoint { point, normal } in points {
+            // Where a point of the surface is deep in the hull, so is what is beside it: the hull holds a ball of that radius around it.
+            let depth = planes.iter().map(|(n, a)| n.dot(&(a - point))).fold(f64::INFINITY, f64::min);
+            if 0.25 * depth * depth > beyond && depth.is_finite() {
+                look_at(point + normal * (0.5 * depth), &mut beyond);
+                look_at(point - normal * (0.5 * depth), &mut beyond);
             }
         }
         deepest
@@ -183,9 +212,14 @@ impl Divider<'_> {
             let least = 0.02 * notch.depth;
             (heights().any(|h| h > least) && heights().any(|h| h < -least)).then_some(cut)
         });
+        let glanced_at = cell.points.iter().step_by(POINTS_LOOKED_AT / POINTS_GLANCED_AT);
         let cost = |cut: Cut| {
             let (sides, length) = sketched(&cell.triangles, &cut);
-            let left = sides.iter().filter_map(|side| self.notch(&side.hull()?, FACES_GLANCED_AT, &mut Vec::new()));
+            let left = sides.iter().zip([-1.0, 1.0]).filter_map(|(side, sign)| {
+                let points: Vec<SurfacePoint> =
+                    glanced_at.clone().filter(|p| sign * cut.height(&p.point) > 0.0).copied().collect();
+                self.notch(&side.hull()?, FACES_GLANCED_AT, &points, &mut Vec::new())
+            });
             let depth = left.map(|notch| notch.depth).fold(0.0, f64::max);
             (depth / notch.depth + SHORT * length / size, cut)
         };
@@ -208,126 +242,31 @@ impl Divider<'_> {
     }
 }
 
+/// About `count` points, one for each share of the area.
+fn surface_points(triangles: &[[Vec3; 3]], count: usize) -> Vec<SurfacePoint> {
+    /// Fractions of a sequence that fills the square evenly: powers of the inverse of the root of x^3 = x + 1. Source: M. Roberts, "The
+    /// unreasonable effectiveness of quasirandom sequences", 2018.
+    const STEPS: [f64; 2] = [0.754_877_666_246_693, 0.569_840_290_998_053];
+    let normal = |[a, b, c]: &[Vec3; 3]| (b - a).cross(&(c - a));
+    let share = triangles.iter().map(|t| normal(t).norm()).sum::<f64>() / count as f64;
+    let (mut points, mut left) = (Vec::new(), 0.5 * share);
+    for triangle in triangles {
+        let [a, b, c] = triangle;
+        let normal = normal(triangle);
+        left += normal.norm();
+        while share > 0.0 && left >= share {
+            left -= share;
+            let [s, t] = STEPS.map(|step| (step * points.len() as f64).fract());
+            let (s, t) = if s + t > 1.0 { (1.0 - s, 1.0 - t) } else { (s, t) };
+            let point = a + (b - a) * s + (c - a) * t;
+            points.push(SurfacePoint { point, normal: normal.normalize() });
+        }
+    }
+    points
+}
+
 fn corners(mesh: &TriangleMesh) -> impl Iterator<Item = [Vec3; 3]> {
     (0..mesh.triangles.len()).map(|t| mesh.corners(t))
-}
-
-impl Cut {
-    fn height(&self, point: &Vec3) -> f64 {
-        let height = self.normal.dot(point) - self.offset;
-        if height.abs() > self.thickness { height } else { 0.0 }
-    }
-
-    /// Whether something of a triangle is on that side (-1 or 1): one that lies in the plane is on the side that its normal leads away from,
-    /// where a solid would be.
-    fn reaches(&self, corners: &[Vec3; 3], heights: &[f64; 3], side: f64) -> bool {
-        let is_in_plane = heights.iter().all(|h| *h == 0.0);
-        let [a, b, c] = corners;
-        let leads = || (b - a).cross(&(c - a)).dot(&self.normal) > 0.0;
-        if is_in_plane { leads() == (side < 0.0) } else { heights.iter().any(|h| side * h > 0.0) }
-    }
-}
-
-/// Where an edge that crosses a plane does so, by the heights of its ends.
-fn crossing((from, above): (&Vec3, f64), (to, below): (&Vec3, f64)) -> Vec3 {
-    from + (to - from) * (above / (above - below))
-}
-
-/// The part of a triangle on one side of a plane.
-fn clip(corners: &[Vec3; 3], cut: &Cut, side: f64, parts: &mut Vec<[Vec3; 3]>) {
-    let heights = corners.map(|p| cut.height(&p));
-    if !cut.reaches(corners, &heights, side) {
-        return;
-    }
-    let heights = heights.map(|h| side * h);
-    let (mut kept, mut count) = ([Vec3::zeros(); 4], 0);
-    for k in 0..3 {
-        let next = (k + 1) % 3;
-        if heights[k] >= 0.0 {
-            kept[count] = corners[k];
-            count += 1;
-        }
-        if heights[k] * heights[next] < 0.0 {
-            kept[count] = crossing((&corners[k], heights[k]), (&corners[next], heights[next]));
-            count += 1;
-        }
-    }
-    parts.extend((2..count).map(|k| [kept[0], kept[k - 1], kept[k]]));
-}
-
-/// Sketches of what is on both sides of a cut, and the length of the line along which it meets the mesh \[m\].
-fn sketched(triangles: &[[Vec3; 3]], cut: &Cut) -> ([Sketch; 2], f64) {
-    let mut sides = [Sketch::default(), Sketch::default()];
-    let mut length = 0.0;
-    for corners in triangles {
-        let heights = corners.map(|p| cut.height(&p));
-        let mut last = None;
-        let reached = [-1.0, 1.0].map(|side| cut.reaches(corners, &heights, side));
-        for k in 0..3 {
-            let next = (k + 1) % 3;
-            if heights[k] <= 0.0 && reached[0] {
-                sides[0].add(&corners[k]);
-            }
-            if heights[k] >= 0.0 && reached[1] {
-                sides[1].add(&corners[k]);
-            }
-            if heights[k] * heights[next] < 0.0 {
-                let point = crossing((&corners[k], heights[k]), (&corners[next], heights[next]));
-                sides.iter_mut().for_each(|side| side.add(&point));
-                length += last.replace(point).map_or(0.0, |last: Vec3| (point - last).norm());
-            }
-        }
-    }
-    (sides, length)
-}
-
-/// Half the directions in which a sketch knows the farthest points: axes, and diagonals of faces and of a cube.
-const DIRECTIONS: [[f64; 3]; 13] = [
-    [1.0, 0.0, 0.0],
-    [0.0, 1.0, 0.0],
-    [0.0, 0.0, 1.0],
-    [1.0, 1.0, 0.0],
-    [1.0, -1.0, 0.0],
-    [1.0, 0.0, 1.0],
-    [1.0, 0.0, -1.0],
-    [0.0, 1.0, 1.0],
-    [0.0, 1.0, -1.0],
-    [1.0, 1.0, 1.0],
-    [1.0, 1.0, -1.0],
-    [1.0, -1.0, 1.0],
-    [1.0, -1.0, -1.0],
-];
-
-/// The farthest points of a set in a few directions.
-struct Sketch {
-    least: [(f64, Vec3); DIRECTIONS.len()],
-    most: [(f64, Vec3); DIRECTIONS.len()],
-}
-
-impl Default for Sketch {
-    fn default() -> Self {
-        let none = |along| [(along, Vec3::zeros()); DIRECTIONS.len()];
-        Self { least: none(f64::INFINITY), most: none(f64::NEG_INFINITY) }
-    }
-}
-
-impl Sketch {
-    fn add(&mut self, point: &Vec3) {
-        for (k, [x, y, z]) in DIRECTIONS.iter().enumerate() {
-            let along = x * point.x + y * point.y + z * point.z;
-            if along < self.least[k].0 {
-                self.least[k] = (along, *point);
-            }
-            if along > self.most[k].0 {
-                self.most[k] = (along, *point);
-            }
-        }
-    }
-
-    fn hull(&self) -> Option<TriangleMesh> {
-        let known = self.least.iter().chain(&self.most).filter(|(along, _)| along.is_finite());
-        convex_hull(&known.map(|(_, point)| *point).collect::<Vec<_>>())
-    }
 }
 
 #[cfg(test)]
@@ -402,6 +341,28 @@ mod tests {
             }
             assert!(on_surface == 300 && (inside > 10 || !mesh.is_closed()), "{inside}");
         }
+    }
+
+    #[test]
+    fn a_narrow_hole_through_a_wide_plate_stays_open() {
+        let (mut v, mut t) = (Vec::new(), Vec::new());
+        for i in 0..4u32 {
+            let (sin, cos) = (std::f64::consts::TAU * f64::from(i) / 4.0).sin_cos();
+            for (r, z) in [(1.0607, -1.5), (7.0711, -1.5), (7.0711, 1.5), (1.0607, 1.5)] {
+                v.push(Vec3::new(r * cos, r * sin, z));
+            }
+            for k in 0..4u32 {
+                let at = |i: u32, k: u32| 4 * (i % 4) + k % 4;
+                t.push([at(i, k), at(i + 1, k), at(i + 1, k + 1)]);
+                t.push([at(i, k), at(i + 1, k + 1), at(i, k + 1)]);
+            }
+        }
+        let mesh = TriangleMesh::new(v, t);
+        let (shape, pieces, radius) = divided(&mesh);
+        assert!(shape.closed == [true] && (4..=8).contains(&pieces.len()), "{} pieces", pieces.len());
+        let middle = Vec3::new(0.05, 0.02, 0.1);
+        let nearest = pieces.iter().map(|piece| distance(piece, &middle)).fold(f64::INFINITY, f64::min);
+        assert!((nearest + shape.depth(&middle, &mut Vec::new())).abs() < 1e-6 * radius, "{nearest}");
     }
 
     #[test]
