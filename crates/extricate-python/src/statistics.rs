@@ -19,6 +19,7 @@ pub fn statistics<'py>(py: Python<'py>, statistics: &Statistics) -> PyResult<Bou
     all.set_item("seed", statistics.seed)?;
     all.set_item("boundary_samples", statistics.boundary_samples)?;
     all.set_item("exits", statistics.exits)?;
+    all.set_item("stand_ins", statistics.stand_ins)?;
     all.set_item("support_vectors", statistics.support_vectors)?;
     all.set_item("colliding_share", statistics.colliding_share)?;
     all.set_item("accuracy_free", statistics.accuracy_free)?;

@@ -67,10 +67,10 @@ def test_a_model_is_adapted(before: Model, after: Scene) -> None:
     answers = adapted.query_batch(Q)
     assert after.check(answers["witness"]).all() and after.check(adapted.boundary).all()
     anew = extricate.learn(after, labels=20_000).query_batch(Q)["depth"]
-    # What the old model has missed by chance elsewhere, adapting does not look for: one seed decides little (0.93, 1.0 and 0.935).
+    # Models that know the far side of the post, and models that do not.
     others = [extricate.learn(scene_with(0.62), labels=20_000, seed=seed).adapt(after, seed=1) for seed in (1, 2)]
     depths = [answers["depth"], *(other.query_batch(Q)["depth"] for other in others)]
-    assert np.mean([depth <= 1.05 * anew for depth in depths]) > 0.95
+    assert [np.mean(depth <= 1.05 * anew) > 0.95 for depth in depths] == [True] * 3
     assert before.adapt(after, seed=1, threads=1).to_bytes() == adapted.to_bytes()
     assert before.adapt(after, labels=8000).statistics["labels"] > 4000
     assert extricate.learn(scene_with(0.62), labels=20_000).to_bytes() == before.to_bytes()

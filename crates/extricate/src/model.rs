@@ -53,8 +53,10 @@ pub struct Statistics {
     pub seed: u64,
     /// Verified free boundary samples stored.
     pub boundary_samples: usize,
-    /// How many of them are exits: nearest ways out of configurations that were solved while learning.
+    /// How many of them, the last, are exits: nearest ways out of configurations that were solved while learning.
     pub exits: usize,
+    /// How many of them, the first, are any free configurations, which stand in where fewer than 128 samples were found.
+    pub stand_ins: usize,
     /// Support vectors of the classifier, of the machines of all pairs together.
     pub support_vectors: usize,
     /// Share of uniform configurations that collide.
@@ -67,8 +69,8 @@ pub struct Statistics {
     pub accuracy_colliding: Option<f64>,
     /// Its 95 % confidence interval.
     pub accuracy_colliding_interval: Option<[f64; 2]>,
-    /// Every boundary sample has a colliding configuration within this distance, in the scene's metric. `None` where no
-    /// boundary was found and any free configurations stand in for its samples.
+    /// Every boundary sample that is not a stand-in has a colliding configuration within this distance, in the scene's metric. `None`
+    /// where all are stand-ins.
     pub boundary_gap: Option<f64>,
     /// How densely the boundary is sampled; `None` where nothing held out collided, or the run was interrupted.
     pub density: Option<Density>,

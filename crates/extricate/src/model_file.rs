@@ -1,6 +1,6 @@
 //! The model file: bytes to [`Model`] and back. No file access (see `store`).
 //!
-//! A safetensors container, so that NumPy reads the arrays: `boundary` (f64, samples x nq; the last `exits` of the statistics are exits), `reaches` (f64, distances from
+//! A safetensors container, so that NumPy reads the arrays: `boundary` (f64, samples x nq; the first `stand_ins` of the statistics are stand-ins, the last `exits` exits), `reaches` (f64, distances from
 //! held-out colliding configurations to their nearest sample, ascending), `scene` and `classifier` (postcard, u8). Its one metadata entry, `extricate`, is JSON: format version, statistics, and the BLAKE3 hash of everything else.
 
 pub mod checkpoint;
@@ -21,7 +21,7 @@ use crate::penetration::coverage::Coverage;
 use crate::scene::Scene;
 
 /// Version of the layout; a file of another version is refused.
-pub const FORMAT: u32 = 3;
+pub const FORMAT: u32 = 4;
 
 const KEY: &str = "extricate";
 
@@ -95,7 +95,10 @@ pub fn decode(path: &Path, bytes: &[u8]) -> Result<Model> {
     let numbers = |bytes: &[u8]| -> Vec<f64> { bytes.as_chunks().0.iter().map(|b| f64::from_le_bytes(*b)).collect() };
     let (configs, coverage) = (numbers(boundary.data()), Coverage::new(numbers(reaches.data())));
     let rows = boundary.shape().first().copied().unwrap_or(0);
-    if rows == 0 || header.statistics.exits > rows || boundary.shape().get(1) != Some(&scene.space.nq()) {
+    if rows == 0
+        || header.statistics.exits.saturating_add(header.statistics.stand_ins) > rows
+        || boundary.shape().get(1) != Some(&scene.space.nq())
+    {
         return Err(altered("boundary samples do not fit the scene"));
     }
     let scene = Arc::new(scene);

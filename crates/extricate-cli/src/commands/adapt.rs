@@ -20,7 +20,7 @@ use crate::report::{self, duration};
 #[command(
     after_help = "Obstacles and pairs may differ from the model's scene; robots, limits and metric may not. Stored samples that \
                         no change comes near are kept; the others are checked again, and the boundary is traced where the scene \
-                        changed. MODEL is not altered."
+                        changed; where MODEL has exits, colliding configurations are solved for more. MODEL is not altered."
 )]
 pub struct AdaptArgs {
     /// Model file that `extricate learn` wrote

@@ -85,6 +85,7 @@ mod tests {
             seed: 0,
             boundary_samples: 4000,
             exits: 500,
+            stand_ins: 0,
             support_vectors: 900,
             colliding_share: 0.2,
             accuracy_free: Some(0.97),

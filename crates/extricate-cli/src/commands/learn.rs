@@ -176,9 +176,14 @@ pub fn statistics_rows(statistics: &Statistics, unit: &str) -> Vec<(&'static str
         (
             "boundary samples",
             format!(
-                "{}, all verified free; {} of them nearest ways out of solved configurations",
+                "{}, all verified free; {} of them nearest ways out of solved configurations{}",
                 count(statistics.boundary_samples),
-                count(statistics.exits)
+                count(statistics.exits),
+                if statistics.stand_ins > 0 {
+                    format!("; {} free configurations that stand in for more", count(statistics.stand_ins))
+                } else {
+                    String::new()
+                }
             ),
         ),
         (
@@ -315,6 +320,7 @@ mod tests {
             seed: 1,
             boundary_samples: 3,
             exits: 1,
+            stand_ins: 2,
             support_vectors: 0,
             colliding_share: 0.0,
             accuracy_free: None,

@@ -82,7 +82,7 @@ impl Tracer {
         &self.place
     }
 
-    /// Makes a pass, which appends to `samples` (row major); whether another one could be paid for.
+    /// Makes a pass of at most `most` labels, which appends to `samples` (row major); whether another one could be paid for.
     ///
     /// Where time or the caller ended the budget while nothing was traced yet, the pass is made all the same: without it
     /// nothing would be known of the boundary. The limit in labels always holds.
@@ -92,20 +92,23 @@ impl Tracer {
         known: &mut Exploration,
         samples: &mut Vec<f64>,
         halton: &Halton,
+        most: usize,
         budget: &mut Budget,
     ) -> bool {
+        let until = budget.spent().saturating_add(most);
+        let left = |budget: &Budget| budget.left().min(until.saturating_sub(budget.spent()));
         let (nq, place) = (ground.space.nq(), &mut self.place);
         let most_seeds = FIRST_SEEDS.checked_shl(place.passes as u32).map_or(BATCH, |seeds| seeds.min(BATCH));
         if ground.draws_seeds && known.colliding.len() / nq < place.seeds_used + most_seeds {
             // The last labels are better spent on the seeds that there are.
-            let more = (budget.left() / 4).clamp(1, BATCH);
+            let more = (left(budget) / 4).clamp(1, BATCH);
             known.extend(ground.space, halton, more, ground.label, budget);
             // Starts are chosen; further free configurations would only take memory.
             known.free.truncate(known.free.len().min(MOST_STARTS.max(place.starts) * nq));
         }
-        let until = (place.seeds_used + most_seeds).min(known.colliding.len() / nq);
-        let seeds = &known.colliding[place.seeds_used * nq..until * nq];
-        (place.seeds_used, place.passes) = (until, place.passes + 1);
+        let last = (place.seeds_used + most_seeds).min(known.colliding.len() / nq);
+        let seeds = &known.colliding[place.seeds_used * nq..last * nq];
+        (place.seeds_used, place.passes) = (last, place.passes + 1);
         let sets = [Some(&self.free), self.traced.as_ref()];
         let starts: Vec<[Option<Vec<f64>>; 2]> = seeds
             .par_chunks_exact(nq)
@@ -120,14 +123,15 @@ impl Tracer {
                 far.extend_from_slice(seed);
             }
         }
-        let paid = halve(ground, &mut near, &mut far, samples.is_empty(), budget);
+        let affordable = left(budget);
+        let paid = halve(ground, (&mut near, &mut far), affordable, samples.is_empty(), budget);
         samples.extend_from_slice(&near);
         budget.note(samples.len() / nq, None);
         if self.traced.as_ref().is_none_or(|set| 2 * set.len() <= samples.len() / nq) && !samples.is_empty() {
             self.traced = Some(SampleSet::new(ground.metric, nq, samples.clone(), ground.seed));
             place.indexed = samples.len() / nq;
         }
-        paid && budget.left() > 0
+        paid && left(budget) > 0
     }
 }
 
@@ -147,13 +151,13 @@ fn nearest(
 
 /// Halves every segment from a `free` row to the `colliding` row beside it, in lockstep, until the longest is below the gap.
 ///
-/// Segments that the labels left cannot pay for are not begun; the answer is whether they could pay for all. Where the budget
+/// Segments that `most` labels cannot pay for are not begun; the answer is whether they could pay for all. Where the budget
 /// ends on the way, those still longer than the gap are dropped; `finish` has them halved to their end all the same, as far
 /// as labels are left.
 fn halve(
     ground: &TraceGround,
-    free: &mut Vec<f64>,
-    colliding: &mut Vec<f64>,
+    (free, colliding): (&mut Vec<f64>, &mut Vec<f64>),
+    most: usize,
     finish: bool,
     budget: &mut Budget,
 ) -> bool {
@@ -175,7 +179,7 @@ fn halve(
             return paid;
         }
         if halvings == 0 {
-            let rows = lengths.len().min(affordable(longest, budget.left()));
+            let rows = lengths.len().min(affordable(longest, most));
             paid = rows == lengths.len();
             free.truncate(rows * nq);
             colliding.truncate(rows * nq);
@@ -227,7 +231,9 @@ mod tests {
         let ground =
             TraceGround { space: &scene.space, metric: &metric, label: &label, gap: 0.01, seed: 1, draws_seeds: true };
         let (mut tracer, mut samples) = (Tracer::new(&ground, &known), Vec::new());
-        while tracer.pass(&ground, &mut known, &mut samples, &halton, &mut budget) && budget.end().is_none() {}
+        while tracer.pass(&ground, &mut known, &mut samples, &halton, usize::MAX, &mut budget) && budget.end().is_none()
+        {
+        }
         assert!(samples.len() / nq > 1000, "{}", samples.len() / nq);
         for q in samples.chunks_exact(nq) {
             assert!((1.0..1.0101).contains(&radius(q)), "{q:?}");

@@ -3,6 +3,7 @@
 
 mod cut;
 mod sketch;
+mod surface;
 
 use rayon::prelude::*;
 
@@ -15,6 +16,7 @@ use crate::math::Vec3;
 use crate::robot::TriangleMesh;
 use crate::robot::convex_hull::convex_hull;
 use cut::{Cut, clip, sketched};
+use surface::{SurfacePoint, surface_points};
 
 /// Most pieces of a mesh.
 const MOST: usize = 48;
@@ -44,14 +46,6 @@ struct Cell {
     points: Vec<SurfacePoint>,
     hull: TriangleMesh,
     notch: Option<Notch>,
-}
-
-/// A point of the mesh.
-#[derive(Clone, Copy)]
-struct SurfacePoint {
-    point: Vec3,
-    /// Unit, of its triangle.
-    normal: Vec3,
 }
 
 /// Where a hull stands out of the mesh farthest.
@@ -240,29 +234,6 @@ impl Divider<'_> {
         });
         sides.collect()
     }
-}
-
-/// About `count` points, one for each share of the area.
-fn surface_points(triangles: &[[Vec3; 3]], count: usize) -> Vec<SurfacePoint> {
-    /// Fractions of a sequence that fills the square evenly: powers of the inverse of the root of x^3 = x + 1. Source: M. Roberts, "The
-    /// unreasonable effectiveness of quasirandom sequences", 2018.
-    const STEPS: [f64; 2] = [0.754_877_666_246_693, 0.569_840_290_998_053];
-    let normal = |[a, b, c]: &[Vec3; 3]| (b - a).cross(&(c - a));
-    let share = triangles.iter().map(|t| normal(t).norm()).sum::<f64>() / count as f64;
-    let (mut points, mut left) = (Vec::new(), 0.5 * share);
-    for triangle in triangles {
-        let [a, b, c] = triangle;
-        let normal = normal(triangle);
-        left += normal.norm();
-        while share > 0.0 && left >= share {
-            left -= share;
-            let [s, t] = STEPS.map(|step| (step * points.len() as f64).fract());
-            let (s, t) = if s + t > 1.0 { (1.0 - s, 1.0 - t) } else { (s, t) };
-            let point = a + (b - a) * s + (c - a) * t;
-            points.push(SurfacePoint { point, normal: normal.normalize() });
-        }
-    }
-    points
 }
 
 fn corners(mesh: &TriangleMesh) -> impl Iterator<Item = [Vec3; 3]> {

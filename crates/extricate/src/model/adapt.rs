@@ -3,10 +3,11 @@
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use super::learner::{GAP_SHARE, Report, STAND_INS, relative_poses};
+use super::learner::{GAP_SHARE, Report, relative_poses, stand_ins};
 use super::measure::{Extent, measure};
 use super::quality::interval;
 use super::scene_change::compare;
+use super::solve::{SolveGround, SolvePlace, pays};
 use super::{EndedBy, Model, Statistics};
 use crate::boundary::SampleSet;
 use crate::boundary::trace::{TraceGround, TracePlace, Tracer};
@@ -41,7 +42,8 @@ const STREAM: u64 = 0x61_64_61_70_74;
 ///
 /// Stored samples that no changed pair comes near keep what is known of them: the pairs that are checked there are those of
 /// before. The others are labelled anew. Tracing then starts from them, and from random configurations that a changed pair
-/// affects, in turns with exploration until the budget ends.
+/// affects, in turns with exploration. Where the old model has exits, or the budget is large enough for some, random colliding
+/// configurations are solved with the second half of what verifying left; else tracing goes on until the budget ends.
 ///
 /// # Guarantee
 /// Every sample is free in the new scene. Of samples that were kept, a colliding configuration within the gap is expected,
@@ -75,6 +77,7 @@ fn adapt_here(model: &Model, scene: Scene, options: &LearnOptions, report: &mut 
     let (mut samples, mut exits, mut doubtful) = (Vec::new(), Vec::new(), Vec::new());
     let traced = nq * (model.boundary().len() - model.boundary().exits());
     let (old_samples, old_exits) = model.boundary().configs().split_at(traced);
+    let old_samples = &old_samples[model.statistics().stand_ins * nq..];
     let batches = old_samples.chunks(BATCH * nq).map(|batch| (batch, false));
     for (batch, is_exits) in batches.chain(old_exits.chunks(BATCH * nq).map(|batch| (batch, true))) {
         if budget.end() == Some(BudgetEnd::Interrupted) {
@@ -94,7 +97,9 @@ fn adapt_here(model: &Model, scene: Scene, options: &LearnOptions, report: &mut 
 
     let halton = Halton::new(scene.space.nv(), options.seed ^ STREAM);
     let classifier = carried_over(model, &scene);
-    let ((accuracy, held_out), colliding_share) = judge(classifier.as_ref(), &scene, &halton, &label, &mut budget);
+    let judged = judge(classifier.as_ref(), &scene, &halton, &label, &mut budget);
+    // What is free on the far side of where an obstacle went is no old sample, and no changed pair comes near it.
+    known.free.extend_from_slice(&judged.uniform.free);
 
     budget.stage("tracing what changed");
     let ground = TraceGround {
@@ -108,11 +113,14 @@ fn adapt_here(model: &Model, scene: Scene, options: &LearnOptions, report: &mut 
     let kept = samples.len() / nq;
     let mut tracer: Option<Tracer> = None;
     let explores = !near_change.scene().pairs.is_empty();
-    while budget.end().is_none() && budget.left() > 1 {
+    let solves = explores && (!exits.is_empty() || pays(options.labels));
+    let kept_back = if solves { budget.left() / 2 } else { 0 };
+    while budget.end().is_none() && budget.left() > kept_back + 1 {
+        let left = budget.left() - kept_back;
         let used = tracer.as_ref().map_or(0, |t| t.place().seeds_used);
         let few = known.colliding.len() / nq < used + FEW_SEEDS;
         if few && explores {
-            let configs = configs_at(&scene, &halton, JUDGED as u64 + known.next, BATCH.min(budget.left() / 2));
+            let configs = configs_at(&scene, &halton, JUDGED as u64 + known.next, BATCH.min(left / 2));
             known.next += (configs.len() / nq) as u64;
             let near = budget.label(&affects, &configs);
             let of_interest = configs.chunks_exact(nq).zip(near).filter(|(_, near)| *near == Label::Colliding);
@@ -126,25 +134,37 @@ fn adapt_here(model: &Model, scene: Scene, options: &LearnOptions, report: &mut 
             let starts = Tracer::first_place(&known, nq);
             Tracer::at(&ground, &known, &samples, TracePlace { indexed: kept, ..starts })
         });
-        if !tracer.pass(&ground, &mut known, &mut samples, &halton, &mut budget) {
+        let most = budget.left().saturating_sub(kept_back);
+        if !tracer.pass(&ground, &mut known, &mut samples, &halton, most, &mut budget) {
             break;
         }
     }
-    if samples.is_empty() && exits.is_empty() {
-        samples.extend_from_slice(&known.free[..known.free.len().min(STAND_INS * nq)]);
-    }
-    if samples.is_empty() && exits.is_empty() {
+    drop(tracer);
+    if samples.is_empty() && exits.is_empty() && known.free.is_empty() {
         let advice = "no stored sample is free in the new scene; learn it anew".into();
         return Err(Error::NothingFree { labels: budget.spent(), advice });
     }
-    budget.stage("measuring");
-    samples.extend_from_slice(&exits);
-    let mut boundary = SampleSet::with_exits(&metric, nq, samples, exits.len() / nq, options.seed);
     checker.prepare_proposals();
+    let (balls, coverage) = (InteriorBalls::new(&checker), &Coverage::default());
+    let mut place = SolvePlace { exits: exits.len() / nq, ..SolvePlace::default() };
+    samples.extend_from_slice(&exits);
+    if solves {
+        budget.stage("solving");
+        let (halton, seed) = (&halton, options.seed);
+        let ground =
+            SolveGround { checker: &checker, metric: &metric, balls: &balls, no_coverage: coverage, halton, gap, seed };
+        let mut fresh = Exploration { next: JUDGED as u64 + known.next, ..judged.uniform };
+        let mut indexed = None;
+        while budget.end().is_none()
+            && ground.pass(&mut fresh, &mut samples, &mut place, &mut indexed, &label, &mut budget)
+        {}
+    }
+    budget.stage("measuring");
+    let standing_in = stand_ins(&known.free, &samples, nq);
+    samples.splice(..0, standing_in.iter().copied());
+    let mut boundary = SampleSet::with_exits(&metric, nq, samples, place.exits, options.seed);
     note_tangents(&checker, &mut boundary);
-    let balls = InteriorBalls::new(&checker);
     let (clearance, scale) = (scene.clearance, metric.diameter());
-    let coverage = &Coverage::default();
     let ground = Ground {
         checker: &checker,
         metric: &metric,
@@ -168,13 +188,14 @@ fn adapt_here(model: &Model, scene: Scene, options: &LearnOptions, report: &mut 
         seed: options.seed,
         boundary_samples: boundary.len(),
         exits: boundary.exits(),
+        stand_ins: standing_in.len() / nq,
         support_vectors: classifier.as_ref().map_or(0, UnionClassifier::support_vectors),
-        colliding_share,
-        accuracy_free: accuracy[0],
-        accuracy_free_interval: interval(accuracy[0], held_out[0]),
-        accuracy_colliding: accuracy[1],
-        accuracy_colliding_interval: interval(accuracy[1], held_out[1]),
-        boundary_gap: model.statistics().boundary_gap.map(|_| gap),
+        colliding_share: judged.colliding_share,
+        accuracy_free: judged.accuracy[0],
+        accuracy_free_interval: interval(judged.accuracy[0], judged.held_out[0]),
+        accuracy_colliding: judged.accuracy[1],
+        accuracy_colliding_interval: interval(judged.accuracy[1], judged.held_out[1]),
+        boundary_gap: (standing_in.len() < boundary.configs().len()).then_some(gap),
         density: measured.density,
         excess: measured.excess,
         measuring_checks: measured.checks,
@@ -218,21 +239,31 @@ fn carried_over(model: &Model, scene: &Scene) -> Option<UnionClassifier> {
     model.classifier().map(|classifier| classifier.renumbered(number))
 }
 
-/// How often the old classifier is right in the new scene, on free and on colliding configurations, how many of each were looked
-/// at, and the share of the latter.
+/// Of uniform configurations in the new scene.
+struct Judged {
+    uniform: Exploration,
+    /// How often the old classifier is right, on free and on colliding ones.
+    accuracy: [Option<f64>; 2],
+    /// How many of each there are.
+    held_out: [usize; 2],
+    colliding_share: f64,
+}
+
 fn judge(
     classifier: Option<&UnionClassifier>,
     scene: &Arc<Scene>,
     halton: &Halton,
     label: &crate::learning::LabelBatch,
     budget: &mut Budget,
-) -> (([Option<f64>; 2], [usize; 2]), f64) {
+) -> Judged {
     let (count, nq) = (JUDGED.min(budget.left() / 8), scene.space.nq());
     let configs = configs_at(scene, halton, 0, count);
     let truth = budget.label(label, &configs);
     let poses = RelativePoses::new(scene.clone());
     let features = |configs: &[f64], pairs: &[u32]| relative_poses(&poses, nq, configs, pairs);
     let accuracy = classifier.map_or([None; 2], |classifier| classifier.accuracy(nq, &features, &configs, &truth));
-    let colliding = truth.iter().filter(|label| **label == Label::Colliding).count();
-    ((accuracy, [count - colliding, colliding]), colliding as f64 / count.max(1) as f64)
+    let mut uniform = Exploration::default();
+    sort_out(&configs, truth, &mut uniform, nq);
+    let held_out = [&uniform.free, &uniform.colliding].map(|list| list.len() / nq);
+    Judged { uniform, accuracy, held_out, colliding_share: held_out[1] as f64 / count.max(1) as f64 }
 }

@@ -11,7 +11,7 @@ use super::EndedBy;
 use super::measure::{Extent, is_within};
 use super::near_miss::NearMisses;
 use super::run_state::{Looks, RunState, Stage};
-use super::solve;
+use super::solve::{self, SolveGround};
 use crate::boundary::SampleSet;
 use crate::boundary::trace::{TraceGround, Tracer};
 use crate::collision::{CheckScratch, Checker};
@@ -41,8 +41,8 @@ const SURPRISES_A_SECOND: f64 = 1000.0;
 pub(super) const GAP_SHARE: f64 = 1.0 / 2000.0;
 /// Share of the budget after which the boundary is not traced further, and colliding configurations are solved.
 pub(super) const TRACED_BY: f64 = 0.5;
-/// Free configurations that stand in for boundary samples where there are none.
-pub(super) const STAND_INS: usize = 1024;
+/// Boundary samples below which free configurations stand in for those that are missing: a query wants sixteen starts that are not alike.
+const STAND_INS: usize = 128;
 /// A run that may end by its quality is looked at whenever its boundary samples have grown by this factor: what all looks cost is
 /// then a few times the last one, and no run goes on for much longer than it has to.
 const BETWEEN_LOOKS: f64 = 1.4;
@@ -204,14 +204,18 @@ impl Learner {
                 let tracer = tracer
                     .get_or_insert_with(|| Tracer::at(&trace_ground, &state.known, &state.samples, place.clone()));
                 let (known, samples) = (&mut state.known, &mut state.samples);
-                let paid =
-                    budget.end().is_some() || tracer.pass(&trace_ground, known, samples, &ground.halton, &mut budget);
+                let solves = |samples: &[f64]| solve::pays(options.labels) && !samples.is_empty();
+                // Solving starts from samples: without any, the first pass takes what it needs.
+                let traced_by = (TRACED_BY * options.labels as f64) as usize;
+                let most = if solves(samples) { traced_by.saturating_sub(budget.spent()) } else { usize::MAX };
+                let paid = budget.end().is_some()
+                    || tracer.pass(&trace_ground, known, samples, &ground.halton, most, &mut budget);
                 if budget.end().is_none() && look(ground, options, state, &mut budget) {
                     Stage::Measuring(EndedBy::Quality)
+                } else if solves(&state.samples) && (!paid || budget.fraction() >= TRACED_BY) {
+                    Stage::Solving
                 } else if !paid {
                     Stage::Measuring(EndedBy::Labels)
-                } else if budget.fraction() >= TRACED_BY && solve::pays(options.labels) && !state.samples.is_empty() {
-                    Stage::Solving
                 } else {
                     Stage::Tracing(tracer.place().clone())
                 }
@@ -219,7 +223,8 @@ impl Learner {
             Stage::Solving => {
                 // What tracing held is not needed any more.
                 *tracer = None;
-                let paid = ground.solve(options, state, solver, &label, &mut budget);
+                let RunState { known, samples, solved, .. } = state;
+                let paid = ground.to_solve(options).pass(known, samples, solved, solver, &label, &mut budget);
                 if budget.end().is_none() && paid && look(ground, options, state, &mut budget) {
                     Stage::Measuring(EndedBy::Quality)
                 } else if paid {
@@ -310,36 +315,16 @@ impl LearnGround {
         }
     }
 
-    /// A pass of solving; whether another one could be paid for.
-    fn solve(
-        &self,
-        options: &LearnOptions,
-        state: &mut RunState,
-        solver: &mut Option<SampleSet>,
-        label: &crate::learning::LabelBatch,
-        budget: &mut Budget,
-    ) -> bool {
-        let (nq, RunState { known, samples, solved, .. }) = (self.checker.scene().space.nq(), state);
-        let missing = (solved.seeds_used + solve::wanted(solved)).saturating_sub(known.colliding.len() / nq);
-        if missing > 0 {
-            let (free, more) = (known.free.len(), missing.max(BATCH).min(budget.left() / 4));
-            known.extend(&self.checker.scene().space, &self.halton, more, label, budget);
-            known.free.truncate(free);
+    fn to_solve(&self, options: &LearnOptions) -> SolveGround<'_> {
+        SolveGround {
+            checker: &self.checker,
+            metric: &self.metric,
+            balls: self.balls.get_or_init(|| InteriorBalls::new(&self.checker)),
+            no_coverage: &self.no_coverage,
+            halton: &self.halton,
+            gap: self.gap,
+            seed: options.seed,
         }
-        // Told by the counts alone, so that a resumed run does the same.
-        if 2 * solved.indexed <= solved.exits {
-            solved.indexed = solved.exits;
-            *solver = None;
-            // A look at the contacts of each.
-            budget.spend(solved.indexed);
-        }
-        let boundary = solver.get_or_insert_with(|| {
-            self.checker.prepare_proposals();
-            solve::index(&self.checker, &self.metric, samples, solved, options.seed)
-        });
-        let before = solved.seeds_used;
-        let paid = solve::pass(&self.to_query(boundary), self.gap, known, samples, solved, budget);
-        paid && solved.seeds_used > before
     }
 
     fn label(&self, configs: &[f64]) -> Vec<Label> {
@@ -356,6 +341,12 @@ impl LearnGround {
         let space = &self.checker.scene().space;
         TraceGround { space, metric: &self.metric, label, gap: self.gap, seed: options.seed, draws_seeds: true }
     }
+}
+
+/// The first of the `free` configurations (row major) that stand in where there are few `samples`.
+pub(super) fn stand_ins<'a>(free: &'a [f64], samples: &[f64], nq: usize) -> &'a [f64] {
+    let missing = STAND_INS.saturating_sub(samples.len() / nq) * nq;
+    &free[..free.len().min(missing)]
 }
 
 /// The numbers of the relative poses of `pairs` at many configurations (row major), a configuration after the other.

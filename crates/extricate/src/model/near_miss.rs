@@ -18,8 +18,10 @@ const SHARE: f64 = 0.05;
 const MOST_LOOKS: usize = 500;
 /// A near miss is at most this share of the space's diameter from contact, as its gradient has it.
 const REACH: f64 = 0.1;
-/// Contacts of a pair are one where both their places on the bodies are nearer than this share of the margin.
+/// Contacts of a pair are one where both their places on the bodies are nearer than this share of what [`REACH`] moves a point by.
 const PATCH: f64 = 0.25;
+/// Share of that motion within which contacts of meshes are looked for: a look costs as much as is near, and far misses come last.
+const MARGIN_OF_MESHES: f64 = 0.2;
 /// Descents of one contact that may fail.
 const ATTEMPTS: usize = 3;
 /// Steps of one descent; where contact can be made, most need two to four.
@@ -52,17 +54,27 @@ struct Miss {
 /// What near misses are looked for with.
 pub struct NearMisses<'a> {
     checker: &'a Checker,
+    /// Contacts of a pair are one where both their places on the bodies are nearer than this \[m\].
+    patch: f64,
     /// Of contacts \[m\].
     margin: f64,
     /// In the joint metric.
     reach: f64,
+    search: ContactSearch,
 }
 
 impl<'a> NearMisses<'a> {
     /// For one scene.
     pub fn new(checker: &'a Checker, metric: &Metric) -> Self {
         let margin = checker.scene().clearance + REACH * metric.diameter() * metric.lever();
-        Self { checker, margin, reach: REACH * checker.scene().space.diameter() }
+        let patch = PATCH * margin;
+        // Pieces around meshes propose well enough, for a fraction of the time: labels decide.
+        let (search, margin) = if checker.all_convex() {
+            (ContactSearch::Quick, margin)
+        } else {
+            (ContactSearch::Coarse, MARGIN_OF_MESHES * margin)
+        };
+        Self { checker, patch, margin, reach: REACH * checker.scene().space.diameter(), search }
     }
 
     /// Colliding configurations (row major) of contacts that no random one of `known`, whose lists have to begin with uniform
@@ -71,6 +83,7 @@ impl<'a> NearMisses<'a> {
     /// # Guarantee
     /// Each was labelled colliding. Does not depend on the number of threads.
     pub fn seeds(&self, known: &Exploration, label: &LabelBatch, budget: &mut Budget) -> Vec<f64> {
+        self.checker.prepare_proposals();
         let nq = self.checker.scene().space.nq();
         let allowed = (SHARE * (budget.spent() + budget.left()) as f64) as usize;
         let (until, began) = (budget.fraction() + 2.0 * SHARE, budget.spent());
@@ -161,11 +174,10 @@ impl<'a> NearMisses<'a> {
                 break;
             }
             let found = batch.par_chunks_exact(nq).map_init(memory, |(check, contacts), q| {
-                // What a thread looked at before must not tell. A quick search proposes well enough: labels decide.
+                // What a thread looked at before must not tell.
                 check.forget_contacts();
                 contacts.clear();
-                let query = ContactQuery { margin: self.margin, search: ContactSearch::Quick };
-                self.checker.contacts(q, query, check, contacts);
+                self.checker.contacts(q, ContactQuery { margin: self.margin, search: self.search }, check, contacts);
                 contacts.iter().filter_map(|contact| self.miss(q, contact, check)).collect()
             });
             all.par_extend(found);
@@ -207,7 +219,7 @@ impl<'a> NearMisses<'a> {
     }
 
     fn is_same(&self, a: &Patch, b: &Patch) -> bool {
-        a.pair == b.pair && (0..2).all(|side| (a.places[side] - b.places[side]).norm() < PATCH * self.margin)
+        a.pair == b.pair && (0..2).all(|side| (a.places[side] - b.places[side]).norm() < self.patch)
     }
 
     fn is_among(&self, patch: &Patch, patches: &[Patch]) -> bool {

@@ -10,10 +10,31 @@ use super::learner::TRACED_BY;
 use crate::boundary::SampleSet;
 use crate::collision::Checker;
 use crate::cspace::Label;
-use crate::learning::Budget;
-use crate::learning::explore::Exploration;
+use crate::cspace::sampling::Halton;
+use crate::learning::explore::{BATCH, Exploration};
+use crate::learning::{Budget, LabelBatch};
 use crate::metric::Metric;
+use crate::penetration::certificate::InteriorBalls;
+use crate::penetration::coverage::Coverage;
 use crate::penetration::{Ground, QueryBudget, QueryOptions, QueryScratch, RELIED_ON, nearest_exit, note_tangents};
+
+/// What solving stands on.
+pub struct SolveGround<'a> {
+    /// Of the scene.
+    pub checker: &'a Checker,
+    /// Of the scene.
+    pub metric: &'a Metric,
+    /// Of the scene; proves nothing here.
+    pub balls: &'a InteriorBalls,
+    /// Of nothing: what is solved needs none.
+    pub no_coverage: &'a Coverage,
+    /// Where configurations come from.
+    pub halton: &'a Halton,
+    /// Every exit gets a colliding configuration within this distance (metric units).
+    pub gap: f64,
+    /// For the index.
+    pub seed: u64,
+}
 
 /// How far solving has come.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -44,8 +65,54 @@ pub fn pays(labels: usize) -> bool {
 }
 
 /// How many configurations the next pass solves, where so many are known.
-pub fn wanted(place: &SolvePlace) -> usize {
+fn wanted(place: &SolvePlace) -> usize {
     place.seeds_used.clamp(FIRST, MOST)
+}
+
+impl SolveGround<'_> {
+    /// A pass, from colliding configurations of `known` and, where those run out, further ones. `samples` are traced ones, then exits as
+    /// `place` counts them, to which new ones are appended; `indexed` is kept between passes. Whether another pass could be paid for.
+    pub fn pass(
+        &self,
+        known: &mut Exploration,
+        samples: &mut Vec<f64>,
+        place: &mut SolvePlace,
+        indexed: &mut Option<SampleSet>,
+        label: &LabelBatch,
+        budget: &mut Budget,
+    ) -> bool {
+        let space = &self.checker.scene().space;
+        let nq = space.nq();
+        let missing = (place.seeds_used + wanted(place)).saturating_sub(known.colliding.len() / nq);
+        if missing > 0 {
+            let (free, more) = (known.free.len(), missing.max(BATCH).min(budget.left() / 4));
+            known.extend(space, self.halton, more, label, budget);
+            known.free.truncate(free);
+        }
+        // Told by the counts alone, so that a resumed run does the same.
+        if 2 * place.indexed <= place.exits {
+            place.indexed = place.exits;
+            *indexed = None;
+            // A look at the contacts of each.
+            budget.spend(place.indexed);
+        }
+        let boundary = indexed.get_or_insert_with(|| {
+            self.checker.prepare_proposals();
+            index(self.checker, self.metric, samples, place, self.seed)
+        });
+        let ground = Ground {
+            checker: self.checker,
+            metric: self.metric,
+            boundary,
+            balls: self.balls,
+            coverage: self.no_coverage,
+            clearance: self.checker.scene().clearance,
+            scale: self.metric.diameter(),
+            stale: false,
+        };
+        let before = place.seeds_used;
+        solve_next(&ground, self.gap, known, samples, place, budget) && place.seeds_used > before
+    }
 }
 
 /// Solves the next colliding configurations of `known`, and appends the exits to `samples`; whether another pass could be paid for.
@@ -55,7 +122,7 @@ pub fn wanted(place: &SolvePlace) -> usize {
 ///
 /// # Guarantee
 /// Every exit was labelled free, and the configuration within `gap` of it toward the one that was solved was labelled colliding.
-pub fn pass(
+fn solve_next(
     ground: &Ground,
     gap: f64,
     known: &Exploration,
@@ -92,7 +159,7 @@ pub fn pass(
 }
 
 /// The traced samples, and the first exits as `place` has them indexed.
-pub fn index(checker: &Checker, metric: &Metric, samples: &[f64], place: &SolvePlace, seed: u64) -> SampleSet {
+fn index(checker: &Checker, metric: &Metric, samples: &[f64], place: &SolvePlace, seed: u64) -> SampleSet {
     let nq = checker.scene().space.nq();
     let rows = samples.len() / nq - place.exits + place.indexed;
     let mut boundary = SampleSet::with_exits(metric, nq, samples[..rows * nq].to_vec(), place.indexed, seed);

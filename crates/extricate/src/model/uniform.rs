@@ -61,6 +61,7 @@ fn learn_here(scene: Scene, options: &LearnOptions, report: &mut Report) -> Resu
         seed: options.seed,
         boundary_samples: known.free.len() / scene.space.nq(),
         exits: 0,
+        stand_ins: known.free.len() / scene.space.nq(),
         support_vectors: 0,
         colliding_share: colliding as f64 / budget.spent().max(1) as f64,
         accuracy_free: None,

@@ -76,9 +76,10 @@ fn count(found: impl Iterator<Item = usize>) -> usize {
     seen.iter().filter(|seen| **seen).count()
 }
 
-/// Components beside which the model has a verified boundary sample.
+/// Components beside which the model has a verified boundary sample; free configurations that stand in for one do not count.
 fn found_by_learning(model: &Model) -> usize {
-    count(model.boundary().configs().chunks_exact(model.scene().space.nq()).filter_map(component))
+    let samples = model.boundary().configs().chunks_exact(model.scene().space.nq());
+    count(samples.skip(model.statistics().stand_ins).filter_map(component))
 }
 
 /// Components that at least one of `labels` uniform configurations lies in.

@@ -6,7 +6,7 @@ use super::super::measure::{Extent, Measured, measure};
 use super::super::quality::interval;
 use super::super::run_state::{RunState, Stage};
 use super::super::{EndedBy, Model, Statistics};
-use super::{Learner, Report, STAND_INS};
+use super::{Learner, Report, stand_ins};
 use crate::boundary::SampleSet;
 use crate::boundary::trace::Tracer;
 use crate::collision::{Checker, always_colliding};
@@ -89,23 +89,20 @@ impl Learner {
         let mut budget = Budget::resumed(options, &self.spent, report);
         if budget.left() > 0 {
             let mut tracer = Tracer::new(&trace_ground, &state.known);
-            tracer.pass(&trace_ground, &mut state.known, &mut state.samples, &ground.halton, &mut budget);
+            let (known, samples) = (&mut state.known, &mut state.samples);
+            tracer.pass(&trace_ground, known, samples, &ground.halton, usize::MAX, &mut budget);
         }
         self.spent = budget.spent_so_far();
         budget.end() == Some(BudgetEnd::Interrupted)
     }
 
-    /// The index of the samples, or of what stands in for them: where nothing collided, or nothing was traced in time, free
-    /// configurations are answers too, only far ones.
+    /// The index of the samples and of what stands in for them: where nothing collided, or little was traced in time, free
+    /// configurations are answers too, only farther ones.
     fn index(&mut self) -> SampleSet {
         self.tracer = None;
         let RunState { known, samples, .. } = &self.state;
         let nq = self.ground.checker.scene().space.nq();
-        let configs = if samples.is_empty() {
-            known.free[..known.free.len().min(STAND_INS * nq)].to_vec()
-        } else {
-            samples.clone()
-        };
+        let configs = [stand_ins(&known.free, samples, nq), samples].concat();
         SampleSet::with_exits(&self.ground.metric, nq, configs, self.state.solved.exits, self.options.seed)
     }
 
@@ -118,6 +115,7 @@ impl Learner {
             seed: options.seed,
             boundary_samples: boundary.len(),
             exits: boundary.exits(),
+            stand_ins: boundary.len() - samples.len() / ground.checker.scene().space.nq(),
             support_vectors: classified.classifier.as_ref().map_or(0, UnionClassifier::support_vectors),
             colliding_share,
             accuracy_free: classified.accuracy_free,
