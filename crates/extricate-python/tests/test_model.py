@@ -264,13 +264,13 @@ def test_an_interrupt_ends_a_long_call(name: str, planar: Scene, model: Model) -
     assert model.query(Q[0]).verified
 
 
-# One query of many seconds, of an arm of meshes; it ends itself should nothing else do.
+# One query of seconds, of an arm of meshes and from thousands of samples; it ends itself should nothing else do.
 ENDLESS = {"effort": "exhaustive", "starts": 10**6, "seconds": 60}
 
 
 @pytest.fixture(scope="module")
 def of_meshes(arm: Scene) -> Model:
-    return extricate.learn(arm, labels=10_000)
+    return extricate.learn(arm, labels=100_000)
 
 
 ONE = {
@@ -285,11 +285,11 @@ ONE = {
 @pytest.mark.parametrize("name", ONE)
 def test_an_interrupt_ends_one_query(name: str, of_meshes: Model) -> None:
     q = of_meshes.scene.sample(1, seed=1, colliding=True)[0]
-    threading.Timer(0.5, os.kill, (os.getpid(), signal.SIGINT)).start()
+    threading.Timer(0.1, os.kill, (os.getpid(), signal.SIGINT)).start()
     started = time.monotonic()
     with pytest.raises(KeyboardInterrupt):
         ONE[name](of_meshes, q)
-    assert time.monotonic() - started < 3  # the whole query takes several times as long
+    assert time.monotonic() - started < 2  # the whole query takes about twice as long
     assert of_meshes.query(q).verified
 
 
