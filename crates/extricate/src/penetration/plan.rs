@@ -60,13 +60,15 @@ const POLISH_MESHES: RefineOptions = RefineOptions { reach: 0.01, tolerance: 1e-
 pub const HOPE: f64 = 1.15;
 
 /// Exits that a refined query starts from, where there are enough.
-const EXITS: usize = 8;
+const EXITS: usize = 12;
+/// With fewer than these, other starts are needed.
+const ENOUGH_EXITS: usize = 8;
 /// Boundary samples that it starts from where there are no exits.
 const STARTS: usize = 16;
 /// So many exits have to be known for one to be started from: with few, the nearest are far.
 const KNOWN_AN_EXIT: usize = 32;
 /// Exits that are known where queries rely on them.
-pub const RELIED_ON: usize = EXITS * KNOWN_AN_EXIT;
+pub const RELIED_ON: usize = ENOUGH_EXITS * KNOWN_AN_EXIT;
 /// With exits, a sample for so many degrees of freedom is enough besides.
 const DEGREES_A_START: usize = 4;
 /// More of them for each further exit that is wanted: each must be found, not only the nearest.
@@ -92,7 +94,7 @@ impl Plan {
         plan.starts = plan.starts.max((STARTS + more).min(MOST_STARTS));
         plan.exits = plan.exits.max((EXITS + more / 2).min(MOST_STARTS / 2));
         let known = ground.boundary.exits() / KNOWN_AN_EXIT;
-        if known >= EXITS && plan.is_smooth && options.effort == Effort::Refined && !ground.stale {
+        if known >= ENOUGH_EXITS && plan.is_smooth && options.effort == Effort::Refined && !ground.stale {
             // Exits of what was solved make most of the other starts needless.
             plan.starts = ground.checker.scene().space.nv().div_ceil(DEGREES_A_START) + more / 2;
             plan.scatter.directions = 0;
