@@ -289,7 +289,7 @@ def test_an_interrupt_ends_one_query(name: str, of_meshes: Model) -> None:
     started = time.monotonic()
     with pytest.raises(KeyboardInterrupt):
         ONE[name](of_meshes, q)
-    assert time.monotonic() - started < 2  # the whole query takes about twice as long
+    assert time.monotonic() - started < 3  # the whole query takes longer
     assert of_meshes.query(q).verified
 
 

@@ -168,7 +168,8 @@ impl QueryScratch {
     fn choose_from(&mut self, ground: &Ground, ids: impl Iterator<Item = u32>, most: usize, spread: f64) {
         let space = &ground.checker.scene().space;
         for id in ids {
-            if self.chosen.len() >= most {
+            // Of very many, each is compared with all that were chosen.
+            if self.chosen.len() >= most || self.refine.is_stopped() {
                 break;
             }
             let candidate = ground.boundary.config(id);
