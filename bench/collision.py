@@ -167,14 +167,14 @@ def robot(ours, name, text, rounds, count):
         rows = np.fromfile(file).reshape(-1, about["nq"])
         full = [peer.full(q) for q in rows]
         out = BUILD / f"{name}.labels"
-        figures = {"ours": [], "pin": [], "contacts coarse": [], "contacts quick": [], "contacts exact": [], "pin distances": [], "serial": [], "one": [], "two": []}
+        figures = {"ours": [], "pin": [], "contacts coarse": [], "contacts exact": [], "pin distances": [], "serial": [], "one": [], "two": []}
         for _ in range(rounds):
             figures["ours"].append(ours("label", name, file, out))
             mean = timed(lambda: [peer.collides(x) for x in full], clock=time.thread_time)[0] / len(full)
             each = [timed(peer.collides, x) for x in full]
             times = np.array([t for t, _ in each])
             figures["pin"].append({"median": float(np.median(times)), "mean": mean, "p95": float(np.quantile(times, 0.95))})
-            for search in ["coarse", "quick", "exact"]:
+            for search in ["coarse", "exact"]:
                 figures[f"contacts {search}"].append(ours("contacts", name, file, 0.02, search))
             figures["pin distances"].append(float(np.median([timed(distances, peer, x)[0] for x in full[:100]])))
             for key, threads in [("serial", 0), ("one", 1), ("two", 2)]:

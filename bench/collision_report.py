@@ -102,7 +102,7 @@ def labels(found):
             by_mean = ratio([x["mean"] for x in f["pin"]], [x["mean"] for x in f["ours"]])
             rows.append([name, kind, f"{row['colliding']:.0%}", us(middle("ours", "median")), us(middle("ours", "mean")), us(middle("ours", "p95")),
                          us(middle("pin", "median")), us(middle("pin", "mean")), f"**{by:.1f}** / {by_mean:.1f}", us(scene["call_overhead"])])
-            for search in ("coarse", "quick", "exact"):
+            for search in ("coarse", "exact"):
                 c = f[f"contacts {search}"]
                 contacts.append([name, kind, search, f"{c[0]['contacts']:.1f}", us(statistics.median(x["median"] for x in c)),
                                  us(statistics.median(x["p95"] for x in c)), us(statistics.median(f["pin distances"]))])

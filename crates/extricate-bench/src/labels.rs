@@ -122,9 +122,8 @@ impl Robot {
     pub fn contacts(&self, configs: &[f64], margin: f64, search: &str) -> Result<Value> {
         let search = match search {
             "coarse" => ContactSearch::Coarse,
-            "quick" => ContactSearch::Quick,
             "exact" => ContactSearch::Exact,
-            _ => bail!("got `{search}`, expected coarse, quick or exact"),
+            _ => bail!("got `{search}`, expected coarse or exact"),
         };
         let scene = self.checker.scene();
         let (nq, nv) = (scene.space.nq(), scene.space.nv());

@@ -10,7 +10,7 @@
 //! | `truth A B POSES LIMIT INDEX` | one pose by brute force |
 //! | `scene NAME TOML`, `chain NAME LINKS OBSTACLES` | prepares a scene |
 //! | `configs NAME uniform\|boundary COUNT SEED OUT` | writes configurations |
-//! | `label NAME CONFIGS [OUT]`, `batch NAME CONFIGS THREADS`, `contacts NAME CONFIGS MARGIN coarse\|quick\|exact` | times them |
+//! | `label NAME CONFIGS [OUT]`, `batch NAME CONFIGS THREADS`, `contacts NAME CONFIGS MARGIN coarse\|exact` | times them |
 
 use std::collections::HashMap;
 use std::hint::black_box;
@@ -180,7 +180,7 @@ mod tests {
             poses m m random 1e-4 40 1 D/r.bin\nposes m m contact 0 40 1 D/c.bin\ntime m m D/r.bin 1e-4 D/a.bin\n\
             time m m D/c.bin 0\ntruth m m D/c.bin 0 3\nchain c 4 5\nconfigs c uniform 100 1 D/q.bin\n\
             configs c boundary 20 1 D/b.bin\nlabel c D/q.bin D/l.bin\nbatch c D/q.bin 2\n\
-            contacts c D/b.bin 0.01 exact\ncontacts c D/b.bin 0.01 quick";
+            contacts c D/b.bin 0.01 exact\ncontacts c D/b.bin 0.01 coarse";
         let mut output = Vec::new();
         serve(commands.replace('D', folder.to_str().unwrap()).as_bytes(), &mut output).unwrap();
         let lines: Vec<Value> =

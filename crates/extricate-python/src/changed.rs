@@ -35,7 +35,7 @@ impl ChangedScene {
     pub fn new(py: Python<'_>, model: Py<Model>, scene: &Scene) -> PyResult<Self> {
         let (pool, copy) = (long_call::pool(0)?, (**scene.inner()).clone());
         let learned = model.get().inner();
-        // The fields of proposals are made on threads: here, not in the first query, where they would be those of a global pool.
+        // The convex pieces around meshes are made on threads: here, not in the first query, where they would be those of a global pool.
         let prepare = || {
             let changed = extricate::ChangedScene::new(learned.scene(), copy)?;
             changed.checker().prepare_proposals();

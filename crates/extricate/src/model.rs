@@ -25,7 +25,7 @@ use crate::penetration::batch::in_blocks;
 use crate::penetration::certificate::InteriorBalls;
 use crate::penetration::coverage::Coverage;
 use crate::penetration::{
-    Answer, Answered, ChangedScene, Ground, QueryOptions, QueryScratch, Stream, note_tangents, query,
+    Answer, Answered, ChangedScene, Ground, QueryOptions, QueryScratch, Stream, index_samples, query,
 };
 use crate::scene::Scene;
 use learner::Learner;
@@ -141,10 +141,7 @@ impl Model {
         coverage: Coverage,
         statistics: Statistics,
     ) -> Self {
-        let nq = checker.scene().space.nq();
-        let mut boundary = SampleSet::with_exits(&metric, nq, configs, statistics.exits, statistics.seed);
-        checker.prepare_proposals();
-        note_tangents(&checker, &mut boundary);
+        let boundary = index_samples(&checker, &metric, configs, statistics.exits, statistics.seed);
         let balls = InteriorBalls::new(&checker);
         Self { checker, metric, boundary, classifier, balls, coverage, statistics }
     }

@@ -9,7 +9,7 @@ use pulp::{Arch, Simd, WithSimd};
 
 use super::bounds::Relative;
 use super::bvh::{Boxes, Bvh, Cuboid, Lanes, Ref, Seen, View, below, lanes_of, rounded_up};
-use super::gjk::{Meeting, Separation};
+use super::gjk::Separation;
 use super::mesh_mesh::{self, Pair};
 use super::mesh_shape::MeshShape;
 use super::pair_memory::PairMemories;
@@ -20,7 +20,7 @@ use super::triangle;
 use super::{Contact, ContactQuery, ContactSearch, mesh_convex};
 use crate::math::{Pose, Vec3};
 use by_pieces::by_pieces;
-use overlap::{crossing, outward, pushed_out};
+use overlap::{crossing, outward};
 
 /// Most contacts of a pair that meshes give.
 const MOST: usize = 12;
@@ -70,8 +70,8 @@ pub struct PairPlace {
 
 /// Appends the contacts of two shapes nearer than `margin` \[m\] to those of `pair` at `contacts[start..]`.
 ///
-/// Convex shapes give one, exact also below 0. Meshes give their nearest one (exact above 0 where the search is) and others that tell
-/// something else, up to twelve a pair. Where surfaces cross, depth and normal are those that part two triangles along one
+/// Convex shapes give one, exact also below 0 where the search is. Meshes give their nearest one (exact above 0 where the search is) and others
+/// that tell something else, up to twelve a pair. Where surfaces cross, depth and normal are those that part two triangles along one
 /// of their outward normals (or a triangle from a convex solid); where one lies inside the other they lead from a vertex
 /// or centre to the nearest surface: heuristics for proposals.
 pub fn gather(
@@ -90,7 +90,7 @@ pub fn gather(
     if !are_convex && relative.lower_bound(&a.bounds, &b.bounds) >= margin {
         return;
     }
-    let sink = &mut Sink { pose_world: *first.pose, swapped: false, pair, start, margin, search, contacts };
+    let sink = &mut Sink { pose_world: *first.pose, swapped: false, pair, start, margin, contacts };
     match (&a.kind, &b.kind) {
         _ if !are_convex && search == ContactSearch::Coarse => {
             by_pieces([a, b], &relative, query, place, buffers, sink)
@@ -118,7 +118,6 @@ struct Sink<'a> {
     pair: usize,
     start: usize,
     margin: f64,
-    search: ContactSearch,
     contacts: &'a mut Vec<Contact>,
 }
 
@@ -173,7 +172,7 @@ impl ContactBuffers {
                 if !sink.offer(&self.found[entry.second as usize]) {
                     break;
                 }
-            } else if tests < TESTS || (sink.search == ContactSearch::Exact && !offered) {
+            } else if tests < TESTS || !offered {
                 tests += open(self, entry.first, entry.second);
             }
         }
@@ -307,8 +306,7 @@ fn mesh_with_convex(
     sink: &mut Sink,
 ) {
     let tree: &Bvh = &mesh.tree;
-    let (pose, margin, exact) = (&relative.pose_a_b, sink.margin, sink.search == ContactSearch::Exact);
-    let half_thickness = bounds.half.min();
+    let (pose, margin) = (&relative.pose_a_b, sink.margin);
     let cuboid = Cuboid::around(bounds);
     let view = View::new(pose, &tree.cuboid, &cuboid);
     let seen = view.see(&cuboid, 0.0);
@@ -332,18 +330,9 @@ fn mesh_with_convex(
             tests += 1;
             let face = block.triangle(lane);
             let closed = mesh.closed[block.group as usize];
-            // A large triangle may overlap a solid beside its corners, which needs a search.
-            if exact || face.longest() > half_thickness {
-                let found = mesh_convex::triangle_separation(&face, solid, pose, margin);
-                if let Some(separation) = found.filter(|s| s.distance < margin) {
-                    buffers.find(outward(Near::from(separation), &face, closed, solid, pose));
-                }
-                continue;
-            }
-            match mesh_convex::triangle_meeting(&face, solid, pose, margin) {
-                Meeting::Apart(separation) => buffers.find(Near::from(separation)),
-                Meeting::Overlap => buffers.find(pushed_out(&face, closed, solid, pose)),
-                Meeting::Far => {}
+            let found = mesh_convex::triangle_separation(&face, solid, pose, margin);
+            if let Some(separation) = found.filter(|s| s.distance < margin) {
+                buffers.find(outward(Near::from(separation), &face, closed, solid, pose));
             }
         }
         tests

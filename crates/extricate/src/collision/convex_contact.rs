@@ -25,19 +25,19 @@ impl Default for PairMemory {
     }
 }
 
-/// In a quick search, the last contact is carried along while the shapes have come nearer by no more than this share of its
+/// In a coarse search, the last contact is carried along while the shapes have come nearer by no more than this share of its
 /// distance: its plane then still has them on its two sides, and the step it constrains is judged anew where it leads.
 const CARRIED: f64 = 0.5;
 
-/// In a quick search, the depth of an overlap is too large by at most this share of itself: the step that it asks for is judged anew where it
+/// In a coarse search, the depth of an overlap is too large by at most this share of itself: the step that it asks for is judged anew where it
 /// leads, and with 0.05 queries take a fifth more instructions and find the same.
-const QUICK_DEPTH: f64 = 0.5;
+const COARSE_DEPTH: f64 = 0.5;
 
 impl PairMemory {
     /// The contact of two convex shapes in the frame of the first, if nearer than the margin.
     ///
-    /// Exact within rounding; in a quick search, the last one moved along (see [`CARRIED`]) as long as that proves a distance of
-    /// more than `clearance`, and overlaps up to [`QUICK_DEPTH`] too deep.
+    /// Exact within rounding; in a coarse search, the last one moved along (see [`CARRIED`]) as long as that proves a distance of
+    /// more than `clearance`, and overlaps up to [`COARSE_DEPTH`] too deep.
     pub fn contact(
         &mut self,
         [a, b]: [&Shape; 2],
@@ -71,7 +71,7 @@ impl PairMemory {
             &y.shape,
             &relative.pose_a_b,
             query.margin,
-            if query.search == ContactSearch::Exact { 0.0 } else { QUICK_DEPTH },
+            if query.search == ContactSearch::Exact { 0.0 } else { COARSE_DEPTH },
         );
         self.lower = found.map_or(query.margin, |found| found.distance);
         self.contact = found.filter(|found| found.distance < query.margin);
@@ -126,7 +126,7 @@ mod tests {
             let (a, b) = (&shapes[run % 6], &shapes[run / 6 % 6]);
             let (mut x, mut r) = (vector(6.0), vector(3.0));
             let steps: [Vec3; 2] = [-x / 60.0 + vector(0.02), vector(0.05)];
-            let (mut exact, mut quick) = (PairMemory::default(), PairMemory::default());
+            let (mut exact, mut coarse) = (PairMemory::default(), PairMemory::default());
             let clearance = 1e-4;
             for _ in 0..120 {
                 (x, r) = (x + steps[0], r + steps[1]);
@@ -136,7 +136,7 @@ mod tests {
                 let cold = separation(&p.shape, &Pose::identity(), &q.shape, pose, 0.3).filter(|c| c.distance < 0.3);
                 let query = |search| ContactQuery { margin: 0.3, search };
                 let warm = exact.contact([a, b], [p, q], &relative, query(ContactSearch::Exact), clearance);
-                let near = quick.contact([a, b], [p, q], &relative, query(ContactSearch::Quick), clearance);
+                let near = coarse.contact([a, b], [p, q], &relative, query(ContactSearch::Coarse), clearance);
                 assert_eq!(cold.is_some(), warm.is_some(), "{cold:?} {warm:?}");
                 let Some((cold, warm)) = cold.zip(warm) else { continue };
                 assert!((cold.distance - warm.distance).abs() < 1e-7, "{cold:?} {warm:?}");
@@ -148,7 +148,7 @@ mod tests {
                 };
                 if cold.distance < 0.0 {
                     assert!(near.distance < cold.distance + 1e-7, "{cold:?} {near:?}");
-                    assert!(near.distance * (1.0 - QUICK_DEPTH) > cold.distance - 1e-7, "{cold:?} {near:?}");
+                    assert!(near.distance * (1.0 - COARSE_DEPTH) > cold.distance - 1e-7, "{cold:?} {near:?}");
                 } else if (near.distance - cold.distance).abs() > 1e-7 {
                     carried += 1;
                     assert!(cold.distance > 2.0 * clearance && near.distance > 2.0 * clearance, "{cold:?} {near:?}");

@@ -70,34 +70,6 @@ pub fn separation_from(
     separation_of(outcome, &difference, guess, [first.radius, second.radius], pose_first, cutoff, 0.0)
 }
 
-/// How two shapes stand to each other, where overlaps are looked at by other means.
-pub enum Meeting {
-    /// Proved to be farther apart than asked for.
-    Far,
-    /// Apart.
-    Apart(Separation),
-    /// The cores overlap.
-    Overlap,
-}
-
-/// As [`separation`], but without the search for the penetration depth, which costs ten times as much.
-pub fn meeting(
-    first: &ConvexShape,
-    pose_first: &Pose,
-    second: &ConvexShape,
-    pose_second: &Pose,
-    cutoff: f64,
-) -> Meeting {
-    let difference = Difference::new(first, pose_first, second, pose_second);
-    let mut guess = Vec3::zeros();
-    let outcome = descend(&difference, &mut guess, cutoff + first.radius + second.radius, f64::NEG_INFINITY);
-    if let Outcome::Overlapping(_) = outcome {
-        return Meeting::Overlap;
-    }
-    let found = separation_of(outcome, &difference, &mut guess, [first.radius, second.radius], pose_first, cutoff, 0.0);
-    found.map_or(Meeting::Far, Meeting::Apart)
-}
-
 /// The separation that a descent without a lower end found, the depth of an overlap to within the share `slack`; `guess` becomes its
 /// normal.
 fn separation_of(

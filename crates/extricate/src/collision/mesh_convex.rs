@@ -5,7 +5,7 @@ use pulp::{Arch, Simd, WithSimd};
 use super::bounds::{Aabb, Relative};
 use super::bvh::{Bvh, Cuboid, Ref, View, below, lanes_of, push_sorted, rounded_up};
 use super::convex::{ConvexCore, ConvexShape};
-use super::gjk::{self, Meeting, Separation};
+use super::gjk::{self, Separation};
 use super::shape::ConvexSolid;
 use super::triangle::{Triangle, closest_on_triangle};
 use crate::math::{LANES, Pose};
@@ -149,11 +149,6 @@ impl WithSimd for Closest<'_> {
 /// Signed distance and witness of a triangle (first) and a convex solid (second), in the triangle's frame.
 pub fn triangle_separation(triangle: &Triangle, solid: &ConvexSolid, pose: &Pose, cutoff: f64) -> Option<Separation> {
     gjk::separation(&as_convex(triangle), &Pose::identity(), &solid.shape, pose, cutoff)
-}
-
-/// How a triangle (first) and a convex solid stand to each other, in the triangle's frame.
-pub fn triangle_meeting(triangle: &Triangle, solid: &ConvexSolid, pose: &Pose, cutoff: f64) -> Meeting {
-    gjk::meeting(&as_convex(triangle), &Pose::identity(), &solid.shape, pose, cutoff)
 }
 
 fn as_convex(triangle: &Triangle) -> ConvexShape {

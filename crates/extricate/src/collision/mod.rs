@@ -131,19 +131,18 @@ impl Contact {
 pub struct ContactQuery {
     /// Of pairs nearer than this \[m\].
     pub margin: f64,
-    /// How meshes are searched.
+    /// How exact they have to be.
     pub search: ContactSearch,
 }
 
-/// How long a pair of meshes is searched for contacts.
+/// How exact contacts have to be.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ContactSearch {
-    /// Not at all: each is taken for convex pieces around it, which stand out by a few thousandths of its size. Deep overlaps are seen whole, and
-    /// where no contact is below the clearance the configuration is free.
+    /// Enough to propose a step. Far contacts of convex shapes may be those of the search before, moved along, and depths up to twice
+    /// too large. Meshes are taken for convex pieces around them, which stand out by a few thousandths of their size: deep overlaps are
+    /// seen whole, and where no contact is below the clearance the configuration is free.
     Coarse,
-    /// For a fixed number of triangle tests: enough to propose a step, but the nearest contact may be missed.
-    Quick,
-    /// At least until the nearest contact is found.
+    /// The nearest contact, and the depth of convex shapes, within rounding.
     Exact,
 }
 

@@ -72,4 +72,25 @@ mod tests {
             assert_eq!(memories.of(3).last.count(), 0);
         }
     }
+
+    #[test]
+    fn pieces_are_told_apart_and_forgotten() {
+        let mut memories = PairMemories::default();
+        let count =
+            |memories: &mut PairMemories, [parts, at]: [usize; 2]| memories.of_pieces(parts, 6, at).last.count();
+        let all: Vec<[usize; 2]> = [4, 0, 7].into_iter().flat_map(|parts| [5, 0, 2].map(|at| [parts, at])).collect();
+        for turn in 0..3 {
+            // Every other one, in another order each time: what is asked for first stands first.
+            for (k, &[parts, at]) in all.iter().cycle().skip(turn).take(all.len()).enumerate() {
+                assert_eq!(count(&mut memories, [parts, at]), 0, "{turn}: {parts} {at}");
+                if k % 2 == 0 {
+                    memories.of_pieces(parts, 6, at).last = super::super::gjk::LastFeatures::of_point();
+                }
+            }
+            for (k, pair) in all.iter().cycle().skip(turn).take(all.len()).enumerate() {
+                assert_eq!(count(&mut memories, *pair), usize::from(k % 2 == 0), "{turn}: {pair:?}");
+            }
+            memories.forget();
+        }
+    }
 }

@@ -45,8 +45,6 @@ pub struct ConvexSolid {
     planes: Vec<(Vec3, f64)>,
 }
 
-/// Step of differences of depths in closed form \[m\].
-const DIFFERENCE: f64 = 1e-5;
 /// How far, relative to its size, a vertex may stand out of a face of a mesh that is still taken for its convex hull.
 const CONVEX_TOLERANCE: f64 = 1e-12;
 /// Meshes of more vertices are not asked whether they are convex: every face would be compared with every vertex, and where a support
@@ -161,18 +159,6 @@ impl ConvexSolid {
             }
         };
         core + self.shape.radius
-    }
-
-    /// The unit direction in which a point leaves the solid, or the distance to it grows, fastest; zero where there is none.
-    pub fn outward(&self, point: &Vec3) -> Vec3 {
-        if let ConvexCore::Triangle(_) | ConvexCore::Hull(_) = self.shape.core {
-            let height = |plane: &&(Vec3, f64)| plane.0.dot(point) - plane.1;
-            let farthest = self.planes.iter().max_by(|a, b| height(a).total_cmp(&height(b)));
-            return farthest.map_or_else(Vec3::zeros, |(normal, _)| *normal);
-        }
-        let across = |step: Vec3| self.depth(&(point - step)) - self.depth(&(point + step));
-        let slope = [Vec3::x(), Vec3::y(), Vec3::z()].map(|axis| across(axis * DIFFERENCE));
-        Vec3::from(slope).try_normalize(0.2 * DIFFERENCE).unwrap_or_default()
     }
 
     fn distance_outside(&self, point: &Vec3, at_least: f64) -> f64 {

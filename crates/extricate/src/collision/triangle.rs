@@ -39,12 +39,6 @@ impl Triangle {
         Self { points, normal }
     }
 
-    /// Length of the longest edge \[m\].
-    pub fn longest(&self) -> f64 {
-        let [a, b, c] = &self.points;
-        [a - b, b - c, c - a].map(|edge| edge.norm_squared()).into_iter().fold(0.0, f64::max).sqrt()
-    }
-
     /// The same triangle in the frame that `pose` maps to.
     pub fn moved(&self, pose: &Pose) -> Self {
         let [a, b, c] = &self.points;

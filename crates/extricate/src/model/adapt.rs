@@ -9,7 +9,6 @@ use super::quality::interval;
 use super::scene_change::compare;
 use super::solve::{SolveGround, SolvePlace, pays};
 use super::{EndedBy, Model, Statistics};
-use crate::boundary::SampleSet;
 use crate::boundary::trace::{TraceGround, TracePlace, Tracer};
 use crate::collision::Checker;
 use crate::cspace::Label;
@@ -23,7 +22,7 @@ use crate::metric::Metric;
 use crate::metric::relative::RelativePoses;
 use crate::penetration::certificate::InteriorBalls;
 use crate::penetration::coverage::Coverage;
-use crate::penetration::{Ground, note_tangents};
+use crate::penetration::{Ground, index_samples};
 use crate::scene::Scene;
 
 /// Labels that learning spent, over those that adapting the model spends where nothing else is asked for.
@@ -144,7 +143,6 @@ fn adapt_here(model: &Model, scene: Scene, options: &LearnOptions, report: &mut 
         let advice = "no stored sample is free in the new scene; learn it anew".into();
         return Err(Error::NothingFree { labels: budget.spent(), advice });
     }
-    checker.prepare_proposals();
     let (balls, coverage) = (InteriorBalls::new(&checker), &Coverage::default());
     let mut place = SolvePlace { exits: exits.len() / nq, ..SolvePlace::default() };
     samples.extend_from_slice(&exits);
@@ -162,8 +160,7 @@ fn adapt_here(model: &Model, scene: Scene, options: &LearnOptions, report: &mut 
     budget.stage("measuring");
     let standing_in = stand_ins(&known.free, &samples, nq);
     samples.splice(..0, standing_in.iter().copied());
-    let mut boundary = SampleSet::with_exits(&metric, nq, samples, place.exits, options.seed);
-    note_tangents(&checker, &mut boundary);
+    let boundary = index_samples(&checker, &metric, samples, place.exits, options.seed);
     let (clearance, scale) = (scene.clearance, metric.diameter());
     let ground = Ground {
         checker: &checker,

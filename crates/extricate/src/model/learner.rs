@@ -25,9 +25,9 @@ use crate::learning::union::Parts;
 use crate::learning::{Budget, LearnOptions, LearnProgress};
 use crate::metric::relative::{self, RelativePoses};
 use crate::metric::{Metric, MetricScratch};
-use crate::penetration::Ground;
 use crate::penetration::certificate::InteriorBalls;
 use crate::penetration::coverage::Coverage;
+use crate::penetration::{Ground, index_samples};
 use crate::scene::Scene;
 use ending::Ready;
 
@@ -287,7 +287,8 @@ fn look(ground: &LearnGround, options: &LearnOptions, state: &mut RunState, budg
         return false;
     }
     budget.stage("measuring");
-    let boundary = SampleSet::with_exits(&ground.metric, nq, state.samples.clone(), state.solved.exits, options.seed);
+    let boundary =
+        index_samples(&ground.checker, &ground.metric, state.samples.clone(), state.solved.exits, options.seed);
     let extent = Extent { until: budget.until(), ..Extent::for_stopping(options.seed) };
     let mut go_on = || {
         budget.stage("measuring");

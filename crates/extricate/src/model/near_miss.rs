@@ -60,7 +60,6 @@ pub struct NearMisses<'a> {
     margin: f64,
     /// In the joint metric.
     reach: f64,
-    search: ContactSearch,
 }
 
 impl<'a> NearMisses<'a> {
@@ -69,12 +68,8 @@ impl<'a> NearMisses<'a> {
         let margin = checker.scene().clearance + REACH * metric.diameter() * metric.lever();
         let patch = PATCH * margin;
         // Pieces around meshes propose well enough, for a fraction of the time: labels decide.
-        let (search, margin) = if checker.all_convex() {
-            (ContactSearch::Quick, margin)
-        } else {
-            (ContactSearch::Coarse, MARGIN_OF_MESHES * margin)
-        };
-        Self { checker, patch, margin, reach: REACH * checker.scene().space.diameter(), search }
+        let margin = if checker.all_convex() { margin } else { MARGIN_OF_MESHES * margin };
+        Self { checker, patch, margin, reach: REACH * checker.scene().space.diameter() }
     }
 
     /// Colliding configurations (row major) of contacts that no random one of `known`, whose lists have to begin with uniform
@@ -177,7 +172,12 @@ impl<'a> NearMisses<'a> {
                 // What a thread looked at before must not tell.
                 check.forget_contacts();
                 contacts.clear();
-                self.checker.contacts(q, ContactQuery { margin: self.margin, search: self.search }, check, contacts);
+                self.checker.contacts(
+                    q,
+                    ContactQuery { margin: self.margin, search: ContactSearch::Coarse },
+                    check,
+                    contacts,
+                );
                 contacts.iter().filter_map(|contact| self.miss(q, contact, check)).collect()
             });
             all.par_extend(found);

@@ -16,7 +16,7 @@ use crate::learning::{Budget, LabelBatch};
 use crate::metric::Metric;
 use crate::penetration::certificate::InteriorBalls;
 use crate::penetration::coverage::Coverage;
-use crate::penetration::{Ground, QueryBudget, QueryOptions, QueryScratch, RELIED_ON, nearest_exit, note_tangents};
+use crate::penetration::{Ground, QueryBudget, QueryOptions, QueryScratch, RELIED_ON, index_samples, nearest_exit};
 
 /// What solving stands on.
 pub struct SolveGround<'a> {
@@ -96,9 +96,10 @@ impl SolveGround<'_> {
             // A look at the contacts of each.
             budget.spend(place.indexed);
         }
+        // The traced samples, and the first exits.
+        let rows = samples.len() / nq - place.exits + place.indexed;
         let boundary = indexed.get_or_insert_with(|| {
-            self.checker.prepare_proposals();
-            index(self.checker, self.metric, samples, place, self.seed)
+            index_samples(self.checker, self.metric, samples[..rows * nq].to_vec(), place.indexed, self.seed)
         });
         let ground = Ground {
             checker: self.checker,
@@ -158,15 +159,6 @@ fn solve_next(
     budget.left() >= LEAST_CHECKS
 }
 
-/// The traced samples, and the first exits as `place` has them indexed.
-fn index(checker: &Checker, metric: &Metric, samples: &[f64], place: &SolvePlace, seed: u64) -> SampleSet {
-    let nq = checker.scene().space.nq();
-    let rows = samples.len() / nq - place.exits + place.indexed;
-    let mut boundary = SampleSet::with_exits(metric, nq, samples[..rows * nq].to_vec(), place.indexed, seed);
-    note_tangents(checker, &mut boundary);
-    boundary
-}
-
 /// The exit of one configuration where it is one, and the checks that it took.
 fn solve(
     ground: &Ground,
@@ -208,6 +200,24 @@ mod tests {
         Model::learn(builtin::scene("planar-arm").unwrap(), &options, &mut |_| ControlFlow::Continue(())).unwrap()
     }
 
+    /// The model as it is put together again from what is stored of it, with other statistics.
+    fn stored(model: &Model, statistics: Statistics) -> Model {
+        let scene = model.checker().scene_arc().clone();
+        let (coverage, rows) = (model.coverage().clone(), model.boundary().configs().to_vec());
+        Model::from_parts(Checker::new(scene.clone()), Metric::new(scene), rows, None, coverage, statistics)
+    }
+
+    #[test]
+    fn a_stored_model_answers_as_the_learned_one() {
+        let learned = learned();
+        let stored = stored(&learned, learned.statistics().clone());
+        for q in crate::model::measure::tests::colliding(&learned, 100) {
+            let [a, b] = [&learned, &stored]
+                .map(|model| model.query(&q, &QueryOptions::default(), &mut QueryScratch::default()));
+            assert_eq!((a.witness, a.lower_bound, a.checks), (b.witness, b.lower_bound, b.checks));
+        }
+    }
+
     #[test]
     fn exits_are_free_beside_a_collision_and_the_nearest_are_found() {
         let model = learned();
@@ -237,11 +247,7 @@ mod tests {
     #[test]
     fn exits_make_queries_shorter_and_their_answers_no_worse() {
         let model = learned();
-        let scene = model.checker().scene_arc().clone();
-        let (coverage, rows) = (model.coverage().clone(), model.boundary().configs().to_vec());
-        let statistics = Statistics { exits: 0, ..model.statistics().clone() };
-        let without =
-            Model::from_parts(Checker::new(scene.clone()), Metric::new(scene), rows, None, coverage, statistics);
+        let without = stored(&model, Statistics { exits: 0, ..model.statistics().clone() });
         let (mut scratch, mut checks, mut beyond) = (QueryScratch::default(), [0; 2], [0; 2]);
         let queries = crate::model::measure::tests::colliding(&model, 200);
         for q in &queries {

@@ -30,7 +30,7 @@ pub use options::{Effort, QueryBudget, QueryOptions, Stop};
 pub use plan::RELIED_ON;
 pub use search::QueryScratch;
 pub use stream::{Stream, StreamOptions};
-pub use tangents::note_tangents;
+pub use tangents::index_samples;
 
 use crate::boundary::SampleSet;
 use crate::collision::Checker;

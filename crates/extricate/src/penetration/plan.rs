@@ -126,20 +126,18 @@ impl Plan {
     fn of_effort(effort: Effort, ground: &Ground) -> Self {
         let is_smooth = ground.metric.kind() == MetricSpec::Joint;
         let all_convex = ground.checker.all_convex();
-        let search = if all_convex { ContactSearch::Quick } else { ContactSearch::Coarse };
         let degrees = ground.checker.scene().space.nv();
         let refine = RefineOptions {
             iterations: 40,
             margin: 0.05,
             reach: REACH,
-            search,
+            search: ContactSearch::Coarse,
             radius: 0.5,
             tolerance: 1e-4,
             hope: Hope::OF_A_PROBE,
         };
         let polish = if all_convex { POLISH } else { POLISH_MESHES };
-        // Which descents promise most is told as well by coarse contacts.
-        let probe = |iterations| RefineOptions { iterations, search: ContactSearch::Coarse, ..refine };
+        let probe = |iterations| RefineOptions { iterations, ..refine };
         match effort {
             Effort::Nearest => Self {
                 exits: 0,

@@ -1,10 +1,11 @@
-//! Looks once at the contacts of all exits, so that no query has to before its first step from one.
+//! Indexes samples for queries: the contacts of all exits are looked at once, so that no query has to before its first step from one.
 
 use rayon::prelude::*;
 
 use crate::boundary::SampleSet;
 use crate::boundary::tangents::Tangents;
 use crate::collision::{CheckScratch, Checker, Contact, ContactQuery, ContactSearch};
+use crate::metric::Metric;
 
 /// Contacts farther than this beyond the clearance are left to the step that meets them \[m\].
 const NEAR: f64 = 0.01;
@@ -13,12 +14,19 @@ const MOST: usize = 12;
 /// Exits that a thread looks at before it takes more.
 const CHUNK: usize = 64;
 
-/// Notes the contacts of the exits among `samples`; those of meshes are those of the convex pieces around them, as descents see them.
-pub fn note_tangents(checker: &Checker, samples: &mut SampleSet) {
-    if samples.exits() == 0 {
-        return;
-    }
+/// The index that queries stand on: of `configs` (row major, each called free by `checker`), whose last `exits` rows are exits. Their
+/// contacts are noted; those of meshes are those of the convex pieces around them, as descents see them.
+///
+/// # Panics
+/// Where there are fewer rows.
+pub fn index_samples(checker: &Checker, metric: &Metric, configs: Vec<f64>, exits: usize, seed: u64) -> SampleSet {
     checker.prepare_proposals();
+    let mut samples = SampleSet::with_exits(metric, checker.scene().space.nq(), configs, exits, seed);
+    note_tangents(checker, &mut samples);
+    samples
+}
+
+fn note_tangents(checker: &Checker, samples: &mut SampleSet) {
     let space = &checker.scene().space;
     let first = samples.len() - samples.exits();
     let exits = &samples.configs()[first * space.nq()..];
@@ -39,11 +47,11 @@ pub fn note_tangents(checker: &Checker, samples: &mut SampleSet) {
 
 fn add(checker: &Checker, q: &[f64], scratch: &mut CheckScratch, contacts: &mut Vec<Contact>, tangents: &mut Tangents) {
     let scene = checker.scene();
-    let search = if checker.all_convex() { ContactSearch::Exact } else { ContactSearch::Coarse };
     contacts.clear();
     // Each on its own: what is noted must not depend on how exits were handed out.
     scratch.forget_contacts();
-    checker.contacts(q, ContactQuery { margin: scene.clearance + NEAR, search }, scratch, contacts);
+    let query = ContactQuery { margin: scene.clearance + NEAR, search: ContactSearch::Coarse };
+    checker.contacts(q, query, scratch, contacts);
     contacts.sort_by(|a, b| a.distance.total_cmp(&b.distance));
     let mut row = vec![0.0; scene.space.nv()];
     for contact in contacts.iter().take(MOST) {
@@ -59,7 +67,6 @@ mod tests {
     use super::*;
     use crate::cspace::Label;
     use crate::cspace::sampling::Halton;
-    use crate::metric::Metric;
     use crate::scene::builtin;
 
     /// Any free configurations will do for exits.
@@ -75,9 +82,8 @@ mod tests {
             }
         }
         let rows = configs.len() / space.nq();
-        let mut samples = SampleSet::with_exits(&metric, space.nq(), configs, rows - 10, 0);
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-        pool.install(|| note_tangents(&checker, &mut samples));
+        let samples = pool.install(|| index_samples(&checker, &metric, configs, rows - 10, 0));
         (checker, samples)
     }
 

@@ -55,7 +55,7 @@ pub fn by_pieces(
         nearest = contact.map_or(nearest, |contact| nearest.min(contact.distance));
         found.extend(contact.map(Near::from));
     }
-    found.sort_by(|x, y| x.distance.total_cmp(&y.distance));
+    found.sort_unstable_by(|x, y| x.distance.total_cmp(&y.distance));
     for near in found.iter() {
         if !sink.offer(near) {
             break;

@@ -33,22 +33,6 @@ pub fn outward(found: Near, face: &Triangle, closed: bool, solid: &ConvexSolid, 
     if inward { along(&-face.normal, face, solid, pose) } else { found }
 }
 
-/// The least translation that parts a triangle from a solid it overlaps, along its own normal or along one that leads out of the
-/// solid at a corner or the middle: good for triangles much smaller than the solid. A triangle of a closed component pushes outward, even where inward is shorter.
-pub fn pushed_out(face: &Triangle, closed: bool, solid: &ConvexSolid, pose: &Pose) -> Near {
-    let [a, b, c] = face.points;
-    let leading = [a, b, c, (a + b + c) / 3.0].map(|p| pose.vector(&solid.outward(&pose.inverse_point(&p))));
-    let mut best = along(&-face.normal, face, solid, pose);
-    let own = if closed { None } else { Some(face.normal) };
-    for normal in leading.into_iter().chain(own) {
-        if normal != Vec3::zeros() && !(closed && normal.dot(&face.normal) > 0.0) {
-            let near = along(&normal, face, solid, pose);
-            best = if near.distance > best.distance { near } else { best };
-        }
-    }
-    best
-}
-
 /// What parts a triangle from a solid along `normal` (unit, from the solid to the triangle).
 fn along(normal: &Vec3, face: &Triangle, solid: &ConvexSolid, pose: &Pose) -> Near {
     let least = |p: &Vec3, q: &Vec3| normal.dot(p).total_cmp(&normal.dot(q));

@@ -6,7 +6,7 @@ use super::super::measure::{Extent, Measured, measure};
 use super::super::quality::interval;
 use super::super::run_state::{RunState, Stage};
 use super::super::{EndedBy, Model, Statistics};
-use super::{Learner, Report, stand_ins};
+use super::{LearnGround, Learner, Report, stand_ins};
 use crate::boundary::SampleSet;
 use crate::boundary::trace::Tracer;
 use crate::collision::{Checker, always_colliding};
@@ -16,6 +16,7 @@ use crate::learning::budget::BudgetEnd;
 use crate::learning::explore::Exploration;
 use crate::learning::union::UnionClassifier;
 use crate::penetration::certificate::InteriorBalls;
+use crate::penetration::index_samples;
 
 /// Configurations below which "collides every time" says nothing.
 const FEW: usize = 100;
@@ -103,7 +104,8 @@ impl Learner {
         let RunState { known, samples, .. } = &self.state;
         let nq = self.ground.checker.scene().space.nq();
         let configs = [stand_ins(&known.free, samples, nq), samples].concat();
-        SampleSet::with_exits(&self.ground.metric, nq, configs, self.state.solved.exits, self.options.seed)
+        let LearnGround { checker, metric, .. } = &self.ground;
+        index_samples(checker, metric, configs, self.state.solved.exits, self.options.seed)
     }
 
     fn into_model(self) -> Model {
@@ -129,7 +131,6 @@ impl Learner {
             // A run that its owner stops stepping was interrupted too.
             ended_by: end.unwrap_or(EndedBy::Interruption),
         };
-        ground.checker.prepare_proposals();
         let balls = ground.balls.into_inner().unwrap_or_else(|| InteriorBalls::new(&ground.checker));
         Model {
             checker: ground.checker,
