@@ -30,10 +30,15 @@ const FACES_LOOKED_AT: usize = 48;
 const FACES_GLANCED_AT: usize = 8;
 /// Points of the surface in a cell, beside which notches are looked for.
 const POINTS_LOOKED_AT: usize = 128;
-/// The same while cuts are compared.
-const POINTS_GLANCED_AT: usize = 32;
+/// Steps outward along a notch, as shares of its depth, are halved to this where they gain less than [`GAIN`].
+const LEAST_STEP: f64 = 0.05;
+/// As a share of the depth.
+const GAIN: f64 = 0.01;
 /// What the length of a cut's edge, as a share of the size of the cell, is worth, as a share of the depth of the notch.
-const SHORT: f64 = 0.1;
+const SHORT: f64 = 0.2;
+/// What the depth of the notch that a cut leaves on the side of the less deep one counts: else a cut that only halves it passes for one that
+/// leaves nothing there.
+const OTHER_SIDE: f64 = 0.2;
 /// What flat hulls are thickened by, as a share of the radius of the mesh's ball.
 const THICKNESS: f64 = 1e-6;
 
@@ -64,7 +69,8 @@ struct Notch {
 /// Convex shapes in the frame of `mesh` whose union holds its closed components and its surfaces.
 ///
 /// Each is the hull of what lies in one cell, corners of the cell within the solid included. They stand out of the mesh by [`TOLERANCE`]
-/// where no more than [`MOST`] are needed for that, as far as their largest faces tell.
+/// where no more than [`MOST`] are needed for that, as far as their largest faces and points spread over the mesh tell; and they hold it up to
+/// [`THICKNESS`].
 pub fn pieces(mesh: &MeshShape, bounds: &Aabb) -> Vec<Shape> {
     let radius = bounds.half.norm();
     let divider = Divider { mesh, thickness: THICKNESS * radius };
@@ -148,7 +154,8 @@ impl Divider<'_> {
             })
     }
 
-    /// The deepest of those below middles of the `most` largest faces of `hull` and of their edges, and of those beside `points`.
+    /// The deepest of those below middles of the `most` largest faces of `hull` and of their edges, and of those beside `points`; followed outward
+    /// while it grows deeper.
     fn notch(
         &self,
         hull: &TriangleMesh,
@@ -156,17 +163,17 @@ impl Divider<'_> {
         points: &[SurfacePoint],
         stack: &mut Vec<(f64, u32)>,
     ) -> Option<Notch> {
-        let (tree, mut deepest) = (&self.mesh.tree, None);
-        let mut beyond = self.thickness * self.thickness;
-        let mut look_at = |point: Vec3, beyond: &mut f64| {
-            let near = tree.closest_point(tree.root, &point, f64::INFINITY, *beyond, stack);
-            if let Some(near) = near.filter(|near| near.squared > *beyond)
+        let tree = &self.mesh.tree;
+        let mut deepest: Option<Notch> = None;
+        let mut look_at = |point: Vec3, deepest: &mut Option<Notch>| {
+            let least = deepest.map_or(self.thickness, |notch| notch.depth).powi(2);
+            let near = tree.closest_point(tree.root, &point, f64::INFINITY, least, stack);
+            if let Some(near) = near.filter(|near| near.squared > least)
                 && !self.mesh.holds(&point, stack)
             {
-                *beyond = near.squared;
                 let depth = near.squared.sqrt();
                 let normal = tree.triangle(near.triangle).map_or_else(Vec3::zeros, |t| t.normal);
-                deepest = Some(Notch { depth, bottom: near.point, outward: (point - near.point) / depth, normal });
+                *deepest = Some(Notch { depth, bottom: near.point, outward: (point - near.point) / depth, normal });
             }
         };
         let area = |[a, b, c]: &[Vec3; 3]| (b - a).cross(&(c - a)).norm();
@@ -174,24 +181,35 @@ impl Divider<'_> {
         faces.sort_by(|x, y| area(y).total_cmp(&area(x)));
         for [a, b, c] in faces.iter().take(most) {
             for point in [(a + b + c) / 3.0, (a + b) * 0.5, (b + c) * 0.5, (c + a) * 0.5] {
-                look_at(point, &mut beyond);
+                look_at(point, &mut deepest);
             }
         }
         let plane = |[a, b, c]: &[Vec3; 3]| Some(((b - a).cross(&(c - a)).try_normalize(0.0)?, *a));
         let planes: Vec<(Vec3, Vec3)> = faces.iter().filter_map(plane).collect();
+        let depth_in_hull = |p: &Vec3| planes.iter().map(|(n, a)| n.dot(&(a - p))).fold(f64::INFINITY, f64::min);
         for SurfacePoint { point, normal } in points {
             // Where a point of the surface is deep in the hull, so is what is beside it: the hull holds a ball of that radius around it.
-            let depth = planes.iter().map(|(n, a)| n.dot(&(a - point))).fold(f64::INFINITY, f64::min);
-            if 0.25 * depth * depth > beyond && depth.is_finite() {
-                look_at(point + normal * (0.5 * depth), &mut beyond);
-                look_at(point - normal * (0.5 * depth), &mut beyond);
+            let half = 0.5 * depth_in_hull(point);
+            if half > deepest.map_or(self.thickness, |notch| notch.depth) && half.is_finite() {
+                look_at(point + normal * half, &mut deepest);
+                look_at(point - normal * half, &mut deepest);
+            }
+        }
+        let mut step = 0.5;
+        while let Some(notch) = deepest.filter(|_| step > LEAST_STEP) {
+            let point = notch.bottom + notch.outward * (notch.depth * (1.0 + step));
+            if depth_in_hull(&point) >= 0.0 {
+                look_at(point, &mut deepest);
+            }
+            if deepest.is_none_or(|now| now.depth < notch.depth * (1.0 + GAIN)) {
+                step *= 0.5;
             }
         }
         deepest
     }
 
     /// Of the planes through the bottom of a notch along its depth, and the plane of the face there, the one that leaves the least deep notches, and
-    /// has a short edge where they hardly differ.
+    /// has a short edge.
     fn best_cut(&self, cell: &Cell, notch: &Notch) -> Option<Cut> {
         let across = notch.outward.cross(&Vec3::ith(notch.outward.iamin(), 1.0)).normalize();
         let other = notch.outward.cross(&across);
@@ -206,16 +224,16 @@ impl Divider<'_> {
             let least = 0.02 * notch.depth;
             (heights().any(|h| h > least) && heights().any(|h| h < -least)).then_some(cut)
         });
-        let glanced_at = cell.points.iter().step_by(POINTS_LOOKED_AT / POINTS_GLANCED_AT);
         let cost = |cut: Cut| {
             let (sides, length) = sketched(&cell.triangles, &cut);
             let left = sides.iter().zip([-1.0, 1.0]).filter_map(|(side, sign)| {
                 let points: Vec<SurfacePoint> =
-                    glanced_at.clone().filter(|p| sign * cut.height(&p.point) > 0.0).copied().collect();
+                    cell.points.iter().filter(|p| sign * cut.height(&p.point) > 0.0).copied().collect();
                 self.notch(&side.hull()?, FACES_GLANCED_AT, &points, &mut Vec::new())
             });
-            let depth = left.map(|notch| notch.depth).fold(0.0, f64::max);
-            (depth / notch.depth + SHORT * length / size, cut)
+            let left: Vec<f64> = left.map(|notch| notch.depth).collect();
+            let (deepest, both) = (left.iter().copied().fold(0.0, f64::max), left.iter().sum::<f64>());
+            ((deepest + OTHER_SIDE * (both - deepest)) / notch.depth + SHORT * length / size, cut)
         };
         let costs: Vec<(f64, Cut)> = cuts.flatten().collect::<Vec<Cut>>().into_par_iter().map(cost).collect();
         costs.into_iter().min_by(|x, y| x.0.total_cmp(&y.0)).map(|(_, cut)| cut)

@@ -1,5 +1,6 @@
 //! Points spread evenly over triangles.
 
+use crate::cspace::sampling::Halton;
 use crate::math::Vec3;
 
 /// A point of the mesh.
@@ -13,9 +14,7 @@ pub struct SurfacePoint {
 
 /// About `count` points, one for each share of the area.
 pub fn surface_points(triangles: &[[Vec3; 3]], count: usize) -> Vec<SurfacePoint> {
-    /// Fractions of a sequence that fills the square evenly: powers of the inverse of the root of x^3 = x + 1. Source: M. Roberts, "The
-    /// unreasonable effectiveness of quasirandom sequences", 2018.
-    const STEPS: [f64; 2] = [0.754_877_666_246_693, 0.569_840_290_998_053];
+    let spread = Halton::new(2, 0);
     let normal = |[a, b, c]: &[Vec3; 3]| (b - a).cross(&(c - a));
     let share = triangles.iter().map(|t| normal(t).norm()).sum::<f64>() / count as f64;
     let (mut points, mut left) = (Vec::new(), 0.5 * share);
@@ -25,7 +24,7 @@ pub fn surface_points(triangles: &[[Vec3; 3]], count: usize) -> Vec<SurfacePoint
         left += normal.norm();
         while share > 0.0 && left >= share {
             left -= share;
-            let [s, t] = STEPS.map(|step| (step * points.len() as f64).fract());
+            let [s, t] = [0, 1].map(|k| spread.coordinate(points.len() as u64, k));
             let (s, t) = if s + t > 1.0 { (1.0 - s, 1.0 - t) } else { (s, t) };
             let point = a + (b - a) * s + (c - a) * t;
             points.push(SurfacePoint { point, normal: normal.normalize() });
