@@ -9,13 +9,15 @@ pub struct Hope {
     early: f64,
     /// Later.
     late: f64,
+    /// What is expected as near to the ceiling as this, as a share of it, is on its way to where the ceiling is from.
+    alike: f64,
 }
 
 impl Hope {
     /// Of a descent that is compared with others before any is carried to its end.
-    pub const OF_A_PROBE: Self = Self { known: 1.5, early: 1.1, late: 1.02 };
+    pub const OF_A_PROBE: Self = Self { known: 1.5, early: 1.1, late: 1.02, alike: 0.0 };
     /// Of one in turn: it has to beat what was carried to its end.
-    pub const IN_TURN: Self = Self { known: 1.5, early: 1.02, late: 1.0 };
+    pub const IN_TURN: Self = Self { known: 1.5, early: 1.02, late: 1.0, alike: 0.002 };
 
     /// What holds in an iteration, of which the first is 0; `by_planes` where all that is known are the planes of the start.
     pub fn after(&self, iteration: usize, by_planes: bool) -> f64 {
@@ -24,5 +26,10 @@ impl Hope {
             0..3 => self.early,
             _ => self.late,
         }
+    }
+
+    /// Whether what is expected after a look is likely the way out that is known.
+    pub fn is_alike(&self, expected: f64, ceiling: f64) -> bool {
+        (expected - ceiling).abs() < self.alike * ceiling
     }
 }

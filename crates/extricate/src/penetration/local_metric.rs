@@ -43,6 +43,15 @@ impl LocalMetric {
         rows.map(|(row, d)| d * dot(row, &self.difference)).sum::<f64>().max(0.0).sqrt()
     }
 
+    /// Appends coordinates of `config` to `out` in which the tensor is the identity, with the query `q` in the origin: its length is that of
+    /// [`LocalMetric::distance`] from `q`, and two of them are as far from each other where the space between is flat.
+    pub fn flatten(&mut self, space: &ConfigSpace, q: &[f64], config: &[f64], out: &mut Vec<f64>) {
+        space.difference(q, config, &mut self.difference);
+        let nv = self.difference.len();
+        let column = |k: usize| (k..nv).map(|i| self.factor[i * nv + k] * self.difference[i]).sum::<f64>();
+        out.extend((0..nv).map(column));
+    }
+
     /// Turns independent standard normal numbers into a direction that is uniform in the tensor's norm.
     pub fn spread(&self, step: &mut [f64]) {
         transposed_solve(&self.factor, step.len(), step);

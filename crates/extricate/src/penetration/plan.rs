@@ -42,14 +42,14 @@ pub struct Plan {
 /// Contacts are looked for within this share of the farthest motion.
 const REACH: f64 = 0.1;
 
-/// The last descent along smooth contacts.
+/// The last descent along smooth contacts: to the digits that anyone would look at.
 const POLISH: RefineOptions = RefineOptions {
     iterations: 60,
     margin: 0.05,
     reach: REACH,
     search: ContactSearch::Exact,
     radius: 0.05,
-    tolerance: 1e-7,
+    tolerance: 1e-5,
     hope: Hope::OF_A_PROBE,
 };
 /// With meshes, from a way out that clears the pieces around them: exact contacts of pairs farther apart than those stand out would take most of the
@@ -60,7 +60,7 @@ const POLISH_MESHES: RefineOptions = RefineOptions { reach: 0.01, tolerance: 1e-
 pub const HOPE: f64 = 1.15;
 
 /// Exits that a refined query starts from, where there are enough.
-const EXITS: usize = 12;
+const EXITS: usize = 20;
 /// With fewer than these, other starts are needed.
 const ENOUGH_EXITS: usize = 8;
 /// Boundary samples that it starts from where there are no exits.
@@ -206,7 +206,7 @@ impl Plan {
                     wander: 400,
                     refine,
                     probe: RefineOptions { iterations: 3, ..refine },
-                    polish,
+                    polish: if all_convex { RefineOptions { tolerance: 1e-7, ..POLISH } } else { POLISH_MESHES },
                     kept: 64,
                     is_smooth,
                     in_turn: false,

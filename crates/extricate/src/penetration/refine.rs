@@ -1,10 +1,8 @@
 //! Refinement: slide a configuration along the contact surface toward the query (sequential quadratic programming).
 
-use std::time::Instant;
-
 use super::Ground;
 use super::hope::Hope;
-use super::options::Stop;
+use super::limit::Limit;
 use super::qp::{Qp, QpOutcome};
 use crate::boundary::tangents::Planes;
 use crate::collision::{CheckScratch, Contact, ContactQuery, ContactSearch};
@@ -78,17 +76,6 @@ pub struct RefineScratch {
     high: Vec<f64>,
 }
 
-/// When a query has spent what it may.
-#[derive(Debug, Clone, Default)]
-pub struct Limit {
-    /// Most exact checks and contact evaluations.
-    pub checks: Option<usize>,
-    /// When to end.
-    pub deadline: Option<Instant>,
-    /// Who may end it before.
-    pub stop: Option<Stop>,
-}
-
 impl<'a> Start<'a> {
     /// From a configuration of which nothing is known.
     pub fn at(config: &'a [f64]) -> Self {
@@ -105,14 +92,12 @@ impl<'a> Start<'a> {
 impl RefineScratch {
     /// Whether the budget is spent.
     pub fn is_spent(&self) -> bool {
-        self.limit.checks.is_some_and(|most| self.checks >= most)
-            || self.limit.deadline.is_some_and(|deadline| Instant::now() >= deadline)
-            || self.is_stopped()
+        self.limit.is_reached(self.checks)
     }
 
     /// Whether the caller ended the query.
     pub fn is_stopped(&self) -> bool {
-        self.limit.stop.as_ref().is_some_and(Stop::is_asked)
+        self.limit.is_stopped()
     }
 
     /// Where the last descent stood when it ended.
@@ -196,7 +181,16 @@ pub fn slide(
         }
         ground.metric.quadratic_model(anchor, &x, &scratch.poses, &mut scratch.quadratic);
         let rows = scratch.build_program(ground, &x, radius, planes);
-        let outcome = scratch.qp.solve(&scratch.quadratic.hessian, &scratch.quadratic.gradient);
+        let hope = options.hope.after(iteration, planes.is_some());
+        let has_looked = iteration > 0 || planes.is_some();
+        // Where it overlaps, a model may have no solution, which is not to be taken for a far one.
+        let may_end = has_looked && violation <= 0.0 && scratch.quadratic.rows.is_empty();
+        let most = if may_end { 0.5 * ((hope * ceiling).powi(2) - distance * distance) } else { f64::INFINITY };
+        let outcome = scratch.qp.solve(&scratch.quadratic.hessian, &scratch.quadratic.gradient, most);
+        if outcome == QpOutcome::Above {
+            scratch.expected = hope * ceiling;
+            break;
+        }
         if outcome == QpOutcome::Solved {
             penalty = penalty.max(2.0 * scratch.qp.multiplier_sum(rows));
         } else {
@@ -209,15 +203,13 @@ pub fn slide(
         if outcome == QpOutcome::Solved {
             scratch.expected = scratch.quadratic.expected_distance(distance, &scratch.qp.step);
         }
-        // At the rim of the trust region, a linear model has not said yet how far it may lead.
-        let is_told = !at_rim || scratch.quadratic.rows.is_empty();
-        let hope = options.hope.after(iteration, planes.is_some());
-        if outcome == QpOutcome::Solved
-            && is_told
-            && (iteration > 0 || planes.is_some())
-            && scratch.expected > hope * ceiling
-        {
-            break;
+        // At the rim of the trust region, a model with rows of its own has not said yet how far it may lead.
+        if outcome == QpOutcome::Solved && (!at_rim || scratch.quadratic.rows.is_empty()) {
+            let is_alike = planes.is_none() && options.hope.is_alike(scratch.expected, ceiling);
+            let is_lost = has_looked && (scratch.expected > hope * ceiling || is_alike);
+            if is_lost || (violation <= 0.0 && scratch.expected > (1.0 - options.tolerance) * distance) {
+                break;
+            }
         }
         if length <= options.tolerance * distance.max(1e-6 * ground.scale) && violation <= 0.0 {
             break;

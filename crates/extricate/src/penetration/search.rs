@@ -24,7 +24,7 @@ use crate::metric::quadratic::Quadratic;
 #[derive(Default)]
 pub struct QueryScratch {
     pub(super) refine: RefineScratch,
-    boundary: BoundaryScratch,
+    pub(super) boundary: BoundaryScratch,
     pub(super) motion: MotionPath,
     pub(super) overlaps: Vec<ConvexOverlap>,
     scatter: ScatterScratch,
@@ -39,8 +39,10 @@ pub struct QueryScratch {
     /// Where a last descent starts.
     best: Vec<f64>,
     pub(super) pool: Vec<(u32, f64)>,
-    near_exits: Vec<(u32, f64)>,
+    pub(super) near_exits: Vec<(u32, f64)>,
     pub(super) chosen: Vec<u32>,
+    /// Flat coordinates of what was chosen, row major.
+    pub(super) places: Vec<f64>,
     pub(super) slid: Vec<f64>,
     /// What the probed descents are expected to reach, and which they are.
     promising: Vec<(f64, usize)>,
@@ -50,8 +52,9 @@ pub struct QueryScratch {
     pub(super) exits: Exits,
 }
 
-/// Nearest exits that are looked at for one that is chosen.
-const EXITS_LOOKED_AT: usize = 4;
+/// First radius of the trust region of descents in turn, as a share of the distance to the query: what planes promise of a shorter step is less, so
+/// that more exits are refused by them alone.
+const RADIUS_IN_TURN: f64 = 0.35;
 /// Ways out that are remembered where one is wanted.
 const REMEMBERED: usize = 4;
 /// A way out of pieces this much farther than the nearest one may turn out to be nearer out of the meshes.
@@ -149,38 +152,6 @@ impl QueryScratch {
         self.local.set(ground, &self.anchor, &self.anchor.poses);
     }
 
-    /// Fills `chosen` with exits, then with samples of the pool, none too like another.
-    pub(super) fn choose(&mut self, ground: &Ground, plan: &Plan) {
-        self.chosen.clear();
-        let near = plan.exits * EXITS_LOOKED_AT;
-        let Self { anchor, boundary, near_exits, .. } = self;
-        ground.boundary.nearest(Wanted::Exits, ground.metric, anchor, near, boundary, near_exits);
-        let exits = std::mem::take(&mut self.near_exits);
-        self.choose_from(ground, exits.iter().map(|(id, _)| *id), plan.exits, plan.spread);
-        self.near_exits = exits;
-        let pool = std::mem::take(&mut self.pool);
-        let most = self.chosen.len() + plan.starts;
-        self.choose_from(ground, pool.iter().take(plan.pool()).map(|(id, _)| *id), most, plan.spread);
-        self.pool = pool;
-    }
-
-    /// Chooses of `ids`, in order, until `most` are chosen.
-    fn choose_from(&mut self, ground: &Ground, ids: impl Iterator<Item = u32>, most: usize, spread: f64) {
-        let space = &ground.checker.scene().space;
-        for id in ids {
-            // Of very many, each is compared with all that were chosen.
-            if self.chosen.len() >= most || self.refine.is_stopped() {
-                break;
-            }
-            let candidate = ground.boundary.config(id);
-            let local = &mut self.local;
-            let reach = spread * local.distance(space, &self.anchor.q, candidate);
-            if self.chosen.iter().all(|c| local.distance(space, ground.boundary.config(*c), candidate) > reach) {
-                self.chosen.push(id);
-            }
-        }
-    }
-
     /// Refines from the chosen samples and from the query itself; keeps the best verified result in `answer`, and where several
     /// are wanted those in `exits`.
     pub(super) fn refine_all(&mut self, ground: &Ground, plan: &Plan, options: &QueryOptions, answer: &mut Answer) {
@@ -195,7 +166,7 @@ impl QueryScratch {
         }
         self.probe_scattered(ground, plan, &plan.probe, several, answer);
         let chosen = std::mem::take(&mut self.chosen);
-        let in_turn = RefineOptions { hope: Hope::IN_TURN, ..plan.refine };
+        let in_turn = RefineOptions { hope: Hope::IN_TURN, radius: RADIUS_IN_TURN, ..plan.refine };
         for &id in &chosen {
             let start = Start::of(ground, id);
             if several || !plan.in_turn {

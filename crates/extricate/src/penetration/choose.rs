@@ -1,0 +1,50 @@
+//! Which exits and samples a query starts from: near, and not like each other.
+
+use super::Ground;
+use super::dense::dot;
+use super::plan::Plan;
+use super::search::QueryScratch;
+use crate::boundary::Wanted;
+
+/// Nearest exits that are looked at for one that is chosen.
+const EXITS_LOOKED_AT: usize = 2;
+
+impl QueryScratch {
+    /// Fills `chosen` with exits, then with samples of the pool, none too like another.
+    pub(super) fn choose(&mut self, ground: &Ground, plan: &Plan) {
+        self.chosen.clear();
+        self.places.clear();
+        let near = plan.exits * EXITS_LOOKED_AT;
+        let Self { anchor, boundary, near_exits, .. } = self;
+        ground.boundary.nearest(Wanted::Exits, ground.metric, anchor, near, boundary, near_exits);
+        let exits = std::mem::take(&mut self.near_exits);
+        self.choose_from(ground, exits.iter().map(|(id, _)| *id), plan.exits, plan.spread);
+        self.near_exits = exits;
+        let pool = std::mem::take(&mut self.pool);
+        let most = self.chosen.len() + plan.starts;
+        self.choose_from(ground, pool.iter().take(plan.pool()).map(|(id, _)| *id), most, plan.spread);
+        self.pool = pool;
+    }
+
+    /// Chooses of `ids`, in order, until `most` are chosen.
+    fn choose_from(&mut self, ground: &Ground, ids: impl Iterator<Item = u32>, most: usize, spread: f64) {
+        let space = &ground.checker.scene().space;
+        let nv = space.nv();
+        for id in ids {
+            // Of very many, each is compared with all that were chosen.
+            if self.chosen.len() >= most || self.refine.is_stopped() {
+                break;
+            }
+            let known = self.chosen.len() * nv;
+            self.local.flatten(space, &self.anchor.q, ground.boundary.config(id), &mut self.places);
+            let (before, place) = self.places.split_at(known);
+            let squared = |other: &[f64]| other.iter().zip(place).map(|(a, b)| (a - b) * (a - b)).sum::<f64>();
+            let reach = spread * spread * dot(place, place);
+            if before.chunks_exact(nv).all(|other| squared(other) > reach) {
+                self.chosen.push(id);
+            } else {
+                self.places.truncate(known);
+            }
+        }
+    }
+}
