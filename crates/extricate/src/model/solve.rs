@@ -89,8 +89,8 @@ impl SolveGround<'_> {
             known.extend(space, self.halton, more, label, budget);
             known.free.truncate(free);
         }
-        // Told by the counts alone, so that a resumed run does the same.
-        if 2 * place.indexed <= place.exits {
+        // Told by the counts alone, so that a resumed run does the same. The look at all of them has to leave something for solving.
+        if 2 * place.indexed <= place.exits && 2 * place.exits <= budget.left() {
             place.indexed = place.exits;
             *indexed = None;
             // A look at the contacts of each.

@@ -32,8 +32,8 @@ pub struct Plan {
     pub polish: RefineOptions,
     /// Of the descents that are probed, those carried on.
     pub kept: usize,
-    /// Whether each descent is carried to its end before the next one starts, which has to promise less by then; not where several exits are
-    /// wanted.
+    /// Whether each descent from a sample is carried to its end before the next one starts, which has to promise less by then; not where several
+    /// exits are wanted.
     pub in_turn: bool,
     /// Whether descents toward the query in its own coordinates, along contacts of convex shapes or pieces, end where they seem to.
     pub is_smooth: bool,
@@ -69,8 +69,12 @@ const STARTS: usize = 16;
 const KNOWN_AN_EXIT: usize = 32;
 /// Exits that are known where queries rely on them.
 pub const RELIED_ON: usize = ENOUGH_EXITS * KNOWN_AN_EXIT;
-/// With exits, a sample for so many degrees of freedom is enough besides.
+/// With many exits, a sample for so many degrees of freedom is enough besides.
 const DEGREES_A_START: usize = 4;
+/// So many they are then; with fewer, more samples make up for them.
+const MANY_EXITS: usize = 16_384;
+/// Up to so many times as many.
+const MOST_FOR_EXITS: usize = 8;
 /// More of them for each further exit that is wanted: each must be found, not only the nearest.
 const STARTS_AN_EXIT: usize = 8;
 /// Most starts because of exits.
@@ -94,12 +98,18 @@ impl Plan {
         plan.starts = plan.starts.max((STARTS + more).min(MOST_STARTS));
         plan.exits = plan.exits.max((EXITS + more / 2).min(MOST_STARTS / 2));
         let known = ground.boundary.exits() / KNOWN_AN_EXIT;
-        if known >= ENOUGH_EXITS && plan.is_smooth && options.effort == Effort::Refined && !ground.stale {
-            // Exits of what was solved make most of the other starts needless.
-            plan.starts = ground.checker.scene().space.nv().div_ceil(DEGREES_A_START) + more / 2;
-            plan.scatter.directions = 0;
+        if plan.is_smooth && options.effort == Effort::Refined && !ground.stale {
             plan.in_turn = true;
             plan.kept = 2;
+            if known >= ENOUGH_EXITS {
+                // Exits of what was solved make most of the other starts needless.
+                let least = ground.checker.scene().space.nv().div_ceil(DEGREES_A_START);
+                let missing = (least * MANY_EXITS).div_ceil(ground.boundary.exits());
+                plan.starts = missing.min(STARTS).clamp(least, MOST_FOR_EXITS * least) + more / 2;
+                if ground.checker.all_convex() {
+                    plan.scatter.directions = 0;
+                }
+            }
         }
         plan.exits = plan.exits.min(known);
         if let Some(starts) = options.starts.map(|starts| starts.max(1)) {
