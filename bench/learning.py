@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """What learning costs and what labels buy: its part of docs/benchmarks/learning.md, with plots.
 
-    target/peers/bin/python bench/learning.py [--queries 200] [--labels 40000] [--seeds 3] [--only labels joints cores]
+    target/peers/bin/python bench/learning.py [--queries 200] [--labels 640000] [--seeds 3] [--only labels joints cores]
 
 Needs cargo, numpy and matplotlib (bench/requirements.txt; bench/peers installs them) and the fetched robots.
 
@@ -36,8 +36,10 @@ JOINTS = (2, 3, 4, 5, 7, 10, 14, 20)
 # With less there is hardly a boundary sample.
 FIRST_LABELS = 16
 # Doublings up to --labels.
-STEPS = 6
+STEPS = 8
 LEAST = 1e-3
+# Of the largest models of planar arms.
+JOINT_LABELS = 40_000
 # What `refined` has to reach on the planar arms: this share of queries within 1 % of the best known.
 QUALITY, EXCESS = 0.98, 0.01
 # Farther than this is another way out.
@@ -87,7 +89,7 @@ class Bench:
         for count in JOINTS:
             scene = arm(self.folder, count)
             queries = programs.sample(scene, self.options.queries, 23)
-            large, _ = self.model(scene, self.options.labels, "active")
+            large, _ = self.model(scene, JOINT_LABELS, "active")
             best = np.minimum(asked(large, queries, "exhaustive"), asked(large, queries, "refined"))
             labels = FIRST_LABELS
             while True:
@@ -97,7 +99,7 @@ class Bench:
                 best = np.minimum(best, depth)
                 within = float((depth <= (1 + EXCESS) * best).mean())
                 print(f"{count} joints, {labels} labels: {within:.3f} within {EXCESS:.0%}", flush=True)
-                if within >= QUALITY or 2 * labels > self.options.labels:
+                if within >= QUALITY or 2 * labels > JOINT_LABELS:
                     break
                 labels *= 2
             share = learned["statistics"]["colliding_share"]
@@ -228,7 +230,7 @@ def main():
     parts = ("labels", "joints", "cores")
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--queries", type=int, default=200)
-    parser.add_argument("--labels", type=int, default=40_000, help="of the largest models")
+    parser.add_argument("--labels", type=int, default=640_000, help="of the largest models of the comparison of labels")
     parser.add_argument("--seeds", type=int, default=3, help="of every model of the comparison of labels")
     parser.add_argument("--scenes", nargs="+", help="of the comparison of labels; all by default")
     parser.add_argument("--rounds", type=int, default=5, help="of the comparison of cores")

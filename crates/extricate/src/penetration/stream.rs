@@ -42,7 +42,7 @@ pub struct Stream {
     next: usize,
 }
 
-/// From a way out of the last frame: exact contacts, for few steps.
+/// From a way out of the last frame, for few steps.
 const FOLLOW: RefineOptions = RefineOptions {
     iterations: 15,
     margin: 0.05,
@@ -100,10 +100,16 @@ impl Stream {
         let space = &ground.checker.scene().space;
         scratch.look_around(ground);
         answer.verified = answer.verified || scratch.refine.label(ground, &answer.witness) == Label::Free;
+        // With raw meshes, the way out that was given is followed along them; the others are known by the pieces around them.
+        let others = if ground.checker.all_convex() { ContactSearch::Exact } else { ContactSearch::Coarse };
         let mut current: Option<(f64, Vec<f64>)> = None;
         for (i, start) in tracked.chunks_exact(*nq).enumerate() {
-            let ceiling = if i == 0 { f64::INFINITY } else { HOPE * answer.depth };
-            let found = scratch.refine_from(ground, &FOLLOW, Start::at(start), ceiling, answer);
+            let (ceiling, follow) = if i == 0 {
+                (f64::INFINITY, RefineOptions { reach: plan.polish.reach, ..FOLLOW })
+            } else {
+                (HOPE * answer.depth, RefineOptions { search: others, ..FOLLOW })
+            };
+            let found = scratch.refine_from(ground, &follow, Start::at(start), ceiling, answer);
             if let Some(depth) = found {
                 scratch.remember(ground, depth);
             }
