@@ -18,6 +18,8 @@ impl Hope {
     pub const OF_A_PROBE: Self = Self { known: 1.5, early: 1.1, late: 1.02, alike: 0.0 };
     /// Of one in turn: it has to beat what was carried to its end.
     pub const IN_TURN: Self = Self { known: 1.5, early: 1.02, late: 1.0, alike: 0.002 };
+    /// Of one in turn, where starts are farther from where they lead.
+    pub const IN_TURN_FROM_AFAR: Self = Self { early: 1.1, late: 1.02, ..Self::IN_TURN };
 
     /// What holds in an iteration, of which the first is 0; `by_planes` where all that is known are the planes of the start.
     pub fn after(&self, iteration: usize, by_planes: bool) -> f64 {

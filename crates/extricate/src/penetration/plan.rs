@@ -32,9 +32,9 @@ pub struct Plan {
     pub polish: RefineOptions,
     /// Of the descents that are probed, those carried on.
     pub kept: usize,
-    /// Whether each descent from a sample is carried to its end before the next one starts, which has to promise less by then; not where several
-    /// exits are wanted.
-    pub in_turn: bool,
+    /// What each descent from a sample has to promise, where it is carried to its end before the next one starts; not where several exits are
+    /// wanted.
+    pub in_turn: Option<Hope>,
     /// Whether descents toward the query in its own coordinates, along contacts of convex shapes or pieces, end where they seem to.
     pub is_smooth: bool,
 }
@@ -99,17 +99,7 @@ impl Plan {
         plan.exits = plan.exits.max((EXITS + more / 2).min(MOST_STARTS / 2));
         let known = ground.boundary.exits() / KNOWN_AN_EXIT;
         if plan.is_smooth && options.effort == Effort::Refined && !ground.stale {
-            plan.in_turn = true;
-            plan.kept = 2;
-            if known >= ENOUGH_EXITS {
-                // Exits of what was solved make most of the other starts needless.
-                let least = ground.checker.scene().space.nv().div_ceil(DEGREES_A_START);
-                let missing = (least * MANY_EXITS).div_ceil(ground.boundary.exits());
-                plan.starts = missing.min(STARTS).clamp(least, MOST_FOR_EXITS * least) + more / 2;
-                if ground.checker.all_convex() {
-                    plan.scatter.directions = 0;
-                }
-            }
+            plan.take_turns(ground, known >= ENOUGH_EXITS, more / 2);
         }
         plan.exits = plan.exits.min(known);
         if let Some(starts) = options.starts.map(|starts| starts.max(1)) {
@@ -126,6 +116,25 @@ impl Plan {
             plan.starts = starts - plan.exits;
         }
         plan
+    }
+
+    /// Descents in turn: from exits, and from as many samples as make up for exits that are missing, and `more`.
+    fn take_turns(&mut self, ground: &Ground, relies_on_exits: bool, more: usize) {
+        self.in_turn = Some(Hope::IN_TURN_FROM_AFAR);
+        self.kept = 2;
+        if !relies_on_exits {
+            return;
+        }
+        let least = ground.checker.scene().space.nv().div_ceil(DEGREES_A_START);
+        let missing = (least * MANY_EXITS).div_ceil(ground.boundary.exits());
+        self.starts = missing.min(STARTS).clamp(least, MOST_FOR_EXITS * least) + more;
+        if missing <= least {
+            self.in_turn = Some(Hope::IN_TURN);
+        }
+        // Hulls have no way out that is short and narrow, as raw meshes have.
+        if ground.checker.all_convex() {
+            self.scatter.directions = 0;
+        }
     }
 
     /// Nearest samples looked at.
@@ -162,7 +171,7 @@ impl Plan {
                 polish,
                 kept: 0,
                 is_smooth,
-                in_turn: false,
+                in_turn: None,
             },
             // Where linearised descents mislead, more of them, from more kinds of starts, are carried on.
             Effort::Refined if !is_smooth => Self {
@@ -177,7 +186,7 @@ impl Plan {
                 polish,
                 kept: 12,
                 is_smooth,
-                in_turn: false,
+                in_turn: None,
                 wander: 64,
                 refine,
             },
@@ -192,7 +201,7 @@ impl Plan {
                 polish,
                 kept: 3,
                 is_smooth,
-                in_turn: false,
+                in_turn: None,
                 wander: 0,
                 refine,
             },
@@ -219,7 +228,7 @@ impl Plan {
                     polish: if all_convex { RefineOptions { tolerance: 1e-7, ..POLISH } } else { POLISH_MESHES },
                     kept: 64,
                     is_smooth,
-                    in_turn: false,
+                    in_turn: None,
                 }
             }
         }

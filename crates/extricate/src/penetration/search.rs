@@ -5,7 +5,6 @@ use std::time::{Duration, Instant};
 use super::Ground;
 use super::answer::{Answer, free_answer};
 use super::exits::Exits;
-use super::hope::Hope;
 use super::local_metric::LocalMetric;
 use super::options::{QueryBudget, QueryOptions};
 use super::plan::{HOPE, Plan};
@@ -95,7 +94,7 @@ impl QueryScratch {
     pub(super) fn first_witness(&mut self, ground: &Ground, plan: &Plan, answer: &mut Answer) -> bool {
         let (mut count, mut looked) = (plan.pool(), 0);
         loop {
-            let wanted = if plan.in_turn { Wanted::NearSamples } else { Wanted::Samples };
+            let wanted = if plan.in_turn.is_some() { Wanted::NearSamples } else { Wanted::Samples };
             let Self { anchor, boundary, pool, .. } = self;
             ground.boundary.nearest(wanted, ground.metric, anchor, count, boundary, pool);
             for &(id, depth) in &self.pool[looked..] {
@@ -166,13 +165,16 @@ impl QueryScratch {
         }
         self.probe_scattered(ground, plan, &plan.probe, several, answer);
         let chosen = std::mem::take(&mut self.chosen);
-        let in_turn = RefineOptions { hope: Hope::IN_TURN, radius: RADIUS_IN_TURN, ..plan.refine };
+        let in_turn = plan.in_turn.filter(|_| !several);
+        let in_turn = in_turn.map(|hope| RefineOptions { hope, radius: RADIUS_IN_TURN, ..plan.refine });
         for &id in &chosen {
             let start = Start::of(ground, id);
-            if several || !plan.in_turn {
+            let Some(options) = &in_turn else {
                 self.probe(ground, &plan.probe, start, several, answer);
-            } else if !self.refine.is_spent()
-                && let Some(depth) = self.refine_from(ground, &in_turn, start, answer.depth, answer)
+                continue;
+            };
+            if !self.refine.is_spent()
+                && let Some(depth) = self.refine_from(ground, options, start, answer.depth, answer)
             {
                 self.remember(ground, depth);
             }
