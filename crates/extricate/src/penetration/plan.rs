@@ -59,8 +59,10 @@ const POLISH_MESHES: RefineOptions = RefineOptions { reach: 0.01, tolerance: 1e-
 /// A probed descent is carried on if it is expected to end below this times the best depth so far.
 pub const HOPE: f64 = 1.15;
 
-/// Exits that a refined query starts from, where there are enough.
+/// Most exits that a refined query starts from, where there are enough.
 const EXITS: usize = 20;
+/// Along hulls, so many for each degree of freedom are enough.
+const EXITS_A_DEGREE: usize = 2;
 /// With fewer than these, other starts are needed.
 const ENOUGH_EXITS: usize = 8;
 /// Boundary samples that it starts from where there are no exits.
@@ -125,7 +127,8 @@ impl Plan {
         if !relies_on_exits {
             return;
         }
-        let least = ground.checker.scene().space.nv().div_ceil(DEGREES_A_START);
+        let degrees = ground.checker.scene().space.nv();
+        let least = degrees.div_ceil(DEGREES_A_START);
         let missing = (least * MANY_EXITS).div_ceil(ground.boundary.exits());
         self.starts = missing.min(STARTS).clamp(least, MOST_FOR_EXITS * least) + more;
         if missing <= least {
@@ -133,6 +136,7 @@ impl Plan {
         }
         // Hulls have no way out that is short and narrow, as raw meshes have.
         if ground.checker.all_convex() {
+            self.exits = self.exits.min(EXITS_A_DEGREE * degrees + 2 * more);
             self.scatter.directions = 0;
         }
     }
