@@ -233,7 +233,7 @@ impl Checker {
 
     /// Appends the contacts of all checked pairs nearer than the query's margin at `q`.
     ///
-    /// Two convex shapes give one contact, exact also where they overlap; in a quick search, one that was found before and is
+    /// Two convex shapes give one contact, exact also where they overlap; in a coarse search, one that was found before and is
     /// still proved farther than the clearance may be moved along instead of searched anew. Meshes give their nearest contact and up to eleven
     /// more that differ from it in place or normal; where they overlap, distances and normals are heuristics for proposals.
     pub fn contacts(&self, q: &[f64], query: ContactQuery, scratch: &mut CheckScratch, contacts: &mut Vec<Contact>) {

@@ -89,7 +89,7 @@ impl QueryScratch {
         answer
     }
 
-    /// Makes the nearest sample the answer (nearly the nearest where descents from exits follow) and fills the pool of the plan; of stale
+    /// Makes the nearest sample the answer (nearly the nearest where descents in turn follow) and fills the pool of the plan; of stale
     /// ones, the nearest that is free now, or else any free configuration. False where none was found.
     pub(super) fn first_witness(&mut self, ground: &Ground, plan: &Plan, answer: &mut Answer) -> bool {
         let (mut count, mut looked) = (plan.pool(), 0);
