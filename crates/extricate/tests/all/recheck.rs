@@ -6,7 +6,7 @@ use extricate::kinematics::forward;
 use extricate::math::{Pose, Vec3};
 use extricate::robot::{Geometry, TriangleMesh};
 use parry3d_f64::math::{Pose as ParryPose, Rotation, Vector};
-use parry3d_f64::query;
+use parry3d_f64::query::{self, ClosestPoints};
 use parry3d_f64::shape::{Ball, Capsule, ConvexPolyhedron, Cuboid, Cylinder, Shape, TriMesh};
 
 /// The shapes of every body of a scene.
@@ -67,23 +67,33 @@ impl<'a> Recheck<'a> {
                     if centers - first.ball.1 - second.ball.1 >= least {
                         continue;
                     }
-                    let found = query::distance(&moved(&a), &*first.shape, &moved(&b), &*second.shape);
-                    least = least.min(found.expect("these shapes have distances").distance);
+                    // Told how far to look, it leaves out what is farther: a distance alone would measure everything.
+                    let found = query::closest_points(&moved(&a), &*first.shape, &moved(&b), &*second.shape, least);
+                    least = match found.expect("these shapes have closest points") {
+                        ClosestPoints::Intersecting => 0.0,
+                        ClosestPoints::WithinMargin(one, other) => least.min((one - other).length()),
+                        ClosestPoints::Disjoint => least,
+                    };
                 }
             }
         }
         least
     }
 
+    /// Distances above this count as equal: they decide nothing, and balls around the shapes rule most of them out.
+    fn far(&self) -> f64 {
+        self.scene.clearance + 2.0 * SLACK
+    }
+
     /// Whether this library agrees that `q` is free.
     pub fn agrees_free(&self, q: &[f64]) -> bool {
-        self.clearance(q, 1.0) >= self.scene.clearance - SLACK
+        self.clearance(q, self.far()) >= self.scene.clearance - SLACK
     }
 
     /// Whether it agrees that `q` collides; where meshes are, one may hold the other without their surfaces touching.
     pub fn agrees_colliding(&self, q: &[f64]) -> bool {
         let has_meshes = self.bodies.iter().flatten().any(|part| part.is_mesh);
-        has_meshes || self.clearance(q, 1.0) <= self.scene.clearance + SLACK
+        has_meshes || self.clearance(q, self.far()) <= self.scene.clearance + SLACK
     }
 }
 
