@@ -45,6 +45,7 @@ pub fn statistics<'py>(py: Python<'py>, statistics: &Statistics) -> PyResult<Bou
         Ok(of)
     });
     all.set_item("excess", excess.transpose()?)?;
+    all.set_item("width", statistics.width.name())?;
     all.set_item("measuring_checks", statistics.measuring_checks)?;
     all.set_item("ended_by", ended_by)?;
     Ok(all)

@@ -9,6 +9,7 @@ pub mod run_state;
 pub mod scene_change;
 pub mod solve;
 pub mod uniform;
+mod width;
 
 use std::ops::ControlFlow;
 
@@ -25,7 +26,7 @@ use crate::penetration::batch::in_blocks;
 use crate::penetration::certificate::InteriorBalls;
 use crate::penetration::coverage::Coverage;
 use crate::penetration::{
-    Answer, Answered, ChangedScene, Ground, QueryOptions, QueryScratch, Stream, index_samples, query,
+    Answer, Answered, ChangedScene, Ground, QueryOptions, QueryScratch, Stream, Width, index_samples, query,
 };
 use crate::scene::Scene;
 use learner::Learner;
@@ -77,7 +78,10 @@ pub struct Statistics {
     /// How good refined queries are on held-out colliding configurations: 64 of them, fewer where a check for every four labels does
     /// not pay for so many. `None` where none was asked, as with less than 10,000 labels.
     pub excess: Option<Excess>,
-    /// Collision and distance evaluations spent on the two, and on telling whether the run may end: beside `labels`.
+    /// How widely refined queries search: the least of four widths that misses the nearest way out of no more held-out configurations than one in a
+    /// hundred, see [`measure::measure`]. The usual one where too few were asked.
+    pub width: Width,
+    /// Collision and distance evaluations spent on these three, and on telling whether the run may end: beside `labels`.
     pub measuring_checks: usize,
     /// What ended learning. With a limit in seconds, the model depends on the speed of the machine.
     pub ended_by: EndedBy,
@@ -260,6 +264,7 @@ impl Model {
             coverage: &self.coverage,
             clearance: self.scene().clearance,
             scale: self.metric.diameter(),
+            width: self.statistics.width,
             stale: false,
         }
     }

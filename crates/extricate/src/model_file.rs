@@ -21,7 +21,7 @@ use crate::penetration::coverage::Coverage;
 use crate::scene::Scene;
 
 /// Version of the layout; a file of another version is refused.
-pub const FORMAT: u32 = 4;
+pub const FORMAT: u32 = 5;
 
 const KEY: &str = "extricate";
 

@@ -95,6 +95,7 @@ mod tests {
             boundary_gap: Some(1e-3),
             density: None,
             excess: None,
+            width: extricate::Width::Usual,
             measuring_checks: 0,
             ended_by: extricate::model::EndedBy::Seconds,
         };

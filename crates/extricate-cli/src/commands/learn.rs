@@ -198,6 +198,7 @@ pub fn statistics_rows(statistics: &Statistics, unit: &str) -> Vec<(&'static str
         ("held-out accuracy", held_out_accuracy(statistics)),
         ("sample density", sample_density(statistics, unit)),
         ("excess of queries", excess_of_queries(statistics)),
+        ("width of queries", format!("{} (of narrow, usual, wide, widest)", statistics.width.name())),
         ("spent on measuring", format!("{} checks", count(statistics.measuring_checks))),
     ]
 }
@@ -330,6 +331,7 @@ mod tests {
             boundary_gap: None,
             density: None,
             excess: None,
+            width: extricate::Width::Usual,
             measuring_checks: 0,
             ended_by: EndedBy::Labels,
         };

@@ -42,6 +42,8 @@ pub enum Wanted {
     NearSamples,
     /// The nearest exits.
     Exits,
+    /// The same as of samples, of exits.
+    NearExits,
 }
 
 /// An index over the samples from one on.
@@ -59,7 +61,7 @@ struct Indexed {
 const MOST_DIMENSIONS: usize = 16;
 
 /// Lists of the index that a search looks through where nearly the nearest will do.
-const LISTS: usize = 16;
+const LISTS: usize = 8;
 
 /// Memory that searches reuse.
 #[derive(Default)]
@@ -178,7 +180,7 @@ impl SampleSet {
     /// The `k` samples nearest to the anchor, ascending, with their distances in metric units; of `wanted`.
     ///
     /// # Guarantee
-    /// Exact under the metric (but for [`Wanted::NearSamples`]): the embedding's distance is a lower bound of it.
+    /// Exact under the metric (but for [`Wanted::NearSamples`] and [`Wanted::NearExits`]): the embedding's distance is a lower bound of it.
     pub fn nearest(
         &self,
         wanted: Wanted,
@@ -193,6 +195,7 @@ impl SampleSet {
             Wanted::Samples => (Some(&self.all), usize::MAX),
             Wanted::NearSamples => (Some(&self.all), LISTS),
             Wanted::Exits => (self.exits.as_ref(), usize::MAX),
+            Wanted::NearExits => (self.exits.as_ref(), LISTS),
         };
         let Some(indexed) = indexed.filter(|_| k > 0) else { return };
         scratch.embedding.resize(self.embedding_len, 0.0);

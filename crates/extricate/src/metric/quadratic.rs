@@ -14,6 +14,8 @@ pub struct Quadratic {
     pub unknowns: usize,
     /// `unknowns x unknowns`, row major, symmetric positive definite.
     pub hessian: Vec<f64>,
+    /// Whether nothing of it is off its diagonal, which holds for the joint metric.
+    pub is_diagonal: bool,
     /// `unknowns`.
     pub gradient: Vec<f64>,
     /// `R`, row major; empty but for the largest displacement.
@@ -53,13 +55,18 @@ impl Metric {
         out.slope.resize(nv, 0.0);
         out.rows.clear();
         out.bounds.clear();
+        out.is_diagonal = self.kind() == MetricSpec::Joint;
         match self.kind() {
             MetricSpec::Joint => self.joint_model(anchor, x, out),
             MetricSpec::ObjectNorm | MetricSpec::MaxDisplacement => self.object_norm_model(anchor, poses, out),
         }
-        let largest = (0..nv).map(|k| out.tensor[k * nv + k]).fold(0.0, f64::max).max(1e-12);
-        for k in 0..nv {
-            out.tensor[k * nv + k] += DAMPING * largest;
+        let largest = out.tensor.iter().step_by(nv + 1).copied().fold(0.0, f64::max).max(1e-12);
+        out.tensor.iter_mut().step_by(nv + 1).for_each(|entry| *entry += DAMPING * largest);
+        if out.is_diagonal {
+            out.unknowns = nv;
+            out.hessian.clone_from(&out.tensor);
+            out.gradient.clone_from(&out.slope);
+            return;
         }
         let extra = usize::from(self.kind() == MetricSpec::MaxDisplacement);
         let unknowns = nv + extra;
@@ -173,6 +180,9 @@ impl Quadratic {
     /// Length of a step in metric units, by the tensor.
     pub fn step_length(&self, step: &[f64]) -> f64 {
         let nv = self.slope.len();
+        if self.is_diagonal {
+            return self.tensor.iter().step_by(nv + 1).zip(step).map(|(h, s)| h * s * s).sum::<f64>().sqrt();
+        }
         let row = |i: usize| (0..nv).map(|j| self.tensor[i * nv + j] * step[j]).sum::<f64>();
         (0..nv).map(|i| step[i] * row(i)).sum::<f64>().max(0.0).sqrt()
     }

@@ -22,7 +22,7 @@ use crate::metric::Metric;
 use crate::metric::relative::RelativePoses;
 use crate::penetration::certificate::InteriorBalls;
 use crate::penetration::coverage::Coverage;
-use crate::penetration::{Ground, index_samples};
+use crate::penetration::{Ground, Width, index_samples};
 use crate::scene::Scene;
 
 /// Labels that learning spent, over those that adapting the model spends where nothing else is asked for.
@@ -170,6 +170,7 @@ fn adapt_here(model: &Model, scene: Scene, options: &LearnOptions, report: &mut 
         coverage,
         clearance,
         scale,
+        width: Width::default(),
         stale: false,
     };
     let mut extent = Extent::after(budget.spent(), options.seed);
@@ -195,6 +196,7 @@ fn adapt_here(model: &Model, scene: Scene, options: &LearnOptions, report: &mut 
         boundary_gap: (standing_in.len() < boundary.configs().len()).then_some(gap),
         density: measured.density,
         excess: measured.excess,
+        width: measured.width,
         measuring_checks: measured.checks,
         ended_by: match budget.end() {
             Some(BudgetEnd::Seconds) => EndedBy::Seconds,

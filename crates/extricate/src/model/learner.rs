@@ -27,7 +27,7 @@ use crate::metric::relative::{self, RelativePoses};
 use crate::metric::{Metric, MetricScratch};
 use crate::penetration::certificate::InteriorBalls;
 use crate::penetration::coverage::Coverage;
-use crate::penetration::{Ground, index_samples};
+use crate::penetration::{Ground, Width, index_samples};
 use crate::scene::Scene;
 use ending::Ready;
 
@@ -312,6 +312,7 @@ impl LearnGround {
             coverage: &self.no_coverage,
             clearance: self.checker.scene().clearance,
             scale: self.metric.diameter(),
+            width: Width::default(),
             stale: false,
         }
     }

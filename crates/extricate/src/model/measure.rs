@@ -7,12 +7,13 @@ use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 
 use super::quality::{Density, Excess, percentile};
+use super::width::choose_width;
 use crate::boundary::{BoundaryScratch, Wanted};
 use crate::cspace::sampling::uniform;
 use crate::cspace::{Config, Label};
 use crate::metric::Anchor;
 use crate::penetration::coverage::Coverage;
-use crate::penetration::{Effort, Ground, QueryBudget, QueryOptions, QueryScratch, query};
+use crate::penetration::{Effort, Ground, QueryBudget, QueryOptions, QueryScratch, Width, query};
 
 /// How much is measured.
 #[derive(Debug, Clone, Copy)]
@@ -34,7 +35,9 @@ pub struct Extent {
 pub struct Measured {
     /// Of the samples; `None` where nothing held out collides.
     pub density: Option<Density>,
-    /// Of the queries; `None` where none was asked.
+    /// How widely queries have to search.
+    pub width: Width,
+    /// Of such queries; `None` where none was asked.
     pub excess: Option<Excess>,
     /// To compare queries with.
     pub coverage: Coverage,
@@ -84,7 +87,7 @@ impl Extent {
         Self::in_full(seed ^ LOOKS)
     }
 
-    fn is_over(&self) -> bool {
+    pub(super) fn is_over(&self) -> bool {
         self.until.is_some_and(|until| Instant::now() >= until)
     }
 }
@@ -108,17 +111,30 @@ pub fn measure(ground: &Ground, extent: &Extent, go_on: &mut dyn FnMut() -> bool
         reach_median: percentile(&reaches, 0.5),
         reach_p95: percentile(&reaches, 0.95),
     });
-    let asked = &colliding[..colliding.len().min(extent.queries * nq)];
+    let (asked, others) = colliding.split_at(colliding.len().min(extent.queries * nq));
     let mut stopped = false;
-    let (excesses, spent) = excesses(ground, asked, extent, &mut |_| {
+    let mut hopeful = || {
         stopped = stopped || !go_on();
         !stopped
-    });
+    };
+    // What a figure is chosen by makes it look better than it is: the excess is measured on others.
+    let (width, spent) = choose_width(ground, others, extent, &mut hopeful);
+    checks += spent;
+    let (excesses, spent) = excesses(&Ground { width, ..*ground }, asked, extent, &mut |_| hopeful());
     checks += spent;
     if stopped {
         return None;
     }
-    Some(Measured { density, excess: Excess::of(&excesses), coverage: Coverage::new(reaches), checks })
+    Some(Measured { density, width, excess: Excess::of(&excesses), coverage: Coverage::new(reaches), checks })
+}
+
+/// The width alone, and the evaluations that it took.
+pub fn measure_width(ground: &Ground, extent: &Extent, go_on: &mut dyn FnMut() -> bool) -> Option<(Width, usize)> {
+    let nq = ground.checker.scene().space.nq();
+    let (colliding, drawn) = held_out(ground, extent, go_on)?;
+    let (_, others) = colliding.split_at(colliding.len().min(extent.queries * nq));
+    let (width, checks) = choose_width(ground, others, extent, go_on);
+    Some((width, drawn + checks))
 }
 
 /// Whether at least 95 % of held-out queries have an excess of at most `target`, and the checks that it took to tell; `None` where

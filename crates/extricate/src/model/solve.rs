@@ -16,7 +16,9 @@ use crate::learning::{Budget, LabelBatch};
 use crate::metric::Metric;
 use crate::penetration::certificate::InteriorBalls;
 use crate::penetration::coverage::Coverage;
-use crate::penetration::{Ground, QueryBudget, QueryOptions, QueryScratch, RELIED_ON, index_samples, nearest_exit};
+use crate::penetration::{
+    Ground, QueryBudget, QueryOptions, QueryScratch, RELIED_ON, Width, index_samples, nearest_exit,
+};
 
 /// What solving stands on.
 pub struct SolveGround<'a> {
@@ -109,6 +111,7 @@ impl SolveGround<'_> {
             coverage: self.no_coverage,
             clearance: self.checker.scene().clearance,
             scale: self.metric.diameter(),
+            width: Width::default(),
             stale: false,
         };
         let before = place.seeds_used;

@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use super::learner::Report;
+use super::measure::{Extent, measure_width};
 use super::{EndedBy, Model, Statistics};
 use crate::collision::Checker;
 use crate::cspace::Label;
@@ -12,13 +13,14 @@ use crate::learning::budget::BudgetEnd;
 use crate::learning::explore::{BATCH, Exploration};
 use crate::learning::{Budget, LearnOptions};
 use crate::metric::Metric;
+use crate::penetration::Width;
 use crate::penetration::coverage::Coverage;
 use crate::scene::Scene;
 
 /// A model whose labels all went to a low-discrepancy sequence, and whose samples are the free configurations among them: the
 /// published way with uniform samples. There is no classifier, and no sample is known to be near the boundary.
 ///
-/// Of `options`, labels, seconds, seed and threads count. Nothing is measured afterwards.
+/// Of `options`, labels, seconds, seed and threads count. Nothing is measured afterwards but how widely queries have to search.
 ///
 /// # Guarantee
 /// Every sample was labelled free. Without a limit in seconds the model depends on scene, labels and seed alone.
@@ -71,6 +73,7 @@ fn learn_here(scene: Scene, options: &LearnOptions, report: &mut Report) -> Resu
         boundary_gap: None,
         density: None,
         excess: None,
+        width: Width::default(),
         measuring_checks: 0,
         ended_by: match budget.end() {
             Some(BudgetEnd::Interrupted) => EndedBy::Interruption,
@@ -78,7 +81,13 @@ fn learn_here(scene: Scene, options: &LearnOptions, report: &mut Report) -> Resu
             Some(BudgetEnd::Labels) | None => EndedBy::Labels,
         },
     };
-    Ok(Model::from_parts(checker, metric, known.free, None, Coverage::default(), statistics))
+    let mut model = Model::from_parts(checker, metric, known.free, None, Coverage::default(), statistics);
+    let extent = Extent::after(model.statistics.labels, options.seed);
+    let mut go_on = || budget.end() != Some(BudgetEnd::Interrupted);
+    if let Some((width, checks)) = measure_width(&model.ground(), &extent, &mut go_on) {
+        (model.statistics.width, model.statistics.measuring_checks) = (width, checks);
+    }
+    Ok(model)
 }
 
 #[cfg(test)]

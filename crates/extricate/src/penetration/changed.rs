@@ -6,7 +6,7 @@ use std::sync::Arc;
 use super::batch::{Answered, in_blocks};
 use super::certificate::InteriorBalls;
 use super::coverage::Coverage;
-use super::{Answer, Ground, QueryOptions, QueryScratch, query};
+use super::{Answer, Ground, QueryOptions, QueryScratch, Width, query};
 use crate::boundary::SampleSet;
 use crate::collision::Checker;
 use crate::cspace::Config;
@@ -95,6 +95,7 @@ impl ChangedScene {
             coverage,
             clearance: self.scene().clearance,
             scale: self.metric.diameter(),
+            width: Width::default(),
             stale: true,
         }
     }

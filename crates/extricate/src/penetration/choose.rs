@@ -15,8 +15,9 @@ impl QueryScratch {
         self.chosen.clear();
         self.places.clear();
         let near = plan.exits * EXITS_LOOKED_AT;
+        let wanted = if plan.in_turn.is_some() { Wanted::NearExits } else { Wanted::Exits };
         let Self { anchor, boundary, near_exits, .. } = self;
-        ground.boundary.nearest(Wanted::Exits, ground.metric, anchor, near, boundary, near_exits);
+        ground.boundary.nearest(wanted, ground.metric, anchor, near, boundary, near_exits);
         let exits = std::mem::take(&mut self.near_exits);
         self.choose_from(ground, exits.iter().map(|(id, _)| *id), plan.exits, plan.spread);
         self.near_exits = exits;

@@ -1,5 +1,7 @@
 //! How much a descent has to promise to be carried on.
 
+use super::width::Width;
+
 /// A descent is given up where it is expected to end farther than this times its ceiling.
 #[derive(Debug, Clone, Copy)]
 pub struct Hope {
@@ -20,6 +22,15 @@ impl Hope {
     pub const IN_TURN: Self = Self { known: 1.5, early: 1.02, late: 1.0, alike: 0.002 };
     /// Of one in turn, where starts are farther from where they lead.
     pub const IN_TURN_FROM_AFAR: Self = Self { early: 1.1, late: 1.02, ..Self::IN_TURN };
+
+    /// The same, where queries search as widely as `width`: planes mislead where obstacles have edges that ways out lead around.
+    pub const fn at(self, width: Width) -> Self {
+        match width {
+            Width::Narrow => self,
+            Width::Usual => Self { known: 3.0, ..self },
+            Width::Wide | Width::Widest => Self { known: 3.0, early: 2.0, late: 1.02, ..self },
+        }
+    }
 
     /// What holds in an iteration, of which the first is 0; `by_planes` where all that is known are the planes of the start.
     pub fn after(&self, iteration: usize, by_planes: bool) -> f64 {

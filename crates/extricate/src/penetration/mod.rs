@@ -24,6 +24,7 @@ mod search;
 pub mod stream;
 mod tangents;
 mod wander;
+pub mod width;
 
 pub use answer::{Answer, Exit, Way};
 pub use batch::Answered;
@@ -33,6 +34,7 @@ pub use plan::RELIED_ON;
 pub use search::QueryScratch;
 pub use stream::{Stream, StreamOptions};
 pub use tangents::index_samples;
+pub use width::Width;
 
 use crate::boundary::SampleSet;
 use crate::collision::Checker;
@@ -59,6 +61,8 @@ pub struct Ground<'a> {
     pub clearance: f64,
     /// A typical length of the configuration space in metric units.
     pub scale: f64,
+    /// How widely refined queries search.
+    pub width: Width,
     /// Whether the samples were verified in another scene: they may collide, and be far from any boundary.
     pub stale: bool,
 }

@@ -60,9 +60,7 @@ const POLISH_MESHES: RefineOptions = RefineOptions { reach: 0.01, tolerance: 1e-
 pub const HOPE: f64 = 1.15;
 
 /// Most exits that a refined query starts from, where there are enough.
-const EXITS: usize = 20;
-/// Along hulls, so many for each degree of freedom are enough.
-const EXITS_A_DEGREE: usize = 2;
+pub(super) const EXITS: usize = 20;
 /// With fewer than these, other starts are needed.
 const ENOUGH_EXITS: usize = 8;
 /// Boundary samples that it starts from where there are no exits.
@@ -77,6 +75,11 @@ const DEGREES_A_START: usize = 4;
 const MANY_EXITS: usize = 16_384;
 /// Up to so many times as many.
 const MOST_FOR_EXITS: usize = 8;
+/// Most samples that a search in turn starts from, however wide.
+const MOST_IN_TURN: usize = 48;
+/// Nearest samples that are looked at for one that is started from; more where several ways out are compared, which are to differ more.
+const POOL_A_START: usize = 6;
+const POOL_A_START_OF_MANY: usize = 12;
 /// More of them for each further exit that is wanted: each must be found, not only the nearest.
 const STARTS_AN_EXIT: usize = 8;
 /// Most starts because of exits.
@@ -122,28 +125,32 @@ impl Plan {
 
     /// Descents in turn: from exits, and from as many samples as make up for exits that are missing, and `more`.
     fn take_turns(&mut self, ground: &Ground, relies_on_exits: bool, more: usize) {
-        self.in_turn = Some(Hope::IN_TURN_FROM_AFAR);
+        let width = ground.width;
         self.kept = 2;
+        self.in_turn = Some(Hope::IN_TURN_FROM_AFAR.at(width));
         if !relies_on_exits {
+            self.starts = (self.starts * width.samples()).clamp(self.starts, MOST_IN_TURN.max(self.starts));
             return;
         }
         let degrees = ground.checker.scene().space.nv();
         let least = degrees.div_ceil(DEGREES_A_START);
         let missing = (least * MANY_EXITS).div_ceil(ground.boundary.exits());
-        self.starts = missing.min(STARTS).clamp(least, MOST_FOR_EXITS * least) + more;
+        let starts = missing.min(STARTS).clamp(least, MOST_FOR_EXITS * least);
+        self.starts = (starts * width.samples()).min(MOST_IN_TURN) + more;
         if missing <= least {
-            self.in_turn = Some(Hope::IN_TURN);
+            self.in_turn = Some(Hope::IN_TURN.at(width));
         }
-        // Hulls have no way out that is short and narrow, as raw meshes have.
-        if ground.checker.all_convex() {
-            self.exits = self.exits.min(EXITS_A_DEGREE * degrees + 2 * more);
+        let along_hulls = ground.checker.all_convex();
+        self.exits = (width.exits(degrees, along_hulls) + 2 * more).min(MOST_STARTS / 2);
+        if along_hulls {
             self.scatter.directions = 0;
         }
     }
 
     /// Nearest samples looked at.
     pub fn pool(&self) -> usize {
-        if self.starts + self.exits == 0 { 1 } else { 12 * self.starts.max(1) }
+        let a_start = if self.in_turn.is_some() { POOL_A_START } else { POOL_A_START_OF_MANY };
+        if self.starts + self.exits == 0 { 1 } else { a_start * self.starts.max(1) }
     }
 
     fn of_effort(effort: Effort, ground: &Ground) -> Self {

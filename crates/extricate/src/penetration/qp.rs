@@ -14,14 +14,14 @@ use super::dense::{cholesky, cholesky_solve, dot};
 #[derive(Debug, Clone, Default)]
 pub struct Qp {
     nv: usize,
-    /// Cholesky factor of the Hessian; of a diagonal one its diagonal.
+    /// Cholesky factor of the Hessian; of a diagonal one the inverse of its diagonal.
     factor: Vec<f64>,
     is_diagonal: bool,
     /// Rows of `A`, row major.
     rows: Vec<f64>,
     /// Right-hand sides.
     bounds: Vec<f64>,
-    /// Inverse Euclidean norms of the rows.
+    /// Inverse Euclidean norms of the rows; 0 until one is asked for.
     scales: Vec<f64>,
     /// The box: least and greatest values of the first unknowns. Its rows are numbered after those of `A`, lower sides first.
     low: Vec<f64>,
@@ -54,7 +54,7 @@ pub enum QpOutcome {
 /// `H^-1 x`, in place.
 fn lift(factor: &[f64], is_diagonal: bool, x: &mut [f64]) {
     if is_diagonal {
-        x.iter_mut().zip(factor).for_each(|(x, h)| *x /= h);
+        x.iter_mut().zip(factor).for_each(|(x, inverse)| *x *= inverse);
     } else {
         cholesky_solve(factor, x.len(), x);
     }
@@ -111,10 +111,11 @@ impl Qp {
     /// proved to stay above `most`.
     pub fn solve(&mut self, hessian: &[f64], gradient: &[f64], most: f64) -> QpOutcome {
         let nv = self.nv;
-        self.is_diagonal = hessian.iter().enumerate().all(|(at, h)| at % (nv + 1) == 0 || *h == 0.0);
+        let mut rows = hessian.chunks_exact(nv).enumerate();
+        self.is_diagonal = rows.all(|(i, row)| row[..i].iter().chain(&row[i + 1..]).all(|h| *h == 0.0));
         self.factor.clear();
         if self.is_diagonal {
-            self.factor.extend(hessian.iter().step_by(nv + 1));
+            self.factor.extend(hessian.iter().step_by(nv + 1).map(|h| 1.0 / h));
         } else {
             self.factor.extend_from_slice(hessian);
             cholesky(&mut self.factor, nv);
@@ -130,7 +131,7 @@ impl Qp {
             self.start_in_box();
         }
         self.scales.clear();
-        self.scales.extend(self.rows.chunks_exact(nv).map(|row| 1.0 / dot(row, row).sqrt().max(1e-9)));
+        self.scales.resize(self.bounds.len(), 0.0);
         for _ in 0..10 * nv + 20 {
             if self.objective > most {
                 return QpOutcome::Above;
@@ -148,7 +149,7 @@ impl Qp {
     fn start_in_box(&mut self) {
         let width = self.low.len();
         for k in 0..width {
-            let (least, curvature) = (self.step[k], self.factor[k]);
+            let (least, inverse) = (self.step[k], self.factor[k]);
             let held = least.clamp(self.low[k], self.high[k]);
             let off = (held - least).abs();
             if off <= TOLERANCE {
@@ -156,12 +157,12 @@ impl Qp {
             }
             let sign = if held > least { 1.0 } else { -1.0 };
             self.step[k] = held;
-            self.objective += 0.5 * curvature * off * off;
+            self.objective += 0.5 * off * off / inverse;
             self.active.push(self.bounds.len() + if sign > 0.0 { k } else { width + k });
-            self.multipliers.push(curvature * off);
+            self.multipliers.push(off / inverse);
             let at = self.lifted.len();
             self.lifted.resize(at + self.nv, 0.0);
-            self.lifted[at + k] = sign / curvature;
+            self.lifted[at + k] = sign * inverse;
         }
     }
 
@@ -193,7 +194,7 @@ impl Qp {
         }
     }
 
-    fn most_violated(&self) -> Option<usize> {
+    fn most_violated(&mut self) -> Option<usize> {
         let mut worst = (None, TOLERANCE);
         let mut consider = |row: usize, violation: f64| {
             if violation > worst.1 {
@@ -201,7 +202,13 @@ impl Qp {
             }
         };
         for (i, row) in self.rows.chunks_exact(self.nv).enumerate() {
-            consider(i, (self.bounds[i] - dot(row, &self.step)) * self.scales[i]);
+            let missing = self.bounds[i] - dot(row, &self.step);
+            if missing > 0.0 {
+                if self.scales[i] == 0.0 {
+                    self.scales[i] = 1.0 / dot(row, row).sqrt().max(1e-9);
+                }
+                consider(i, missing * self.scales[i]);
+            }
         }
         let (first, width) = (self.bounds.len(), self.low.len());
         for (k, step) in self.step[..width].iter().enumerate() {
@@ -274,8 +281,8 @@ impl Qp {
         self.dependence.clear();
         for &row in &self.active {
             // What `row_dot` does, on fields.
-            let side =
-                row.checked_sub(self.bounds.len()).map(|side| (side % width, if side < width { 1.0 } else { -1.0 }));
+            let side = row.checked_sub(self.bounds.len());
+            let side = side.map(|side| if side < width { (side, 1.0) } else { (side - width, -1.0) });
             let along = |x: &[f64]| match side {
                 None => dot(&self.rows[row * nv..(row + 1) * nv], x),
                 Some((unknown, sign)) => sign * x[unknown],

@@ -1,0 +1,172 @@
+//! How widely the queries of a scene have to search: the least that misses next to nothing, measured.
+
+use rayon::prelude::*;
+
+use super::measure::Extent;
+use crate::penetration::{Ground, QueryOptions, QueryScratch, Width, nearest_exit};
+use crate::scene::MetricSpec;
+
+/// Held-out colliding configurations that are asked at every width.
+const QUERIES: usize = 512;
+/// With fewer, what is missed says little.
+const LEAST_QUERIES: usize = 64;
+/// Of so many, one may be missed.
+const ASKED_A_MISS: usize = 100;
+/// An answer farther than this times the nearest one of all widths misses it.
+const NEAR: f64 = 1.05;
+/// Asked between two looks at the clock.
+const ASKED_AT_ONCE: usize = 16;
+
+/// Of each width, in their order: how many nearest ways out it missed.
+type Misses = [usize; Width::ALL.len()];
+
+/// The least width that misses no more than one nearest way out in a hundred, as far as the wider ones find it; the widest where all do. `colliding`
+/// (row major) are asked at every width that may still be the one, and the evaluations that took are returned too; where less than
+/// 64 can be asked, the usual one.
+///
+/// # Guarantee
+/// Without a time to stop at, the result depends on the arguments alone, not on the number of threads.
+pub fn choose_width(
+    ground: &Ground,
+    colliding: &[f64],
+    extent: &Extent,
+    go_on: &mut dyn FnMut() -> bool,
+) -> (Width, usize) {
+    let nq = ground.checker.scene().space.nq();
+    let mut rest = &colliding[..colliding.len().min(QUERIES * nq)];
+    let all = rest.len() / nq;
+    let (mut misses, mut asked, mut checks): (Misses, _, _) = ([0; Width::ALL.len()], 0, 0);
+    // Few at first: how many evaluations one takes differs by a hundred times from scene to scene.
+    let mut size = 1;
+    // Widths tell apart what searches in turn, which other metrics do not.
+    if ground.metric.kind() != MetricSpec::Joint || extent.queries == 0 || all < LEAST_QUERIES {
+        return (Width::default(), 0);
+    }
+    // Half of what may be spent; the other half is for the excess.
+    let most = extent.checks / 2;
+    while !rest.is_empty() && !extent.is_over() && go_on() {
+        // Never begun where it would not be ended.
+        if asked > 0 && asked < LEAST_QUERIES && checks / asked * LEAST_QUERIES > most || checks > most {
+            break;
+        }
+        let widths: Vec<Width> = candidates(&misses, all).collect();
+        if widths.len() == 1 {
+            break;
+        }
+        let block;
+        (block, rest) = rest.split_at(rest.len().min(size * nq));
+        size = ASKED_AT_ONCE.min(2 * size);
+        let rows: Vec<(Misses, usize)> = block
+            .par_chunks_exact(nq)
+            .with_max_len(1)
+            .map_init(QueryScratch::default, |scratch, q| missed(ground, q, &widths, scratch))
+            .collect();
+        asked += rows.len();
+        for (missed, spent) in rows {
+            misses.iter_mut().zip(missed).for_each(|(sum, one)| *sum += one);
+            checks += spent;
+        }
+    }
+    let is_told = asked >= LEAST_QUERIES || candidates(&misses, all).count() == 1;
+    let chosen = candidates(&misses, asked.max(LEAST_QUERIES)).next();
+    (chosen.filter(|_| is_told).unwrap_or_default(), checks)
+}
+
+/// Widths that have missed no more than they may of `asked`, and the widest.
+fn candidates(misses: &Misses, asked: usize) -> impl Iterator<Item = Width> {
+    let allowed = asked / ASKED_A_MISS;
+    let last = Width::ALL.len() - 1;
+    Width::ALL
+        .into_iter()
+        .zip(*misses)
+        .enumerate()
+        .filter(move |(at, (_, missed))| *at == last || *missed <= allowed)
+        .map(|(_, (width, _))| width)
+}
+
+/// Which of `widths` missed the nearest way out of `q` that one of them found, and the evaluations of all.
+fn missed(ground: &Ground, q: &[f64], widths: &[Width], scratch: &mut QueryScratch) -> (Misses, usize) {
+    let (mut depths, mut checks, mut nearest) = ([f64::INFINITY; Width::ALL.len()], 0, f64::INFINITY);
+    // A configuration that was drawn keeps the limits but for rounding, which this mends.
+    let Ok(q) = ground.checker.scene().space.config(q) else { return (Misses::default(), 0) };
+    for &width in widths {
+        let ground = Ground { width, ..*ground };
+        let Some(answer) = nearest_exit(&ground, &q, &QueryOptions::default(), scratch) else { continue };
+        checks += scratch.checks();
+        depths[width as usize] = answer.depth;
+        nearest = nearest.min(answer.depth);
+    }
+    let mut missed = Misses::default();
+    widths.iter().for_each(|width| missed[*width as usize] = usize::from(depths[*width as usize] > NEAR * nearest));
+    (missed, checks)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::learning::LearnOptions;
+    use crate::model::Model;
+    use crate::model::measure::tests::colliding;
+    use crate::scene::builtin;
+    use std::ops::ControlFlow;
+
+    fn learned(name: &str, labels: usize) -> Model {
+        let options = LearnOptions { labels, seconds: None, seed: 2, ..LearnOptions::default() };
+        Model::learn(builtin::scene(name).unwrap(), &options, &mut |_| ControlFlow::Continue(())).unwrap()
+    }
+
+    fn rows(model: &Model, count: usize) -> Vec<f64> {
+        colliding(model, count).iter().flat_map(|q| q.to_vec()).collect()
+    }
+
+    #[test]
+    fn the_least_width_that_misses_no_more_than_it_may_is_taken() {
+        let first = |misses, asked| candidates(&misses, asked).next().unwrap();
+        assert_eq!(first([2, 9, 9, 9], 256), Width::Narrow);
+        assert_eq!(first([3, 2, 0, 0], 256), Width::Usual);
+        assert_eq!(first([3, 3, 3, 9], 256), Width::Widest);
+        assert_eq!(first([1, 1, 0, 0], 99), Width::Wide);
+        assert_eq!(candidates(&[3, 2, 3, 9], 256).collect::<Vec<_>>(), [Width::Usual, Width::Widest]);
+    }
+
+    #[test]
+    fn what_is_chosen_does_not_depend_on_the_number_of_threads() {
+        let model = learned("hand", 30_000);
+        let (asked, extent) = (rows(&model, 96), Extent::in_full(0));
+        let chosen = |threads| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+            pool.install(|| choose_width(&model.ground(), &asked, &extent, &mut || true))
+        };
+        let (width, checks) = chosen(1);
+        assert_eq!((width, checks), chosen(3));
+        assert!(checks > 96, "{checks}");
+    }
+
+    #[test]
+    fn wider_queries_miss_less() {
+        let model = learned("dual-arm", 40_000);
+        let mut scratch = QueryScratch::default();
+        let mut misses = Misses::default();
+        for q in colliding(&model, 80) {
+            let (one, checks) = missed(&model.ground(), &q, &Width::ALL, &mut scratch);
+            assert!(checks > 0 && one.iter().all(|missed| *missed <= 1) && one.contains(&0), "{one:?}");
+            misses.iter_mut().zip(one).for_each(|(sum, one)| *sum += one);
+        }
+        assert!(misses[3] < misses[1] && misses[3] < misses[0], "{misses:?}");
+    }
+
+    #[test]
+    fn nothing_is_chosen_where_nothing_can_be_told() {
+        let model = learned("planar-arm", 12_000);
+        let ground = model.ground();
+        let choose = |rows: &[f64], extent: &Extent, go_on: bool| choose_width(&ground, rows, extent, &mut || go_on);
+        let (few, many) = (rows(&model, 40), rows(&model, 70));
+        let in_full = Extent::in_full(0);
+        assert_eq!(choose(&few, &in_full, true), (Width::Usual, 0));
+        assert_eq!(choose(&many, &in_full, false), (Width::Usual, 0));
+        // What the first one takes shows that enough of them are not to be paid for.
+        let (width, checks) = choose(&many, &Extent { checks: 100, ..in_full }, true);
+        assert!(width == Width::Usual && checks > 0 && checks < 1000, "{width:?} {checks}");
+        assert!(choose(&many, &in_full, true).1 > 2 * checks);
+    }
+}
