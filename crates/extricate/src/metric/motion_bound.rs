@@ -172,6 +172,21 @@ fn joint_steps(scene: &Scene, uses: &[CoordinateUse], poses: &[Pose], path: &mut
 }
 
 impl MotionPath {
+    /// Not more than [`MotionPath::bound`] of a point in the path's frame at `position` (world \[m\]), without a root: what the joints do by themselves, none
+    /// by what others have done to its lever. 0 for other metrics than the joint metric.
+    pub fn bound_at_least(&self, position: &Vec3, distance: f64) -> f64 {
+        let squared = |step: &Step| {
+            let squared_lever = match step.kind {
+                StepKind::Slide(_) => return 0.0,
+                StepKind::SharedSlide => 1.0,
+                StepKind::Turn => step.axis.cross(&(position - step.origin)).norm_squared(),
+                StepKind::Ball => (position - step.origin).norm_squared(),
+            };
+            squared_lever * step.multiplier * step.multiplier / step.weight
+        };
+        distance * self.steps.iter().map(squared).sum::<f64>().sqrt()
+    }
+
     fn place(&mut self, point: &Vec3) {
         for step in &mut self.steps {
             let arm = point - step.origin;

@@ -127,6 +127,8 @@ fn motion_bounds_are_never_exceeded() {
                     let moved = (seen_after - seen_before).norm();
                     let bound = metric.motion_bound(&from, &point, distance, &mut scratch);
                     assert!(moved <= bound * (1.0 + 1e-9) + 1e-12, "{name} {:?}: {moved} > {bound}", metric.kind());
+                    let quick = scratch.bound_at_least(&position, distance);
+                    assert!(quick <= bound * (1.0 + 1e-12), "{name} {:?}: {quick} > {bound}", metric.kind());
                 }
             }
         }

@@ -251,7 +251,7 @@ fn excess(ground: &Ground, q: &Config, budget: QueryBudget, scratch: &mut QueryS
 }
 
 #[cfg(test)]
-pub(super) mod tests {
+pub(crate) mod tests {
     use super::*;
     use crate::collision::Checker;
     use crate::learning::LearnOptions;

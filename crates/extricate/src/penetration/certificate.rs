@@ -171,9 +171,12 @@ fn raise(
     for &(most, at) in order.iter() {
         let ball = &balls[at];
         let (position, point_solid) = place(ball);
+        let start = bound + STEP * ceiling;
+        if most <= path.bound_at_least(&position, start) {
+            continue;
+        }
         let mut point = BoundedPoint { position, of, relative_to, inside_of: true, inside_relative_to: true };
         ground.metric.motion_of(poses, &point, path);
-        let start = bound + STEP * ceiling;
         let mut low = (start, path.bound(start));
         // Too shallow to raise the bound, even if the point moves as little as one inside would.
         if most <= low.1 {

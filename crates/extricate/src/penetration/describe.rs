@@ -116,3 +116,42 @@ impl QueryScratch {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::LearnOptions;
+    use crate::collision::{CheckScratch, ContactQuery, ContactSearch};
+    use crate::model::Model;
+    use crate::model::measure::tests::colliding;
+    use crate::scene::builtin;
+    use std::ops::ControlFlow;
+
+    /// What the last descent saw of its end is not looked at again; it has to be what a look would see.
+    #[test]
+    fn contacts_are_those_of_a_look_at_the_witness_alone() {
+        for name in ["planar-arm", "hand"] {
+            let options = LearnOptions { labels: 30_000, seconds: None, ..LearnOptions::default() };
+            let model =
+                Model::learn(builtin::scene(name).unwrap(), &options, &mut |_| ControlFlow::Continue(())).unwrap();
+            let (mut scratch, mut seen) = (QueryScratch::default(), 0);
+            for q in colliding(&model, 100) {
+                let answer = model.query(&q, &QueryOptions::default(), &mut scratch);
+                let margin = model.scene().clearance + TOUCHING;
+                let look = ContactQuery { margin, search: ContactSearch::Exact };
+                let mut contacts = Vec::new();
+                model.checker().contacts(&answer.witness, look, &mut CheckScratch::default(), &mut contacts);
+                contacts.sort_by_key(|contact| contact.pair);
+                assert_eq!(contacts.len(), answer.contacts.len(), "{name} {q:?}");
+                for (told, found) in answer.contacts.iter().zip(&contacts) {
+                    assert_eq!(told.pair, found.pair);
+                    assert!((told.distance - found.distance).abs() < 1e-9, "{name} {q:?}: {told:?} {found:?}");
+                    // Of points 0.1 mm apart on round shapes: searches from elsewhere end 1e-9 m from each other.
+                    assert!((told.normal - found.normal).norm() < 1e-4, "{name} {q:?}: {told:?} {found:?}");
+                }
+                seen += contacts.len();
+            }
+            assert!(seen > 100, "{name}: {seen}");
+        }
+    }
+}

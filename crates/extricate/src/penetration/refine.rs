@@ -1,12 +1,14 @@
 //! Refinement: slide a configuration along the contact surface toward the query (sequential quadratic programming).
 
+mod program;
+
 use super::Ground;
 use super::hope::Hope;
 use super::limit::Limit;
 use super::qp::{Qp, QpOutcome};
 use crate::boundary::tangents::Planes;
 use crate::collision::{CheckScratch, Contact, ContactQuery, ContactSearch};
-use crate::cspace::{Label, Manifold};
+use crate::cspace::Label;
 use crate::math::{Pose, Vec3};
 use crate::metric::{Anchor, MetricScratch, quadratic::Quadratic};
 use crate::scene::MetricSpec;
@@ -67,6 +69,9 @@ pub struct RefineScratch {
     /// Where a step that was not taken would have led.
     hit_poses: Vec<Pose>,
     contacts: Vec<Contact>,
+    /// The configuration that was checked last, where `contacts` are all its exact ones nearer than a margin \[m\]; else empty.
+    looked_at: Vec<f64>,
+    looked_within: f64,
     quadratic: Quadratic,
     qp: Qp,
     trial: Vec<f64>,
@@ -90,6 +95,12 @@ impl<'a> Start<'a> {
 }
 
 impl RefineScratch {
+    /// Begins a query whose configuration was checked.
+    pub fn begin(&mut self) {
+        self.checks = 1;
+        self.looked_at.clear();
+    }
+
     /// Whether the budget is spent.
     pub fn is_spent(&self) -> bool {
         self.limit.is_reached(self.checks)
@@ -108,12 +119,20 @@ impl RefineScratch {
     /// An exact check, counted.
     pub fn label(&mut self, ground: &Ground, q: &[f64]) -> Label {
         self.checks += 1;
+        if self.looked_at != q {
+            self.looked_at.clear();
+        }
         ground.checker.label(q, &mut self.check)
     }
 
-    /// Contacts of the pairs nearer than `margin` \[m\] at `q`, ascending by pair.
+    /// Contacts of the pairs nearer than `margin` \[m\] at `q`, ascending by pair; `check` then holds its poses.
     pub fn touching(&mut self, ground: &Ground, q: &[f64], margin: f64) -> &[Contact] {
-        self.contacts_at(ground, q, ContactQuery { margin, search: ContactSearch::Exact });
+        if self.looked_at == q && self.looked_within >= margin {
+            self.contacts.retain(|contact| contact.distance < margin);
+            self.looked_within = margin;
+        } else {
+            self.contacts_at(ground, q, ContactQuery { margin, search: ContactSearch::Exact });
+        }
         self.contacts.sort_by_key(|contact| contact.pair);
         &self.contacts
     }
@@ -248,6 +267,7 @@ pub fn slide(
             }
         } else {
             let hit = std::mem::replace(&mut scratch.contacts, kept);
+            scratch.looked_at.clear();
             scratch.hit_poses.clear();
             scratch.hit_poses.extend_from_slice(scratch.check.poses());
             if is_partial {
@@ -278,6 +298,11 @@ impl RefineScratch {
     fn contacts_at(&mut self, ground: &Ground, q: &[f64], query: ContactQuery) -> f64 {
         self.checks += 1;
         self.contacts.clear();
+        self.looked_at.clear();
+        if query.search == ContactSearch::Exact {
+            self.looked_at.extend_from_slice(q);
+            self.looked_within = query.margin;
+        }
         ground.checker.contacts(q, query, &mut self.check, &mut self.contacts);
         let least = self.contacts.iter().map(|c| c.distance).fold(query.margin, f64::min);
         ground.clearance - least
@@ -294,6 +319,7 @@ impl RefineScratch {
     fn learn_from(&mut self, ground: &Ground, hit: &[Contact]) -> bool {
         let scene = ground.checker.scene();
         let known = self.contacts.len();
+        self.looked_at.clear();
         for contact in hit.iter().filter(|contact| contact.distance < ground.clearance) {
             let pair = &scene.pairs[contact.pair];
             let here = |body: usize, point: &Vec3| {
@@ -315,69 +341,5 @@ impl RefineScratch {
             }
         }
         self.contacts.len() > known
-    }
-
-    /// Rows: one a contact (of `planes`, where they are given), how many is returned; then the metric's own; the box of limits and trust
-    /// region.
-    fn build_program(&mut self, ground: &Ground, x: &[f64], radius: f64, planes: Option<Planes>) -> usize {
-        let scene = ground.checker.scene();
-        let nv = scene.space.nv();
-        self.low.clear();
-        self.high.clear();
-        for k in 0..nv {
-            let reach = radius / self.quadratic.tensor[k * nv + k].sqrt();
-            self.low.push(-reach);
-            self.high.push(reach);
-        }
-        for factor in scene.space.factors() {
-            if let Manifold::Interval { lower, upper } = factor.manifold {
-                self.low[factor.v] = self.low[factor.v].max(lower - x[factor.q]).min(0.0);
-                self.high[factor.v] = self.high[factor.v].min(upper - x[factor.q]).max(0.0);
-            }
-        }
-        let unknowns = self.quadratic.unknowns;
-        self.qp.reset(unknowns);
-        if let Some(planes) = planes {
-            for (room, gradient) in planes.iter() {
-                self.qp.push(0.0).iter_mut().zip(gradient).for_each(|(slot, g)| *slot = g);
-                self.bound_last_row(nv, SLACK - room);
-            }
-        } else {
-            for at in 0..self.contacts.len() {
-                let contact = &self.contacts[at];
-                contact.add_gradient(scene, &self.poses, &mut self.qp.push(0.0)[..nv]);
-                self.bound_last_row(nv, ground.clearance + SLACK - contact.distance);
-            }
-        }
-        let contacts = self.qp.rows();
-        self.qp.set_box(&self.low, &self.high);
-        for (row, bound) in self.quadratic.rows.chunks_exact(unknowns).zip(&self.quadratic.bounds) {
-            self.qp.push(*bound).copy_from_slice(row);
-        }
-        contacts
-    }
-
-    /// Asks `wanted` of the row that was added last, but no more than the box can give, or the program has no solution.
-    fn bound_last_row(&mut self, nv: usize, wanted: f64) {
-        let sides = self.low.iter().zip(&self.high);
-        let reach: f64 = self.qp.last_row()[..nv].iter().zip(sides).map(|(a, (l, h))| f64::max(a * l, a * h)).sum();
-        *self.qp.last_bound() = wanted.min(0.8 * reach);
-    }
-
-    /// Whether the trust region, not only a joint limit, held the step back in some coordinate.
-    ///
-    /// Measured by coordinate, because along a self-motion that moves bodies little a step that fills the box is short.
-    fn step_at_rim(&self, radius: f64) -> bool {
-        let nv = self.step.len();
-        let reach = |k: usize| radius / self.quadratic.tensor[k * nv + k].sqrt();
-        self.step.iter().enumerate().any(|(k, s)| s.abs() > 0.99 * reach(k))
-    }
-
-    fn clip_step(&mut self) {
-        self.step.clear();
-        self.step.extend_from_slice(&self.qp.step[..self.low.len()]);
-        for (k, s) in self.step.iter_mut().enumerate() {
-            *s = s.clamp(self.low[k], self.high[k]);
-        }
     }
 }

@@ -77,7 +77,7 @@ impl QueryScratch {
             limit.stop.clone_from(&options.stop);
         }
         self.refine.check.forget_contacts();
-        self.refine.checks = 1;
+        self.refine.begin();
         let space = &ground.checker.scene().space;
         let mut answer = free_answer(q, space.nv(), options.effort);
         ground.checker.colliding_pairs(q, &mut self.refine.check, &mut answer.colliding);
