@@ -4,7 +4,7 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use super::learner::{GAP_SHARE, Report, relative_poses, stand_ins};
-use super::measure::{Extent, measure};
+use super::measure::{Extent, Measured, measure};
 use super::quality::interval;
 use super::scene_change::compare;
 use super::solve::{SolveGround, SolvePlace, pays};
@@ -22,7 +22,7 @@ use crate::metric::Metric;
 use crate::metric::relative::RelativePoses;
 use crate::penetration::certificate::InteriorBalls;
 use crate::penetration::coverage::Coverage;
-use crate::penetration::{Ground, Width, index_samples};
+use crate::penetration::{Ground, index_samples};
 use crate::scene::Scene;
 
 /// Labels that learning spent, over those that adapting the model spends where nothing else is asked for.
@@ -170,7 +170,7 @@ fn adapt_here(model: &Model, scene: Scene, options: &LearnOptions, report: &mut 
         coverage,
         clearance,
         scale,
-        width: Width::default(),
+        width: model.statistics.width,
         stale: false,
     };
     let mut extent = Extent::after(budget.spent(), options.seed);
@@ -180,7 +180,8 @@ fn adapt_here(model: &Model, scene: Scene, options: &LearnOptions, report: &mut 
         budget.stage("measuring");
         budget.end() == Some(BudgetEnd::Interrupted)
     };
-    let measured = measure(&ground, &extent, &mut || !interrupted()).unwrap_or_default();
+    let measured = measure(&ground, &extent, &mut || !interrupted())
+        .unwrap_or_else(|| Measured { width: ground.width, ..Measured::default() });
     let statistics = Statistics {
         labels: budget.spent(),
         seed: options.seed,

@@ -22,7 +22,7 @@ type Misses = [usize; Width::ALL.len()];
 
 /// The least width that misses no more than one nearest way out in a hundred, as far as the wider ones find it; the widest where all do. `colliding`
 /// (row major) are asked at every width that may still be the one, and the evaluations that took are returned too; where less than
-/// 64 can be asked, the usual one.
+/// 64 can be asked, that of `ground`.
 ///
 /// # Guarantee
 /// Without a time to stop at, the result depends on the arguments alone, not on the number of threads.
@@ -40,7 +40,7 @@ pub fn choose_width(
     let mut size = 1;
     // Widths tell apart what searches in turn, which other metrics do not.
     if ground.metric.kind() != MetricSpec::Joint || extent.queries == 0 || all < LEAST_QUERIES {
-        return (Width::default(), 0);
+        return (ground.width, 0);
     }
     // Half of what may be spent; the other half is for the excess.
     let most = extent.checks / 2;
@@ -69,7 +69,7 @@ pub fn choose_width(
     }
     let is_told = asked >= LEAST_QUERIES || candidates(&misses, all).count() == 1;
     let chosen = candidates(&misses, asked.max(LEAST_QUERIES)).next();
-    (chosen.filter(|_| is_told).unwrap_or_default(), checks)
+    (chosen.filter(|_| is_told).unwrap_or(ground.width), checks)
 }
 
 /// Widths that have missed no more than they may of `asked`, and the widest.
@@ -163,6 +163,8 @@ mod tests {
         let (few, many) = (rows(&model, 40), rows(&model, 70));
         let in_full = Extent::in_full(0);
         assert_eq!(choose(&few, &in_full, true), (Width::Usual, 0));
+        let wide = Ground { width: Width::Wide, ..ground };
+        assert_eq!(choose_width(&wide, &few, &in_full, &mut || true), (Width::Wide, 0), "what was known stays");
         assert_eq!(choose(&many, &in_full, false), (Width::Usual, 0));
         // What the first one takes shows that enough of them are not to be paid for.
         let (width, checks) = choose(&many, &Extent { checks: 100, ..in_full }, true);
