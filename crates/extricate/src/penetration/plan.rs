@@ -75,8 +75,6 @@ const DEGREES_A_START: usize = 4;
 const MANY_EXITS: usize = 16_384;
 /// Up to so many times as many.
 const MOST_FOR_EXITS: usize = 8;
-/// Most samples that a search in turn starts from, however wide.
-const MOST_IN_TURN: usize = 48;
 /// Nearest samples that are looked at for one that is started from; more where several ways out are compared, which are to differ more.
 const POOL_A_START: usize = 6;
 const POOL_A_START_OF_MANY: usize = 12;
@@ -129,14 +127,14 @@ impl Plan {
         self.kept = 2;
         self.in_turn = Some(Hope::IN_TURN_FROM_AFAR.at(width));
         if !relies_on_exits {
-            self.starts = (self.starts * width.samples()).clamp(self.starts, MOST_IN_TURN.max(self.starts));
+            self.starts = (self.starts * width.samples()).min(MOST_STARTS);
             return;
         }
         let degrees = ground.checker.scene().space.nv();
         let least = degrees.div_ceil(DEGREES_A_START);
         let missing = (least * MANY_EXITS).div_ceil(ground.boundary.exits());
         let starts = missing.min(STARTS).clamp(least, MOST_FOR_EXITS * least);
-        self.starts = (starts * width.samples()).min(MOST_IN_TURN) + more;
+        self.starts = starts.max(least * width.samples()) + more;
         if missing <= least {
             self.in_turn = Some(Hope::IN_TURN.at(width));
         }

@@ -19,7 +19,7 @@ pub enum Width {
     Usual,
     /// The same, and first steps may lead far off: where obstacles have edges that ways out lead around.
     Wide,
-    /// Such descents from forty exits and four times as many samples.
+    /// Such descents from forty exits and, where there are many of them, four times as many samples.
     Widest,
 }
 
@@ -50,7 +50,7 @@ impl Width {
         }
     }
 
-    /// Samples that it starts from besides, for each that the narrowest does.
+    /// Samples that it starts from besides, for each that the narrowest does where there are many exits.
     pub(super) fn samples(self) -> usize {
         match self {
             Self::Narrow | Self::Usual | Self::Wide => 1,
