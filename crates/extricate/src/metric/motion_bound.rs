@@ -172,8 +172,8 @@ fn joint_steps(scene: &Scene, uses: &[CoordinateUse], poses: &[Pose], path: &mut
 }
 
 impl MotionPath {
-    /// Not more than [`MotionPath::bound`] of a point in the path's frame at `position` (world \[m\]), without a root: what the joints do by themselves, none
-    /// by what others have done to its lever. 0 for other metrics than the joint metric.
+    /// Not more than [`MotionPath::bound`] of a point in the path's frame at `position` (world \[m\]), with one root in all: what the joints do by themselves,
+    /// their levers as they are now. 0 for other metrics than the joint metric.
     pub fn bound_at_least(&self, position: &Vec3, distance: f64) -> f64 {
         let squared = |step: &Step| {
             let squared_lever = match step.kind {

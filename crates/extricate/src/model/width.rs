@@ -75,13 +75,8 @@ pub fn choose_width(
 /// Widths that have missed no more than they may of `asked`, and the widest.
 fn candidates(misses: &Misses, asked: usize) -> impl Iterator<Item = Width> {
     let allowed = asked / ASKED_A_MISS;
-    let last = Width::ALL.len() - 1;
-    Width::ALL
-        .into_iter()
-        .zip(*misses)
-        .enumerate()
-        .filter(move |(at, (_, missed))| *at == last || *missed <= allowed)
-        .map(|(_, (width, _))| width)
+    let may_be = move |(width, missed): &(Width, usize)| *width == Width::Widest || *missed <= allowed;
+    Width::ALL.into_iter().zip(*misses).filter(may_be).map(|(width, _)| width)
 }
 
 /// Which of `widths` missed the nearest way out of `q` that one of them found, and the evaluations of all.

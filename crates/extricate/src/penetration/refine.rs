@@ -267,7 +267,6 @@ pub fn slide(
             }
         } else {
             let hit = std::mem::replace(&mut scratch.contacts, kept);
-            scratch.looked_at.clear();
             scratch.hit_poses.clear();
             scratch.hit_poses.extend_from_slice(scratch.check.poses());
             if is_partial {
@@ -319,6 +318,7 @@ impl RefineScratch {
     fn learn_from(&mut self, ground: &Ground, hit: &[Contact]) -> bool {
         let scene = ground.checker.scene();
         let known = self.contacts.len();
+        // From here on `contacts` may be more than a look at one configuration sees.
         self.looked_at.clear();
         for contact in hit.iter().filter(|contact| contact.distance < ground.clearance) {
             let pair = &scene.pairs[contact.pair];
