@@ -255,7 +255,7 @@ impl Model {
         in_blocks(&mut queries.into_iter(), threads, &|q, scratch| self.query(q, options, scratch), each)
     }
 
-    fn ground(&self) -> Ground<'_> {
+    pub(crate) fn ground(&self) -> Ground<'_> {
         Ground {
             checker: &self.checker,
             metric: &self.metric,

@@ -111,7 +111,7 @@ impl SolveGround<'_> {
             coverage: self.no_coverage,
             clearance: self.checker.scene().clearance,
             scale: self.metric.diameter(),
-            width: Width::default(),
+            width: Width::Narrow,
             stale: false,
         };
         let before = place.seeds_used;

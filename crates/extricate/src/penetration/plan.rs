@@ -59,7 +59,7 @@ const POLISH_MESHES: RefineOptions = RefineOptions { reach: 0.01, tolerance: 1e-
 /// A probed descent is carried on if it is expected to end below this times the best depth so far.
 pub const HOPE: f64 = 1.15;
 
-/// Most exits that a refined query starts from, where there are enough.
+/// Exits that a refined query starts from along raw meshes, at least, and where descents are not in turn.
 pub(super) const EXITS: usize = 20;
 /// With fewer than these, other starts are needed.
 const ENOUGH_EXITS: usize = 8;
@@ -69,10 +69,10 @@ const STARTS: usize = 16;
 const KNOWN_AN_EXIT: usize = 32;
 /// Exits that are known where queries rely on them.
 pub const RELIED_ON: usize = ENOUGH_EXITS * KNOWN_AN_EXIT;
-/// With many exits, a sample for so many degrees of freedom is enough besides.
-const DEGREES_A_START: usize = 4;
-/// So many they are then; with fewer, more samples make up for them.
+/// With fewer exits than these, samples make up for them.
 const MANY_EXITS: usize = 16_384;
+/// One for so many degrees of freedom where there are nearly as many exits.
+const DEGREES_A_START: usize = 4;
 /// Up to so many times as many.
 const MOST_FOR_EXITS: usize = 8;
 /// Nearest samples that are looked at for one that is started from; more where several ways out are compared, which are to differ more.
@@ -121,11 +121,11 @@ impl Plan {
         plan
     }
 
-    /// Descents in turn: from exits, and from as many samples as make up for exits that are missing, and `more`.
+    /// Descents in turn: from exits, from as many samples as make up for exits that are missing, and from `more`.
     fn take_turns(&mut self, ground: &Ground, relies_on_exits: bool, more: usize) {
         let width = ground.width;
         self.kept = 2;
-        self.in_turn = Some(Hope::IN_TURN_FROM_AFAR.at(width));
+        self.in_turn = Some(Hope::IN_TURN);
         if !relies_on_exits {
             self.starts = (self.starts * width.samples()).min(MOST_STARTS);
             return;
@@ -133,11 +133,8 @@ impl Plan {
         let degrees = ground.checker.scene().space.nv();
         let least = degrees.div_ceil(DEGREES_A_START);
         let missing = (least * MANY_EXITS).div_ceil(ground.boundary.exits());
-        let starts = missing.min(STARTS).clamp(least, MOST_FOR_EXITS * least);
-        self.starts = starts.max(least * width.samples()) + more;
-        if missing <= least {
-            self.in_turn = Some(Hope::IN_TURN.at(width));
-        }
+        let make_up = missing.min(STARTS).min(MOST_FOR_EXITS * least);
+        self.starts = if missing > least { make_up } else { 0 } + more;
         let along_hulls = ground.checker.all_convex();
         self.exits = (width.exits(degrees, along_hulls) + 2 * more).min(MOST_STARTS / 2);
         if along_hulls {

@@ -52,6 +52,15 @@ pub struct Start<'a> {
     pub planes: Option<Planes<'a>>,
 }
 
+/// The best that is known when a descent begins.
+#[derive(Clone, Copy)]
+pub struct Known<'a> {
+    /// A descent that is not expected to end nearer is given up.
+    pub ceiling: f64,
+    /// Where a descent from elsewhere ended, if one did.
+    pub way_out: Option<&'a [f64]>,
+}
+
 /// Memory that refinement reuses.
 #[derive(Default)]
 pub struct RefineScratch {
@@ -147,7 +156,7 @@ impl RefineScratch {
 ///
 /// Each iteration linearises the signed distances of the near contacts, solves a quadratic program in a trust region and
 /// accepts the step if a merit function (half the squared distance plus a penalty on the worst violation) falls. A descent that
-/// is not expected to end below `ceiling` is given up.
+/// is not expected to end nearer than what is `known`, or elsewhere, is given up.
 ///
 /// # Guarantee
 /// `Some(depth)` with a configuration in `best` whose contacts all kept the clearance; the caller verifies it with the
@@ -156,12 +165,13 @@ pub fn slide(
     ground: &Ground,
     anchor: &Anchor,
     start: Start,
-    ceiling: f64,
+    known: Known,
     options: &RefineOptions,
     best: &mut Vec<f64>,
     scratch: &mut RefineScratch,
 ) -> Option<f64> {
     let scene = ground.checker.scene();
+    let ceiling = known.ceiling;
     let mut x = std::mem::take(&mut scratch.x);
     let mut trial = std::mem::take(&mut scratch.trial);
     x.clear();
@@ -199,8 +209,15 @@ pub fn slide(
             break;
         }
         ground.metric.quadratic_model(anchor, &x, &scratch.poses, &mut scratch.quadratic);
+        if iteration == 0
+            && let Some((planes, hope)) = planes.zip(options.hope.of_foot())
+            && scratch.foot_is_elsewhere(ground, &x, planes, distance, (hope, known))
+        {
+            scratch.expected = hope * ceiling;
+            break;
+        }
         let rows = scratch.build_program(ground, &x, radius, planes);
-        let hope = options.hope.after(iteration, planes.is_some());
+        let hope = options.hope.after(iteration, start.planes.is_some(), planes.is_some());
         let has_looked = iteration > 0 || planes.is_some();
         // Where it overlaps, a model may have no solution, which is not to be taken for a far one.
         let may_end = has_looked && violation <= 0.0 && scratch.quadratic.rows.is_empty();

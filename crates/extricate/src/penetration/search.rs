@@ -8,7 +8,7 @@ use super::exits::Exits;
 use super::local_metric::LocalMetric;
 use super::options::{QueryBudget, QueryOptions};
 use super::plan::{HOPE, Plan};
-use super::refine::{RefineOptions, RefineScratch, Start, slide};
+use super::refine::{Known, RefineOptions, RefineScratch, Start, slide};
 use super::scatter::{ScatterScratch, scatter};
 use super::wander::{WanderScratch, wander};
 use crate::boundary::{BoundaryScratch, Wanted};
@@ -35,6 +35,8 @@ pub struct QueryScratch {
     pub(super) quadratic: Quadratic,
     pub(super) moved: Vec<f64>,
     pub(super) step: Vec<f64>,
+    /// Whether the answer is where a descent ended.
+    has_descended: bool,
     /// Where a last descent starts.
     best: Vec<f64>,
     pub(super) pool: Vec<(u32, f64)>,
@@ -51,9 +53,9 @@ pub struct QueryScratch {
     pub(super) exits: Exits,
 }
 
-/// First radius of the trust region of descents in turn, as a share of the distance to the query: what planes promise of a shorter step is less, so
-/// that more exits are refused by them alone.
-const RADIUS_IN_TURN: f64 = 0.35;
+/// First radius of the trust region of descents in turn, as a share of the distance to the query: longer steps find more, and deeper overlaps, which
+/// take longer to look at.
+const RADIUS_IN_TURN: f64 = 0.45;
 /// Ways out that are remembered where one is wanted.
 const REMEMBERED: usize = 4;
 /// A way out of pieces this much farther than the nearest one may turn out to be nearer out of the meshes.
@@ -78,6 +80,7 @@ impl QueryScratch {
         }
         self.refine.check.forget_contacts();
         self.refine.begin();
+        self.has_descended = false;
         let space = &ground.checker.scene().space;
         let mut answer = free_answer(q, space.nv(), options.effort);
         ground.checker.colliding_pairs(q, &mut self.refine.check, &mut answer.colliding);
@@ -352,8 +355,10 @@ impl QueryScratch {
         ceiling: f64,
         answer: &mut Answer,
     ) -> Option<f64> {
-        let depth = slide(ground, &self.anchor, start, ceiling, options, &mut self.slid, &mut self.refine)?;
+        let known = Known { ceiling, way_out: self.has_descended.then_some(&answer.witness) };
+        let depth = slide(ground, &self.anchor, start, known, options, &mut self.slid, &mut self.refine)?;
         if (depth < answer.depth || !answer.verified) && self.refine.label(ground, &self.slid) == Label::Free {
+            self.has_descended = true;
             answer.depth = depth;
             answer.witness.copy_from_slice(&self.slid);
             answer.verified = true;

@@ -4,22 +4,21 @@ use serde::{Deserialize, Serialize};
 
 use super::plan::EXITS;
 
-/// How many exits and samples a refined query starts from, and how early it gives one up; what a scene needs is measured when it is learned.
+/// How many exits a refined query starts from; what a scene needs is measured when it is learned.
 ///
 /// Ordered: what is wider takes more checks and misses fewer ways out. It tells queries apart that search under the `joint` metric in the
 /// scene that was learned; others search as widely at every width.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Width {
-    /// One exit for each degree of freedom, given up as soon as its planes do not promise much: where nearly every descent ends at the nearest way
-    /// out.
+    /// One exit for each degree of freedom: where nearly every descent ends at the nearest way out.
     Narrow,
-    /// Two of them, given up by their planes only where those put them far off. Where nothing was measured.
+    /// Two of them. Where nothing was measured.
     #[default]
     Usual,
-    /// The same, and first steps may lead far off: where obstacles have edges that ways out lead around.
+    /// Three of them.
     Wide,
-    /// Such descents from forty exits and, where there are many of them, four times as many samples.
+    /// Six of them; where exits are too few to rely on, four times as many samples as the others start from.
     Widest,
 }
 
@@ -40,21 +39,19 @@ impl Width {
         }
     }
 
-    /// Most exits that a query starts from. Hulls have no way out that is short and narrow, as raw meshes have.
+    /// Most exits that a query starts from. Raw meshes have ways out that are short and narrow, as hulls have not.
     pub(super) fn exits(self, degrees: usize, along_hulls: bool) -> usize {
-        match self {
-            Self::Narrow if along_hulls => degrees.clamp(LEAST_EXITS, EXITS),
-            Self::Usual | Self::Wide if along_hulls => (2 * degrees).clamp(LEAST_EXITS, EXITS),
-            Self::Narrow | Self::Usual | Self::Wide => EXITS,
-            Self::Widest => 2 * EXITS,
-        }
+        let a_degree = match self {
+            Self::Narrow => 1,
+            Self::Usual => 2,
+            Self::Wide => 3,
+            Self::Widest => 6,
+        };
+        (a_degree * degrees).max(if along_hulls { LEAST_EXITS } else { EXITS })
     }
 
-    /// Samples that it starts from besides, for each that the narrowest does where there are many exits.
+    /// Samples that it starts from for each that the narrowest does, where there are too few exits.
     pub(super) fn samples(self) -> usize {
-        match self {
-            Self::Narrow | Self::Usual | Self::Wide => 1,
-            Self::Widest => 4,
-        }
+        if self == Self::Widest { 4 } else { 1 }
     }
 }

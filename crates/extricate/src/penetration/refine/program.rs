@@ -1,9 +1,13 @@
 //! The quadratic program of one iteration: what it is made of, and what becomes of its step.
 
-use super::{RefineScratch, SLACK};
+use super::{Known, QpOutcome, RefineScratch, SLACK};
 use crate::boundary::tangents::Planes;
 use crate::cspace::Manifold;
 use crate::penetration::Ground;
+use crate::penetration::answer::SEPARATION;
+
+/// How far the foot of the query is looked for, as a multiple of the distance of the start: beyond any that counts.
+const FAR: f64 = 3.0;
 
 impl RefineScratch {
     /// Rows: one a contact (of `planes`, where they are given), how many is returned; then the metric's own; the box of limits and trust
@@ -46,6 +50,31 @@ impl RefineScratch {
         contacts
     }
 
+    /// Whether the planes of `x` (`distance` from the query) lead farther than `hope` times what is known, or to the way out that is: by the foot of the query
+    /// on them, which is too far off to go there, but near enough to tell ways out apart. The model has to be that of `x`.
+    pub(super) fn foot_is_elsewhere(
+        &mut self,
+        ground: &Ground,
+        x: &[f64],
+        planes: Planes,
+        distance: f64,
+        (hope, known): (f64, Known),
+    ) -> bool {
+        self.build_program(ground, x, FAR * distance, Some(planes));
+        let most = 0.5 * ((hope * known.ceiling).powi(2) - distance * distance);
+        match self.qp.solve(&self.quadratic.hessian, &self.quadratic.gradient, most) {
+            QpOutcome::Above => return true,
+            QpOutcome::Infeasible => return false,
+            QpOutcome::Solved => {}
+        }
+        let Some(way_out) = known.way_out else { return false };
+        // From the foot to it.
+        self.step.resize(self.low.len(), 0.0);
+        ground.checker.scene().space.difference(x, way_out, &mut self.step);
+        self.step.iter_mut().zip(&self.qp.step).for_each(|(rest, step)| *rest -= step);
+        self.quadratic.step_length(&self.step) < SEPARATION * known.ceiling
+    }
+
     /// Asks `wanted` of the row that was added last, but no more than the box can give, or the program has no solution.
     fn bound_last_row(&mut self, nv: usize, wanted: f64) {
         let sides = self.low.iter().zip(&self.high);
@@ -67,6 +96,57 @@ impl RefineScratch {
         self.step.extend_from_slice(&self.qp.step[..self.low.len()]);
         for (k, s) in self.step.iter_mut().enumerate() {
             *s = s.clamp(self.low[k], self.high[k]);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::boundary::tangents::Tangents;
+    use crate::learning::LearnOptions;
+    use crate::metric::Anchor;
+    use crate::model::Model;
+    use crate::scene::builtin;
+    use std::ops::ControlFlow;
+
+    #[test]
+    fn the_foot_tells_far_exits_and_those_of_the_way_out_that_is_known() {
+        let options = LearnOptions { labels: 5_000, seconds: None, ..LearnOptions::default() };
+        let scene = builtin::scene("planar-arm").unwrap();
+        let model = Model::learn(scene, &options, &mut |_| ControlFlow::Continue(())).unwrap();
+        let (ground, space) = (model.ground(), &model.scene().space);
+        let (x, nv): (Vec<f64>, usize) = (vec![0.0; space.nq()], space.nv());
+        let at = |steps: [f64; 2]| -> Vec<f64> {
+            let (mut step, mut q): (Vec<f64>, Vec<f64>) = (vec![0.0; nv], x.clone());
+            step[..2].copy_from_slice(&steps);
+            space.integrate(&x, &step, &mut q);
+            q
+        };
+        // Toward the query along the first coordinate, a plane ends the way after 0.3 of 1.
+        let mut tangents = Tangents::new(nv);
+        let mut toward = vec![0.0; nv];
+        toward[0] = -1.0;
+        tangents.push(0.3, &toward);
+        tangents.end_sample();
+        let planes = tangents.planes(0);
+        let q = at([1.0, 0.0]);
+        let mut anchor = Anchor::default();
+        ground.metric.anchor(&q, &mut anchor);
+        let mut scratch = RefineScratch::default();
+        let distance = scratch.distance(&ground, &anchor, &x);
+        let (foot, unit) = (scratch.distance(&ground, &anchor, &at([0.3, 0.0])), distance);
+        assert!(foot < 0.8 * unit);
+        let mut is_elsewhere = |ceiling: f64, way_out: Option<&[f64]>| {
+            ground.metric.quadratic_model(&anchor, &x, &[], &mut scratch.quadratic);
+            scratch.foot_is_elsewhere(&ground, &x, planes, distance, (1.2, Known { ceiling, way_out }))
+        };
+        assert!(!is_elsewhere(f64::INFINITY, None));
+        assert!(!is_elsewhere(foot / 1.19, None) && is_elsewhere(foot / 1.21, None));
+        for off in [-1.0, 1.0] {
+            let share = |share: f64| at([0.3, off * share * foot]);
+            assert!(is_elsewhere(foot, Some(&share(0.9 * SEPARATION))));
+            assert!(!is_elsewhere(foot, Some(&share(1.1 * SEPARATION))));
         }
     }
 }
