@@ -211,7 +211,7 @@ pub fn slide(
         ground.metric.quadratic_model(anchor, &x, &scratch.poses, &mut scratch.quadratic);
         if iteration == 0
             && let Some((planes, hope)) = planes.zip(options.hope.of_foot())
-            && scratch.foot_is_elsewhere(ground, &x, planes, distance, (hope, known))
+            && scratch.foot_is_elsewhere(ground, &x, planes, distance, hope, known)
         {
             scratch.expected = hope * ceiling;
             break;

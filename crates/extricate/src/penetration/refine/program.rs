@@ -58,7 +58,8 @@ impl RefineScratch {
         x: &[f64],
         planes: Planes,
         distance: f64,
-        (hope, known): (f64, Known),
+        hope: f64,
+        known: Known,
     ) -> bool {
         self.build_program(ground, x, FAR * distance, Some(planes));
         let most = 0.5 * ((hope * known.ceiling).powi(2) - distance * distance);
@@ -139,7 +140,7 @@ mod tests {
         assert!(foot < 0.8 * unit);
         let mut is_elsewhere = |ceiling: f64, way_out: Option<&[f64]>| {
             ground.metric.quadratic_model(&anchor, &x, &[], &mut scratch.quadratic);
-            scratch.foot_is_elsewhere(&ground, &x, planes, distance, (1.2, Known { ceiling, way_out }))
+            scratch.foot_is_elsewhere(&ground, &x, planes, distance, 1.2, Known { ceiling, way_out })
         };
         assert!(!is_elsewhere(f64::INFINITY, None));
         assert!(!is_elsewhere(foot / 1.19, None) && is_elsewhere(foot / 1.21, None));
