@@ -137,9 +137,8 @@ impl Plan {
         self.starts = if missing > least { make_up } else { 0 } + more;
         let along_hulls = ground.checker.all_convex();
         self.exits = (width.exits(degrees, along_hulls) + 2 * more).min(MOST_STARTS / 2);
-        if along_hulls {
-            self.scatter.directions = 0;
-        }
+        // Whatever is near the query was near one that was solved.
+        self.scatter.directions = 0;
     }
 
     /// Nearest samples looked at.

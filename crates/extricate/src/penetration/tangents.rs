@@ -7,10 +7,11 @@ use crate::boundary::tangents::Tangents;
 use crate::collision::{CheckScratch, Checker, Contact, ContactQuery, ContactSearch};
 use crate::metric::Metric;
 
-/// Contacts farther than this beyond the clearance are left to the step that meets them \[m\].
-const NEAR: f64 = 0.01;
-/// Most planes an exit, nearest first: with more than coordinates, some of them say little.
-const MOST: usize = 12;
+/// Contacts farther than this beyond the clearance are left to the step that meets them \[m\]: as far as descents look for contacts. Of
+/// those nearer, a foot that does not know them is too near; by those twice as far, which turn on the way, it is refused too often.
+const NEAR: f64 = 0.05;
+/// Most planes an exit, nearest first.
+const MOST: usize = 24;
 /// Exits that a thread looks at before it takes more.
 const CHUNK: usize = 64;
 

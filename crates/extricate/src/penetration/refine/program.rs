@@ -78,6 +78,11 @@ impl RefineScratch {
 
     /// Asks `wanted` of the row that was added last, but no more than the box can give, or the program has no solution.
     fn bound_last_row(&mut self, nv: usize, wanted: f64) {
+        // The box holds the step of none, which gives that much.
+        if wanted <= 0.0 {
+            *self.qp.last_bound() = wanted;
+            return;
+        }
         let sides = self.low.iter().zip(&self.high);
         let reach: f64 = self.qp.last_row()[..nv].iter().zip(sides).map(|(a, (l, h))| f64::max(a * l, a * h)).sum();
         *self.qp.last_bound() = wanted.min(0.8 * reach);
