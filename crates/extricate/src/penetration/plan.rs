@@ -82,6 +82,8 @@ const POOL_A_START_OF_MANY: usize = 12;
 const STARTS_AN_EXIT: usize = 8;
 /// Most starts because of exits.
 const MOST_STARTS: usize = 96;
+/// Most exits that descents in turn start from: those that lead nowhere cost no check.
+const MOST_EXITS: usize = 256;
 
 impl Plan {
     /// What the options ask for.
@@ -136,8 +138,8 @@ impl Plan {
         let make_up = missing.min(STARTS).min(MOST_FOR_EXITS * least);
         self.starts = if missing > least { make_up } else { 0 } + more;
         let along_hulls = ground.checker.all_convex();
-        self.exits = (width.exits(degrees, along_hulls) + 2 * more).min(MOST_STARTS / 2);
-        // Whatever is near the query was near one that was solved.
+        self.exits = (width.exits(degrees, along_hulls) + (2 * more).min(MOST_STARTS / 2)).min(MOST_EXITS);
+        // Where a way out is short, so is that to the nearest exit: labels around the query find nothing more.
         self.scatter.directions = 0;
     }
 

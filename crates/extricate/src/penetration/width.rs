@@ -16,9 +16,9 @@ pub enum Width {
     /// Two of them. Where nothing was measured.
     #[default]
     Usual,
-    /// Three of them.
+    /// Four of them.
     Wide,
-    /// Six of them; where exits are too few to rely on, four times as many samples as the others start from.
+    /// Ten of them; where exits are too few to rely on, four times as many samples as the others start from.
     Widest,
 }
 
@@ -44,8 +44,8 @@ impl Width {
         let a_degree = match self {
             Self::Narrow => 1,
             Self::Usual => 2,
-            Self::Wide => 3,
-            Self::Widest => 6,
+            Self::Wide => 4,
+            Self::Widest => 10,
         };
         (a_degree * degrees).max(if along_hulls { LEAST_EXITS } else { EXITS })
     }
