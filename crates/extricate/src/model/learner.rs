@@ -40,7 +40,7 @@ const SURPRISES_A_SECOND: f64 = 1000.0;
 /// Boundary samples have a colliding configuration within this share of the space's diameter.
 pub(super) const GAP_SHARE: f64 = 1.0 / 2000.0;
 /// Share of the budget after which the boundary is not traced further, and colliding configurations are solved.
-pub(super) const TRACED_BY: f64 = 0.5;
+pub(super) const TRACED_BY: f64 = 0.3;
 /// Boundary samples below which free configurations stand in for those that are missing: a query wants sixteen starts that are not alike.
 const STAND_INS: usize = 128;
 /// A run that may end by its quality is looked at whenever its boundary samples have grown by this factor: what all looks cost is
