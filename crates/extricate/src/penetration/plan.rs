@@ -39,13 +39,15 @@ pub struct Plan {
     pub is_smooth: bool,
 }
 
-/// Contacts are looked for within this share of the farthest motion.
+/// Contacts are looked for as far as this \[m\], and known of exits.
+pub(super) const MARGIN: f64 = 0.05;
+/// And within this share of the farthest motion.
 const REACH: f64 = 0.1;
 
 /// The last descent along smooth contacts: to the digits that anyone would look at.
 const POLISH: RefineOptions = RefineOptions {
     iterations: 60,
-    margin: 0.05,
+    margin: MARGIN,
     reach: REACH,
     search: ContactSearch::Exact,
     radius: 0.05,
@@ -155,7 +157,7 @@ impl Plan {
         let degrees = ground.checker.scene().space.nv();
         let refine = RefineOptions {
             iterations: 40,
-            margin: 0.05,
+            margin: MARGIN,
             reach: REACH,
             search: ContactSearch::Coarse,
             radius: 0.5,

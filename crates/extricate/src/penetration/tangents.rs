@@ -2,14 +2,12 @@
 
 use rayon::prelude::*;
 
+use super::plan::MARGIN;
 use crate::boundary::SampleSet;
 use crate::boundary::tangents::Tangents;
 use crate::collision::{CheckScratch, Checker, Contact, ContactQuery, ContactSearch};
 use crate::metric::Metric;
 
-/// Contacts farther than this beyond the clearance are left to the step that meets them \[m\]: as far as descents look for contacts. Of
-/// those nearer, a foot that does not know them is too near; by those twice as far, which turn on the way, it is refused too often.
-const NEAR: f64 = 0.05;
 /// Most planes an exit, nearest first.
 const MOST: usize = 24;
 /// Exits that a thread looks at before it takes more.
@@ -51,7 +49,8 @@ fn add(checker: &Checker, q: &[f64], scratch: &mut CheckScratch, contacts: &mut 
     contacts.clear();
     // Each on its own: what is noted must not depend on how exits were handed out.
     scratch.forget_contacts();
-    let query = ContactQuery { margin: scene.clearance + NEAR, search: ContactSearch::Coarse };
+    // A foot that does not know of what descents look at is too near; contacts twice as far turn on the way there.
+    let query = ContactQuery { margin: scene.clearance + MARGIN, search: ContactSearch::Coarse };
     checker.contacts(q, query, scratch, contacts);
     contacts.sort_by(|a, b| a.distance.total_cmp(&b.distance));
     let mut row = vec![0.0; scene.space.nv()];
