@@ -13,7 +13,7 @@ use super::gjk::Separation;
 use super::mesh_mesh::{self, Pair};
 use super::mesh_shape::MeshShape;
 use super::pair_memory::PairMemories;
-use super::part_pair::Placed;
+use super::part_pair::{Hint, Placed};
 use super::queue::Entry;
 use super::shape::{ConvexSolid, ShapeKind};
 use super::triangle;
@@ -78,6 +78,7 @@ pub fn gather(
     [first, second]: [Placed; 2],
     query: ContactQuery,
     place: PairPlace,
+    hint: &mut Hint,
     buffers: &mut ContactBuffers,
     contacts: &mut Vec<Contact>,
 ) {
@@ -98,6 +99,8 @@ pub fn gather(
         (Convex(x), Convex(y)) => {
             let memory = buffers.memory.of(parts);
             if let Some(found) = memory.contact([a, b], [x, y], &relative, query, clearance) {
+                // A check of where the contact just keeps the clearance then takes one plane.
+                hint.normal = found.normal;
                 sink.push(&Near::from(found));
             }
         }

@@ -52,7 +52,7 @@ pub enum ConvexCore {
 
 impl ConvexCore {
     /// A point of the core that lies farthest along `direction` (of any length) \[m\].
-    #[inline]
+    #[inline(always)]
     pub fn support(&self, direction: &Vec3) -> Vec3 {
         match self {
             Self::Point => Vec3::zeros(),

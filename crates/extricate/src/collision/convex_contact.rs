@@ -1,7 +1,7 @@
 //! The contact of two convex shapes, and what it spares the next search for the same pair.
 
 use super::bounds::Relative;
-use super::gjk::{self, LastFeatures, Separation};
+use super::gjk::{self, LastFeatures, Separation, Slack};
 use super::shape::{ConvexSolid, Shape};
 use super::{ContactQuery, ContactSearch};
 use crate::math::{Mat3, Pose, Vec3};
@@ -30,14 +30,15 @@ impl Default for PairMemory {
 const CARRIED: f64 = 0.5;
 
 /// In a coarse search, the depth of an overlap is too large by at most this share of itself: the step that it asks for is judged anew where it
-/// leads, and with 0.05 queries take a fifth more instructions and find the same.
-const COARSE_DEPTH: f64 = 0.5;
+/// leads, and with 0.05 queries take a fifth more instructions and find the same. Of a distance of more than twice the clearance that share may be
+/// missing.
+pub const COARSE: Slack = Slack { depth: 0.5, gap: 0.3, beyond: f64::INFINITY };
 
 impl PairMemory {
     /// The contact of two convex shapes in the frame of the first, if nearer than the margin.
     ///
     /// Exact within rounding; in a coarse search, the last one moved along (see [`CARRIED`]) as long as that proves a distance of
-    /// more than `clearance`, and overlaps up to [`COARSE_DEPTH`] too deep.
+    /// more than `clearance`, and what is found no more exact than [`COARSE`].
     pub fn contact(
         &mut self,
         [a, b]: [&Shape; 2],
@@ -64,15 +65,12 @@ impl PairMemory {
         if self.lower >= query.margin {
             return None;
         }
-        let found = gjk::separation_near(
-            &mut self.last,
-            &x.shape,
-            &Pose::identity(),
-            &y.shape,
-            &relative.pose_a_b,
-            query.margin,
-            if query.search == ContactSearch::Exact { 0.0 } else { COARSE_DEPTH },
-        );
+        let slack = match query.search {
+            ContactSearch::Exact => Slack::NONE,
+            ContactSearch::Coarse => Slack { beyond: 2.0 * clearance, ..COARSE },
+        };
+        let (first, pose_first, pose_second) = (&x.shape, &Pose::identity(), &relative.pose_a_b);
+        let found = gjk::separation_near(&mut self.last, first, pose_first, &y.shape, pose_second, query.margin, slack);
         self.lower = found.map_or(query.margin, |found| found.distance);
         self.contact = found.filter(|found| found.distance < query.margin);
         self.contact
@@ -148,7 +146,7 @@ mod tests {
                 };
                 if cold.distance < 0.0 {
                     assert!(near.distance < cold.distance + 1e-7, "{cold:?} {near:?}");
-                    assert!(near.distance * (1.0 - COARSE_DEPTH) > cold.distance - 1e-7, "{cold:?} {near:?}");
+                    assert!(near.distance * (1.0 - COARSE.depth) > cold.distance - 1e-7, "{cold:?} {near:?}");
                 } else if (near.distance - cold.distance).abs() > 1e-7 {
                     carried += 1;
                     assert!(cold.distance > 2.0 * clearance && near.distance > 2.0 * clearance, "{cold:?} {near:?}");

@@ -82,7 +82,10 @@ pub fn proves_nearer(a: &Shape, b: &Shape, pose_a_b: &Pose, limit: f64) -> bool 
         (ShapeKind::Convex(solid), _) if solid.is_primitive() => {
             b.inner.iter().any(|(center, radius)| reaches(solid, &pose_a_b.point(&center), radius, limit))
         }
-        _ => vectorized(|| some_overlap(&a.inner, &b.inner, pose_a_b, limit)),
+        _ => vectorized(
+            #[inline(always)]
+            || some_overlap(&a.inner, &b.inner, pose_a_b, limit),
+        ),
     }
 }
 

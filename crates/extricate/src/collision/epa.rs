@@ -10,7 +10,7 @@ mod polytope;
 mod start;
 
 use super::gjk::{Difference, Simplex, Vertex, nearest_on_triangle};
-use crate::math::Vec3;
+use crate::math::{Vec3, vectorized};
 use polytope::Polytope;
 use start::Start;
 
@@ -56,6 +56,20 @@ fn flat(difference: &Difference, vertex: Vertex, normal: Vec3) -> Penetration {
 }
 
 fn expand(difference: &Difference, vertices: [Vertex; 4], deeper_than: f64, not_above: f64, slack: f64) -> Penetration {
+    vectorized(
+        #[inline(always)]
+        || expand_inlined(difference, vertices, deeper_than, not_above, slack),
+    )
+}
+
+#[inline(always)]
+fn expand_inlined(
+    difference: &Difference,
+    vertices: [Vertex; 4],
+    deeper_than: f64,
+    not_above: f64,
+    slack: f64,
+) -> Penetration {
     // Curved cores would be refined without end; their faces shrink fourfold in height with each halving.
     let tolerance = difference.scale * if difference.is_curved() { 1e-9 } else { 1e-12 };
     let mut polytope = Polytope::empty(difference.scale, difference.rounding);

@@ -38,6 +38,22 @@ pub struct Separation {
     pub normal: Vec3,
 }
 
+/// How far from exact a separation may be.
+#[derive(Debug, Clone, Copy)]
+pub struct Slack {
+    /// An overlap may be this share too deep.
+    pub depth: f64,
+    /// A distance may be this share too small,
+    pub gap: f64,
+    /// where it is larger than this \[m\].
+    pub beyond: f64,
+}
+
+impl Slack {
+    /// Within rounding.
+    pub const NONE: Self = Self { depth: 0.0, gap: 0.0, beyond: f64::INFINITY };
+}
+
 /// Signed distance; `None` as soon as it is proved greater than `cutoff` \[m\].
 ///
 /// # Guarantee
@@ -67,10 +83,10 @@ pub fn separation_from(
     let difference = Difference::new(first, pose_first, second, pose_second);
     let radii = first.radius + second.radius;
     let outcome = descend(&difference, guess, cutoff + radii, f64::NEG_INFINITY);
-    separation_of(outcome, &difference, guess, [first.radius, second.radius], pose_first, cutoff, 0.0)
+    separation_of(outcome, &difference, guess, [first.radius, second.radius], pose_first, cutoff, Slack::NONE)
 }
 
-/// The separation that a descent without a lower end found, the depth of an overlap to within the share `slack`; `guess` becomes its
+/// The separation that a descent without a lower end found, the depth of an overlap as exact as `slack` asks; `guess` becomes its
 /// normal.
 fn separation_of(
     outcome: Outcome,
@@ -79,14 +95,14 @@ fn separation_of(
     [radius_first, radius_second]: [f64; 2],
     pose_first: &Pose,
     cutoff: f64,
-    slack: f64,
+    slack: Slack,
 ) -> Option<Separation> {
     let radii = radius_first + radius_second;
     let cores = match outcome {
         Outcome::Apart => return None,
         Outcome::Nearer(settled) | Outcome::Settled(settled) => apart(difference, &settled),
         Outcome::Overlapping(simplex) => {
-            let overlap = epa::penetration_within(difference, &simplex, slack);
+            let overlap = epa::penetration_within(difference, &simplex, slack.depth);
             Cores {
                 distance: -overlap.upper,
                 parted: -overlap.upper,
@@ -139,7 +155,8 @@ fn apart(difference: &Difference, settled: &Settled) -> Cores {
     }
     // The point is of the difference, so that the cores are no farther apart, wherever the search stopped.
     let depth_lower = -point.norm() - difference.rounding;
-    Cores { distance: feature.square.sqrt(), parted, depth_lower, on_first, on_second: on_first - point, normal }
+    let distance = if settled.is_coarse { settled.plane } else { feature.square.sqrt() };
+    Cores { distance, parted, depth_lower, on_first, on_second: on_first - point, normal }
 }
 
 /// Whether the signed distance is below `threshold` \[m\] (which may be 0 or negative), stopping as soon as that is decided.

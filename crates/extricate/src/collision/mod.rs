@@ -138,8 +138,8 @@ pub struct ContactQuery {
 /// How exact contacts have to be.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ContactSearch {
-    /// Enough to propose a step. Far contacts of convex shapes may be those of the search before, moved along, and depths up to twice
-    /// too large. Meshes are taken for convex pieces around them, which stand out by a few thousandths of their size: deep overlaps are
+    /// Enough to propose a step. Far contacts of convex shapes may be those of the search before, moved along; depths may be up to twice
+    /// too large, and distances of more than twice the clearance up to a third too small. Meshes are taken for convex pieces around them, which stand out by a few thousandths of their size: deep overlaps are
     /// seen whole, and where no contact is below the clearance the configuration is free.
     Coarse,
     /// The nearest contact, and the depth of convex shapes, within rounding.
@@ -246,7 +246,8 @@ impl Checker {
             for (first, second, parts) in self.part_pairs(index) {
                 let (a, b) = self.bodies.placed(&mut scratch.placement, first, second);
                 let place = contact::PairPlace { pair: index, parts, start, clearance: self.scene.clearance };
-                contact::gather([a, b], query, place, &mut scratch.contact_buffers, contacts);
+                let hint = &mut scratch.hints[parts];
+                contact::gather([a, b], query, place, hint, &mut scratch.contact_buffers, contacts);
             }
         }
     }

@@ -50,7 +50,15 @@ const DEPTH_SLACK: f64 = 0.1;
 pub fn convex_depth(a: Placed, b: Placed) -> Option<f64> {
     let (ShapeKind::Convex(x), ShapeKind::Convex(y)) = (&a.shape.kind, &b.shape.kind) else { return None };
     let last = &mut gjk::LastFeatures::default();
-    let separation = gjk::separation_near(last, &x.shape, a.pose, &y.shape, b.pose, 0.0, DEPTH_SLACK)?;
+    let separation = gjk::separation_near(
+        last,
+        &x.shape,
+        a.pose,
+        &y.shape,
+        b.pose,
+        0.0,
+        gjk::Slack { depth: DEPTH_SLACK, ..gjk::Slack::NONE },
+    )?;
     Some(separation.depth_lower).filter(|depth| *depth > 0.0)
 }
 

@@ -1,9 +1,10 @@
 //! The little dense linear algebra of small, resizable problems: row-major slices, no allocation.
 
 /// Products that are summed side by side, which does not wait for one sum to end before the next.
-const LANES: usize = 4;
+pub const LANES: usize = 4;
 
 /// Inner product.
+#[inline(always)]
 pub fn dot(a: &[f64], b: &[f64]) -> f64 {
     let ((a, rest_a), (b, rest_b)) = (a.as_chunks::<LANES>(), b.as_chunks::<LANES>());
     let mut sums = [0.0; LANES];
@@ -16,6 +17,7 @@ pub fn dot(a: &[f64], b: &[f64]) -> f64 {
 
 /// In-place Cholesky factor (lower triangle) of a row-major matrix; a pivot below 1e-14 of the largest diagonal entry is raised
 /// to it.
+#[inline(always)]
 pub fn cholesky(m: &mut [f64], n: usize) {
     let floor = (0..n).map(|k| m[k * n + k]).fold(f64::MIN_POSITIVE, f64::max) * 1e-14;
     for j in 0..n {
@@ -27,6 +29,7 @@ pub fn cholesky(m: &mut [f64], n: usize) {
 }
 
 /// Solves `L L' x = b` in place for the lower triangle `L`.
+#[inline(always)]
 pub fn cholesky_solve(factor: &[f64], n: usize, x: &mut [f64]) {
     for i in 0..n {
         x[i] = (x[i] - dot(&factor[i * n..i * n + i], &x[..i])) / factor[i * n + i];
@@ -35,6 +38,7 @@ pub fn cholesky_solve(factor: &[f64], n: usize, x: &mut [f64]) {
 }
 
 /// Solves `L' x = b` in place for the lower triangle `L`.
+#[inline(always)]
 pub fn transposed_solve(factor: &[f64], n: usize, x: &mut [f64]) {
     for i in (0..n).rev() {
         let mut sum = x[i];

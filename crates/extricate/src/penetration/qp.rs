@@ -1,6 +1,7 @@
 //! A small dense quadratic program: the step of one refinement iteration.
 
-use super::dense::{cholesky, cholesky_solve, dot};
+use super::dense::{LANES, cholesky, cholesky_solve, dot};
+use crate::math::vectorized;
 
 /// `minimise t' H t / 2 + g' t  subject to  A t >= b` and a box around the first unknowns, by a dual active-set method.
 ///
@@ -9,15 +10,17 @@ use super::dense::{cholesky, cholesky_solve, dot};
 ///
 /// # Source
 /// D. Goldfarb and A. Idnani, "A numerically stable dual method for solving strictly convex quadratic programs", Mathematical
-/// Programming 27, 1983, doi:10.1007/BF02591962. Deviation: the few active rows' Gram matrix is factored anew at each change
-/// instead of updating a QR factorisation; with at most a few dozen active rows that costs less than the rest of an iteration.
+/// Programming 27, 1983, doi:10.1007/BF02591962. Deviation: instead of a QR factorisation, the Cholesky factor of the few
+/// active rows' Gram matrix gains a row when one joins, and is made anew from where one leaves.
 #[derive(Debug, Clone, Default)]
 pub struct Qp {
     nv: usize,
+    /// Numbers a row: the unknowns, and zeros up to whole lanes.
+    width: usize,
     /// Cholesky factor of the Hessian; of a diagonal one the inverse of its diagonal.
     factor: Vec<f64>,
     is_diagonal: bool,
-    /// Rows of `A`, row major.
+    /// Rows of `A`, row major, `width` numbers each, as all vectors over the unknowns.
     rows: Vec<f64>,
     /// Right-hand sides.
     bounds: Vec<f64>,
@@ -30,7 +33,10 @@ pub struct Qp {
     lifted: Vec<f64>,
     active: Vec<usize>,
     multipliers: Vec<f64>,
+    /// Cholesky factor of the active rows' Gram matrix in the inner product of `H^-1`: the rows of its lower triangle.
     gram: Vec<f64>,
+    /// What stands left of the diagonal in the row that it would gain next.
+    forward: Vec<f64>,
     dependence: Vec<f64>,
     direction: Vec<f64>,
     raised: Vec<f64>,
@@ -52,6 +58,7 @@ pub enum QpOutcome {
 }
 
 /// `H^-1 x`, in place.
+#[inline(always)]
 fn lift(factor: &[f64], is_diagonal: bool, x: &mut [f64]) {
     if is_diagonal {
         x.iter_mut().zip(factor).for_each(|(x, inverse)| *x *= inverse);
@@ -67,6 +74,7 @@ impl Qp {
     /// Starts a problem with `nv` unknowns.
     pub fn reset(&mut self, nv: usize) {
         self.nv = nv;
+        self.width = nv.next_multiple_of(LANES);
         self.rows.clear();
         self.bounds.clear();
         self.low.clear();
@@ -82,9 +90,9 @@ impl Qp {
     /// Adds a row of zeros with right-hand side `bound`; fill in the returned slice.
     pub fn push(&mut self, bound: f64) -> &mut [f64] {
         let at = self.rows.len();
-        self.rows.resize(at + self.nv, 0.0);
+        self.rows.resize(at + self.width, 0.0);
         self.bounds.push(bound);
-        &mut self.rows[at..]
+        &mut self.rows[at..at + self.nv]
     }
 
     /// Rows of `A` so far.
@@ -110,6 +118,16 @@ impl Qp {
     /// Solves for `hessian` (row major, symmetric positive definite) and `gradient`; the solution is `step`. Ends as soon as the objective is
     /// proved to stay above `most`.
     pub fn solve(&mut self, hessian: &[f64], gradient: &[f64], most: f64) -> QpOutcome {
+        let outcome = vectorized(
+            #[inline(always)]
+            || self.solve_padded(hessian, gradient, most),
+        );
+        self.step.truncate(self.nv);
+        outcome
+    }
+
+    #[inline(always)]
+    fn solve_padded(&mut self, hessian: &[f64], gradient: &[f64], most: f64) -> QpOutcome {
         let nv = self.nv;
         let mut rows = hessian.chunks_exact(nv).enumerate();
         self.is_diagonal = rows.all(|(i, row)| row[..i].iter().chain(&row[i + 1..]).all(|h| *h == 0.0));
@@ -126,7 +144,9 @@ impl Qp {
         self.active.clear();
         self.multipliers.clear();
         self.lifted.clear();
+        self.gram.clear();
         self.objective = 0.5 * dot(&self.step, gradient);
+        self.step.resize(self.width, 0.0);
         if self.is_diagonal {
             self.start_in_box();
         }
@@ -146,6 +166,7 @@ impl Qp {
     }
 
     /// From the unconstrained minimum to the least in the box, each unknown on its own, as a diagonal Hessian allows.
+    #[inline(always)]
     fn start_in_box(&mut self) {
         let width = self.low.len();
         for k in 0..width {
@@ -161,13 +182,16 @@ impl Qp {
             self.active.push(self.bounds.len() + if sign > 0.0 { k } else { width + k });
             self.multipliers.push(off / inverse);
             let at = self.lifted.len();
-            self.lifted.resize(at + self.nv, 0.0);
+            self.lifted.resize(at + self.width, 0.0);
             self.lifted[at + k] = sign * inverse;
+            // Such rows are at right angles.
+            self.gram.resize(self.gram.len() + self.active.len() - 1, 0.0);
+            self.gram.push(inverse.sqrt());
         }
     }
 
     fn row(&self, i: usize) -> &[f64] {
-        &self.rows[i * self.nv..(i + 1) * self.nv]
+        &self.rows[i * self.width..][..self.nv]
     }
 
     /// The unknown that a row of the box holds, and on which side.
@@ -178,7 +202,7 @@ impl Qp {
 
     /// Row `row` times `x`.
     fn row_dot(&self, row: usize, x: &[f64]) -> f64 {
-        self.side(row).map_or_else(|| dot(self.row(row), x), |(k, sign)| sign * x[k])
+        self.side(row).map_or_else(|| dot(&self.rows[row * self.width..][..self.width], x), |(k, sign)| sign * x[k])
     }
 
     fn bound(&self, row: usize) -> f64 {
@@ -194,6 +218,7 @@ impl Qp {
         }
     }
 
+    #[inline(always)]
     fn most_violated(&mut self) -> Option<usize> {
         let mut worst = (None, TOLERANCE);
         let mut consider = |row: usize, violation: f64| {
@@ -201,7 +226,7 @@ impl Qp {
                 worst = (Some(row), violation);
             }
         };
-        for (i, row) in self.rows.chunks_exact(self.nv).enumerate() {
+        for (i, row) in self.rows.chunks_exact(self.width).enumerate() {
             let missing = self.bounds[i] - dot(row, &self.step);
             if missing > 0.0 {
                 if self.scales[i] == 0.0 {
@@ -220,17 +245,18 @@ impl Qp {
 
     /// Raises the multiplier of `row` until it holds with equality, dropping active rows on the way, as far as the objective stays below
     /// `most`; infeasible where no step can satisfy it along with the others.
+    #[inline(always)]
     fn satisfy(&mut self, row: usize, most: f64) -> QpOutcome {
-        let nv = self.nv;
+        let (nv, width) = (self.nv, self.width);
         let mut multiplier = 0.0;
-        loop {
+        let pivot = loop {
             self.direction.clear();
-            self.direction.resize(nv, 0.0);
+            self.direction.resize(width, 0.0);
             match self.side(row) {
-                None => self.direction.copy_from_slice(&self.rows[row * nv..(row + 1) * nv]),
+                None => self.direction.copy_from_slice(&self.rows[row * width..][..width]),
                 Some((k, sign)) => self.direction[k] = sign,
             }
-            lift(&self.factor, self.is_diagonal, &mut self.direction);
+            lift(&self.factor, self.is_diagonal, &mut self.direction[..nv]);
             self.raised.clear();
             self.raised.extend_from_slice(&self.direction);
             let own = self.row_dot(row, &self.direction);
@@ -241,7 +267,7 @@ impl Qp {
                 return QpOutcome::Above;
             }
             self.solve_dependence();
-            for (lifted, r) in self.lifted.chunks_exact(nv).zip(&self.dependence) {
+            for (lifted, r) in self.lifted.chunks_exact(width).zip(&self.dependence) {
                 self.direction.iter_mut().zip(lifted).for_each(|(d, l)| *d -= r * l);
             }
             let curvature = self.row_dot(row, &self.direction);
@@ -263,11 +289,14 @@ impl Qp {
             if full.is_finite() {
                 self.step.iter_mut().zip(&self.direction).for_each(|(s, d)| *s += blocking.1 * d);
             }
-            let Some(leaving) = blocking.0 else { break };
+            let Some(leaving) = blocking.0 else { break curvature.sqrt() };
             self.active.remove(leaving);
             self.multipliers.remove(leaving);
-            self.lifted.drain(leaving * nv..(leaving + 1) * nv);
-        }
+            self.lifted.drain(leaving * width..(leaving + 1) * width);
+            self.factor_gram(leaving);
+        };
+        self.gram.extend_from_slice(&self.forward);
+        self.gram.push(pivot);
         self.lifted.extend_from_slice(&self.raised);
         self.active.push(row);
         self.multipliers.push(multiplier);
@@ -275,24 +304,45 @@ impl Qp {
     }
 
     /// `dependence` becomes the coefficients that express `direction` by the lifted active rows, in the Hessian's inner product.
+    #[inline(always)]
     fn solve_dependence(&mut self) {
-        let (nv, k, width) = (self.nv, self.active.len(), self.low.len());
-        self.gram.clear();
-        self.dependence.clear();
-        for &row in &self.active {
-            // What `row_dot` does, on fields.
-            let side = row.checked_sub(self.bounds.len());
-            let side = side.map(|side| if side < width { (side, 1.0) } else { (side - width, -1.0) });
-            let along = |x: &[f64]| match side {
-                None => dot(&self.rows[row * nv..(row + 1) * nv], x),
-                Some((unknown, sign)) => sign * x[unknown],
-            };
-            self.gram.extend(self.lifted.chunks_exact(nv).map(along));
-            self.dependence.push(along(&self.direction));
+        self.forward.clear();
+        for (i, &row) in self.active.iter().enumerate() {
+            let (before, pivot) = factor_row(&self.gram, i);
+            let rest = self.row_dot(row, &self.direction) - dot(before, &self.forward);
+            self.forward.push(rest / pivot);
         }
-        cholesky(&mut self.gram, k);
-        cholesky_solve(&self.gram, k, &mut self.dependence);
+        self.dependence.clear();
+        self.dependence.extend_from_slice(&self.forward);
+        for i in (0..self.active.len()).rev() {
+            let (before, pivot) = factor_row(&self.gram, i);
+            self.dependence[i] /= pivot;
+            let last = self.dependence[i];
+            self.dependence.iter_mut().zip(before).for_each(|(d, l)| *d -= l * last);
+        }
     }
+
+    /// Factors the Gram matrix of the active rows anew, from number `first` on.
+    fn factor_gram(&mut self, first: usize) {
+        self.gram.truncate(first * (first + 1) / 2);
+        for i in first..self.active.len() {
+            for (j, lifted) in self.lifted.chunks_exact(self.width).take(i + 1).enumerate() {
+                let inner = self.row_dot(self.active[i], lifted);
+                let (mine, at) = (&self.gram[i * (i + 1) / 2..], j * (j + 1) / 2);
+                let rest = inner - dot(&mine[..j], &self.gram[at..at + j]);
+                // Rows that depend on each other are never active together, but rounding may have them seem to be.
+                let entry = if i == j { rest.max(1e-14 * inner).sqrt() } else { rest / self.gram[at + j] };
+                self.gram.push(entry);
+            }
+        }
+    }
+}
+
+/// Row `i` of a packed lower triangle: what stands before the diagonal, and what on it.
+#[inline(always)]
+fn factor_row(packed: &[f64], i: usize) -> (&[f64], f64) {
+    let start = i * (i + 1) / 2;
+    (&packed[start..start + i], packed[start + i])
 }
 
 #[cfg(test)]

@@ -50,7 +50,9 @@ fn add(checker: &Checker, q: &[f64], scratch: &mut CheckScratch, contacts: &mut 
     // Each on its own: what is noted must not depend on how exits were handed out.
     scratch.forget_contacts();
     // A foot that does not know of what descents look at is too near; contacts twice as far turn on the way there.
-    let query = ContactQuery { margin: scene.clearance + MARGIN, search: ContactSearch::Coarse };
+    // They are looked at once and followed often; but triangles tell too much.
+    let search = if checker.all_convex() { ContactSearch::Exact } else { ContactSearch::Coarse };
+    let query = ContactQuery { margin: scene.clearance + MARGIN, search };
     checker.contacts(q, query, scratch, contacts);
     contacts.sort_by(|a, b| a.distance.total_cmp(&b.distance));
     let mut row = vec![0.0; scene.space.nv()];

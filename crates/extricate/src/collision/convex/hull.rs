@@ -82,14 +82,14 @@ impl HullPoints {
     }
 
     /// A point farthest along `direction` (of any length) \[m\].
-    #[inline]
+    #[inline(always)]
     pub fn support(&self, direction: &Vec3) -> Vec3 {
         let [start, end] = self.cells[self.cell(direction)];
         farthest(&self.blocks[start as usize..end as usize], direction)
     }
 
     /// The cell that holds `direction`; any cell where the direction is zero or not finite.
-    #[inline]
+    #[inline(always)]
     fn cell(&self, d: &Vec3) -> usize {
         // Without branches on the direction, which nothing predicts.
         let (x, y, z) = (d.x.abs(), d.y.abs(), d.z.abs());
@@ -168,7 +168,7 @@ fn undominated(points: &[Vec3], corners: &[Vec3; 4], candidates: &[u32]) -> Vec<
     kept.into_iter().map(|(_, i)| i).collect()
 }
 
-#[inline]
+#[inline(always)]
 fn farthest(blocks: &[Block], d: &Vec3) -> Vec3 {
     let (mut best, mut best_height) = (Vec3::zeros(), f64::NEG_INFINITY);
     for block in blocks {
@@ -183,7 +183,7 @@ fn farthest(blocks: &[Block], d: &Vec3) -> Vec3 {
 
 /// The first lane that holds the maximum, and the maximum. Written so that it compiles to vector maxima and a mask: one
 /// mispredicted branch costs more than the rest.
-#[inline]
+#[inline(always)]
 fn highest(heights: &[f64; LANES]) -> (usize, f64) {
     let larger = |a: f64, b: f64| if a > b { a } else { b };
     let four: [f64; 4] = std::array::from_fn(|k| larger(heights[k], heights[k + 4]));

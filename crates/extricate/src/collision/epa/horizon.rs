@@ -20,6 +20,7 @@ impl Horizon {
     }
 
     /// Adds a triangle to the patch; `false` where there is no room.
+    #[inline(always)]
     pub fn add(&mut self, [a, b, c]: [u8; 3]) -> bool {
         for [from, to] in [[a, b], [b, c], [c, a]] {
             if let Some(inner) = self.position([to, from]) {

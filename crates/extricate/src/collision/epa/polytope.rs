@@ -41,6 +41,7 @@ impl Polytope {
     }
 
     /// Starts from a tetrahedron whose last vertex lies behind the first three, seen counterclockwise.
+    #[inline(always)]
     pub fn start(&mut self, corners: [Vertex; 4]) {
         self.vertices.extend(corners);
         for corners in [[0, 1, 2], [1, 0, 3], [2, 1, 3], [0, 2, 3]] {
@@ -48,6 +49,7 @@ impl Polytope {
         }
     }
 
+    #[inline(always)]
     pub fn vertex(&self, index: u8) -> &Vertex {
         &self.vertices[index as usize]
     }
@@ -57,6 +59,7 @@ impl Polytope {
     }
 
     /// Index of the unsettled face nearest to the origin.
+    #[inline(always)]
     pub fn nearest_face(&self) -> Option<usize> {
         let (mut best, mut distance) = (None, f64::INFINITY);
         for (index, face) in self.faces.iter().enumerate() {
@@ -69,6 +72,7 @@ impl Polytope {
 
     /// Lower bound on the distance from the origin to the surface \[m\]. The surface is closed and lies in a convex set, so
     /// that the ball of this radius lies in that set too, whatever rounding did to the planes.
+    #[inline(always)]
     pub fn lower(&self) -> f64 {
         let mut lower = f64::INFINITY;
         for face in &self.faces {
@@ -97,6 +101,7 @@ impl Polytope {
 
     /// Adds a vertex that lies beyond `seed` and replaces all the faces it sees; `false`, and nothing changed, where it
     /// sees none or there is no room.
+    #[inline(always)]
     pub fn add(&mut self, seed: usize, vertex: Vertex) -> bool {
         if self.vertices.iter().any(|known| known.point == vertex.point) {
             return false;
@@ -158,6 +163,7 @@ impl Polytope {
         height <= self.rounding + face.tilt * lever.norm()
     }
 
+    #[inline(always)]
     fn push_face(&mut self, corners: [u8; 3]) {
         let [a, b, c] = corners.map(|corner| self.vertices[corner as usize].point);
         let (normal, longest) = normal_of_edges(&(b - a), &(c - b), &(a - c));

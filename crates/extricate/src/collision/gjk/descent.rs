@@ -2,12 +2,28 @@
 
 use super::difference::Difference;
 use super::simplex::{Feature, Simplex};
-use crate::math::Vec3;
+use crate::math::{Vec3, vectorized};
 
 /// Far above what is needed: on average polytopes of up to 200 vertices take 3 to 11, cylinders in near contact about 30.
 const MAX_ITERATIONS: usize = 64;
 /// Steps without visible progress before the search is given up: a guard against cycling in rounding noise.
 const MAX_STALLS: usize = 6;
+
+/// Where a descent may end although nearer points are left: their distance is then known to within a share of itself.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct EarlyEnd {
+    /// That share, of the distance beyond `from`.
+    pub share: f64,
+    /// What of the distance does not count, as shapes around the cores fill it \[m\].
+    pub from: f64,
+    /// Where a plane is seen to part the cores by more than this \[m\].
+    pub above: f64,
+}
+
+impl EarlyEnd {
+    /// Nowhere.
+    pub const NONE: Self = Self { share: 0.0, from: 0.0, above: f64::INFINITY };
+}
 
 /// How the descent ended.
 #[derive(Debug)]
@@ -30,12 +46,14 @@ pub(super) struct Settled {
     pub feature: Feature,
     /// Distance that the plane across the feature's direction was seen to part the cores by \[m\].
     pub plane: f64,
+    /// Whether the search ended early, at a gap that the caller allows.
+    pub is_coarse: bool,
 }
 
 impl Settled {
     /// Whether the plane proves much less than the distance, because rounding spoils the direction between near vertices.
     pub fn is_doubtful(&self, difference: &Difference) -> bool {
-        self.feature.square.sqrt() - self.plane > difference.touching
+        !self.is_coarse && self.feature.square.sqrt() - self.plane > difference.touching
     }
 }
 
@@ -52,7 +70,7 @@ pub(super) fn descend(difference: &Difference, guess: &mut Vec3, apart_above: f6
     if start.point.dot(&direction) > apart_above * direction.norm() {
         return Outcome::Apart;
     }
-    descend_from(difference, &mut Simplex::new(start), guess, apart_above, near_below)
+    descend_from(difference, &mut Simplex::new(start), guess, apart_above, near_below, EarlyEnd::NONE)
 }
 
 /// The same from any simplex of points of the difference (one to three), which becomes the last one reached; `guess` becomes the
@@ -63,6 +81,22 @@ pub(super) fn descend_from(
     guess: &mut Vec3,
     apart_above: f64,
     near_below: f64,
+    early: EarlyEnd,
+) -> Outcome {
+    vectorized(
+        #[inline(always)]
+        || descend_inlined(difference, simplex, guess, apart_above, near_below, early),
+    )
+}
+
+#[inline(always)]
+fn descend_inlined(
+    difference: &Difference,
+    simplex: &mut Simplex,
+    guess: &mut Vec3,
+    apart_above: f64,
+    near_below: f64,
+    early: EarlyEnd,
 ) -> Outcome {
     let mut feature = simplex.nearest(0.0).expect("not a tetrahedron");
     simplex.keep(&feature);
@@ -72,7 +106,7 @@ pub(super) fn descend_from(
     for _ in 0..MAX_ITERATIONS {
         let distance = feature.square.sqrt();
         if distance < near_below {
-            return Outcome::Nearer(Settled { simplex: *simplex, feature, plane: f64::NEG_INFINITY });
+            return Outcome::Nearer(Settled { simplex: *simplex, feature, plane: f64::NEG_INFINITY, is_coarse: false });
         }
         if distance <= difference.touching {
             return Outcome::Overlapping(*simplex);
@@ -82,6 +116,9 @@ pub(super) fn descend_from(
         plane = vertex.point.dot(&feature.direction) / feature.direction.norm();
         if plane > apart_above {
             return Outcome::Apart;
+        }
+        if plane > early.above && distance - plane <= early.share * (distance - early.from) {
+            return Outcome::Settled(Settled { simplex: *simplex, feature, plane, is_coarse: true });
         }
         if distance - plane <= tolerance || simplex.contains(&vertex.point) {
             break;
@@ -102,5 +139,5 @@ pub(super) fn descend_from(
         simplex.keep(&next_feature);
         feature = next_feature;
     }
-    Outcome::Settled(Settled { simplex: *simplex, feature, plane })
+    Outcome::Settled(Settled { simplex: *simplex, feature, plane, is_coarse: false })
 }

@@ -42,7 +42,7 @@ impl<'a> Difference<'a> {
     }
 
     /// A point of the difference that lies farthest along `direction`.
-    #[inline]
+    #[inline(always)]
     pub fn support(&self, direction: &Vec3) -> Vertex {
         let first = self.first.support(direction);
         let second = self.second.support(&-self.rotation.tr_mul(direction));
@@ -50,6 +50,7 @@ impl<'a> Difference<'a> {
     }
 
     /// A point of the second core in the frame of the first.
+    #[inline(always)]
     pub fn second_in_first(&self, point: &Vec3) -> Vec3 {
         self.rotation * point + self.translation
     }

@@ -37,11 +37,13 @@ impl Simplex {
         Self { vertices: [vertex; 4], count: 1 }
     }
 
+    #[inline(always)]
     pub fn contains(&self, point: &Vec3) -> bool {
         self.vertices[..self.count].iter().any(|vertex| vertex.point == *point)
     }
 
     /// Adds a vertex; the simplex must have at most three.
+    #[inline(always)]
     pub fn push(&mut self, vertex: Vertex) {
         self.vertices[self.count] = vertex;
         self.count += 1;
@@ -53,6 +55,7 @@ impl Simplex {
     }
 
     /// Keeps the vertices of `feature`, in its order.
+    #[inline(always)]
     pub fn keep(&mut self, feature: &Feature) {
         let kept = feature.indices.map(|index| self.vertices[index]);
         self.vertices[..3].copy_from_slice(&kept);
@@ -61,6 +64,7 @@ impl Simplex {
 
     /// The nearest feature; `None` where a tetrahedron holds the origin. `flat` is the height \[m\] below which a
     /// tetrahedron counts as flat.
+    #[inline(always)]
     pub fn nearest(&self, flat: f64) -> Option<Feature> {
         let p = |index: usize| &self.vertices[index].point;
         match self.count {
@@ -73,45 +77,51 @@ impl Simplex {
 
     /// The origin was seen from the face opposite the newest vertex, toward that vertex: only the other three faces can
     /// part it from the inside.
+    #[inline(always)]
     fn nearest_on_tetrahedron(&self, flat: f64) -> Option<Feature> {
         let p = |index: usize| &self.vertices[index].point;
         let mut best: Option<Feature> = None;
-        let mut consider = |[i, j, k]: [usize; 3]| {
-            let feature = nearest_on_triangle([p(i), p(j), p(k)], [i, j, k]);
-            if best.is_none_or(|best| feature.square < best.square) {
-                best = Some(feature);
-            }
-        };
-        let mut is_flat = false;
+        let (mut seen, mut count, mut is_flat) = ([[0; 3]; 4], 0, false);
         for [i, j, k, opposite] in [[3, 0, 1, 2], [3, 1, 2, 0], [3, 2, 0, 1]] {
             let normal = (p(j) - p(i)).cross(&(p(k) - p(i)));
             let side = normal.dot(&(p(opposite) - p(i)));
             let side_origin = -normal.dot(p(i));
             let is_flat_here = side * side <= flat * flat * normal.norm_squared();
-            if is_flat_here || side * side_origin < 0.0 {
-                consider([i, j, k]);
-            }
             is_flat |= is_flat_here;
+            if is_flat_here || side * side_origin < 0.0 {
+                seen[count] = [i, j, k];
+                count += 1;
+            }
         }
         if is_flat {
-            consider([0, 1, 2]);
+            seen[count] = [0, 1, 2];
+            count += 1;
+        }
+        for [i, j, k] in &seen[..count] {
+            let feature = nearest_on_triangle([p(*i), p(*j), p(*k)], [*i, *j, *k]);
+            if best.is_none_or(|best| feature.square < best.square) {
+                best = Some(feature);
+            }
         }
         best
     }
 }
 
 impl Feature {
+    #[inline(always)]
     fn vertex(index: usize, point: &Vec3) -> Self {
         let square = point.norm_squared();
         Self { indices: [index; 3], count: 1, weights: [1.0, 0.0, 0.0], direction: *point, square }
     }
 
     /// Whether the nearest point depends on vertex `index`.
+    #[inline(always)]
     pub fn uses(&self, index: usize) -> bool {
         self.indices[..self.count].contains(&index)
     }
 }
 
+#[inline(always)]
 fn nearest_on_segment([a, b]: [&Vec3; 2], [i, j]: [usize; 2]) -> Feature {
     let edge = b - a;
     let (along, length_squared) = (-a.dot(&edge), edge.norm_squared());
@@ -130,6 +140,7 @@ fn nearest_on_segment([a, b]: [&Vec3; 2], [i, j]: [usize; 2]) -> Feature {
 }
 
 /// Nearest point of a triangle, which may be a sliver or have no area.
+#[inline(always)]
 pub(in crate::collision) fn nearest_on_triangle([a, b, c]: [&Vec3; 3], [i, j, k]: [usize; 3]) -> Feature {
     let (ab, bc, ca) = (b - a, c - b, a - c);
     let (normal, longest) = normal_of_edges(&ab, &bc, &ca);
@@ -189,7 +200,7 @@ fn sharpen_sliver(corners: [&Vec3; 3], normal: &Vec3, weights: &mut [f64; 3]) {
 }
 
 /// Normal of the triangle with edges `ab`, `bc`, `ca` (of length twice its area) and its longest squared edge.
-#[inline]
+#[inline(always)]
 pub(in crate::collision) fn normal_of_edges(ab: &Vec3, bc: &Vec3, ca: &Vec3) -> (Vec3, f64) {
     let (ab2, bc2, ca2) = (ab.norm_squared(), bc.norm_squared(), ca.norm_squared());
     let longest = ab2.max(bc2).max(ca2);

@@ -1,9 +1,9 @@
 //! The search for a contact started where the last one for the same pair of shapes ended.
 
-use super::descent::descend_from;
+use super::descent::{EarlyEnd, descend_from};
 use super::difference::{Difference, Vertex};
 use super::simplex::Simplex;
-use super::{Separation, separation_of};
+use super::{Separation, Slack, separation_of};
 use crate::collision::convex::ConvexShape;
 use crate::math::{Pose, Vec3};
 
@@ -51,8 +51,8 @@ impl LastFeatures {
     }
 }
 
-/// As [`super::separation`], started from the features of the last call for the same two shapes, which are replaced; the depth of an
-/// overlap is at most the share `slack` too large.
+/// As [`super::separation`], started from the features of the last call for the same two shapes, which are replaced; as far from
+/// exact as `slack` allows.
 pub fn separation_near(
     last: &mut LastFeatures,
     first: &ConvexShape,
@@ -60,7 +60,7 @@ pub fn separation_near(
     second: &ConvexShape,
     pose_second: &Pose,
     cutoff: f64,
-    slack: f64,
+    slack: Slack,
 ) -> Option<Separation> {
     let difference = Difference::new(first, pose_first, second, pose_second);
     let mut simplex = last.simplex(&difference).unwrap_or_else(|| {
@@ -68,8 +68,10 @@ pub fn separation_near(
         let direction = if center == Vec3::zeros() { Vec3::x() } else { center };
         Simplex::new(difference.support(&-direction))
     });
-    let apart_above = cutoff + first.radius + second.radius + difference.rounding;
-    let outcome = descend_from(&difference, &mut simplex, &mut Vec3::zeros(), apart_above, f64::NEG_INFINITY);
+    let radii = first.radius + second.radius;
+    let apart_above = cutoff + radii + difference.rounding;
+    let early = EarlyEnd { share: slack.gap, from: radii, above: slack.beyond + radii };
+    let outcome = descend_from(&difference, &mut simplex, &mut Vec3::zeros(), apart_above, f64::NEG_INFINITY, early);
     last.keep(&difference, &simplex);
     separation_of(outcome, &difference, &mut Vec3::zeros(), [first.radius, second.radius], pose_first, cutoff, slack)
 }

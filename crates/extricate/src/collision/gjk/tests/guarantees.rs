@@ -88,6 +88,33 @@ fn both_bounds_meet_and_the_queries_agree() {
 }
 
 #[test]
+fn a_slack_distance_is_proved_and_not_much_too_small() {
+    let mut rng = ChaCha8Rng::seed_from_u64(13);
+    let (mut early, mut exact) = (0, 0);
+    for _ in 0..20_000 {
+        let shapes = [random_shape(&mut rng), random_shape(&mut rng)];
+        let poses = [random_pose(&mut rng, 1.0), random_pose(&mut rng, 1.0)];
+        let slack = Slack { gap: 0.5 * rng.random::<f64>(), beyond: 0.1 * rng.random::<f64>(), ..Slack::NONE };
+        let [first, second] = &shapes;
+        let ask = |slack: Slack| {
+            let mut last = LastFeatures::default();
+            separation_near(&mut last, first, &poses[0], second, &poses[1], f64::INFINITY, slack).unwrap()
+        };
+        let (found, told) = (ask(Slack::NONE), ask(slack));
+        let context = || format!("{found:?} {told:?} {slack:?} {poses:?} {shapes:?}");
+        if (told.distance - found.distance).abs() < 1e-7 {
+            exact += usize::from(found.distance < slack.beyond);
+            continue;
+        }
+        early += 1;
+        assert!(told.distance > slack.beyond && told.distance < found.distance, "{}", context());
+        assert!(told.distance > (1.0 - slack.gap) * found.distance - 1e-9, "{}", context());
+        assert!(parted_along(&shapes, &poses, &told.normal) > told.distance - 1e-9, "{}", context());
+    }
+    assert!(early > 1_000 && exact > 1_000, "{early} {exact}");
+}
+
+#[test]
 fn shapes_that_are_not_numbers_end() {
     let shape = rounded(ConvexCore::Hull(HullPoints::new(&[Vec3::x(), Vec3::y(), Vec3::z(), -Vec3::x()])), 0.0);
     for bad in [f64::NAN, f64::INFINITY, 1e300] {
