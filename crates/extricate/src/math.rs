@@ -17,6 +17,8 @@ pub const LANES: usize = 8;
 
 /// Runs `f`, and all that is inlined into it, with the widest vector instructions that this processor has.
 ///
+/// A closure has to be marked `#[inline(always)]`, as have the functions that it calls: what is not inlined has no such instructions.
+///
 /// Results do not depend on which: Rust never fuses a multiplication with an addition unless told to.
 #[inline(always)]
 pub fn vectorized<R>(f: impl FnOnce() -> R) -> R {

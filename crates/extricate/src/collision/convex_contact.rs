@@ -30,8 +30,8 @@ impl Default for PairMemory {
 const CARRIED: f64 = 0.5;
 
 /// In a coarse search, the depth of an overlap is too large by at most this share of itself: the step that it asks for is judged anew where it
-/// leads, and with 0.05 queries take a fifth more instructions and find the same. Of a distance of more than twice the clearance that share may be
-/// missing.
+/// leads, and with 0.05 queries take a fifth more instructions and find the same. Of a distance of more than twice the clearance the share `gap` may
+/// be missing.
 pub const COARSE: Slack = Slack { depth: 0.5, gap: 0.3, beyond: f64::INFINITY };
 
 impl PairMemory {
