@@ -79,6 +79,19 @@ impl Pose {
         self.rotation * point + self.translation
     }
 
+    /// [`Pose::point`] of eight points at once, axis by axis.
+    #[inline(always)]
+    pub fn points(&self, points: &[[f64; LANES]; 3]) -> [[f64; LANES]; 3] {
+        let mut mapped = [[0.0; LANES]; 3];
+        for (row, mapped) in mapped.iter_mut().enumerate() {
+            let [x, y, z] = [self.rotation[(row, 0)], self.rotation[(row, 1)], self.rotation[(row, 2)]];
+            for lane in 0..LANES {
+                mapped[lane] = x * points[0][lane] + y * points[1][lane] + z * points[2][lane] + self.translation[row];
+            }
+        }
+        mapped
+    }
+
     /// Coordinates in `b` of a point given in `a`.
     pub fn inverse_point(&self, point: &Vec3) -> Vec3 {
         self.rotation.tr_mul(&(point - self.translation))
@@ -183,6 +196,8 @@ mod tests {
         assert!((pose.inverse_point(&pose.point(&x)) - x).norm() < 1e-14);
         assert!((pose.inverse().point(&pose.point(&x)) - x).norm() < 1e-14);
         assert!((pose.then(&pose.inverse()).translation).norm() < 1e-14);
+        let eight = pose.points(&[[1.0; LANES], [-2.0; LANES], [3.0; LANES]]);
+        assert!((pose.point(&x) - Vec3::from(eight.map(|axis| axis[LANES - 1]))).norm() < 1e-14);
     }
 
     #[test]

@@ -34,16 +34,52 @@ pub struct SampleSet {
 
 /// What [`SampleSet::nearest`] looks for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Wanted {
-    /// The nearest samples.
+pub struct Wanted {
+    /// Among which samples.
+    pub among: Among,
+    /// How sure it has to be that it missed none.
+    pub care: Care,
+}
+
+/// Some of the samples.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Among {
+    /// All of them.
     Samples,
-    /// The same, but some of them may be missed for others that are nearly as near: in 16 dimensions, to be sure takes a look at a good
-    /// part of all samples.
-    NearSamples,
-    /// The nearest exits.
+    /// The exits.
     Exits,
-    /// The same as of samples, of exits.
-    NearExits,
+}
+
+/// How many samples a search looks at to be sure of the nearest: in 16 dimensions, a good part of them all.
+///
+/// How much farther the sample that it calls the nearest is, in the mean of 300 configurations, with 100,000 to 600,000 samples: by 0.2 % or less in 6
+/// and 7 dimensions and 0.9 % in 16 where it is careful, 0.4 and 2.6 % where it is quick, 1 to 2 and 5.5 % where it is hasty.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Care {
+    /// As many as it takes.
+    Exact,
+    /// Those of the eight lists that may hold the nearest.
+    Careful,
+    /// Of four.
+    Quick,
+    /// Of two.
+    Hasty,
+}
+
+impl Care {
+    fn lists(self) -> usize {
+        match self {
+            Care::Exact => usize::MAX,
+            Care::Careful => 8,
+            Care::Quick => 4,
+            Care::Hasty => 2,
+        }
+    }
+}
+
+impl Wanted {
+    /// The nearest of all samples.
+    pub const NEAREST: Self = Self { among: Among::Samples, care: Care::Exact };
 }
 
 /// An index over the samples from one on.
@@ -59,9 +95,6 @@ struct Indexed {
 ///
 /// The search is exact either way; in 16 dimensions it still prunes, in 84 (a 7-joint arm under the object norm) it scans all.
 const MOST_DIMENSIONS: usize = 16;
-
-/// Lists of the index that a search looks through where nearly the nearest will do.
-const LISTS: usize = 8;
 
 /// Memory that searches reuse.
 #[derive(Default)]
@@ -180,7 +213,7 @@ impl SampleSet {
     /// The `k` samples nearest to the anchor, ascending, with their distances in metric units; of `wanted`.
     ///
     /// # Guarantee
-    /// Exact under the metric (but for [`Wanted::NearSamples`] and [`Wanted::NearExits`]): the embedding's distance is a lower bound of it.
+    /// Exact under the metric with [`Care::Exact`]: the embedding's distance is a lower bound of it. Otherwise some may be missed.
     pub fn nearest(
         &self,
         wanted: Wanted,
@@ -191,11 +224,9 @@ impl SampleSet {
         out: &mut Vec<(u32, f64)>,
     ) {
         out.clear();
-        let (indexed, lists) = match wanted {
-            Wanted::Samples => (Some(&self.all), usize::MAX),
-            Wanted::NearSamples => (Some(&self.all), LISTS),
-            Wanted::Exits => (self.exits.as_ref(), usize::MAX),
-            Wanted::NearExits => (self.exits.as_ref(), LISTS),
+        let indexed = match wanted.among {
+            Among::Samples => Some(&self.all),
+            Among::Exits => self.exits.as_ref(),
         };
         let Some(indexed) = indexed.filter(|_| k > 0) else { return };
         scratch.embedding.resize(self.embedding_len, 0.0);
@@ -211,7 +242,7 @@ impl SampleSet {
             None => &scratch.embedding,
         };
         let is_exact = indexed.projection.is_none() && metric.embedding_is_exact();
-        indexed.index.search_lists(point, lists, &mut scratch.search, &mut |id, embedded| {
+        indexed.index.search_lists(point, wanted.care.lists(), &mut scratch.search, &mut |id, embedded| {
             let id = id + indexed.first as u32;
             let distance =
                 if is_exact { embedded } else { metric.distance_from(anchor, self.config(id), metric_scratch) };

@@ -145,7 +145,7 @@ fn nearest(
     (scratch, anchor, out): &mut (BoundaryScratch, Anchor, Vec<(u32, f64)>),
 ) -> Option<Vec<f64>> {
     metric.anchor(seed, anchor);
-    set.nearest(Wanted::Samples, metric, anchor, 1, scratch, out);
+    set.nearest(Wanted::NEAREST, metric, anchor, 1, scratch, out);
     out.first().map(|(id, _)| set.config(*id).to_vec())
 }
 

@@ -19,7 +19,7 @@ use super::shape::{ConvexSolid, ShapeKind};
 use super::triangle;
 use super::{Contact, ContactQuery, ContactSearch, mesh_convex};
 use crate::math::{Pose, Vec3};
-use by_pieces::by_pieces;
+use by_pieces::{are_parted, by_pieces};
 use overlap::{crossing, outward};
 
 /// Most contacts of a pair that meshes give.
@@ -89,6 +89,10 @@ pub fn gather(
     let relative = Relative::between(first.pose, second.pose);
     let are_convex = matches!((&a.kind, &b.kind), (Convex(_), Convex(_)));
     if !are_convex && relative.lower_bound(&a.bounds, &b.bounds) >= margin {
+        return;
+    }
+    // Trees of triangles take long to find that nothing is near.
+    if !are_convex && search == ContactSearch::Exact && are_parted([a, b], &relative, margin, place, buffers) {
         return;
     }
     let sink = &mut Sink { pose_world: *first.pose, swapped: false, pair, start, margin, contacts };

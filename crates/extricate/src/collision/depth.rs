@@ -2,7 +2,7 @@
 
 use super::shape::{Shape, ShapeKind, slab_depth};
 use super::{CheckScratch, Checker, ContactSearch, bodies::PreparedPart};
-use crate::math::{Pose, Vec3};
+use crate::math::{LANES, Pose, Vec3};
 
 impl Checker {
     /// Signed depth \[m\] of a point (in the body's frame) in the solid of `body`: positive inside, minus the distance
@@ -37,12 +37,33 @@ impl Checker {
         deepest
     }
 
-    /// An upper bound \[m\] on [`Checker::solid_depth`]; costs a box a shape.
-    pub fn solid_depth_bound(&self, body: usize, point_frame: &Vec3) -> f64 {
+    /// Upper bounds \[m\] on [`Checker::solid_depth`] of points, eight an entry, given axis by axis in a frame with the pose `pose_body_points`; into
+    /// `depths`, as far as that is long. They cost a box a shape.
+    #[inline(always)]
+    pub fn solid_depth_bounds<'a>(
+        &self,
+        body: usize,
+        pose_body_points: &Pose,
+        points: impl Iterator<Item = &'a [[f64; LANES]; 3]> + Clone,
+        depths: &mut [[f64; LANES]],
+    ) {
         let parts = &self.bodies.parts[self.bodies.bodies[body].parts.clone()];
-        let depths =
-            parts.iter().map(|part| depth_in_box(&part.shape, &part.pose_frame_part.inverse_point(point_frame)));
-        depths.fold(f64::NEG_INFINITY, f64::max)
+        depths.fill([f64::NEG_INFINITY; LANES]);
+        for PreparedPart { shape, pose_frame_part, .. } in parts {
+            let pose_part_points = pose_frame_part.inverse().then(pose_body_points);
+            let (center, half) = (&shape.bounds.center, &shape.bounds.half);
+            for (points, depths) in points.clone().zip(depths.iter_mut()) {
+                let placed = pose_part_points.points(points);
+                // Of a point outside, the farthest coordinate is not farther than the point.
+                for lane in 0..LANES {
+                    let beyond = |axis: usize| (placed[axis][lane] - center[axis]).abs() - half[axis];
+                    let [x, y, z] = [beyond(0), beyond(1), beyond(2)];
+                    let xy = if x > y { x } else { y };
+                    let depth = -(if xy > z { xy } else { z });
+                    depths[lane] = if depth > depths[lane] { depth } else { depths[lane] };
+                }
+            }
+        }
     }
 
     /// Whether contacts found in such a search tell of all overlaps, containment included, so that none below the clearance means free (up to

@@ -104,6 +104,14 @@ impl Shape {
         Self { kind, bounds, ball, inner: InnerBalls::default(), pieces: OnceLock::new() }
     }
 
+    /// [`Shape::pieces`], unless they would first have to be made.
+    pub fn known_pieces(&self) -> Option<&[Shape]> {
+        match &self.kind {
+            ShapeKind::Convex(_) => Some(std::slice::from_ref(self)),
+            ShapeKind::Mesh(_) => self.pieces.get().map(|pieces| &pieces[..]),
+        }
+    }
+
     /// Convex shapes in the same frame whose union holds it: itself, or those of [`pieces`].
     pub fn pieces(&self) -> &[Shape] {
         match &self.kind {

@@ -1,7 +1,7 @@
 //! How far a point can move while the configuration moves by a given distance: what turns lengths into proofs.
 
 use super::Metric;
-use crate::math::{Pose, Vec3};
+use crate::math::{LANES, Mat3, Pose, Vec3};
 use crate::scene::{MetricSpec, Motion, Scene};
 
 /// Bounds for points of one frame seen from another, prepared in two steps: [`Metric::motion_between`] for the frames, then
@@ -172,19 +172,28 @@ fn joint_steps(scene: &Scene, uses: &[CoordinateUse], poses: &[Pose], path: &mut
 }
 
 impl MotionPath {
-    /// Not more than [`MotionPath::bound`] of a point in the path's frame at `position` (world \[m\]), with one root in all: what the joints do by themselves,
-    /// their levers as they are now. 0 for other metrics than the joint metric.
-    pub fn bound_at_least(&self, position: &Vec3, distance: f64) -> f64 {
-        let squared = |step: &Step| {
-            let squared_lever = match step.kind {
-                StepKind::Slide(_) => return 0.0,
-                StepKind::SharedSlide => 1.0,
-                StepKind::Turn => step.axis.cross(&(position - step.origin)).norm_squared(),
-                StepKind::Ball => (position - step.origin).norm_squared(),
-            };
-            squared_lever * step.multiplier * step.multiplier / step.weight
-        };
-        distance * self.steps.iter().map(squared).sum::<f64>().sqrt()
+    /// What the joints do to the points of the path's frame by themselves, without what they do to each other's levers; nothing for other
+    /// metrics than the joint metric.
+    pub fn levers(&self) -> Levers {
+        let mut levers = Levers { squared: Mat3::zeros(), linear: Vec3::zeros(), constant: 0.0 };
+        for step in &self.steps {
+            let square = step.multiplier * step.multiplier / step.weight;
+            // The squared length of what this leaves of an arm is the squared distance from the axis.
+            let across = match step.kind {
+                StepKind::Slide(_) => continue,
+                StepKind::SharedSlide => {
+                    levers.constant += square;
+                    continue;
+                }
+                StepKind::Turn => Mat3::identity() - step.axis * step.axis.transpose(),
+                StepKind::Ball => Mat3::identity(),
+            } * square;
+            let linear = across * step.origin;
+            levers.squared += across;
+            levers.linear += linear;
+            levers.constant += linear.dot(&step.origin);
+        }
+        levers
     }
 
     fn place(&mut self, point: &Vec3) {
@@ -225,6 +234,41 @@ impl MotionPath {
         distance * (self.rate + squared.max(0.0).sqrt())
     }
 }
+
+/// The sum of squared levers as a quadratic form of the point's position: many points of one frame cost little more than one.
+#[derive(Debug, Clone, Copy)]
+pub struct Levers {
+    squared: Mat3,
+    linear: Vec3,
+    constant: f64,
+}
+
+impl Levers {
+    /// The squares of rates \[m per metric unit\], at least 0: [`MotionPath::bound`] of the points at `positions` (world \[m\], axis by axis) grows at
+    /// least so fast.
+    #[inline(always)]
+    pub fn squared_rates(&self, positions: &[[f64; LANES]; 3]) -> [f64; LANES] {
+        let (a, b) = (&self.squared, &self.linear);
+        let [xs, ys, zs] = positions;
+        let mut rates = [0.0; LANES];
+        for (lane, rate) in rates.iter_mut().enumerate() {
+            let (x, y, z) = (xs[lane], ys[lane], zs[lane]);
+            let square = a[(0, 0)] * x * x
+                + a[(1, 1)] * y * y
+                + a[(2, 2)] * z * z
+                + 2.0 * (a[(0, 1)] * x * y + a[(0, 2)] * x * z + a[(1, 2)] * y * z);
+            let linear = 2.0 * (b.x * x + b.y * y + b.z * z);
+            // Near an axis they cancel: what rounding can have added is taken away.
+            let rounding = ROUNDING * (square + linear.abs() + self.constant);
+            let left = square - linear + self.constant - rounding;
+            *rate = if left > 0.0 { left } else { 0.0 };
+        }
+        rates
+    }
+}
+
+/// Of a few dozen operations, relative to the terms.
+const ROUNDING: f64 = 1e-14;
 
 /// Consecutive prismatic joints along orthogonal axes, which no turn comes between: their displacements are the legs of a right
 /// angle, so together they count as much as the one that counts most.

@@ -83,13 +83,13 @@ fn adapt_here(model: &Model, scene: Scene, options: &LearnOptions, report: &mut 
             return Err(Error::Interrupted);
         }
         // What cannot be looked at is not kept.
-        let batch = &batch[..batch.len().min(budget.left() * nq)];
+        let batch = &batch[..batch.len().min(budget.left().saturating_mul(nq))];
         for (q, near) in batch.chunks_exact(nq).zip(budget.label(&affects, batch)) {
             let kept = if is_exits { &mut exits } else { &mut samples };
             if near == Label::Free { kept } else { &mut doubtful }.extend_from_slice(q);
         }
     }
-    doubtful.truncate(doubtful.len().min(budget.left() * nq));
+    doubtful.truncate(budget.left().saturating_mul(nq));
     let mut known = Exploration::default();
     sort_out(&doubtful, budget.label(&label, &doubtful), &mut known, nq);
     budget.note(samples.len() / nq, None);

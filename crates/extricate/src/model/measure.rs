@@ -8,7 +8,7 @@ use rayon::prelude::*;
 
 use super::quality::{Density, Excess, percentile};
 use super::width::choose_width;
-use crate::boundary::{BoundaryScratch, Wanted};
+use crate::boundary::{Among, BoundaryScratch, Care, Wanted};
 use crate::cspace::sampling::uniform;
 use crate::cspace::{Config, Label};
 use crate::metric::Anchor;
@@ -103,8 +103,10 @@ const LOOKS: u64 = u64::from_be_bytes(*b"  looked");
 pub fn measure(ground: &Ground, extent: &Extent, go_on: &mut dyn FnMut() -> bool) -> Option<Measured> {
     let nq = ground.checker.scene().space.nq();
     let (colliding, mut checks) = held_out(ground, extent, go_on)?;
-    let reaches = nearest_others(ground, &colliding, false);
-    let spacings = nearest_others(ground, &evenly(ground.boundary.configs(), nq, SPACED), true);
+    let reaches = nearest_others(ground, &colliding, 1, Care::Exact);
+    let spacings = nearest_others(ground, &evenly(ground.boundary.configs(), nq, SPACED), 2, Care::Exact);
+    // As the queries see them that take the least care: seen with more, none is farther.
+    let coverage = Coverage::new(nearest_others(ground, &colliding, 1, Care::Hasty));
     let density = (!reaches.is_empty()).then(|| Density {
         spacing_median: percentile(&spacings, 0.5),
         spacing_p95: percentile(&spacings, 0.95),
@@ -125,7 +127,7 @@ pub fn measure(ground: &Ground, extent: &Extent, go_on: &mut dyn FnMut() -> bool
     if stopped {
         return None;
     }
-    Some(Measured { density, width, excess: Excess::of(&excesses), coverage: Coverage::new(reaches), checks })
+    Some(Measured { density, width, excess: Excess::of(&excesses), coverage, checks })
 }
 
 /// The width alone, and the evaluations that it took.
@@ -190,12 +192,13 @@ fn evenly(rows: &[f64], nq: usize, count: usize) -> Vec<f64> {
     rows.chunks_exact(nq).step_by(step).flatten().copied().collect()
 }
 
-/// Distance of every configuration to the nearest boundary sample; where they are samples themselves, to the nearest other one.
-fn nearest_others(ground: &Ground, configs: &[f64], themselves: bool) -> Vec<f64> {
+/// Distance of every configuration to the boundary sample that is its `count`-th nearest: where they are samples themselves, each is its own first.
+fn nearest_others(ground: &Ground, configs: &[f64], count: usize, care: Care) -> Vec<f64> {
+    let wanted = Wanted { among: Among::Samples, care };
     let nearest = |(anchor, scratch, found): &mut (Anchor, BoundaryScratch, Vec<(u32, f64)>), q: &[f64]| {
         ground.metric.anchor(q, anchor);
         // Of two samples at one place either may come first.
-        ground.boundary.nearest(Wanted::Samples, ground.metric, anchor, if themselves { 2 } else { 1 }, scratch, found);
+        ground.boundary.nearest(wanted, ground.metric, anchor, count, scratch, found);
         found.last().map(|(_, distance)| *distance)
     };
     let nq = ground.checker.scene().space.nq();

@@ -145,7 +145,7 @@ impl<'a> NearMisses<'a> {
             }
             misses = going_on;
         }
-        ends.truncate(ends.len().min(budget.left() * nq));
+        ends.truncate(budget.left().saturating_mul(nq));
         let labels = if ends.is_empty() { Vec::new() } else { budget.label(label, &ends) };
         let labelled = ends.chunks_exact(nq).zip(patches).zip(labels);
         labelled.filter(|(_, label)| *label == Label::Colliding).map(|((q, patch), _)| (q.to_vec(), patch)).collect()

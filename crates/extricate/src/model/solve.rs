@@ -186,7 +186,7 @@ mod tests {
     use std::ops::ControlFlow;
 
     use super::*;
-    use crate::boundary::{BoundaryScratch, Wanted};
+    use crate::boundary::{Among, BoundaryScratch, Care, Wanted};
     use crate::collision::Checker;
     use crate::learning::LearnOptions;
     use crate::metric::Anchor;
@@ -238,7 +238,14 @@ mod tests {
         let (mut scratch, mut found, mut anchor) = (BoundaryScratch::default(), Vec::new(), Anchor::default());
         for q in set.configs().chunks_exact(nq).step_by(97).take(40) {
             model.metric().anchor(q, &mut anchor);
-            set.nearest(Wanted::Exits, model.metric(), &anchor, 5, &mut scratch, &mut found);
+            set.nearest(
+                Wanted { among: Among::Exits, care: Care::Exact },
+                model.metric(),
+                &anchor,
+                5,
+                &mut scratch,
+                &mut found,
+            );
             let mut all: Vec<f64> =
                 set.configs()[first * nq..].chunks_exact(nq).map(|e| model.metric().distance(q, e)).collect();
             all.sort_by(f64::total_cmp);

@@ -5,17 +5,34 @@
 //! by `p + clearance`: a plane that parts them afterwards, moved back by that much, would part them before. The motion bound
 //! turns these lengths into distances between configurations.
 
+use std::cmp::Ordering;
+
 use rayon::prelude::*;
 
 use super::Ground;
 use crate::collision::{CheckScratch, Checker, ConvexOverlap, largest_balls};
-use crate::math::{Pose, Vec3};
+use crate::math::{LANES, Pose, Vec3, vectorized};
 use crate::metric::motion_bound::{BoundedPoint, MotionPath};
 use crate::scene::MetricSpec;
 
 /// Balls inside every body of a scene, computed once.
 pub struct InteriorBalls {
-    bodies: Vec<Vec<Ball>>,
+    bodies: Vec<Balls>,
+}
+
+/// Those of a body, the largest first.
+struct Balls {
+    all: Vec<Ball>,
+    /// The same, for vector instructions.
+    blocks: Vec<BallBlock>,
+}
+
+/// Eight balls; a place without one has the radius minus infinity.
+struct BallBlock {
+    /// Frame coordinates \[m\], axis by axis.
+    centres: [[f64; LANES]; 3],
+    /// \[m\].
+    radii: [f64; LANES],
 }
 
 /// A ball inside a body.
@@ -33,12 +50,29 @@ const BALLS: usize = 24;
 pub const QUICK_BALLS: usize = 6;
 /// Surface points a body, spread out.
 const SURFACE_POINTS: usize = 24;
+/// Blocks of them.
+const MOST_BLOCKS: usize = (BALLS + SURFACE_POINTS).div_ceil(LANES);
 
 impl InteriorBalls {
     /// Looks for balls in every body of the checker's scene, on a grid and on the surface.
     pub fn new(checker: &Checker) -> Self {
-        let bodies = (0..checker.scene().bodies.len()).into_par_iter().map(|body| balls(checker, body)).collect();
-        Self { bodies }
+        let of_body = |body| {
+            let all = balls(checker, body);
+            let blocks = all.chunks(LANES).map(BallBlock::new).collect();
+            Balls { all, blocks }
+        };
+        Self { bodies: (0..checker.scene().bodies.len()).into_par_iter().map(of_body).collect() }
+    }
+}
+
+impl BallBlock {
+    fn new(balls: &[Ball]) -> Self {
+        let mut block = Self { centres: [[0.0; LANES]; 3], radii: [f64::NEG_INFINITY; LANES] };
+        for (lane, ball) in balls.iter().enumerate() {
+            (0..3).for_each(|axis| block.centres[axis][lane] = ball.centre[axis]);
+            block.radii[lane] = ball.radius;
+        }
+        block
     }
 }
 
@@ -148,33 +182,47 @@ fn raise(
 ) -> f64 {
     let scene = ground.checker.scene();
     let (of, relative_to) = (scene.bodies[carrier].frame, scene.bodies[solid].frame);
-    let balls = &ground.balls.bodies[carrier][..balls.min(ground.balls.bodies[carrier].len())];
-    let place = |ball: &Ball| {
-        let position = poses[of].point(&ball.centre);
-        (position, poses[relative_to].inverse_point(&position))
-    };
-    // Those that may have farthest to go first: the others then seldom need a look.
-    let (mut order, mut count) = ([(0.0, 0); BALLS + SURFACE_POINTS], 0);
-    for (at, ball) in balls.iter().enumerate() {
-        let most = ground.checker.solid_depth_bound(solid, &place(ball).1) + ball.radius + scene.clearance;
-        if most > 0.0 {
-            order[count] = (most, at);
-            count += 1;
-        }
-    }
-    let order = &mut order[..count];
-    if order.is_empty() {
-        return bound;
-    }
-    order.sort_unstable_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
+    let Balls { all, blocks } = &ground.balls.bodies[carrier];
+    let pose_solid_carrier = poses[relative_to].inverse().then(&poses[of]);
     ground.metric.motion_between(poses, of, relative_to, path);
-    for &(most, at) in order.iter() {
-        let ball = &balls[at];
-        let (position, point_solid) = place(ball);
-        let start = bound + STEP * ceiling;
-        if most <= path.bound_at_least(&position, start) {
-            continue;
+    let levers = path.levers();
+    let mut start = bound + STEP * ceiling;
+    // Those that may prove most first: the others then seldom need a look.
+    let (mut order, mut count) = ([Promise::default(); BALLS + SURFACE_POINTS], 0);
+    vectorized(
+        #[inline(always)]
+        || {
+            let mut depths = [[0.0; LANES]; MOST_BLOCKS];
+            let blocks = &blocks[..balls.min(all.len()).div_ceil(LANES)];
+            let centres = blocks.iter().map(|block| &block.centres);
+            let depths = &mut depths[..blocks.len()];
+            ground.checker.solid_depth_bounds(solid, &pose_solid_carrier, centres, depths);
+            for ((first, block), depths) in (0..).step_by(LANES).zip(blocks).zip(depths) {
+                let rates = levers.squared_rates(&poses[of].points(&block.centres));
+                let mut promises = [[0.0; LANES]; 2];
+                for lane in 0..LANES {
+                    let most = depths[lane] + block.radii[lane] + scene.clearance;
+                    promises[0][lane] = most;
+                    promises[1][lane] = most * most / rates[lane];
+                }
+                for lane in 0..LANES {
+                    let [most, square] = [promises[0][lane], promises[1][lane]];
+                    if most > 0.0 && square > start * start && first + lane < balls {
+                        order[count] = Promise { square, most, at: first + lane };
+                        count += 1;
+                    }
+                }
+            }
+        },
+    );
+    let order = &mut order[..count];
+    order.sort_unstable_by(Promise::greatest_first);
+    for &Promise { square, most, at } in order.iter() {
+        let ball = &all[at];
+        if square <= start * start {
+            break;
         }
+        let (position, point_solid) = (poses[of].point(&ball.centre), pose_solid_carrier.point(&ball.centre));
         let mut point = BoundedPoint { position, of, relative_to, inside_of: true, inside_relative_to: true };
         ground.metric.motion_of(poses, &point, path);
         let mut low = (start, path.bound(start));
@@ -191,8 +239,26 @@ fn raise(
         }
         let needed = depth + ball.radius + scene.clearance;
         bound = largest_distance(low, ceiling, needed, |d| path.bound(d)).unwrap_or(bound);
+        start = bound + STEP * ceiling;
     }
     bound
+}
+
+/// What a ball may prove, seen from boxes around solids and from levers alone.
+#[derive(Clone, Copy, Default)]
+struct Promise {
+    /// Square of a distance between configurations that the ball proves no more than; infinite where levers tell nothing.
+    square: f64,
+    /// Farthest that the ball may have to go \[m\].
+    most: f64,
+    /// Which ball.
+    at: usize,
+}
+
+impl Promise {
+    fn greatest_first(&self, other: &Self) -> Ordering {
+        other.square.total_cmp(&self.square).then(other.most.total_cmp(&self.most)).then(self.at.cmp(&other.at))
+    }
 }
 
 /// A bound that can be raised by less than this share of its ceiling is left.

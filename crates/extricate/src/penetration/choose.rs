@@ -4,7 +4,7 @@ use super::Ground;
 use super::dense::dot;
 use super::plan::Plan;
 use super::search::QueryScratch;
-use crate::boundary::Wanted;
+use crate::boundary::{Among, Care, Wanted};
 
 /// Nearest exits that are looked at for one that is chosen.
 const EXITS_LOOKED_AT: usize = 2;
@@ -15,7 +15,8 @@ impl QueryScratch {
         self.chosen.clear();
         self.places.clear();
         let near = plan.exits * EXITS_LOOKED_AT;
-        let wanted = if plan.in_turn.is_some() { Wanted::NearExits } else { Wanted::Exits };
+        let care = if plan.in_turn.is_some() { Care::Quick } else { Care::Exact };
+        let wanted = Wanted { among: Among::Exits, care };
         let Self { anchor, boundary, near_exits, .. } = self;
         ground.boundary.nearest(wanted, ground.metric, anchor, near, boundary, near_exits);
         let exits = std::mem::take(&mut self.near_exits);

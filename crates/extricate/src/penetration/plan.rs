@@ -5,6 +5,7 @@ use super::hope::Hope;
 use super::options::{Effort, QueryOptions};
 use super::refine::RefineOptions;
 use super::scatter::ScatterOptions;
+use crate::boundary::Care;
 use crate::collision::ContactSearch;
 use crate::scene::MetricSpec;
 
@@ -35,6 +36,8 @@ pub struct Plan {
     /// What each descent from a sample has to promise, where it is carried to its end before the next one starts; not where several exits are
     /// wanted.
     pub in_turn: Option<Hope>,
+    /// Of the search for the nearest samples.
+    pub care: Care,
     /// Whether descents toward the query in its own coordinates, along contacts of convex shapes or pieces, end where they seem to.
     pub is_smooth: bool,
 }
@@ -56,7 +59,7 @@ const POLISH: RefineOptions = RefineOptions {
 };
 /// With meshes, from a way out that clears the pieces around them: exact contacts of pairs farther apart than those stand out would take most of the
 /// time of a query, and between corners nothing converges to the last digit.
-const POLISH_MESHES: RefineOptions = RefineOptions { reach: 0.01, tolerance: 1e-4, ..POLISH };
+const POLISH_MESHES: RefineOptions = RefineOptions { reach: 0.01, tolerance: 1e-3, ..POLISH };
 
 /// A probed descent is carried on if it is expected to end below this times the best depth so far.
 pub const HOPE: f64 = 1.15;
@@ -92,6 +95,8 @@ impl Plan {
     pub fn of(options: &QueryOptions, ground: &Ground) -> Self {
         let mut plan = Self::of_effort(options.effort, ground);
         if options.effort == Effort::Nearest {
+            // Of stale samples the nearest may all collide, and any of the others be the answer.
+            plan.care = if ground.stale { Care::Exact } else { Care::Careful };
             return plan;
         }
         if ground.stale {
@@ -121,6 +126,10 @@ impl Plan {
                 (plan.from_query && starts > 1, plan.scatter_again && starts >= usual);
             plan.exits = (plan.exits * starts).div_ceil(usual).min(known);
             plan.starts = starts - plan.exits;
+        }
+        if plan.in_turn.is_some() {
+            // Samples that nothing starts from only tell where the search may begin.
+            plan.care = if plan.starts > 0 { Care::Quick } else { Care::Hasty };
         }
         plan
     }
@@ -181,6 +190,7 @@ impl Plan {
                 kept: 0,
                 is_smooth,
                 in_turn: None,
+                care: Care::Exact,
             },
             // Where linearised descents mislead, more of them, from more kinds of starts, are carried on.
             Effort::Refined if !is_smooth => Self {
@@ -196,6 +206,7 @@ impl Plan {
                 kept: 12,
                 is_smooth,
                 in_turn: None,
+                care: Care::Exact,
                 wander: 64,
                 refine,
             },
@@ -211,6 +222,7 @@ impl Plan {
                 kept: 3,
                 is_smooth,
                 in_turn: None,
+                care: Care::Exact,
                 wander: 0,
                 refine,
             },
@@ -238,6 +250,7 @@ impl Plan {
                     kept: 64,
                     is_smooth,
                     in_turn: None,
+                    care: Care::Exact,
                 }
             }
         }

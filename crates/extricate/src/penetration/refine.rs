@@ -81,6 +81,8 @@ pub struct RefineScratch {
     /// The configuration that was checked last, where `contacts` are all its exact ones nearer than a margin \[m\]; else empty.
     looked_at: Vec<f64>,
     looked_within: f64,
+    /// The configuration that a check of this query last called free; else empty.
+    called_free: Vec<f64>,
     quadratic: Quadratic,
     qp: Qp,
     trial: Vec<f64>,
@@ -108,6 +110,7 @@ impl RefineScratch {
     pub fn begin(&mut self) {
         self.checks = 1;
         self.looked_at.clear();
+        self.called_free.clear();
     }
 
     /// Whether the budget is spent.
@@ -125,13 +128,22 @@ impl RefineScratch {
         &self.x
     }
 
-    /// An exact check, counted.
+    /// An exact check, counted, unless the last one that found a free configuration was of the same.
     pub fn label(&mut self, ground: &Ground, q: &[f64]) -> Label {
+        // A descent along meshes has its steps checked; where it ends is then known.
+        if !self.called_free.is_empty() && self.called_free == q {
+            return Label::Free;
+        }
         self.checks += 1;
         if self.looked_at != q {
             self.looked_at.clear();
         }
-        ground.checker.label(q, &mut self.check)
+        let label = ground.checker.label(q, &mut self.check);
+        if label == Label::Free {
+            self.called_free.clear();
+            self.called_free.extend_from_slice(q);
+        }
+        label
     }
 
     /// Contacts of the pairs nearer than `margin` \[m\] at `q`, ascending by pair; `check` then holds its poses.

@@ -11,7 +11,7 @@ use super::plan::{HOPE, Plan};
 use super::refine::{Known, RefineOptions, RefineScratch, Start, slide};
 use super::scatter::{ScatterScratch, scatter};
 use super::wander::{WanderScratch, wander};
-use crate::boundary::{BoundaryScratch, Wanted};
+use crate::boundary::{Among, BoundaryScratch, Wanted};
 use crate::collision::ConvexOverlap;
 use crate::cspace::sampling::Halton;
 use crate::cspace::{Config, Label};
@@ -92,12 +92,12 @@ impl QueryScratch {
         answer
     }
 
-    /// Makes the nearest sample the answer (nearly the nearest where descents in turn follow) and fills the pool of the plan; of stale
+    /// Makes the nearest sample the answer, as far as the plan takes care, and fills the pool of the plan; of stale
     /// ones, the nearest that is free now, or else any free configuration. False where none was found.
     pub(super) fn first_witness(&mut self, ground: &Ground, plan: &Plan, answer: &mut Answer) -> bool {
         let (mut count, mut looked) = (plan.pool(), 0);
         loop {
-            let wanted = if plan.in_turn.is_some() { Wanted::NearSamples } else { Wanted::Samples };
+            let wanted = Wanted { among: Among::Samples, care: plan.care };
             let Self { anchor, boundary, pool, .. } = self;
             ground.boundary.nearest(wanted, ground.metric, anchor, count, boundary, pool);
             for &(id, depth) in &self.pool[looked..] {

@@ -4,6 +4,7 @@ use std::ops::ControlFlow;
 use std::sync::Arc;
 
 use extricate::cspace::sampling::Halton;
+use extricate::model::EndedBy;
 use extricate::scene::builtin;
 use extricate::{Checker, LearnOptions, Model, QueryOptions, QueryScratch, Scene};
 
@@ -98,6 +99,9 @@ fn adapting_keeps_its_limits_and_does_not_depend_on_threads() {
     for labels in [100, 500, 3000] {
         assert!(adapt(&model, moved(&old), labels).statistics().labels <= labels);
     }
+    let boundless = LearnOptions { seconds: Some(0.2), ..options(usize::MAX) };
+    let boundless = model.adapt(moved(&old), &boundless, &mut |_| ControlFlow::Continue(())).unwrap();
+    assert_eq!(boundless.statistics().ended_by, EndedBy::Seconds);
     // Nothing changed: the samples stay.
     let same = adapt(&model, old.clone(), 20_000);
     assert_eq!(same.boundary().configs(), model.boundary().configs());

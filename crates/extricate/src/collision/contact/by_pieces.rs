@@ -1,9 +1,9 @@
 //! Contacts of the convex pieces around two shapes, at least one of which is a mesh.
 
 use super::{ContactBuffers, Near, PairPlace, Sink};
-use crate::collision::ContactQuery;
 use crate::collision::bounds::Relative;
 use crate::collision::shape::{ConvexSolid, Shape, ShapeKind};
+use crate::collision::{ContactQuery, ContactSearch};
 use crate::math::{Pose, Vec3};
 
 /// Pairs of pieces that are looked at though they are neither the nearest nor within the clearance: more of them change descents little.
@@ -18,30 +18,9 @@ pub fn by_pieces(
     buffers: &mut ContactBuffers,
     sink: &mut Sink,
 ) {
-    let ContactBuffers { found, memory, near_pieces, candidates, .. } = buffers;
-    let pose = &relative.pose_a_b;
     let (of_a, of_b) = (a.pieces(), b.pieces());
-    let beyond = |x: &Shape, y: &Shape, center_y: &Vec3| {
-        let reach = x.ball.1 + y.ball.1 + query.margin;
-        (x.ball.0 - center_y).norm_squared() >= reach * reach
-    };
-    near_pieces.clear();
-    let centers = of_b.iter().map(|y| pose.point(&y.ball.0)).enumerate();
-    near_pieces.extend(centers.filter(|(j, center)| !beyond(a, &of_b[*j], center)));
-    candidates.clear();
-    for (i, x) in of_a.iter().enumerate() {
-        if of_a.len() > 1 && relative.lower_bound(&x.bounds, &b.bounds) >= query.margin {
-            continue;
-        }
-        for (j, center) in near_pieces.iter().filter(|(j, center)| !beyond(x, &of_b[*j], center)) {
-            let y = &of_b[*j];
-            let bound = relative.lower_bound(&x.bounds, &y.bounds);
-            if bound < query.margin {
-                let bound = bound.max(gap_toward(x, y, pose, center));
-                candidates.extend((bound < query.margin).then_some((bound, i, *j)));
-            }
-        }
-    }
+    find_candidates([a, b], [of_a, of_b], relative, query.margin, buffers);
+    let ContactBuffers { found, memory, candidates, .. } = buffers;
     candidates.sort_unstable_by(|x, y| x.0.total_cmp(&y.0).then((x.1, x.2).cmp(&(y.1, y.2))));
     found.clear();
     let mut nearest = query.margin;
@@ -59,6 +38,58 @@ pub fn by_pieces(
     for near in found.iter() {
         if !sink.offer(near) {
             break;
+        }
+    }
+}
+
+/// Whether the pieces around two shapes prove, where they are known, that the shapes are no nearer than the margin.
+pub fn are_parted(
+    [a, b]: [&Shape; 2],
+    relative: &Relative,
+    margin: f64,
+    place: PairPlace,
+    buffers: &mut ContactBuffers,
+) -> bool {
+    let (Some(of_a), Some(of_b)) = (a.known_pieces(), b.known_pieces()) else { return false };
+    find_candidates([a, b], [of_a, of_b], relative, margin, buffers);
+    let ContactBuffers { memory, candidates, .. } = buffers;
+    let query = ContactQuery { margin, search: ContactSearch::Coarse };
+    candidates.iter().all(|&(_, i, j)| {
+        let (x, y) = (&of_a[i], &of_b[j]);
+        let memory = memory.of_pieces(place.parts, of_a.len() * of_b.len(), i * of_b.len() + j);
+        memory.contact([x, y], [solid(x), solid(y)], relative, query, place.clearance).is_none()
+    })
+}
+
+/// Fills `candidates` with the pairs of pieces that may be nearer than `margin` \[m\], as boxes, balls and one direction tell.
+fn find_candidates(
+    [a, b]: [&Shape; 2],
+    [of_a, of_b]: [&[Shape]; 2],
+    relative: &Relative,
+    margin: f64,
+    buffers: &mut ContactBuffers,
+) {
+    let ContactBuffers { near_pieces, candidates, .. } = buffers;
+    let pose = &relative.pose_a_b;
+    let beyond = |x: &Shape, y: &Shape, center_y: &Vec3| {
+        let reach = x.ball.1 + y.ball.1 + margin;
+        (x.ball.0 - center_y).norm_squared() >= reach * reach
+    };
+    near_pieces.clear();
+    let centers = of_b.iter().map(|y| pose.point(&y.ball.0)).enumerate();
+    near_pieces.extend(centers.filter(|(j, center)| !beyond(a, &of_b[*j], center)));
+    candidates.clear();
+    for (i, x) in of_a.iter().enumerate() {
+        if of_a.len() > 1 && relative.lower_bound(&x.bounds, &b.bounds) >= margin {
+            continue;
+        }
+        for (j, center) in near_pieces.iter().filter(|(j, center)| !beyond(x, &of_b[*j], center)) {
+            let y = &of_b[*j];
+            let bound = relative.lower_bound(&x.bounds, &y.bounds);
+            if bound < margin {
+                let bound = bound.max(gap_toward(x, y, pose, center));
+                candidates.extend((bound < margin).then_some((bound, i, *j)));
+            }
         }
     }
 }
@@ -87,10 +118,10 @@ fn solid(piece: &Shape) -> &ConvexSolid {
 mod tests {
     use super::super::gather;
     use super::*;
+    use crate::collision::Contact;
     use crate::collision::convex_contact::COARSE;
     use crate::collision::part_pair::{self, Buffers, Hint, Placed};
     use crate::collision::test_mesh::{bumpy, cuboid, joined, placed};
-    use crate::collision::{Contact, ContactSearch};
     use crate::robot::Geometry;
     use rand::{RngExt, SeedableRng};
     use std::sync::Arc;
