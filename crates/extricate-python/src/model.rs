@@ -119,7 +119,7 @@ impl Model {
     /// The nearest free configuration to q.
     ///
     /// q: float64 (nq,), within the limits.
-    /// effort: "nearest" (the nearest boundary sample), "refined" (several improved, the best one verified) or "exhaustive".
+    /// effort: "nearest" (the nearest boundary sample, or one nearly as near), "refined" (several improved, the best one verified) or "exhaustive".
     /// exits: how many distinct ways out are wanted, in `Answer.exits`.
     /// starts: from how many exits and boundary samples descents start, None for what the effort takes: fewer are faster and
     ///     miss the nearest way out more often.

@@ -26,7 +26,7 @@ use crate::report::count;
 const QUERY_STREAM: u64 = 0x71_75_65_72_69_65_73;
 
 /// Labels that a machine of many cores stops at; on two cores the seconds end learning first.
-const MOST_LABELS: usize = 2_000_000;
+const MOST_LABELS: usize = 5_000_000;
 
 /// Arguments of `demo`.
 #[derive(Args)]

@@ -69,7 +69,7 @@ pub struct QueryArgs {
 /// [`Effort`] as the command line spells it.
 #[derive(Clone, Copy, ValueEnum)]
 enum EffortArg {
-    /// The nearest stored boundary sample, verified when learned
+    /// The nearest stored boundary sample, or in many dimensions one nearly as near; verified when learned
     Nearest,
     /// Several candidates, each slid along the contact surface; verified now
     Refined,

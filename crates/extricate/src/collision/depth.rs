@@ -111,8 +111,31 @@ mod tests {
     use super::*;
     use crate::collision::test_mesh::bumpy;
     use crate::robot::Geometry;
+    use crate::scene::builtin;
     use rand::{RngExt, SeedableRng};
     use std::sync::Arc;
+
+    #[test]
+    fn boxes_bound_the_depths_of_eight_points() {
+        let checker = Checker::new(builtin::scene("hand").unwrap().into());
+        let (mut rng, mut inside) = (rand_chacha::ChaCha8Rng::seed_from_u64(9), 0);
+        for body in 0..checker.scene().bodies.len() {
+            for _ in 0..200 {
+                let mut number = || rng.random::<f64>() - 0.5;
+                let pose = Pose::from_xyz_rpy([0.0; 3].map(|_| 0.1 * number()), [0.0; 3].map(|_| 6.0 * number()));
+                let points = [[0.0; LANES]; 3].map(|axis| axis.map(|_| 0.1 * number()));
+                let mut bounds = [[0.0; LANES]];
+                checker.solid_depth_bounds(body, &pose, [points].iter(), &mut bounds);
+                for lane in 0..LANES {
+                    let point = pose.point(&Vec3::from(points.map(|axis| axis[lane])));
+                    let depth = checker.solid_depth(body, &point);
+                    assert!(depth <= bounds[0][lane] + 1e-12, "{body} {point}: {depth} {}", bounds[0][lane]);
+                    inside += usize::from(depth > 0.0);
+                }
+            }
+        }
+        assert!(inside > 100, "{inside}");
+    }
 
     #[test]
     fn quick_bounds_rule_out_no_deeper_point() {
