@@ -102,7 +102,8 @@ pub fn gather(
         }
         (Convex(x), Convex(y)) => {
             let memory = buffers.memory.of(parts);
-            if let Some(found) = memory.contact([a, b], [x, y], &relative, query, clearance) {
+            let least = || relative.lower_bound(&a.bounds, &b.bounds);
+            if let Some(found) = memory.contact([x, y], b.ball, &relative, query, clearance, least) {
                 // A check of where the contact just keeps the clearance then takes one plane.
                 hint.normal = found.normal;
                 sink.push(&Near::from(found));

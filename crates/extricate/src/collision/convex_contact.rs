@@ -2,7 +2,7 @@
 
 use super::bounds::Relative;
 use super::gjk::{self, LastFeatures, Separation, Slack};
-use super::shape::{ConvexSolid, Shape};
+use super::shape::ConvexSolid;
 use super::{ContactQuery, ContactSearch};
 use crate::math::{Mat3, Pose, Vec3};
 
@@ -38,16 +38,18 @@ impl PairMemory {
     /// The contact of two convex shapes in the frame of the first, if nearer than the margin.
     ///
     /// Exact within rounding; in a coarse search, the last one moved along (see [`CARRIED`]) as long as that proves a distance of
-    /// more than `clearance`, and what is found no more exact than [`COARSE`].
+    /// more than `clearance`, and what is found no more exact than [`COARSE`]. `ball_second` holds the second shape, in its own frame; `least` tells a
+    /// lower bound on the signed distance \[m\], if one is needed.
     pub fn contact(
         &mut self,
-        [a, b]: [&Shape; 2],
         [x, y]: [&ConvexSolid; 2],
+        ball_second: (Vec3, f64),
         relative: &Relative,
         query: ContactQuery,
         clearance: f64,
+        least: impl FnOnce() -> f64,
     ) -> Option<Separation> {
-        let bound = self.lower - displacement(&self.pose_a_b, &relative.pose_a_b, b.ball);
+        let bound = self.lower - displacement(&self.pose_a_b, &relative.pose_a_b, ball_second);
         if bound >= query.margin {
             return None;
         }
@@ -60,7 +62,7 @@ impl PairMemory {
             return Some(Separation { distance, point_second, ..contact }).filter(|c| c.distance < query.margin);
         }
         self.pose_a_b = relative.pose_a_b;
-        self.lower = relative.lower_bound(&a.bounds, &b.bounds);
+        self.lower = least();
         self.contact = None;
         if self.lower >= query.margin {
             return None;
@@ -89,7 +91,7 @@ fn displacement(from: &Pose, to: &Pose, (center, radius): (Vec3, f64)) -> f64 {
 mod tests {
     use super::*;
     use crate::collision::gjk::separation;
-    use crate::collision::shape::ShapeKind;
+    use crate::collision::shape::{Shape, ShapeKind};
     use crate::collision::test_mesh::bumpy;
     use crate::robot::Geometry;
     use rand::{RngExt, SeedableRng};
@@ -133,8 +135,9 @@ mod tests {
                 let (p, q) = (solid(a), solid(b));
                 let cold = separation(&p.shape, &Pose::identity(), &q.shape, pose, 0.3).filter(|c| c.distance < 0.3);
                 let query = |search| ContactQuery { margin: 0.3, search };
-                let warm = exact.contact([a, b], [p, q], &relative, query(ContactSearch::Exact), clearance);
-                let near = coarse.contact([a, b], [p, q], &relative, query(ContactSearch::Coarse), clearance);
+                let least = || relative.lower_bound(&a.bounds, &b.bounds);
+                let warm = exact.contact([p, q], b.ball, &relative, query(ContactSearch::Exact), clearance, least);
+                let near = coarse.contact([p, q], b.ball, &relative, query(ContactSearch::Coarse), clearance, least);
                 assert_eq!(cold.is_some(), warm.is_some(), "{cold:?} {warm:?}");
                 let Some((cold, warm)) = cold.zip(warm) else { continue };
                 assert!((cold.distance - warm.distance).abs() < 1e-7, "{cold:?} {warm:?}");

@@ -30,7 +30,7 @@ pub fn by_pieces(
         }
         let (x, y) = (&of_a[i], &of_b[j]);
         let memory = memory.of_pieces(place.parts, of_a.len() * of_b.len(), i * of_b.len() + j);
-        let contact = memory.contact([x, y], [solid(x), solid(y)], relative, query, place.clearance);
+        let contact = memory.contact([solid(x), solid(y)], y.ball, relative, query, place.clearance, || bound);
         nearest = contact.map_or(nearest, |contact| nearest.min(contact.distance));
         found.extend(contact.map(Near::from));
     }
@@ -54,10 +54,10 @@ pub fn are_parted(
     find_candidates([a, b], [of_a, of_b], relative, margin, buffers);
     let ContactBuffers { memory, candidates, .. } = buffers;
     let query = ContactQuery { margin, search: ContactSearch::Coarse };
-    candidates.iter().all(|&(_, i, j)| {
+    candidates.iter().all(|&(bound, i, j)| {
         let (x, y) = (&of_a[i], &of_b[j]);
         let memory = memory.of_pieces(place.parts, of_a.len() * of_b.len(), i * of_b.len() + j);
-        memory.contact([x, y], [solid(x), solid(y)], relative, query, place.clearance).is_none()
+        memory.contact([solid(x), solid(y)], y.ball, relative, query, place.clearance, || bound).is_none()
     })
 }
 
@@ -85,6 +85,10 @@ fn find_candidates(
         }
         for (j, center) in near_pieces.iter().filter(|(j, center)| !beyond(x, &of_b[*j], center)) {
             let y = &of_b[*j];
+            let reach = y.ball.1 + margin;
+            if beyond_box(x, center).norm_squared() >= reach * reach {
+                continue;
+            }
             let bound = relative.lower_bound(&x.bounds, &y.bounds);
             if bound < margin {
                 let bound = bound.max(gap_toward(x, y, pose, center));
@@ -97,14 +101,19 @@ fn find_candidates(
 /// The gap \[m\] between two pieces along the direction from the box around the first to the centre of the ball around the second, `center_y` in the
 /// frame of the first: nearly their distance where that is more than a fraction of their size.
 fn gap_toward(x: &Shape, y: &Shape, pose_x_y: &Pose, center_y: &Vec3) -> f64 {
-    let offset = center_y - x.bounds.center;
-    let beyond = offset - offset.zip_map(&x.bounds.half, |o, half| o.clamp(-half, half));
-    let along = if beyond == Vec3::zeros() { offset } else { beyond };
+    let beyond = beyond_box(x, center_y);
+    let along = if beyond == Vec3::zeros() { center_y - x.bounds.center } else { beyond };
     let Some(along) = along.try_normalize(0.0) else { return f64::NEG_INFINITY };
     let (first, second) = (&solid(x).shape, &solid(y).shape);
     let highest = first.core.support(&along).dot(&along) + first.radius;
     let lowest = pose_x_y.point(&second.core.support(&pose_x_y.inverse_vector(&-along))).dot(&along) - second.radius;
     lowest - highest
+}
+
+/// From the nearest point of the box around a shape to a point in its frame.
+fn beyond_box(x: &Shape, point: &Vec3) -> Vec3 {
+    let offset = point - x.bounds.center;
+    offset - offset.zip_map(&x.bounds.half, |o, half| o.clamp(-half, half))
 }
 
 fn solid(piece: &Shape) -> &ConvexSolid {
