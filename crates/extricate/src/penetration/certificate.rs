@@ -199,14 +199,12 @@ fn raise(
             ground.checker.solid_depth_bounds(solid, &pose_solid_carrier, centres, depths);
             for ((first, block), depths) in (0..).step_by(LANES).zip(blocks).zip(depths) {
                 let rates = levers.squared_rates(&poses[of].points(&block.centres));
-                let mut promises = [[0.0; LANES]; 2];
+                let (mut mosts, mut squares) = ([0.0; LANES], [0.0; LANES]);
                 for lane in 0..LANES {
-                    let most = depths[lane] + block.radii[lane] + scene.clearance;
-                    promises[0][lane] = most;
-                    promises[1][lane] = most * most / rates[lane];
+                    mosts[lane] = depths[lane] + block.radii[lane] + scene.clearance;
+                    squares[lane] = mosts[lane] * mosts[lane] / rates[lane];
                 }
-                for lane in 0..LANES {
-                    let [most, square] = [promises[0][lane], promises[1][lane]];
+                for (lane, (most, square)) in mosts.into_iter().zip(squares).enumerate() {
                     if most > 0.0 && square > start * start && first + lane < balls {
                         order[count] = Promise { square, most, at: first + lane };
                         count += 1;
