@@ -264,13 +264,15 @@ def test_an_interrupt_ends_a_long_call(name: str, planar: Scene, model: Model) -
     assert model.query(Q[0]).verified
 
 
-# One query of seconds, of an arm of meshes and from thousands of samples; it ends itself should nothing else do.
+# One query of an arm of meshes, from thousands of samples; it ends itself should nothing else do. The shortest, a frame of a stream, takes a quarter of a second
+# on a fast machine.
+SOON = 0.02
 ENDLESS = {"effort": "exhaustive", "starts": 10**6, "seconds": 60}
 
 
 @pytest.fixture(scope="module")
 def of_meshes(arm: Scene) -> Model:
-    return extricate.learn(arm, labels=100_000)
+    return extricate.learn(arm, labels=400_000)
 
 
 ONE = {
@@ -285,11 +287,11 @@ ONE = {
 @pytest.mark.parametrize("name", ONE)
 def test_an_interrupt_ends_one_query(name: str, of_meshes: Model) -> None:
     q = of_meshes.scene.sample(1, seed=1, colliding=True)[0]
-    threading.Timer(0.1, os.kill, (os.getpid(), signal.SIGINT)).start()
+    threading.Timer(SOON, os.kill, (os.getpid(), signal.SIGINT)).start()
     started = time.monotonic()
     with pytest.raises(KeyboardInterrupt):
         ONE[name](of_meshes, q)
-    assert time.monotonic() - started < 3  # the whole query takes longer
+    assert time.monotonic() - started < 3  # of the 60 that it may take
     assert of_meshes.query(q).verified
 
 
@@ -309,10 +311,10 @@ def test_signal_handlers_run_during_a_query_and_may_ask(of_meshes: Model) -> Non
 
     before = signal.signal(signal.SIGALRM, handler)
     try:
-        signal.setitimer(signal.ITIMER_REAL, 0.1)
+        signal.setitimer(signal.ITIMER_REAL, SOON)
         model.query(q, **long)
         assert len(heard) == 1 and refused == []
-        signal.setitimer(signal.ITIMER_REAL, 0.1)
+        signal.setitimer(signal.ITIMER_REAL, SOON)
         answer = stream.query(q)
     finally:
         signal.signal(signal.SIGALRM, before)
