@@ -59,7 +59,7 @@ pub fn options(
     starts: Option<i64>,
     checks: Option<i64>,
     seconds: Option<f64>,
-    way: bool,
+    [way, contacts]: [bool; 2],
 ) -> PyResult<QueryOptions> {
     let known = [Effort::Nearest, Effort::Refined, Effort::Exhaustive];
     let found = known.into_iter().find(|known| name(*known) == effort).ok_or_else(|| {
@@ -75,7 +75,8 @@ pub fn options(
     }
     let starts = starts.map(|starts| count("starts", starts, 1)).transpose()?;
     let checks = checks.map(|checks| count("checks", checks, 0)).transpose()?;
-    Ok(QueryOptions { effort: found, exits, starts, budget: QueryBudget { checks, seconds }, stop: None, way })
+    let budget = QueryBudget { checks, seconds };
+    Ok(QueryOptions { effort: found, exits, starts, budget, stop: None, way, contacts })
 }
 
 fn name(effort: Effort) -> &'static str {

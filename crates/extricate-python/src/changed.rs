@@ -61,7 +61,7 @@ impl ChangedScene {
     }
 
     /// As `Model.query`, in this scene. None where nothing free was found, not even among 20,000 configurations beside the samples.
-    #[pyo3(signature = (q, *, effort = "refined", exits = 1, starts = None, checks = None, seconds = None, way = false))]
+    #[pyo3(signature = (q, *, effort = "refined", exits = 1, starts = None, checks = None, seconds = None, way = false, contacts = false))]
     fn query<'py>(
         &self,
         q: &Bound<'py, PyAny>,
@@ -71,9 +71,10 @@ impl ChangedScene {
         checks: Option<i64>,
         seconds: Option<f64>,
         way: bool,
+        contacts: bool,
     ) -> PyResult<Option<Bound<'py, PyAny>>> {
         let (py, scene, model) = (q.py(), self.changed.scene(), self.model.get().inner());
-        let options = answer::options(effort, exits, starts, checks, seconds, way)?;
+        let options = answer::options(effort, exits, starts, checks, seconds, [way, contacts])?;
         let values = one_config("q", q, &scene.space)?;
         let config = scene.space.config(values.values()).map_err(|error| bad_row("q", 0, true, error))?;
         let watch = long_call::Watch::new();
@@ -95,7 +96,7 @@ impl ChangedScene {
         seconds: Option<f64>,
         threads: i64,
     ) -> PyResult<Bound<'py, PyAny>> {
-        let options = answer::options(effort, 1, starts, checks, seconds, false)?;
+        let options = answer::options(effort, 1, starts, checks, seconds, [false; 2])?;
         let model = self.model.get().inner();
         answers(Q, &self.changed.scene().space, threads, &self.scratches, options, &|q, options, scratch| {
             model.query_in(&self.changed, q, options, scratch)

@@ -125,9 +125,11 @@ impl Model {
     ///     miss the nearest way out more often.
     /// checks, seconds: where to stop early, with the best answer so far; more of either never gives a larger depth.
     /// way: whether to look at the straight way to the witness, see `Answer.way`; costs as much as many checks.
+    /// contacts: with effort "nearest", whether to tell every colliding pair, not one alone, and the contacts at the witness; both take longer
+    ///     than to find it. The other efforts always tell them.
     ///
     /// Raises ValueError for a wrong shape, values that are not finite or beyond a limit.
-    #[pyo3(signature = (q, *, effort = "refined", exits = 1, starts = None, checks = None, seconds = None, way = false))]
+    #[pyo3(signature = (q, *, effort = "refined", exits = 1, starts = None, checks = None, seconds = None, way = false, contacts = false))]
     fn query<'py>(
         &self,
         q: &Bound<'py, PyAny>,
@@ -137,9 +139,10 @@ impl Model {
         checks: Option<i64>,
         seconds: Option<f64>,
         way: bool,
+        contacts: bool,
     ) -> PyResult<Bound<'py, PyAny>> {
         let py = q.py();
-        let options = answer::options(effort, exits, starts, checks, seconds, way)?;
+        let options = answer::options(effort, exits, starts, checks, seconds, [way, contacts])?;
         let space = &self.model.scene().space;
         let values = one_config("q", q, space)?;
         let config = space.config(values.values()).map_err(|error| bad_row("q", 0, true, error))?;
@@ -170,7 +173,7 @@ impl Model {
         seconds: Option<f64>,
         threads: i64,
     ) -> PyResult<Bound<'py, PyAny>> {
-        let options = answer::options(effort, 1, starts, checks, seconds, false)?;
+        let options = answer::options(effort, 1, starts, checks, seconds, [false; 2])?;
         answers(Q, &self.model.scene().space, threads, &self.scratches, options, &|q, options, scratch| {
             Some(self.model.query(q, options, scratch))
         })
@@ -207,11 +210,11 @@ impl Model {
 
     /// For queries that follow each other closely, as from a simulation: each is warm-started from the one before.
     ///
-    /// effort, starts, checks, seconds, way: as in `Model.query`, of each frame.
+    /// effort, starts, checks, seconds, way, contacts: as in `Model.query`, of each frame.
     /// hysteresis: the way out of the last frame is kept until another one is nearer by more than this share of its depth; 0
     /// always takes the nearest.
     /// looks: how many boundary samples are looked at each frame for a nearer way out.
-    #[pyo3(signature = (*, effort = "refined", hysteresis = 0.0, looks = 4, starts = None, checks = None, seconds = None, way = false))]
+    #[pyo3(signature = (*, effort = "refined", hysteresis = 0.0, looks = 4, starts = None, checks = None, seconds = None, way = false, contacts = false))]
     fn stream(
         slf: Py<Self>,
         effort: &str,
@@ -221,8 +224,9 @@ impl Model {
         checks: Option<i64>,
         seconds: Option<f64>,
         way: bool,
+        contacts: bool,
     ) -> PyResult<Stream> {
-        Stream::new(slf, answer::options(effort, 1, starts, checks, seconds, way)?, hysteresis, looks)
+        Stream::new(slf, answer::options(effort, 1, starts, checks, seconds, [way, contacts])?, hysteresis, looks)
     }
 
     fn __repr__(&self) -> String {

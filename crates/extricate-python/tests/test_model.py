@@ -95,7 +95,11 @@ def test_answers_are_printed_for_people(model: Model, planar: Scene) -> None:
     assert [line.split()[0] for line in lines] == ["depth", "witness", "moves", "colliding", "touching"] + ["exit"] * (len(answer.exits) - 1)
     assert lines[0] == f"depth      {answer.depth:.4g}, at least {answer.lower_bound:.4g}"
     assert lines[1].endswith("], verified") and " - ".join(answer.colliding[0]) in lines[3]
-    assert "when the model was learned" in str(model.query(q, effort="nearest"))
+    nearest = model.query(q, effort="nearest")
+    assert "when the model was learned" in str(nearest) and "touching" not in str(nearest)
+    told = model.query(q, effort="nearest", contacts=True)
+    assert nearest.colliding[0] in told.colliding == answer.colliding and nearest.contacts == nearest.touching == []
+    assert told.depth == nearest.depth and told.touching == sorted({contact.pair for contact in told.contacts})
     assert str(model.query(planar.sample(1, colliding=False)[0])) == "free: nothing to be done"
     assert repr(answer).startswith("Answer(depth=")
 

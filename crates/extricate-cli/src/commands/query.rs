@@ -51,6 +51,9 @@ pub struct QueryArgs {
     /// Tell which part of the straight way from query to witness collides
     #[arg(long)]
     way: bool,
+    /// With --effort nearest, tell every colliding pair, not one alone, and the contacts at the witness; the other efforts always do
+    #[arg(long)]
+    contacts: bool,
     /// Answer on this many threads, 0 for one a core; the answers are the same
     #[arg(long, value_name = "N", value_parser = threads, default_value_t = 1)]
     threads: usize,
@@ -96,6 +99,7 @@ impl QueryArgs {
             budget: QueryBudget { checks: self.max_checks, seconds: self.max_seconds },
             stop: None,
             way: self.way,
+            contacts: self.contacts,
         }
     }
 }

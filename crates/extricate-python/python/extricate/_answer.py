@@ -54,8 +54,8 @@ class Answer:
     coverage: how usual the query's distance to the nearest stored sample is among held-out colliding configurations, in (0,
         1]: below 0.01 the query lies far from what was learned. None where the query is free or nothing was held out.
     max_displacement: largest displacement of any point of the robot between the query and the witness [m].
-    colliding: pairs of bodies that collide at the query.
-    touching: pairs of bodies that touch at the witness.
+    colliding: pairs of bodies that collide at the query; one of them with effort "nearest", unless contacts were asked for.
+    touching: pairs of bodies that touch at the witness; none with effort "nearest", unless contacts were asked for.
     contacts: where they touch; several places a pair where meshes do.
     gradient: how the distance to the witness changes with the query, (nv,): a small tangent step t at the query changes it
         by gradient @ t. Zero where the query is free.
@@ -99,8 +99,9 @@ class Answer:
             ("witness", witness + (", verified" if self.verified else ", free when the model was learned")),
             ("moves by", f"{self.max_displacement:.4g} m at most"),
             ("colliding", _listed(self.colliding)),
-            ("touching", _listed(self.touching)),
         ]
+        if self.touching or self.effort != "nearest":
+            rows.append(("touching", _listed(self.touching)))
         rows += [("exit", f"{other.depth:.4g}, touching {_listed(other.touching)}") for other in self.exits[1:]]
         return "\n".join(f"{name:<10} {text}" for name, text in rows)
 

@@ -120,6 +120,7 @@ class Model:
         checks: Optional[int] = None,
         seconds: Optional[float] = None,
         way: bool = False,
+        contacts: bool = False,
     ) -> Answer: ...
     def query_batch(
         self,
@@ -152,6 +153,7 @@ class Model:
         checks: Optional[int] = None,
         seconds: Optional[float] = None,
         way: bool = False,
+        contacts: bool = False,
     ) -> Stream: ...
     def __reduce__(self) -> Tuple[Any, ...]: ...
 
@@ -171,6 +173,7 @@ class ChangedScene:
         checks: Optional[int] = None,
         seconds: Optional[float] = None,
         way: bool = False,
+        contacts: bool = False,
     ) -> Optional[Answer]: ...
     def query_batch(
         self,

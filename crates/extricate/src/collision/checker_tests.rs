@@ -165,6 +165,10 @@ fn label_agrees_with_clearance_and_pairs_and_ignores_what_came_before() {
         let mut pairs = Vec::new();
         checker.colliding_pairs(&q, &mut used, &mut pairs);
         assert_eq!(pairs.is_empty(), fresh == Label::Free);
+        let one = checker.colliding_pair(&q, &mut used);
+        assert_eq!(one, checker.colliding_pair(&q, &mut CheckScratch::default()));
+        assert_eq!(one.is_none(), pairs.is_empty());
+        assert!(one.is_none_or(|pair| pairs.contains(&pair)));
         free += usize::from(fresh == Label::Free);
     }
     assert!((300..900).contains(&free), "{free}");

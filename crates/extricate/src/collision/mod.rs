@@ -200,18 +200,36 @@ impl Checker {
         scratch.broad.pairs = near;
     }
 
+    /// A checked pair that is nearer than the clearance at `q`, if there is one: of several, the one whose bodies' balls overlap most.
+    pub fn colliding_pair(&self, q: &[f64], scratch: &mut CheckScratch) -> Option<usize> {
+        self.place(q, scratch);
+        self.find_near(self.scene.clearance, scratch);
+        let CheckScratch { placement, broad, queue, .. } = scratch;
+        queue.clear();
+        queue.extend(broad.pairs.iter().map(|&index| self.gap_of_balls(index, placement)));
+        while let Some(entry) = scratch.queue.pop() {
+            if self.pair_collides(entry.second as usize, scratch) {
+                return Some(entry.second as usize);
+            }
+        }
+        None
+    }
+
+    fn gap_of_balls(&self, index: u32, placement: &Placement) -> Entry {
+        let (pair, centers) = (&self.pairs[index as usize], &placement.centers);
+        let bound = (centers[pair.first] - centers[pair.second]).norm() - pair.radii;
+        Entry { bound, first: BY_BALL, second: index }
+    }
+
     /// Least signed distance \[m\] of any checked pair at `q`; infinite where no pair is checked.
     ///
     /// Exact where it is positive, and for convex shapes (minus the penetration depth). For overlapping meshes it is minus
     /// an estimate of the overlap from below: the depth of the deepest vertex of one inside the other, or 0 if none is.
     pub fn clearance(&self, q: &[f64], scratch: &mut CheckScratch) -> f64 {
         self.place(q, scratch);
-        let centers = &scratch.placement.centers;
-        scratch.queue.clear();
-        scratch.queue.extend(self.pairs.iter().enumerate().map(|(index, pair)| {
-            let bound = (centers[pair.first] - centers[pair.second]).norm() - pair.radii;
-            Entry { bound, first: BY_BALL, second: index as u32 }
-        }));
+        let CheckScratch { placement, queue, .. } = scratch;
+        queue.clear();
+        queue.extend((0..self.pairs.len() as u32).map(|index| self.gap_of_balls(index, placement)));
         let mut best = f64::INFINITY;
         while let Some(entry) = scratch.queue.pop().filter(|entry| entry.bound < best) {
             let pair = entry.second as usize;

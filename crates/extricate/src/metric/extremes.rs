@@ -5,7 +5,7 @@
 
 use std::f64::consts::TAU;
 
-use crate::math::{Mat3, Pose, Vec3};
+use crate::math::{LANES, Mat3, Pose, Vec3, vectorized};
 use crate::robot::{Geometry, convex_hull::convex_hull};
 use crate::scene::{Part, Scene};
 
@@ -23,6 +23,8 @@ pub struct FrameExtremes {
     pub frame: usize,
     /// Vertices of the hull of all polyhedral parts.
     pub points: Vec<Vec3>,
+    /// The same by eights, axis by axis; the last one fills up.
+    pub(super) blocks: Vec<[[f64; LANES]; 3]>,
     /// Centres and radii.
     pub balls: Vec<(Vec3, f64)>,
     /// Circles: centre and two orthogonal radii.
@@ -117,8 +119,13 @@ impl FrameExtremes {
         points
     }
 
-    /// Puts a ball around everything.
+    /// Puts a ball around everything, and points into blocks.
     fn bound(&mut self) {
+        let block = |points: &[Vec3]| {
+            let at = |axis: usize| std::array::from_fn(|lane| points[lane.min(points.len() - 1)][axis]);
+            [at(0), at(1), at(2)]
+        };
+        self.blocks = self.points.chunks(LANES).map(block).collect();
         let low = self.samples.iter().fold(Vec3::repeat(f64::INFINITY), |a, b| a.inf(b));
         let high = self.samples.iter().fold(Vec3::repeat(f64::NEG_INFINITY), |a, b| a.sup(b));
         self.centre = 0.5 * (low + high);
@@ -138,8 +145,9 @@ impl FrameExtremes {
     fn max_displacement(&self, from: &Pose, to: &Pose) -> f64 {
         let turn = to.rotation - from.rotation;
         let shift = to.translation - from.translation;
-        let move_of = |p: &Vec3| turn * p + shift;
-        let mut worst = self.points.iter().map(|p| move_of(p).norm_squared()).fold(0.0, f64::max);
+        let displacement = Pose { rotation: turn, translation: shift };
+        let move_of = |p: &Vec3| displacement.point(p);
+        let mut worst = largest_squared(&displacement, &self.blocks);
         for (centre, radius) in &self.balls {
             worst = worst.max(ball_displacement_squared(&turn, &move_of(centre), *radius));
         }
@@ -166,6 +174,25 @@ fn ball_displacement_squared(turn: &Mat3, move_centre: &Vec3, radius: f64) -> f6
     let planar_squared = (turn.tr_mul(move_centre)).norm_squared() / sigma_squared;
     let axial_squared = (move_centre.norm_squared() - planar_squared).max(0.0);
     axial_squared + (planar_squared.sqrt() + radius * sigma_squared.sqrt()).powi(2)
+}
+
+/// Largest squared length of what `map` makes of the points, 0 of none.
+fn largest_squared(map: &Pose, blocks: &[[[f64; LANES]; 3]]) -> f64 {
+    let largest = vectorized(
+        #[inline(always)]
+        || {
+            let mut largest = [0.0; LANES];
+            for block in blocks {
+                let [x, y, z] = map.points(block);
+                for lane in 0..LANES {
+                    let squared = x[lane] * x[lane] + y[lane] * y[lane] + z[lane] * z[lane];
+                    largest[lane] = if squared > largest[lane] { squared } else { largest[lane] };
+                }
+            }
+            largest
+        },
+    );
+    largest.into_iter().fold(0.0, f64::max)
 }
 
 /// Largest `|c + x cos t + y sin t|^2`: the best of 16 angles, then Newton's method on the derivative.

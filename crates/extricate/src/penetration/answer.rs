@@ -22,9 +22,10 @@ pub struct Answer {
     pub checks: usize,
     /// Largest displacement \[m\] of any point of the moving geometry between the query and the witness.
     pub max_displacement: f64,
-    /// Indices of the scene's pairs that collide at the query.
+    /// Indices of the scene's pairs that collide at the query; one of them with [`Effort::Nearest`], unless contacts were asked for.
     pub colliding: Vec<usize>,
-    /// Indices of the scene's pairs that touch (within [`TOUCHING`] beyond the clearance) at the witness.
+    /// Indices of the scene's pairs that touch (within [`TOUCHING`] beyond the clearance) at the witness; none with [`Effort::Nearest`], unless
+    /// contacts were asked for.
     pub touching: Vec<usize>,
     /// How usual the distance to the nearest boundary sample is among held-out colliding configurations, in `(0, 1]`, see
     /// [`Coverage::of`](super::coverage::Coverage::of): below [`FAR`] the query lies far from what was

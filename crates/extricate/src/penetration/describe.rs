@@ -15,13 +15,16 @@ impl QueryScratch {
     /// Fills in all but witness and depth.
     pub(super) fn describe(&mut self, ground: &Ground, options: &QueryOptions, answer: &mut Answer) {
         let Self { refine, anchor, far_anchor, motion, overlaps, .. } = self;
-        let margin = ground.clearance + TOUCHING;
-        answer.contacts.extend_from_slice(refine.touching(ground, &answer.witness, margin));
-        answer.touching.extend(answer.contacts.iter().map(|contact| contact.pair));
-        answer.touching.dedup();
-        let poses = refine.check.poses();
-        ground.metric.anchor_at(&answer.witness, poses, far_anchor);
-        answer.max_displacement = ground.metric.max_displacement_at(anchor, poses);
+        if options.tells_contacts() {
+            let margin = ground.clearance + TOUCHING;
+            answer.contacts.extend_from_slice(refine.touching(ground, &answer.witness, margin));
+            answer.touching.extend(answer.contacts.iter().map(|contact| contact.pair));
+            answer.touching.dedup();
+            ground.metric.anchor_at(&answer.witness, refine.check.poses(), far_anchor);
+        } else {
+            ground.metric.anchor(&answer.witness, far_anchor);
+        }
+        answer.max_displacement = ground.metric.max_displacement_at(anchor, &far_anchor.poses);
         let poses = &anchor.poses;
         let (colliding, ceiling) = (&answer.colliding, answer.depth);
         let bound = if options.effort == Effort::Nearest {

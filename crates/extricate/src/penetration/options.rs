@@ -9,8 +9,8 @@ use serde::Serialize;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Effort {
-    /// The nearest stored boundary sample, or in many dimensions one nearly as near (0.9 % farther in the mean on a hand of 16 joints); free as of learning. Its lower bound is that of a few balls inside the bodies, often far below what the
-    /// other efforts prove.
+    /// The nearest stored boundary sample, or in many dimensions one nearly as near (3 % farther in the mean on a hand of 16 joints); free as of learning. Its lower bound is
+    /// that of a few balls inside the bodies of one colliding pair, often far below what the other efforts prove.
     Nearest,
     /// Diverse candidates, pulled in, slid along the contact surface, verified.
     #[default]
@@ -37,6 +37,16 @@ pub struct QueryOptions {
     pub stop: Option<Stop>,
     /// Whether to look at the straight way to the witness, see [`super::Answer::way`]. Costs as much as many checks.
     pub way: bool,
+    /// With [`Effort::Nearest`], whether to tell every pair that collides at the query, not one alone, and the contacts at the witness; both take
+    /// longer than to find it. The other efforts tell them always.
+    pub contacts: bool,
+}
+
+impl QueryOptions {
+    /// Whether contacts are told.
+    pub(super) fn tells_contacts(&self) -> bool {
+        self.contacts || self.effort != Effort::Nearest
+    }
 }
 
 /// When a query stops early, with the best answer so far.

@@ -83,7 +83,11 @@ impl QueryScratch {
         self.has_descended = false;
         let space = &ground.checker.scene().space;
         let mut answer = free_answer(q, space.nv(), options.effort);
-        ground.checker.colliding_pairs(q, &mut self.refine.check, &mut answer.colliding);
+        if options.tells_contacts() {
+            ground.checker.colliding_pairs(q, &mut self.refine.check, &mut answer.colliding);
+        } else {
+            answer.colliding.extend(ground.checker.colliding_pair(q, &mut self.refine.check));
+        }
         if !answer.colliding.is_empty() {
             ground.metric.anchor_at(q, self.refine.check.poses(), &mut self.anchor);
             let wanted = if options.exits > 1 { options.exits } else { REMEMBERED };

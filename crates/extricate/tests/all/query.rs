@@ -235,3 +235,26 @@ fn a_batch_answers_as_one_by_one_in_order_and_can_be_ended() {
     assert_eq!((ended, seen), (17, 17));
     assert_eq!(model.query_batch(Vec::new(), &options, 2, &mut |_| ControlFlow::Continue(())), 0);
 }
+
+#[test]
+fn the_nearest_sample_comes_with_its_contacts_where_they_are_asked_for() {
+    for (name, metric) in [("shelf-arm", MetricSpec::Joint), ("planar-arm", MetricSpec::MaxDisplacement)] {
+        let model = model(name, metric);
+        let mut several = 0;
+        for q in colliding(&model, 40) {
+            let bare = QueryOptions { effort: Effort::Nearest, ..QueryOptions::default() };
+            let told = ask(&model, &q, &QueryOptions { contacts: true, ..bare.clone() });
+            let bare = ask(&model, &q, &bare);
+            assert_eq!((bare.depth, &bare.witness, bare.coverage), (told.depth, &told.witness, told.coverage));
+            assert_eq!((bare.max_displacement, &bare.gradient), (told.max_displacement, &told.gradient));
+            assert!(bare.contacts.is_empty() && bare.touching.is_empty());
+            assert!(bare.colliding.len() == 1 && told.colliding.contains(&bare.colliding[0]), "{name}: {told:?}");
+            // Of one pair, what is proved of all.
+            assert!((0.0..=told.lower_bound).contains(&bare.lower_bound), "{name}: {bare:?} {told:?}");
+            assert_eq!(told.colliding, ask(&model, &q, &QueryOptions::default()).colliding);
+            several += usize::from(told.colliding.len() > 1);
+            assert_eq!(told.touching.is_empty(), told.contacts.is_empty());
+        }
+        assert!(several > 3, "{name}: {several} of 40 with several pairs");
+    }
+}
