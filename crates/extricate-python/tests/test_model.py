@@ -17,7 +17,7 @@ from extricate import Model, Progress, Scene
 def test_answers_are_free_and_bounded(model: Model, planar: Scene) -> None:
     Q = planar.sample(100, seed=8, colliding=True)
     for effort in ["nearest", "refined", "exhaustive"]:
-        answers = [model.query(q, effort=effort) for q in Q[:20]]
+        answers = [model.query(q, effort=effort, contacts=True) for q in Q[:20]]
         for q, answer in zip(Q, answers):
             assert planar.check(answer.witness) and answer.witness.shape == (3,)
             assert 0 <= answer.lower_bound <= answer.depth
