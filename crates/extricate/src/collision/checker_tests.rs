@@ -290,3 +290,37 @@ fn checkers_are_shared_between_threads() {
     fn shared<T: Send + Sync>() {}
     shared::<Checker>();
 }
+
+/// A post and a block that stands out farther, side by side, one body, beside a third: whatever comes first, the nearest one is told.
+#[test]
+fn the_nearest_of_several_shapes_of_a_body_is_told() {
+    let shape = |top: f64| Part {
+        pose_frame_part: Pose::identity(),
+        geometry: Geometry::Mesh(Arc::new(joined(&[
+            cuboid(Vec3::new(0.0, 0.0, top - 0.1), Vec3::new(0.005, 0.1, 0.1)),
+            cuboid(Vec3::new(0.0, 0.0, -0.5), Vec3::new(0.05, 0.05, 0.05)),
+        ]))),
+    };
+    // Many that are farther, all around, leave no room for one that comes last.
+    let around = |turn: usize| {
+        let tilt = Pose::from_xyz_rpy([0.0; 3], [0.0, 0.0, 0.13 * turn as f64]);
+        Part { pose_frame_part: tilt, ..shape(0.3 - 1e-3 * turn as f64) }
+    };
+    for search in [ContactSearch::Coarse, ContactSearch::Exact] {
+        for tops in [vec![shape(0.3), shape(0.31)], vec![shape(0.31), shape(0.3)]] {
+            for rest in [0, 24] {
+                let parts: Vec<Part> = (0..rest).map(around).chain(tops.clone()).collect();
+                let checker = flying(vec![parts, mesh(cuboid(Vec3::zeros(), Vec3::new(1.0, 1.0, 0.1)))]);
+                for gap in [0.011, -0.002] {
+                    let q = at(&[[0.0; 3], [0.0, 0.0, 0.41 + gap]]);
+                    let mut contacts = Vec::new();
+                    let query = ContactQuery { margin: 0.05, search };
+                    checker.contacts(&q, query, &mut CheckScratch::default(), &mut contacts);
+                    let least = contacts.iter().map(|c| c.distance).fold(f64::INFINITY, f64::min);
+                    let same = if gap > 0.0 { (least - gap).abs() < 1e-4 } else { least <= gap };
+                    assert!(same, "{search:?} {rest} {gap}: {least} of {}", contacts.len());
+                }
+            }
+        }
+    }
+}

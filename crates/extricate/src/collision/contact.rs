@@ -130,24 +130,35 @@ struct Sink<'a> {
 }
 
 impl Sink<'_> {
-    fn push(&mut self, near: &Near) {
+    fn contact(&self, near: &Near) -> Contact {
         let (p, q) = (self.pose_world.point(&near.point_first), self.pose_world.point(&near.point_second));
         let normal = self.pose_world.vector(&near.normal);
         let (point_first, point_second, normal) = if self.swapped { (q, p, -normal) } else { (p, q, normal) };
-        self.contacts.push(Contact { pair: self.pair, distance: near.distance, point_first, point_second, normal });
+        Contact { pair: self.pair, distance: near.distance, point_first, point_second, normal }
     }
 
-    /// Keeps a contact that tells what no nearer one did; returns whether there is room for more.
+    fn push(&mut self, near: &Near) {
+        self.contacts.push(self.contact(near));
+    }
+
+    /// Keeps a contact that tells what no nearer one did; returns whether a farther one may be kept. Those of one pair of shapes come nearest
+    /// first; those of bodies' other shapes that are farther give way.
     fn offer(&mut self, near: &Near) -> bool {
         let radius = (self.margin / 3.0).max(0.02);
-        let normal = self.pose_world.vector(&near.normal) * if self.swapped { -1.0 } else { 1.0 };
-        let point = self.pose_world.point(if self.swapped { &near.point_second } else { &near.point_first });
-        let kept = &self.contacts[self.start..];
-        let same = |c: &Contact| c.normal.dot(&normal) > SAME_NORMAL && (c.point_first - point).norm() < radius;
-        if !kept.iter().any(same) {
-            self.push(near);
+        let contact = self.contact(near);
+        let same = |c: &Contact| {
+            c.normal.dot(&contact.normal) > SAME_NORMAL && (c.point_first - contact.point_first).norm() < radius
+        };
+        let kept = &mut self.contacts[self.start..];
+        let farthest = || (0..kept.len()).max_by(|i, j| kept[*i].distance.total_cmp(&kept[*j].distance));
+        let has_room = kept.len() < MOST;
+        match kept.iter().position(same).or_else(|| farthest().filter(|_| !has_room)) {
+            Some(at) if near.distance < kept[at].distance => kept[at] = contact,
+            Some(_) => {}
+            None => self.contacts.push(contact),
         }
-        self.contacts.len() - self.start < MOST
+        let kept = &self.contacts[self.start..];
+        kept.len() < MOST || kept.iter().any(|other| near.distance < other.distance)
     }
 }
 
