@@ -27,9 +27,8 @@ pub struct QueryOptions {
     /// How many distinct ways out are wanted, see [`super::Answer::exits`]; 0 and 1 ask for the nearest alone. More than one
     /// is found by refinement, so not with [`Effort::Nearest`].
     pub exits: usize,
-    /// From how many exits and boundary samples together descents start; `None` leaves it to the effort ([`Effort::Refined`]: twelve exits and
-    /// a sample for every four degrees of freedom; 16 samples where few exits are known; both with another metric than that of
-    /// joints). Fewer are faster and find the nearest way out less often; looks around the query are fewer in proportion.
+    /// From how many exits and boundary samples together descents start; `None` leaves it to the effort ([`Effort::Refined`]: as many exits as
+    /// the [`super::Width`] of the model says, with samples where exits are few; 20 exits and 16 samples with another metric than that of joints). Fewer are faster and find the nearest way out less often; looks around the query are fewer in proportion.
     pub starts: Option<usize>,
     /// When to stop early.
     pub budget: QueryBudget,

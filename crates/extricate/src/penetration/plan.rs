@@ -64,8 +64,8 @@ const POLISH_MESHES: RefineOptions = RefineOptions { reach: 0.01, tolerance: 1e-
 /// A probed descent is carried on if it is expected to end below this times the best depth so far.
 pub const HOPE: f64 = 1.15;
 
-/// Exits that a refined query starts from along raw meshes, at least, and where descents are not in turn.
-pub(super) const EXITS: usize = 20;
+/// Exits that a refined query starts from where descents are not in turn.
+const EXITS: usize = 20;
 /// With fewer than these, other starts are needed.
 const ENOUGH_EXITS: usize = 8;
 /// Boundary samples that it starts from where there are no exits.

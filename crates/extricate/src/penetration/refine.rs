@@ -18,6 +18,9 @@ use crate::scene::MetricSpec;
 /// The depth it costs is this times the slope of depth over clearance, 1e-6 rad for a lever of one metre.
 const SLACK: f64 = 1e-7;
 
+/// Along raw meshes, the same as a share of the length that the descent's tolerance stands for.
+const SLACK_SHARE: f64 = 0.05;
+
 /// Contacts nearer than this are always looked at \[m\].
 const LEAST_MARGIN: f64 = 0.001;
 
@@ -83,6 +86,8 @@ pub struct RefineScratch {
     looked_within: f64,
     /// The configuration that a check of this query last called free; else empty.
     called_free: Vec<f64>,
+    /// What the present descent aims at beyond the clearance \[m\].
+    slack: f64,
     quadratic: Quadratic,
     qp: Qp,
     trial: Vec<f64>,
@@ -195,6 +200,12 @@ pub fn slide(
     // a fourth of it (for a hand, whose fingers are all within a wide margin of each other) other ones.
     let widest = (options.reach * distance * ground.metric.lever()).clamp(LEAST_MARGIN, options.margin);
     let mut margin = widest;
+    let complete = ground.checker.contacts_are_complete(options.search);
+    scratch.slack = SLACK;
+    if !complete {
+        // Between triangles the linearised distances are off by micrometres, and one more look at the meshes takes as long as ten at their pieces.
+        scratch.slack = SLACK.max(SLACK_SHARE * options.tolerance * distance * ground.metric.lever());
+    }
     let within = |margin| ContactQuery { margin, search: options.search };
     // A model of another metric needs the poses, which come with contacts.
     let mut planes = start.planes.filter(|_| ground.metric.kind() == MetricSpec::Joint);
@@ -213,7 +224,6 @@ pub fn slide(
     }
     let mut radius = (options.radius * distance).max(1e-3 * ground.scale);
     let (mut penalty, mut retried) = (0.0_f64, false);
-    let complete = ground.checker.contacts_are_complete(options.search);
     // Well below what the exact check may differ by from a contact.
     let sure = if complete { -0.1 * SLACK } else { 0.0 };
     for iteration in 0..options.iterations {
@@ -237,6 +247,10 @@ pub fn slide(
         let outcome = scratch.qp.solve(&scratch.quadratic.hessian, &scratch.quadratic.gradient, most);
         if outcome == QpOutcome::Above {
             scratch.expected = hope * ceiling;
+            break;
+        }
+        if !complete && found.is_some() && outcome == QpOutcome::Infeasible {
+            // Where meshes overlap, what their contacts say leads out of nothing.
             break;
         }
         if outcome == QpOutcome::Solved {

@@ -230,9 +230,10 @@ impl QueryScratch {
             }
         }
         (self.promising, self.ends) = (promising, ends);
-        self.polish_others(ground, plan, answer);
         // The descents so far were cut short; the best one is carried to its end.
+        let best = answer.depth;
         self.polish(ground, plan, answer);
+        self.polish_others(ground, plan, AS_NEAR * best, answer);
         if answer.verified && plan.wander > 0 {
             let Self { anchor, local, wander: wandering, refine, .. } = self;
             let best = (&mut answer.witness[..], answer.depth);
@@ -252,15 +253,15 @@ impl QueryScratch {
         self.best = best;
     }
 
-    /// Where descents saw meshes as pieces around them, carries the other ways out that may be as near to their ends too: pieces stand out
+    /// Where descents saw meshes as pieces around them, carries the other ways out that were nearer than `most` to their ends too: pieces stand out
     /// differently.
-    fn polish_others(&mut self, ground: &Ground, plan: &Plan, answer: &mut Answer) {
+    fn polish_others(&mut self, ground: &Ground, plan: &Plan, most: f64, answer: &mut Answer) {
         if ground.checker.all_convex() {
             return;
         }
         let mut best = std::mem::take(&mut self.best);
         for rank in 1..REMEMBERED {
-            let other = self.exits.iter().nth(rank).filter(|(depth, _)| *depth < AS_NEAR * answer.depth);
+            let other = self.exits.iter().nth(rank).filter(|(depth, _)| *depth < most);
             let Some((_, config)) = other.filter(|_| !self.refine.is_spent()) else { break };
             best.clear();
             best.extend_from_slice(config);

@@ -2,8 +2,6 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::plan::EXITS;
-
 /// How many exits a refined query starts from; what a scene needs is measured when it is learned.
 ///
 /// Ordered: what is wider takes more checks and misses fewer ways out. It tells queries apart that search under the `joint` metric in the
@@ -11,7 +9,7 @@ use super::plan::EXITS;
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Width {
-    /// One exit for each degree of freedom: where nearly every descent ends at the nearest way out.
+    /// One exit for each degree of freedom, with raw meshes two: where nearly every descent ends at the nearest way out.
     Narrow,
     /// Two of them. Where nothing was measured.
     #[default]
@@ -22,7 +20,7 @@ pub enum Width {
     Widest,
 }
 
-/// Fewest, along hulls.
+/// Fewest.
 const LEAST_EXITS: usize = 4;
 
 impl Width {
@@ -42,12 +40,12 @@ impl Width {
     /// Most exits that a query starts from. Raw meshes have ways out that are short and narrow, as hulls have not.
     pub(super) fn exits(self, degrees: usize, along_hulls: bool) -> usize {
         let a_degree = match self {
-            Self::Narrow => 1,
-            Self::Usual => 2,
+            Self::Narrow if along_hulls => 1,
+            Self::Narrow | Self::Usual => 2,
             Self::Wide => 4,
             Self::Widest => 10,
         };
-        (a_degree * degrees).max(if along_hulls { LEAST_EXITS } else { EXITS })
+        (a_degree * degrees).max(LEAST_EXITS)
     }
 
     /// Samples that it starts from for each that the narrowest does, where there are too few exits.

@@ -1,6 +1,6 @@
 //! The quadratic program of one iteration: what it is made of, and what becomes of its step.
 
-use super::{Known, QpOutcome, RefineScratch, SLACK};
+use super::{Known, QpOutcome, RefineScratch};
 use crate::boundary::tangents::Planes;
 use crate::cspace::Manifold;
 use crate::penetration::Ground;
@@ -33,13 +33,13 @@ impl RefineScratch {
         if let Some(planes) = planes {
             for (room, gradient) in planes.iter() {
                 self.qp.push(0.0).iter_mut().zip(gradient).for_each(|(slot, g)| *slot = g);
-                self.bound_last_row(nv, SLACK - room);
+                self.bound_last_row(nv, self.slack - room);
             }
         } else {
             for at in 0..self.contacts.len() {
                 let contact = &self.contacts[at];
                 contact.add_gradient(scene, &self.poses, &mut self.qp.push(0.0)[..nv]);
-                self.bound_last_row(nv, ground.clearance + SLACK - contact.distance);
+                self.bound_last_row(nv, ground.clearance + self.slack - contact.distance);
             }
         }
         let contacts = self.qp.rows();
