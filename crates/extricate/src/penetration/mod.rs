@@ -11,6 +11,7 @@ mod choose;
 pub mod coverage;
 mod dense;
 mod describe;
+mod ending;
 mod exits;
 mod hope;
 mod limit;
@@ -99,7 +100,8 @@ pub fn nearest_exit(ground: &Ground, q: &Config, options: &QueryOptions, scratch
 
 /// All descents of a refined or exhaustive query, from a first witness.
 fn search_all(ground: &Ground, plan: &Plan, options: &QueryOptions, scratch: &mut QueryScratch, answer: &mut Answer) {
-    if !answer.verified {
+    // Where descents in turn find nothing nearer, it is checked in the end.
+    if !answer.verified && (plan.in_turn.is_none() || options.exits > 1) {
         answer.verified = scratch.refine.label(ground, &answer.witness) == Label::Free;
     }
     scratch.look_around(ground);

@@ -37,8 +37,12 @@ pub struct QueryScratch {
     pub(super) step: Vec<f64>,
     /// Whether the answer is where a descent ended.
     has_descended: bool,
+    /// Whether descents are believed where the pieces around meshes keep the clearance, until the last one.
+    pub(super) trusts_pieces: bool,
+    /// What the answer was before one was believed: its depth and witness.
+    pub(super) fallback: (f64, Vec<f64>),
     /// Where a last descent starts.
-    best: Vec<f64>,
+    pub(super) best: Vec<f64>,
     pub(super) pool: Vec<(u32, f64)>,
     pub(super) near_exits: Vec<(u32, f64)>,
     pub(super) chosen: Vec<u32>,
@@ -57,9 +61,7 @@ pub struct QueryScratch {
 /// take longer to look at.
 const RADIUS_IN_TURN: f64 = 0.45;
 /// Ways out that are remembered where one is wanted.
-const REMEMBERED: usize = 4;
-/// A way out of pieces this much farther than the nearest one may turn out to be nearer out of the meshes.
-const AS_NEAR: f64 = 1.03;
+pub(super) const REMEMBERED: usize = 4;
 /// Configurations that are tried where no stored one is free any more.
 const LAST_RESORT: u64 = 20_000;
 
@@ -173,6 +175,10 @@ impl QueryScratch {
         self.probe_scattered(ground, plan, &plan.probe, several, answer);
         let chosen = std::mem::take(&mut self.chosen);
         let in_turn = plan.in_turn.filter(|_| !several);
+        self.fallback.0 = answer.depth;
+        self.fallback.1.clone_from(&answer.witness);
+        // The last descent looks at the meshes themselves.
+        self.trusts_pieces = in_turn.is_some() && !ground.checker.all_convex();
         let in_turn = in_turn.map(|hope| RefineOptions { hope, radius: RADIUS_IN_TURN, ..plan.refine });
         for &id in &chosen {
             let start = Start::of(ground, id);
@@ -195,6 +201,7 @@ impl QueryScratch {
         } else {
             self.carry_on(ground, plan, answer);
         }
+        self.settle(ground, answer);
     }
 
     /// Notes the way out in `slid`.
@@ -230,44 +237,15 @@ impl QueryScratch {
             }
         }
         (self.promising, self.ends) = (promising, ends);
+        self.trusts_pieces = false;
         // The descents so far were cut short; the best one is carried to its end.
-        let best = answer.depth;
-        self.polish(ground, plan, answer);
-        self.polish_others(ground, plan, AS_NEAR * best, answer);
+        self.polish_all(ground, plan, answer);
         if answer.verified && plan.wander > 0 {
             let Self { anchor, local, wander: wandering, refine, .. } = self;
             let best = (&mut answer.witness[..], answer.depth);
             answer.depth = wander(ground, anchor, best, plan.wander, local, wandering, refine);
             self.polish(ground, plan, answer);
         }
-    }
-
-    fn polish(&mut self, ground: &Ground, plan: &Plan, answer: &mut Answer) {
-        if self.refine.is_spent() {
-            return;
-        }
-        let mut best = std::mem::take(&mut self.best);
-        best.clear();
-        best.extend_from_slice(&answer.witness);
-        self.refine_from(ground, &plan.polish, Start::at(&best), answer.depth, answer);
-        self.best = best;
-    }
-
-    /// Where descents saw meshes as pieces around them, carries the other ways out that were nearer than `most` to their ends too: pieces stand out
-    /// differently.
-    fn polish_others(&mut self, ground: &Ground, plan: &Plan, most: f64, answer: &mut Answer) {
-        if ground.checker.all_convex() {
-            return;
-        }
-        let mut best = std::mem::take(&mut self.best);
-        for rank in 1..REMEMBERED {
-            let other = self.exits.iter().nth(rank).filter(|(depth, _)| *depth < most);
-            let Some((_, config)) = other.filter(|_| !self.refine.is_spent()) else { break };
-            best.clear();
-            best.extend_from_slice(config);
-            self.refine_from(ground, &plan.polish, Start::at(&best), answer.depth, answer);
-        }
-        self.best = best;
     }
 
     /// Carries probes on until no other is expected to end among the wanted ones, each to its end.
@@ -362,11 +340,12 @@ impl QueryScratch {
     ) -> Option<f64> {
         let known = Known { ceiling, way_out: self.has_descended.then_some(&answer.witness) };
         let depth = slide(ground, &self.anchor, start, known, options, &mut self.slid, &mut self.refine)?;
-        if (depth < answer.depth || !answer.verified) && self.refine.label(ground, &self.slid) == Label::Free {
+        let is_nearer = depth < answer.depth || (!answer.verified && depth <= answer.depth);
+        if is_nearer && (self.trusts_pieces || self.refine.label(ground, &self.slid) == Label::Free) {
             self.has_descended = true;
             answer.depth = depth;
             answer.witness.copy_from_slice(&self.slid);
-            answer.verified = true;
+            answer.verified = !self.trusts_pieces;
         }
         Some(depth)
     }
