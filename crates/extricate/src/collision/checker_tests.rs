@@ -291,7 +291,7 @@ fn checkers_are_shared_between_threads() {
     shared::<Checker>();
 }
 
-/// A post and a block that stands out farther, side by side, one body, beside a third: whatever comes first, the nearest one is told.
+/// Blades of several heights, shapes of one body, under a block: whichever comes first, the nearest one is told.
 #[test]
 fn the_nearest_of_several_shapes_of_a_body_is_told() {
     let shape = |top: f64| Part {
@@ -301,7 +301,7 @@ fn the_nearest_of_several_shapes_of_a_body_is_told() {
             cuboid(Vec3::new(0.0, 0.0, -0.5), Vec3::new(0.05, 0.05, 0.05)),
         ]))),
     };
-    // Many that are farther, all around, leave no room for one that comes last.
+    // Many that are lower, turned all ways, leave no room for one that comes last.
     let around = |turn: usize| {
         let tilt = Pose::from_xyz_rpy([0.0; 3], [0.0, 0.0, 0.13 * turn as f64]);
         Part { pose_frame_part: tilt, ..shape(0.3 - 1e-3 * turn as f64) }

@@ -24,11 +24,12 @@ impl QueryScratch {
         if answer.verified {
             return;
         }
-        if self.refine.label(ground, &answer.witness) == Label::Colliding {
+        answer.verified = self.refine.label(ground, &answer.witness) == Label::Free;
+        if !answer.verified {
             answer.depth = self.fallback.0;
             answer.witness.clone_from(&self.fallback.1);
+            answer.verified = self.refine.label(ground, &answer.witness) == Label::Free;
         }
-        answer.verified = self.refine.label(ground, &answer.witness) == Label::Free;
     }
 
     pub(super) fn polish(&mut self, ground: &Ground, plan: &Plan, answer: &mut Answer) {

@@ -249,10 +249,6 @@ pub fn slide(
             scratch.expected = hope * ceiling;
             break;
         }
-        if !complete && found.is_some() && outcome == QpOutcome::Infeasible {
-            // Where meshes overlap, what their contacts say leads out of nothing.
-            break;
-        }
         if outcome == QpOutcome::Solved {
             penalty = penalty.max(2.0 * scratch.qp.multiplier_sum(rows));
         } else {
