@@ -265,6 +265,7 @@ impl Model {
             clearance: self.scene().clearance,
             scale: self.metric.diameter(),
             width: self.statistics.width,
+            is_lean: false,
             stale: false,
         }
     }

@@ -43,8 +43,8 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use serde::Serialize;
 
-use crate::kinematics::{LANES, PoseBlock, add_point_gradient};
-use crate::math::{Pose, Vec3};
+use crate::kinematics::{LANES, PoseBlock, Twists, Wrench};
+use crate::math::Vec3;
 use crate::scene::Scene;
 
 use bodies::{Bodies, Placement};
@@ -117,12 +117,18 @@ pub struct Contact {
 
 impl Contact {
     /// Adds the gradient of the distance over the tangent coordinates to `gradient` (length `nv`) \[m per rad or m\], to first order: the
-    /// two points stay fixed to their bodies. `poses` are those of the frames.
-    pub fn add_gradient(&self, scene: &Scene, poses: &[Pose], gradient: &mut [f64]) {
+    /// two points stay fixed to their bodies. `twists` are those of the configuration.
+    pub fn add_gradient(&self, scene: &Scene, twists: &Twists, gradient: &mut [f64]) {
         let pair = &scene.pairs[self.pair];
-        let (first, second) = (scene.bodies[pair.first].frame, scene.bodies[pair.second].frame);
-        add_point_gradient(scene, poses, first, &self.point_first, &self.normal, 1.0, gradient);
-        add_point_gradient(scene, poses, second, &self.point_second, &self.normal, -1.0, gradient);
+        let (mut first, mut second) = (scene.bodies[pair.first].frame, scene.bodies[pair.second].frame);
+        let of_first = Wrench::at(&self.point_first, self.normal);
+        let of_second = Wrench::at(&self.point_second, -self.normal);
+        // What carries both bodies parts nothing; frames come after those that carry them.
+        while first != second {
+            let (frame, wrench) = if first > second { (&mut first, &of_first) } else { (&mut second, &of_second) };
+            twists.of(*frame).iter().for_each(|twist| gradient[twist.v] += twist.power(wrench));
+            *frame = scene.frames[*frame].parent;
+        }
     }
 }
 

@@ -5,10 +5,12 @@ mod gradient;
 mod joint;
 mod sine;
 mod speed;
+mod twist;
 
 pub use block::{LANES, PoseBlock};
 pub use gradient::add_point_gradient;
 pub use speed::ball_speeds;
+pub use twist::{Twist, Twists, Wrench};
 
 use pulp::{Scalar, Simd, WithSimd};
 

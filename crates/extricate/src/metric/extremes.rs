@@ -23,14 +23,14 @@ pub struct FrameExtremes {
     pub frame: usize,
     /// Vertices of the hull of all polyhedral parts.
     pub points: Vec<Vec3>,
-    /// The same by eights, axis by axis; the last one fills up.
-    pub(super) blocks: Vec<[[f64; LANES]; 3]>,
     /// Centres and radii.
     pub balls: Vec<(Vec3, f64)>,
     /// Circles: centre and two orthogonal radii.
     pub circles: Vec<(Vec3, Vec3, Vec3)>,
     /// A finite set that stands for all of them: exact for polyhedra, samples of balls and rims.
     pub samples: Vec<Vec3>,
+    /// The same by eights, axis by axis; the last one fills up.
+    pub(super) blocks: Vec<[[f64; LANES]; 3]>,
     /// A ball around all of it: centre and radius.
     pub centre: Vec3,
     /// \[m\]
@@ -78,6 +78,67 @@ impl Extremes {
     }
 }
 
+/// A point that moves far between two sets of poses.
+#[derive(Debug, Clone, Copy)]
+pub struct FarPoint {
+    /// Index of its frame.
+    pub frame: usize,
+    /// Where it is then, in world coordinates \[m\].
+    pub now: Vec3,
+    /// By what it moved, and how far \[m\].
+    pub moved: Vec3,
+    /// \[m\]
+    pub distance: f64,
+}
+
+/// Points that move far, and what finding them takes.
+#[derive(Debug, Clone, Default)]
+pub struct FarPoints {
+    /// Farthest first within a frame.
+    pub points: Vec<FarPoint>,
+    /// Of each sample of a frame, by eights \[m^2\].
+    squares: Vec<[f64; LANES]>,
+    largest: Vec<f64>,
+}
+
+/// Points that move less than this share of the largest displacement do not count as far.
+const FAR_SHARE: f64 = 0.8;
+/// Most far points of a frame.
+const MOST_POINTS: usize = 4;
+/// Points of one frame that are nearer to each other than this share of its size tell the same.
+const SAME_PLACE: f64 = 0.15;
+
+impl Extremes {
+    /// The samples that move farthest, none near another of its frame.
+    pub fn farthest(&self, from: &[Pose], to: &[Pose], far: &mut FarPoints) {
+        let FarPoints { points, squares, largest } = far;
+        points.clear();
+        let displacement = |f: &FrameExtremes| displacement(&from[f.frame], &to[f.frame]);
+        largest.clear();
+        largest.extend(self.frames.iter().map(|f| largest_squared(&displacement(f), &f.blocks)));
+        let least = FAR_SHARE * FAR_SHARE * largest.iter().copied().fold(0.0, f64::max);
+        for (frame, largest) in self.frames.iter().zip(largest) {
+            if *largest < least || *largest == 0.0 {
+                continue;
+            }
+            let map = displacement(frame);
+            squares.resize(frame.blocks.len(), [0.0; LANES]);
+            all_lengths_squared(&map, &frame.blocks, squares);
+            let apart = (SAME_PLACE * frame.radius).powi(2);
+            let (mut at, mut square) = forget_near(&Vec3::repeat(f64::INFINITY), 0.0, &frame.blocks, squares);
+            for _ in 0..MOST_POINTS {
+                if square < least {
+                    break;
+                }
+                let point = frame.samples[at.min(frame.samples.len() - 1)];
+                let (now, moved) = (to[frame.frame].point(&point), map.point(&point));
+                points.push(FarPoint { frame: frame.frame, now, moved, distance: square.sqrt() });
+                (at, square) = forget_near(&point, apart, &frame.blocks, squares);
+            }
+        }
+    }
+}
+
 impl FrameExtremes {
     fn add(&mut self, part: &Part) {
         let pose = &part.pose_frame_part;
@@ -119,13 +180,13 @@ impl FrameExtremes {
         points
     }
 
-    /// Puts a ball around everything, and points into blocks.
+    /// Puts a ball around everything, and samples into blocks.
     fn bound(&mut self) {
         let block = |points: &[Vec3]| {
             let at = |axis: usize| std::array::from_fn(|lane| points[lane.min(points.len() - 1)][axis]);
             [at(0), at(1), at(2)]
         };
-        self.blocks = self.points.chunks(LANES).map(block).collect();
+        self.blocks = self.samples.chunks(LANES).map(block).collect();
         let low = self.samples.iter().fold(Vec3::repeat(f64::INFINITY), |a, b| a.inf(b));
         let high = self.samples.iter().fold(Vec3::repeat(f64::NEG_INFINITY), |a, b| a.sup(b));
         self.centre = 0.5 * (low + high);
@@ -143,19 +204,23 @@ impl FrameExtremes {
     }
 
     fn max_displacement(&self, from: &Pose, to: &Pose) -> f64 {
-        let turn = to.rotation - from.rotation;
-        let shift = to.translation - from.translation;
-        let displacement = Pose { rotation: turn, translation: shift };
+        let displacement = displacement(from, to);
+        let turn = &displacement.rotation;
         let move_of = |p: &Vec3| displacement.point(p);
         let mut worst = largest_squared(&displacement, &self.blocks);
         for (centre, radius) in &self.balls {
-            worst = worst.max(ball_displacement_squared(&turn, &move_of(centre), *radius));
+            worst = worst.max(ball_displacement_squared(turn, &move_of(centre), *radius));
         }
         for (centre, x, y) in &self.circles {
             worst = worst.max(circle_displacement_squared(&move_of(centre), &(turn * x), &(turn * y)));
         }
         worst.sqrt()
     }
+}
+
+/// Maps points in frame coordinates to their displacements.
+fn displacement(from: &Pose, to: &Pose) -> Pose {
+    Pose { rotation: to.rotation - from.rotation, translation: to.translation - from.translation }
 }
 
 fn circle_point(centre: &Vec3, x: &Vec3, y: &Vec3, angle: f64) -> Vec3 {
@@ -176,23 +241,75 @@ fn ball_displacement_squared(turn: &Mat3, move_centre: &Vec3, radius: f64) -> f6
     axial_squared + (planar_squared.sqrt() + radius * sigma_squared.sqrt()).powi(2)
 }
 
-/// Largest squared length of what `map` makes of the points, 0 of none.
+/// Squared lengths of what `map` makes of eight points.
+#[inline(always)]
+fn lengths_squared(map: &Pose, block: &[[f64; LANES]; 3]) -> [f64; LANES] {
+    let [x, y, z] = map.points(block);
+    let mut squares = [0.0; LANES];
+    for lane in 0..LANES {
+        squares[lane] = x[lane] * x[lane] + y[lane] * y[lane] + z[lane] * z[lane];
+    }
+    squares
+}
+
+/// The same of all blocks.
+fn all_lengths_squared(map: &Pose, blocks: &[[[f64; LANES]; 3]], squares: &mut [[f64; LANES]]) {
+    vectorized(
+        #[inline(always)]
+        || {
+            for (block, squares) in blocks.iter().zip(squares) {
+                *squares = lengths_squared(map, block);
+            }
+        },
+    );
+}
+
+/// The largest of them, 0 of none.
 fn largest_squared(map: &Pose, blocks: &[[[f64; LANES]; 3]]) -> f64 {
     let largest = vectorized(
         #[inline(always)]
         || {
             let mut largest = [0.0; LANES];
             for block in blocks {
-                let [x, y, z] = map.points(block);
-                for lane in 0..LANES {
-                    let squared = x[lane] * x[lane] + y[lane] * y[lane] + z[lane] * z[lane];
-                    largest[lane] = if squared > largest[lane] { squared } else { largest[lane] };
-                }
+                keep_larger(&mut largest, &lengths_squared(map, block));
             }
             largest
         },
     );
     largest.into_iter().fold(0.0, f64::max)
+}
+
+#[inline(always)]
+fn keep_larger(largest: &mut [f64; LANES], values: &[f64; LANES]) {
+    for lane in 0..LANES {
+        largest[lane] = if values[lane] > largest[lane] { values[lane] } else { largest[lane] };
+    }
+}
+
+/// Sets the squares of points within the root of `apart` of `point` to 0; the largest of the rest, and where it is, counted through.
+fn forget_near(point: &Vec3, apart: f64, blocks: &[[[f64; LANES]; 3]], squares: &mut [[f64; LANES]]) -> (usize, f64) {
+    let (largest, at) = vectorized(
+        #[inline(always)]
+        || {
+            // The block of each lane's largest, as a number, to be chosen like one.
+            let (mut largest, mut at) = ([0.0; LANES], [0.0; LANES]);
+            for (index, ([x, y, z], squares)) in blocks.iter().zip(squares).enumerate() {
+                for lane in 0..LANES {
+                    let [dx, dy, dz] = [x[lane] - point.x, y[lane] - point.y, z[lane] - point.z];
+                    let is_near = dx * dx + dy * dy + dz * dz <= apart;
+                    let square = if is_near { 0.0 } else { squares[lane] };
+                    let is_larger = square > largest[lane];
+                    squares[lane] = square;
+                    largest[lane] = if is_larger { square } else { largest[lane] };
+                    at[lane] = if is_larger { index as f64 } else { at[lane] };
+                }
+            }
+            (largest, at)
+        },
+    );
+    let lanes = 0..LANES;
+    let lane = lanes.fold(0, |best, lane| if largest[lane] > largest[best] { lane } else { best });
+    (at[lane] as usize * LANES + lane, largest[lane])
 }
 
 /// Largest `|c + x cos t + y sin t|^2`: the best of 16 angles, then Newton's method on the derivative.

@@ -1,10 +1,12 @@
 //! A local quadratic model of half the squared distance, for constrained minimisation.
 
+use super::extremes::FarPoints;
+use super::inertia::{InertiaScratch, object_norm_model};
 use super::{Anchor, Metric};
 use crate::cspace::Manifold;
-use crate::kinematics::add_point_gradient;
-use crate::math::{Pose, Vec3};
-use crate::scene::{MetricSpec, Scene};
+use crate::kinematics::{Twists, Wrench};
+use crate::math::Pose;
+use crate::scene::MetricSpec;
 
 /// `d(anchor, x + t)^2 / 2 ~ u' H u / 2 + g' u + const  subject to  R u >= r`, where `u` is `t` (tangent coordinates at `x`), for
 /// the largest displacement followed by one more unknown: that displacement itself.
@@ -24,9 +26,10 @@ pub struct Quadratic {
     pub bounds: Vec<f64>,
     /// The metric's own tensor (of the object norm, for the largest displacement): `nv x nv`, row major.
     pub tensor: Vec<f64>,
-    slope: Vec<f64>,
-    jacobian: Vec<f64>,
-    farthest: Vec<(f64, usize, usize)>,
+    pub(super) slope: Vec<f64>,
+    pub(super) twists: Twists,
+    pub(super) inertia: InertiaScratch,
+    far: FarPoints,
 }
 
 /// Relative damping that keeps the tensor positive definite where a coordinate moves nothing.
@@ -35,13 +38,6 @@ const DAMPING: f64 = 1e-6;
 /// Weight of the tensor beside the largest displacement, whose own model is linear: a proximal term, which also stands for the
 /// curvature that the linear model lacks.
 const PROXIMAL: f64 = 0.05;
-/// Points that move less than this share of the largest displacement are left out of its model.
-const FAR_SHARE: f64 = 0.6;
-/// Most points in the model of the largest displacement.
-const MOST_POINTS: usize = 40;
-/// Points of one frame that are nearer to each other than this share of its size tell the same.
-const SAME_PLACE: f64 = 0.15;
-
 impl Metric {
     /// Models half the squared distance from `anchor` around `x`, whose frame poses are `poses`.
     ///
@@ -58,7 +54,10 @@ impl Metric {
         out.is_diagonal = self.kind() == MetricSpec::Joint;
         match self.kind() {
             MetricSpec::Joint => self.joint_model(anchor, x, out),
-            MetricSpec::ObjectNorm | MetricSpec::MaxDisplacement => self.object_norm_model(anchor, poses, out),
+            MetricSpec::ObjectNorm | MetricSpec::MaxDisplacement => {
+                out.twists.set(self.scene(), poses);
+                object_norm_model(self.scene(), self.solids(), poses, &anchor.embedding, out);
+            }
         }
         let largest = out.tensor.iter().step_by(nv + 1).copied().fold(0.0, f64::max).max(1e-12);
         out.tensor.iter_mut().step_by(nv + 1).for_each(|entry| *entry += DAMPING * largest);
@@ -111,59 +110,19 @@ impl Metric {
         }
     }
 
-    fn object_norm_model(&self, anchor: &Anchor, poses: &[Pose], out: &mut Quadratic) {
-        for (solid, at) in self.solids().frames.iter().zip(anchor.embedding.chunks_exact(12)) {
-            let pose = &poses[solid.frame];
-            let scale = solid.share.sqrt();
-            let centroid = pose.point(&solid.centroid);
-            let residual = centroid * scale - Vec3::from_column_slice(&at[..3]);
-            out.add_squares(self.scene(), poses, solid.frame, &centroid, &residual, scale);
-            // A direction is a point at the far end of an arm, less the same for the arm's near end: d(R l) = d(o + R l) - d(o).
-            for k in 0..3 {
-                let arm = pose.rotation * solid.root.column(k);
-                let residual = arm * scale - Vec3::from_column_slice(&at[3 + 3 * k..6 + 3 * k]);
-                out.add_direction_squares(self.scene(), poses, solid.frame, &arm, &residual, scale);
-            }
-        }
-    }
-
     /// One row `s - direction . d(point) >= |displacement|` for each of the points that move farthest, spread out.
     fn farthest_points(&self, anchor: &Anchor, poses: &[Pose], out: &mut Quadratic) {
-        let frames = &self.extremes().frames;
-        let displacement = |f: usize, point: &Vec3| {
-            let frame = frames[f].frame;
-            poses[frame].point(point) - anchor.poses[frame].point(point)
-        };
-        let mut farthest = std::mem::take(&mut out.farthest);
-        farthest.clear();
-        for (f, frame) in frames.iter().enumerate() {
-            farthest.extend(frame.samples.iter().enumerate().map(|(i, p)| (displacement(f, p).norm(), f, i)));
+        let Quadratic { unknowns, rows, bounds, twists, far, .. } = out;
+        self.extremes().farthest(&anchor.poses, poses, far);
+        for point in &far.points {
+            let start = rows.len();
+            rows.resize(start + *unknowns, 0.0);
+            let row = &mut rows[start..];
+            let wrench = Wrench::at(&point.now, point.moved / point.distance);
+            twists.add_power(self.scene(), point.frame, &wrench, -1.0, row);
+            row[*unknowns - 1] = 1.0;
+            bounds.push(point.distance);
         }
-        let largest = farthest.iter().map(|(d, _, _)| *d).fold(0.0, f64::max);
-        farthest.retain(|(d, _, _)| *d >= FAR_SHARE * largest && *d > 0.0);
-        farthest.sort_unstable_by(|a, b| b.0.total_cmp(&a.0).then((a.1, a.2).cmp(&(b.1, b.2))));
-        let mut kept = 0;
-        for i in 0..farthest.len() {
-            let (distance, f, at) = farthest[i];
-            let point = frames[f].samples[at];
-            let apart = SAME_PLACE * frames[f].radius;
-            let told =
-                |&(_, g, other): &(f64, usize, usize)| g == f && (frames[f].samples[other] - point).norm() < apart;
-            if kept == MOST_POINTS || farthest[..kept].iter().any(told) {
-                continue;
-            }
-            farthest[kept] = farthest[i];
-            kept += 1;
-            let start = out.rows.len();
-            out.rows.resize(start + out.unknowns, 0.0);
-            let direction = displacement(f, &point) / distance;
-            let row = &mut out.rows[start..];
-            let world = poses[frames[f].frame].point(&point);
-            add_point_gradient(self.scene(), poses, frames[f].frame, &world, &direction, -1.0, row);
-            row[out.unknowns - 1] = 1.0;
-            out.bounds.push(distance);
-        }
-        out.farthest = farthest;
     }
 }
 
@@ -185,60 +144,5 @@ impl Quadratic {
         }
         let row = |i: usize| (0..nv).map(|j| self.tensor[i * nv + j] * step[j]).sum::<f64>();
         (0..nv).map(|i| step[i] * row(i)).sum::<f64>().max(0.0).sqrt()
-    }
-
-    /// Adds `|scale * point(t) - ...|^2 / 2` with the current value `residual` (already scaled).
-    fn add_squares(&mut self, scene: &Scene, poses: &[Pose], frame: usize, point: &Vec3, residual: &Vec3, scale: f64) {
-        self.clear_rows();
-        let nv = self.slope.len();
-        for k in 0..3 {
-            let mut axis = Vec3::zeros();
-            axis[k] = 1.0;
-            add_point_gradient(scene, poses, frame, point, &axis, scale, &mut self.jacobian[k * nv..(k + 1) * nv]);
-        }
-        self.accumulate(residual);
-    }
-
-    /// The same for a direction fixed to `frame` (an arm in world axes).
-    fn add_direction_squares(
-        &mut self,
-        scene: &Scene,
-        poses: &[Pose],
-        frame: usize,
-        arm: &Vec3,
-        residual: &Vec3,
-        scale: f64,
-    ) {
-        self.clear_rows();
-        let nv = self.slope.len();
-        let origin = poses[frame].translation;
-        for k in 0..3 {
-            let mut axis = Vec3::zeros();
-            axis[k] = 1.0;
-            let row = &mut self.jacobian[k * nv..(k + 1) * nv];
-            add_point_gradient(scene, poses, frame, &(origin + arm), &axis, scale, row);
-            add_point_gradient(scene, poses, frame, &origin, &axis, -scale, row);
-        }
-        self.accumulate(residual);
-    }
-
-    fn clear_rows(&mut self) {
-        self.jacobian.clear();
-        self.jacobian.resize(3 * self.slope.len(), 0.0);
-    }
-
-    fn accumulate(&mut self, residual: &Vec3) {
-        let nv = self.slope.len();
-        for (row, r) in self.jacobian.chunks_exact(nv).zip(residual.iter()) {
-            for i in 0..nv {
-                if row[i] == 0.0 {
-                    continue;
-                }
-                self.slope[i] += row[i] * r;
-                for j in 0..nv {
-                    self.tensor[i * nv + j] += row[i] * row[j];
-                }
-            }
-        }
     }
 }

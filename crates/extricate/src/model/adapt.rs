@@ -171,6 +171,7 @@ fn adapt_here(model: &Model, scene: Scene, options: &LearnOptions, report: &mut 
         clearance,
         scale,
         width: model.statistics.width,
+        is_lean: false,
         stale: false,
     };
     let mut extent = Extent::after(budget.spent(), options.seed);

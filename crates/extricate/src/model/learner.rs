@@ -313,6 +313,7 @@ impl LearnGround {
             clearance: self.checker.scene().clearance,
             scale: self.metric.diameter(),
             width: Width::default(),
+            is_lean: false,
             stale: false,
         }
     }

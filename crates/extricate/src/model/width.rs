@@ -4,7 +4,6 @@ use rayon::prelude::*;
 
 use super::measure::Extent;
 use crate::penetration::{Ground, QueryOptions, QueryScratch, Width, nearest_exit};
-use crate::scene::MetricSpec;
 
 /// Held-out colliding configurations that are asked at every width.
 const QUERIES: usize = 512;
@@ -38,8 +37,8 @@ pub fn choose_width(
     let (mut misses, mut asked, mut checks): (Misses, _, _) = ([0; Width::ALL.len()], 0, 0);
     // Few at first: how many evaluations one takes differs by a hundred times from scene to scene.
     let mut size = 1;
-    // Widths tell apart what searches in turn, which other metrics do not.
-    if ground.metric.kind() != MetricSpec::Joint || extent.queries == 0 || all < LEAST_QUERIES {
+    // Widths tell apart what searches in turn.
+    if !ground.takes_turns() || extent.queries == 0 || all < LEAST_QUERIES {
         return (ground.width, 0);
     }
     // Half of what may be spent; the other half is for the excess.

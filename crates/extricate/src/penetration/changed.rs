@@ -96,6 +96,7 @@ impl ChangedScene {
             clearance: self.scene().clearance,
             scale: self.metric.diameter(),
             width: Width::default(),
+            is_lean: false,
             stale: true,
         }
     }

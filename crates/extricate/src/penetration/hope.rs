@@ -33,6 +33,9 @@ impl Hope {
     pub const IN_TURN: Self =
         Self { by_planes: ByPlanes::ToTheFoot(1.2), early: 2.0, early_from_afar: 1.1, late: 1.02, alike: 0.002 };
 
+    /// The same under a metric that bends what is straight to the descents: there planes tell less of what is far.
+    pub const IN_TURN_BENT: Self = Self { by_planes: ByPlanes::ToTheFoot(2.0), ..Self::IN_TURN };
+
     /// What holds in an iteration, of which the first is 0, of a descent from an exit with known planes or not; `has_planes_alone` where nothing
     /// else is known yet.
     pub fn after(&self, iteration: usize, is_exit: bool, has_planes_alone: bool) -> f64 {

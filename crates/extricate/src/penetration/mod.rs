@@ -41,6 +41,7 @@ use crate::boundary::SampleSet;
 use crate::collision::Checker;
 use crate::cspace::{Config, Label};
 use crate::metric::Metric;
+use crate::scene::MetricSpec;
 use certificate::InteriorBalls;
 use coverage::Coverage;
 use plan::Plan;
@@ -64,8 +65,23 @@ pub struct Ground<'a> {
     pub scale: f64,
     /// How widely refined queries search.
     pub width: Width,
+    /// Whether queries leave out what makes up for exits that are missing, as they do while these are looked for.
+    pub is_lean: bool,
     /// Whether the samples were verified in another scene: they may collide, and be far from any boundary.
     pub stale: bool,
+}
+
+impl Ground<'_> {
+    /// Whether descents of a refined query run in turn, as many as the width says, instead of being compared with each other before they are carried on:
+    /// under the metric of the joints, and under the object norm where there are exits enough to start from. What is largest is not smooth, and
+    /// bends too much for it.
+    pub fn takes_turns(&self) -> bool {
+        match self.metric.kind() {
+            MetricSpec::Joint => true,
+            MetricSpec::ObjectNorm => self.boundary.exits() >= RELIED_ON,
+            MetricSpec::MaxDisplacement => false,
+        }
+    }
 }
 
 /// The nearest free configuration to `q` that the effort finds; `None` only where the samples are stale and nothing free was found, or

@@ -28,7 +28,7 @@ pub struct QueryOptions {
     /// is found by refinement, so not with [`Effort::Nearest`].
     pub exits: usize,
     /// From how many exits and boundary samples together descents start; `None` leaves it to the effort ([`Effort::Refined`]: as many exits as
-    /// the [`super::Width`] of the model says, with samples where exits are few; 20 exits and 16 samples with another metric than that of joints). Fewer are faster and find the nearest way out less often; looks around the query are fewer in proportion.
+    /// the [`super::Width`] of the model says, with samples where exits are few; 20 exits and 16 samples under the largest displacement, or the object norm with hardly any exits). Fewer are faster and find the nearest way out less often; looks around the query are fewer in proportion.
     pub starts: Option<usize>,
     /// When to stop early.
     pub budget: QueryBudget,

@@ -78,6 +78,12 @@ pub const RELIED_ON: usize = ENOUGH_EXITS * KNOWN_AN_EXIT;
 const MANY_EXITS: usize = 16_384;
 /// One for so many degrees of freedom where there are nearly as many exits.
 const DEGREES_A_START: usize = 4;
+/// Random steps from the best result where the metric bends what is straight to descents: flat on a face, they stop short of its edge.
+const WANDER: usize = 64;
+/// With fewer where the metric bends, the query itself and labels all around it do.
+const MANY_BENT_EXITS: usize = MANY_EXITS / 4;
+/// One direction of labels around the query for so many degrees of freedom.
+const DEGREES_A_DIRECTION: usize = 2;
 /// Up to so many times as many.
 const MOST_FOR_EXITS: usize = 8;
 /// Nearest samples that are looked at for one that is started from; more where several ways out are compared, which are to differ more.
@@ -110,8 +116,10 @@ impl Plan {
         plan.starts = plan.starts.max((STARTS + more).min(MOST_STARTS));
         plan.exits = plan.exits.max((EXITS + more / 2).min(MOST_STARTS / 2));
         let known = ground.boundary.exits() / KNOWN_AN_EXIT;
-        if plan.is_smooth && options.effort == Effort::Refined && !ground.stale {
-            plan.take_turns(ground, known >= ENOUGH_EXITS, more / 2);
+        let relies_on_exits = known >= ENOUGH_EXITS;
+        let in_turn = ground.takes_turns() && (plan.is_smooth || options.exits <= 1);
+        if options.effort == Effort::Refined && !ground.stale && in_turn {
+            plan.take_turns(ground, relies_on_exits, more / 2);
         }
         plan.exits = plan.exits.min(known);
         if let Some(starts) = options.starts.map(|starts| starts.max(1)) {
@@ -138,7 +146,7 @@ impl Plan {
     fn take_turns(&mut self, ground: &Ground, relies_on_exits: bool, more: usize) {
         let width = ground.width;
         self.kept = 2;
-        self.in_turn = Some(Hope::IN_TURN);
+        self.in_turn = Some(if self.is_smooth { Hope::IN_TURN } else { Hope::IN_TURN_BENT });
         if !relies_on_exits {
             self.starts = (self.starts * width.samples()).min(MOST_STARTS);
             return;
@@ -150,8 +158,15 @@ impl Plan {
         self.starts = if missing > least { make_up } else { 0 } + more;
         let along_hulls = ground.checker.all_convex();
         self.exits = (width.exits(degrees, along_hulls) + (2 * more).min(MOST_STARTS / 2)).min(MOST_EXITS);
-        // Where a way out is short, so is that to the nearest exit: labels around the query find nothing more.
-        self.scatter.directions = 0;
+        self.scatter_again = false;
+        if self.is_smooth || ground.is_lean {
+            // Where a way out is short, so is that to the nearest exit: labels around the query find nothing more, as the joints go.
+            self.scatter.directions = 0;
+            (self.from_query, self.wander) = (false, 0);
+        } else if ground.boundary.exits() >= MANY_BENT_EXITS {
+            self.scatter.directions = degrees.div_ceil(DEGREES_A_DIRECTION);
+            self.from_query = false;
+        }
     }
 
     /// Nearest samples looked at.
@@ -207,7 +222,7 @@ impl Plan {
                 is_smooth,
                 in_turn: None,
                 care: Care::Exact,
-                wander: 64,
+                wander: WANDER,
                 refine,
             },
             Effort::Refined => Self {
@@ -215,7 +230,7 @@ impl Plan {
                 starts: STARTS,
                 spread: 0.4,
                 from_query: false,
-                scatter: ScatterOptions { directions: degrees.div_ceil(2), wanted: 3 },
+                scatter: ScatterOptions { directions: degrees.div_ceil(DEGREES_A_DIRECTION), wanted: 3 },
                 scatter_again: false,
                 probe: probe(3),
                 polish,

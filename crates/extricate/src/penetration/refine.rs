@@ -9,6 +9,7 @@ use super::qp::{Qp, QpOutcome};
 use crate::boundary::tangents::Planes;
 use crate::collision::{CheckScratch, Contact, ContactQuery, ContactSearch};
 use crate::cspace::Label;
+use crate::kinematics::{Twists, forward};
 use crate::math::{Pose, Vec3};
 use crate::metric::{Anchor, MetricScratch, quadratic::Quadratic};
 use crate::scene::MetricSpec;
@@ -78,6 +79,7 @@ pub struct RefineScratch {
     /// The distance that the last descent's model expected to reach in the end.
     pub expected: f64,
     poses: Vec<Pose>,
+    twists: Twists,
     /// Where a step that was not taken would have led.
     hit_poses: Vec<Pose>,
     contacts: Vec<Contact>,
@@ -207,8 +209,11 @@ pub fn slide(
         scratch.slack = SLACK.max(SLACK_SHARE * options.tolerance * distance * ground.metric.lever());
     }
     let within = |margin| ContactQuery { margin, search: options.search };
-    // A model of another metric needs the poses, which come with contacts.
-    let mut planes = start.planes.filter(|_| ground.metric.kind() == MetricSpec::Joint);
+    let mut planes = start.planes;
+    if planes.is_some() && ground.metric.kind() != MetricSpec::Joint {
+        // The model of another metric needs the poses, which else come with contacts.
+        forward(scene, &x, &mut scratch.poses);
+    }
     let mut violation = match planes {
         Some(_) => 0.0,
         None => scratch.contacts_at(ground, &x, within(margin)),

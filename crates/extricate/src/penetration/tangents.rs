@@ -6,6 +6,7 @@ use super::plan::MARGIN;
 use crate::boundary::SampleSet;
 use crate::boundary::tangents::Tangents;
 use crate::collision::{CheckScratch, Checker, Contact, ContactQuery, ContactSearch};
+use crate::kinematics::Twists;
 use crate::metric::Metric;
 
 /// Most planes an exit, nearest first.
@@ -31,10 +32,10 @@ fn note_tangents(checker: &Checker, samples: &mut SampleSet) {
     let exits = &samples.configs()[first * space.nq()..];
     let parts: Vec<Tangents> = exits
         .par_chunks(CHUNK * space.nq())
-        .map_init(Default::default, |(scratch, contacts), rows| {
+        .map_init(Scratch::default, |scratch, rows| {
             let mut tangents = Tangents::new(space.nv());
             for q in rows.chunks_exact(space.nq()) {
-                add(checker, q, scratch, contacts, &mut tangents);
+                add(checker, q, scratch, &mut tangents);
             }
             tangents
         })
@@ -44,21 +45,30 @@ fn note_tangents(checker: &Checker, samples: &mut SampleSet) {
     samples.set_tangents(all);
 }
 
-fn add(checker: &Checker, q: &[f64], scratch: &mut CheckScratch, contacts: &mut Vec<Contact>, tangents: &mut Tangents) {
+#[derive(Default)]
+struct Scratch {
+    check: CheckScratch,
+    contacts: Vec<Contact>,
+    twists: Twists,
+}
+
+fn add(checker: &Checker, q: &[f64], scratch: &mut Scratch, tangents: &mut Tangents) {
     let scene = checker.scene();
+    let Scratch { check, contacts, twists } = scratch;
     contacts.clear();
     // Each on its own: what is noted must not depend on how exits were handed out.
-    scratch.forget_contacts();
+    check.forget_contacts();
     // A foot that does not know of what descents look at is too near; contacts twice as far turn on the way there.
     // They are looked at once and followed often; but triangles tell too much.
     let search = if checker.all_convex() { ContactSearch::Exact } else { ContactSearch::Coarse };
     let query = ContactQuery { margin: scene.clearance + MARGIN, search };
-    checker.contacts(q, query, scratch, contacts);
+    checker.contacts(q, query, check, contacts);
+    twists.set(scene, check.poses());
     contacts.sort_by(|a, b| a.distance.total_cmp(&b.distance));
     let mut row = vec![0.0; scene.space.nv()];
     for contact in contacts.iter().take(MOST) {
         row.fill(0.0);
-        contact.add_gradient(scene, scratch.poses(), &mut row);
+        contact.add_gradient(scene, twists, &mut row);
         tangents.push(contact.distance - scene.clearance, &row);
     }
     tangents.end_sample();

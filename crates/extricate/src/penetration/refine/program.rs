@@ -36,9 +36,10 @@ impl RefineScratch {
                 self.bound_last_row(nv, self.slack - room);
             }
         } else {
+            self.twists.set(scene, &self.poses);
             for at in 0..self.contacts.len() {
                 let contact = &self.contacts[at];
-                contact.add_gradient(scene, &self.poses, &mut self.qp.push(0.0)[..nv]);
+                contact.add_gradient(scene, &self.twists, &mut self.qp.push(0.0)[..nv]);
                 self.bound_last_row(nv, ground.clearance + self.slack - contact.distance);
             }
         }

@@ -1,0 +1,158 @@
+//! Sums over the moving volume: how its squared displacement grows with a step, which is what an inertia tells of a velocity.
+
+use super::quadratic::Quadratic;
+use super::solids::{FrameSolid, Solids};
+use crate::kinematics::{Twist, Wrench};
+use crate::math::{Mat3, Pose, Vec3};
+use crate::scene::Scene;
+
+/// What is fixed to a frame and to those that it carries.
+#[derive(Debug, Clone, Copy)]
+struct Carried {
+    /// Share of the moving volume.
+    mass: f64,
+    /// The volume's first and second moments about the world's origin, per moving volume \[m, m^2\].
+    first: Vec3,
+    second: Mat3,
+    /// What pulls it toward where it came from: the gradient of half the squared displacement.
+    pull: Wrench,
+}
+
+impl Default for Carried {
+    fn default() -> Self {
+        Self { mass: 0.0, first: Vec3::zeros(), second: Mat3::zeros(), pull: Wrench::default() }
+    }
+}
+
+/// Memory of [`object_norm_model`].
+#[derive(Debug, Clone, Default)]
+pub struct InertiaScratch {
+    carried: Vec<Carried>,
+}
+
+impl Carried {
+    /// Of one frame alone, in world axes; `from` is its part of the embedding of where it came from.
+    fn new(solid: &FrameSolid, pose: &Pose, from: &[f64]) -> Self {
+        let scale = solid.share.sqrt();
+        let (center, arms) = (pose.point(&solid.centroid), pose.rotation * solid.root);
+        let mut pull = Wrench::at(&center, (center * scale - Vec3::from_column_slice(&from[..3])) * scale);
+        for (k, before) in from[3..12].chunks_exact(3).enumerate() {
+            // An arm is a couple of points: forces on it have a moment only. Its own part, arm x arm, is zero.
+            pull.moment -= arms.column(k).cross(&Vec3::from_column_slice(before)) * scale;
+        }
+        let second = (arms * arms.transpose() + center * center.transpose()) * solid.share;
+        Self { mass: solid.share, first: center * solid.share, second, pull }
+    }
+
+    fn add(&mut self, other: &Self) {
+        self.mass += other.mass;
+        self.first += other.first;
+        self.second += other.second;
+        self.pull += &other.pull;
+    }
+
+    /// Of the velocity `twist`: its power on another velocity is what both together add to the squared displacement, halved.
+    fn momentum(&self, twist: &Twist) -> Wrench {
+        let force = twist.slide * self.mass + twist.turn.cross(&self.first);
+        let moment = twist.turn * self.second.trace() - self.second * twist.turn + self.first.cross(&twist.slide);
+        Wrench { force, moment }
+    }
+}
+
+/// The tensor (`nv x nv`) and the slope of half the squared object norm between the configuration with frame poses `poses` and one that is embedded
+/// as `from`, added to those of `out`: Gauss and Newton's, exact where it came from.
+///
+/// # Source
+/// R. Featherstone, *Rigid Body Dynamics Algorithms* (2008), section 6.2: the composite rigid body algorithm, which joins what each joint carries before
+/// it multiplies. The tensor is the mass matrix of the moving volume.
+pub(super) fn object_norm_model(scene: &Scene, solids: &Solids, poses: &[Pose], from: &[f64], out: &mut Quadratic) {
+    let nv = scene.space.nv();
+    let Quadratic { tensor, slope, twists, inertia, .. } = out;
+    let carried = &mut inertia.carried;
+    carried.clear();
+    carried.resize(scene.frames.len(), Carried::default());
+    for (solid, from) in solids.frames.iter().zip(from.chunks_exact(12)) {
+        carried[solid.frame] = Carried::new(solid, &poses[solid.frame], from);
+    }
+    for frame in (1..scene.frames.len()).rev() {
+        let own = carried[frame];
+        for twist in twists.of(frame) {
+            slope[twist.v] += twist.power(&own.pull);
+            let momentum = own.momentum(twist);
+            for other in twists.of(frame) {
+                tensor[twist.v * nv + other.v] += other.power(&momentum);
+            }
+            let mut above = scene.frames[frame].parent;
+            while above != 0 {
+                for other in twists.of(above) {
+                    let power = other.power(&momentum);
+                    tensor[twist.v * nv + other.v] += power;
+                    tensor[other.v * nv + twist.v] += power;
+                }
+                above = scene.frames[above].parent;
+            }
+        }
+        carried[scene.frames[frame].parent].add(&own);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::cspace::sampling::Halton;
+    use crate::kinematics::{add_point_gradient, forward};
+    use crate::metric::{Anchor, Metric};
+    use crate::scene::{MetricSpec, builtin};
+    use std::sync::Arc;
+
+    /// The embedding's Jacobian, row by row, squared: a slow twin. Mimic joints, which move two frames by one coordinate, are the hand's.
+    #[test]
+    fn equals_the_square_of_the_embeddings_jacobian() {
+        for name in builtin::NAMES {
+            let scene = Arc::new(builtin::scene(name).unwrap());
+            let metric = Metric::of_kind(scene.clone(), MetricSpec::ObjectNorm);
+            let (space, nv) = (&scene.space, scene.space.nv());
+            let (halton, mut q, mut x) = (Halton::new(nv, 1), vec![0.0; space.nq()], vec![0.0; space.nq()]);
+            let (mut poses, mut anchor, mut model) = (Vec::new(), Anchor::default(), Quadratic::default());
+            for k in 0..10 {
+                halton.config(space, 2 * k, &mut q);
+                halton.config(space, 2 * k + 1, &mut x);
+                metric.anchor(&q, &mut anchor);
+                forward(&scene, &x, &mut poses);
+                metric.quadratic_model(&anchor, &x, &poses, &mut model);
+                let (mut tensor, mut slope) = (vec![0.0; nv * nv], vec![0.0; nv]);
+                let mut row = vec![0.0; nv];
+                for (solid, at) in metric.solids().frames.iter().zip(anchor.embedding.chunks_exact(12)) {
+                    let (pose, scale) = (&poses[solid.frame], solid.share.sqrt());
+                    for (arm, at) in at.chunks_exact(3).enumerate() {
+                        let arm = match arm {
+                            0 => solid.centroid,
+                            k => solid.root.column(k - 1).into_owned(),
+                        };
+                        let is_point = arm == solid.centroid;
+                        let now = if is_point { pose.point(&arm) } else { pose.vector(&arm) };
+                        for i in 0..3 {
+                            row.fill(0.0);
+                            let axis = Vec3::ith(i, 1.0);
+                            let end = if is_point { now } else { pose.translation + now };
+                            add_point_gradient(&scene, &poses, solid.frame, &end, &axis, scale, &mut row);
+                            if !is_point {
+                                let start = &pose.translation;
+                                add_point_gradient(&scene, &poses, solid.frame, start, &axis, -scale, &mut row);
+                            }
+                            let residual = now[i] * scale - at[i];
+                            for a in 0..nv {
+                                slope[a] += row[a] * residual;
+                                (0..nv).for_each(|b| tensor[a * nv + b] += row[a] * row[b]);
+                            }
+                        }
+                    }
+                }
+                let largest = tensor.iter().copied().fold(0.0, f64::max);
+                let off = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+                assert!(off(&tensor, &model.tensor) < 2e-6 * largest, "{name}: {}", off(&tensor, &model.tensor));
+                assert!(off(&slope, &model.gradient) < 1e-12, "{name}: {}", off(&slope, &model.gradient));
+            }
+        }
+    }
+}
