@@ -35,6 +35,8 @@ LEARNERS = ("active", "uniform")
 JOINTS = (2, 3, 4, 5, 7, 10, 14, 20)
 # With less there is hardly a boundary sample.
 FIRST_LABELS = 16
+# Of the largest models of the comparison, where not told otherwise.
+LABELS = 640_000
 # Doublings up to --labels.
 STEPS = 8
 LEAST = 1e-3
@@ -192,11 +194,13 @@ def labels_section(found, folder):
         axis.set_visible(False)
     figure.supylabel("excess over the best known, 95 %", fontsize=9)
     figure.legend(*axes.flat[0].get_legend_handles_labels(), loc="outside lower center", ncols=3, fontsize=8)
-    save(figure, folder / "learning-labels.svg")
+    plot = "learning-labels.svg" if counts[-1] == LABELS else f"learning-labels-{counts[-1]}.svg"
+    save(figure, folder / plot)
     head = ["scene", "effort", f"95 % excess of uniform sampling, {counts[-1]:,} labels", "labels it needs for that", "labels that learning needs for no more", "ratio"]
-    return "## Labels\n\nThe 95th percentile of the excess of queries, learning against uniform sampling at equal labels. The target is a ratio of at most 0.5 for `refined` on " \
+    title = "Labels" if counts[-1] == LABELS else f"Labels, up to {counts[-1]:,}"
+    return f"## {title}\n\nThe 95th percentile of the excess of queries, learning against uniform sampling at equal labels. The target is a ratio of at most 0.5 for `refined` on " \
            f"at least three of the robots' scenes and on the built-in ones; misses in bold. Counts of labels double from step to step; models of several seeds count together.\n\n{table(head, rows)}\n\n" \
-           f"`refined` by labels: 95th percentile of the excess; queries more than {SLIGHT:.0%} beyond the best known.\n\n{steps}\n\n![Excess against labels](learning-labels.svg)"
+           f"`refined` by labels: 95th percentile of the excess; queries more than {SLIGHT:.0%} beyond the best known.\n\n{steps}\n\n![Excess against labels]({plot})"
 
 
 def percent(x):
@@ -230,7 +234,7 @@ def main():
     parts = ("labels", "joints", "cores")
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--queries", type=int, default=200)
-    parser.add_argument("--labels", type=int, default=640_000, help="of the largest models of the comparison of labels")
+    parser.add_argument("--labels", type=int, default=LABELS, help="of the largest models of the comparison of labels; other budgets than this have a section of their own")
     parser.add_argument("--seeds", type=int, default=3, help="of every model of the comparison of labels")
     parser.add_argument("--scenes", nargs="+", help="of the comparison of labels; all by default")
     parser.add_argument("--rounds", type=int, default=5, help="of the comparison of cores")
@@ -248,7 +252,8 @@ def main():
             found = getattr(bench, part)()
             text = {"labels": lambda: labels_section(found, options.out), "joints": lambda: joints_section(found, options.out), "cores": lambda: cores_section(found)}[part]()
             told = f"\n\nMachine: {machine()}, shared and noisy." if part != "labels" else ""
-            put(options.out / "learning.md", f"bench/learning.py {part}", text.replace("\n\n", f"{told}\n\n", 1) if told else text, "Learning, measured")
+            name = part if part != "labels" or options.labels == LABELS else f"labels {options.labels}"
+            put(options.out / "learning.md", f"bench/learning.py {name}", text.replace("\n\n", f"{told}\n\n", 1) if told else text, "Learning, measured")
 
 
 if __name__ == "__main__":
