@@ -24,8 +24,8 @@ mod recheck;
 #[path = "../tests/all/soak.rs"]
 mod soak;
 
-/// Labels a scene is learned with: enough for answers of every kind, little beside the queries.
-const LABELS: usize = 50_000;
+/// Labels a scene is learned with: enough for exits, which the queries of a default model start from.
+const LABELS: usize = 1_000_000;
 /// Faults that are printed of each scene.
 const SHOWN: usize = 5;
 

@@ -125,6 +125,7 @@ impl Extremes {
             squares.resize(frame.blocks.len(), [0.0; LANES]);
             all_lengths_squared(&map, &frame.blocks, squares);
             let apart = (SAME_PLACE * frame.radius).powi(2);
+            // Nothing is near what is at infinity.
             let (mut at, mut square) = forget_near(&Vec3::repeat(f64::INFINITY), 0.0, &frame.blocks, squares);
             for _ in 0..MOST_POINTS {
                 if square < least {

@@ -124,13 +124,12 @@ mod tests {
                 let mut row = vec![0.0; nv];
                 for (solid, at) in metric.solids().frames.iter().zip(anchor.embedding.chunks_exact(12)) {
                     let (pose, scale) = (&poses[solid.frame], solid.share.sqrt());
-                    for (arm, at) in at.chunks_exact(3).enumerate() {
-                        let arm = match arm {
-                            0 => solid.centroid,
-                            k => solid.root.column(k - 1).into_owned(),
+                    for (k, at) in at.chunks_exact(3).enumerate() {
+                        let is_point = k == 0;
+                        let now = match k {
+                            0 => pose.point(&solid.centroid),
+                            k => pose.vector(&solid.root.column(k - 1).into_owned()),
                         };
-                        let is_point = arm == solid.centroid;
-                        let now = if is_point { pose.point(&arm) } else { pose.vector(&arm) };
                         for i in 0..3 {
                             row.fill(0.0);
                             let axis = Vec3::ith(i, 1.0);

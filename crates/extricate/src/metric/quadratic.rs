@@ -38,6 +38,7 @@ const DAMPING: f64 = 1e-6;
 /// Weight of the tensor beside the largest displacement, whose own model is linear: a proximal term, which also stands for the
 /// curvature that the linear model lacks.
 const PROXIMAL: f64 = 0.05;
+
 impl Metric {
     /// Models half the squared distance from `anchor` around `x`, whose frame poses are `poses`.
     ///

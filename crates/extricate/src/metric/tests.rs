@@ -181,3 +181,37 @@ fn largest_displacement_is_attained_on_round_shapes() {
         assert!(circle <= exact(&rim) + 1e-12 && exact(&rim) < circle + 2e-3, "{circle} {}", exact(&rim));
     }
 }
+
+/// Against all samples, one by one: the farthest comes first, and the others are far, and far from each other.
+#[test]
+fn the_farthest_points_are_found() {
+    let (mut far, mut several) = (extremes::FarPoints::default(), 0);
+    for name in builtin::NAMES {
+        let scene = Arc::new(builtin::scene(name).unwrap());
+        let metric = Metric::of_kind(scene.clone(), MetricSpec::MaxDisplacement);
+        let (mut from, mut to) = (Vec::new(), Vec::new());
+        for (a, b) in sampled_pairs(&scene).take(20) {
+            forward(&scene, &a, &mut from);
+            forward(&scene, &b, &mut to);
+            metric.extremes().farthest(&from, &to, &mut far);
+            let frames = &metric.extremes().frames;
+            let moved = |frame: usize, p: &Vec3| (to[frame].point(p) - from[frame].point(p)).norm();
+            let all = frames.iter().flat_map(|f| f.samples.iter().map(|p| moved(f.frame, p)));
+            let largest = all.fold(0.0, f64::max);
+            let found = far.points.iter().map(|p| p.distance).fold(0.0, f64::max);
+            assert!((found - largest).abs() < 1e-12, "{name}: {found} {largest}");
+            for (i, point) in far.points.iter().enumerate() {
+                let local = to[point.frame].inverse_point(&point.now);
+                assert!((moved(point.frame, &local) - point.distance).abs() < 1e-12 && point.distance > 0.79 * largest);
+                assert!((point.moved.norm() - point.distance).abs() < 1e-12);
+                let radius = frames.iter().find(|f| f.frame == point.frame).unwrap().radius;
+                let others = far.points[..i].iter().filter(|other| other.frame == point.frame);
+                for other in others {
+                    several += 1;
+                    assert!((other.now - point.now).norm() > 0.149 * radius);
+                }
+            }
+        }
+    }
+    assert!(several > 100, "{several}");
+}
