@@ -24,7 +24,7 @@ impl Default for Carried {
     }
 }
 
-/// Memory of [`object_norm_model`].
+/// Memory of the object norm's model.
 #[derive(Debug, Clone, Default)]
 pub struct InertiaScratch {
     carried: Vec<Carried>,

@@ -4,7 +4,7 @@
 //! re-ranking is exact under `d`. Not here: searching (`boundary`), collision.
 
 pub mod extremes;
-pub mod inertia;
+mod inertia;
 pub mod motion_bound;
 pub mod quadratic;
 pub mod relative;

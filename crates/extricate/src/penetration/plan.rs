@@ -80,6 +80,8 @@ const MANY_EXITS: usize = 16_384;
 const DEGREES_A_START: usize = 4;
 /// Random steps from the best result where the metric bends what is straight to descents: flat on a face, they stop short of its edge.
 const WANDER: usize = 64;
+/// Where the metric bends, planes tell less of where exits lead, and more of them are started from.
+const MORE_BENT_EXITS_A_DEGREE: usize = 4;
 /// With fewer where the metric bends, the query itself and labels all around it do.
 const MANY_BENT_EXITS: usize = MANY_EXITS / 4;
 /// One direction of labels around the query for so many degrees of freedom.
@@ -163,7 +165,10 @@ impl Plan {
             // Where a way out is short, so is that to the nearest exit: labels around the query find nothing more, as the joints go.
             self.scatter.directions = 0;
             (self.from_query, self.wander) = (false, 0);
-        } else if ground.boundary.exits() >= MANY_BENT_EXITS {
+            return;
+        }
+        self.exits = (self.exits + MORE_BENT_EXITS_A_DEGREE * degrees).min(MOST_EXITS);
+        if ground.boundary.exits() >= MANY_BENT_EXITS {
             self.scatter.directions = degrees.div_ceil(DEGREES_A_DIRECTION);
             self.from_query = false;
         }

@@ -2,7 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
-/// How many exits a refined query starts from; what a scene needs is measured when it is learned.
+/// How many exits a refined query starts from (under the object norm four more for each degree of freedom); what a scene needs is measured when it
+/// is learned.
 ///
 /// Ordered: what is wider takes more checks and misses fewer ways out. It tells queries apart that search in turn (under the `joint` metric, or
 /// the object norm where exits are many enough) in the scene that was learned; others search as widely at every width.
