@@ -6,7 +6,7 @@ use std::time::Instant;
 use anyhow::{Result, bail};
 use extricate::collision::{ContactQuery, ContactSearch};
 use extricate::cspace::sampling;
-use extricate::kinematics::{add_point_gradient, forward};
+use extricate::kinematics::{Twists, forward};
 use extricate::{CheckScratch, Checker, Label, Scene};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
@@ -128,18 +128,16 @@ impl Robot {
         let scene = self.checker.scene();
         let (nq, nv) = (scene.space.nq(), scene.space.nv());
         let (mut scratch, mut contacts, mut poses) = (CheckScratch::default(), Vec::new(), Vec::new());
-        let (mut gradients, mut found) = (vec![0.0; nv], 0);
+        let (mut gradients, mut twists, mut found) = (vec![0.0; nv], Twists::default(), 0);
         let mut step = |q: &[f64]| {
             contacts.clear();
             self.checker.contacts(q, ContactQuery { margin, search }, &mut scratch, &mut contacts);
             forward(scene, q, &mut poses);
+            twists.set(scene, &poses);
             gradients.clear();
             gradients.resize(nv * contacts.len(), 0.0);
             for (contact, row) in contacts.iter().zip(gradients.chunks_exact_mut(nv)) {
-                let pair = &scene.pairs[contact.pair];
-                let (first, second) = (scene.bodies[pair.first].frame, scene.bodies[pair.second].frame);
-                add_point_gradient(scene, &poses, first, &contact.point_first, &contact.normal, 1.0, row);
-                add_point_gradient(scene, &poses, second, &contact.point_second, &contact.normal, -1.0, row);
+                contact.add_gradient(scene, &twists, row);
             }
             black_box(&gradients);
             found += contacts.len();

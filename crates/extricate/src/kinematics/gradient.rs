@@ -1,4 +1,4 @@
-//! Gradients of points that move with a frame.
+//! Gradients of points that move with a frame, joint by joint: the slow twin of [`super::Twists`], for tests.
 
 use crate::math::{Pose, Vec3};
 use crate::scene::{Motion, Scene};

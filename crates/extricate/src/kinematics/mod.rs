@@ -1,6 +1,7 @@
 //! Forward kinematics and point Jacobians: pure functions of a scene and a configuration.
 
 mod block;
+#[cfg(test)]
 mod gradient;
 mod joint;
 mod sine;
@@ -8,6 +9,7 @@ mod speed;
 mod twist;
 
 pub use block::{LANES, PoseBlock};
+#[cfg(test)]
 pub use gradient::add_point_gradient;
 pub use speed::ball_speeds;
 pub use twist::{Twist, Twists, Wrench};

@@ -83,11 +83,11 @@ impl Twists {
         &self.all[self.starts[frame]..self.starts[frame + 1]]
     }
 
-    /// Adds `scale` times the power of `wrench` on what is fixed to `frame`, by tangent coordinate, to `gradient` (length `nv` or more).
-    pub fn add_power(&self, scene: &Scene, mut frame: usize, wrench: &Wrench, scale: f64, gradient: &mut [f64]) {
+    /// Adds the power of `wrench` on what is fixed to `frame`, by tangent coordinate, to `gradient` (length `nv` or more).
+    pub fn add_power(&self, scene: &Scene, mut frame: usize, wrench: &Wrench, gradient: &mut [f64]) {
         while frame != 0 {
             for twist in self.of(frame) {
-                gradient[twist.v] += scale * twist.power(wrench);
+                gradient[twist.v] += twist.power(wrench);
             }
             frame = scene.frames[frame].parent;
         }
@@ -117,8 +117,8 @@ mod tests {
                     let (point, force) = (poses[frame].point(&Vec3::new(0.1, -0.2, 0.3)), Vec3::new(0.5, 1.0, -2.0));
                     slow.fill(0.0);
                     fast.fill(0.0);
-                    add_point_gradient(&scene, &poses, frame, &point, &force, 0.7, &mut slow);
-                    twists.add_power(&scene, frame, &Wrench::at(&point, force), 0.7, &mut fast);
+                    add_point_gradient(&scene, &poses, frame, &point, &force, 1.0, &mut slow);
+                    twists.add_power(&scene, frame, &Wrench::at(&point, force), &mut fast);
                     let off = slow.iter().zip(&fast).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
                     assert!(off < 1e-13, "{name} {frame}: {off}");
                 }

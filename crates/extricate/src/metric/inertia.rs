@@ -8,7 +8,7 @@ use crate::scene::Scene;
 
 /// What is fixed to a frame and to those that it carries.
 #[derive(Debug, Clone, Copy)]
-struct Carried {
+pub(super) struct Carried {
     /// Share of the moving volume.
     mass: f64,
     /// The volume's first and second moments about the world's origin, per moving volume \[m, m^2\].
@@ -22,12 +22,6 @@ impl Default for Carried {
     fn default() -> Self {
         Self { mass: 0.0, first: Vec3::zeros(), second: Mat3::zeros(), pull: Wrench::default() }
     }
-}
-
-/// Memory of the object norm's model.
-#[derive(Debug, Clone, Default)]
-pub struct InertiaScratch {
-    carried: Vec<Carried>,
 }
 
 impl Carried {
@@ -67,8 +61,7 @@ impl Carried {
 /// it multiplies. The tensor is the mass matrix of the moving volume.
 pub(super) fn object_norm_model(scene: &Scene, solids: &Solids, poses: &[Pose], from: &[f64], out: &mut Quadratic) {
     let nv = scene.space.nv();
-    let Quadratic { tensor, slope, twists, inertia, .. } = out;
-    let carried = &mut inertia.carried;
+    let Quadratic { tensor, slope, twists, carried, .. } = out;
     carried.clear();
     carried.resize(scene.frames.len(), Carried::default());
     for (solid, from) in solids.frames.iter().zip(from.chunks_exact(12)) {

@@ -1,7 +1,7 @@
 //! A local quadratic model of half the squared distance, for constrained minimisation.
 
 use super::extremes::FarPoints;
-use super::inertia::{InertiaScratch, object_norm_model};
+use super::inertia::{Carried, object_norm_model};
 use super::{Anchor, Metric};
 use crate::cspace::Manifold;
 use crate::kinematics::{Twists, Wrench};
@@ -28,7 +28,7 @@ pub struct Quadratic {
     pub tensor: Vec<f64>,
     pub(super) slope: Vec<f64>,
     pub(super) twists: Twists,
-    pub(super) inertia: InertiaScratch,
+    pub(super) carried: Vec<Carried>,
     far: FarPoints,
 }
 
@@ -119,8 +119,8 @@ impl Metric {
             let start = rows.len();
             rows.resize(start + *unknowns, 0.0);
             let row = &mut rows[start..];
-            let wrench = Wrench::at(&point.now, point.moved / point.distance);
-            twists.add_power(self.scene(), point.frame, &wrench, -1.0, row);
+            let wrench = Wrench::at(&point.now, -point.moved / point.distance);
+            twists.add_power(self.scene(), point.frame, &wrench, row);
             row[*unknowns - 1] = 1.0;
             bounds.push(point.distance);
         }

@@ -6,7 +6,7 @@ use rayon::prelude::*;
 
 use crate::collision::{CheckScratch, Checker, Contact, ContactQuery, ContactSearch};
 use crate::cspace::{Label, Manifold};
-use crate::kinematics::add_point_gradient;
+use crate::kinematics::Twists;
 use crate::learning::explore::Exploration;
 use crate::learning::{Budget, LabelBatch};
 use crate::math::Vec3;
@@ -192,10 +192,9 @@ impl<'a> NearMisses<'a> {
         let pair = &scene.pairs[contact.pair];
         let frames = [pair.first, pair.second].map(|body| scene.bodies[body].frame);
         let points = [contact.point_first, contact.point_second];
-        let mut gradient = vec![0.0; scene.space.nv()];
-        for (side, sign) in [1.0, -1.0].into_iter().enumerate() {
-            add_point_gradient(scene, poses, frames[side], &points[side], &contact.normal, sign, &mut gradient);
-        }
+        let (mut twists, mut gradient) = (Twists::default(), vec![0.0; scene.space.nv()]);
+        twists.set(scene, poses);
+        contact.add_gradient(scene, &twists, &mut gradient);
         // The shortest step, in the joint metric, that the linearised distance asks for.
         let mut step = gradient.clone();
         for factor in scene.space.factors() {

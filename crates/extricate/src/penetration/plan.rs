@@ -119,6 +119,7 @@ impl Plan {
         plan.exits = plan.exits.max((EXITS + more / 2).min(MOST_STARTS / 2));
         let known = ground.boundary.exits() / KNOWN_AN_EXIT;
         let relies_on_exits = known >= ENOUGH_EXITS;
+        // Where several ways out are wanted under a metric that bends, all starts are compared.
         let in_turn = ground.takes_turns() && (plan.is_smooth || options.exits <= 1);
         if options.effort == Effort::Refined && !ground.stale && in_turn {
             plan.take_turns(ground, relies_on_exits, more / 2);
