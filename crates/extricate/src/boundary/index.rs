@@ -8,6 +8,7 @@ use serde::{Deserialize, Serialize};
 
 use super::lists::{Lists, list_count};
 use super::scan::{BoundLists, ListsWithin, Query, ScanList};
+use super::shortlist::{Shortlist, ShowList};
 use crate::learning::kernel::LANES;
 
 /// Fewer points than this are one list: scanning them all is as fast.
@@ -33,10 +34,11 @@ pub struct Index {
 /// Room that a search needs; one for each thread.
 #[derive(Debug, Clone, Default)]
 pub struct SearchScratch {
-    query: Vec<f32>,
+    rounded: Vec<f32>,
     squared: Vec<[f32; LANES]>,
     bounds: Vec<[f32; LANES]>,
     order: Vec<(f32, u32)>,
+    shortlist: Shortlist,
 }
 
 impl Index {
@@ -93,25 +95,40 @@ impl Index {
         scratch: &mut SearchScratch,
         visit: &mut dyn FnMut(u32, f64) -> f64,
     ) {
+        let mut scan = |lists: &_, list, query: Query, radius: f64| {
+            let mut radius = radius;
+            Arch::new().dispatch(ScanList { lists, list, query, radius: &mut radius, visit });
+            radius
+        };
+        self.go_through(query, most, scratch, &mut scan);
+    }
+
+    /// Shows `scan` up to `most` lists, roughly nearest first, with the radius that it returned last.
+    fn go_through(
+        &self,
+        query: &[f64],
+        most: usize,
+        scratch: &mut SearchScratch,
+        scan: &mut dyn FnMut(&Lists, usize, Query, f64) -> f64,
+    ) {
         assert_eq!(query.len(), self.lists.dimensions, "a query of another dimension than the index");
         if self.lists.len == 0 {
             return;
         }
-        scratch.query.clear();
-        scratch.query.extend(query.iter().map(|x| *x as f32));
-        let SearchScratch { query: rounded, squared, bounds, order } = scratch;
+        let SearchScratch { rounded, squared, bounds, order, .. } = scratch;
+        rounded.clear();
+        rounded.extend(query.iter().map(|x| *x as f32));
         let (lists, count) = (&self.lists, self.lists.centres.len());
         let query = Query { exact: query, rounded, moved: lists.moved_by_rounding(query) };
-        let mut radius = f64::INFINITY;
-        let mut scan = |list, radius: &mut f64| Arch::new().dispatch(ScanList { lists, list, query, radius, visit });
         if count == 1 {
-            return scan(0, &mut radius);
+            scan(lists, 0, query, f64::INFINITY);
+            return;
         }
         for lanes in [&mut *squared, &mut *bounds] {
             lanes.resize(lists.centres.block_count(), [0.0; LANES]);
         }
         let nearest = Arch::new().dispatch(BoundLists { lists, query, squared, bounds });
-        scan(nearest, &mut radius);
+        let mut radius = scan(lists, nearest, query, f64::INFINITY);
         order.clear();
         Arch::new().dispatch(ListsWithin { count, nearest, bounds, radius, order });
         put_least_first(order, most.saturating_sub(1));
@@ -122,7 +139,7 @@ impl Index {
         order[..in_order].sort_unstable_by(by_bound);
         for (bound, c) in order.iter() {
             if f64::from(*bound) <= radius {
-                scan(*c as usize, &mut radius);
+                radius = scan(lists, *c as usize, query, radius);
             }
         }
     }
@@ -130,18 +147,31 @@ impl Index {
     /// The `k` nearest points, nearest first, with their Euclidean distances; of equals those of smaller id. All of them
     /// where there are fewer.
     pub fn nearest(&self, query: &[f64], k: usize, scratch: &mut SearchScratch, out: &mut Vec<(u32, f64)>) {
+        self.nearest_in_lists(query, k, usize::MAX, scratch, out);
+    }
+
+    /// As [`Index::nearest`], of the points in the `most` lists that may hold the nearest.
+    pub fn nearest_in_lists(
+        &self,
+        query: &[f64],
+        k: usize,
+        most: usize,
+        scratch: &mut SearchScratch,
+        out: &mut Vec<(u32, f64)>,
+    ) {
         out.clear();
-        if k == 0 {
+        if k == 0 || self.lists.len == 0 {
             return;
         }
-        self.search(query, scratch, &mut |id, distance| {
-            let place = out.partition_point(|(other, d)| (*d, *other) < (distance, id));
-            if place < k {
-                out.truncate(k - 1);
-                out.insert(place, (id, distance));
-            }
-            if out.len() < k { f64::INFINITY } else { out[k - 1].1 }
+        let mut shortlist = std::mem::take(&mut scratch.shortlist);
+        shortlist.reset(k);
+        self.go_through(query, most, scratch, &mut |lists, list, query, _| {
+            Arch::new().dispatch(ShowList { lists, list, query, shortlist: &mut shortlist });
+            shortlist.radius
         });
+        let moved = self.lists.moved_by_rounding(query);
+        shortlist.finish(&self.lists, Query { exact: query, rounded: &scratch.rounded, moved }, out);
+        scratch.shortlist = shortlist;
     }
 }
 

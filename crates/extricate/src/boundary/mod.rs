@@ -6,6 +6,7 @@ pub mod index;
 pub mod lists;
 pub mod projection;
 mod scan;
+mod shortlist;
 pub mod tangents;
 pub mod trace;
 
@@ -238,11 +239,14 @@ impl SampleSet {
             }
             None => &scratch.embedding,
         };
-        let is_exact = indexed.projection.is_none() && metric.embedding_is_exact();
-        indexed.index.search_lists(point, wanted.care.lists(), &mut scratch.search, &mut |id, embedded| {
+        let lists = wanted.care.lists();
+        if indexed.projection.is_none() && metric.embedding_is_exact() {
+            indexed.index.nearest_in_lists(point, k, lists, &mut scratch.search, out);
+            return out.iter_mut().for_each(|(id, _)| *id += indexed.first as u32);
+        }
+        indexed.index.search_lists(point, lists, &mut scratch.search, &mut |id, _| {
             let id = id + indexed.first as u32;
-            let distance =
-                if is_exact { embedded } else { metric.distance_from(anchor, self.config(id), metric_scratch) };
+            let distance = metric.distance_from(anchor, self.config(id), metric_scratch);
             // The farthest on top: a sorted list would be moved by half its length for every sample that comes nearer.
             if heap.len() < k {
                 heap.push(Ranked { distance, id });

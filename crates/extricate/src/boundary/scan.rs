@@ -21,13 +21,13 @@ pub struct Query<'a> {
 /// Squared distances from `query` to the points of one block: those of [`crate::learning::kernel::block_distances_squared`], to the last
 /// bit.
 #[inline(always)]
-fn squared_distances<S: Simd>(simd: S, block: &[[f32; LANES]], query: &[f32]) -> [f32; LANES] {
+pub fn squared_distances<S: Simd>(simd: S, block: &[[f32; LANES]], query: &[f32]) -> [f32; LANES] {
     add_squares(simd, block, query, [0.0; LANES])
 }
 
 /// Squared distances in some more coordinates, added to those in others.
 #[inline(always)]
-fn add_squares<S: Simd>(simd: S, block: &[[f32; LANES]], query: &[f32], mut squared: [f32; LANES]) -> [f32; LANES] {
+pub fn add_squares<S: Simd>(simd: S, block: &[[f32; LANES]], query: &[f32], mut squared: [f32; LANES]) -> [f32; LANES] {
     for part in 0..F32s::<S>::COUNT {
         let mut sum = F32s::load(simd, &squared, part);
         for (coordinates, x) in block.iter().zip(query) {
@@ -41,7 +41,7 @@ fn add_squares<S: Simd>(simd: S, block: &[[f32; LANES]], query: &[f32], mut squa
 
 /// One bit a lane: where `values` is not above `limit`; any where one is NaN.
 #[inline(always)]
-fn up_to<S: Simd>(simd: S, values: &[f32; LANES], limit: f32) -> u32 {
+pub fn up_to<S: Simd>(simd: S, values: &[f32; LANES], limit: f32) -> u32 {
     let mut room = [0.0; LANES];
     for part in 0..F32s::<S>::COUNT {
         (F32s::splat(simd, limit) - F32s::load(simd, values, part)).store(&mut room, part);
