@@ -83,14 +83,15 @@ impl Index {
     /// Euclidean distance of the embeddings, so is every point within that radius of the metric: re-ranking is exact.
     /// Distances are `f64`, to a few units in the last place.
     pub fn search(&self, query: &[f64], scratch: &mut SearchScratch, visit: &mut dyn FnMut(u32, f64) -> f64) {
-        self.search_lists(query, usize::MAX, scratch, visit);
+        self.search_lists(query, f64::INFINITY, usize::MAX, scratch, visit);
     }
 
-    /// As [`Index::search`], but after the `most` lists that may hold the nearest points the search is over: those in other lists may then be
-    /// missed.
+    /// As [`Index::search`], beginning with a radius of `within`; but after the `most` lists that may hold the nearest points the search is over:
+    /// those in other lists may then be missed.
     pub fn search_lists(
         &self,
         query: &[f64],
+        within: f64,
         most: usize,
         scratch: &mut SearchScratch,
         visit: &mut dyn FnMut(u32, f64) -> f64,
@@ -100,13 +101,14 @@ impl Index {
             Arch::new().dispatch(ScanList { lists, list, query, radius: &mut radius, visit });
             radius
         };
-        self.go_through(query, most, scratch, &mut scan);
+        self.go_through(query, within, most, scratch, &mut scan);
     }
 
-    /// Shows `scan` up to `most` lists, roughly nearest first, with the radius that it returned last.
+    /// Shows `scan` up to `most` lists, roughly nearest first, with the radius that it returned last, at first `within`.
     fn go_through(
         &self,
         query: &[f64],
+        within: f64,
         most: usize,
         scratch: &mut SearchScratch,
         scan: &mut dyn FnMut(&Lists, usize, Query, f64) -> f64,
@@ -121,14 +123,14 @@ impl Index {
         let (lists, count) = (&self.lists, self.lists.centres.len());
         let query = Query { exact: query, rounded, moved: lists.moved_by_rounding(query) };
         if count == 1 {
-            scan(lists, 0, query, f64::INFINITY);
+            scan(lists, 0, query, within);
             return;
         }
         for lanes in [&mut *squared, &mut *bounds] {
             lanes.resize(lists.centres.block_count(), [0.0; LANES]);
         }
         let nearest = Arch::new().dispatch(BoundLists { lists, query, squared, bounds });
-        let mut radius = scan(lists, nearest, query, f64::INFINITY);
+        let mut radius = scan(lists, nearest, query, within);
         order.clear();
         Arch::new().dispatch(ListsWithin { count, nearest, bounds, radius, order });
         put_least_first(order, most.saturating_sub(1));
@@ -147,14 +149,15 @@ impl Index {
     /// The `k` nearest points, nearest first, with their Euclidean distances; of equals those of smaller id. All of them
     /// where there are fewer.
     pub fn nearest(&self, query: &[f64], k: usize, scratch: &mut SearchScratch, out: &mut Vec<(u32, f64)>) {
-        self.nearest_in_lists(query, k, usize::MAX, scratch, out);
+        self.nearest_in_lists(query, k, f64::INFINITY, usize::MAX, scratch, out);
     }
 
-    /// As [`Index::nearest`], of the points in the `most` lists that may hold the nearest.
+    /// As [`Index::nearest`], of the points no farther than `within` in the `most` lists that may hold the nearest.
     pub fn nearest_in_lists(
         &self,
         query: &[f64],
         k: usize,
+        within: f64,
         most: usize,
         scratch: &mut SearchScratch,
         out: &mut Vec<(u32, f64)>,
@@ -164,13 +167,13 @@ impl Index {
             return;
         }
         let mut shortlist = std::mem::take(&mut scratch.shortlist);
-        shortlist.reset(k);
-        self.go_through(query, most, scratch, &mut |lists, list, query, _| {
+        let moved = self.lists.moved_by_rounding(query);
+        shortlist.reset(k, within, &self.lists, moved);
+        self.go_through(query, within, most, scratch, &mut |lists, list, query, _| {
             Arch::new().dispatch(ShowList { lists, list, query, shortlist: &mut shortlist });
             shortlist.radius
         });
-        let moved = self.lists.moved_by_rounding(query);
-        shortlist.finish(&self.lists, Query { exact: query, rounded: &scratch.rounded, moved }, out);
+        shortlist.finish(&self.lists, Query { exact: query, rounded: &scratch.rounded, moved }, within, out);
         scratch.shortlist = shortlist;
     }
 }
@@ -288,7 +291,7 @@ mod tests {
         for query in queries.chunks_exact(8) {
             index.nearest(query, 10, &mut scratch, &mut exact);
             let mut found = Vec::new();
-            index.search_lists(query, 20, &mut scratch, &mut |id, distance| {
+            index.search_lists(query, f64::INFINITY, 20, &mut scratch, &mut |id, distance| {
                 found.push((id, distance));
                 f64::INFINITY
             });

@@ -28,10 +28,16 @@ pub struct Shortlist {
 }
 
 impl Shortlist {
-    /// Begins anew.
-    pub fn reset(&mut self, k: usize) {
-        (self.k, self.radius, self.limit, self.most) = (k, f64::INFINITY, f32::INFINITY, 2 * k);
+    /// Begins anew, with nothing farther than `within`.
+    pub fn reset(&mut self, k: usize, within: f64, lists: &Lists, moved: f64) {
+        (self.k, self.most) = (k, 2 * k);
         self.found.clear();
+        self.lessen(within, lists, moved);
+    }
+
+    fn lessen(&mut self, radius: f64, lists: &Lists, moved: f64) {
+        self.radius = radius;
+        self.limit = ((radius + moved).powi(2) * (1.0 + lists.relative_error())) as f32;
     }
 
     /// Lessens the radius to what the points so far prove, and drops those beyond it.
@@ -42,18 +48,19 @@ impl Shortlist {
         }
         let (_, (farthest, _), _) = self.found.select_nth_unstable_by(self.k - 1, |a, b| a.0.total_cmp(&b.0));
         let proved = (f64::from(*farthest) * (1.0 + lists.relative_error())).sqrt() + moved;
-        self.radius = self.radius.min(proved);
-        self.limit = ((self.radius + moved).powi(2) * (1.0 + lists.relative_error())) as f32;
+        self.lessen(self.radius.min(proved), lists, moved);
         self.found.retain(|(squared, _)| *squared <= self.limit);
         self.most = 2 * self.found.len().max(self.k);
     }
 
-    /// The `k` nearest of what was shown, nearest first, by id where they are equally far, with their distances.
-    pub fn finish(&mut self, lists: &Lists, query: Query, out: &mut Vec<(u32, f64)>) {
+    /// The `k` nearest of what was shown, nearest first, by id where they are equally far, with their distances; none
+    /// beyond `within`.
+    pub fn finish(&mut self, lists: &Lists, query: Query, within: f64, out: &mut Vec<(u32, f64)>) {
         self.tighten(lists, query.moved);
         let exact = |place: usize| distance(&lists.exact[place * lists.dimensions..][..lists.dimensions], query.exact);
         out.clear();
         out.extend(self.found.iter().map(|(_, place)| (lists.ids[*place as usize], exact(*place as usize))));
+        out.retain(|(_, distance)| *distance <= within);
         out.sort_unstable_by(|a, b| a.1.total_cmp(&b.1).then(a.0.cmp(&b.0)));
         out.truncate(self.k);
     }

@@ -8,12 +8,12 @@ use rayon::prelude::*;
 
 use super::quality::{Density, Excess, percentile};
 use super::width::choose_width;
-use crate::boundary::{Among, BoundaryScratch, Care, Wanted};
+use crate::boundary::{BoundaryScratch, Wanted};
 use crate::cspace::sampling::uniform;
 use crate::cspace::{Config, Label};
 use crate::metric::Anchor;
 use crate::penetration::coverage::Coverage;
-use crate::penetration::{Effort, Ground, QueryBudget, QueryOptions, QueryScratch, Width, query};
+use crate::penetration::{Effort, Ground, QueryBudget, QueryOptions, QueryScratch, Width, begins_with, query};
 
 /// How much is measured.
 #[derive(Debug, Clone, Copy)]
@@ -103,10 +103,10 @@ const LOOKS: u64 = u64::from_be_bytes(*b"  looked");
 pub fn measure(ground: &Ground, extent: &Extent, go_on: &mut dyn FnMut() -> bool) -> Option<Measured> {
     let nq = ground.checker.scene().space.nq();
     let (colliding, mut checks) = held_out(ground, extent, go_on)?;
-    let reaches = nearest_others(ground, &colliding, 1, Care::Exact);
-    let spacings = nearest_others(ground, &evenly(ground.boundary.configs(), nq, SPACED), 2, Care::Exact);
-    // As the queries see them that take the least care: seen with more, none is farther.
-    let coverage = Coverage::new(nearest_others(ground, &colliding, 1, Care::Hasty));
+    let reaches = nearest_others(ground, &colliding, 1, Wanted::NEAREST);
+    let spacings = nearest_others(ground, &evenly(ground.boundary.configs(), nq, SPACED), 2, Wanted::NEAREST);
+    // As refined queries see them; others look among more samples.
+    let coverage = Coverage::new(nearest_others(ground, &colliding, 1, begins_with(ground)));
     let density = (!reaches.is_empty()).then(|| Density {
         spacing_median: percentile(&spacings, 0.5),
         spacing_p95: percentile(&spacings, 0.95),
@@ -193,8 +193,7 @@ fn evenly(rows: &[f64], nq: usize, count: usize) -> Vec<f64> {
 }
 
 /// Distance of every configuration to the boundary sample that is its `count`-th nearest: where they are samples themselves, each is its own first.
-fn nearest_others(ground: &Ground, configs: &[f64], count: usize, care: Care) -> Vec<f64> {
-    let wanted = Wanted { among: Among::Samples, care };
+fn nearest_others(ground: &Ground, configs: &[f64], count: usize, wanted: Wanted) -> Vec<f64> {
     let nearest = |(anchor, scratch, found): &mut (Anchor, BoundaryScratch, Vec<(u32, f64)>), q: &[f64]| {
         ground.metric.anchor(q, anchor);
         // Of two samples at one place either may come first.

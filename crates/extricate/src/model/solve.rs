@@ -187,7 +187,7 @@ mod tests {
     use std::ops::ControlFlow;
 
     use super::*;
-    use crate::boundary::{Among, BoundaryScratch, Care, Wanted};
+    use crate::boundary::{Among, BoundaryScratch, Wanted};
     use crate::collision::Checker;
     use crate::learning::LearnOptions;
     use crate::metric::Anchor;
@@ -240,7 +240,7 @@ mod tests {
         for q in set.configs().chunks_exact(nq).step_by(97).take(40) {
             model.metric().anchor(q, &mut anchor);
             set.nearest(
-                Wanted { among: Among::Exits, care: Care::Exact },
+                Wanted { among: Among::Exits, ..Wanted::NEAREST },
                 model.metric(),
                 &anchor,
                 5,

@@ -14,18 +14,27 @@ impl QueryScratch {
     pub(super) fn choose(&mut self, ground: &Ground, plan: &Plan) {
         self.chosen.clear();
         self.places.clear();
-        let near = plan.exits * EXITS_LOOKED_AT;
-        let care = if plan.in_turn.is_some() { Care::Quick } else { Care::Exact };
-        let wanted = Wanted { among: Among::Exits, care };
-        let Self { anchor, boundary, near_exits, .. } = self;
-        ground.boundary.nearest(wanted, ground.metric, anchor, near, boundary, near_exits);
+        if self.near_exits.is_empty() {
+            self.find_exits(ground, plan);
+        }
         let exits = std::mem::take(&mut self.near_exits);
         self.choose_from(ground, exits.iter().map(|(id, _)| *id), plan.exits, plan.spread);
         self.near_exits = exits;
+        // The next plan may ask for more of them.
+        self.near_exits.clear();
         let pool = std::mem::take(&mut self.pool);
         let most = self.chosen.len() + plan.starts;
         self.choose_from(ground, pool.iter().take(plan.pool()).map(|(id, _)| *id), most, plan.spread);
         self.pool = pool;
+    }
+
+    /// The exits that the plan chooses of, nearest first.
+    pub(super) fn find_exits(&mut self, ground: &Ground, plan: &Plan) {
+        let care = if plan.in_turn.is_some() { Care::Quick } else { Care::Exact };
+        let wanted = Wanted { among: Among::Exits, care, ..Wanted::NEAREST };
+        let Self { anchor, boundary, near_exits, .. } = self;
+        let near = plan.exits * EXITS_LOOKED_AT;
+        ground.boundary.nearest(wanted, ground.metric, anchor, near, boundary, near_exits);
     }
 
     /// Chooses of `ids`, in order, until `most` are chosen.

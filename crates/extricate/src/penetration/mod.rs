@@ -37,7 +37,7 @@ pub use stream::{Stream, StreamOptions};
 pub use tangents::index_samples;
 pub use width::Width;
 
-use crate::boundary::SampleSet;
+use crate::boundary::{Among, SampleSet, Wanted};
 use crate::collision::Checker;
 use crate::cspace::{Config, Label};
 use crate::metric::Metric;
@@ -82,6 +82,14 @@ impl Ground<'_> {
             MetricSpec::MaxDisplacement => false,
         }
     }
+}
+
+/// What a refined query begins with, whose distance its coverage is told by: the nearest exit where it starts from exits alone, otherwise the nearest
+/// sample, and how sure it has to be of it.
+pub fn begins_with(ground: &Ground) -> Wanted {
+    let plan = Plan::of(&QueryOptions::default(), ground);
+    let among = if plan.begins_at_exits() { Among::Exits } else { Among::Samples };
+    Wanted { among, care: plan.care, ..Wanted::NEAREST }
 }
 
 /// The nearest free configuration to `q` that the effort finds; `None` only where the samples are stale and nothing free was found, or

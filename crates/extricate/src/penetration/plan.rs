@@ -139,8 +139,7 @@ impl Plan {
             plan.starts = starts - plan.exits;
         }
         if plan.in_turn.is_some() {
-            // Samples that nothing starts from only tell where the search may begin.
-            plan.care = if plan.starts > 0 { Care::Quick } else { Care::Hasty };
+            plan.care = Care::Quick;
         }
         plan
     }
@@ -173,6 +172,11 @@ impl Plan {
             self.scatter.directions = degrees.div_ceil(DEGREES_A_DIRECTION);
             self.from_query = false;
         }
+    }
+
+    /// Whether the nearest exit is what the query begins with, so that one search finds it and the starts; else the nearest sample is.
+    pub fn begins_at_exits(&self) -> bool {
+        self.in_turn.is_some() && self.starts == 0 && self.exits > 0
     }
 
     /// Nearest samples looked at.

@@ -101,9 +101,20 @@ impl QueryScratch {
     /// Makes the nearest sample the answer, as far as the plan takes care, and fills the pool of the plan; of stale
     /// ones, the nearest that is free now, or else any free configuration. False where none was found.
     pub(super) fn first_witness(&mut self, ground: &Ground, plan: &Plan, answer: &mut Answer) -> bool {
+        self.near_exits.clear();
+        if plan.begins_at_exits() {
+            self.pool.clear();
+            self.find_exits(ground, plan);
+            let Some(&(id, depth)) = self.near_exits.first() else { return false };
+            answer.depth = depth;
+            answer.coverage = ground.coverage.of(depth);
+            answer.verified = false;
+            answer.witness.copy_from_slice(ground.boundary.config(id));
+            return true;
+        }
         let (mut count, mut looked) = (plan.pool(), 0);
         loop {
-            let wanted = Wanted { among: Among::Samples, care: plan.care };
+            let wanted = Wanted { care: plan.care, ..Wanted::NEAREST };
             let Self { anchor, boundary, pool, .. } = self;
             ground.boundary.nearest(wanted, ground.metric, anchor, count, boundary, pool);
             for &(id, depth) in &self.pool[looked..] {
@@ -193,6 +204,9 @@ impl QueryScratch {
             }
         }
         self.chosen = chosen;
+        if plan.begins_at_exits() && !several {
+            self.look_for_nearer_sample(ground, plan, answer);
+        }
         if plan.scatter_again {
             self.probe_scattered(ground, plan, &plan.probe, several, answer);
         }
@@ -202,6 +216,18 @@ impl QueryScratch {
             self.carry_on(ground, plan, answer);
         }
         self.settle(ground, answer);
+    }
+
+    /// Takes a sample for the answer where one is nearer than all that descents have found: which is seldom, and mostly told by the lists alone.
+    fn look_for_nearer_sample(&mut self, ground: &Ground, plan: &Plan, answer: &mut Answer) {
+        let wanted = Wanted { within: answer.depth, care: plan.care, ..Wanted::NEAREST };
+        let Self { anchor, boundary, pool, .. } = self;
+        ground.boundary.nearest(wanted, ground.metric, anchor, 1, boundary, pool);
+        let Some((id, depth)) = pool.pop().filter(|(_, depth)| *depth < answer.depth) else { return };
+        (answer.depth, answer.verified, self.has_descended) = (depth, false, false);
+        answer.witness.copy_from_slice(ground.boundary.config(id));
+        self.fallback.0 = depth;
+        self.fallback.1.clone_from(&answer.witness);
     }
 
     /// Notes the way out in `slid`.
