@@ -20,15 +20,35 @@ const IN_ORDER: usize = 16;
 /// An immutable index over `n` points of R^m.
 ///
 /// ```
-/// use extricate::boundary::index::{Index, SearchScratch};
-/// let index = Index::build(&[0.0, 0.0, 3.0, 4.0, 1.0, 0.0], 2, 0);
+/// use extricate::boundary::index::{Few, Index, SearchScratch};
+/// let (points, query) = ([[0.0, 0.0], [3.0, 4.0], [1.0, 0.0]], [0.9, 0.0_f64]);
+/// let index = Index::build(points.as_flattened(), 2, 0);
 /// let (mut scratch, mut nearest) = (SearchScratch::default(), Vec::new());
-/// index.nearest(&[0.9, 0.0], 2, &mut scratch, &mut nearest);
+/// let mut exact = |id: u32| (points[id as usize][0] - query[0]).hypot(points[id as usize][1] - query[1]);
+/// index.nearest(&query, Few::of_all(2), &mut exact, &mut scratch, &mut nearest);
 /// assert_eq!((nearest[0].0, nearest[1].0), (2, 0));
 /// ```
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Index {
     lists: Lists,
+}
+
+/// How many points [`Index::nearest`] looks for.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Few {
+    /// At most so many.
+    pub k: usize,
+    /// No farther than this.
+    pub within: f64,
+    /// In so many of the lists that may hold the nearest.
+    pub lists: usize,
+}
+
+impl Few {
+    /// The `k` nearest of all points.
+    pub fn of_all(k: usize) -> Self {
+        Self { k, within: f64::INFINITY, lists: usize::MAX }
+    }
 }
 
 /// Room that a search needs; one for each thread.
@@ -56,7 +76,7 @@ impl Index {
     /// Memory for `n` points of `dimensions` coordinates \[bytes\].
     pub fn bytes(dimensions: usize, n: usize) -> usize {
         let lists = list_count(n);
-        // In f32 and in f64, with an id each, and a ball for eight; slabs by the square of the lists.
+        // In f32, with an id each, and a ball for eight; slabs by the square of the lists. In f64 while it is built.
         n * (12 * dimensions + 4) + n * (dimensions + 1) / 2 + lists * lists * 8 + lists * 4 * dimensions
     }
 
@@ -75,14 +95,13 @@ impl Index {
         self.lists.dimensions
     }
 
-    /// Shows `visit` the points near `query` (finite, of norm below 1e18), roughly nearest first, with their Euclidean distance. `visit` returns the
-    /// radius beyond which nothing more is of interest: infinity until it has enough, and never more than before.
+    /// Shows `visit` the points near `query` (finite, of norm below 1e18), roughly nearest first. `visit` returns the radius beyond which nothing
+    /// more is of interest: infinity until it has enough, and never more than before.
     ///
     /// # Guarantee
     /// Every point within the radius returned last is visited, once. For a metric that is never less than the
     /// Euclidean distance of the embeddings, so is every point within that radius of the metric: re-ranking is exact.
-    /// Distances are `f64`, to a few units in the last place.
-    pub fn search(&self, query: &[f64], scratch: &mut SearchScratch, visit: &mut dyn FnMut(u32, f64) -> f64) {
+    pub fn search(&self, query: &[f64], scratch: &mut SearchScratch, visit: &mut dyn FnMut(u32) -> f64) {
         self.search_lists(query, f64::INFINITY, usize::MAX, scratch, visit);
     }
 
@@ -94,7 +113,7 @@ impl Index {
         within: f64,
         most: usize,
         scratch: &mut SearchScratch,
-        visit: &mut dyn FnMut(u32, f64) -> f64,
+        visit: &mut dyn FnMut(u32) -> f64,
     ) {
         let mut scan = |lists: &_, list, query: Query, radius: f64| {
             let mut radius = radius;
@@ -121,7 +140,7 @@ impl Index {
         rounded.clear();
         rounded.extend(query.iter().map(|x| *x as f32));
         let (lists, count) = (&self.lists, self.lists.centres.len());
-        let query = Query { exact: query, rounded, moved: lists.moved_by_rounding(query) };
+        let query = Query { rounded, moved: lists.moved_by_rounding(query) };
         if count == 1 {
             scan(lists, 0, query, within);
             return;
@@ -146,22 +165,20 @@ impl Index {
         }
     }
 
-    /// The `k` nearest points, nearest first, with their Euclidean distances; of equals those of smaller id. All of them
-    /// where there are fewer.
-    pub fn nearest(&self, query: &[f64], k: usize, scratch: &mut SearchScratch, out: &mut Vec<(u32, f64)>) {
-        self.nearest_in_lists(query, k, f64::INFINITY, usize::MAX, scratch, out);
-    }
-
-    /// As [`Index::nearest`], of the points no farther than `within` in the `most` lists that may hold the nearest.
-    pub fn nearest_in_lists(
+    /// The `k` nearest points that are no farther than `within`, nearest first, of equals those of smaller id, of those in the `most` lists that may
+    /// hold the nearest; with what `exact` says are their distances: the Euclidean ones, which the index knows rounded.
+    ///
+    /// # Guarantee
+    /// With all lists, none is missed.
+    pub fn nearest(
         &self,
         query: &[f64],
-        k: usize,
-        within: f64,
-        most: usize,
+        few: Few,
+        exact: &mut dyn FnMut(u32) -> f64,
         scratch: &mut SearchScratch,
         out: &mut Vec<(u32, f64)>,
     ) {
+        let Few { k, within, lists: most } = few;
         out.clear();
         if k == 0 || self.lists.len == 0 {
             return;
@@ -173,7 +190,7 @@ impl Index {
             Arch::new().dispatch(ShowList { lists, list, query, shortlist: &mut shortlist });
             shortlist.radius
         });
-        shortlist.finish(&self.lists, Query { exact: query, rounded: &scratch.rounded, moved }, within, out);
+        shortlist.finish(&self.lists, moved, within, exact, out);
         scratch.shortlist = shortlist;
     }
 }
@@ -210,7 +227,8 @@ mod tests {
         let (mut scratch, mut found) = (SearchScratch::default(), Vec::new());
         for query in queries.chunks_exact(dimensions) {
             for k in [1, 7, points.len() / dimensions + 1] {
-                index.nearest(query, k, &mut scratch, &mut found);
+                let mut exact = |id: u32| distance(&points[id as usize * dimensions..][..dimensions], query);
+                index.nearest(query, Few::of_all(k), &mut exact, &mut scratch, &mut found);
                 assert_eq!(found, linear_scan(points, dimensions, query, k), "k = {k}, {lists} lists, {query:?}");
             }
         }
@@ -250,12 +268,14 @@ mod tests {
     fn empty_and_single() {
         let (mut scratch, mut found) = (SearchScratch::default(), vec![(9, 9.0)]);
         let empty = Index::build(&[], 3, 0);
-        empty.nearest(&[0.0; 3], 4, &mut scratch, &mut found);
+        empty.nearest(&[0.0; 3], Few::of_all(4), &mut |_| 0.0, &mut scratch, &mut found);
         assert!(found.is_empty() && empty.is_empty());
         let single = Index::build(&[1.0, 2.0, 2.0], 3, 0);
-        single.nearest(&[0.0; 3], 4, &mut scratch, &mut found);
+        single.nearest(&[0.0; 3], Few::of_all(4), &mut |_| 3.0, &mut scratch, &mut found);
         assert_eq!(found, [(0, 3.0)]);
-        single.nearest(&[0.0; 3], 0, &mut scratch, &mut found);
+        single.nearest(&[0.0; 3], Few::of_all(0), &mut |_| 3.0, &mut scratch, &mut found);
+        assert!(found.is_empty());
+        single.nearest(&[0.0; 3], Few { within: 2.9, ..Few::of_all(4) }, &mut |_| 3.0, &mut scratch, &mut found);
         assert!(found.is_empty());
     }
 
@@ -268,8 +288,8 @@ mod tests {
         let mut scratch = SearchScratch::default();
         for query in queries.chunks_exact(5) {
             let (mut best, mut visits) = ((u32::MAX, f64::INFINITY), 0);
-            index.search(query, &mut scratch, &mut |id, distance| {
-                let metric = distance * stretch(id);
+            index.search(query, &mut scratch, &mut |id| {
+                let metric = distance(&points[id as usize * 5..][..5], query) * stretch(id);
                 if metric < best.1 {
                     best = (id, metric);
                 }
@@ -287,17 +307,27 @@ mod tests {
     fn few_lists_hold_most_of_the_nearest() {
         let (points, queries) = (uniform(20_000 * 8, 9), uniform(40 * 8, 10));
         let index = Index::build(&points, 8, 0);
-        let (mut scratch, mut exact, mut hits, mut visited) = (SearchScratch::default(), Vec::new(), 0, 0);
+        let (mut scratch, mut nearest_ten, mut hits, mut visited) = (SearchScratch::default(), Vec::new(), 0, 0);
         for query in queries.chunks_exact(8) {
-            index.nearest(query, 10, &mut scratch, &mut exact);
+            let mut far = |id: u32| distance(&points[id as usize * 8..][..8], query);
+            index.nearest(query, Few::of_all(10), &mut far, &mut scratch, &mut nearest_ten);
             let mut found = Vec::new();
-            index.search_lists(query, f64::INFINITY, 20, &mut scratch, &mut |id, distance| {
-                found.push((id, distance));
+            index.search_lists(query, f64::INFINITY, 20, &mut scratch, &mut |id| {
+                found.push(id);
                 f64::INFINITY
             });
             visited += found.len();
-            hits += exact.iter().filter(|nearest| found.contains(nearest)).count();
-            assert!(found.iter().all(|(id, d)| *d == distance(&points[*id as usize * 8..][..8], query)));
+            hits += nearest_ten.iter().filter(|(id, _)| found.contains(id)).count();
+            // The few nearest in as many lists are of what was visited, and within a radius the same ones.
+            let few = Few { lists: 20, ..Few::of_all(10) };
+            let mut nearest = Vec::new();
+            index.nearest(query, few, &mut far, &mut scratch, &mut nearest);
+            let mut expected: Vec<(u32, f64)> = found.iter().map(|id| (*id, far(*id))).collect();
+            expected.sort_by(|a, b| a.1.total_cmp(&b.1).then(a.0.cmp(&b.0)));
+            assert_eq!(nearest, expected[..10]);
+            let few = Few { within: expected[3].1, ..few };
+            index.nearest(query, few, &mut far, &mut scratch, &mut nearest);
+            assert_eq!(nearest, expected[..4]);
         }
         // A tenth of the points.
         assert!(visited < 40 * 3_000 && hits > 320, "{visited} visited, {hits} of 400 found");
@@ -307,7 +337,7 @@ mod tests {
     fn every_point_is_visited_once_without_a_radius() {
         let index = Index::build(&uniform(3_000 * 3, 8), 3, 0);
         let mut seen = vec![0; 3_000];
-        index.search(&[0.1, 0.2, 0.3], &mut SearchScratch::default(), &mut |id, _| {
+        index.search(&[0.1, 0.2, 0.3], &mut SearchScratch::default(), &mut |id| {
             seen[id as usize] += 1;
             f64::INFINITY
         });

@@ -24,8 +24,6 @@ pub struct Lists {
     pub points: PointSet,
     /// Of each place in `points`; [`PADDING`] where there is none.
     pub ids: Vec<u32>,
-    /// The same points unrounded, row major.
-    pub exact: Vec<f64>,
     /// First block of each list, and the end of the last.
     pub starts: Vec<u32>,
     /// Around the blocks.
@@ -75,13 +73,12 @@ impl Lists {
         }
         let beyond = vec![f64::INFINITY; dimensions];
         let place = |id: &u32| if *id == PADDING { &beyond[..] } else { row(*id) };
-        let exact: Vec<f64> = ids.iter().flat_map(|id| place(id).iter().copied()).collect();
+        let placed: Vec<f64> = ids.iter().flat_map(|id| place(id).iter().copied()).collect();
         let mut built = Self {
             dimensions,
             len: n,
-            points: PointSet::from_rows(&exact, dimensions),
+            points: PointSet::from_rows(&placed, dimensions),
             ids,
-            exact,
             starts,
             balls: BlockBalls::around(&members, dimensions, row),
             radii: vec![[0.0; LANES]; lists.div_ceil(LANES)],

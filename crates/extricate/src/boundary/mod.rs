@@ -15,7 +15,7 @@ use std::collections::BinaryHeap;
 
 use rayon::prelude::*;
 
-use index::{Index, SearchScratch};
+use index::{Few, Index, SearchScratch};
 use projection::Projection;
 use tangents::{Planes, Tangents};
 
@@ -240,10 +240,12 @@ impl SampleSet {
         };
         let (within, lists) = (wanted.within, wanted.care.lists());
         if indexed.projection.is_none() && metric.embedding_is_exact() {
-            indexed.index.nearest_in_lists(point, k, within, lists, &mut scratch.search, out);
+            let mut exact =
+                |id: u32| metric.distance_from(anchor, self.config(id + indexed.first as u32), metric_scratch);
+            indexed.index.nearest(point, Few { k, within, lists }, &mut exact, &mut scratch.search, out);
             return out.iter_mut().for_each(|(id, _)| *id += indexed.first as u32);
         }
-        indexed.index.search_lists(point, within, lists, &mut scratch.search, &mut |id, _| {
+        indexed.index.search_lists(point, within, lists, &mut scratch.search, &mut |id| {
             let id = id + indexed.first as u32;
             let distance = metric.distance_from(anchor, self.config(id), metric_scratch);
             // The farthest on top: a sorted list would be moved by half its length for every sample that comes nearer.

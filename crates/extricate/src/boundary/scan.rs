@@ -3,16 +3,14 @@
 
 use pulp::{Simd, WithSimd};
 
-use super::lists::{Lists, PADDING, distance};
+use super::lists::{Lists, PADDING};
 use crate::math::LANES;
 use crate::math::register::{F32s, lanes_of, negative};
 
 /// What is searched for.
 #[derive(Clone, Copy)]
 pub struct Query<'a> {
-    /// As it was asked.
-    pub exact: &'a [f64],
-    /// Rounded.
+    /// As it was asked, rounded.
     pub rounded: &'a [f32],
     /// How far rounding can have moved it and a point together.
     pub moved: f64,
@@ -135,7 +133,7 @@ impl WithSimd for ListsWithin<'_> {
     }
 }
 
-/// Shows `visit` the points of one list that are within `radius`, which it replaces.
+/// Shows `visit` the points of one list that may be within `radius`, which it replaces.
 pub struct ScanList<'a> {
     /// All lists.
     pub lists: &'a Lists,
@@ -146,7 +144,7 @@ pub struct ScanList<'a> {
     /// Of the search.
     pub radius: &'a mut f64,
     /// As in [`super::index::Index::search`].
-    pub visit: &'a mut dyn FnMut(u32, f64) -> f64,
+    pub visit: &'a mut dyn FnMut(u32) -> f64,
 }
 
 impl WithSimd for ScanList<'_> {
@@ -154,7 +152,7 @@ impl WithSimd for ScanList<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        let Self { lists, list, query: Query { exact, rounded, moved }, radius, visit } = self;
+        let Self { lists, list, query: Query { rounded, moved }, radius, visit } = self;
         let (balls, dimensions) = (&lists.balls, lists.dimensions);
         let (first, last) = (lists.starts[list] as usize, lists.starts[list + 1] as usize);
         let groups = balls.starts[list] as usize..balls.starts[list + 1] as usize;
@@ -183,12 +181,8 @@ impl WithSimd for ScanList<'_> {
                 }
                 let squared = add_squares(simd, &block[half..], other_rounded, squared);
                 for place in lanes_of(up_to(simd, &squared, limit)).map(|lane| b * LANES + lane) {
-                    if lists.ids[place] == PADDING {
-                        continue;
-                    }
-                    let distance = distance(&lists.exact[place * dimensions..][..dimensions], exact);
-                    if distance <= *radius {
-                        *radius = visit(lists.ids[place], distance);
+                    if lists.ids[place] != PADDING {
+                        *radius = visit(lists.ids[place]);
                     }
                 }
             }

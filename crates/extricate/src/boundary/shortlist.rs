@@ -1,9 +1,9 @@
-//! The few nearest points of some lists, told by rounded distances first. Rows in double precision lie far apart in memory, and waiting for
-//! them takes longer than all else; only those that may be among the few are read.
+//! The few nearest points of some lists, told by rounded distances first. What knows the points exactly lies far apart in memory, and waiting
+//! for it takes longer than all else; only those that may be among the few are asked for.
 
 use pulp::{Simd, WithSimd};
 
-use super::lists::{Lists, distance};
+use super::lists::Lists;
 use super::scan::{Query, add_squares, squared_distances, up_to};
 use crate::math::LANES;
 use crate::math::register::{F32s, lanes_of, negative};
@@ -53,13 +53,22 @@ impl Shortlist {
         self.most = 2 * self.found.len().max(self.k);
     }
 
-    /// The `k` nearest of what was shown, nearest first, by id where they are equally far, with their distances; none
+    /// The `k` nearest of what was shown, nearest first, by id where they are equally far, with what `exact` says are their distances; none
     /// beyond `within`.
-    pub fn finish(&mut self, lists: &Lists, query: Query, within: f64, out: &mut Vec<(u32, f64)>) {
-        self.tighten(lists, query.moved);
-        let exact = |place: usize| distance(&lists.exact[place * lists.dimensions..][..lists.dimensions], query.exact);
+    pub fn finish(
+        &mut self,
+        lists: &Lists,
+        moved: f64,
+        within: f64,
+        exact: &mut dyn FnMut(u32) -> f64,
+        out: &mut Vec<(u32, f64)>,
+    ) {
+        self.tighten(lists, moved);
         out.clear();
-        out.extend(self.found.iter().map(|(_, place)| (lists.ids[*place as usize], exact(*place as usize))));
+        for (_, place) in &self.found {
+            let id = lists.ids[*place as usize];
+            out.push((id, exact(id)));
+        }
         out.retain(|(_, distance)| *distance <= within);
         out.sort_unstable_by(|a, b| a.1.total_cmp(&b.1).then(a.0.cmp(&b.0)));
         out.truncate(self.k);
@@ -95,7 +104,7 @@ impl WithSimd for ShowList<'_> {
         }
         let radii = &balls.radii[groups];
         if shortlist.radius == f64::INFINITY {
-            order_by_reach(simd, lists, (last - first).saturating_sub(1), radii, shortlist);
+            order_by_reach(simd, (last - first).saturating_sub(1), radii, shortlist);
             for at in 0..shortlist.reaches.len().min(shortlist.k.div_ceil(LANES)) {
                 let b = shortlist.reaches[at].1 as usize;
                 shortlist.to_balls[b / LANES][b % LANES] = f32::INFINITY;
@@ -146,7 +155,7 @@ fn show_block<S: Simd>(simd: S, lists: &Lists, b: usize, query: Query, shortlist
 
 /// Orders the first blocks of a list, by how far the farthest point of each may be.
 #[inline(always)]
-fn order_by_reach<S: Simd>(simd: S, lists: &Lists, blocks: usize, radii: &[[f32; LANES]], shortlist: &mut Shortlist) {
+fn order_by_reach<S: Simd>(simd: S, blocks: usize, radii: &[[f32; LANES]], shortlist: &mut Shortlist) {
     let Shortlist { k, to_balls, reaches, .. } = shortlist;
     reaches.clear();
     for (g, (squared, radii)) in to_balls.iter().zip(radii).enumerate() {

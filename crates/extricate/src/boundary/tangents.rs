@@ -7,10 +7,9 @@ pub struct Tangents {
     nv: usize,
     /// Where the planes of each sample start, and the end of the last.
     starts: Vec<u32>,
-    /// `nv` numbers a plane \[m per rad or m\]. Single precision: they only propose.
-    gradients: Vec<f32>,
-    /// By how much the distance exceeds the clearance \[m\].
-    rooms: Vec<f32>,
+    /// By how much the distance exceeds the clearance \[m\], then `nv` numbers of the gradient \[m per rad or m\], a plane: side by side, as who
+    /// follows them waits for memory. Single precision: they only propose.
+    planes: Vec<f32>,
 }
 
 impl Tangents {
@@ -21,21 +20,25 @@ impl Tangents {
 
     /// Adds a plane to the sample that comes next.
     pub fn push(&mut self, room: f64, gradient: &[f64]) {
-        self.rooms.push(room as f32);
-        self.gradients.extend(gradient.iter().map(|x| *x as f32));
+        self.planes.push(room as f32);
+        self.planes.extend(gradient.iter().map(|x| *x as f32));
     }
 
     /// Ends the sample that comes next.
     pub fn end_sample(&mut self) {
-        self.starts.push(self.rooms.len() as u32);
+        self.starts.push(self.count());
     }
 
     /// Appends the samples of `other`.
     pub fn append(&mut self, other: &Self) {
-        let before = self.rooms.len() as u32;
-        self.rooms.extend_from_slice(&other.rooms);
-        self.gradients.extend_from_slice(&other.gradients);
+        let before = self.count();
+        self.planes.extend_from_slice(&other.planes);
         self.starts.extend(other.starts.iter().skip(1).map(|end| before + end));
+    }
+
+    /// Planes so far.
+    fn count(&self) -> u32 {
+        (self.planes.len() / (self.nv + 1)) as u32
     }
 
     /// Samples so far.
@@ -50,28 +53,24 @@ impl Tangents {
 
     /// Of one sample: each plane's room and gradient.
     pub fn planes(&self, sample: usize) -> Planes<'_> {
+        let width = self.nv + 1;
         let (first, last) = (self.starts[sample] as usize, self.starts[sample + 1] as usize);
-        Planes {
-            nv: self.nv,
-            gradients: &self.gradients[first * self.nv..last * self.nv],
-            rooms: &self.rooms[first..last],
-        }
+        Planes { width, numbers: &self.planes[first * width..last * width] }
     }
 }
 
 /// The planes of one sample, see [`Tangents`].
 #[derive(Debug, Clone, Copy)]
 pub struct Planes<'a> {
-    nv: usize,
-    gradients: &'a [f32],
-    rooms: &'a [f32],
+    width: usize,
+    numbers: &'a [f32],
 }
 
 impl<'a> Planes<'a> {
     /// Room \[m\] and gradient of each.
     pub fn iter(&self) -> impl Iterator<Item = (f64, impl Iterator<Item = f64> + use<'a>)> + use<'a> {
-        let rows = self.gradients.chunks_exact(self.nv).map(|row| row.iter().map(|x| f64::from(*x)));
-        self.rooms.iter().map(|room| f64::from(*room)).zip(rows)
+        let plane = |plane: &'a [f32]| (f64::from(plane[0]), plane[1..].iter().map(|x| f64::from(*x)));
+        self.numbers.chunks_exact(self.width).map(plane)
     }
 }
 

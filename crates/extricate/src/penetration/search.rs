@@ -11,7 +11,7 @@ use super::plan::{HOPE, Plan};
 use super::refine::{Known, RefineOptions, RefineScratch, Start, slide};
 use super::scatter::{ScatterScratch, scatter};
 use super::wander::{WanderScratch, wander};
-use crate::boundary::{Among, BoundaryScratch, Wanted};
+use crate::boundary::{BoundaryScratch, Wanted};
 use crate::collision::ConvexOverlap;
 use crate::cspace::sampling::Halton;
 use crate::cspace::{Config, Label};
