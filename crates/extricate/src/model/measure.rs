@@ -255,6 +255,7 @@ fn excess(ground: &Ground, q: &Config, budget: QueryBudget, scratch: &mut QueryS
 #[cfg(test)]
 pub(crate) mod tests {
     use super::*;
+    use crate::boundary::Among;
     use crate::collision::Checker;
     use crate::learning::LearnOptions;
     use crate::metric::Metric;
@@ -304,6 +305,20 @@ pub(crate) mod tests {
         let [low, high] = found.accuracy_free_interval.unwrap();
         assert!(low < found.accuracy_free.unwrap() && found.accuracy_free.unwrap() < high && high - low < 0.1);
         assert!(found.measuring_checks > 1000 && found.measuring_checks < 60_000, "{}", found.measuring_checks);
+    }
+
+    #[test]
+    fn coverage_holds_for_queries_that_begin_at_exits() {
+        let model = learned(700_000);
+        assert_eq!(begins_with(&model.ground()).among, Among::Exits, "{}", model.boundary().exits());
+        let mut scratch = QueryScratch::default();
+        let queries = colliding(&model, 2000);
+        let coverages: Vec<f64> =
+            queries.iter().map(|q| model.query(q, &QueryOptions::default(), &mut scratch).coverage.unwrap()).collect();
+        for level in [0.02, 0.1, 0.5] {
+            let low = coverages.iter().filter(|coverage| **coverage <= level).count() as f64 / 2000.0;
+            assert!((low - level).abs() < 0.05, "{low} {level}");
+        }
     }
 
     #[test]
