@@ -51,8 +51,9 @@ class Answer:
     witness: a free configuration at distance `depth`, (nq,).
     verified: whether the exact checker called the witness free during this query; otherwise it did when the model was
         learned.
-    coverage: how usual the query's distance to the nearest stored sample is among held-out colliding configurations, in (0,
-        1]: below 0.01 the query lies far from what was learned. None where the query is free or nothing was held out.
+    coverage: how usual the query's distance to the stored sample that it begins with (the nearest, or the nearest exit) is
+        among held-out colliding configurations, in (0, 1]: below 0.01 the query lies far from what was learned. None where
+        the query is free or nothing was held out.
     max_displacement: largest displacement of any point of the robot between the query and the witness [m].
     colliding: pairs of bodies that collide at the query; one of them with effort "nearest", unless contacts were asked for.
     touching: pairs of bodies that touch at the witness; none with effort "nearest", unless contacts were asked for.

@@ -25,6 +25,8 @@ pub struct Shortlist {
     to_balls: Vec<[f32; LANES]>,
     /// Room to order the blocks of one list.
     reaches: Vec<(f32, u32)>,
+    /// One bit a block of that list, eight a number: those that were shown first.
+    shown: Vec<u32>,
 }
 
 impl Shortlist {
@@ -102,12 +104,14 @@ impl WithSimd for ShowList<'_> {
         for (squared, centres) in shortlist.to_balls.iter_mut().zip(balls.centres.blocks(groups.start, groups.end)) {
             *squared = squared_distances(simd, centres, rounded);
         }
+        shortlist.shown.clear();
+        shortlist.shown.resize(groups.len(), 0);
         let radii = &balls.radii[groups];
         if shortlist.radius == f64::INFINITY {
             order_by_reach(simd, (last - first).saturating_sub(1), radii, shortlist);
             for at in 0..shortlist.reaches.len().min(shortlist.k.div_ceil(LANES)) {
                 let b = shortlist.reaches[at].1 as usize;
-                shortlist.to_balls[b / LANES][b % LANES] = f32::INFINITY;
+                shortlist.shown[b / LANES] |= 1 << (b % LANES);
                 show_block(simd, lists, first + b, query, shortlist);
             }
             shortlist.tighten(lists, moved);
@@ -122,7 +126,7 @@ impl WithSimd for ShowList<'_> {
             }
             let begin = first + g * LANES;
             let blocks_here = (1_u32 << (last - begin).min(LANES)) - 1;
-            for b in lanes_of(!negative(&room) & blocks_here).map(|lane| begin + lane) {
+            for b in lanes_of(!negative(&room) & blocks_here & !shortlist.shown[g]).map(|lane| begin + lane) {
                 show_block(simd, lists, b, query, shortlist);
             }
         }

@@ -27,7 +27,8 @@ pub struct Answer {
     /// Indices of the scene's pairs that touch (within [`TOUCHING`] beyond the clearance) at the witness; none with [`Effort::Nearest`], unless
     /// contacts were asked for.
     pub touching: Vec<usize>,
-    /// How usual the distance to the nearest boundary sample is among held-out colliding configurations, in `(0, 1]`, see
+    /// How usual the distance to the sample that the query begins with (the nearest, or the nearest exit) is among held-out colliding configurations,
+    /// in `(0, 1]`, see
     /// [`Coverage::of`](super::coverage::Coverage::of): below [`FAR`] the query lies far from what was
     /// learned, and a nearer way out is missed more easily. `None` where the query is free or nothing was held out.
     pub coverage: Option<f64>,

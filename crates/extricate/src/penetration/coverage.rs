@@ -5,7 +5,7 @@ use std::cmp::Ordering;
 /// Coverage below which a query is said to lie far from what was learned.
 pub const FAR: f64 = 0.01;
 
-/// Distances of held-out colliding configurations to their nearest boundary sample, to compare a query's with.
+/// Distances of held-out colliding configurations to the sample that a refined query of them begins with, to compare a query's with.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Coverage {
     /// Metric units, ascending.
@@ -24,17 +24,17 @@ impl Coverage {
         &self.distances
     }
 
-    /// Share of the held-out configurations, the query itself counted among them, whose nearest sample is at least as far as
+    /// Share of the held-out configurations, the query itself counted among them, whose first sample is at least as far as
     /// `distance`: about 1 in well sampled places, near 0 where the query is farther from any sample than nearly all of them.
     /// `None` where nothing was held out.
     ///
     /// # Guarantee
     /// Of queries that are uniform among the colliding configurations, a share of at most `a` has a coverage of at most `a`, over
-    /// the draws of the held-out ones too.
+    /// the draws of the held-out ones too. (Queries that begin elsewhere look among more samples, and find none farther.)
     ///
     /// # Source
     /// A conformal p-value: V. Vovk, A. Gammerman and G. Shafer, "Algorithmic Learning in a Random World", 2005,
-    /// doi:10.1007/b106715, proposition 2.3, with the distance to the nearest sample for a nonconformity score.
+    /// doi:10.1007/b106715, proposition 2.3, with the distance to the first sample for a nonconformity score.
     pub fn of(&self, distance: f64) -> Option<f64> {
         if self.distances.is_empty() {
             return None;
