@@ -19,7 +19,7 @@ DRAKE_RATIO, MULTISTART_RATIO = 10, 100
 def write(found, folder):
     plot(found, folder / "query-peers.svg")
     scenes = found["scenes"]
-    parts = ["## Beside its peers", f"Machine: {found['machine']}, shared and noisy; one thread; all methods in turns in the same run. Our models were "
+    parts = ["## Beside its peers", f"Machine: {found['machine']}, shared and noisy; one thread; all methods in turns in the same run, each after other queries. Our models were "
              f"learned with {found['labels']:,} labels. Excess is over the least depth that any method found; `n/a` means that fewer than that share of "
              "the queries had an answer that passed the check.", "![Time against excess](query-peers.svg)", summary(found), targets(scenes)]
     parts += [part(name, s) for name, s in scenes.items()]
