@@ -98,19 +98,12 @@ impl QueryScratch {
         answer
     }
 
-    /// Makes the nearest sample the answer, as far as the plan takes care, and fills the pool of the plan; of stale
-    /// ones, the nearest that is free now, or else any free configuration. False where none was found.
+    /// Makes the nearest sample the answer (or the nearest exit, where the plan begins there), as far as the plan takes care, and fills the pool of
+    /// the plan; of stale ones, the nearest that is free now, or else any free configuration. False where none was found.
     pub(super) fn first_witness(&mut self, ground: &Ground, plan: &Plan, answer: &mut Answer) -> bool {
         self.near_exits.clear();
         if plan.begins_at_exits() {
-            self.pool.clear();
-            self.find_exits(ground, plan);
-            let Some(&(id, depth)) = self.near_exits.first() else { return false };
-            answer.depth = depth;
-            answer.coverage = ground.coverage.of(depth);
-            answer.verified = false;
-            answer.witness.copy_from_slice(ground.boundary.config(id));
-            return true;
+            return self.first_exit(ground, plan, answer);
         }
         let (mut count, mut looked) = (plan.pool(), 0);
         loop {
@@ -135,6 +128,17 @@ impl QueryScratch {
             }
             count = 8 * looked.max(8);
         }
+    }
+
+    /// Makes the nearest of the exits that the plan chooses of the answer.
+    fn first_exit(&mut self, ground: &Ground, plan: &Plan, answer: &mut Answer) -> bool {
+        self.pool.clear();
+        self.find_exits(ground, plan);
+        let Some(&(id, depth)) = self.near_exits.first() else { return false };
+        (answer.depth, answer.verified) = (depth, false);
+        answer.coverage = ground.coverage.of(depth);
+        answer.witness.copy_from_slice(ground.boundary.config(id));
+        true
     }
 
     /// Makes the first free configuration of a low-discrepancy sequence the answer.
