@@ -95,19 +95,13 @@ impl Index {
         self.lists.dimensions
     }
 
-    /// Shows `visit` the points near `query` (finite, of norm below 1e18), roughly nearest first. `visit` returns the radius beyond which nothing
-    /// more is of interest: infinity until it has enough, and never more than before.
+    /// Shows `visit` the points near `query` (finite, of norm below 1e18), roughly nearest first, of those in the `most` lists that may hold the
+    /// nearest. `visit` returns the radius beyond which nothing more is of interest: at first `within`, and never more than before.
     ///
     /// # Guarantee
-    /// Every point within the radius returned last is visited, once. For a metric that is never less than the
+    /// With all lists, every point within the radius returned last is visited, once. For a metric that is never less than the
     /// Euclidean distance of the embeddings, so is every point within that radius of the metric: re-ranking is exact.
-    pub fn search(&self, query: &[f64], scratch: &mut SearchScratch, visit: &mut dyn FnMut(u32) -> f64) {
-        self.search_lists(query, f64::INFINITY, usize::MAX, scratch, visit);
-    }
-
-    /// As [`Index::search`], beginning with a radius of `within`; but after the `most` lists that may hold the nearest points the search is over:
-    /// those in other lists may then be missed.
-    pub fn search_lists(
+    pub fn search(
         &self,
         query: &[f64],
         within: f64,
@@ -288,7 +282,7 @@ mod tests {
         let mut scratch = SearchScratch::default();
         for query in queries.chunks_exact(5) {
             let (mut best, mut visits) = ((u32::MAX, f64::INFINITY), 0);
-            index.search(query, &mut scratch, &mut |id| {
+            index.search(query, f64::INFINITY, usize::MAX, &mut scratch, &mut |id| {
                 let metric = distance(&points[id as usize * 5..][..5], query) * stretch(id);
                 if metric < best.1 {
                     best = (id, metric);
@@ -312,7 +306,7 @@ mod tests {
             let mut far = |id: u32| distance(&points[id as usize * 8..][..8], query);
             index.nearest(query, Few::of_all(10), &mut far, &mut scratch, &mut nearest_ten);
             let mut found = Vec::new();
-            index.search_lists(query, f64::INFINITY, 20, &mut scratch, &mut |id| {
+            index.search(query, f64::INFINITY, 20, &mut scratch, &mut |id| {
                 found.push(id);
                 f64::INFINITY
             });
@@ -337,7 +331,7 @@ mod tests {
     fn every_point_is_visited_once_without_a_radius() {
         let index = Index::build(&uniform(3_000 * 3, 8), 3, 0);
         let mut seen = vec![0; 3_000];
-        index.search(&[0.1, 0.2, 0.3], &mut SearchScratch::default(), &mut |id| {
+        index.search(&[0.1, 0.2, 0.3], f64::INFINITY, usize::MAX, &mut SearchScratch::default(), &mut |id| {
             seen[id as usize] += 1;
             f64::INFINITY
         });

@@ -245,7 +245,7 @@ impl SampleSet {
             indexed.index.nearest(point, Few { k, within, lists }, &mut exact, &mut scratch.search, out);
             return out.iter_mut().for_each(|(id, _)| *id += indexed.first as u32);
         }
-        indexed.index.search_lists(point, within, lists, &mut scratch.search, &mut |id| {
+        indexed.index.search(point, within, lists, &mut scratch.search, &mut |id| {
             let id = id + indexed.first as u32;
             let distance = metric.distance_from(anchor, self.config(id), metric_scratch);
             // The farthest on top: a sorted list would be moved by half its length for every sample that comes nearer.

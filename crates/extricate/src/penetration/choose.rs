@@ -59,3 +59,32 @@ impl QueryScratch {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::LearnOptions;
+    use crate::model::Model;
+    use crate::model::measure::tests::colliding;
+    use crate::penetration::options::{Effort, QueryOptions};
+    use crate::scene::builtin;
+    use std::ops::ControlFlow;
+
+    /// What a refined query that begins at exits does comes first, and must not take the samples away.
+    #[test]
+    fn exhaustive_queries_start_from_exits_and_samples() {
+        let options = LearnOptions { labels: 700_000, seconds: None, ..LearnOptions::default() };
+        let model =
+            Model::learn(builtin::scene("planar-arm").unwrap(), &options, &mut |_| ControlFlow::Continue(())).unwrap();
+        let exhaustive = QueryOptions { effort: Effort::Exhaustive, ..QueryOptions::default() };
+        assert!(Plan::of(&QueryOptions::default(), &model.ground()).begins_at_exits());
+        let first_exit = (model.boundary().len() - model.boundary().exits()) as u32;
+        let mut scratch = QueryScratch::default();
+        for q in colliding(&model, 10) {
+            model.query(&q, &exhaustive, &mut scratch);
+            let plan = Plan::of(&exhaustive, &model.ground());
+            assert!(scratch.chosen.iter().any(|id| *id >= first_exit));
+            assert!(scratch.pool.len() == plan.pool(), "{}", scratch.pool.len());
+        }
+    }
+}

@@ -45,6 +45,8 @@ pub struct QueryScratch {
     pub(super) best: Vec<f64>,
     pub(super) pool: Vec<(u32, f64)>,
     pub(super) near_exits: Vec<(u32, f64)>,
+    /// A sample nearer than what descents found; the pool is still needed by the plan that comes after.
+    nearer: Vec<(u32, f64)>,
     pub(super) chosen: Vec<u32>,
     /// Flat coordinates of what was chosen, row major.
     pub(super) places: Vec<f64>,
@@ -225,9 +227,9 @@ impl QueryScratch {
     /// Takes a sample for the answer where one is nearer than all that descents have found: which is seldom, and mostly told by the lists alone.
     fn look_for_nearer_sample(&mut self, ground: &Ground, plan: &Plan, answer: &mut Answer) {
         let wanted = Wanted { within: answer.depth, care: plan.care, ..Wanted::NEAREST };
-        let Self { anchor, boundary, pool, .. } = self;
-        ground.boundary.nearest(wanted, ground.metric, anchor, 1, boundary, pool);
-        let Some((id, depth)) = pool.pop().filter(|(_, depth)| *depth < answer.depth) else { return };
+        let Self { anchor, boundary, nearer, .. } = self;
+        ground.boundary.nearest(wanted, ground.metric, anchor, 1, boundary, nearer);
+        let Some((id, depth)) = nearer.pop().filter(|(_, depth)| *depth < answer.depth) else { return };
         (answer.depth, answer.verified, self.has_descended) = (depth, false, false);
         answer.witness.copy_from_slice(ground.boundary.config(id));
         self.fallback.0 = depth;
