@@ -7,7 +7,7 @@ use pulp::Arch;
 use serde::{Deserialize, Serialize};
 
 use super::lists::{Lists, list_count};
-use super::scan::{BoundLists, ListsWithin, Query, ScanList};
+use super::scan::{BoundLists, ListsWithin, NearestCentres, Query, ScanList};
 use super::shortlist::{Shortlist, ShowList};
 use crate::learning::kernel::LANES;
 
@@ -40,7 +40,7 @@ pub struct Few {
     pub k: usize,
     /// No farther than this.
     pub within: f64,
-    /// In so many of the lists that may hold the nearest.
+    /// In the lists of so many nearest centres.
     pub lists: usize,
 }
 
@@ -58,6 +58,7 @@ pub struct SearchScratch {
     squared: Vec<[f32; LANES]>,
     bounds: Vec<[f32; LANES]>,
     order: Vec<(f32, u32)>,
+    of_list: Vec<[f32; LANES]>,
     shortlist: Shortlist,
 }
 
@@ -76,8 +77,8 @@ impl Index {
     /// Memory for `n` points of `dimensions` coordinates \[bytes\].
     pub fn bytes(dimensions: usize, n: usize) -> usize {
         let lists = list_count(n);
-        // In f32, with an id each, and a ball for eight; slabs by the square of the lists. In f64 while it is built.
-        n * (12 * dimensions + 4) + n * (dimensions + 1) / 2 + lists * lists * 8 + lists * 4 * dimensions
+        // In f32, with an id each; slabs by the square of the lists. In f64 while it is built.
+        n * (12 * dimensions + 4) + lists * lists * 8 + lists * 4 * dimensions
     }
 
     /// Number of points.
@@ -95,7 +96,7 @@ impl Index {
         self.lists.dimensions
     }
 
-    /// Shows `visit` the points near `query` (finite, of norm below 1e18), roughly nearest first, of those in the `most` lists that may hold the
+    /// Shows `visit` the points near `query` (finite, of norm below 1e18), roughly nearest first, of those in the `most` lists whose centres are
     /// nearest. `visit` returns the radius beyond which nothing more is of interest: at first `within`, and never more than before.
     ///
     /// # Guarantee
@@ -109,12 +110,13 @@ impl Index {
         scratch: &mut SearchScratch,
         visit: &mut dyn FnMut(u32) -> f64,
     ) {
-        let mut scan = |lists: &_, list, query: Query, radius: f64| {
+        let mut squared = std::mem::take(&mut scratch.of_list);
+        self.go_through(query, within, most, scratch, &mut |lists, list, query, radius| {
             let mut radius = radius;
-            Arch::new().dispatch(ScanList { lists, list, query, radius: &mut radius, visit });
+            Arch::new().dispatch(ScanList { lists, list, query, squared: &mut squared, radius: &mut radius, visit });
             radius
-        };
-        self.go_through(query, within, most, scratch, &mut scan);
+        });
+        scratch.of_list = squared;
     }
 
     /// Shows `scan` up to `most` lists, roughly nearest first, with the radius that it returned last, at first `within`.
@@ -142,12 +144,24 @@ impl Index {
         for lanes in [&mut *squared, &mut *bounds] {
             lanes.resize(lists.centres.block_count(), [0.0; LANES]);
         }
+        if most < count {
+            // The nearest centres have as near points as the least bounds have, for half of the time.
+            Arch::new().dispatch(NearestCentres { lists, query, most, squared, order });
+            put_least_first(order, most);
+            order.truncate(most);
+            order.sort_unstable_by(by_bound);
+            let mut radius = within;
+            for near in order.iter() {
+                if f64::from(lists.bound(order[0], *near, query.moved)) <= radius {
+                    radius = scan(lists, near.1 as usize, query, radius);
+                }
+            }
+            return;
+        }
         let nearest = Arch::new().dispatch(BoundLists { lists, query, squared, bounds });
         let mut radius = scan(lists, nearest, query, within);
         order.clear();
         Arch::new().dispatch(ListsWithin { count, nearest, bounds, radius, order });
-        put_least_first(order, most.saturating_sub(1));
-        order.truncate(most.saturating_sub(1));
         // Sorting is worth it only for lists that come first.
         put_least_first(order, IN_ORDER);
         let in_order = order.len().min(IN_ORDER);
@@ -159,8 +173,8 @@ impl Index {
         }
     }
 
-    /// The `k` nearest points that are no farther than `within`, nearest first, of equals those of smaller id, of those in the `most` lists that may
-    /// hold the nearest; with what `exact` says are their distances: the Euclidean ones, which the index knows rounded.
+    /// The `k` nearest points that are no farther than `within`, nearest first, of equals those of smaller id, of those in the `most` lists whose
+    /// centres are nearest; with what `exact` says are their distances: the Euclidean ones, which the index knows rounded.
     ///
     /// # Guarantee
     /// With all lists, none is missed.

@@ -3,7 +3,6 @@
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use super::blocks::{BlockBalls, order_by_blocks};
 use super::clustering::k_means;
 use crate::learning::kernel::{LANES, PointSet, block_distances_squared, vectorized};
 
@@ -20,14 +19,12 @@ pub struct Lists {
     pub dimensions: usize,
     /// Number of points.
     pub len: usize,
-    /// List after list, each in blocks of near points and padded to whole ones with points at infinity.
+    /// List after list, each padded to whole blocks with points at infinity.
     pub points: PointSet,
     /// Of each place in `points`; [`PADDING`] where there is none.
     pub ids: Vec<u32>,
     /// First block of each list, and the end of the last.
     pub starts: Vec<u32>,
-    /// Around the blocks.
-    pub balls: BlockBalls,
     /// Exactly representable in `f32`.
     pub centres: PointSet,
     /// Greatest distance of a member from its centre, rounded up.
@@ -63,7 +60,6 @@ impl Lists {
             let assigned;
             (centres, assigned) = k_means(points, dimensions, lists, seed);
             assigned.iter().enumerate().for_each(|(i, list)| members[*list as usize].push(i as u32));
-            members.par_iter_mut().for_each(|list| order_by_blocks(list, dimensions, &row));
         }
         let (mut ids, mut starts) = (Vec::new(), vec![0]);
         for list in &members {
@@ -80,7 +76,6 @@ impl Lists {
             points: PointSet::from_rows(&placed, dimensions),
             ids,
             starts,
-            balls: BlockBalls::around(&members, dimensions, row),
             radii: vec![[0.0; LANES]; lists.div_ceil(LANES)],
             slabs: Vec::new(),
             centres: PointSet::from_rows_padded(&centres, dimensions, f32::INFINITY),
@@ -103,6 +98,19 @@ impl Lists {
     /// How far rounding to `f32` can have moved a point and the query together.
     pub fn moved_by_rounding(&self, query: &[f64]) -> f64 {
         (self.reach + norm(query)) * ROUNDOFF * 1.01 + 1e-30
+    }
+
+    /// A lower bound on the distance from a query to the members of a list: its rounded squared distances to the centres of that list and of another,
+    /// each beside the list, and how far rounding has moved it.
+    pub fn bound(&self, (to_reference, r): (f32, u32), (to_centre, c): (f32, u32), moved: f64) -> f32 {
+        let (block, lane) = (c as usize / LANES, c as usize % LANES);
+        let slab = &self.slabs[r as usize * self.centres.block_count() + block];
+        let error = self.relative_error() as f32;
+        let ball = (to_centre * (1.0 - error)).sqrt() - self.radii[block][lane];
+        let uncertain = error * (to_reference + to_centre);
+        let plane = (slab.margin[lane] - to_reference + to_centre - uncertain) * slab.scale[lane];
+        // The factor covers the roundings of these lines themselves.
+        ball.max(plane) * (1.0 - 1e-6) - moved as f32
     }
 
     /// The slabs of all pairs of lists.
@@ -175,4 +183,37 @@ pub fn distance(a: &[f64], b: &[f64]) -> f64 {
         sum += (a - b) * (a - b);
     }
     sum.sqrt()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rand::{RngExt, SeedableRng};
+
+    #[test]
+    fn no_member_is_nearer_than_the_bound_of_its_list() {
+        let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(3);
+        let mut uniform = |n: usize| -> Vec<f64> { (0..n).map(|_| rng.random::<f64>()).collect() };
+        let (d, count) = (5, 20);
+        let points = uniform(2_000 * d);
+        let lists = Lists::build(&points, d, count, 1);
+        let (mut tight, mut all) = (0, 0);
+        for query in uniform(20 * d).chunks_exact(d) {
+            let rounded: Vec<f32> = query.iter().map(|x| *x as f32).collect();
+            let to_centre = |c: u32| {
+                let block = lists.centres.blocks(c as usize / LANES, c as usize / LANES + 1).next().unwrap();
+                (block_distances_squared(block, &rounded)[c as usize % LANES], c)
+            };
+            for (r, c) in (0..count as u32).flat_map(|r| (0..count as u32).map(move |c| (r, c))) {
+                let bound = f64::from(lists.bound(to_centre(r), to_centre(c), lists.moved_by_rounding(query)));
+                let places = lists.starts[c as usize] as usize * LANES..lists.starts[c as usize + 1] as usize * LANES;
+                let members = lists.ids[places].iter().filter(|id| **id != PADDING);
+                let nearest = members.map(|id| distance(&points[*id as usize * d..][..d], query)).fold(9.0, f64::min);
+                assert!(bound <= nearest, "list {c}, seen from {r}: {bound}, a member at {nearest}");
+                all += 1;
+                tight += usize::from(bound > 0.5 * nearest);
+            }
+        }
+        assert!(10 * tight > all, "{tight} of {all}");
+    }
 }

@@ -20,14 +20,9 @@ pub struct Query<'a> {
 /// bit.
 #[inline(always)]
 pub fn squared_distances<S: Simd>(simd: S, block: &[[f32; LANES]], query: &[f32]) -> [f32; LANES] {
-    add_squares(simd, block, query, [0.0; LANES])
-}
-
-/// Squared distances in some more coordinates, added to those in others.
-#[inline(always)]
-pub fn add_squares<S: Simd>(simd: S, block: &[[f32; LANES]], query: &[f32], mut squared: [f32; LANES]) -> [f32; LANES] {
+    let mut squared = [0.0; LANES];
     for part in 0..F32s::<S>::COUNT {
-        let mut sum = F32s::load(simd, &squared, part);
+        let mut sum = F32s::splat(simd, 0.0);
         for (coordinates, x) in block.iter().zip(query) {
             let difference = F32s::load(simd, coordinates, part) - F32s::splat(simd, *x);
             sum = sum + difference * difference;
@@ -67,14 +62,7 @@ impl WithSimd for BoundLists<'_> {
     fn with_simd<S: Simd>(self, simd: S) -> usize {
         let Self { lists, query, squared, bounds } = self;
         let blocks = squared.len();
-        let mut least = [f32::INFINITY; LANES];
-        for (block, squared) in lists.centres.blocks(0, blocks).zip(squared.iter_mut()) {
-            *squared = squared_distances(simd, block, query.rounded);
-            for part in 0..F32s::<S>::COUNT {
-                let lesser = F32s::load(simd, &least, part).min(F32s::load(simd, squared, part));
-                lesser.store(&mut least, part);
-            }
-        }
+        let least = square_centres(simd, lists, query.rounded, squared);
         // Padded places are at infinity.
         let to_nearest = least.into_iter().fold(f32::INFINITY, f32::min);
         let found = squared.iter().map(|squared| up_to(simd, squared, to_nearest)).enumerate();
@@ -97,6 +85,42 @@ impl WithSimd for BoundLists<'_> {
             }
         }
         nearest
+    }
+}
+
+/// Notes the lists of the nearest centres: at least `most` of them, with their squared distances.
+pub struct NearestCentres<'a> {
+    /// More than `most`.
+    pub lists: &'a Lists,
+    /// What is searched for.
+    pub query: Query<'a>,
+    /// At least one.
+    pub most: usize,
+    /// One for each block of centres.
+    pub squared: &'a mut [[f32; LANES]],
+    /// Squared distances and lists.
+    pub order: &'a mut Vec<(f32, u32)>,
+}
+
+impl WithSimd for NearestCentres<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let Self { lists, query, most, squared, order } = self;
+        let mut least = square_centres(simd, lists, query.rounded, squared);
+        // So many lanes each have a centre that is as near.
+        least.sort_unstable_by(f32::total_cmp);
+        let limit = least.get(most - 1).map_or(f32::INFINITY, |limit| *limit);
+        order.clear();
+        for (block, squared) in squared.iter().enumerate() {
+            for lane in lanes_of(up_to(simd, squared, limit)) {
+                let c = block * LANES + lane;
+                if c < lists.centres.len() {
+                    order.push((squared[lane], c as u32));
+                }
+            }
+        }
     }
 }
 
@@ -141,6 +165,8 @@ pub struct ScanList<'a> {
     pub list: usize,
     /// What is searched for.
     pub query: Query<'a>,
+    /// Room for the squared distances to its points.
+    pub squared: &'a mut Vec<[f32; LANES]>,
     /// Of the search.
     pub radius: &'a mut f64,
     /// As in [`super::index::Index::search`].
@@ -152,40 +178,53 @@ impl WithSimd for ScanList<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        let Self { lists, list, query: Query { rounded, moved }, radius, visit } = self;
-        let (balls, dimensions) = (&lists.balls, lists.dimensions);
-        let (first, last) = (lists.starts[list] as usize, lists.starts[list + 1] as usize);
-        let groups = balls.starts[list] as usize..balls.starts[list + 1] as usize;
+        let Self { lists, list, query: Query { rounded, moved }, squared, radius, visit } = self;
         let error = lists.relative_error();
         // What rounding of points, of the query and of the sum can add to a squared distance.
         let threshold = |radius: f64| ((radius + moved).powi(2) * (1.0 + error)) as f32;
-        // The second factor covers the roundings of what is done with it.
-        let kept = F32s::splat(simd, (1.0 - error) as f32 * (1.0 - 1e-6));
-        let half = dimensions.div_ceil(2);
-        let (first_rounded, other_rounded) = rounded.split_at(half);
-        let centres = balls.centres.blocks(groups.start, groups.end);
-        for ((first, centres), radii) in (first..last).step_by(LANES).zip(centres).zip(&balls.radii[groups]) {
-            let squared = squared_distances(simd, centres, rounded);
-            let mut room = [0.0; LANES];
-            for part in 0..F32s::<S>::COUNT {
-                let reach = F32s::splat(simd, (*radius + moved) as f32) + F32s::load(simd, radii, part);
-                (reach * reach - F32s::load(simd, &squared, part) * kept).store(&mut room, part);
-            }
-            let blocks_here = (1_u32 << (last - first).min(LANES)) - 1;
-            for b in lanes_of(!negative(&room) & blocks_here).map(|lane| first + lane) {
-                let Some(block) = lists.points.blocks(b, b + 1).next() else { continue };
-                // Half of the coordinates rule out most blocks.
-                let (limit, squared) = (threshold(*radius), squared_distances(simd, &block[..half], first_rounded));
-                if up_to(simd, &squared, limit) == 0 {
-                    continue;
-                }
-                let squared = add_squares(simd, &block[half..], other_rounded, squared);
-                for place in lanes_of(up_to(simd, &squared, limit)).map(|lane| b * LANES + lane) {
-                    if lists.ids[place] != PADDING {
-                        *radius = visit(lists.ids[place]);
-                    }
+        square_list(simd, lists, list, rounded, squared);
+        let first = lists.starts[list] as usize;
+        for (b, squared) in (first..).zip(squared.iter()) {
+            for place in lanes_of(up_to(simd, squared, threshold(*radius))).map(|lane| b * LANES + lane) {
+                if lists.ids[place] != PADDING {
+                    *radius = visit(lists.ids[place]);
                 }
             }
         }
     }
+}
+
+/// Fills `squared` with the squared distances from the query to the points of a list. All of them: to tell by balls around blocks which may be within
+/// reach took longer, in branches that the processor cannot foresee.
+#[inline(always)]
+pub fn square_list<S: Simd>(simd: S, lists: &Lists, list: usize, query: &[f32], squared: &mut Vec<[f32; LANES]>) {
+    let (first, last) = (lists.starts[list] as usize, lists.starts[list + 1] as usize);
+    squared.resize(last - first, [0.0; LANES]);
+    // A loop: what is given to functions of a vector is not compiled for the registers.
+    for (squared, block) in squared.iter_mut().zip(lists.points.blocks(first, last)) {
+        *squared = squared_distances(simd, block, query);
+    }
+}
+
+/// Squared distances from the query to all centres, into `squared`, and the least of each lane.
+#[inline(always)]
+fn square_centres<S: Simd>(simd: S, lists: &Lists, query: &[f32], squared: &mut [[f32; LANES]]) -> [f32; LANES] {
+    for (block, squared) in lists.centres.blocks(0, squared.len()).zip(squared.iter_mut()) {
+        *squared = squared_distances(simd, block, query);
+    }
+    least_of_lanes(simd, squared)
+}
+
+/// The least of each lane.
+#[inline(always)]
+pub fn least_of_lanes<S: Simd>(simd: S, values: &[[f32; LANES]]) -> [f32; LANES] {
+    let mut least = [f32::INFINITY; LANES];
+    for part in 0..F32s::<S>::COUNT {
+        let mut lesser = F32s::splat(simd, f32::INFINITY);
+        for values in values {
+            lesser = lesser.min(F32s::load(simd, values, part));
+        }
+        lesser.store(&mut least, part);
+    }
+    least
 }

@@ -4,9 +4,9 @@
 use pulp::{Simd, WithSimd};
 
 use super::lists::Lists;
-use super::scan::{Query, add_squares, squared_distances, up_to};
+use super::scan::{Query, least_of_lanes, square_list, up_to};
 use crate::math::LANES;
-use crate::math::register::{F32s, lanes_of, negative};
+use crate::math::register::lanes_of;
 
 /// Points that may be among the `k` nearest.
 #[derive(Debug, Clone, Default)]
@@ -21,12 +21,8 @@ pub struct Shortlist {
     found: Vec<(f32, u32)>,
     /// How many are kept before they are looked through: twice what is left of them, so that equals by the thousand take no square of time.
     most: usize,
-    /// Of the query to the centres of the balls of one list, squared.
-    to_balls: Vec<[f32; LANES]>,
-    /// Room to order the blocks of one list.
-    reaches: Vec<(f32, u32)>,
-    /// One bit a block of that list, eight a number: those that were shown first.
-    shown: Vec<u32>,
+    /// Of the query to the points of one list.
+    squared: Vec<[f32; LANES]>,
 }
 
 impl Shortlist {
@@ -42,6 +38,12 @@ impl Shortlist {
         self.limit = ((radius + moved).powi(2) * (1.0 + lists.relative_error())) as f32;
     }
 
+    /// Lessens the radius to what a point at this rounded squared distance proves of the nearest.
+    fn lessen_to(&mut self, squared: f32, lists: &Lists, moved: f64) {
+        let proved = (f64::from(squared) * (1.0 + lists.relative_error())).sqrt() + moved;
+        self.lessen(self.radius.min(proved), lists, moved);
+    }
+
     /// Lessens the radius to what the points so far prove, and drops those beyond it.
     #[inline(never)]
     fn tighten(&mut self, lists: &Lists, moved: f64) {
@@ -49,8 +51,8 @@ impl Shortlist {
             return;
         }
         let (_, (farthest, _), _) = self.found.select_nth_unstable_by(self.k - 1, |a, b| a.0.total_cmp(&b.0));
-        let proved = (f64::from(*farthest) * (1.0 + lists.relative_error())).sqrt() + moved;
-        self.lessen(self.radius.min(proved), lists, moved);
+        let farthest = *farthest;
+        self.lessen_to(farthest, lists, moved);
         self.found.retain(|(squared, _)| *squared <= self.limit);
         self.most = 2 * self.found.len().max(self.k);
     }
@@ -96,82 +98,24 @@ impl WithSimd for ShowList<'_> {
     fn with_simd<S: Simd>(self, simd: S) {
         let Self { lists, list, query, shortlist } = self;
         let Query { rounded, moved, .. } = query;
-        let balls = &lists.balls;
-        let (first, last) = (lists.starts[list] as usize, lists.starts[list + 1] as usize);
-        let groups = balls.starts[list] as usize..balls.starts[list + 1] as usize;
-        shortlist.to_balls.resize(groups.len(), [0.0; LANES]);
-        // A loop: what is given to functions of a vector is not compiled for the registers.
-        for (squared, centres) in shortlist.to_balls.iter_mut().zip(balls.centres.blocks(groups.start, groups.end)) {
-            *squared = squared_distances(simd, centres, rounded);
+        let first = lists.starts[list] as usize;
+        square_list(simd, lists, list, rounded, &mut shortlist.squared);
+        if shortlist.k == 1 {
+            let least = least_of_lanes(simd, &shortlist.squared).into_iter().fold(f32::INFINITY, f32::min);
+            shortlist.lessen_to(least, lists, moved);
         }
-        shortlist.shown.clear();
-        shortlist.shown.resize(groups.len(), 0);
-        let radii = &balls.radii[groups];
-        if shortlist.radius == f64::INFINITY {
-            order_by_reach(simd, (last - first).saturating_sub(1), radii, shortlist);
-            for at in 0..shortlist.reaches.len().min(shortlist.k.div_ceil(LANES)) {
-                let b = shortlist.reaches[at].1 as usize;
-                shortlist.shown[b / LANES] |= 1 << (b % LANES);
-                show_block(simd, lists, first + b, query, shortlist);
+        for b in 0..shortlist.squared.len() {
+            for lane in lanes_of(up_to(simd, &shortlist.squared[b], shortlist.limit)) {
+                // Padded places are at infinity.
+                let squared = shortlist.squared[b][lane];
+                if squared < f32::INFINITY {
+                    shortlist.found.push((squared, ((first + b) * LANES + lane) as u32));
+                }
             }
-            shortlist.tighten(lists, moved);
-        }
-        // The second factor covers the roundings of what is done with it.
-        let kept = F32s::splat(simd, (1.0 - lists.relative_error()) as f32 * (1.0 - 1e-6));
-        for (g, radii) in radii.iter().enumerate() {
-            let mut room = [0.0; LANES];
-            for part in 0..F32s::<S>::COUNT {
-                let reach = F32s::splat(simd, (shortlist.radius + moved) as f32) + F32s::load(simd, radii, part);
-                (reach * reach - F32s::load(simd, &shortlist.to_balls[g], part) * kept).store(&mut room, part);
-            }
-            let begin = first + g * LANES;
-            let blocks_here = (1_u32 << (last - begin).min(LANES)) - 1;
-            for b in lanes_of(!negative(&room) & blocks_here & !shortlist.shown[g]).map(|lane| begin + lane) {
-                show_block(simd, lists, b, query, shortlist);
+            if shortlist.found.len() >= shortlist.most {
+                shortlist.tighten(lists, moved);
             }
         }
         shortlist.tighten(lists, moved);
-    }
-}
-
-/// Shows the points of one block.
-#[inline(always)]
-fn show_block<S: Simd>(simd: S, lists: &Lists, b: usize, query: Query, shortlist: &mut Shortlist) {
-    let Some(block) = lists.points.blocks(b, b + 1).next() else { return };
-    let half = lists.dimensions.div_ceil(2);
-    let (first, other) = query.rounded.split_at(half);
-    // Half of the coordinates rule out most blocks.
-    let squared = squared_distances(simd, &block[..half], first);
-    if up_to(simd, &squared, shortlist.limit) == 0 {
-        return;
-    }
-    let squared = add_squares(simd, &block[half..], other, squared);
-    for lane in lanes_of(up_to(simd, &squared, shortlist.limit)) {
-        // Padded places are at infinity.
-        if squared[lane] < f32::INFINITY {
-            shortlist.found.push((squared[lane], (b * LANES + lane) as u32));
-        }
-    }
-    if shortlist.found.len() >= shortlist.most {
-        shortlist.tighten(lists, query.moved);
-    }
-}
-
-/// Orders the first blocks of a list, by how far the farthest point of each may be.
-#[inline(always)]
-fn order_by_reach<S: Simd>(simd: S, blocks: usize, radii: &[[f32; LANES]], shortlist: &mut Shortlist) {
-    let Shortlist { k, to_balls, reaches, .. } = shortlist;
-    reaches.clear();
-    for (g, (squared, radii)) in to_balls.iter().zip(radii).enumerate() {
-        let mut reach = [0.0; LANES];
-        for part in 0..F32s::<S>::COUNT {
-            (F32s::load(simd, squared, part).sqrt() + F32s::load(simd, radii, part)).store(&mut reach, part);
-        }
-        reaches.extend(reach.iter().enumerate().map(|(lane, reach)| (*reach, (g * LANES + lane) as u32)));
-    }
-    reaches.truncate(blocks);
-    let first = k.div_ceil(LANES);
-    if first < reaches.len() {
-        reaches.select_nth_unstable_by(first, |a, b| a.0.total_cmp(&b.0));
     }
 }
