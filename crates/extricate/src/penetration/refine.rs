@@ -94,6 +94,8 @@ pub struct RefineScratch {
     qp: Qp,
     trial: Vec<f64>,
     step: Vec<f64>,
+    /// Of the metric, a coordinate each.
+    inverse_weights: Vec<f64>,
     x: Vec<f64>,
     low: Vec<f64>,
     high: Vec<f64>,
