@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 
 use super::lists::{Lists, list_count};
 use super::scan::{BoundLists, ListsWithin, NearestCentres, Query, ScanList};
-use super::shortlist::{Shortlist, ShowList};
+use super::shortlist::{Exact, Shortlist, ShowList};
 use crate::learning::kernel::LANES;
 
 /// Fewer points than this are one list: scanning them all is as fast.
@@ -24,7 +24,12 @@ const IN_ORDER: usize = 16;
 /// let (points, query) = ([[0.0, 0.0], [3.0, 4.0], [1.0, 0.0]], [0.9, 0.0_f64]);
 /// let index = Index::build(points.as_flattened(), 2, 0);
 /// let (mut scratch, mut nearest) = (SearchScratch::default(), Vec::new());
-/// let mut exact = |id: u32| (points[id as usize][0] - query[0]).hypot(points[id as usize][1] - query[1]);
+/// let mut exact = |found: &mut [(u32, f64)]| {
+///     for (id, distance) in found {
+///         let [x, y] = points[*id as usize];
+///         *distance = (x - query[0]).hypot(y - query[1]);
+///     }
+/// };
 /// index.nearest(&query, Few::of_all(2), &mut exact, &mut scratch, &mut nearest);
 /// assert_eq!((nearest[0].0, nearest[1].0), (2, 0));
 /// ```
@@ -174,7 +179,7 @@ impl Index {
     }
 
     /// The `k` nearest points that are no farther than `within`, nearest first, of equals those of smaller id, of those in the `most` lists whose
-    /// centres are nearest; with what `exact` says are their distances: the Euclidean ones, which the index knows rounded.
+    /// centres are nearest; with what `exact` writes beside them as their distances: the Euclidean ones, which the index knows rounded.
     ///
     /// # Guarantee
     /// With all lists, none is missed.
@@ -182,7 +187,7 @@ impl Index {
         &self,
         query: &[f64],
         few: Few,
-        exact: &mut dyn FnMut(u32) -> f64,
+        exact: &mut Exact,
         scratch: &mut SearchScratch,
         out: &mut Vec<(u32, f64)>,
     ) {
@@ -230,12 +235,21 @@ mod tests {
         all
     }
 
+    /// What knows the points, for [`Index::nearest`].
+    fn exactly<'a>(points: &'a [f64], dimensions: usize, query: &'a [f64]) -> impl FnMut(&mut [(u32, f64)]) + 'a {
+        move |found| {
+            for (id, out) in found {
+                *out = distance(&points[*id as usize * dimensions..][..dimensions], query);
+            }
+        }
+    }
+
     fn assert_exact(points: &[f64], dimensions: usize, lists: usize, queries: &[f64]) {
         let index = Index { lists: Lists::build(points, dimensions, lists, 3) };
         let (mut scratch, mut found) = (SearchScratch::default(), Vec::new());
         for query in queries.chunks_exact(dimensions) {
             for k in [1, 7, points.len() / dimensions + 1] {
-                let mut exact = |id: u32| distance(&points[id as usize * dimensions..][..dimensions], query);
+                let mut exact = exactly(points, dimensions, query);
                 index.nearest(query, Few::of_all(k), &mut exact, &mut scratch, &mut found);
                 assert_eq!(found, linear_scan(points, dimensions, query, k), "k = {k}, {lists} lists, {query:?}");
             }
@@ -276,14 +290,32 @@ mod tests {
     fn empty_and_single() {
         let (mut scratch, mut found) = (SearchScratch::default(), vec![(9, 9.0)]);
         let empty = Index::build(&[], 3, 0);
-        empty.nearest(&[0.0; 3], Few::of_all(4), &mut |_| 0.0, &mut scratch, &mut found);
+        empty.nearest(&[0.0; 3], Few::of_all(4), &mut |_| (), &mut scratch, &mut found);
         assert!(found.is_empty() && empty.is_empty());
         let single = Index::build(&[1.0, 2.0, 2.0], 3, 0);
-        single.nearest(&[0.0; 3], Few::of_all(4), &mut |_| 3.0, &mut scratch, &mut found);
+        single.nearest(
+            &[0.0; 3],
+            Few::of_all(4),
+            &mut |found| found.iter_mut().for_each(|(_, d)| *d = 3.0),
+            &mut scratch,
+            &mut found,
+        );
         assert_eq!(found, [(0, 3.0)]);
-        single.nearest(&[0.0; 3], Few::of_all(0), &mut |_| 3.0, &mut scratch, &mut found);
+        single.nearest(
+            &[0.0; 3],
+            Few::of_all(0),
+            &mut |found| found.iter_mut().for_each(|(_, d)| *d = 3.0),
+            &mut scratch,
+            &mut found,
+        );
         assert!(found.is_empty());
-        single.nearest(&[0.0; 3], Few { within: 2.9, ..Few::of_all(4) }, &mut |_| 3.0, &mut scratch, &mut found);
+        single.nearest(
+            &[0.0; 3],
+            Few { within: 2.9, ..Few::of_all(4) },
+            &mut |found| found.iter_mut().for_each(|(_, d)| *d = 3.0),
+            &mut scratch,
+            &mut found,
+        );
         assert!(found.is_empty());
     }
 
@@ -317,8 +349,9 @@ mod tests {
         let index = Index::build(&points, 8, 0);
         let (mut scratch, mut nearest_ten, mut hits, mut visited) = (SearchScratch::default(), Vec::new(), 0, 0);
         for query in queries.chunks_exact(8) {
-            let mut far = |id: u32| distance(&points[id as usize * 8..][..8], query);
-            index.nearest(query, Few::of_all(10), &mut far, &mut scratch, &mut nearest_ten);
+            let far = |id: u32| distance(&points[id as usize * 8..][..8], query);
+            let mut exact = exactly(&points, 8, query);
+            index.nearest(query, Few::of_all(10), &mut exact, &mut scratch, &mut nearest_ten);
             let mut found = Vec::new();
             index.search(query, f64::INFINITY, 20, &mut scratch, &mut |id| {
                 found.push(id);
@@ -329,12 +362,12 @@ mod tests {
             // The few nearest in as many lists are of what was visited, and within a radius the same ones.
             let few = Few { lists: 20, ..Few::of_all(10) };
             let mut nearest = Vec::new();
-            index.nearest(query, few, &mut far, &mut scratch, &mut nearest);
+            index.nearest(query, few, &mut exact, &mut scratch, &mut nearest);
             let mut expected: Vec<(u32, f64)> = found.iter().map(|id| (*id, far(*id))).collect();
             expected.sort_by(|a, b| a.1.total_cmp(&b.1).then(a.0.cmp(&b.0)));
             assert_eq!(nearest, expected[..10]);
             let few = Few { within: expected[3].1, ..few };
-            index.nearest(query, few, &mut far, &mut scratch, &mut nearest);
+            index.nearest(query, few, &mut exact, &mut scratch, &mut nearest);
             assert_eq!(nearest, expected[..4]);
         }
         // A tenth of the points.

@@ -191,6 +191,13 @@ impl SampleSet {
         (exit < self.tangents.len()).then(|| self.tangents.planes(exit))
     }
 
+    /// Has the planes of these samples in the cache: what stands anywhere in memory arrives at once where all of it is asked for before any is used, as
+    /// descents do not.
+    pub fn fetch_planes(&self, ids: &[u32]) {
+        let touched: f32 = ids.iter().filter_map(|id| self.planes(*id)).map(|planes| planes.touch()).sum();
+        std::hint::black_box(touched);
+    }
+
     /// Whether there is none.
     pub fn is_empty(&self) -> bool {
         self.configs.is_empty()
@@ -239,8 +246,12 @@ impl SampleSet {
         };
         let (within, lists) = (wanted.within, wanted.care.lists());
         if indexed.projection.is_none() && metric.embedding_is_exact() {
-            let mut exact =
-                |id: u32| metric.distance_from(anchor, self.config(id + indexed.first as u32), metric_scratch);
+            let mut exact = |found: &mut [(u32, f64)]| {
+                let config = |id: u32| self.config(id + indexed.first as u32);
+                // As for planes.
+                std::hint::black_box(found.iter().map(|(id, _)| config(*id)[0]).sum::<f64>());
+                found.iter_mut().for_each(|(id, out)| *out = metric.distance_from(anchor, config(*id), metric_scratch));
+            };
             indexed.index.nearest(point, Few { k, within, lists }, &mut exact, &mut scratch.search, out);
             return out.iter_mut().for_each(|(id, _)| *id += indexed.first as u32);
         }

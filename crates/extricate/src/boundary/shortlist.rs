@@ -8,6 +8,9 @@ use super::scan::{Query, least_of_lanes, square_list, up_to};
 use crate::math::LANES;
 use crate::math::register::lanes_of;
 
+/// Writes the distances of points beside their ids.
+pub type Exact<'a> = dyn FnMut(&mut [(u32, f64)]) + 'a;
+
 /// Points that may be among the `k` nearest.
 #[derive(Debug, Clone, Default)]
 pub struct Shortlist {
@@ -57,22 +60,13 @@ impl Shortlist {
         self.most = 2 * self.found.len().max(self.k);
     }
 
-    /// The `k` nearest of what was shown, nearest first, by id where they are equally far, with what `exact` says are their distances; none
+    /// The `k` nearest of what was shown, nearest first, by id where they are equally far, with what `exact` writes beside them as their distances; none
     /// beyond `within`.
-    pub fn finish(
-        &mut self,
-        lists: &Lists,
-        moved: f64,
-        within: f64,
-        exact: &mut dyn FnMut(u32) -> f64,
-        out: &mut Vec<(u32, f64)>,
-    ) {
+    pub fn finish(&mut self, lists: &Lists, moved: f64, within: f64, exact: &mut Exact, out: &mut Vec<(u32, f64)>) {
         self.tighten(lists, moved);
         out.clear();
-        for (_, place) in &self.found {
-            let id = lists.ids[*place as usize];
-            out.push((id, exact(id)));
-        }
+        out.extend(self.found.iter().map(|(_, place)| (lists.ids[*place as usize], 0.0)));
+        exact(out);
         out.retain(|(_, distance)| *distance <= within);
         out.sort_unstable_by(|a, b| a.1.total_cmp(&b.1).then(a.0.cmp(&b.0)));
         out.truncate(self.k);

@@ -1,5 +1,8 @@
 //! What stored exits know of the free space around them: a plane for each contact near by.
 
+/// Numbers of single precision in one.
+const CACHE_LINE: usize = 16;
+
 /// For each of some samples, the linearised signed distances of its near contacts: a step `t` (tangent coordinates) from sample `i` keeps
 /// contact `k` to first order where `gradient(k) . t >= -room(k)`.
 #[derive(Debug, Clone, Default)]
@@ -67,6 +70,11 @@ pub struct Planes<'a> {
 }
 
 impl<'a> Planes<'a> {
+    /// Reads a number of each cache line.
+    pub fn touch(&self) -> f32 {
+        self.numbers.iter().step_by(CACHE_LINE).sum()
+    }
+
     /// Room \[m\] and gradient of each.
     pub fn iter(&self) -> impl Iterator<Item = (f64, impl Iterator<Item = f64> + use<'a>)> + use<'a> {
         let plane = |plane: &'a [f32]| (f64::from(plane[0]), plane[1..].iter().map(|x| f64::from(*x)));

@@ -197,6 +197,7 @@ impl QueryScratch {
         // The last descent looks at the meshes themselves.
         self.trusts_pieces = in_turn.is_some() && !ground.checker.all_convex();
         let in_turn = in_turn.map(|hope| RefineOptions { hope, radius: RADIUS_IN_TURN, ..plan.refine });
+        ground.boundary.fetch_planes(&chosen);
         for &id in &chosen {
             let start = Start::of(ground, id);
             let Some(options) = &in_turn else {
