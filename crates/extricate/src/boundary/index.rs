@@ -45,7 +45,7 @@ pub struct Few {
     pub k: usize,
     /// No farther than this.
     pub within: f64,
-    /// In the lists of so many nearest centres.
+    /// In the lists of so many nearest centres, at least one.
     pub lists: usize,
 }
 
@@ -149,6 +149,7 @@ impl Index {
         for lanes in [&mut *squared, &mut *bounds] {
             lanes.resize(lists.centres.block_count(), [0.0; LANES]);
         }
+        let most = most.max(1);
         if most < count {
             // The nearest centres have as near points as the least bounds have, for half of the time.
             Arch::new().dispatch(NearestCentres { lists, query, most, squared, order });
@@ -180,6 +181,8 @@ impl Index {
 
     /// The `k` nearest points that are no farther than `within`, nearest first, of equals those of smaller id, of those in the `most` lists whose
     /// centres are nearest; with what `exact` writes beside them as their distances: the Euclidean ones, which the index knows rounded.
+    ///
+    /// `exact` gets ids and room for the distances, of all that may be among the nearest at once.
     ///
     /// # Guarantee
     /// With all lists, none is missed.
@@ -293,29 +296,12 @@ mod tests {
         empty.nearest(&[0.0; 3], Few::of_all(4), &mut |_| (), &mut scratch, &mut found);
         assert!(found.is_empty() && empty.is_empty());
         let single = Index::build(&[1.0, 2.0, 2.0], 3, 0);
-        single.nearest(
-            &[0.0; 3],
-            Few::of_all(4),
-            &mut |found| found.iter_mut().for_each(|(_, d)| *d = 3.0),
-            &mut scratch,
-            &mut found,
-        );
+        let mut three = |found: &mut [(u32, f64)]| found.iter_mut().for_each(|(_, distance)| *distance = 3.0);
+        single.nearest(&[0.0; 3], Few::of_all(4), &mut three, &mut scratch, &mut found);
         assert_eq!(found, [(0, 3.0)]);
-        single.nearest(
-            &[0.0; 3],
-            Few::of_all(0),
-            &mut |found| found.iter_mut().for_each(|(_, d)| *d = 3.0),
-            &mut scratch,
-            &mut found,
-        );
+        single.nearest(&[0.0; 3], Few::of_all(0), &mut three, &mut scratch, &mut found);
         assert!(found.is_empty());
-        single.nearest(
-            &[0.0; 3],
-            Few { within: 2.9, ..Few::of_all(4) },
-            &mut |found| found.iter_mut().for_each(|(_, d)| *d = 3.0),
-            &mut scratch,
-            &mut found,
-        );
+        single.nearest(&[0.0; 3], Few { within: 2.9, ..Few::of_all(4) }, &mut three, &mut scratch, &mut found);
         assert!(found.is_empty());
     }
 
@@ -369,6 +355,12 @@ mod tests {
             let few = Few { within: expected[3].1, ..few };
             index.nearest(query, few, &mut exact, &mut scratch, &mut nearest);
             assert_eq!(nearest, expected[..4]);
+            // No list is as good as one.
+            let of_lists = |lists| Few { lists, ..Few::of_all(3) };
+            index.nearest(query, of_lists(1), &mut exact, &mut scratch, &mut nearest);
+            let of_one = nearest.clone();
+            index.nearest(query, of_lists(0), &mut exact, &mut scratch, &mut nearest);
+            assert_eq!((of_one.len(), &nearest), (3, &of_one));
         }
         // A tenth of the points.
         assert!(visited < 40 * 3_000 && hits > 320, "{visited} visited, {hits} of 400 found");
