@@ -7,7 +7,7 @@ use pulp::Arch;
 use serde::{Deserialize, Serialize};
 
 use super::lists::{Lists, list_count};
-use super::scan::{BoundLists, ListsWithin, NearestCentres, Query, ScanList};
+use super::scan::{BoundLists, ListRoom, ListsWithin, NearestCentres, Query, ScanList};
 use super::shortlist::{Exact, Shortlist, ShowList};
 use crate::learning::kernel::LANES;
 
@@ -63,7 +63,8 @@ pub struct SearchScratch {
     squared: Vec<[f32; LANES]>,
     bounds: Vec<[f32; LANES]>,
     order: Vec<(f32, u32)>,
-    of_list: Vec<[f32; LANES]>,
+    few_bounds: Vec<f64>,
+    of_list: ListRoom,
     shortlist: Shortlist,
 }
 
@@ -82,8 +83,8 @@ impl Index {
     /// Memory for `n` points of `dimensions` coordinates \[bytes\].
     pub fn bytes(dimensions: usize, n: usize) -> usize {
         let lists = list_count(n);
-        // In f32, with an id each; slabs by the square of the lists. In f64 while it is built.
-        n * (12 * dimensions + 4) + lists * lists * 8 + lists * 4 * dimensions
+        // In bytes, with an id each; slabs by the square of the lists. In f64 while it is built.
+        n * (9 * dimensions + 4) + lists * lists * 8 + lists * 4 * dimensions
     }
 
     /// Number of points.
@@ -115,13 +116,13 @@ impl Index {
         scratch: &mut SearchScratch,
         visit: &mut dyn FnMut(u32) -> f64,
     ) {
-        let mut squared = std::mem::take(&mut scratch.of_list);
+        let mut room = std::mem::take(&mut scratch.of_list);
         self.go_through(query, within, most, scratch, &mut |lists, list, query, radius| {
             let mut radius = radius;
-            Arch::new().dispatch(ScanList { lists, list, query, squared: &mut squared, radius: &mut radius, visit });
+            Arch::new().dispatch(ScanList { lists, list, query, room: &mut room, radius: &mut radius, visit });
             radius
         });
-        scratch.of_list = squared;
+        scratch.of_list = room;
     }
 
     /// Shows `scan` up to `most` lists, roughly nearest first, with the radius that it returned last, at first `within`.
@@ -137,11 +138,11 @@ impl Index {
         if self.lists.len == 0 {
             return;
         }
-        let SearchScratch { rounded, squared, bounds, order, .. } = scratch;
+        let SearchScratch { rounded, squared, bounds, order, few_bounds, .. } = scratch;
         rounded.clear();
         rounded.extend(query.iter().map(|x| *x as f32));
         let (lists, count) = (&self.lists, self.lists.centres.len());
-        let query = Query { rounded, moved: lists.moved_by_rounding(query) };
+        let query = Query { exact: query, rounded, moved: lists.moved_by_rounding(query) };
         if count == 1 {
             scan(lists, 0, query, within);
             return;
@@ -156,10 +157,14 @@ impl Index {
             put_least_first(order, most);
             order.truncate(most);
             order.sort_unstable_by(by_bound);
+            // All at once, so that memory is waited for once.
+            let reference = order[0];
+            few_bounds.clear();
+            few_bounds.extend(order.iter().map(|near| f64::from(lists.bound(reference, *near, query.moved))));
             let mut radius = within;
-            for near in order.iter() {
-                if f64::from(lists.bound(order[0], *near, query.moved)) <= radius {
-                    radius = scan(lists, near.1 as usize, query, radius);
+            for ((_, c), bound) in order.iter().zip(&*few_bounds) {
+                if *bound <= radius {
+                    radius = scan(lists, *c as usize, query, radius);
                 }
             }
             return;
@@ -200,13 +205,12 @@ impl Index {
             return;
         }
         let mut shortlist = std::mem::take(&mut scratch.shortlist);
-        let moved = self.lists.moved_by_rounding(query);
-        shortlist.reset(k, within, &self.lists, moved);
+        shortlist.reset(k, within);
         self.go_through(query, within, most, scratch, &mut |lists, list, query, _| {
             Arch::new().dispatch(ShowList { lists, list, query, shortlist: &mut shortlist });
             shortlist.radius
         });
-        shortlist.finish(&self.lists, moved, within, exact, out);
+        shortlist.finish(&self.lists, within, exact, out);
         scratch.shortlist = shortlist;
     }
 }

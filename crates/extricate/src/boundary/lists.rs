@@ -4,6 +4,7 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::clustering::k_means;
+use super::codes::Codes;
 use crate::learning::kernel::{LANES, PointSet, block_distances_squared, vectorized};
 
 /// Unit roundoff of `f32`.
@@ -19,9 +20,9 @@ pub struct Lists {
     pub dimensions: usize,
     /// Number of points.
     pub len: usize,
-    /// List after list, each padded to whole blocks with points at infinity.
-    pub points: PointSet,
-    /// Of each place in `points`; [`PADDING`] where there is none.
+    /// List after list, each padded to whole blocks.
+    pub codes: Codes,
+    /// Of each place in `codes`; [`PADDING`] where there is none.
     pub ids: Vec<u32>,
     /// First block of each list, and the end of the last.
     pub starts: Vec<u32>,
@@ -67,13 +68,12 @@ impl Lists {
             ids.resize(ids.len().next_multiple_of(LANES), PADDING);
             starts.push((ids.len() / LANES) as u32);
         }
-        let beyond = vec![f64::INFINITY; dimensions];
-        let place = |id: &u32| if *id == PADDING { &beyond[..] } else { row(*id) };
-        let placed: Vec<f64> = ids.iter().flat_map(|id| place(id).iter().copied()).collect();
+        let mut codes = Codes::new(dimensions);
+        members.iter().for_each(|list| codes.push(&list.iter().map(|id| row(*id)).collect::<Vec<_>>()));
         let mut built = Self {
             dimensions,
             len: n,
-            points: PointSet::from_rows(&placed, dimensions),
+            codes,
             ids,
             starts,
             radii: vec![[0.0; LANES]; lists.div_ceil(LANES)],
@@ -86,7 +86,7 @@ impl Lists {
             let radius = list.iter().map(|id| distance(row(*id), centre)).fold(0.0, f64::max);
             built.radii[c / LANES][c % LANES] = (radius * (1.0 + 1e-6)) as f32;
         }
-        built.slabs = built.measure_slabs(&centres);
+        built.slabs = built.measure_slabs(&centres, &members, points);
         built
     }
 
@@ -114,7 +114,7 @@ impl Lists {
     }
 
     /// The slabs of all pairs of lists.
-    fn measure_slabs(&self, centres: &[f64]) -> Vec<Slab> {
+    fn measure_slabs(&self, centres: &[f64], members: &[Vec<u32>], points: &[f64]) -> Vec<Slab> {
         let (d, count, blocks) = (self.dimensions, self.centres.len(), self.centres.block_count());
         if count < 2 {
             return Vec::new();
@@ -122,11 +122,9 @@ impl Lists {
         let error = self.relative_error() as f32;
         let margins = |c: usize| {
             let (mut least, mut row) = (vec![[f32::INFINITY; LANES]; blocks], vec![0.0; d]);
-            for place in self.starts[c] as usize * LANES..self.starts[c + 1] as usize * LANES {
-                if self.ids[place] == PADDING {
-                    continue;
-                }
-                self.points.copy_point(place, &mut row);
+            for id in &members[c] {
+                let exact = &points[*id as usize * d..][..d];
+                row.iter_mut().zip(exact).for_each(|(rounded, x)| *rounded = *x as f32);
                 let own = block_distances_squared(&gather_block(&centres[c * d..][..d]), &row)[0] * (1.0 + error);
                 let (least, row) = (&mut least[..], &row[..]);
                 vectorized(

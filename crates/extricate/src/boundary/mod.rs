@@ -1,6 +1,7 @@
 //! Verified boundary samples and the nearest of them: free configurations, each with a colliding one close by.
 
 pub mod clustering;
+pub mod codes;
 pub mod index;
 pub mod lists;
 pub mod projection;

@@ -3,6 +3,7 @@
 
 use pulp::{Simd, WithSimd};
 
+use super::codes::ListCodes;
 use super::lists::{Lists, PADDING};
 use crate::math::LANES;
 use crate::math::register::{F32s, lanes_of, negative};
@@ -10,7 +11,9 @@ use crate::math::register::{F32s, lanes_of, negative};
 /// What is searched for.
 #[derive(Clone, Copy)]
 pub struct Query<'a> {
-    /// As it was asked, rounded.
+    /// As it was asked.
+    pub exact: &'a [f64],
+    /// The same, rounded.
     pub rounded: &'a [f32],
     /// How far rounding can have moved it and a point together.
     pub moved: f64,
@@ -165,8 +168,8 @@ pub struct ScanList<'a> {
     pub list: usize,
     /// What is searched for.
     pub query: Query<'a>,
-    /// Room for the squared distances to its points.
-    pub squared: &'a mut Vec<[f32; LANES]>,
+    /// Room for the distances to its points.
+    pub room: &'a mut ListRoom,
     /// Of the search.
     pub radius: &'a mut f64,
     /// As in [`super::index::Index::search`].
@@ -178,13 +181,13 @@ impl WithSimd for ScanList<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        let Self { lists, list, query: Query { rounded, moved }, squared, radius, visit } = self;
+        let Self { lists, list, query, room, radius, visit } = self;
         let error = lists.relative_error();
+        let moved = square_list(simd, lists, list, query.exact, room);
         // What rounding of points, of the query and of the sum can add to a squared distance.
         let threshold = |radius: f64| ((radius + moved).powi(2) * (1.0 + error)) as f32;
-        square_list(simd, lists, list, rounded, squared);
         let first = lists.starts[list] as usize;
-        for (b, squared) in (first..).zip(squared.iter()) {
+        for (b, squared) in (first..).zip(room.squared.iter()) {
             for place in lanes_of(up_to(simd, squared, threshold(*radius))).map(|lane| b * LANES + lane) {
                 if lists.ids[place] != PADDING {
                     *radius = visit(lists.ids[place]);
@@ -194,16 +197,39 @@ impl WithSimd for ScanList<'_> {
     }
 }
 
-/// Fills `squared` with the squared distances from the query to the points of a list. All of them: to tell by balls around blocks which may be within
-/// reach took longer, in branches that the processor cannot foresee.
+/// Room for what is known of one list.
+#[derive(Debug, Clone, Default)]
+pub struct ListRoom {
+    /// The query from where the list has its origin.
+    relative: Vec<f32>,
+    /// Of the query to what the codes of each point stand for; infinite in the padding.
+    pub squared: Vec<[f32; LANES]>,
+}
+
+/// Fills `room` with the squared distances from the query to the points of a list, and returns by how much rounding may have changed their roots. All of
+/// them: to tell by balls around blocks which may be within reach took longer, in branches that the processor cannot foresee.
 #[inline(always)]
-pub fn square_list<S: Simd>(simd: S, lists: &Lists, list: usize, query: &[f32], squared: &mut Vec<[f32; LANES]>) {
-    let (first, last) = (lists.starts[list] as usize, lists.starts[list + 1] as usize);
-    squared.resize(last - first, [0.0; LANES]);
+pub fn square_list<S: Simd>(simd: S, lists: &Lists, list: usize, query: &[f64], room: &mut ListRoom) -> f64 {
+    let ListRoom { relative, squared } = room;
+    let ListCodes { blocks, in_last, step, moved } =
+        lists.codes.list(list, lists.starts[list] as usize, query, relative);
+    squared.resize(blocks.len() / lists.dimensions, [0.0; LANES]);
     // A loop: what is given to functions of a vector is not compiled for the registers.
-    for (squared, block) in squared.iter_mut().zip(lists.points.blocks(first, last)) {
-        *squared = squared_distances(simd, block, query);
+    for (squared, block) in squared.iter_mut().zip(blocks.chunks_exact(lists.dimensions)) {
+        for part in 0..F32s::<S>::COUNT {
+            let mut sum = F32s::splat(simd, 0.0);
+            for (codes, x) in block.iter().zip(&*relative) {
+                let codes = codes.map(f32::from);
+                let difference = F32s::load(simd, &codes, part) * F32s::splat(simd, step) - F32s::splat(simd, *x);
+                sum = sum + difference * difference;
+            }
+            sum.store(squared, part);
+        }
     }
+    if let Some(last) = squared.last_mut() {
+        last[in_last..].fill(f32::INFINITY);
+    }
+    moved
 }
 
 /// Squared distances from the query to all centres, into `squared`, and the least of each lane.
