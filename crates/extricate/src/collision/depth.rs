@@ -30,8 +30,7 @@ impl Checker {
             let point = pose_frame_part.inverse_point(point_frame);
             let above = deepest.unwrap_or(least);
             if may_be_deeper(shape, &point, above) {
-                let depth = shape.depth(&point, stack);
-                deepest = if depth > above { Some(depth) } else { deepest };
+                deepest = shape.depth_above(&point, above, stack).or(deepest);
             }
         }
         deepest

@@ -75,15 +75,16 @@ impl MeshShape {
     }
 
     /// Signed depth \[m\] of `point` in the union of the closed components: at least that in the deepest one; outside minus
-    /// the distance to the nearest triangle.
-    pub fn depth(&self, point: &Vec3, stack: &mut Vec<(f64, u32)>) -> f64 {
-        match self.depth_inside(point, 0.0, stack) {
-            Some((depth, _)) => depth,
-            None => {
-                let nearest = self.tree.closest_point(self.tree.root, point, f64::INFINITY, 0.0, stack);
-                nearest.map_or(0.0, |near| -near.squared.sqrt())
-            }
+    /// the distance to the nearest triangle. `None` where it is not above `least`.
+    pub fn depth_above(&self, point: &Vec3, least: f64, stack: &mut Vec<(f64, u32)>) -> Option<f64> {
+        if let Some((depth, _)) = self.depth_inside(point, least.max(0.0), stack) {
+            return Some(depth);
         }
+        if least >= 0.0 {
+            return None;
+        }
+        let nearest = self.tree.closest_point(self.tree.root, point, least * least, 0.0, stack);
+        nearest.map(|near| -near.squared.sqrt())
     }
 }
 
@@ -99,7 +100,8 @@ mod tests {
         let lid = opened(cuboid(Vec3::new(3.0, 0.0, 0.0), Vec3::new(0.5, 0.5, 0.5)), 2);
         let shape = MeshShape::new(&joined(&[big, small, lid]));
         let mut stack = Vec::new();
-        let mut depth = |x: f64| shape.depth(&Vec3::new(x, 0.01, 0.02), &mut stack);
+        let mut above = |x: f64, least: f64| shape.depth_above(&Vec3::new(x, 0.01, 0.02), least, &mut stack);
+        let mut depth = |x: f64| above(x, f64::NEG_INFINITY).unwrap();
         assert!((depth(0.5) - 0.5).abs() < 1e-12, "a shell within the solid does not make it shallower");
         assert!((depth(0.1) - 0.9).abs() < 1e-12);
         assert!((depth(1.5) + 0.5).abs() < 1e-12);

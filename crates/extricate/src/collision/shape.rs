@@ -128,7 +128,15 @@ impl Shape {
     pub fn depth(&self, point: &Vec3, stack: &mut Vec<(f64, u32)>) -> f64 {
         match &self.kind {
             ShapeKind::Convex(solid) => solid.depth(point),
-            ShapeKind::Mesh(mesh) => mesh.depth(point, stack),
+            ShapeKind::Mesh(mesh) => mesh.depth_above(point, f64::NEG_INFINITY, stack).unwrap_or(0.0),
+        }
+    }
+
+    /// The same where it is above `least`, which may be told sooner.
+    pub fn depth_above(&self, point: &Vec3, least: f64, stack: &mut Vec<(f64, u32)>) -> Option<f64> {
+        match &self.kind {
+            ShapeKind::Convex(solid) => Some(solid.depth(point)).filter(|depth| *depth > least),
+            ShapeKind::Mesh(mesh) => mesh.depth_above(point, least, stack),
         }
     }
 }

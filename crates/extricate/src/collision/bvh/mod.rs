@@ -157,6 +157,9 @@ impl WithSimd for ClosestPoint<'_> {
                 let block = &tree.blocks[at.index()];
                 let bounds = block.boxes.distances_squared(simd, &place, rounding);
                 for lane in lanes_of(below(&bounds, rounded_up(limit_squared))) {
+                    if f64::from(bounds[lane]) >= limit_squared {
+                        continue;
+                    }
                     let near = closest_on_triangle(&block.triangle(lane), point);
                     let squared = (near - point).norm_squared();
                     if squared < limit_squared {
