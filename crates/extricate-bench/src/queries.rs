@@ -3,19 +3,16 @@
 
 use std::io::Write;
 use std::path::Path;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use anyhow::{Context, Result, bail};
-use extricate::cspace::sampling::Halton;
-use extricate::{Effort, Model, QueryOptions, QueryScratch, store};
+use extricate::{Effort, QueryOptions, QueryScratch, store};
 use serde_json::{Value, json};
 
 use crate::clock::ThreadTime;
 
-/// Other configurations that are asked first, at most.
-const WARM_UP: u64 = 500;
-/// And for so long.
-const LONGEST_WARM_UP: Duration = Duration::from_secs(1);
+/// How long other configurations are asked first.
+const WARM_UP: Duration = Duration::from_millis(100);
 
 /// Writes a JSON line for each line of `queries` (`{"q": [...]}`), with the keys of `extricate query --json` that the benchmarks read;
 /// `seconds` are those of this thread. `effort` is one of the names of efforts, or the number of starts of `refined`.
@@ -24,7 +21,7 @@ pub fn answer(model: &str, queries: &str, effort: &str, mut output: impl Write) 
     let text = std::fs::read_to_string(queries).with_context(|| queries.to_string())?;
     let options = options(effort)?;
     let mut scratch = QueryScratch::default();
-    warm_up(&model, &options, &mut scratch);
+    model.warm_up(&options, &mut scratch, WARM_UP);
     for line in text.lines() {
         let line: Value = serde_json::from_str(line).with_context(|| format!("{queries}: {line}"))?;
         let numbers = line["q"].as_array().context("a query without `q`")?;
@@ -43,22 +40,6 @@ pub fn answer(model: &str, queries: &str, effort: &str, mut output: impl Write) 
         writeln!(output, "{line}")?;
     }
     Ok(())
-}
-
-/// Asks what nobody wants to know. A handful of queries in a program that has just begun finds cold caches and branch predictors, and takes twice
-/// as long or more as in one that goes on answering.
-fn warm_up(model: &Model, options: &QueryOptions, scratch: &mut QueryScratch) {
-    let (space, started) = (&model.scene().space, Instant::now());
-    let (halton, mut q) = (Halton::new(space.nv(), 1), vec![0.0; space.nq()]);
-    for index in 0..WARM_UP {
-        halton.config(space, index, &mut q);
-        if let Ok(q) = space.config(&q) {
-            model.query(&q, options, scratch);
-        }
-        if started.elapsed() > LONGEST_WARM_UP {
-            break;
-        }
-    }
 }
 
 /// `refined` with a number of starts, or the effort of a name.

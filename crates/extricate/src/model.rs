@@ -12,12 +12,14 @@ pub mod uniform;
 mod width;
 
 use std::ops::ControlFlow;
+use std::time::{Duration, Instant};
 
 use serde::{Deserialize, Serialize};
 
 use crate::boundary::SampleSet;
 use crate::collision::Checker;
 use crate::cspace::Config;
+use crate::cspace::sampling::Halton;
 use crate::error::Result;
 use crate::learning::union::UnionClassifier;
 use crate::learning::{LearnOptions, LearnProgress};
@@ -200,6 +202,24 @@ impl Model {
     /// The nearest free configuration to `q`, see [`query`].
     pub fn query(&self, q: &Config, options: &QueryOptions, scratch: &mut QueryScratch) -> Answer {
         query(&self.ground(), q, options, scratch).expect("a model holds a free sample")
+    }
+
+    /// Asks configurations that nobody wants to know, spread over the whole space, for about as long as `duration`, so that the first query that counts
+    /// takes as long as those that follow. Of a program that has just loaded a model the first hundred take up to twice as long: code and samples
+    /// are not yet near the processor, branches not yet foreseen, and `scratch` has no memory. 30 ms are enough.
+    ///
+    /// # Guarantee
+    /// Answers stay the same.
+    pub fn warm_up(&self, options: &QueryOptions, scratch: &mut QueryScratch, duration: Duration) {
+        let (space, started) = (&self.scene().space, Instant::now());
+        let (halton, mut q) = (Halton::new(space.nv(), 1), vec![0.0; space.nq()]);
+        let configs = (0..).map_while(|index| {
+            halton.config(space, index, &mut q);
+            (started.elapsed() < duration).then(|| space.config(&q))
+        });
+        configs.flatten().for_each(|q| {
+            self.query(&q, options, scratch);
+        });
     }
 
     /// As [`Model::query`], in a scene that differs from the one that was learned. Stored samples are verified anew as they are needed;

@@ -2,7 +2,7 @@
 
 use std::ops::ControlFlow;
 use std::path::PathBuf;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use anyhow::{Context, bail};
 use clap::{Args, ValueEnum};
@@ -104,13 +104,18 @@ impl QueryArgs {
     }
 }
 
+/// How long a program that has just begun asks other configurations first, where loading the model took longer.
+const LONGEST_WARM_UP: Duration = Duration::from_millis(30);
+
 /// Lines that are read before several threads answer them.
 const BLOCK: usize = 1024;
 
 /// Runs the command.
 pub fn run(args: &QueryArgs, json: bool) -> anyhow::Result<()> {
     let mut configs = Configs::open(&args.input.input)?;
+    let started = Instant::now();
     let model = load_model(&args.model)?;
+    let loaded_in = started.elapsed();
     let changed = match &args.scene {
         None => None,
         Some(path) => {
@@ -120,6 +125,7 @@ pub fn run(args: &QueryArgs, json: bool) -> anyhow::Result<()> {
         }
     };
     let mut asker = Asker::new(&model, changed.as_ref(), args);
+    asker.warm_up(LONGEST_WARM_UP.min(loaded_in));
     let scene = changed.as_ref().map_or(model.scene(), ChangedScene::scene);
     let mut report = Report::new(scene, configs.is_stream(), json)?;
     let mut progress = Progress::beside_rows("querying");
@@ -188,6 +194,14 @@ impl<'a> Asker<'a> {
             Stream::new(StreamOptions { query, hysteresis, ..StreamOptions::default() })
         });
         Self { model, changed, options, scratch: QueryScratch::default(), stream }
+    }
+
+    /// So that the first answers do not take twice as long as the others.
+    fn warm_up(&mut self, duration: Duration) {
+        // What is remembered of pairs in one scene means nothing in another.
+        let other_scene = &mut QueryScratch::default();
+        let scratch = if self.changed.is_none() { &mut self.scratch } else { other_scene };
+        self.model.warm_up(&self.options, scratch, duration);
     }
 
     fn ask(&mut self, queries: Vec<Config>, threads: usize) -> Vec<Asked> {

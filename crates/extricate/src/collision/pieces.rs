@@ -351,7 +351,10 @@ mod tests {
         assert!(shape.closed == [true] && (4..=8).contains(&pieces.len()), "{} pieces", pieces.len());
         let middle = Vec3::new(0.05, 0.02, 0.1);
         let nearest = pieces.iter().map(|piece| distance(piece, &middle)).fold(f64::INFINITY, f64::min);
-        assert!((nearest + shape.depth(&middle, &mut Vec::new())).abs() < 1e-6 * radius, "{nearest}");
+        assert!(
+            (nearest + shape.depth_above(&middle, f64::NEG_INFINITY, &mut Vec::new()).unwrap()).abs() < 1e-6 * radius,
+            "{nearest}"
+        );
     }
 
     #[test]
@@ -371,7 +374,7 @@ mod tests {
                     let sum: f64 = weights.iter().sum();
                     weights.iter_mut().for_each(|w| *w /= sum);
                     let point: Vec3 = hull.points().iter().zip(&weights).map(|(p, w)| p * *w).sum();
-                    let depth = shape.depth(&point, &mut Vec::new());
+                    let depth = shape.depth_above(&point, f64::NEG_INFINITY, &mut Vec::new()).unwrap();
                     assert!(depth >= -beyond * radius, "{depth} of {radius} in one of {} pieces", pieces.len());
                 }
             }
