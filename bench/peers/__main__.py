@@ -15,8 +15,8 @@ pinocchio + coal: within the limits, every pair at 0.9 of the clearance at least
 measured from the witness and compared with the least that any method found for the query.
 
 All sides are timed in processor time of the one thread that works, in turns within one run: what other programs do meanwhile is
-not in it, but for what they take of the caches. Our program is begun anew for every turn; it answers other configurations for up to a
-second before it is timed, as the peers' processes, which last, have answered others.
+not in it, but for what they take of the caches. Our program is begun anew for every turn; it answers other configurations for a tenth
+of a second before it is timed, as the peers' processes, which last, have answered others.
 """
 import argparse
 import json

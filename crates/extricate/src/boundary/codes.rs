@@ -87,3 +87,43 @@ impl Codes {
         ListCodes { blocks, in_last: len - len.saturating_sub(1) / LANES * LANES, step, moved }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rand::{RngExt, SeedableRng};
+
+    /// What a search computes from codes, with its roundings, is off from the distance of the point by no more than is said: of wide lists and of single
+    /// points, far from zero too, seen from near and from far.
+    #[test]
+    fn codes_tell_distances_within_what_they_claim() {
+        let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(1);
+        let (mut worst_share, mut relative) = (0.0_f64, Vec::new());
+        for case in 0..400 {
+            let d = 1 + case % 16;
+            let (width, far) = ([0.0, 1e-6, 1.0, 50.0][case % 4], [0.0, 100.0][case / 4 % 2]);
+            let mut row = |width: f64| -> Vec<f64> { (0..d).map(|_| far + width * rng.random::<f64>()).collect() };
+            let rows: Vec<Vec<f64>> = (0..1 + case % 21).map(|_| row(width)).collect();
+            let queries = [row(width), row(width + 1e-3), row(30.0 * width + 10.0), rows[0].clone()];
+            let mut codes = Codes::new(d);
+            codes.push(&[&row(1.0), &row(1.0)]);
+            codes.push(&rows.iter().map(|row| &row[..]).collect::<Vec<_>>());
+            for query in &queries {
+                let list = codes.list(1, 1, query, &mut relative);
+                assert_eq!(list.in_last, (rows.len() - 1) % LANES + 1);
+                for (i, row) in rows.iter().enumerate() {
+                    let block = &list.blocks[i / LANES * d..][..d];
+                    let offset = |(codes, x): (&[u8; LANES], &f32)| f32::from(codes[i % LANES]) * list.step - x;
+                    let squared: f32 = block.iter().zip(&relative).map(offset).map(|x| x * x).sum();
+                    let (exact, squared) = (distance(row, query), f64::from(squared));
+                    // As `Lists::relative_error`.
+                    let error = (2 * d + 16) as f64 * 0.5 * f64::from(f32::EPSILON);
+                    let (nearest, farthest) = ((squared * (1.0 - error)).sqrt(), (squared * (1.0 + error)).sqrt());
+                    assert!(nearest - list.moved <= exact && exact <= farthest + list.moved, "{case}: {exact} {squared}");
+                    worst_share = worst_share.max((squared.sqrt() - exact).abs() / (list.moved + error * exact));
+                }
+            }
+        }
+        assert!(worst_share > 0.5, "what is said to be off is {worst_share} of the bound at most: too wide to be of use");
+    }
+}

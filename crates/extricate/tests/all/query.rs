@@ -3,6 +3,7 @@
 use std::ops::ControlFlow;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
+use std::time::Duration;
 
 use extricate::cspace::sampling::Halton;
 use extricate::penetration::answer::RIVAL;
@@ -35,6 +36,20 @@ pub fn colliding(model: &Model, count: usize) -> Vec<Config> {
 
 fn ask(model: &Model, q: &Config, options: &QueryOptions) -> Answer {
     model.query(q, options, &mut QueryScratch::default())
+}
+
+#[test]
+fn a_query_that_was_warmed_up_says_what_a_first_one_says() {
+    for (name, effort) in [("shelf-arm", Effort::Nearest), ("planar-arm", Effort::Refined), ("hand", Effort::Nearest)] {
+        let model = model(name, MetricSpec::Joint);
+        let options = QueryOptions { effort, ..QueryOptions::default() };
+        let mut warm = QueryScratch::default();
+        model.warm_up(&options, &mut warm, Duration::from_millis(5));
+        for q in colliding(&model, 20) {
+            let (first, warmed) = (ask(&model, &q, &options), model.query(&q, &options, &mut warm));
+            assert_eq!(format!("{first:?}"), format!("{warmed:?}"), "{name}");
+        }
+    }
 }
 
 #[test]
