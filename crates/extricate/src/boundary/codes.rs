@@ -119,11 +119,17 @@ mod tests {
                     // As `Lists::relative_error`.
                     let error = (2 * d + 16) as f64 * 0.5 * f64::from(f32::EPSILON);
                     let (nearest, farthest) = ((squared * (1.0 - error)).sqrt(), (squared * (1.0 + error)).sqrt());
-                    assert!(nearest - list.moved <= exact && exact <= farthest + list.moved, "{case}: {exact} {squared}");
+                    assert!(
+                        nearest - list.moved <= exact && exact <= farthest + list.moved,
+                        "{case}: {exact} {squared}"
+                    );
                     worst_share = worst_share.max((squared.sqrt() - exact).abs() / (list.moved + error * exact));
                 }
             }
         }
-        assert!(worst_share > 0.5, "what is said to be off is {worst_share} of the bound at most: too wide to be of use");
+        assert!(
+            worst_share > 0.5,
+            "what is said to be off is {worst_share} of the bound at most: too wide to be of use"
+        );
     }
 }
