@@ -59,7 +59,7 @@ const POLISH: RefineOptions = RefineOptions {
 };
 /// With meshes, from a way out that clears the pieces around them: exact contacts of pairs farther apart than those stand out would take most of the
 /// time of a query, and between corners nothing converges to the last digit.
-const POLISH_MESHES: RefineOptions = RefineOptions { reach: 0.01, tolerance: 1e-3, ..POLISH };
+pub(super) const POLISH_MESHES: RefineOptions = RefineOptions { reach: 0.01, tolerance: 1e-3, ..POLISH };
 
 /// A probed descent is carried on if it is expected to end below this times the best depth so far.
 pub const HOPE: f64 = 1.15;

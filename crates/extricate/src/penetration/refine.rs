@@ -1,5 +1,6 @@
 //! Refinement: slide a configuration along the contact surface toward the query (sequential quadratic programming).
 
+mod lesson;
 mod program;
 
 use super::Ground;
@@ -10,9 +11,10 @@ use crate::boundary::tangents::Planes;
 use crate::collision::{CheckScratch, Contact, ContactQuery, ContactSearch};
 use crate::cspace::Label;
 use crate::kinematics::{Twists, forward};
-use crate::math::{Pose, Vec3};
+use crate::math::Pose;
 use crate::metric::{Anchor, MetricScratch, quadratic::Quadratic};
 use crate::scene::MetricSpec;
+use lesson::Lesson;
 
 /// What refinement aims at beyond the clearance \[m\], so that a linearised step ends on the free side.
 ///
@@ -24,9 +26,6 @@ const SLACK_SHARE: f64 = 0.05;
 
 /// Contacts nearer than this are always looked at \[m\].
 const LEAST_MARGIN: f64 = 0.001;
-
-/// Contacts of a pair nearer than this \[m\] on either body tell the same.
-const SAME_PLACE: f64 = 5e-4;
 
 /// How far a refinement goes.
 #[derive(Debug, Clone, Copy)]
@@ -82,6 +81,8 @@ pub struct RefineScratch {
     twists: Twists,
     /// Where a step that was not taken would have led.
     hit_poses: Vec<Pose>,
+    /// What it taught, where the last one did.
+    lesson: Option<Lesson>,
     contacts: Vec<Contact>,
     /// The configuration that was checked last, where `contacts` are all its exact ones nearer than a margin \[m\]; else empty.
     looked_at: Vec<f64>,
@@ -231,6 +232,9 @@ pub fn slide(
     }
     let mut radius = (options.radius * distance).max(1e-3 * ground.scale);
     let (mut penalty, mut retried) = (0.0_f64, false);
+    scratch.lesson = None;
+    // Along smooth contacts and under the metric of the joints it finds nothing nearer, for up to a twenty-fifth more checks.
+    let may_unlearn = ground.metric.kind() != MetricSpec::Joint || !complete;
     // Well below what the exact check may differ by from a contact.
     let sure = if complete { -0.1 * SLACK } else { 0.0 };
     for iteration in 0..options.iterations {
@@ -253,6 +257,10 @@ pub fn slide(
         let most = if may_end { 0.5 * ((hope * ceiling).powi(2) - distance * distance) } else { f64::INFINITY };
         let outcome = scratch.qp.solve(&scratch.quadratic.hessian, &scratch.quadratic.gradient, most);
         if outcome == QpOutcome::Above {
+            if let Some(shorter) = scratch.unlearn() {
+                radius = shorter;
+                continue;
+            }
             scratch.expected = hope * ceiling;
             break;
         }
@@ -273,6 +281,10 @@ pub fn slide(
             let is_alike = planes.is_none() && options.hope.is_alike(scratch.expected, ceiling);
             let is_lost = has_looked && (scratch.expected > hope * ceiling || is_alike);
             if is_lost || (violation <= 0.0 && scratch.expected > (1.0 - options.tolerance) * distance) {
+                if let Some(shorter) = scratch.unlearn() {
+                    radius = shorter;
+                    continue;
+                }
                 break;
             }
         }
@@ -299,6 +311,7 @@ pub fn slide(
             std::mem::swap(&mut x, &mut trial);
             scratch.copy_poses();
             planes = None;
+            scratch.lesson = None;
             let relative = (distance - trial_distance).abs() / distance.max(1e-300);
             let done = relative < options.tolerance && violation <= 0.0 && trial_violation <= 0.0;
             distance = trial_distance;
@@ -323,9 +336,12 @@ pub fn slide(
             }
             // Flat on a face, contacts do not tell of all corners and the step turns another one into the face: once that is known, a
             // step as long may do.
+            let known_before = scratch.contacts.len();
             let learned = scratch.learn_from(ground, &hit);
+            let shorter = 0.35 * length.min(radius);
+            scratch.lesson = (learned && may_unlearn).then_some(Lesson { known_before, shorter });
             if !learned || retried {
-                radius = 0.35 * length.min(radius);
+                radius = shorter;
             }
             retried = true;
             if radius < options.tolerance * distance {
@@ -357,35 +373,5 @@ impl RefineScratch {
     fn copy_poses(&mut self) {
         self.poses.clear();
         self.poses.extend_from_slice(self.check.poses());
-    }
-
-    /// Adds what a step that was not taken ran into, where it is without the step: the same points of the same bodies, apart along the
-    /// same normal. Whether any of it was new. Overlaps that were there before, by half or more, tell nothing of the step.
-    fn learn_from(&mut self, ground: &Ground, hit: &[Contact]) -> bool {
-        let scene = ground.checker.scene();
-        let known = self.contacts.len();
-        // From here on `contacts` may be more than a look at one configuration sees.
-        self.looked_at.clear();
-        for contact in hit.iter().filter(|contact| contact.distance < ground.clearance) {
-            let pair = &scene.pairs[contact.pair];
-            let here = |body: usize, point: &Vec3| {
-                let frame = scene.bodies[body].frame;
-                self.poses[frame].point(&self.hit_poses[frame].inverse_point(point))
-            };
-            let point_first = here(pair.first, &contact.point_first);
-            let point_second = here(pair.second, &contact.point_second);
-            let same = |other: &Contact| {
-                other.pair == contact.pair
-                    && (other.point_first - point_first).norm().min((other.point_second - point_second).norm())
-                        < SAME_PLACE
-            };
-            let distance = contact.normal.dot(&(point_first - point_second));
-            if 2.0 * (distance - contact.distance) > ground.clearance - contact.distance
-                && !self.contacts.iter().any(same)
-            {
-                self.contacts.push(Contact { distance, point_first, point_second, ..*contact });
-            }
-        }
-        self.contacts.len() > known
     }
 }
