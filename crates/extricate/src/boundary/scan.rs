@@ -197,6 +197,9 @@ impl WithSimd for ScanList<'_> {
     }
 }
 
+/// Blocks of a list that are gone through at a time: what is read of the query serves all of them.
+const TOGETHER: usize = 4;
+
 /// Room for what is known of one list.
 #[derive(Debug, Clone, Default)]
 pub struct ListRoom {
@@ -214,22 +217,47 @@ pub fn square_list<S: Simd>(simd: S, lists: &Lists, list: usize, query: &[f64], 
     let ListCodes { blocks, in_last, step, moved } =
         lists.codes.list(list, lists.starts[list] as usize, query, relative);
     squared.resize(blocks.len() / lists.dimensions, [0.0; LANES]);
-    // A loop: what is given to functions of a vector is not compiled for the registers.
-    for (squared, block) in squared.iter_mut().zip(blocks.chunks_exact(lists.dimensions)) {
-        for part in 0..F32s::<S>::COUNT {
-            let mut sum = F32s::splat(simd, 0.0);
-            for (codes, x) in block.iter().zip(&*relative) {
-                let codes = codes.map(f32::from);
-                let difference = F32s::load(simd, &codes, part) * F32s::splat(simd, step) - F32s::splat(simd, *x);
-                sum = sum + difference * difference;
-            }
-            sum.store(squared, part);
-        }
+    let together = TOGETHER * lists.dimensions;
+    let (mut many, mut of_many) = (blocks.chunks_exact(together), squared.chunks_exact_mut(TOGETHER));
+    for (blocks, squared) in many.by_ref().zip(of_many.by_ref()) {
+        square_codes::<S, TOGETHER>(simd, blocks, relative, step, squared);
+    }
+    let rest = many.remainder().chunks_exact(lists.dimensions);
+    for (block, squared) in rest.zip(of_many.into_remainder().chunks_exact_mut(1)) {
+        square_codes::<S, 1>(simd, block, relative, step, squared);
     }
     if let Some(last) = squared.last_mut() {
         last[in_last..].fill(f32::INFINITY);
     }
     moved
+}
+
+/// Squared distances from the query, `relative` to the origin of the codes, to the points of `N` blocks side by side.
+#[inline(always)]
+fn square_codes<S: Simd, const N: usize>(
+    simd: S,
+    blocks: &[[u8; LANES]],
+    relative: &[f32],
+    step: f32,
+    squared: &mut [[f32; LANES]],
+) {
+    let dimensions = relative.len();
+    let (blocks, squared) = (&blocks[..N * dimensions], &mut squared[..N]);
+    // Loops: what is given to functions of a vector is not compiled for the registers.
+    for part in 0..F32s::<S>::COUNT {
+        let mut sums = [F32s::splat(simd, 0.0); N];
+        for (k, x) in relative.iter().enumerate() {
+            let x = F32s::splat(simd, *x);
+            for n in 0..N {
+                let codes = blocks[n * dimensions + k].map(f32::from);
+                let difference = F32s::load(simd, &codes, part) * F32s::splat(simd, step) - x;
+                sums[n] = sums[n] + difference * difference;
+            }
+        }
+        for n in 0..N {
+            sums[n].store(&mut squared[n], part);
+        }
+    }
 }
 
 /// Squared distances from the query to all centres, into `squared`, and the least of each lane.

@@ -54,8 +54,8 @@ impl<'a> Pair<'a> {
         (first, second)
     }
 
-    /// Calls `found` with the lanes of triangles of two blocks that are not proved farther apart than `limit` \[m\], until it
-    /// answers `true`; returns whether it did. The limit may fall meanwhile.
+    /// Calls `found` with the lanes of triangles of two blocks that are not proved farther apart than `limit` \[m\], and a lower bound on how far
+    /// they are, until it answers `true`; returns whether it did. The limit may fall meanwhile.
     #[inline(always)]
     pub fn near_triangles<S: Simd>(
         &self,
@@ -63,7 +63,7 @@ impl<'a> Pair<'a> {
         i: Ref,
         j: Ref,
         mut limit: f64,
-        mut found: impl FnMut(usize, usize, &mut f64) -> bool,
+        mut found: impl FnMut(usize, usize, f64, &mut f64) -> bool,
     ) -> bool {
         let (s, t) = (&self.a.blocks[i.index()], &self.b.blocks[j.index()]);
         let (first, second) = self.candidates(simd, i, j, rounded_up(limit));
@@ -76,8 +76,9 @@ impl<'a> Pair<'a> {
                 let probe = Probe::new(&s.triangle(k), &self.pose_b_a, reach, self.a_in_b.rounding());
                 let mask = probe.near(simd, &t.boxes) & second;
                 if mask != 0 {
-                    for l in lanes_of(t.near(simd, &probe.triangle, limit, mask)) {
-                        if found(k, l, &mut limit) {
+                    let (mask, gaps) = t.near(simd, &probe.triangle, limit, mask);
+                    for l in lanes_of(mask) {
+                        if found(k, l, gaps[l], &mut limit) {
                             return true;
                         }
                     }
@@ -89,8 +90,9 @@ impl<'a> Pair<'a> {
                 let probe = Probe::new(&t.triangle(l), &self.pose_a_b, reach, self.b_in_a.rounding());
                 let mask = probe.near(simd, &s.boxes) & first;
                 if mask != 0 {
-                    for k in lanes_of(s.near(simd, &probe.triangle, limit, mask)) {
-                        if found(k, l, &mut limit) {
+                    let (mask, gaps) = s.near(simd, &probe.triangle, limit, mask);
+                    for k in lanes_of(mask) {
+                        if found(k, l, gaps[k], &mut limit) {
                             return true;
                         }
                     }
@@ -126,7 +128,7 @@ impl WithSimd for Nearer<'_> {
         while let Some((_, i, j)) = stack.pop() {
             if i.is_block() && j.is_block() {
                 let (s, t) = (&a.blocks[i.index()], &b.blocks[j.index()]);
-                let is_hit = |k: usize, l: usize, _: &mut f64| {
+                let is_hit = |k: usize, l: usize, _: f64, _: &mut f64| {
                     let is_near = triangle::nearer(&s.triangle(k), &t.triangle(l).moved(&pair.pose_a_b), limit);
                     if is_near {
                         hit = Some(((i.index() * LANES + k) as u32, (j.index() * LANES + l) as u32));
@@ -185,7 +187,7 @@ impl WithSimd for Closest<'_> {
             }
             if i.is_block() && j.is_block() {
                 let (s, t) = (&a.blocks[i.index()], &b.blocks[j.index()]);
-                pair.near_triangles(simd, i, j, limit, |k, l, still| {
+                pair.near_triangles(simd, i, j, limit, |k, l, _, still| {
                     let moved = t.triangle(l).moved(&pair.pose_a_b);
                     if let Some(witness) = triangle::closest(&s.triangle(k), &moved, limit * limit) {
                         limit = witness.squared.sqrt();

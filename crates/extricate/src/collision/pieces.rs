@@ -2,6 +2,7 @@
 //! One mesh, no pairs.
 
 mod cut;
+mod list;
 mod sketch;
 mod surface;
 
@@ -16,6 +17,7 @@ use crate::math::Vec3;
 use crate::robot::TriangleMesh;
 use crate::robot::convex_hull::convex_hull;
 use cut::{Cut, clip, sketched};
+pub use list::{Pieces, PiecesRef};
 use surface::{SurfacePoint, surface_points};
 
 /// Most pieces of a mesh.
@@ -71,7 +73,7 @@ struct Notch {
 /// Each is the hull of what lies in one cell, corners of the cell within the solid included. They stand out of the mesh by [`TOLERANCE`]
 /// where no more than [`MOST`] are needed for that, as far as their largest faces and points spread over the mesh tell; and they hold it up to
 /// [`THICKNESS`].
-pub fn pieces(mesh: &MeshShape, bounds: &Aabb) -> Vec<Shape> {
+pub fn pieces(mesh: &MeshShape, bounds: &Aabb) -> Pieces {
     let radius = bounds.half.norm();
     let divider = Divider { mesh, thickness: THICKNESS * radius };
     let mut stack = Vec::new();
@@ -90,7 +92,7 @@ pub fn pieces(mesh: &MeshShape, bounds: &Aabb) -> Vec<Shape> {
             None => cells.push(Cell { notch: None, ..cell }),
         }
     }
-    cells.into_iter().map(|cell| solid(&cell.hull.vertices)).collect()
+    Pieces::new(cells.into_iter().map(|cell| solid(&cell.hull.vertices)).collect())
 }
 
 impl Checker {
@@ -269,7 +271,7 @@ mod tests {
     fn divided(mesh: &TriangleMesh) -> (MeshShape, Vec<Shape>, f64) {
         let shape = MeshShape::new(mesh);
         let bounds = Aabb::around(shape.vertices.iter());
-        let pieces = pieces(&shape, &bounds);
+        let pieces = pieces(&shape, &bounds).all().shapes.to_vec();
         (shape, pieces, bounds.half.norm())
     }
 

@@ -7,7 +7,7 @@ use super::convex::{ConvexCore, ConvexShape, HullPoints};
 use super::cover::InnerBalls;
 use super::gjk;
 use super::mesh_shape::MeshShape;
-use super::pieces::pieces;
+use super::pieces::{Pieces, PiecesRef, pieces};
 use super::triangle::Triangle;
 use crate::math::{Pose, Vec3};
 use crate::robot::{Geometry, TriangleMesh};
@@ -24,7 +24,7 @@ pub struct Shape {
     /// Balls in it.
     pub inner: InnerBalls,
     /// Of a mesh; made when they are first needed.
-    pieces: OnceLock<Arc<[Shape]>>,
+    pieces: OnceLock<Arc<Pieces>>,
 }
 
 /// The two kinds that pairs are made of.
@@ -105,21 +105,21 @@ impl Shape {
     }
 
     /// [`Shape::pieces`], unless they would first have to be made.
-    pub fn known_pieces(&self) -> Option<&[Shape]> {
+    pub fn known_pieces(&self) -> Option<PiecesRef<'_>> {
         match &self.kind {
-            ShapeKind::Convex(_) => Some(std::slice::from_ref(self)),
-            ShapeKind::Mesh(_) => self.pieces.get().map(|pieces| &pieces[..]),
+            ShapeKind::Convex(_) => Some(self.into()),
+            ShapeKind::Mesh(_) => self.pieces.get().map(|pieces| pieces.all()),
         }
     }
 
     /// Convex shapes in the same frame whose union holds it: itself, or those of [`pieces`].
-    pub fn pieces(&self) -> &[Shape] {
+    pub fn pieces(&self) -> PiecesRef<'_> {
         match &self.kind {
-            ShapeKind::Convex(_) => std::slice::from_ref(self),
+            ShapeKind::Convex(_) => self.into(),
             ShapeKind::Mesh(mesh) => {
                 // Made outside of the lock: it is shared work, and a thread that waits for its parts may come to ask for the same pieces.
-                let made = self.pieces.get().is_none().then(|| pieces(mesh, &self.bounds).into());
-                self.pieces.get_or_init(|| made.unwrap_or_default())
+                let made = self.pieces.get().is_none().then(|| Arc::new(pieces(mesh, &self.bounds)));
+                self.pieces.get_or_init(|| made.unwrap_or_default()).all()
             }
         }
     }

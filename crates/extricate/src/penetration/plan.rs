@@ -104,7 +104,7 @@ impl Plan {
         let mut plan = Self::of_effort(options.effort, ground);
         if options.effort == Effort::Nearest {
             // Of stale samples the nearest may all collide, and any of the others be the answer.
-            plan.care = if ground.stale { Care::Exact } else { Care::Quick };
+            plan.care = if ground.stale { Care::Exact } else { Care::Glance };
             return plan;
         }
         if ground.stale {

@@ -113,27 +113,30 @@ impl Block {
         Triangle { points: [corner(0), corner(1), corner(2)], normal: Vec3::new(x[lane], y[lane], z[lane]) }
     }
 
-    /// Which triangles (of those in `mask`) are not proved farther from the probe than `limit` \[m\], one bit a lane.
+    /// Which triangles (of those in `mask`) are not proved farther from the probe than `limit` \[m\], one bit a lane; and a lower bound \[m\]
+    /// on how far each is, 0 or less where planes do not part the two.
     ///
     /// # Source
     /// S. Gottschalk, M. C. Lin and D. Manocha, "OBBTree", SIGGRAPH 1996, doi:10.1145/237170.237244: separating axes of two
     /// convex sets are normals of faces and cross products of edges. Complete for triangles that cross; of those that do
     /// not, some pass although they are a little farther than the limit.
     #[inline(always)]
-    pub fn near<S: Simd>(&self, simd: S, probe: &Triangle, limit: f64, mask: u32) -> u32 {
+    pub fn near<S: Simd>(&self, simd: S, probe: &Triangle, limit: f64, mask: u32) -> (u32, [f64; LANES]) {
         let limit = limit + ROUNDING;
-        let mut apart = [0.0; LANES];
+        let (mut gaps, mut apart) = ([0.0; LANES], [0.0; LANES]);
         for at in 0..F64s::<S>::COUNT {
-            (F64s::splat(simd, limit) - self.plane_gap(simd, probe, at)).store(&mut apart, at);
+            let gap = self.plane_gap(simd, probe, at);
+            (gap - F64s::splat(simd, ROUNDING)).store(&mut gaps, at);
+            (F64s::splat(simd, limit) - gap).store(&mut apart, at);
         }
         let mask = mask & !negative_f64(&apart);
         if mask == 0 {
-            return 0;
+            return (0, gaps);
         }
         for at in 0..F64s::<S>::COUNT {
             self.edge_gap(simd, probe, limit * limit, at).store(&mut apart, at);
         }
-        mask & negative_f64(&apart)
+        (mask & negative_f64(&apart), gaps)
     }
 
     /// Gap \[m\] along the normals of the two triangles; 0 or less where neither parts them.

@@ -39,7 +39,7 @@ impl WithSimd for Near<'_> {
 
     fn with_simd<S: Simd>(self, simd: S) -> (u32, u32) {
         let Self(block, probe, limit) = self;
-        (block.near(simd, &probe.triangle, limit, 0xff), probe.near(simd, &block.boxes))
+        (block.near(simd, &probe.triangle, limit, 0xff).0, probe.near(simd, &block.boxes))
     }
 }
 
@@ -169,7 +169,7 @@ fn boxes_never_part_what_is_near() {
 #[test]
 fn blocks_part_only_what_is_apart_and_nearly_all_of_that() {
     let mut rng = ChaCha8Rng::seed_from_u64(7);
-    let (mut passed, mut close) = (0, 0);
+    let (mut passed, mut close, mut parted) = (0, 0, 0);
     for round in 0..4000 {
         let mut group = soup(&mut rng, 8, 0.6);
         match round % 5 {
@@ -195,9 +195,15 @@ fn blocks_part_only_what_is_apart_and_nearly_all_of_that() {
                 close += u32::from(is_near);
             }
         }
-        assert_eq!(near & 0b101, block.near(Scalar::new(), &probe.triangle, limit, 0b101));
+        let (some, gaps) = block.near(Scalar::new(), &probe.triangle, limit, 0b101);
+        assert_eq!(near & 0b101, some);
+        for (lane, gap) in gaps.into_iter().enumerate() {
+            assert!(gap <= 0.0 || triangle::closest(&block.triangle(lane), &probe.triangle, gap * gap).is_none());
+            parted += u32::from(gap > 0.0);
+        }
     }
     assert!(close > 300 && passed < close + close / 4, "{passed} pass, {close} are near");
+    assert!(parted > 3000, "{parted}");
 }
 
 #[test]

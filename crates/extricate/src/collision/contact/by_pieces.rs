@@ -1,13 +1,19 @@
 //! Contacts of the convex pieces around two shapes, at least one of which is a mesh.
 
+use pulp::{Arch, Simd, WithSimd};
+
 use super::{ContactBuffers, Near, PairPlace, Sink};
 use crate::collision::bounds::Relative;
+use crate::collision::bvh::{Boxes, Cuboid, View, below, lanes_of, rounded_up};
+use crate::collision::pieces::PiecesRef;
 use crate::collision::shape::{ConvexSolid, Shape, ShapeKind};
 use crate::collision::{ContactQuery, ContactSearch};
-use crate::math::{Pose, Vec3};
+use crate::math::{LANES, Pose, Vec3};
 
 /// Pairs of pieces that are looked at though they are neither the nearest nor within the clearance: more of them change descents little.
 const MOST_FAR: usize = 4;
+/// Two pieces that a plane parts by more than this share of the margin are far: the plane is their contact, and how far they are is not searched for.
+pub(super) const FAR: f64 = 0.4;
 
 /// Offers `sink` the contact of every two pieces nearer than the margin, nearest first.
 pub fn by_pieces(
@@ -23,16 +29,29 @@ pub fn by_pieces(
     let ContactBuffers { found, memory, candidates, .. } = buffers;
     candidates.sort_unstable_by(|x, y| x.0.total_cmp(&y.0).then((x.1, x.2).cmp(&(y.1, y.2))));
     found.clear();
-    let mut nearest = query.margin;
-    for (looked_at, &(bound, i, j)) in candidates.iter().enumerate() {
-        if looked_at >= MOST_FAR && bound >= nearest.max(place.clearance) {
+    let far = (FAR * query.margin).max(2.0 * place.clearance);
+    let (mut looked_at, mut nearest) = (0, query.margin);
+    for &(bound, i, j) in candidates.iter() {
+        let limit = if looked_at < MOST_FAR { query.margin } else { nearest.max(place.clearance) };
+        if bound >= limit {
             break;
         }
-        let (x, y) = (&of_a[i], &of_b[j]);
-        let memory = memory.of_pieces(place.parts, of_a.len() * of_b.len(), i * of_b.len() + j);
-        let contact = memory.contact([solid(x), solid(y)], y.ball, relative, query, place.clearance, || bound);
+        let (x, y) = (&of_a.shapes[i], &of_b.shapes[j]);
+        let plane = plane_between(x, y, &relative.pose_a_b);
+        let bound = bound.max(plane.distance);
+        if bound >= limit {
+            continue;
+        }
+        looked_at += 1;
+        let contact = if plane.distance > far {
+            Some(plane)
+        } else {
+            let memory = memory.of_pieces(place.parts, pair_count([of_a, of_b]), i * of_b.shapes.len() + j);
+            let solids = [solid(x), solid(y)];
+            memory.contact(solids, y.ball, relative, query, place.clearance, || bound).map(Near::from)
+        };
         nearest = contact.map_or(nearest, |contact| nearest.min(contact.distance));
-        found.extend(contact.map(Near::from));
+        found.extend(contact);
     }
     found.sort_unstable_by(|x, y| x.distance.total_cmp(&y.distance));
     for near in found.iter() {
@@ -55,59 +74,83 @@ pub fn are_parted(
     let ContactBuffers { memory, candidates, .. } = buffers;
     let query = ContactQuery { margin, search: ContactSearch::Coarse };
     candidates.iter().all(|&(bound, i, j)| {
-        let (x, y) = (&of_a[i], &of_b[j]);
-        let memory = memory.of_pieces(place.parts, of_a.len() * of_b.len(), i * of_b.len() + j);
-        memory.contact([solid(x), solid(y)], y.ball, relative, query, place.clearance, || bound).is_none()
+        let (x, y) = (&of_a.shapes[i], &of_b.shapes[j]);
+        let bound = bound.max(plane_between(x, y, &relative.pose_a_b).distance);
+        let memory = memory.of_pieces(place.parts, pair_count([of_a, of_b]), i * of_b.shapes.len() + j);
+        bound >= margin
+            || memory.contact([solid(x), solid(y)], y.ball, relative, query, place.clearance, || bound).is_none()
     })
 }
 
-/// Fills `candidates` with the pairs of pieces that may be nearer than `margin` \[m\], as boxes, balls and one direction tell.
+fn pair_count([of_a, of_b]: [PiecesRef; 2]) -> usize {
+    of_a.shapes.len() * of_b.shapes.len()
+}
+
+/// Fills `candidates` with the pairs of pieces that may be nearer than `margin` \[m\], as boxes and balls tell.
 fn find_candidates(
     [a, b]: [&Shape; 2],
-    [of_a, of_b]: [&[Shape]; 2],
+    [of_a, of_b]: [PiecesRef; 2],
     relative: &Relative,
     margin: f64,
     buffers: &mut ContactBuffers,
 ) {
-    let ContactBuffers { near_pieces, candidates, .. } = buffers;
-    let pose = &relative.pose_a_b;
-    let beyond = |x: &Shape, y: &Shape, center_y: &Vec3| {
-        let reach = x.ball.1 + y.ball.1 + margin;
-        (x.ball.0 - center_y).norm_squared() >= reach * reach
-    };
-    near_pieces.clear();
-    let centers = of_b.iter().map(|y| pose.point(&y.ball.0)).enumerate();
-    near_pieces.extend(centers.filter(|(j, center)| !beyond(a, &of_b[*j], center)));
+    let candidates = &mut buffers.candidates;
     candidates.clear();
-    for (i, x) in of_a.iter().enumerate() {
-        if of_a.len() > 1 && relative.lower_bound(&x.bounds, &b.bounds) >= margin {
-            continue;
-        }
-        for (j, center) in near_pieces.iter().filter(|(j, center)| !beyond(x, &of_b[*j], center)) {
-            let y = &of_b[*j];
-            let reach = y.ball.1 + margin;
-            if beyond_box(x, center).norm_squared() >= reach * reach {
-                continue;
-            }
-            let bound = relative.lower_bound(&x.bounds, &y.bounds);
-            if bound < margin {
-                let bound = bound.max(gap_toward(x, y, pose, center));
-                candidates.extend((bound < margin).then_some((bound, i, *j)));
+    // Eight at a time of the one that has more of them.
+    let swapped = of_a.boxes.len() > of_b.boxes.len();
+    let ((one, each), (other, boxes)) =
+        if swapped { ((b, of_b.shapes), (a, of_a.boxes)) } else { ((a, of_a.shapes), (b, of_b.boxes)) };
+    let pose_other_one = if swapped { relative.pose_a_b } else { relative.pose_a_b.inverse() };
+    let view = View::new(&pose_other_one, &Cuboid::around(&other.bounds), &Cuboid::around(&one.bounds));
+    for (k, shape) in each.iter().enumerate() {
+        let near = |bound: f32, l: usize| {
+            let (i, j) = if swapped { (l, k) } else { (k, l) };
+            let (center_y, radius_y) = of_b.shapes[j].ball;
+            let beyond = beyond_box(&of_a.shapes[i], &relative.pose_a_b.point(&center_y));
+            let bound = f64::from(bound).max(beyond.norm() - radius_y);
+            candidates.extend((bound < margin).then_some((bound, i, j)));
+        };
+        Arch::new().dispatch(NearBoxes { boxes, view: &view, seen: Cuboid::around(&shape.bounds), margin, near });
+    }
+}
+
+/// Calls `near` with those boxes that may be nearer than the margin to the one seen, and lower bounds \[m\] on how far they are.
+struct NearBoxes<'a, F> {
+    boxes: &'a [Boxes],
+    view: &'a View,
+    seen: Cuboid,
+    margin: f64,
+    near: F,
+}
+
+impl<F: FnMut(f32, usize)> WithSimd for NearBoxes<'_, F> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(mut self, simd: S) {
+        let (seen, margin) = (self.view.see(&self.seen, 0.0), rounded_up(self.margin));
+        for (at, boxes) in self.boxes.iter().enumerate() {
+            let bounds = boxes.lower_bounds(simd, self.view, &seen);
+            for lane in lanes_of(below(&bounds, margin)) {
+                (self.near)(bounds[lane], at * LANES + lane);
             }
         }
     }
 }
 
-/// The gap \[m\] between two pieces along the direction from the box around the first to the centre of the ball around the second, `center_y` in the
-/// frame of the first: nearly their distance where that is more than a fraction of their size.
-fn gap_toward(x: &Shape, y: &Shape, pose_x_y: &Pose, center_y: &Vec3) -> f64 {
-    let beyond = beyond_box(x, center_y);
+/// Two pieces across the direction from the box around the first to the centre of the ball around the second: how far planes across it part them
+/// \[m\] (nearly their distance where that is more than a fraction of their size; negative where none does), and the points that those touch.
+fn plane_between(x: &Shape, y: &Shape, pose_x_y: &Pose) -> Near {
+    let center_y = pose_x_y.point(&y.ball.0);
+    let beyond = beyond_box(x, &center_y);
     let along = if beyond == Vec3::zeros() { center_y - x.bounds.center } else { beyond };
-    let Some(along) = along.try_normalize(0.0) else { return f64::NEG_INFINITY };
+    let along = along.try_normalize(0.0).unwrap_or_else(Vec3::x);
     let (first, second) = (&solid(x).shape, &solid(y).shape);
-    let highest = first.core.support(&along).dot(&along) + first.radius;
-    let lowest = pose_x_y.point(&second.core.support(&pose_x_y.inverse_vector(&-along))).dot(&along) - second.radius;
-    lowest - highest
+    let point_first = first.core.support(&along) + along * first.radius;
+    let lowest = second.core.support(&pose_x_y.inverse_vector(&-along));
+    let point_second = pose_x_y.point(&lowest) - along * second.radius;
+    let distance = (point_second - point_first).dot(&along);
+    Near { distance, point_first, point_second, normal: -along }
 }
 
 /// From the nearest point of the box around a shape to a point in its frame.
@@ -167,9 +210,10 @@ mod tests {
                 gather([first, second], query, place, &mut Hint::default(), &mut memory, &mut contacts);
                 contacts.iter().map(|contact| contact.distance).fold(margin, f64::min)
             };
-            // Below twice the clearance, distances of pieces are exact; above it a share may be missing.
+            // Below twice the clearance, distances of pieces are exact; above it a share may be missing, and far ones are only known to be far.
             let (found, slack) = (nearest(margin), nearest(1e-3));
-            assert!(slack <= found + 1e-7 && slack >= (1.0 - COARSE.gap) * found.min(margin) - 1e-7 || found < 0.0);
+            let least = ((1.0 - COARSE.gap) * found).min(FAR * margin);
+            assert!(slack <= found + 1e-7 && slack >= least - 1e-7 || found < 0.0);
             let exact = part_pair::signed_distance(first, second, margin, &mut buffers).unwrap_or(margin);
             assert!(found <= exact.max(0.0) + 1e-7, "{round}: {found} {exact}");
             if exact > 0.0 && exact < margin {
