@@ -145,7 +145,7 @@ pub struct ContactQuery {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ContactSearch {
     /// Enough to propose a step. Far contacts of convex shapes may be those of the search before, moved along; depths may be up to twice
-    /// too large, and distances of more than twice the clearance up to a third too small. Meshes are taken for convex pieces around them, which stand out by a few thousandths of their size: deep overlaps are
+    /// too large, and distances of more than twice the clearance up to a third too small (of meshes, far ones by more). Meshes are taken for convex pieces around them, which stand out by a few thousandths of their size: deep overlaps are
     /// seen whole, and where no contact is below the clearance the configuration is free.
     Coarse,
     /// The nearest contact, and the depth of convex shapes, within rounding.

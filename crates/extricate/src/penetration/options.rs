@@ -9,7 +9,7 @@ use serde::Serialize;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Effort {
-    /// The nearest stored boundary sample, or in many dimensions one nearly as near (3 % farther in the mean on a hand of 16 joints); free as of learning. Its lower bound is
+    /// The nearest stored boundary sample, or in many dimensions one nearly as near (4 % farther in the mean on a hand of 16 joints); free as of learning. Its lower bound is
     /// that of a few balls inside the bodies of one colliding pair, often far below what the other efforts prove.
     Nearest,
     /// Diverse candidates, pulled in, slid along the contact surface, verified.
