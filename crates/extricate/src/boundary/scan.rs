@@ -19,20 +19,52 @@ pub struct Query<'a> {
     pub moved: f64,
 }
 
-/// Squared distances from `query` to the points of one block: those of [`crate::learning::kernel::block_distances_squared`], to the last
-/// bit.
+/// Blocks that are gone through at a time: what is read of the query serves all of them.
+const TOGETHER: usize = 4;
+
+/// Squared distances from `query` to the points of all blocks, each one row a coordinate, by what `difference` tells of a row and a coordinate; the
+/// sums as in [`crate::learning::kernel::block_distances_squared`], to the last bit.
 #[inline(always)]
-pub fn squared_distances<S: Simd>(simd: S, block: &[[f32; LANES]], query: &[f32]) -> [f32; LANES] {
-    let mut squared = [0.0; LANES];
-    for part in 0..F32s::<S>::COUNT {
-        let mut sum = F32s::splat(simd, 0.0);
-        for (coordinates, x) in block.iter().zip(query) {
-            let difference = F32s::load(simd, coordinates, part) - F32s::splat(simd, *x);
-            sum = sum + difference * difference;
-        }
-        sum.store(&mut squared, part);
+fn square_all<S: Simd, T>(
+    simd: S,
+    rows: &[T],
+    query: &[f32],
+    squared: &mut [[f32; LANES]],
+    difference: impl Fn(&T, F32s<S>, usize) -> F32s<S>,
+) {
+    let (mut many, mut of_many) = (rows.chunks_exact(TOGETHER * query.len()), squared.chunks_exact_mut(TOGETHER));
+    for (rows, squared) in many.by_ref().zip(of_many.by_ref()) {
+        square_together::<S, T, TOGETHER>(simd, rows, query, squared, &difference);
     }
-    squared
+    let rest = many.remainder().chunks_exact(query.len());
+    for (rows, squared) in rest.zip(of_many.into_remainder().chunks_exact_mut(1)) {
+        square_together::<S, T, 1>(simd, rows, query, squared, &difference);
+    }
+}
+
+/// The same for `N` blocks.
+#[inline(always)]
+fn square_together<S: Simd, T, const N: usize>(
+    simd: S,
+    rows: &[T],
+    query: &[f32],
+    squared: &mut [[f32; LANES]],
+    difference: &impl Fn(&T, F32s<S>, usize) -> F32s<S>,
+) {
+    let (rows, squared) = (&rows[..N * query.len()], &mut squared[..N]);
+    for part in 0..F32s::<S>::COUNT {
+        let mut sums = [F32s::splat(simd, 0.0); N];
+        for (k, x) in query.iter().enumerate() {
+            let x = F32s::splat(simd, *x);
+            for n in 0..N {
+                let difference = difference(&rows[n * query.len() + k], x, part);
+                sums[n] = sums[n] + difference * difference;
+            }
+        }
+        for n in 0..N {
+            sums[n].store(&mut squared[n], part);
+        }
+    }
 }
 
 /// One bit a lane: where `values` is not above `limit`; any where one is NaN.
@@ -197,9 +229,6 @@ impl WithSimd for ScanList<'_> {
     }
 }
 
-/// Blocks of a list that are gone through at a time: what is read of the query serves all of them.
-const TOGETHER: usize = 4;
-
 /// Room for what is known of one list.
 #[derive(Debug, Clone, Default)]
 pub struct ListRoom {
@@ -217,55 +246,31 @@ pub fn square_list<S: Simd>(simd: S, lists: &Lists, list: usize, query: &[f64], 
     let ListCodes { blocks, in_last, step, moved } =
         lists.codes.list(list, lists.starts[list] as usize, query, relative);
     squared.resize(blocks.len() / lists.dimensions, [0.0; LANES]);
-    let together = TOGETHER * lists.dimensions;
-    let (mut many, mut of_many) = (blocks.chunks_exact(together), squared.chunks_exact_mut(TOGETHER));
-    for (blocks, squared) in many.by_ref().zip(of_many.by_ref()) {
-        square_codes::<S, TOGETHER>(simd, blocks, relative, step, squared);
-    }
-    let rest = many.remainder().chunks_exact(lists.dimensions);
-    for (block, squared) in rest.zip(of_many.into_remainder().chunks_exact_mut(1)) {
-        square_codes::<S, 1>(simd, block, relative, step, squared);
-    }
+    square_all(
+        simd,
+        blocks,
+        relative,
+        squared,
+        #[inline(always)]
+        |codes, x, part| F32s::load(simd, &codes.map(f32::from), part) * F32s::splat(simd, step) - x,
+    );
     if let Some(last) = squared.last_mut() {
         last[in_last..].fill(f32::INFINITY);
     }
     moved
 }
 
-/// Squared distances from the query, `relative` to the origin of the codes, to the points of `N` blocks side by side.
-#[inline(always)]
-fn square_codes<S: Simd, const N: usize>(
-    simd: S,
-    blocks: &[[u8; LANES]],
-    relative: &[f32],
-    step: f32,
-    squared: &mut [[f32; LANES]],
-) {
-    let dimensions = relative.len();
-    let (blocks, squared) = (&blocks[..N * dimensions], &mut squared[..N]);
-    // Loops: what is given to functions of a vector is not compiled for the registers.
-    for part in 0..F32s::<S>::COUNT {
-        let mut sums = [F32s::splat(simd, 0.0); N];
-        for (k, x) in relative.iter().enumerate() {
-            let x = F32s::splat(simd, *x);
-            for n in 0..N {
-                let codes = blocks[n * dimensions + k].map(f32::from);
-                let difference = F32s::load(simd, &codes, part) * F32s::splat(simd, step) - x;
-                sums[n] = sums[n] + difference * difference;
-            }
-        }
-        for n in 0..N {
-            sums[n].store(&mut squared[n], part);
-        }
-    }
-}
-
 /// Squared distances from the query to all centres, into `squared`, and the least of each lane.
 #[inline(always)]
 fn square_centres<S: Simd>(simd: S, lists: &Lists, query: &[f32], squared: &mut [[f32; LANES]]) -> [f32; LANES] {
-    for (block, squared) in lists.centres.blocks(0, squared.len()).zip(squared.iter_mut()) {
-        *squared = squared_distances(simd, block, query);
-    }
+    square_all(
+        simd,
+        lists.centres.rows(),
+        query,
+        squared,
+        #[inline(always)]
+        |row, x, part| F32s::load(simd, row, part) - x,
+    );
     least_of_lanes(simd, squared)
 }
 

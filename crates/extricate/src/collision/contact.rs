@@ -28,7 +28,7 @@ const MOST: usize = 12;
 const TESTS: usize = 24;
 /// What is farther than the nearest contact of two meshes by more than this share of the margin is not looked for: no step that the margin is made
 /// for comes to it.
-const BEYOND_NEAREST: f64 = 0.5;
+pub(super) const BEYOND_NEAREST: f64 = 0.5;
 /// Contacts whose normals have a larger cosine and that are near each other tell the same: the farther one is dropped.
 const SAME_NORMAL: f64 = 0.97;
 
@@ -78,7 +78,7 @@ pub struct PairPlace {
 /// Appends the contacts of two shapes nearer than `margin` \[m\] to those of `pair` at `contacts[start..]`.
 ///
 /// Convex shapes give one, exact also below 0 where the search is. Meshes give their nearest one (exact above 0 where the search is) and others
-/// that tell something else, up to twelve a pair. Where surfaces cross, depth and normal are those that part two triangles along one
+/// that tell something else, up to twelve a pair, in an exact search none farther than that by more than half of the margin. Where surfaces cross, depth and normal are those that part two triangles along one
 /// of their outward normals (or a triangle from a convex solid); where one lies inside the other they lead from a vertex
 /// or centre to the nearest surface: heuristics for proposals.
 pub fn gather(
@@ -189,8 +189,8 @@ impl ContactBuffers {
         self.found.push(near);
     }
 
-    /// Runs through the queue, nearest first: `open` spends its triangle tests on a pair of nodes. Returns whether
-    /// anything overlaps.
+    /// Runs through the queue, nearest first: `open` puts what a pair of nodes is made of into it, or compares two triangles, and returns how many
+    /// it compared. Returns whether anything overlaps.
     fn run(&mut self, sink: &mut Sink, mut open: impl FnMut(&mut Self, f64, u32, u32) -> usize) -> bool {
         let (mut tests, mut offered) = (0, false);
         while let Some(entry) = self.queue.pop() {
@@ -215,12 +215,12 @@ fn mesh_with_mesh(a: &MeshShape, b: &MeshShape, relative: &Relative, buffers: &m
     let whole = relative.lower_bound(&a.tree.bounds, &b.tree.bounds);
     buffers.restart(sink.margin, whole, a.tree.root.0, b.tree.root.0);
     let overlap = buffers.run(sink, |buffers, bound, i, j| {
-        let margin = buffers.limit;
+        let limit = buffers.limit;
         if i == TRIANGLES {
             let [(i, k), (j, l)] = buffers.triangles[j as usize];
             let (s, t) = (&a.tree.blocks[i as usize], &b.tree.blocks[j as usize]);
             let (first, second) = (s.triangle(usize::from(k)), t.triangle(usize::from(l)).moved(pose));
-            if let Some(witness) = triangle::closest(&first, &second, margin * margin) {
+            if let Some(witness) = triangle::closest(&first, &second, limit * limit) {
                 let distance = witness.squared.sqrt();
                 if distance > TOUCHING {
                     let normal = (witness.first - witness.second) / distance;
@@ -242,9 +242,9 @@ fn mesh_with_mesh(a: &MeshShape, b: &MeshShape, relative: &Relative, buffers: &m
                 buffers.queue.push(Entry { bound: gap.max(bound), first: TRIANGLES, second });
                 buffers.triangles.push([(i.index() as u32, k as u8), (j.index() as u32, l as u8)]);
             };
-            Arch::new().dispatch(NearTriangles { pair: &two, i, j, margin, each });
+            Arch::new().dispatch(NearTriangles { pair: &two, i, j, limit, each });
         } else {
-            Arch::new().dispatch(Open { pair: &two, i, j, margin, queue: &mut buffers.queue });
+            Arch::new().dispatch(Open { pair: &two, i, j, limit, queue: &mut buffers.queue });
         }
         0
     });
@@ -275,7 +275,7 @@ struct Open<'a> {
     pair: &'a Pair<'a>,
     i: Ref,
     j: Ref,
-    margin: f64,
+    limit: f64,
     queue: &'a mut BinaryHeap<Entry>,
 }
 
@@ -284,18 +284,18 @@ impl WithSimd for Open<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        mesh_mesh::children(simd, self.pair, self.i, self.j, rounded_up(self.margin), |bound, i, j| {
+        mesh_mesh::children(simd, self.pair, self.i, self.j, rounded_up(self.limit), |bound, i, j| {
             self.queue.push(Entry { bound: f64::from(bound), first: i.0, second: j.0 });
         });
     }
 }
 
-/// Calls `each` with the triangles of two blocks that may be nearer than the margin.
+/// Calls `each` with the triangles of two blocks that may be nearer than the limit.
 struct NearTriangles<'a, F> {
     pair: &'a Pair<'a>,
     i: Ref,
     j: Ref,
-    margin: f64,
+    limit: f64,
     each: F,
 }
 
@@ -304,7 +304,7 @@ impl<F: FnMut(usize, usize, f64)> WithSimd for NearTriangles<'_, F> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(mut self, simd: S) {
-        self.pair.near_triangles(simd, self.i, self.j, self.margin, |k, l, gap, _| {
+        self.pair.near_triangles(simd, self.i, self.j, self.limit, |k, l, gap, _| {
             (self.each)(k, l, gap);
             false
         });
@@ -346,12 +346,12 @@ fn mesh_with_convex(
     let lower_bounds = |boxes: &Boxes| Arch::new().dispatch(LowerBounds { boxes, view: &view, seen: &seen });
     buffers.restart(sink.margin, relative.lower_bound(&tree.bounds, bounds), tree.root.0, 0);
     let overlap = buffers.run(sink, |buffers, _, at, _| {
-        let margin = buffers.limit;
+        let limit = buffers.limit;
         let at = Ref(at);
         if !at.is_block() {
             let node = &tree.nodes[at.index()];
             let bounds = lower_bounds(&node.boxes);
-            for lane in lanes_of(below(&bounds, rounded_up(margin))) {
+            for lane in lanes_of(below(&bounds, rounded_up(limit))) {
                 let bound = f64::from(bounds[lane]);
                 buffers.queue.push(Entry { bound, first: node.children[lane].0, second: 0 });
             }
@@ -360,12 +360,12 @@ fn mesh_with_convex(
         let block = &tree.blocks[at.index()];
         let bounds = lower_bounds(&block.boxes);
         let mut tests = 0;
-        for lane in lanes_of(below(&bounds, rounded_up(margin))) {
+        for lane in lanes_of(below(&bounds, rounded_up(limit))) {
             tests += 1;
             let face = block.triangle(lane);
             let closed = mesh.closed[block.group as usize];
-            let found = mesh_convex::triangle_separation(&face, solid, pose, margin);
-            if let Some(separation) = found.filter(|s| s.distance < margin) {
+            let found = mesh_convex::triangle_separation(&face, solid, pose, limit);
+            if let Some(separation) = found.filter(|s| s.distance < limit) {
                 buffers.find(outward(Near::from(separation), &face, closed, solid, pose));
             }
         }

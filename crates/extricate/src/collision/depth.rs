@@ -1,5 +1,6 @@
 //! How deep a point lies in a body, as far as it matters to the caller.
 
+use super::contact::BEYOND_NEAREST;
 use super::shape::{Shape, ShapeKind, slab_depth};
 use super::{CheckScratch, Checker, ContactSearch, bodies::PreparedPart};
 use crate::math::{LANES, Pose, Vec3};
@@ -69,6 +70,12 @@ impl Checker {
     /// rounding): where all shapes are convex, or are taken for their pieces.
     pub fn contacts_are_complete(&self, search: ContactSearch) -> bool {
         self.all_convex() || search == ContactSearch::Coarse
+    }
+
+    /// How far \[m\] exact contacts of all pairs are told in a search with that margin, whatever is nearest: of meshes, those that are farther than the
+    /// nearest of their pair by more than half of it are not.
+    pub fn exact_within(&self, margin: f64) -> f64 {
+        if self.all_convex() { margin } else { BEYOND_NEAREST * margin }
     }
 
     /// Whether no shape is a mesh.

@@ -84,6 +84,12 @@ impl PointSet {
         self.blocks[first * self.dimensions..last * self.dimensions].chunks_exact(self.dimensions)
     }
 
+    /// Block after block, a row of [`LANES`] points for each coordinate.
+    #[inline(always)]
+    pub fn rows(&self) -> &[[f32; LANES]] {
+        &self.blocks
+    }
+
     /// All blocks, [`GROUP`] at a time.
     #[inline(always)]
     fn groups(&self) -> std::slice::Chunks<'_, [f32; LANES]> {

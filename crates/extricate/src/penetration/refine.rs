@@ -362,7 +362,7 @@ impl RefineScratch {
         self.looked_at.clear();
         if query.search == ContactSearch::Exact {
             self.looked_at.extend_from_slice(q);
-            self.looked_within = query.margin;
+            self.looked_within = ground.checker.exact_within(query.margin);
         }
         ground.checker.contacts(q, query, &mut self.check, &mut self.contacts);
         let least = self.contacts.iter().map(|c| c.distance).fold(query.margin, f64::min);
