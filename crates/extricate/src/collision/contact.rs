@@ -37,7 +37,7 @@ const SAME_NORMAL: f64 = 0.97;
 pub struct ContactBuffers {
     queue: BinaryHeap<Entry>,
     found: Vec<Near>,
-    /// Of two meshes: what is farther is not looked for \[m\], and by how much more than what is found.
+    /// Of meshes: what is farther is not looked for \[m\], and how much farther than what was found that may be.
     limit: f64,
     beyond: f64,
     /// Pairs of triangles, each as its block and lane of the first and of the second tree.

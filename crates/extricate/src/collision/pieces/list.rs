@@ -37,7 +37,7 @@ impl Pieces {
 }
 
 impl PiecesRef<'_> {
-    /// Whether the box of some piece may be within `reach` \[m\] of `point`; `cuboid` holds them all.
+    /// Whether the box of some piece of a mesh may be within `reach` \[m\] of `point`; `cuboid` holds them all.
     pub fn are_near(&self, point: &Vec3, reach: f64, cuboid: &Cuboid) -> bool {
         Arch::new().dispatch(AreNear { boxes: self.boxes, point, reach, cuboid })
     }
