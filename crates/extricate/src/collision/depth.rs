@@ -78,6 +78,12 @@ impl Checker {
         if self.all_convex() { margin } else { BEYOND_NEAREST * margin }
     }
 
+    /// Whether no shape of a body is a mesh.
+    pub fn is_convex(&self, body: usize) -> bool {
+        let parts = &self.bodies.parts[self.bodies.bodies[body].parts.clone()];
+        parts.iter().all(|part| matches!(part.shape.kind, ShapeKind::Convex(_)))
+    }
+
     /// Whether no shape is a mesh.
     pub fn all_convex(&self) -> bool {
         self.bodies.all_convex

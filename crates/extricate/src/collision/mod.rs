@@ -206,19 +206,26 @@ impl Checker {
         scratch.broad.pairs = near;
     }
 
-    /// A checked pair that is nearer than the clearance at `q`, if there is one: of several, the one whose bodies' balls overlap most.
+    /// A checked pair that is nearer than the clearance at `q`, if there is one: of several, first one of which balls inside it prove so, then the one
+    /// whose bodies' balls overlap most.
     pub fn colliding_pair(&self, q: &[f64], scratch: &mut CheckScratch) -> Option<usize> {
         self.place(q, scratch);
         self.find_near(self.scene.clearance, scratch);
         let CheckScratch { placement, broad, queue, .. } = scratch;
         queue.clear();
         queue.extend(broad.pairs.iter().map(|&index| self.gap_of_balls(index, placement)));
-        while let Some(entry) = scratch.queue.pop() {
-            if self.pair_collides(entry.second as usize, scratch) {
-                return Some(entry.second as usize);
+        broad.pairs.clear();
+        // What balls prove is told soonest; surfaces that are near and do not meet take longest.
+        while let Some(Entry { second, .. }) = scratch.queue.pop() {
+            if self.pair_seen_to_collide(second as usize, scratch) {
+                return Some(second as usize);
             }
+            scratch.broad.pairs.push(second);
         }
-        None
+        let near = std::mem::take(&mut scratch.broad.pairs);
+        let found = near.iter().map(|&pair| pair as usize).find(|&pair| self.pair_collides(pair, scratch));
+        scratch.broad.pairs = near;
+        found
     }
 
     fn gap_of_balls(&self, index: u32, placement: &Placement) -> Entry {
@@ -327,6 +334,14 @@ impl Checker {
         self.part_pairs(pair).any(|(first, second, hint)| {
             let (a, b) = self.bodies.placed(&mut scratch.placement, first, second);
             part_pair::nearer(a, b, limit, &mut scratch.hints[hint], &mut scratch.buffers)
+        })
+    }
+
+    /// Whether balls inside two placed bodies prove that they are nearer than the clearance.
+    fn pair_seen_to_collide(&self, pair: usize, scratch: &mut CheckScratch) -> bool {
+        self.part_pairs(pair).any(|(first, second, _)| {
+            let (a, b) = self.bodies.placed(&mut scratch.placement, first, second);
+            part_pair::proved_nearer(a, b, self.scene.clearance)
         })
     }
 

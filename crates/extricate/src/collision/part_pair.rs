@@ -72,6 +72,11 @@ pub fn nearer(first: Placed, second: Placed, limit: f64, hint: &mut Hint, buffer
         || surfaces_nearer(first, second, &relative, limit, hint, buffers)
 }
 
+/// Whether balls inside the shapes prove the same.
+pub fn proved_nearer(first: Placed, second: Placed, limit: f64) -> bool {
+    cover::proves_nearer(first.shape, second.shape, &first.pose.inverse().then(second.pose), limit)
+}
+
 /// The same, by surfaces and containment alone.
 pub fn surfaces_nearer(
     first: Placed,

@@ -27,7 +27,8 @@ struct Step {
     origin: Vec3,
     axis: Vec3,
     multiplier: f64,
-    weight: f64,
+    /// One over the weight of the coordinate.
+    per_weight: f64,
     /// The coordinate, where several joints move with it.
     shared: Option<usize>,
     /// Displacement of the point \[m\] for each rad or m, with what is nearer to it at rest.
@@ -167,7 +168,7 @@ fn joint_steps(scene: &Scene, uses: &[CoordinateUse], poses: &[Pose], path: &mut
         }
         let CoordinateUse { weight, shared } = uses[v];
         let (origin, shared) = (pose.translation, shared.then_some(v));
-        steps.push(Step { kind, origin, axis, multiplier, weight, shared, lever: 0.0 });
+        steps.push(Step { kind, origin, axis, multiplier, per_weight: 1.0 / weight, shared, lever: 0.0 });
     }
 }
 
@@ -177,7 +178,7 @@ impl MotionPath {
     pub fn levers(&self) -> Levers {
         let mut levers = Levers { squared: Mat3::zeros(), linear: Vec3::zeros(), constant: 0.0 };
         for step in &self.steps {
-            let square = step.multiplier * step.multiplier / step.weight;
+            let square = step.multiplier * step.multiplier * step.per_weight;
             // The squared length of what this leaves of an arm is the squared distance from the axis.
             let across = match step.kind {
                 StepKind::Slide(_) => continue,
@@ -223,13 +224,13 @@ impl MotionPath {
                 StepKind::Turn | StepKind::Ball => step.lever + step.multiplier * distance * squared.sqrt(),
             };
             let Some(v) = step.shared else {
-                squared += far * far / step.weight;
+                squared += far * far * step.per_weight;
                 continue;
             };
             // A mimic joint adds to the reach of the coordinate that it shares.
             let before = reach[v];
             reach[v] += far;
-            squared += (reach[v] * reach[v] - before * before) / step.weight;
+            squared += (reach[v] * reach[v] - before * before) * step.per_weight;
         }
         distance * (self.rate + squared.max(0.0).sqrt())
     }

@@ -2,7 +2,7 @@
 
 use super::Ground;
 use super::answer::{Answer, Exit, TOUCHING, Way};
-use super::certificate;
+use super::certificate::{self, Look};
 use super::options::{Effort, QueryOptions};
 use super::search::QueryScratch;
 use crate::collision::{SegmentOptions, SegmentOutcome};
@@ -28,20 +28,13 @@ impl QueryScratch {
         let poses = &anchor.poses;
         let (colliding, ceiling) = (&answer.colliding, answer.depth);
         let bound = if options.effort == Effort::Nearest {
-            let few = (certificate::QUICK_BALLS, ceiling);
-            certificate::lower_bound(ground, poses, colliding, &[], few, motion, &mut refine.check)
+            let look = (Look::Quick, ceiling);
+            certificate::lower_bound(ground, poses, colliding, &[], look, motion, &mut refine.check)
         } else {
             overlaps.clear();
             ground.checker.convex_overlaps(&anchor.q, colliding, &mut refine.check, overlaps);
-            certificate::lower_bound(
-                ground,
-                poses,
-                colliding,
-                overlaps,
-                (usize::MAX, ceiling),
-                motion,
-                &mut refine.check,
-            )
+            let look = (Look::Close, ceiling);
+            certificate::lower_bound(ground, poses, colliding, overlaps, look, motion, &mut refine.check)
         };
         answer.lower_bound = bound.min(answer.depth);
         self.gradient(ground, answer);

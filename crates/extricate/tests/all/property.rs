@@ -51,7 +51,7 @@ fn every_witness_is_free_and_every_bound_holds() {
                 );
                 assert!(nearest.depth >= refined.depth, "{name}: refinement made it worse");
                 assert!(checker.label(&nearest.witness, &mut check) == Label::Free, "{name}: a stored sample collides");
-                assert!(nearest.depth >= refined.lower_bound);
+                assert!(nearest.depth >= refined.lower_bound && refined.depth >= nearest.lower_bound, "{name}: {q:?}");
             }
             assert!(colliding > 3, "{name}: only {colliding} of 200 collide");
         }
