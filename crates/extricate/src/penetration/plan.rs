@@ -5,6 +5,7 @@ use super::hope::Hope;
 use super::options::{Effort, QueryOptions};
 use super::refine::RefineOptions;
 use super::scatter::ScatterOptions;
+use super::width::Width;
 use crate::boundary::Care;
 use crate::collision::ContactSearch;
 use crate::scene::MetricSpec;
@@ -120,11 +121,10 @@ impl Plan {
         plan.starts = plan.starts.max((STARTS + more).min(MOST_STARTS));
         plan.exits = plan.exits.max((EXITS + more / 2).min(MOST_STARTS / 2));
         let known = ground.boundary.exits() / KNOWN_AN_EXIT;
-        let relies_on_exits = known >= ENOUGH_EXITS;
         // Where several ways out are wanted under a metric that bends, all starts are compared.
         let in_turn = ground.takes_turns() && (plan.is_smooth || options.exits <= 1);
         if options.effort == Effort::Refined && !ground.stale && in_turn {
-            plan.take_turns(ground, relies_on_exits, more / 2);
+            plan.take_turns(ground, known, more / 2);
         }
         plan.exits = plan.exits.min(known);
         if let Some(starts) = options.starts.map(|starts| starts.max(1)) {
@@ -146,12 +146,17 @@ impl Plan {
         plan
     }
 
-    /// Descents in turn: from exits, from as many samples as make up for exits that are missing, and from `more`.
-    fn take_turns(&mut self, ground: &Ground, relies_on_exits: bool, more: usize) {
+    /// Descents in turn: from as many exits as the width says and are `known` well enough, from as many samples as make up for those that are missing, and
+    /// from `more`.
+    fn take_turns(&mut self, ground: &Ground, known: usize, more: usize) {
         let width = ground.width;
         self.kept = 2;
-        self.in_turn = Some(if self.is_smooth { Hope::IN_TURN } else { Hope::IN_TURN_BENT });
-        if !relies_on_exits {
+        self.in_turn = Some(match width {
+            _ if !self.is_smooth => Hope::IN_TURN_BENT,
+            Width::Widest => Hope::IN_TURN_WIDEST,
+            _ => Hope::IN_TURN,
+        });
+        if known < ENOUGH_EXITS {
             self.starts = (self.starts * width.samples()).min(MOST_STARTS);
             return;
         }
@@ -159,9 +164,12 @@ impl Plan {
         let least = degrees.div_ceil(DEGREES_A_START);
         let missing = (least * MANY_EXITS).div_ceil(ground.boundary.exits());
         let make_up = missing.min(STARTS).min(MOST_FOR_EXITS * least);
-        self.starts = if missing > least { make_up } else { 0 } + more;
         let along_hulls = ground.checker.all_convex();
-        self.exits = (width.exits(degrees, along_hulls) + (2 * more).min(MOST_STARTS / 2)).min(MOST_EXITS);
+        self.exits =
+            (width.exits(degrees, along_hulls, self.is_smooth) + (2 * more).min(MOST_STARTS / 2)).min(MOST_EXITS);
+        // Samples stand in for exits that are too few for the width, but for queries that only look for further exits.
+        let stand_ins = if ground.is_lean { 0 } else { self.exits.saturating_sub(known) };
+        self.starts = (if missing > least { make_up } else { 0 } + more + stand_ins).min(MOST_STARTS);
         self.scatter_again = false;
         if self.is_smooth || ground.is_lean {
             // Where a way out is short, so is that to the nearest exit: labels around the query find nothing more, as the joints go.

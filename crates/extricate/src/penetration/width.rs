@@ -17,7 +17,8 @@ pub enum Width {
     Usual,
     /// Four of them.
     Wide,
-    /// Ten of them; where exits are too few to rely on, four times as many samples as the others start from.
+    /// Five of them, and also those whose planes promise little; ten of them where the metric bends. Where exits are too few to rely on, four times as many
+    /// samples as the others start from.
     Widest,
 }
 
@@ -38,12 +39,14 @@ impl Width {
         }
     }
 
-    /// Most exits that a query starts from. Raw meshes have ways out that are short and narrow, as hulls have not.
-    pub(super) fn exits(self, degrees: usize, along_hulls: bool) -> usize {
+    /// Most exits that a query starts from. Raw meshes have ways out that are short and narrow, as hulls have not; where the metric is smooth, the
+    /// widest queries give fewer of them up by their planes, which finds more than twice as many exits would.
+    pub(super) fn exits(self, degrees: usize, along_hulls: bool, is_smooth: bool) -> usize {
         let a_degree = match self {
             Self::Narrow if along_hulls => 1,
             Self::Narrow | Self::Usual => 2,
             Self::Wide => 4,
+            Self::Widest if is_smooth => 5,
             Self::Widest => 10,
         };
         (a_degree * degrees).max(LEAST_EXITS)
