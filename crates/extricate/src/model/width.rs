@@ -4,11 +4,14 @@ use rayon::prelude::*;
 
 use super::measure::Extent;
 use crate::penetration::{Ground, QueryOptions, QueryScratch, Width, nearest_exit};
+use crate::scene::MetricSpec;
 
 /// Held-out colliding configurations that are asked at every width.
 const QUERIES: usize = 512;
-/// With fewer, what is missed says little.
+/// With fewer, one in a hundred cannot be told from none.
 const LEAST_QUERIES: usize = 64;
+/// With fewer, a width that misses none says nothing: one that misses one in twelve does so of 24 in one of eight models.
+const LEAST_TO_TELL: usize = 24;
 /// With fewer, it does not say that queries may be narrower than where nothing is known: of a width that misses one in twenty-five, none of 64 misses
 /// in one of fourteen models.
 const LEAST_TO_NARROW: usize = 256;
@@ -23,8 +26,9 @@ const ASKED_AT_ONCE: usize = 16;
 type Misses = [usize; Width::ALL.len()];
 
 /// The least width that misses no more than one nearest way out in a hundred, as far as the wider ones find it; the widest where all do. `colliding`
-/// (row major) are asked at every width that may still be the one, and the evaluations that took are returned too. Where less than
-/// 256 could be asked, none narrower than that of `ground`; where less than 64, the least that missed none of them.
+/// (row major) are asked at every width that may still be the one, and the evaluations that took are returned too. The width of `ground` is what is
+/// known before: where less than 24 could be asked, none narrower than that; where less than 64, none that missed one of them; where less than 256, none
+/// narrower than usual.
 ///
 /// # Guarantee
 /// Without a time to stop at, the result depends on the arguments alone, not on the number of threads.
@@ -71,12 +75,23 @@ pub fn choose_width(
     (chosen(&misses, asked, all, ground.width), checks)
 }
 
+/// The ground where nothing is known of the width yet: until something is told that makes them narrower, queries search as widely as they can. Where the
+/// metric bends, as usual: there the widest take more than twice the checks, for one query in five hundred.
+pub fn of_unknown_width<'a>(ground: &Ground<'a>) -> Ground<'a> {
+    let width = if ground.metric.kind() == MetricSpec::Joint { Width::Widest } else { ground.width };
+    Ground { width, ..*ground }
+}
+
 /// Of `asked` configurations of `all`; `known` is the width where nothing is told.
 fn chosen(misses: &Misses, asked: usize, all: usize, known: Width) -> Width {
     if candidates(misses, all).count() == 1 {
         return Width::Widest;
     }
-    let least = if asked < LEAST_TO_NARROW { known } else { Width::Narrow };
+    let least = match asked {
+        ..LEAST_TO_TELL => known,
+        LEAST_TO_TELL..LEAST_TO_NARROW => known.min(Width::default()),
+        _ => Width::Narrow,
+    };
     let counted = if asked < LEAST_QUERIES { 0 } else { asked };
     candidates(misses, counted).find(|width| *width >= least).unwrap_or(known)
 }
@@ -146,6 +161,10 @@ mod tests {
             [100, 200].map(|asked| chosen(&[2, 2, 0, 0], asked, 512, Width::Usual)),
             [Width::Wide, Width::Usual]
         );
+        // Where nothing is known, as wide as can be until there is something to tell by.
+        let of_unknown = |asked| chosen(&[1, 0, 0, 0], asked, 512, Width::Widest);
+        assert_eq!([0, 23].map(of_unknown), [Width::Widest; 2]);
+        assert_eq!([24, 63, 255].map(of_unknown), [Width::Usual; 3]);
     }
 
     #[test]
@@ -177,7 +196,7 @@ mod tests {
     #[test]
     fn nothing_is_chosen_where_nothing_can_be_told() {
         let model = learned("planar-arm", 12_000);
-        let ground = model.ground();
+        let ground = Ground { width: Width::Usual, ..model.ground() };
         let choose = |rows: &[f64], extent: &Extent, go_on: bool| choose_width(&ground, rows, extent, &mut || go_on);
         let (few, many) = (rows(&model, 40), rows(&model, 70));
         let in_full = Extent::in_full(0);
