@@ -169,6 +169,10 @@ fn label_agrees_with_clearance_and_pairs_and_ignores_what_came_before() {
         assert_eq!(one, checker.colliding_pair(&q, &mut CheckScratch::default()));
         assert_eq!(one.is_none(), pairs.is_empty());
         assert!(one.is_none_or(|pair| pairs.contains(&pair)));
+        checker.label(&q, &mut used);
+        let proved: Vec<usize> =
+            pairs.iter().copied().filter(|pair| checker.pair_seen_to_collide(*pair, &mut used)).collect();
+        assert!(proved.is_empty() || one.is_some_and(|pair| proved.contains(&pair)), "{one:?} {proved:?}");
         free += usize::from(fresh == Label::Free);
     }
     assert!((300..900).contains(&free), "{free}");

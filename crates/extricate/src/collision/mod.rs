@@ -206,8 +206,8 @@ impl Checker {
         scratch.broad.pairs = near;
     }
 
-    /// A checked pair that is nearer than the clearance at `q`, if there is one: of several, first one of which balls inside it prove so, then the one
-    /// whose bodies' balls overlap most.
+    /// A checked pair that is nearer than the clearance at `q`, if there is one. Of several, one of which balls inside the bodies prove it goes before
+    /// others; among those, the one whose enclosing balls overlap most.
     pub fn colliding_pair(&self, q: &[f64], scratch: &mut CheckScratch) -> Option<usize> {
         self.place(q, scratch);
         self.find_near(self.scene.clearance, scratch);

@@ -72,12 +72,12 @@ pub fn nearer(first: Placed, second: Placed, limit: f64, hint: &mut Hint, buffer
         || surfaces_nearer(first, second, &relative, limit, hint, buffers)
 }
 
-/// Whether balls inside the shapes prove the same.
+/// Whether balls inside the shapes prove that their signed distance is below `limit` \[m\]; `false` says nothing.
 pub fn proved_nearer(first: Placed, second: Placed, limit: f64) -> bool {
     cover::proves_nearer(first.shape, second.shape, &first.pose.inverse().then(second.pose), limit)
 }
 
-/// The same, by surfaces and containment alone.
+/// As [`nearer`], by surfaces and containment alone.
 pub fn surfaces_nearer(
     first: Placed,
     second: Placed,

@@ -209,6 +209,9 @@ impl MotionPath {
     }
 
     /// Upper bound \[m\] on the displacement of the point within `distance` (metric units), see [`Metric::motion_bound`].
+    ///
+    /// # Guarantee
+    /// Grows with `distance` from 0 and is convex: `distance` times the norm of terms that are not negative, grow and are convex themselves.
     pub fn bound(&mut self, distance: f64) -> f64 {
         let Self { steps, reach, .. } = self;
         steps.iter().filter_map(|step| step.shared).for_each(|v| reach[v] = 0.0);

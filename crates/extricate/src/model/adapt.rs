@@ -174,7 +174,7 @@ fn adapt_here(model: &Model, scene: Scene, options: &LearnOptions, report: &mut 
         is_lean: false,
         stale: false,
     };
-    let mut extent = Extent::after(budget.spent(), options.seed);
+    let mut extent = Extent { known: Some(model.statistics.width), ..Extent::after(budget.spent(), options.seed) };
     let limit = options.seconds.and_then(|limit| Duration::try_from_secs_f64(limit.max(0.0)).ok());
     extent.until = limit.and_then(|limit| started.checked_add(limit));
     let mut interrupted = || {

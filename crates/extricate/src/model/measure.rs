@@ -28,6 +28,8 @@ pub struct Extent {
     pub checks: usize,
     /// When to stop; what is found then depends on the machine.
     pub until: Option<Instant>,
+    /// How widely queries search as far as that is known before.
+    pub known: Option<Width>,
 }
 
 /// What was found.
@@ -73,12 +75,12 @@ impl Extent {
     pub fn after(labels: usize, seed: u64) -> Self {
         let draws = (labels / LABELS_A_DRAW).min(MOST_DRAWS);
         let queries = if labels < LEAST_LABELS { 0 } else { QUERIES };
-        Self { seed, draws, queries, checks: labels / LABELS_A_CHECK, until: None }
+        Self { seed, draws, queries, checks: labels / LABELS_A_CHECK, until: None, known: None }
     }
 
     /// All that is ever measured, however few the labels.
     pub fn in_full(seed: u64) -> Self {
-        Self { seed, draws: MOST_DRAWS, queries: QUERIES, checks: usize::MAX, until: None }
+        Self { seed, draws: MOST_DRAWS, queries: QUERIES, checks: usize::MAX, until: None, known: None }
     }
 
     /// What a run that may end by its quality looks at. Not what the model is measured on in the end: a run that ends when a

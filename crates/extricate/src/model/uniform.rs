@@ -4,7 +4,6 @@ use std::sync::Arc;
 
 use super::learner::Report;
 use super::measure::{Extent, measure_width};
-use super::width::of_unknown_width;
 use super::{EndedBy, Model, Statistics};
 use crate::collision::Checker;
 use crate::cspace::Label;
@@ -85,7 +84,7 @@ fn learn_here(scene: Scene, options: &LearnOptions, report: &mut Report) -> Resu
     let mut model = Model::from_parts(checker, metric, known.free, None, Coverage::default(), statistics);
     let extent = Extent::after(model.statistics.labels, options.seed);
     let mut go_on = || budget.end() != Some(BudgetEnd::Interrupted);
-    if let Some((width, checks)) = measure_width(&of_unknown_width(&model.ground()), &extent, &mut go_on) {
+    if let Some((width, checks)) = measure_width(&model.ground(), &extent, &mut go_on) {
         (model.statistics.width, model.statistics.measuring_checks) = (width, checks);
     }
     Ok(model)

@@ -33,7 +33,7 @@ impl Hope {
     pub const IN_TURN: Self =
         Self { by_planes: ByPlanes::ToTheFoot(1.2), early: 2.0, early_from_afar: 1.1, late: 1.02, alike: 0.002 };
 
-    /// The same for the widest queries: one in a hundred of two arms ends at an exit whose foot is that far.
+    /// The same for the widest queries: of two arms one query in a hundred finds its nearest way out from an exit whose foot is 1.2 to 3.6 times as far.
     pub const IN_TURN_WIDEST: Self = Self { by_planes: ByPlanes::ToTheFoot(3.6), ..Self::IN_TURN };
 
     /// The same under a metric that bends what is straight to the descents: there planes tell less of what is far.

@@ -146,8 +146,8 @@ impl Plan {
         plan
     }
 
-    /// Descents in turn: from as many exits as the width says and are `known` well enough, from as many samples as make up for those that are missing, and
-    /// from `more`.
+    /// Descents in turn: from as many exits as the width says, `known` at most, from as many samples as make up for those that are missing, and from
+    /// `more`.
     fn take_turns(&mut self, ground: &Ground, known: usize, more: usize) {
         let width = ground.width;
         self.kept = 2;
@@ -167,7 +167,7 @@ impl Plan {
         let along_hulls = ground.checker.all_convex();
         self.exits =
             (width.exits(degrees, along_hulls, self.is_smooth) + (2 * more).min(MOST_STARTS / 2)).min(MOST_EXITS);
-        // Samples stand in for exits that are too few for the width, but for queries that only look for further exits.
+        // Samples stand in for exits that are too few for the width, except in queries that only look for further exits.
         let stand_ins = if ground.is_lean { 0 } else { self.exits.saturating_sub(known) };
         self.starts = (if missing > least { make_up } else { 0 } + more + stand_ins).min(MOST_STARTS);
         self.scatter_again = false;

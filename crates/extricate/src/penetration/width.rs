@@ -12,13 +12,13 @@ use serde::{Deserialize, Serialize};
 pub enum Width {
     /// One exit for each degree of freedom, with raw meshes two: where nearly every descent ends at the nearest way out.
     Narrow,
-    /// Two of them. Where nothing was measured.
+    /// Two of them. Where measuring was interrupted, or nothing was measured under another metric than that of the joints.
     #[default]
     Usual,
     /// Four of them.
     Wide,
-    /// Five of them, and also those whose planes promise little; ten of them where the metric bends. Where exits are too few to rely on, four times as many
-    /// samples as the others start from.
+    /// Five of them, given up by their planes only where the foot is three times as far as narrower queries allow; where the metric bends, ten, given up
+    /// as usual. Where exits are too few to rely on, four times as many samples as the others start from.
     Widest,
 }
 

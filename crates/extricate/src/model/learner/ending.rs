@@ -5,7 +5,6 @@ use std::time::{Duration, Instant};
 use super::super::measure::{Extent, Measured, measure};
 use super::super::quality::interval;
 use super::super::run_state::{RunState, Stage};
-use super::super::width::of_unknown_width;
 use super::super::{EndedBy, Model, Statistics};
 use super::{LearnGround, Learner, Report, stand_ins};
 use crate::boundary::SampleSet;
@@ -52,11 +51,7 @@ impl Learner {
             budget.stage("measuring");
             budget.end() != Some(BudgetEnd::Interrupted)
         };
-        let measured = if interrupted {
-            None
-        } else {
-            measure(&of_unknown_width(&ground.to_query(&boundary)), &extent, &mut go_on)
-        };
+        let measured = if interrupted { None } else { measure(&ground.to_query(&boundary), &extent, &mut go_on) };
         self.end = Some(if measured.is_some() { why } else { EndedBy::Interruption });
         if measured.is_some() {
             self.state.set_mark(Stage::Measuring(why), self.spent.clone());
