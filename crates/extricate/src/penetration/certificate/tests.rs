@@ -20,7 +20,9 @@ fn points_lie_at_least_as_deep_as_balls_say() {
             let centre = balls.all[0].centre;
             let mut depths = [[0.0; LANES]];
             balls.depths(&Pose::identity(), [[centre.x, centre.y, centre.z].map(|x| [x; LANES])].iter(), &mut depths);
-            assert!(!balls.hold_some() || depths[0] == [balls.all[0].radius; LANES], "{name} {body}: {depths:?}");
+            let radius = balls.all[0].radius;
+            let is_near = |depth: &f64| *depth <= radius && *depth >= radius * (1.0 - 1e-7);
+            assert!(!balls.hold_some() || depths[0].iter().all(is_near), "{name} {body}: {depths:?}");
             for _ in 0..50 {
                 let mut number = |scale: f64| scale * (rng.random::<f64>() - 0.5);
                 let pose = Pose::from_xyz_rpy([0.0; 3].map(|_| number(0.1)), [0.0; 3].map(|_| number(6.0)));
