@@ -50,7 +50,7 @@ pub fn choose_width(
     let before = Before { known: extent.known, untold };
     // Widths tell apart what searches in turn.
     if !ground.takes_turns() || extent.queries == 0 || all < LEAST_TO_TELL {
-        return (before.known.unwrap_or(if ground.takes_turns() { untold } else { Width::Usual }), 0);
+        return (before.known.unwrap_or(untold), 0);
     }
     // Half of what may be spent; the other half is for the excess.
     let most = extent.checks / 2;
