@@ -19,7 +19,7 @@ use super::shape::{ConvexSolid, ShapeKind};
 use super::triangle;
 use super::{Contact, ContactQuery, ContactSearch, mesh_convex};
 use crate::math::{Pose, Vec3};
-use by_pieces::{are_parted, by_pieces};
+use by_pieces::{Candidate, are_parted, by_pieces};
 use overlap::{crossing, outward};
 
 /// Most contacts of a pair that meshes give.
@@ -44,7 +44,9 @@ pub struct ContactBuffers {
     triangles: Vec<[(u32, u8); 2]>,
     nodes: Vec<(f64, u32)>,
     /// Pairs of pieces, and lower bounds on their distances \[m\].
-    candidates: Vec<(f64, usize, usize)>,
+    candidates: Vec<Candidate>,
+    /// Pieces of the one shape that are near the other as a whole.
+    near_pieces: Vec<usize>,
     memory: PairMemories,
 }
 

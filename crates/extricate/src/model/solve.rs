@@ -1,7 +1,8 @@
 //! Solving: the nearest ways out of colliding configurations, found while learning and kept as starts.
 //!
 //! Descents from where others ended end at the nearest way out more often than those from where the boundary was met by chance:
-//! half as many starts are enough.
+//! half as many starts are enough. While exits are few, the other ways out that descents met are kept too: they cost two labels each instead of some
+//! dozens, and lead out of other configurations.
 
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -9,15 +10,15 @@ use serde::{Deserialize, Serialize};
 use super::learner::TRACED_BY;
 use crate::boundary::SampleSet;
 use crate::collision::Checker;
-use crate::cspace::Label;
 use crate::cspace::sampling::Halton;
+use crate::cspace::{Config, Label};
 use crate::learning::explore::{BATCH, Exploration};
 use crate::learning::{Budget, LabelBatch};
 use crate::metric::Metric;
 use crate::penetration::certificate::InteriorBalls;
 use crate::penetration::coverage::Coverage;
 use crate::penetration::{
-    Ground, QueryBudget, QueryOptions, QueryScratch, RELIED_ON, Width, index_samples, nearest_exit,
+    Ground, MANY_EXITS, QueryBudget, QueryOptions, QueryScratch, RELIED_ON, Width, index_samples, nearest_exit,
 };
 
 /// What solving stands on.
@@ -59,6 +60,11 @@ const BETWEEN_REPORTS: usize = 64;
 const SOLVED_A_TASK: usize = 4;
 /// Checks that a query is not begun without: with fewer it is not carried to its end.
 const LEAST_CHECKS: usize = 200;
+/// Checks kept from a query: what tells whether its exits are free and beside a collision, and what it may overdraw.
+const CHECKS_AFTER: usize = 12;
+/// While so many exits are known, other ways out become exits too. With fewer, a model that is about to rely on exits would do so with half as many
+/// nearest ones; with more, they change nothing.
+const KEEPS_OTHERS: std::ops::Range<usize> = RELIED_ON..MANY_EXITS;
 
 /// Whether a run of so many labels solves at all: with fewer exits than a query needs before it relies on them, the labels are better
 /// spent on the boundary.
@@ -142,19 +148,19 @@ fn solve_next(
         if rows == 0 {
             return false;
         }
-        // What tells whether the exit is beside a collision, and what a query may overdraw.
-        let checks = budget.left() / rows - 4;
+        let checks = budget.left() / rows - CHECKS_AFTER;
         let options =
             QueryOptions { budget: QueryBudget { checks: Some(checks), seconds: None }, ..Default::default() };
         let seeds = &known.colliding[place.seeds_used * nq..(place.seeds_used + rows) * nq];
-        let found: Vec<(Option<Vec<f64>>, usize)> = seeds
+        let task = Task { ground, gap, options, keeps_others: KEEPS_OTHERS.contains(&place.exits) };
+        let found: Vec<(Vec<f64>, usize)> = seeds
             .par_chunks_exact(nq)
             .with_max_len(SOLVED_A_TASK)
-            .map_init(QueryScratch::default, |scratch, seed| solve(ground, gap, seed, &options, scratch))
+            .map_init(QueryScratch::default, |scratch, seed| task.solve(seed, scratch))
             .collect();
-        for exit in found.iter().filter_map(|(exit, _)| exit.as_ref()) {
-            samples.extend_from_slice(exit);
-            place.exits += 1;
+        for (exits, _) in &found {
+            samples.extend_from_slice(exits);
+            place.exits += exits.len() / nq;
         }
         place.seeds_used += rows;
         budget.note(samples.len() / nq, None);
@@ -163,23 +169,45 @@ fn solve_next(
     budget.left() >= LEAST_CHECKS
 }
 
-/// The exit of one configuration where it is one, and the checks that it took.
-fn solve(
-    ground: &Ground,
+/// What is done with every configuration of a batch.
+struct Task<'a> {
+    ground: &'a Ground<'a>,
     gap: f64,
-    seed: &[f64],
-    options: &QueryOptions,
-    scratch: &mut QueryScratch,
-) -> (Option<Vec<f64>>, usize) {
-    let space = &ground.checker.scene().space;
-    let Ok(q) = space.config(seed) else { return (None, 0) };
-    let Some(answer) = nearest_exit(ground, &q, options, scratch) else { return (None, scratch.checks()) };
-    let is_exit = answer.verified && answer.depth > 0.0 && {
+    options: QueryOptions,
+    /// Whether other ways out than the nearest are kept.
+    keeps_others: bool,
+}
+
+impl Task<'_> {
+    /// The exits of one configuration, row major, nearest first, and the checks that they took.
+    fn solve(&self, seed: &[f64], scratch: &mut QueryScratch) -> (Vec<f64>, usize) {
+        let space = &self.ground.checker.scene().space;
+        let Ok(q) = space.config(seed) else { return (Vec::new(), 0) };
+        let Some(answer) = nearest_exit(self.ground, &q, &self.options, scratch) else {
+            return (Vec::new(), scratch.checks());
+        };
+        let mut exits = Vec::new();
+        if answer.verified && self.is_beside_collision(&answer.witness, answer.depth, &q, scratch) {
+            exits.extend_from_slice(&answer.witness);
+        }
+        if self.keeps_others {
+            for (depth, other) in scratch.other_ways_out(space, &answer) {
+                let is_free = scratch.label(self.ground, &other) == Label::Free;
+                if is_free && self.is_beside_collision(&other, depth, &q, scratch) {
+                    exits.extend_from_slice(&other);
+                }
+            }
+        }
+        (exits, scratch.checks())
+    }
+
+    /// Whether the configuration within the gap of an exit, toward `q` at its depth, collides.
+    fn is_beside_collision(&self, exit: &[f64], depth: f64, q: &Config, scratch: &mut QueryScratch) -> bool {
+        let space = &self.ground.checker.scene().space;
         let mut beyond = vec![0.0; space.nq()];
-        space.interpolate(&answer.witness, &q, (0.9 * gap / answer.depth).min(1.0), &mut beyond);
-        scratch.label(ground, &beyond) == Label::Colliding
-    };
-    (is_exit.then_some(answer.witness), scratch.checks())
+        space.interpolate(exit, q, (0.9 * self.gap / depth).min(1.0), &mut beyond);
+        depth > 0.0 && scratch.label(self.ground, &beyond) == Label::Colliding
+    }
 }
 
 #[cfg(test)]
@@ -230,7 +258,7 @@ mod tests {
         assert!(model.statistics().labels <= LABELS);
         let gap = model.statistics().boundary_gap.unwrap();
         let first = set.len() - set.exits();
-        for exit in set.configs()[first * nq..].chunks_exact(nq).take(100) {
+        for exit in set.configs()[first * nq..].chunks_exact(nq) {
             assert_eq!(model.checker().label(exit, &mut Default::default()), Label::Free);
             // Some direction within the gap collides: that toward what was solved, which is not kept.
             let mut contacts = RefineScratch::default();
@@ -253,6 +281,35 @@ mod tests {
             assert!(found.iter().zip(&all).all(|((id, d), e)| (d - e).abs() < 1e-9 && *id as usize >= first));
             assert_eq!(found.len(), 5);
         }
+    }
+
+    #[test]
+    fn other_ways_out_are_exits_too_while_they_are_few() {
+        let model = learned();
+        let ground = Ground { width: Width::Narrow, is_lean: true, ..model.ground() };
+        let gap = model.statistics().boundary_gap.unwrap();
+        let [nearest, all] = [false, true].map(|keeps_others| Task {
+            ground: &ground,
+            gap,
+            options: QueryOptions::default(),
+            keeps_others,
+        });
+        let (mut scratch, mut others) = (QueryScratch::default(), 0);
+        for q in crate::model::measure::tests::colliding(&model, 100) {
+            let nq = q.len();
+            let (one, few) = nearest.solve(&q, &mut scratch);
+            let (several, more) = all.solve(&q, &mut scratch);
+            assert!(several.starts_with(&one) && one.len() <= nq && several.len() <= one.len() + 4 * nq);
+            assert!(more <= few + 8);
+            let depth = |exit: &[f64]| model.metric().distance(&q, exit);
+            for exit in several[one.len()..].chunks_exact(nq) {
+                others += 1;
+                assert_eq!(model.checker().label(exit, &mut Default::default()), Label::Free);
+                assert!(one.is_empty() || depth(exit) > 0.999 * depth(&one), "{} {}", depth(exit), depth(&one));
+                assert!(one.is_empty() || model.metric().distance(&one, exit) > 0.2 * depth(&one));
+            }
+        }
+        assert!(others > 10, "{others}");
     }
 
     #[test]

@@ -32,6 +32,17 @@ impl Exits {
         self.order.iter().map(|&(depth, at)| (depth, &self.configs[at * self.nq..(at + 1) * self.nq]))
     }
 
+    /// Those that are distinct from a witness, nearest first.
+    pub fn besides<'a>(
+        &'a self,
+        space: &'a ConfigSpace,
+        local: &'a mut LocalMetric,
+        depth: f64,
+        witness: &'a [f64],
+    ) -> impl Iterator<Item = (f64, &'a [f64])> {
+        self.iter().filter(move |&other| !are_alike(space, local, (depth, witness), other))
+    }
+
     /// Takes a way out in if it is among the nearest; of those that are alike the nearest stays.
     pub fn offer(&mut self, space: &ConfigSpace, local: &mut LocalMetric, depth: f64, config: &[f64]) {
         if depth >= self.ceiling() {
@@ -53,9 +64,7 @@ impl Exits {
 
     /// Whether one of them is a rival of a witness: distinct from it and hardly farther.
     pub fn rival(&self, space: &ConfigSpace, local: &mut LocalMetric, depth: f64, witness: &[f64]) -> bool {
-        self.iter().any(|(other, config)| {
-            other <= RIVAL * depth && !are_alike(space, local, (depth, witness), (other, config))
-        })
+        self.besides(space, local, depth, witness).any(|(other, _)| other <= RIVAL * depth)
     }
 }
 
@@ -83,6 +92,8 @@ mod tests {
         let kept: Vec<(f64, f64)> = exits.iter().map(|(depth, config)| (depth, config[0])).collect();
         assert_eq!(kept, [(0.9, 0.9), (1.0, -1.0), (2.0, 2.0)]);
         assert_eq!(exits.ceiling(), 2.0);
+        let besides: Vec<f64> = exits.besides(&space, &mut local, 0.9, &[0.9]).map(|(depth, _)| depth).collect();
+        assert_eq!(besides, [1.0, 2.0]);
         assert!(exits.rival(&space, &mut local, 0.995, &[0.995]));
         assert!(!exits.rival(&space, &mut local, 0.9, &[0.9]));
     }

@@ -31,7 +31,7 @@ pub use answer::{Answer, Exit, Way};
 pub use batch::Answered;
 pub use changed::ChangedScene;
 pub use options::{Effort, QueryBudget, QueryOptions, Stop};
-pub use plan::RELIED_ON;
+pub use plan::{MANY_EXITS, RELIED_ON};
 pub use search::QueryScratch;
 pub use stream::{Stream, StreamOptions};
 pub use tangents::index_samples;

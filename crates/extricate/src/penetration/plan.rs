@@ -78,7 +78,7 @@ const KNOWN_AN_EXIT: usize = 32;
 /// Exits that are known where queries rely on them.
 pub const RELIED_ON: usize = ENOUGH_EXITS * KNOWN_AN_EXIT;
 /// With fewer exits than these, samples make up for them.
-const MANY_EXITS: usize = 16_384;
+pub const MANY_EXITS: usize = 16_384;
 /// One for so many degrees of freedom where there are nearly as many exits.
 const DEGREES_A_START: usize = 4;
 /// Random steps from the best result where the metric bends what is straight to descents: flat on a face, they stop short of its edge.

@@ -14,7 +14,7 @@ use super::wander::{WanderScratch, wander};
 use crate::boundary::{BoundaryScratch, Wanted};
 use crate::collision::ConvexOverlap;
 use crate::cspace::sampling::Halton;
-use crate::cspace::{Config, Label};
+use crate::cspace::{Config, ConfigSpace, Label};
 use crate::metric::Anchor;
 use crate::metric::motion_bound::MotionPath;
 use crate::metric::quadratic::Quadratic;
@@ -165,6 +165,14 @@ impl QueryScratch {
     /// An exact check, counted.
     pub(crate) fn label(&mut self, ground: &Ground, q: &[f64]) -> Label {
         self.refine.label(ground, q)
+    }
+
+    /// Other ways out with their depths, distinct from the answer and from each other, where descents of the last query ended besides: nearest first,
+    /// not carried to the last digit and not checked. At most four where one was wanted.
+    pub(crate) fn other_ways_out(&mut self, space: &ConfigSpace, answer: &Answer) -> Vec<(f64, Vec<f64>)> {
+        let Self { exits, local, .. } = self;
+        let others = exits.besides(space, local, answer.depth, &answer.witness);
+        others.map(|(depth, config)| (depth, config.to_vec())).collect()
     }
 
     /// Checks of the last query so far.

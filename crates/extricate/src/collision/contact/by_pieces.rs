@@ -15,6 +15,12 @@ const MOST_FAR: usize = 4;
 /// Two pieces that a plane parts by more than this share of the margin are far: the plane is their contact, and how far they are is not searched for.
 pub(super) const FAR: f64 = 0.4;
 
+/// Of so many pairs of pieces, the nearest of those not looked at yet are brought into order.
+const SORTED_AT_ONCE: usize = 32;
+
+/// Two pieces, and a lower bound on how far apart they are \[m\].
+pub(super) type Candidate = (f64, usize, usize);
+
 /// Offers `sink` the contact of every two pieces nearer than the margin, nearest first.
 pub fn by_pieces(
     [a, b]: [&Shape; 2],
@@ -27,11 +33,12 @@ pub fn by_pieces(
     let (of_a, of_b) = (a.pieces(), b.pieces());
     find_candidates([a, b], [of_a, of_b], relative, query.margin, buffers);
     let ContactBuffers { found, memory, candidates, .. } = buffers;
-    candidates.sort_unstable_by(|x, y| x.0.total_cmp(&y.0).then((x.1, x.2).cmp(&(y.1, y.2))));
     found.clear();
     let far = (FAR * query.margin).max(2.0 * place.clearance);
     let (mut looked_at, mut nearest) = (0, query.margin);
-    for &(bound, i, j) in candidates.iter() {
+    for at in 0..candidates.len() {
+        sort_by_blocks(candidates, at);
+        let (bound, i, j) = candidates[at];
         let limit = if looked_at < MOST_FAR { query.margin } else { nearest.max(place.clearance) };
         if bound >= limit {
             break;
@@ -58,6 +65,21 @@ pub fn by_pieces(
         if !sink.offer(near) {
             break;
         }
+    }
+}
+
+/// Brings the nearest of those from `at` on into order, a few at a time where `at` is the first of a block: of thousands, the first few are looked at.
+fn sort_by_blocks(candidates: &mut [Candidate], at: usize) {
+    if !at.is_multiple_of(SORTED_AT_ONCE) {
+        return;
+    }
+    let by_bound = |x: &Candidate, y: &Candidate| x.0.total_cmp(&y.0).then((x.1, x.2).cmp(&(y.1, y.2)));
+    let rest = &mut candidates[at..];
+    if rest.len() > 2 * SORTED_AT_ONCE {
+        rest.select_nth_unstable_by(SORTED_AT_ONCE, by_bound);
+        rest[..SORTED_AT_ONCE].sort_unstable_by(by_bound);
+    } else {
+        rest.sort_unstable_by(by_bound);
     }
 }
 
@@ -94,15 +116,28 @@ fn find_candidates(
     margin: f64,
     buffers: &mut ContactBuffers,
 ) {
-    let candidates = &mut buffers.candidates;
+    let ContactBuffers { candidates, near_pieces, .. } = buffers;
     candidates.clear();
     // Eight at a time of the one that has more of them.
     let swapped = of_a.boxes.len() > of_b.boxes.len();
-    let ((one, each), (other, boxes)) =
-        if swapped { ((b, of_b.shapes), (a, of_a.boxes)) } else { ((a, of_a.shapes), (b, of_b.boxes)) };
-    let pose_other_one = if swapped { relative.pose_a_b } else { relative.pose_a_b.inverse() };
-    let view = View::new(&pose_other_one, &Cuboid::around(&other.bounds), &Cuboid::around(&one.bounds));
-    for (k, shape) in each.iter().enumerate() {
+    let ((one, each), (other, all)) = if swapped { ((b, of_b), (a, of_a)) } else { ((a, of_a), (b, of_b)) };
+    let (pose_other_one, pose_one_other) = if swapped {
+        (relative.pose_a_b, relative.pose_a_b.inverse())
+    } else {
+        (relative.pose_a_b.inverse(), relative.pose_a_b)
+    };
+    let (around_one, around_other) = (Cuboid::around(&one.bounds), Cuboid::around(&other.bounds));
+    near_pieces.clear();
+    if each.shapes.len() == 1 {
+        near_pieces.push(0);
+    } else {
+        let view = View::new(&pose_one_other, &around_one, &around_other);
+        let near = |_, k| near_pieces.push(k);
+        Arch::new().dispatch(NearBoxes { boxes: each.boxes, view: &view, seen: around_other, margin, near });
+    }
+    let view = View::new(&pose_other_one, &around_other, &around_one);
+    for &k in near_pieces.iter() {
+        let shape = &each.shapes[k];
         let near = |bound: f32, l: usize| {
             let (i, j) = if swapped { (l, k) } else { (k, l) };
             let (center_y, radius_y) = of_b.shapes[j].ball;
@@ -110,7 +145,13 @@ fn find_candidates(
             let bound = f64::from(bound).max(beyond.norm() - radius_y);
             candidates.extend((bound < margin).then_some((bound, i, j)));
         };
-        Arch::new().dispatch(NearBoxes { boxes, view: &view, seen: Cuboid::around(&shape.bounds), margin, near });
+        Arch::new().dispatch(NearBoxes {
+            boxes: all.boxes,
+            view: &view,
+            seen: Cuboid::around(&shape.bounds),
+            margin,
+            near,
+        });
     }
 }
 
@@ -177,6 +218,22 @@ mod tests {
     use crate::robot::Geometry;
     use rand::{RngExt, SeedableRng};
     use std::sync::Arc;
+
+    #[test]
+    fn candidates_come_in_order_block_by_block() {
+        let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(6);
+        for count in [0, 1, 31, 32, 33, 64, 65, 500] {
+            // Some bounds are equal.
+            let mut some: Vec<Candidate> =
+                (0..count).map(|i| (f64::from(rng.random_range(0..100_u32)), i % 7, i)).collect();
+            let mut all = some.clone();
+            all.sort_unstable_by(|x, y| x.partial_cmp(y).unwrap());
+            for (at, expected) in all.iter().enumerate() {
+                sort_by_blocks(&mut some, at);
+                assert_eq!(some[at], *expected, "{at} of {count}");
+            }
+        }
+    }
 
     /// A bracket, a lumpy body and two convex shapes, at random poses around contact, against exact distances.
     #[test]
