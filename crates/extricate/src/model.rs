@@ -56,7 +56,8 @@ pub struct Statistics {
     pub seed: u64,
     /// Verified free boundary samples stored.
     pub boundary_samples: usize,
-    /// How many of them, the last, are exits: nearest ways out of configurations that were solved while learning.
+    /// How many of them, the last, are exits: ways out of configurations that were solved while learning, the nearest and, while exits were
+    /// few, others.
     pub exits: usize,
     /// How many of them, the first, are any free configurations, which stand in where fewer than 128 samples were found.
     pub stand_ins: usize,

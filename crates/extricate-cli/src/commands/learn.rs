@@ -176,7 +176,7 @@ pub fn statistics_rows(statistics: &Statistics, unit: &str) -> Vec<(&'static str
         (
             "boundary samples",
             format!(
-                "{}, all verified free; {} of them nearest ways out of solved configurations{}",
+                "{}, all verified free; {} of them ways out of solved configurations{}",
                 count(statistics.boundary_samples),
                 count(statistics.exits),
                 if statistics.stand_ins > 0 {
