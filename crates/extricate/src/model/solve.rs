@@ -4,6 +4,8 @@
 //! half as many starts are enough. While exits are few, the other ways out that descents met are kept too: they cost two labels each instead of some
 //! dozens, and lead out of other configurations.
 
+use std::time::Instant;
+
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
@@ -149,10 +151,9 @@ fn solve_next(
             return false;
         }
         let checks = budget.left() / rows - CHECKS_AFTER;
-        let options =
-            QueryOptions { budget: QueryBudget { checks: Some(checks), seconds: None }, ..Default::default() };
         let seeds = &known.colliding[place.seeds_used * nq..(place.seeds_used + rows) * nq];
-        let task = Task { ground, gap, options, keeps_others: KEEPS_OTHERS.contains(&place.exits) };
+        let keeps_others = KEEPS_OTHERS.contains(&place.exits);
+        let task = Task { ground, gap, checks, until: budget.until(), keeps_others };
         let found: Vec<(Vec<f64>, usize)> = seeds
             .par_chunks_exact(nq)
             .with_max_len(SOLVED_A_TASK)
@@ -173,19 +174,24 @@ fn solve_next(
 struct Task<'a> {
     ground: &'a Ground<'a>,
     gap: f64,
-    options: QueryOptions,
+    /// Most checks of one.
+    checks: usize,
+    /// Where the time of the run ends: a query along dense meshes may take seconds.
+    until: Option<Instant>,
     /// Whether other ways out than the nearest are kept.
     keeps_others: bool,
 }
 
 impl Task<'_> {
-    /// The exits of one configuration, row major, nearest first, and the checks that they took.
+    /// The exits of one configuration, row major, nearest first, and the checks that they took; none of a query that time cut short.
     fn solve(&self, seed: &[f64], scratch: &mut QueryScratch) -> (Vec<f64>, usize) {
         let space = &self.ground.checker.scene().space;
-        let Ok(q) = space.config(seed) else { return (Vec::new(), 0) };
-        let Some(answer) = nearest_exit(self.ground, &q, &self.options, scratch) else {
-            return (Vec::new(), scratch.checks());
-        };
+        let left = || self.until.map(|until| until.saturating_duration_since(Instant::now()).as_secs_f64());
+        let Some(q) = space.config(seed).ok().filter(|_| left() != Some(0.0)) else { return (Vec::new(), 0) };
+        let budget = QueryBudget { checks: Some(self.checks), seconds: left() };
+        let options = QueryOptions { budget, ..QueryOptions::default() };
+        let answer = nearest_exit(self.ground, &q, &options, scratch).filter(|_| left() != Some(0.0));
+        let Some(answer) = answer else { return (Vec::new(), scratch.checks()) };
         let mut exits = Vec::new();
         if answer.verified && self.is_beside_collision(&answer.witness, answer.depth, &q, scratch) {
             exits.extend_from_slice(&answer.witness);
@@ -219,6 +225,7 @@ mod tests {
     use crate::collision::Checker;
     use crate::learning::LearnOptions;
     use crate::metric::Anchor;
+    use crate::model::measure::tests::colliding;
     use crate::model::{Model, Statistics};
     use crate::penetration::refine::RefineScratch;
     use crate::scene::builtin;
@@ -243,7 +250,7 @@ mod tests {
     fn a_stored_model_answers_as_the_learned_one() {
         let learned = learned();
         let stored = stored(&learned, learned.statistics().clone());
-        for q in crate::model::measure::tests::colliding(&learned, 100) {
+        for q in colliding(&learned, 100) {
             let [a, b] = [&learned, &stored]
                 .map(|model| model.query(&q, &QueryOptions::default(), &mut QueryScratch::default()));
             assert_eq!((a.witness, a.lower_bound, a.checks), (b.witness, b.lower_bound, b.checks));
@@ -291,11 +298,12 @@ mod tests {
         let [nearest, all] = [false, true].map(|keeps_others| Task {
             ground: &ground,
             gap,
-            options: QueryOptions::default(),
+            checks: usize::MAX,
+            until: None,
             keeps_others,
         });
         let (mut scratch, mut others) = (QueryScratch::default(), 0);
-        for q in crate::model::measure::tests::colliding(&model, 100) {
+        for q in colliding(&model, 100) {
             let nq = q.len();
             let (one, few) = nearest.solve(&q, &mut scratch);
             let (several, more) = all.solve(&q, &mut scratch);
@@ -310,6 +318,9 @@ mod tests {
             }
         }
         assert!(others > 10, "{others}");
+        // Where time is over, nothing is begun.
+        let over = Task { until: Some(Instant::now()), ..all };
+        assert_eq!(over.solve(&colliding(&model, 1)[0], &mut scratch), (Vec::new(), 0));
     }
 
     #[test]
@@ -332,7 +343,7 @@ mod tests {
     fn assert_shorter(model: &Model, share: f64) {
         let without = stored(model, Statistics { exits: 0, ..model.statistics().clone() });
         let (mut scratch, mut checks, mut beyond) = (QueryScratch::default(), [0; 2], [0; 2]);
-        let queries = crate::model::measure::tests::colliding(model, 200);
+        let queries = colliding(model, 200);
         for q in &queries {
             let [a, b] = [model, &without].map(|model| model.query(q, &QueryOptions::default(), &mut scratch));
             checks = [checks[0] + a.checks, checks[1] + b.checks];
