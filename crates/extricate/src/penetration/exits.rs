@@ -64,7 +64,9 @@ impl Exits {
 
     /// Whether one of them is a rival of a witness: distinct from it and hardly farther.
     pub fn rival(&self, space: &ConfigSpace, local: &mut LocalMetric, depth: f64, witness: &[f64]) -> bool {
-        self.besides(space, local, depth, witness).any(|(other, _)| other <= RIVAL * depth)
+        self.iter()
+            .take_while(|(other, _)| *other <= RIVAL * depth)
+            .any(|other| !are_alike(space, local, (depth, witness), other))
     }
 }
 

@@ -128,11 +128,8 @@ fn find_candidates(
     // Eight at a time of the one that has more of them.
     let swapped = of_a.boxes.len() > of_b.boxes.len();
     let ((one, each), (other, all)) = if swapped { ((b, of_b), (a, of_a)) } else { ((a, of_a), (b, of_b)) };
-    let (pose_other_one, pose_one_other) = if swapped {
-        (relative.pose_a_b, relative.pose_a_b.inverse())
-    } else {
-        (relative.pose_a_b.inverse(), relative.pose_a_b)
-    };
+    let (pose_a_b, pose_b_a) = (relative.pose_a_b, relative.pose_a_b.inverse());
+    let (pose_one_other, pose_other_one) = if swapped { (pose_b_a, pose_a_b) } else { (pose_a_b, pose_b_a) };
     let (around_one, around_other) = (Cuboid::around(&one.bounds), Cuboid::around(&other.bounds));
     near_pieces.clear();
     if each.shapes.len() == 1 {
