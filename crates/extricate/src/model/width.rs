@@ -8,15 +8,15 @@ use crate::scene::MetricSpec;
 
 /// Held-out colliding configurations that are asked at every width.
 const QUERIES: usize = 512;
-/// With fewer, one in a hundred cannot be told from none.
-const LEAST_QUERIES: usize = 64;
-/// With fewer, a width that misses none says nothing: one that misses one in twelve does so of 24 in one of eight models.
-const LEAST_TO_TELL: usize = 24;
+/// With fewer, a width that misses none says nothing: one that misses one in twelve does so of 24 in one of eight models, of 64 in one of 260.
+const LEAST_TO_TELL: usize = 64;
 /// With fewer, it does not say that queries may be narrower than usual: of a width that misses one in twenty-five, none of 64 misses
 /// in one of fourteen models.
 const LEAST_TO_NARROW: usize = 256;
 /// Of so many, one may be missed.
 const ASKED_A_MISS: usize = 100;
+/// Of fewer, none: a width that misses one in twenty-five misses no more than one of 111 in one of sixteen models, of 160 in one of ninety.
+const LEAST_TO_MISS: usize = 160;
 /// An answer farther than this times the nearest one of all widths misses it.
 const NEAR: f64 = 1.05;
 /// Asked between two looks at the clock.
@@ -27,7 +27,7 @@ type Misses = [usize; Width::ALL.len()];
 
 /// The least width that misses no more than one nearest way out in a hundred, as far as the wider ones find it; the widest where all do. `colliding`
 /// (row major) are asked at every width that may still be the one, and the evaluations that took are returned too. Where less than 256 could be asked,
-/// none narrower than what the extent knows, or else than usual; where less than 64, none that missed one of them; where less than 24 and nothing is
+/// none narrower than what the extent knows, or else than usual; where less than 160, none that missed one of them; where less than 64 and nothing is
 /// known, the widest under the metric of the joints.
 ///
 /// # Guarantee
@@ -99,13 +99,12 @@ fn chosen(misses: &Misses, asked: usize, all: usize, before: Before) -> Width {
         (..LEAST_TO_TELL, None) => before.untold,
         (_, None) => Width::Usual,
     };
-    let counted = if asked < LEAST_QUERIES { 0 } else { asked };
-    candidates(misses, counted).find(|width| *width >= least).unwrap_or(Width::Widest)
+    candidates(misses, asked).find(|width| *width >= least).unwrap_or(Width::Widest)
 }
 
 /// Widths that have missed no more than they may of `asked`, and the widest.
 fn candidates(misses: &Misses, asked: usize) -> impl Iterator<Item = Width> {
-    let allowed = asked / ASKED_A_MISS;
+    let allowed = if asked < LEAST_TO_MISS { 0 } else { asked / ASKED_A_MISS };
     let may_be = move |(width, missed): &(Width, usize)| *width == Width::Widest || *missed <= allowed;
     Width::ALL.into_iter().zip(*misses).filter(may_be).map(|(width, _)| width)
 }
@@ -151,7 +150,7 @@ mod tests {
         assert_eq!(first([2, 9, 9, 9], 256), Width::Narrow);
         assert_eq!(first([3, 2, 0, 0], 256), Width::Usual);
         assert_eq!(first([3, 3, 3, 9], 256), Width::Widest);
-        assert_eq!(first([1, 1, 0, 0], 99), Width::Wide);
+        assert_eq!([159, 160].map(|asked| first([1, 1, 0, 0], asked)), [Width::Wide, Width::Narrow]);
         assert_eq!(candidates(&[3, 2, 3, 9], 256).collect::<Vec<_>>(), [Width::Usual, Width::Widest]);
         // Of few, none may be missed, and nothing is told that would make queries narrower.
         let usual = Before { known: Some(Width::Usual), untold: Width::Widest };
@@ -165,11 +164,11 @@ mod tests {
             [64, 255, 256].map(|asked| chosen(&[0; 4], asked, 512, usual)),
             [Width::Usual, Width::Usual, Width::Narrow]
         );
-        assert_eq!([100, 200].map(|asked| chosen(&[2, 2, 0, 0], asked, 512, usual)), [Width::Wide, Width::Usual]);
+        assert_eq!([199, 200].map(|asked| chosen(&[2, 2, 0, 0], asked, 512, usual)), [Width::Wide, Width::Usual]);
         // Where nothing is known, as wide as can be until there is something to tell by.
         let of_unknown = |asked| chosen(&[1, 0, 0, 0], asked, 512, Before { known: None, ..usual });
-        assert_eq!([0, 23].map(of_unknown), [Width::Widest; 2]);
-        assert_eq!([24, 63, 255].map(of_unknown), [Width::Usual; 3]);
+        assert_eq!([0, 63].map(of_unknown), [Width::Widest; 2]);
+        assert_eq!([64, 159, 160, 255].map(of_unknown), [Width::Usual; 4]);
         // What is known is not narrowed by a few.
         let of_wide = |asked| chosen(&[0; 4], asked, 512, Before { known: Some(Width::Wide), ..usual });
         assert_eq!(
