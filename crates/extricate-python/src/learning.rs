@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 use std::time::{Duration, Instant};
 
-use extricate::model::adapt::LEARNING_OVER_ADAPTING;
+use extricate::model::adapt::labels_to_adapt;
 use extricate::{Error, LearnOptions, Learner, store};
 use pyo3::exceptions::{PyRuntimeWarning, PyValueError};
 use pyo3::prelude::*;
@@ -144,7 +144,7 @@ pub fn adapt(
     progress: Option<&Bound<'_, PyAny>>,
 ) -> PyResult<Model> {
     let options = LearnOptions {
-        labels: budget.labels.unwrap_or((model.statistics().labels / LEARNING_OVER_ADAPTING).max(1)),
+        labels: budget.labels.unwrap_or_else(|| labels_to_adapt(model)),
         seconds: budget.seconds,
         seed: budget.seed.unwrap_or_default(),
         threads: budget.threads,

@@ -48,5 +48,9 @@ pub fn statistics<'py>(py: Python<'py>, statistics: &Statistics) -> PyResult<Bou
     all.set_item("width", statistics.width.name())?;
     all.set_item("measuring_checks", statistics.measuring_checks)?;
     all.set_item("ended_by", ended_by)?;
+    let adapted = statistics
+        .adapted
+        .map(|adapted| [("learned_labels", adapted.learned_labels), ("times", adapted.times)].into_py_dict(py));
+    all.set_item("adapted", adapted.transpose()?)?;
     Ok(all)
 }

@@ -89,6 +89,18 @@ pub struct Statistics {
     pub measuring_checks: usize,
     /// What ended learning. With a limit in seconds, the model depends on the speed of the machine.
     pub ended_by: EndedBy,
+    /// Where the model was adapted: from what. `None` where it was learned from nothing.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub adapted: Option<Adapted>,
+}
+
+/// Where an adapted model comes from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Adapted {
+    /// Labels of the model at the beginning, which was learned from nothing.
+    pub learned_labels: usize,
+    /// How many times it was adapted since.
+    pub times: usize,
 }
 
 /// What ended a learning run.

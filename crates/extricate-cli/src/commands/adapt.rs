@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use extricate::model::adapt::LEARNING_OVER_ADAPTING;
+use extricate::model::adapt::labels_to_adapt;
 use extricate::{LearnOptions, Statistics, store};
 use serde::Serialize;
 
@@ -60,7 +60,7 @@ pub fn run(args: &AdaptArgs, json: bool) -> anyhow::Result<()> {
     let scene = load_scene(&args.scene)?;
     tell_warnings(&scene);
     let options = LearnOptions {
-        labels: args.labels.unwrap_or((old.statistics().labels / LEARNING_OVER_ADAPTING).max(1)),
+        labels: args.labels.unwrap_or_else(|| labels_to_adapt(&old)),
         seconds: args.seconds,
         seed: args.seed,
         threads: args.threads,

@@ -98,6 +98,7 @@ mod tests {
             width: extricate::Width::Usual,
             measuring_checks: 0,
             ended_by: extricate::model::EndedBy::Seconds,
+            adapted: None,
         };
         let queries = Figures {
             queries: 1000,

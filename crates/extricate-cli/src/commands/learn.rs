@@ -170,8 +170,12 @@ pub fn statistics_rows(statistics: &Statistics, unit: &str) -> Vec<(&'static str
         EndedBy::Memory => " (ended by the limit on memory)",
         EndedBy::Quality => " (ended by the quality that was asked for)",
     };
+    let adapted = statistics.adapted.map_or_else(String::new, |from| {
+        let times = if from.times == 1 { "once".into() } else { format!("{} times", from.times) };
+        format!("; adapted {times}, learned with {}", count(from.learned_labels))
+    });
     vec![
-        ("labels spent", format!("{} exact checks{ended}", count(statistics.labels))),
+        ("labels spent", format!("{} exact checks{ended}{adapted}", count(statistics.labels))),
         ("seed", statistics.seed.to_string()),
         (
             "boundary samples",
@@ -334,6 +338,7 @@ mod tests {
             width: extricate::Width::Usual,
             measuring_checks: 0,
             ended_by: EndedBy::Labels,
+            adapted: None,
         };
         let text = |statistics: &Statistics| report::two_columns(&statistics_rows(statistics, "rad"));
         assert!(text(&statistics).contains("no boundary found") && text(&statistics).contains("nothing was held out"));

@@ -6,7 +6,7 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use super::test_mesh::{bumpy, cuboid, joined, opened, placed};
-use super::{CheckScratch, Checker, Contact, ContactQuery, ContactSearch, always_colliding};
+use super::{CheckScratch, Checker, Contact, ContactQuery, ContactSearch, always_colliding, most_often_colliding};
 use crate::cspace::sampling::uniform;
 use crate::cspace::{ConfigSpace, Label, Manifold};
 use crate::kinematics;
@@ -287,6 +287,8 @@ fn pairs_that_always_collide_are_found() {
     let configs = [at(&[[0.0; 3], [0.4, 0.0, 0.0], [1.0; 3]]), at(&[[2.0; 3], [0.4, 0.0, 0.0], [1.0; 3]])];
     assert_eq!(always_colliding(&checker, &configs), [1, 2]);
     assert!(always_colliding(&checker, &[]).is_empty());
+    assert_eq!(most_often_colliding(&checker, &configs), [(1, 2), (2, 2), (0, 1)]);
+    assert!(most_often_colliding(&checker, &[]).is_empty());
 }
 
 #[test]

@@ -369,3 +369,17 @@ pub fn always_colliding(checker: &Checker, configs: &[Vec<f64>]) -> Vec<usize> {
     }
     always
 }
+
+/// Indices of the checked pairs that collide at any of `configs`, and at how many, the most frequent first.
+pub fn most_often_colliding(checker: &Checker, configs: &[Vec<f64>]) -> Vec<(usize, usize)> {
+    let (mut scratch, mut pairs) = (CheckScratch::default(), Vec::new());
+    let mut counts = vec![0; checker.scene().pairs.len()];
+    for q in configs {
+        pairs.clear();
+        checker.colliding_pairs(q, &mut scratch, &mut pairs);
+        pairs.iter().for_each(|pair| counts[*pair] += 1);
+    }
+    let mut often: Vec<(usize, usize)> = counts.into_iter().enumerate().filter(|(_, count)| *count > 0).collect();
+    often.sort_by_key(|(_, count)| std::cmp::Reverse(*count));
+    often
+}

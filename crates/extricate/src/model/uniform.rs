@@ -80,6 +80,7 @@ fn learn_here(scene: Scene, options: &LearnOptions, report: &mut Report) -> Resu
             Some(BudgetEnd::Seconds) => EndedBy::Seconds,
             Some(BudgetEnd::Labels) | None => EndedBy::Labels,
         },
+        adapted: None,
     };
     let mut model = Model::from_parts(checker, metric, known.free, None, Coverage::default(), statistics);
     let extent = Extent::after(model.statistics.labels, options.seed);

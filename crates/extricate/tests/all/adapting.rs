@@ -4,7 +4,8 @@ use std::ops::ControlFlow;
 use std::sync::Arc;
 
 use extricate::cspace::sampling::Halton;
-use extricate::model::EndedBy;
+use extricate::model::adapt::labels_to_adapt;
+use extricate::model::{Adapted, EndedBy};
 use extricate::scene::builtin;
 use extricate::{Checker, LearnOptions, Model, QueryOptions, QueryScratch, Scene};
 
@@ -52,27 +53,59 @@ fn depths(model: &Model, count: usize) -> Vec<f64> {
     depths
 }
 
+/// The scene without its first obstacle.
+fn without(scene: &Scene) -> Scene {
+    let mut without = scene.clone();
+    let gone = without.bodies.iter().position(|b| b.robot.is_none()).unwrap();
+    without.pairs.retain(|p| p.first != gone && p.second != gone);
+    without
+}
+
+/// Asserts that `adapted` finds about as many of the nearest ways out as `anew`, of the same scene.
+fn assert_as_good(what: &str, adapted: &Model, anew: &Model) {
+    let (anew, adapted) = (depths(anew, 60), depths(adapted, 60));
+    let within = |a: &[f64], b: &[f64]| a.iter().zip(b).filter(|(a, b)| **a <= 1.05 * **b).count();
+    let (of_adapted, of_anew) = (within(&adapted, &anew), within(&anew, &adapted));
+    assert!(of_adapted + 2 >= of_anew, "{what}: within 5 % of the other: {of_adapted} adapted, {of_anew} anew");
+}
+
 #[test]
-fn a_moved_obstacle_costs_a_fifth_and_no_quality() {
+fn a_small_change_costs_a_fifth_and_no_quality() {
     for name in ["planar-arm", "shelf-arm"] {
         let old = builtin::scene(name).unwrap();
-        let new = moved(&old);
-        let (anew, adapted) = (learn(new.clone(), LABELS), adapt(&learn(old, LABELS), new, LABELS / 5));
-        assert!(adapted.statistics().labels <= LABELS / 5, "{name}: {:?}", adapted.statistics());
-        assert!(adapted.statistics().accuracy_free.is_some() && adapted.statistics().boundary_gap.is_some());
-        let (anew, adapted) = (depths(&anew, 60), depths(&adapted, 60));
-        let within = |a: &[f64], b: &[f64]| a.iter().zip(b).filter(|(a, b)| **a <= 1.05 * **b).count();
-        let (of_adapted, of_anew) = (within(&adapted, &anew), within(&anew, &adapted));
-        assert!(of_adapted + 2 >= of_anew, "{name}: within 5 % of the other: {of_adapted} adapted, {of_anew} anew");
+        let model = learn(old.clone(), LABELS);
+        // Moved, taken away, and put there.
+        let changes = [(&model, moved(&old)), (&model, without(&old)), (&learn(without(&old), LABELS), old)];
+        for (change, (model, new)) in changes.into_iter().enumerate() {
+            let (anew, adapted) = (learn(new.clone(), LABELS), adapt(model, new, LABELS / 5));
+            assert!(adapted.statistics().labels <= LABELS / 5, "{name}: {:?}", adapted.statistics());
+            assert!(adapted.statistics().accuracy_free.is_some() && adapted.statistics().boundary_gap.is_some());
+            assert_as_good(&format!("{name} {change}"), &adapted, &anew);
+        }
     }
+}
+
+/// Models with exits; every time a fifth of what learning took, however little the last time did.
+#[test]
+fn a_model_that_is_adapted_again_and_again_stays_as_good() {
+    let there = builtin::scene("planar-arm").unwrap();
+    let learned = learn(there.clone(), 150_000);
+    let mut model = adapt(&learned, moved(&there), labels_to_adapt(&learned));
+    for times in 2..=4 {
+        let to = if times % 2 == 0 { there.clone() } else { moved(&there) };
+        assert_eq!(labels_to_adapt(&model), labels_to_adapt(&learned));
+        model = adapt(&model, to, labels_to_adapt(&model));
+        let found = model.statistics();
+        assert_eq!(found.adapted, Some(Adapted { learned_labels: learned.statistics().labels, times }));
+        assert!(found.exits > learned.statistics().exits / 4 && found.excess.is_some(), "{found:?}");
+    }
+    assert_as_good("four times", &model, &learned);
 }
 
 #[test]
 fn every_kept_sample_is_free_in_the_new_scene() {
     let old = builtin::scene("planar-arm").unwrap();
-    let mut without = old.clone();
-    let gone = without.bodies.iter().position(|b| b.robot.is_none()).unwrap();
-    without.pairs.retain(|p| p.first != gone && p.second != gone);
+    let without = without(&old);
     let model = learn(old.clone(), 20_000);
     let full = learn(without.clone(), 20_000);
     // Moved, taken away, and put there.

@@ -2,6 +2,7 @@
 
 use std::ops::ControlFlow;
 
+use crate::memory::scene;
 use extricate::model::EndedBy;
 use extricate::scene::builtin;
 use extricate::{Error, LearnOptions, Model, QueryOptions, QueryScratch, Result};
@@ -39,6 +40,23 @@ fn labels_are_a_limit_that_holds() {
         assert!(labels < 5000 || found.labels > labels * 9 / 10, "{} of {labels}", found.labels);
         assert_usable(&model);
     }
+}
+
+/// A slide between two walls that lets only one of them be left at a time.
+#[test]
+fn where_nothing_is_free_the_pairs_that_collide_most_often_are_named() {
+    let urdf = r#"<robot name="r"><link name="rail"/><link name="slide"><collision><geometry><sphere radius="0.1"/></geometry></collision></link>
+        <joint name="x" type="prismatic"><parent link="rail"/><child link="slide"/><axis xyz="1 0 0"/><limit lower="-1" upper="1"/></joint></robot>"#;
+    let wall = |name: &str, x: f64| {
+        format!("[[obstacle]]\nname = \"{name}\"\nshape = {{ box = [2, 1, 1] }}\npose = {{ xyz = [{x}, 0, 0] }}\n")
+    };
+    let toml = format!("[[robot]]\nurdf = \"r.urdf\"\n{}{}", wall("left", -1.0), wall("right", 0.5));
+    let options = LearnOptions { labels: 3000, seconds: None, ..LearnOptions::default() };
+    let scene = scene(&toml, &[("r.urdf", urdf.into())]);
+    let error = Model::learn(scene, &options, &mut |_| ControlFlow::Continue(())).err().unwrap().to_string();
+    let right = error.find("[\"slide\", \"right\"] (").expect(&error);
+    let left = error.find("[\"slide\", \"left\"] (").expect(&error);
+    assert!(error.contains("no single pair is to blame") && right < left, "{error}");
 }
 
 #[test]

@@ -9,7 +9,7 @@ use super::super::{EndedBy, Model, Statistics};
 use super::{LearnGround, Learner, Report, stand_ins};
 use crate::boundary::SampleSet;
 use crate::boundary::trace::Tracer;
-use crate::collision::{Checker, always_colliding};
+use crate::collision::{Checker, most_often_colliding};
 use crate::error::{Error, Result};
 use crate::learning::Budget;
 use crate::learning::budget::BudgetEnd;
@@ -20,6 +20,9 @@ use crate::penetration::index_samples;
 
 /// Configurations below which "collides every time" says nothing.
 const FEW: usize = 100;
+
+/// Pairs that an error names.
+const NAMED: usize = 5;
 
 /// What the last unit makes of the run.
 pub struct Ready {
@@ -131,6 +134,7 @@ impl Learner {
             measuring_checks: looks.checks + measured.checks,
             // A run that its owner stops stepping was interrupted too.
             ended_by: end.unwrap_or(EndedBy::Interruption),
+            adapted: None,
         };
         let balls = ground.balls.into_inner().unwrap_or_else(|| InteriorBalls::new(&ground.checker));
         Model {
@@ -153,11 +157,19 @@ impl Learner {
         let tried: Vec<Vec<f64>> =
             known.colliding.chunks_exact(scene.space.nq()).take(1000).map(<[f64]>::to_vec).collect();
         let named = |pair: usize| format!("[\"{}\", \"{}\"]", scene.pair_names(pair)[0], scene.pair_names(pair)[1]);
-        let always: Vec<String> = always_colliding(checker, &tried).into_iter().map(named).collect();
+        let often = most_often_colliding(checker, &tried);
+        let always: Vec<String> =
+            often.iter().take_while(|(_, count)| *count == tried.len()).map(|(pair, _)| named(*pair)).collect();
         let advice = if tried.len() < FEW {
             "too few to tell why; spend more labels or seconds".into()
         } else if always.is_empty() {
-            "no single pair is to blame; widen the limits, lower the clearance or spend more labels".into()
+            let share = |(pair, count): &(usize, usize)| format!("{} ({} %)", named(*pair), 100 * count / tried.len());
+            let often: Vec<String> = often.iter().take(NAMED).map(share).collect();
+            format!(
+                "no single pair is to blame; {} collide most often: disable those that overlap by design, widen the limits, \
+                 lower the clearance or spend more labels",
+                often.join(", ")
+            )
         } else {
             format!(
                 "these pairs collide every time; if by design, add to the scene: [pairs] disable = [{}]",
