@@ -44,6 +44,15 @@ impl ChangedScene {
         let changed = py.detach(|| pool.install(prepare)).map_err(exception)?;
         Ok(Self { changed, scratches: Scratches::default(), model })
     }
+
+    pub fn inner(&self) -> &extricate::ChangedScene {
+        &self.changed
+    }
+
+    /// Whether it was made by `model`.
+    pub fn is_of(&self, model: &Py<Model>) -> bool {
+        self.model.is(model)
+    }
 }
 
 #[pymethods]

@@ -9,6 +9,7 @@ use pyo3::prelude::*;
 
 use crate::answer;
 use crate::arrays::{bad_row, one_config};
+use crate::changed::ChangedScene;
 use crate::error::count;
 use crate::long_call::Watch;
 use crate::model::Model;
@@ -64,14 +65,31 @@ impl Stream {
 #[pymethods]
 impl Stream {
     /// The answer for the next frame, as `Model.query`. q: float64 (nq,), within the limits.
-    fn query<'py>(&self, q: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
+    ///
+    /// scene: where obstacles have moved, the scene of this frame, by `Model.in_scene`; None is then returned where nothing free was found.
+    #[pyo3(signature = (q, *, scene = None))]
+    fn query<'py>(
+        &self,
+        q: &Bound<'py, PyAny>,
+        scene: Option<Py<ChangedScene>>,
+    ) -> PyResult<Option<Bound<'py, PyAny>>> {
         let py = q.py();
+        if scene.as_ref().is_some_and(|scene| !scene.get().is_of(&self.model)) {
+            return Err(PyValueError::new_err(
+                "scene: got one of another model, expected one by in_scene of the stream's",
+            ));
+        }
         let model = self.model.get().inner();
+        let changed = scene.as_ref().map(|scene| scene.get().inner());
         let space = &model.scene().space;
         let values = one_config("q", q, space)?;
         let config = space.config(values.values()).map_err(|error| bad_row("q", 0, true, error))?;
-        let answer = self.with(py, |stream| model.query_next(&config, stream))?;
-        answer::object(py, answer, model.scene())
+        let answer = self.with(py, |stream| match changed {
+            Some(changed) => model.query_next_in(changed, &config, stream),
+            None => Some(model.query_next(&config, stream)),
+        })?;
+        let scene = changed.map_or(model.scene(), extricate::ChangedScene::scene);
+        answer.map(|answer| answer::object(py, answer, scene)).transpose()
     }
 
     /// Forgets the frames so far: the next one is answered as a query on its own.

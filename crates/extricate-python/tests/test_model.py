@@ -84,6 +84,13 @@ def test_a_stream_follows(model: Model, planar: Scene) -> None:
     assert planar.check(short.witness) and short.depth >= model.query(start).depth and short.way is not None
     stream.restart()
     assert stream.query(start).depth == model.stream().query(start).depth
+    elsewhere = model.in_scene(planar)
+    for k in range(5):
+        there = stream.query(start + [0.001 * k, 0, 0], scene=elsewhere)
+        assert there is not None and there.verified and planar.check(there.witness)
+    other = extricate.learn(planar, labels=500)
+    with pytest.raises(ValueError, match="scene: got one of another model"):
+        stream.query(start, scene=other.in_scene(planar))
     samples = model.statistics["boundary_samples"]
     assert repr(stream) == f"<Stream of a model of {samples} boundary samples, hysteresis 0.1>"
 

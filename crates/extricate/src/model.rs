@@ -273,6 +273,14 @@ impl Model {
         stream.query(&self.ground(), q).expect("a model holds a free sample")
     }
 
+    /// [`Model::query_next`] in a changed scene, which may be another one in every frame, as where obstacles move.
+    ///
+    /// # Guarantee
+    /// That of [`Model::query_in`]; but the answer also depends on the frames before.
+    pub fn query_next_in(&self, scene: &ChangedScene, q: &Config, stream: &mut Stream) -> Option<Answer> {
+        scene.query_next((&self.boundary, &self.coverage), q, stream)
+    }
+
     /// Gives the answers to many queries, in order, to `each`, which may end it; returns how many were given. Works on `threads` threads
     /// (0: one a core).
     ///

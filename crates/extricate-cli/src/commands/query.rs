@@ -62,7 +62,7 @@ pub struct QueryArgs {
     #[arg(long, value_name = "SCENE")]
     scene: Option<PathBuf>,
     /// The lines are frames of a motion: start each from the last answer, which is faster where they are near each other
-    #[arg(long, conflicts_with_all = ["threads", "exits", "scene"])]
+    #[arg(long, conflicts_with_all = ["threads", "exits"])]
     stream: bool,
     /// With --stream: keep to a way out until another is nearer by more than this share of its depth
     #[arg(long, value_name = "SHARE", value_parser = share, default_value_t = 0.0, requires = "stream")]
@@ -225,7 +225,8 @@ impl<'a> Asker<'a> {
     fn ask_one(&mut self, q: &Config) -> Asked {
         let started = Instant::now();
         let answer = match (&mut self.stream, self.changed) {
-            (Some(stream), _) => Some(self.model.query_next(q, stream)),
+            (Some(stream), Some(changed)) => self.model.query_next_in(changed, q, stream),
+            (Some(stream), None) => Some(self.model.query_next(q, stream)),
             (None, Some(changed)) => self.model.query_in(changed, q, &self.options, &mut self.scratch),
             (None, None) => Some(self.model.query(q, &self.options, &mut self.scratch)),
         };

@@ -1,7 +1,7 @@
 """The native half of extricate."""
 
 from os import PathLike
-from typing import Any, Callable, Dict, Iterable, List, Mapping, Optional, Sequence, Tuple, Union, final
+from typing import Any, Callable, Dict, Iterable, List, Mapping, Optional, Sequence, Tuple, Union, final, overload
 
 import numpy as np
 import numpy.typing as npt
@@ -189,7 +189,10 @@ class ChangedScene:
 
 @final
 class Stream:
-    def query(self, q: npt.ArrayLike) -> Answer: ...
+    @overload
+    def query(self, q: npt.ArrayLike, *, scene: None = None) -> Answer: ...
+    @overload
+    def query(self, q: npt.ArrayLike, *, scene: ChangedScene) -> Optional[Answer]: ...
     def restart(self) -> None: ...
 
 def learn(

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use super::batch::{Answered, in_blocks};
 use super::certificate::InteriorBalls;
 use super::coverage::Coverage;
-use super::{Answer, Ground, QueryOptions, QueryScratch, Width, query};
+use super::{Answer, Ground, QueryOptions, QueryScratch, Stream, Width, query};
 use crate::boundary::SampleSet;
 use crate::collision::Checker;
 use crate::cspace::Config;
@@ -71,6 +71,16 @@ impl ChangedScene {
         scratch: &mut QueryScratch,
     ) -> Option<Answer> {
         query(&self.ground(boundary, coverage), q, options, scratch)
+    }
+
+    /// The next frame of a stream.
+    pub(crate) fn query_next(
+        &self,
+        (boundary, coverage): (&SampleSet, &Coverage),
+        q: &Config,
+        stream: &mut Stream,
+    ) -> Option<Answer> {
+        stream.query(&self.ground(boundary, coverage), q)
     }
 
     /// The same for many.

@@ -24,6 +24,7 @@ pub mod scatter;
 mod search;
 pub mod stream;
 mod tangents;
+mod turns;
 mod wander;
 pub mod width;
 

@@ -10,6 +10,7 @@ use super::options::{QueryBudget, QueryOptions};
 use super::plan::{HOPE, Plan};
 use super::refine::{Known, RefineOptions, RefineScratch, Start, slide};
 use super::scatter::{ScatterScratch, scatter};
+use super::turns::Lead;
 use super::wander::{WanderScratch, wander};
 use crate::boundary::{BoundaryScratch, Wanted};
 use crate::collision::ConvexOverlap;
@@ -41,6 +42,8 @@ pub struct QueryScratch {
     pub(super) trusts_pieces: bool,
     /// What the answer was before one was believed: its depth and witness.
     pub(super) fallback: (f64, Vec<f64>),
+    /// Where a stream has come from.
+    pub(super) lead: Lead,
     /// Where a last descent starts.
     pub(super) best: Vec<f64>,
     pub(super) pool: Vec<(u32, f64)>,
@@ -85,6 +88,7 @@ impl QueryScratch {
         self.refine.check.forget_contacts();
         self.refine.begin();
         self.has_descended = false;
+        self.lead.config.clear();
         let space = &ground.checker.scene().space;
         let mut answer = free_answer(q, space.nv(), options.effort);
         if options.tells_contacts() {
@@ -204,19 +208,16 @@ impl QueryScratch {
         self.fallback.1.clone_from(&answer.witness);
         // The last descent looks at the meshes themselves.
         self.trusts_pieces = in_turn.is_some() && !ground.checker.all_convex();
-        let in_turn = in_turn.map(|hope| RefineOptions { hope, radius: RADIUS_IN_TURN, ..plan.refine });
         ground.boundary.fetch_planes(&chosen);
-        for &id in &chosen {
-            let start = Start::of(ground, id);
-            let Some(options) = &in_turn else {
-                self.probe(ground, &plan.probe, start, several, answer);
-                continue;
-            };
-            if !self.refine.is_spent()
-                && let Some(depth) = self.refine_from(ground, options, start, answer.depth, answer)
-            {
-                self.remember(ground, depth);
-            }
+        if let Some(hope) = in_turn {
+            self.descend_in_turn(
+                ground,
+                &RefineOptions { hope, radius: RADIUS_IN_TURN, ..plan.refine },
+                &chosen,
+                answer,
+            );
+        } else {
+            chosen.iter().for_each(|id| self.probe(ground, &plan.probe, Start::of(ground, *id), several, answer));
         }
         self.chosen = chosen;
         if plan.begins_at_exits() && !several {

@@ -62,7 +62,7 @@ impl Stream {
     /// Forgets the frames so far: the next one is answered as a query on its own.
     pub fn restart(&mut self) {
         self.tracked.clear();
-        self.next = 0;
+        (self.next, self.scratch.lead.next) = (0, 0);
     }
 
     /// The answer for the next frame; `None` only where samples are stale and nothing free was found.
@@ -86,6 +86,9 @@ impl Stream {
         }
         match options.effort {
             Effort::Nearest => {}
+            Effort::Refined if !self.tracked.is_empty() && plan.in_turn.is_some() => {
+                self.follow_in_turn(ground, &plan, &options, &mut answer);
+            }
             Effort::Refined if !self.tracked.is_empty() => self.follow(ground, &plan, &mut answer),
             _ => search_all(ground, &plan, &options, &mut self.scratch, &mut answer),
         }
@@ -94,10 +97,21 @@ impl Stream {
         Some(answer)
     }
 
+    /// Searches as a single query does, but from the way out of the last frame first, and then from as many others as may be looked at: what it leads
+    /// to has most of them given up by their planes.
+    fn follow_in_turn(&mut self, ground: &Ground, plan: &Plan, options: &QueryOptions, answer: &mut Answer) {
+        let lead = &mut self.scratch.lead;
+        lead.config.extend_from_slice(&self.tracked[..self.nq]);
+        lead.looks = self.options.looks;
+        search_all(ground, plan, options, &mut self.scratch, answer);
+        let lead = &self.scratch.lead;
+        let current = lead.depth.is_finite().then(|| (lead.depth, lead.config.clone()));
+        self.keep_to(ground, plan, current, answer);
+    }
+
     /// Slides the ways out of the last frame along, and looks at some other starts.
     fn follow(&mut self, ground: &Ground, plan: &Plan, answer: &mut Answer) {
         let Self { scratch, tracked, nq, next, options } = self;
-        let space = &ground.checker.scene().space;
         scratch.look_around(ground);
         answer.verified = answer.verified || scratch.refine.label(ground, &answer.witness) == Label::Free;
         // With raw meshes, the way out that was given is followed along them; the others are known by the pieces around them.
@@ -129,7 +143,13 @@ impl Stream {
             scratch.probe_scattered(ground, plan, &plan.probe, false, answer);
         }
         scratch.carry_on(ground, plan, answer);
-        // The last way out, unless another is nearer by more than the hysteresis.
+        self.keep_to(ground, plan, current, answer);
+    }
+
+    /// Keeps to the way out of the last frame, unless another is nearer by more than the hysteresis.
+    fn keep_to(&mut self, ground: &Ground, plan: &Plan, current: Option<(f64, Vec<f64>)>, answer: &mut Answer) {
+        let Self { scratch, options, .. } = self;
+        let space = &ground.checker.scene().space;
         if let Some((depth, witness)) = current
             && answer.depth < depth
             && answer.depth >= (1.0 - options.hysteresis) * depth
