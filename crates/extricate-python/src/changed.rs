@@ -70,6 +70,7 @@ impl ChangedScene {
     }
 
     /// As `Model.query`, in this scene. None where nothing free was found, not even among 20,000 configurations beside the samples.
+    /// `checks` and `seconds` do not end the search for the nearest stored sample that is still free, without which there is no answer.
     #[pyo3(signature = (q, *, effort = "refined", exits = 1, starts = None, checks = None, seconds = None, way = false, contacts = false))]
     fn query<'py>(
         &self,

@@ -42,10 +42,11 @@ pub struct QueryArgs {
     /// Start from K exits and boundary samples instead of what the effort takes: fewer are faster and miss more
     #[arg(long, value_name = "K", value_parser = positive)]
     starts: Option<usize>,
-    /// End each query after about this many collision checks and distance evaluations, with the best answer so far
+    /// End each query after about this many collision checks and distance evaluations, with the best answer so far. With --scene, a
+    /// first stored sample that is still free is looked for, nearest first, whatever the budget
     #[arg(long, value_name = "N", value_parser = whole)]
     max_checks: Option<usize>,
-    /// End each query after about this many seconds, with the best answer so far
+    /// End each query after about this many seconds, with the best answer so far; with --scene as for --max-checks
     #[arg(long, value_name = "T", value_parser = seconds)]
     max_seconds: Option<f64>,
     /// Tell which part of the straight way from query to witness collides

@@ -54,12 +54,16 @@ impl QueryOptions {
 /// More of either never gives a larger depth: a query is a fixed sequence of steps, and a budget ends it after some of them. (Time
 /// can end two runs of the same budget at different steps.) A spent budget still leaves a free witness, verified but for
 /// [`Effort::Nearest`], and its proved bound.
+///
+/// In a changed scene ([`crate::Model::query_in`]) it is overdrawn by what it takes to find a first witness: stored samples are checked in order of
+/// distance until one is free there, or else other configurations, since an answer is worth more than the budget. So a query with a budget has
+/// an answer wherever one without has, and no descent begins once it is spent. Only a [`Stop`] ends that search, and leaves no answer.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct QueryBudget {
-    /// Collision checks and distance evaluations. Overdrawn by what ends the query: at most three of them for the answer, and
-    /// what tells the way if that is asked for.
+    /// Collision checks and distance evaluations. Overdrawn by what ends the query: at most three of them for the answer, what tells
+    /// the way if that is asked for, and in a changed scene the search for a first witness.
     pub checks: Option<usize>,
-    /// Seconds from the start of the call; looked at before each step.
+    /// Seconds from the start of the call; looked at before each step. Overdrawn by the same.
     pub seconds: Option<f64>,
 }
 

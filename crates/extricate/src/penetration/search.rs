@@ -105,7 +105,8 @@ impl QueryScratch {
     }
 
     /// Makes the nearest sample the answer (or the nearest exit, where the plan begins there), as far as the plan takes care, and fills the pool of
-    /// the plan; of stale ones, the nearest that is free now, or else any free configuration. False where none was found.
+    /// the plan; of stale ones, the nearest that is free now, or else any free configuration. False where none was found, or looking for one was
+    /// stopped; a budget does not end it, since without a witness there is no answer.
     pub(super) fn first_witness(&mut self, ground: &Ground, plan: &Plan, answer: &mut Answer) -> bool {
         self.near_exits.clear();
         if plan.begins_at_exits() {

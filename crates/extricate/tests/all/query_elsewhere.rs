@@ -4,7 +4,8 @@ use std::ops::ControlFlow;
 
 use extricate::scene::{MetricSpec, Scene, builtin};
 use extricate::{
-    Answer, ChangedScene, CheckScratch, Config, Label, Model, QueryOptions, QueryScratch, Stream, StreamOptions,
+    Answer, ChangedScene, CheckScratch, Config, Effort, Label, Model, QueryBudget, QueryOptions, QueryScratch, Stop,
+    Stream, StreamOptions,
 };
 
 use crate::memory::learn;
@@ -163,7 +164,7 @@ fn answers_in_a_changed_scene_are_verified_there() {
             assert_eq!(changed.checker().label(&answer.witness, &mut check), Label::Free);
             let best = anew.query(q, &options, &mut scratch).depth;
             as_near += usize::from(answer.depth <= 1.05 * best);
-            let nearest = QueryOptions { effort: extricate::Effort::Nearest, ..QueryOptions::default() };
+            let nearest = QueryOptions { effort: Effort::Nearest, ..QueryOptions::default() };
             let nearest = model.query_in(&changed, q, &nearest, &mut scratch).expect("something is free");
             assert!(nearest.verified && changed.checker().label(&nearest.witness, &mut check) == Label::Free);
             assert!(nearest.depth >= answer.depth);
@@ -177,6 +178,53 @@ fn answers_in_a_changed_scene_are_verified_there() {
         });
         assert!(batch == single, "{name}");
     }
+}
+
+/// How many of the stored samples have to be checked in order of distance until one is free, and the distance to that one.
+fn nearest_free_sample(model: &Model, changed: &ChangedScene, q: &Config) -> (usize, f64) {
+    let samples = model.boundary().configs().chunks_exact(model.scene().space.nq());
+    let mut ranked: Vec<_> = samples.map(|sample| (model.metric().distance(q, sample), sample)).collect();
+    ranked.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let mut check = CheckScratch::default();
+    let rank = ranked.iter().position(|(_, sample)| changed.checker().label(sample, &mut check) == Label::Free);
+    let rank = rank.expect("a free sample");
+    (rank + 1, ranked[rank].0)
+}
+
+#[test]
+fn a_budget_in_a_changed_scene_ends_all_but_the_search_for_a_first_witness() {
+    let model = learn(builtin::scene("planar-arm").unwrap(), 6_000, 7);
+    // Most samples lie nearer than that to something.
+    let mut wider = builtin::scene("planar-arm").unwrap();
+    wider.clearance = 1e-3;
+    let changed = ChangedScene::new(model.scene(), wider).unwrap();
+    let mut scratch = QueryScratch::default();
+    let mut longest = 0;
+    for q in colliding(&model, 40) {
+        let mut ask = |options: &QueryOptions| model.query_in(&changed, &q, options, &mut scratch);
+        let full = ask(&QueryOptions::default()).expect("something is free");
+        let (rank, distance) = nearest_free_sample(&model, &changed, &q);
+        longest = longest.max(rank);
+        let nothing = [(Some(0), None), (None, Some(0.0))].map(|(checks, seconds)| QueryBudget { checks, seconds });
+        for (budget, effort) in nothing.into_iter().zip([Effort::Refined, Effort::Exhaustive]) {
+            let answer = ask(&QueryOptions { budget, effort, ..QueryOptions::default() }).expect("something is free");
+            assert!((answer.depth - distance).abs() < 1e-9 && answer.verified, "{} {distance}", answer.depth);
+            assert!(answer.lower_bound > 0.0 && answer.lower_bound <= full.depth);
+            // The query itself, the samples, and contacts at the witness.
+            assert!(answer.checks <= rank + 2, "{} checks, {rank} samples", answer.checks);
+        }
+        let mut last = f64::INFINITY;
+        for checks in [0, 3, 10, 30, 100, 300] {
+            let budget = QueryBudget { checks: Some(checks), seconds: None };
+            let answer = ask(&QueryOptions { budget, ..QueryOptions::default() }).expect("something is free");
+            assert!(answer.verified && answer.depth <= last && full.depth <= answer.depth);
+            assert!(answer.checks <= checks.max(rank + 1) + 3, "{} of {checks}, {rank} samples", answer.checks);
+            last = answer.depth;
+        }
+        let stopped = QueryOptions { stop: Some(Stop::when(|| true)), ..QueryOptions::default() };
+        assert!(ask(&stopped).is_none(), "only a stop ends the search");
+    }
+    assert!(longest >= 50, "at most {longest} samples until one is free");
 }
 
 #[test]
