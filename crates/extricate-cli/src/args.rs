@@ -1,9 +1,11 @@
 //! The command line: the list of commands and the kinds of values they take.
 
+use std::ffi::OsString;
 use std::path::PathBuf;
 
 use clap::builder::styling::Styles;
-use clap::{Args, Parser, Subcommand};
+use clap::error::ErrorKind;
+use clap::{Args, CommandFactory, Parser, Subcommand};
 
 use crate::commands::{adapt, check, demo, info, learn, query, sample};
 
@@ -21,6 +23,30 @@ pub struct Cli {
     /// What to do.
     #[command(subcommand)]
     pub command: Command,
+}
+
+impl Cli {
+    /// Reads a command line, the name of the program first.
+    ///
+    /// # Errors
+    /// Of clap, also where values contradict each other in a way that it cannot be told of.
+    pub fn read(words: impl IntoIterator<Item = impl Into<OsString> + Clone>) -> Result<Self, clap::Error> {
+        let cli = Self::try_parse_from(words)?;
+        if let Command::Query(args) = &cli.command
+            && let Some(problem) = args.contradiction()
+        {
+            return Err(refused("query", problem));
+        }
+        Ok(cli)
+    }
+}
+
+/// The error of a contradiction, with the usage of `command`.
+fn refused(command: &str, problem: &str) -> clap::Error {
+    let mut program = Cli::command();
+    program.build();
+    let found = program.find_subcommand(command).cloned();
+    found.unwrap_or(program).error(ErrorKind::ArgumentConflict, problem)
 }
 
 /// One variant a command.
@@ -108,7 +134,6 @@ pub fn threads(text: &str) -> Result<usize, String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use clap::CommandFactory;
 
     #[test]
     fn the_command_line_is_consistent() {
@@ -130,12 +155,13 @@ mod tests {
             "adapt m.model new.toml -o m2.model --labels 1000 --seconds 5 --seed 2 --threads 2",
             "query m.model --input q.jsonl --effort exhaustive --json",
             "query m.model --input q.jsonl --exits 3 --starts 4 --max-checks 0 --max-seconds 1e-4 --way --threads 0",
+            "query m.model --input q.jsonl --effort nearest --exits 1",
             "query m.model --input q.jsonl --stream --hysteresis 0.1",
             "query m.model --input q.jsonl --scene moved.toml",
             "--json query m.model --input q.jsonl",
         ] {
             let words = std::iter::once("extricate").chain(line.split(' '));
-            assert!(Cli::try_parse_from(words).is_ok(), "{line}");
+            assert!(Cli::read(words).is_ok(), "{line}");
         }
     }
 
@@ -163,13 +189,14 @@ mod tests {
             "query m.model --input q --effort hard",
             "query m.model --input q --exits 0",
             "query m.model --input q --starts 0",
+            "query m.model --input q --effort nearest --exits 2",
             "query m.model --input q --stream --hysteresis 1",
             "query m.model --input q --max-seconds 0",
             "demo --scene nowhere",
             "demo --queries -1",
         ] {
             let words = std::iter::once("extricate").chain(line.split(' ').filter(|w| !w.is_empty()));
-            let error = Cli::try_parse_from(words).err().unwrap_or_else(|| panic!("accepted: {line}"));
+            let error = Cli::read(words).err().unwrap_or_else(|| panic!("accepted: {line}"));
             assert_eq!(error.exit_code(), 2, "{line}");
             let says_what_is_expected = |text: String| text.contains("expected") || !text.contains("invalid value");
             assert!(!error.to_string().contains("unexpected argument"), "{error}");

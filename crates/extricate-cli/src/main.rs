@@ -14,11 +14,10 @@ mod report;
 use std::io::ErrorKind;
 use std::process::ExitCode;
 
-use clap::Parser;
-
 /// Exit codes: 0 done, 1 the operation failed, 2 (by clap) the command line makes no sense.
 fn main() -> ExitCode {
-    match commands::run(args::Cli::parse()) {
+    let cli = args::Cli::read(std::env::args_os()).unwrap_or_else(|error| error.exit());
+    match commands::run(cli) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) if is_broken_pipe(&error) => ExitCode::SUCCESS,
         Err(error) => {

@@ -36,7 +36,7 @@ pub struct QueryArgs {
     /// How hard to try
     #[arg(long, value_enum, default_value_t = EffortArg::Refined)]
     effort: EffortArg,
-    /// Find up to K distinct ways out, each a local minimum, nearest first
+    /// Find up to K distinct ways out, each a local minimum, nearest first; more than one not with --effort nearest
     #[arg(long, value_name = "K", value_parser = positive, default_value_t = 1)]
     exits: usize,
     /// Start from K exits and boundary samples instead of what the effort takes: fewer are faster and miss more
@@ -92,6 +92,12 @@ impl From<EffortArg> for Effort {
 }
 
 impl QueryArgs {
+    /// What makes no sense together, if anything does.
+    pub fn contradiction(&self) -> Option<&'static str> {
+        let many = self.exits > 1 && matches!(self.effort, EffortArg::Nearest);
+        many.then_some("--effort nearest gives one way out, expected --exits 1: others are found by refinement")
+    }
+
     fn options(&self) -> QueryOptions {
         QueryOptions {
             effort: self.effort.into(),

@@ -14,6 +14,19 @@ fn senseless_command_lines_exit_with_2() {
 }
 
 #[test]
+fn several_ways_out_are_refused_where_nothing_is_refined() {
+    let workspace = Workspace::learned();
+    workspace.write("q.jsonl", COLLIDING);
+    let ask = |options: &str| workspace.run(&format!("query small.model --input q.jsonl --effort nearest {options}"));
+    let finished = ask("--exits 3").expect_code(2);
+    assert_eq!(finished.stdout, "");
+    for part in ["--effort nearest", "--exits 1", "Usage: extricate query"] {
+        assert!(finished.stderr.contains(part), "{}", finished.stderr);
+    }
+    ask("--exits 1").expect_code(0);
+}
+
+#[test]
 fn help_and_version_exit_with_0() {
     let workspace = Workspace::new();
     workspace.run("--version").expect_code(0);
