@@ -6,6 +6,7 @@ mod budgets;
 mod components;
 mod licences;
 mod memory;
+mod other_robots;
 mod property;
 mod query;
 mod query_elsewhere;
