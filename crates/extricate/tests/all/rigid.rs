@@ -14,7 +14,7 @@ const HOLE: f64 = 0.75;
 const PEG: [f64; 2] = [0.5, 2.25];
 /// Half the block's side, and half its height.
 const BLOCK: [f64; 2] = [5.0, 1.5];
-/// Of learning: how many answers in the hole are near differs from seed to seed by a half.
+/// Of learning: of 60 refined answers in the hole, 53 to 57 are near with seeds 1 to 5.
 const SEEDS: [u64; 2] = [2, 3];
 
 /// The block is one mesh, concave; `metric` is the metric's name and `robot` more lines about the robot.
@@ -100,8 +100,9 @@ fn generalised_depth_of_a_peg_in_a_block_with_a_hole() {
             in_hole[k]
         );
     }
-    assert!(worst[0] < 0.01 && worst[1] < 0.01, "{worst:?}");
-    assert!(in_hole[0] >= 60 && in_hole[1] >= 105, "{in_hole:?}");
+    // The README says 1.3e-4, 112 and 120.
+    assert!(worst[0] < 5e-4 && worst[1] < 5e-4, "{worst:?}");
+    assert!(in_hole[0] >= 108 && in_hole[1] >= 118, "{in_hole:?}");
 }
 
 /// The answer for a pose of depth `depth` and the clearance; its witness is checked.
