@@ -4,7 +4,7 @@ import math
 import matplotlib.pyplot as plt
 import numpy as np
 
-from ours import DEFAULT, METHODS
+from ours import DEFAULT, METHODS, NEAREST
 from page import number, put, save, table
 from sides import ROOT
 
@@ -13,6 +13,8 @@ LEAST, MOST = 1e-4, 300.0
 MULTISTART = "pinocchio + coal, "
 # Least shares within 5 % and 1 % and most microseconds (median, 95 %) of the default effort that were set as targets.
 TARGETS = {"panda-box": (0.99, 0.95, 100, 500), "panda-torus": (0.99, 0.95, 200, 1000), "ur5-shelf": (0.99, 0.95, 150, 1000), "allegro-ball": (0.97, 0.90, 500, 2000)}
+# Most microseconds (median) of the nearest sample alone.
+NEAREST_TARGETS = {"panda-box": 5, "panda-torus": 5, "ur5-shelf": 5, "allegro-ball": 10}
 DRAKE_RATIO, MULTISTART_RATIO = 10, 100
 
 
@@ -96,10 +98,12 @@ def targets(scenes):
         t = TARGETS.get(name)
         quality = show(not t or ours["within_5"] >= t[0] and ours["within_1"] >= t[1], f"{ours['within_5']:.2f} / {ours['within_1']:.2f}")
         speed = show(not t or ours["us"] <= t[2] and ours["us_95"] <= t[3], f"{number(ours['us'])} / {number(ours['us_95'])}")
-        rows.append([name, quality, f"{t[0]} / {t[1]}" if t else "", speed, f"{t[2]} / {t[3]}" if t else "", drawn, peer])
-    head = ["scene", "within 5 % / 1 %", "target", "time, median / 95 % [us]", "target", f"faster than Drake (target {DRAKE_RATIO}, at more within 5 %)",
+        us, most = methods[NEAREST]["us"], NEAREST_TARGETS.get(name)
+        alone = show(not most or us <= most, number(us))
+        rows.append([name, quality, f"{t[0]} / {t[1]}" if t else "", speed, f"{t[2]} / {t[3]}" if t else "", alone, most or "", drawn, peer])
+    head = ["scene", "within 5 % / 1 %", "target", "time, median / 95 % [us]", "target", "`nearest`, median [us]", "target", f"faster than Drake (target {DRAKE_RATIO}, at more within 5 %)",
             f"faster than multistart at equal share within 1 % (target {MULTISTART_RATIO})"]
-    return f"### Against the targets\n\n{DEFAULT}; misses in bold. The targets of times were set for one quiet core.\n\n{table(head, rows)}"
+    return f"### Against the targets\n\n{DEFAULT}, but for the columns of `nearest`; misses in bold. The targets of times were set for one quiet core.\n\n{table(head, rows)}"
 
 
 def plot(found, path):
