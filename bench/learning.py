@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """What learning costs and what labels buy: its part of docs/benchmarks/learning.md, with plots.
 
-    target/peers/bin/python bench/learning.py [--queries 200] [--labels 640000] [--seeds 3] [--only labels joints cores]
+    target/peers/bin/python bench/learning.py [--queries 200] [--labels 640000] [--seeds 3] [--only labels joints cores accuracy]
 
 Needs cargo, numpy and matplotlib (bench/requirements.txt; bench/peers installs them) and the fetched robots.
 
@@ -11,24 +11,27 @@ labels   excess of queries against labels spent, for models of `extricate learn`
 joints   planar arms of 2 to 20 joints among six posts: labels and processor seconds until `refined` answers 98 % of random colliding
          queries within 1 % of the best known
 cores    the same learning run on one thread and on two: wall time, with how much of the machine other programs had meanwhile
+accuracy `panda-box` with 20,000 labels and several seeds: how many held-out configurations the classifier calls what they are
 
-Best known is the least depth that any model and effort of the run found, `exhaustive` on the largest included. Excess below 0.1 % counts
-as that much: descents to one way out agree no better everywhere, and what misses it is mostly farther.
+Best known is the least depth that any model and effort of the run found, `exhaustive` on the largest
+included. In `labels`, excess below 0.1 % counts as that much: descents to one way out agree no better everywhere, and what misses it is mostly farther.
 """
 import argparse
+import functools
 import math
 import pathlib
 import statistics
 import tempfile
-import time
 
 import matplotlib.pyplot as plt
 import numpy as np
 
+import learning_accuracy
 import programs
 import scenes
+from excess import CLOSE, SLIGHT, asked, depths, quantile
 from page import number, put, save, table
-from sides import ROOT, machine
+from sides import ROOT, machine, others_during
 
 EFFORTS = {"nearest": "nearest", "refined, 1 start": 1, "refined": "refined"}
 LEARNERS = ("active", "uniform")
@@ -43,13 +46,14 @@ LEAST = 1e-3
 # Of the largest models of planar arms.
 JOINT_LABELS = 40_000
 # What `refined` has to reach on the planar arms: this share of queries within 1 % of the best known.
-QUALITY, EXCESS = 0.98, 0.01
-# Farther than this is another way out.
-SLIGHT = 0.05
+QUALITY, EXCESS = 0.98, CLOSE
 # Raw meshes and two arms are slow to query; fewer are asked.
 FEWER = {"shelf-arm", "panda-torus", "dual-arm"}
 # Built-in scenes that the peers cannot be given.
 FURTHER = ("free-box", "dual-arm", "hand")
+# Measured by files of their own.
+APART = {"accuracy": learning_accuracy}
+TIMED = ("joints", "cores")
 
 
 class Bench:
@@ -97,7 +101,7 @@ class Bench:
             while True:
                 model, learned = self.model(scene, labels, "active")
                 given = programs.answers(model, queries)
-                depth = np.array([a["depth"] for a in given])
+                depth = depths(given)
                 best = np.minimum(best, depth)
                 within = float((depth <= (1 + EXCESS) * best).mean())
                 print(f"{count} joints, {labels} labels: {within:.3f} within {EXCESS:.0%}", flush=True)
@@ -114,28 +118,12 @@ class Bench:
         for _ in range(self.options.rounds):
             row = {}
             for threads in (1, 2):
-                busy, began = busy_seconds(), time.perf_counter()
-                learned = programs.learn(scene, self.folder / "cores.model", 100_000, "--threads", threads)
-                wall = time.perf_counter() - began
-                others = (busy_seconds() - busy - learned["cpu_seconds"]) / wall
-                row[threads] = {"wall": learned["seconds"], "cpu": learned["cpu_seconds"], "others": max(0.0, others)}
+                with others_during() as others:
+                    learned = programs.learn(scene, self.folder / "cores.model", 100_000, "--threads", threads)
+                row[threads] = {"wall": learned["seconds"], "cpu": learned["cpu_seconds"], "others": others.cores(learned["cpu_seconds"])}
             rows.append(row)
             print(row, flush=True)
         return rows
-
-
-def asked(model, queries, effort):
-    return np.array([a["depth"] for a in programs.answers(model, queries, effort)])
-
-
-def quantile(values, share):
-    return float(np.sort(values)[math.ceil(share * len(values)) - 1])
-
-
-def busy_seconds():
-    """Processor seconds that the machine has spent on anything so far."""
-    user, nice, system = (int(word) for word in open("/proc/stat").readline().split()[1:4])
-    return (user + nice + system) / 100
 
 
 def arm(folder, count):
@@ -220,7 +208,7 @@ def joints_section(rows, folder):
            f"best known, and the processor time of that run. Seconds include what does not depend on labels.\n\n{table(head, shown)}\n\n![Cost against joints](learning-joints.svg)"
 
 
-def cores_section(rows):
+def cores_section(rows, _):
     shown = [[k + 1, number(r[1]["wall"]), number(r[2]["wall"]), f"{r[2]['wall'] / r[1]['wall']:.2f}", number(r[1]["cpu"]), number(r[2]["cpu"]),
               f"{r[1]['others']:.1f}", f"{r[2]['others']:.1f}"] for k, r in enumerate(rows)]
     ratio = min(r[2]["wall"] for r in rows) / min(r[1]["wall"] for r in rows)
@@ -231,7 +219,7 @@ def cores_section(rows):
 
 
 def main():
-    parts = ("labels", "joints", "cores")
+    parts = ("labels", "joints", "cores", *APART)
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--queries", type=int, default=200)
     parser.add_argument("--labels", type=int, default=LABELS, help="of the largest models of the comparison of labels; other budgets than this have a section of their own")
@@ -248,10 +236,12 @@ def main():
         programs.build()
     with tempfile.TemporaryDirectory() as folder:
         bench = Bench(options, folder)
+        own = {"labels": (bench.labels, labels_section), "joints": (bench.joints, joints_section), "cores": (bench.cores, cores_section)}
+        apart = {part: (functools.partial(file.measure, options, bench.folder), file.section) for part, file in APART.items()}
         for part in options.only:
-            found = getattr(bench, part)()
-            text = {"labels": lambda: labels_section(found, options.out), "joints": lambda: joints_section(found, options.out), "cores": lambda: cores_section(found)}[part]()
-            told = f"\n\nMachine: {machine()}, shared and noisy." if part != "labels" else ""
+            measure, section = (own | apart)[part]
+            text = section(measure(), options.out)
+            told = f"\n\nMachine: {machine()}, shared and noisy." if part in TIMED else ""
             name = part if part != "labels" or options.labels == LABELS else f"labels {options.labels}"
             put(options.out / "learning.md", f"bench/learning.py {name}", text.replace("\n\n", f"{told}\n\n", 1) if told else text, "Learning, measured")
 

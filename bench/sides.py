@@ -4,6 +4,7 @@ import os
 import platform
 import shutil
 import subprocess
+import time
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -78,3 +79,24 @@ def machine():
         flags = []
     wide = next((name for flag, name in [("avx512f", "AVX-512 "), ("avx2", "AVX2 ")] if flag in flags), "")
     return f"{os.cpu_count()} cores, {wide}{platform.machine().replace('_', '-')}"
+
+
+class others_during:
+    """What other programs take of the machine while the block runs."""
+
+    def __enter__(self):
+        self.busy, self.began = busy_seconds(), time.perf_counter()
+        return self
+
+    def __exit__(self, *_):
+        self.busy, self.wall = busy_seconds() - self.busy, time.perf_counter() - self.began
+
+    def cores(self, ours):
+        """In the mean, where `ours` are the processor seconds that the block took itself."""
+        return max(0.0, (self.busy - ours) / self.wall)
+
+
+def busy_seconds():
+    """Processor seconds that the machine has spent on anything so far."""
+    user, nice, system = (int(word) for word in open("/proc/stat").readline().split()[1:4])
+    return (user + nice + system) / 100

@@ -1,0 +1,38 @@
+"""How far answers are beyond the best known, and how sure a share of them is."""
+import math
+
+import numpy as np
+
+import programs
+
+# What counts as another way out, and as the same one found less well.
+SLIGHT, CLOSE = 0.05, 0.01
+
+
+def depths(answers):
+    return np.array([a["depth"] for a in answers])
+
+
+def asked(model, queries, effort="refined"):
+    return depths(programs.answers(model, queries, effort))
+
+
+def within(depth, best):
+    """The shares of answers within 5 % and within 1 % of the best known."""
+    return {"within_5": float((depth <= (1 + SLIGHT) * best).mean()), "within_1": float((depth <= (1 + CLOSE) * best).mean())}
+
+
+def quantile(values, share):
+    return float(np.sort(values)[math.ceil(share * len(values)) - 1])
+
+
+def interval_of_mean(shares, intervals):
+    """Of the mean of independent shares, from the Wilson intervals of each: the squares of their half widths add up.
+
+    Source: Newcombe, "Interval estimation for the difference between independent proportions: comparison of eleven methods", 1998,
+    doi:10.1002/(SICI)1097-0258(19980430)17:8<873::AID-SIM779>3.0.CO;2-I, method 10, here for a mean instead of a difference.
+    """
+    low = math.hypot(*(p - low for p, (low, _) in zip(shares, intervals))) / len(shares)
+    high = math.hypot(*(high - p for p, (_, high) in zip(shares, intervals))) / len(shares)
+    middle = sum(shares) / len(shares)
+    return middle - low, middle + high
