@@ -211,3 +211,7 @@ fn most_doubtful_of_new(
     order.truncate(count);
     order.iter().flat_map(|(_, i)| configs[i * nq..(i + 1) * nq].iter().copied()).collect()
 }
+
+#[cfg(test)]
+#[path = "active_tests.rs"]
+mod tests;

@@ -4,6 +4,7 @@ mod adapting;
 mod analytic;
 mod budgets;
 mod components;
+mod learned_classifier;
 mod licences;
 mod memory;
 mod other_robots;
