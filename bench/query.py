@@ -1,12 +1,14 @@
 #!/usr/bin/env python3
-"""How the time of a query grows with samples and with obstacles: figures and plots for docs/benchmarks/query.md.
+"""How the time of a query grows with samples and with obstacles, and what streams save: figures and plots for docs/benchmarks/query.md.
 
-    target/peers/bin/python bench/query.py [--queries 100] [--labels 3000000] [--only samples obstacles]
+    target/peers/bin/python bench/query.py [--queries 100] [--labels 3000000] [--only samples obstacles streams]
 
-Needs cargo, numpy and matplotlib (bench/requirements.txt; bench/peers installs them). Measured on one thread on the built-in `shelf-arm`, its links as hulls:
+Needs cargo, numpy and matplotlib (bench/requirements.txt; bench/peers installs them), streams the fetched robots. Measured on one thread, the first
+two on the built-in `shelf-arm`, its links as hulls:
 
 samples    time and checks of a query against the number of boundary samples, from models of 10^4 labels to the most
 obstacles  the same against the number of obstacles: the arm among 1 to 1000 boxes, of together the same volume
+streams    frames of motions through colliding configurations of the scenes of bench/scenes.py, each asked by a stream and on its own
 
 Times are processor time of the thread. The same queries are asked in several rounds, all rows in turns; of each query the shortest
 time counts, and medians are over queries. The exponent p is that of the power law time = c n^p that fits the medians best.
@@ -21,6 +23,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 import programs
+import query_streams
 import scenes
 from page import number, put, save, table
 from sides import ROOT, machine
@@ -28,6 +31,8 @@ from sides import ROOT, machine
 EFFORTS = ("nearest", "refined")
 COUNTS = (1, 3, 10, 30, 100, 300, 1000)
 OBSTACLE_LABELS = 30_000
+GROWTH = ("samples", "obstacles")
+PARTS = (*GROWTH, "streams")
 
 
 class Bench:
@@ -121,21 +126,29 @@ def main():
     parser.add_argument("--queries", type=int, default=100)
     parser.add_argument("--rounds", type=int, default=3)
     parser.add_argument("--labels", type=int, default=3_000_000, help="of the largest model")
-    parser.add_argument("--only", nargs="+", choices=("samples", "obstacles"), default=("samples", "obstacles"))
+    parser.add_argument("--only", nargs="+", choices=PARTS, default=PARTS)
+    parser.add_argument("--segments", type=int, default=20, help="between successive queries, that streams walk along")
+    parser.add_argument("--frames", type=int, help="of each of these; all by default")
+    parser.add_argument("--stream-labels", type=int, default=1_000_000, help="of the models that streams ask")
     parser.add_argument("--out", type=pathlib.Path, default=ROOT / "docs/benchmarks")
     options = parser.parse_args()
     if options.programs:
         programs.folder = options.programs.resolve()
     else:
         programs.build()
-    parts = ["## How the time grows", f"Machine: {machine()}, shared and noisy; one thread; `shelf-arm` with its links as hulls, {options.queries} random colliding configurations."]
+    page, told = options.out / "query.md", f"Machine: {machine()}, shared and noisy; one thread"
+    parts = ["## How the time grows", f"{told}; `shelf-arm` with its links as hulls, {options.queries} random colliding configurations."]
     with tempfile.TemporaryDirectory() as folder:
         bench = Bench(options, folder)
         if "samples" in options.only:
             parts.append(section("Time against samples", bench.samples(), "samples", "query-samples.svg", options.out))
         if "obstacles" in options.only:
             parts.append(section("Time against obstacles", bench.obstacles(), "obstacles", "query-obstacles.svg", options.out))
-    put(options.out / "query.md", "bench/query.py", "\n\n".join(parts), "Queries, measured")
+        if set(GROWTH) & set(options.only):
+            put(page, "bench/query.py", "\n\n".join(parts), "Queries, measured")
+        if "streams" in options.only:
+            text = query_streams.section(query_streams.measure(options, bench.folder), options)
+            put(page, "bench/query.py streams", text.replace("\n\n", f"\n\n{told}.\n\n", 1), "Queries, measured")
 
 
 if __name__ == "__main__":

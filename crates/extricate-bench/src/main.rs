@@ -5,6 +5,7 @@
 //! extricate-bench exact [--poses N]        N poses against brute force; exit status 1 on any disagreement
 //! extricate-bench query MODEL QUERIES EFFORT|STARTS      answers with processor times as JSON lines
 //! extricate-bench batch MODEL QUERIES EFFORT|STARTS      blocks of queries that standard input names, each timed as a whole
+//! extricate-bench stream MODEL QUERIES STEPS FRAMES ROUNDS      frames between successive queries, by a stream and one by one
 //! extricate-bench uniform SCENE LABELS SEED MODEL        a model from uniform samples alone
 //! ```
 //!
@@ -21,9 +22,12 @@ mod poses;
 mod queries;
 mod robots;
 mod server;
+mod streams;
 mod uniform;
 
 use std::process::ExitCode;
+
+use crate::streams::Walk;
 
 fn main() -> anyhow::Result<ExitCode> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
@@ -39,13 +43,18 @@ fn main() -> anyhow::Result<ExitCode> {
             let (input, output) = (std::io::stdin().lock(), std::io::stdout().lock());
             batches::serve(model, queries, effort, input, output).map(|()| ExitCode::SUCCESS)
         }
+        ["stream", model, queries, steps, frames, rounds] => {
+            let walk = Walk { steps: steps.parse()?, frames: frames.parse()?, rounds: rounds.parse()? };
+            streams::compare(model, queries, walk, std::io::stdout().lock()).map(|()| ExitCode::SUCCESS)
+        }
         ["uniform", scene, labels, seed, model] => {
             uniform::learn(scene, labels, seed, model).map(|()| ExitCode::SUCCESS)
         }
         _ => {
             eprintln!(
                 "expected `serve`, `exact [--poses N]`, `query MODEL QUERIES EFFORT|STARTS`, \
-                 `batch MODEL QUERIES EFFORT|STARTS` or `uniform SCENE LABELS SEED MODEL`"
+                 `batch MODEL QUERIES EFFORT|STARTS`, `stream MODEL QUERIES STEPS FRAMES ROUNDS` \
+                 or `uniform SCENE LABELS SEED MODEL`"
             );
             Ok(ExitCode::from(2))
         }

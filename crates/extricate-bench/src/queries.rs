@@ -6,7 +6,7 @@ use std::path::Path;
 use std::time::Duration;
 
 use anyhow::{Context, Result, bail};
-use extricate::{Effort, QueryOptions, QueryScratch, store};
+use extricate::{Config, ConfigSpace, Effort, QueryOptions, QueryScratch, store};
 use serde_json::{Value, json};
 
 use crate::clock::ThreadTime;
@@ -23,10 +23,7 @@ pub fn answer(model: &str, queries: &str, effort: &str, mut output: impl Write) 
     let mut scratch = QueryScratch::default();
     model.warm_up(&options, &mut scratch, WARM_UP);
     for line in text.lines() {
-        let line: Value = serde_json::from_str(line).with_context(|| format!("{queries}: {line}"))?;
-        let numbers = line["q"].as_array().context("a query without `q`")?;
-        let numbers: Vec<f64> = numbers.iter().filter_map(Value::as_f64).collect();
-        let q = model.scene().space.config(&numbers)?;
+        let q = config(&model.scene().space, line).with_context(|| queries.to_string())?;
         let started = ThreadTime::now();
         let answer = model.query(&q, &options, &mut scratch);
         let seconds = started.elapsed();
@@ -35,11 +32,20 @@ pub fn answer(model: &str, queries: &str, effort: &str, mut output: impl Write) 
             "lower_bound": answer.lower_bound,
             "witness": answer.witness,
             "checks": answer.checks,
+            "verified": answer.verified,
             "seconds": seconds,
         });
         writeln!(output, "{line}")?;
     }
     Ok(())
+}
+
+/// The configuration of a line `{"q": [...]}`.
+pub fn config(space: &ConfigSpace, line: &str) -> Result<Config> {
+    let line: Value = serde_json::from_str(line).with_context(|| line.to_string())?;
+    let numbers = line["q"].as_array().context("a query without `q`")?;
+    let numbers: Vec<f64> = numbers.iter().filter_map(Value::as_f64).collect();
+    Ok(space.config(&numbers)?)
 }
 
 /// `refined` with a number of starts, or the effort of a name.
