@@ -6,7 +6,7 @@ use std::path::Path;
 use std::time::Duration;
 
 use anyhow::{Context, Result, bail};
-use extricate::{Config, ConfigSpace, Effort, QueryOptions, QueryScratch, store};
+use extricate::{Config, ConfigSpace, Effort, QueryBudget, QueryOptions, QueryScratch, store};
 use serde_json::{Value, json};
 
 use crate::clock::ThreadTime;
@@ -15,7 +15,8 @@ use crate::clock::ThreadTime;
 const WARM_UP: Duration = Duration::from_millis(100);
 
 /// Writes a JSON line for each line of `queries` (`{"q": [...]}`), with the keys of `extricate query --json` that the benchmarks read;
-/// `seconds` are those of this thread. `effort` is one of the names of efforts, or the number of starts of `refined`.
+/// `seconds` are those of this thread. `effort` is one of the names of efforts, or the number of starts of `refined`, or
+/// its most checks, as `50-checks`.
 pub fn answer(model: &str, queries: &str, effort: &str, mut output: impl Write) -> Result<()> {
     let model = store::load_model(Path::new(model))?;
     let text = std::fs::read_to_string(queries).with_context(|| queries.to_string())?;
@@ -48,15 +49,21 @@ pub fn config(space: &ConfigSpace, line: &str) -> Result<Config> {
     Ok(space.config(&numbers)?)
 }
 
-/// `refined` with a number of starts, or the effort of a name.
+/// `refined` with a number of starts or at most so many checks, or the effort of a name.
 pub fn options(effort: &str) -> Result<QueryOptions> {
     Ok(match effort {
         "nearest" => QueryOptions { effort: Effort::Nearest, ..QueryOptions::default() },
         "refined" => QueryOptions::default(),
         "exhaustive" => QueryOptions { effort: Effort::Exhaustive, ..QueryOptions::default() },
-        _ => match effort.parse() {
-            Ok(starts) => QueryOptions { starts: Some(starts), ..QueryOptions::default() },
-            Err(_) => bail!("expected nearest, refined, exhaustive or a number of starts, found {effort}"),
+        _ => match (effort.parse(), effort.strip_suffix("-checks").map(str::parse)) {
+            (Ok(starts), _) => QueryOptions { starts: Some(starts), ..QueryOptions::default() },
+            (_, Some(Ok(checks))) => {
+                let budget = QueryBudget { checks: Some(checks), seconds: None };
+                QueryOptions { budget, ..QueryOptions::default() }
+            }
+            _ => bail!(
+                "expected nearest, refined, exhaustive, a number of starts or of checks (50-checks), found {effort}"
+            ),
         },
     })
 }
@@ -80,12 +87,14 @@ mod tests {
         store::save_model(&model, Path::new(&at("arm.model"))).unwrap();
         std::fs::write(at("queries"), "{\"q\": [0.5, 0, 0]}\n{\"q\": [0.6, 0.1, 0]}\n").unwrap();
         let mut out = Vec::new();
-        for effort in ["nearest", "refined", "1"] {
+        for effort in ["nearest", "refined", "1", "9-checks"] {
             answer(&at("arm.model"), &at("queries"), effort, &mut out).unwrap();
         }
         let lines: Vec<Value> =
             String::from_utf8(out).unwrap().lines().map(|l| serde_json::from_str(l).unwrap()).collect();
-        assert_eq!(lines.len(), 6);
+        assert_eq!(lines.len(), 8);
+        // Proving a bound may take a few more.
+        assert!(lines[6..].iter().all(|l| l["checks"].as_u64().is_some_and(|checks| checks <= 12)));
         assert!(lines.iter().all(|l| l["lower_bound"].as_f64() <= l["depth"].as_f64() && l["seconds"].is_number()));
         assert!(answer(&at("arm.model"), &at("queries"), "best", Vec::new()).is_err());
         std::fs::remove_dir_all(folder).unwrap();
