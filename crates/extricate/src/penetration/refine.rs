@@ -84,6 +84,8 @@ pub struct RefineScratch {
     /// What it taught, where the last one did.
     lesson: Option<Lesson>,
     contacts: Vec<Contact>,
+    /// While a step is tried, those of where it begins; once it is not taken, those of where it would have led.
+    other_contacts: Vec<Contact>,
     /// The configuration that was checked last, where `contacts` are all its exact ones nearer than a margin \[m\]; else empty.
     looked_at: Vec<f64>,
     looked_within: f64,
@@ -293,7 +295,7 @@ pub fn slide(
         }
         scene.space.integrate(&x, &scratch.step, &mut trial);
         let trial_distance = scratch.distance(ground, anchor, &trial);
-        let kept = std::mem::take(&mut scratch.contacts);
+        std::mem::swap(&mut scratch.contacts, &mut scratch.other_contacts);
         let mut trial_violation = scratch.contacts_at(ground, &trial, within(margin));
         let improves = trial_violation <= sure && found.is_none_or(|depth| trial_distance < depth);
         if improves && !complete && scratch.label(ground, &trial) == Label::Colliding {
@@ -325,7 +327,7 @@ pub fn slide(
                 break;
             }
         } else {
-            let hit = std::mem::replace(&mut scratch.contacts, kept);
+            std::mem::swap(&mut scratch.contacts, &mut scratch.other_contacts);
             scratch.hit_poses.clear();
             scratch.hit_poses.extend_from_slice(scratch.check.poses());
             if is_partial {
@@ -337,7 +339,7 @@ pub fn slide(
             // Flat on a face, contacts do not tell of all corners and the step turns another one into the face: once that is known, a
             // step as long may do.
             let known_before = scratch.contacts.len();
-            let learned = scratch.learn_from(ground, &hit);
+            let learned = scratch.learn_from(ground);
             let shorter = 0.35 * length.min(radius);
             scratch.lesson = (learned && may_unlearn).then_some(Lesson { known_before, shorter });
             if !learned || retried {

@@ -1,6 +1,7 @@
 //! The integration tests of the library, in one binary.
 
 mod adapting;
+mod allocations;
 mod analytic;
 mod budgets;
 mod components;

@@ -18,18 +18,19 @@ pub(super) struct Lesson {
 }
 
 impl RefineScratch {
-    /// Adds what a step that was not taken ran into, where it is without the step: the same points of the same bodies, apart along the
+    /// Adds what a step that was not taken ran into, in `other_contacts`, where it is without the step: the same points of the same bodies, apart along the
     /// same normal. Whether any of it was new. Overlaps that were there before, by half or more, tell nothing of the step.
-    pub(super) fn learn_from(&mut self, ground: &Ground, hit: &[Contact]) -> bool {
+    pub(super) fn learn_from(&mut self, ground: &Ground) -> bool {
         let scene = ground.checker.scene();
-        let known = self.contacts.len();
+        let Self { contacts, other_contacts: hit, poses, hit_poses, .. } = self;
+        let known = contacts.len();
         // From here on `contacts` may be more than a look at one configuration sees.
         self.looked_at.clear();
         for contact in hit.iter().filter(|contact| contact.distance < ground.clearance) {
             let pair = &scene.pairs[contact.pair];
             let here = |body: usize, point: &Vec3| {
                 let frame = scene.bodies[body].frame;
-                self.poses[frame].point(&self.hit_poses[frame].inverse_point(point))
+                poses[frame].point(&hit_poses[frame].inverse_point(point))
             };
             let point_first = here(pair.first, &contact.point_first);
             let point_second = here(pair.second, &contact.point_second);
@@ -39,13 +40,11 @@ impl RefineScratch {
                         < SAME_PLACE
             };
             let distance = contact.normal.dot(&(point_first - point_second));
-            if 2.0 * (distance - contact.distance) > ground.clearance - contact.distance
-                && !self.contacts.iter().any(same)
-            {
-                self.contacts.push(Contact { distance, point_first, point_second, ..*contact });
+            if 2.0 * (distance - contact.distance) > ground.clearance - contact.distance && !contacts.iter().any(same) {
+                contacts.push(Contact { distance, point_first, point_second, ..*contact });
             }
         }
-        self.contacts.len() > known
+        contacts.len() > known
     }
 
     /// Drops what was learned last, if anything was, and returns the radius to go on with. A deep overlap may tell of a depth and a direction that have
