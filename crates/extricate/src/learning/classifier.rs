@@ -68,6 +68,15 @@ pub struct Classifier {
     choice: Choice,
 }
 
+/// What training ended with, of use to go on from where points are appended.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Trained {
+    /// Dual variables of all points.
+    pub duals: Vec<f64>,
+    /// Steps that it took.
+    pub steps: u64,
+}
+
 impl Classifier {
     /// Fits to `features` (`n x dimensions`, row major) and one label a row. With one class only, it predicts that class.
     ///
@@ -78,15 +87,15 @@ impl Classifier {
         Self::fit_from(features, dimensions, labels, options, &[]).0
     }
 
-    /// As [`Classifier::fit`], starting from the dual variables `warm` of the first points. Also returns the dual
-    /// variables of all points, to be passed on when points have been appended.
+    /// As [`Classifier::fit`], starting from the dual variables `warm` of the first points. Also returns what training
+    /// ended with, whose dual variables are to be passed on when points have been appended.
     pub fn fit_from(
         features: &[f64],
         dimensions: usize,
         labels: &[Label],
         options: &FitOptions,
         warm: &[f64],
-    ) -> (Self, Vec<f64>) {
+    ) -> (Self, Trained) {
         assert_eq!(features.len(), dimensions * labels.len(), "one row of {dimensions} features a label");
         let standardization = Standardization::fit(features, dimensions, options.scaling);
         let points = PointSet::from_rows(&standardization.apply_all(features), standardization.kept());
@@ -105,7 +114,7 @@ impl Classifier {
             gamma: solved.gamma,
             choice,
         };
-        (classifier, solution.alphas)
+        (classifier, Trained { duals: solution.alphas, steps: solution.iterations })
     }
 
     /// Above 0: predicted free. About +1 and -1 at the margins; 0 at the predicted boundary.
@@ -205,9 +214,16 @@ mod tests {
         let (features, labels) = annulus(800, 4);
         let options =
             FitOptions { gamma_factor: Some(4.0), penalty: Some(100.0), tolerance: 1e-4, ..FitOptions::default() };
-        let (_, alphas) = Classifier::fit_from(&features[..3 * 700], 3, &labels[..700], &options, &[]);
-        let (warm, _) = Classifier::fit_from(&features, 3, &labels, &options, &alphas);
+        let (_, before) = Classifier::fit_from(&features[..3 * 700], 3, &labels[..700], &options, &[]);
+        let (warm, trained) = Classifier::fit_from(&features, 3, &labels, &options, &before.duals);
         let cold = Classifier::fit(&features, 3, &labels, &options);
+        let (_, again) = Classifier::fit_from(&features, 3, &labels, &options, &trained.duals);
+        assert!(
+            100 * again.steps <= trained.steps,
+            "{} steps from the solution, {} before",
+            again.steps,
+            trained.steps
+        );
         for row in annulus(200, 5).0.chunks_exact(3) {
             let (a, b) = (warm.decision(row), cold.decision(row));
             assert!((a - b).abs() < 0.01 * (1.0 + b.abs()), "{a} {b}");

@@ -6,7 +6,7 @@
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use super::classifier::{Classifier, FitOptions};
+use super::classifier::{Classifier, FitOptions, Trained};
 use crate::cspace::Label;
 
 /// The obstacle region as a union of parts: all that learning sees of them.
@@ -42,9 +42,9 @@ pub struct Machine {
     pub classifier: Classifier,
     /// Configurations of its support vectors, row major, in their order.
     pub support: Vec<f64>,
-    /// Dual variables of the training configurations, to go on from where some are appended.
+    /// To go on from where training configurations are appended.
     #[serde(skip)]
-    duals: Vec<f64>,
+    trained: Trained,
 }
 
 /// Configurations whose features are made at once.
@@ -103,11 +103,11 @@ impl UnionClassifier {
             let features: Vec<f64> =
                 configs.chunks(CHUNK * parts.nq).flat_map(|rows| (parts.features)(rows, &[*part])).collect();
             let before = last.and_then(|last| last.machines.iter().find(|machine| machine.part == *part));
-            let warm = before.map_or(&[][..], |before| &before.duals);
-            let (classifier, duals) = Classifier::fit_from(&features, parts.width, &labels, &options, warm);
-            let supports = configs.chunks_exact(parts.nq).zip(&duals).filter(|(_, dual)| **dual > 0.0);
+            let warm = before.map_or(&[][..], |before| &before.trained.duals);
+            let (classifier, trained) = Classifier::fit_from(&features, parts.width, &labels, &options, warm);
+            let supports = configs.chunks_exact(parts.nq).zip(&trained.duals).filter(|(_, dual)| **dual > 0.0);
             let support = supports.flat_map(|(q, _)| q.iter().copied()).collect();
-            Machine { part: *part, classifier, support, duals }
+            Machine { part: *part, classifier, support, trained }
         };
         // One at a time: shared out by number, the first share would be most of the work.
         Self { machines: order.par_iter().with_max_len(1).map(fit).collect() }
@@ -115,7 +115,7 @@ impl UnionClassifier {
 
     /// Without what only training on needs.
     pub fn without_duals(mut self) -> Self {
-        self.machines.iter_mut().for_each(|machine| machine.duals = Vec::new());
+        self.machines.iter_mut().for_each(|machine| machine.trained = Trained::default());
         self
     }
 
@@ -284,6 +284,14 @@ mod tests {
             UnionClassifier::fit(&PARTS, &configs[..2 * rows], &containing(&configs[..2 * rows]), &options, last)
         };
         let warm = fit(900, Some(&fit(800, None)));
+        let steps = |fitted: &UnionClassifier| fitted.machines.iter().map(|machine| machine.trained.steps).sum::<u64>();
+        let again = fit(900, Some(&warm));
+        assert!(
+            100 * steps(&again) <= steps(&warm),
+            "{} steps from the solution, {} before",
+            steps(&again),
+            steps(&warm)
+        );
         let held = points(500, 5);
         let (a, b) = (cold.predictions(2, &offsets, &held), warm.predictions(2, &offsets, &held));
         let same = a.iter().zip(&b).filter(|(a, b)| a == b).count();
