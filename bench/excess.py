@@ -1,5 +1,6 @@
 """How far answers are beyond the best known, and how sure a share of them is."""
 import math
+import statistics
 
 import numpy as np
 
@@ -24,6 +25,14 @@ def within(depth, best):
 
 def quantile(values, share):
     return float(np.sort(values)[math.ceil(share * len(values)) - 1])
+
+
+def wilson(share, count):
+    """The 95 % interval of a share that was seen among `count` (Wilson, "Probable inference, the law of succession, and statistical inference", 1927,
+    doi:10.1080/01621459.1927.10502953)."""
+    z = statistics.NormalDist().inv_cdf(0.975)
+    middle, half = share + z * z / (2 * count), z * math.sqrt(share * (1 - share) / count + z * z / (4 * count * count))
+    return max(0.0, (middle - half) / (1 + z * z / count)), min(1.0, (middle + half) / (1 + z * z / count))
 
 
 def interval_of_mean(shares, intervals):

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
-"""What learning costs and what labels buy: its part of docs/benchmarks/learning.md, with plots.
+"""What learning costs and what labels and seconds buy: its part of docs/benchmarks/learning.md, with plots.
 
-    target/peers/bin/python bench/learning.py [--queries 200] [--labels 640000] [--seeds 3] [--only labels joints cores accuracy adapt]
+    target/peers/bin/python bench/learning.py [--queries 200] [--labels 640000] [--seeds 3] [--only labels joints cores accuracy seconds adapt]
 
 Needs cargo, numpy and matplotlib (bench/requirements.txt; bench/peers installs them) and the fetched robots.
 
@@ -12,9 +12,10 @@ joints   planar arms of 2 to 20 joints among six posts: labels and processor sec
          queries within 1 % of the best known
 cores    the same learning run on one thread and on two: wall time, with how much of the machine other programs had meanwhile
 accuracy `panda-box` with 20,000 labels and several seeds: how many held-out configurations the classifier calls what they are
+seconds  models of 10 and 60 seconds on two threads: how many random colliding queries `refined` answers within 5 % and 1 % of the best known
 adapt    an obstacle moved, removed or added: `adapt` with a fifth of the labels beside learning anew, and a chain of adaptations there and back
 
-Best known is the least depth that any model and effort of the run found (of `adapt`: of the same row), `exhaustive` on the largest
+Best known is the least depth that any model and effort of the run found (of `seconds` and `adapt`: of the same row), `exhaustive` on the largest
 included. In `labels`, excess below 0.1 % counts as that much: descents to one way out agree no better everywhere, and what misses it is mostly farther.
 """
 import argparse
@@ -29,6 +30,7 @@ import numpy as np
 
 import learning_accuracy
 import learning_adapt
+import learning_seconds
 import programs
 import scenes
 from excess import CLOSE, SLIGHT, asked, depths, quantile
@@ -57,8 +59,8 @@ FEWER = {"shelf-arm", "panda-torus", "dual-arm"}
 # Built-in scenes that the peers cannot be given.
 FURTHER = ("free-box", "dual-arm", "hand")
 # Measured by files of their own.
-APART = {"accuracy": learning_accuracy, "adapt": learning_adapt}
-TIMED = ("joints", "cores")
+APART = {"accuracy": learning_accuracy, "seconds": learning_seconds, "adapt": learning_adapt}
+TIMED = ("joints", "cores", "seconds")
 
 
 class Bench:
@@ -232,6 +234,7 @@ def main():
     parser.add_argument("--seeds", type=int, default=3, help="of every model of the comparison of labels")
     parser.add_argument("--scenes", nargs="+", help="of the comparison of labels; all by default")
     parser.add_argument("--rounds", type=int, default=5, help="of the comparison of cores")
+    parser.add_argument("--share", type=float, default=1.0, help="of the seconds that `seconds` learns for; less only tries it out")
     parser.add_argument("--adapt-labels", type=int, default=500_000, help="of what `adapt` learns anew")
     parser.add_argument("--only", nargs="+", choices=parts, default=parts)
     parser.add_argument("--programs", type=pathlib.Path, help="folder with the built extricate and extricate-bench; else cargo builds them")

@@ -33,9 +33,10 @@ def sample(scene, count, seed):
 
 
 def learn(scene, model, labels, *options, seed=1):
-    """What `learn` reports, with the processor time of all its threads."""
+    """What `learn` reports, with the processor time of all its threads. Without `labels` as many as the options allow."""
     before = resource.getrusage(resource.RUSAGE_CHILDREN)
-    words = ["learn", scene, "-o", model, "--labels", labels, "--seed", seed, "--json", *options]
+    budget = [] if labels is None else ["--labels", labels]
+    words = ["learn", scene, "-o", model, *budget, "--seed", seed, "--json", *options]
     found = json.loads(extricate(*words).splitlines()[-1])
     after = resource.getrusage(resource.RUSAGE_CHILDREN)
     return found | {"cpu_seconds": after.ru_utime - before.ru_utime + after.ru_stime - before.ru_stime}
