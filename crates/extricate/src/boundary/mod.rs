@@ -163,11 +163,18 @@ impl SampleSet {
         Self { nq, configs, embedding_len, all, exits, tangents: Tangents::default() }
     }
 
-    /// Memory for `rows` configurations and their index \[bytes\]: most of it while it is built.
-    pub fn bytes(metric: &Metric, nq: usize, rows: usize) -> usize {
+    /// Memory for `rows` configurations and their index, and another one of `exits` of them \[bytes\]: most of it while it is built.
+    pub fn bytes(metric: &Metric, nq: usize, rows: usize, exits: usize) -> usize {
         let embedding = metric.embedding_len();
         let indexed = embedding.min(MOST_DIMENSIONS);
-        rows * 8 * (nq + embedding + if indexed < embedding { indexed } else { 0 }) + Index::bytes(indexed, rows)
+        rows * 8 * (nq + embedding + if indexed < embedding { indexed } else { 0 })
+            + Index::bytes(indexed, rows)
+            + Index::bytes(indexed, exits)
+    }
+
+    /// Memory of what is known of the contacts of exits \[bytes\].
+    pub fn bytes_of_planes(&self) -> usize {
+        self.tangents.bytes()
     }
 
     /// Number of samples.

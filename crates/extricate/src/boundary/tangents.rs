@@ -49,6 +49,11 @@ impl Tangents {
         self.starts.len().saturating_sub(1)
     }
 
+    /// Memory that they take \[bytes\].
+    pub fn bytes(&self) -> usize {
+        size_of_val(&self.starts[..]) + size_of_val(&self.planes[..])
+    }
+
     /// Whether there is none.
     pub fn is_empty(&self) -> bool {
         self.len() == 0

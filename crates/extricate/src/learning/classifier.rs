@@ -28,10 +28,18 @@ pub struct FitOptions {
     pub search_points: usize,
     /// Tolerance of training, in units of the decision value.
     pub tolerance: f64,
-    /// Memory for kernel rows in bytes.
+    /// Memory for kernel rows in bytes, of all machines that are trained at once; two rows of each are always kept. What is fitted does not
+    /// depend on it.
     pub cache_bytes: usize,
     /// Seed of the search's split and of the median.
     pub seed: u64,
+}
+
+impl FitOptions {
+    /// For one of many that the threads share out: each trains one at a time, and none waits for another while it holds rows.
+    pub(super) fn shared_out(&self) -> Self {
+        Self { cache_bytes: self.cache_bytes / rayon::current_num_threads(), ..self.clone() }
+    }
 }
 
 impl Default for FitOptions {
@@ -75,6 +83,8 @@ pub struct Trained {
     pub duals: Vec<f64>,
     /// Steps that it took.
     pub steps: u64,
+    /// Most memory that its kernel rows took \[bytes\].
+    pub cached: usize,
 }
 
 impl Classifier {
@@ -114,7 +124,7 @@ impl Classifier {
             gamma: solved.gamma,
             choice,
         };
-        (classifier, Trained { duals: solution.alphas, steps: solution.iterations })
+        (classifier, Trained { duals: solution.alphas, steps: solution.iterations, cached: solution.cached })
     }
 
     /// Above 0: predicted free. About +1 and -1 at the margins; 0 at the predicted boundary.

@@ -31,7 +31,8 @@ pub struct LearnOptions {
     pub seed: u64,
     /// Threads; 0 for one per core. The model does not depend on it.
     pub threads: usize,
-    /// Most memory for what is found \[bytes\], counted; learning ends where it is reached.
+    /// Most memory for what is found \[bytes\], as [`crate::Learner::bytes`] counts it; learning ends where it is reached. Kernel rows of
+    /// training take half of what is left of it.
     pub memory: usize,
     /// Ends learning where at least 95 % of the queries of 64 held-out colliding configurations have at most this excess (0.05:
     /// 5 % farther than a search about ten times as long finds) and [`LearnOptions::target_disagreement`] holds, where given.

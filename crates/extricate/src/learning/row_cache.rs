@@ -78,6 +78,11 @@ impl RowCache {
         }
     }
 
+    /// Memory that the rows take \[bytes\].
+    pub fn bytes_held(&self) -> usize {
+        self.slots.len() * row_bytes(&self.points)
+    }
+
     /// The row of point `i`.
     pub fn row(&mut self, i: usize) -> &[[f32; LANES]] {
         let slot = self.fetch(i);
@@ -148,8 +153,11 @@ impl RowCache {
 
 /// Rows that fit into `bytes`.
 fn capacity(points: &PointSet, bytes: usize) -> usize {
-    let row_bytes = points.block_count().max(1) * size_of::<[f32; LANES]>();
-    (bytes / row_bytes).clamp(2, points.len().max(2))
+    (bytes / row_bytes(points)).clamp(2, points.len().max(2))
+}
+
+fn row_bytes(points: &PointSet) -> usize {
+    points.block_count().max(1) * size_of::<[f32; LANES]>()
 }
 
 #[cfg(test)]

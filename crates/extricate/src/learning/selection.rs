@@ -54,6 +54,7 @@ pub fn choose(points: &PointSet, free: &[bool], spread: f64, options: &FitOption
         return Choice { gamma_factor: middle(options.gamma_factor, 1.0), penalty: middle(options.penalty, 100.0) };
     }
     let (seen, seen_free) = (points.gather(&training), of(free, &training));
+    let options = &options.shared_out();
     let accuracy = |choice: &Choice| {
         let solved = svm_options(&seen_free, spread, *choice, options);
         let solution = train(&seen, &seen_free, &solved, None);

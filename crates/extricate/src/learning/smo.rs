@@ -32,7 +32,7 @@ pub struct SvmOptions {
     pub gamma: f64,
     /// Largest violation of the optimality conditions at which to stop, in units of the decision value.
     pub tolerance: f64,
-    /// Memory for kernel rows in bytes; two rows are always kept.
+    /// Memory for kernel rows in bytes; two rows are always kept. The solution does not depend on it.
     pub cache_bytes: usize,
 }
 
@@ -47,6 +47,8 @@ pub struct SvmSolution {
     pub iterations: u64,
     /// Errors renewed by steps, one for each point that took part: what steps cost.
     pub renewed: u64,
+    /// Most memory that kernel rows took \[bytes\].
+    pub cached: usize,
     /// `sum alpha - 1/2 sum alpha_i alpha_j y_i y_j K_ij`, to be maximised.
     pub dual_objective: f64,
     /// Largest violation of the optimality conditions that is left; at most the tolerance unless the steps ran out.
@@ -95,7 +97,7 @@ fn train_looking(
         renew_errors(points, labels, options.gamma, &mut all, |_| true);
     }
     let limit = STEPS_PER_POINT * labels.len().max(100) as u64;
-    let mut effort = Effort { limit, between_looks, iterations: 0, renewed: 0 };
+    let mut effort = Effort { limit, between_looks, iterations: 0, renewed: 0, cached: 0 };
     let mut active = (0..labels.len() as u32).collect::<Vec<u32>>();
     let violation = loop {
         let left = solve(points, &mut all, active, options, &mut effort);
@@ -120,6 +122,7 @@ struct Effort {
     between_looks: u64,
     iterations: u64,
     renewed: u64,
+    cached: usize,
 }
 
 /// Takes steps among the points `active` until they satisfy the optimality conditions; returns those that still took part.
@@ -146,6 +149,7 @@ fn solve(
             let keep = set.restless();
             if (keep.len() as f64) < WORTH_GATHERING * set.points.len() as f64 {
                 set.scatter(all);
+                effort.cached = effort.cached.max(rows.bytes_held());
                 rows.keep(&keep);
                 set = ActiveSet::gather(all, keep.iter().map(|p| set.points[*p as usize]).collect());
                 first = set.first();
@@ -153,6 +157,7 @@ fn solve(
         }
     }
     set.scatter(all);
+    effort.cached = effort.cached.max(rows.bytes_held());
     set.points
 }
 
@@ -213,8 +218,8 @@ fn solution(labels: &[bool], all: &[Coefficient], effort: &Effort, violation: f6
         (0, false, false) => 0.0,
     };
     let alphas = all.iter().map(|c| c.beta.abs()).collect();
-    let Effort { iterations, renewed, .. } = *effort;
-    SvmSolution { alphas, bias, iterations, renewed, dual_objective: objective, violation }
+    let Effort { iterations, renewed, cached, .. } = *effort;
+    SvmSolution { alphas, bias, iterations, renewed, cached, dual_objective: objective, violation }
 }
 
 #[cfg(test)]

@@ -91,7 +91,7 @@ impl UnionClassifier {
             gamma_factor: Some(gamma_factor),
             penalty: options.penalty.or(Some(PENALTY)),
             weights: Some([weight(free), weight(inside.len() - free)]),
-            ..options.clone()
+            ..options.shared_out()
         };
         let fit = |part: &u32| {
             let rows = configs.chunks_exact(parts.nq).zip(inside);
@@ -296,6 +296,25 @@ mod tests {
         let (a, b) = (cold.predictions(2, &offsets, &held), warm.predictions(2, &offsets, &held));
         let same = a.iter().zip(&b).filter(|(a, b)| a == b).count();
         assert!(same > 490, "{same} of 500");
+    }
+
+    #[test]
+    fn kernel_rows_of_all_threads_keep_to_their_memory_and_change_nothing() {
+        let (configs, threads) = (points(2000, 1), 4);
+        let inside = containing(&configs);
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        let fit = |cache_bytes: usize| {
+            let options = FitOptions { cache_bytes, ..FitOptions::default() };
+            pool.install(|| UnionClassifier::fit(&PARTS, &configs, &inside, &options, None))
+        };
+        // The most that one thread holds, as each has one machine at a time.
+        let held =
+            |fitted: &UnionClassifier| fitted.machines.iter().map(|machine| machine.trained.cached).max().unwrap();
+        let (roomy, limit) = (fit(1 << 30), 256 << 10);
+        let tight = fit(limit);
+        assert!(held(&roomy) > limit / threads, "{} bytes are not enough to tell", held(&roomy));
+        assert!(threads * held(&tight) <= limit, "{} of {limit}", threads * held(&tight));
+        assert_eq!(roomy.without_duals(), tight.without_duals());
     }
 
     #[test]

@@ -1,6 +1,7 @@
 //! A learning run that can be stopped between two units of work, kept, and gone on with.
 
 mod ending;
+mod memory;
 
 use std::ops::ControlFlow;
 use std::sync::{Arc, OnceLock};
@@ -20,7 +21,7 @@ use crate::cspace::sampling::Halton;
 use crate::error::{Error, Result};
 use crate::learning::active::{classify, surprising_first};
 use crate::learning::budget::{BudgetEnd, Spent};
-use crate::learning::explore::BATCH;
+use crate::learning::explore::{BATCH, Exploration};
 use crate::learning::union::Parts;
 use crate::learning::{Budget, LearnOptions, LearnProgress};
 use crate::metric::relative::{self, RelativePoses};
@@ -30,6 +31,7 @@ use crate::penetration::coverage::Coverage;
 use crate::penetration::{Ground, Width, index_samples};
 use crate::scene::Scene;
 use ending::Ready;
+use memory::is_full;
 
 /// Share of the budget, labels or seconds, spent on exploration before the boundary is traced.
 const EXPLORATION_SHARE: f64 = 0.2;
@@ -167,12 +169,19 @@ impl Learner {
         let mut next = match state.mark.stage.clone() {
             Stage::Exploring => {
                 let first = ((options.labels as f64 * EXPLORATION_SHARE) as usize).clamp(1, MOST_EXPLORATION);
-                let enough = |budget: &Budget| budget.spent() >= first || budget.fraction() >= EXPLORATION_SHARE;
+                let enough = |budget: &Budget, known: &Exploration| {
+                    let full = is_full(&ground.metric, known, nq, options);
+                    budget.spent() >= first || budget.fraction() >= EXPLORATION_SHARE || full
+                };
                 let to_come = first.saturating_sub(budget.spent());
-                let batch = if enough(&budget) { BATCH } else { to_come.min(BATCH) };
+                let batch = if enough(&budget, &state.known) { BATCH } else { to_come.min(BATCH) };
                 state.known.extend(&scene.space, &ground.halton, batch, &label, &mut budget);
                 state.colliding_share = share(state.known.colliding.len(), state.known.free.len());
-                if enough(&budget) && !state.known.free.is_empty() { Stage::Training } else { Stage::Exploring }
+                if enough(&budget, &state.known) && !state.known.free.is_empty() {
+                    Stage::Training
+                } else {
+                    Stage::Exploring
+                }
             }
             Stage::Training => {
                 let features = |configs: &[f64], pairs: &[u32]| relative_poses(&ground.relative, nq, configs, pairs);
@@ -263,17 +272,6 @@ impl Learner {
     /// What has been found, and where the last whole unit of work ended.
     pub fn state(&self) -> &RunState {
         &self.state
-    }
-
-    /// Memory that the run holds, counted \[bytes\]: lists, indices over them, and the index that [`Learner::finish`] will make.
-    /// Training takes its kernel cache besides.
-    pub fn bytes(&self) -> usize {
-        let RunState { known, samples, .. } = &self.state;
-        let nq = self.scene().space.nq();
-        let indexed = |rows: usize| SampleSet::bytes(&self.ground.metric, nq, rows);
-        let starts = self.tracer.as_ref().map_or(0, |t| indexed(t.place().starts) + indexed(t.place().indexed));
-        let solver = self.solver.as_ref().map_or(0, |set| indexed(set.len()));
-        8 * (known.free.len() + known.colliding.len() + samples.len()) + starts + solver + indexed(samples.len() / nq)
     }
 }
 

@@ -103,7 +103,7 @@ impl Learner {
     /// The index of the samples and of what stands in for them: where nothing collided, or little was traced in time, free
     /// configurations are answers too, only farther ones.
     fn index(&mut self) -> SampleSet {
-        self.tracer = None;
+        (self.tracer, self.solver) = (None, None);
         let RunState { known, samples, .. } = &self.state;
         let nq = self.ground.checker.scene().space.nq();
         let configs = [stand_ins(&known.free, samples, nq), samples].concat();
