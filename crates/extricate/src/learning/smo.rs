@@ -335,8 +335,6 @@ mod tests {
             let warm = train(&points, &labels, &options(1e-2), Some(&first.alphas));
             println!("{n} points: {} steps, {} from those of {before}", cold.iterations, warm.iterations);
             steps = [steps[0] + cold.iterations, steps[1] + warm.iterations];
-            let again = train(&points, &labels, &options(1e-2), Some(&warm.alphas)).iterations;
-            assert!(10 * again <= warm.iterations, "{again} steps from the solution");
         }
         assert!(5 * steps[1] <= 4 * steps[0], "{steps:?}");
     }
