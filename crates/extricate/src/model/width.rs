@@ -15,6 +15,8 @@ const LEAST_TO_TELL: usize = 64;
 const LEAST_TO_NARROW: usize = 256;
 /// Of so many, one may be missed.
 const ASKED_A_MISS: usize = 100;
+/// By the narrowest, one of so many: the usual one misses a third of what it does, for a third more checks.
+const ASKED_A_MISS_OF_NARROW: usize = 200;
 /// Of fewer, none: a width that misses one in twenty-five misses no more than one of 111 in one of sixteen models, of 160 in one of ninety.
 const LEAST_TO_MISS: usize = 160;
 /// An answer farther than this times the nearest one of all widths misses it.
@@ -25,7 +27,8 @@ const ASKED_AT_ONCE: usize = 16;
 /// Of each width, in their order: how many nearest ways out it missed.
 type Misses = [usize; Width::ALL.len()];
 
-/// The least width that misses no more than one nearest way out in a hundred, as far as the wider ones find it; the widest where all do. `colliding`
+/// The least width that misses no more than one nearest way out in a hundred (the narrowest: in two hundred), as far as the wider ones find it; the widest
+/// where all do. `colliding`
 /// (row major) are asked at every width that may still be the one, and the evaluations that took are returned too. Where less than 256 could be asked,
 /// none narrower than what the extent knows, or else than usual; where less than 160, none that missed one of them; where less than 64 and nothing is
 /// known, the widest under the metric of the joints.
@@ -104,8 +107,12 @@ fn chosen(misses: &Misses, asked: usize, all: usize, before: Before) -> Width {
 
 /// Widths that have missed no more than they may of `asked`, and the widest.
 fn candidates(misses: &Misses, asked: usize) -> impl Iterator<Item = Width> {
-    let allowed = if asked < LEAST_TO_MISS { 0 } else { asked / ASKED_A_MISS };
-    let may_be = move |(width, missed): &(Width, usize)| *width == Width::Widest || *missed <= allowed;
+    let allowed = move |width: Width| match width {
+        _ if asked < LEAST_TO_MISS => 0,
+        Width::Narrow => asked / ASKED_A_MISS_OF_NARROW,
+        _ => asked / ASKED_A_MISS,
+    };
+    let may_be = move |(width, missed): &(Width, usize)| *width == Width::Widest || *missed <= allowed(*width);
     Width::ALL.into_iter().zip(*misses).filter(may_be).map(|(width, _)| width)
 }
 
@@ -147,10 +154,10 @@ mod tests {
     #[test]
     fn the_least_width_that_misses_no_more_than_it_may_is_taken() {
         let first = |misses, asked| candidates(&misses, asked).next().unwrap();
-        assert_eq!(first([2, 9, 9, 9], 256), Width::Narrow);
-        assert_eq!(first([3, 2, 0, 0], 256), Width::Usual);
+        assert_eq!(first([1, 9, 9, 9], 256), Width::Narrow);
+        assert_eq!(first([2, 2, 0, 0], 256), Width::Usual);
         assert_eq!(first([3, 3, 3, 9], 256), Width::Widest);
-        assert_eq!([159, 160].map(|asked| first([1, 1, 0, 0], asked)), [Width::Wide, Width::Narrow]);
+        assert_eq!([159, 160, 200].map(|asked| first([1, 1, 0, 0], asked)), [Width::Wide, Width::Usual, Width::Narrow]);
         assert_eq!(candidates(&[3, 2, 3, 9], 256).collect::<Vec<_>>(), [Width::Usual, Width::Widest]);
         // Of few, none may be missed, and nothing is told that would make queries narrower.
         let usual = Before { known: Some(Width::Usual), untold: Width::Widest };
