@@ -88,19 +88,14 @@ fn in_a_loop(model: &Model, options: &QueryOptions, values: &[f64]) -> Result<f6
 
 #[cfg(test)]
 mod tests {
-    use extricate::{LearnOptions, scene::builtin};
-
     use super::*;
+    use crate::queries::learned_arm;
 
     #[test]
     fn blocks_are_answered_and_nonsense_an_error() {
-        let folder = std::env::temp_dir().join(format!("extricate-bench-batch-{}", std::process::id()));
-        std::fs::create_dir_all(&folder).unwrap();
+        let folder = learned_arm("batches");
         let at = |name: &str| folder.join(name).to_str().unwrap().to_string();
-        let options = LearnOptions { labels: 3000, seconds: None, ..LearnOptions::default() };
-        let scene = builtin::scene("planar-arm").unwrap();
-        let model = Model::learn(scene, &options, &mut |_| ControlFlow::Continue(())).unwrap();
-        store::save_model(&model, Path::new(&at("arm.model"))).unwrap();
+        let model = store::load_model(Path::new(&at("arm.model"))).unwrap();
         let rows = [[0.5, 0.0, 0.0], [0.6, 0.1, 0.0], [0.7, 0.1, 0.0]].concat();
         let bytes: Vec<u8> = rows.iter().flat_map(|x: &f64| x.to_le_bytes()).collect();
         std::fs::write(at("queries"), &bytes).unwrap();

@@ -4,7 +4,7 @@
 //! extricate-bench serve                    commands from standard input, answers as JSON lines (see `server`)
 //! extricate-bench exact [--poses N]        N poses against brute force; exit status 1 on any disagreement
 //! extricate-bench query MODEL QUERIES EFFORT|STARTS|N-checks  answers with processor times as JSON lines
-//! extricate-bench batch MODEL QUERIES EFFORT|STARTS      blocks of queries that standard input names, each timed as a whole
+//! extricate-bench batch MODEL QUERIES EFFORT|STARTS|N-checks  blocks of queries that standard input names, each timed as a whole
 //! extricate-bench stream MODEL QUERIES STEPS FRAMES ROUNDS      frames between successive queries, by a stream and one by one
 //! extricate-bench uniform SCENE LABELS SEED MODEL        a model from uniform samples alone
 //! ```
@@ -53,7 +53,7 @@ fn main() -> anyhow::Result<ExitCode> {
         _ => {
             eprintln!(
                 "expected `serve`, `exact [--poses N]`, `query MODEL QUERIES EFFORT|STARTS|N-checks`, \
-                 `batch MODEL QUERIES EFFORT|STARTS`, `stream MODEL QUERIES STEPS FRAMES ROUNDS` \
+                 `batch MODEL QUERIES EFFORT|STARTS|N-checks`, `stream MODEL QUERIES STEPS FRAMES ROUNDS` \
                  or `uniform SCENE LABELS SEED MODEL`"
             );
             Ok(ExitCode::from(2))

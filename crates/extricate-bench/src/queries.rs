@@ -12,7 +12,7 @@ use serde_json::{Value, json};
 use crate::clock::ThreadTime;
 
 /// How long other configurations are asked first.
-const WARM_UP: Duration = Duration::from_millis(100);
+pub const WARM_UP: Duration = Duration::from_millis(100);
 
 /// Writes a JSON line for each line of `queries` (`{"q": [...]}`), with the keys of `extricate query --json` that the benchmarks read;
 /// `seconds` are those of this thread. `effort` is one of the names of efforts, or the number of starts of `refined`, or
@@ -68,23 +68,27 @@ pub fn options(effort: &str) -> Result<QueryOptions> {
     })
 }
 
+/// A small model of `planar-arm`, as `arm.model` in a new folder for the test of that name.
+#[cfg(test)]
+pub fn learned_arm(test: &str) -> std::path::PathBuf {
+    use extricate::{LearnOptions, Model, scene::builtin};
+    let folder = std::env::temp_dir().join(format!("extricate-bench-{test}-{}", std::process::id()));
+    std::fs::create_dir_all(&folder).unwrap();
+    let options = LearnOptions { labels: 3000, seconds: None, ..LearnOptions::default() };
+    let scene = builtin::scene("planar-arm").unwrap();
+    let model = Model::learn(scene, &options, &mut |_| std::ops::ControlFlow::Continue(())).unwrap();
+    store::save_model(&model, &folder.join("arm.model")).unwrap();
+    folder
+}
+
 #[cfg(test)]
 mod tests {
-    use std::ops::ControlFlow;
-
-    use extricate::{LearnOptions, Model, scene::builtin};
-
     use super::*;
 
     #[test]
     fn every_query_has_an_answer_and_nonsense_an_error() {
-        let folder = std::env::temp_dir().join(format!("extricate-bench-{}", std::process::id()));
-        std::fs::create_dir_all(&folder).unwrap();
+        let folder = learned_arm("queries");
         let at = |name: &str| folder.join(name).to_str().unwrap().to_string();
-        let options = LearnOptions { labels: 3000, seconds: None, ..LearnOptions::default() };
-        let scene = builtin::scene("planar-arm").unwrap();
-        let model = Model::learn(scene, &options, &mut |_| ControlFlow::Continue(())).unwrap();
-        store::save_model(&model, Path::new(&at("arm.model"))).unwrap();
         std::fs::write(at("queries"), "{\"q\": [0.5, 0, 0]}\n{\"q\": [0.6, 0.1, 0]}\n").unwrap();
         let mut out = Vec::new();
         for effort in ["nearest", "refined", "1", "9-checks"] {

@@ -3,17 +3,14 @@
 
 use std::io::Write;
 use std::path::Path;
-use std::time::Duration;
 
 use anyhow::{Context, Result, ensure};
 use extricate::{Answer, Config, Model, QueryOptions, QueryScratch, Stream, StreamOptions, store};
 use serde_json::{Value, json};
 
 use crate::clock::ThreadTime;
-use crate::queries::config;
+use crate::queries::{WARM_UP, config};
 
-/// How long other configurations are asked first.
-const WARM_UP: Duration = Duration::from_millis(100);
 /// What a frame may take for haptic devices \[s\].
 const SLOW: f64 = 1e-3;
 /// Farther by more than this share is told.
@@ -155,21 +152,13 @@ fn share(frames: &[Frame], of: impl Fn(&Frame) -> bool) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use std::ops::ControlFlow;
-
-    use extricate::{LearnOptions, scene::builtin};
-
     use super::*;
+    use crate::queries::learned_arm;
 
     #[test]
     fn frames_that_collide_are_compared_and_nonsense_an_error() {
-        let folder = std::env::temp_dir().join(format!("extricate-bench-streams-{}", std::process::id()));
-        std::fs::create_dir_all(&folder).unwrap();
+        let folder = learned_arm("streams");
         let at = |name: &str| folder.join(name).to_str().unwrap().to_string();
-        let options = LearnOptions { labels: 3000, seconds: None, ..LearnOptions::default() };
-        let scene = builtin::scene("planar-arm").unwrap();
-        let model = Model::learn(scene, &options, &mut |_| ControlFlow::Continue(())).unwrap();
-        store::save_model(&model, Path::new(&at("arm.model"))).unwrap();
         std::fs::write(at("queries"), "{\"q\": [0.5, 0, 0]}\n{\"q\": [0.6, 0.1, 0]}\n{\"q\": [0.4, 0, 0.1]}\n")
             .unwrap();
         std::fs::write(at("one"), "{\"q\": [0.5, 0, 0]}\n").unwrap();

@@ -213,7 +213,7 @@ impl Model {
     /// effort, starts, checks, seconds, way, contacts: as in `Model.query`, of each frame.
     /// hysteresis: the way out of the last frame is kept until another one is nearer by more than this share of its depth; 0
     /// always takes the nearest.
-    /// looks: how many boundary samples are looked at each frame for a nearer way out.
+    /// looks: how many boundary samples are looked at each frame for a nearer way out, beside those that cost no check.
     #[pyo3(signature = (*, effort = "refined", hysteresis = 0.0, looks = 4, starts = None, checks = None, seconds = None, way = false, contacts = false))]
     fn stream(
         slf: Py<Self>,

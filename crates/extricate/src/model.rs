@@ -82,8 +82,8 @@ pub struct Statistics {
     /// not pay for so many. `None` where none was asked, as with less than 10,000 labels.
     pub excess: Option<Excess>,
     /// How widely refined queries search: the least of four widths that misses the nearest way out of no more held-out configurations than one in a
-    /// hundred (the narrowest: in two hundred), see [`measure::measure`]. Where too few were asked, the widest under the metric of the joints and the usual one under
-    /// others; after adapting, that of before; where measuring was interrupted, the usual one.
+    /// hundred (the narrowest: in two hundred), see [`measure::measure`]. Where too few were asked, the widest under the metric of the joints and the
+    /// usual one under others; after adapting, that of before; where measuring was interrupted, the usual one.
     pub width: Width,
     /// Collision and distance evaluations spent on these three, and on telling whether the run may end: beside `labels`.
     pub measuring_checks: usize,

@@ -87,8 +87,8 @@ pub fn classify(
     let mut rng = ChaCha8Rng::seed_from_u64(options.seed);
     let mut fresh = Set::default();
     // Half of what the lists leave is for kernel rows; the other is for what training works on.
-    let listed = size_of::<f64>() * (known.free.len() + known.colliding.len());
-    let fit_options = FitOptions { cache_bytes: options.memory.saturating_sub(listed) / 2, ..FitOptions::default() };
+    let left = options.memory.saturating_sub(known.bytes());
+    let fit_options = FitOptions { cache_bytes: left / 2, ..FitOptions::default() };
     for round in 0..MOST_ROUNDS {
         let classifier =
             UnionClassifier::fit(parts, &set.configs, &set.inside, &fit_options, outcome.classifier.as_ref());

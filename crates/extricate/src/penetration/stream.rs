@@ -19,7 +19,8 @@ pub struct StreamOptions {
     /// The way out of the last frame is kept until another one is nearer by more than this share of its depth, in `[0, 1)`: 0
     /// always takes the nearest, 0.1 keeps directions from flipping between two ways out that are about as near.
     pub hysteresis: f64,
-    /// How many of the boundary samples that a single query would start from are looked at each frame, in turn.
+    /// How many of the boundary samples that a single query would start from are looked at each frame, in turn; those that what is known of them
+    /// rules out cost nothing and do not count.
     pub looks: usize,
 }
 

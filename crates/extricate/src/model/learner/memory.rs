@@ -27,7 +27,7 @@ impl Learner {
         // Exits are alike in what they know. While it is gathered there are two of it.
         let planes = 2 * solver / solved_from.max(1) * solved.exits;
         let finished = indexed(samples.len() / nq, solved.exits) + planes;
-        let listed = listed(known) + size_of_val(&samples[..]);
+        let listed = known.bytes() + size_of_val(&samples[..]);
         listed + starts + solver + solver_index + finished.max(COPIES_TO_STORE * listed)
     }
 }
@@ -35,12 +35,7 @@ impl Learner {
 /// Whether what was explored, as the first pass of tracing will hold it, fills its part of the memory.
 pub fn is_full(metric: &Metric, known: &Exploration, nq: usize, options: &LearnOptions) -> bool {
     let starts = Tracer::first_place(known, nq).starts;
-    listed(known) + SampleSet::bytes(metric, nq, starts, 0) > options.memory / EXPLORATION_PART
-}
-
-/// Memory of the lists \[bytes\].
-fn listed(known: &Exploration) -> usize {
-    size_of_val(&known.free[..]) + size_of_val(&known.colliding[..])
+    known.bytes() + SampleSet::bytes(metric, nq, starts, 0) > options.memory / EXPLORATION_PART
 }
 
 #[cfg(test)]
