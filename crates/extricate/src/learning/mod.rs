@@ -6,6 +6,7 @@ pub mod budget;
 pub mod classifier;
 pub mod explore;
 pub mod kernel;
+pub mod kernel_tile;
 pub mod row_cache;
 pub mod selection;
 pub mod smo;

@@ -10,8 +10,9 @@ pub struct RowCache {
     points: PointSet,
     gamma: f64,
     bytes: usize,
-    capacity: usize,
     slots: Vec<Slot>,
+    /// The rows, one slot after the other: memory that was touched once is used again.
+    rows: Vec<[f32; LANES]>,
     /// Slot of each point's row.
     slot_of: Vec<u32>,
     /// Most and least recently used slot.
@@ -26,7 +27,6 @@ struct Slot {
     point: u32,
     newer: u32,
     older: u32,
-    row: Vec<[f32; LANES]>,
 }
 
 impl RowCache {
@@ -35,8 +35,8 @@ impl RowCache {
         Self {
             gamma,
             bytes,
-            capacity: capacity(&points, bytes),
             slots: Vec::new(),
+            rows: Vec::new(),
             slot_of: vec![NONE; points.len()],
             newest: NONE,
             oldest: NONE,
@@ -49,32 +49,44 @@ impl RowCache {
     /// Goes over to the points at the positions `keep` (ascending) alone; the rows of others, and the other entries of
     /// kept rows, are dropped.
     pub fn keep(&mut self, keep: &[u32]) {
+        let before = self.width();
         self.points = self.points.gather(keep);
-        self.capacity = capacity(&self.points, self.bytes);
+        let width = self.width();
         let mut position_of = vec![NONE; self.slot_of.len()];
         keep.iter().enumerate().for_each(|(position, old)| position_of[*old as usize] = position as u32);
-        let mut slot = self.oldest;
-        let mut order = Vec::with_capacity(self.slots.len());
-        while slot != NONE {
-            order.push(slot as usize);
-            slot = self.slots[slot as usize].newer;
-        }
-        let mut old: Vec<Option<Slot>> = std::mem::take(&mut self.slots).into_iter().map(Some).collect();
-        (self.newest, self.oldest) = (NONE, NONE);
-        self.slot_of = vec![NONE; keep.len()];
-        for slot in order {
-            let Some(Slot { point, row, .. }) = old[slot].take() else { continue };
-            let position = position_of[point as usize];
-            if position == NONE {
+        let mut moved = vec![NONE; self.slots.len()];
+        let mut kept = 0;
+        for (from, slot) in self.slots.iter_mut().enumerate() {
+            slot.point = position_of[slot.point as usize];
+            if slot.point == NONE {
                 continue;
             }
-            let mut kept = vec![[0.0; LANES]; self.points.block_count()];
+            // No entry goes beyond where it was, so none is overwritten before it has been read.
+            let entries = self.rows[kept * width..(from + 1) * before].as_flattened_mut();
+            let row = (from * before - kept * width) * LANES;
             for (i, j) in keep.iter().enumerate() {
-                kept[i / LANES][i % LANES] = row[*j as usize / LANES][*j as usize % LANES];
+                entries[i] = entries[row + *j as usize];
             }
-            self.slots.push(Slot { point: position, newer: NONE, older: NONE, row: kept });
-            self.slot_of[position as usize] = self.slots.len() as u32 - 1;
-            self.link_newest(self.slots.len() as u32 - 1);
+            moved[from] = kept as u32;
+            kept += 1;
+        }
+        self.rows.truncate(kept * width);
+        self.slot_of = vec![NONE; keep.len()];
+        let mut slot = self.oldest;
+        (self.newest, self.oldest) = (NONE, NONE);
+        let old = std::mem::take(&mut self.slots);
+        self.slots = old
+            .iter()
+            .filter(|slot| slot.point != NONE)
+            .map(|slot| Slot { point: slot.point, newer: NONE, older: NONE })
+            .collect();
+        while slot != NONE {
+            let to = moved[slot as usize];
+            if to != NONE {
+                self.slot_of[self.slots[to as usize].point as usize] = to;
+                self.link_newest(to);
+            }
+            slot = old[slot as usize].newer;
         }
     }
 
@@ -83,10 +95,19 @@ impl RowCache {
         self.slots.len() * row_bytes(&self.points)
     }
 
+    /// Blocks of a row.
+    fn width(&self) -> usize {
+        self.points.block_count()
+    }
+
+    fn row_of(&self, slot: usize) -> &[[f32; LANES]] {
+        &self.rows[slot * self.width()..][..self.width()]
+    }
+
     /// The row of point `i`.
     pub fn row(&mut self, i: usize) -> &[[f32; LANES]] {
         let slot = self.fetch(i);
-        &self.slots[slot].row
+        self.row_of(slot)
     }
 
     /// The rows of points `i` and `j`.
@@ -95,7 +116,7 @@ impl RowCache {
         let second = self.fetch(j);
         // Two rows always fit, so fetching `j` has not evicted `i`, which was the newest.
         let first = self.slot_of[i] as usize;
-        (&self.slots[first].row, &self.slots[second].row)
+        (self.row_of(first), self.row_of(second))
     }
 
     fn fetch(&mut self, i: usize) -> usize {
@@ -107,9 +128,10 @@ impl RowCache {
             }
             return slot as usize;
         }
-        let slot = if self.slots.len() < self.capacity {
-            let row = vec![[0.0; LANES]; self.points.block_count()];
-            self.slots.push(Slot { point: NONE, newer: NONE, older: NONE, row });
+        let width = self.width();
+        let slot = if self.slots.len() < capacity(&self.points, self.bytes) {
+            self.slots.push(Slot { point: NONE, newer: NONE, older: NONE });
+            self.rows.resize(self.slots.len() * width, [0.0; LANES]);
             self.slots.len() as u32 - 1
         } else {
             let slot = self.oldest;
@@ -118,9 +140,9 @@ impl RowCache {
             slot
         };
         self.points.copy_point(i, &mut self.query);
-        let entry = &mut self.slots[slot as usize];
-        entry.point = i as u32;
-        kernel_row(&self.points, &self.query, self.gamma, &mut entry.row);
+        self.slots[slot as usize].point = i as u32;
+        let row = &mut self.rows[slot as usize * width..][..width];
+        kernel_row(&self.points, &self.query, self.gamma, row);
         self.computed += 1;
         self.slot_of[i] = slot;
         self.link_newest(slot);
@@ -189,5 +211,27 @@ mod tests {
         assert_eq!(cache.computed, before + 1);
         cache.row(2);
         assert_eq!(cache.computed, before + 2);
+    }
+
+    #[test]
+    fn rows_of_fewer_points_are_those_of_a_new_cache() {
+        let rows: Vec<f64> = (0..150).map(|i| (f64::from(i) * 0.37).sin()).collect();
+        let points = PointSet::from_rows(&rows, 3);
+        let keep: Vec<u32> = (0..50).filter(|i| i % 3 != 1 && *i != 40).collect();
+        let mut cache = RowCache::new(points.clone(), 0.5, 20 * row_bytes(&points));
+        // More than fit; then 40, of a point that goes, in the midst of rows that stay.
+        [0, 5, 9, 40, 12, 48, 3].into_iter().chain(20..33).chain([5, 48]).for_each(|i| _ = cache.row(i).len());
+        let held: Vec<usize> = (0..50).filter(|i| cache.slot_of[*i] != NONE).collect();
+        cache.keep(&keep);
+        let mut fresh = RowCache::new(points.gather(&keep), 0.5, usize::MAX);
+        let computed = cache.computed;
+        for (position, point) in keep.iter().enumerate().filter(|(_, point)| held.contains(&(**point as usize))) {
+            let (row, expected) = (cache.row(position).as_flattened(), fresh.row(position).as_flattened());
+            assert_eq!(row[..keep.len()], expected[..keep.len()], "of point {point}");
+        }
+        assert_eq!(cache.computed, computed, "no row that was held is computed again");
+        assert_eq!(cache.bytes_held(), cache.rows.len() * size_of::<[f32; LANES]>());
+        let first_asked = keep.iter().position(|point| held.contains(&(*point as usize))).unwrap();
+        assert_eq!(cache.slots[cache.oldest as usize].point as usize, first_asked, "the order of use is kept");
     }
 }

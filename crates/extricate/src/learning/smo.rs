@@ -6,17 +6,16 @@
 //! `sum beta = 0` and `0 <= y_i beta_i <= C_i`. Its gradient, here the *error* `y_i - (K beta)_i`, equals the bias for
 //! every coefficient strictly between its bounds at the optimum; no label then appears in the inner loops.
 
-use rayon::prelude::*;
-
 use super::active_set::{ActiveSet, Coefficient, error_range, may_rest};
-use super::kernel::{PointSet, WeightedPoints};
+use super::kernel::PointSet;
+use super::kernel_tile::kernel_sums;
 use super::row_cache::RowCache;
 
 /// Steps after which training gives up, for a point; the sets tried here need less than a tenth of it.
 const STEPS_PER_POINT: u64 = 2_000;
 
 /// Steps between two looks at which points may rest: rare enough to cost nothing, as a look is a pass over the points.
-const STEPS_BETWEEN_LOOKS: u64 = 1_000;
+const STEPS_BETWEEN_LOOKS: u64 = 500;
 
 /// Points are gathered anew when fewer than this share of them still take part.
 const WORTH_GATHERING: f64 = 0.7;
@@ -92,20 +91,20 @@ fn train_looking(
             false => Coefficient { beta: 0.0, error: -1.0, least: -options.c_negative, greatest: 0.0 },
         })
         .collect();
+    let mut known = all.clone();
     if let Some(warm) = warm {
         start_from(warm, &mut all);
-        renew_errors(points, labels, options.gamma, &mut all, |_| true);
+        renew_errors(points, options.gamma, &known, &mut all, |_| true);
     }
     let limit = STEPS_PER_POINT * labels.len().max(100) as u64;
     let mut effort = Effort { limit, between_looks, iterations: 0, renewed: 0, cached: 0 };
     let mut active = (0..labels.len() as u32).collect::<Vec<u32>>();
     let violation = loop {
+        known.copy_from_slice(&all);
         let left = solve(points, &mut all, active, options, &mut effort);
         let mut rests = vec![true; labels.len()];
         left.iter().for_each(|i| rests[*i as usize] = false);
-        if left.len() < labels.len() {
-            renew_errors(points, labels, options.gamma, &mut all, |i| rests[i]);
-        }
+        renew_errors(points, options.gamma, &known, &mut all, |i| rests[i]);
         let range = error_range(all.iter().copied());
         if range.0 - range.1 <= options.tolerance || effort.iterations >= limit {
             break (range.0 - range.1).max(0.0);
@@ -179,24 +178,22 @@ fn start_from(warm: &[f64], all: &mut [Coefficient]) {
     }
 }
 
-/// Computes the errors of the chosen points anew from all coefficients.
+/// Computes the errors of the chosen points from `known` ones: by the coefficients that have changed since.
 fn renew_errors(
     points: &PointSet,
-    labels: &[bool],
     gamma: f64,
+    known: &[Coefficient],
     all: &mut [Coefficient],
-    chosen: impl Fn(usize) -> bool + Sync,
+    chosen: impl Fn(usize) -> bool,
 ) {
-    let support: Vec<u32> = (0..all.len() as u32).filter(|i| all[*i as usize].beta != 0.0).collect();
-    let weights: Vec<f64> = support.iter().map(|i| all[*i as usize].beta).collect();
-    let weighted = WeightedPoints::new(points.gather(&support), &weights);
-    all.par_iter_mut().enumerate().filter(|(i, _)| chosen(*i)).for_each_init(
-        || vec![0.0; points.dimensions()],
-        |query, (i, c)| {
-            points.copy_point(i, query);
-            c.error = if labels[i] { 1.0 } else { -1.0 } - weighted.kernel_sum(query, gamma);
-        },
-    );
+    let change = |i: u32| all[i as usize].beta - known[i as usize].beta;
+    let chosen: Vec<u32> = (0..all.len() as u32).filter(|i| chosen(*i as usize)).collect();
+    let (changed, changes): (Vec<u32>, Vec<f64>) =
+        (0..all.len() as u32).map(|i| (i, change(i))).filter(|(_, change)| *change != 0.0).unzip();
+    let sums = kernel_sums(&points.gather(&chosen), &points.gather(&changed), &changes, gamma);
+    for (i, sum) in chosen.into_iter().map(|i| i as usize).zip(sums) {
+        all[i].error = known[i].error - sum;
+    }
 }
 
 fn solution(labels: &[bool], all: &[Coefficient], effort: &Effort, violation: f64) -> SvmSolution {

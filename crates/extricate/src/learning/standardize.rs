@@ -7,6 +7,9 @@ use serde::{Deserialize, Serialize};
 /// more exact than that.
 const NEGLIGIBLE: f64 = 1e-8;
 
+/// Points that are gone through together: few enough to stay in a fast cache.
+const TOGETHER: usize = 256;
+
 /// How features are brought to a common scale.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Scaling {
@@ -42,12 +45,14 @@ impl Standardization {
         let count = (features.len() / dimensions).max(1) as f64;
         let mut mean = vec![0.0; dimensions];
         for row in features.chunks_exact(dimensions) {
-            mean.iter_mut().zip(row).for_each(|(m, x)| *m += x / count);
+            mean.iter_mut().zip(row).for_each(|(m, x)| *m += x);
         }
+        mean.iter_mut().for_each(|m| *m /= count);
         let mut variance = vec![0.0; dimensions];
         for row in features.chunks_exact(dimensions) {
-            variance.iter_mut().zip(row.iter().zip(&mean)).for_each(|(v, (x, m))| *v += (x - m).powi(2) / count);
+            variance.iter_mut().zip(row.iter().zip(&mean)).for_each(|(v, (x, m))| *v += (x - m).powi(2));
         }
+        variance.iter_mut().for_each(|v| *v /= count);
         // Below this, a dimension is constant but for rounding of its values and of their mean.
         let varies = |k: &usize| variance[*k].sqrt() > 1e-12 * (1.0 + mean[*k].abs());
         let varying: Vec<usize> = (0..dimensions).filter(varies).collect();
@@ -61,7 +66,7 @@ impl Standardization {
             varying.push((0, 0.0, 0.0)); // a point needs a coordinate, even one that says nothing
         }
         let mut all = Self { varying, dimensions, basis: Vec::new() };
-        all.basis = span(&all.apply_all(features), all.varying.len());
+        all.basis = all.span(features);
         all
     }
 
@@ -90,42 +95,56 @@ impl Standardization {
 
     /// Standardised features of many points, row major.
     pub fn apply_all(&self, features: &[f64]) -> Vec<f64> {
-        let rows = features.chunks_exact(self.dimensions);
-        let scaled: Vec<f64> = rows
-            .flat_map(|row| self.varying.iter().map(|(k, centre, scale)| (row[*k as usize] - centre) * scale))
-            .collect();
         if self.basis.is_empty() {
-            return scaled;
+            return self.scaled(features);
         }
         let width = self.varying.len();
-        let basis = DMatrix::from_column_slice(width, self.basis.len() / width, &self.basis);
-        // Columns are points.
-        let points = DMatrix::from_vec(width, scaled.len() / width, scaled);
-        basis.tr_mul(&points).as_slice().to_vec()
+        let basis = DMatrix::from_row_slice(self.kept(), width, &self.basis);
+        let mut all = Vec::with_capacity(features.len() / self.dimensions * self.kept());
+        for features in features.chunks(TOGETHER * self.dimensions) {
+            // Columns are points.
+            let points = DMatrix::from_vec(width, features.len() / self.dimensions, self.scaled(features));
+            all.extend_from_slice((&basis * points).as_slice());
+        }
+        all
     }
-}
 
-/// Rows of an orthonormal basis of the directions in which `points` (`n x dimensions`, row major, of mean zero) vary, most first.
-/// Empty where they vary in every direction.
-///
-/// # Source
-/// K. Pearson, "On lines and planes of closest fit to systems of points in space", 1901, doi:10.1080/14786440109462720.
-fn span(points: &[f64], dimensions: usize) -> Vec<f64> {
-    // Columns are points.
-    let columns = DMatrix::from_column_slice(dimensions, points.len() / dimensions, points);
-    let eigen = SymmetricEigen::new(&columns * columns.transpose());
-    let mut order: Vec<usize> = (0..dimensions).collect();
-    order.sort_by(|a, b| eigen.eigenvalues[*b].total_cmp(&eigen.eigenvalues[*a]).then(a.cmp(b)));
-    let most = NEGLIGIBLE * eigen.eigenvalues.iter().sum::<f64>();
-    let mut dropped = 0.0;
-    while order.len() > 1 && dropped + eigen.eigenvalues[order[order.len() - 1]].max(0.0) <= most {
-        dropped += eigen.eigenvalues[order[order.len() - 1]].max(0.0);
-        order.pop();
+    /// The dimensions that vary, centred and scaled, row major.
+    fn scaled(&self, features: &[f64]) -> Vec<f64> {
+        let mut scaled = Vec::with_capacity(features.len() / self.dimensions * self.varying.len());
+        for row in features.chunks_exact(self.dimensions) {
+            scaled.extend(self.varying.iter().map(|(k, centre, scale)| (row[*k as usize] - centre) * scale));
+        }
+        scaled
     }
-    if order.len() == dimensions {
-        return Vec::new();
+
+    /// Rows of an orthonormal basis of the directions in which the scaled `features` vary, most first. Empty where they vary in every
+    /// direction.
+    ///
+    /// # Source
+    /// K. Pearson, "On lines and planes of closest fit to systems of points in space", 1901, doi:10.1080/14786440109462720.
+    fn span(&self, features: &[f64]) -> Vec<f64> {
+        let width = self.varying.len();
+        let mut scatter = DMatrix::zeros(width, width);
+        for features in features.chunks(TOGETHER * self.dimensions) {
+            // Columns are points.
+            let points = DMatrix::from_vec(width, features.len() / self.dimensions, self.scaled(features));
+            scatter.gemm(1.0, &points, &points.transpose(), 1.0);
+        }
+        let eigen = SymmetricEigen::new(scatter);
+        let mut order: Vec<usize> = (0..width).collect();
+        order.sort_by(|a, b| eigen.eigenvalues[*b].total_cmp(&eigen.eigenvalues[*a]).then(a.cmp(b)));
+        let most = NEGLIGIBLE * eigen.eigenvalues.iter().sum::<f64>();
+        let mut dropped = 0.0;
+        while order.len() > 1 && dropped + eigen.eigenvalues[order[order.len() - 1]].max(0.0) <= most {
+            dropped += eigen.eigenvalues[order[order.len() - 1]].max(0.0);
+            order.pop();
+        }
+        if order.len() == width {
+            return Vec::new();
+        }
+        order.iter().flat_map(|k| eigen.eigenvectors.column(*k).iter().copied().collect::<Vec<f64>>()).collect()
     }
-    order.iter().flat_map(|k| eigen.eigenvectors.column(*k).iter().copied().collect::<Vec<f64>>()).collect()
 }
 
 #[cfg(test)]
