@@ -8,8 +8,8 @@ Needs cargo, numpy and matplotlib (bench/requirements.txt; bench/peers installs 
 labels   excess of queries against labels spent, for models of `extricate learn` and for models whose labels all went to uniform
          samples (`extricate-bench uniform`), on the scenes of the query benchmark and the other built-in ones; every model is learned
          with several seeds, and the excesses of all are one sample
-joints   planar arms of 2 to 20 joints among six posts: labels and processor seconds until `refined` answers 98 % of random colliding
-         queries within 1 % of the best known
+joints   planar arms of 2 to 20 joints among six posts: labels and processor seconds until 95 % of random colliding queries that may take
+         20 checks, and 50, are answered within 5 % of the best known
 cores    the same learning run on one thread and on two: wall time, with how much of the machine other programs had meanwhile
 accuracy `panda-box` with 20,000 labels and several seeds: how many held-out configurations the classifier calls what they are
 seconds  models of 10 and 60 seconds on two threads: how many random colliding queries `refined` answers within 5 % and 1 % of the best known
@@ -30,10 +30,11 @@ import numpy as np
 
 import learning_accuracy
 import learning_adapt
+import learning_joints
 import learning_seconds
 import programs
 import scenes
-from excess import CLOSE, SLIGHT, asked, depths, quantile
+from excess import SLIGHT, asked, quantile
 from page import number, put, save, table
 from sides import ROOT, machine, others_during
 
@@ -42,24 +43,17 @@ from sides import ROOT, machine, others_during
 BUDGETED = "refined, 50 checks"
 EFFORTS = {"nearest": "nearest", "refined, 1 start": 1, BUDGETED: "50-checks", "refined": "refined"}
 LEARNERS = ("active", "uniform")
-JOINTS = (2, 3, 4, 5, 7, 10, 14, 20)
-# With less there is hardly a boundary sample.
-FIRST_LABELS = 16
 # Of the largest models of the comparison, where not told otherwise.
 LABELS = 640_000
 # Doublings up to --labels.
 STEPS = 8
 LEAST = 1e-3
-# Of the largest models of planar arms.
-JOINT_LABELS = 40_000
-# What `refined` has to reach on the planar arms: this share of queries within 1 % of the best known.
-QUALITY, EXCESS = 0.98, CLOSE
 # Raw meshes and two arms are slow to query; fewer are asked.
 FEWER = {"shelf-arm", "panda-torus", "dual-arm"}
 # Built-in scenes that the peers cannot be given.
 FURTHER = ("free-box", "dual-arm", "hand")
 # Measured by files of their own.
-APART = {"accuracy": learning_accuracy, "seconds": learning_seconds, "adapt": learning_adapt}
+APART = {"joints": learning_joints, "accuracy": learning_accuracy, "seconds": learning_seconds, "adapt": learning_adapt}
 TIMED = ("joints", "cores", "seconds")
 
 
@@ -97,29 +91,6 @@ class Bench:
             print(name, {f"{k[0]} {k[1]} {k[2]}": (round(v, 4), round(m, 4)) for k, (v, m) in found[name].items()}, flush=True)
         return found
 
-    def joints(self):
-        rows = []
-        for count in JOINTS:
-            scene = arm(self.folder, count)
-            queries = programs.sample(scene, self.options.queries, 23)
-            large, _ = self.model(scene, JOINT_LABELS, "active")
-            best = np.minimum(asked(large, queries, "exhaustive"), asked(large, queries, "refined"))
-            labels = FIRST_LABELS
-            while True:
-                model, learned = self.model(scene, labels, "active")
-                given = programs.answers(model, queries)
-                depth = depths(given)
-                best = np.minimum(best, depth)
-                within = float((depth <= (1 + EXCESS) * best).mean())
-                print(f"{count} joints, {labels} labels: {within:.3f} within {EXCESS:.0%}", flush=True)
-                if within >= QUALITY or 2 * labels > JOINT_LABELS:
-                    break
-                labels *= 2
-            share = learned["statistics"]["colliding_share"]
-            rows.append({"joints": count, "colliding": share, "labels": labels, "cpu": learned["cpu_seconds"], "within": within, "met": within >= QUALITY,
-                         "us": 1e6 * statistics.median(a["seconds"] for a in given)})
-        return rows
-
     def cores(self):
         scene, rows = scenes.written()["panda-box"], []
         for _ in range(self.options.rounds):
@@ -131,25 +102,6 @@ class Bench:
             rows.append(row)
             print(row, flush=True)
         return rows
-
-
-def arm(folder, count):
-    """A planar chain of `count` equal links, 1 m together, that can bend by 8 rad together (each joint at most 2.8), among six posts."""
-    length, limit = 1 / count, min(2.8, 8 / count)
-    links, joints = ['<link name="link0"/>'], []
-    for k in range(1, count + 1):
-        size = f"{0.9 * length:.5f} 0.02 0.05"
-        links.append(f'<link name="link{k}"><collision><origin xyz="{length / 2:.5f} 0 0"/><geometry><box size="{size}"/></geometry></collision></link>')
-        at = 0 if k == 1 else length
-        ends = f'<parent link="link{k - 1}"/><child link="link{k}"/><origin xyz="{at:.5f} 0 0"/><axis xyz="0 0 1"/>'
-        joints.append(f'<joint name="joint{k}" type="revolute">{ends}<limit lower="{-limit}" upper="{limit}" effort="1" velocity="1"/></joint>')
-    (folder / f"arm{count}.urdf").write_text(f'<robot name="arm">{"".join(links)}{"".join(joints)}</robot>')
-    posts = [(0.62, 0.3, 0.12), (0.1, 0.75, 0.15), (-0.55, 0.35, 0.1), (-0.6, -0.45, 0.16), (0.1, -0.55, 0.1), (0.8, -0.35, 0.14)]
-    text = f'clearance = 1e-4\n[[robot]]\nurdf = "arm{count}.urdf"\n'
-    text += "".join(scenes.obstacle(f"post{k}", f"cylinder = [{r}, 0.4]", [x, y, 0]) for k, (x, y, r) in enumerate(posts))
-    path = folder / f"arm{count}.toml"
-    path.write_text(text)
-    return path
 
 
 def fewest(curve, counts, learner, effort, excess):
@@ -203,19 +155,6 @@ def percent(x):
     return f"< {100 * LEAST:g} %" if x <= LEAST else f"{100 * x:.2g} %" if x < 1 else f"x {number(1 + x)}"
 
 
-def joints_section(rows, folder):
-    figure, axes = plt.subplots(1, 2, figsize=(8, 3), layout="constrained")
-    for axis, key, name in zip(axes, ("labels", "cpu"), ("labels", "processor seconds")):
-        axis.semilogy([r["joints"] for r in rows], [r[key] for r in rows], "o-")
-        axis.set(xlabel="joints", ylabel=name)
-        axis.grid(alpha=0.3, which="both")
-    save(figure, folder / "learning-joints.svg")
-    shown = [[r["joints"], f"{r['colliding']:.0%}", f"{r['labels']:,}" if r["met"] else f"**> {r['labels']:,}**", number(r["cpu"]), f"{r['within']:.3f}", number(r["us"])] for r in rows]
-    head = ["joints", "colliding", "labels", "processor seconds", f"within {EXCESS:.0%} there", "a query there, median [us]"]
-    return f"## Joints\n\nPlanar arms among six posts: the fewest labels ({FIRST_LABELS}, doubled) at which `refined` answers {QUALITY:.0%} of random colliding queries within {EXCESS:.0%} of the " \
-           f"best known, and the processor time of that run. Seconds include what does not depend on labels.\n\n{table(head, shown)}\n\n![Cost against joints](learning-joints.svg)"
-
-
 def cores_section(rows, _):
     shown = [[k + 1, number(r[1]["wall"]), number(r[2]["wall"]), f"{r[2]['wall'] / r[1]['wall']:.2f}", number(r[1]["cpu"]), number(r[2]["cpu"]),
               f"{r[1]['others']:.1f}", f"{r[2]['others']:.1f}"] for k, r in enumerate(rows)]
@@ -227,7 +166,7 @@ def cores_section(rows, _):
 
 
 def main():
-    parts = ("labels", "joints", "cores", *APART)
+    parts = ("labels", "cores", *APART)
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--queries", type=int, default=200)
     parser.add_argument("--labels", type=int, default=LABELS, help="of the largest models of the comparison of labels; other budgets than this have a section of their own")
@@ -246,7 +185,7 @@ def main():
         programs.build()
     with tempfile.TemporaryDirectory() as folder:
         bench = Bench(options, folder)
-        own = {"labels": (bench.labels, labels_section), "joints": (bench.joints, joints_section), "cores": (bench.cores, cores_section)}
+        own = {"labels": (bench.labels, labels_section), "cores": (bench.cores, cores_section)}
         apart = {part: (functools.partial(file.measure, options, bench.folder), file.section) for part, file in APART.items()}
         for part in options.only:
             measure, section = (own | apart)[part]

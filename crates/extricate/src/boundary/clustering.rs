@@ -1,9 +1,10 @@
 //! Seeded k-means: centres for the lists of the index. Its quality decides speed, never answers.
 
+use arrayvec::ArrayVec;
 use rand::{RngExt, SeedableRng};
 use rayon::prelude::*;
 
-use crate::learning::kernel::{LANES, PointSet, block_distances_squared, vectorized};
+use crate::learning::kernel::{LANES, PointSet, TOGETHER, block_distances_squared_of, vectorized};
 
 /// Rounds of assignment and averaging; more than a few gain the index nothing measurable.
 const ROUNDS: usize = 5;
@@ -55,31 +56,39 @@ pub fn k_means(points: &[f64], dimensions: usize, count: usize, seed: u64) -> (V
 /// The nearest centre of every point, up to rounding in `f32`; of equals the first.
 fn nearest_centres(points: &[f64], dimensions: usize, centres: &[f64]) -> Vec<u32> {
     let centres = PointSet::from_rows_padded(centres, dimensions, f32::INFINITY);
-    let nearest = |query: &mut Vec<f32>, row: &[f64]| {
-        query.clear();
-        query.extend(row.iter().map(|x| *x as f32));
-        let query = &query[..];
+    let nearest = |rows: &mut Vec<f32>, points: &[f64]| {
+        rows.clear();
+        rows.extend(points.iter().map(|x| *x as f32));
+        // The last points may be fewer: the origin stands in for the others.
+        rows.resize(TOGETHER * dimensions, 0.0);
+        let rows = &rows[..];
         let (distances, blocks) = vectorized(
             #[inline(always)]
             || {
-                let (mut least, mut of) = ([f32::INFINITY; LANES], [0f32; LANES]);
+                let queries = std::array::from_fn(|i| &rows[i * dimensions..][..dimensions]);
+                let (mut least, mut of) = ([[f32::INFINITY; LANES]; TOGETHER], [[0f32; LANES]; TOGETHER]);
                 for (b, block) in centres.blocks(0, centres.block_count()).enumerate() {
-                    let distances = block_distances_squared(block, query);
+                    let distances = block_distances_squared_of(block, queries);
                     let b = b as f32; // exact: fewer than 2^24 blocks
-                    for lane in 0..LANES {
-                        let nearer = distances[lane] < least[lane];
-                        least[lane] = if nearer { distances[lane] } else { least[lane] };
-                        of[lane] = if nearer { b } else { of[lane] };
+                    for ((distances, least), of) in distances.iter().zip(&mut least).zip(&mut of) {
+                        for lane in 0..LANES {
+                            let nearer = distances[lane] < least[lane];
+                            least[lane] = if nearer { distances[lane] } else { least[lane] };
+                            of[lane] = if nearer { b } else { of[lane] };
+                        }
                     }
                 }
                 (least, of)
             },
         );
-        let ids = (0..LANES).map(|lane| (distances[lane], blocks[lane] as usize * LANES + lane));
-        let best = ids.filter(|(_, id)| *id < centres.len()).min_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-        best.map_or(0, |(_, id)| id as u32)
+        let best = |(distances, blocks): (&[f32; LANES], &[f32; LANES])| {
+            let ids = (0..LANES).map(|lane| (distances[lane], blocks[lane] as usize * LANES + lane));
+            let best = ids.filter(|(_, id)| *id < centres.len()).min_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+            best.map_or(0, |(_, id)| id as u32)
+        };
+        distances.iter().zip(&blocks).take(points.len() / dimensions).map(best).collect::<ArrayVec<u32, TOGETHER>>()
     };
-    points.par_chunks_exact(dimensions).map_init(Vec::new, nearest).collect()
+    points.par_chunks(TOGETHER * dimensions).map_init(Vec::new, nearest).flatten_iter().collect()
 }
 
 #[cfg(test)]

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use super::clustering::k_means;
 use super::codes::Codes;
-use crate::learning::kernel::{LANES, PointSet, block_distances_squared, vectorized};
+use crate::learning::kernel::{LANES, PointSet, TOGETHER, block_distances_squared_of, vectorized};
 
 /// Unit roundoff of `f32`.
 const ROUNDOFF: f64 = 1.0 / (1u64 << 24) as f64;
@@ -121,20 +121,27 @@ impl Lists {
         }
         let error = self.relative_error() as f32;
         let margins = |c: usize| {
-            let (mut least, mut row) = (vec![[f32::INFINITY; LANES]; blocks], vec![0.0; d]);
-            for id in &members[c] {
-                let exact = &points[*id as usize * d..][..d];
-                row.iter_mut().zip(exact).for_each(|(rounded, x)| *rounded = *x as f32);
-                let own = block_distances_squared(&gather_block(&centres[c * d..][..d]), &row)[0] * (1.0 + error);
-                let (least, row) = (&mut least[..], &row[..]);
+            let centre = gather_block(&centres[c * d..][..d]);
+            let (mut least, mut rows) = (vec![[f32::INFINITY; LANES]; blocks], vec![0.0; TOGETHER * d]);
+            for ids in members[c].chunks(TOGETHER) {
+                for (i, row) in rows.chunks_exact_mut(d).enumerate() {
+                    // The last may be fewer: the first of them again changes nothing.
+                    let exact = &points[*ids.get(i).unwrap_or(&ids[0]) as usize * d..][..d];
+                    row.iter_mut().zip(exact).for_each(|(rounded, x)| *rounded = *x as f32);
+                }
+                let (least, rows, centre) = (&mut least[..], &rows[..], &centre[..]);
                 vectorized(
                     #[inline(always)]
                     move || {
+                        let rows = std::array::from_fn(|i| &rows[i * d..][..d]);
+                        let own = block_distances_squared_of(centre, rows);
                         for (least, block) in least.iter_mut().zip(self.centres.blocks(0, blocks)) {
-                            let squared = block_distances_squared(block, row);
-                            for lane in 0..LANES {
-                                let margin = squared[lane] * (1.0 - error) - own;
-                                least[lane] = if margin < least[lane] { margin } else { least[lane] };
+                            let squared = block_distances_squared_of(block, rows);
+                            for (squared, own) in squared.iter().zip(&own) {
+                                for lane in 0..LANES {
+                                    let margin = squared[lane] * (1.0 - error) - own[lane] * (1.0 + error);
+                                    least[lane] = if margin < least[lane] { margin } else { least[lane] };
+                                }
                             }
                         }
                     },
@@ -186,6 +193,7 @@ pub fn distance(a: &[f64], b: &[f64]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::learning::kernel::block_distances_squared;
     use rand::{RngExt, SeedableRng};
 
     #[test]

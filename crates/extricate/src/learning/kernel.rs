@@ -113,6 +113,27 @@ pub fn block_distances_squared(block: &[[f32; LANES]], query: &[f32]) -> [f32; L
     sums
 }
 
+/// [`block_distances_squared`] of [`TOGETHER`] queries, to the last bit. Together, because additions to one sum wait for each other.
+#[inline(always)]
+pub fn block_distances_squared_of(block: &[[f32; LANES]], queries: [&[f32]; TOGETHER]) -> [[f32; LANES]; TOGETHER] {
+    let mut sums = [[0.0; LANES]; TOGETHER];
+    let [a, b, c, d] = queries;
+    for ((((coordinates, a), b), c), d) in block.iter().zip(a).zip(b).zip(c).zip(d) {
+        for lane in 0..LANES {
+            let x = coordinates[lane];
+            let differences = [x - a, x - b, x - c, x - d];
+            sums[0][lane] += differences[0] * differences[0];
+            sums[1][lane] += differences[1] * differences[1];
+            sums[2][lane] += differences[2] * differences[2];
+            sums[3][lane] += differences[3] * differences[3];
+        }
+    }
+    sums
+}
+
+/// Queries of [`block_distances_squared_of`].
+pub const TOGETHER: usize = 4;
+
 /// `exp(-gamma * |query - x|^2)` for every point `x` of `points`, a block of results for a block of points; results in
 /// the padding are meaningless.
 pub fn kernel_row(points: &PointSet, query: &[f32], gamma: f64, out: &mut [[f32; LANES]]) {
