@@ -26,6 +26,7 @@ use crate::learning::{LearnOptions, LearnProgress};
 use crate::metric::Metric;
 use crate::penetration::batch::in_blocks;
 use crate::penetration::certificate::InteriorBalls;
+use crate::penetration::changed::Learned;
 use crate::penetration::coverage::Coverage;
 use crate::penetration::{
     Answer, Answered, ChangedScene, Ground, QueryOptions, QueryScratch, Stream, Width, index_samples, query,
@@ -250,7 +251,7 @@ impl Model {
         options: &QueryOptions,
         scratch: &mut QueryScratch,
     ) -> Option<Answer> {
-        scene.query((&self.boundary, &self.coverage), q, options, scratch)
+        scene.query(&self.learned(), q, options, scratch)
     }
 
     /// [`Model::query_batch`] in a changed scene.
@@ -262,7 +263,7 @@ impl Model {
         threads: usize,
         each: &mut dyn FnMut(Answered<Option<Answer>>) -> ControlFlow<()>,
     ) -> usize {
-        scene.query_batch((&self.boundary, &self.coverage), &mut queries.into_iter(), options, threads, each)
+        scene.query_batch(&self.learned(), &mut queries.into_iter(), options, threads, each)
     }
 
     /// The answer for the next frame of a stream of queries that are near each other: warm-started from the last one, see [`Stream`].
@@ -278,7 +279,7 @@ impl Model {
     /// # Guarantee
     /// That of [`Model::query_in`]; but the answer also depends on the frames before.
     pub fn query_next_in(&self, scene: &ChangedScene, q: &Config, stream: &mut Stream) -> Option<Answer> {
-        scene.query_next((&self.boundary, &self.coverage), q, stream)
+        scene.query_next(&self.learned(), q, stream)
     }
 
     /// Gives the answers to many queries, in order, to `each`, which may end it; returns how many were given. Works on `threads` threads
@@ -297,6 +298,10 @@ impl Model {
         in_blocks(&mut queries.into_iter(), threads, &|q, scratch| self.query(q, options, scratch), each)
     }
 
+    fn learned(&self) -> Learned<'_> {
+        Learned { boundary: &self.boundary, coverage: &self.coverage, width: self.statistics.width }
+    }
+
     pub(crate) fn ground(&self) -> Ground<'_> {
         Ground {
             checker: &self.checker,
@@ -308,7 +313,7 @@ impl Model {
             scale: self.metric.diameter(),
             width: self.statistics.width,
             is_lean: false,
-            stale: false,
+            change: None,
         }
     }
 }

@@ -179,7 +179,7 @@ fn adapt_here(model: &Model, scene: Scene, options: &LearnOptions, report: &mut 
         scale,
         width: model.statistics.width,
         is_lean: false,
-        stale: false,
+        change: None,
     };
     let mut extent = Extent { known: Some(model.statistics.width), ..Extent::after(budget.spent(), options.seed) };
     let limit = options.seconds.and_then(|limit| Duration::try_from_secs_f64(limit.max(0.0)).ok());

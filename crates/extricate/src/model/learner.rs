@@ -312,7 +312,7 @@ impl LearnGround {
             scale: self.metric.diameter(),
             width: Width::default(),
             is_lean: false,
-            stale: false,
+            change: None,
         }
     }
 

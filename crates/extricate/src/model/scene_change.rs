@@ -1,10 +1,9 @@
 //! What differs between two scenes of the same robots: which bodies, which pairs, and the scene in which only they are checked.
 
-use std::collections::BTreeMap;
-
 use serde::Serialize;
 
 use crate::error::{Error, Result};
+use crate::scene::matching::bodies_in_both;
 use crate::scene::{BodyPair, Scene};
 
 /// Pairs of either scene that the other does not have, bodies and all.
@@ -32,15 +31,14 @@ pub fn compare(old: &Scene, new: &Scene, margin: f64) -> Result<SceneChange> {
         return refuse("the metrics");
     }
     let all_changed = old.clearance != new.clearance;
-    let named: BTreeMap<&str, usize> = new.bodies.iter().enumerate().map(|(i, b)| (b.name.as_str(), i)).collect();
     let mut affected = new.clone();
     // Where each old body stands among those of `affected`, and whether it is the same there.
     let mut place = Vec::new();
     let mut bodies: Vec<String> = Vec::new();
-    for body in &old.bodies {
-        match named.get(body.name.as_str()) {
-            Some(at) if same(body, &new.bodies[*at]) => place.push(*at),
-            _ => {
+    for (body, found) in old.bodies.iter().zip(bodies_in_both(old, new)) {
+        match found {
+            Some(at) => place.push(at),
+            None => {
                 bodies.push(body.name.clone());
                 place.push(affected.bodies.len());
                 affected.bodies.push(body.clone());

@@ -121,7 +121,7 @@ impl SolveGround<'_> {
             scale: self.metric.diameter(),
             width: Width::Narrow,
             is_lean: true,
-            stale: false,
+            change: None,
         };
         let before = place.seeds_used;
         solve_next(&ground, self.gap, known, samples, place, budget) && place.seeds_used > before

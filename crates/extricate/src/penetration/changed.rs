@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use super::batch::{Answered, in_blocks};
 use super::certificate::InteriorBalls;
+use super::change::Change;
 use super::coverage::Coverage;
 use super::{Answer, Ground, QueryOptions, QueryScratch, Stream, Width, query};
 use crate::boundary::SampleSet;
@@ -20,6 +21,18 @@ pub struct ChangedScene {
     checker: Checker,
     metric: Metric,
     balls: InteriorBalls,
+    change: Change,
+}
+
+/// What a model knows of the scene that it learned.
+#[derive(Clone, Copy)]
+pub(crate) struct Learned<'a> {
+    /// Samples that were free there.
+    pub boundary: &'a SampleSet,
+    /// How far from them queries were.
+    pub coverage: &'a Coverage,
+    /// How widely they had to search.
+    pub width: Width,
 }
 
 impl ChangedScene {
@@ -46,10 +59,11 @@ impl ChangedScene {
             let problem = "got other moving bodies than the model's, by which its metric measures: learn it anew";
             return differs("robots", problem.into());
         }
+        let change = Change::between(learned, &scene);
         let scene = Arc::new(scene);
         let checker = Checker::new(scene.clone());
         let balls = InteriorBalls::new(&checker);
-        Ok(Self { metric: Metric::new(scene), checker, balls })
+        Ok(Self { metric: Metric::new(scene), checker, balls, change })
     }
 
     /// The scene.
@@ -65,38 +79,34 @@ impl ChangedScene {
     /// The nearest free configuration to `q` in this scene, from the samples of a model; see [`crate::Model::query_in`].
     pub(crate) fn query(
         &self,
-        (boundary, coverage): (&SampleSet, &Coverage),
+        learned: &Learned,
         q: &Config,
         options: &QueryOptions,
         scratch: &mut QueryScratch,
     ) -> Option<Answer> {
-        query(&self.ground(boundary, coverage), q, options, scratch)
+        query(&self.ground(learned), q, options, scratch)
     }
 
     /// The next frame of a stream.
-    pub(crate) fn query_next(
-        &self,
-        (boundary, coverage): (&SampleSet, &Coverage),
-        q: &Config,
-        stream: &mut Stream,
-    ) -> Option<Answer> {
-        stream.query(&self.ground(boundary, coverage), q)
+    pub(crate) fn query_next(&self, learned: &Learned, q: &Config, stream: &mut Stream) -> Option<Answer> {
+        stream.query(&self.ground(learned), q)
     }
 
     /// The same for many.
     pub(crate) fn query_batch(
         &self,
-        (boundary, coverage): (&SampleSet, &Coverage),
+        learned: &Learned,
         queries: &mut dyn Iterator<Item = Config>,
         options: &QueryOptions,
         threads: usize,
         each: &mut dyn FnMut(Answered<Option<Answer>>) -> ControlFlow<()>,
     ) -> usize {
-        let ground = self.ground(boundary, coverage);
+        let ground = self.ground(learned);
         in_blocks(queries, threads, &|q, scratch| query(&ground, q, options, scratch), each)
     }
 
-    fn ground<'a>(&'a self, boundary: &'a SampleSet, coverage: &'a Coverage) -> Ground<'a> {
+    fn ground<'a>(&'a self, learned: &Learned<'a>) -> Ground<'a> {
+        let &Learned { boundary, coverage, width } = learned;
         Ground {
             checker: &self.checker,
             metric: &self.metric,
@@ -105,9 +115,9 @@ impl ChangedScene {
             coverage,
             clearance: self.scene().clearance,
             scale: self.metric.diameter(),
-            width: Width::default(),
+            width,
             is_lean: false,
-            stale: true,
+            change: Some(&self.change),
         }
     }
 }

@@ -77,12 +77,12 @@ mod tests {
         let model =
             Model::learn(builtin::scene("planar-arm").unwrap(), &options, &mut |_| ControlFlow::Continue(())).unwrap();
         let exhaustive = QueryOptions { effort: Effort::Exhaustive, ..QueryOptions::default() };
-        assert!(Plan::of(&QueryOptions::default(), &model.ground()).begins_at_exits());
+        assert!(Plan::of(&QueryOptions::default(), &model.ground(), &[]).begins_at_exits());
         let first_exit = (model.boundary().len() - model.boundary().exits()) as u32;
         let mut scratch = QueryScratch::default();
         for q in colliding(&model, 10) {
             model.query(&q, &exhaustive, &mut scratch);
-            let plan = Plan::of(&exhaustive, &model.ground());
+            let plan = Plan::of(&exhaustive, &model.ground(), &[]);
             assert!(scratch.chosen.iter().any(|id| *id >= first_exit));
             assert!(scratch.pool.len() == plan.pool(), "{}", scratch.pool.len());
         }

@@ -6,6 +6,7 @@
 pub mod answer;
 pub mod batch;
 pub mod certificate;
+pub mod change;
 pub mod changed;
 mod choose;
 pub mod coverage;
@@ -27,6 +28,7 @@ mod tangents;
 mod turns;
 mod wander;
 pub mod width;
+mod witness;
 
 pub use answer::{Answer, Exit, Way};
 pub use batch::Answered;
@@ -44,6 +46,7 @@ use crate::cspace::{Config, Label};
 use crate::metric::Metric;
 use crate::scene::MetricSpec;
 use certificate::InteriorBalls;
+use change::Change;
 use coverage::Coverage;
 use plan::Plan;
 
@@ -68,11 +71,16 @@ pub struct Ground<'a> {
     pub width: Width,
     /// Whether queries leave out what makes up for exits that are missing, as they do while these are looked for.
     pub is_lean: bool,
-    /// Whether the samples were verified in another scene: they may collide, and be far from any boundary.
-    pub stale: bool,
+    /// Set where the samples were verified in another scene: they may collide, and be far from any boundary.
+    pub change: Option<&'a Change>,
 }
 
 impl Ground<'_> {
+    /// Whether samples have to be verified anew.
+    pub fn is_stale(&self) -> bool {
+        self.change.is_some()
+    }
+
     /// Whether descents of a refined query run in turn, as many as the width says, instead of being compared with each other before they are carried on:
     /// under the metric of the joints, and under the object norm where there are exits enough to start from. What is largest is not smooth, and
     /// bends too much for it.
@@ -88,7 +96,7 @@ impl Ground<'_> {
 /// What a refined query begins with, whose distance its coverage is told by: the nearest exit where it starts from exits alone, otherwise the nearest
 /// sample, and how sure it has to be of it.
 pub fn begins_with(ground: &Ground) -> Wanted {
-    let plan = Plan::of(&QueryOptions::default(), ground);
+    let plan = Plan::of(&QueryOptions::default(), ground, &[]);
     let among = if plan.begins_at_exits() { Among::Exits } else { Among::Samples };
     Wanted { among, care: plan.care, ..Wanted::NEAREST }
 }
@@ -113,7 +121,7 @@ pub fn nearest_exit(ground: &Ground, q: &Config, options: &QueryOptions, scratch
     if answer.colliding.is_empty() {
         return Some(answer);
     }
-    let plan = Plan::of(options, ground);
+    let plan = Plan::of(options, ground, &answer.colliding);
     if !scratch.first_witness(ground, &plan, &mut answer) {
         return None;
     }
@@ -133,7 +141,7 @@ fn search_all(ground: &Ground, plan: &Plan, options: &QueryOptions, scratch: &mu
     if options.effort == Effort::Exhaustive {
         // First all that a refined query does, so that more effort never ends farther away.
         let first = QueryOptions { effort: Effort::Refined, ..options.clone() };
-        let first = Plan::of(&first, ground);
+        let first = Plan::of(&first, ground, &answer.colliding);
         scratch.choose(ground, &first);
         scratch.refine_all(ground, &first, options, answer);
     }

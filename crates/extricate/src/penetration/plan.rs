@@ -87,6 +87,9 @@ const WANDER: usize = 64;
 const MORE_BENT_EXITS_A_DEGREE: usize = 4;
 /// With fewer where the metric bends, the query itself and labels all around it do.
 const MANY_BENT_EXITS: usize = MANY_EXITS / 4;
+/// Directions of them, and descents that are carried on, where starts are probed and little is known.
+const SCATTERED: usize = 32;
+const KEPT: usize = 12;
 /// One direction of labels around the query for so many degrees of freedom.
 const DEGREES_A_DIRECTION: usize = 2;
 /// Up to so many times as many.
@@ -102,20 +105,13 @@ const MOST_STARTS: usize = 96;
 const MOST_EXITS: usize = 256;
 
 impl Plan {
-    /// What the options ask for.
-    pub fn of(options: &QueryOptions, ground: &Ground) -> Self {
+    /// What the options ask for, of a query at which these pairs collide.
+    pub fn of(options: &QueryOptions, ground: &Ground, colliding: &[usize]) -> Self {
         let mut plan = Self::of_effort(options.effort, ground);
         if options.effort == Effort::Nearest {
             // Of stale samples the nearest may all collide, and any of the others be the answer.
-            plan.care = if ground.stale { Care::Exact } else { Care::Glance };
+            plan.care = if ground.is_stale() { Care::Exact } else { Care::Glance };
             return plan;
-        }
-        if ground.stale {
-            // Where something moved there are no samples of its boundary: look around, and from the query itself.
-            plan.from_query = true;
-            plan.scatter.directions = plan.scatter.directions.max(32);
-            plan.scatter_again = true;
-            plan.kept = plan.kept.max(12);
         }
         let more = STARTS_AN_EXIT * options.exits.saturating_sub(1).min(MOST_STARTS);
         plan.starts = plan.starts.max((STARTS + more).min(MOST_STARTS));
@@ -123,10 +119,13 @@ impl Plan {
         let known = ground.boundary.exits() / KNOWN_AN_EXIT;
         // Where several ways out are wanted under a metric that bends, all starts are compared.
         let in_turn = ground.takes_turns() && (plan.is_smooth || options.exits <= 1);
-        if options.effort == Effort::Refined && !ground.stale && in_turn {
+        if options.effort == Effort::Refined && in_turn {
             plan.take_turns(ground, known, more / 2);
         }
         plan.exits = plan.exits.min(known);
+        if let Some(change) = ground.change {
+            plan.make_up_for(colliding.iter().any(|pair| change.is_new(*pair)), ground);
+        }
         if let Some(starts) = options.starts.map(|starts| starts.max(1)) {
             // In proportion, so that few starts mean a short query.
             let usual = plan.exits + plan.starts;
@@ -184,6 +183,20 @@ impl Plan {
         }
     }
 
+    /// Where something changed: of what is new, as far as it has come to where the query is, no boundary was sampled. Elsewhere exits lead as near as
+    /// they did.
+    fn make_up_for(&mut self, is_beside_new: bool, ground: &Ground) {
+        if self.in_turn.is_none() {
+            self.scatter.directions = self.scatter.directions.max(SCATTERED);
+            (self.from_query, self.scatter_again, self.kept) = (true, true, self.kept.max(KEPT));
+        } else if is_beside_new {
+            let directions = ground.checker.scene().space.nv().div_ceil(DEGREES_A_DIRECTION);
+            self.scatter.directions = self.scatter.directions.max(directions);
+            (self.from_query, self.kept) = (true, self.kept.max(KEPT));
+            self.starts = (self.starts + STARTS).min(MOST_STARTS.max(self.starts));
+        }
+    }
+
     /// Whether the nearest exit is what the query begins with, so that one search finds it and the starts; else the nearest sample is.
     pub fn begins_at_exits(&self) -> bool {
         self.in_turn.is_some() && self.starts == 0 && self.exits > 0
@@ -238,11 +251,11 @@ impl Plan {
                 spread: 0.35,
                 // Another metric than that of the coordinates bends what is straight to the descents.
                 from_query: ground.metric.kind() != MetricSpec::Joint,
-                scatter: ScatterOptions { directions: 32, wanted: 3 },
+                scatter: ScatterOptions { directions: SCATTERED, wanted: 3 },
                 scatter_again: ground.metric.kind() != MetricSpec::Joint,
                 probe: probe(5),
                 polish,
-                kept: 12,
+                kept: KEPT,
                 is_smooth,
                 in_turn: None,
                 care: Care::Exact,

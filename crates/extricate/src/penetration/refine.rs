@@ -53,6 +53,8 @@ pub struct Start<'a> {
     pub config: &'a [f64],
     /// Its contacts, where it is free and they are known: the first step then needs no look at them.
     pub planes: Option<Planes<'a>>,
+    /// Whether it has no others: only then the planes tell where it is safe to go, else they only tell where it leads nowhere.
+    pub are_all: bool,
 }
 
 /// The best that is known when a descent begins.
@@ -107,13 +109,15 @@ pub struct RefineScratch {
 impl<'a> Start<'a> {
     /// From a configuration of which nothing is known.
     pub fn at(config: &'a [f64]) -> Self {
-        Self { config, planes: None }
+        Self { config, planes: None, are_all: false }
     }
 
     /// From a stored sample, with what is known of it in this scene.
     pub fn of(ground: &Ground<'a>, sample: u32) -> Self {
         let boundary = ground.boundary;
-        Self { config: boundary.config(sample), planes: boundary.planes(sample).filter(|_| !ground.stale) }
+        let planes = boundary.planes(sample);
+        let here = |planes: Planes<'a>| ground.change.map_or(planes, |change| planes.elsewhere(change.of_planes()));
+        Self { config: boundary.config(sample), planes: planes.map(here), are_all: !ground.is_stale() }
     }
 }
 
@@ -214,10 +218,15 @@ pub fn slide(
         scratch.slack = SLACK.max(SLACK_SHARE * options.tolerance * distance * ground.metric.lever());
     }
     let within = |margin| ContactQuery { margin, search: options.search };
-    let mut planes = start.planes;
+    let mut planes = start.planes.filter(|_| start.are_all);
     if planes.is_some() && ground.metric.kind() != MetricSpec::Joint {
         // The model of another metric needs the poses, which else come with contacts.
         forward(scene, &x, &mut scratch.poses);
+    }
+    if !start.are_all && scratch.leads_nowhere(ground, anchor, &start, distance, options.hope, known) {
+        scratch.x = x;
+        scratch.trial = trial;
+        return None;
     }
     let mut violation = match planes {
         Some(_) => 0.0,

@@ -14,7 +14,6 @@ use super::turns::Lead;
 use super::wander::{WanderScratch, wander};
 use crate::boundary::{BoundaryScratch, Wanted};
 use crate::collision::ConvexOverlap;
-use crate::cspace::sampling::Halton;
 use crate::cspace::{Config, ConfigSpace, Label};
 use crate::metric::Anchor;
 use crate::metric::motion_bound::MotionPath;
@@ -67,9 +66,6 @@ pub struct QueryScratch {
 const RADIUS_IN_TURN: f64 = 0.45;
 /// Ways out that are remembered where one is wanted.
 pub(super) const REMEMBERED: usize = 4;
-/// Configurations that are tried where no stored one is free any more.
-const LAST_RESORT: u64 = 20_000;
-
 impl QueryScratch {
     /// Begins a query from `q`, which is where time and checks begin to count: whether and where it collides.
     pub(super) fn begin(&mut self, ground: &Ground, q: &Config, options: &QueryOptions) -> Answer {
@@ -105,66 +101,40 @@ impl QueryScratch {
     }
 
     /// Makes the nearest sample the answer (or the nearest exit, where the plan begins there), as far as the plan takes care, and fills the pool of
-    /// the plan; of stale ones, the nearest that is free now, or else any free configuration. False where none was found, or looking for one was
-    /// stopped; a budget does not end it, since without a witness there is no answer.
+    /// the plan; where they are stale, see [`QueryScratch::first_free`]. False where no witness was found.
     pub(super) fn first_witness(&mut self, ground: &Ground, plan: &Plan, answer: &mut Answer) -> bool {
         self.near_exits.clear();
         if plan.begins_at_exits() {
             return self.first_exit(ground, plan, answer);
         }
-        let (mut count, mut looked) = (plan.pool(), 0);
-        loop {
-            let wanted = Wanted { care: plan.care, ..Wanted::NEAREST };
-            let Self { anchor, boundary, pool, .. } = self;
-            ground.boundary.nearest(wanted, ground.metric, anchor, count, boundary, pool);
-            for &(id, depth) in &self.pool[looked..] {
-                if ground.stale && self.refine.is_stopped() {
-                    return false;
-                }
-                let sample = ground.boundary.config(id);
-                if !ground.stale || self.refine.label(ground, sample) == Label::Free {
-                    (answer.depth, answer.verified) = (depth, ground.stale);
-                    answer.coverage = ground.coverage.of(depth);
-                    answer.witness.copy_from_slice(sample);
-                    return true;
-                }
-            }
-            looked = self.pool.len();
-            if looked < count {
-                return self.any_free(ground, answer);
-            }
-            count = 8 * looked.max(8);
+        if ground.is_stale() {
+            return self.first_free(ground, plan, answer);
         }
+        let wanted = Wanted { care: plan.care, ..Wanted::NEAREST };
+        let Self { anchor, boundary, pool, .. } = self;
+        ground.boundary.nearest(wanted, ground.metric, anchor, plan.pool(), boundary, pool);
+        let Some(&(id, depth)) = self.pool.first() else { return false };
+        self.take_sample(ground, id, depth, false, answer);
+        true
     }
 
     /// Makes the nearest of the exits that the plan chooses of the answer.
     fn first_exit(&mut self, ground: &Ground, plan: &Plan, answer: &mut Answer) -> bool {
         self.pool.clear();
         self.find_exits(ground, plan);
+        if ground.is_stale() {
+            return self.first_free(ground, plan, answer);
+        }
         let Some(&(id, depth)) = self.near_exits.first() else { return false };
-        (answer.depth, answer.verified) = (depth, false);
-        answer.coverage = ground.coverage.of(depth);
-        answer.witness.copy_from_slice(ground.boundary.config(id));
+        self.take_sample(ground, id, depth, false, answer);
         true
     }
 
-    /// Makes the first free configuration of a low-discrepancy sequence the answer.
-    fn any_free(&mut self, ground: &Ground, answer: &mut Answer) -> bool {
-        let space = &ground.checker.scene().space;
-        let halton = Halton::new(space.nv(), 0);
-        for index in 0..LAST_RESORT {
-            if self.refine.is_stopped() {
-                return false;
-            }
-            halton.config(space, index, &mut answer.witness);
-            if self.refine.label(ground, &answer.witness) == Label::Free {
-                answer.verified = true;
-                answer.depth = self.refine.distance(ground, &self.anchor, &answer.witness);
-                answer.coverage = ground.coverage.of(f64::INFINITY);
-                return true;
-            }
-        }
-        false
+    /// Makes a sample the answer.
+    pub(super) fn take_sample(&self, ground: &Ground, id: u32, depth: f64, verified: bool, answer: &mut Answer) {
+        (answer.depth, answer.verified) = (depth, verified);
+        answer.coverage = ground.coverage.of(depth);
+        answer.witness.copy_from_slice(ground.boundary.config(id));
     }
 
     /// An exact check, counted.
@@ -241,6 +211,9 @@ impl QueryScratch {
         let Self { anchor, boundary, nearer, .. } = self;
         ground.boundary.nearest(wanted, ground.metric, anchor, 1, boundary, nearer);
         let Some((id, depth)) = nearer.pop().filter(|(_, depth)| *depth < answer.depth) else { return };
+        if ground.is_stale() && self.refine.label(ground, ground.boundary.config(id)) == Label::Colliding {
+            return;
+        }
         (answer.depth, answer.verified, self.has_descended) = (depth, false, false);
         answer.witness.copy_from_slice(ground.boundary.config(id));
         self.fallback.0 = depth;

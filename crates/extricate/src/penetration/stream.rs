@@ -81,7 +81,7 @@ impl Stream {
         if answer.colliding.is_empty() {
             return Some(answer);
         }
-        let plan = Plan::of(&options, ground);
+        let plan = Plan::of(&options, ground, &answer.colliding);
         if !self.scratch.first_witness(ground, &plan, &mut answer) {
             return None;
         }

@@ -69,7 +69,7 @@ fn add(checker: &Checker, q: &[f64], scratch: &mut Scratch, tangents: &mut Tange
     for contact in contacts.iter().take(MOST) {
         row.fill(0.0);
         contact.add_gradient(scene, twists, &mut row);
-        tangents.push(contact.distance - scene.clearance, &row);
+        tangents.push(contact.pair, contact.distance - scene.clearance, &row);
     }
     tangents.end_sample();
 }

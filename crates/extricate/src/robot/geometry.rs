@@ -9,7 +9,7 @@ pub use super::moments::Moments;
 use crate::math::Vec3;
 
 /// A shape in its own frame, centred as URDF does it: cylinders and capsules along z, origin at the middle.
-#[derive(Debug, Clone, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub enum Geometry {
     /// A ball.
     Sphere {

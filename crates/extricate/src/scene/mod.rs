@@ -11,6 +11,7 @@ mod coordinates;
 pub mod file;
 mod frames;
 mod load;
+pub mod matching;
 mod names;
 mod obstacles;
 mod pairs;
@@ -71,7 +72,7 @@ pub struct SceneJoint {
 }
 
 /// A rigid frame, moved relative to its parent by one elementary joint.
-#[derive(Debug, Clone, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Frame {
     /// Name of the joint that moves it; composite joints make several frames with one name.
     pub name: String,
@@ -84,7 +85,7 @@ pub struct Frame {
 }
 
 /// An elementary joint. Planar joints are two prismatic ones and a revolute one, floating ones three prismatic and a ball.
-#[derive(Debug, Clone, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub enum Motion {
     /// The world, which does not move.
     World,
@@ -125,7 +126,7 @@ pub struct Coordinate {
 }
 
 /// A link or an obstacle: shapes fixed to one frame.
-#[derive(Debug, Clone, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Body {
     /// As in the URDF or scene file; `robot/link` where two robots share a name.
     pub name: String,
@@ -138,7 +139,7 @@ pub struct Body {
 }
 
 /// One shape of a body.
-#[derive(Debug, Clone, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Part {
     /// Maps shape coordinates to frame coordinates.
     pub pose_frame_part: Pose,

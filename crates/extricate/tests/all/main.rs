@@ -11,6 +11,7 @@ mod memory;
 mod other_robots;
 mod property;
 mod query;
+mod query_changed;
 mod query_elsewhere;
 mod recheck;
 mod rigid;

@@ -199,32 +199,40 @@ fn a_budget_in_a_changed_scene_ends_all_but_the_search_for_a_first_witness() {
     wider.clearance = 1e-3;
     let changed = ChangedScene::new(model.scene(), wider).unwrap();
     let mut scratch = QueryScratch::default();
-    let mut longest = 0;
+    // So many are checked in order of distance; then descents lead out of the nearest.
+    let (in_order, most) = (16, 120);
+    let (mut longest, mut nearer) = (0, 0);
     for q in colliding(&model, 40) {
         let mut ask = |options: &QueryOptions| model.query_in(&changed, &q, options, &mut scratch);
         let full = ask(&QueryOptions::default()).expect("something is free");
         let (rank, distance) = nearest_free_sample(&model, &changed, &q);
         longest = longest.max(rank);
+        let first = if rank <= in_order { rank + 1 } else { most };
         let nothing = [(Some(0), None), (None, Some(0.0))].map(|(checks, seconds)| QueryBudget { checks, seconds });
         for (budget, effort) in nothing.into_iter().zip([Effort::Refined, Effort::Exhaustive]) {
             let answer = ask(&QueryOptions { budget, effort, ..QueryOptions::default() }).expect("something is free");
-            assert!((answer.depth - distance).abs() < 1e-9 && answer.verified, "{} {distance}", answer.depth);
+            assert!(answer.verified);
+            if rank <= in_order {
+                assert!((answer.depth - distance).abs() < 1e-9, "{} {distance}", answer.depth);
+            } else {
+                nearer += usize::from(answer.depth < distance);
+            }
             assert!(answer.lower_bound > 0.0 && answer.lower_bound <= full.depth);
-            // The query itself, the samples, and contacts at the witness.
-            assert!(answer.checks <= rank + 2, "{} checks, {rank} samples", answer.checks);
+            // The query itself, the samples or descents, and contacts at the witness.
+            assert!(answer.checks <= first + 1, "{} checks, {rank} samples", answer.checks);
         }
         let mut last = f64::INFINITY;
         for checks in [0, 3, 10, 30, 100, 300] {
             let budget = QueryBudget { checks: Some(checks), seconds: None };
             let answer = ask(&QueryOptions { budget, ..QueryOptions::default() }).expect("something is free");
             assert!(answer.verified && answer.depth <= last && full.depth <= answer.depth);
-            assert!(answer.checks <= checks.max(rank + 1) + 3, "{} of {checks}, {rank} samples", answer.checks);
+            assert!(answer.checks <= checks.max(first) + 3, "{} of {checks}, {rank} samples", answer.checks);
             last = answer.depth;
         }
         let stopped = QueryOptions { stop: Some(Stop::when(|| true)), ..QueryOptions::default() };
         assert!(ask(&stopped).is_none(), "only a stop ends the search");
     }
-    assert!(longest >= 50, "at most {longest} samples until one is free");
+    assert!(longest >= 50 && nearer > 0, "at most {longest} samples until one is free, {nearer} times one was nearer");
 }
 
 #[test]

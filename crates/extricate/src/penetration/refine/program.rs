@@ -1,10 +1,14 @@
 //! The quadratic program of one iteration: what it is made of, and what becomes of its step.
 
-use super::{Known, QpOutcome, RefineScratch};
+use super::{Known, QpOutcome, RefineScratch, Start};
 use crate::boundary::tangents::Planes;
 use crate::cspace::Manifold;
+use crate::kinematics::forward;
+use crate::metric::Anchor;
 use crate::penetration::Ground;
 use crate::penetration::answer::SEPARATION;
+use crate::penetration::hope::Hope;
+use crate::scene::MetricSpec;
 
 /// How far the foot of the query is looked for, as a multiple of the distance of the start: beyond any that counts.
 const FAR: f64 = 3.0;
@@ -80,6 +84,29 @@ impl RefineScratch {
         self.quadratic.step_length(&self.step) < SEPARATION * known.ceiling
     }
 
+    /// Whether the planes that are known of a start, which need not be all, lead elsewhere: others only lead farther.
+    pub(super) fn leads_nowhere(
+        &mut self,
+        ground: &Ground,
+        anchor: &Anchor,
+        start: &Start,
+        distance: f64,
+        hope: Hope,
+        known: Known,
+    ) -> bool {
+        let Some((planes, hope)) = start.planes.zip(hope.of_foot()) else { return false };
+        let x = start.config;
+        if ground.metric.kind() != MetricSpec::Joint {
+            forward(ground.checker.scene(), x, &mut self.poses);
+        }
+        ground.metric.quadratic_model(anchor, x, &self.poses, &mut self.quadratic);
+        let is_elsewhere = self.foot_is_elsewhere(ground, x, planes, distance, hope, known);
+        if is_elsewhere {
+            self.expected = hope * known.ceiling;
+        }
+        is_elsewhere
+    }
+
     /// Whether one of the planes alone is farther than `limit` from the query, the Hessian being diagonal: then so is the foot on all of them. Tells nearly
     /// all of those that are, without a program.
     fn one_plane_leads_beyond(&mut self, planes: Planes, limit: f64) -> bool {
@@ -136,7 +163,6 @@ mod tests {
     use super::*;
     use crate::boundary::tangents::Tangents;
     use crate::learning::LearnOptions;
-    use crate::metric::Anchor;
     use crate::model::Model;
     use crate::scene::builtin;
     use std::ops::ControlFlow;
@@ -158,7 +184,7 @@ mod tests {
         let mut tangents = Tangents::new(nv);
         let mut toward = vec![0.0; nv];
         toward[0] = -1.0;
-        tangents.push(0.3, &toward);
+        tangents.push(0, 0.3, &toward);
         tangents.end_sample();
         let planes = tangents.planes(0);
         let q = at([1.0, 0.0]);
