@@ -55,8 +55,9 @@ impl QueryOptions {
 /// can end two runs of the same budget at different steps.) A spent budget still leaves a free witness, verified but for
 /// [`Effort::Nearest`], and its proved bound.
 ///
-/// In a changed scene ([`crate::Model::query_in`]) it is overdrawn by what it takes to find a first witness: stored samples are checked in order of
-/// distance until one is free there, or else other configurations, since an answer is worth more than the budget. So a query with a budget has
+/// In a changed scene ([`crate::Model::query_in`]) it is overdrawn by what it takes to find a first witness: the nearest stored exits and samples are
+/// checked until one is free there; where the nearest sixteen samples collide, descents lead out of them, and where those fail all others
+/// are checked, or else other configurations, since an answer is worth more than the budget. So a query with a budget has
 /// an answer wherever one without has, and no descent begins once it is spent. Only a [`Stop`] ends that search, and leaves no answer.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct QueryBudget {
