@@ -1,12 +1,12 @@
 #!/usr/bin/env python3
 """How the time of a query grows with samples and with obstacles, and what streams save: figures and plots for docs/benchmarks/query.md.
 
-    target/peers/bin/python bench/query.py [--queries 100] [--labels 3000000] [--only samples obstacles streams]
+    target/peers/bin/python bench/query.py [--queries 100] [--labels 5000000] [--only samples obstacles streams]
 
 Needs cargo, numpy and matplotlib (bench/requirements.txt; bench/peers installs them), streams the fetched robots. Measured on one thread, the first
 two on the built-in `shelf-arm`, its links as hulls:
 
-samples    time and checks of a query against the number of boundary samples, from models of 10^4 labels to the most
+samples    time and checks of a query against the number of boundary samples, from models of 10^4 labels to the default
 obstacles  the same against the number of obstacles: the arm among 1 to 1000 boxes, of together the same volume
 streams    frames of motions through colliding configurations of the scenes of bench/scenes.py, each asked by a stream and on its own
 
@@ -14,6 +14,7 @@ Times are processor time of the thread. The same queries are asked in several ro
 time counts, and medians are over queries. The exponent p is that of the power law time = c n^p that fits the medians best.
 """
 import argparse
+import math
 import pathlib
 import random
 import statistics
@@ -68,11 +69,13 @@ class Bench:
         return rows
 
     def samples(self):
-        asked, queries, labels = [], self.queries(self.arm), 10_000
-        while labels <= self.options.labels:
+        asked, queries, budgets = [], self.queries(self.arm), [10_000]
+        while budgets[-1] < self.options.labels:
+            last = budgets[-1]
+            budgets.append(min(self.options.labels, 3 * last if str(last).startswith("1") else last // 3 * 10))
+        for labels in budgets:
             model, stored = self.learn(self.arm, labels)
             asked.append(({"labels": labels, "samples": stored}, model, queries))
-            labels = 3 * labels if str(labels).startswith("1") else labels // 3 * 10
         return self.figures(asked)
 
     def obstacles(self):
@@ -101,6 +104,15 @@ def exponent(rows, key):
     return float(np.polyfit(np.log([row[key] for row in rows]), np.log([row["us"] for row in rows]), 1)[0])
 
 
+def beside_logarithm(rows, key):
+    """By how much the time of each effort grows from the least to the most, and by how much the logarithm of what it is set against does."""
+    first, last, grown = rows[0], rows[-1], []
+    for effort in EFFORTS:
+        times = [row["us"] for row in rows if row["effort"] == effort]
+        grown.append(f"`{effort}` x {times[-1] / times[0]:.2f}")
+    return f"From {first[key]:,} to {last[key]:,} {key}: {', '.join(grown)}; their logarithm x {math.log(last[key]) / math.log(first[key]):.2f}."
+
+
 def section(title, rows, key, picture, folder):
     columns = [c for c in rows[0] if c not in ("effort", "us", "us_95", "checks", "depth")]
     head = [*columns, "effort", "time, median [us]", "95 %", "checks, median", "depth, mean"]
@@ -117,7 +129,7 @@ def section(title, rows, key, picture, folder):
         axis.grid(True, alpha=0.3)
     axes[0].legend()
     save(figure, folder / picture)
-    return f"### {title}\n\nExponents p of {key}: {', '.join(grown)} (1 would be linear, 0 no growth).\n\n{body}\n\n![{title}]({picture})"
+    return f"### {title}\n\nExponents p of {key}: {', '.join(grown)} (1 would be linear, 0 no growth). {beside_logarithm(rows, key)}\n\n{body}\n\n![{title}]({picture})"
 
 
 def main():
@@ -125,7 +137,7 @@ def main():
     parser.add_argument("--programs", type=pathlib.Path, help="folder with the built extricate and extricate-bench; else cargo builds them")
     parser.add_argument("--queries", type=int, default=100)
     parser.add_argument("--rounds", type=int, default=3)
-    parser.add_argument("--labels", type=int, default=3_000_000, help="of the largest model")
+    parser.add_argument("--labels", type=int, default=5_000_000, help="of the largest model; as many as `learn` takes by default")
     parser.add_argument("--only", nargs="+", choices=PARTS, default=PARTS)
     parser.add_argument("--segments", type=int, default=20, help="between successive queries, that streams walk along")
     parser.add_argument("--frames", type=int, help="of each of these; all by default")
