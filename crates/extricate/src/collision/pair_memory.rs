@@ -35,7 +35,8 @@ impl PairMemories {
             self.places.resize(parts + 1, Vec::new());
         }
         let places = &mut self.places[parts];
-        if places.is_empty() {
+        // Forgetting leaves them as they are, and in another scene the pair of that number may have more pieces.
+        if places.len() < count {
             places.resize(count, 0);
         }
         let key = [parts as u32, at as u32];
@@ -92,5 +93,14 @@ mod tests {
             }
             memories.forget();
         }
+    }
+
+    #[test]
+    fn a_pair_of_another_scene_may_have_more_pieces() {
+        let mut memories = PairMemories::default();
+        memories.of_pieces(1, 2, 1).last = super::super::gjk::LastFeatures::of_point();
+        memories.forget();
+        assert_eq!(memories.of_pieces(1, 6, 5).last.count(), 0);
+        assert_eq!(memories.of_pieces(1, 6, 1).last.count(), 0);
     }
 }

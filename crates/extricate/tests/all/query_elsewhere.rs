@@ -2,7 +2,7 @@
 
 use std::ops::ControlFlow;
 
-use extricate::scene::{MetricSpec, Scene, builtin};
+use extricate::scene::{BodyPair, MetricSpec, Scene, builtin};
 use extricate::{
     Answer, ChangedScene, CheckScratch, Config, Effort, Label, Model, QueryBudget, QueryOptions, QueryScratch, Stop,
     Stream, StreamOptions,
@@ -177,6 +177,29 @@ fn answers_in_a_changed_scene_are_verified_there() {
             ControlFlow::Continue(())
         });
         assert!(batch == single, "{name}");
+    }
+}
+
+/// A pair of one scene may have the number of another one in the next, of bodies of more pieces.
+#[test]
+fn one_scratch_serves_scene_after_scene() {
+    let model = learn(builtin::scene("shelf-arm").unwrap(), 6_000, 7);
+    let mut more = moved("shelf-arm", [0.0; 3]);
+    let (added, obstacle) = (more.bodies.len(), more.bodies.len() - 1);
+    more.bodies.push(more.bodies[obstacle].clone());
+    more.bodies[added].parts.iter_mut().for_each(|part| part.pose_frame_part.translation.y += 0.3);
+    let beside = more.pairs.iter().filter(|pair| pair.second == obstacle);
+    let pairs: Vec<_> = beside.map(|pair| BodyPair { second: added, ..*pair }).collect();
+    more.pairs.extend(pairs);
+    more.pairs.sort();
+    let scenes = [moved("shelf-arm", [0.0, 0.05, 0.1]), more].map(|s| ChangedScene::new(model.scene(), s).unwrap());
+    let mut scratch = QueryScratch::default();
+    for q in colliding(&model, 20) {
+        for scene in &scenes {
+            let options = QueryOptions { exits: 2, ..QueryOptions::default() };
+            let used = model.query_in(scene, &q, &options, &mut scratch);
+            assert_eq!(used, model.query_in(scene, &q, &options, &mut QueryScratch::default()));
+        }
     }
 }
 
