@@ -61,8 +61,8 @@ impl QueryOptions {
 /// an answer wherever one without has, and no descent begins once it is spent. Only a [`Stop`] ends that search, and leaves no answer.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct QueryBudget {
-    /// Collision checks and distance evaluations. Overdrawn by what ends the query: at most three of them for the answer, what tells
-    /// the way if that is asked for, and in a changed scene the search for a first witness.
+    /// Collision checks and distance evaluations. Overdrawn by what ends the query: at most three of them for the answer, one for each of
+    /// several [`super::Answer::exits`], one for the way if that is asked for, and in a changed scene the search for a first witness.
     pub checks: Option<usize>,
     /// Seconds from the start of the call; looked at before each step. Overdrawn by the same.
     pub seconds: Option<f64>,
