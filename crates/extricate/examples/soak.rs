@@ -1,12 +1,12 @@
-//! A soak test of the query: many random configurations of the built-in scenes, and of scene files if any are named; every answer is
-//! judged by another library's distances.
+//! A soak test of the query: many random configurations of the built-in scenes, and of scene files if any are named, asked in every kind
+//! (efforts, several exits, streams, budgets, changed scenes); every claim of every answer is judged, with another library's distances.
 //!
 //! ```sh
 //! cargo run --release --example soak -- 1000000                       # over the built-in scenes, shared evenly
 //! cargo run --release --example soak -- 1000000 a.toml b.toml         # and these
 //! ```
 //!
-//! Exit status 0: no witness that collides, no answer missing or inconsistent. The faults are printed otherwise.
+//! Exit status 0: no witness that collides, no claim that does not hold, no answer missing. The faults are printed otherwise.
 
 use std::ops::ControlFlow;
 use std::path::Path;
@@ -14,8 +14,10 @@ use std::process::ExitCode;
 use std::time::Instant;
 
 use extricate::scene::{Scene, builtin};
-use extricate::{LearnOptions, Model, QueryOptions, store};
+use extricate::{LearnOptions, Model, store};
 
+#[path = "../tests/all/judge.rs"]
+mod judge;
 #[path = "../tests/all/memory.rs"]
 #[allow(dead_code)]
 mod memory;
@@ -56,21 +58,21 @@ fn main() -> ExitCode {
 fn run(name: &str, scene: Scene, count: usize) -> extricate::Result<usize> {
     let options = LearnOptions { labels: LABELS, seconds: None, ..LearnOptions::default() };
     let model = Model::learn(scene, &options, &mut |_| ControlFlow::Continue(()))?;
-    let started = Instant::now();
     let mut told = Instant::now();
-    let findings = soak::soak(&model, &QueryOptions::default(), 0, count, 0, &mut |findings| {
+    let findings = soak::soak(&model, count, &mut |findings| {
         if told.elapsed().as_secs() >= 10 {
             told = Instant::now();
-            eprintln!("{name}: {} of {count} asked, {} faults", findings.asked, findings.faults.len());
+            let asked: usize = findings.counts.values().map(|kind| kind.configs).sum();
+            eprintln!("{name}: {asked} of {count} asked, {} faults", findings.faults.len());
         }
     });
-    let seconds = started.elapsed().as_secs_f64();
-    println!(
-        "{name}: {} asked, {} of them in collision, {} faults, {seconds:.0} s",
-        findings.asked,
-        findings.colliding,
-        findings.faults.len()
-    );
+    println!("{name}");
+    for (kind, ..) in soak::KINDS {
+        let soak::Count { configs, answers, colliding, faults, seconds } = findings.counts[kind];
+        println!(
+            "  {kind:<10} {configs:>8} asked, {colliding:>8} of them in collision, {answers:>8} answers, {faults} faults, {seconds:.0} s"
+        );
+    }
     findings.faults.iter().take(SHOWN).for_each(|fault| println!("  {fault}"));
     Ok(findings.faults.len())
 }

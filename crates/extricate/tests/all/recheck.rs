@@ -25,7 +25,7 @@ struct Part {
 }
 
 /// Distances of another library differ by rounding and its own tolerances \[m\].
-const SLACK: f64 = 2e-6;
+pub const SLACK: f64 = 2e-6;
 
 impl<'a> Recheck<'a> {
     /// Prepares every body.
@@ -51,49 +51,49 @@ impl<'a> Recheck<'a> {
         Self { scene, bodies: bodies.collect() }
     }
 
-    /// Least distance \[m\] of any checked pair, 0 where two overlap; distances above `far` count as `far`. Surfaces of meshes only.
-    pub fn clearance(&self, q: &[f64], far: f64) -> f64 {
+    /// Distance \[m\] of every checked pair, 0 where it overlaps; distances above `far` count as `far`. Surfaces of meshes only.
+    pub fn distances(&self, q: &[f64], far: f64) -> Vec<f64> {
         let mut poses = Vec::new();
         forward(self.scene, q, &mut poses);
+        (0..self.scene.pairs.len()).map(|pair| self.distance(pair, &poses, far)).collect()
+    }
+
+    fn distance(&self, pair: usize, poses: &[Pose], far: f64) -> f64 {
+        let pair = &self.scene.pairs[pair];
+        let placed = |body: usize| {
+            let pose = poses[self.scene.bodies[body].frame];
+            self.bodies[body].iter().map(move |part| (pose.then(&part.pose_frame_shape), part))
+        };
         let mut least = far;
-        for pair in &self.scene.pairs {
-            let placed = |body: usize| {
-                let pose = poses[self.scene.bodies[body].frame];
-                self.bodies[body].iter().map(move |part| (pose.then(&part.pose_frame_shape), part))
-            };
-            for (a, first) in placed(pair.first) {
-                for (b, second) in placed(pair.second) {
-                    let centers = (a.point(&first.ball.0) - b.point(&second.ball.0)).norm();
-                    if centers - first.ball.1 - second.ball.1 >= least {
-                        continue;
-                    }
-                    // Told how far to look, it leaves out what is farther: a distance alone would measure everything.
-                    let found = query::closest_points(&moved(&a), &*first.shape, &moved(&b), &*second.shape, least);
-                    least = match found.expect("these shapes have closest points") {
-                        ClosestPoints::Intersecting => 0.0,
-                        ClosestPoints::WithinMargin(one, other) => least.min((one - other).length()),
-                        ClosestPoints::Disjoint => least,
-                    };
+        for (a, first) in placed(pair.first) {
+            for (b, second) in placed(pair.second) {
+                let centers = (a.point(&first.ball.0) - b.point(&second.ball.0)).norm();
+                if centers - first.ball.1 - second.ball.1 >= least {
+                    continue;
                 }
+                // Told how far to look, it leaves out what is farther: a distance alone would measure everything.
+                let found = query::closest_points(&moved(&a), &*first.shape, &moved(&b), &*second.shape, least);
+                least = match found.expect("these shapes have closest points") {
+                    ClosestPoints::Intersecting => 0.0,
+                    ClosestPoints::WithinMargin(one, other) => least.min((one - other).length()),
+                    ClosestPoints::Disjoint => least,
+                };
             }
         }
         least
     }
 
-    /// Distances above this count as equal: they decide nothing, and balls around the shapes rule most of them out.
-    fn far(&self) -> f64 {
-        self.scene.clearance + 2.0 * SLACK
+    /// Whether a mesh is among the bodies of a pair: one may hold the other without their surfaces touching.
+    pub fn has_mesh(&self, pair: usize) -> bool {
+        let pair = &self.scene.pairs[pair];
+        [pair.first, pair.second].iter().any(|&body| self.bodies[body].iter().any(|part| part.is_mesh))
     }
 
-    /// Whether this library agrees that `q` is free.
+    /// Whether this library agrees that `q` is free. Distances above the clearance count as equal: they decide nothing, and balls around the
+    /// shapes rule most of them out.
     pub fn agrees_free(&self, q: &[f64]) -> bool {
-        self.clearance(q, self.far()) >= self.scene.clearance - SLACK
-    }
-
-    /// Whether it agrees that `q` collides; where meshes are, one may hold the other without their surfaces touching.
-    pub fn agrees_colliding(&self, q: &[f64]) -> bool {
-        let has_meshes = self.bodies.iter().flatten().any(|part| part.is_mesh);
-        has_meshes || self.clearance(q, self.far()) <= self.scene.clearance + SLACK
+        let far = self.scene.clearance + 2.0 * SLACK;
+        self.distances(q, far).iter().all(|distance| *distance >= self.scene.clearance - SLACK)
     }
 }
 

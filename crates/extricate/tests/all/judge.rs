@@ -1,0 +1,314 @@
+//! What an answer claims, each claim judged by itself: by another library's distances, by a checker that has seen nothing else, and by the
+//! metric. The answers of the query are the only thing that is taken from it.
+
+use std::sync::Arc;
+
+use extricate::kinematics::forward;
+use extricate::math::{Pose, Vec3};
+use extricate::metric::Metric;
+use extricate::penetration::answer::{RIVAL, TOUCHING};
+use extricate::robot::Geometry;
+use extricate::scene::{MetricSpec, Part};
+use extricate::{
+    Answer, CheckScratch, Checker, Config, Effort, Exit, Label, Manifold, QueryOptions, Scene, SegmentOptions,
+    SegmentOutcome, Way,
+};
+
+use crate::recheck::{Recheck, SLACK};
+
+/// Checks beyond a budget that end a query, beside those of exits and of the way.
+const TO_END: usize = 3;
+/// A collision that the way tells may be one that only nearly is: so much farther than the clearance \[m\]; ten times the resolution of segments.
+const NEARLY: f64 = 1e-3;
+/// Contacts end where their search does, which on round shapes is not at the nearest points \[m\].
+const CONTACT_SLACK: f64 = 1e-5;
+/// Steps of difference quotients, in depths. At least as long as that which gradients of the largest displacement are a mean over \[rad or m\].
+const STEP: (f64, f64) = (3e-4, 2e-5);
+/// What slopes over such steps may differ by from the gradient, relative to one or the slope.
+const SLOPE_SLACK: f64 = 2e-3;
+
+/// Judges answers about one scene.
+pub struct Judge<'a> {
+    scene: &'a Scene,
+    metric: Metric,
+    recheck: Recheck<'a>,
+    checker: Checker,
+    check: CheckScratch,
+    /// Whether the answers are about another scene than the one that was learned.
+    changed: bool,
+    faults: Vec<String>,
+}
+
+impl<'a> Judge<'a> {
+    /// Of answers about `scene`; `changed` where another one was learned.
+    pub fn new(scene: &'a Scene, changed: bool) -> Self {
+        let shared = Arc::new(scene.clone());
+        Self {
+            scene,
+            metric: Metric::new(shared.clone()),
+            recheck: Recheck::new(scene),
+            checker: Checker::new(shared),
+            check: CheckScratch::default(),
+            changed,
+            faults: Vec::new(),
+        }
+    }
+
+    /// Whether the checker of this judge calls `q` free.
+    pub fn is_free(&mut self, q: &[f64]) -> bool {
+        self.checker.label(q, &mut self.check) == Label::Free
+    }
+
+    /// What is wrong with `answer` to `q`, asked with `options`; `streamed` where it was a frame.
+    pub fn faults(&mut self, q: &Config, options: &QueryOptions, answer: &Answer, streamed: bool) -> Vec<String> {
+        self.expect("the effort is another", answer.effort == options.effort);
+        self.expect("free or not, two parts disagree", (answer.depth == 0.0) == answer.colliding.is_empty());
+        if answer.depth == 0.0 {
+            self.free(q, answer);
+        } else {
+            self.colliding(q, options, answer);
+            self.witness(q, options, answer);
+            self.gradient(q, answer);
+            self.displacement(q, answer);
+            self.exits(q, if streamed { 1 } else { options.exits }, answer);
+            self.expect("the way is told or not, against what was asked", answer.way.is_some() == options.way);
+            answer.way.iter().for_each(|way| self.way(q, way, answer));
+            // In a changed scene the search for a first witness overdraws it.
+            let most = options.budget.checks.filter(|_| !self.changed);
+            let to_end = TO_END + answer.exits.len() + usize::from(options.way);
+            let most = most.map_or(usize::MAX, |checks| checks.max(1) + to_end);
+            self.expect("the budget is overdrawn", answer.checks <= most);
+        }
+        std::mem::take(&mut self.faults)
+    }
+
+    fn expect(&mut self, what: &str, holds: bool) {
+        if !holds {
+            self.faults.push(what.into());
+        }
+    }
+
+    fn free(&mut self, q: &Config, answer: &Answer) {
+        let agrees = self.recheck.agrees_free(q) && self.is_free(q);
+        self.expect("called free, but collides", agrees);
+        let is_plain = answer.witness == q[..]
+            && answer.lower_bound == 0.0
+            && answer.max_displacement == 0.0
+            && answer.gradient.iter().all(|slope| *slope == 0.0)
+            && answer.gradient.len() == self.scene.space.nv()
+            && answer.touching.is_empty()
+            && answer.contacts.is_empty()
+            && answer.exits.is_empty()
+            && answer.way.is_none()
+            && answer.coverage.is_none()
+            && answer.verified
+            && answer.unique;
+        self.expect("free, but more is told than that", is_plain);
+    }
+
+    /// The pairs that collide at the query: those that are told do, and no others where all are told.
+    fn colliding(&mut self, q: &Config, options: &QueryOptions, answer: &Answer) {
+        let collides = !self.is_free(q);
+        self.expect("called colliding, but is free", collides);
+        let told = &answer.colliding;
+        self.expect("colliding pairs are out of order or told twice", told.is_sorted_by(|a, b| a < b));
+        let are_all = options.contacts || options.effort != Effort::Nearest;
+        self.expect("more than one colliding pair without contacts", are_all || told.len() <= 1);
+        let clearance = self.scene.clearance;
+        for (pair, distance) in self.recheck.distances(q, clearance + 2.0 * SLACK).into_iter().enumerate() {
+            if told.contains(&pair) {
+                let near = distance <= clearance + SLACK || self.recheck.has_mesh(pair);
+                self.expect("a pair is called colliding that keeps the clearance", near);
+            } else {
+                self.expect("a pair that collides is left out", !are_all || distance >= clearance - SLACK);
+            }
+        }
+    }
+
+    /// Where the witness is, and what touches there.
+    fn witness(&mut self, q: &Config, options: &QueryOptions, answer: &Answer) {
+        self.free_at_depth("the witness", q, answer.depth, &answer.witness);
+        self.expect("the lower bound is above the depth", (0.0..=answer.depth).contains(&answer.lower_bound));
+        let verifies = options.effort != Effort::Nearest || self.changed;
+        self.expect("verified or not, against what the effort promises", answer.verified == verifies);
+        self.expect("the coverage is no share", answer.coverage.is_none_or(|share| share > 0.0 && share <= 1.0));
+        if !options.contacts && options.effort == Effort::Nearest {
+            return self.expect("contacts that nobody asked for", answer.touching.is_empty());
+        }
+        self.touching("the witness", &answer.witness, &answer.touching);
+        let mut pairs: Vec<usize> = answer.contacts.iter().map(|contact| contact.pair).collect();
+        pairs.dedup();
+        self.expect("contacts and touching pairs disagree", pairs == answer.touching);
+        let far = self.scene.clearance + TOUCHING + 2.0 * CONTACT_SLACK;
+        let distances = self.recheck.distances(&answer.witness, far);
+        for (pair, distance) in distances.iter().enumerate() {
+            let nearest = answer.contacts.iter().filter(|contact| contact.pair == pair).map(|contact| contact.distance);
+            let nearest = nearest.fold(f64::INFINITY, f64::min);
+            let is_it = nearest == f64::INFINITY || (nearest - distance).abs() <= CONTACT_SLACK;
+            self.expect("the nearest contact is not at the distance of its pair", is_it);
+        }
+        for contact in &answer.contacts {
+            self.expect("a normal that is not of unit length", (contact.normal.norm() - 1.0).abs() < 1e-9);
+            let along = (contact.point_first - contact.point_second).dot(&contact.normal);
+            self.expect("points of a contact are not at its distance", (along - contact.distance).abs() < 1e-9);
+        }
+    }
+
+    /// A configuration that is said to be free, at a distance from the query.
+    fn free_at_depth(&mut self, whose: &str, q: &Config, depth: f64, witness: &[f64]) {
+        let agrees = self.recheck.agrees_free(witness) && self.is_free(witness);
+        self.expect(&format!("{whose} collides"), agrees);
+        let limited = self.scene.space.config(witness);
+        let keeps = limited.is_ok_and(|w| w.iter().zip(witness).all(|(a, b)| (a - b).abs() < 1e-9));
+        self.expect(&format!("{whose} is out of limits"), keeps);
+        let distance = self.metric.distance(q, witness);
+        self.expect(&format!("{whose} is not at the depth"), (distance - depth).abs() <= 1e-9 + 1e-6 * distance);
+    }
+
+    /// The pairs that are told to touch do, and no others.
+    fn touching(&mut self, whose: &str, witness: &[f64], told: &[usize]) {
+        self.expect("touching pairs are out of order or told twice", told.is_sorted_by(|a, b| a < b));
+        let margin = self.scene.clearance + TOUCHING;
+        for (pair, distance) in self.recheck.distances(witness, margin + 2.0 * CONTACT_SLACK).into_iter().enumerate() {
+            let (touches, parted) = (distance <= margin - CONTACT_SLACK, distance >= margin + CONTACT_SLACK);
+            let holds = if told.contains(&pair) { !parted } else { !touches };
+            self.expect(&format!("at {whose} a pair touches that is not told, or the other way round"), holds);
+        }
+    }
+
+    /// The slope along each coordinate lies between those of short steps to both sides; under the metric of the joints the steepest is 1.
+    fn gradient(&mut self, q: &Config, answer: &Answer) {
+        let space = &self.scene.space;
+        self.expect("the gradient is of another length than tangents", answer.gradient.len() == space.nv());
+        // Kinks beside a way out of the largest displacement are nearer than any step that rounding allows.
+        if answer.depth < 1e-4
+            || answer.gradient.len() != space.nv()
+            || self.scene.metric == MetricSpec::MaxDisplacement
+        {
+            return;
+        }
+        let h = f64::max(STEP.0 * answer.depth, STEP.1);
+        let (mut step, mut moved, mut steepest) = (vec![0.0; space.nv()], vec![0.0; space.nq()], 0.0);
+        let mut off = false;
+        for factor in space.factors() {
+            let is_at_limit = matches!(factor.manifold, Manifold::Interval { lower, upper }
+                if q[factor.q] - h < lower || q[factor.q] + h > upper);
+            for k in factor.v..factor.v + if factor.manifold == Manifold::Rotation { 3 } else { 1 } {
+                steepest += answer.gradient[k].powi(2) / factor.weight;
+                if is_at_limit {
+                    continue;
+                }
+                let slopes = [h, -h].map(|h| {
+                    step[k] = h;
+                    space.integrate(q, &step, &mut moved);
+                    step[k] = 0.0;
+                    (self.metric.distance(&moved, &answer.witness) - answer.depth) / h
+                });
+                let [least, most] = [f64::min, f64::max].map(|of| of(slopes[0], slopes[1]));
+                let slack = SLOPE_SLACK * (1.0 + most.abs());
+                // A depth that is no longer than a few steps bends over them.
+                off |= h < 1e-2 * answer.depth && !(least - slack..=most + slack).contains(&answer.gradient[k]);
+            }
+        }
+        self.expect("the gradient is not the slope of the distance", !off);
+        let is_unit = self.scene.metric != MetricSpec::Joint || (steepest.sqrt() - 1.0).abs() < 1e-6;
+        self.expect("the gradient is not of unit length", is_unit);
+    }
+
+    /// The largest displacement lies between that of points of the bodies and that of points around them.
+    fn displacement(&mut self, q: &Config, answer: &Answer) {
+        let (mut from, mut to) = (Vec::new(), Vec::new());
+        forward(self.scene, q, &mut from);
+        forward(self.scene, &answer.witness, &mut to);
+        let (mut least, mut most) = (0.0, 0.0);
+        for body in self.scene.bodies.iter().filter(|body| body.frame != 0) {
+            for part in &body.parts {
+                let (inside, around) = points(part);
+                let far = |points: &[Vec3]| {
+                    let moved = |point: &Vec3| {
+                        let at = |poses: &[Pose]| poses[body.frame].then(&part.pose_frame_part).point(point);
+                        (at(&from) - at(&to)).norm()
+                    };
+                    points.iter().map(moved).fold(0.0, f64::max)
+                };
+                least = f64::max(least, far(&inside));
+                // A displacement is convex in the point, so that of a hull's corners bounds it.
+                most = f64::max(most, far(&around));
+            }
+        }
+        let told = answer.max_displacement;
+        self.expect("a point moves farther than is told", told >= least - 1e-9);
+        self.expect("no point moves as far as is told", told <= most + 1e-9);
+        let is_depth = self.scene.metric != MetricSpec::MaxDisplacement || (told - answer.depth).abs() < 1e-6;
+        self.expect("the depth is not the largest displacement", is_depth);
+    }
+
+    fn exits(&mut self, q: &Config, wanted: usize, answer: &Answer) {
+        let exits = &answer.exits;
+        if wanted <= 1 {
+            return self.expect("exits that nobody asked for", exits.is_empty());
+        }
+        self.expect("more exits than were asked for, or none", (1..=wanted).contains(&exits.len()));
+        self.expect("exits are not in order of depth", exits.is_sorted_by(|a, b| a.depth <= b.depth));
+        let first = exits.first().map(|exit| (exit.depth, &exit.witness, &exit.touching));
+        let begins = first == Some((answer.depth, &answer.witness, &answer.touching));
+        self.expect("the first exit is not the witness", begins);
+        for (i, exit) in exits.iter().enumerate() {
+            self.free_at_depth("an exit", q, exit.depth, &exit.witness);
+            self.touching("an exit", &exit.witness, &exit.touching);
+            // Distinct is told in the metric's tensor at the query, which bends away from the metric in between: much less than that.
+            let apart = |other: &Exit| self.metric.distance(&exit.witness, &other.witness) > 0.01 * other.depth;
+            let are_apart = exits[..i].iter().all(apart);
+            self.expect("two exits are one", are_apart);
+        }
+        let rivals = exits.iter().skip(1).any(|exit| exit.depth <= RIVAL * answer.depth);
+        self.expect("unique, against what the exits say", answer.unique != rivals);
+    }
+
+    /// The stretch that is proved free is, and where it was last seen to collide the two are near.
+    fn way(&mut self, q: &Config, way: &Way, answer: &Answer) {
+        let Way { colliding_until, free_from } = *way;
+        let in_order = 0.0 <= colliding_until && colliding_until <= free_from && free_from <= 1.0;
+        self.expect("the parts of the way are out of order", in_order);
+        let space = &self.scene.space;
+        let at = |t: f64| {
+            let mut config = q.to_vec();
+            space.interpolate(q, &answer.witness, t, &mut config);
+            config
+        };
+        let (beginning, near) = (at(free_from), at(colliding_until));
+        let stretch = (0..10).map(|k| at(free_from + (1.0 - free_from) * f64::from(k) / 10.0));
+        let is_free = stretch.into_iter().all(|config| self.recheck.agrees_free(&config));
+        self.expect("the way collides where it is proved free", is_free);
+        if free_from < 1.0 {
+            let proof = self.checker.segment(&answer.witness, &beginning, &SegmentOptions::default(), &mut self.check);
+            // Cut elsewhere, a proof may stop where two bodies come near; what it must not do is meet a collision.
+            let holds = !matches!(proof, SegmentOutcome::Contact { .. });
+            self.expect(&format!("the way is not free by another proof ({proof:?})"), holds);
+        }
+        let margin = self.scene.clearance + NEARLY;
+        let distances = self.recheck.distances(&near, margin + SLACK);
+        let meets = !self.is_free(&near) || distances.iter().any(|distance| *distance <= margin);
+        self.expect("nothing is near where the way was last seen to collide", meets);
+    }
+}
+
+/// Points of a part, and points whose hull holds it, in its own coordinates \[m\].
+fn points(part: &Part) -> (Vec<Vec3>, Vec<Vec3>) {
+    let corners = |h: Vec3| {
+        let sign = |bit: usize| if bit == 0 { -1.0 } else { 1.0 };
+        (0..8).map(|k| Vec3::new(sign(k & 1) * h.x, sign(k & 2) * h.y, sign(k & 4) * h.z)).collect::<Vec<_>>()
+    };
+    let ends = |half: f64| vec![Vec3::new(0.0, 0.0, half), Vec3::new(0.0, 0.0, -half)];
+    match &part.geometry {
+        Geometry::Sphere { radius } => (vec![Vec3::zeros()], corners(Vec3::repeat(*radius))),
+        Geometry::Box { half_extents } => (corners(*half_extents), corners(*half_extents)),
+        Geometry::Cylinder { radius, half_length } => {
+            (ends(*half_length), corners(Vec3::new(*radius, *radius, *half_length)))
+        }
+        Geometry::Capsule { radius, half_length } => {
+            (ends(half_length + radius), corners(Vec3::new(*radius, *radius, half_length + radius)))
+        }
+        Geometry::Mesh(mesh) | Geometry::ConvexHull(mesh) => (mesh.vertices.clone(), mesh.vertices.clone()),
+    }
+}

@@ -1,0 +1,59 @@
+//! Answers of which one claim was spoiled: the judge of the soak test notices each.
+
+use extricate::scene::builtin;
+use extricate::{Answer, QueryOptions, QueryScratch};
+
+use crate::judge::Judge;
+use crate::memory::learn;
+use crate::query::colliding;
+
+type Spoil = (&'static str, fn(&mut Answer, &[f64]));
+
+const SPOILS: [Spoil; 22] = [
+    ("the witness is not at the depth", |a, _| a.depth *= 1.01),
+    ("the lower bound is above the depth", |a, _| a.lower_bound = 1.001 * a.depth),
+    ("the witness collides", |a, q| a.witness.copy_from_slice(q)),
+    ("the witness is out of limits", |a, _| a.witness[0] += 100.0),
+    ("free or not, two parts disagree", |a, _| a.colliding.clear()),
+    ("a pair that collides is left out", |a, _| a.colliding.clear()),
+    ("a pair is called colliding that keeps the clearance", |a, _| a.colliding = (0..50).collect()),
+    ("verified or not, against what the effort promises", |a, _| a.verified = false),
+    ("the coverage is no share", |a, _| a.coverage = Some(1.5)),
+    ("a pair touches that is not told", |a, _| a.touching.clear()),
+    ("contacts and touching pairs disagree", |a, _| a.contacts.clear()),
+    ("the nearest contact is not at the distance of its pair", |a, _| a.contacts[0].distance += 1e-3),
+    ("points of a contact are not at its distance", |a, _| a.contacts[0].point_first.x += 1e-3),
+    ("a normal that is not of unit length", |a, _| a.contacts[0].normal *= 1.1),
+    ("the gradient is not the slope of the distance", |a, _| a.gradient.iter_mut().for_each(|x| *x = -*x)),
+    ("the gradient is not of unit length", |a, _| a.gradient.iter_mut().for_each(|x| *x *= 1.001)),
+    ("a point moves farther than is told", |a, _| a.max_displacement *= 0.9),
+    ("no point moves as far as is told", |a, _| a.max_displacement *= 1.5),
+    ("the first exit is not the witness", |a, _| a.exits[0].depth += 1e-6),
+    ("two exits are one", |a, _| a.exits.push(a.exits[a.exits.len() - 1].clone())),
+    ("the parts of the way are out of order", |a, _| a.way.as_mut().unwrap().colliding_until = 1.1),
+    ("the way collides where it is proved free", |a, _| {
+        *a.way.as_mut().unwrap() = extricate::Way { colliding_until: 0.0, free_from: 0.0 }
+    }),
+];
+
+#[test]
+fn every_claim_that_is_spoiled_is_noticed() {
+    let model = learn(builtin::scene("planar-arm").unwrap(), 6_000, 7);
+    let mut judge = Judge::new(model.scene(), false);
+    let options = QueryOptions { exits: 3, way: true, ..QueryOptions::default() };
+    let mut noticed = [0; SPOILS.len()];
+    for q in colliding(&model, 20) {
+        let answer = model.query(&q, &options, &mut QueryScratch::default());
+        assert_eq!(judge.faults(&q, &options, &answer, false), [""; 0]);
+        for ((fault, spoil), noticed) in SPOILS.iter().zip(&mut noticed) {
+            let mut spoiled = answer.clone();
+            spoil(&mut spoiled, &q);
+            *noticed +=
+                usize::from(judge.faults(&q, &options, &spoiled, false).iter().any(|found| found.contains(fault)));
+        }
+    }
+    for ((fault, _), noticed) in SPOILS.iter().zip(noticed) {
+        println!("{fault}: {noticed} of 20");
+        assert!(noticed >= 10, "{fault}: noticed in {noticed} of 20");
+    }
+}
