@@ -19,3 +19,4 @@ mod rigid;
 mod soak;
 mod spoiled;
 mod tidy;
+mod tightness;
