@@ -120,6 +120,17 @@ pub fn seed(text: &str) -> Result<u64, String> {
     text.parse().map_err(|_| format!("expected a whole number from 0 to {}", u64::MAX))
 }
 
+/// Most ways out that may be asked for: memory is taken for all of them.
+const MOST_EXITS: usize = 100_000;
+
+/// A number of ways out.
+pub fn exits(text: &str) -> Result<usize, String> {
+    match text.parse::<usize>() {
+        Ok(value) if (1..=MOST_EXITS).contains(&value) => Ok(value),
+        _ => Err(format!("expected a whole number from 1 to {MOST_EXITS}")),
+    }
+}
+
 /// Most threads that may be asked for: starting more takes longer than they could save anywhere.
 const MOST_THREADS: usize = 1024;
 
@@ -156,7 +167,7 @@ mod tests {
             "query m.model --input q.jsonl --effort exhaustive --json",
             "query m.model --input q.jsonl --exits 3 --starts 4 --max-checks 0 --max-seconds 1e-4 --way --threads 0",
             "query m.model --input q.jsonl --effort nearest --exits 1",
-            "query m.model --input q.jsonl --stream --hysteresis 0.1",
+            "query m.model --input q.jsonl --stream --hysteresis 0.1 --looks 0",
             "query m.model --input q.jsonl --scene moved.toml",
             "--json query m.model --input q.jsonl",
         ] {
@@ -189,8 +200,18 @@ mod tests {
             "query m.model --input q --effort hard",
             "query m.model --input q --exits 0",
             "query m.model --input q --starts 0",
+            "query m.model --input q --exits -1",
+            "query m.model --input q --exits 1000000000000",
+            "query m.model --input q --starts -1",
+            "query m.model --input q --max-checks -1",
+            "query m.model --input q --max-seconds -1",
+            "query m.model --input q --threads -1",
+            "query m.model --input q --stream --hysteresis -0.1",
             "query m.model --input q --effort nearest --exits 2",
             "query m.model --input q --stream --hysteresis 1",
+            "query m.model --input q --stream --looks -1",
+            "query m.model --input q --stream --looks many",
+            "query m.model --input q --looks 2",
             "query m.model --input q --max-seconds 0",
             "demo --scene nowhere",
             "demo --queries -1",

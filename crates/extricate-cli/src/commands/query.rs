@@ -13,7 +13,7 @@ use extricate::{
 use super::query_row::{QueryRow, header};
 use super::query_summary::Summary;
 use super::{load_model, load_scene};
-use crate::args::{InputArgs, positive, seconds, share, threads, whole};
+use crate::args::{InputArgs, exits, positive, seconds, share, threads, whole};
 use crate::input::{BadLine, Configs};
 use crate::output::Output;
 use crate::progress::{Progress, busy};
@@ -24,9 +24,9 @@ use crate::report;
 #[command(
     after_help = "With --json, one object a line, in the order of the input: depth and lower_bound (in the scene's \
                         metric), witness, seconds (the library call alone), checks, max_displacement [m], colliding and \
-                        touching (lists of [name, name]), verified, effort, contacts (at the witness: pair, distance [m], \
-                        point_first, point_second, normal), gradient (of the depth), unique, exits (with --exits: depth, \
-                        witness, touching), way (with --way: colliding_until, free_from, fractions of the straight way)."
+                        touching (lists of [name, name]), coverage (null where the query is free), verified, effort, \
+                        contacts (at the witness: pair, distance [m], point_first, point_second, normal), gradient (of the \
+                        depth), unique, exits (with --exits: depth, witness, touching), way (with --way: colliding_until, free_from, fractions of the straight way)."
 )]
 pub struct QueryArgs {
     /// Model file that `extricate learn` wrote
@@ -37,17 +37,17 @@ pub struct QueryArgs {
     #[arg(long, value_enum, default_value_t = EffortArg::Refined)]
     effort: EffortArg,
     /// Find up to K distinct ways out, each a local minimum, nearest first; more than one not with --effort nearest
-    #[arg(long, value_name = "K", value_parser = positive, default_value_t = 1)]
+    #[arg(long, value_name = "K", value_parser = exits, allow_negative_numbers = true, default_value_t = 1)]
     exits: usize,
     /// Start from K exits and boundary samples instead of what the effort takes: fewer are faster and miss more
-    #[arg(long, value_name = "K", value_parser = positive)]
+    #[arg(long, value_name = "K", value_parser = positive, allow_negative_numbers = true)]
     starts: Option<usize>,
     /// End each query after about this many collision checks and distance evaluations, with the best answer so far. With --scene, a
-    /// first free configuration is looked for, among the nearest stored samples first, whatever the budget
-    #[arg(long, value_name = "N", value_parser = whole)]
+/// first free configuration is looked for, among the nearest stored samples first, whatever the budget
+    #[arg(long, value_name = "N", value_parser = whole, allow_negative_numbers = true)]
     max_checks: Option<usize>,
     /// End each query after about this many seconds, with the best answer so far; with --scene as for --max-checks
-    #[arg(long, value_name = "T", value_parser = seconds)]
+    #[arg(long, value_name = "T", value_parser = seconds, allow_negative_numbers = true)]
     max_seconds: Option<f64>,
     /// Tell which part of the straight way from query to witness collides
     #[arg(long)]
@@ -56,7 +56,7 @@ pub struct QueryArgs {
     #[arg(long)]
     contacts: bool,
     /// Answer on this many threads, 0 for one a core; the answers are the same
-    #[arg(long, value_name = "N", value_parser = threads, default_value_t = 1)]
+    #[arg(long, value_name = "N", value_parser = threads, allow_negative_numbers = true, default_value_t = 1)]
     threads: usize,
     /// Ask in this scene instead of the one that was learned: obstacles and checked pairs may differ, joints may not. Stored
     /// samples are verified anew as they are needed
@@ -66,8 +66,12 @@ pub struct QueryArgs {
     #[arg(long, conflicts_with_all = ["threads", "exits"])]
     stream: bool,
     /// With --stream: keep to a way out until another is nearer by more than this share of its depth
-    #[arg(long, value_name = "SHARE", value_parser = share, default_value_t = 0.0, requires = "stream")]
+    #[arg(long, value_name = "SHARE", value_parser = share, allow_negative_numbers = true, default_value_t = 0.0, requires = "stream")]
     hysteresis: f64,
+    /// With --stream: look at this many of the starts of a single query each frame, in turn, beside those that cost no check; more
+    /// notice a nearer way out sooner
+    #[arg(long, value_name = "N", value_parser = whole, allow_negative_numbers = true, default_value_t = StreamOptions::default().looks, requires = "stream")]
+    looks: usize,
 }
 
 /// [`Effort`] as the command line spells it.
@@ -197,8 +201,7 @@ impl<'a> Asker<'a> {
     fn new(model: &'a Model, changed: Option<&'a ChangedScene>, args: &QueryArgs) -> Self {
         let options = args.options();
         let stream = args.stream.then(|| {
-            let (query, hysteresis) = (options.clone(), args.hysteresis);
-            Stream::new(StreamOptions { query, hysteresis, ..StreamOptions::default() })
+            Stream::new(StreamOptions { query: options.clone(), hysteresis: args.hysteresis, looks: args.looks })
         });
         Self { model, changed, options, scratch: QueryScratch::default(), stream }
     }

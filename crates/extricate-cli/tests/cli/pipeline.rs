@@ -180,6 +180,17 @@ fn frames_of_a_motion_are_answered_from_the_last_answer() {
     assert!(stream.iter().all(|a| a["verified"] == true));
     assert!(checks(&stream) < checks(&single), "{} {}", checks(&stream), checks(&single));
     ask("--stream --hysteresis 0.2");
+    let [none, many] = ["0", "100"].map(|looks| ask(&format!("--stream --looks {looks}")));
+    assert!(checks(&none) < checks(&many), "{} {}", checks(&none), checks(&many));
+    let default = ask("--stream --looks 4");
+    assert!(default.iter().zip(&stream).all(|(a, b)| a["checks"] == b["checks"] && a["witness"] == b["witness"]));
+    for bad in ["many", "-1", "1.5"] {
+        let refused =
+            workspace.run(&format!("query small.model --input q.jsonl --stream --looks {bad}")).expect_code(2);
+        let told = [format!("'{bad}'"), "--looks".into(), "expected a whole number from 0".into()];
+        assert!(told.iter().all(|part| refused.stderr.contains(part)), "{}", refused.stderr);
+    }
+    workspace.run("query small.model --input q.jsonl --looks 2").expect_code(2);
     workspace.run("query small.model --input q.jsonl --hysteresis 0.2").expect_code(2);
     workspace.run("query small.model --input q.jsonl --stream --threads 2").expect_code(2);
 }
