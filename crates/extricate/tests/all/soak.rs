@@ -221,7 +221,12 @@ fn walk<'a>(
     let space = &model.scene().space;
     let mut rng = ChaCha8Rng::seed_from_u64(index as u64);
     let effort = if index % 8 == 5 { Effort::Nearest } else { Effort::Refined };
-    let query = QueryOptions { effort, way: index % 3 == 0, contacts: index % 2 == 0, ..QueryOptions::default() };
+    let query = QueryOptions {
+        effort,
+        way: index.is_multiple_of(3),
+        contacts: index.is_multiple_of(2),
+        ..QueryOptions::default()
+    };
     let options =
         StreamOptions { query: query.clone(), hysteresis: [0.0, 0.1, 0.5][index % 3], looks: [4, 0, 1, 8][index % 4] };
     let (mut stream, mut scratch) = (Stream::new(options), QueryScratch::default());
