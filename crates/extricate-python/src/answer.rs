@@ -1,11 +1,11 @@
-//! Answers of queries: one as an object, many as rows of a structured array.
+//! Answers of queries as objects, and the options of what is asked.
 
 use extricate::{Effort, QueryBudget, QueryOptions, Scene};
-use numpy::{PyArray1, PyArray2, PyArrayDescr};
+use numpy::{PyArray1, PyArray2};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
-use pyo3::types::{PyDict, PyTuple, PyType};
+use pyo3::types::{PyTuple, PyType};
 
 use crate::error::count;
 
@@ -49,6 +49,9 @@ pub fn object<'py>(py: Python<'py>, answer: extricate::Answer, scene: &Scene) ->
     ANSWER.import(py, HOME, "Answer")?.call1(PyTuple::new(py, fields)?)
 }
 
+/// Most ways out that may be asked for: memory is taken for all of them.
+const MOST_EXITS: usize = 100_000;
+
 /// The options of a query, checked.
 ///
 /// # Errors
@@ -65,7 +68,9 @@ pub fn options(
     let found = known.into_iter().find(|known| name(*known) == effort).ok_or_else(|| {
         PyValueError::new_err(format!("effort: got \"{effort}\", expected \"nearest\", \"refined\" or \"exhaustive\""))
     })?;
-    let exits = count("exits", exits, 1)?;
+    let wanted = usize::try_from(exits).ok().filter(|wanted| (1..=MOST_EXITS).contains(wanted));
+    let wrong = || PyValueError::new_err(format!("exits: got {exits}, expected 1 to {MOST_EXITS}"));
+    let exits = wanted.ok_or_else(wrong)?;
     if exits > 1 && found == Effort::Nearest {
         let message = format!("exits: got {exits} with effort \"nearest\", expected 1: others are found by refinement");
         return Err(PyValueError::new_err(message));
@@ -84,84 +89,5 @@ fn name(effort: Effort) -> &'static str {
         Effort::Nearest => "nearest",
         Effort::Refined => "refined",
         Effort::Exhaustive => "exhaustive",
-    }
-}
-
-/// Numbers of a row before the witness.
-const FRONT: usize = 5;
-
-/// How an answer is laid out in a row of a structured array: numbers of eight bytes, then truth values.
-#[derive(Debug, Clone, Copy)]
-pub struct Layout {
-    nq: usize,
-    nv: usize,
-}
-
-impl Layout {
-    /// Of answers with witnesses of `nq` coordinates and gradients of `nv`.
-    pub fn new(nq: usize, nv: usize) -> Self {
-        Self { nq, nv }
-    }
-
-    /// Bytes of a row.
-    pub fn size(self) -> usize {
-        8 * (FRONT + self.nq + self.nv) + 8
-    }
-
-    /// The NumPy type of a row.
-    pub fn dtype(self, py: Python<'_>) -> PyResult<Bound<'_, PyArrayDescr>> {
-        let numpy = py.import("numpy")?;
-        let format = |text: &str| numpy.call_method1("dtype", (text,));
-        let vector = |length: usize| numpy.call_method1("dtype", (("f8", (length,)),));
-        let (witness, after) = (8 * FRONT, self.size() - 8);
-        let names = [
-            "depth",
-            "lower_bound",
-            "max_displacement",
-            "coverage",
-            "checks",
-            "witness",
-            "gradient",
-            "verified",
-            "free",
-            "unique",
-        ];
-        let formats = [
-            format("f8")?,
-            format("f8")?,
-            format("f8")?,
-            format("f8")?,
-            format("i8")?,
-            vector(self.nq)?,
-            vector(self.nv)?,
-            format("?")?,
-            format("?")?,
-            format("?")?,
-        ];
-        let fields = PyDict::new(py);
-        fields.set_item("names", names)?;
-        fields.set_item("formats", formats)?;
-        let gradient = witness + 8 * self.nq;
-        fields.set_item("offsets", [0, 8, 16, 24, 32, witness, gradient, after, after + 1, after + 2])?;
-        fields.set_item("itemsize", self.size())?;
-        Ok(numpy.call_method1("dtype", (fields,))?.cast_into()?)
-    }
-
-    /// Writes an answer into the bytes of its row; where there is none, an infinite depth and no numbers.
-    pub fn write(self, answer: Option<&extricate::Answer>, row: &mut [u8]) {
-        let mut words = row.chunks_exact_mut(8);
-        let mut put = |bytes: [u8; 8]| words.next().expect("a row is as long as its layout").copy_from_slice(&bytes);
-        let Some(answer) = answer else {
-            [f64::INFINITY, 0.0, f64::NAN, f64::NAN].iter().for_each(|x| put(x.to_ne_bytes()));
-            put(0i64.to_ne_bytes());
-            (0..self.nq + self.nv).for_each(|_| put(f64::NAN.to_ne_bytes()));
-            return put([0; 8]);
-        };
-        let coverage = answer.coverage.unwrap_or(f64::NAN);
-        let front = [answer.depth, answer.lower_bound, answer.max_displacement, coverage];
-        front.iter().for_each(|x| put(x.to_ne_bytes()));
-        put((answer.checks as i64).to_ne_bytes());
-        answer.witness.iter().chain(&answer.gradient).for_each(|x| put(x.to_ne_bytes()));
-        put([answer.verified.into(), answer.colliding.is_empty().into(), answer.unique.into(), 0, 0, 0, 0, 0]);
     }
 }

@@ -3,14 +3,15 @@
 use std::sync::Mutex;
 
 use extricate::cspace::Factor;
-use extricate::{Answer, Config, ConfigSpace, Manifold, QueryOptions, QueryScratch};
+use extricate::{Answer, Config, ConfigSpace, Manifold, QueryOptions, QueryScratch, Scene};
 use numpy::{PyArray1, PyArrayMethods};
+use pyo3::exceptions::PyMemoryError;
 use pyo3::prelude::*;
 use rayon::prelude::*;
 
-use crate::answer::Layout;
 use crate::arrays::{bad_row, configs};
 use crate::error::threads;
+use crate::layout::Layout;
 use crate::long_call;
 
 /// Queries handed to a thread at once.
@@ -45,20 +46,22 @@ fn plain_limits(space: &ConfigSpace) -> Option<Vec<[f64; 2]>> {
 /// Answers one query; `None` where nothing free was found.
 pub type Ask<'a> = dyn Fn(&Config, &QueryOptions, &mut QueryScratch) -> Option<Answer> + Sync + 'a;
 
-/// What `ask`, given `options`, says of each row of `queries`, which `space` checks, as a structured array of [`Layout`].
+/// What `ask`, given `options`, says of each row of `queries`, configurations of `scene`, as a structured array of [`Layout`].
 ///
 /// # Errors
-/// `ValueError` for a shape or a row that is no configuration, before anything is asked; what [`long_call::run`] raises.
+/// `ValueError` for a shape or a row that is no configuration, before anything is asked; `MemoryError` where the answers cannot be kept; what
+/// [`long_call::run`] raises.
 pub fn answers<'py>(
     queries: &Bound<'py, PyAny>,
-    space: &ConfigSpace,
+    scene: &Scene,
     thread_count: i64,
     scratches: &Scratches,
     options: QueryOptions,
     ask: &Ask,
 ) -> PyResult<Bound<'py, PyAny>> {
     let py = queries.py();
-    let (nq, layout) = (space.nq(), Layout::new(space.nq(), space.nv()));
+    let (space, layout) = (&scene.space, Layout::new(scene, &options));
+    let nq = space.nq();
     let q = configs("Q", queries, space)?;
     let (values, rows, single) = (q.values(), q.rows, q.single);
     let pool = long_call::pool(threads(thread_count)?)?;
@@ -70,8 +73,10 @@ pub fn answers<'py>(
         let mut rows = values.chunks_exact(nq).enumerate();
         rows.try_for_each(|(row, q)| if limits.is_some() && plain(q) { Ok(()) } else { config(row, q).map(drop) })
     })?;
+    let size = layout.size().filter(|size| size.checked_mul(rows).is_some_and(|bytes| bytes <= isize::MAX as usize));
+    let size = size.ok_or_else(|| PyMemoryError::new_err("query_batch: the answers are more than can be addressed"))?;
     // Written by the byte, because no type of Rust has the layout of a row; read through a view.
-    let answers = PyArray1::<u8>::zeros(py, rows * layout.size(), false);
+    let answers = py.import("numpy")?.call_method1("zeros", (rows * size, "u1"))?.cast_into::<PyArray1<u8>>()?;
     {
         let mut answers = answers.readwrite();
         let answers = answers.as_slice_mut().expect("contiguous: it was just made");
@@ -82,7 +87,7 @@ pub fn answers<'py>(
                      answers: &mut [u8]|
          -> PyResult<()> {
             scratches.with(|scratch| {
-                let rows = values.chunks_exact(nq).zip(answers.chunks_exact_mut(layout.size()));
+                let rows = values.chunks_exact(nq).zip(answers.chunks_exact_mut(size));
                 for (row, (q, answer)) in rows.enumerate().take_while(|_| !line.stopped()) {
                     layout.write(ask(&config(at * CHUNK + row, q)?, options, scratch).as_ref(), answer);
                 }
@@ -95,7 +100,7 @@ pub fn answers<'py>(
             |line| {
                 let options = QueryOptions { stop: Some(line.stop()), ..options };
                 let answers = || {
-                    let answers = answers.par_chunks_mut(CHUNK * layout.size());
+                    let answers = answers.par_chunks_mut(CHUNK * size);
                     let chunks = values.par_chunks(CHUNK * nq).zip(answers).enumerate();
                     chunks.try_for_each(|(at, (values, answers))| chunk(line, &options, at, values, answers))
                 };
@@ -103,5 +108,5 @@ pub fn answers<'py>(
             },
         )??;
     }
-    answers.call_method1("view", (layout.dtype(py)?,))
+    answers.call_method1("view", (layout.dtype(py, size)?,))
 }

@@ -94,21 +94,24 @@ impl ChangedScene {
     }
 
     /// As `Model.query_batch`, in this scene. Where nothing free was found, depth is inf, witness, gradient and max_displacement are
-    /// nan, and verified is False.
-    #[pyo3(signature = (Q, *, effort = "refined", starts = None, checks = None, seconds = None, threads = 0))]
+    /// nan, verified and free are False, and there are no exits.
+    #[pyo3(signature = (Q, *, effort = "refined", exits = 1, starts = None, checks = None, seconds = None, way = false, contacts = false, threads = 0))]
     #[allow(non_snake_case)]
     fn query_batch<'py>(
         &self,
         Q: &Bound<'py, PyAny>,
         effort: &str,
+        exits: i64,
         starts: Option<i64>,
         checks: Option<i64>,
         seconds: Option<f64>,
+        way: bool,
+        contacts: bool,
         threads: i64,
     ) -> PyResult<Bound<'py, PyAny>> {
-        let options = answer::options(effort, 1, starts, checks, seconds, [false; 2])?;
+        let options = answer::options(effort, exits, starts, checks, seconds, [way, contacts])?;
         let model = self.model.get().inner();
-        answers(Q, &self.changed.scene().space, threads, &self.scratches, options, &|q, options, scratch| {
+        answers(Q, self.changed.scene(), threads, &self.scratches, options, &|q, options, scratch| {
             model.query_in(&self.changed, q, options, scratch)
         })
     }

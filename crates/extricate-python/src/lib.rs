@@ -9,6 +9,7 @@ mod arrays;
 mod batch;
 mod changed;
 mod error;
+mod layout;
 mod learning;
 mod long_call;
 mod model;

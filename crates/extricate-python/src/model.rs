@@ -157,24 +157,35 @@ impl Model {
     ///
     /// Q: float64 (n, nq), within the limits. Not copied where it is C-contiguous; do not write to it meanwhile.
     /// effort, starts, checks, seconds: as in `Model.query`, of each query.
+    /// exits: how many distinct ways out are wanted.
+    /// way: whether to look at the straight ways to the witnesses; costs as much as many checks.
+    /// contacts: whether to tell the pairs that collide and that touch; with effort "nearest" that takes longer than to find the witness.
     /// threads: 0 for one per core.
     /// Returns a structured array (n,) with the fields depth, lower_bound, max_displacement [m], coverage (nan for None), checks,
-    /// witness (nq,), gradient (nv,), verified, free and unique, which mean what they mean in `Answer`.
+    /// witness (nq,), gradient (nv,), verified, free and unique, which mean what they mean in `Answer`, and with
+    ///     exits of more than one: exit_count, how many were found (0 where the query is free), exit_depths (exits,) and exit_witnesses
+    ///         (exits, nq), nearest first, the witness before others, nan from exit_count on;
+    ///     way: way (2,), nan where the query is free;
+    ///     contacts: colliding and touching, bool (pairs,), in the order of `Scene.pairs`; with several exits also exit_touching,
+    ///         (exits, pairs). Points and normals of contacts `Model.query` tells.
     ///
     /// Raises ValueError that names the row for a wrong shape, values that are not finite or beyond a limit, before any is answered.
-    #[pyo3(signature = (Q, *, effort = "refined", starts = None, checks = None, seconds = None, threads = 0))]
+    #[pyo3(signature = (Q, *, effort = "refined", exits = 1, starts = None, checks = None, seconds = None, way = false, contacts = false, threads = 0))]
     #[allow(non_snake_case)]
     fn query_batch<'py>(
         &self,
         Q: &Bound<'py, PyAny>,
         effort: &str,
+        exits: i64,
         starts: Option<i64>,
         checks: Option<i64>,
         seconds: Option<f64>,
+        way: bool,
+        contacts: bool,
         threads: i64,
     ) -> PyResult<Bound<'py, PyAny>> {
-        let options = answer::options(effort, 1, starts, checks, seconds, [false; 2])?;
-        answers(Q, &self.model.scene().space, threads, &self.scratches, options, &|q, options, scratch| {
+        let options = answer::options(effort, exits, starts, checks, seconds, [way, contacts])?;
+        answers(Q, self.model.scene(), threads, &self.scratches, options, &|q, options, scratch| {
             Some(self.model.query(q, options, scratch))
         })
     }

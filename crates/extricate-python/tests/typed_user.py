@@ -25,7 +25,9 @@ def first_exits(scene: extricate.Scene, labels: int, folder: pathlib.Path) -> np
     batch = again.query_batch([list(q), list(q)], threads=2)
     depths: npt.NDArray[np.float64] = batch["depth"]
     free: npt.NDArray[np.bool_] = scene.check(batch["witness"])
-    assert free.all() and (depths > 0).all()
+    several = again.query_batch([q], exits=3, way=True, contacts=True)
+    found: npt.NDArray[np.int64] = several["exit_count"]
+    assert free.all() and (depths > 0).all() and 1 <= found[0] <= 3
     return answer.witness
 
 

@@ -127,9 +127,12 @@ class Model:
         Q: npt.ArrayLike,
         *,
         effort: str = "refined",
+        exits: int = 1,
         starts: Optional[int] = None,
         checks: Optional[int] = None,
         seconds: Optional[float] = None,
+        way: bool = False,
+        contacts: bool = False,
         threads: int = 0,
     ) -> npt.NDArray[np.void]: ...
     def in_scene(self, scene: Scene) -> ChangedScene: ...
@@ -180,9 +183,12 @@ class ChangedScene:
         Q: npt.ArrayLike,
         *,
         effort: str = "refined",
+        exits: int = 1,
         starts: Optional[int] = None,
         checks: Optional[int] = None,
         seconds: Optional[float] = None,
+        way: bool = False,
+        contacts: bool = False,
         threads: int = 0,
     ) -> npt.NDArray[np.void]: ...
     def __reduce__(self) -> Tuple[Any, ...]: ...
