@@ -43,7 +43,7 @@ pub struct QueryArgs {
     #[arg(long, value_name = "K", value_parser = positive, allow_negative_numbers = true)]
     starts: Option<usize>,
     /// End each query after about this many collision checks and distance evaluations, with the best answer so far. With --scene, a
-/// first free configuration is looked for, among the nearest stored samples first, whatever the budget
+    /// first free configuration is looked for, among the nearest stored samples first, whatever the budget
     #[arg(long, value_name = "N", value_parser = whole, allow_negative_numbers = true)]
     max_checks: Option<usize>,
     /// End each query after about this many seconds, with the best answer so far; with --scene as for --max-checks
