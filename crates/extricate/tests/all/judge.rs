@@ -27,15 +27,20 @@ const STEP: (f64, f64) = (3e-4, 2e-5);
 /// What slopes over such steps may differ by from the gradient, relative to one or the slope.
 const SLOPE_SLACK: f64 = 2e-3;
 
-/// Judges answers about one scene.
+/// What answers about one scene are judged by.
 pub struct Judge<'a> {
     scene: &'a Scene,
     metric: Metric,
     recheck: Recheck<'a>,
     checker: Checker,
-    check: CheckScratch,
     /// Whether the answers are about another scene than the one that was learned.
     changed: bool,
+}
+
+/// Judges one answer after the other, with memory of its own.
+pub struct Hearing<'a> {
+    judge: &'a Judge<'a>,
+    check: CheckScratch,
     faults: Vec<String>,
 }
 
@@ -48,15 +53,20 @@ impl<'a> Judge<'a> {
             metric: Metric::new(shared.clone()),
             recheck: Recheck::new(scene),
             checker: Checker::new(shared),
-            check: CheckScratch::default(),
             changed,
-            faults: Vec::new(),
         }
     }
 
-    /// Whether the checker of this judge calls `q` free.
+    /// To judge with, on one thread.
+    pub fn hearing(&'a self) -> Hearing<'a> {
+        Hearing { judge: self, check: CheckScratch::default(), faults: Vec::new() }
+    }
+}
+
+impl Hearing<'_> {
+    /// Whether the checker of the judge calls `q` free.
     pub fn is_free(&mut self, q: &[f64]) -> bool {
-        self.checker.label(q, &mut self.check) == Label::Free
+        self.judge.checker.label(q, &mut self.check) == Label::Free
     }
 
     /// What is wrong with `answer` to `q`, asked with `options`; `streamed` where it was a frame.
@@ -74,7 +84,7 @@ impl<'a> Judge<'a> {
             self.expect("the way is told or not, against what was asked", answer.way.is_some() == options.way);
             answer.way.iter().for_each(|way| self.way(q, way, answer));
             // In a changed scene the search for a first witness overdraws it.
-            let most = options.budget.checks.filter(|_| !self.changed);
+            let most = options.budget.checks.filter(|_| !self.judge.changed);
             let to_end = TO_END + answer.exits.len() + usize::from(options.way);
             let most = most.map_or(usize::MAX, |checks| checks.max(1) + to_end);
             self.expect("the budget is overdrawn", answer.checks <= most);
@@ -89,13 +99,13 @@ impl<'a> Judge<'a> {
     }
 
     fn free(&mut self, q: &Config, answer: &Answer) {
-        let agrees = self.recheck.agrees_free(q) && self.is_free(q);
+        let agrees = self.judge.recheck.agrees_free(q) && self.is_free(q);
         self.expect("called free, but collides", agrees);
         let is_plain = answer.witness == q[..]
             && answer.lower_bound == 0.0
             && answer.max_displacement == 0.0
             && answer.gradient.iter().all(|slope| *slope == 0.0)
-            && answer.gradient.len() == self.scene.space.nv()
+            && answer.gradient.len() == self.judge.scene.space.nv()
             && answer.touching.is_empty()
             && answer.contacts.is_empty()
             && answer.exits.is_empty()
@@ -114,10 +124,10 @@ impl<'a> Judge<'a> {
         self.expect("colliding pairs are out of order or told twice", told.is_sorted_by(|a, b| a < b));
         let are_all = options.contacts || options.effort != Effort::Nearest;
         self.expect("more than one colliding pair without contacts", are_all || told.len() <= 1);
-        let clearance = self.scene.clearance;
-        for (pair, distance) in self.recheck.distances(q, clearance + 2.0 * SLACK).into_iter().enumerate() {
+        let clearance = self.judge.scene.clearance;
+        for (pair, distance) in self.judge.recheck.distances(q, clearance + 2.0 * SLACK).into_iter().enumerate() {
             if told.contains(&pair) {
-                let near = distance <= clearance + SLACK || self.recheck.has_mesh(pair);
+                let near = distance <= clearance + SLACK || self.judge.recheck.has_mesh(pair);
                 self.expect("a pair is called colliding that keeps the clearance", near);
             } else {
                 self.expect("a pair that collides is left out", !are_all || distance >= clearance - SLACK);
@@ -129,7 +139,7 @@ impl<'a> Judge<'a> {
     fn witness(&mut self, q: &Config, options: &QueryOptions, answer: &Answer) {
         self.free_at_depth("the witness", q, answer.depth, &answer.witness);
         self.expect("the lower bound is above the depth", (0.0..=answer.depth).contains(&answer.lower_bound));
-        let verifies = options.effort != Effort::Nearest || self.changed;
+        let verifies = options.effort != Effort::Nearest || self.judge.changed;
         self.expect("verified or not, against what the effort promises", answer.verified == verifies);
         self.expect("the coverage is no share", answer.coverage.is_none_or(|share| share > 0.0 && share <= 1.0));
         if !options.contacts && options.effort == Effort::Nearest {
@@ -139,8 +149,8 @@ impl<'a> Judge<'a> {
         let mut pairs: Vec<usize> = answer.contacts.iter().map(|contact| contact.pair).collect();
         pairs.dedup();
         self.expect("contacts and touching pairs disagree", pairs == answer.touching);
-        let far = self.scene.clearance + TOUCHING + 2.0 * CONTACT_SLACK;
-        let distances = self.recheck.distances(&answer.witness, far);
+        let far = self.judge.scene.clearance + TOUCHING + 2.0 * CONTACT_SLACK;
+        let distances = self.judge.recheck.distances(&answer.witness, far);
         for (pair, distance) in distances.iter().enumerate() {
             let nearest = answer.contacts.iter().filter(|contact| contact.pair == pair).map(|contact| contact.distance);
             let nearest = nearest.fold(f64::INFINITY, f64::min);
@@ -156,20 +166,22 @@ impl<'a> Judge<'a> {
 
     /// A configuration that is said to be free, at a distance from the query.
     fn free_at_depth(&mut self, whose: &str, q: &Config, depth: f64, witness: &[f64]) {
-        let agrees = self.recheck.agrees_free(witness) && self.is_free(witness);
+        let agrees = self.judge.recheck.agrees_free(witness) && self.is_free(witness);
         self.expect(&format!("{whose} collides"), agrees);
-        let limited = self.scene.space.config(witness);
+        let limited = self.judge.scene.space.config(witness);
         let keeps = limited.is_ok_and(|w| w.iter().zip(witness).all(|(a, b)| (a - b).abs() < 1e-9));
         self.expect(&format!("{whose} is out of limits"), keeps);
-        let distance = self.metric.distance(q, witness);
+        let distance = self.judge.metric.distance(q, witness);
         self.expect(&format!("{whose} is not at the depth"), (distance - depth).abs() <= 1e-9 + 1e-6 * distance);
     }
 
     /// The pairs that are told to touch do, and no others.
     fn touching(&mut self, whose: &str, witness: &[f64], told: &[usize]) {
         self.expect("touching pairs are out of order or told twice", told.is_sorted_by(|a, b| a < b));
-        let margin = self.scene.clearance + TOUCHING;
-        for (pair, distance) in self.recheck.distances(witness, margin + 2.0 * CONTACT_SLACK).into_iter().enumerate() {
+        let margin = self.judge.scene.clearance + TOUCHING;
+        for (pair, distance) in
+            self.judge.recheck.distances(witness, margin + 2.0 * CONTACT_SLACK).into_iter().enumerate()
+        {
             let (touches, parted) = (distance <= margin - CONTACT_SLACK, distance >= margin + CONTACT_SLACK);
             let holds = if told.contains(&pair) { !parted } else { !touches };
             self.expect(&format!("at {whose} a pair touches that is not told, or the other way round"), holds);
@@ -178,12 +190,12 @@ impl<'a> Judge<'a> {
 
     /// The slope along each coordinate lies between those of short steps to both sides; under the metric of the joints the steepest is 1.
     fn gradient(&mut self, q: &Config, answer: &Answer) {
-        let space = &self.scene.space;
+        let space = &self.judge.scene.space;
         self.expect("the gradient is of another length than tangents", answer.gradient.len() == space.nv());
         // Kinks beside a way out of the largest displacement are nearer than any step that rounding allows.
         if answer.depth < 1e-4
             || answer.gradient.len() != space.nv()
-            || self.scene.metric == MetricSpec::MaxDisplacement
+            || self.judge.scene.metric == MetricSpec::MaxDisplacement
         {
             return;
         }
@@ -202,7 +214,7 @@ impl<'a> Judge<'a> {
                     step[k] = h;
                     space.integrate(q, &step, &mut moved);
                     step[k] = 0.0;
-                    (self.metric.distance(&moved, &answer.witness) - answer.depth) / h
+                    (self.judge.metric.distance(&moved, &answer.witness) - answer.depth) / h
                 });
                 let [least, most] = [f64::min, f64::max].map(|of| of(slopes[0], slopes[1]));
                 let slack = SLOPE_SLACK * (1.0 + most.abs());
@@ -211,17 +223,17 @@ impl<'a> Judge<'a> {
             }
         }
         self.expect("the gradient is not the slope of the distance", !off);
-        let is_unit = self.scene.metric != MetricSpec::Joint || (steepest.sqrt() - 1.0).abs() < 1e-6;
+        let is_unit = self.judge.scene.metric != MetricSpec::Joint || (steepest.sqrt() - 1.0).abs() < 1e-6;
         self.expect("the gradient is not of unit length", is_unit);
     }
 
     /// The largest displacement lies between that of points of the bodies and that of points around them.
     fn displacement(&mut self, q: &Config, answer: &Answer) {
         let (mut from, mut to) = (Vec::new(), Vec::new());
-        forward(self.scene, q, &mut from);
-        forward(self.scene, &answer.witness, &mut to);
+        forward(self.judge.scene, q, &mut from);
+        forward(self.judge.scene, &answer.witness, &mut to);
         let (mut least, mut most) = (0.0, 0.0);
-        for body in self.scene.bodies.iter().filter(|body| body.frame != 0) {
+        for body in self.judge.scene.bodies.iter().filter(|body| body.frame != 0) {
             for part in &body.parts {
                 let (inside, around) = points(part);
                 let far = |points: &[Vec3]| {
@@ -239,7 +251,7 @@ impl<'a> Judge<'a> {
         let told = answer.max_displacement;
         self.expect("a point moves farther than is told", told >= least - 1e-9);
         self.expect("no point moves as far as is told", told <= most + 1e-9);
-        let is_depth = self.scene.metric != MetricSpec::MaxDisplacement || (told - answer.depth).abs() < 1e-6;
+        let is_depth = self.judge.scene.metric != MetricSpec::MaxDisplacement || (told - answer.depth).abs() < 1e-6;
         self.expect("the depth is not the largest displacement", is_depth);
     }
 
@@ -257,7 +269,7 @@ impl<'a> Judge<'a> {
             self.free_at_depth("an exit", q, exit.depth, &exit.witness);
             self.touching("an exit", &exit.witness, &exit.touching);
             // Distinct is told in the metric's tensor at the query, which bends away from the metric in between: much less than that.
-            let apart = |other: &Exit| self.metric.distance(&exit.witness, &other.witness) > 0.01 * other.depth;
+            let apart = |other: &Exit| self.judge.metric.distance(&exit.witness, &other.witness) > 0.01 * other.depth;
             let are_apart = exits[..i].iter().all(apart);
             self.expect("two exits are one", are_apart);
         }
@@ -270,7 +282,7 @@ impl<'a> Judge<'a> {
         let Way { colliding_until, free_from } = *way;
         let in_order = 0.0 <= colliding_until && colliding_until <= free_from && free_from <= 1.0;
         self.expect("the parts of the way are out of order", in_order);
-        let space = &self.scene.space;
+        let space = &self.judge.scene.space;
         let at = |t: f64| {
             let mut config = q.to_vec();
             space.interpolate(q, &answer.witness, t, &mut config);
@@ -278,16 +290,17 @@ impl<'a> Judge<'a> {
         };
         let (beginning, near) = (at(free_from), at(colliding_until));
         let stretch = (0..10).map(|k| at(free_from + (1.0 - free_from) * f64::from(k) / 10.0));
-        let is_free = stretch.into_iter().all(|config| self.recheck.agrees_free(&config));
+        let is_free = stretch.into_iter().all(|config| self.judge.recheck.agrees_free(&config));
         self.expect("the way collides where it is proved free", is_free);
         if free_from < 1.0 {
-            let proof = self.checker.segment(&answer.witness, &beginning, &SegmentOptions::default(), &mut self.check);
+            let proof =
+                self.judge.checker.segment(&answer.witness, &beginning, &SegmentOptions::default(), &mut self.check);
             // Cut elsewhere, a proof may stop where two bodies come near; what it must not do is meet a collision.
             let holds = !matches!(proof, SegmentOutcome::Contact { .. });
             self.expect(&format!("the way is not free by another proof ({proof:?})"), holds);
         }
-        let margin = self.scene.clearance + NEARLY;
-        let distances = self.recheck.distances(&near, margin + SLACK);
+        let margin = self.judge.scene.clearance + NEARLY;
+        let distances = self.judge.recheck.distances(&near, margin + SLACK);
         let meets = !self.is_free(&near) || distances.iter().any(|distance| *distance <= margin);
         self.expect("nothing is near where the way was last seen to collide", meets);
     }

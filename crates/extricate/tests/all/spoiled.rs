@@ -39,17 +39,18 @@ const SPOILS: [Spoil; 22] = [
 #[test]
 fn every_claim_that_is_spoiled_is_noticed() {
     let model = learn(builtin::scene("planar-arm").unwrap(), 6_000, 7);
-    let mut judge = Judge::new(model.scene(), false);
+    let judge = Judge::new(model.scene(), false);
+    let mut hearing = judge.hearing();
     let options = QueryOptions { exits: 3, way: true, ..QueryOptions::default() };
     let mut noticed = [0; SPOILS.len()];
     for q in colliding(&model, 20) {
         let answer = model.query(&q, &options, &mut QueryScratch::default());
-        assert_eq!(judge.faults(&q, &options, &answer, false), [""; 0]);
+        assert_eq!(hearing.faults(&q, &options, &answer, false), [""; 0]);
         for ((fault, spoil), noticed) in SPOILS.iter().zip(&mut noticed) {
             let mut spoiled = answer.clone();
             spoil(&mut spoiled, &q);
             *noticed +=
-                usize::from(judge.faults(&q, &options, &spoiled, false).iter().any(|found| found.contains(fault)));
+                usize::from(hearing.faults(&q, &options, &spoiled, false).iter().any(|found| found.contains(fault)));
         }
     }
     for ((fault, _), noticed) in SPOILS.iter().zip(noticed) {
