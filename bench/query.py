@@ -110,7 +110,9 @@ def beside_logarithm(rows, key):
     for effort in EFFORTS:
         times = [row["us"] for row in rows if row["effort"] == effort]
         grown.append(f"`{effort}` x {times[-1] / times[0]:.2f}")
-    return f"From {first[key]:,} to {last[key]:,} {key}: {', '.join(grown)}; their logarithm x {math.log(last[key]) / math.log(first[key]):.2f}."
+    # One has no logarithm to grow from.
+    logarithm = f"; their logarithm x {math.log(last[key]) / math.log(first[key]):.2f}" if first[key] > 1 else ""
+    return f"From {first[key]:,} to {last[key]:,} {key}: {', '.join(grown)}{logarithm}."
 
 
 def section(title, rows, key, picture, folder):
