@@ -208,6 +208,7 @@ mod tests {
             "query m.model --input q --threads -1",
             "query m.model --input q --stream --hysteresis -0.1",
             "query m.model --input q --effort nearest --exits 2",
+            "query m.model --input q --effort nearest --starts 2",
             "query m.model --input q --stream --hysteresis 1",
             "query m.model --input q --stream --looks -1",
             "query m.model --input q --stream --looks many",

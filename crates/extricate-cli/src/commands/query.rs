@@ -39,7 +39,7 @@ pub struct QueryArgs {
     /// Find up to K distinct ways out, each a local minimum, nearest first; more than one not with --effort nearest
     #[arg(long, value_name = "K", value_parser = exits, allow_negative_numbers = true, default_value_t = 1)]
     exits: usize,
-    /// Start from K exits and boundary samples instead of what the effort takes: fewer are faster and miss more
+    /// Start from K exits and boundary samples instead of what the effort takes: fewer are faster and miss more; not with --effort nearest
     #[arg(long, value_name = "K", value_parser = positive, allow_negative_numbers = true)]
     starts: Option<usize>,
     /// End each query after about this many collision checks and distance evaluations, with the best answer so far. With --scene, a
@@ -98,8 +98,15 @@ impl From<EffortArg> for Effort {
 impl QueryArgs {
     /// What makes no sense together, if anything does.
     pub fn contradiction(&self) -> Option<&'static str> {
-        let many = self.exits > 1 && matches!(self.effort, EffortArg::Nearest);
-        many.then_some("--effort nearest gives one way out, expected --exits 1: others are found by refinement")
+        match self.effort {
+            EffortArg::Nearest if self.exits > 1 => {
+                Some("--effort nearest gives one way out, expected --exits 1: others are found by refinement")
+            }
+            EffortArg::Nearest if self.starts.is_some() => {
+                Some("--effort nearest refines nothing, expected no --starts: they are what refinement starts from")
+            }
+            _ => None,
+        }
     }
 
     fn options(&self) -> QueryOptions {

@@ -24,6 +24,8 @@ fn several_ways_out_are_refused_where_nothing_is_refined() {
         assert!(finished.stderr.contains(part), "{}", finished.stderr);
     }
     ask("--exits 1").expect_code(0);
+    let finished = ask("--starts 4").expect_code(2);
+    assert!(finished.stderr.contains("expected no --starts"), "{}", finished.stderr);
 }
 
 #[test]
