@@ -6,6 +6,7 @@ use std::path::PathBuf;
 use clap::builder::styling::Styles;
 use clap::error::ErrorKind;
 use clap::{Args, CommandFactory, Parser, Subcommand};
+use extricate::penetration::options::MOST_WAYS_OUT;
 
 use crate::commands::{adapt, check, demo, info, learn, query, sample};
 
@@ -120,14 +121,11 @@ pub fn seed(text: &str) -> Result<u64, String> {
     text.parse().map_err(|_| format!("expected a whole number from 0 to {}", u64::MAX))
 }
 
-/// Most ways out that may be asked for: memory is taken for all of them.
-const MOST_EXITS: usize = 100_000;
-
 /// A number of ways out.
 pub fn exits(text: &str) -> Result<usize, String> {
     match text.parse::<usize>() {
-        Ok(value) if (1..=MOST_EXITS).contains(&value) => Ok(value),
-        _ => Err(format!("expected a whole number from 1 to {MOST_EXITS}")),
+        Ok(value) if (1..=MOST_WAYS_OUT).contains(&value) => Ok(value),
+        _ => Err(format!("expected a whole number from 1 to {MOST_WAYS_OUT}")),
     }
 }
 

@@ -1,5 +1,6 @@
 //! Answers of queries as objects, and the options of what is asked.
 
+use extricate::penetration::options::MOST_WAYS_OUT;
 use extricate::{Effort, QueryBudget, QueryOptions, Scene};
 use numpy::{PyArray1, PyArray2};
 use pyo3::exceptions::PyValueError;
@@ -49,9 +50,6 @@ pub fn object<'py>(py: Python<'py>, answer: extricate::Answer, scene: &Scene) ->
     ANSWER.import(py, HOME, "Answer")?.call1(PyTuple::new(py, fields)?)
 }
 
-/// Most ways out that may be asked for: memory is taken for all of them.
-const MOST_EXITS: usize = 100_000;
-
 /// The options of a query, checked.
 ///
 /// # Errors
@@ -68,8 +66,8 @@ pub fn options(
     let found = known.into_iter().find(|known| name(*known) == effort).ok_or_else(|| {
         PyValueError::new_err(format!("effort: got \"{effort}\", expected \"nearest\", \"refined\" or \"exhaustive\""))
     })?;
-    let wanted = usize::try_from(exits).ok().filter(|wanted| (1..=MOST_EXITS).contains(wanted));
-    let wrong = || PyValueError::new_err(format!("exits: got {exits}, expected 1 to {MOST_EXITS}"));
+    let wanted = usize::try_from(exits).ok().filter(|wanted| (1..=MOST_WAYS_OUT).contains(wanted));
+    let wrong = || PyValueError::new_err(format!("exits: got {exits}, expected 1 to {MOST_WAYS_OUT}"));
     let exits = wanted.ok_or_else(wrong)?;
     if exits > 1 && found == Effort::Nearest {
         let message = format!("exits: got {exits} with effort \"nearest\", expected 1: others are found by refinement");

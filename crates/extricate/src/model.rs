@@ -238,8 +238,8 @@ impl Model {
     }
 
     /// As [`Model::query`], in a scene that differs from the one that was learned. Stored samples are verified anew as they are needed;
-    /// `checks` counts that. Where nothing that changed collides at `q`, it costs about as much as in the learned scene, else some times as much. `None` where nothing free was found, not even among 20,000 configurations beside the samples, or where looking
-    /// for it was stopped.
+    /// `checks` counts that. Where nothing that changed collides at `q`, it costs about as much as in the learned scene, else several times that.
+    /// `None` where nothing free was found, not even among 20,000 configurations beside the samples, or where looking for it was stopped.
     ///
     /// # Guarantee
     /// That of [`query`]: the witness is free in `scene`, verified during this call, and the bound holds there. How near the

@@ -7,6 +7,9 @@ pub use crate::math::{LANES, vectorized};
 /// Blocks that a kernel is evaluated for together.
 const GROUP: usize = 4;
 
+/// Queries whose distances to a block are told together.
+pub const TOGETHER: usize = 4;
+
 /// `n` points of `dimensions` coordinates as `f32`, in blocks of [`LANES`] points: within a block the coordinate `k` of
 /// all points stands together, so a scan needs no gathers. The last block is padded.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -130,9 +133,6 @@ pub fn block_distances_squared_of(block: &[[f32; LANES]], queries: [&[f32]; TOGE
     }
     sums
 }
-
-/// Queries of [`block_distances_squared_of`].
-pub const TOGETHER: usize = 4;
 
 /// `exp(-gamma * |query - x|^2)` for every point `x` of `points`, a block of results for a block of points; results in
 /// the padding are meaningless.

@@ -188,6 +188,9 @@ fn renew_errors(
 ) {
     let change = |i: u32| all[i as usize].beta - known[i as usize].beta;
     let chosen: Vec<u32> = (0..all.len() as u32).filter(|i| chosen(*i as usize)).collect();
+    if chosen.is_empty() {
+        return;
+    }
     let (changed, changes): (Vec<u32>, Vec<f64>) =
         (0..all.len() as u32).map(|i| (i, change(i))).filter(|(_, change)| *change != 0.0).unzip();
     let sums = kernel_sums(&points.gather(&chosen), &points.gather(&changed), &changes, gamma);

@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 const NEGLIGIBLE: f64 = 1e-8;
 
 /// Points that are gone through together: few enough to stay in a fast cache.
-const TOGETHER: usize = 256;
+const CHUNK: usize = 256;
 
 /// How features are brought to a common scale.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -101,7 +101,7 @@ impl Standardization {
         let width = self.varying.len();
         let basis = DMatrix::from_row_slice(self.kept(), width, &self.basis);
         let mut all = Vec::with_capacity(features.len() / self.dimensions * self.kept());
-        for features in features.chunks(TOGETHER * self.dimensions) {
+        for features in features.chunks(CHUNK * self.dimensions) {
             // Columns are points.
             let points = DMatrix::from_vec(width, features.len() / self.dimensions, self.scaled(features));
             all.extend_from_slice((&basis * points).as_slice());
@@ -126,7 +126,7 @@ impl Standardization {
     fn span(&self, features: &[f64]) -> Vec<f64> {
         let width = self.varying.len();
         let mut scatter = DMatrix::zeros(width, width);
-        for features in features.chunks(TOGETHER * self.dimensions) {
+        for features in features.chunks(CHUNK * self.dimensions) {
             // Columns are points.
             let points = DMatrix::from_vec(width, features.len() / self.dimensions, self.scaled(features));
             scatter.gemm(1.0, &points, &points.transpose(), 1.0);

@@ -13,7 +13,7 @@ use crate::collision::Checker;
 use crate::cspace::Config;
 use crate::error::{Error, Result};
 use crate::metric::Metric;
-use crate::scene::{MetricSpec, Scene};
+use crate::scene::{MetricSpec, Part, Scene};
 
 /// A scene in which a model of another is asked: its checker, metric and what its bounds stand on. Immutable; share it between
 /// threads.
@@ -55,7 +55,8 @@ impl ChangedScene {
             let problem = "got other coordinates, limits or weights than the model's, expected the same: learn it anew";
             return differs(&format!("joint \"{name}\""), problem.into());
         }
-        if scene.metric != MetricSpec::Joint && moving(&scene) != moving(learned) {
+        if scene.metric != MetricSpec::Joint && (scene.frames != learned.frames || !moving(&scene).eq(moving(learned)))
+        {
             let problem = "got other moving bodies than the model's, by which its metric measures: learn it anew";
             return differs("robots", problem.into());
         }
@@ -122,9 +123,7 @@ impl ChangedScene {
     }
 }
 
-/// All that the metrics of displacement depend on, as bytes.
-fn moving(scene: &Scene) -> Vec<u8> {
-    let bodies: Vec<_> =
-        scene.bodies.iter().filter(|body| body.frame != 0).map(|body| (body.frame, &body.parts)).collect();
-    postcard::to_stdvec(&(&scene.frames, bodies)).expect("plain data serialises into memory")
+/// The moving bodies, which the metrics of displacement measure.
+fn moving(scene: &Scene) -> impl Iterator<Item = (usize, &Vec<Part>)> {
+    scene.bodies.iter().filter(|body| body.frame != 0).map(|body| (body.frame, &body.parts))
 }

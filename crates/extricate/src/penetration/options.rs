@@ -19,6 +19,9 @@ pub enum Effort {
     Exhaustive,
 }
 
+/// Most ways out that a shell should let anyone ask for in [`QueryOptions::exits`]: memory is taken for all of them.
+pub const MOST_WAYS_OUT: usize = 100_000;
+
 /// Options of a query. The default is one refined answer without limits.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct QueryOptions {

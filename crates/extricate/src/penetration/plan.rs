@@ -87,8 +87,9 @@ const WANDER: usize = 64;
 const MORE_BENT_EXITS_A_DEGREE: usize = 4;
 /// With fewer where the metric bends, the query itself and labels all around it do.
 const MANY_BENT_EXITS: usize = MANY_EXITS / 4;
-/// Directions of them, and descents that are carried on, where starts are probed and little is known.
+/// Directions of them where little is known and starts are probed.
 const SCATTERED: usize = 32;
+/// Probed descents that are carried on there.
 const KEPT: usize = 12;
 /// One direction of labels around the query for so many degrees of freedom.
 const DEGREES_A_DIRECTION: usize = 2;

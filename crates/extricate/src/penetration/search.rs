@@ -66,6 +66,7 @@ pub struct QueryScratch {
 const RADIUS_IN_TURN: f64 = 0.45;
 /// Ways out that are remembered where one is wanted.
 pub(super) const REMEMBERED: usize = 4;
+
 impl QueryScratch {
     /// Begins a query from `q`, which is where time and checks begin to count: whether and where it collides.
     pub(super) fn begin(&mut self, ground: &Ground, q: &Config, options: &QueryOptions) -> Answer {

@@ -61,7 +61,7 @@ pub enum MetricSpec {
 }
 
 /// A joint (or the base of a robot) that has coordinates.
-#[derive(Debug, Clone, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct SceneJoint {
     /// As in the URDF; `robot/joint` where two robots share a name; `base` or `robot/base` for a base.
     pub name: String,
