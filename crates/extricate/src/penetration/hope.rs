@@ -59,6 +59,11 @@ impl Hope {
         }
     }
 
+    /// Whether it is carried to its end before the next one starts.
+    pub fn is_in_turn(&self) -> bool {
+        self.of_foot().is_some()
+    }
+
     /// Whether what is expected after a look is likely the way out that is known.
     pub fn is_alike(&self, expected: f64, ceiling: f64) -> bool {
         (expected - ceiling).abs() < self.alike * ceiling

@@ -57,15 +57,6 @@ pub struct Start<'a> {
     pub are_all: bool,
 }
 
-/// The best that is known when a descent begins.
-#[derive(Clone, Copy)]
-pub struct Known<'a> {
-    /// A descent that is not expected to end nearer is given up.
-    pub ceiling: f64,
-    /// Where a descent from elsewhere ended, if one did.
-    pub way_out: Option<&'a [f64]>,
-}
-
 /// Memory that refinement reuses.
 #[derive(Default)]
 pub struct RefineScratch {
@@ -102,6 +93,10 @@ pub struct RefineScratch {
     /// Of the metric, a coordinate each.
     inverse_weights: Vec<f64>,
     x: Vec<f64>,
+    /// Where descents in turn of this query came to an end or near one, row major; not those that were given up for leading too far.
+    ends: Vec<f64>,
+    /// From where a step leads to one of them.
+    rest: Vec<f64>,
     low: Vec<f64>,
     high: Vec<f64>,
 }
@@ -125,6 +120,7 @@ impl RefineScratch {
     /// Begins a query whose configuration was checked.
     pub fn begin(&mut self) {
         self.checks = 1;
+        self.ends.clear();
         self.looked_at.clear();
         self.called_free.clear();
     }
@@ -184,7 +180,7 @@ impl RefineScratch {
 ///
 /// Each iteration linearises the signed distances of the near contacts, solves a quadratic program in a trust region and
 /// accepts the step if a merit function (half the squared distance plus a penalty on the worst violation) falls. A descent that
-/// is not expected to end nearer than what is `known`, or elsewhere, is given up.
+/// is not expected to end nearer than `ceiling`, or elsewhere than another one of the query, is given up.
 ///
 /// # Guarantee
 /// `Some(depth)` with a configuration in `best` whose contacts all kept the clearance; the caller verifies it with the
@@ -193,13 +189,13 @@ pub fn slide(
     ground: &Ground,
     anchor: &Anchor,
     start: Start,
-    known: Known,
+    ceiling: f64,
     options: &RefineOptions,
     best: &mut Vec<f64>,
     scratch: &mut RefineScratch,
 ) -> Option<f64> {
     let scene = ground.checker.scene();
-    let ceiling = known.ceiling;
+    let checks_before = scratch.checks;
     let mut x = std::mem::take(&mut scratch.x);
     let mut trial = std::mem::take(&mut scratch.trial);
     x.clear();
@@ -223,7 +219,7 @@ pub fn slide(
         // The model of another metric needs the poses, which else come with contacts.
         forward(scene, &x, &mut scratch.poses);
     }
-    if !start.are_all && scratch.leads_nowhere(ground, anchor, &start, distance, options.hope, known) {
+    if !start.are_all && scratch.leads_nowhere(ground, anchor, &start, distance, options.hope, ceiling) {
         scratch.x = x;
         scratch.trial = trial;
         return None;
@@ -242,20 +238,21 @@ pub fn slide(
         found = Some(distance);
     }
     let mut radius = (options.radius * distance).max(1e-3 * ground.scale);
-    let (mut penalty, mut retried) = (0.0_f64, false);
+    let (mut penalty, mut retried, mut is_given_up) = (0.0_f64, false, false);
     scratch.lesson = None;
     // Along smooth contacts and under the metric of the joints it finds nothing nearer, for up to a twenty-fifth more checks.
     let may_unlearn = ground.metric.kind() != MetricSpec::Joint || !complete;
     // Well below what the exact check may differ by from a contact.
     let sure = if complete { -0.1 * SLACK } else { 0.0 };
     for iteration in 0..options.iterations {
+        is_given_up = false;
         if scratch.is_spent() {
             break;
         }
         ground.metric.quadratic_model(anchor, &x, &scratch.poses, &mut scratch.quadratic);
         if iteration == 0
             && let Some((planes, hope)) = planes.zip(options.hope.of_foot())
-            && scratch.foot_is_elsewhere(ground, &x, planes, distance, hope, known)
+            && scratch.foot_is_elsewhere(ground, &x, planes, distance, hope, ceiling)
         {
             scratch.expected = hope * ceiling;
             break;
@@ -273,6 +270,7 @@ pub fn slide(
                 continue;
             }
             scratch.expected = hope * ceiling;
+            is_given_up = true;
             break;
         }
         if outcome == QpOutcome::Solved {
@@ -290,7 +288,9 @@ pub fn slide(
         // At the rim of the trust region, a model with rows of its own has not said yet how far it may lead.
         if outcome == QpOutcome::Solved && (!at_rim || scratch.quadratic.rows.is_empty()) {
             let is_alike = planes.is_none() && options.hope.is_alike(scratch.expected, ceiling);
-            let is_lost = has_looked && (scratch.expected > hope * ceiling || is_alike);
+            is_given_up = has_looked && scratch.expected > hope * ceiling;
+            let mut is_known = || is_alike || scratch.ends_as_another(ground, &x, options.hope, ceiling);
+            let is_lost = is_given_up || (has_looked && is_known());
             if is_lost || (violation <= 0.0 && scratch.expected > (1.0 - options.tolerance) * distance) {
                 if let Some(shorter) = scratch.unlearn() {
                     radius = shorter;
@@ -359,6 +359,9 @@ pub fn slide(
                 break;
             }
         }
+    }
+    if options.hope.is_in_turn() && scratch.checks > checks_before && !is_given_up {
+        scratch.ends.extend_from_slice(&x);
     }
     scratch.x = x;
     scratch.trial = trial;

@@ -8,7 +8,7 @@ use super::exits::Exits;
 use super::local_metric::LocalMetric;
 use super::options::{QueryBudget, QueryOptions};
 use super::plan::{HOPE, Plan};
-use super::refine::{Known, RefineOptions, RefineScratch, Start, slide};
+use super::refine::{RefineOptions, RefineScratch, Start, slide};
 use super::scatter::{ScatterScratch, scatter};
 use super::turns::Lead;
 use super::wander::{WanderScratch, wander};
@@ -35,8 +35,6 @@ pub struct QueryScratch {
     pub(super) quadratic: Quadratic,
     pub(super) moved: Vec<f64>,
     pub(super) step: Vec<f64>,
-    /// Whether the answer is where a descent ended.
-    has_descended: bool,
     /// Whether descents are believed where the pieces around meshes keep the clearance, until the last one.
     pub(super) trusts_pieces: bool,
     /// What the answer was before one was believed: its depth and witness.
@@ -84,7 +82,6 @@ impl QueryScratch {
         }
         self.refine.check.forget_contacts();
         self.refine.begin();
-        self.has_descended = false;
         self.lead.config.clear();
         let space = &ground.checker.scene().space;
         let mut answer = free_answer(q, space.nv(), options.effort);
@@ -215,7 +212,7 @@ impl QueryScratch {
         if ground.is_stale() && self.refine.label(ground, ground.boundary.config(id)) == Label::Colliding {
             return;
         }
-        (answer.depth, answer.verified, self.has_descended) = (depth, false, false);
+        (answer.depth, answer.verified) = (depth, false);
         answer.witness.copy_from_slice(ground.boundary.config(id));
         self.fallback.0 = depth;
         self.fallback.1.clone_from(&answer.witness);
@@ -355,11 +352,9 @@ impl QueryScratch {
         ceiling: f64,
         answer: &mut Answer,
     ) -> Option<f64> {
-        let known = Known { ceiling, way_out: self.has_descended.then_some(&answer.witness) };
-        let depth = slide(ground, &self.anchor, start, known, options, &mut self.slid, &mut self.refine)?;
+        let depth = slide(ground, &self.anchor, start, ceiling, options, &mut self.slid, &mut self.refine)?;
         let is_nearer = depth < answer.depth || (!answer.verified && depth <= answer.depth);
         if is_nearer && (self.trusts_pieces || self.refine.label(ground, &self.slid) == Label::Free) {
-            self.has_descended = true;
             answer.depth = depth;
             answer.witness.copy_from_slice(&self.slid);
             answer.verified = !self.trusts_pieces;

@@ -17,7 +17,7 @@ pub enum Width {
     Usual,
     /// Four of them.
     Wide,
-    /// Five of them, given up by their planes only where the foot is three times as far as narrower queries allow; where the metric bends, ten, given up
+    /// Seven of them, given up by their planes only where the foot is three times as far as narrower queries allow; where the metric bends, ten, given up
     /// as usual. Where exits are too few to rely on, four times as many samples as the others start from.
     Widest,
 }
@@ -46,7 +46,7 @@ impl Width {
             Self::Narrow if along_hulls => 1,
             Self::Narrow | Self::Usual => 2,
             Self::Wide => 4,
-            Self::Widest if is_smooth => 5,
+            Self::Widest if is_smooth => 7,
             Self::Widest => 10,
         };
         (a_degree * degrees).max(LEAST_EXITS)

@@ -66,7 +66,7 @@ mod tests {
     use crate::metric::Anchor;
     use crate::model::Model;
     use crate::penetration::plan::POLISH_MESHES;
-    use crate::penetration::refine::{Known, Start, slide};
+    use crate::penetration::refine::{Start, slide};
     use crate::scene::assemble::assemble;
 
     /// A block of 10 x 10 x 3 with a square hole of side 1.5, as OBJ.
@@ -112,8 +112,8 @@ mod tests {
         let start = [&[-1.4883476776727274, 2.2462357738888414, -2.000208383311388], &turned[..]].concat();
         ground.metric.anchor(&q, &mut anchor);
         let (mut best, mut scratch) = (Vec::new(), RefineScratch::default());
-        let known = Known { ceiling: 0.29814, way_out: None };
-        let depth = slide(&ground, &anchor, Start::at(&start), known, &POLISH_MESHES, &mut best, &mut scratch).unwrap();
+        let depth =
+            slide(&ground, &anchor, Start::at(&start), 0.29814, &POLISH_MESHES, &mut best, &mut scratch).unwrap();
         let exact = 0.22078125 + ground.clearance;
         assert!(depth > exact - 1e-6 && depth < 1.005 * exact, "{depth}");
     }

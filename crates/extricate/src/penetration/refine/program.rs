@@ -1,6 +1,6 @@
 //! The quadratic program of one iteration: what it is made of, and what becomes of its step.
 
-use super::{Known, QpOutcome, RefineScratch, Start};
+use super::{QpOutcome, RefineScratch, Start};
 use crate::boundary::tangents::Planes;
 use crate::cspace::Manifold;
 use crate::kinematics::forward;
@@ -12,6 +12,9 @@ use crate::scene::MetricSpec;
 
 /// How far the foot of the query is looked for, as a multiple of the distance of the start: beyond any that counts.
 const FAR: f64 = 3.0;
+/// Descents that are expected to end within this share of the nearest way out of each other end at the same one: with 0.3 one query in a thousand ends
+/// more than 1 % farther.
+const SAME_END: f64 = 0.2;
 
 impl RefineScratch {
     /// Rows: one a contact (of `planes`, where they are given), how many is returned; then the metric's own; the box of limits and trust
@@ -55,7 +58,7 @@ impl RefineScratch {
         contacts
     }
 
-    /// Whether the planes of `x` (`distance` from the query) lead farther than `hope` times what is known, or to the way out that is: by the foot of the query
+    /// Whether the planes of `x` (`distance` from the query) lead farther than `hope` times the `ceiling`, or to where another descent ended: by the foot of the query
     /// on them, which is too far off to go there, but near enough to tell ways out apart. The model has to be that of `x`.
     pub(super) fn foot_is_elsewhere(
         &mut self,
@@ -64,24 +67,36 @@ impl RefineScratch {
         planes: Planes,
         distance: f64,
         hope: f64,
-        known: Known,
+        ceiling: f64,
     ) -> bool {
-        if self.quadratic.is_diagonal && self.one_plane_leads_beyond(planes, hope * known.ceiling) {
+        if self.quadratic.is_diagonal && self.one_plane_leads_beyond(planes, hope * ceiling) {
             return true;
         }
         self.build_program(ground, x, FAR * distance, Some(planes));
-        let most = 0.5 * ((hope * known.ceiling).powi(2) - distance * distance);
+        let most = 0.5 * ((hope * ceiling).powi(2) - distance * distance);
         match self.qp.solve(&self.quadratic.hessian, &self.quadratic.gradient, most) {
             QpOutcome::Above => return true,
             QpOutcome::Infeasible => return false,
             QpOutcome::Solved => {}
         }
-        let Some(way_out) = known.way_out else { return false };
-        // From the foot to it.
-        self.step.resize(self.low.len(), 0.0);
-        ground.checker.scene().space.difference(x, way_out, &mut self.step);
-        self.step.iter_mut().zip(&self.qp.step).for_each(|(rest, step)| *rest -= step);
-        self.quadratic.step_length(&self.step) < SEPARATION * known.ceiling
+        self.leads_to_an_end(ground, x, SEPARATION * ceiling)
+    }
+
+    /// Whether a descent in turn at `x` is about to end where another one did, which then was no nearer: it would take some more looks to come there.
+    pub(super) fn ends_as_another(&mut self, ground: &Ground, x: &[f64], hope: Hope, ceiling: f64) -> bool {
+        hope.is_in_turn() && self.expected > ceiling && self.leads_to_an_end(ground, x, SAME_END * ceiling)
+    }
+
+    /// Whether the step of the program leads from `x` to within `reach` of where another descent ended.
+    fn leads_to_an_end(&mut self, ground: &Ground, x: &[f64], reach: f64) -> bool {
+        let Self { quadratic, ends, rest, low, qp, .. } = self;
+        let space = &ground.checker.scene().space;
+        rest.resize(low.len(), 0.0);
+        ends.chunks_exact(x.len()).any(|end| {
+            space.difference(x, end, rest);
+            rest.iter_mut().zip(&qp.step).for_each(|(rest, step)| *rest -= step);
+            quadratic.step_length(rest) < reach
+        })
     }
 
     /// Whether the planes that are known of a start, which need not be all, lead elsewhere: others only lead farther.
@@ -92,7 +107,7 @@ impl RefineScratch {
         start: &Start,
         distance: f64,
         hope: Hope,
-        known: Known,
+        ceiling: f64,
     ) -> bool {
         let Some((planes, hope)) = start.planes.zip(hope.of_foot()) else { return false };
         let x = start.config;
@@ -100,9 +115,9 @@ impl RefineScratch {
             forward(ground.checker.scene(), x, &mut self.poses);
         }
         ground.metric.quadratic_model(anchor, x, &self.poses, &mut self.quadratic);
-        let is_elsewhere = self.foot_is_elsewhere(ground, x, planes, distance, hope, known);
+        let is_elsewhere = self.foot_is_elsewhere(ground, x, planes, distance, hope, ceiling);
         if is_elsewhere {
-            self.expected = hope * known.ceiling;
+            self.expected = hope * ceiling;
         }
         is_elsewhere
     }
@@ -168,7 +183,7 @@ mod tests {
     use std::ops::ControlFlow;
 
     #[test]
-    fn the_foot_tells_far_exits_and_those_of_the_way_out_that_is_known() {
+    fn the_foot_tells_far_exits_and_those_that_lead_to_known_ends() {
         let options = LearnOptions { labels: 5_000, seconds: None, ..LearnOptions::default() };
         let scene = builtin::scene("planar-arm").unwrap();
         let model = Model::learn(scene, &options, &mut |_| ControlFlow::Continue(())).unwrap();
@@ -194,9 +209,11 @@ mod tests {
         let distance = scratch.distance(&ground, &anchor, &x);
         let (foot, unit) = (scratch.distance(&ground, &anchor, &at([0.3, 0.0])), distance);
         assert!(foot < 0.8 * unit);
-        let mut is_elsewhere = |ceiling: f64, way_out: Option<&[f64]>| {
+        let mut is_elsewhere = |ceiling: f64, end: Option<&[f64]>| {
+            scratch.ends.clear();
+            scratch.ends.extend_from_slice(end.unwrap_or_default());
             ground.metric.quadratic_model(&anchor, &x, &[], &mut scratch.quadratic);
-            scratch.foot_is_elsewhere(&ground, &x, planes, distance, 1.2, Known { ceiling, way_out })
+            scratch.foot_is_elsewhere(&ground, &x, planes, distance, 1.2, ceiling)
         };
         assert!(!is_elsewhere(f64::INFINITY, None));
         assert!(!is_elsewhere(foot / 1.19, None) && is_elsewhere(foot / 1.21, None));
@@ -205,5 +222,14 @@ mod tests {
             assert!(is_elsewhere(foot, Some(&share(0.9 * SEPARATION))));
             assert!(!is_elsewhere(foot, Some(&share(1.1 * SEPARATION))));
         }
+        // The step is that to the foot; what lies beyond the best so far ends as another does that ended beside it.
+        let mut ends_as_another = |off: f64, expected: f64, hope: Hope| {
+            scratch.ends = [x.clone(), at([0.3, off * SAME_END * foot])].concat();
+            scratch.expected = expected * foot;
+            scratch.ends_as_another(&ground, &x, hope, foot)
+        };
+        assert!(ends_as_another(0.9, 1.01, Hope::IN_TURN) && ends_as_another(-0.9, 1.01, Hope::IN_TURN));
+        assert!(!ends_as_another(1.1, 1.01, Hope::IN_TURN) && !ends_as_another(-1.1, 1.01, Hope::IN_TURN));
+        assert!(!ends_as_another(0.9, 0.99, Hope::IN_TURN) && !ends_as_another(0.9, 1.01, Hope::OF_A_PROBE));
     }
 }
