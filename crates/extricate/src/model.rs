@@ -153,7 +153,7 @@ impl Model {
         adapt::adapt(self, scene, options, progress)
     }
 
-    /// Puts a model together from its stored parts.
+    /// Puts a model together from its stored parts, and makes anew what can be.
     pub(crate) fn from_parts(
         checker: Checker,
         metric: Metric,
@@ -163,6 +163,18 @@ impl Model {
         statistics: Statistics,
     ) -> Self {
         let boundary = index_samples(&checker, &metric, configs, statistics.exits, statistics.seed);
+        Self::with_boundary(checker, metric, boundary, classifier, coverage, statistics)
+    }
+
+    /// Puts a model together, with what was kept that could be made anew.
+    pub(crate) fn with_boundary(
+        checker: Checker,
+        metric: Metric,
+        boundary: SampleSet,
+        classifier: Option<UnionClassifier>,
+        coverage: Coverage,
+        statistics: Statistics,
+    ) -> Self {
         let balls = InteriorBalls::new(&checker);
         Self { checker, metric, boundary, classifier, balls, coverage, statistics }
     }

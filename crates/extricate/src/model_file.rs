@@ -1,9 +1,10 @@
 //! The model file: bytes to [`Model`] and back. No file access (see `store`).
 //!
 //! A safetensors container, so that NumPy reads the arrays: `boundary` (f64, samples x nq; the first `stand_ins` of the statistics are stand-ins, the last `exits` exits), `reaches` (f64, distances from
-//! held-out colliding configurations to their nearest sample, ascending), `scene` and `classifier` (postcard, u8). Its one metadata entry, `extricate`, is JSON: format version, statistics, and the BLAKE3 hash of everything else.
+//! held-out colliding configurations to their nearest sample, ascending), `scene` and `classifier` (postcard, u8); and what could be made anew from these, but takes long, see [`derived`]. Its one metadata entry, `extricate`, is JSON: format version, statistics, and the BLAKE3 hash of everything else.
 
 pub mod checkpoint;
+mod derived;
 
 use std::collections::HashMap;
 use std::path::Path;
@@ -20,8 +21,10 @@ use crate::model::{Model, Statistics};
 use crate::penetration::coverage::Coverage;
 use crate::scene::Scene;
 
-/// Version of the layout; a file of another version is refused.
-pub const FORMAT: u32 = 5;
+/// Version of the layout; a file of another version is refused, but for the one before.
+pub const FORMAT: u32 = 6;
+/// The version before, in which nothing was kept that can be made anew: such a file takes longer to load.
+const BEFORE: u32 = 5;
 
 const KEY: &str = "extricate";
 
@@ -34,24 +37,46 @@ struct Header {
 
 /// The bytes of a model file. The same model gives the same bytes.
 pub fn encode(model: &Model) -> Vec<u8> {
+    let mut arrays = learned(model);
+    arrays.extend(derived::arrays(model));
+    container(FORMAT, model.statistics().clone(), arrays)
+}
+
+/// What was learned, and cannot be made anew.
+fn learned(model: &Model) -> Vec<Array> {
     let in_memory = "plain data serialises into memory";
     let scene = postcard::to_stdvec(model.scene()).expect(in_memory);
     let classifier = postcard::to_stdvec(&model.classifier()).expect(in_memory);
     let boundary: Vec<u8> = model.boundary().configs().iter().flat_map(|x| x.to_le_bytes()).collect();
     let reaches: Vec<u8> = model.coverage().distances().iter().flat_map(|x| x.to_le_bytes()).collect();
-    let statistics = model.statistics().clone();
-    let checksum = checksum(&statistics, &[&boundary, &classifier, &reaches, &scene]);
-    let header = Header { format: FORMAT, statistics, checksum };
-    // One entry only: a map of several would be written in random order.
-    let metadata = HashMap::from([(KEY.to_string(), serde_json::to_string(&header).expect(in_memory))]);
     let nq = model.scene().space.nq();
-    let view = |dtype, shape, data| TensorView::new(dtype, shape, data).expect("shape and length agree");
-    let tensors = [
-        ("boundary", view(Dtype::F64, vec![boundary.len() / 8 / nq, nq], &boundary)),
-        ("classifier", view(Dtype::U8, vec![classifier.len()], &classifier)),
-        ("reaches", view(Dtype::F64, vec![reaches.len() / 8], &reaches)),
-        ("scene", view(Dtype::U8, vec![scene.len()], &scene)),
-    ];
+    let array = |name, dtype, shape, bytes| Array { name, dtype, shape, bytes };
+    vec![
+        array("boundary", Dtype::F64, vec![boundary.len() / 8 / nq, nq], boundary),
+        array("classifier", Dtype::U8, vec![classifier.len()], classifier),
+        array("reaches", Dtype::F64, vec![reaches.len() / 8], reaches),
+        array("scene", Dtype::U8, vec![scene.len()], scene),
+    ]
+}
+
+/// A tensor to be.
+struct Array {
+    name: &'static str,
+    dtype: Dtype,
+    shape: Vec<usize>,
+    bytes: Vec<u8>,
+}
+
+fn container(format: u32, statistics: Statistics, mut arrays: Vec<Array>) -> Vec<u8> {
+    let in_memory = "plain data serialises into memory";
+    arrays.sort_by_key(|array| array.name);
+    let checksum = checksum(&statistics, &arrays.iter().map(|array| &array.bytes[..]).collect::<Vec<_>>());
+    // One entry only: a map of several would be written in random order.
+    let header = serde_json::to_string(&Header { format, statistics, checksum }).expect(in_memory);
+    let metadata = HashMap::from([(KEY.to_string(), header)]);
+    let tensors = arrays.iter().map(|Array { name, dtype, shape, bytes }| {
+        (*name, TensorView::new(*dtype, shape.clone(), bytes).expect("shape and length agree"))
+    });
     serialize(tensors, Some(metadata)).expect(in_memory)
 }
 
@@ -75,7 +100,7 @@ pub fn decode(path: &Path, bytes: &[u8]) -> Result<Model> {
     let header = metadata.metadata().as_ref().and_then(|m| m.get(KEY));
     let header = header.ok_or_else(|| fault("a safetensors file, but not an extricate model".into()))?;
     let format = serde_json::from_str::<serde_json::Value>(header).ok().and_then(|v| v.get("format")?.as_u64());
-    if format != Some(FORMAT.into()) {
+    if ![FORMAT, BEFORE].map(|known| Some(u64::from(known))).contains(&format) {
         let found = format.map_or("an unreadable version".into(), |f| format!("version {f}"));
         return Err(fault(format!("its format is {found}, expected version {FORMAT}: learn it anew")));
     }
@@ -85,7 +110,9 @@ pub fn decode(path: &Path, bytes: &[u8]) -> Result<Model> {
     let data = |name: &str| tensors.tensor(name).map_err(|_| altered(&format!("no tensor `{name}`")));
     let (boundary, classifier) = (data("boundary")?, data("classifier")?);
     let (reaches, scene) = (data("reaches")?, data("scene")?);
-    let parts = [&boundary, &classifier, &reaches, &scene].map(|tensor| tensor.data());
+    let mut names = tensors.names();
+    names.sort_unstable();
+    let parts = names.iter().map(|name| data(name).map(|tensor| tensor.data())).collect::<Result<Vec<_>>>()?;
     if checksum(&header.statistics, &parts) != header.checksum {
         return Err(altered("the checksum does not match"));
     }
@@ -103,7 +130,12 @@ pub fn decode(path: &Path, bytes: &[u8]) -> Result<Model> {
     }
     let scene = Arc::new(scene);
     let (checker, metric) = (Checker::new(scene.clone()), Metric::new(scene));
-    Ok(Model::from_parts(checker, metric, configs, classifier, coverage, header.statistics))
+    if format == Some(BEFORE.into()) {
+        return Ok(Model::from_parts(checker, metric, configs, classifier, coverage, header.statistics));
+    }
+    let boundary = derived::restore(&tensors, &checker, &metric, configs, header.statistics.exits);
+    let boundary = boundary.map_err(|problem| altered(&problem))?;
+    Ok(Model::with_boundary(checker, metric, boundary, classifier, coverage, header.statistics))
 }
 
 fn checksum(statistics: &Statistics, parts: &[&[u8]]) -> String {
@@ -125,7 +157,7 @@ fn hash(parts: &[&[u8]]) -> String {
 mod tests {
     use super::*;
     use crate::learning::LearnOptions;
-    use crate::scene::builtin;
+    use crate::scene::{MetricSpec, builtin};
     use std::ops::ControlFlow;
 
     fn small(threads: usize) -> Model {
@@ -139,6 +171,76 @@ mod tests {
         assert!(bytes == encode(&small(2)), "the bytes depend on the number of threads");
         let back = decode(Path::new("m"), &bytes).unwrap();
         assert!(encode(&back) == bytes);
+    }
+
+    /// The answers of two models to the same queries are the same, and so are the models.
+    fn assert_equal(a: &Model, b: &Model) {
+        assert!(encode(a) == encode(b));
+        for q in crate::model::measure::tests::colliding(a, 30) {
+            let [x, y] = [a, b].map(|model| model.query(&q, &Default::default(), &mut Default::default()));
+            assert_eq!((x.witness, x.lower_bound, x.checks), (y.witness, y.lower_bound, y.checks));
+        }
+    }
+
+    /// With exits.
+    fn with_exits(name: &str, metric: Option<MetricSpec>) -> Model {
+        let mut scene = builtin::scene(name).unwrap();
+        scene.metric = metric.unwrap_or(scene.metric);
+        let options = LearnOptions { labels: 90_000, seconds: None, seed: 3, ..LearnOptions::default() };
+        let model = Model::learn(scene, &options, &mut |_| ControlFlow::Continue(())).unwrap();
+        assert!(model.statistics().exits > 20, "{:?}", model.statistics());
+        model
+    }
+
+    #[test]
+    fn what_is_loaded_answers_as_what_was_learned() {
+        for (name, metric) in [("planar-arm", Some(MetricSpec::ObjectNorm)), ("free-box", None)] {
+            let model = with_exits(name, metric);
+            assert_equal(&model, &decode(Path::new("m"), &encode(&model)).unwrap());
+        }
+    }
+
+    #[test]
+    fn a_file_of_the_version_before_becomes_one_of_this() {
+        let model = with_exits("free-box", None);
+        let before = container(BEFORE, model.statistics().clone(), learned(&model));
+        assert_equal(&model, &decode(Path::new("m"), &before).unwrap());
+        let older = container(BEFORE - 1, model.statistics().clone(), learned(&model));
+        let message = decode(Path::new("m"), &older).err().unwrap().to_string();
+        assert!(message.contains("m: its format is version 4, expected version 6"), "{message}");
+    }
+
+    /// The checksum of each is right.
+    #[test]
+    fn arrays_that_do_not_fit_are_refused_by_name() {
+        let model = with_exits("free-box", None);
+        let refused = |spoil: &dyn Fn(&mut Vec<Array>)| {
+            let mut arrays = learned(&model);
+            arrays.extend(derived::arrays(&model));
+            spoil(&mut arrays);
+            let bytes = container(FORMAT, model.statistics().clone(), arrays);
+            decode(Path::new("my.model"), &bytes).err().map(|e| e.to_string())
+        };
+        assert_eq!(refused(&|_| ()), None);
+        for Array { name, .. } in derived::arrays(&model) {
+            let message = refused(&|arrays| arrays.retain(|array| array.name != name)).unwrap();
+            assert!(message.contains("my.model") && message.contains(name), "{name}: {message}");
+            let message = refused(&|arrays| {
+                let array = arrays.iter_mut().find(|array| array.name == name).unwrap();
+                (array.dtype, array.shape) = (Dtype::I8, vec![array.bytes.len()]);
+            });
+            assert!(message.unwrap().contains("of type I8"), "{name}");
+            let message = refused(&|arrays| {
+                // One number too few, or too many of none.
+                let array = arrays.iter_mut().find(|array| array.name == name).unwrap();
+                let size = array.dtype.bitsize() / 8;
+                let len = if array.bytes.is_empty() { size } else { array.bytes.len() - size };
+                array.bytes.resize(len, 0);
+                array.shape = vec![len / size];
+            });
+            let of = name.split('.').next().unwrap();
+            assert!(message.as_ref().is_some_and(|message| message.contains(of)), "{name}: {message:?}");
+        }
     }
 
     #[test]

@@ -75,6 +75,13 @@ impl Codes {
         self.origins.extend(least);
     }
 
+    /// Appends the lists of `other`.
+    pub fn append(&mut self, other: &Self) {
+        self.codes.extend_from_slice(&other.codes);
+        self.frames.extend_from_slice(&other.frames);
+        self.origins.extend_from_slice(&other.origins);
+    }
+
     /// A list, which begins at block `first`, with the query relative to its origin in `relative`.
     #[inline(always)]
     pub fn list(&self, list: usize, first: usize, query: &[f64], relative: &mut Vec<f32>) -> ListCodes<'_> {

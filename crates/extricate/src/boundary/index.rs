@@ -35,7 +35,7 @@ const IN_ORDER: usize = 16;
 /// ```
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Index {
-    lists: Lists,
+    pub(super) lists: Lists,
 }
 
 /// How many points [`Index::nearest`] looks for.

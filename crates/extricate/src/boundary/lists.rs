@@ -53,41 +53,54 @@ pub struct Slab {
 impl Lists {
     /// Sorts `points` (`n x dimensions`, row major, finite) into `lists <= n` lists.
     pub fn build(points: &[f64], dimensions: usize, lists: usize, seed: u64) -> Self {
-        let n = points.len() / dimensions;
+        let (centres, assigned) = if lists > 0 { k_means(points, dimensions, lists, seed) } else { Default::default() };
+        let members = members(&assigned, lists);
+        let mut built = Self::sorted(points, dimensions, &centres, &members);
+        built.slabs = built.slabs(&centres, &built.measure_margins(&centres, &members, points));
+        built
+    }
+
+    /// The same lists once more: of points of which it is known to which of the lists each belongs, with centres and margins as a build found them.
+    pub fn again(points: &[f64], dimensions: usize, centres: &[f64], assigned: &[u32], margins: &[f32]) -> Self {
+        let members = members(assigned, centres.len() / dimensions);
+        let mut built = Self::sorted(points, dimensions, centres, &members);
+        built.slabs = built.slabs(centres, margins);
+        built
+    }
+
+    /// Without slabs.
+    fn sorted(points: &[f64], dimensions: usize, centres: &[f64], members: &[Vec<u32>]) -> Self {
+        let lists = members.len();
         let row = |i: u32| &points[i as usize * dimensions..][..dimensions];
-        let mut members = vec![Vec::new(); lists];
-        let mut centres = Vec::new();
-        if lists > 0 {
-            let assigned;
-            (centres, assigned) = k_means(points, dimensions, lists, seed);
-            assigned.iter().enumerate().for_each(|(i, list)| members[*list as usize].push(i as u32));
-        }
         let (mut ids, mut starts) = (Vec::new(), vec![0]);
-        for list in &members {
+        for list in members {
             ids.extend(list);
             ids.resize(ids.len().next_multiple_of(LANES), PADDING);
             starts.push((ids.len() / LANES) as u32);
         }
-        let mut codes = Codes::new(dimensions);
-        members.iter().for_each(|list| codes.push(&list.iter().map(|id| row(*id)).collect::<Vec<_>>()));
-        let mut built = Self {
+        let of_list = |(c, list): (usize, &Vec<u32>)| {
+            let mut codes = Codes::new(dimensions);
+            codes.push(&list.iter().map(|id| row(*id)).collect::<Vec<_>>());
+            let centre = &centres[c * dimensions..][..dimensions];
+            (codes, list.iter().map(|id| distance(row(*id), centre)).fold(0.0, f64::max))
+        };
+        let coded: Vec<(Codes, f64)> = members.par_iter().enumerate().map(of_list).collect();
+        let (mut codes, mut radii) = (Codes::new(dimensions), vec![[0.0; LANES]; lists.div_ceil(LANES)]);
+        for (c, (list, radius)) in coded.iter().enumerate() {
+            codes.append(list);
+            radii[c / LANES][c % LANES] = (radius * (1.0 + 1e-6)) as f32;
+        }
+        Self {
             dimensions,
-            len: n,
+            len: points.len() / dimensions,
             codes,
             ids,
             starts,
-            radii: vec![[0.0; LANES]; lists.div_ceil(LANES)],
+            radii,
             slabs: Vec::new(),
-            centres: PointSet::from_rows_padded(&centres, dimensions, f32::INFINITY),
+            centres: PointSet::from_rows_padded(centres, dimensions, f32::INFINITY),
             reach: points.chunks_exact(dimensions).map(norm).fold(0.0, f64::max),
-        };
-        for (c, list) in members.iter().enumerate() {
-            let centre = &centres[c * dimensions..][..dimensions];
-            let radius = list.iter().map(|id| distance(row(*id), centre)).fold(0.0, f64::max);
-            built.radii[c / LANES][c % LANES] = (radius * (1.0 + 1e-6)) as f32;
         }
-        built.slabs = built.measure_slabs(&centres, &members, points);
-        built
     }
 
     /// Bound on the relative error of a squared distance in `f32`, with room for the few operations that follow it.
@@ -113,8 +126,8 @@ impl Lists {
         ball.max(plane) * (1.0 - 1e-6) - moved as f32
     }
 
-    /// The slabs of all pairs of lists.
-    fn measure_slabs(&self, centres: &[f64], members: &[Vec<u32>], points: &[f64]) -> Vec<Slab> {
+    /// For reference centre `r` and list `c`, at `r * lists + c`: the margin of [`Slab`], infinite where a list has no member. None of a single list.
+    fn measure_margins(&self, centres: &[f64], members: &[Vec<u32>], points: &[f64]) -> Vec<f32> {
         let (d, count, blocks) = (self.dimensions, self.centres.len(), self.centres.block_count());
         if count < 2 {
             return Vec::new();
@@ -150,19 +163,43 @@ impl Lists {
             least
         };
         let of_list: Vec<Vec<[f32; LANES]>> = (0..count).into_par_iter().map(margins).collect();
+        let margin = |i: usize| {
+            let (r, c) = (i / count, i % count);
+            let margin = of_list[c][r / LANES][r % LANES];
+            // Rounded down.
+            margin - if margin.is_finite() { margin.abs() * 1e-6 } else { 0.0 }
+        };
+        (0..count * count).into_par_iter().map(margin).collect()
+    }
+
+    /// The slabs of all pairs of lists, from margins as [`Lists::margins`] has them.
+    fn slabs(&self, centres: &[f64], margins: &[f32]) -> Vec<Slab> {
+        let (d, count, blocks) = (self.dimensions, self.centres.len(), self.centres.block_count());
         let slab = |r: usize, b: usize| {
             let mut slab = Slab { margin: [0.0; LANES], scale: [0.0; LANES] };
             for (lane, c) in (b * LANES..count.min((b + 1) * LANES)).enumerate() {
                 let apart = distance(&centres[r * d..][..d], &centres[c * d..][..d]);
-                let margin = of_list[c][r / LANES][r % LANES];
+                let margin = margins[r * count + c];
                 if apart > 0.0 && margin.is_finite() {
-                    slab.margin[lane] = margin - margin.abs() * 1e-6;
+                    slab.margin[lane] = margin;
                     slab.scale[lane] = (0.5 / apart) as f32;
                 }
             }
             slab
         };
-        (0..count * blocks).into_par_iter().map(|i| slab(i / blocks, i % blocks)).collect()
+        let slabs = if margins.is_empty() { 0 } else { count * blocks };
+        (0..slabs).into_par_iter().map(|i| slab(i / blocks, i % blocks)).collect()
+    }
+
+    /// The margins of all slabs, as many rows as there are lists: infinite where no plane is known. None of a single list.
+    pub fn margins(&self) -> Vec<f32> {
+        let (count, blocks) = (self.centres.len(), self.centres.block_count());
+        let margin = |r: usize, c: usize| {
+            let (slab, lane) = (&self.slabs[r * blocks + c / LANES], c % LANES);
+            if slab.scale[lane] > 0.0 { slab.margin[lane] } else { f32::INFINITY }
+        };
+        let rows = if self.slabs.is_empty() { 0 } else { count };
+        (0..rows).flat_map(|r| (0..count).map(move |c| margin(r, c))).collect()
     }
 }
 
@@ -170,6 +207,13 @@ impl Lists {
 /// The slabs take memory by the square, hence the bound.
 pub fn list_count(n: usize) -> usize {
     ((1.5 * (n as f64).sqrt()) as usize).min(1_200)
+}
+
+/// The points of each of so many lists, ascending.
+fn members(assigned: &[u32], lists: usize) -> Vec<Vec<u32>> {
+    let mut members = vec![Vec::new(); lists];
+    assigned.iter().enumerate().for_each(|(i, list)| members[*list as usize].push(i as u32));
+    members
 }
 
 fn gather_block(row: &[f64]) -> Vec<[f32; LANES]> {

@@ -3,6 +3,7 @@
 pub mod clustering;
 pub mod codes;
 pub mod index;
+pub mod kept;
 pub mod lists;
 pub mod projection;
 mod scan;
@@ -141,6 +142,15 @@ impl Indexed {
     }
 }
 
+/// The embeddings of `configs`, row major.
+fn embedded(metric: &Metric, nq: usize, configs: &[f64]) -> Vec<f64> {
+    let embedding_len = metric.embedding_len();
+    let mut points = vec![0.0; configs.len() / nq * embedding_len];
+    let rows = configs.par_chunks_exact(nq).zip(points.par_chunks_exact_mut(embedding_len));
+    rows.for_each_init(MetricScratch::default, |scratch, (q, out)| metric.embed(q, scratch, out));
+    points
+}
+
 impl SampleSet {
     /// Indexes `configs` (row major, `nq` a row), each called free by the exact checker.
     pub fn new(metric: &Metric, nq: usize, configs: Vec<f64>, seed: u64) -> Self {
@@ -155,9 +165,7 @@ impl SampleSet {
         let embedding_len = metric.embedding_len();
         let rows = configs.len() / nq;
         assert!(exits <= rows, "{exits} exits of {rows} samples");
-        let mut points = vec![0.0; rows * embedding_len];
-        let embedded = configs.par_chunks_exact(nq).zip(points.par_chunks_exact_mut(embedding_len));
-        embedded.for_each_init(MetricScratch::default, |scratch, (q, out)| metric.embed(q, scratch, out));
+        let points = embedded(metric, nq, &configs);
         let all = Indexed::build(&points, embedding_len, 0, seed);
         let exits = (exits > 0).then(|| Indexed::build(&points, embedding_len, rows - exits, seed));
         Self { nq, configs, embedding_len, all, exits, tangents: Tangents::default() }

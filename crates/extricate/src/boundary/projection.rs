@@ -1,10 +1,14 @@
 //! Fewer dimensions for the index: an orthogonal projection onto the directions in which the points spread most.
 
 use nalgebra::{DMatrix, SymmetricEigen};
+use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 /// Keeps projected distances below true ones in spite of rounding.
 const SHRINK: f64 = 1.0 - 1e-9;
+
+/// What a product of two rows of a basis may be off by: so many rows as an index has then still lengthen by less than [`SHRINK`] takes.
+const ORTHONORMAL: f64 = 1e-11;
 
 /// A linear map from R^m to R^k that lengthens nothing.
 ///
@@ -42,6 +46,23 @@ impl Projection {
         Self { dimensions, basis: basis.collect() }
     }
 
+    /// A projection whose basis is known: as many numbers a row as there are `dimensions`. `None` unless its rows are orthonormal, times the same
+    /// factor as those of a fit, up to rounding: then it lengthens nothing, wherever it comes from.
+    pub fn from_basis(basis: &[f64], dimensions: usize) -> Option<Self> {
+        let rows: Vec<&[f64]> = basis.chunks(dimensions.max(1)).collect();
+        let expected = |same: bool| if same { SHRINK * SHRINK } else { 0.0 };
+        let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(x, y)| x * y).sum::<f64>();
+        let is_near = |(i, j): (usize, usize)| (dot(rows[i], rows[j]) - expected(i == j)).abs() < ORTHONORMAL;
+        let is_whole = !rows.is_empty() && rows.len() <= dimensions && basis.len().is_multiple_of(dimensions);
+        let sound = is_whole && (0..rows.len()).all(|i| (0..=i).all(|j| is_near((i, j))));
+        sound.then(|| Self { dimensions, basis: basis.to_vec() })
+    }
+
+    /// Row after row.
+    pub fn basis(&self) -> &[f64] {
+        &self.basis
+    }
+
     /// Dimensions that go in.
     pub fn dimensions(&self) -> usize {
         self.dimensions
@@ -64,9 +85,8 @@ impl Projection {
     pub fn apply_all(&self, points: &[f64]) -> Vec<f64> {
         let k = self.projected_dimensions();
         let mut out = vec![0.0; points.len() / self.dimensions * k];
-        for (point, out) in points.chunks_exact(self.dimensions).zip(out.chunks_exact_mut(k.max(1))) {
-            self.apply(point, out);
-        }
+        let rows = points.par_chunks_exact(self.dimensions).zip(out.par_chunks_exact_mut(k.max(1)));
+        rows.for_each(|(point, out)| self.apply(point, out));
         out
     }
 }
@@ -101,6 +121,23 @@ mod tests {
                 assert!(!complete || near > far * (1.0 - 1e-6), "{near} {far}");
             }
         }
+    }
+
+    #[test]
+    fn only_a_basis_that_lengthens_nothing_is_taken() {
+        let points: Vec<f64> = (0..60).map(|i| (f64::from(i) * 1.7).sin()).collect();
+        let fitted = Projection::fit(&points, 6, 3);
+        assert_eq!(Projection::from_basis(fitted.basis(), 6), Some(fitted.clone()));
+        for at in 0..18 {
+            let mut spoiled = fitted.basis().to_vec();
+            spoiled[at] += 1e-6;
+            assert_eq!(Projection::from_basis(&spoiled, 6), None, "{at}");
+            spoiled[at] = f64::NAN;
+            assert_eq!(Projection::from_basis(&spoiled, 6), None, "{at}");
+        }
+        assert_eq!(Projection::from_basis(&fitted.basis()[..17], 6), None);
+        assert_eq!(Projection::from_basis(&[], 6), None);
+        assert_eq!(Projection::from_basis(&[], 0), None);
     }
 
     #[test]

@@ -1,11 +1,15 @@
 //! What stored exits know of the free space around them: a plane for each contact near by.
 
+use rayon::prelude::*;
+
+use super::kept::Unfit;
+
 /// Numbers of single precision in one.
 const CACHE_LINE: usize = 16;
 
 /// For each of some samples, the linearised signed distances of its near contacts: a step `t` (tangent coordinates) from sample `i` keeps
 /// contact `k` to first order where `gradient(k) . t >= -room(k)`.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct Tangents {
     nv: usize,
     /// Where the planes of each sample start, and the end of the last.
@@ -17,7 +21,90 @@ pub struct Tangents {
     pairs: Vec<u32>,
 }
 
+/// [`Tangents`] as they are kept: without the coordinates that cannot change the distance of a pair, of which there are as many as not.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct KeptTangents {
+    /// Planes of each sample.
+    pub counts: Vec<u8>,
+    /// The checked pair of each plane.
+    pub pairs: Vec<u32>,
+    /// For every checked pair, for every tangent coordinate, whether some gradient of the pair is not zero there (1, else 0).
+    pub columns: Vec<u8>,
+    /// Of each plane: its room, and its gradient where that is not zero for its pair.
+    pub numbers: Vec<f32>,
+}
+
+/// Samples whose planes a thread restores before it takes more.
+const CHUNK: usize = 1024;
+
 impl Tangents {
+    /// As they are kept.
+    pub fn kept(&self) -> KeptTangents {
+        let width = self.nv + 1;
+        let pairs = self.pairs.iter().max().map_or(0, |most| *most as usize + 1);
+        let mut columns = vec![0; pairs * self.nv];
+        let planes = || self.pairs.iter().zip(self.planes.chunks_exact(width));
+        for (pair, plane) in planes() {
+            let columns = &mut columns[*pair as usize * self.nv..][..self.nv];
+            columns.iter_mut().zip(&plane[1..]).for_each(|(column, x)| *column |= u8::from(*x != 0.0));
+        }
+        let mut numbers = Vec::new();
+        for (pair, plane) in planes() {
+            let columns = &columns[*pair as usize * self.nv..][..self.nv];
+            numbers.push(plane[0]);
+            numbers.extend(columns.iter().zip(&plane[1..]).filter(|(column, _)| **column == 1).map(|(_, x)| x));
+        }
+        let counts = self.starts.windows(2).map(|ends| (ends[1] - ends[0]) as u8).collect();
+        KeptTangents { counts, pairs: self.pairs.clone(), columns, numbers }
+    }
+
+    /// Of `samples` samples with `nv` tangent coordinates, in a scene of so many checked pairs, what was kept.
+    ///
+    /// # Errors
+    /// [`Unfit`] where it was kept of something else, as far as that can be told.
+    pub fn restored(nv: usize, checked_pairs: usize, samples: usize, kept: &KeptTangents) -> Result<Self, Unfit> {
+        let KeptTangents { counts, pairs, columns, numbers } = kept;
+        let check =
+            |holds: bool, array, expected| if holds { Ok(()) } else { Err(Unfit { of: "planes", array, expected }) };
+        check(counts.len() == samples, "counts", "a number for every exit")?;
+        let planes: usize = counts.iter().map(|count| usize::from(*count)).sum();
+        check(pairs.len() == planes, "pairs", "as many as there are planes")?;
+        let known = columns.len() / nv.max(1);
+        let are_columns = columns.len() == known * nv && known <= checked_pairs && columns.iter().all(|x| *x < 2);
+        check(are_columns, "columns", "0 or 1 for every coordinate of checked pairs")?;
+        check(pairs.iter().all(|pair| (*pair as usize) < known), "pairs", "checked pairs with columns")?;
+        let columns = columns.chunks_exact(nv.max(1)).map(|row| (0..nv).filter(|k| row[*k] == 1).collect());
+        let columns: Vec<Vec<usize>> = columns.collect();
+        let width_of = |pair: &u32| 1 + columns[*pair as usize].len();
+        let are_numbers = numbers.len() == pairs.iter().map(width_of).sum::<usize>();
+        check(are_numbers && numbers.iter().all(|x| x.is_finite()), "numbers", "as many finite ones as planes take")?;
+        let mut starts = vec![0];
+        let mut end = 0;
+        starts.extend(counts.iter().map(|count| {
+            end += u32::from(*count);
+            end
+        }));
+        let mut all = vec![0.0; planes * (nv + 1)];
+        let (mut rest, mut tasks) = ((&mut all[..], &pairs[..], &numbers[..]), Vec::new());
+        for counts in counts.chunks(CHUNK) {
+            let count: usize = counts.iter().map(|count| usize::from(*count)).sum();
+            let (of_chunk, pairs) = rest.1.split_at(count);
+            let (planes, dense) = rest.0.split_at_mut(count * (nv + 1));
+            let (numbers, sparse) = rest.2.split_at(of_chunk.iter().map(width_of).sum());
+            tasks.push((planes, of_chunk, numbers));
+            rest = (dense, pairs, sparse);
+        }
+        tasks.into_par_iter().for_each(|(planes, pairs, mut numbers)| {
+            for (plane, pair) in planes.chunks_exact_mut(nv + 1).zip(pairs) {
+                let (of_plane, others) = numbers.split_at(width_of(pair));
+                plane[0] = of_plane[0];
+                columns[*pair as usize].iter().zip(&of_plane[1..]).for_each(|(k, x)| plane[1 + k] = *x);
+                numbers = others;
+            }
+        });
+        Ok(Self { nv, starts, planes: all, pairs: pairs.clone() })
+    }
+
     /// Of no sample yet, with `nv` tangent coordinates.
     pub fn new(nv: usize) -> Self {
         Self { nv, starts: vec![0], ..Self::default() }
@@ -135,6 +222,48 @@ mod tests {
         assert_eq!(planes(&all, 0), [(0.5, vec![1.0, 2.0]), (0.25, vec![-1.0, 0.0])]);
         assert_eq!(planes(&all, 1), []);
         assert_eq!(planes(&all, 2), [(0.75, vec![3.0, 4.0])]);
+    }
+
+    fn noted() -> Tangents {
+        let mut tangents = Tangents::new(3);
+        for sample in 0..3000u32 {
+            for pair in [1, 4].into_iter().take((sample % 3) as usize) {
+                // Those of a pair are zero in a column, if not all of them are not.
+                tangents.push(pair, 0.1 * f64::from(sample), &[f64::from(sample % 2), 0.0, 1.0 + pair as f64]);
+            }
+            tangents.end_sample();
+        }
+        tangents
+    }
+
+    #[test]
+    fn what_is_kept_is_all_of_it() {
+        let tangents = noted();
+        let kept = tangents.kept();
+        assert_eq!(kept.numbers.len(), 3 * kept.pairs.len());
+        assert!(Tangents::restored(3, 5, 3000, &kept).unwrap() == tangents);
+        let none = Tangents::new(3);
+        assert!(Tangents::restored(3, 0, 0, &none.kept()).unwrap() == none);
+    }
+
+    #[test]
+    fn what_does_not_fit_is_refused() {
+        let sound = noted().kept();
+        let refused = |spoil: fn(&mut KeptTangents)| {
+            let mut kept = sound.clone();
+            spoil(&mut kept);
+            Tangents::restored(3, 5, 3000, &kept).err().map(|unfit| unfit.array)
+        };
+        assert_eq!(refused(|kept| kept.counts.truncate(2999)), Some("counts"));
+        assert_eq!(refused(|kept| kept.counts[0] += 1), Some("pairs"));
+        assert_eq!(refused(|kept| kept.pairs[0] = 5), Some("pairs"));
+        assert_eq!(refused(|kept| kept.columns.truncate(13)), Some("columns"));
+        assert_eq!(refused(|kept| kept.columns.resize(18, 0)), Some("columns"));
+        assert_eq!(refused(|kept| kept.columns[0] = 2), Some("columns"));
+        assert_eq!(refused(|kept| kept.columns[3] ^= 1), Some("numbers"));
+        assert_eq!(refused(|kept| kept.numbers[3] = f32::INFINITY), Some("numbers"));
+        assert_eq!(refused(|kept| kept.numbers.truncate(7)), Some("numbers"));
+        assert_eq!(Tangents::restored(3, 4, 3000, &sound).err().map(|unfit| unfit.array), Some("columns"));
     }
 
     #[test]

@@ -121,14 +121,21 @@ fn positive_squared(gaps: &Vec3) -> f64 {
 /// M. Badoiu and K. L. Clarkson, "Smaller core-sets for balls", SODA 2003: step toward the farthest point by 1/(i+1).
 pub fn bounding_ball(points: &[Vec3]) -> (Vec3, f64) {
     let mut center = Aabb::around(points.iter()).center;
+    // Of equally far ones the last.
     let farthest = |center: &Vec3| {
-        let far = |p: &&Vec3, q: &&Vec3| (*p - center).norm_squared().total_cmp(&(*q - center).norm_squared());
-        *points.iter().max_by(far).expect("a shape has points")
+        let mut found = (f64::NEG_INFINITY, center);
+        for point in points {
+            let squared = (point - center).norm_squared();
+            found = if squared >= found.0 { (squared, point) } else { found };
+        }
+        *found.1
     };
-    let mut best = (center, (farthest(&center) - center).norm());
+    let mut far = farthest(&center);
+    let mut best = (center, (far - center).norm());
     for i in 1..64 {
-        center += (farthest(&center) - center) / (i as f64 + 1.0);
-        let radius = (farthest(&center) - center).norm();
+        center += (far - center) / (i as f64 + 1.0);
+        far = farthest(&center);
+        let radius = (far - center).norm();
         if radius < best.1 {
             best = (center, radius);
         }

@@ -53,6 +53,7 @@ use contact::ContactBuffers;
 pub use cover::largest_balls;
 use label::History;
 use part_pair::{Buffers, Hint};
+pub use pieces::KeptPieces;
 use queue::Entry;
 pub use segment::{LEAST_RESOLUTION, SegmentOptions, SegmentOutcome};
 use segment::{SegmentScratch, SpeedPaths};

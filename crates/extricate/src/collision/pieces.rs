@@ -2,6 +2,7 @@
 //! One mesh, no pairs.
 
 mod cut;
+mod kept;
 mod list;
 mod sketch;
 mod surface;
@@ -17,6 +18,7 @@ use crate::math::Vec3;
 use crate::robot::TriangleMesh;
 use crate::robot::convex_hull::convex_hull;
 use cut::{Cut, clip, sketched};
+pub use kept::KeptPieces;
 pub use list::{Pieces, PiecesRef};
 use surface::{SurfacePoint, surface_points};
 

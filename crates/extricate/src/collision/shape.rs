@@ -124,6 +124,11 @@ impl Shape {
         }
     }
 
+    /// Takes the pieces of a mesh over from where they were made before; not where it has some.
+    pub fn set_pieces(&self, pieces: Pieces) {
+        self.pieces.get_or_init(|| Arc::new(pieces));
+    }
+
     /// Signed depth \[m\] of `point`: positive inside the solid, minus the distance outside.
     pub fn depth(&self, point: &Vec3, stack: &mut Vec<(f64, u32)>) -> f64 {
         match &self.kind {
