@@ -3,8 +3,10 @@
 //! A safetensors container, so that NumPy reads the arrays: `boundary` (f64, samples x nq; the first `stand_ins` of the statistics are stand-ins, the last `exits` exits), `reaches` (f64, distances from
 //! held-out colliding configurations to their nearest sample, ascending), `scene` and `classifier` (postcard, u8); and what could be made anew from these, but takes long, see [`derived`]. Its one metadata entry, `extricate`, is JSON: format version, statistics, and the BLAKE3 hash of everything else.
 
+pub mod adapt_checkpoint;
 pub mod checkpoint;
 mod derived;
+mod run_file;
 
 use std::collections::HashMap;
 use std::path::Path;
@@ -57,6 +59,12 @@ fn learned(model: &Model) -> Vec<Array> {
         array("reaches", Dtype::F64, vec![reaches.len() / 8], reaches),
         array("scene", Dtype::U8, vec![scene.len()], scene),
     ]
+}
+
+/// What tells models apart: the hash of what was learned, whatever the version of the layout.
+fn identity(model: &Model) -> String {
+    let arrays = learned(model);
+    checksum(model.statistics(), &arrays.iter().map(|array| &array.bytes[..]).collect::<Vec<_>>())
 }
 
 /// A tensor to be.

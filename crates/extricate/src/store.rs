@@ -6,8 +6,10 @@ use std::path::{Path, PathBuf};
 
 use crate::error::{Error, Result};
 use crate::model::Model;
+use crate::model::adapt::Adapter;
 use crate::model::learner::Learner;
 use crate::model_file;
+use crate::model_file::adapt_checkpoint;
 use crate::model_file::checkpoint::{self, CheckpointSummary};
 use crate::scene::Scene;
 use crate::scene::assemble::{assemble, assemble_entries};
@@ -100,6 +102,30 @@ pub fn load_checkpoint(path: &Path, scene: Scene, threads: usize) -> Result<Lear
 /// As [`load_checkpoint`].
 pub fn checkpoint_summary(path: &Path) -> Result<CheckpointSummary> {
     checkpoint::summary(path, &read(path)?)
+}
+
+/// [`save_checkpoint`] of a run that adapts a model.
+///
+/// # Errors
+/// [`crate::Error::Write`]; the old file, if any, is then untouched.
+pub fn save_adapt_checkpoint(adapter: &Adapter, path: &Path) -> Result<()> {
+    write_atomically(path, &adapt_checkpoint::encode(adapter))
+}
+
+/// [`load_checkpoint`] of a run that adapts a model; `old` has to be given again too.
+///
+/// # Errors
+/// As [`load_checkpoint`], and where the checkpoint is of another model.
+pub fn load_adapt_checkpoint<'a>(path: &Path, old: &'a Model, scene: Scene, threads: usize) -> Result<Adapter<'a>> {
+    adapt_checkpoint::decode(path, &read(path)?, old, scene, threads)
+}
+
+/// [`checkpoint_summary`] of a run that adapts a model.
+///
+/// # Errors
+/// As [`load_adapt_checkpoint`].
+pub fn adapt_checkpoint_summary(path: &Path) -> Result<CheckpointSummary> {
+    adapt_checkpoint::summary(path, &read(path)?)
 }
 
 /// Removes a checkpoint whose run is over; one that is not there is none.

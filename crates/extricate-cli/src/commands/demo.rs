@@ -12,7 +12,7 @@ use extricate::scene::builtin;
 use extricate::{Answer, Checker, LearnOptions, Learner, Model, QueryOptions, QueryScratch, store};
 
 use super::demo_table::DemoReport;
-use super::learn_run::{Learned, learn_with_progress};
+use super::learn_run::{Learned, run_with_progress};
 use super::query_summary::Summary;
 use super::sample::CollidingSampler;
 use super::tell_warnings;
@@ -71,7 +71,7 @@ pub fn run(args: &DemoArgs, json: bool) -> anyhow::Result<()> {
     tell_warnings(&scene);
     let options =
         LearnOptions { labels: MOST_LABELS, seconds: Some(args.seconds), seed: args.seed, ..LearnOptions::default() };
-    let Learned { model, seconds: learning_seconds, .. } = learn_with_progress(Learner::new(scene, &options)?, None)?;
+    let Learned { model, seconds: learning_seconds, .. } = run_with_progress(Learner::new(scene, &options)?, None)?;
     let answers = answer_random_queries(&model, args.queries, args.seed)?;
     let shown = &answers[most_instructive(&model, &answers)];
     picture::write(model.scene(), &shown.query, &shown.answer, &args.out)?;

@@ -1,19 +1,16 @@
 //! `extricate learn`: a scene in, a model file out.
 
-use std::path::{Path, PathBuf};
-use std::time::Duration;
+use std::path::PathBuf;
 
-use anyhow::bail;
 use clap::Args;
 use extricate::model::EndedBy;
 use extricate::model::quality::Density;
 use extricate::{LearnOptions, Learner, Scene, Statistics, store};
 use serde::Serialize;
 
-use super::learn_run::{Keep, Learned, learn_with_progress, peak_memory};
+use super::learn_run::{Keep, KeepArgs, Learned, kept_at, memory_in_words, peak_memory, run_with_progress, save};
 use super::{disable_line, load_scene, pairs_always_colliding, prepare, tell_warnings};
-use crate::args::{positive, seconds, seconds_or_zero, seed, share, threads};
-use crate::interrupt;
+use crate::args::{positive, seconds, seed, share, threads};
 use crate::notice;
 use crate::output::Output;
 use crate::report::{self, count, duration, percent};
@@ -58,15 +55,8 @@ pub struct LearnArgs {
     /// hold
     #[arg(long, value_name = "SHARE", value_parser = share, allow_negative_numbers = true)]
     target_disagreement: Option<f64>,
-    /// Go on with the run that the checkpoint was left by: the same scene, and labels, seconds, seed, memory and targets as then
-    #[arg(long)]
-    resume: bool,
-    /// Where the run is kept while it lasts; removed at its end [default: MODEL with `.checkpoint` behind]
-    #[arg(long, value_name = "FILE")]
-    checkpoint: Option<PathBuf>,
-    /// Least seconds between two checkpoints; 0 writes one after every unit of work
-    #[arg(long, value_name = "T", default_value_t = 15.0, value_parser = seconds_or_zero, allow_negative_numbers = true)]
-    checkpoint_every: f64,
+    #[command(flatten)]
+    keep: KeepArgs,
 }
 
 #[derive(Serialize)]
@@ -84,18 +74,14 @@ struct Report<'a> {
 /// Runs the command.
 pub fn run(args: &LearnArgs, json: bool) -> anyhow::Result<()> {
     store::check_model_output(&args.output)?;
-    let checkpoint = args.checkpoint.clone().unwrap_or_else(|| beside(&args.output));
-    store::check_checkpoint_output(&checkpoint)?;
-    let learner = if args.resume { resumed(args, &checkpoint)? } else { begun(args, &checkpoint)? };
+    let keep = args.keep.keep(&args.output)?;
+    let learner = if args.keep.resume { resumed(args, &keep)? } else { begun(args, &keep)? };
     let unit = report::metric_unit(learner.scene());
-    let keep = Keep { path: &checkpoint, every: Duration::from_secs_f64(args.checkpoint_every) };
-    let Learned { model, seconds, interrupted } = learn_with_progress(learner, Some(&keep))?;
-    interrupt::uninterrupted(|| -> extricate::Result<()> {
-        store::save_model(&model, &args.output)?;
-        if interrupted { Ok(()) } else { store::remove_checkpoint(&checkpoint) }
-    })?;
+    let learned = run_with_progress(learner, Some(&keep))?;
+    save(&learned, &args.output, &keep)?;
+    let Learned { model, seconds, interrupted } = learned;
     let statistics = model.statistics();
-    let kept = interrupted.then(|| checkpoint.display().to_string());
+    let kept = interrupted.then(|| keep.path.display().to_string());
     let mut out = Output::new(false);
     if json {
         let model = args.output.display().to_string();
@@ -103,62 +89,39 @@ pub fn run(args: &LearnArgs, json: bool) -> anyhow::Result<()> {
         out.json(&Report { model, checkpoint: kept, interrupted, seconds, memory, statistics })?;
     } else {
         out.line(report::two_columns(&statistics_rows(statistics, unit)))?;
-        let memory =
-            peak_memory().map_or(String::new(), |bytes| format!(", with {} MiB at most", count(bytes as usize >> 20)));
-        out.line(format_args!("learned in {}{memory}", duration(seconds)))?;
+        out.line(format_args!("learned in {}{}", duration(seconds), memory_in_words()))?;
         out.line(format_args!("wrote {}", args.output.display()))?;
-        if let Some(kept) = kept {
-            out.line(format_args!("wrote {kept}; the same command with --resume goes on from there"))?;
+        if interrupted {
+            out.line(kept_at(&keep))?;
         }
     }
     out.finish()
 }
 
 /// A run from nothing.
-fn begun(args: &LearnArgs, checkpoint: &Path) -> anyhow::Result<Learner> {
+fn begun(args: &LearnArgs, keep: &Keep) -> anyhow::Result<Learner> {
     let scene = load_scene(&args.scene)?;
     tell_warnings(&scene);
     warn_of_pairs_always_colliding(&scene);
-    if let Ok(left) = store::checkpoint_summary(checkpoint) {
-        notice::warning(format_args!(
-            "{} holds an unfinished run of {} labels, which this one will replace; --resume goes on with it",
-            checkpoint.display(),
-            count(left.labels)
-        ));
-    }
+    keep.warn_of_another(store::checkpoint_summary(&keep.path));
     Ok(Learner::new(scene, &options(args))?)
 }
 
-/// The run that `checkpoint` was left by.
-fn resumed(args: &LearnArgs, checkpoint: &Path) -> anyhow::Result<Learner> {
-    let begun = store::checkpoint_summary(checkpoint)?.options;
-    let differs = |given: Option<String>, name: &str, then: String| match given {
-        Some(given) if given != then => {
-            bail!("--{name}: got {given}, but the run in {} was begun with {then}", checkpoint.display())
-        }
-        _ => Ok(()),
-    };
-    differs(args.labels.map(|n| n.to_string()), "labels", begun.labels.to_string())?;
-    differs(
-        args.seconds.map(|t| t.to_string()),
-        "seconds",
-        begun.seconds.map_or("no limit".into(), |t| t.to_string()),
-    )?;
-    differs(args.seed.map(|s| s.to_string()), "seed", begun.seed.to_string())?;
-    differs(args.memory.map(|m| m.to_string()), "memory", (begun.memory >> 20).to_string())?;
-    let told = |target: Option<f64>| target.map_or("no target".into(), |t| t.to_string());
-    differs(args.target_excess.map(|t| t.to_string()), "target-excess", told(begun.target_excess))?;
-    differs(args.target_disagreement.map(|t| t.to_string()), "target-disagreement", told(begun.target_disagreement))?;
+/// The run that was kept.
+fn resumed(args: &LearnArgs, keep: &Keep) -> anyhow::Result<Learner> {
+    let begun = store::checkpoint_summary(&keep.path)?.options;
+    let target = |target: Option<f64>| target.map_or("no target".into(), |t| t.to_string());
+    keep.expect_as_begun([
+        ("labels", args.labels.map(|n| n.to_string()), begun.labels.to_string()),
+        ("seconds", args.seconds.map(|t| t.to_string()), begun.seconds.map_or("no limit".into(), |t| t.to_string())),
+        ("seed", args.seed.map(|s| s.to_string()), begun.seed.to_string()),
+        ("memory", args.memory.map(|m| m.to_string()), (begun.memory >> 20).to_string()),
+        ("target-excess", args.target_excess.map(|t| t.to_string()), target(begun.target_excess)),
+        ("target-disagreement", args.target_disagreement.map(|t| t.to_string()), target(begun.target_disagreement)),
+    ])?;
     let scene = load_scene(&args.scene)?;
     tell_warnings(&scene);
-    Ok(store::load_checkpoint(checkpoint, scene, args.threads)?)
-}
-
-/// The path with `.checkpoint` behind.
-fn beside(model: &Path) -> PathBuf {
-    let mut name = model.as_os_str().to_os_string();
-    name.push(".checkpoint");
-    name.into()
+    Ok(store::load_checkpoint(&keep.path, scene, args.threads)?)
 }
 
 /// What a model's statistics say, for people.
@@ -294,9 +257,7 @@ mod tests {
             memory: None,
             target_excess: None,
             target_disagreement: None,
-            resume: false,
-            checkpoint: None,
-            checkpoint_every: 15.0,
+            keep: KeepArgs::default(),
         }
     }
 

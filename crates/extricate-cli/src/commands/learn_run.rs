@@ -1,20 +1,53 @@
-//! A learning run with a progress bar, Ctrl-C and checkpoints.
+//! A run that learns or adapts, with a progress bar, Ctrl-C and checkpoints.
 
 use std::ops::ControlFlow;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-use extricate::{LearnOptions, LearnProgress, Learner, Model, Scene, store};
+use anyhow::bail;
+use clap::Args;
+use extricate::model::adapt::Adapter;
+use extricate::model_file::checkpoint::CheckpointSummary;
+use extricate::{LearnProgress, Learner, Model, store};
 
-use crate::interrupt::StopOnInterrupt;
+use crate::args::seconds_or_zero;
+use crate::interrupt::{self, StopOnInterrupt};
 use crate::notice;
 use crate::progress::Progress;
 use crate::report::{count, percent};
 
+/// Where a run is kept, on the command line.
+#[derive(Args, Default)]
+pub struct KeepArgs {
+    /// Go on with the run that the checkpoint was left by: the same files and options as then
+    #[arg(long)]
+    pub resume: bool,
+    /// Where the run is kept while it lasts; removed at its end [default: the model to write with `.checkpoint` behind]
+    #[arg(long, value_name = "FILE")]
+    checkpoint: Option<PathBuf>,
+    /// Least seconds between two checkpoints; 0 writes one after every unit of work
+    #[arg(long, value_name = "T", default_value_t = 15.0, value_parser = seconds_or_zero, allow_negative_numbers = true)]
+    checkpoint_every: f64,
+}
+
+impl KeepArgs {
+    /// Where the run that writes `model` is kept.
+    pub fn keep(&self, model: &Path) -> extricate::Result<Keep> {
+        let beside = || {
+            let mut name = model.as_os_str().to_os_string();
+            name.push(".checkpoint");
+            name.into()
+        };
+        let path = self.checkpoint.clone().unwrap_or_else(beside);
+        store::check_checkpoint_output(&path)?;
+        Ok(Keep { path, every: Duration::from_secs_f64(self.checkpoint_every) })
+    }
+}
+
 /// Where a run is kept while it lasts.
-pub struct Keep<'a> {
+pub struct Keep {
     /// The checkpoint file.
-    pub path: &'a Path,
+    pub path: PathBuf,
     /// Least time between two checkpoints.
     pub every: Duration,
 }
@@ -29,32 +62,113 @@ pub struct Learned {
     pub interrupted: bool,
 }
 
-/// Learns to the end, or until Ctrl-C, which keeps what was learned.
-pub fn learn_with_progress(mut learner: Learner, keep: Option<&Keep>) -> anyhow::Result<Learned> {
+impl Keep {
+    /// Warns where a run that was kept here will be lost; `summary` is what the file says, if it is a checkpoint of this kind of run.
+    pub fn warn_of_another(&self, summary: extricate::Result<CheckpointSummary>) {
+        if let Ok(left) = summary {
+            notice::warning(format_args!(
+                "{} holds an unfinished run of {} labels, which this one will replace; --resume goes on with it",
+                self.path.display(),
+                count(left.labels)
+            ));
+        }
+    }
+
+    /// Fails where an option that was given is not that with which the run was begun: its name, what was given, and what it was then.
+    pub fn expect_as_begun<const N: usize>(&self, options: [(&str, Option<String>, String); N]) -> anyhow::Result<()> {
+        for (name, given, then) in options {
+            if let Some(given) = given.filter(|given| *given != then) {
+                bail!("--{name}: got {given}, but the run in {} was begun with {then}", self.path.display());
+            }
+        }
+        Ok(())
+    }
+
+    /// A run that cannot be kept is worth going on with all the same.
+    fn save(&self, run: &impl Run) {
+        if let Err(error) = run.save(&self.path) {
+            notice::warning(format_args!("no checkpoint: {error}"));
+        }
+    }
+}
+
+/// A run in units of work.
+pub trait Run {
+    /// As progress names it.
+    const TITLE: &'static str;
+    /// Does a unit; whether there is more to do.
+    fn step(&mut self, report: &mut Report) -> bool;
+    /// Writes a checkpoint.
+    fn save(&self, path: &Path) -> extricate::Result<()>;
+    /// The model of what was found.
+    fn finish(self, report: &mut Report) -> extricate::Result<Model>;
+}
+
+type Report<'a> = dyn FnMut(&LearnProgress) -> ControlFlow<()> + Send + 'a;
+
+impl Run for Learner {
+    const TITLE: &'static str = "learning";
+
+    fn step(&mut self, report: &mut Report) -> bool {
+        self.step(report)
+    }
+
+    fn save(&self, path: &Path) -> extricate::Result<()> {
+        store::save_checkpoint(self, path)
+    }
+
+    fn finish(self, report: &mut Report) -> extricate::Result<Model> {
+        self.finish(report)
+    }
+}
+
+impl Run for Adapter<'_> {
+    const TITLE: &'static str = "adapting";
+
+    fn step(&mut self, report: &mut Report) -> bool {
+        self.step(report)
+    }
+
+    fn save(&self, path: &Path) -> extricate::Result<()> {
+        store::save_adapt_checkpoint(self, path)
+    }
+
+    fn finish(self, _: &mut Report) -> extricate::Result<Model> {
+        self.finish()
+    }
+}
+
+/// Works to the end, or until Ctrl-C, which keeps what was found.
+pub fn run_with_progress<R: Run>(mut run: R, keep: Option<&Keep>) -> anyhow::Result<Learned> {
     let started = Instant::now();
     let stop = StopOnInterrupt::new();
-    let mut progress = Progress::new("learning");
+    let mut progress = Progress::new(R::TITLE);
     let mut report = |state: &LearnProgress| {
         progress.update(Some(state.fraction), || in_words(state));
         if stop.asked() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     };
     let mut kept = Instant::now();
-    while learner.step(&mut report) {
+    while run.step(&mut report) {
         if let Some(keep) = keep
             && kept.elapsed() >= keep.every
         {
-            save(&learner, keep);
+            keep.save(&run);
             kept = Instant::now();
         }
     }
     if stop.asked()
         && let Some(keep) = keep
     {
-        save(&learner, keep);
+        keep.save(&run);
     }
-    let model = learner.finish(&mut report);
+    let model = run.finish(&mut report);
     drop(progress);
-    let (model, interrupted) = (model?, stop.asked());
+    let (model, interrupted) = match (model, keep) {
+        (Err(error), Some(keep)) if stop.asked() && keep.path.is_file() => {
+            return Err(anyhow::Error::from(error).context(kept_at(keep)));
+        }
+        (model, _) => (model?, stop.asked()),
+    };
     if interrupted {
         let labels = count(model.statistics().labels);
         notice::warning(format_args!("stopped by the user; keeping the model learned so far ({labels} labels)"));
@@ -62,24 +176,22 @@ pub fn learn_with_progress(mut learner: Learner, keep: Option<&Keep>) -> anyhow:
     Ok(Learned { model, seconds: started.elapsed().as_secs_f64(), interrupted })
 }
 
-/// Adapts a model; Ctrl-C ends early and keeps what was learned.
-pub fn adapt_with_progress(model: &Model, scene: Scene, options: &LearnOptions) -> anyhow::Result<Learned> {
-    let started = Instant::now();
-    let stop = StopOnInterrupt::new();
-    let mut progress = Progress::new("adapting");
-    let model = model.adapt(scene, options, &mut |state| {
-        progress.update(Some(state.fraction), || in_words(state));
-        if stop.asked() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
-    });
-    drop(progress);
-    Ok(Learned { model: model?, seconds: started.elapsed().as_secs_f64(), interrupted: stop.asked() })
+/// Writes the model, and removes the checkpoint of a run that is over.
+pub fn save(learned: &Learned, model: &Path, keep: &Keep) -> extricate::Result<()> {
+    interrupt::uninterrupted(|| {
+        store::save_model(&learned.model, model)?;
+        if learned.interrupted { Ok(()) } else { store::remove_checkpoint(&keep.path) }
+    })
 }
 
-/// A run that cannot be kept is worth going on with all the same.
-fn save(learner: &Learner, keep: &Keep) {
-    if let Err(error) = store::save_checkpoint(learner, keep.path) {
-        notice::warning(format_args!("no checkpoint: {error}"));
-    }
+/// What to do with a run that was stopped.
+pub fn kept_at(keep: &Keep) -> String {
+    format!("wrote {}; the same command with --resume goes on from there", keep.path.display())
+}
+
+/// `, with 123 MiB at most`, where the system says how much memory it took.
+pub fn memory_in_words() -> String {
+    peak_memory().map_or(String::new(), |bytes| format!(", with {} MiB at most", count(bytes as usize >> 20)))
 }
 
 fn in_words(state: &LearnProgress) -> String {

@@ -1,4 +1,4 @@
-//! Learning that is killed, interrupted and resumed: what is left behind is whole, and leads to the same bytes.
+//! Learning and adapting that are killed, interrupted and resumed: what is left behind is whole, and leads to the same bytes.
 
 use std::process::Child;
 use std::thread::sleep;
@@ -46,10 +46,31 @@ fn kill(mut child: Child) {
 
 #[test]
 fn killed_at_any_moment_it_resumes_to_the_same_bytes() {
-    let kills = std::env::var("EXTRICATE_KILLS").map_or(KILLS, |n| n.parse().expect("EXTRICATE_KILLS is a number"));
+    assert_resumes(&Workspace::new(), &LABELS.map(learning));
+}
+
+/// Three runs in which little is solved for one in which much is.
+#[test]
+fn adapting_that_is_killed_at_any_moment_resumes_to_the_same_bytes() {
+    let workspace = with_an_old_model();
+    let adapting =
+        |labels| format!("adapt old.model moved.toml -o a.model --labels {labels} --seed 5 --checkpoint-every 0");
+    assert_resumes(&workspace, &[30_000, 110_000].map(adapting));
+}
+
+/// A model with exits, and a scene whose post has moved.
+fn with_an_old_model() -> Workspace {
     let workspace = Workspace::new();
-    let lines = LABELS.map(learning);
-    let wholes = [0, 1].map(|kind| whole_run(&workspace, &lines[kind]));
+    workspace.run("learn scene.toml -o old.model --labels 150000 --seed 2").expect_code(0);
+    let scene = std::fs::read_to_string(workspace.path("scene.toml")).unwrap();
+    workspace.write("moved.toml", scene.replace("0.6, 0.1", "0.63, 0.12"));
+    workspace
+}
+
+/// Kills runs of two kinds, which write `a.model`, again and again.
+fn assert_resumes(workspace: &Workspace, lines: &[String; 2]) {
+    let kills = std::env::var("EXTRICATE_KILLS").map_or(KILLS, |n| n.parse().expect("EXTRICATE_KILLS is a number"));
+    let wholes = [0, 1].map(|kind| whole_run(workspace, &lines[kind]));
     let (model, checkpoint) = (workspace.path("a.model"), workspace.path("a.model.checkpoint"));
     let mut random = Random(0x9e37_79b9_7f4a_7c15);
     let (mut left_behind, mut done) = (0, 0);
@@ -103,6 +124,67 @@ fn interrupted_it_leaves_a_model_and_a_checkpoint() {
     workspace.run_with_input("query a.model --input - --json", "[0.1, 0.0]").expect_code(0);
     workspace.run("learn scene.toml -o a.model --resume").expect_code(0);
     assert!(std::fs::read(workspace.path("a.model")).unwrap() == whole);
+}
+
+#[cfg(unix)]
+#[test]
+fn adapting_that_is_interrupted_leaves_a_model_and_a_checkpoint() {
+    let workspace = with_an_old_model();
+    let line = "adapt old.model moved.toml -o a.model --labels 400000 --seed 5";
+    let report = &workspace.run(&format!("{line} --json")).expect_code(0).json()[0];
+    assert!(report["interrupted"] == false && report["checkpoint"].is_null(), "{report}");
+    assert!(!cfg!(target_os = "linux") || report["memory"].as_u64().unwrap() > 1 << 20, "{report}");
+    let whole = std::fs::read(workspace.path("a.model")).unwrap();
+    let interrupted = |stage: &str| {
+        let _ = std::fs::remove_file(workspace.path("a.model"));
+        let mut child = workspace.command(&format!("{line} --checkpoint-every 0")).spawn().unwrap();
+        // A checkpoint says in which stage its run is.
+        let is_there = || {
+            let bytes = std::fs::read(workspace.path("a.model.checkpoint")).unwrap_or_default();
+            let head = String::from_utf8_lossy(&bytes[..bytes.len().min(4096)]).into_owned();
+            head.contains(stage)
+        };
+        while !is_there() {
+            assert!(child.try_wait().unwrap().is_none(), "it ended before it could be interrupted");
+            sleep(Duration::from_millis(1));
+        }
+        let pid = child.id().to_string();
+        assert!(std::process::Command::new("kill").args(["-INT", &pid]).status().unwrap().success());
+        child.wait_with_output().unwrap()
+    };
+    let ended = interrupted("Solving");
+    assert_eq!(ended.status.code(), Some(0));
+    assert!(String::from_utf8_lossy(&ended.stdout).contains("--resume goes on from there"));
+    let info = &workspace.run("info a.model --json").expect_code(0).json()[0];
+    assert_eq!(info["statistics"]["ended_by"], "interruption");
+    workspace.run_with_input("query a.model --input - --json", "[0.1, 0.0]").expect_code(0);
+    workspace.run("adapt old.model moved.toml -o a.model --resume").expect_code(0);
+    assert!(std::fs::read(workspace.path("a.model")).unwrap() == whole);
+}
+
+#[test]
+fn adapting_that_cannot_be_resumed_is_refused() {
+    let workspace = with_an_old_model();
+    let resume = "adapt old.model moved.toml -o a.model --resume";
+    workspace.run(resume).expect_failure(&["a.model.checkpoint", "cannot read"]);
+    let line = "adapt old.model moved.toml -o a.model --labels 9000000 --checkpoint-every 0";
+    let mut child = workspace.command(line).spawn().unwrap();
+    while !exists(&workspace.path("a.model.checkpoint")) {
+        assert!(child.try_wait().unwrap().is_none());
+        sleep(Duration::from_millis(1));
+    }
+    kill(child);
+    workspace.run(&format!("{resume} --labels 7")).expect_failure(&["--labels", "got 7", "begun with 9000000"]);
+    workspace.run(&format!("{resume} --memory 7")).expect_failure(&["--memory", "got 7", "begun with 4096"]);
+    workspace.run("adapt old.model scene.toml -o a.model --resume").expect_failure(&["another scene"]);
+    workspace.run("learn moved.toml -o a.model --resume").expect_failure(&["another kind of run"]);
+    workspace.run("learn scene.toml -o other.model --labels 5000").expect_code(0);
+    workspace.run("adapt other.model moved.toml -o a.model --resume").expect_failure(&["another model"]);
+    let small = workspace.run("adapt old.model moved.toml -o a.model --labels 60000 --memory 1 --json").expect_code(0);
+    assert!(small.stderr.contains("unfinished run") && small.stderr.contains("--resume"), "{}", small.stderr);
+    assert_eq!(small.json()[0]["statistics"]["ended_by"], "memory");
+    // Gone with the run that replaced it.
+    workspace.run(resume).expect_failure(&["cannot read"]);
 }
 
 #[test]

@@ -1,15 +1,15 @@
 //! The checkpoint of a learning run: bytes to [`Learner`] and back. No file access (see `store`).
 //!
-//! A safetensors container: `free`, `colliding` and `samples` (f64, rows x nq) and `classified` (postcard, u8). Its one metadata
-//! entry is JSON: format version, options, where the run stood, the scene's hash, and the BLAKE3 hash of everything.
+//! A container as [`run_file`](super::run_file) has them: `free`, `colliding` and `samples` (rows x nq) and `classified` (postcard, u8), and
+//! beside them options, where the run stood, and the scene's hash.
 
-use std::collections::HashMap;
 use std::path::Path;
 
-use safetensors::tensor::{Dtype, SafeTensors, TensorView, serialize};
+use safetensors::tensor::SafeTensors;
 use serde::{Deserialize, Serialize};
 
-use super::hash;
+pub use super::run_file::is_checkpoint;
+use super::run_file::{self, KEY, Kind, numbers, scene_hash};
 use crate::error::{Error, Result};
 use crate::learning::LearnOptions;
 use crate::learning::active::Classified;
@@ -21,16 +21,8 @@ use crate::scene::Scene;
 /// Version of the layout, and of the steps of learning: a run goes on only with the program that began it.
 pub const FORMAT: u32 = 3;
 
-const KEY: &str = "extricate-checkpoint";
+const KIND: Kind = Kind { key: KEY, verb: "learn", format: FORMAT };
 const LISTS: [&str; 3] = ["free", "colliding", "samples"];
-
-#[derive(Serialize, Deserialize)]
-struct Header {
-    format: u32,
-    checksum: String,
-    /// [`Run`] as JSON, for the hash to be over bytes that a reader has.
-    run: String,
-}
 
 #[derive(Serialize, Deserialize)]
 struct Run {
@@ -65,8 +57,6 @@ pub struct CheckpointSummary {
 pub fn encode(learner: &Learner) -> Vec<u8> {
     let in_memory = "plain data serialises into memory";
     let (state, options) = (learner.state(), learner.options());
-    let nq = learner.scene().space.nq();
-    let lists = state.lists_at_mark().map(|list| list.iter().flat_map(|x| x.to_le_bytes()).collect::<Vec<u8>>());
     // A unit of training that was stopped may have left something; it is no part of the state at the mark.
     let trained = !matches!(state.mark.stage, Stage::Exploring | Stage::Training);
     let classified = trained.then_some(&state.classified);
@@ -85,19 +75,9 @@ pub fn encode(learner: &Learner) -> Vec<u8> {
         mark,
     };
     let run = serde_json::to_string(&run).expect(in_memory);
-    let checksum = hash(&[run.as_bytes(), &lists[0], &lists[1], &lists[2], &classified]);
-    let header = serde_json::to_string(&Header { format: FORMAT, checksum, run }).expect(in_memory);
-    let view = |dtype, shape, data| TensorView::new(dtype, shape, data).expect("shape and length agree");
-    let list = |i: usize| (LISTS[i], view(Dtype::F64, vec![lists[i].len() / 8 / nq, nq], &lists[i][..]));
-    let classified = ("classified", view(Dtype::U8, vec![classified.len()], &classified));
-    serialize([list(0), list(1), list(2), classified], Some(HashMap::from([(KEY.to_string(), header)])))
-        .expect(in_memory)
-}
-
-/// Whether `bytes` begin as a checkpoint does.
-pub fn is_checkpoint(bytes: &[u8]) -> bool {
-    let head = &bytes[..bytes.len().min(4096)];
-    head.get(8) == Some(&b'{') && head.windows(KEY.len()).any(|at| at == KEY.as_bytes())
+    let (nq, lists) = (learner.scene().space.nq(), state.lists_at_mark());
+    let lists: Vec<(&str, &[f64])> = LISTS.into_iter().zip(lists).collect();
+    run_file::encode(&KIND, run, nq, &lists, &[("classified", &classified)])
 }
 
 /// What a checkpoint says of its run; `path` is its name in messages.
@@ -153,37 +133,9 @@ pub fn decode(path: &Path, bytes: &[u8], scene: Scene, threads: usize) -> Result
 }
 
 fn read<'a>(path: &Path, bytes: &'a [u8]) -> Result<(Run, SafeTensors<'a>)> {
-    let fault = |problem: String| Error::Checkpoint { path: path.into(), problem };
-    let not_one = |e| fault(format!("not a checkpoint, or a truncated one ({e})"));
-    let (_, metadata) = SafeTensors::read_metadata(bytes).map_err(not_one)?;
-    let header = metadata.metadata().as_ref().and_then(|m| m.get(KEY));
-    let header = header.ok_or_else(|| fault("a safetensors file, but not a checkpoint".into()))?;
-    let format = serde_json::from_str::<serde_json::Value>(header).ok().and_then(|v| v.get("format")?.as_u64());
-    if format != Some(FORMAT.into()) {
-        return Err(fault(format!(
-            "its format is not version {FORMAT}, which this program writes; learn without --resume"
-        )));
-    }
-    let damaged = |what: String| fault(format!("altered or damaged: {what}"));
-    let header: Header = serde_json::from_str(header).map_err(|e| damaged(e.to_string()))?;
-    let tensors = SafeTensors::deserialize(bytes).map_err(not_one)?;
-    let mut parts: Vec<&[u8]> = vec![header.run.as_bytes()];
-    for name in LISTS.iter().chain(&["classified"]) {
-        parts.push(tensors.tensor(name).map_err(|_| damaged(format!("no tensor `{name}`")))?.data());
-    }
-    if hash(&parts) != header.checksum {
-        return Err(damaged("the checksum does not match".into()));
-    }
-    let run: Run = serde_json::from_str(&header.run).map_err(|e| damaged(e.to_string()))?;
-    Ok((run, tensors))
-}
-
-fn numbers(bytes: &[u8]) -> Vec<f64> {
-    bytes.as_chunks::<8>().0.iter().map(|b| f64::from_le_bytes(*b)).collect()
-}
-
-fn scene_hash(scene: &Scene) -> String {
-    hash(&[&postcard::to_stdvec(scene).expect("plain data serialises into memory")])
+    let (run, tensors) = run_file::decode(&KIND, path, bytes, &[&LISTS[..], &["classified"]].concat())?;
+    let damaged = |e| Error::Checkpoint { path: path.into(), problem: format!("altered or damaged: {e}") };
+    Ok((serde_json::from_str(&run).map_err(damaged)?, tensors))
 }
 
 #[cfg(test)]

@@ -1,0 +1,147 @@
+//! What an adapting run has found, and where the last whole unit of work ended.
+
+use serde::{Deserialize, Serialize};
+
+use crate::boundary::trace::TracePlace;
+use crate::learning::budget::Spent;
+use crate::learning::explore::Exploration;
+use crate::model::EndedBy;
+use crate::model::solve::SolvePlace;
+
+/// Lists of configurations, row major. Within a unit of work they only grow: so their beginnings are the state at its end.
+#[derive(Debug, Clone, Default)]
+pub struct AdaptState {
+    /// Boundary samples: those that were kept, and new ones; while solving, exits after them.
+    pub samples: Vec<f64>,
+    /// Exits that were kept; none once solving has begun.
+    pub exits: Vec<f64>,
+    /// Stored configurations that a changed pair comes near, until they are labelled.
+    pub doubtful: Vec<f64>,
+    /// Labelled configurations.
+    pub known: Exploration,
+    /// Uniform colliding configurations, which are solved, and where their sequence stands.
+    pub fresh: Exploration,
+    /// What is not a list.
+    pub place: AdaptPlace,
+    /// Where the last whole unit of work ended.
+    pub mark: AdaptMark,
+}
+
+/// How far a run has come, but for its lists.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+pub struct AdaptPlace {
+    /// Stored samples and exits that were looked at.
+    pub verified: usize,
+    /// How right the old classifier is in the new scene.
+    pub judged: Judged,
+    /// Of the samples, how many were kept.
+    pub kept: usize,
+    /// Labels that tracing leaves to solving.
+    pub kept_back: usize,
+    /// Whether colliding configurations are solved.
+    pub solves: bool,
+    /// How far solving has come.
+    pub solved: SolvePlace,
+}
+
+/// Of uniform configurations in the new scene.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+pub struct Judged {
+    /// How often the old classifier is right, on free and on colliding ones.
+    pub accuracy: [Option<f64>; 2],
+    /// How many of each there are.
+    pub held_out: [usize; 2],
+    /// Share that collides.
+    pub colliding_share: f64,
+}
+
+/// Where a unit of work ended.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+pub struct AdaptMark {
+    /// The stage of the unit to come.
+    pub stage: AdaptStage,
+    /// Numbers in the lists, as [`AdaptState::lists`] has them.
+    pub lengths: [usize; LISTS.len()],
+    /// Indices of the next low-discrepancy points: those labelled, and those solved.
+    pub next: [u64; 2],
+    /// Labels and seconds until then.
+    pub spent: Spent,
+    /// The rest.
+    pub place: AdaptPlace,
+}
+
+/// What a unit of work belongs to.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+pub enum AdaptStage {
+    /// Stored samples and exits are looked at in the new scene.
+    #[default]
+    Verifying,
+    /// What a change came near is labelled, and the classifier judged.
+    Judging,
+    /// The boundary where the scene changed; before the first pass it stands nowhere.
+    Tracing(Option<TracePlace>),
+    /// The nearest ways out of colliding configurations.
+    Solving,
+    /// What came of it is measured; the run has ended for this reason.
+    Measuring(EndedBy),
+}
+
+impl AdaptStage {
+    /// As progress reports name it.
+    pub fn name(&self) -> &'static str {
+        match self {
+            Self::Verifying | Self::Judging => "verifying samples",
+            Self::Tracing(_) => "tracing what changed",
+            Self::Solving => "solving",
+            Self::Measuring(_) => "measuring",
+        }
+    }
+}
+
+/// The names of the lists.
+pub const LISTS: [&str; 6] = ["samples", "exits", "doubtful", "free", "colliding", "fresh"];
+
+impl AdaptState {
+    /// The lists, in the order of their names.
+    pub fn lists(&self) -> [&Vec<f64>; LISTS.len()] {
+        let Self { samples, exits, doubtful, known, fresh, .. } = self;
+        [samples, exits, doubtful, &known.free, &known.colliding, &fresh.colliding]
+    }
+
+    /// The lists as they were at the mark.
+    pub fn lists_at_mark(&self) -> [&[f64]; LISTS.len()] {
+        let (lists, lengths) = (self.lists(), self.mark.lengths);
+        std::array::from_fn(|i| &lists[i][..lengths[i].min(lists[i].len())])
+    }
+
+    /// Sets the mark here.
+    pub fn set_mark(&mut self, stage: AdaptStage, spent: Spent) {
+        let lengths = self.lists().map(Vec::len);
+        let next = [self.known.next, self.fresh.next];
+        self.mark = AdaptMark { stage, lengths, next, spent, place: self.place.clone() };
+    }
+
+    /// The state at a mark.
+    pub fn at(mark: AdaptMark, lists: [Vec<f64>; LISTS.len()]) -> Self {
+        let [samples, exits, doubtful, free, colliding, fresh] = lists;
+        let known = Exploration { free, colliding, next: mark.next[0] };
+        let fresh = Exploration { free: Vec::new(), colliding: fresh, next: mark.next[1] };
+        Self { samples, exits, doubtful, known, fresh, place: mark.place.clone(), mark }
+    }
+
+    /// Whether everything that a mark counts is there, in rows of `nq` numbers; `stored` is how many samples and exits the old model has.
+    pub fn is_sound(&self, nq: usize, stored: usize) -> bool {
+        let (lists, place) = (self.lists(), &self.place);
+        let [samples, exits, _, free, colliding, fresh] = lists.map(|list| list.len() / nq);
+        let whole = lists.iter().zip(self.mark.lengths).all(|(list, length)| {
+            list.len() == length && list.len().is_multiple_of(nq) && list.iter().all(|x| x.is_finite())
+        });
+        let traced = match &self.mark.stage {
+            AdaptStage::Tracing(Some(at)) => at.starts <= free && at.indexed <= samples && at.seeds_used <= colliding,
+            _ => true,
+        };
+        let SolvePlace { seeds_used, exits: solved, indexed } = place.solved;
+        let solved = indexed <= solved && solved <= samples && seeds_used <= fresh && (solved == 0 || exits == 0);
+        whole && traced && solved && place.verified <= stored && place.kept <= samples
+    }
+}
