@@ -77,6 +77,10 @@ pub fn options(
         return Err(PyValueError::new_err(format!("seconds: got {bad}, expected more than 0")));
     }
     let starts = starts.map(|starts| count("starts", starts, 1)).transpose()?;
+    if let Some(starts) = starts.filter(|_| found == Effort::Nearest) {
+        let message = format!("starts: got {starts} with effort \"nearest\", expected None: it refines nothing");
+        return Err(PyValueError::new_err(message));
+    }
     let checks = checks.map(|checks| count("checks", checks, 0)).transpose()?;
     let budget = QueryBudget { checks, seconds };
     Ok(QueryOptions { effort: found, exits, starts, budget, stop: None, way, contacts })

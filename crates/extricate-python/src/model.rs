@@ -122,7 +122,7 @@ impl Model {
     /// effort: "nearest" (the nearest boundary sample, or one nearly as near), "refined" (several improved, the best one verified) or "exhaustive".
     /// exits: how many distinct ways out are wanted, in `Answer.exits`.
     /// starts: from how many exits and boundary samples descents start, None for what the effort takes: fewer are faster and
-    ///     miss the nearest way out more often.
+    ///     miss the nearest way out more often. Not with effort "nearest".
     /// checks, seconds: where to stop early, with the best answer so far; more of either never gives a larger depth.
     /// way: whether to look at the straight way to the witness, see `Answer.way`; costs as much as many checks.
     /// contacts: with effort "nearest", whether to tell every colliding pair, not one alone, and the contacts at the witness; both take longer
