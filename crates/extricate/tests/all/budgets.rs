@@ -50,13 +50,25 @@ fn where_nothing_is_free_the_pairs_that_collide_most_often_are_named() {
     let wall = |name: &str, x: f64| {
         format!("[[obstacle]]\nname = \"{name}\"\nshape = {{ box = [2, 1, 1] }}\npose = {{ xyz = [{x}, 0, 0] }}\n")
     };
-    let toml = format!("[[robot]]\nurdf = \"r.urdf\"\n{}{}", wall("left", -1.0), wall("right", 0.5));
+    let walls = format!("[[robot]]\nurdf = \"r.urdf\"\n{}{}", wall("left", -1.0), wall("right", 0.5));
     let options = LearnOptions { labels: 3000, seconds: None, ..LearnOptions::default() };
-    let scene = scene(&toml, &[("r.urdf", urdf.into())]);
-    let error = Model::learn(scene, &options, &mut |_| ControlFlow::Continue(())).err().unwrap().to_string();
-    let right = error.find("[\"slide\", \"right\"] (").expect(&error);
-    let left = error.find("[\"slide\", \"left\"] (").expect(&error);
-    assert!(error.contains("no single pair is to blame") && right < left, "{error}");
+    // Without and with a third one, which cannot be left at all.
+    let around = "[[obstacle]]\nname = \"around\"\nshape = { box = [4, 1, 1] }\n";
+    let told = [
+        "no single pair is to blame",
+        "[pairs] disable = [[\"slide\", \"around\"]]; of the others, [\"slide\", \"right\"] (",
+    ];
+    for (toml, told) in [walls.clone(), walls + around].into_iter().zip(told) {
+        let scene = scene(&toml, &[("r.urdf", urdf.into())]);
+        let error = Model::learn(scene, &options, &mut |_| ControlFlow::Continue(())).err().unwrap().to_string();
+        let share = |name: &str| -> usize {
+            let at = error.split(&format!("[\"slide\", \"{name}\"] (")).nth(1).expect(&error);
+            at.split(" %").next().unwrap().parse().expect(&error)
+        };
+        assert!(error.contains(told), "{error}");
+        // From -0.6 on the right one, and up to 0.1 the left one.
+        assert!((78..=82).contains(&share("right")) && (53..=57).contains(&share("left")), "{error}");
+    }
 }
 
 #[test]

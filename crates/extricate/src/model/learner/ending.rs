@@ -160,20 +160,22 @@ impl Learner {
         let often = most_often_colliding(checker, &tried);
         let always: Vec<String> =
             often.iter().take_while(|(_, count)| *count == tried.len()).map(|(pair, _)| named(*pair)).collect();
+        let share = |(pair, count): &(usize, usize)| format!("{} ({} %)", named(*pair), 100 * count / tried.len());
+        let others: Vec<String> = often.iter().skip(always.len()).take(NAMED).map(share).collect();
+        let (always, others) = (always.join(", "), others.join(", "));
         let advice = if tried.len() < FEW {
             "too few to tell why; spend more labels or seconds".into()
         } else if always.is_empty() {
-            let share = |(pair, count): &(usize, usize)| format!("{} ({} %)", named(*pair), 100 * count / tried.len());
-            let often: Vec<String> = often.iter().take(NAMED).map(share).collect();
             format!(
-                "no single pair is to blame; {} collide most often: disable those that overlap by design, widen the limits, \
-                 lower the clearance or spend more labels",
-                often.join(", ")
+                "no single pair is to blame; {others} collide most often: disable those that overlap by design, widen the limits, \
+                 lower the clearance or spend more labels"
             )
         } else {
+            // Where those are by design, the next ones may be too: who has to run again for each of them learns of one a run.
+            let others =
+                if others.is_empty() { others } else { format!("; of the others, {others} collide most often") };
             format!(
-                "these pairs collide every time; if by design, add to the scene: [pairs] disable = [{}]",
-                always.join(", ")
+                "these pairs collide every time; if by design, add to the scene: [pairs] disable = [{always}]{others}"
             )
         };
         Error::NothingFree { labels: self.spent.labels, advice }
