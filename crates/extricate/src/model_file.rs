@@ -1,7 +1,7 @@
 //! The model file: bytes to [`Model`] and back. No file access (see `store`).
 //!
 //! A safetensors container, so that NumPy reads the arrays: `boundary` (f64, samples x nq; the first `stand_ins` of the statistics are stand-ins, the last `exits` exits), `reaches` (f64, distances from
-//! held-out colliding configurations to their nearest sample, ascending), `scene` and `classifier` (postcard, u8); and what could be made anew from these, but takes long, see [`derived`]. Its one metadata entry, `extricate`, is JSON: format version, statistics, and the BLAKE3 hash of everything else.
+//! held-out colliding configurations to their nearest sample, ascending), `scene` and `classifier` (postcard, u8); and what could be made anew from these, but takes long, as `derived.rs` describes. Its one metadata entry, `extricate`, is JSON: format version, statistics, and the BLAKE3 hash of everything else.
 
 pub mod adapt_checkpoint;
 pub mod checkpoint;

@@ -1,6 +1,6 @@
 //! The checkpoint of a run that adapts a model: bytes to [`Adapter`] and back. No file access (see `store`).
 //!
-//! A container as [`run_file`](super::run_file) has them, of the lists of the run's state, and beside them options, where the run stood, and the hashes
+//! A container as `run_file.rs` has them, of the lists of the run's state, and beside them options, where the run stood, and the hashes
 //! of the old model and the new scene, which have to be given again.
 
 use std::path::Path;

@@ -1,6 +1,6 @@
 //! The checkpoint of a learning run: bytes to [`Learner`] and back. No file access (see `store`).
 //!
-//! A container as [`run_file`](super::run_file) has them: `free`, `colliding` and `samples` (rows x nq) and `classified` (postcard, u8), and
+//! A container as `run_file.rs` has them: `free`, `colliding` and `samples` (rows x nq) and `classified` (postcard, u8), and
 //! beside them options, where the run stood, and the scene's hash.
 
 use std::path::Path;
