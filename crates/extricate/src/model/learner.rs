@@ -12,7 +12,7 @@ use super::EndedBy;
 use super::measure::{Extent, is_within};
 use super::near_miss::NearMisses;
 use super::run_state::{Looks, RunState, Stage};
-use super::solve::{self, SolveGround};
+use super::solve::{SolveGround, Solving};
 use crate::boundary::SampleSet;
 use crate::boundary::trace::{TraceGround, Tracer};
 use crate::collision::{CheckScratch, Checker};
@@ -213,10 +213,16 @@ impl Learner {
                 let tracer = tracer
                     .get_or_insert_with(|| Tracer::at(&trace_ground, &state.known, &state.samples, place.clone()));
                 let (known, samples) = (&mut state.known, &mut state.samples);
-                let solves = |samples: &[f64]| solve::pays(options.labels) && !samples.is_empty();
-                // Solving starts from samples: without any, the first pass takes what it needs.
-                let traced_by = (TRACED_BY * options.labels as f64) as usize;
-                let most = if solves(samples) { traced_by.saturating_sub(budget.spent()) } else { usize::MAX };
+                let solving = Solving::of(options.labels, ground.metric.kind());
+                let solves = |samples: &[f64]| solving.is_some() && !samples.is_empty();
+                // Solving starts from samples: without any, the first pass takes what it needs; or, where exploring and training left nothing of the
+                // share, as much of what is left.
+                let share = |labels: usize| (TRACED_BY * labels as f64) as usize;
+                let most = match place.passes {
+                    0 if solving == Some(Solving::Sparing) => share(budget.left()),
+                    _ if solves(samples) => share(options.labels).saturating_sub(budget.spent()),
+                    _ => usize::MAX,
+                };
                 let paid = budget.end().is_some()
                     || tracer.pass(&trace_ground, known, samples, &ground.halton, most, &mut budget);
                 if budget.end().is_none() && look(ground, options, state, &mut budget) {
@@ -325,6 +331,7 @@ impl LearnGround {
             halton: &self.halton,
             gap: self.gap,
             seed: options.seed,
+            solving: Solving::of(options.labels, self.metric.kind()).unwrap_or(Solving::Thorough),
         }
     }
 

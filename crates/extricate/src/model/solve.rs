@@ -20,8 +20,9 @@ use crate::metric::Metric;
 use crate::penetration::certificate::InteriorBalls;
 use crate::penetration::coverage::Coverage;
 use crate::penetration::{
-    Ground, MANY_EXITS, QueryBudget, QueryOptions, QueryScratch, RELIED_ON, Width, index_samples, nearest_exit,
+    FEW_EXITS, Ground, MANY_EXITS, QueryBudget, QueryOptions, QueryScratch, Width, index_samples, nearest_exit,
 };
+use crate::scene::MetricSpec;
 
 /// What solving stands on.
 pub struct SolveGround<'a> {
@@ -39,6 +40,8 @@ pub struct SolveGround<'a> {
     pub gap: f64,
     /// For the index.
     pub seed: u64,
+    /// How.
+    pub solving: Solving,
 }
 
 /// How far solving has come.
@@ -66,12 +69,31 @@ const LEAST_CHECKS: usize = 200;
 const CHECKS_AFTER: usize = 12;
 /// While so many exits are known, other ways out become exits too. With fewer, a model that is about to rely on exits would do so with half as many
 /// nearest ones; with more, they change nothing.
-const KEEPS_OTHERS: std::ops::Range<usize> = RELIED_ON..MANY_EXITS;
+const KEEPS_OTHERS: std::ops::Range<usize> = FEW_EXITS..MANY_EXITS;
+/// Starts of a query that solves sparingly: three to four times as many exits for as many labels.
+const SPARING_STARTS: usize = 6;
+/// Labels from which on it pays to solve sparingly. Exploring and training leave half of them, which buy a hundred exits.
+const LEAST_LABELS: usize = 10_000;
 
-/// Whether a run of so many labels solves at all: with fewer exits than a query needs before it relies on them, the labels are better
-/// spent on the boundary.
-pub fn pays(labels: usize) -> bool {
-    (1.0 - TRACED_BY) * labels as f64 >= (RELIED_ON * LEAST_CHECKS) as f64
+/// How a run solves.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Solving {
+    /// The nearest way out of every configuration, as a query finds it.
+    Thorough,
+    /// From few starts, and every other way out that is met is an exit too. Of few exits more are worth more than nearer ones; of many they are not:
+    /// with 160,000 labels `shelf-arm` would miss twice as many ways out.
+    Sparing,
+}
+
+impl Solving {
+    /// How a run of so many labels solves; `None` where the labels are better spent on the boundary. Where the metric bends, queries start from exits
+    /// only once there are enough of them to rely on.
+    pub fn of(labels: usize, metric: MetricSpec) -> Option<Self> {
+        if (1.0 - TRACED_BY) * labels as f64 >= (FEW_EXITS * LEAST_CHECKS) as f64 {
+            return Some(Self::Thorough);
+        }
+        (metric == MetricSpec::Joint && labels >= LEAST_LABELS).then_some(Self::Sparing)
+    }
 }
 
 /// How many configurations the next pass solves, where so many are known.
@@ -124,7 +146,7 @@ impl SolveGround<'_> {
             change: None,
         };
         let before = place.seeds_used;
-        solve_next(&ground, self.gap, known, samples, place, budget) && place.seeds_used > before
+        solve_next(&ground, (self.gap, self.solving), known, samples, place, budget) && place.seeds_used > before
     }
 }
 
@@ -137,7 +159,7 @@ impl SolveGround<'_> {
 /// Every exit was labelled free, and the configuration within `gap` of it toward the one that was solved was labelled colliding.
 fn solve_next(
     ground: &Ground,
-    gap: f64,
+    (gap, solving): (f64, Solving),
     known: &Exploration,
     samples: &mut Vec<f64>,
     place: &mut SolvePlace,
@@ -152,8 +174,12 @@ fn solve_next(
         }
         let checks = budget.left() / rows - CHECKS_AFTER;
         let seeds = &known.colliding[place.seeds_used * nq..(place.seeds_used + rows) * nq];
-        let keeps_others = KEEPS_OTHERS.contains(&place.exits);
-        let task = Task { ground, gap, checks, until: budget.until(), keeps_others };
+        let keeps_others = match solving {
+            Solving::Thorough => KEEPS_OTHERS.contains(&place.exits),
+            Solving::Sparing => true,
+        };
+        let starts = (solving == Solving::Sparing).then_some(SPARING_STARTS);
+        let task = Task { ground, gap, checks, until: budget.until(), keeps_others, starts };
         let found: Vec<(Vec<f64>, usize)> = seeds
             .par_chunks_exact(nq)
             .with_max_len(SOLVED_A_TASK)
@@ -180,6 +206,8 @@ struct Task<'a> {
     until: Option<Instant>,
     /// Whether other ways out than the nearest are kept.
     keeps_others: bool,
+    /// Of each query, where not as many as it takes.
+    starts: Option<usize>,
 }
 
 impl Task<'_> {
@@ -189,7 +217,7 @@ impl Task<'_> {
         let left = || self.until.map(|until| until.saturating_duration_since(Instant::now()).as_secs_f64());
         let Some(q) = space.config(seed).ok().filter(|_| left() != Some(0.0)) else { return (Vec::new(), 0) };
         let budget = QueryBudget { checks: Some(self.checks), seconds: left() };
-        let options = QueryOptions { budget, ..QueryOptions::default() };
+        let options = QueryOptions { budget, starts: self.starts, ..QueryOptions::default() };
         let answer = nearest_exit(self.ground, &q, &options, scratch).filter(|_| left() != Some(0.0));
         let Some(answer) = answer else { return (Vec::new(), scratch.checks()) };
         let mut exits = Vec::new();
@@ -247,6 +275,20 @@ mod tests {
     }
 
     #[test]
+    fn small_budgets_solve_sparingly_where_queries_start_from_few_exits() {
+        use MetricSpec::{Joint, MaxDisplacement, ObjectNorm};
+        for (labels, metric, solving) in [
+            (9_999, Joint, None),
+            (10_000, Joint, Some(Solving::Sparing)),
+            (73_144, Joint, Some(Solving::Thorough)),
+            (73_000, ObjectNorm, None),
+            (73_144, MaxDisplacement, Some(Solving::Thorough)),
+        ] {
+            assert_eq!(Solving::of(labels, metric), solving, "{labels} {metric:?}");
+        }
+    }
+
+    #[test]
     fn a_stored_model_answers_as_the_learned_one() {
         let learned = learned();
         let stored = stored(&learned, learned.statistics().clone());
@@ -301,6 +343,7 @@ mod tests {
             checks: usize::MAX,
             until: None,
             keeps_others,
+            starts: None,
         });
         let (mut scratch, mut others) = (QueryScratch::default(), 0);
         for q in colliding(&model, 100) {
@@ -334,7 +377,7 @@ mod tests {
         let options = LearnOptions { labels: 4 * LABELS, seconds: None, seed: 5, ..LearnOptions::default() };
         let scene = builtin::scene("free-box").unwrap();
         let model = Model::learn(scene, &options, &mut |_| ControlFlow::Continue(())).unwrap();
-        assert!(model.statistics().exits > RELIED_ON, "{}", model.statistics().exits);
+        assert!(model.statistics().exits > FEW_EXITS, "{}", model.statistics().exits);
         // Without exits, such queries lose less than others.
         assert_shorter(&model, 0.7);
     }

@@ -34,7 +34,7 @@ pub use answer::{Answer, Exit, Way};
 pub use batch::Answered;
 pub use changed::ChangedScene;
 pub use options::{Effort, QueryBudget, QueryOptions, Stop};
-pub use plan::{MANY_EXITS, RELIED_ON};
+pub use plan::{FEW_EXITS, MANY_EXITS};
 pub use search::QueryScratch;
 pub use stream::{Stream, StreamOptions};
 pub use tangents::index_samples;
@@ -81,13 +81,23 @@ impl Ground<'_> {
         self.change.is_some()
     }
 
+    /// Whether exits are so many that refined queries in turn start from them alone, with samples only to make up for those that are missing.
+    pub fn relies_on_exits(&self) -> bool {
+        let least = match self.metric.kind() {
+            MetricSpec::Joint if self.is_lean => plan::RELIED_ON_TO_SOLVE,
+            MetricSpec::Joint => plan::RELIED_ON,
+            MetricSpec::ObjectNorm | MetricSpec::MaxDisplacement => FEW_EXITS,
+        };
+        self.boundary.exits() >= least
+    }
+
     /// Whether descents of a refined query run in turn, as many as the width says, instead of being compared with each other before they are carried on:
     /// under the metric of the joints, and under the object norm where there are exits enough to start from. What is largest is not smooth, and
     /// bends too much for it.
     pub fn takes_turns(&self) -> bool {
         match self.metric.kind() {
             MetricSpec::Joint => true,
-            MetricSpec::ObjectNorm => self.boundary.exits() >= RELIED_ON,
+            MetricSpec::ObjectNorm => self.relies_on_exits(),
             MetricSpec::MaxDisplacement => false,
         }
     }

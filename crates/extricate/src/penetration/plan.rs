@@ -37,6 +37,8 @@ pub struct Plan {
     /// What each descent from a sample has to promise, where it is carried to its end before the next one starts; not where several exits are
     /// wanted.
     pub in_turn: Option<Hope>,
+    /// Whether exits and samples are tried in the order of distance; else exits come first.
+    pub nearest_first: bool,
     /// Of the search for the nearest samples.
     pub care: Care,
     /// Whether descents toward the query in its own coordinates, along contacts of convex shapes or pieces, end where they seem to.
@@ -69,14 +71,19 @@ pub const HOPE: f64 = 1.15;
 
 /// Exits that a refined query starts from where descents are not in turn.
 const EXITS: usize = 20;
-/// With fewer than these, other starts are needed.
-const ENOUGH_EXITS: usize = 8;
 /// Boundary samples that it starts from where there are no exits.
 const STARTS: usize = 16;
 /// So many exits have to be known for one to be started from: with few, the nearest are far.
-const KNOWN_AN_EXIT: usize = 32;
-/// Exits that are known where queries rely on them.
-pub const RELIED_ON: usize = ENOUGH_EXITS * KNOWN_AN_EXIT;
+const KNOWN_AN_EXIT: usize = 8;
+/// The same where the metric bends.
+const KNOWN_A_BENT_EXIT: usize = 32;
+/// Exits that are known where queries in turn start from them alone. With fewer, samples are started from as if there were none: of 300 to 1,500 exits
+/// alone, `shelf-arm` misses twice as many ways out.
+pub const RELIED_ON: usize = 1600;
+/// The same of queries that look for further exits: a few more misses are worth three times as many exits.
+pub const RELIED_ON_TO_SOLVE: usize = 64;
+/// With fewer than these, other starts are needed under every metric.
+pub const FEW_EXITS: usize = 8 * KNOWN_A_BENT_EXIT;
 /// With fewer exits than these, samples make up for them.
 pub const MANY_EXITS: usize = 16_384;
 /// One for so many degrees of freedom where there are nearly as many exits.
@@ -117,7 +124,7 @@ impl Plan {
         let more = STARTS_AN_EXIT * options.exits.saturating_sub(1).min(MOST_STARTS);
         plan.starts = plan.starts.max((STARTS + more).min(MOST_STARTS));
         plan.exits = plan.exits.max((EXITS + more / 2).min(MOST_STARTS / 2));
-        let known = ground.boundary.exits() / KNOWN_AN_EXIT;
+        let known = ground.boundary.exits() / if plan.is_smooth { KNOWN_AN_EXIT } else { KNOWN_A_BENT_EXIT };
         // Where several ways out are wanted under a metric that bends, all starts are compared.
         let in_turn = ground.takes_turns() && (plan.is_smooth || options.exits <= 1);
         if options.effort == Effort::Refined && in_turn {
@@ -156,7 +163,9 @@ impl Plan {
             Width::Widest => Hope::IN_TURN_WIDEST,
             _ => Hope::IN_TURN,
         });
-        if known < ENOUGH_EXITS {
+        if !ground.relies_on_exits() {
+            // The nearest of few exits is often farther than the nearest sample.
+            self.nearest_first = true;
             self.starts = (self.starts * width.samples()).min(MOST_STARTS);
             return;
         }
@@ -243,6 +252,7 @@ impl Plan {
                 kept: 0,
                 is_smooth,
                 in_turn: None,
+                nearest_first: false,
                 care: Care::Exact,
             },
             // Where linearised descents mislead, more of them, from more kinds of starts, are carried on.
@@ -259,6 +269,7 @@ impl Plan {
                 kept: KEPT,
                 is_smooth,
                 in_turn: None,
+                nearest_first: false,
                 care: Care::Exact,
                 wander: WANDER,
                 refine,
@@ -275,6 +286,7 @@ impl Plan {
                 kept: 3,
                 is_smooth,
                 in_turn: None,
+                nearest_first: false,
                 care: Care::Exact,
                 wander: 0,
                 refine,
@@ -303,6 +315,7 @@ impl Plan {
                     kept: 64,
                     is_smooth,
                     in_turn: None,
+                    nearest_first: false,
                     care: Care::Exact,
                 }
             }

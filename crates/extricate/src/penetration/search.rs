@@ -48,6 +48,8 @@ pub struct QueryScratch {
     /// A sample nearer than what descents found; the pool is still needed by the plan that comes after.
     nearer: Vec<(u32, f64)>,
     pub(super) chosen: Vec<u32>,
+    /// The same with how far they are, where they are put in order.
+    pub(super) ordered: Vec<(f64, u32)>,
     /// Flat coordinates of what was chosen, row major.
     pub(super) places: Vec<f64>,
     pub(super) slid: Vec<f64>,
@@ -163,14 +165,9 @@ impl QueryScratch {
     pub(super) fn refine_all(&mut self, ground: &Ground, plan: &Plan, options: &QueryOptions, answer: &mut Answer) {
         let several = options.exits > 1;
         self.forget_probes();
-        if plan.from_query {
-            let mut start = std::mem::take(&mut self.best);
-            start.clear();
-            start.extend_from_slice(&self.anchor.q);
-            self.probe(ground, &plan.probe, Start::at(&start), several, answer);
-            self.best = start;
-        }
-        self.probe_scattered(ground, plan, &plan.probe, several, answer);
+        // Of the nearest sample: what looks around the query may start from and end at, whatever the descents before them find.
+        let first = answer.depth;
+        let ceiling = if several { f64::INFINITY } else { first };
         let chosen = std::mem::take(&mut self.chosen);
         let in_turn = plan.in_turn.filter(|_| !several);
         self.fallback.0 = answer.depth;
@@ -186,14 +183,16 @@ impl QueryScratch {
                 answer,
             );
         } else {
-            chosen.iter().for_each(|id| self.probe(ground, &plan.probe, Start::of(ground, *id), several, answer));
+            chosen.iter().for_each(|id| self.probe(ground, &plan.probe, Start::of(ground, *id), ceiling, answer));
         }
         self.chosen = chosen;
         if plan.begins_at_exits() && !several {
             self.look_for_nearer_sample(ground, plan, answer);
         }
+        self.look_near(ground, plan, first, ceiling, answer);
         if plan.scatter_again {
-            self.probe_scattered(ground, plan, &plan.probe, several, answer);
+            let ceiling = if several { f64::INFINITY } else { answer.depth };
+            self.probe_scattered(ground, plan, answer.depth, ceiling, answer);
         }
         if several {
             self.carry_on_to_several(ground, plan, answer);
@@ -201,6 +200,19 @@ impl QueryScratch {
             self.carry_on(ground, plan, answer);
         }
         self.settle(ground, answer);
+    }
+
+    /// Probes from the query itself and from free configurations around it, nearer than `within`, as the plan says. After what was chosen: labels around
+    /// the query take fifty checks and more, which a query of few is better off spending on descents.
+    fn look_near(&mut self, ground: &Ground, plan: &Plan, within: f64, ceiling: f64, answer: &mut Answer) {
+        if plan.from_query {
+            let mut start = std::mem::take(&mut self.best);
+            start.clear();
+            start.extend_from_slice(&self.anchor.q);
+            self.probe(ground, &plan.probe, Start::at(&start), ceiling, answer);
+            self.best = start;
+        }
+        self.probe_scattered(ground, plan, within, ceiling, answer);
     }
 
     /// Takes a sample for the answer where one is nearer than all that descents have found: which is seldom, and mostly told by the lists alone.
@@ -306,38 +318,38 @@ impl QueryScratch {
         exit.verified.then_some(exit)
     }
 
-    /// The first steps of a descent; where it stands then and what it is expected to reach are noted.
+    /// The first steps of a descent, given up where it is not expected to end nearer than `ceiling`; where it stands then and what it is expected to
+    /// reach are noted.
     pub(super) fn probe(
         &mut self,
         ground: &Ground,
         options: &RefineOptions,
         start: Start,
-        several: bool,
+        ceiling: f64,
         answer: &mut Answer,
     ) {
         if self.refine.is_spent() {
             return;
         }
-        let ceiling = if several { f64::INFINITY } else { answer.depth };
         self.refine_from(ground, options, start, ceiling, answer);
         self.promising.push((self.refine.expected, self.promising.len()));
         self.ends.extend_from_slice(self.refine.end());
     }
 
-    /// Refines from free configurations around the query, nearer than the answer.
+    /// Probes from free configurations around the query, nearer than `within`.
     pub(super) fn probe_scattered(
         &mut self,
         ground: &Ground,
         plan: &Plan,
-        options: &RefineOptions,
-        several: bool,
+        within: f64,
+        ceiling: f64,
         answer: &mut Answer,
     ) {
         let Self { anchor, local, scatter: scattered, refine, .. } = self;
-        scatter(ground, anchor, answer.depth, &plan.scatter, local, scattered, refine);
+        scatter(ground, anchor, within, &plan.scatter, local, scattered, refine);
         let scattered = std::mem::take(&mut self.scatter.starts);
         for start in scattered.chunks_exact(self.anchor.q.len()) {
-            self.probe(ground, options, Start::at(start), several, answer);
+            self.probe(ground, &plan.probe, Start::at(start), ceiling, answer);
         }
         self.scatter.starts = scattered;
     }

@@ -136,12 +136,14 @@ impl Stream {
         scratch.forget_probes();
         for _ in 0..options.looks.min(scratch.chosen.len()) {
             let id = scratch.chosen[*next % scratch.chosen.len()];
-            scratch.probe(ground, &plan.probe, Start::of(ground, id), false, answer);
+            let ceiling = answer.depth;
+            scratch.probe(ground, &plan.probe, Start::of(ground, id), ceiling, answer);
             *next += 1;
         }
         if *next >= scratch.chosen.len() {
             *next = 0;
-            scratch.probe_scattered(ground, plan, &plan.probe, false, answer);
+            let ceiling = answer.depth;
+            scratch.probe_scattered(ground, plan, ceiling, ceiling, answer);
         }
         scratch.carry_on(ground, plan, answer);
         self.keep_to(ground, plan, current, answer);

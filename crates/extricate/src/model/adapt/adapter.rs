@@ -19,7 +19,7 @@ use crate::metric::Metric;
 use crate::metric::relative::RelativePoses;
 use crate::model::learner::{GAP_SHARE, Report, relative_poses};
 use crate::model::scene_change::compare;
-use crate::model::solve::{SolveGround, pays};
+use crate::model::solve::{SolveGround, Solving};
 use crate::model::{EndedBy, Model};
 use crate::penetration::certificate::InteriorBalls;
 use crate::penetration::coverage::Coverage;
@@ -27,6 +27,8 @@ use crate::scene::Scene;
 
 /// How many copies of the lists there are beside them while a checkpoint is written.
 const COPIES_TO_STORE: usize = 2;
+/// What is learned anew is solved as in a run of many labels: exits that still hold are many, or there are none.
+const SOLVING: Solving = Solving::Thorough;
 
 /// A run between two units of work: a look at some of the stored samples, a pass of tracing or of solving, and at last measuring; what it does
 /// is told at [`adapt`](super::adapt).
@@ -221,7 +223,8 @@ impl<'a> Adapter<'a> {
         // What is free on the far side of where an obstacle went is no old sample, and no changed pair comes near it.
         state.known.free.extend_from_slice(&uniform.free);
         state.fresh.colliding = uniform.colliding;
-        let solves = ground.explores() && (!state.exits.is_empty() || pays(labels_in_all));
+        let solves = ground.explores()
+            && (!state.exits.is_empty() || Solving::of(labels_in_all, ground.metric.kind()) == Some(SOLVING));
         let place = &mut state.place;
         place.judged = Judged { accuracy, held_out, colliding_share };
         (place.kept, place.solves) = (state.samples.len() / nq, solves);
@@ -353,6 +356,7 @@ impl AdaptGround {
             halton: &self.halton,
             gap: self.gap,
             seed,
+            solving: SOLVING,
         }
     }
 }
