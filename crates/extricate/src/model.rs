@@ -8,6 +8,7 @@ pub mod quality;
 pub mod run_state;
 pub mod scene_change;
 pub mod solve;
+mod solving;
 pub mod uniform;
 mod width;
 

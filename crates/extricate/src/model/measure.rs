@@ -301,9 +301,7 @@ pub(crate) mod tests {
             assert!((low - level).abs() < 0.07, "{low} {level}");
         }
         assert!(share(&|answer| answer.is_far()) < 0.03);
-        // Ways out of many configurations end at one corner, so that half of the samples may have an equal one.
-        assert!(0.0 <= density.spacing_median && density.spacing_median <= density.spacing_p95);
-        assert!(0.0 < density.spacing_p95);
+        assert!(0.0 < density.spacing_median && density.spacing_median <= density.spacing_p95);
         assert!(excess.queries >= 8 && 0.0 <= excess.median && excess.median <= excess.p95, "{excess:?}");
         assert!(excess.within_5pct > 0.8, "{excess:?}");
         let [low, high] = found.accuracy_free_interval.unwrap();

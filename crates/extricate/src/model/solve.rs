@@ -4,12 +4,14 @@
 //! half as many starts are enough. While exits are few, the other ways out that descents met are kept too: they cost two labels each instead of some
 //! dozens, and lead out of other configurations.
 
+use std::collections::HashSet;
+use std::hash::{DefaultHasher, Hasher};
 use std::time::Instant;
 
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use super::learner::TRACED_BY;
+use super::solving::Solving;
 use crate::boundary::SampleSet;
 use crate::collision::Checker;
 use crate::cspace::sampling::Halton;
@@ -22,7 +24,6 @@ use crate::penetration::coverage::Coverage;
 use crate::penetration::{
     FEW_EXITS, Ground, MANY_EXITS, QueryBudget, QueryOptions, QueryScratch, Width, index_samples, nearest_exit,
 };
-use crate::scene::MetricSpec;
 
 /// What solving stands on.
 pub struct SolveGround<'a> {
@@ -64,7 +65,7 @@ const BETWEEN_REPORTS: usize = 64;
 /// Solved by one thread at a time: few, so that none is left with the last, and enough to fill its memory for.
 const SOLVED_A_TASK: usize = 4;
 /// Checks that a query is not begun without: with fewer it is not carried to its end.
-const LEAST_CHECKS: usize = 200;
+pub(super) const LEAST_CHECKS: usize = 200;
 /// Checks kept from a query: what tells whether its exits are free and beside a collision, and what it may overdraw.
 const CHECKS_AFTER: usize = 12;
 /// While so many exits are known, other ways out become exits too. With fewer, a model that is about to rely on exits would do so with half as many
@@ -72,29 +73,6 @@ const CHECKS_AFTER: usize = 12;
 const KEEPS_OTHERS: std::ops::Range<usize> = FEW_EXITS..MANY_EXITS;
 /// Starts of a query that solves sparingly: three to four times as many exits for as many labels.
 const SPARING_STARTS: usize = 6;
-/// Labels from which on it pays to solve sparingly. Exploring and training leave half of them, which buy a hundred exits.
-const LEAST_LABELS: usize = 10_000;
-
-/// How a run solves.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Solving {
-    /// The nearest way out of every configuration, as a query finds it.
-    Thorough,
-    /// From few starts, and every other way out that is met is an exit too. Of few exits more are worth more than nearer ones; of many they are not:
-    /// with 160,000 labels `shelf-arm` would miss twice as many ways out.
-    Sparing,
-}
-
-impl Solving {
-    /// How a run of so many labels solves; `None` where the labels are better spent on the boundary. Where the metric bends, queries start from exits
-    /// only once there are enough of them to rely on.
-    pub fn of(labels: usize, metric: MetricSpec) -> Option<Self> {
-        if (1.0 - TRACED_BY) * labels as f64 >= (FEW_EXITS * LEAST_CHECKS) as f64 {
-            return Some(Self::Thorough);
-        }
-        (metric == MetricSpec::Joint && labels >= LEAST_LABELS).then_some(Self::Sparing)
-    }
-}
 
 /// How many configurations the next pass solves, where so many are known.
 fn wanted(place: &SolvePlace) -> usize {
@@ -150,7 +128,7 @@ impl SolveGround<'_> {
     }
 }
 
-/// Solves the next colliding configurations of `known`, and appends the exits to `samples`; whether another pass could be paid for.
+/// Solves the next colliding configurations of `known`, and appends the exits that are new to `samples`; whether another pass could be paid for.
 ///
 /// `ground` holds the samples as they were indexed. A query takes the checks that it needs, but not more than leave the others of its
 /// batch with as many.
@@ -167,6 +145,8 @@ fn solve_next(
 ) -> bool {
     let nq = ground.checker.scene().space.nq();
     let until = (place.seeds_used + wanted(place)).min(known.colliding.len() / nq);
+    let exits = samples[samples.len() - place.exits * nq..].chunks_exact(nq);
+    let mut kept: HashSet<u64> = exits.map(fingerprint).collect();
     while place.seeds_used < until && budget.end().is_none() {
         let rows = (until - place.seeds_used).min(BETWEEN_REPORTS).min(budget.left() / LEAST_CHECKS);
         if rows == 0 {
@@ -185,15 +165,24 @@ fn solve_next(
             .with_max_len(SOLVED_A_TASK)
             .map_init(QueryScratch::default, |scratch, seed| task.solve(seed, scratch))
             .collect();
-        for (exits, _) in &found {
-            samples.extend_from_slice(exits);
-            place.exits += exits.len() / nq;
+        for exit in found.iter().flat_map(|(exits, _)| exits.chunks_exact(nq)) {
+            if kept.insert(fingerprint(exit)) {
+                samples.extend_from_slice(exit);
+                place.exits += 1;
+            }
         }
         place.seeds_used += rows;
         budget.note(samples.len() / nq, None);
         budget.spend(found.iter().map(|(_, checks)| checks).sum());
     }
     budget.left() >= LEAST_CHECKS
+}
+
+/// Tells equal exits: where limits and obstacles leave a corner, the ways out of many configurations end in it.
+fn fingerprint(exit: &[f64]) -> u64 {
+    let mut hasher = DefaultHasher::new();
+    exit.iter().for_each(|x| hasher.write_u64(x.to_bits()));
+    hasher.finish()
 }
 
 /// What is done with every configuration of a batch.
@@ -272,20 +261,6 @@ mod tests {
         let scene = model.checker().scene_arc().clone();
         let (coverage, rows) = (model.coverage().clone(), model.boundary().configs().to_vec());
         Model::from_parts(Checker::new(scene.clone()), Metric::new(scene), rows, None, coverage, statistics)
-    }
-
-    #[test]
-    fn small_budgets_solve_sparingly_where_queries_start_from_few_exits() {
-        use MetricSpec::{Joint, MaxDisplacement, ObjectNorm};
-        for (labels, metric, solving) in [
-            (9_999, Joint, None),
-            (10_000, Joint, Some(Solving::Sparing)),
-            (73_144, Joint, Some(Solving::Thorough)),
-            (73_000, ObjectNorm, None),
-            (73_144, MaxDisplacement, Some(Solving::Thorough)),
-        ] {
-            assert_eq!(Solving::of(labels, metric), solving, "{labels} {metric:?}");
-        }
     }
 
     #[test]
