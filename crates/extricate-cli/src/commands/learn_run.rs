@@ -84,11 +84,13 @@ impl Keep {
         Ok(())
     }
 
-    /// A run that cannot be kept is worth going on with all the same.
-    fn save(&self, run: &impl Run) {
-        if let Err(error) = run.save(&self.path) {
+    /// Returns whether the run is kept now; one that cannot be is worth going on with all the same.
+    fn save(&self, run: &impl Run) -> bool {
+        let saved = run.save(&self.path);
+        if let Err(error) = &saved {
             notice::warning(format_args!("no checkpoint: {error}"));
         }
+        saved.is_ok()
     }
 }
 
@@ -156,15 +158,11 @@ pub fn run_with_progress<R: Run>(mut run: R, keep: Option<&Keep>) -> anyhow::Res
             kept = Instant::now();
         }
     }
-    if stop.asked()
-        && let Some(keep) = keep
-    {
-        keep.save(&run);
-    }
+    let is_saved = stop.asked() && keep.is_some_and(|keep| keep.save(&run));
     let model = run.finish(&mut report);
     drop(progress);
     let (model, interrupted) = match (model, keep) {
-        (Err(error), Some(keep)) if stop.asked() && keep.path.is_file() => {
+        (Err(error), Some(keep)) if is_saved => {
             return Err(anyhow::Error::from(error).context(kept_at(keep)));
         }
         (model, _) => (model?, stop.asked()),

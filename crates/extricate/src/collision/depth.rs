@@ -102,7 +102,8 @@ fn may_be_deeper(shape: &Shape, point: &Vec3, least: f64) -> bool {
     }
     match &shape.kind {
         ShapeKind::Convex(solid) => solid.planes().iter().all(|(n, offset)| offset - n.dot(point) > least),
-        // Its pieces hold it, and their boxes hold less than its own: not the hole of a ring.
+        // Its pieces hold it, and their boxes hold less than its own: not the hole of a ring. Wrong ones would lose depth, so that bounds become lower, never
+        // too high.
         ShapeKind::Mesh(mesh) => {
             let reach = (-least).max(0.0);
             shape.known_pieces().is_none_or(|pieces| pieces.are_near(point, reach, &mesh.tree.cuboid))

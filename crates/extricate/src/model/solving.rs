@@ -19,8 +19,8 @@ pub enum Solving {
 }
 
 impl Solving {
-    /// How a run of so many labels solves; `None` where the labels are better spent on the boundary. Where the metric bends, queries start from exits
-    /// only once there are enough of them to rely on.
+    /// How a run of so many labels solves; `None` where the labels are better spent on the boundary. Where the metric bends, queries rely on exits
+    /// only once there are [`FEW_EXITS`], which such runs do not come to.
     pub fn of(labels: usize, metric: MetricSpec) -> Option<Self> {
         if (1.0 - TRACED_BY) * labels as f64 >= (FEW_EXITS * LEAST_CHECKS) as f64 {
             return Some(Self::Thorough);

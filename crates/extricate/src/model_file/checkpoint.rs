@@ -19,7 +19,7 @@ use crate::model::run_state::{Mark, RunState, Stage};
 use crate::scene::Scene;
 
 /// Version of the layout, and of the steps of learning: a run goes on only with the program that began it.
-pub const FORMAT: u32 = 3;
+pub const FORMAT: u32 = 4;
 
 const KIND: Kind = Kind { key: KEY, verb: "learn", format: FORMAT };
 const LISTS: [&str; 3] = ["free", "colliding", "samples"];

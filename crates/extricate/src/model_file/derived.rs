@@ -3,7 +3,7 @@
 //!
 //! `index.lists`, `index.centres`, `index.margins`, `index.basis` (see [`KeptIndex`]), the same of `exits`; `planes.counts`, `planes.pairs`,
 //! `planes.columns`, `planes.numbers` (see [`KeptTangents`]); `pieces.counts`, `pieces.sizes`, `pieces.points` (see [`KeptPieces`]). No proof
-//! and no verification rests on any of it, and none of it is taken that does not fit the rest.
+//! and no verification rests on any of it (wrong pieces could lower a bound, never raise one), and none of it is taken that does not fit the rest.
 
 use safetensors::tensor::{Dtype, SafeTensors};
 

@@ -82,7 +82,7 @@ const KNOWN_A_BENT_EXIT: usize = 32;
 pub const RELIED_ON: usize = 1600;
 /// The same of queries that look for further exits: a few more misses are worth three times as many exits.
 pub const RELIED_ON_TO_SOLVE: usize = 64;
-/// With fewer than these, other starts are needed under every metric.
+/// Exits that are known where queries in turn start from them alone under the object norm; a run that cannot pay for so many solves sparingly, or not at all.
 pub const FEW_EXITS: usize = 8 * KNOWN_A_BENT_EXIT;
 /// With fewer exits than these, samples make up for them.
 pub const MANY_EXITS: usize = 16_384;

@@ -9,6 +9,8 @@ use extricate::model::{Adapted, EndedBy};
 use extricate::scene::builtin;
 use extricate::{Checker, LearnOptions, Model, QueryOptions, QueryScratch, Scene};
 
+use crate::memory;
+
 const LABELS: usize = 60_000;
 
 fn options(labels: usize) -> LearnOptions {
@@ -140,4 +142,20 @@ fn adapting_keeps_its_limits_and_does_not_depend_on_threads() {
     assert_eq!(same.boundary().configs(), model.boundary().configs());
     let other = model.adapt(builtin::scene("hand").unwrap(), &options(100), &mut |_| ControlFlow::Continue(()));
     assert!(other.err().unwrap().to_string().contains("learn the scene anew"));
+}
+
+/// A slide before a box that grows until it holds all of the rail: the run spends its labels on looking for something free, and ends.
+#[test]
+fn where_nothing_is_free_any_more_adapting_ends_and_says_so() {
+    let urdf = r#"<robot name="r"><link name="rail"/><link name="slide"><collision><geometry><sphere radius="0.1"/></geometry></collision></link>
+        <joint name="x" type="prismatic"><parent link="rail"/><child link="slide"/><axis xyz="1 0 0"/><limit lower="-1" upper="1"/></joint></robot>"#;
+    let beside = |size: f64| {
+        let toml = format!(
+            "[[robot]]\nurdf = \"r.urdf\"\n[[obstacle]]\nname = \"box\"\nshape = {{ box = [{size}, {size}, {size}] }}\n"
+        );
+        memory::scene(&toml, &[("r.urdf", urdf.into())])
+    };
+    let model = learn(beside(0.5), 1000);
+    let error = model.adapt(beside(4.0), &options(6000), &mut |_| ControlFlow::Continue(())).err().unwrap().to_string();
+    assert!(error.contains("no stored sample is free in the new scene"), "{error}");
 }

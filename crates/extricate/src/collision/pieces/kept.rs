@@ -39,7 +39,8 @@ impl Checker {
     }
 
     /// Takes pieces over that were made of the same meshes; whether they can be those. They have to lie in the boxes of their meshes, and their boxes
-    /// to hold all vertices. That is no proof, and nothing that is proved or verified depends on pieces: they only propose.
+    /// to hold all vertices. That is no proof: nothing that is verified depends on pieces, and wrong ones could only lower a bound (a point that none is near counts
+    /// as no deeper than asked).
     pub fn take_pieces(&self, kept: &KeptPieces) -> bool {
         let (mut sizes, mut points) = (&kept.sizes[..], &kept.points[..]);
         let mut of_parts = Vec::new();

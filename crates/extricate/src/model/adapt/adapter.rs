@@ -28,7 +28,8 @@ use crate::scene::Scene;
 
 /// How many copies of the lists there are beside them while a checkpoint is written.
 const COPIES_TO_STORE: usize = 2;
-/// What is learned anew is solved as in a run of many labels: exits that still hold are many, or there are none.
+/// What is learned anew is solved as in a run of many labels, for exits that still hold are there to start from. Of models of fewer than 73,143 labels,
+/// which hold some hundreds, that was not measured.
 const SOLVING: Solving = Solving::Thorough;
 
 /// A run between two units of work: a look at some of the stored samples, a pass of tracing or of solving, and at last measuring; what it does
@@ -246,7 +247,9 @@ impl<'a> Adapter<'a> {
         let label = |configs: &[f64]| labels(&ground.checker, configs);
         let known = &mut state.known;
         let used = place.as_ref().map_or(0, |place| place.seeds_used);
-        if known.colliding.len() / nq < used + FEW_SEEDS && ground.explores() {
+        // Tracing starts from something free: until there is, it is looked for, as long as there are labels.
+        let nothing_free = state.samples.is_empty() && known.free.is_empty();
+        if (nothing_free || known.colliding.len() / nq < used + FEW_SEEDS) && ground.explores() {
             let count = BATCH.min((budget.left() - kept_back) / 2);
             let configs = configs_at(scene, &ground.halton, JUDGED as u64 + known.next, count);
             known.next += count as u64;
