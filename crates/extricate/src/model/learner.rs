@@ -231,7 +231,7 @@ impl Learner {
                 } else if solves(&state.samples) && (!paid || budget.fraction() >= TRACED_BY) {
                     Stage::Solving
                 } else if !paid {
-                    Stage::Measuring(EndedBy::Labels)
+                    Stage::Measuring(spent(&budget))
                 } else {
                     Stage::Tracing(tracer.place().clone())
                 }
@@ -246,7 +246,7 @@ impl Learner {
                 } else if paid {
                     Stage::Solving
                 } else {
-                    Stage::Measuring(EndedBy::Labels)
+                    Stage::Measuring(spent(&budget))
                 }
             }
             Stage::Measuring(why) => Stage::Measuring(why),
@@ -280,6 +280,11 @@ impl Learner {
     pub fn state(&self) -> &RunState {
         &self.state
     }
+}
+
+/// What left a run nothing that another pass could be paid with: the time may have run out within the last one.
+fn spent(budget: &Budget) -> EndedBy {
+    if budget.end() == Some(BudgetEnd::Seconds) { EndedBy::Seconds } else { EndedBy::Labels }
 }
 
 /// Whether the run is as good as its options ask for. False where the caller stopped the run meanwhile, which `budget` then says.
