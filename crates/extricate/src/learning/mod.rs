@@ -49,9 +49,22 @@ impl LearnOptions {
         self.seconds.map(|seconds| LEARNING_SHARE * seconds)
     }
 
+    /// The threads of a run with these options.
+    ///
+    /// # Errors
+    /// [`Error::Option`] for an option that makes no sense.
+    pub(crate) fn pool(&self) -> Result<rayon::ThreadPool> {
+        self.check()?;
+        rayon::ThreadPoolBuilder::new().num_threads(self.threads).build().map_err(|e| Error::Option {
+            name: "threads",
+            value: format!("{} ({e})", self.threads),
+            expected: "a number of threads that the system can start",
+        })
+    }
+
     /// # Errors
     /// [`Error::Option`] for one that makes no sense.
-    pub(crate) fn check(&self) -> Result<()> {
+    fn check(&self) -> Result<()> {
         if self.labels == 0 {
             return Err(Error::Option { name: "labels", value: "0".into(), expected: "at least 1" });
         }

@@ -19,7 +19,7 @@ use crate::boundary::trace::{TraceGround, Tracer};
 use crate::collision::{CheckScratch, Checker};
 use crate::cspace::Label;
 use crate::cspace::sampling::Halton;
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::learning::active::{classify, surprising_first};
 use crate::learning::budget::{BudgetEnd, Spent};
 use crate::learning::explore::{BATCH, Exploration};
@@ -102,19 +102,14 @@ impl Learner {
     /// A run from nothing. Nothing is labelled yet.
     ///
     /// # Errors
-    /// [`Error::Option`] for an option that makes no sense.
+    /// [`Error::Option`](crate::Error::Option) for an option that makes no sense.
     pub fn new(scene: Scene, options: &LearnOptions) -> Result<Self> {
         Self::resume(scene, options, RunState::default())
     }
 
     /// A run that has come as far as `state`, which has to be one of this scene and these options.
     pub(crate) fn resume(scene: Scene, options: &LearnOptions, state: RunState) -> Result<Self> {
-        options.check()?;
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(options.threads).build().map_err(|e| Error::Option {
-            name: "threads",
-            value: format!("{} ({e})", options.threads),
-            expected: "a number of threads that the system can start",
-        })?;
+        let pool = options.pool()?;
         let scene = Arc::new(scene);
         let metric = Metric::new(scene.clone());
         let ground = LearnGround {

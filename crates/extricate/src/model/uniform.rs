@@ -28,12 +28,7 @@ use crate::scene::Scene;
 /// # Errors
 /// [`Error::Option`] for an option that makes no sense; [`Error::NothingFree`] where no free configuration was found.
 pub fn learn_uniform(scene: Scene, options: &LearnOptions, report: &mut Report) -> Result<Model> {
-    options.check()?;
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(options.threads).build().map_err(|e| Error::Option {
-        name: "threads",
-        value: format!("{} ({e})", options.threads),
-        expected: "a number of threads that the system can start",
-    })?;
+    let pool = options.pool()?;
     pool.install(|| learn_here(scene, options, report))
 }
 

@@ -10,7 +10,7 @@ use crate::boundary::trace::{TraceGround, TracePlace, Tracer};
 use crate::collision::Checker;
 use crate::cspace::Label;
 use crate::cspace::sampling::Halton;
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::learning::budget::{BudgetEnd, Spent};
 use crate::learning::explore::{BATCH, Exploration};
 use crate::learning::union::UnionClassifier;
@@ -87,19 +87,14 @@ impl<'a> Adapter<'a> {
     /// A run from its beginning. Nothing is labelled yet.
     ///
     /// # Errors
-    /// [`Error::Adapt`] where robots, limits or metric differ, [`Error::Option`] for an option that makes no sense.
+    /// [`Error::Adapt`](crate::Error::Adapt) where robots, limits or metric differ, [`Error::Option`](crate::Error::Option) for an option that makes no sense.
     pub fn new(old: &'a Model, scene: Scene, options: &LearnOptions) -> Result<Self> {
         Self::resume(old, scene, options, AdaptState::default())
     }
 
     /// A run that has come as far as `state`, which has to be one of this model, scene and options.
     pub(crate) fn resume(old: &'a Model, scene: Scene, options: &LearnOptions, state: AdaptState) -> Result<Self> {
-        options.check()?;
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(options.threads).build().map_err(|e| Error::Option {
-            name: "threads",
-            value: format!("{} ({e})", options.threads),
-            expected: "a number of threads that the system can start",
-        })?;
+        let pool = options.pool()?;
         let scene = Arc::new(scene);
         let metric = Metric::new(scene.clone());
         let gap = GAP_SHARE * metric.diameter();
