@@ -26,6 +26,6 @@ pub use model::learner::Learner;
 pub use model::{Model, Statistics};
 pub use penetration::{
     Answer, Answered, ChangedScene, Effort, Exit, QueryBudget, QueryOptions, QueryScratch, Stop, Stream, StreamOptions,
-    Way, Width,
+    Way,
 };
 pub use scene::Scene;

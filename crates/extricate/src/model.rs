@@ -1,6 +1,7 @@
 //! What is learned of a scene, and the two things to do with it: learn it, ask it.
 
 pub mod adapt;
+pub mod calibrate;
 pub mod learner;
 pub mod measure;
 pub mod near_miss;
@@ -10,7 +11,6 @@ pub mod scene_change;
 pub mod solve;
 mod solving;
 pub mod uniform;
-mod width;
 
 use std::ops::ControlFlow;
 use std::time::{Duration, Instant};
@@ -27,10 +27,10 @@ use crate::learning::{LearnOptions, LearnProgress};
 use crate::metric::Metric;
 use crate::penetration::batch::in_blocks;
 use crate::penetration::certificate::InteriorBalls;
-use crate::penetration::changed::Learned;
 use crate::penetration::coverage::Coverage;
 use crate::penetration::{
-    Answer, Answered, ChangedScene, Ground, QueryOptions, QueryScratch, Stream, Width, index_samples, query,
+    Answer, Answered, ChangedScene, Context, Learned, QueryOptions, QueryScratch, StartsPerDof, Stream, index_samples,
+    query,
 };
 use crate::scene::Scene;
 use learner::Learner;
@@ -83,10 +83,9 @@ pub struct Statistics {
     /// How good refined queries are on held-out colliding configurations: 64 of them, fewer where a check for every four labels does
     /// not pay for so many. `None` where none was asked, as with less than 10,000 labels.
     pub excess: Option<Excess>,
-    /// How widely refined queries search: the least of four widths that misses the nearest way out of no more held-out configurations than one in a
-    /// hundred (the narrowest: in two hundred), see [`measure::measure`]. Where too few were asked, the widest under the metric of the joints and the
-    /// usual one under others; after adapting, that of before; where measuring was interrupted, the usual one.
-    pub width: Width,
+    /// Starts of a refined query for each degree of freedom, see [`calibrate`](crate::model::calibrate).
+    #[serde(alias = "width", deserialize_with = "calibrate::read")]
+    pub starts_per_dof: StartsPerDof,
     /// Collision and distance evaluations spent on these three, and on telling whether the run may end: beside `labels`.
     pub measuring_checks: usize,
     /// What ended learning. With a limit in seconds, the model depends on the speed of the machine.
@@ -229,7 +228,7 @@ impl Model {
 
     /// The nearest free configuration to `q`, see [`query`].
     pub fn query(&self, q: &Config, options: &QueryOptions, scratch: &mut QueryScratch) -> Answer {
-        query(&self.ground(), q, options, scratch).expect("a model holds a free sample")
+        query(&self.context(), q, options, scratch).expect("a model holds a free sample")
     }
 
     /// Asks configurations that nobody wants to know, spread over the whole space, for about as long as `duration`, so that the first query that counts
@@ -284,7 +283,7 @@ impl Model {
     /// # Guarantee
     /// That of [`query`]; but the answer also depends on the frames before.
     pub fn query_next(&self, q: &Config, stream: &mut Stream) -> Answer {
-        stream.query(&self.ground(), q).expect("a model holds a free sample")
+        stream.query(&self.context(), q).expect("a model holds a free sample")
     }
 
     /// [`Model::query_next`] in a changed scene, which may be another one in every frame, as where obstacles move.
@@ -312,21 +311,10 @@ impl Model {
     }
 
     fn learned(&self) -> Learned<'_> {
-        Learned { boundary: &self.boundary, coverage: &self.coverage, width: self.statistics.width }
+        Learned { boundary: &self.boundary, coverage: &self.coverage, starts: self.statistics.starts_per_dof }
     }
 
-    pub(crate) fn ground(&self) -> Ground<'_> {
-        Ground {
-            checker: &self.checker,
-            metric: &self.metric,
-            boundary: &self.boundary,
-            balls: &self.balls,
-            coverage: &self.coverage,
-            clearance: self.scene().clearance,
-            scale: self.metric.diameter(),
-            width: self.statistics.width,
-            is_lean: false,
-            change: None,
-        }
+    pub(crate) fn context(&self) -> Context<'_> {
+        Context::new((&self.checker, &self.metric, &self.balls), self.learned(), None)
     }
 }

@@ -14,6 +14,7 @@ use std::sync::Arc;
 
 use safetensors::tensor::{Dtype, SafeTensors, TensorView, serialize};
 use serde::{Deserialize, Serialize};
+use serde_json::value::RawValue;
 
 use crate::collision::Checker;
 use crate::error::{Error, Result};
@@ -23,17 +24,19 @@ use crate::model::{Model, Statistics};
 use crate::penetration::coverage::Coverage;
 use crate::scene::Scene;
 
-/// Version of the layout; a file of another version is refused, but for the one before.
-pub const FORMAT: u32 = 6;
-/// The version before, in which nothing was kept that can be made anew: such a file takes longer to load.
-const BEFORE: u32 = 5;
+/// Version of the layout; a file of another version is refused, but for those of [`READABLE`].
+pub const FORMAT: u32 = 7;
+/// Versions that are read. In 5 nothing was kept that can be made anew: such a file takes longer to load. Until 6 a model said in one of four words how
+/// widely its queries search.
+const READABLE: [u64; 3] = [5, 6, FORMAT as u64];
 
 const KEY: &str = "extricate";
 
 #[derive(Serialize, Deserialize)]
 struct Header {
     format: u32,
-    statistics: Statistics,
+    /// As it was written: another version may have other keys.
+    statistics: Box<RawValue>,
     checksum: String,
 }
 
@@ -41,7 +44,7 @@ struct Header {
 pub fn encode(model: &Model) -> Vec<u8> {
     let mut arrays = learned(model);
     arrays.extend(derived::arrays(model));
-    container(FORMAT, model.statistics().clone(), arrays)
+    container(FORMAT, model.statistics(), arrays)
 }
 
 /// What was learned, and cannot be made anew.
@@ -64,7 +67,7 @@ fn learned(model: &Model) -> Vec<Array> {
 /// What tells models apart: the hash of what was learned, whatever the version of the layout.
 fn identity(model: &Model) -> String {
     let arrays = learned(model);
-    checksum(model.statistics(), &arrays.iter().map(|array| &array.bytes[..]).collect::<Vec<_>>())
+    checksum(&written(model.statistics()), &arrays.iter().map(|array| &array.bytes[..]).collect::<Vec<_>>())
 }
 
 /// A tensor to be.
@@ -75,9 +78,14 @@ struct Array {
     bytes: Vec<u8>,
 }
 
-fn container(format: u32, statistics: Statistics, mut arrays: Vec<Array>) -> Vec<u8> {
+fn written(statistics: &Statistics) -> Box<RawValue> {
+    serde_json::value::to_raw_value(statistics).expect("plain data serialises into memory")
+}
+
+fn container(format: u32, statistics: &Statistics, mut arrays: Vec<Array>) -> Vec<u8> {
     let in_memory = "plain data serialises into memory";
     arrays.sort_by_key(|array| array.name);
+    let statistics = written(statistics);
     let checksum = checksum(&statistics, &arrays.iter().map(|array| &array.bytes[..]).collect::<Vec<_>>());
     // One entry only: a map of several would be written in random order.
     let header = serde_json::to_string(&Header { format, statistics, checksum }).expect(in_memory);
@@ -108,12 +116,14 @@ pub fn decode(path: &Path, bytes: &[u8]) -> Result<Model> {
     let header = metadata.metadata().as_ref().and_then(|m| m.get(KEY));
     let header = header.ok_or_else(|| fault("a safetensors file, but not an extricate model".into()))?;
     let format = serde_json::from_str::<serde_json::Value>(header).ok().and_then(|v| v.get("format")?.as_u64());
-    if ![FORMAT, BEFORE].map(|known| Some(u64::from(known))).contains(&format) {
+    if !format.is_some_and(|format| READABLE.contains(&format)) {
         let found = format.map_or("an unreadable version".into(), |f| format!("version {f}"));
         return Err(fault(format!("its format is {found}, expected version {FORMAT}: learn it anew")));
     }
     let altered = |what: &str| fault(format!("altered or damaged: {what}"));
     let header: Header = serde_json::from_str(header).map_err(|e| altered(&format!("unreadable header ({e})")))?;
+    let statistics: Statistics =
+        serde_json::from_str(header.statistics.get()).map_err(|e| altered(&format!("unreadable statistics ({e})")))?;
     let tensors = SafeTensors::deserialize(bytes).map_err(|e| fault(format!("truncated or damaged ({e})")))?;
     let data = |name: &str| tensors.tensor(name).map_err(|_| altered(&format!("no tensor `{name}`")));
     let (boundary, classifier) = (data("boundary")?, data("classifier")?);
@@ -131,24 +141,23 @@ pub fn decode(path: &Path, bytes: &[u8]) -> Result<Model> {
     let (configs, coverage) = (numbers(boundary.data()), Coverage::new(numbers(reaches.data())));
     let rows = boundary.shape().first().copied().unwrap_or(0);
     if rows == 0
-        || header.statistics.exits.saturating_add(header.statistics.stand_ins) > rows
+        || statistics.exits.saturating_add(statistics.stand_ins) > rows
         || boundary.shape().get(1) != Some(&scene.space.nq())
     {
         return Err(altered("boundary samples do not fit the scene"));
     }
     let scene = Arc::new(scene);
     let (checker, metric) = (Checker::new(scene.clone()), Metric::new(scene));
-    if format == Some(BEFORE.into()) {
-        return Ok(Model::from_parts(checker, metric, configs, classifier, coverage, header.statistics));
+    if format == Some(READABLE[0]) {
+        return Ok(Model::from_parts(checker, metric, configs, classifier, coverage, statistics));
     }
-    let boundary = derived::restore(&tensors, &checker, &metric, configs, header.statistics.exits);
+    let boundary = derived::restore(&tensors, &checker, &metric, configs, statistics.exits);
     let boundary = boundary.map_err(|problem| altered(&problem))?;
-    Ok(Model::with_boundary(checker, metric, boundary, classifier, coverage, header.statistics))
+    Ok(Model::with_boundary(checker, metric, boundary, classifier, coverage, statistics))
 }
 
-fn checksum(statistics: &Statistics, parts: &[&[u8]]) -> String {
-    let statistics = serde_json::to_vec(statistics).expect("plain data serialises into memory");
-    hash(&[&[&statistics[..]], parts].concat())
+fn checksum(statistics: &RawValue, parts: &[&[u8]]) -> String {
+    hash(&[&[statistics.get().as_bytes()], parts].concat())
 }
 
 /// BLAKE3 of the parts, each after its length.
@@ -211,11 +220,11 @@ mod tests {
     #[test]
     fn a_file_of_the_version_before_becomes_one_of_this() {
         let model = with_exits("free-box", None);
-        let before = container(BEFORE, model.statistics().clone(), learned(&model));
+        let before = container(5, model.statistics(), learned(&model));
         assert_equal(&model, &decode(Path::new("m"), &before).unwrap());
-        let older = container(BEFORE - 1, model.statistics().clone(), learned(&model));
+        let older = container(4, model.statistics(), learned(&model));
         let message = decode(Path::new("m"), &older).err().unwrap().to_string();
-        assert!(message.contains("m: its format is version 4, expected version 6"), "{message}");
+        assert!(message.contains("m: its format is version 4, expected version 7"), "{message}");
     }
 
     /// The checksum of each is right.
@@ -226,7 +235,7 @@ mod tests {
             let mut arrays = learned(&model);
             arrays.extend(derived::arrays(&model));
             spoil(&mut arrays);
-            let bytes = container(FORMAT, model.statistics().clone(), arrays);
+            let bytes = container(FORMAT, model.statistics(), arrays);
             decode(Path::new("my.model"), &bytes).err().map(|e| e.to_string())
         };
         assert_eq!(refused(&|_| ()), None);

@@ -165,7 +165,13 @@ pub fn statistics_rows(statistics: &Statistics, unit: &str) -> Vec<(&'static str
         ("held-out accuracy", held_out_accuracy(statistics)),
         ("sample density", sample_density(statistics, unit)),
         ("excess of queries", excess_of_queries(statistics)),
-        ("width of queries", format!("{} (of narrow, usual, wide, widest)", statistics.width.name())),
+        (
+            "starts of a query",
+            format!(
+                "{:.1} stored and {:.1} around it for each degree of freedom",
+                statistics.starts_per_dof.stored, statistics.starts_per_dof.around
+            ),
+        ),
         ("spent on measuring", format!("{} checks", count(statistics.measuring_checks))),
     ]
 }

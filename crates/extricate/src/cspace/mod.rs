@@ -66,6 +66,33 @@ pub struct Factor {
     pub v: usize,
 }
 
+impl Manifold {
+    /// How many coordinates it has.
+    pub fn coordinates(&self) -> usize {
+        if *self == Self::Rotation { 4 } else { 1 }
+    }
+
+    /// How many tangent dimensions it has.
+    pub fn dimensions(&self) -> usize {
+        if *self == Self::Rotation { 3 } else { 1 }
+    }
+}
+
+impl Factor {
+    /// Squared distance between two configurations in this factor, weighted; of rotations and circles the chord, twice the sine of half the angle.
+    pub fn squared_chord(&self, a: &[f64], b: &[f64]) -> f64 {
+        let squared = match self.manifold {
+            Manifold::Interval { .. } => (a[self.q] - b[self.q]).powi(2),
+            Manifold::Circle => (2.0 * (0.5 * (a[self.q] - b[self.q])).sin()).powi(2),
+            Manifold::Rotation => {
+                let inner: f64 = (self.q..self.q + 4).map(|k| a[k] * b[k]).sum();
+                4.0 * (1.0 - inner * inner).max(0.0)
+            }
+        };
+        self.weight * squared
+    }
+}
+
 /// A product of manifolds with limits.
 ///
 /// ```

@@ -9,6 +9,7 @@ use std::sync::{Arc, OnceLock};
 use rayon::prelude::*;
 
 use super::EndedBy;
+use super::calibrate::unmeasured;
 use super::measure::{Extent, is_within};
 use super::near_miss::NearMisses;
 use super::run_state::{Looks, RunState, Stage};
@@ -29,7 +30,7 @@ use crate::metric::relative::{self, RelativePoses};
 use crate::metric::{Metric, MetricScratch};
 use crate::penetration::certificate::InteriorBalls;
 use crate::penetration::coverage::Coverage;
-use crate::penetration::{Ground, Width, index_samples};
+use crate::penetration::{Context, Learned, index_samples};
 use crate::scene::Scene;
 use ending::Ready;
 use memory::is_full;
@@ -308,19 +309,10 @@ fn look(ground: &LearnGround, options: &LearnOptions, state: &mut RunState, budg
 
 impl LearnGround {
     /// What queries stand on, with the samples so far.
-    fn to_query<'a>(&'a self, boundary: &'a SampleSet) -> Ground<'a> {
-        Ground {
-            checker: &self.checker,
-            metric: &self.metric,
-            boundary,
-            balls: self.balls.get_or_init(|| InteriorBalls::new(&self.checker)),
-            coverage: &self.no_coverage,
-            clearance: self.checker.scene().clearance,
-            scale: self.metric.diameter(),
-            width: Width::default(),
-            is_lean: false,
-            change: None,
-        }
+    fn to_query<'a>(&'a self, boundary: &'a SampleSet) -> Context<'a> {
+        let balls = self.balls.get_or_init(|| InteriorBalls::new(&self.checker));
+        let learned = Learned { boundary, coverage: &self.no_coverage, starts: unmeasured() };
+        Context::new((&self.checker, &self.metric, balls), learned, None)
     }
 
     fn to_solve(&self, options: &LearnOptions) -> SolveGround<'_> {

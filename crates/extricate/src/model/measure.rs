@@ -6,14 +6,16 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 
+use super::calibrate::{calibrate, unmeasured};
 use super::quality::{Density, Excess, percentile};
-use super::width::choose_width;
 use crate::boundary::{BoundaryScratch, Wanted};
 use crate::cspace::sampling::uniform;
 use crate::cspace::{Config, Label};
 use crate::metric::Anchor;
 use crate::penetration::coverage::Coverage;
-use crate::penetration::{Effort, Ground, QueryBudget, QueryOptions, QueryScratch, Width, begins_with, query};
+use crate::penetration::{
+    Context, Effort, Learned, QueryBudget, QueryOptions, QueryScratch, StartsPerDof, begins_with, query,
+};
 
 /// How much is measured.
 #[derive(Debug, Clone, Copy)]
@@ -28,17 +30,17 @@ pub struct Extent {
     pub checks: usize,
     /// When to stop; what is found then depends on the machine.
     pub until: Option<Instant>,
-    /// How widely queries search as far as that is known before.
-    pub known: Option<Width>,
+    /// Starts for each degree of freedom as far as they are known before.
+    pub known: Option<StartsPerDof>,
 }
 
 /// What was found.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone)]
 pub struct Measured {
     /// Of the samples; `None` where nothing held out collides.
     pub density: Option<Density>,
-    /// How widely queries have to search.
-    pub width: Width,
+    /// Starts of a refined query for each degree of freedom.
+    pub starts: StartsPerDof,
     /// Of such queries; `None` where none was asked.
     pub excess: Option<Excess>,
     /// To compare queries with.
@@ -69,6 +71,13 @@ const ASKED_AT_ONCE: usize = 16;
 const LONG_STARTS: usize = 32;
 /// Most checks of the longer search: some ten times what it takes, lest one query take minutes.
 const LONG_CHECKS: usize = 20_000;
+
+impl Default for Measured {
+    /// Nothing was measured.
+    fn default() -> Self {
+        Self { density: None, starts: unmeasured(), excess: None, coverage: Coverage::default(), checks: 0 }
+    }
+}
 
 impl Extent {
     /// After learning with `labels`.
@@ -101,14 +110,14 @@ const LOOKS: u64 = u64::from_be_bytes(*b"  looked");
 /// Measures samples and queries on held-out configurations; `go_on` is asked now and then, `None` where it says no.
 ///
 /// # Guarantee
-/// Without a time to stop at, the result depends on ground and extent alone, not on the number of threads.
-pub fn measure(ground: &Ground, extent: &Extent, go_on: &mut dyn FnMut() -> bool) -> Option<Measured> {
-    let nq = ground.checker.scene().space.nq();
-    let (colliding, mut checks) = held_out(ground, extent, go_on)?;
-    let reaches = nearest_others(ground, &colliding, 1, Wanted::NEAREST);
-    let spacings = nearest_others(ground, &evenly(ground.boundary.configs(), nq, SPACED), 2, Wanted::NEAREST);
+/// Without a time to stop at, the result depends on context and extent alone, not on the number of threads.
+pub fn measure(context: &Context, extent: &Extent, go_on: &mut dyn FnMut() -> bool) -> Option<Measured> {
+    let nq = context.checker.scene().space.nq();
+    let (colliding, mut checks) = held_out(context, extent, go_on)?;
+    let reaches = nearest_others(context, &colliding, 1, Wanted::NEAREST);
+    let spacings = nearest_others(context, &evenly(context.samples().configs(), nq, SPACED), 2, Wanted::NEAREST);
     // As refined queries see them; others look among more samples.
-    let coverage = Coverage::new(nearest_others(ground, &colliding, 1, begins_with(ground)));
+    let coverage = Coverage::new(nearest_others(context, &colliding, 1, begins_with(context)));
     let density = (!reaches.is_empty()).then(|| Density {
         spacing_median: percentile(&spacings, 0.5),
         spacing_p95: percentile(&spacings, 0.95),
@@ -122,35 +131,42 @@ pub fn measure(ground: &Ground, extent: &Extent, go_on: &mut dyn FnMut() -> bool
         !stopped
     };
     // What a figure is chosen by makes it look better than it is: the excess is measured on others.
-    let (width, spent) = choose_width(ground, others, extent, &mut hopeful);
+    let (starts, spent) = calibrate(context, others, extent, &mut hopeful);
     checks += spent;
-    let (excesses, spent) = excesses(&Ground { width, ..*ground }, asked, extent, &mut |_| hopeful());
+    let (excesses, spent) =
+        excesses(&Context { learned: Learned { starts, ..context.learned }, ..*context }, asked, extent, &mut |_| {
+            hopeful()
+        });
     checks += spent;
     if stopped {
         return None;
     }
-    Some(Measured { density, width, excess: Excess::of(&excesses), coverage, checks })
+    Some(Measured { density, starts, excess: Excess::of(&excesses), coverage, checks })
 }
 
-/// The width alone, and the evaluations that it took.
-pub fn measure_width(ground: &Ground, extent: &Extent, go_on: &mut dyn FnMut() -> bool) -> Option<(Width, usize)> {
-    let nq = ground.checker.scene().space.nq();
-    let (colliding, drawn) = held_out(ground, extent, go_on)?;
+/// The starts alone, and the evaluations that it took.
+pub fn measure_starts(
+    context: &Context,
+    extent: &Extent,
+    go_on: &mut dyn FnMut() -> bool,
+) -> Option<(StartsPerDof, usize)> {
+    let nq = context.checker.scene().space.nq();
+    let (colliding, drawn) = held_out(context, extent, go_on)?;
     let (_, others) = colliding.split_at(colliding.len().min(extent.queries * nq));
-    let (width, checks) = choose_width(ground, others, extent, go_on);
-    Some((width, drawn + checks))
+    let (starts, checks) = calibrate(context, others, extent, go_on);
+    Some((starts, drawn + checks))
 }
 
 /// Whether at least 95 % of held-out queries have an excess of at most `target`, and the checks that it took to tell; `None` where
 /// `go_on` said no. Not where fewer than `extent.queries` collide among what is drawn.
 pub fn is_within(
-    ground: &Ground,
+    context: &Context,
     target: f64,
     extent: &Extent,
     go_on: &mut dyn FnMut() -> bool,
 ) -> Option<(bool, usize)> {
-    let nq = ground.checker.scene().space.nq();
-    let (colliding, checks) = held_out(ground, extent, go_on)?;
+    let nq = context.checker.scene().space.nq();
+    let (colliding, checks) = held_out(context, extent, go_on)?;
     if colliding.len() < extent.queries * nq {
         return Some((false, checks));
     }
@@ -162,15 +178,15 @@ pub fn is_within(
         !stopped && beyond(found) <= allowed
     };
     let asked = &colliding[..extent.queries * nq];
-    let (excesses, spent) = excesses(ground, asked, extent, &mut hopeful);
+    let (excesses, spent) = excesses(context, asked, extent, &mut hopeful);
     // Fewer were given up or cut short by the clock: not shown to be within.
     let within = excesses.len() == extent.queries && beyond(&excesses) <= allowed;
     (!stopped).then_some((within, checks + spent))
 }
 
 /// Uniform colliding configurations, row major, and the labels that they took.
-fn held_out(ground: &Ground, extent: &Extent, go_on: &mut dyn FnMut() -> bool) -> Option<(Vec<f64>, usize)> {
-    let (space, mut rng) = (&ground.checker.scene().space, ChaCha8Rng::seed_from_u64(extent.seed ^ HELD_OUT));
+fn held_out(context: &Context, extent: &Extent, go_on: &mut dyn FnMut() -> bool) -> Option<(Vec<f64>, usize)> {
+    let (space, mut rng) = (&context.checker.scene().space, ChaCha8Rng::seed_from_u64(extent.seed ^ HELD_OUT));
     let (nq, mut colliding, mut drawn) = (space.nq(), Vec::new(), 0);
     while drawn < extent.draws && colliding.len() < ENOUGH * nq && !extent.is_over() {
         if !go_on() {
@@ -179,7 +195,7 @@ fn held_out(ground: &Ground, extent: &Extent, go_on: &mut dyn FnMut() -> bool) -
         let mut configs = vec![0.0; DRAWN_AT_ONCE.min(extent.draws - drawn) * nq];
         configs.chunks_exact_mut(nq).for_each(|q| uniform(space, &mut rng, q));
         let mut labels = vec![Label::Free; configs.len() / nq];
-        ground.checker.label_batch(&configs, &mut labels);
+        context.checker.label_batch(&configs, &mut labels);
         drawn += labels.len();
         let rows = configs.chunks_exact(nq).zip(labels);
         colliding.extend(rows.filter(|(_, label)| *label == Label::Colliding).flat_map(|(q, _)| q.iter().copied()));
@@ -195,14 +211,14 @@ fn evenly(rows: &[f64], nq: usize, count: usize) -> Vec<f64> {
 }
 
 /// Distance of every configuration to the boundary sample that is its `count`-th nearest: where they are samples themselves, each is its own first.
-fn nearest_others(ground: &Ground, configs: &[f64], count: usize, wanted: Wanted) -> Vec<f64> {
+fn nearest_others(context: &Context, configs: &[f64], count: usize, wanted: Wanted) -> Vec<f64> {
     let nearest = |(anchor, scratch, found): &mut (Anchor, BoundaryScratch, Vec<(u32, f64)>), q: &[f64]| {
-        ground.metric.anchor(q, anchor);
+        context.metric.anchor(q, anchor);
         // Of two samples at one place either may come first.
-        ground.boundary.nearest(wanted, ground.metric, anchor, count, scratch, found);
+        context.samples().nearest(wanted, context.metric, anchor, count, scratch, found);
         found.last().map(|(_, distance)| *distance)
     };
-    let nq = ground.checker.scene().space.nq();
+    let nq = context.checker.scene().space.nq();
     configs.par_chunks_exact(nq).map_init(Default::default, nearest).flatten().collect()
 }
 
@@ -210,12 +226,12 @@ fn nearest_others(ground: &Ground, configs: &[f64], count: usize, wanted: Wanted
 /// may end it. Where time runs out, what it
 /// may have cut short is left out.
 fn excesses(
-    ground: &Ground,
+    context: &Context,
     asked: &[f64],
     extent: &Extent,
     go_on: &mut dyn FnMut(&[f64]) -> bool,
 ) -> (Vec<f64>, usize) {
-    let space = &ground.checker.scene().space;
+    let space = &context.checker.scene().space;
     let (mut found, mut checks, mut asked) = (Vec::new(), 0, asked);
     // Few at first: how many checks one takes differs by a hundred times from scene to scene.
     let mut size = 1;
@@ -232,7 +248,7 @@ fn excesses(
             .with_max_len(1)
             .map_init(QueryScratch::default, |scratch, q| {
                 // A configuration that was drawn keeps the limits but for rounding, which this mends.
-                space.config(q).map_or((None, 0), |q| excess(ground, &q, budget, scratch))
+                space.config(q).map_or((None, 0), |q| excess(context, &q, budget, scratch))
             })
             .collect();
         if extent.is_over() {
@@ -244,10 +260,10 @@ fn excesses(
     (found, checks)
 }
 
-fn excess(ground: &Ground, q: &Config, budget: QueryBudget, scratch: &mut QueryScratch) -> (Option<f64>, usize) {
+fn excess(context: &Context, q: &Config, budget: QueryBudget, scratch: &mut QueryScratch) -> (Option<f64>, usize) {
     let refined = QueryOptions { budget, ..QueryOptions::default() };
     let longer = QueryOptions { effort: Effort::Exhaustive, starts: Some(LONG_STARTS), budget, ..refined.clone() };
-    let answers = [refined, longer].map(|options| query(ground, q, &options, scratch));
+    let answers = [refined, longer].map(|options| query(context, q, &options, scratch));
     let [Some(refined), Some(longer)] = answers else { return (None, 0) };
     let checks = refined.checks + longer.checks;
     // Of a free one there is nothing to compare.
@@ -312,7 +328,7 @@ pub(crate) mod tests {
     #[test]
     fn coverage_holds_for_queries_that_begin_at_exits() {
         let model = learned(700_000);
-        assert_eq!(begins_with(&model.ground()).among, Among::Exits, "{}", model.boundary().exits());
+        assert_eq!(begins_with(&model.context()).among, Among::Exits, "{}", model.boundary().exits());
         let mut scratch = QueryScratch::default();
         let queries = colliding(&model, 2000);
         let coverages: Vec<f64> =
@@ -352,10 +368,10 @@ pub(crate) mod tests {
                 asked += 1;
                 asked <= most
             };
-            assert!(measure(&model.ground(), &Extent::in_full(1), &mut go_on).is_none(), "{most}");
+            assert!(measure(&model.context(), &Extent::in_full(1), &mut go_on).is_none(), "{most}");
         }
         let over = Extent { until: Some(Instant::now()), ..Extent::in_full(1) };
-        let found = measure(&model.ground(), &over, &mut || true).unwrap();
+        let found = measure(&model.context(), &over, &mut || true).unwrap();
         assert_eq!((found.density, found.excess, found.checks), (None, None, 0));
     }
 }

@@ -11,6 +11,7 @@ use std::time::Instant;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
+use super::calibrate::unmeasured;
 use super::solving::Solving;
 use crate::boundary::SampleSet;
 use crate::collision::Checker;
@@ -21,9 +22,7 @@ use crate::learning::{Budget, LabelBatch};
 use crate::metric::Metric;
 use crate::penetration::certificate::InteriorBalls;
 use crate::penetration::coverage::Coverage;
-use crate::penetration::{
-    FEW_EXITS, Ground, MANY_EXITS, QueryBudget, QueryOptions, QueryScratch, Width, index_samples, nearest_exit,
-};
+use crate::penetration::{Context, Learned, QueryBudget, QueryOptions, QueryScratch, index_samples, nearest_exit};
 
 /// What solving stands on.
 pub struct SolveGround<'a> {
@@ -70,7 +69,8 @@ pub(super) const LEAST_CHECKS: usize = 200;
 const CHECKS_AFTER: usize = 12;
 /// While so many exits are known, other ways out become exits too. With fewer, a model that is about to rely on exits would do so with half as many
 /// nearest ones; with more, they change nothing.
-const KEEPS_OTHERS: std::ops::Range<usize> = FEW_EXITS..MANY_EXITS;
+const KEEPS_OTHERS: std::ops::Range<usize> = 256..16_384;
+
 /// Starts of a query that solves sparingly: three to four times as many exits for as many labels.
 const SPARING_STARTS: usize = 6;
 
@@ -111,18 +111,8 @@ impl SolveGround<'_> {
         let boundary = indexed.get_or_insert_with(|| {
             index_samples(self.checker, self.metric, samples[..rows * nq].to_vec(), place.indexed, self.seed)
         });
-        let ground = Ground {
-            checker: self.checker,
-            metric: self.metric,
-            boundary,
-            balls: self.balls,
-            coverage: self.no_coverage,
-            clearance: self.checker.scene().clearance,
-            scale: self.metric.diameter(),
-            width: Width::Narrow,
-            is_lean: true,
-            change: None,
-        };
+        let learned = Learned { boundary, coverage: self.no_coverage, starts: unmeasured() };
+        let ground = Context::new((self.checker, self.metric, self.balls), learned, None);
         let before = place.seeds_used;
         solve_next(&ground, (self.gap, self.solving), known, samples, place, budget) && place.seeds_used > before
     }
@@ -136,7 +126,7 @@ impl SolveGround<'_> {
 /// # Guarantee
 /// Every exit was labelled free, and the configuration within `gap` of it toward the one that was solved was labelled colliding.
 fn solve_next(
-    ground: &Ground,
+    ground: &Context,
     (gap, solving): (f64, Solving),
     known: &Exploration,
     samples: &mut Vec<f64>,
@@ -158,7 +148,7 @@ fn solve_next(
             Solving::Thorough => KEEPS_OTHERS.contains(&place.exits),
             Solving::Sparing => true,
         };
-        let starts = (solving == Solving::Sparing).then_some(SPARING_STARTS);
+        let starts = Some(if solving == Solving::Sparing { SPARING_STARTS } else { ground.checker.scene().space.nv() });
         let task = Task { ground, gap, checks, until: budget.until(), keeps_others, starts };
         let found: Vec<(Vec<f64>, usize)> = seeds
             .par_chunks_exact(nq)
@@ -187,7 +177,7 @@ fn fingerprint(exit: &[f64]) -> u64 {
 
 /// What is done with every configuration of a batch.
 struct Task<'a> {
-    ground: &'a Ground<'a>,
+    ground: &'a Context<'a>,
     gap: f64,
     /// Most checks of one.
     checks: usize,
@@ -214,7 +204,7 @@ impl Task<'_> {
             exits.extend_from_slice(&answer.witness);
         }
         if self.keeps_others {
-            for (depth, other) in scratch.other_ways_out(space, &answer) {
+            for (depth, other) in scratch.other_exits(space, &answer) {
                 let is_free = scratch.label(self.ground, &other) == Label::Free;
                 if is_free && self.is_beside_collision(&other, depth, &q, scratch) {
                     exits.extend_from_slice(&other);
@@ -239,12 +229,11 @@ mod tests {
 
     use super::*;
     use crate::boundary::{Among, BoundaryScratch, Wanted};
-    use crate::collision::Checker;
+    use crate::collision::{Checker, ContactQuery, ContactSearch};
     use crate::learning::LearnOptions;
     use crate::metric::Anchor;
     use crate::model::measure::tests::colliding;
     use crate::model::{Model, Statistics};
-    use crate::penetration::refine::RefineScratch;
     use crate::scene::builtin;
 
     /// Enough for twice the exits that queries rely on.
@@ -285,8 +274,11 @@ mod tests {
         for exit in set.configs()[first * nq..].chunks_exact(nq) {
             assert_eq!(model.checker().label(exit, &mut Default::default()), Label::Free);
             // Some direction within the gap collides: that toward what was solved, which is not kept.
-            let mut contacts = RefineScratch::default();
-            assert!(!contacts.touching(&model.ground(), exit, model.metric().lever() * gap).is_empty());
+            let (mut scratch, mut contacts) = (Default::default(), Vec::new());
+            let margin = model.metric().lever() * gap;
+            let query = ContactQuery { margin, search: ContactSearch::Exact };
+            model.checker().contacts(exit, query, &mut scratch, &mut contacts);
+            assert!(!contacts.is_empty());
         }
         let (mut scratch, mut found, mut anchor) = (BoundaryScratch::default(), Vec::new(), Anchor::default());
         for q in set.configs().chunks_exact(nq).step_by(97).take(40) {
@@ -310,7 +302,7 @@ mod tests {
     #[test]
     fn other_ways_out_are_exits_too_while_they_are_few() {
         let model = learned();
-        let ground = Ground { width: Width::Narrow, is_lean: true, ..model.ground() };
+        let ground = model.context();
         let gap = model.statistics().boundary_gap.unwrap();
         let [nearest, all] = [false, true].map(|keeps_others| Task {
             ground: &ground,
@@ -352,7 +344,7 @@ mod tests {
         let options = LearnOptions { labels: 4 * LABELS, seconds: None, seed: 5, ..LearnOptions::default() };
         let scene = builtin::scene("free-box").unwrap();
         let model = Model::learn(scene, &options, &mut |_| ControlFlow::Continue(())).unwrap();
-        assert!(model.statistics().exits > FEW_EXITS, "{}", model.statistics().exits);
+        assert!(model.statistics().exits > 256, "{}", model.statistics().exits);
         // Without exits, such queries lose less than others.
         assert_shorter(&model, 0.7);
     }

@@ -2,7 +2,7 @@
 
 use super::learner::TRACED_BY;
 use super::solve::LEAST_CHECKS;
-use crate::penetration::FEW_EXITS;
+const FEW_EXITS: usize = 256;
 use crate::scene::MetricSpec;
 
 /// Labels from which on it pays to solve sparingly. Exploring and training leave half of them, which buy a hundred exits.

@@ -2,8 +2,9 @@
 
 use std::sync::Arc;
 
+use super::calibrate::unmeasured;
 use super::learner::Report;
-use super::measure::{Extent, measure_width};
+use super::measure::{Extent, measure_starts};
 use super::{EndedBy, Model, Statistics};
 use crate::collision::Checker;
 use crate::cspace::Label;
@@ -13,7 +14,6 @@ use crate::learning::budget::BudgetEnd;
 use crate::learning::explore::{BATCH, Exploration};
 use crate::learning::{Budget, LearnOptions};
 use crate::metric::Metric;
-use crate::penetration::Width;
 use crate::penetration::coverage::Coverage;
 use crate::scene::Scene;
 
@@ -68,7 +68,7 @@ fn learn_here(scene: Scene, options: &LearnOptions, report: &mut Report) -> Resu
         boundary_gap: None,
         density: None,
         excess: None,
-        width: Width::default(),
+        starts_per_dof: unmeasured(),
         measuring_checks: 0,
         ended_by: match budget.end() {
             Some(BudgetEnd::Interrupted) => EndedBy::Interruption,
@@ -80,8 +80,8 @@ fn learn_here(scene: Scene, options: &LearnOptions, report: &mut Report) -> Resu
     let mut model = Model::from_parts(checker, metric, known.free, None, Coverage::default(), statistics);
     let extent = Extent::after(model.statistics.labels, options.seed);
     let mut go_on = || budget.end() != Some(BudgetEnd::Interrupted);
-    if let Some((width, checks)) = measure_width(&model.ground(), &extent, &mut go_on) {
-        (model.statistics.width, model.statistics.measuring_checks) = (width, checks);
+    if let Some((starts, checks)) = measure_starts(&model.context(), &extent, &mut go_on) {
+        (model.statistics.starts_per_dof, model.statistics.measuring_checks) = (starts, checks);
     }
     Ok(model)
 }

@@ -9,7 +9,7 @@ use std::cmp::Ordering;
 
 use rayon::prelude::*;
 
-use super::Ground;
+use super::context::Context;
 use crate::collision::{CheckScratch, Checker, ConvexOverlap, largest_balls};
 use crate::math::{LANES, Pose, Vec3, vectorized};
 use crate::metric::motion_bound::{BoundedPoint, MotionPath};
@@ -161,7 +161,7 @@ fn spread(points: &[Vec3], count: usize) -> Vec<Vec3> {
 /// Proved, for every pair in `colliding` on its own: for every configuration within the bound, some ball of one body still overlaps the solid of the
 /// other, or two convex shapes (of `overlaps`) still do.
 pub fn lower_bound(
-    ground: &Ground,
+    context: &Context,
     poses: &[Pose],
     colliding: &[usize],
     overlaps: &[ConvexOverlap],
@@ -171,12 +171,12 @@ pub fn lower_bound(
 ) -> f64 {
     let mut bound = 0.0;
     for overlap in overlaps {
-        bound = raise_by_overlap(ground, overlap, poses, bound, ceiling, path);
+        bound = raise_by_overlap(context, overlap, poses, bound, ceiling, path);
     }
     for &pair in colliding {
-        let pair = ground.checker.scene().pairs[pair];
+        let pair = context.checker.scene().pairs[pair];
         for roles in [[pair.first, pair.second], [pair.second, pair.first]] {
-            bound = raise(ground, roles, poses, bound, (look, ceiling), path, check);
+            bound = raise(context, roles, poses, bound, (look, ceiling), path, check);
         }
     }
     bound
@@ -185,26 +185,26 @@ pub fn lower_bound(
 /// Raises `bound` by the penetration depth of two convex shapes. The motion bound is a convex function of the point, so over a
 /// shape it is largest at a corner of any box around it.
 fn raise_by_overlap(
-    ground: &Ground,
+    context: &Context,
     overlap: &ConvexOverlap,
     poses: &[Pose],
     mut bound: f64,
     ceiling: f64,
     path: &mut MotionPath,
 ) -> f64 {
-    let scene = ground.checker.scene();
+    let scene = context.checker.scene();
     let pair = scene.pairs[overlap.pair];
     let frames = [scene.bodies[pair.first].frame, scene.bodies[pair.second].frame];
     let needed = overlap.depth + scene.clearance;
     for (of, relative_to, corners) in
         [(frames[0], frames[1], overlap.corners[0]), (frames[1], frames[0], overlap.corners[1])]
     {
-        ground.metric.motion_between(poses, of, relative_to, path);
+        context.metric.motion_between(poses, of, relative_to, path);
         // The least of what the corners allow.
         let mut allowed = ceiling;
         for position in corners {
             let point = BoundedPoint { position, of, relative_to, inside_of: true, inside_relative_to: false };
-            ground.metric.motion_of(poses, &point, path);
+            context.metric.motion_of(poses, &point, path);
             if path.bound(allowed) >= needed {
                 let start = bound + STEP * allowed;
                 let low = (start, path.bound(start));
@@ -221,7 +221,7 @@ fn raise_by_overlap(
 
 /// Raises `bound` by the balls of one body in the solid of another.
 fn raise(
-    ground: &Ground,
+    context: &Context,
     [carrier, solid]: [usize; 2],
     poses: &[Pose],
     mut bound: f64,
@@ -229,15 +229,15 @@ fn raise(
     path: &mut MotionPath,
     check: &mut CheckScratch,
 ) -> f64 {
-    let scene = ground.checker.scene();
+    let scene = context.checker.scene();
     let (of, relative_to) = (scene.bodies[carrier].frame, scene.bodies[solid].frame);
-    let Balls { all, blocks } = &ground.balls.bodies[carrier];
+    let Balls { all, blocks } = &context.balls.bodies[carrier];
     let most_balls = if look == Look::Quick { QUICK_BALLS } else { usize::MAX };
     // A look at the triangles of a mesh takes longer than all else; open ones hold no balls.
-    let inside = Some(&ground.balls.bodies[solid])
-        .filter(|inside| look == Look::Quick && !ground.checker.is_convex(solid) && inside.hold_some());
+    let inside = Some(&context.balls.bodies[solid])
+        .filter(|inside| look == Look::Quick && !context.checker.is_convex(solid) && inside.hold_some());
     let pose_solid_carrier = poses[relative_to].inverse().then(&poses[of]);
-    ground.metric.motion_between(poses, of, relative_to, path);
+    context.metric.motion_between(poses, of, relative_to, path);
     let levers = path.levers();
     let mut start = bound + STEP * ceiling;
     // Those that may prove most first: the others then seldom need a look.
@@ -251,7 +251,7 @@ fn raise(
             let depths = &mut depths[..blocks.len()];
             match inside {
                 Some(balls) => balls.depths(&pose_solid_carrier, centres, depths),
-                None => ground.checker.solid_depth_bounds(solid, &pose_solid_carrier, centres, depths),
+                None => context.checker.solid_depth_bounds(solid, &pose_solid_carrier, centres, depths),
             }
             for ((first, block), depths) in (0..).step_by(LANES).zip(blocks).zip(depths) {
                 let rates = levers.squared_rates(&poses[of].points(&block.centres));
@@ -278,7 +278,7 @@ fn raise(
         }
         let (position, point_solid) = (poses[of].point(&ball.centre), pose_solid_carrier.point(&ball.centre));
         let mut point = BoundedPoint { position, of, relative_to, inside_of: true, inside_relative_to: true };
-        ground.metric.motion_of(poses, &point, path);
+        context.metric.motion_of(poses, &point, path);
         let mut low = (start, path.bound(start));
         // Too shallow to raise the bound, even if the point moves as little as one inside would.
         if most <= low.1 {
@@ -287,12 +287,12 @@ fn raise(
         let besides = ball.radius + scene.clearance;
         let depth = match inside {
             Some(_) => Some(most - besides),
-            None => ground.checker.solid_depth_above(solid, &point_solid, low.1 - besides, check),
+            None => context.checker.solid_depth_above(solid, &point_solid, low.1 - besides, check),
         };
         let Some(depth) = depth else { continue };
-        if depth < 0.0 && ground.metric.kind() == MetricSpec::MaxDisplacement {
+        if depth < 0.0 && context.metric.kind() == MetricSpec::MaxDisplacement {
             point.inside_relative_to = false;
-            ground.metric.motion_of(poses, &point, path);
+            context.metric.motion_of(poses, &point, path);
             low.1 = path.bound(start);
         }
         let needed = depth + besides;

@@ -9,6 +9,8 @@ use crate::scene::{BodyPair, Scene};
 pub struct Change {
     /// For every checked pair of the learned scene, whether it is checked in this one too and its bodies are the same.
     stays: Vec<bool>,
+    /// Which pair of this scene that is.
+    here: Vec<Option<usize>>,
     /// For every checked pair of this scene, whether the learned one had it not.
     came: Vec<bool>,
     /// By how much the clearance is larger in this one \[m\].
@@ -27,12 +29,18 @@ impl Change {
         let here: Vec<Option<usize>> = learned.pairs.iter().map(index_here).collect();
         let mut came = vec![true; scene.pairs.len()];
         here.iter().flatten().for_each(|pair| came[*pair] = false);
-        Self { stays: here.iter().map(Option::is_some).collect(), came, wider: scene.clearance - learned.clearance }
+        let stays = here.iter().map(Option::is_some).collect();
+        Self { stays, here, came, wider: scene.clearance - learned.clearance }
     }
 
     /// What to make of planes that were noted in the learned scene.
     pub fn of_planes(&self) -> Elsewhere<'_> {
         Elsewhere { stays: &self.stays, wider: self.wider }
+    }
+
+    /// For every checked pair of the learned scene, which pair of this one it is.
+    pub fn pairs_here(&self) -> &[Option<usize>] {
+        &self.here
     }
 
     /// Whether the learned scene had this pair not.

@@ -6,9 +6,8 @@ use std::sync::Arc;
 use super::batch::{Answered, in_blocks};
 use super::certificate::InteriorBalls;
 use super::change::Change;
-use super::coverage::Coverage;
-use super::{Answer, Ground, QueryOptions, QueryScratch, Stream, Width, query};
-use crate::boundary::SampleSet;
+use super::context::{Context, Learned};
+use super::{Answer, QueryOptions, QueryScratch, Stream, query};
 use crate::collision::Checker;
 use crate::cspace::Config;
 use crate::error::{Error, Result};
@@ -22,17 +21,6 @@ pub struct ChangedScene {
     metric: Metric,
     balls: InteriorBalls,
     change: Change,
-}
-
-/// What a model knows of the scene that it learned.
-#[derive(Clone, Copy)]
-pub(crate) struct Learned<'a> {
-    /// Samples that were free there.
-    pub boundary: &'a SampleSet,
-    /// How far from them queries were.
-    pub coverage: &'a Coverage,
-    /// How widely they had to search.
-    pub width: Width,
 }
 
 impl ChangedScene {
@@ -85,12 +73,12 @@ impl ChangedScene {
         options: &QueryOptions,
         scratch: &mut QueryScratch,
     ) -> Option<Answer> {
-        query(&self.ground(learned), q, options, scratch)
+        query(&self.context(learned), q, options, scratch)
     }
 
     /// The next frame of a stream.
     pub(crate) fn query_next(&self, learned: &Learned, q: &Config, stream: &mut Stream) -> Option<Answer> {
-        stream.query(&self.ground(learned), q)
+        stream.query(&self.context(learned), q)
     }
 
     /// The same for many.
@@ -102,24 +90,12 @@ impl ChangedScene {
         threads: usize,
         each: &mut dyn FnMut(Answered<Option<Answer>>) -> ControlFlow<()>,
     ) -> usize {
-        let ground = self.ground(learned);
-        in_blocks(queries, threads, &|q, scratch| query(&ground, q, options, scratch), each)
+        let context = self.context(learned);
+        in_blocks(queries, threads, &|q, scratch| query(&context, q, options, scratch), each)
     }
 
-    fn ground<'a>(&'a self, learned: &Learned<'a>) -> Ground<'a> {
-        let &Learned { boundary, coverage, width } = learned;
-        Ground {
-            checker: &self.checker,
-            metric: &self.metric,
-            boundary,
-            balls: &self.balls,
-            coverage,
-            clearance: self.scene().clearance,
-            scale: self.metric.diameter(),
-            width,
-            is_lean: false,
-            change: Some(&self.change),
-        }
+    fn context<'a>(&'a self, learned: &Learned<'a>) -> Context<'a> {
+        Context::new((&self.checker, &self.metric, &self.balls), *learned, Some(&self.change))
     }
 }
 

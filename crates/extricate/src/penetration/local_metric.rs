@@ -1,9 +1,8 @@
 //! The metric's tensor at the query: what is near and what is a random direction, as the metric sees it.
 
-use super::Ground;
+use super::context::Context;
 use super::dense::{cholesky, dot, transposed_solve};
 use crate::cspace::ConfigSpace;
-use crate::math::Pose;
 use crate::metric::{Anchor, quadratic::Quadratic};
 
 /// Share of the largest diagonal entry that is added to all of them.
@@ -21,10 +20,10 @@ pub struct LocalMetric {
 }
 
 impl LocalMetric {
-    /// Takes the tensor at the anchor, whose frame poses are `poses`.
-    pub fn set(&mut self, ground: &Ground, anchor: &Anchor, poses: &[Pose]) {
-        let nv = ground.checker.scene().space.nv();
-        ground.metric.quadratic_model(anchor, &anchor.q, poses, &mut self.quadratic);
+    /// Takes the tensor at the anchor.
+    pub fn set(&mut self, context: &Context, anchor: &Anchor) {
+        let nv = context.checker.scene().space.nv();
+        context.metric.quadratic_model(anchor, &anchor.q, &anchor.poses, &mut self.quadratic);
         self.tensor.clear();
         self.tensor.extend_from_slice(&self.quadratic.tensor);
         let largest = (0..nv).map(|k| self.tensor[k * nv + k]).fold(0.0, f64::max);

@@ -1,114 +1,78 @@
 //! The query: from a colliding configuration to the nearest free one, verified and bounded.
 //!
-//! Candidates make it global (the nearest boundary samples, spread out), refinement makes it tight, the exact checker makes it
-//! true, the certificate says how much better any answer could be.
+//! Read in this order: `mod` (the steps), `plan`, `starts`, `search`, `prune`, `descent`, `around`, `parts`, `polish`, `report`.
+//!
+//! 1. *Check*: the pairs that collide at `q`; none: depth 0.
+//! 2. *Split* the joints into independent parts ([`parts`]).
+//! 3. *Starts*: the stored samples nearest to `q`, no two alike ([`starts`]).
+//! 4. *Incumbent*: the nearest of them ([`first_witness`]). Effort `nearest` ends here.
+//! 5. *Descents* from one start after the other ([`search`]): *prune* what cannot beat the incumbent ([`prune`]), *descend* toward `q` along the
+//!    contacts ([`descent`]), *keep* what is nearer; until no further exit is to be expected.
+//! 6. *Around the query*: descents from the query itself and from configurations around it, which see what samples miss ([`around`]).
+//! 7. *Polish* the incumbent with exact contacts, and verify it ([`polish`]).
+//! 8. *Bound*: how near any free configuration can be ([`certificate`]).
+//! 9. *Report* ([`report`]).
 
 pub mod answer;
+mod around;
 pub mod batch;
 pub mod certificate;
 pub mod change;
 pub mod changed;
-mod choose;
+pub mod context;
 pub mod coverage;
 mod dense;
-mod describe;
-mod ending;
+pub mod descent;
+mod evaluate;
 mod exits;
-mod hope;
+mod first_witness;
 mod limit;
 mod local_metric;
 pub mod options;
+mod parts;
 mod plan;
+mod polish;
+mod prune;
 pub mod qp;
-pub mod refine;
-pub mod scatter;
+mod report;
 mod search;
+mod starts;
 pub mod stream;
 mod tangents;
-mod turns;
-mod wander;
-pub mod width;
-mod witness;
 
 pub use answer::{Answer, Exit, Way};
 pub use batch::Answered;
 pub use changed::ChangedScene;
+pub use context::{Context, Learned, StartsPerDof};
 pub use options::{Effort, QueryBudget, QueryOptions, Stop};
-pub use plan::{FEW_EXITS, MANY_EXITS};
-pub use search::QueryScratch;
 pub use stream::{Stream, StreamOptions};
 pub use tangents::index_samples;
-pub use width::Width;
 
-use crate::boundary::{Among, SampleSet, Wanted};
-use crate::collision::Checker;
-use crate::cspace::{Config, Label};
-use crate::metric::Metric;
-use crate::scene::MetricSpec;
-use certificate::InteriorBalls;
-use change::Change;
-use coverage::Coverage;
+use crate::boundary::{BoundaryScratch, Wanted};
+use crate::cspace::{Config, ConfigSpace, Label};
+use answer::free_answer;
+use descent::DescentScratch;
+use evaluate::Evaluator;
+use first_witness::first_witness;
+use limit::Limit;
+use parts::{Parts, search_parts};
 use plan::Plan;
+use polish::polish;
+use report::{ReportScratch, report};
+pub use search::Ranks;
+use search::{Known, Search};
+use starts::begins_among;
+use stream::Lead;
 
-/// What a query stands on; borrowed from a model.
-#[derive(Clone, Copy)]
-pub struct Ground<'a> {
-    /// The exact checker.
-    pub checker: &'a Checker,
-    /// The scene's metric.
-    pub metric: &'a Metric,
-    /// Verified boundary samples; at least one.
-    pub boundary: &'a SampleSet,
-    /// For the lower bound.
-    pub balls: &'a InteriorBalls,
-    /// What the distance to the nearest sample is compared with.
-    pub coverage: &'a Coverage,
-    /// Least distance \[m\] of a free pair.
-    pub clearance: f64,
-    /// A typical length of the configuration space in metric units.
-    pub scale: f64,
-    /// How widely refined queries search.
-    pub width: Width,
-    /// Whether queries leave out what makes up for exits that are missing, as they do while these are looked for.
-    pub is_lean: bool,
-    /// Set where the samples were verified in another scene: they may collide, and be far from any boundary.
-    pub change: Option<&'a Change>,
-}
-
-impl Ground<'_> {
-    /// Whether samples have to be verified anew.
-    pub fn is_stale(&self) -> bool {
-        self.change.is_some()
-    }
-
-    /// Whether exits are so many that refined queries in turn start from them alone, with samples only to make up for those that are missing.
-    pub fn relies_on_exits(&self) -> bool {
-        let least = match self.metric.kind() {
-            MetricSpec::Joint if self.is_lean => plan::RELIED_ON_TO_SOLVE,
-            MetricSpec::Joint => plan::RELIED_ON,
-            MetricSpec::ObjectNorm | MetricSpec::MaxDisplacement => FEW_EXITS,
-        };
-        self.boundary.exits() >= least
-    }
-
-    /// Whether descents of a refined query run in turn, as many as the width says, instead of being compared with each other before they are carried on:
-    /// under the metric of the joints, and under the object norm where there are exits enough to start from. What is largest is not smooth, and
-    /// bends too much for it.
-    pub fn takes_turns(&self) -> bool {
-        match self.metric.kind() {
-            MetricSpec::Joint => true,
-            MetricSpec::ObjectNorm => self.relies_on_exits(),
-            MetricSpec::MaxDisplacement => false,
-        }
-    }
-}
-
-/// What a refined query begins with, whose distance its coverage is told by: the nearest exit where it starts from exits alone, otherwise the nearest
-/// sample, and how sure it has to be of it.
-pub fn begins_with(ground: &Ground) -> Wanted {
-    let plan = Plan::of(&QueryOptions::default(), ground, &[]);
-    let among = if plan.begins_at_exits() { Among::Exits } else { Among::Samples };
-    Wanted { among, care: plan.care, ..Wanted::NEAREST }
+/// Memory that queries reuse; one per thread.
+#[derive(Default)]
+pub struct QueryScratch {
+    evaluator: Evaluator,
+    descent: DescentScratch,
+    boundary: BoundaryScratch,
+    known: Known,
+    parts: Parts,
+    report: ReportScratch,
 }
 
 /// The nearest free configuration to `q` that the effort finds; `None` only where the samples are stale and nothing free was found, or
@@ -117,44 +81,121 @@ pub fn begins_with(ground: &Ground) -> Wanted {
 /// # Guarantee
 /// `lower_bound <= depth`, and `lower_bound` is proved. The witness is free: by the exact checker during this call where
 /// `verified` is set, otherwise when the model was learned.
-pub fn query(ground: &Ground, q: &Config, options: &QueryOptions, scratch: &mut QueryScratch) -> Option<Answer> {
-    let mut answer = nearest_exit(ground, q, options, scratch)?;
+pub fn query(context: &Context, q: &Config, options: &QueryOptions, scratch: &mut QueryScratch) -> Option<Answer> {
+    let mut answer = nearest_exit(context, q, options, scratch)?;
     if !answer.colliding.is_empty() {
-        scratch.describe(ground, options, &mut answer);
+        report(context, options, scratch, &mut answer);
     }
     Some(answer)
 }
 
 /// As [`query`], for a caller who wants the witness alone: nothing is proved or said of it.
-pub fn nearest_exit(ground: &Ground, q: &Config, options: &QueryOptions, scratch: &mut QueryScratch) -> Option<Answer> {
-    let mut answer = scratch.begin(ground, q, options);
+pub fn nearest_exit(
+    context: &Context,
+    q: &Config,
+    options: &QueryOptions,
+    scratch: &mut QueryScratch,
+) -> Option<Answer> {
+    let plan = Plan::of(options, context, context.checker.scene().space.nv());
+    find(context, q, (options, plan), None, scratch)
+}
+
+/// How late starts find the nearest exit of `q`, of each part, and the checks that it took to tell.
+pub fn measure_ranks(context: &Context, q: &Config, scratch: &mut QueryScratch) -> (Vec<Ranks>, usize) {
+    let options = QueryOptions::default();
+    let plan = Plan::of(&options, context, context.checker.scene().space.nv()).to_calibrate();
+    find(context, q, (&options, plan), None, scratch);
+    (std::mem::take(&mut scratch.known.ranks), scratch.evaluator.checks)
+}
+
+/// Steps 1 to 7. A stream's lead is tried before the stored samples.
+fn find(
+    context: &Context,
+    q: &Config,
+    (options, plan): (&QueryOptions, Plan),
+    lead: Option<&mut Lead>,
+    scratch: &mut QueryScratch,
+) -> Option<Answer> {
+    let QueryScratch { evaluator, descent, boundary, known, parts, .. } = scratch;
+    let (scene, degrees) = (context.checker.scene(), context.checker.scene().space.nv());
+    evaluator.begin(Limit::of(options));
+    let mut answer = free_answer(q, degrees, options.effort);
+    if options.tells_contacts() {
+        context.checker.colliding_pairs(q, &mut evaluator.check, &mut answer.colliding);
+    } else {
+        answer.colliding.extend(context.checker.colliding_pair(q, &mut evaluator.check));
+    }
     if answer.colliding.is_empty() {
         return Some(answer);
     }
-    let plan = Plan::of(options, ground, &answer.colliding);
-    if !scratch.first_witness(ground, &plan, &mut answer) {
-        return None;
-    }
+    context.metric.anchor_at(q, evaluator.check.poses(), &mut known.anchor);
+    known.begin(context, options.exits.max(1));
+    let mut search =
+        Search { context, plan, known, evaluator, descent, boundary, believes: false, turn: None, part: None };
+    answer.coverage = first_witness(&mut search)?;
+    search.known.fallback.clone_from(&search.known.incumbent);
     if options.effort != Effort::Nearest {
-        search_all(ground, &plan, options, scratch, &mut answer);
+        if let Some(lead) = lead.filter(|lead| !lead.is_empty()) {
+            search.believes = !context.checker.all_convex();
+            lead.follow(&mut search);
+            parts.split(scene, &answer.colliding);
+            search_all(&mut search, parts);
+            lead.advance(&search);
+        } else {
+            parts.split(scene, &answer.colliding);
+            search_all(&mut search, parts);
+        }
+        if options.effort == Effort::Exhaustive {
+            // After all that a refined query does, so that more effort never ends farther away.
+            search.plan = plan.exhaustive(context);
+            search.known.starts.reset();
+            search.known.tried = 0;
+            parts.split(scene, &answer.colliding);
+            search_all(&mut search, parts);
+        }
+        answer.unseen = Some(search.known.unseen());
     }
+    answer.depth = known.incumbent.depth;
+    answer.verified = known.incumbent.verified;
+    answer.witness.copy_from_slice(&known.incumbent.config);
     Some(answer)
 }
 
-/// All descents of a refined or exhaustive query, from a first witness.
-fn search_all(ground: &Ground, plan: &Plan, options: &QueryOptions, scratch: &mut QueryScratch, answer: &mut Answer) {
-    // Where descents in turn find nothing nearer, it is checked in the end.
-    if !answer.verified && (plan.in_turn.is_none() || options.exits > 1) {
-        answer.verified = scratch.refine.label(ground, &answer.witness) == Label::Free;
+/// Steps 5 to 7, from an incumbent.
+fn search_all(search: &mut Search, parts: &mut Parts) {
+    search.believes = !search.context.checker.all_convex();
+    if parts.count() > 1 {
+        search_parts(search, parts);
+    } else {
+        let ranks = search.run();
+        search.known.ranks.push(ranks);
     }
-    scratch.look_around(ground);
-    if options.effort == Effort::Exhaustive {
-        // First all that a refined query does, so that more effort never ends farther away.
-        let first = QueryOptions { effort: Effort::Refined, ..options.clone() };
-        let first = Plan::of(&first, ground, &answer.colliding);
-        scratch.choose(ground, &first);
-        scratch.refine_all(ground, &first, options, answer);
+    polish(search);
+}
+
+/// What a refined query begins with, whose distance its coverage is told by: the nearest solved sample where it starts from those alone, otherwise the
+/// nearest sample, and how sure it has to be of it.
+pub fn begins_with(context: &Context) -> Wanted {
+    let plan = Plan::of(&QueryOptions::default(), context, context.checker.scene().space.nv());
+    Wanted { among: begins_among(context, plan.starts), care: plan.care, ..Wanted::NEAREST }
+}
+
+impl QueryScratch {
+    /// An exact check, counted.
+    pub(crate) fn label(&mut self, context: &Context, q: &[f64]) -> Label {
+        self.evaluator.label(context, q)
     }
-    scratch.choose(ground, plan);
-    scratch.refine_all(ground, plan, options, answer);
+
+    /// Checks of the last query so far.
+    pub(crate) fn checks(&self) -> usize {
+        self.evaluator.checks
+    }
+
+    /// Other exits with their depths, distinct from the answer and from each other, where descents of the last query ended besides: nearest first,
+    /// not carried to the last digit and not checked. At most four where one was wanted.
+    pub(crate) fn other_exits(&mut self, space: &ConfigSpace, answer: &Answer) -> Vec<(f64, Vec<f64>)> {
+        let Known { exits, local, .. } = &mut self.known;
+        let others = exits.besides(space, local, answer.depth, &answer.witness);
+        others.map(|(depth, config)| (depth, config.to_vec())).collect()
+    }
 }

@@ -1,376 +1,279 @@
-//! The search for the nearest way out: starts, probes, descents, in an order that any budget may cut short.
+//! The search for the nearest exit: descents one after the other, each of which has to beat the incumbent.
 
-use std::time::{Duration, Instant};
-
-use super::Ground;
-use super::answer::{Answer, free_answer};
+use super::around::look_around;
+use super::context::Context;
+use super::descent::{DescentOptions, DescentScratch, Outcome, Start, descend};
+use super::evaluate::Evaluator;
 use super::exits::Exits;
 use super::local_metric::LocalMetric;
-use super::options::{QueryBudget, QueryOptions};
-use super::plan::{HOPE, Plan};
-use super::refine::{RefineOptions, RefineScratch, Start, slide};
-use super::scatter::{ScatterScratch, scatter};
-use super::turns::Lead;
-use super::wander::{WanderScratch, wander};
-use crate::boundary::{BoundaryScratch, Wanted};
-use crate::collision::ConvexOverlap;
-use crate::cspace::{Config, ConfigSpace, Label};
+use super::plan::Plan;
+use super::prune::{Ends, Pruning};
+use super::starts::{Ask, PartOf, Starts};
+use super::stream::Turn;
+use crate::boundary::BoundaryScratch;
+use crate::cspace::Label;
 use crate::metric::Anchor;
-use crate::metric::motion_bound::MotionPath;
-use crate::metric::quadratic::Quadratic;
 
-/// Memory that queries reuse; one per thread.
-#[derive(Default)]
-pub struct QueryScratch {
-    pub(super) refine: RefineScratch,
-    pub(super) boundary: BoundaryScratch,
-    pub(super) motion: MotionPath,
-    pub(super) overlaps: Vec<ConvexOverlap>,
-    scatter: ScatterScratch,
-    pub(super) local: LocalMetric,
-    wander: WanderScratch,
-    pub(super) anchor: Anchor,
-    /// Of the witness, for the gradient.
-    pub(super) far_anchor: Anchor,
-    pub(super) quadratic: Quadratic,
-    pub(super) moved: Vec<f64>,
-    pub(super) step: Vec<f64>,
-    /// Whether descents are believed where the pieces around meshes keep the clearance, until the last one.
-    pub(super) trusts_pieces: bool,
-    /// What the answer was before one was believed: its depth and witness.
-    pub(super) fallback: (f64, Vec<f64>),
-    /// Where a stream has come from.
-    pub(super) lead: Lead,
-    /// Where a last descent starts.
-    pub(super) best: Vec<f64>,
-    pub(super) pool: Vec<(u32, f64)>,
-    pub(super) near_exits: Vec<(u32, f64)>,
-    /// A sample nearer than what descents found; the pool is still needed by the plan that comes after.
-    nearer: Vec<(u32, f64)>,
-    pub(super) chosen: Vec<u32>,
-    /// The same with how far they are, where they are put in order.
-    pub(super) ordered: Vec<(f64, u32)>,
-    /// Flat coordinates of what was chosen, row major.
-    pub(super) places: Vec<f64>,
-    pub(super) slid: Vec<f64>,
-    /// What the probed descents are expected to reach, and which they are.
-    promising: Vec<(f64, usize)>,
-    /// Where they stand, row major.
-    ends: Vec<f64>,
-    /// Ways out: those wanted, or, where one is, the best few, to tell whether it is alone.
-    pub(super) exits: Exits,
+/// The best answer so far.
+#[derive(Debug, Clone, Default)]
+pub struct Incumbent {
+    /// Distance from the query, in metric units.
+    pub depth: f64,
+    /// The configuration.
+    pub config: Vec<f64>,
+    /// Whether the exact checker called it free during this query.
+    pub verified: bool,
 }
 
-/// First radius of the trust region of descents in turn, as a share of the distance to the query: longer steps find more, and deeper overlaps, which
-/// take longer to look at.
-const RADIUS_IN_TURN: f64 = 0.45;
-/// Ways out that are remembered where one is wanted.
-pub(super) const REMEMBERED: usize = 4;
+/// What a search has come to know, and memory for it.
+#[derive(Default)]
+pub struct Known {
+    /// The query.
+    pub anchor: Anchor,
+    /// The metric around it.
+    pub local: LocalMetric,
+    /// Where descents start.
+    pub starts: Starts,
+    /// The best answer so far.
+    pub incumbent: Incumbent,
+    /// A sample to fall back on where that turns out to collide.
+    pub fallback: Incumbent,
+    /// Distinct exits: those wanted, or, where one is, the best few, to tell whether it is alone.
+    pub exits: Exits,
+    /// How many of them are wanted.
+    pub wanted: usize,
+    /// Where descents ended.
+    pub ends: Ends,
+    /// Starts that were tried, those that cost no check among them.
+    pub tried: usize,
+    /// Of the starts of one kind.
+    pub round: Round,
+    /// Of the search, or of each part.
+    pub ranks: Vec<Ranks>,
+    /// What [`Known::unseen`] is of, where parts were searched instead.
+    pub unseen_in_parts: Option<f64>,
+    /// A configuration that a descent is to start from.
+    pub composed: Vec<f64>,
+    /// How far it is from the query.
+    pub step: Vec<f64>,
+}
 
-impl QueryScratch {
-    /// Begins a query from `q`, which is where time and checks begin to count: whether and where it collides.
-    pub(super) fn begin(&mut self, ground: &Ground, q: &Config, options: &QueryOptions) -> Answer {
-        // Seconds that no clock can hold are no limit; negative ones and NaN are none left.
-        let until = |seconds: f64| match Duration::try_from_secs_f64(seconds.max(0.0)) {
-            Ok(duration) => Instant::now().checked_add(duration),
-            Err(_) => None,
-        };
-        let QueryBudget { checks, seconds } = options.budget;
-        let limit = &mut self.refine.limit;
-        (limit.checks, limit.deadline) = (checks, seconds.and_then(until));
-        // Queries of a batch share one: counting who holds it, each anew, would have threads wait for each other.
-        if limit.stop != options.stop {
-            limit.stop.clone_from(&options.stop);
+/// Starts of one kind, one after the other.
+#[derive(Debug, Clone, Default)]
+pub struct Round {
+    tried: usize,
+    /// The last that made the incumbent nearer.
+    last_success: usize,
+    /// Of every success, how many were tried by then and how deep it was.
+    successes: Vec<(usize, f64)>,
+}
+
+impl Round {
+    /// Begins anew.
+    pub fn begin(&mut self) {
+        (self.tried, self.last_success) = (0, 0);
+        self.successes.clear();
+    }
+
+    fn note(&mut self, before: f64, after: f64) {
+        self.tried += 1;
+        if after < before {
+            self.successes.push((self.tried, after));
         }
-        self.refine.check.forget_contacts();
-        self.refine.begin();
-        self.lead.config.clear();
-        let space = &ground.checker.scene().space;
-        let mut answer = free_answer(q, space.nv(), options.effort);
-        if options.tells_contacts() {
-            ground.checker.colliding_pairs(q, &mut self.refine.check, &mut answer.colliding);
-        } else {
-            answer.colliding.extend(ground.checker.colliding_pair(q, &mut self.refine.check));
+        if after < NEARER * before {
+            self.last_success = self.tried;
         }
-        if !answer.colliding.is_empty() {
-            ground.metric.anchor_at(q, self.refine.check.poses(), &mut self.anchor);
-            let wanted = if options.exits > 1 { options.exits } else { REMEMBERED };
-            self.exits.reset(wanted, space.nq());
+    }
+
+    /// Whether `least` were tried, and as many since the last success as until then. How late the start is that finds the nearest exit has a long tail:
+    /// where one in so many has just succeeded, as many more may well do so again.
+    pub fn is_over(&self, least: usize, patience: usize) -> bool {
+        self.tried >= least.max(patience * self.last_success)
+    }
+
+    /// The first that came within 5 % of `depth`; 0 where that was known before.
+    pub fn rank_of(&self, depth: f64) -> usize {
+        self.successes.iter().find(|(_, found)| *found <= NEAR * depth).map_or(0, |(number, _)| *number)
+    }
+}
+
+/// A success makes the incumbent nearer than this share of what it was.
+const NEARER: f64 = 0.99;
+/// An exit within this of the nearest one counts as it.
+const NEAR: f64 = 1.05;
+
+/// How late the starts were that found the nearest exit of a search.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Ranks {
+    /// Degrees of freedom that it searched over.
+    pub degrees: usize,
+    /// Of the stored samples, as far as they found it.
+    pub stored: usize,
+    /// Of the starts around the query; 0 where a stored sample found it.
+    pub around: usize,
+}
+
+/// Exits that are remembered where one is wanted.
+pub const REMEMBERED: usize = 4;
+
+/// One search: what it stands on, what it is to do, what it works with.
+pub struct Search<'a> {
+    pub context: &'a Context<'a>,
+    pub plan: Plan,
+    pub known: &'a mut Known,
+    pub evaluator: &'a mut Evaluator,
+    pub descent: &'a mut DescentScratch,
+    pub boundary: &'a mut BoundaryScratch,
+    /// Whether descents are believed for what they see of the pieces around meshes, until the last one.
+    pub believes: bool,
+    /// Set in a stream: which of the starts are tried.
+    pub turn: Option<Turn>,
+    /// Set in a search over some of the joints: which, and where the others stay.
+    pub part: Option<PartOf<'a>>,
+}
+
+impl Known {
+    /// Begins a search for `wanted` exits from the anchor.
+    pub fn begin(&mut self, context: &Context, wanted: usize) {
+        let space = &context.checker.scene().space;
+        self.local.set(context, &self.anchor);
+        self.starts.reset();
+        self.wanted = wanted;
+        self.exits.reset(if wanted > 1 { wanted } else { REMEMBERED }, space.nq());
+        self.ends.reset(space.nq());
+        self.tried = 0;
+        self.ranks.clear();
+        self.unseen_in_parts = None;
+    }
+
+    /// What is not nearer than this is of no use.
+    pub fn ceiling(&self) -> f64 {
+        if self.wanted > 1 { self.exits.ceiling() } else { self.incumbent.depth }
+    }
+
+    /// Makes a configuration the incumbent.
+    pub fn take(&mut self, depth: f64, config: &[f64], verified: bool) {
+        (self.incumbent.depth, self.incumbent.verified) = (depth, verified);
+        self.incumbent.config.clear();
+        self.incumbent.config.extend_from_slice(config);
+    }
+
+    /// Estimated share of starts that would lead to an exit that no descent has met.
+    ///
+    /// # Source
+    /// C. G. E. Boender and A. H. G. Rinnooy Kan, "Bayesian stopping rules for multistart global optimization methods", Mathematical Programming 37,
+    /// 1987, doi:10.1007/BF02591684: of n uniform starts that led to w distinct ends, w (w + 1) / (n (n - 1)). Starts here are the nearest samples,
+    /// not uniform, and those that were given up count as led to what is known.
+    pub fn unseen(&self) -> f64 {
+        if let Some(unseen) = self.unseen_in_parts {
+            return unseen;
         }
-        answer
+        let (w, n) = (self.ends.len() as f64, self.tried as f64);
+        if n < 2.0 { 1.0 } else { (w * (w + 1.0) / (n * (n - 1.0))).min(1.0) }
+    }
+}
+
+impl Search<'_> {
+    /// Tries the stored samples, then starts around the query.
+    pub fn run(&mut self) -> Ranks {
+        self.try_starts();
+        let (by_samples, known) = (self.known.incumbent.depth, &*self.known);
+        let stored = known.round.rank_of(by_samples);
+        look_around(self);
+        let depth = self.known.incumbent.depth;
+        let around = if by_samples <= NEAR * depth { 0 } else { self.known.round.rank_of(depth) };
+        let factors = self.part.map_or(self.context.checker.scene().space.factors(), |part| part.factors);
+        Ranks { degrees: factors.iter().map(|factor| factor.manifold.dimensions()).sum(), stored, around }
     }
 
-    /// Makes the nearest sample the answer (or the nearest exit, where the plan begins there), as far as the plan takes care, and fills the pool of
-    /// the plan; where they are stale, see [`QueryScratch::first_free`]. False where no witness was found.
-    pub(super) fn first_witness(&mut self, ground: &Ground, plan: &Plan, answer: &mut Answer) -> bool {
-        self.near_exits.clear();
-        if plan.begins_at_exits() {
-            return self.first_exit(ground, plan, answer);
+    /// Tries the starts, nearest first, until the plan's are used up and no further exit is to be expected; in a stream those whose turn it is.
+    fn try_starts(&mut self) {
+        if let Some(turn) = self.turn {
+            return self.try_some(turn);
         }
-        if ground.is_stale() {
-            return self.first_free(ground, plan, answer);
-        }
-        let wanted = Wanted { care: plan.care, ..Wanted::NEAREST };
-        let Self { anchor, boundary, pool, .. } = self;
-        ground.boundary.nearest(wanted, ground.metric, anchor, plan.pool(), boundary, pool);
-        let Some(&(id, depth)) = self.pool.first() else { return false };
-        self.take_sample(ground, id, depth, false, answer);
-        true
-    }
-
-    /// Makes the nearest of the exits that the plan chooses of the answer.
-    fn first_exit(&mut self, ground: &Ground, plan: &Plan, answer: &mut Answer) -> bool {
-        self.pool.clear();
-        self.find_exits(ground, plan);
-        if ground.is_stale() {
-            return self.first_free(ground, plan, answer);
-        }
-        let Some(&(id, depth)) = self.near_exits.first() else { return false };
-        self.take_sample(ground, id, depth, false, answer);
-        true
-    }
-
-    /// Makes a sample the answer.
-    pub(super) fn take_sample(&self, ground: &Ground, id: u32, depth: f64, verified: bool, answer: &mut Answer) {
-        (answer.depth, answer.verified) = (depth, verified);
-        answer.coverage = ground.coverage.of(depth);
-        answer.witness.copy_from_slice(ground.boundary.config(id));
-    }
-
-    /// An exact check, counted.
-    pub(crate) fn label(&mut self, ground: &Ground, q: &[f64]) -> Label {
-        self.refine.label(ground, q)
-    }
-
-    /// Other ways out with their depths, distinct from the answer and from each other, where descents of the last query ended besides: nearest first,
-    /// not carried to the last digit and not checked. At most four where one was wanted.
-    pub(crate) fn other_ways_out(&mut self, space: &ConfigSpace, answer: &Answer) -> Vec<(f64, Vec<f64>)> {
-        let Self { exits, local, .. } = self;
-        let others = exits.besides(space, local, answer.depth, &answer.witness);
-        others.map(|(depth, config)| (depth, config.to_vec())).collect()
-    }
-
-    /// Checks of the last query so far.
-    pub(crate) fn checks(&self) -> usize {
-        self.refine.checks
-    }
-
-    /// Takes the metric at the query.
-    pub(super) fn look_around(&mut self, ground: &Ground) {
-        self.local.set(ground, &self.anchor, &self.anchor.poses);
-    }
-
-    /// Refines from the chosen samples and from the query itself; keeps the best verified result in `answer`, and where several
-    /// are wanted those in `exits`.
-    pub(super) fn refine_all(&mut self, ground: &Ground, plan: &Plan, options: &QueryOptions, answer: &mut Answer) {
-        let several = options.exits > 1;
-        self.forget_probes();
-        // Of the nearest sample: what looks around the query may start from and end at, whatever the descents before them find.
-        let first = answer.depth;
-        let ceiling = if several { f64::INFINITY } else { first };
-        let chosen = std::mem::take(&mut self.chosen);
-        let in_turn = plan.in_turn.filter(|_| !several);
-        self.fallback.0 = answer.depth;
-        self.fallback.1.clone_from(&answer.witness);
-        // The last descent looks at the meshes themselves.
-        self.trusts_pieces = in_turn.is_some() && !ground.checker.all_convex();
-        ground.boundary.fetch_planes(&chosen);
-        if let Some(hope) = in_turn {
-            self.descend_in_turn(
-                ground,
-                &RefineOptions { hope, radius: RADIUS_IN_TURN, ..plan.refine },
-                &chosen,
-                answer,
-            );
-        } else {
-            chosen.iter().for_each(|id| self.probe(ground, &plan.probe, Start::of(ground, *id), ceiling, answer));
-        }
-        self.chosen = chosen;
-        if plan.begins_at_exits() && !several {
-            self.look_for_nearer_sample(ground, plan, answer);
-        }
-        self.look_near(ground, plan, first, ceiling, answer);
-        if plan.scatter_again {
-            let ceiling = if several { f64::INFINITY } else { answer.depth };
-            self.probe_scattered(ground, plan, answer.depth, ceiling, answer);
-        }
-        if several {
-            self.carry_on_to_several(ground, plan, answer);
-        } else {
-            self.carry_on(ground, plan, answer);
-        }
-        self.settle(ground, answer);
-    }
-
-    /// Probes from the query itself and from free configurations around it, nearer than `within`, as the plan says. After what was chosen: labels around
-    /// the query take fifty checks and more, which a query of few is better off spending on descents.
-    fn look_near(&mut self, ground: &Ground, plan: &Plan, within: f64, ceiling: f64, answer: &mut Answer) {
-        if plan.from_query {
-            let mut start = std::mem::take(&mut self.best);
-            start.clear();
-            start.extend_from_slice(&self.anchor.q);
-            self.probe(ground, &plan.probe, Start::at(&start), ceiling, answer);
-            self.best = start;
-        }
-        self.probe_scattered(ground, plan, within, ceiling, answer);
-    }
-
-    /// Takes a sample for the answer where one is nearer than all that descents have found: which is seldom, and mostly told by the lists alone.
-    fn look_for_nearer_sample(&mut self, ground: &Ground, plan: &Plan, answer: &mut Answer) {
-        let wanted = Wanted { within: answer.depth, care: plan.care, ..Wanted::NEAREST };
-        let Self { anchor, boundary, nearer, .. } = self;
-        ground.boundary.nearest(wanted, ground.metric, anchor, 1, boundary, nearer);
-        let Some((id, depth)) = nearer.pop().filter(|(_, depth)| *depth < answer.depth) else { return };
-        if ground.is_stale() && self.refine.label(ground, ground.boundary.config(id)) == Label::Colliding {
-            return;
-        }
-        (answer.depth, answer.verified) = (depth, false);
-        answer.witness.copy_from_slice(ground.boundary.config(id));
-        self.fallback.0 = depth;
-        self.fallback.1.clone_from(&answer.witness);
-    }
-
-    /// Notes the way out in `slid`.
-    pub(super) fn remember(&mut self, ground: &Ground, depth: f64) {
-        self.exits.offer(&ground.checker.scene().space, &mut self.local, depth, &self.slid);
-    }
-
-    /// Puts the most promising probes first.
-    fn sort_probes(&mut self) {
-        self.promising.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-    }
-
-    /// Forgets where probes ended.
-    pub(super) fn forget_probes(&mut self) {
-        self.ends.clear();
-        self.promising.clear();
-    }
-
-    /// Carries the most promising probes on, and the best of all to its end.
-    pub(super) fn carry_on(&mut self, ground: &Ground, plan: &Plan, answer: &mut Answer) {
-        self.sort_probes();
-        self.promising.truncate(plan.kept);
-        let (promising, ends) = (std::mem::take(&mut self.promising), std::mem::take(&mut self.ends));
-        let nq = answer.witness.len();
-        for (expected, at) in &promising {
-            if *expected > HOPE * answer.depth || self.refine.is_spent() {
+        self.known.round.begin();
+        for rank in 0..self.plan.most_starts {
+            if self.evaluator.is_spent() || self.known.round.is_over(self.plan.starts, self.plan.patience) {
                 break;
             }
-            let found =
-                self.refine_from(ground, &plan.refine, Start::at(&ends[at * nq..(at + 1) * nq]), answer.depth, answer);
-            if let Some(depth) = found {
-                self.remember(ground, depth);
-            }
-        }
-        (self.promising, self.ends) = (promising, ends);
-        self.trusts_pieces = false;
-        // The descents so far were cut short; the best one is carried to its end.
-        self.polish_all(ground, plan, answer);
-        if answer.verified && plan.wander > 0 {
-            let Self { anchor, local, wander: wandering, refine, .. } = self;
-            let best = (&mut answer.witness[..], answer.depth);
-            answer.depth = wander(ground, anchor, best, plan.wander, local, wandering, refine);
-            self.polish(ground, plan, answer);
+            let Some(id) = self.start(rank) else { break };
+            self.try_sample(id);
         }
     }
 
-    /// Carries probes on until no other is expected to end among the wanted ones, each to its end.
-    fn carry_on_to_several(&mut self, ground: &Ground, plan: &Plan, answer: &mut Answer) {
-        self.sort_probes();
-        let (promising, ends) = (std::mem::take(&mut self.promising), std::mem::take(&mut self.ends));
-        let nq = answer.witness.len();
-        // The best found while probing, which need not be where a probe ended.
-        let best = answer.clone();
-        let starts = promising.iter().map(|(expected, at)| (*expected, &ends[at * nq..(at + 1) * nq]));
-        for (expected, start) in std::iter::once((0.0, &best.witness[..])).chain(starts) {
-            if self.refine.is_spent() || expected > HOPE * self.exits.ceiling() {
+    fn try_some(&mut self, Turn { next, mut looks }: Turn) {
+        let mut place = next;
+        for rank in 0..self.plan.starts {
+            place = (next + rank) % self.plan.starts;
+            if self.evaluator.is_spent() || looks == 0 {
                 break;
             }
-            let ceiling = self.exits.ceiling();
-            let Some(mut exit) = self.descend(ground, &plan.refine, start, ceiling, answer) else { continue };
-            self.polish(ground, plan, &mut exit);
-            if plan.wander > 0 {
-                let Self { anchor, local, wander: wandering, refine, .. } = self;
-                let place = (&mut exit.witness[..], exit.depth);
-                exit.depth = wander(ground, anchor, place, plan.wander, local, wandering, refine);
-                self.polish(ground, plan, &mut exit);
+            let before = self.evaluator.checks;
+            if let Some(id) = self.start(place) {
+                self.try_sample(id);
             }
-            self.exits.offer(&ground.checker.scene().space, &mut self.local, exit.depth, &exit.witness);
-            if exit.depth < answer.depth || !answer.verified {
-                (answer.depth, answer.verified) = (exit.depth, true);
-                answer.witness.copy_from_slice(&exit.witness);
-            }
+            // What its planes gave up cost nothing.
+            looks -= usize::from(self.evaluator.checks > before);
         }
-        (self.promising, self.ends) = (promising, ends);
+        self.turn = Some(Turn { next: place, looks });
     }
 
-    /// One descent on its own: `frame` with a verified witness of its own, wherever another's is.
-    fn descend(
-        &mut self,
-        ground: &Ground,
-        options: &RefineOptions,
-        start: &[f64],
-        ceiling: f64,
-        frame: &Answer,
-    ) -> Option<Answer> {
-        let mut exit = Answer { depth: f64::INFINITY, verified: false, ..frame.clone() };
-        self.refine_from(ground, options, Start::at(start), ceiling, &mut exit);
-        exit.verified.then_some(exit)
+    /// The start of a rank.
+    pub fn start(&mut self, rank: usize) -> Option<u32> {
+        let Known { starts, anchor, local, .. } = &mut *self.known;
+        let ask = Ask { context: self.context, plan: &self.plan, anchor, part: self.part };
+        starts.get(rank, &ask, local, self.boundary)
     }
 
-    /// The first steps of a descent, given up where it is not expected to end nearer than `ceiling`; where it stands then and what it is expected to
-    /// reach are noted.
-    pub(super) fn probe(
-        &mut self,
-        ground: &Ground,
-        options: &RefineOptions,
-        start: Start,
-        ceiling: f64,
-        answer: &mut Answer,
-    ) {
-        if self.refine.is_spent() {
-            return;
-        }
-        self.refine_from(ground, options, start, ceiling, answer);
-        self.promising.push((self.refine.expected, self.promising.len()));
-        self.ends.extend_from_slice(self.refine.end());
+    /// A descent from a stored sample.
+    pub fn try_sample(&mut self, id: u32) {
+        let Some(part) = self.part else { return self.try_start(Start::of(self.context, id)) };
+        let mut composed = std::mem::take(&mut self.known.composed);
+        part.compose(self.context.samples().config(id), &mut composed);
+        let known = Start::known(self.context, id, Some(part.holding));
+        self.try_start(Start { config: &composed, ..known });
+        self.known.composed = composed;
     }
 
-    /// Probes from free configurations around the query, nearer than `within`.
-    pub(super) fn probe_scattered(
-        &mut self,
-        ground: &Ground,
-        plan: &Plan,
-        within: f64,
-        ceiling: f64,
-        answer: &mut Answer,
-    ) {
-        let Self { anchor, local, scatter: scattered, refine, .. } = self;
-        scatter(ground, anchor, within, &plan.scatter, local, scattered, refine);
-        let scattered = std::mem::take(&mut self.scatter.starts);
-        for start in scattered.chunks_exact(self.anchor.q.len()) {
-            self.probe(ground, &plan.probe, Start::at(start), ceiling, answer);
+    /// A descent that has to beat the incumbent.
+    pub fn try_start(&mut self, start: Start) {
+        let ceiling = self.known.ceiling();
+        self.known.tried += 1;
+        let (before, incumbent) = (self.evaluator.checks, self.known.incumbent.depth);
+        let (found, outcome) = self.descend(start, ceiling, self.plan.descent);
+        if outcome == Outcome::Ended && self.evaluator.checks > before {
+            self.known.ends.push(&self.descent.end);
         }
-        self.scatter.starts = scattered;
+        if let Some(depth) = found {
+            self.keep(depth);
+        }
+        let Known { round, incumbent: now, .. } = &mut *self.known;
+        round.note(incumbent, now.depth);
     }
 
-    /// Refines from `start`; a better result replaces the answer's witness if the exact checker calls it free. The end, in `slid`,
-    /// is at the depth that is returned.
-    pub(super) fn refine_from(
-        &mut self,
-        ground: &Ground,
-        options: &RefineOptions,
-        start: Start,
-        ceiling: f64,
-        answer: &mut Answer,
-    ) -> Option<f64> {
-        let depth = slide(ground, &self.anchor, start, ceiling, options, &mut self.slid, &mut self.refine)?;
-        let is_nearer = depth < answer.depth || (!answer.verified && depth <= answer.depth);
-        if is_nearer && (self.trusts_pieces || self.refine.label(ground, &self.slid) == Label::Free) {
-            answer.depth = depth;
-            answer.witness.copy_from_slice(&self.slid);
-            answer.verified = !self.trusts_pieces;
+    /// A descent that has to beat `ceiling`; what it finds is in `descent.best`.
+    pub fn descend(&mut self, start: Start, ceiling: f64, options: DescentOptions) -> (Option<f64>, Outcome) {
+        let pruning = Pruning { incumbent: ceiling, factor: self.plan.prune_factor, ends: &self.known.ends };
+        descend(self.context, &self.known.anchor, start, pruning, &options, self.descent, self.evaluator)
+    }
+
+    /// The same, whatever others led to.
+    pub fn descend_alone(&mut self, start: Start, ceiling: f64, options: DescentOptions) -> (Option<f64>, Outcome) {
+        let none = Ends::default();
+        let pruning = Pruning { incumbent: ceiling, factor: self.plan.prune_factor, ends: &none };
+        descend(self.context, &self.known.anchor, start, pruning, &options, self.descent, self.evaluator)
+    }
+
+    /// Makes what a descent found the incumbent if it is nearer. Along meshes it is believed until the last descent, which looks at the meshes
+    /// themselves.
+    pub fn keep(&mut self, depth: f64) {
+        let space = &self.context.checker.scene().space;
+        let Known { exits, local, incumbent, .. } = &mut *self.known;
+        exits.offer(space, local, depth, &self.descent.best);
+        let is_nearer = depth < incumbent.depth || (!incumbent.verified && depth <= incumbent.depth);
+        let believes = self.believes;
+        if is_nearer && (believes || self.evaluator.label(self.context, &self.descent.best) == Label::Free) {
+            self.known.take(depth, &self.descent.best, !believes);
         }
-        Some(depth)
     }
 }

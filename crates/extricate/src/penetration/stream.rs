@@ -1,23 +1,23 @@
 //! Queries that come one after the other from nearly the same place, as from a simulation or a haptic device.
 
 use super::answer::Answer;
+use super::context::Context;
+use super::descent::Start;
 use super::exits::are_alike;
-use super::hope::Hope;
 use super::options::{Effort, QueryOptions};
-use super::plan::{HOPE, Plan};
-use super::refine::{RefineOptions, Start};
-use super::search::QueryScratch;
-use super::{Ground, search_all};
-use crate::collision::ContactSearch;
+use super::plan::Plan;
+use super::report::report;
+use super::search::{Known, Search};
+use super::{QueryScratch, find};
 use crate::cspace::{Config, Label};
 
 /// Options of a stream.
 #[derive(Debug, Clone, PartialEq)]
 pub struct StreamOptions {
-    /// Of each query; a stream gives one way out a frame, so `exits` is not looked at.
+    /// Of each query; a stream gives one exit a frame, so `exits` is not looked at.
     pub query: QueryOptions,
-    /// The way out of the last frame is kept until another one is nearer by more than this share of its depth, in `[0, 1)`: 0
-    /// always takes the nearest, 0.1 keeps directions from flipping between two ways out that are about as near.
+    /// The exit of the last frame is kept until another one is nearer by more than this share of its depth, in `[0, 1)`: 0
+    /// always takes the nearest, 0.1 keeps directions from flipping between two exits that are about as near.
     pub hysteresis: f64,
     /// How many of the boundary samples that a single query would start from are looked at each frame, in turn; those that what is known of them
     /// rules out cost nothing and do not count.
@@ -36,23 +36,60 @@ impl Default for StreamOptions {
 pub struct Stream {
     options: StreamOptions,
     scratch: QueryScratch,
-    /// Ways out of the last frame, row major: the one that was given, then the nearest others.
-    tracked: Vec<f64>,
-    nq: usize,
-    /// The next boundary sample to look at.
-    next: usize,
+    lead: Lead,
 }
 
-/// From a way out of the last frame, for few steps.
-const FOLLOW: RefineOptions = RefineOptions {
-    iterations: 15,
-    margin: 0.05,
-    reach: 0.1,
-    search: ContactSearch::Exact,
-    radius: 0.3,
-    tolerance: 1e-5,
-    hope: Hope::OF_A_PROBE,
-};
+/// What a stream carries into a search.
+#[derive(Debug, Clone, Default)]
+pub struct Lead {
+    /// Exits of the last frame, row major: the one that was given, then the nearest others.
+    exits: Vec<f64>,
+    nq: usize,
+    /// Where the first of them has led in this frame, and how far that is.
+    followed: Option<(f64, Vec<f64>)>,
+    /// Of the stored samples.
+    turn: Turn,
+}
+
+/// Which starts are tried in a frame.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Turn {
+    /// The one that is tried first; then that of the next frame.
+    pub next: usize,
+    /// How many may cost checks.
+    pub looks: usize,
+}
+
+impl Lead {
+    /// Whether there is nothing to follow.
+    pub fn is_empty(&self) -> bool {
+        self.exits.is_empty()
+    }
+
+    /// Slides the exits of the last frame along: mostly the first still is the nearest, and others are then given up early. The search goes on with
+    /// as many other starts as may be looked at.
+    pub fn follow(&mut self, search: &mut Search) {
+        self.followed = None;
+        for (rank, start) in self.exits.chunks_exact(self.nq).enumerate() {
+            if search.evaluator.is_spent() {
+                return;
+            }
+            if rank > 0 {
+                search.try_start(Start::at(start));
+            } else if let (Some(depth), _) = search.descend(Start::at(start), f64::INFINITY, search.plan.descent) {
+                self.followed = Some((depth, search.descent.best.clone()));
+                search.known.ends.push(&search.descent.best);
+                search.keep(depth);
+            }
+        }
+        search.turn = Some(self.turn);
+    }
+
+    /// Notes which start comes next.
+    pub fn advance(&mut self, search: &Search) {
+        self.turn.next = search.turn.map_or(0, |turn| turn.next);
+    }
+}
 
 impl Stream {
     /// A stream that has seen nothing.
@@ -62,8 +99,8 @@ impl Stream {
 
     /// Forgets the frames so far: the next one is answered as a query on its own.
     pub fn restart(&mut self) {
-        self.tracked.clear();
-        (self.next, self.scratch.lead.next) = (0, 0);
+        self.lead.exits.clear();
+        self.lead.turn.next = 0;
     }
 
     /// The answer for the next frame; `None` only where samples are stale and nothing free was found.
@@ -71,115 +108,61 @@ impl Stream {
     /// # Guarantee
     /// That of [`super::query`]. While the query stands still, every start of a refined query is looked at within as many frames
     /// as `looks` goes into their number.
-    pub(crate) fn query(&mut self, ground: &Ground, q: &Config) -> Option<Answer> {
+    pub(crate) fn query(&mut self, context: &Context, q: &Config) -> Option<Answer> {
         let options = QueryOptions { exits: 0, ..self.options.query.clone() };
-        if self.nq != q.len() {
+        if self.lead.nq != q.len() {
             self.restart();
-            self.nq = q.len();
+            self.lead.nq = q.len();
         }
-        let mut answer = self.scratch.begin(ground, q, &options);
+        self.lead.turn.looks = self.options.looks;
+        self.lead.followed = None;
+        let lead = (options.effort == Effort::Refined).then_some(&mut self.lead);
+        let plan = Plan::of(&options, context, context.checker.scene().space.nv());
+        let mut answer = find(context, q, (&options, plan), lead, &mut self.scratch)?;
         if answer.colliding.is_empty() {
             return Some(answer);
         }
-        let plan = Plan::of(&options, ground, &answer.colliding);
-        if !self.scratch.first_witness(ground, &plan, &mut answer) {
-            return None;
-        }
-        match options.effort {
-            Effort::Nearest => {}
-            Effort::Refined if !self.tracked.is_empty() && plan.in_turn.is_some() => {
-                self.follow_in_turn(ground, &plan, &options, &mut answer);
-            }
-            Effort::Refined if !self.tracked.is_empty() => self.follow(ground, &plan, &mut answer),
-            _ => search_all(ground, &plan, &options, &mut self.scratch, &mut answer),
-        }
-        self.keep(ground, &answer);
-        self.scratch.describe(ground, &options, &mut answer);
+        self.keep_to_last(context, &options, &mut answer);
+        self.note_exits(context, &answer);
+        report(context, &options, &mut self.scratch, &mut answer);
         Some(answer)
     }
 
-    /// Searches as a single query does, but from the way out of the last frame first, and then from as many others as may be looked at: what it leads
-    /// to has most of them given up by their planes.
-    fn follow_in_turn(&mut self, ground: &Ground, plan: &Plan, options: &QueryOptions, answer: &mut Answer) {
-        let lead = &mut self.scratch.lead;
-        lead.config.extend_from_slice(&self.tracked[..self.nq]);
-        lead.looks = self.options.looks;
-        search_all(ground, plan, options, &mut self.scratch, answer);
-        let lead = &self.scratch.lead;
-        let current = lead.depth.is_finite().then(|| (lead.depth, lead.config.clone()));
-        self.keep_to(ground, plan, current, answer);
-    }
-
-    /// Slides the ways out of the last frame along, and looks at some other starts.
-    fn follow(&mut self, ground: &Ground, plan: &Plan, answer: &mut Answer) {
-        let Self { scratch, tracked, nq, next, options } = self;
-        scratch.look_around(ground);
-        answer.verified = answer.verified || scratch.refine.label(ground, &answer.witness) == Label::Free;
-        // With raw meshes, the way out that was given is followed along them; the others are known by the pieces around them.
-        let others = if ground.checker.all_convex() { ContactSearch::Exact } else { ContactSearch::Coarse };
-        let mut current: Option<(f64, Vec<f64>)> = None;
-        for (i, start) in tracked.chunks_exact(*nq).enumerate() {
-            let (ceiling, follow) = if i == 0 {
-                (f64::INFINITY, RefineOptions { reach: plan.polish.reach, ..FOLLOW })
-            } else {
-                (HOPE * answer.depth, RefineOptions { search: others, ..FOLLOW })
-            };
-            let found = scratch.refine_from(ground, &follow, Start::at(start), ceiling, answer);
-            if let Some(depth) = found {
-                scratch.remember(ground, depth);
-            }
-            if i == 0 {
-                current = found.map(|depth| (depth, scratch.slid.clone()));
-            }
-        }
-        scratch.choose(ground, plan);
-        scratch.forget_probes();
-        for _ in 0..options.looks.min(scratch.chosen.len()) {
-            let id = scratch.chosen[*next % scratch.chosen.len()];
-            let ceiling = answer.depth;
-            scratch.probe(ground, &plan.probe, Start::of(ground, id), ceiling, answer);
-            *next += 1;
-        }
-        if *next >= scratch.chosen.len() {
-            *next = 0;
-            let ceiling = answer.depth;
-            scratch.probe_scattered(ground, plan, ceiling, ceiling, answer);
-        }
-        scratch.carry_on(ground, plan, answer);
-        self.keep_to(ground, plan, current, answer);
-    }
-
-    /// Keeps to the way out of the last frame, unless another is nearer by more than the hysteresis.
-    fn keep_to(&mut self, ground: &Ground, plan: &Plan, current: Option<(f64, Vec<f64>)>, answer: &mut Answer) {
-        let Self { scratch, options, .. } = self;
-        let space = &ground.checker.scene().space;
-        if let Some((depth, witness)) = current
-            && answer.depth < depth
-            && answer.depth >= (1.0 - options.hysteresis) * depth
-            && !are_alike(space, &mut scratch.local, (depth, &witness), (answer.depth, &answer.witness))
-        {
-            let mut kept = Answer { depth: f64::INFINITY, verified: false, ..answer.clone() };
-            scratch.refine_from(ground, &plan.polish, Start::at(&witness), f64::INFINITY, &mut kept);
-            if kept.verified && answer.depth >= (1.0 - options.hysteresis) * kept.depth {
-                scratch.exits.offer(space, &mut scratch.local, answer.depth, &answer.witness);
-                *answer = kept;
-            }
-        }
-    }
-
-    /// Notes the ways out for the next frame.
-    fn keep(&mut self, ground: &Ground, answer: &Answer) {
-        let Self { scratch, tracked, .. } = self;
-        let space = &ground.checker.scene().space;
-        tracked.clear();
-        if !answer.verified {
+    /// Keeps to the exit of the last frame, unless another is nearer by more than the hysteresis.
+    fn keep_to_last(&mut self, context: &Context, options: &QueryOptions, answer: &mut Answer) {
+        let Self { scratch, lead, options: StreamOptions { hysteresis, .. } } = self;
+        let QueryScratch { evaluator, descent, boundary, known, .. } = scratch;
+        let space = &context.checker.scene().space;
+        let Some((depth, witness)) = &lead.followed else { return };
+        let hysteresis = *hysteresis;
+        let is_nearer = |depth: f64| answer.depth < depth && answer.depth >= (1.0 - hysteresis) * depth;
+        let found = (answer.depth, &answer.witness[..]);
+        if !is_nearer(*depth) || are_alike(space, &mut known.local, (*depth, witness), found) {
             return;
         }
-        tracked.extend_from_slice(&answer.witness);
-        for (depth, config) in scratch.exits.iter() {
-            if !are_alike(space, &mut scratch.local, (depth, config), (answer.depth, &answer.witness)) {
-                tracked.extend_from_slice(config);
-            }
+        let plan = Plan::of(options, context, space.nv());
+        let mut search =
+            Search { context, plan, known, evaluator, descent, boundary, believes: false, part: None, turn: None };
+        let (last, _) = search.descend_alone(Start::at(witness), f64::INFINITY, plan.polish);
+        if let Some(last) = last.filter(|last| is_nearer(*last))
+            && search.evaluator.label(context, &search.descent.best) == Label::Free
+        {
+            let Known { exits, local, .. } = search.known;
+            exits.offer(space, local, answer.depth, &answer.witness);
+            (answer.depth, answer.verified) = (last, true);
+            answer.witness.copy_from_slice(&search.descent.best);
+        }
+    }
+
+    /// Notes the exits for the next frame.
+    fn note_exits(&mut self, context: &Context, answer: &Answer) {
+        let Known { exits, local, .. } = &mut self.scratch.known;
+        let tracked = &mut self.lead.exits;
+        tracked.clear();
+        if answer.verified {
+            tracked.extend_from_slice(&answer.witness);
+            let others = exits.besides(&context.checker.scene().space, local, answer.depth, &answer.witness);
+            others.for_each(|(_, config)| tracked.extend_from_slice(config));
         }
     }
 }

@@ -15,7 +15,7 @@ use crate::model::measure::{Extent, Measured, measure};
 use crate::model::quality::interval;
 use crate::model::{Adapted, EndedBy, Model, Statistics};
 use crate::penetration::certificate::InteriorBalls;
-use crate::penetration::{Ground, index_samples};
+use crate::penetration::{Context, Learned, index_samples};
 
 /// What the last unit makes of the run.
 pub struct Ready {
@@ -33,11 +33,11 @@ impl Adapter<'_> {
             return;
         }
         let boundary = self.index();
-        let width = self.old.statistics().width;
+        let starts = self.old.statistics().starts_per_dof;
         let Self { ground, options, spent, .. } = self;
         let mut budget = Budget::resumed(options, spent, report);
         budget.note(boundary.len(), None);
-        let mut extent = Extent { known: Some(width), ..Extent::after(spent.labels, options.seed) };
+        let mut extent = Extent { known: Some(starts), ..Extent::after(spent.labels, options.seed) };
         // A limit that no clock can hold is none.
         let left = options.seconds.map(|limit| Duration::try_from_secs_f64((limit - spent.seconds).max(0.0)));
         extent.until = left.and_then(|left| started.checked_add(left.ok()?));
@@ -45,19 +45,9 @@ impl Adapter<'_> {
             budget.stage("measuring");
             budget.end() != Some(BudgetEnd::Interrupted)
         };
-        let (clearance, scale) = (ground.checker.scene().clearance, ground.metric.diameter());
-        let to_query = Ground {
-            checker: &ground.checker,
-            metric: &ground.metric,
-            boundary: &boundary,
-            balls: ground.balls.get_or_init(|| InteriorBalls::new(&ground.checker)),
-            coverage: &ground.no_coverage,
-            clearance,
-            scale,
-            width,
-            is_lean: false,
-            change: None,
-        };
+        let balls = ground.balls.get_or_init(|| InteriorBalls::new(&ground.checker));
+        let learned = Learned { boundary: &boundary, coverage: &ground.no_coverage, starts };
+        let to_query = Context::new((&ground.checker, &ground.metric, balls), learned, None);
         let measured = measure(&to_query, &extent, &mut go_on);
         self.end = Some(if measured.is_some() { why } else { EndedBy::Interruption });
         self.ready = Some(Ready { boundary, measured });
@@ -104,8 +94,8 @@ impl Adapter<'_> {
         let nq = self.nq();
         let Self { old, ground, options, state, spent, end, ready, .. } = self;
         let Ready { boundary, measured } = ready.expect("indexed before");
-        let width = old.statistics().width;
-        let measured = measured.unwrap_or_else(|| Measured { width, ..Measured::default() });
+        let starts = old.statistics().starts_per_dof;
+        let measured = measured.unwrap_or_else(|| Measured { starts, ..Measured::default() });
         let (judged, classifier, from) = (&state.place.judged, ground.classifier, origin(old.statistics()));
         let statistics = Statistics {
             labels: spent.labels,
@@ -122,7 +112,7 @@ impl Adapter<'_> {
             boundary_gap: (!state.samples.is_empty()).then_some(ground.gap),
             density: measured.density,
             excess: measured.excess,
-            width: measured.width,
+            starts_per_dof: measured.starts,
             measuring_checks: measured.checks,
             // A run that its owner stops stepping was interrupted too.
             ended_by: end.unwrap_or(EndedBy::Interruption),

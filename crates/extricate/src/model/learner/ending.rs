@@ -130,7 +130,7 @@ impl Learner {
             boundary_gap: (!samples.is_empty()).then_some(ground.gap),
             density: measured.density,
             excess: measured.excess,
-            width: measured.width,
+            starts_per_dof: measured.starts,
             measuring_checks: looks.checks + measured.checks,
             // A run that its owner stops stepping was interrupted too.
             ended_by: end.unwrap_or(EndedBy::Interruption),

@@ -1,59 +1,48 @@
-//! What a step that was not taken teaches the next one, and when that is not to be believed.
+//! Constraints from steps that were not taken, and when they are not to be believed.
 
-use super::RefineScratch;
 use crate::collision::Contact;
-use crate::math::Vec3;
-use crate::penetration::Ground;
+use crate::math::{Pose, Vec3};
+use crate::scene::Scene;
 
 /// Contacts of a pair nearer than this \[m\] on either body tell the same.
 const SAME_PLACE: f64 = 5e-4;
 
-/// What was learned from a step.
+/// What the last step that was not taken added.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Lesson {
+pub struct Cut {
     /// Contacts that were known before.
     pub known_before: usize,
     /// Radius of the trust region to go on with where it is dropped.
     pub shorter: f64,
 }
 
-impl RefineScratch {
-    /// Adds what a step that was not taken ran into, in `other_contacts`, where it is without the step: the same points of the same bodies, apart along the
-    /// same normal. Whether any of it was new. Overlaps that were there before, by half or more, tell nothing of the step.
-    pub(super) fn learn_from(&mut self, ground: &Ground) -> bool {
-        let scene = ground.checker.scene();
-        let Self { contacts, other_contacts: hit, poses, hit_poses, .. } = self;
-        let known = contacts.len();
-        // From here on `contacts` may be more than a look at one configuration sees.
-        self.looked_at.clear();
-        for contact in hit.iter().filter(|contact| contact.distance < ground.clearance) {
-            let pair = &scene.pairs[contact.pair];
-            let here = |body: usize, point: &Vec3| {
-                let frame = scene.bodies[body].frame;
-                poses[frame].point(&hit_poses[frame].inverse_point(point))
-            };
-            let point_first = here(pair.first, &contact.point_first);
-            let point_second = here(pair.second, &contact.point_second);
-            let same = |other: &Contact| {
-                other.pair == contact.pair
-                    && (other.point_first - point_first).norm().min((other.point_second - point_second).norm())
-                        < SAME_PLACE
-            };
-            let distance = contact.normal.dot(&(point_first - point_second));
-            if 2.0 * (distance - contact.distance) > ground.clearance - contact.distance && !contacts.iter().any(same) {
-                contacts.push(Contact { distance, point_first, point_second, ..*contact });
-            }
+/// Adds to `contacts` what a step that was not taken ran into, `hit` at `hit_poses`, where it is without the step, at `poses`: the same points of the
+/// same bodies, apart along the same normal. Whether any of it was new. Overlaps that were there before, by half or more, tell nothing of the step.
+pub fn add_cuts(
+    scene: &Scene,
+    clearance: f64,
+    (contacts, poses): (&mut Vec<Contact>, &[Pose]),
+    (hit, hit_poses): (&[Contact], &[Pose]),
+) -> bool {
+    let known = contacts.len();
+    for contact in hit.iter().filter(|contact| contact.distance < clearance) {
+        let pair = &scene.pairs[contact.pair];
+        let here = |body: usize, point: &Vec3| {
+            let frame = scene.bodies[body].frame;
+            poses[frame].point(&hit_poses[frame].inverse_point(point))
+        };
+        let point_first = here(pair.first, &contact.point_first);
+        let point_second = here(pair.second, &contact.point_second);
+        let same = |other: &Contact| {
+            other.pair == contact.pair
+                && (other.point_first - point_first).norm().min((other.point_second - point_second).norm()) < SAME_PLACE
+        };
+        let distance = contact.normal.dot(&(point_first - point_second));
+        if 2.0 * (distance - contact.distance) > clearance - contact.distance && !contacts.iter().any(same) {
+            contacts.push(Contact { distance, point_first, point_second, ..*contact });
         }
-        contacts.len() > known
     }
-
-    /// Drops what was learned last, if anything was, and returns the radius to go on with. A deep overlap may tell of a depth and a direction that have
-    /// nothing to do with where the step began; then no way seems to be left, though a shorter step would do.
-    pub(super) fn unlearn(&mut self) -> Option<f64> {
-        let Lesson { known_before, shorter } = self.lesson.take()?;
-        self.contacts.truncate(known_before);
-        Some(shorter)
-    }
+    contacts.len() > known
 }
 
 #[cfg(test)]
@@ -61,12 +50,13 @@ mod tests {
     use std::ops::ControlFlow;
     use std::path::Path;
 
-    use super::*;
     use crate::learning::LearnOptions;
     use crate::metric::Anchor;
     use crate::model::Model;
+    use crate::penetration::descent::{DescentScratch, Start, descend};
+    use crate::penetration::evaluate::Evaluator;
     use crate::penetration::plan::POLISH_MESHES;
-    use crate::penetration::refine::{Start, slide};
+    use crate::penetration::prune::{Ends, Pruning};
     use crate::scene::assemble::assemble;
 
     /// A block of 10 x 10 x 3 with a square hole of side 1.5, as OBJ.
@@ -105,16 +95,18 @@ mod tests {
         let scene = assemble(Path::new("scene.toml"), toml, &mut read).unwrap();
         let options = LearnOptions { labels: 500, seconds: None, ..LearnOptions::default() };
         let model = Model::learn(scene, &options, &mut |_| ControlFlow::Continue(())).unwrap();
-        let (ground, mut anchor) = (model.ground(), Anchor::default());
+        let (context, mut anchor) = (model.context(), Anchor::default());
         let turn = [0.6941133784094932, 0.1349319010203283, 0.1349319010203283, 0.6941133784094932];
         let q = [&[-1.5123456790123457, 2.436, -1.77921875], &turn[..]].concat();
         let turned = [0.6909587225199086, 0.1502571550645641, 0.15025356892852149, 0.6909578106873107];
         let start = [&[-1.4883476776727274, 2.2462357738888414, -2.000208383311388], &turned[..]].concat();
-        ground.metric.anchor(&q, &mut anchor);
-        let (mut best, mut scratch) = (Vec::new(), RefineScratch::default());
-        let depth =
-            slide(&ground, &anchor, Start::at(&start), 0.29814, &POLISH_MESHES, &mut best, &mut scratch).unwrap();
-        let exact = 0.22078125 + ground.clearance;
+        context.metric.anchor(&q, &mut anchor);
+        let (mut scratch, mut evaluator, ends) = (DescentScratch::default(), Evaluator::default(), Ends::default());
+        let pruning = Pruning { incumbent: 0.29814, factor: 1.1, ends: &ends };
+        let start = Start::at(&start);
+        let (depth, _) = descend(&context, &anchor, start, pruning, &POLISH_MESHES, &mut scratch, &mut evaluator);
+        let depth = depth.unwrap();
+        let exact = 0.22078125 + context.clearance;
         assert!(depth > exact - 1e-6 && depth < 1.005 * exact, "{depth}");
     }
 }

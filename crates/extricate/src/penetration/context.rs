@@ -1,0 +1,70 @@
+//! What a query stands on.
+
+use super::certificate::InteriorBalls;
+use super::change::Change;
+use super::coverage::Coverage;
+use crate::boundary::SampleSet;
+use crate::collision::Checker;
+use crate::metric::Metric;
+use serde::{Deserialize, Serialize};
+
+/// What a query stands on; borrowed from a model, and from the changed scene where it is asked in one.
+#[derive(Clone, Copy)]
+pub struct Context<'a> {
+    /// The exact checker.
+    pub checker: &'a Checker,
+    /// The scene's metric.
+    pub metric: &'a Metric,
+    /// For the lower bound.
+    pub balls: &'a InteriorBalls,
+    /// What was learned.
+    pub learned: Learned<'a>,
+    /// Set where that was in another scene: samples may collide, and be far from any boundary.
+    pub change: Option<&'a Change>,
+    /// Least distance \[m\] of a free pair.
+    pub clearance: f64,
+    /// A typical length of the configuration space in metric units.
+    pub scale: f64,
+}
+
+/// What is known of a scene by learning it.
+#[derive(Clone, Copy)]
+pub struct Learned<'a> {
+    /// Verified boundary samples; at least one.
+    pub boundary: &'a SampleSet,
+    /// What the distance to the nearest sample is compared with.
+    pub coverage: &'a Coverage,
+    /// How many starts a refined query takes.
+    pub starts: StartsPerDof,
+}
+
+/// Starts of a refined query for each degree of freedom that it searches over, whatever they find.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct StartsPerDof {
+    /// Of the nearest stored samples.
+    pub stored: f64,
+    /// Of configurations around the query.
+    pub around: f64,
+}
+
+impl<'a> Context<'a> {
+    /// The one way to make it.
+    pub fn new(
+        (checker, metric, balls): (&'a Checker, &'a Metric, &'a InteriorBalls),
+        learned: Learned<'a>,
+        change: Option<&'a Change>,
+    ) -> Self {
+        let (clearance, scale) = (checker.scene().clearance, metric.diameter());
+        Self { checker, metric, balls, learned, change, clearance, scale }
+    }
+
+    /// Whether samples have to be verified anew.
+    pub fn scene_changed(&self) -> bool {
+        self.change.is_some()
+    }
+
+    /// The stored samples.
+    pub fn samples(&self) -> &'a SampleSet {
+        self.learned.boundary
+    }
+}

@@ -1,0 +1,140 @@
+//! What a search begins with: the nearest sample, or, in a scene that is not the one that was learned, one that is free there.
+
+use super::coverage::Coverage;
+use super::descent::Start;
+use super::limit::Limit;
+use super::search::Search;
+use super::starts::Ask;
+use crate::boundary::{Among, Wanted};
+use crate::cspace::Label;
+use crate::cspace::sampling::Halton;
+
+/// Nearest samples that are checked before descents from the nearest are tried: where so many collide, hardly any may be free, as where the
+/// clearance is larger than it was; and a descent takes about as many checks.
+const LOOKED_AT: usize = 16;
+/// Times as many are looked at next.
+const MORE: usize = 8;
+/// A sample that by its planes misses the clearance by more than this \[m\] collides: they are of single precision.
+const SURE: f64 = 1e-6;
+/// Descents that are tried then.
+const LED_OUT: usize = 8;
+/// Configurations that are tried where no stored one is free any more.
+const LAST_RESORT: u64 = 20_000;
+
+/// Makes a free configuration the incumbent and tells how usual its distance is. A stored one is believed in the scene that was learned. In another
+/// one it is the nearest that is free now; where the nearest of them collide, what a descent from one of those leads to; or else any free
+/// configuration. `None` where there is none, or looking for it was stopped; a budget does not end it, since without a witness there is no answer.
+pub fn first_witness(search: &mut Search) -> Option<Option<f64>> {
+    let (context, known) = (search.context, &mut *search.known);
+    let ask = Ask { context, plan: &search.plan, anchor: &known.anchor, part: None };
+    known.starts.gather(&ask, search.plan.starts, search.boundary);
+    let coverage: &Coverage = context.learned.coverage;
+    if !context.scene_changed() {
+        let &(id, depth) = known.starts.near().first()?;
+        known.take(depth, context.samples().config(id), false);
+        return Some(coverage.of(depth));
+    }
+    let found = free_sample(search).or_else(|| lead_out(search)).or_else(|| any_sample(search));
+    let distance = found.or_else(|| any_free(search))?;
+    Some(coverage.of(distance))
+}
+
+/// The nearest of the gathered samples that is free now.
+fn free_sample(search: &mut Search) -> Option<f64> {
+    let mut left = LOOKED_AT;
+    for at in 0..search.known.starts.near().len() {
+        let (id, depth) = search.known.starts.near()[at];
+        if left == 0 || search.evaluator.is_stopped() {
+            return None;
+        }
+        let planes = Start::of(search.context, id).planes;
+        if planes.is_some_and(|planes| planes.iter().any(|(room, _)| room < -SURE)) {
+            continue;
+        }
+        left -= 1;
+        if takes(search, id, depth) {
+            return Some(depth);
+        }
+    }
+    None
+}
+
+/// Makes a sample the incumbent if it is free.
+fn takes(search: &mut Search, id: u32, depth: f64) -> bool {
+    let config = search.context.samples().config(id);
+    let is_free = search.evaluator.label(search.context, config) == Label::Free;
+    if is_free {
+        search.known.take(depth, config, true);
+    }
+    is_free
+}
+
+/// The end of a descent from one of the nearest gathered samples.
+fn lead_out(search: &mut Search) -> Option<f64> {
+    // Only who asked for the query may end it without a witness.
+    let stop = search.evaluator.limit.stop.clone();
+    let limit = std::mem::replace(&mut search.evaluator.limit, Limit { stop, ..Limit::default() });
+    let mut found = None;
+    for at in 0..LED_OUT.min(search.known.starts.near().len()) {
+        let (id, distance) = search.known.starts.near()[at];
+        let start = Start::at(search.context.samples().config(id));
+        let (depth, _) = search.descend_alone(start, f64::INFINITY, search.plan.descent);
+        if let Some(depth) = depth
+            && search.evaluator.label(search.context, &search.descent.best) == Label::Free
+        {
+            search.known.take(depth, &search.descent.best, true);
+            found = Some(distance);
+            break;
+        }
+    }
+    search.evaluator.limit = limit;
+    found
+}
+
+/// The nearest of all samples that is free now.
+fn any_sample(search: &mut Search) -> Option<f64> {
+    let (samples, metric) = (search.context.samples(), search.context.metric);
+    let (mut near, mut looked_at, mut count) = (Vec::new(), 0, MORE * LOOKED_AT);
+    loop {
+        samples.nearest(
+            Wanted { among: Among::Samples, ..Wanted::NEAREST },
+            metric,
+            &search.known.anchor,
+            count,
+            search.boundary,
+            &mut near,
+        );
+        for &(id, depth) in &near[looked_at..] {
+            if search.evaluator.is_stopped() {
+                return None;
+            }
+            if takes(search, id, depth) {
+                return Some(depth);
+            }
+        }
+        looked_at = near.len();
+        if looked_at < count {
+            return None;
+        }
+        count *= MORE;
+    }
+}
+
+/// The first free configuration of a low-discrepancy sequence; it is far from all samples.
+fn any_free(search: &mut Search) -> Option<f64> {
+    let (context, space) = (search.context, &search.context.checker.scene().space);
+    let halton = Halton::new(space.nv(), 0);
+    let mut config = vec![0.0; space.nq()];
+    for index in 0..LAST_RESORT {
+        if search.evaluator.is_stopped() {
+            return None;
+        }
+        halton.config(space, index, &mut config);
+        if search.evaluator.label(context, &config) == Label::Free {
+            let depth = search.evaluator.distance(context, &search.known.anchor, &config);
+            search.known.take(depth, &config, true);
+            return Some(f64::INFINITY);
+        }
+    }
+    None
+}

@@ -1,0 +1,280 @@
+//! Independent parts: joints that colliding pairs do not connect have exits of their own, and the nearest exit of all combines them.
+//!
+//! A stored sample holds one combination; the right one of 2^n is hardly ever stored. So each part is searched on its own, from the query in its joints
+//! and a free configuration in the others, which any sample whose coordinates of the part are near may start.
+
+use super::answer::TOUCHING;
+use super::context::Context;
+use super::search::{Incumbent, Known, Search};
+use super::starts::{Ask, PartOf};
+use crate::boundary::tangents::Elsewhere;
+use crate::collision::{ContactQuery, ContactSearch};
+use crate::cspace::Factor;
+use crate::scene::{Motion, Scene};
+
+/// Which joints belong together, and memory for the search over one part.
+#[derive(Default)]
+pub struct Parts {
+    /// A union-find forest over the tangent coordinates.
+    parent: Vec<usize>,
+    /// Whether a coordinate moves a pair that collides.
+    is_moved: Vec<bool>,
+    /// Which parts were searched as they are now, by their roots.
+    is_searched: Vec<bool>,
+    factors: Vec<Factor>,
+    /// Of which pairs contact planes hold in a search over a part.
+    holding: Vec<bool>,
+    base: Vec<f64>,
+    known: Known,
+}
+
+/// Searches every part on its own, and parts that turn out to touch each other as one.
+pub fn search_parts(whole: &mut Search, parts: &mut Parts) {
+    let scene = whole.context.checker.scene();
+    // Something free to work on, as near as one descent leads.
+    if let Some(first) = whole.start(0) {
+        whole.try_sample(first);
+    }
+    let mut seen = 1.0;
+    loop {
+        for root in 0..scene.space.nv() {
+            if parts.is_root(root) && !parts.is_searched[root] && !whole.evaluator.is_spent() {
+                parts.is_searched[root] = true;
+                seen *= 1.0 - search_part(whole, parts, root);
+            }
+        }
+        if whole.evaluator.is_spent() || !parts.join_touching(whole) {
+            break;
+        }
+    }
+    whole.known.unseen_in_parts = Some(1.0 - seen);
+}
+
+/// Searches the part of a root, the others where the incumbent has them; the share of starts that would lead to an unmet exit of it.
+fn search_part(whole: &mut Search, parts: &mut Parts, root: usize) -> f64 {
+    let (context, space) = (whole.context, &whole.context.checker.scene().space);
+    parts.prepare(context, root);
+    let degrees = parts.factors.iter().map(|factor| factor.manifold.dimensions()).sum();
+    let plan = whole.plan.over(degrees);
+    let Parts { factors, holding, base, known, .. } = parts;
+    base.clone_from(&whole.known.incumbent.config);
+    let wider = context.change.map_or(0.0, |change| change.of_planes().wider);
+    let part = PartOf { factors, base, holding: Elsewhere { stays: holding, wider } };
+    let mut from = std::mem::take(&mut known.composed);
+    part.compose(&whole.known.anchor.q, &mut from);
+    context.metric.anchor(&from, &mut known.anchor);
+    known.composed = from;
+    let depth = whole.evaluator.distance(context, &known.anchor, base);
+    known.begin(context, whole.known.wanted);
+    known.take(depth, base, whole.known.incumbent.verified);
+    let ask = Ask { context, plan: &plan, anchor: &known.anchor, part: Some(part) };
+    known.starts.gather_for_part(&ask, &part);
+    let mut search = Search {
+        context,
+        plan,
+        known,
+        evaluator: whole.evaluator,
+        descent: whole.descent,
+        boundary: whole.boundary,
+        believes: whole.believes,
+        turn: whole.turn,
+        part: Some(part),
+    };
+    let ranks = search.run();
+    whole.turn = search.turn;
+    whole.known.ranks.push(ranks);
+    let unseen = known.unseen();
+    let distance = whole.evaluator.distance(context, &whole.known.anchor, &known.incumbent.config);
+    if distance < whole.known.incumbent.depth {
+        let Incumbent { config, verified, .. } = &known.incumbent;
+        whole.known.exits.offer(space, &mut whole.known.local, distance, config);
+        whole.known.take(distance, config, *verified);
+    }
+    unseen
+}
+
+/// The tangent coordinates that move the bodies of a pair relative to each other.
+fn coordinates(scene: &Scene, pair: usize, each: &mut dyn FnMut(usize)) {
+    let pair = &scene.pairs[pair];
+    let (mut first, mut second) = (scene.bodies[pair.first].frame, scene.bodies[pair.second].frame);
+    // What carries both bodies parts nothing; frames come after those that carry them.
+    while first != second {
+        let frame = if first > second { &mut first } else { &mut second };
+        match &scene.frames[*frame].motion {
+            Motion::World => {}
+            Motion::Revolute { coordinate, .. } | Motion::Prismatic { coordinate, .. } => each(coordinate.v),
+            Motion::Ball { v, .. } => (*v..v + 3).for_each(&mut *each),
+        }
+        *frame = scene.frames[*frame].parent;
+    }
+}
+
+impl Parts {
+    /// Groups the coordinates by the pairs that collide.
+    pub fn split(&mut self, scene: &Scene, colliding: &[usize]) {
+        let nv = scene.space.nv();
+        self.parent.clear();
+        self.parent.extend(0..nv);
+        self.is_moved.clear();
+        self.is_moved.resize(nv, false);
+        self.is_searched.clear();
+        self.is_searched.resize(nv, false);
+        colliding.iter().for_each(|pair| {
+            self.join(scene, *pair);
+        });
+    }
+
+    /// How many parts there are.
+    pub fn count(&self) -> usize {
+        (0..self.parent.len()).filter(|v| self.is_root(*v)).count()
+    }
+
+    /// Joins the coordinates of a pair to one part; whether they were not before.
+    fn join(&mut self, scene: &Scene, pair: usize) -> bool {
+        let (mut last, mut joined) = (None, false);
+        coordinates(scene, pair, &mut |v| {
+            let root = self.root(v);
+            joined |= !std::mem::replace(&mut self.is_moved[v], true);
+            if let Some(other) = last.replace(root).map(|other| self.root(other)).filter(|other| *other != root) {
+                self.parent[other.max(root)] = other.min(root);
+                self.is_searched[other.min(root)] = false;
+                joined = true;
+                last = Some(other.min(root));
+            }
+        });
+        joined
+    }
+
+    /// Joins parts that a pair connects which touches at the incumbent; whether there were any.
+    fn join_touching(&mut self, whole: &mut Search) -> bool {
+        let (context, scene) = (whole.context, whole.context.checker.scene());
+        let margin = context.clearance + TOUCHING;
+        let query = ContactQuery { margin, search: ContactSearch::Coarse };
+        whole.evaluator.contacts_at(context, &whole.known.incumbent.config, query);
+        let touching = whole.evaluator.contacts.iter().filter(|contact| contact.distance < margin);
+        touching.map(|contact| contact.pair).fold(false, |joined, pair| self.join(scene, pair) | joined)
+    }
+
+    /// Lists the factors of a part, and the pairs that nothing but its joints moves.
+    fn prepare(&mut self, context: &Context, root: usize) {
+        let scene = context.checker.scene();
+        let (mut factors, mut holding) = (std::mem::take(&mut self.factors), std::mem::take(&mut self.holding));
+        let is_of_part = |v: usize| self.is_moved[v] && self.root(v) == root;
+        factors.clear();
+        factors.extend(scene.space.factors().iter().filter(|factor| is_of_part(factor.v)).cloned());
+        let depends_on_part_alone = |pair: usize| {
+            let (mut any, mut all) = (false, true);
+            coordinates(scene, pair, &mut |v| {
+                any = true;
+                all &= is_of_part(v);
+            });
+            any && all
+        };
+        holding.clear();
+        match context.change {
+            None => holding.extend((0..scene.pairs.len()).map(depends_on_part_alone)),
+            Some(change) => holding.extend(change.pairs_here().iter().map(|p| p.is_some_and(depends_on_part_alone))),
+        }
+        (self.factors, self.holding) = (factors, holding);
+    }
+
+    fn root(&self, mut v: usize) -> usize {
+        while self.parent[v] != v {
+            v = self.parent[v];
+        }
+        v
+    }
+
+    fn is_root(&self, v: usize) -> bool {
+        self.is_moved[v] && self.parent[v] == v
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::ops::ControlFlow;
+    use std::path::Path;
+
+    use super::*;
+    use crate::learning::LearnOptions;
+    use crate::model::Model;
+    use crate::penetration::{Effort, QueryOptions, QueryScratch};
+    use crate::scene::assemble::assemble;
+    use crate::scene::{MetricSpec, builtin};
+
+    /// Carts on rails of their own, each before a wall: of `n` that collide, one is free where it is 0.6 and the clearance from its wall's middle.
+    fn carts(n: usize, metric: MetricSpec) -> Model {
+        let (mut urdf, mut toml) = (String::from("<robot name='carts'><link name='base'/>"), String::new());
+        for k in 0..n {
+            urdf += &format!(
+                "<link name='c{k}'><collision><geometry><box size='0.2 0.2 0.2'/></geometry></collision></link>\
+                 <joint name='j{k}' type='prismatic'><parent link='base'/><child link='c{k}'/><origin xyz='0 {k} 0'/>\
+                 <axis xyz='1 0 0'/><limit lower='-1' upper='1' effort='1' velocity='1'/></joint>"
+            );
+            toml += &format!(
+                "[[obstacle]]\nname = 'w{k}'\nshape = {{ box = [1, 0.2, 0.2] }}\npose = {{ xyz = [0, {k}, 0] }}\n"
+            );
+        }
+        urdf += "</robot>";
+        let toml = format!("[[robot]]\nurdf = 'carts.urdf'\n{toml}");
+        let mut scene =
+            assemble(Path::new("scene.toml"), &toml, &mut |_: &Path| Ok(urdf.clone().into_bytes())).unwrap();
+        scene.metric = metric;
+        let options = LearnOptions { labels: 30_000, seconds: None, ..LearnOptions::default() };
+        Model::learn(scene, &options, &mut |_| ControlFlow::Continue(())).unwrap()
+    }
+
+    #[test]
+    fn the_nearest_exit_of_many_limbs_combines_those_of_each() {
+        for (n, metric) in
+            [(4, MetricSpec::Joint), (8, MetricSpec::Joint), (16, MetricSpec::Joint), (6, MetricSpec::ObjectNorm)]
+        {
+            let model = carts(n, metric);
+            let (mut scratch, clear) = (QueryScratch::default(), 0.6 + model.scene().clearance);
+            let (mut found, mut checks, all) = (0, 0, 60);
+            for at in 0..all {
+                let x = |k: usize| 2.0 * (0.618_034 * (at * n + k + 1) as f64).fract() - 1.0;
+                let q = model.scene().space.config(&(0..n).map(x).collect::<Vec<_>>()).unwrap();
+                let mut to = q.to_vec();
+                to.iter_mut().filter(|x| x.abs() < clear).for_each(|x| *x = clear.copysign(*x));
+                let exact = model.metric().distance(&q, &to);
+                let answer = model.query(&q, &QueryOptions::default(), &mut scratch);
+                assert!(answer.verified && answer.depth > exact - 1e-6 && answer.lower_bound <= answer.depth);
+                found += usize::from(answer.depth <= 1.05 * exact + 1e-6);
+                checks += answer.checks;
+                let exhaustive = QueryOptions { effort: Effort::Exhaustive, ..QueryOptions::default() };
+                assert!(at > 3 || model.query(&q, &exhaustive, &mut scratch).depth <= answer.depth);
+            }
+            println!("{n} carts, {metric:?}: {found} of {all}, {checks} checks");
+            assert!(found * 100 >= 95 * all, "{n} {metric:?}: {found} of {all}");
+            assert!(checks <= 8 * n * all, "{n} {metric:?}: {checks}");
+        }
+    }
+
+    #[test]
+    fn pairs_that_share_a_joint_are_of_one_part() {
+        let scene = builtin::scene("dual-arm").unwrap();
+        let joints = |pair: usize| {
+            let mut found = Vec::new();
+            coordinates(&scene, pair, &mut |v| found.push(v));
+            found
+        };
+        let of_arm = |arm: usize| {
+            let is_of_arm = |pair: &usize| {
+                let joints = joints(*pair);
+                !joints.is_empty() && joints.iter().all(|v| v / 7 == arm)
+            };
+            (0..scene.pairs.len()).filter(is_of_arm).collect::<Vec<_>>()
+        };
+        let (left, right) = (of_arm(0), of_arm(1));
+        let both = (0..scene.pairs.len())
+            .find(|pair| joints(*pair).iter().any(|v| *v < 7) && joints(*pair).iter().any(|v| *v > 6));
+        let mut parts = Parts::default();
+        parts.split(&scene, &[left[0], right[0]]);
+        assert_eq!(parts.count(), 2);
+        parts.split(&scene, &[left[0], right[0], both.unwrap()]);
+        assert_eq!(parts.count(), 1);
+        parts.split(&scene, &[]);
+        assert_eq!(parts.count(), 0);
+    }
+}

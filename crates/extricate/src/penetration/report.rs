@@ -1,0 +1,171 @@
+//! What is said about a witness once it is chosen.
+
+use super::QueryScratch;
+use super::answer::{Answer, Exit, TOUCHING, Way};
+use super::certificate::{self, Look};
+use super::context::Context;
+use super::evaluate::Evaluator;
+use super::options::{Effort, QueryOptions};
+use super::search::Known;
+use crate::collision::{ConvexOverlap, SegmentOptions, SegmentOutcome};
+use crate::metric::motion_bound::MotionPath;
+use crate::metric::quadratic::Quadratic;
+use crate::metric::{Anchor, MetricScratch};
+use crate::scene::MetricSpec;
+
+/// Step of central differences \[rad or m\]: both the curvature they leave out and the digits they lose are then about 1e-10.
+const DIFFERENCE: f64 = 1e-5;
+
+/// Memory that reports reuse.
+#[derive(Default)]
+pub struct ReportScratch {
+    motion: MotionPath,
+    overlaps: Vec<ConvexOverlap>,
+    /// Of the witness, for the gradient.
+    far_anchor: Anchor,
+    quadratic: Quadratic,
+    moved: Vec<f64>,
+    step: Vec<f64>,
+}
+
+/// Fills in all but witness and depth.
+pub fn report(context: &Context, options: &QueryOptions, scratch: &mut QueryScratch, answer: &mut Answer) {
+    let QueryScratch { evaluator, known, report: memory, .. } = scratch;
+    let ReportScratch { motion, overlaps, far_anchor, .. } = memory;
+    if options.tells_contacts() {
+        let margin = context.clearance + TOUCHING;
+        answer.contacts.extend_from_slice(evaluator.touching(context, &answer.witness, margin));
+        answer.touching.extend(answer.contacts.iter().map(|contact| contact.pair));
+        answer.touching.dedup();
+        context.metric.anchor_at(&answer.witness, evaluator.check.poses(), far_anchor);
+    } else {
+        context.metric.anchor(&answer.witness, far_anchor);
+    }
+    let anchor = &known.anchor;
+    answer.max_displacement = context.metric.max_displacement_at(anchor, &far_anchor.poses);
+    overlaps.clear();
+    let mut look = (Look::Quick, answer.depth);
+    if options.effort != Effort::Nearest {
+        context.checker.convex_overlaps(&anchor.q, &answer.colliding, &mut evaluator.check, overlaps);
+        look.0 = Look::Close;
+    }
+    let (poses, check) = (&anchor.poses, &mut evaluator.check);
+    let bound = certificate::lower_bound(context, poses, &answer.colliding, overlaps, look, motion, check);
+    answer.lower_bound = bound.min(answer.depth);
+    gradient(context, anchor, memory, &mut evaluator.metric, answer);
+    if options.exits > 1 {
+        report_exits(context, known, evaluator, answer);
+    }
+    if answer.verified {
+        let space = &context.checker.scene().space;
+        answer.unique = !known.exits.rival(space, &mut known.local, answer.depth, &answer.witness);
+    }
+    if options.way {
+        answer.way = Some(way(context, &known.anchor.q, evaluator, answer));
+    }
+    answer.checks = evaluator.checks;
+}
+
+/// Where the witness stays the best, moving it changes the depth by nothing to first order: what is left is the gradient of the distance to it.
+fn gradient(
+    context: &Context,
+    anchor: &Anchor,
+    memory: &mut ReportScratch,
+    metric_scratch: &mut MetricScratch,
+    answer: &mut Answer,
+) {
+    let ReportScratch { far_anchor, quadratic, moved, step, .. } = memory;
+    let metric = context.metric;
+    // The distance is symmetric: half its square, seen from the witness, has this gradient at the query, times the depth.
+    match metric.kind() {
+        MetricSpec::Joint => {
+            metric.joint_gradient(far_anchor, &anchor.q, &mut answer.gradient);
+            return answer.gradient.iter_mut().for_each(|slope| *slope /= answer.depth);
+        }
+        MetricSpec::ObjectNorm => {
+            metric.quadratic_model(far_anchor, &anchor.q, &anchor.poses, quadratic);
+            let slopes = quadratic.gradient.iter().map(|slope| slope / answer.depth);
+            return answer.gradient.iter_mut().zip(slopes).for_each(|(out, slope)| *out = slope);
+        }
+        MetricSpec::MaxDisplacement => {}
+    }
+    // Its model has a few points of each body only; the farthest one need not be among them.
+    let space = &context.checker.scene().space;
+    step.clear();
+    step.resize(space.nv(), 0.0);
+    moved.resize(space.nq(), 0.0);
+    for k in 0..space.nv() {
+        let mut change = 0.0;
+        for sign in [1.0, -1.0] {
+            step[k] = sign * DIFFERENCE;
+            space.integrate(&anchor.q, step, moved);
+            change += sign * metric.distance_from(far_anchor, moved, metric_scratch);
+        }
+        step[k] = 0.0;
+        answer.gradient[k] = change / (2.0 * DIFFERENCE);
+    }
+}
+
+fn report_exits(context: &Context, known: &Known, evaluator: &mut Evaluator, answer: &mut Answer) {
+    let margin = context.clearance + TOUCHING;
+    for (depth, witness) in known.exits.iter() {
+        let mut touching: Vec<usize> = evaluator.touching(context, witness, margin).iter().map(|c| c.pair).collect();
+        touching.dedup();
+        answer.exits.push(Exit { depth, witness: witness.to_vec(), touching });
+    }
+    if answer.exits.is_empty() {
+        let (witness, touching) = (answer.witness.clone(), answer.touching.clone());
+        answer.exits.push(Exit { depth: answer.depth, witness, touching });
+    }
+}
+
+fn way(context: &Context, q: &[f64], evaluator: &mut Evaluator, answer: &Answer) -> Way {
+    evaluator.checks += 1;
+    match context.checker.segment(&answer.witness, q, &SegmentOptions::default(), &mut evaluator.check) {
+        // The query collides, so this is not to be expected; it claims the least.
+        SegmentOutcome::Free => Way { colliding_until: 1.0, free_from: 1.0 },
+        SegmentOutcome::Contact { free_until, colliding_at: at, .. }
+        | SegmentOutcome::Undecided { free_until, near_at: at, .. } => {
+            Way { colliding_until: 1.0 - at, free_from: 1.0 - free_until }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::LearnOptions;
+    use crate::collision::{CheckScratch, ContactQuery, ContactSearch};
+    use crate::model::Model;
+    use crate::model::measure::tests::colliding;
+    use crate::scene::builtin;
+    use std::ops::ControlFlow;
+
+    /// What the last descent saw of its end is not looked at again; it has to be what a look would see.
+    #[test]
+    fn contacts_are_those_of_a_look_at_the_witness_alone() {
+        for name in ["planar-arm", "hand"] {
+            let options = LearnOptions { labels: 30_000, seconds: None, ..LearnOptions::default() };
+            let model =
+                Model::learn(builtin::scene(name).unwrap(), &options, &mut |_| ControlFlow::Continue(())).unwrap();
+            let (mut scratch, mut seen) = (QueryScratch::default(), 0);
+            for q in colliding(&model, 100) {
+                let answer = model.query(&q, &QueryOptions::default(), &mut scratch);
+                let margin = model.scene().clearance + TOUCHING;
+                let look = ContactQuery { margin, search: ContactSearch::Exact };
+                let mut contacts = Vec::new();
+                model.checker().contacts(&answer.witness, look, &mut CheckScratch::default(), &mut contacts);
+                contacts.sort_by_key(|contact| contact.pair);
+                assert_eq!(contacts.len(), answer.contacts.len(), "{name} {q:?}");
+                for (told, found) in answer.contacts.iter().zip(&contacts) {
+                    assert_eq!(told.pair, found.pair);
+                    assert!((told.distance - found.distance).abs() < 1e-9, "{name} {q:?}: {told:?} {found:?}");
+                    // Of points 0.1 mm apart on round shapes: searches from elsewhere end 1e-9 m from each other.
+                    assert!((told.normal - found.normal).norm() < 1e-4, "{name} {q:?}: {told:?} {found:?}");
+                }
+                seen += contacts.len();
+            }
+            assert!(seen > 100, "{name}: {seen}");
+        }
+    }
+}
