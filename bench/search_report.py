@@ -90,9 +90,12 @@ def section(answers, queries, earlier, options, command):
     held = "Every answer was verified and no lower bound was above its depth." if not unverified + above else \
         f"**Rows with an answer that is not verified: {unverified}; with a bound above its depth: {above}.**"
     seeds = len(options.seeds.split(","))
+    alone = len(answers) == len(queries) and not all(name.startswith("carts-") for name in queries)
+    # What a model does not hold, none of its efforts finds: both miss it alike, and nothing tells.
+    warned = " **One model of each scene: ways out that it lacks are missed by all its answers and count as none; learn with other seeds and labels.**" if alone else ""
     told = f"{options.queries} random colliding configurations of each scene; models of {seeds} seed{'s' * (seeds > 1)}. An answer is missed where it is farther than the best " \
            "known by more than the share told. Best known is the least depth that any program, model and effort found; of carts it is the closed form. " \
-           "The interval is that of the share missed by more than 5 % (Wilson, 95 %), were all answers independent; seeds share their queries, so that it is rather too narrow."
+           "The interval is that of the share missed by more than 5 % (Wilson, 95 %), were all answers independent; seeds share their queries, so that it is rather too narrow." + warned
     return f"## Shares missed\n\n{told} Times are processor time of one thread, {options.jobs} at a time. {held}\n\n{body}\n\nMade by:\n\n    {command}"
 
 
