@@ -1,7 +1,7 @@
 //! Scenes drawn at random, to see what queries miss on scenes that nobody chose.
 //!
-//! A drawn scene is kept where the exact checker finds a sane share of its configurations colliding
-//! and nothing that cannot move inside an obstacle; else it is drawn again. Scenes that are told to
+//! A drawn scene is kept where the exact checker finds a sane share of its configurations colliding,
+//! with obstacles too, and nothing that cannot move inside one; else it is drawn again. Scenes that are told to
 //! the last block (carts, voxels) are written as they are.
 
 mod entry;
@@ -53,6 +53,7 @@ pub fn draw(folder: &Path, seed: u64, fetched: Option<&Path>, mut output: impl W
             "coordinates": found.coordinates,
             "obstacles": found.obstacles,
             "colliding": found.share,
+            "with_obstacles": found.with_obstacles,
             "draws": scene.draws,
         });
         Ok(writeln!(output, "{line}")?)

@@ -57,11 +57,12 @@ fn shelf(rng: &mut ChaCha8Rng, space: &Space) -> Vec<Obstacle> {
 /// 5 to 14 bars on a circle, each a little aslant.
 fn cage(rng: &mut ChaCha8Rng, space: &Space) -> Vec<Obstacle> {
     let count = rng.random_range(5..=14);
-    let away = rng.random_range(0.45..0.8);
+    let away = if space.floor.is_some() { rng.random_range(0.3..0.7) } else { rng.random_range(0.45..0.8) };
     let [x, y, z] = space.middle;
     let bar = |k| {
         let (angle, radius) = (TAU * rng.random::<f64>(), space.reach * (away + rng.random_range(-0.05..0.05)));
         let size = [space.reach * rng.random_range(0.02..0.05), space.reach * rng.random_range(1.4..2.2)];
+        let z = space.floor.map_or(z, |floor| floor + size[1] / 2.0);
         let aslant = [rng.random_range(-0.3..0.3), rng.random_range(-0.3..0.3), 0.0];
         named(
             format!("bar_{k}"),

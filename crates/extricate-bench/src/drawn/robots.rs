@@ -17,6 +17,8 @@ pub struct Space {
     pub reach: f64,
     /// Whether the robot moves in the plane z = 0 alone.
     pub flat: bool,
+    /// Height \[m\] that bars stand on. Without one they reach above and below the robot.
+    pub floor: Option<f64>,
 }
 
 /// A robot as scene files name it.
@@ -47,8 +49,9 @@ pub fn all(fetched: Option<&Path>) -> Result<Vec<Robot>> {
 
 /// The robots of built-in scenes.
 pub fn built_in() -> Vec<Robot> {
-    let planar = Space { middle: [0.0; 3], reach: 1.2, flat: true };
-    let hand = Space { middle: [0.0, 0.0, 0.06], reach: 0.12, flat: false };
+    let planar = Space { middle: [0.0; 3], reach: 1.2, flat: true, floor: None };
+    // Bars within reach of the fingers would go through the palm, were they not to stand above it.
+    let hand = Space { middle: [0.0, 0.0, 0.06], reach: 0.12, flat: false, floor: Some(0.03) };
     vec![
         seven_joint_arm(),
         built_in_robot("planar-arm", "planar-arm", "arm", planar),
@@ -58,7 +61,7 @@ pub fn built_in() -> Vec<Robot> {
 
 /// The arm of `shelf-arm`.
 pub fn seven_joint_arm() -> Robot {
-    let space = Space { middle: [0.0, 0.0, 0.4], reach: 1.0, flat: false };
+    let space = Space { middle: [0.0, 0.0, 0.4], reach: 1.0, flat: false, floor: None };
     built_in_robot("seven-joint-arm", "shelf-arm", "arm", space)
 }
 
@@ -123,7 +126,7 @@ fn others(folder: &Path) -> Result<Vec<Robot>> {
             packages.display(),
             more.replace("{robots}", &shown)
         );
-        let space = Space { middle, reach, flat: false };
+        let space = Space { middle, reach, flat: false, floor: None };
         robots.push(Robot { name, entry, pairs, files: Vec::new(), raw, space });
     }
     Ok(robots)

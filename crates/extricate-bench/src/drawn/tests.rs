@@ -51,6 +51,7 @@ fn every_scene_loads_from_its_file_and_has_free_and_colliding_places() {
             assert!(0.0 < share && share < 1.0, "{name}: {share}");
         } else {
             assert!((0.1..=0.9).contains(&share), "{name}: {share}");
+            assert!(line["with_obstacles"].as_f64() >= Some(0.1), "{name}: {line}");
         }
     }
     std::fs::remove_dir_all(folder).unwrap();
