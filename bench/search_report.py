@@ -100,4 +100,4 @@ def section(answers, queries, earlier, options, command):
 
 
 def percent(share):
-    return "0" if share == 0 else f"{100 * share:.2g} %" if share < 0.995 else "100 %"
+    return "0" if share < 1e-9 else f"{100 * share:.2g} %" if share < 0.995 else "100 %"
