@@ -1,8 +1,11 @@
 """Pages under docs/benchmarks that programs write parts of: tables, plots, and the text between two markers."""
-import matplotlib
-
-matplotlib.use("Agg")
-matplotlib.rcParams |= {"svg.hashsalt": "extricate", "svg.fonttype": "none", "font.size": 9}
+try:
+    import matplotlib
+except ImportError:  # Only pages with plots need it.
+    pass
+else:
+    matplotlib.use("Agg")
+    matplotlib.rcParams |= {"svg.hashsalt": "extricate", "svg.fonttype": "none", "font.size": 9}
 
 
 def table(head, rows):

@@ -7,6 +7,7 @@
 //! extricate-bench batch MODEL QUERIES EFFORT|STARTS|N-checks  blocks of queries that standard input names, each timed as a whole
 //! extricate-bench stream MODEL QUERIES STEPS FRAMES ROUNDS      frames between successive queries, by a stream and one by one
 //! extricate-bench uniform SCENE LABELS SEED MODEL        a model from uniform samples alone
+//! extricate-bench draw FOLDER SEED [--robots DIR]        scenes drawn at random, and what they are as JSON lines
 //! ```
 //!
 //! `bench/collision.py` runs the first two beside the peers, the scripts beside it the others.
@@ -14,6 +15,7 @@
 mod batches;
 mod brute;
 mod clock;
+mod drawn;
 mod exact;
 mod files;
 mod labels;
@@ -25,6 +27,7 @@ mod server;
 mod streams;
 mod uniform;
 
+use std::path::Path;
 use std::process::ExitCode;
 
 use crate::streams::Walk;
@@ -50,15 +53,21 @@ fn main() -> anyhow::Result<ExitCode> {
         ["uniform", scene, labels, seed, model] => {
             uniform::learn(scene, labels, seed, model).map(|()| ExitCode::SUCCESS)
         }
+        ["draw", folder, seed] => draw(folder, seed, None),
+        ["draw", folder, seed, "--robots", robots] => draw(folder, seed, Some(Path::new(robots))),
         _ => {
             eprintln!(
                 "expected `serve`, `exact [--poses N]`, `query MODEL QUERIES EFFORT|STARTS|N-checks`, \
-                 `batch MODEL QUERIES EFFORT|STARTS|N-checks`, `stream MODEL QUERIES STEPS FRAMES ROUNDS` \
-                 or `uniform SCENE LABELS SEED MODEL`"
+                 `batch MODEL QUERIES EFFORT|STARTS|N-checks`, `stream MODEL QUERIES STEPS FRAMES ROUNDS`, \
+                 `uniform SCENE LABELS SEED MODEL` or `draw FOLDER SEED [--robots DIR]`"
             );
             Ok(ExitCode::from(2))
         }
     }
+}
+
+fn draw(folder: &str, seed: &str, robots: Option<&Path>) -> anyhow::Result<ExitCode> {
+    drawn::draw(Path::new(folder), seed.parse()?, robots, std::io::stdout().lock()).map(|()| ExitCode::SUCCESS)
 }
 
 fn exact_report(poses: usize) -> anyhow::Result<ExitCode> {

@@ -104,7 +104,7 @@ impl Scene {
         Ok(Self::of(Arc::new(py.detach(|| store::load_scene(&path)).map_err(exception)?)))
     }
 
-    /// A built-in scene: "shelf-arm", "planar-arm", "free-box", "dual-arm" or "hand".
+    /// A built-in scene: "shelf-arm", "planar-arm", "free-box", "dual-arm", "hand" or "four-legs".
     #[staticmethod]
     fn builtin(py: Python<'_>, name: &str) -> PyResult<Self> {
         Ok(Self::of(Arc::new(py.detach(|| builtin::scene(name)).map_err(exception)?)))

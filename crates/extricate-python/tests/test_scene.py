@@ -107,7 +107,7 @@ def test_builtin_scenes_can_be_written_to_files(tmp_path) -> None:  # type: igno
         Scene.builtin_files("shelf")
 
 
-@pytest.mark.parametrize("name", ["shelf-arm", "planar-arm", "free-box", "dual-arm", "hand"])
+@pytest.mark.parametrize("name", ["shelf-arm", "planar-arm", "free-box", "dual-arm", "hand", "four-legs"])
 def test_batches_are_what_single_calls_are(name: str) -> None:
     scene = Scene.builtin(name)
     Q = scene.sample(300, seed=2)

@@ -4,6 +4,7 @@
 //! on them runs on files. All measures are in metres and radians.
 
 mod dual_arm;
+mod four_legs;
 mod free_box;
 mod hand;
 mod loft;
@@ -24,7 +25,7 @@ use crate::error::{Error, Result};
 type File = (String, Vec<u8>);
 
 /// Names that [`scene`] knows.
-pub const NAMES: &[&str] = &["shelf-arm", "planar-arm", "free-box", "dual-arm", "hand"];
+pub const NAMES: &[&str] = &["shelf-arm", "planar-arm", "free-box", "dual-arm", "hand", "four-legs"];
 
 /// The files of a built-in scene: path relative to the scene file (first entry: the scene file itself) and contents.
 ///
@@ -39,6 +40,7 @@ pub fn files(name: &str) -> Option<Vec<(String, Vec<u8>)>> {
         "free-box" => free_box::files(),
         "dual-arm" => dual_arm::files(),
         "hand" => hand::files(),
+        "four-legs" => four_legs::files(),
         _ => return None,
     };
     rest.insert(0, (format!("{name}.toml"), text.into_bytes()));
@@ -68,8 +70,14 @@ mod tests {
 
     #[test]
     fn all_assemble_without_warnings() {
-        let expected =
-            [("shelf-arm", 7, 8), ("planar-arm", 3, 6), ("free-box", 7, 2), ("dual-arm", 14, 2), ("hand", 5, 0)];
+        let expected = [
+            ("shelf-arm", 7, 8),
+            ("planar-arm", 3, 6),
+            ("free-box", 7, 2),
+            ("dual-arm", 14, 2),
+            ("hand", 5, 0),
+            ("four-legs", 12, 8),
+        ];
         assert_eq!(expected.map(|(name, ..)| name), NAMES);
         for (name, nq, obstacles) in expected {
             let scene = scene(name).unwrap();
