@@ -5,6 +5,7 @@ pub mod learner;
 pub mod measure;
 pub mod near_miss;
 pub mod quality;
+mod run;
 pub mod run_state;
 pub mod scene_change;
 pub mod solve;

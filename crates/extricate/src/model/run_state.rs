@@ -2,8 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::EndedBy;
 use super::solve::SolvePlace;
+use super::{EndedBy, run};
 use crate::boundary::trace::TracePlace;
 use crate::learning::active::Classified;
 use crate::learning::budget::Spent;
@@ -81,6 +81,38 @@ impl Stage {
             Self::Solving => "solving",
             Self::Measuring(_) => "measuring",
         }
+    }
+}
+
+impl run::Stage for Stage {
+    const SOLVING: Self = Self::Solving;
+
+    fn measuring(why: EndedBy) -> Self {
+        Self::Measuring(why)
+    }
+
+    fn ended(&self) -> Option<EndedBy> {
+        if let Self::Measuring(why) = self { Some(*why) } else { None }
+    }
+
+    fn solves(&self) -> bool {
+        *self == Self::Solving
+    }
+
+    fn name(&self) -> &'static str {
+        self.name()
+    }
+
+    fn is_first(&self) -> bool {
+        *self == Self::Exploring
+    }
+
+    fn has_limits(&self) -> bool {
+        true
+    }
+
+    fn where_full(&self) -> Option<Self> {
+        self.ended().is_none().then_some(Self::Measuring(EndedBy::Memory))
     }
 }
 

@@ -6,6 +6,8 @@ use crate::boundary::trace::TracePlace;
 use crate::learning::budget::Spent;
 use crate::learning::explore::Exploration;
 use crate::model::EndedBy;
+pub use crate::model::quality::Judged;
+use crate::model::run::Stage;
 use crate::model::solve::SolvePlace;
 
 /// Lists of configurations, row major. Within a unit of work they only grow: so their beginnings are the state at its end.
@@ -42,17 +44,6 @@ pub struct AdaptPlace {
     pub solves: bool,
     /// How far solving has come.
     pub solved: SolvePlace,
-}
-
-/// Of uniform configurations in the new scene.
-#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
-pub struct Judged {
-    /// How often the old classifier is right, on free and on colliding ones.
-    pub accuracy: [Option<f64>; 2],
-    /// How many of each there are.
-    pub held_out: [usize; 2],
-    /// Share that collides.
-    pub colliding_share: f64,
 }
 
 /// Where a unit of work ended.
@@ -94,6 +85,44 @@ impl AdaptStage {
             Self::Tracing(_) => "tracing what changed",
             Self::Solving => "solving",
             Self::Measuring(_) => "measuring",
+        }
+    }
+}
+
+impl Stage for AdaptStage {
+    const SOLVING: Self = Self::Solving;
+
+    fn measuring(why: EndedBy) -> Self {
+        Self::Measuring(why)
+    }
+
+    fn ended(&self) -> Option<EndedBy> {
+        if let Self::Measuring(why) = self { Some(*why) } else { None }
+    }
+
+    fn solves(&self) -> bool {
+        *self == Self::Solving
+    }
+
+    fn name(&self) -> &'static str {
+        self.name()
+    }
+
+    fn is_first(&self) -> bool {
+        false
+    }
+
+    /// All samples are looked at, however long that takes: what is not would be lost.
+    fn has_limits(&self) -> bool {
+        matches!(self, Self::Tracing(_) | Self::Solving)
+    }
+
+    fn where_full(&self) -> Option<Self> {
+        match self {
+            // The classifier is judged all the same, which takes little.
+            Self::Verifying => Some(Self::Judging),
+            Self::Tracing(_) | Self::Solving => Some(Self::Measuring(EndedBy::Memory)),
+            Self::Judging | Self::Measuring(_) => None,
         }
     }
 }
