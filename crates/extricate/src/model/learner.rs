@@ -182,7 +182,7 @@ impl Work for Learning {
             budget.stage("measuring");
             budget.end() != Some(BudgetEnd::Interrupted)
         };
-        let to_query = ground.to_query(&boundary, self.width());
+        let to_query = ground.to_query(&boundary, Width::default());
         let Some((within, checks)) = is_within(&to_query, target, &extent, &mut go_on) else { return false };
         self.state.looks = Looks { samples: rows, checks: self.state.looks.checks + checks };
         within
@@ -213,21 +213,14 @@ impl Work for Learning {
         budget.end() == Some(BudgetEnd::Interrupted)
     }
 
-    fn is_too_early(&self, end: Option<EndedBy>) -> bool {
-        self.state.known.free.is_empty() && end == Some(EndedBy::Interruption)
-    }
-
-    fn advice(&self, ground: &RunGround) -> String {
-        advice::advice(&ground.checker, &self.state.known.colliding)
+    fn advice(&self, ground: &RunGround, end: Option<EndedBy>) -> Option<String> {
+        let colliding = &self.state.known.colliding;
+        (end != Some(EndedBy::Interruption)).then(|| advice::advice(&ground.checker, colliding))
     }
 
     fn extent(&self, ground: &RunGround, labels: usize) -> Extent {
         let LearnOptions { target_excess, seed, .. } = ground.options;
         target_excess.map_or_else(|| Extent::after(labels, seed), |_| Extent::in_full(seed))
-    }
-
-    fn width(&self) -> Width {
-        Width::default()
     }
 
     fn conclude(self) -> Conclusion {
@@ -250,7 +243,8 @@ impl Learning {
         let to_come = first.saturating_sub(budget.spent());
         let batch = if enough(budget, known) { BATCH } else { to_come.min(BATCH) };
         known.extend(space, halton, batch, &label, budget);
-        *colliding_share = share(known.colliding.len(), known.free.len());
+        let [colliding, free] = [&known.colliding, &known.free].map(Vec::len);
+        *colliding_share = colliding as f64 / (colliding + free).max(1) as f64;
         if enough(budget, known) && !known.free.is_empty() { Stage::Training } else { Stage::Exploring }
     }
 
@@ -344,9 +338,4 @@ fn colliding_pairs(checker: &Checker, configs: &[f64]) -> Vec<Vec<u32>> {
         pairs.into_iter().map(|pair| pair as u32).collect()
     };
     configs.par_chunks_exact(checker.scene().space.nq()).map_init(CheckScratch::default, of).collect()
-}
-
-/// `part / (part + rest)`; 0 of nothing.
-fn share(part: usize, rest: usize) -> f64 {
-    part as f64 / (part + rest).max(1) as f64
 }

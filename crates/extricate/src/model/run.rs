@@ -19,7 +19,6 @@ use crate::learning::explore::Exploration;
 use crate::learning::union::UnionClassifier;
 use crate::model::Adapted;
 use crate::model::measure::Extent;
-use crate::penetration::Width;
 use ending::Ready;
 pub use ground::{RunGround, labels};
 pub use memory::bytes;
@@ -41,31 +40,30 @@ pub struct Run<W> {
     ready: Option<Ready>,
 }
 
-/// What the next unit belongs to, as the run needs to know it.
+/// What the next unit belongs to.
 pub trait Stage: Clone {
-    /// That of solving.
-    const SOLVING: Self;
-
     /// The last one; the run has ended for this reason.
     fn measuring(why: EndedBy) -> Self;
 
-    /// Why the run has ended, in the last one.
-    fn ended(&self) -> Option<EndedBy>;
-
-    fn solves(&self) -> bool;
+    fn kind(&self) -> StageKind<Self>;
 
     /// As progress reports name it.
     fn name(&self) -> &'static str;
+}
 
-    /// Whether it is done however little time or patience there is: without it there would be
-    /// nothing to keep. It then says nothing before its first labels.
-    fn is_first(&self) -> bool;
-
-    /// Whether labels and seconds end it.
-    fn has_limits(&self) -> bool;
-
-    /// The stage to go on at where memory is full; `None` where it does not matter any more.
-    fn where_full(&self) -> Option<Self>;
+/// A stage as the run sees it.
+pub enum StageKind<S> {
+    /// Without it there would be nothing to keep: it says nothing before its first labels.
+    First,
+    /// However few labels and seconds are left, it is done to its end; where memory is full, the
+    /// run goes on at this one.
+    Whole(S),
+    /// It ends with labels, seconds or memory.
+    Limited,
+    /// As [`Self::Limited`]: ways out of colliding configurations are looked for.
+    Solving,
+    /// What was found is measured; the run has ended for this reason.
+    Measuring(EndedBy),
 }
 
 /// What learning and adapting do not share: the units before solving, and what the lists mean.
@@ -83,6 +81,7 @@ pub trait Work: Send + Sized {
 
     fn found(&self) -> Found<'_>;
 
+    /// How it solves.
     fn solving(&self, ground: &RunGround) -> Solving;
 
     /// What is solved, samples that exits are appended to, and how far that has come.
@@ -104,17 +103,11 @@ pub trait Work: Send + Sized {
     /// stopped that.
     fn complete(&mut self, ground: &RunGround, spent: &mut Spent, report: &mut Report) -> bool;
 
-    /// Whether the caller stopped it before there was anything to make a model of.
-    fn is_too_early(&self, end: Option<EndedBy>) -> bool;
-
-    /// What to do where nothing free is known.
-    fn advice(&self, ground: &RunGround) -> String;
+    /// What to do where nothing free is known; `None` where nobody waited for it.
+    fn advice(&self, ground: &RunGround, end: Option<EndedBy>) -> Option<String>;
 
     /// How much is measured after so many labels.
     fn extent(&self, ground: &RunGround, labels: usize) -> Extent;
-
-    /// How widely queries search before that is measured.
-    fn width(&self) -> Width;
 
     fn conclude(self) -> Conclusion;
 }
@@ -155,10 +148,12 @@ impl<W: Work> Run<W> {
         if self.end.is_none() {
             let pool = self.pool.clone();
             pool.install(|| self.unit(report));
-            if self.end.is_none()
-                && let Some(next) = self.work.stage().where_full()
-                && bytes(self) > self.ground.options.memory
-            {
+            if self.end.is_none() && bytes(self) > self.ground.options.memory {
+                let next = match self.work.stage().kind() {
+                    StageKind::Whole(next) => next,
+                    StageKind::Measuring(_) => return true,
+                    _ => Stage::measuring(EndedBy::Memory),
+                };
                 self.work.enter(next, self.spent.clone(), self.ground.nq());
             }
         }
@@ -167,34 +162,38 @@ impl<W: Work> Run<W> {
 
     fn unit(&mut self, report: &mut Report) {
         let stage = self.work.stage().clone();
-        if let Some(why) = stage.ended() {
+        let kind = stage.kind();
+        if let StageKind::Measuring(why) = kind {
             return self.measure(why, report);
         }
         let mut budget = Budget::resumed(&self.ground.options, &self.spent, report);
         let found = self.work.found();
         budget.note(found.samples.len() / self.ground.nq(), found.accuracy);
-        if !stage.is_first() || budget.left() == 0 {
+        if !matches!(kind, StageKind::First) || budget.left() == 0 {
             budget.stage(stage.name());
         }
-        let next = if stage.solves() {
-            self.solve(&mut budget)
-        } else {
-            self.work.unit(&self.ground, &mut self.tracer, &mut budget)
+        let is_whole = matches!(kind, StageKind::Whole(_));
+        let next = match kind {
+            StageKind::Solving => self.solve(&mut budget).map_or(stage, Stage::measuring),
+            _ => self.work.unit(&self.ground, &mut self.tracer, &mut budget),
         };
         self.spent = budget.spent_so_far();
-        let next = match budget.end() {
-            Some(BudgetEnd::Interrupted) => {
+        let next = match (budget.end(), next.kind()) {
+            (Some(BudgetEnd::Interrupted), _) => {
                 self.end = Some(EndedBy::Interruption);
                 return;
             }
             // What has ended for another reason did so before it ran out.
-            Some(_) if stage.has_limits() && next.ended().is_none() => Stage::measuring(spent(&budget)),
+            (Some(_), kind) if !is_whole && !matches!(kind, StageKind::Measuring(_)) => {
+                Stage::measuring(spent(&budget))
+            }
             _ => next,
         };
         self.work.enter(next, self.spent.clone(), self.ground.nq());
     }
 
-    fn solve(&mut self, budget: &mut Budget) -> W::Stage {
+    /// A pass of solving; why it was the last one.
+    fn solve(&mut self, budget: &mut Budget) -> Option<EndedBy> {
         // What tracing held is not needed any more.
         self.tracer = None;
         let Self { ground, work, solver, .. } = self;
@@ -202,12 +201,9 @@ impl<W: Work> Run<W> {
         let (known, samples, place) = work.to_solve();
         let paid = to_solve.pass(known, samples, place, solver, &|configs| ground.label(configs), budget);
         if !paid {
-            Stage::measuring(spent(budget))
-        } else if budget.end().is_none() && work.is_good_enough(ground, budget) {
-            Stage::measuring(EndedBy::Quality)
-        } else {
-            Stage::SOLVING
+            return Some(spent(budget));
         }
+        (budget.end().is_none() && work.is_good_enough(ground, budget)).then_some(EndedBy::Quality)
     }
 }
 

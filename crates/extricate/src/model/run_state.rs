@@ -2,8 +2,9 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::EndedBy;
+use super::run::{self, StageKind};
 use super::solve::SolvePlace;
-use super::{EndedBy, run};
 use crate::boundary::trace::TracePlace;
 use crate::learning::active::Classified;
 use crate::learning::budget::Spent;
@@ -85,34 +86,21 @@ impl Stage {
 }
 
 impl run::Stage for Stage {
-    const SOLVING: Self = Self::Solving;
-
     fn measuring(why: EndedBy) -> Self {
         Self::Measuring(why)
     }
 
-    fn ended(&self) -> Option<EndedBy> {
-        if let Self::Measuring(why) = self { Some(*why) } else { None }
-    }
-
-    fn solves(&self) -> bool {
-        *self == Self::Solving
+    fn kind(&self) -> StageKind<Self> {
+        match self {
+            Self::Exploring => StageKind::First,
+            Self::Training | Self::Tracing(_) => StageKind::Limited,
+            Self::Solving => StageKind::Solving,
+            Self::Measuring(why) => StageKind::Measuring(*why),
+        }
     }
 
     fn name(&self) -> &'static str {
         self.name()
-    }
-
-    fn is_first(&self) -> bool {
-        *self == Self::Exploring
-    }
-
-    fn has_limits(&self) -> bool {
-        true
-    }
-
-    fn where_full(&self) -> Option<Self> {
-        self.ended().is_none().then_some(Self::Measuring(EndedBy::Memory))
     }
 }
 

@@ -10,7 +10,7 @@ use crate::boundary::SampleSet;
 use crate::boundary::trace::{TracePlace, Tracer};
 use crate::collision::Checker;
 use crate::cspace::Label;
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::learning::budget::{BudgetEnd, Spent};
 use crate::learning::explore::{BATCH, Exploration};
 use crate::learning::union::UnionClassifier;
@@ -23,7 +23,6 @@ use crate::model::scene_change::compare;
 use crate::model::solve::SolvePlace;
 use crate::model::solving::Solving;
 use crate::model::{Adapted, EndedBy, Model};
-use crate::penetration::Width;
 use crate::scene::Scene;
 
 /// What is learned anew is solved as in a run of many labels, for exits that still hold are there
@@ -93,10 +92,13 @@ impl<'a> Adapter<'a> {
     /// The model of what has been found so far; measured where the run was not stopped before.
     ///
     /// # Errors
-    /// [`Error::Interrupted`](crate::Error::Interrupted) where the caller stopped before every
-    /// stored sample was looked at; [`Error::NothingFree`](crate::Error::NothingFree) where nothing
+    /// [`Error::Interrupted`] where the caller stopped before every
+    /// stored sample was looked at; [`Error::NothingFree`] where nothing
     /// free is known of the new scene.
     pub fn finish(self) -> Result<Model> {
+        if self.state().mark.stage == AdaptStage::Verifying {
+            return Err(Error::Interrupted);
+        }
         self.0.finish(&mut |_| ControlFlow::Continue(()))
     }
 
@@ -185,20 +187,12 @@ impl Work for Adapting<'_> {
         false
     }
 
-    fn is_too_early(&self, _: Option<EndedBy>) -> bool {
-        self.state.mark.stage == AdaptStage::Verifying
-    }
-
-    fn advice(&self, _: &RunGround) -> String {
-        "no stored sample is free in the new scene; learn it anew".into()
+    fn advice(&self, _: &RunGround, _: Option<EndedBy>) -> Option<String> {
+        Some("no stored sample is free in the new scene; learn it anew".into())
     }
 
     fn extent(&self, ground: &RunGround, labels: usize) -> Extent {
-        Extent { known: Some(self.width()), ..Extent::after(labels, ground.options.seed) }
-    }
-
-    fn width(&self) -> Width {
-        self.old.statistics().width
+        Extent { known: Some(self.old.statistics().width), ..Extent::after(labels, ground.options.seed) }
     }
 
     fn conclude(self) -> Conclusion {

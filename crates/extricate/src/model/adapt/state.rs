@@ -7,7 +7,7 @@ use crate::learning::budget::Spent;
 use crate::learning::explore::Exploration;
 use crate::model::EndedBy;
 pub use crate::model::quality::Judged;
-use crate::model::run::Stage;
+use crate::model::run::{Stage, StageKind};
 use crate::model::solve::SolvePlace;
 
 /// Lists of configurations, row major. Within a unit of work they only grow: so their beginnings are the state at its end.
@@ -90,40 +90,23 @@ impl AdaptStage {
 }
 
 impl Stage for AdaptStage {
-    const SOLVING: Self = Self::Solving;
-
     fn measuring(why: EndedBy) -> Self {
         Self::Measuring(why)
     }
 
-    fn ended(&self) -> Option<EndedBy> {
-        if let Self::Measuring(why) = self { Some(*why) } else { None }
-    }
-
-    fn solves(&self) -> bool {
-        *self == Self::Solving
+    fn kind(&self) -> StageKind<Self> {
+        match self {
+            // What is not looked at would be lost. The classifier is judged all the same, which
+            // takes little.
+            Self::Verifying | Self::Judging => StageKind::Whole(Self::Judging),
+            Self::Tracing(_) => StageKind::Limited,
+            Self::Solving => StageKind::Solving,
+            Self::Measuring(why) => StageKind::Measuring(*why),
+        }
     }
 
     fn name(&self) -> &'static str {
         self.name()
-    }
-
-    fn is_first(&self) -> bool {
-        false
-    }
-
-    /// All samples are looked at, however long that takes: what is not would be lost.
-    fn has_limits(&self) -> bool {
-        matches!(self, Self::Tracing(_) | Self::Solving)
-    }
-
-    fn where_full(&self) -> Option<Self> {
-        match self {
-            // The classifier is judged all the same, which takes little.
-            Self::Verifying => Some(Self::Judging),
-            Self::Tracing(_) | Self::Solving => Some(Self::Measuring(EndedBy::Memory)),
-            Self::Judging | Self::Measuring(_) => None,
-        }
     }
 }
 

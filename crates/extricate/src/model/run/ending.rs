@@ -54,7 +54,7 @@ impl<W: Work> Run<W> {
             budget.stage("measuring");
             budget.end() != Some(BudgetEnd::Interrupted)
         };
-        let to_query = ground.to_query(&boundary, work.width());
+        let to_query = ground.to_query(&boundary, extent.known.unwrap_or_default());
         let measured = if stopped { None } else { measure(&to_query, &extent, &mut go_on) };
         self.end = Some(if measured.is_some() { why } else { EndedBy::Interruption });
         if measured.is_some() {
@@ -67,11 +67,9 @@ impl<W: Work> Run<W> {
     pub fn finish(mut self, report: &mut Report) -> Result<Model> {
         let pool = self.pool.clone();
         pool.install(|| {
-            if self.work.is_too_early(self.end) {
-                return Err(Error::Interrupted);
-            }
             if self.work.found().is_empty() {
-                return Err(Error::NothingFree { labels: self.spent.labels, advice: self.work.advice(&self.ground) });
+                let (advice, labels) = (self.work.advice(&self.ground, self.end), self.spent.labels);
+                return Err(advice.map_or(Error::Interrupted, |advice| Error::NothingFree { labels, advice }));
             }
             if self.ready.is_none() {
                 self.work.complete(&self.ground, &mut self.spent, report);
@@ -93,7 +91,8 @@ impl<W: Work> Run<W> {
     fn into_model(self) -> Model {
         let Self { ground, work, spent, end, ready, .. } = self;
         let Ready { boundary, measured } = ready.expect("indexed before");
-        let measured = measured.unwrap_or_else(|| Measured { width: work.width(), ..Measured::default() });
+        let width = work.extent(&ground, spent.labels).known.unwrap_or_default();
+        let measured = measured.unwrap_or_else(|| Measured { width, ..Measured::default() });
         let samples = work.found().samples.len() / ground.nq();
         let Conclusion { classifier, judged, looks, adapted } = work.conclude();
         let Judged { accuracy, held_out, colliding_share } = judged;
