@@ -6,6 +6,8 @@ pub mod learner;
 pub mod measure;
 pub mod near_miss;
 pub mod quality;
+mod recombine;
+mod run;
 pub mod run_state;
 pub mod scene_change;
 pub mod solve;

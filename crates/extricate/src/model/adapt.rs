@@ -1,12 +1,10 @@
 //! A model of a changed scene from the model of the old one: what still holds is kept, what changed is learned.
 
 mod adapter;
-mod ending;
 pub mod state;
 
 use super::learner::Report;
 use super::{Adapted, Model, Statistics};
-use crate::collision::Checker;
 use crate::cspace::Label;
 use crate::cspace::sampling::Halton;
 use crate::error::Result;
@@ -59,12 +57,6 @@ pub fn adapt(model: &Model, scene: Scene, options: &LearnOptions, report: &mut R
 /// Where a model with these statistics comes from, itself if it was learned from nothing.
 fn origin(statistics: &Statistics) -> Adapted {
     statistics.adapted.unwrap_or(Adapted { learned_labels: statistics.labels, times: 0 })
-}
-
-fn labels(checker: &Checker, configs: &[f64]) -> Vec<Label> {
-    let mut labels = vec![Label::Free; configs.len() / checker.scene().space.nq()];
-    checker.label_batch(configs, &mut labels);
-    labels
 }
 
 /// `count` low-discrepancy configurations from index `first` on, row major.

@@ -54,8 +54,7 @@ pub fn calibrate(
         .map_or(BEFORE, |known| Means { stored: known.stored / STORED_A_LOG, around: known.around / AROUND_A_LOG });
     let (mut found, mut checks, mut size): (Vec<Ranks>, _, _) = (Vec::new(), 0, 1);
     let mut rest = &colliding[..colliding.len().min(QUERIES * space.nq())];
-    // Half of what may be spent; the other half is for the excess.
-    while !rest.is_empty() && extent.queries > 0 && checks < extent.checks / 2 && !extent.is_over() && go_on() {
+    while !rest.is_empty() && extent.queries > 0 && checks < extent.checks && !extent.is_over() && go_on() {
         let block;
         (block, rest) = rest.split_at(rest.len().min(size * space.nq()));
         // Few at first: how many evaluations one takes differs by a hundred times from scene to scene.

@@ -66,9 +66,8 @@ const SPACED: usize = 500;
 /// Configurations drawn, and queries asked, between two looks at the clock.
 const DRAWN_AT_ONCE: usize = 512;
 const ASKED_AT_ONCE: usize = 16;
-/// Boundary samples that the longer search starts from. With all else that grows with it, it takes about ten times the checks of
-/// a refined query.
-const LONG_STARTS: usize = 32;
+/// Starts of the longer search, half of them around the query: it takes about ten times the checks of a refined query.
+const LONG_STARTS: usize = 48;
 /// Most checks of the longer search: some ten times what it takes, lest one query take minutes.
 const LONG_CHECKS: usize = 20_000;
 

@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::EndedBy;
+use super::run::{self, StageKind};
 use super::solve::SolvePlace;
 use crate::boundary::trace::TracePlace;
 use crate::learning::active::Classified;
@@ -81,6 +82,25 @@ impl Stage {
             Self::Solving => "solving",
             Self::Measuring(_) => "measuring",
         }
+    }
+}
+
+impl run::Stage for Stage {
+    fn measuring(why: EndedBy) -> Self {
+        Self::Measuring(why)
+    }
+
+    fn kind(&self) -> StageKind<Self> {
+        match self {
+            Self::Exploring => StageKind::First,
+            Self::Training | Self::Tracing(_) => StageKind::Limited,
+            Self::Solving => StageKind::Solving,
+            Self::Measuring(why) => StageKind::Measuring(*why),
+        }
+    }
+
+    fn name(&self) -> &'static str {
+        self.name()
     }
 }
 

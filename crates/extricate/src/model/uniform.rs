@@ -5,9 +5,9 @@ use std::sync::Arc;
 use super::calibrate::unmeasured;
 use super::learner::Report;
 use super::measure::{Extent, measure_starts};
+use super::run::labels;
 use super::{EndedBy, Model, Statistics};
 use crate::collision::Checker;
-use crate::cspace::Label;
 use crate::cspace::sampling::Halton;
 use crate::error::{Error, Result};
 use crate::learning::budget::BudgetEnd;
@@ -35,11 +35,7 @@ pub fn learn_uniform(scene: Scene, options: &LearnOptions, report: &mut Report) 
 fn learn_here(scene: Scene, options: &LearnOptions, report: &mut Report) -> Result<Model> {
     let scene = Arc::new(scene);
     let (checker, metric) = (Checker::new(scene.clone()), Metric::new(scene.clone()));
-    let label = |configs: &[f64]| {
-        let mut labels = vec![Label::Free; configs.len() / scene.space.nq()];
-        checker.label_batch(configs, &mut labels);
-        labels
-    };
+    let label = |configs: &[f64]| labels(&checker, configs);
     let halton = Halton::new(scene.space.nv(), options.seed);
     let mut budget = Budget::new(options, report);
     let mut known = Exploration::default();
@@ -91,6 +87,7 @@ mod tests {
     use std::ops::ControlFlow;
 
     use super::*;
+    use crate::cspace::Label;
     use crate::scene::builtin;
 
     #[test]

@@ -55,7 +55,8 @@ use descent::DescentScratch;
 use evaluate::Evaluator;
 use first_witness::first_witness;
 use limit::Limit;
-use parts::{Parts, search_parts};
+pub use parts::Parts;
+use parts::search_parts;
 use plan::Plan;
 use polish::polish;
 use report::{ReportScratch, report};
@@ -147,7 +148,7 @@ fn find(
         }
         if options.effort == Effort::Exhaustive {
             // After all that a refined query does, so that more effort never ends farther away.
-            search.plan = plan.exhaustive(context);
+            search.plan = plan.exhaustive(context, options);
             search.known.starts.reset();
             search.known.tried = 0;
             parts.split(scene, &answer.colliding);
@@ -164,7 +165,7 @@ fn find(
 /// Steps 5 to 7, from an incumbent.
 fn search_all(search: &mut Search, parts: &mut Parts) {
     search.believes = !search.context.checker.all_convex();
-    if parts.count() > 1 {
+    if parts.are_independent() {
         search_parts(search, parts);
     } else {
         let ranks = search.run();

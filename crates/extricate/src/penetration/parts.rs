@@ -3,13 +3,15 @@
 //! A stored sample holds one combination; the right one of 2^n is hardly ever stored. So each part is searched on its own, from the query in its joints
 //! and a free configuration in the others, which any sample whose coordinates of the part are near may start.
 
+use std::ops::Range;
+
 use super::answer::TOUCHING;
 use super::context::Context;
 use super::search::{Incumbent, Known, Search};
 use super::starts::{Ask, PartOf};
 use crate::boundary::tangents::Elsewhere;
 use crate::collision::{ContactQuery, ContactSearch};
-use crate::cspace::Factor;
+use crate::cspace::{Factor, Label};
 use crate::scene::{Motion, Scene};
 
 /// Which joints belong together, and memory for the search over one part.
@@ -19,6 +21,8 @@ pub struct Parts {
     parent: Vec<usize>,
     /// Whether a coordinate moves a pair that collides.
     is_moved: Vec<bool>,
+    /// Whether it is on a chain with one that does.
+    is_related: Vec<bool>,
     /// Which parts were searched as they are now, by their roots.
     is_searched: Vec<bool>,
     factors: Vec<Factor>,
@@ -35,6 +39,7 @@ pub fn search_parts(whole: &mut Search, parts: &mut Parts) {
     if let Some(first) = whole.start(0) {
         whole.try_sample(first);
     }
+    return_idle(whole, parts);
     let mut seen = 1.0;
     loop {
         for root in 0..scene.space.nv() {
@@ -48,6 +53,23 @@ pub fn search_parts(whole: &mut Search, parts: &mut Parts) {
         }
     }
     whole.known.unseen_in_parts = Some(1.0 - seen);
+}
+
+/// Brings the joints of no part back to where the query has them, if that is free.
+fn return_idle(whole: &mut Search, parts: &mut Parts) {
+    let context = whole.context;
+    parts.base.clone_from(&whole.known.incumbent.config);
+    for factor in context.checker.scene().space.factors().iter().filter(|factor| !parts.is_moved[factor.v]) {
+        let coordinates = factor.q..factor.q + factor.manifold.coordinates();
+        parts.base[coordinates.clone()].copy_from_slice(&whole.known.anchor.q[coordinates]);
+    }
+    if parts.base != whole.known.incumbent.config
+        && !whole.evaluator.is_spent()
+        && whole.evaluator.label(context, &parts.base) == Label::Free
+    {
+        let depth = whole.evaluator.distance(context, &whole.known.anchor, &parts.base);
+        whole.known.take(depth, &parts.base, true);
+    }
 }
 
 /// Searches the part of a root, the others where the incumbent has them; the share of starts that would lead to an unmet exit of it.
@@ -93,6 +115,15 @@ fn search_part(whole: &mut Search, parts: &mut Parts, root: usize) -> f64 {
     unseen
 }
 
+/// The tangent coordinates that a frame's own joint moves.
+fn own(scene: &Scene, frame: usize) -> Range<usize> {
+    match &scene.frames[frame].motion {
+        Motion::World => 0..0,
+        Motion::Revolute { coordinate, .. } | Motion::Prismatic { coordinate, .. } => coordinate.v..coordinate.v + 1,
+        Motion::Ball { v, .. } => *v..v + 3,
+    }
+}
+
 /// The tangent coordinates that move the bodies of a pair relative to each other.
 fn coordinates(scene: &Scene, pair: usize, each: &mut dyn FnMut(usize)) {
     let pair = &scene.pairs[pair];
@@ -100,18 +131,14 @@ fn coordinates(scene: &Scene, pair: usize, each: &mut dyn FnMut(usize)) {
     // What carries both bodies parts nothing; frames come after those that carry them.
     while first != second {
         let frame = if first > second { &mut first } else { &mut second };
-        match &scene.frames[*frame].motion {
-            Motion::World => {}
-            Motion::Revolute { coordinate, .. } | Motion::Prismatic { coordinate, .. } => each(coordinate.v),
-            Motion::Ball { v, .. } => (*v..v + 3).for_each(&mut *each),
-        }
+        own(scene, *frame).for_each(&mut *each);
         *frame = scene.frames[*frame].parent;
     }
 }
 
 impl Parts {
     /// Groups the coordinates by the pairs that collide.
-    pub fn split(&mut self, scene: &Scene, colliding: &[usize]) {
+    pub fn split(&mut self, scene: &Scene, colliding: &[usize]) -> &Self {
         let nv = scene.space.nv();
         self.parent.clear();
         self.parent.extend(0..nv);
@@ -119,29 +146,79 @@ impl Parts {
         self.is_moved.resize(nv, false);
         self.is_searched.clear();
         self.is_searched.resize(nv, false);
+        self.is_related.clear();
+        self.is_related.resize(nv, false);
         colliding.iter().for_each(|pair| {
             self.join(scene, *pair);
         });
+        self.join_carried(scene);
+        self
+    }
+
+    /// Adds the joints that a part carries to it, and notes which joints share a chain with one.
+    fn join_carried(&mut self, scene: &Scene) {
+        let world = |frame: usize| matches!(scene.frames[frame].motion, Motion::World);
+        for frame in 0..scene.frames.len() {
+            let mut above = scene.frames[frame].parent;
+            while !world(above) && own(scene, above).all(|v| !self.is_moved[v]) {
+                above = scene.frames[above].parent;
+            }
+            let is_carried = !world(above);
+            for v in own(scene, frame).filter(|_| is_carried) {
+                self.unite(own(scene, above).start, v);
+            }
+            if is_carried || own(scene, frame).any(|v| self.is_moved[v]) {
+                let mut below = frame;
+                while !world(below) {
+                    own(scene, below).for_each(|v| self.is_related[v] = true);
+                    below = scene.frames[below].parent;
+                }
+            }
+        }
+    }
+
+    /// Makes two coordinates be of one part; whether they were not.
+    fn unite(&mut self, a: usize, b: usize) -> bool {
+        let is_new = !std::mem::replace(&mut self.is_moved[b], true);
+        let (a, b) = (self.root(a), self.root(b));
+        if a != b {
+            self.parent[a.max(b)] = a.min(b);
+        }
+        if a != b || is_new {
+            self.is_searched[a.min(b)] = false;
+        }
+        a != b || is_new
+    }
+
+    /// Whether to search the parts one by one: there are several, or limbs that no part has to do with.
+    pub fn are_independent(&self) -> bool {
+        self.count() > 1 || self.is_related.iter().any(|is_related| !is_related)
     }
 
     /// How many parts there are.
     pub fn count(&self) -> usize {
-        (0..self.parent.len()).filter(|v| self.is_root(*v)).count()
+        self.roots().count()
+    }
+
+    /// One coordinate of each part.
+    pub fn roots(&self) -> impl Iterator<Item = usize> + use<'_> {
+        (0..self.parent.len()).filter(|v| self.is_root(*v))
+    }
+
+    /// The tangent coordinates of the part of a root.
+    pub fn of(&self, root: usize) -> impl Iterator<Item = usize> + use<'_> {
+        (0..self.parent.len()).filter(move |v| self.is_moved[*v] && self.root(*v) == root)
+    }
+
+    /// Of every tangent coordinate, whether it moves a pair that collides.
+    pub fn moved(&self) -> &[bool] {
+        &self.is_moved
     }
 
     /// Joins the coordinates of a pair to one part; whether they were not before.
     fn join(&mut self, scene: &Scene, pair: usize) -> bool {
-        let (mut last, mut joined) = (None, false);
-        coordinates(scene, pair, &mut |v| {
-            let root = self.root(v);
-            joined |= !std::mem::replace(&mut self.is_moved[v], true);
-            if let Some(other) = last.replace(root).map(|other| self.root(other)).filter(|other| *other != root) {
-                self.parent[other.max(root)] = other.min(root);
-                self.is_searched[other.min(root)] = false;
-                joined = true;
-                last = Some(other.min(root));
-            }
-        });
+        let (mut first, mut joined) = (None, false);
+        coordinates(scene, pair, &mut |v| joined |= self.unite(*first.get_or_insert(v), v));
         joined
     }
 

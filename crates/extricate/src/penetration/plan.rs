@@ -19,6 +19,8 @@ pub struct Plan {
     /// See [`super::search::Round::is_over`].
     pub patience: usize,
     per_dof: StartsPerDof,
+    /// Whether these are the starts of a part too, however few joints it has.
+    is_fixed: bool,
     /// More of each kind, because of further exits that are wanted.
     more: usize,
     /// See [`super::prune::Pruning::factor`].
@@ -47,11 +49,15 @@ const STARTS_AN_EXIT: usize = 4;
 const PRUNE_FACTOR: f64 = 2.0;
 /// See [`Plan::spread`].
 const SPREAD: f64 = 0.4;
+/// The same of an exhaustive query.
+const EXHAUSTIVE_PRUNE_FACTOR: f64 = 4.0;
+const EXHAUSTIVE_SPREAD: f64 = 0.15;
 /// A kind of start is gone on with for this times the starts until its last success.
 const PATIENCE: usize = 2;
 /// Starts that are measured to tell how many a scene takes.
-const MEASURED_STARTS: usize = 64;
-const LEAST_AROUND: usize = 8;
+const MEASURED_STARTS: usize = 32;
+/// The same of starts around the query, before any has succeeded.
+const MEASURED_AROUND: usize = 8;
 /// Most starts of each kind.
 pub const MOST_STARTS: usize = 128;
 
@@ -89,6 +95,7 @@ impl Plan {
             around: 0,
             most_around: MOST_STARTS.max(more),
             patience: PATIENCE,
+            is_fixed: false,
             prune_factor: PRUNE_FACTOR,
             spread: SPREAD,
             care: Care::Quick,
@@ -109,7 +116,7 @@ impl Plan {
             (Effort::Nearest, _) => Self { starts: 0, care: Care::Glance, ..plan },
             (_, Some(count)) => {
                 let (stored, around) = (count.clamp(1, plan.starts), count.saturating_sub(plan.starts));
-                Self { starts: stored, most_starts: stored, around, most_around: around, ..plan }
+                Self { starts: stored, most_starts: stored, around, most_around: around, is_fixed: true, ..plan }
             }
             (Effort::Refined | Effort::Exhaustive, None) => plan,
         }
@@ -117,7 +124,7 @@ impl Plan {
 
     /// The same of a search over so many degrees of freedom.
     pub fn over(self, degrees: usize) -> Self {
-        if self.most_starts == self.starts {
+        if self.is_fixed {
             return self;
         }
         let scaled = |per_dof: f64| (per_dof * degrees as f64).round() as usize;
@@ -128,17 +135,12 @@ impl Plan {
 
     /// What tells how many starts a scene takes: many, and in the order of a query.
     pub fn to_calibrate(self) -> Self {
-        Self {
-            starts: MEASURED_STARTS,
-            most_starts: MEASURED_STARTS,
-            around: LEAST_AROUND,
-            patience: 2 * PATIENCE,
-            ..self
-        }
+        Self { starts: MEASURED_STARTS, around: MEASURED_AROUND, patience: 2 * PATIENCE, is_fixed: true, ..self }
     }
 
     /// The same, as far as an exhaustive query goes.
-    pub fn exhaustive(self, context: &Context) -> Self {
+    pub fn exhaustive(self, context: &Context, options: &QueryOptions) -> Self {
+        let (starts, around) = options.starts.map_or((MOST_STARTS, 2 * MOST_STARTS), |n| (n.div_ceil(2), n / 2));
         let all_convex = context.checker.all_convex();
         let descent = DescentOptions {
             iterations: 60,
@@ -147,13 +149,17 @@ impl Plan {
             tolerance: 1e-6,
             ..self.descent
         };
+        let degrees = context.checker.scene().space.nv() as f64;
         Self {
-            starts: MOST_STARTS,
-            most_starts: MOST_STARTS,
-            around: 2 * MOST_STARTS,
-            most_around: 2 * MOST_STARTS,
-            prune_factor: 4.0,
-            spread: 0.15,
+            per_dof: StartsPerDof { stored: starts as f64 / degrees, around: around as f64 / degrees },
+            more: 0,
+            starts,
+            most_starts: starts,
+            around,
+            most_around: around,
+            is_fixed: false,
+            prune_factor: EXHAUSTIVE_PRUNE_FACTOR,
+            spread: EXHAUSTIVE_SPREAD,
             care: Care::Exact,
             descent,
             polish: if all_convex { DescentOptions { tolerance: 1e-7, ..POLISH } } else { POLISH_MESHES },

@@ -6,6 +6,8 @@ use crate::boundary::trace::TracePlace;
 use crate::learning::budget::Spent;
 use crate::learning::explore::Exploration;
 use crate::model::EndedBy;
+pub use crate::model::quality::Judged;
+use crate::model::run::{Stage, StageKind};
 use crate::model::solve::SolvePlace;
 
 /// Lists of configurations, row major. Within a unit of work they only grow: so their beginnings are the state at its end.
@@ -42,17 +44,6 @@ pub struct AdaptPlace {
     pub solves: bool,
     /// How far solving has come.
     pub solved: SolvePlace,
-}
-
-/// Of uniform configurations in the new scene.
-#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
-pub struct Judged {
-    /// How often the old classifier is right, on free and on colliding ones.
-    pub accuracy: [Option<f64>; 2],
-    /// How many of each there are.
-    pub held_out: [usize; 2],
-    /// Share that collides.
-    pub colliding_share: f64,
 }
 
 /// Where a unit of work ended.
@@ -95,6 +86,27 @@ impl AdaptStage {
             Self::Solving => "solving",
             Self::Measuring(_) => "measuring",
         }
+    }
+}
+
+impl Stage for AdaptStage {
+    fn measuring(why: EndedBy) -> Self {
+        Self::Measuring(why)
+    }
+
+    fn kind(&self) -> StageKind<Self> {
+        match self {
+            // What is not looked at would be lost. The classifier is judged all the same, which
+            // takes little.
+            Self::Verifying | Self::Judging => StageKind::Whole(Self::Judging),
+            Self::Tracing(_) => StageKind::Limited,
+            Self::Solving => StageKind::Solving,
+            Self::Measuring(why) => StageKind::Measuring(*why),
+        }
+    }
+
+    fn name(&self) -> &'static str {
+        self.name()
     }
 }
 
