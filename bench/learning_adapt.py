@@ -65,15 +65,15 @@ def compared(options, scene, models, spent):
     queries = programs.sample(scene, options.queries, 23)
     given = [programs.answers(model, queries) for model in models]
     best = np.min([depths(g) for g in given] + [asked(model, queries, "exhaustive") for model in models], axis=0)
-    found = [within(depths(g), best) | {"checks": float(np.median([a["checks"] for a in g])), "width": s["width"], "labels": s["labels"]} for g, s in zip(given, spent)]
+    found = [within(depths(g), best) | {"checks": float(np.median([a["checks"] for a in g])), "starts": s["starts_per_dof"]["stored"], "labels": s["labels"]} for g, s in zip(given, spent)]
     return {key: [f[key] for f in found] for key in found[0]} | {"queries": len(queries)}
 
 
 def section(rows, _):
     both = lambda row, key, show: " / ".join(show(x) for x in row[key])
     share = lambda x: f"{x:.3f}"
-    shown = [[r["scene"], r["change"], both(r, "labels", lambda x: f"{x:,}"), both(r, "within_5", share), both(r, "within_1", share), both(r, "checks", number), both(r, "width", str)] for r in rows]
-    head = ["scene", "an obstacle", "labels", "within 5 %", "within 1 %", "checks, median", "width"]
+    shown = [[r["scene"], r["change"], both(r, "labels", lambda x: f"{x:,}"), both(r, "within_5", share), both(r, "within_1", share), both(r, "checks", number), both(r, "starts", number)] for r in rows]
+    head = ["scene", "an obstacle", "labels", "within 5 %", "within 1 %", "checks, median", "stored starts a degree"]
     return f"## Adapting\n\nAn obstacle was moved by 3 cm, removed, or added (a small box). Cells: a model of the scene before, adapted with as many labels as `adapt` takes by itself / one learned anew. In the last row of a scene the obstacle " \
            f"was moved and put back {CHAINED} times, each model adapted from the one before; labels are those of all adaptations together, beside the model that they began with. {rows[0]['queries']} random colliding configurations of the changed " \
            f"scene, `refined`; best known is the least depth of `refined` and `exhaustive` of both.\n\n{table(head, shown)}"

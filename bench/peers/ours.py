@@ -6,8 +6,7 @@ from sides import BUILD
 NEAREST = "samples alone (`nearest`)"
 METHODS = {NEAREST: "nearest"}
 METHODS |= {f"`refined`, {k} start{'s' * (k > 1)}": k for k in (1, 2, 4, 8)}
-# The default takes as many starts as the width that was measured when the scene was learned: 1, 2, 4 or 5 exits for each degree of freedom, with
-# raw meshes 2 instead of 1, and 4 at least; where exits are too few to rely on, samples instead.
+# The default takes as many starts as were calibrated when the scene was learned, more where they find something.
 DEFAULT = "`refined`"
 METHODS |= {DEFAULT: "refined", "`refined`, 16 starts": 16, "`exhaustive`": "exhaustive"}
 

@@ -30,12 +30,13 @@ pub fn object<'py>(py: Python<'py>, answer: extricate::Answer, scene: &Scene) ->
         let witness = PyArray1::from_slice(py, &exit.witness);
         EXIT.import(py, HOME, "Exit")?.call1((exit.depth, witness, named(&exit.touching)))
     };
-    let fields: [Bound<'_, PyAny>; 15] = [
+    let fields: [Bound<'_, PyAny>; 16] = [
         answer.depth.into_pyobject(py)?.into_any(),
         answer.lower_bound.into_pyobject(py)?.into_any(),
         PyArray1::from_slice(py, &answer.witness).into_any(),
         answer.verified.into_pyobject(py)?.to_owned().into_any(),
         answer.coverage.into_pyobject(py)?.into_any(),
+        answer.unseen.into_pyobject(py)?.into_any(),
         answer.max_displacement.into_pyobject(py)?.into_any(),
         named(&answer.colliding).into_pyobject(py)?.into_any(),
         named(&answer.touching).into_pyobject(py)?.into_any(),

@@ -35,7 +35,8 @@ impl Layout {
     /// What a row holds, in order.
     fn fields(self) -> Vec<Field> {
         let number = |name| (name, "f8", vec![]);
-        let mut fields: Vec<Field> = ["depth", "lower_bound", "max_displacement", "coverage"].map(number).into();
+        let mut fields: Vec<Field> =
+            ["depth", "lower_bound", "max_displacement", "coverage", "unseen"].map(number).into();
         fields.push(("checks", "i8", vec![]));
         fields.extend([("witness", "f8", vec![self.nq]), ("gradient", "f8", vec![self.nv])]);
         if self.way {
@@ -97,8 +98,11 @@ impl Layout {
             at += bytes.len();
         };
         let front = match answer {
-            None => [f64::INFINITY, 0.0, f64::NAN, f64::NAN],
-            Some(a) => [a.depth, a.lower_bound, a.max_displacement, a.coverage.unwrap_or(f64::NAN)],
+            None => [f64::INFINITY, 0.0, f64::NAN, f64::NAN, f64::NAN],
+            Some(a) => {
+                let [coverage, unseen] = [a.coverage, a.unseen].map(|share| share.unwrap_or(f64::NAN));
+                [a.depth, a.lower_bound, a.max_displacement, coverage, unseen]
+            }
         };
         front.iter().for_each(|x| put(&x.to_ne_bytes()));
         put(&answer.map_or(0, |a| a.checks as i64).to_ne_bytes());

@@ -45,7 +45,9 @@ pub fn statistics<'py>(py: Python<'py>, statistics: &Statistics) -> PyResult<Bou
         Ok(of)
     });
     all.set_item("excess", excess.transpose()?)?;
-    all.set_item("width", statistics.width.name())?;
+    let starts = statistics.starts_per_dof;
+    let starts = [("stored", starts.stored), ("around", starts.around)].into_py_dict(py)?;
+    all.set_item("starts_per_dof", starts)?;
     all.set_item("measuring_checks", statistics.measuring_checks)?;
     all.set_item("ended_by", ended_by)?;
     let adapted = statistics

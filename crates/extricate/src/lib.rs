@@ -25,7 +25,7 @@ pub use learning::{LearnOptions, LearnProgress};
 pub use model::learner::Learner;
 pub use model::{Model, Statistics};
 pub use penetration::{
-    Answer, Answered, ChangedScene, Effort, Exit, QueryBudget, QueryOptions, QueryScratch, Stop, Stream, StreamOptions,
-    Way,
+    Answer, Answered, ChangedScene, Effort, Exit, QueryBudget, QueryOptions, QueryScratch, StartsPerDof, Stop, Stream,
+    StreamOptions, Way,
 };
 pub use scene::Scene;

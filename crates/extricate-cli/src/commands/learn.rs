@@ -302,7 +302,7 @@ mod tests {
             boundary_gap: None,
             density: None,
             excess: None,
-            width: extricate::Width::Usual,
+            starts_per_dof: extricate::StartsPerDof { stored: 2.0, around: 0.5 },
             measuring_checks: 0,
             ended_by: EndedBy::Labels,
             adapted: None,

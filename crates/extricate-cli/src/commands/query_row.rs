@@ -28,6 +28,8 @@ pub struct QueryRow<'a> {
     pub touching: Vec<[&'a str; 2]>,
     /// How usual the distance to the nearest sample is; near 0 far from what was learned.
     pub coverage: Option<f64>,
+    /// Estimated share of starts that would lead to an exit which the query has not met.
+    pub unseen: Option<f64>,
     /// Whether the witness was checked during this query.
     pub verified: bool,
     /// How hard the query tried.
@@ -90,6 +92,7 @@ impl<'a> QueryRow<'a> {
             colliding: pair_names(scene, &answer.colliding),
             touching: pair_names(scene, &answer.touching),
             coverage: answer.coverage,
+            unseen: answer.unseen,
             verified: answer.verified,
             effort: answer.effort,
             contacts: answer.contacts.iter().map(|contact| ContactRow::new(contact, scene)).collect(),
@@ -150,6 +153,7 @@ pub mod tests {
             colliding: vec![],
             touching: vec![],
             coverage: Some(0.5),
+            unseen: Some(0.1),
             verified,
             contacts: vec![],
             gradient: vec![-1.0],
@@ -172,6 +176,7 @@ pub mod tests {
             colliding: vec![["arm", "shelf"]],
             touching: vec![["arm", "shelf"]],
             coverage: answer.coverage,
+            unseen: answer.unseen,
             verified: true,
             effort: answer.effort,
             contacts: vec![ContactRow {
@@ -189,7 +194,7 @@ pub mod tests {
         assert_eq!(
             serde_json::to_string(&row).unwrap(),
             "{\"depth\":0.2,\"lower_bound\":0.05,\"witness\":[0.5],\"seconds\":0.0001,\"checks\":40,\
-             \"max_displacement\":0.1,\"colliding\":[[\"arm\",\"shelf\"]],\"touching\":[[\"arm\",\"shelf\"]],\"coverage\":0.5,\
+             \"max_displacement\":0.1,\"colliding\":[[\"arm\",\"shelf\"]],\"touching\":[[\"arm\",\"shelf\"]],\"coverage\":0.5,\"unseen\":0.1,\
              \"verified\":true,\"effort\":\"refined\",\
              \"contacts\":[{\"pair\":[\"arm\",\"shelf\"],\"distance\":0.0001,\"point_first\":[0.0,0.0,0.0],\
              \"point_second\":[0.0,0.0,0.0],\"normal\":[0.0,0.0,1.0]}],\"gradient\":[-1.0],\"unique\":true,\

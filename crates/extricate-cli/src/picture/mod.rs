@@ -149,6 +149,7 @@ pub mod tests {
             colliding: vec![1],
             touching: vec![1],
             coverage: None,
+            unseen: Some(0.1),
             verified: true,
             contacts: vec![],
             gradient: vec![-1.0, 0.0],

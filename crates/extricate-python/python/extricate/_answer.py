@@ -54,6 +54,8 @@ class Answer:
     coverage: how usual the query's distance to the stored sample that it begins with (the nearest, or the nearest exit) is
         among held-out colliding configurations, in (0, 1]: below 0.01 the query lies far from what was learned. None where
         the query is free or nothing was held out.
+    unseen: estimated share of starts that would lead to an exit which the query has not met, in [0, 1]; None where the
+        query is free, or with effort "nearest".
     max_displacement: largest displacement of any point of the robot between the query and the witness [m].
     colliding: pairs of bodies that collide at the query; one of them with effort "nearest", unless contacts were asked for.
     touching: pairs of bodies that touch at the witness; none with effort "nearest", unless contacts were asked for.
@@ -74,6 +76,7 @@ class Answer:
     witness: npt.NDArray[np.float64]
     verified: bool
     coverage: Optional[float]
+    unseen: Optional[float]
     max_displacement: float
     colliding: List[NamePair]
     touching: List[NamePair]
