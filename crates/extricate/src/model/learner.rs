@@ -32,8 +32,9 @@ use crate::scene::Scene;
 
 /// Share of the budget, labels or seconds, spent on exploration before the boundary is traced.
 const EXPLORATION_SHARE: f64 = 0.2;
-/// With fewer free configurations among those that were explored, others are put together limb by limb.
+/// With fewer free configurations among those that were explored, and more colliding ones for each, others are put together limb by limb.
 const FEW_FREE: usize = 64;
+const SELDOM_FREE: usize = 50;
 /// Labels that exploration spends at most; tracing draws what it needs beyond them.
 const MOST_EXPLORATION: usize = 200_000;
 /// Part of the memory, one in so many, that exploration fills at most: the boundary needs the rest.
@@ -251,7 +252,8 @@ impl Learning {
         if !enough(budget, known) {
             return Stage::Exploring;
         }
-        if known.free.len() < FEW_FREE * space.nq() {
+        let [free, colliding] = [&known.free, &known.colliding].map(|list| list.len() / space.nq());
+        if free < FEW_FREE && colliding > SELDOM_FREE * free.max(1) {
             recombine(&ground.checker, known, FEW_FREE, &label, budget);
         }
         if known.free.is_empty() { Stage::Exploring } else { Stage::Training }

@@ -9,32 +9,39 @@ use super::search::Search;
 /// Distances of the starts from the query, as shares of the incumbent's depth, in turns.
 const RADII: [f64; 4] = [0.2, 0.4, 0.6, 0.8];
 
-/// As many descents as the plan has, and more as long as they find something. The directions are the same in every call.
+/// As many descents as the plan has, and more as long as they find something; in a stream they are tried in turn with others.
 pub fn look_around(search: &mut Search) {
-    let (context, space) = (search.context, &search.context.checker.scene().space);
-    let mut rng = ChaCha8Rng::seed_from_u64(0);
-    let mut start = std::mem::take(&mut search.known.composed);
-    let mut step = std::mem::take(&mut search.known.step);
-    step.resize(space.nv(), 0.0);
     search.known.round.begin();
+    if search.turn.is_some() {
+        return;
+    }
     for number in 0..search.plan.most_around {
         if search.evaluator.is_spent() || search.known.round.is_over(search.plan.around, search.plan.patience) {
             break;
         }
-        start.clone_from(&search.known.anchor.q);
-        let radius = RADII[number % RADII.len()] * search.known.incumbent.depth;
-        direction(search, &mut rng, &mut step);
-        // Twice: the first step measures how long it is in the metric.
-        for _ in 0..2 {
-            space.integrate(&search.known.anchor.q, &step, &mut start);
-            let length = search.evaluator.distance(context, &search.known.anchor, &start);
-            if length > 0.0 {
-                step.iter_mut().for_each(|s| *s *= radius / length);
-            }
-        }
-        space.integrate(&search.known.anchor.q, &step, &mut start);
-        search.try_start(Start::at(&start));
+        try_around(search, number);
     }
+}
+
+/// A descent from the start of a number, whose direction is the same in every query.
+pub fn try_around(search: &mut Search, number: usize) {
+    let (context, space) = (search.context, &search.context.checker.scene().space);
+    let mut start = std::mem::take(&mut search.known.composed);
+    let mut step = std::mem::take(&mut search.known.step);
+    step.resize(space.nv(), 0.0);
+    start.clone_from(&search.known.anchor.q);
+    let radius = RADII[number % RADII.len()] * search.known.incumbent.depth;
+    direction(search, &mut ChaCha8Rng::seed_from_u64(number as u64), &mut step);
+    // Twice: the first step measures how long it is in the metric.
+    for _ in 0..2 {
+        space.integrate(&search.known.anchor.q, &step, &mut start);
+        let length = search.evaluator.distance(context, &search.known.anchor, &start);
+        if length > 0.0 {
+            step.iter_mut().for_each(|s| *s *= radius / length);
+        }
+    }
+    space.integrate(&search.known.anchor.q, &step, &mut start);
+    search.try_start(Start::at(&start));
     (search.known.composed, search.known.step) = (start, step);
 }
 

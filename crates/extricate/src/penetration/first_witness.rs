@@ -76,6 +76,9 @@ fn lead_out(search: &mut Search) -> Option<f64> {
     let limit = std::mem::replace(&mut search.evaluator.limit, Limit { stop, ..Limit::default() });
     let mut found = None;
     for at in 0..LED_OUT.min(search.known.starts.near().len()) {
+        if search.evaluator.is_stopped() {
+            break;
+        }
         let (id, distance) = search.known.starts.near()[at];
         let start = Start::at(search.context.samples().config(id));
         let (depth, _) = search.descend_alone(start, f64::INFINITY, search.plan.descent);

@@ -134,7 +134,7 @@ fn find(
     let mut search =
         Search { context, plan, known, evaluator, descent, boundary, believes: false, turn: None, part: None };
     answer.coverage = first_witness(&mut search)?;
-    search.known.fallback.clone_from(&search.known.incumbent);
+    search.known.note_fallback();
     if options.effort != Effort::Nearest {
         if let Some(lead) = lead.filter(|lead| !lead.is_empty()) {
             search.believes = !context.checker.all_convex();

@@ -87,7 +87,9 @@ pub fn verify(search: &mut Search) {
         known.incumbent.verified = search.evaluator.label(context, &known.incumbent.config) == Label::Free;
     }
     if !known.incumbent.verified {
-        known.incumbent.clone_from(&known.fallback);
+        let fallback = std::mem::take(&mut known.fallback);
+        known.take(fallback.depth, &fallback.config, false);
+        known.fallback = fallback;
         known.incumbent.verified = search.evaluator.label(context, &known.incumbent.config) == Label::Free;
     }
 }

@@ -1,6 +1,6 @@
 //! The search for the nearest exit: descents one after the other, each of which has to beat the incumbent.
 
-use super::around::look_around;
+use super::around::{look_around, try_around};
 use super::context::Context;
 use super::descent::{DescentOptions, DescentScratch, Outcome, Start, descend};
 use super::evaluate::Evaluator;
@@ -146,6 +146,13 @@ impl Known {
         self.unseen_in_parts = None;
     }
 
+    /// Notes the incumbent as what to fall back on.
+    pub fn note_fallback(&mut self) {
+        let Self { incumbent, fallback, .. } = self;
+        (fallback.depth, fallback.verified) = (incumbent.depth, incumbent.verified);
+        fallback.config.clone_from(&incumbent.config);
+    }
+
     /// What is not nearer than this is of no use.
     pub fn ceiling(&self) -> f64 {
         if self.wanted > 1 { self.exits.ceiling() } else { self.incumbent.depth }
@@ -202,14 +209,16 @@ impl Search<'_> {
     }
 
     fn try_some(&mut self, Turn { next, mut looks }: Turn) {
-        let mut place = next;
-        for rank in 0..self.plan.starts {
-            place = (next + rank) % self.plan.starts;
+        let (mut place, all) = (next, self.plan.starts + self.plan.around);
+        for rank in 0..all {
+            place = (next + rank) % all;
             if self.evaluator.is_spent() || looks == 0 {
                 break;
             }
             let before = self.evaluator.checks;
-            if let Some(id) = self.start(place) {
+            if let Some(around) = place.checked_sub(self.plan.starts) {
+                try_around(self, around);
+            } else if let Some(id) = self.start(place) {
                 self.try_sample(id);
             }
             // What its planes gave up cost nothing.

@@ -42,10 +42,10 @@ pub struct Stream {
 /// What a stream carries into a search.
 #[derive(Debug, Clone, Default)]
 pub struct Lead {
-    /// Exits of the last frame, row major: the one that was given, then the nearest others.
-    exits: Vec<f64>,
+    /// The exit of the last frame; empty where there is none.
+    exit: Vec<f64>,
     nq: usize,
-    /// Where the first of them has led in this frame, and how far that is.
+    /// Where it has led in this frame, and how far that is.
     followed: Option<(f64, Vec<f64>)>,
     /// Of the stored samples.
     turn: Turn,
@@ -63,24 +63,21 @@ pub struct Turn {
 impl Lead {
     /// Whether there is nothing to follow.
     pub fn is_empty(&self) -> bool {
-        self.exits.is_empty()
+        self.exit.is_empty()
     }
 
-    /// Slides the exits of the last frame along: mostly the first still is the nearest, and others are then given up early. The search goes on with
+    /// Slides the exit of the last frame along: mostly it still is the nearest, and others are then given up early. The search goes on with
     /// as many other starts as may be looked at.
     pub fn follow(&mut self, search: &mut Search) {
         self.followed = None;
-        for (rank, start) in self.exits.chunks_exact(self.nq).enumerate() {
-            if search.evaluator.is_spent() {
-                return;
-            }
-            if rank > 0 {
-                search.try_start(Start::at(start));
-            } else if let (Some(depth), _) = search.descend(Start::at(start), f64::INFINITY, search.plan.descent) {
-                self.followed = Some((depth, search.descent.best.clone()));
-                search.known.ends.push(&search.descent.best);
-                search.keep(depth);
-            }
+        if search.evaluator.is_spent() {
+            return;
+        }
+        let start = Start::at(&self.exit);
+        if let (Some(depth), _) = search.descend(start, f64::INFINITY, search.plan.descent) {
+            self.followed = Some((depth, search.descent.best.clone()));
+            search.known.ends.push(&search.descent.best);
+            search.keep(depth);
         }
         search.turn = Some(self.turn);
     }
@@ -99,7 +96,7 @@ impl Stream {
 
     /// Forgets the frames so far: the next one is answered as a query on its own.
     pub fn restart(&mut self) {
-        self.lead.exits.clear();
+        self.lead.exit.clear();
         self.lead.turn.next = 0;
     }
 
@@ -123,7 +120,10 @@ impl Stream {
             return Some(answer);
         }
         self.keep_to_last(context, &options, &mut answer);
-        self.note_exits(context, &answer);
+        self.lead.exit.clear();
+        if answer.verified {
+            self.lead.exit.extend_from_slice(&answer.witness);
+        }
         report(context, &options, &mut self.scratch, &mut answer);
         Some(answer)
     }
@@ -151,18 +151,6 @@ impl Stream {
             exits.offer(space, local, answer.depth, &answer.witness);
             (answer.depth, answer.verified) = (last, true);
             answer.witness.copy_from_slice(&search.descent.best);
-        }
-    }
-
-    /// Notes the exits for the next frame.
-    fn note_exits(&mut self, context: &Context, answer: &Answer) {
-        let Known { exits, local, .. } = &mut self.scratch.known;
-        let tracked = &mut self.lead.exits;
-        tracked.clear();
-        if answer.verified {
-            tracked.extend_from_slice(&answer.witness);
-            let others = exits.besides(&context.checker.scene().space, local, answer.depth, &answer.witness);
-            others.for_each(|(_, config)| tracked.extend_from_slice(config));
         }
     }
 }
