@@ -11,7 +11,7 @@ use super::search::{Incumbent, Known, Search};
 use super::starts::{Ask, PartOf};
 use crate::boundary::tangents::Elsewhere;
 use crate::collision::{ContactQuery, ContactSearch};
-use crate::cspace::{Factor, Label};
+use crate::cspace::Label;
 use crate::scene::{Motion, Scene};
 
 /// Which joints belong together, and memory for the search over one part.
@@ -25,7 +25,8 @@ pub struct Parts {
     is_related: Vec<bool>,
     /// Which parts were searched as they are now, by their roots.
     is_searched: Vec<bool>,
-    factors: Vec<Factor>,
+    /// Which factors of the space a part has.
+    searched: Vec<usize>,
     /// Of which pairs contact planes hold in a search over a part.
     holding: Vec<bool>,
     base: Vec<f64>,
@@ -76,12 +77,11 @@ fn return_idle(whole: &mut Search, parts: &mut Parts) {
 fn search_part(whole: &mut Search, parts: &mut Parts, root: usize) -> f64 {
     let (context, space) = (whole.context, &whole.context.checker.scene().space);
     parts.prepare(context, root);
-    let degrees = parts.factors.iter().map(|factor| factor.manifold.dimensions()).sum();
-    let plan = whole.plan.over(degrees);
-    let Parts { factors, holding, base, known, .. } = parts;
+    let Parts { searched, holding, base, known, .. } = parts;
     base.clone_from(&whole.known.incumbent.config);
     let wider = context.change.map_or(0.0, |change| change.of_planes().wider);
-    let part = PartOf { factors, base, holding: Elsewhere { stays: holding, wider } };
+    let part = PartOf { all: space.factors(), searched, base, holding: Elsewhere { stays: holding, wider } };
+    let plan = whole.plan.over(part.degrees());
     let mut from = std::mem::take(&mut known.composed);
     part.compose(&whole.known.anchor.q, &mut from);
     context.metric.anchor(&from, &mut known.anchor);
@@ -235,10 +235,11 @@ impl Parts {
     /// Lists the factors of a part, and the pairs that nothing but its joints moves.
     fn prepare(&mut self, context: &Context, root: usize) {
         let scene = context.checker.scene();
-        let (mut factors, mut holding) = (std::mem::take(&mut self.factors), std::mem::take(&mut self.holding));
+        let (mut searched, mut holding) = (std::mem::take(&mut self.searched), std::mem::take(&mut self.holding));
         let is_of_part = |v: usize| self.is_moved[v] && self.root(v) == root;
-        factors.clear();
-        factors.extend(scene.space.factors().iter().filter(|factor| is_of_part(factor.v)).cloned());
+        searched.clear();
+        let factors = scene.space.factors();
+        searched.extend((0..factors.len()).filter(|at| is_of_part(factors[*at].v)));
         let depends_on_part_alone = |pair: usize| {
             let (mut any, mut all) = (false, true);
             coordinates(scene, pair, &mut |v| {
@@ -252,7 +253,7 @@ impl Parts {
             None => holding.extend((0..scene.pairs.len()).map(depends_on_part_alone)),
             Some(change) => holding.extend(change.pairs_here().iter().map(|p| p.is_some_and(depends_on_part_alone))),
         }
-        (self.factors, self.holding) = (factors, holding);
+        (self.searched, self.holding) = (searched, holding);
     }
 
     fn root(&self, mut v: usize) -> usize {

@@ -189,8 +189,8 @@ impl Search<'_> {
         look_around(self);
         let depth = self.known.incumbent.depth;
         let around = if by_samples <= NEAR * depth { 0 } else { self.known.round.rank_of(depth) };
-        let factors = self.part.map_or(self.context.checker.scene().space.factors(), |part| part.factors);
-        Ranks { degrees: factors.iter().map(|factor| factor.manifold.dimensions()).sum(), stored, around }
+        let degrees = self.part.map_or(self.context.checker.scene().space.nv(), |part| part.degrees());
+        Ranks { degrees, stored, around }
     }
 
     /// Tries the starts, nearest first, until the plan's are used up and no further exit is to be expected; in a stream those whose turn it is.

@@ -32,20 +32,32 @@ pub struct Ask<'a> {
 /// Some of the joints: which, and where the others stay.
 #[derive(Clone, Copy)]
 pub struct PartOf<'a> {
-    /// The factors of the space that are searched over.
-    pub factors: &'a [Factor],
+    /// The factors of the space, and which of them are searched over.
+    pub all: &'a [Factor],
+    pub searched: &'a [usize],
     /// Where the others stay.
     pub base: &'a [f64],
     /// Of which pairs stored contact planes hold, whatever the others do.
     pub holding: Elsewhere<'a>,
 }
 
-impl PartOf<'_> {
+impl<'a> PartOf<'a> {
+    /// The factors that are searched over.
+    pub fn factors(&self) -> impl Iterator<Item = &'a Factor> + use<'a> {
+        let all = self.all;
+        self.searched.iter().map(|at| &all[*at])
+    }
+
+    /// How many degrees of freedom they have.
+    pub fn degrees(&self) -> usize {
+        self.factors().map(|factor| factor.manifold.dimensions()).sum()
+    }
+
     /// The base with the part's coordinates of `from`.
     pub fn compose(&self, from: &[f64], out: &mut Vec<f64>) {
         out.clear();
         out.extend_from_slice(self.base);
-        for factor in self.factors {
+        for factor in self.factors() {
             let coordinates = factor.q..factor.q + factor.manifold.coordinates();
             out[coordinates.clone()].copy_from_slice(&from[coordinates]);
         }
@@ -125,7 +137,7 @@ impl Starts {
         let stride = (samples.len() - first).div_ceil(MOST_SCANNED);
         let distance = |id: usize| {
             let config = samples.config(id as u32);
-            part.factors.iter().map(|factor| factor.squared_chord(&ask.anchor.q, config)).sum::<f64>()
+            part.factors().map(|factor| factor.squared_chord(&ask.anchor.q, config)).sum::<f64>()
         };
         let Self { near, gathered_for, .. } = self;
         near.extend((first..samples.len()).step_by(stride).map(|id| (id as u32, distance(id))));
