@@ -13,14 +13,16 @@ use crate::penetration::{Context, QueryScratch, Ranks, StartsPerDof, measure_ran
 
 /// Held-out colliding configurations that are asked.
 const QUERIES: usize = 512;
+/// They may take this times the checks of other measurements: what every query costs depends on them.
+const TIMES_THE_CHECKS: usize = 4;
 /// Asked between two looks at the clock.
 const ASKED_AT_ONCE: usize = 16;
 /// Starts for each unit of the mean logarithm.
-const STORED_A_LOG: f64 = 55.0;
-const AROUND_A_LOG: f64 = 160.0;
+const STORED_A_LOG: f64 = 60.0;
+const AROUND_A_LOG: f64 = 200.0;
 /// What is taken for the means before anything is measured, and for how many configurations that counts.
-const BEFORE: Means = Means { stored: 0.08, around: 0.0025 };
-const BEFORE_COUNTS: f64 = 16.0;
+const BEFORE: Means = Means { stored: 0.06, around: 0.003 };
+const BEFORE_COUNTS: f64 = 64.0;
 
 /// Of the logarithm of ranks, over degrees of freedom.
 #[derive(Debug, Clone, Copy)]
@@ -53,8 +55,9 @@ pub fn calibrate(
         .known
         .map_or(BEFORE, |known| Means { stored: known.stored / STORED_A_LOG, around: known.around / AROUND_A_LOG });
     let (mut found, mut checks, mut size): (Vec<Ranks>, _, _) = (Vec::new(), 0, 1);
+    let most_checks = extent.checks.saturating_mul(TIMES_THE_CHECKS);
     let mut rest = &colliding[..colliding.len().min(QUERIES * space.nq())];
-    while !rest.is_empty() && extent.queries > 0 && checks < extent.checks && !extent.is_over() && go_on() {
+    while !rest.is_empty() && extent.queries > 0 && checks < most_checks && !extent.is_over() && go_on() {
         let block;
         (block, rest) = rest.split_at(rest.len().min(size * space.nq()));
         // Few at first: how many evaluations one takes differs by a hundred times from scene to scene.
