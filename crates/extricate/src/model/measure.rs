@@ -60,7 +60,7 @@ const LABELS_A_DRAW: usize = 4;
 /// Most of them.
 const MOST_DRAWS: usize = 4096;
 /// Colliding ones that suffice.
-const ENOUGH: usize = 1000;
+const ENOUGH: usize = 1500;
 /// Boundary samples whose nearest neighbours are looked at.
 const SPACED: usize = 500;
 /// Configurations drawn, and queries asked, between two looks at the clock.
