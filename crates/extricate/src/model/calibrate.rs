@@ -14,12 +14,12 @@ use crate::penetration::{Context, QueryScratch, Ranks, StartsPerDof, measure_ran
 /// Held-out colliding configurations that are asked.
 const QUERIES: usize = 1024;
 /// They may take this times the checks of other measurements: what every query costs depends on them.
-const TIMES_THE_CHECKS: usize = 4;
+const TIMES_THE_CHECKS: usize = 2;
 /// Asked between two looks at the clock.
 const ASKED_AT_ONCE: usize = 16;
 /// Starts for each unit of the mean logarithm.
-const STORED_A_LOG: f64 = 60.0;
-const AROUND_A_LOG: f64 = 160.0;
+const STORED_A_LOG: f64 = 75.0;
+const AROUND_A_LOG: f64 = 180.0;
 /// What is taken for the means before anything is measured, and for how many configurations that counts.
 const BEFORE: Means = Means { stored: 0.06, around: 0.003 };
 const BEFORE_COUNTS: f64 = 64.0;

@@ -29,9 +29,9 @@ const SLACK_SHARE: f64 = 0.05;
 const LEAST_MARGIN: f64 = 0.001;
 /// The trust region shrinks to this share of a step that was not taken.
 const SHRINK: f64 = 0.35;
-/// Where contacts overlap and no step longer than this share of the distance to the query makes that better, a descent is stuck: with 1e-4 an
-/// eighth more checks find one nearer exit in a thousand queries.
-const STUCK: f64 = 0.01;
+/// Where contacts overlap and no step longer than this share of the distance to the query makes that better, a descent is stuck: with 0.01 queries
+/// take a tenth fewer checks, and under the metrics of bodies one in fifty more ends over 1 % farther.
+const STUCK: f64 = 0.001;
 /// What leads to a known end, and not nearer than this share of the incumbent, is left to the last descent, which goes to every digit.
 const HARDLY_NEARER: f64 = 0.99;
 
