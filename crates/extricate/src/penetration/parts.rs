@@ -89,6 +89,10 @@ fn search_part(whole: &mut Search, parts: &mut Parts, root: usize) -> f64 {
     let depth = whole.evaluator.distance(context, &known.anchor, base);
     known.begin(context, whole.known.wanted);
     known.take(depth, base, whole.known.incumbent.verified);
+    if whole.turn.is_some() {
+        // The exit of the last frame was carried to its end just now.
+        known.ends.push(base);
+    }
     let ask = Ask { context, plan: &plan, anchor: &known.anchor, part: Some(part) };
     known.starts.gather_for_part(&ask, &part);
     let mut search = Search {
