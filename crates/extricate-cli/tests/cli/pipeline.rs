@@ -19,6 +19,7 @@ const ANSWER_KEYS: &[&str] = &[
     "contacts",
     "gradient",
     "unique",
+    "unseen",
 ];
 
 #[test]

@@ -30,8 +30,9 @@ pub struct QueryOptions {
     /// How many distinct ways out are wanted, see [`super::Answer::exits`]; 0 and 1 ask for the nearest alone. More than one
     /// is found by refinement, so not with [`Effort::Nearest`].
     pub exits: usize,
-    /// From how many exits and boundary samples together descents start; `None` leaves it to the effort ([`Effort::Refined`]: as many exits as
-    /// the [`super::Width`] of the model says, with samples where exits are few; 20 exits and 16 samples under the largest displacement, or the object norm with hardly any exits). Fewer are faster and find the nearest way out less often; looks around the query are fewer in proportion.
+    /// Starts of descents, all in all; `None` leaves it to the effort ([`Effort::Refined`]: what the model measured, for as long as they find
+    /// something nearer). Stored samples come first, as many as the effort takes; the rest are around the query. Fewer are faster and find the
+    /// nearest exit less often.
     pub starts: Option<usize>,
     /// When to stop early.
     pub budget: QueryBudget,

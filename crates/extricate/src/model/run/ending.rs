@@ -15,7 +15,7 @@ use crate::model::quality::{Judged, interval};
 use crate::model::{EndedBy, Model, Statistics};
 
 /// Boundary samples below which free configurations stand in for those that are missing: a query
-/// wants sixteen starts that are not alike.
+/// wants several starts that are not alike.
 const STAND_INS: usize = 128;
 
 /// What the last unit makes of the run.
