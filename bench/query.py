@@ -139,7 +139,7 @@ def main():
     parser.add_argument("--programs", type=pathlib.Path, help="folder with the built extricate and extricate-bench; else cargo builds them")
     parser.add_argument("--queries", type=int, default=100)
     parser.add_argument("--rounds", type=int, default=3)
-    parser.add_argument("--labels", type=int, default=5_000_000, help="of the largest model; as many as `learn` takes by default")
+    parser.add_argument("--labels", type=int, default=500_000, help="of the largest model; as many as `learn` takes by default")
     parser.add_argument("--only", nargs="+", choices=PARTS, default=PARTS)
     parser.add_argument("--segments", type=int, default=20, help="between successive queries, that streams walk along")
     parser.add_argument("--frames", type=int, help="of each of these; all by default")

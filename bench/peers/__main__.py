@@ -37,7 +37,7 @@ def main():
     parser.add_argument("--quick", action="store_true", help="{queries} queries a scene, {labels} labels, {starts} starts".format(**QUICK))
     parser.add_argument("--write", action="store_true", help="only write the page again, from the last figures")
     parser.add_argument("--queries", type=int, default=100, help="a scene; raw meshes get two fifths, because of the peers")
-    parser.add_argument("--labels", type=int, default=5_000_000, help="that each model is learned with")
+    parser.add_argument("--labels", type=int, default=500_000, help="that each model is learned with")
     parser.add_argument("--starts", type=int, default=64, help="of the multistart of pinocchio + coal")
     parser.add_argument("--programs", type=Path, help="folder with the built extricate and extricate-bench; else cargo builds them")
     parser.add_argument("--scenes", nargs="+", metavar="NAME", help="only these")

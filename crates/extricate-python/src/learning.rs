@@ -40,7 +40,7 @@ impl Budget {
 
 /// Learns a scene: all that queries need.
 ///
-/// labels: most exact collision checks to spend; 5,000,000 where None.
+/// labels: most exact collision checks to spend; 500,000 where None.
 /// seconds: most seconds to spend; where None, 90, or without limit where `labels` is given. Without a limit in seconds the
 ///     model depends on scene, seed and options alone.
 /// seed: of all random numbers; 0 where None.

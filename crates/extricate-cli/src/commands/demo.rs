@@ -25,9 +25,6 @@ use crate::report::count;
 /// Turns the seed into another one: no query shall be a configuration that the learner drew.
 const QUERY_STREAM: u64 = 0x71_75_65_72_69_65_73;
 
-/// Labels that a machine of many cores stops at; on two cores the seconds end learning first.
-const MOST_LABELS: usize = 5_000_000;
-
 /// Arguments of `demo`.
 #[derive(Args)]
 pub struct DemoArgs {
@@ -70,7 +67,7 @@ pub fn run(args: &DemoArgs, json: bool) -> anyhow::Result<()> {
     let scene = builtin::scene(&args.scene)?;
     tell_warnings(&scene);
     let options =
-        LearnOptions { labels: MOST_LABELS, seconds: Some(args.seconds), seed: args.seed, ..LearnOptions::default() };
+        LearnOptions { seconds: Some(args.seconds), seed: args.seed, ..LearnOptions::default() };
     let Learned { model, seconds: learning_seconds, .. } = run_with_progress(Learner::new(scene, &options)?, None)?;
     let answers = answer_random_queries(&model, args.queries, args.seed)?;
     let shown = &answers[most_instructive(&model, &answers)];

@@ -82,7 +82,7 @@ const LEARNING_SHARE: f64 = 0.9;
 impl Default for LearnOptions {
     fn default() -> Self {
         Self {
-            labels: 5_000_000,
+            labels: 500_000,
             seconds: Some(90.0),
             seed: 0,
             threads: 0,
