@@ -66,8 +66,7 @@ pub fn run(args: &DemoArgs, json: bool) -> anyhow::Result<()> {
     store::check_output(&args.out, "picture (SVG)", |head| head.starts_with(b"<svg"))?;
     let scene = builtin::scene(&args.scene)?;
     tell_warnings(&scene);
-    let options =
-        LearnOptions { seconds: Some(args.seconds), seed: args.seed, ..LearnOptions::default() };
+    let options = LearnOptions { seconds: Some(args.seconds), seed: args.seed, ..LearnOptions::default() };
     let Learned { model, seconds: learning_seconds, .. } = run_with_progress(Learner::new(scene, &options)?, None)?;
     let answers = answer_random_queries(&model, args.queries, args.seed)?;
     let shown = &answers[most_instructive(&model, &answers)];
