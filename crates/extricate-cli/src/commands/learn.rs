@@ -32,7 +32,7 @@ pub struct LearnArgs {
     /// Model file to write
     #[arg(short = 'o', long = "output", value_name = "MODEL")]
     output: PathBuf,
-    /// Most exact collision checks to spend [default: 5000000]
+    /// Most exact collision checks to spend [default: 500000]
     #[arg(long, value_name = "N", value_parser = positive, allow_negative_numbers = true)]
     labels: Option<usize>,
     /// Most seconds to spend [default: 90, or no limit with --labels]

@@ -59,7 +59,9 @@ const MEASURED_STARTS: usize = 32;
 /// The same of starts around the query, before any has succeeded.
 const MEASURED_AROUND: usize = 8;
 /// Most starts of each kind.
-pub const MOST_STARTS: usize = 128;
+const MOST_STARTS: usize = 128;
+/// Stored starts of an exhaustive query, and around it: among 1,000 small boxes half as many miss one exit in fifty more.
+const EXHAUSTIVE_STARTS: (usize, usize) = (256, 512);
 
 /// The last descent along smooth contacts: to the digits that anyone would look at.
 const POLISH: DescentOptions = DescentOptions {
@@ -140,7 +142,7 @@ impl Plan {
 
     /// The same, as far as an exhaustive query goes.
     pub fn exhaustive(self, context: &Context, options: &QueryOptions) -> Self {
-        let (starts, around) = options.starts.map_or((MOST_STARTS, 2 * MOST_STARTS), |n| (n.div_ceil(2), n / 2));
+        let (starts, around) = options.starts.map_or(EXHAUSTIVE_STARTS, |n| (n.div_ceil(2), n / 2));
         let all_convex = context.checker.all_convex();
         let descent = DescentOptions {
             iterations: 60,
