@@ -85,7 +85,7 @@ pub struct Statistics {
     /// How good refined queries are on held-out colliding configurations: 64 of them, fewer where a check for every four labels does
     /// not pay for so many. `None` where none was asked, as with less than 10,000 labels.
     pub excess: Option<Excess>,
-    /// Starts of a refined query for each degree of freedom, see [`calibrate`](crate::model::calibrate).
+    /// Starts of a refined query for each degree of freedom, see [`crate::model::calibrate`].
     #[serde(alias = "width", deserialize_with = "calibrate::read")]
     pub starts_per_dof: StartsPerDof,
     /// Collision and distance evaluations spent on these three, and on telling whether the run may end: beside `labels`.

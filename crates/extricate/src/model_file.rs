@@ -24,7 +24,7 @@ use crate::model::{Model, Statistics};
 use crate::penetration::coverage::Coverage;
 use crate::scene::Scene;
 
-/// Version of the layout; a file of another version is refused, but for those of [`READABLE`].
+/// Version of the layout; a file of another version is refused, but for 5 and 6.
 pub const FORMAT: u32 = 7;
 /// Versions that are read. In 5 nothing was kept that can be made anew: such a file takes longer to load. Until 6 a model said in one of four words how
 /// widely its queries search.

@@ -3,15 +3,16 @@
 //! Read in this order: `mod` (the steps), `plan`, `starts`, `search`, `prune`, `descent`, `around`, `parts`, `polish`, `report`.
 //!
 //! 1. *Check*: the pairs that collide at `q`; none: depth 0.
-//! 2. *Split* the joints into independent parts ([`parts`]).
-//! 3. *Starts*: the stored samples nearest to `q`, no two alike ([`starts`]).
-//! 4. *Incumbent*: the nearest of them ([`first_witness`]). Effort `nearest` ends here.
-//! 5. *Descents* from one start after the other ([`search`]): *prune* what cannot beat the incumbent ([`prune`]), *descend* toward `q` along the
-//!    contacts ([`descent`]), *keep* what is nearer; until no further exit is to be expected.
-//! 6. *Around the query*: descents from the query itself and from configurations around it, which see what samples miss ([`around`]).
-//! 7. *Polish* the incumbent with exact contacts, and verify it ([`polish`]).
+//! 2. *Split* the joints into independent parts (`parts`).
+//! 3. *Starts*: the stored samples nearest to `q`, no two alike (`starts`).
+//! 4. *Incumbent*: the nearest of them (`first_witness`). Effort `nearest` ends here.
+//! 5. *Descents* from one start after the other (`search`): *prune* what cannot beat the incumbent (`prune`),
+//!    *descend* toward `q` along the contacts ([`descent`]), *keep* what is nearer; until no further exit is to be
+//!    expected.
+//! 6. *Around the query*: descents from configurations around it, which see what samples miss (`around`).
+//! 7. *Polish* the incumbent with exact contacts, and verify it (`polish`).
 //! 8. *Bound*: how near any free configuration can be ([`certificate`]).
-//! 9. *Report* ([`report`]).
+//! 9. *Report* (`report`).
 
 pub mod answer;
 mod around;
