@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """How the time of a query grows with samples and with obstacles, and what streams save: figures and plots for docs/benchmarks/query.md.
 
-    target/peers/bin/python bench/query.py [--queries 100] [--labels 5000000] [--only samples obstacles streams]
+    target/peers/bin/python bench/query.py [--queries 100] [--labels 500000] [--only samples obstacles streams]
 
 Needs cargo, numpy and matplotlib (bench/requirements.txt; bench/peers installs them), streams the fetched robots. Measured on one thread, the first
 two on the built-in `shelf-arm`, its links as hulls:

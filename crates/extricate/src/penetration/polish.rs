@@ -1,6 +1,7 @@
 //! How a search ends: the best exits carried to their ends, and an answer that was verified.
 
 use super::descent::Start;
+use super::exits::are_alike;
 use super::search::{REMEMBERED, Search};
 use crate::cspace::Label;
 
@@ -60,6 +61,10 @@ fn polish_several(search: &mut Search, rows: &mut Vec<f64>) {
     search.known.exits.iter().for_each(|(_, config)| rows.extend_from_slice(config));
     search.known.exits.reset(search.known.wanted, space.nq());
     for start in rows.chunks_exact(space.nq()) {
+        if search.evaluator.is_spent() && is_known(search, start) {
+            // Not worth a check that no answer tells of.
+            continue;
+        }
         let found = if search.evaluator.is_spent() {
             None
         } else {
@@ -77,6 +82,14 @@ fn polish_several(search: &mut Search, rows: &mut Vec<f64>) {
         }
         search.descent.best = best;
     }
+}
+
+/// Whether one of the exits so far is the same.
+fn is_known(search: &mut Search, config: &[f64]) -> bool {
+    let space = &search.context.checker.scene().space;
+    let depth = search.evaluator.distance(search.context, &search.known.anchor, config);
+    let known = &mut *search.known;
+    known.exits.iter().any(|other| are_alike(space, &mut known.local, (depth, config), other))
 }
 
 /// Checks an incumbent that no descent was verified for; where it collides, which only rounding makes of what pieces keep clear, the sample that
