@@ -61,10 +61,6 @@ fn polish_several(search: &mut Search, rows: &mut Vec<f64>) {
     search.known.exits.iter().for_each(|(_, config)| rows.extend_from_slice(config));
     search.known.exits.reset(search.known.wanted, space.nq());
     for start in rows.chunks_exact(space.nq()) {
-        if search.evaluator.is_spent() && is_known(search, start) {
-            // Not worth a check that no answer tells of.
-            continue;
-        }
         let found = if search.evaluator.is_spent() {
             None
         } else {
@@ -72,7 +68,9 @@ fn polish_several(search: &mut Search, rows: &mut Vec<f64>) {
         };
         let best = std::mem::take(&mut search.descent.best);
         let end = if found.is_some() { &best[..] } else { start };
-        if search.evaluator.label(search.context, end) == Label::Free {
+        // Beyond the budget, none is worth a check that no answer tells of.
+        let is_wanted = !search.evaluator.is_spent() || !is_known(search, end);
+        if is_wanted && search.evaluator.label(search.context, end) == Label::Free {
             let depth = search.evaluator.distance(search.context, &search.known.anchor, end);
             let known = &mut *search.known;
             known.exits.offer(space, &mut known.local, depth, end);
