@@ -1,8 +1,8 @@
 //! Scenes drawn at random, to see what queries miss on scenes that nobody chose.
 //!
-//! A drawn scene is kept where the exact checker finds a sane share of its configurations colliding,
-//! with obstacles too, and nothing that cannot move inside one; else it is drawn again. Scenes that are told to
-//! the last block (carts, voxels) are written as they are.
+//! A drawn scene is kept where the exact checker finds a sane share of its configurations
+//! colliding, with obstacles too, and nothing that cannot move inside one; else it is drawn again.
+//! Scenes that are told to the last block (carts, voxels) are written as they are.
 
 mod entry;
 mod kinds;

@@ -26,8 +26,8 @@ use crate::scene::Scene;
 
 /// Version of the layout; a file of another version is refused, but for 5 and 6.
 pub const FORMAT: u32 = 7;
-/// Versions that are read. In 5 nothing was kept that can be made anew: such a file takes longer to load. Until 6 a model said in one of four words how
-/// widely its queries search.
+/// Versions that are read. In 5 nothing was kept that can be made anew: such a file takes longer to
+/// load. Until 6 a model said in one of four words how widely its queries search.
 const READABLE: [u64; 3] = [5, 6, FORMAT as u64];
 
 const KEY: &str = "extricate";

@@ -40,7 +40,8 @@ pub fn look(written: &Written) -> Result<Look> {
 }
 
 /// Whether the share of colliding configurations is in `range`, as many at least collide with
-/// obstacles, and nothing that cannot move is in one. As fewer than all collide, no pair always does.
+/// obstacles, and nothing that cannot move is in one. As fewer than all collide, no pair always
+/// does.
 ///
 /// The share with obstacles counts by itself, as hands collide with themselves more often than not:
 /// what is drawn around one out of its reach would be no scene of its own.

@@ -54,7 +54,8 @@ fn carts_urdf(count: usize, apart: f64) -> String {
     text + "</robot>\n"
 }
 
-/// A ball on three sliders among voxels: half of a block, so that what is free is many small pockets.
+/// A ball on three sliders among voxels: half of a block, so that what is free is many small
+/// pockets.
 pub fn voxels(rng: &mut ChaCha8Rng, name: &str) -> Written {
     let mut scene = Written::new(name);
     let _ = writeln!(scene.text, "\n[[robot]]\nurdf = \"ball/ball.urdf\"");

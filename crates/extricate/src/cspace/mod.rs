@@ -79,7 +79,8 @@ impl Manifold {
 }
 
 impl Factor {
-    /// Squared distance between two configurations in this factor, weighted; of rotations and circles the chord, twice the sine of half the angle.
+    /// Squared distance between two configurations in this factor, weighted; of rotations and
+    /// circles the chord, twice the sine of half the angle.
     pub fn squared_chord(&self, a: &[f64], b: &[f64]) -> f64 {
         let squared = match self.manifold {
             Manifold::Interval { .. } => (a[self.q] - b[self.q]).powi(2),

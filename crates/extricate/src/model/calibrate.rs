@@ -1,7 +1,8 @@
 //! How many starts the queries of a scene take, measured on held-out configurations.
 //!
-//! How late the start is that finds the nearest exit has a long tail: its far quantiles, which say how many starts miss one exit in a hundred, are
-//! chance where a few hundred configurations are asked. The mean of its logarithm is not, and the quantiles follow it: over twelve models of six
+//! How late the start is that finds the nearest exit has a long tail: its far quantiles, which say
+//! how many starts miss one exit in a hundred, are chance where a few hundred configurations are
+//! asked. The mean of its logarithm is not, and the quantiles follow it: over twelve models of six
 //! scenes the 98th percentile was 23 to 86 times it, over one part in seven of its range.
 
 use rayon::prelude::*;
@@ -13,14 +14,16 @@ use crate::penetration::{Context, QueryScratch, Ranks, StartsPerDof, measure_ran
 
 /// Held-out colliding configurations that are asked.
 const QUERIES: usize = 1024;
-/// They may take this times the checks of other measurements: what every query costs depends on them.
+/// They may take this times the checks of other measurements: what every query costs depends on
+/// them.
 const TIMES_THE_CHECKS: usize = 2;
 /// Asked between two looks at the clock.
 const ASKED_AT_ONCE: usize = 16;
 /// Starts for each unit of the mean logarithm.
 const STORED_A_LOG: f64 = 75.0;
 const AROUND_A_LOG: f64 = 180.0;
-/// What is taken for the means before anything is measured, and for how many configurations that counts.
+/// What is taken for the means before anything is measured, and for how many configurations that
+/// counts.
 const BEFORE: Means = Means { stored: 0.06, around: 0.003 };
 const BEFORE_COUNTS: f64 = 64.0;
 
@@ -40,10 +43,12 @@ fn starts(means: Means) -> StartsPerDof {
     StartsPerDof { stored: STORED_A_LOG * means.stored, around: AROUND_A_LOG * means.around }
 }
 
-/// Starts for each degree of freedom, and the evaluations that it took to tell. `colliding` (row major) are asked as long as the extent pays for it.
+/// Starts for each degree of freedom, and the evaluations that it took to tell. `colliding` (row
+/// major) are asked as long as the extent pays for it.
 ///
 /// # Guarantee
-/// Without a time to stop at, the result depends on the arguments alone, not on the number of threads.
+/// Without a time to stop at, the result depends on the arguments alone, not on the number of
+/// threads.
 pub fn calibrate(
     context: &Context,
     colliding: &[f64],
@@ -60,13 +65,15 @@ pub fn calibrate(
     while !rest.is_empty() && extent.queries > 0 && checks < most_checks && !extent.is_over() && go_on() {
         let block;
         (block, rest) = rest.split_at(rest.len().min(size * space.nq()));
-        // Few at first: how many evaluations one takes differs by a hundred times from scene to scene.
+        // Few at first: how many evaluations one takes differs by a hundred times from scene to
+        // scene.
         size = ASKED_AT_ONCE.min(2 * size);
         let rows: Vec<(Vec<Ranks>, usize)> = block
             .par_chunks_exact(space.nq())
             .with_max_len(1)
             .map_init(QueryScratch::default, |scratch, q| {
-                // A configuration that was drawn keeps the limits but for rounding, which this mends.
+                // A configuration that was drawn keeps the limits but for rounding, which this
+                // mends.
                 space.config(q).map_or((Vec::new(), 0), |q: Config| measure_ranks(context, &q, scratch))
             })
             .collect();

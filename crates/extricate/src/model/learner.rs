@@ -32,7 +32,8 @@ use crate::scene::Scene;
 
 /// Share of the budget, labels or seconds, spent on exploration before the boundary is traced.
 const EXPLORATION_SHARE: f64 = 0.2;
-/// With fewer free configurations among those that were explored, and more colliding ones for each, others are put together limb by limb.
+/// With fewer free configurations among those that were explored, and more colliding ones for each,
+/// others are put together limb by limb.
 const FEW_FREE: usize = 64;
 const SELDOM_FREE: usize = 50;
 /// Labels that exploration spends at most; tracing draws what it needs beyond them.

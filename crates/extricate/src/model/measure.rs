@@ -66,7 +66,8 @@ const SPACED: usize = 500;
 /// Configurations drawn, and queries asked, between two looks at the clock.
 const DRAWN_AT_ONCE: usize = 512;
 const ASKED_AT_ONCE: usize = 16;
-/// Starts of the longer search, half of them around the query: it takes about ten times the checks of a refined query.
+/// Starts of the longer search, half of them around the query: it takes about ten times the checks
+/// of a refined query.
 const LONG_STARTS: usize = 48;
 /// Most checks of the longer search: some ten times what it takes, lest one query take minutes.
 const LONG_CHECKS: usize = 20_000;
@@ -106,10 +107,12 @@ impl Extent {
 const HELD_OUT: u64 = u64::from_be_bytes(*b"held-out");
 const LOOKS: u64 = u64::from_be_bytes(*b"  looked");
 
-/// Measures samples and queries on held-out configurations; `go_on` is asked now and then, `None` where it says no.
+/// Measures samples and queries on held-out configurations; `go_on` is asked now and then, `None`
+/// where it says no.
 ///
 /// # Guarantee
-/// Without a time to stop at, the result depends on context and extent alone, not on the number of threads.
+/// Without a time to stop at, the result depends on context and extent alone, not on the number of
+/// threads.
 pub fn measure(context: &Context, extent: &Extent, go_on: &mut dyn FnMut() -> bool) -> Option<Measured> {
     let nq = context.checker.scene().space.nq();
     let (colliding, mut checks) = held_out(context, extent, go_on)?;

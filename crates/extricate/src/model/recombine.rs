@@ -1,7 +1,8 @@
 //! Free configurations put together limb by limb, where hardly any random one is free.
 //!
-//! Of n limbs that are each free with probability p, all are with p^n: of twenty before a wall each, one random configuration in a hundred million.
-//! But every limb is free in many of the colliding ones, and what it takes to be free there does not depend on the others.
+//! Of n limbs that are each free with probability p, all are with p^n: of twenty before a wall
+//! each, one random configuration in a hundred million. But every limb is free in many of the
+//! colliding ones, and what it takes to be free there does not depend on the others.
 
 use crate::collision::{CheckScratch, Checker};
 use crate::cspace::Label;
@@ -16,7 +17,8 @@ const ROUNDS: usize = 4;
 /// Configurations that may fail, for one that is wanted.
 const ATTEMPTS: usize = 4;
 
-/// Puts up to `wanted` free configurations together, and adds them to those of `known`. Every look at the pairs of a configuration is counted as a label.
+/// Puts up to `wanted` free configurations together, and adds them to those of `known`. Every look
+/// at the pairs of a configuration is counted as a label.
 ///
 /// # Guarantee
 /// Each was labelled free. Depends on the arguments alone.
@@ -46,7 +48,8 @@ pub fn recombine(checker: &Checker, known: &mut Exploration, wanted: usize, labe
             }
             parts.split(scene, &pairs);
             for root in parts.roots() {
-                // Any donor whose coordinates of the part no colliding pair moves; another one every time.
+                // Any donor whose coordinates of the part no colliding pair moves; another one
+                // every time.
                 let is_clear = |at: &usize| parts.of(root).all(|v| !moved[*at][v]);
                 let Some(donor) = (0..donors.len()).map(|k| (next + k) % donors.len()).find(is_clear) else { continue };
                 next = donor + 1;

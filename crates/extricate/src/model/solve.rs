@@ -345,7 +345,8 @@ mod tests {
         let scene = builtin::scene("free-box").unwrap();
         let model = Model::learn(scene, &options, &mut |_| ControlFlow::Continue(())).unwrap();
         assert!(model.statistics().exits > 256, "{}", model.statistics().exits);
-        // Without exits they take an eighth of the checks that they once took; 0.74 of that is left with them, where it was 0.7 of all.
+        // Without exits they take an eighth of the checks that they once took; 0.74 of that is left
+        // with them, where it was 0.7 of all.
         assert_shorter(&model, 0.8);
     }
 

@@ -32,9 +32,11 @@ pub struct Answer {
     /// [`Coverage::of`](super::coverage::Coverage::of): below [`FAR`] the query lies far from what was
     /// learned, and a nearer way out is missed more easily. `None` where the query is free or nothing was held out.
     pub coverage: Option<f64>,
-    /// Estimated share of starts that would lead to an exit which this query has not met, in `[0, 1]`: near 0 where one descent after the other led to
-    /// the same few ends, near 1 where each led to another. `None` where the query is free, or with [`Effort::Nearest`].
-    /// (Boender and Rinnooy Kan's estimate for multistart; starts are the nearest samples, not uniform ones, so it is no probability of a miss.)
+    /// Estimated share of starts that would lead to an exit which this query has not met, in
+    /// `[0, 1]`: near 0 where one descent after the other led to the same few ends, near 1 where each
+    /// led to another. `None` where the query is free, or with [`Effort::Nearest`]. (Boender and
+    /// Rinnooy Kan's estimate for multistart; starts are the nearest samples, not uniform ones, so
+    /// it is no probability of a miss.)
     pub unseen: Option<f64>,
     /// Whether the exact checker called the witness free during this query; otherwise it did when the model was learned.
     pub verified: bool,

@@ -1,4 +1,5 @@
-//! Descents from the query itself and from configurations around it, free or not: exits too near or too narrow for any stored sample.
+//! Descents from the query itself and from configurations around it, free or not: exits too near or
+//! too narrow for any stored sample.
 
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -9,7 +10,8 @@ use super::search::Search;
 /// Distances of the starts from the query, as shares of the incumbent's depth, in turns.
 const RADII: [f64; 4] = [0.2, 0.4, 0.6, 0.8];
 
-/// As many descents as the plan has, and more as long as they find something; in a stream they are tried in turn with others.
+/// As many descents as the plan has, and more as long as they find something; in a stream they are
+/// tried in turn with others.
 pub fn look_around(search: &mut Search) {
     search.known.round.begin();
     if search.turn.is_some() {

@@ -8,7 +8,8 @@ use crate::collision::Checker;
 use crate::metric::Metric;
 use serde::{Deserialize, Serialize};
 
-/// What a query stands on; borrowed from a model, and from the changed scene where it is asked in one.
+/// What a query stands on; borrowed from a model, and from the changed scene where it is asked in
+/// one.
 #[derive(Clone, Copy)]
 pub struct Context<'a> {
     /// The exact checker.

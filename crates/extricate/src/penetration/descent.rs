@@ -1,4 +1,5 @@
-//! Descent: slides a configuration along the contact surface toward the query (sequential quadratic programming).
+//! Descent: slides a configuration along the contact surface toward the query (sequential quadratic
+//! programming).
 
 mod cuts;
 pub mod subproblem;
@@ -19,9 +20,11 @@ use crate::scene::MetricSpec;
 use cuts::{Cut, add_cuts};
 use subproblem::Subproblem;
 
-/// What a descent aims at beyond the clearance \[m\], so that a linearised step ends on the free side.
+/// What a descent aims at beyond the clearance \[m\], so that a linearised step ends on the free
+/// side.
 ///
-/// The depth it costs is this times the slope of depth over clearance, 1e-6 rad for a lever of one metre.
+/// The depth it costs is this times the slope of depth over clearance, 1e-6 rad for a lever of one
+/// metre.
 const SLACK: f64 = 1e-7;
 /// Along raw meshes, the same as a share of the length that the descent's tolerance stands for.
 const SLACK_SHARE: f64 = 0.05;
@@ -29,10 +32,12 @@ const SLACK_SHARE: f64 = 0.05;
 const LEAST_MARGIN: f64 = 0.001;
 /// The trust region shrinks to this share of a step that was not taken.
 const SHRINK: f64 = 0.35;
-/// Where contacts overlap and no step longer than this share of the distance to the query makes that better, a descent is stuck: with 0.01 queries
-/// take a tenth fewer checks, and under the metrics of bodies one in fifty more ends over 1 % farther.
+/// Where contacts overlap and no step longer than this share of the distance to the query makes
+/// that better, a descent is stuck: with 0.01 queries take a tenth fewer checks, and under the
+/// metrics of bodies one in fifty more ends over 1 % farther.
 const STUCK: f64 = 0.001;
-/// What leads to a known end, and not nearer than this share of the incumbent, is left to the last descent, which goes to every digit.
+/// What leads to a known end, and not nearer than this share of the incumbent, is left to the last
+/// descent, which goes to every digit.
 const HARDLY_NEARER: f64 = 0.99;
 
 /// How far a descent goes.
@@ -57,9 +62,11 @@ pub struct DescentOptions {
 pub struct Start<'a> {
     /// The configuration; it may collide.
     pub config: &'a [f64],
-    /// Its contacts, where it is free and they are known: the first step then needs no look at them.
+    /// Its contacts, where it is free and they are known: the first step then needs no look at
+    /// them.
     pub planes: Option<Planes<'a>>,
-    /// Whether it has no others: only then the planes tell where it is safe to go, else they only tell where it leads nowhere.
+    /// Whether it has no others: only then the planes tell where it is safe to go, else they only
+    /// tell where it leads nowhere.
     pub are_all: bool,
 }
 
@@ -97,7 +104,8 @@ pub enum Outcome {
 /// Memory that descents reuse.
 #[derive(Default)]
 pub struct DescentScratch {
-    /// The nearest configuration of the last descent whose contacts all kept the clearance, where there was one.
+    /// The nearest configuration of the last descent whose contacts all kept the clearance, where
+    /// there was one.
     pub best: Vec<f64>,
     /// Where it stood when it ended.
     pub end: Vec<f64>,
@@ -112,13 +120,14 @@ pub struct DescentScratch {
 
 /// Minimises the distance to the anchor from `start`, subject to clearance and limits.
 ///
-/// Each iteration linearises the signed distances of the near contacts, solves a quadratic program in a trust region and
-/// accepts the step if a merit function (half the squared distance plus a penalty on the worst violation) falls. A descent that
-/// is not expected to beat the incumbent, or to end elsewhere than another one of the search, is given up.
+/// Each iteration linearises the signed distances of the near contacts, solves a quadratic program
+/// in a trust region and accepts the step if a merit function (half the squared distance plus a
+/// penalty on the worst violation) falls. A descent that is not expected to beat the incumbent, or
+/// to end elsewhere than another one of the search, is given up.
 ///
 /// # Guarantee
-/// `Some(depth)` with a configuration in `scratch.best` whose contacts all kept the clearance; the caller verifies it with the
-/// exact checker. `None` where no such configuration was met.
+/// `Some(depth)` with a configuration in `scratch.best` whose contacts all kept the clearance; the
+/// caller verifies it with the exact checker. `None` where no such configuration was met.
 pub fn descend(
     context: &Context,
     anchor: &Anchor,
@@ -184,14 +193,15 @@ impl<'a> Descent<'a> {
             x.extend_from_slice(start.config);
         }
         let (metric, distance) = (context.metric, evaluator.distance(context, anchor, start.config));
-        // The lever is the largest there is and most pairs part or meet at a fraction of it: five times less finds the same answers,
-        // a fourth of it (for a hand, whose fingers are all within a wide margin of each other) other ones.
+        // The lever is the largest there is and most pairs part or meet at a fraction of it: five
+        // times less finds the same answers, a fourth of it (for a hand, whose fingers are all
+        // within a wide margin of each other) other ones.
         let widest = (options.reach * distance * metric.lever()).clamp(LEAST_MARGIN, options.margin);
         let is_complete = context.checker.contacts_are_complete(options.search);
         scratch.subproblem.slack = SLACK;
         if !is_complete {
-            // Between triangles the linearised distances are off by micrometres, and one more look at the meshes takes as long as ten at
-            // their pieces.
+            // Between triangles the linearised distances are off by micrometres, and one more look
+            // at the meshes takes as long as ten at their pieces.
             scratch.subproblem.slack = SLACK.max(SLACK_SHARE * options.tolerance * distance * metric.lever());
         }
         Self {
@@ -215,7 +225,8 @@ impl<'a> Descent<'a> {
         }
     }
 
-    /// Whether what is known of the start tells that it leads nowhere. Where its planes are not all, others only lead farther.
+    /// Whether what is known of the start tells that it leads nowhere. Where its planes are not
+    /// all, others only lead farther.
     fn starts_in_vain(&mut self, start: &Start) -> bool {
         let Some(planes) = start.planes else { return false };
         let Self { context, scratch, .. } = self;
@@ -254,8 +265,9 @@ impl<'a> Descent<'a> {
         self.scratch.poses.extend_from_slice(self.evaluator.check.poses());
     }
 
-    /// Goes back to what was known before the last cut. A deep overlap may tell of a depth and a direction that have nothing to do with where the step
-    /// began; then no way seems to be left, though a shorter step would do.
+    /// Goes back to what was known before the last cut. A deep overlap may tell of a depth and a
+    /// direction that have nothing to do with where the step began; then no way seems to be left,
+    /// though a shorter step would do.
     fn drops_cut(&mut self) -> bool {
         let Some(Cut { known_before, shorter }) = self.cut.take() else { return false };
         self.scratch.contacts.truncate(known_before);
@@ -294,7 +306,8 @@ impl<'a> Descent<'a> {
             4.0 * self.distance * self.distance / context.clearance.max(1e-3)
         };
         self.penalty = self.penalty.max(wanted);
-        // At the rim of the trust region, a model with rows of its own has not said yet how far it may lead.
+        // At the rim of the trust region, a model with rows of its own has not said yet how far it
+        // may lead.
         if outcome == QpOutcome::Solved
             && (!at_rim || !bends)
             && let Some(outcome) = self.is_done(has_looked, limit)
@@ -308,7 +321,8 @@ impl<'a> Descent<'a> {
         self.try_step(length, at_rim)
     }
 
-    /// Whether the solution of the program leads beyond the limit, to a known end, or hardly nearer than where the descent stands.
+    /// Whether the solution of the program leads beyond the limit, to a known end, or hardly nearer
+    /// than where the descent stands.
     fn is_done(&mut self, has_looked: bool, limit: f64) -> Option<Outcome> {
         let DescentScratch { end: x, subproblem, .. } = &mut *self.scratch;
         let space = &self.context.checker.scene().space;
@@ -338,7 +352,8 @@ impl<'a> Descent<'a> {
         let sure = if self.is_complete { -0.1 * SLACK } else { 0.0 };
         if violation <= sure && self.found.is_none_or(|depth| distance < depth) {
             if !self.is_complete && evaluator.label(context, trial) == Label::Colliding {
-                // Contacts propose, the exact check decides: a body inside another has no near contact.
+                // Contacts propose, the exact check decides: a body inside another has no near
+                // contact.
                 violation = context.clearance.max(SLACK);
             } else {
                 best.clone_from(trial);
@@ -368,7 +383,8 @@ impl<'a> Descent<'a> {
         if done { ControlFlow::Break(Outcome::Ended) } else { ControlFlow::Continue(()) }
     }
 
-    /// Flat on a face, contacts do not tell of all corners and the step turns another one into the face: once that is known, a step as long may do.
+    /// Flat on a face, contacts do not tell of all corners and the step turns another one into the
+    /// face: once that is known, a step as long may do.
     fn reject(&mut self, length: f64) -> ControlFlow<Outcome> {
         self.scratch.hit.clone_from(&self.evaluator.contacts);
         self.scratch.hit_poses.clear();
@@ -382,7 +398,8 @@ impl<'a> Descent<'a> {
         let scene = self.context.checker.scene();
         let learned = add_cuts(scene, self.context.clearance, (contacts, poses), (hit, hit_poses));
         let shorter = SHRINK * length.min(self.radius);
-        // Along smooth contacts and under the metric of the joints dropping it finds nothing nearer, for up to a twenty-fifth more checks.
+        // Along smooth contacts and under the metric of the joints dropping it finds nothing
+        // nearer, for up to a twenty-fifth more checks.
         let may_drop = self.context.metric.kind() != MetricSpec::Joint || !self.is_complete;
         self.cut = (learned && may_drop).then_some(Cut { known_before, shorter });
         if !learned || self.was_rejected {

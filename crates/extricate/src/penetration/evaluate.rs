@@ -19,7 +19,8 @@ pub struct Evaluator {
     pub limit: Limit,
     /// Of the configuration whose contacts were evaluated last.
     pub contacts: Vec<Contact>,
-    /// That configuration, where `contacts` are all its exact ones nearer than a margin \[m\]; else empty.
+    /// That configuration, where `contacts` are all its exact ones nearer than a margin \[m\]; else
+    /// empty.
     exact_at: Vec<f64>,
     exact_within: f64,
     /// The configuration that a check of this query last called free; else empty.
@@ -29,7 +30,8 @@ pub struct Evaluator {
 impl Evaluator {
     /// Begins a query, which may spend so much; the check of its configuration is counted.
     pub fn begin(&mut self, limit: Limit) {
-        // Queries of a batch share who may stop them: counting who holds it, each anew, would have threads wait for each other.
+        // Queries of a batch share who may stop them: counting who holds it, each anew, would have
+        // threads wait for each other.
         if self.limit.stop == limit.stop {
             (self.limit.checks, self.limit.deadline) = (limit.checks, limit.deadline);
         } else {
@@ -51,7 +53,8 @@ impl Evaluator {
         self.limit.is_stopped()
     }
 
-    /// An exact check, counted, unless the last one that found a free configuration was of the same.
+    /// An exact check, counted, unless the last one that found a free configuration was of the
+    /// same.
     pub fn label(&mut self, context: &Context, q: &[f64]) -> Label {
         // A descent along meshes has its steps checked; where it ends is then known.
         if !self.free_at.is_empty() && self.free_at == q {
@@ -70,7 +73,8 @@ impl Evaluator {
         label
     }
 
-    /// Takes the contacts at `q`; returns by how much \[m\] the worst misses the clearance (negative: by how much it keeps it).
+    /// Takes the contacts at `q`; returns by how much \[m\] the worst misses the clearance
+    /// (negative: by how much it keeps it).
     pub fn contacts_at(&mut self, context: &Context, q: &[f64], query: ContactQuery) -> f64 {
         self.checks += 1;
         self.contacts.clear();
@@ -84,7 +88,8 @@ impl Evaluator {
         context.clearance - least
     }
 
-    /// Contacts of the pairs nearer than `margin` \[m\] at `q`, ascending by pair; `check` then holds its poses.
+    /// Contacts of the pairs nearer than `margin` \[m\] at `q`, ascending by pair; `check` then
+    /// holds its poses.
     pub fn touching(&mut self, context: &Context, q: &[f64], margin: f64) -> &[Contact] {
         if self.exact_at == q && self.exact_within >= margin {
             self.contacts.retain(|contact| contact.distance < margin);

@@ -1,4 +1,5 @@
-//! What a search begins with: the nearest sample, or, in a scene that is not the one that was learned, one that is free there.
+//! What a search begins with: the nearest sample, or, in a scene that is not the one that was
+//! learned, one that is free there.
 
 use super::coverage::Coverage;
 use super::descent::Start;
@@ -9,21 +10,25 @@ use crate::boundary::{Among, Wanted};
 use crate::cspace::Label;
 use crate::cspace::sampling::Halton;
 
-/// Nearest samples that are checked before descents from the nearest are tried: where so many collide, hardly any may be free, as where the
-/// clearance is larger than it was; and a descent takes about as many checks.
+/// Nearest samples that are checked before descents from the nearest are tried: where so many
+/// collide, hardly any may be free, as where the clearance is larger than it was; and a descent
+/// takes about as many checks.
 const LOOKED_AT: usize = 16;
 /// Times as many are looked at next.
 const MORE: usize = 8;
-/// A sample that by its planes misses the clearance by more than this \[m\] collides: they are of single precision.
+/// A sample that by its planes misses the clearance by more than this \[m\] collides: they are of
+/// single precision.
 const SURE: f64 = 1e-6;
 /// Descents that are tried then.
 const LED_OUT: usize = 8;
 /// Configurations that are tried where no stored one is free any more.
 const LAST_RESORT: u64 = 20_000;
 
-/// Makes a free configuration the incumbent and tells how usual its distance is. A stored one is believed in the scene that was learned. In another
-/// one it is the nearest that is free now; where the nearest of them collide, what a descent from one of those leads to; or else any free
-/// configuration. `None` where there is none, or looking for it was stopped; a budget does not end it, since without a witness there is no answer.
+/// Makes a free configuration the incumbent and tells how usual its distance is. A stored one is
+/// believed in the scene that was learned. In another one it is the nearest that is free now; where
+/// the nearest of them collide, what a descent from one of those leads to; or else any free
+/// configuration. `None` where there is none, or looking for it was stopped; a budget does not end
+/// it, since without a witness there is no answer.
 pub fn first_witness(search: &mut Search) -> Option<Option<f64>> {
     let (context, known) = (search.context, &mut *search.known);
     let ask = Ask { context, plan: &search.plan, anchor: &known.anchor, part: None };

@@ -1,15 +1,17 @@
 //! The query: from a colliding configuration to the nearest free one, verified and bounded.
 //!
-//! Read in this order: `mod` (the steps), `plan`, `starts`, `search`, `prune`, `descent`, `around`, `parts`, `polish`, `report`.
+//! Read in this order: `mod` (the steps), `plan`, `starts`, `search`, `prune`, `descent`, `around`,
+//! `parts`, `polish`, `report`.
 //!
 //! 1. *Check*: the pairs that collide at `q`; none: depth 0.
 //! 2. *Split* the joints into independent parts (`parts`).
 //! 3. *Starts*: the stored samples nearest to `q`, no two alike (`starts`).
 //! 4. *Incumbent*: the nearest of them (`first_witness`). Effort `nearest` ends here.
-//! 5. *Descents* from one start after the other (`search`): *prune* what cannot beat the incumbent (`prune`),
-//!    *descend* toward `q` along the contacts ([`descent`]), *keep* what is nearer; until no further exit is to be
-//!    expected.
-//! 6. *Around the query*: descents from configurations around it, which see what samples miss (`around`).
+//! 5. *Descents* from one start after the other (`search`): *prune* what cannot beat the incumbent
+//!    (`prune`), *descend* toward `q` along the contacts ([`descent`]), *keep* what is nearer;
+//!    until no further exit is to be expected.
+//! 6. *Around the query*: descents from configurations around it, which see what samples miss
+//!    (`around`).
 //! 7. *Polish* the incumbent with exact contacts, and verify it (`polish`).
 //! 8. *Bound*: how near any free configuration can be ([`certificate`]).
 //! 9. *Report* (`report`).
@@ -98,14 +100,14 @@ pub fn nearest_exit(
     options: &QueryOptions,
     scratch: &mut QueryScratch,
 ) -> Option<Answer> {
-    let plan = Plan::of(options, context, context.checker.scene().space.nv());
+    let plan = Plan::of(options, context);
     find(context, q, (options, plan), None, scratch)
 }
 
 /// How late starts find the nearest exit of `q`, of each part, and the checks that it took to tell.
 pub fn measure_ranks(context: &Context, q: &Config, scratch: &mut QueryScratch) -> (Vec<Ranks>, usize) {
     let options = QueryOptions::default();
-    let plan = Plan::of(&options, context, context.checker.scene().space.nv()).to_calibrate();
+    let plan = Plan::of(&options, context).to_calibrate();
     find(context, q, (&options, plan), None, scratch);
     (std::mem::take(&mut scratch.known.ranks), scratch.evaluator.checks)
 }
@@ -137,21 +139,15 @@ fn find(
     answer.coverage = first_witness(&mut search)?;
     search.known.note_fallback();
     if options.effort != Effort::Nearest {
-        if let Some(lead) = lead.filter(|lead| !lead.is_empty()) {
-            search.believes = !context.checker.all_convex();
-            lead.follow(&mut search);
-            parts.split(scene, &answer.colliding);
-            search_all(&mut search, parts);
-            lead.advance(&search);
-        } else {
-            parts.split(scene, &answer.colliding);
-            search_all(&mut search, parts);
-        }
+        let mut lead = lead.filter(|lead| !lead.is_empty());
+        lead.iter_mut().for_each(|lead| lead.follow(&mut search));
+        parts.split(scene, &answer.colliding);
+        search_all(&mut search, parts);
+        lead.iter_mut().for_each(|lead| lead.advance(&search));
         if options.effort == Effort::Exhaustive {
             // After all that a refined query does, so that more effort never ends farther away.
             search.plan = plan.exhaustive(context, options);
             search.known.starts.reset();
-            search.known.tried = 0;
             parts.split(scene, &answer.colliding);
             search_all(&mut search, parts);
         }
@@ -175,10 +171,11 @@ fn search_all(search: &mut Search, parts: &mut Parts) {
     polish(search);
 }
 
-/// What a refined query begins with, whose distance its coverage is told by: the nearest solved sample where it starts from those alone, otherwise the
-/// nearest sample, and how sure it has to be of it.
+/// What a refined query begins with, whose distance its coverage is told by: the nearest solved
+/// sample where it starts from those alone, otherwise the nearest sample, and how sure it has to be
+/// of it.
 pub fn begins_with(context: &Context) -> Wanted {
-    let plan = Plan::of(&QueryOptions::default(), context, context.checker.scene().space.nv());
+    let plan = Plan::of(&QueryOptions::default(), context);
     Wanted { among: begins_among(context, plan.starts), care: plan.care, ..Wanted::NEAREST }
 }
 
@@ -193,8 +190,9 @@ impl QueryScratch {
         self.evaluator.checks
     }
 
-    /// Other exits with their depths, distinct from the answer and from each other, where descents of the last query ended besides: nearest first,
-    /// not carried to the last digit and not checked. At most four where one was wanted.
+    /// Other exits with their depths, distinct from the answer and from each other, where descents
+    /// of the last query ended besides: nearest first, not carried to the last digit and not
+    /// checked. At most four where one was wanted.
     pub(crate) fn other_exits(&mut self, space: &ConfigSpace, answer: &Answer) -> Vec<(f64, Vec<f64>)> {
         let Known { exits, local, .. } = &mut self.known;
         let others = exits.besides(space, local, answer.depth, &answer.witness);

@@ -30,8 +30,9 @@ pub struct QueryOptions {
     /// How many distinct ways out are wanted, see [`super::Answer::exits`]; 0 and 1 ask for the nearest alone. More than one
     /// is found by refinement, so not with [`Effort::Nearest`].
     pub exits: usize,
-    /// Starts of descents, all in all; `None` leaves it to the effort ([`Effort::Refined`]: what the model measured, for as long as they find
-    /// something nearer). Stored samples come first, as many as the effort takes; the rest are around the query. Fewer are faster and find the
+    /// Starts of descents, all in all; `None` leaves it to the effort ([`Effort::Refined`]: what
+    /// the model measured, for as long as they find something nearer). Stored samples come first,
+    /// as many as the effort takes; the rest are around the query. Fewer are faster and find the
     /// nearest exit less often.
     pub starts: Option<usize>,
     /// When to stop early.

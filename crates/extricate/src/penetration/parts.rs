@@ -1,7 +1,9 @@
-//! Independent parts: joints that colliding pairs do not connect have exits of their own, and the nearest exit of all combines them.
+//! Independent parts: joints that colliding pairs do not connect have exits of their own, and the
+//! nearest exit of all combines them.
 //!
-//! A stored sample holds one combination; the right one of 2^n is hardly ever stored. So each part is searched on its own, from the query in its joints
-//! and a free configuration in the others, which any sample whose coordinates of the part are near may start.
+//! A stored sample holds one combination; the right one of 2^n is hardly ever stored. So each part
+//! is searched on its own, from the query in its joints and a free configuration in the others,
+//! which any sample whose coordinates of the part are near may start.
 
 use std::ops::Range;
 
@@ -73,7 +75,8 @@ fn return_idle(whole: &mut Search, parts: &mut Parts) {
     }
 }
 
-/// Searches the part of a root, the others where the incumbent has them; the share of starts that would lead to an unmet exit of it.
+/// Searches the part of a root, the others where the incumbent has them; the share of starts that
+/// would lead to an unmet exit of it.
 fn search_part(whole: &mut Search, parts: &mut Parts, root: usize) -> f64 {
     let (context, space) = (whole.context, &whole.context.checker.scene().space);
     parts.prepare(context, root);
@@ -194,7 +197,8 @@ impl Parts {
         a != b || is_new
     }
 
-    /// Whether to search the parts one by one: there are several, or limbs that no part has to do with.
+    /// Whether to search the parts one by one: there are several, or limbs that no part has to do
+    /// with.
     pub fn are_independent(&self) -> bool {
         self.count() > 1 || self.is_related.iter().any(|is_related| !is_related)
     }
@@ -284,7 +288,8 @@ mod tests {
     use crate::scene::assemble::assemble;
     use crate::scene::{MetricSpec, builtin};
 
-    /// Carts on rails of their own, each before a wall: of `n` that collide, one is free where it is 0.6 and the clearance from its wall's middle.
+    /// Carts on rails of their own, each before a wall: of `n` that collide, one is free where it
+    /// is 0.6 and the clearance from its wall's middle.
     fn carts(n: usize, metric: MetricSpec) -> Model {
         let (mut urdf, mut toml) = (String::from("<robot name='carts'><link name='base'/>"), String::new());
         for k in 0..n {

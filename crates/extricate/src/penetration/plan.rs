@@ -10,7 +10,8 @@ use crate::scene::MetricSpec;
 /// How far a search goes.
 #[derive(Debug, Clone, Copy)]
 pub struct Plan {
-    /// Stored samples that are started from, and the most, for as long as they find something nearer.
+    /// Stored samples that are started from, and the most, for as long as they find something
+    /// nearer.
     pub starts: usize,
     pub most_starts: usize,
     /// The same of starts around the query.
@@ -42,10 +43,11 @@ const REACH: f64 = 0.1;
 
 /// Fewest stored samples that are started from; one for each degree of freedom where that is more.
 const LEAST_STARTS: usize = 4;
-/// More starts of each kind for every further exit that is wanted: each must be found, not only the nearest.
+/// More starts of each kind for every further exit that is wanted: each must be found, not only the
+/// nearest.
 const STARTS_AN_EXIT: usize = 4;
-/// Of a refined query; see [`Plan::prune_factor`]. Planes mislead where exits lead around edges: with 1.5 one query in a hundred more misses, for a
-/// sixth fewer checks.
+/// Of a refined query; see [`Plan::prune_factor`]. Planes mislead where exits lead around edges:
+/// with 1.5 one query in a hundred more misses, for a sixth fewer checks.
 const PRUNE_FACTOR: f64 = 2.0;
 /// See [`Plan::spread`].
 const SPREAD: f64 = 0.4;
@@ -60,7 +62,8 @@ const MEASURED_STARTS: usize = 32;
 const MEASURED_AROUND: usize = 8;
 /// Most starts of each kind.
 const MOST_STARTS: usize = 128;
-/// Stored starts of an exhaustive query, and around it: among 1,000 small boxes half as many miss one exit in fifty more.
+/// Stored starts of an exhaustive query, and around it: among 1,000 small boxes half as many miss
+/// one exit in fifty more.
 const EXHAUSTIVE_STARTS: (usize, usize) = (256, 512);
 
 /// The last descent along smooth contacts: to the digits that anyone would look at.
@@ -72,15 +75,16 @@ const POLISH: DescentOptions = DescentOptions {
     radius: 0.05,
     tolerance: 1e-5,
 };
-/// With meshes, from an exit that clears the pieces around them: exact contacts of pairs farther apart than those stand out would take most of the
-/// time of a query, and between corners nothing converges to the last digit.
+/// With meshes, from an exit that clears the pieces around them: exact contacts of pairs farther
+/// apart than those stand out would take most of the time of a query, and between corners nothing
+/// converges to the last digit.
 pub const POLISH_MESHES: DescentOptions = DescentOptions { reach: 0.01, tolerance: 1e-3, ..POLISH };
 /// Where the metric bends, one answer in twenty stopped between 1e-3 and 1e-2 short with that; with this one in forty does, for a twentieth more time.
 const POLISH_MESHES_BENT: DescentOptions = DescentOptions { tolerance: 3e-4, ..POLISH_MESHES };
 
 impl Plan {
-    /// What the options ask for, of a search over so many degrees of freedom.
-    pub fn of(options: &QueryOptions, context: &Context, degrees: usize) -> Self {
+    /// What the options ask for, of a search over all joints.
+    pub fn of(options: &QueryOptions, context: &Context) -> Self {
         let is_flat = context.metric.kind() == MetricSpec::Joint;
         let all_convex = context.checker.all_convex();
         let polish = match (all_convex, is_flat) {
@@ -111,7 +115,7 @@ impl Plan {
             },
             polish,
         }
-        .over(degrees);
+        .over(context.checker.scene().space.nv());
         match (options.effort, options.starts) {
             // Of stale samples the nearest may all collide, and any of the others be the answer.
             (Effort::Nearest, _) if context.scene_changed() => Self { starts: 0, care: Care::Exact, ..plan },

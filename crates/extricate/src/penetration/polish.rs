@@ -5,10 +5,12 @@ use super::exits::are_alike;
 use super::search::{REMEMBERED, Search};
 use crate::cspace::Label;
 
-/// An exit of pieces this much farther than the nearest one may turn out to be nearer out of the meshes.
+/// An exit of pieces this much farther than the nearest one may turn out to be nearer out of the
+/// meshes.
 const AS_NEAR: f64 = 1.03;
 
-/// Carries the incumbent to its end, or every exit where several are wanted, and verifies what is left.
+/// Carries the incumbent to its end, or every exit where several are wanted, and verifies what is
+/// left.
 pub fn polish(search: &mut Search) {
     search.believes = false;
     let mut start = std::mem::take(&mut search.known.composed);
@@ -90,8 +92,8 @@ fn is_known(search: &mut Search, config: &[f64]) -> bool {
     known.exits.iter().any(|other| are_alike(space, &mut known.local, (depth, config), other))
 }
 
-/// Checks an incumbent that no descent was verified for; where it collides, which only rounding makes of what pieces keep clear, the sample that
-/// the search began with.
+/// Checks an incumbent that no descent was verified for; where it collides, which only rounding
+/// makes of what pieces keep clear, the sample that the search began with.
 pub fn verify(search: &mut Search) {
     let (context, known) = (search.context, &mut *search.known);
     if !known.incumbent.verified {

@@ -1,4 +1,5 @@
-//! Which starts and descents are given up: those that lead farther than the incumbent, or to an end that is known.
+//! Which starts and descents are given up: those that lead farther than the incumbent, or to an end
+//! that is known.
 
 use super::descent::subproblem::Subproblem;
 use super::qp::QpOutcome;
@@ -10,7 +11,8 @@ use crate::cspace::ConfigSpace;
 pub struct Pruning<'a> {
     /// Depth of the incumbent; of several wanted exits, of the last of them.
     pub incumbent: f64,
-    /// A start whose contact planes put the projection of the query farther than this times the incumbent is given up.
+    /// A start whose contact planes put the projection of the query farther than this times the
+    /// incumbent is given up.
     pub factor: f64,
     /// Where other descents of the search ended.
     pub ends: &'a Ends,
@@ -23,14 +25,16 @@ pub struct Ends {
     configs: Vec<f64>,
 }
 
-/// The projection is looked for as far as this times the distance of the start: beyond any that counts.
+/// The projection is looked for as far as this times the distance of the start: beyond any that
+/// counts.
 const FAR: f64 = 3.0;
-/// Descents that are expected to end within this share of the incumbent's depth of each other end at the same exit: with 0.3 one query in a thousand
-/// ends more than 1 % farther.
+/// Descents that are expected to end within this share of the incumbent's depth of each other end
+/// at the same exit: with 0.3 one query in a thousand ends more than 1 % farther.
 pub const SAME_END: f64 = 0.2;
 
 impl Pruning<'_> {
-    /// How far a descent may be expected to end after so many iterations: what it sees of its end gets better with every one of them.
+    /// How far a descent may be expected to end after so many iterations: what it sees of its end
+    /// gets better with every one of them.
     pub fn limit(&self, iteration: usize) -> f64 {
         (1.0 + (self.factor - 1.0) * 0.5_f64.powi(iteration as i32)) * self.incumbent
     }
@@ -60,8 +64,9 @@ impl Ends {
 }
 
 impl Subproblem {
-    /// Whether the contact planes of `x` (`distance` from the query) put the projection of the query on them beyond what a start may lead to, or
-    /// at a known end. The model has to be that of `x`.
+    /// Whether the contact planes of `x` (`distance` from the query) put the projection of the
+    /// query on them beyond what a start may lead to, or at a known end. The model has to be that
+    /// of `x`.
     pub fn projection_is_of_no_use(
         &mut self,
         space: &ConfigSpace,
@@ -95,8 +100,9 @@ impl Subproblem {
         })
     }
 
-    /// Whether one of the planes alone is farther than `limit` from the query, the Hessian being diagonal: then so is the projection on all of them.
-    /// Tells nearly all of those that are, without a program.
+    /// Whether one of the planes alone is farther than `limit` from the query, the Hessian being
+    /// diagonal: then so is the projection on all of them. Tells nearly all of those that are,
+    /// without a program.
     fn one_plane_leads_beyond(&mut self, planes: Planes, limit: f64) -> bool {
         let Self { quadratic, step, inverse_weights, slack, .. } = self;
         let nv = quadratic.unknowns;

@@ -13,7 +13,8 @@ use crate::metric::quadratic::Quadratic;
 use crate::metric::{Anchor, MetricScratch};
 use crate::scene::MetricSpec;
 
-/// Step of central differences \[rad or m\]: both the curvature they leave out and the digits they lose are then about 1e-10.
+/// Step of central differences \[rad or m\]: both the curvature they leave out and the digits they
+/// lose are then about 1e-10.
 const DIFFERENCE: f64 = 1e-5;
 
 /// Memory that reports reuse.
@@ -66,7 +67,8 @@ pub fn report(context: &Context, options: &QueryOptions, scratch: &mut QueryScra
     answer.checks = evaluator.checks;
 }
 
-/// Where the witness stays the best, moving it changes the depth by nothing to first order: what is left is the gradient of the distance to it.
+/// Where the witness stays the best, moving it changes the depth by nothing to first order: what is
+/// left is the gradient of the distance to it.
 fn gradient(
     context: &Context,
     anchor: &Anchor,
@@ -76,7 +78,8 @@ fn gradient(
 ) {
     let ReportScratch { far_anchor, quadratic, moved, step, .. } = memory;
     let metric = context.metric;
-    // The distance is symmetric: half its square, seen from the witness, has this gradient at the query, times the depth.
+    // The distance is symmetric: half its square, seen from the witness, has this gradient at the
+    // query, times the depth.
     match metric.kind() {
         MetricSpec::Joint => {
             metric.joint_gradient(far_anchor, &anchor.q, &mut answer.gradient);
@@ -141,7 +144,8 @@ mod tests {
     use crate::scene::builtin;
     use std::ops::ControlFlow;
 
-    /// What the last descent saw of its end is not looked at again; it has to be what a look would see.
+    /// What the last descent saw of its end is not looked at again; it has to be what a look would
+    /// see.
     #[test]
     fn contacts_are_those_of_a_look_at_the_witness_alone() {
         for name in ["planar-arm", "hand"] {
@@ -160,7 +164,8 @@ mod tests {
                 for (told, found) in answer.contacts.iter().zip(&contacts) {
                     assert_eq!(told.pair, found.pair);
                     assert!((told.distance - found.distance).abs() < 1e-9, "{name} {q:?}: {told:?} {found:?}");
-                    // Of points 0.1 mm apart on round shapes: searches from elsewhere end 1e-9 m from each other.
+                    // Of points 0.1 mm apart on round shapes: searches from elsewhere end 1e-9 m
+                    // from each other.
                     assert!((told.normal - found.normal).norm() < 1e-4, "{name} {q:?}: {told:?} {found:?}");
                 }
                 seen += contacts.len();

@@ -1,4 +1,5 @@
-//! The search for the nearest exit: descents one after the other, each of which has to beat the incumbent.
+//! The search for the nearest exit: descents one after the other, each of which has to beat the
+//! incumbent.
 
 use super::around::{look_around, try_around};
 use super::context::Context;
@@ -85,8 +86,9 @@ impl Round {
         }
     }
 
-    /// Whether `least` were tried, and as many since the last success as until then. How late the start is that finds the nearest exit has a long tail:
-    /// where one in so many has just succeeded, as many more may well do so again.
+    /// Whether `least` were tried, and as many since the last success as until then. How late the
+    /// start is that finds the nearest exit has a long tail: where one in so many has just
+    /// succeeded, as many more may well do so again.
     pub fn is_over(&self, least: usize, patience: usize) -> bool {
         self.tried >= least.max(patience * self.last_success)
     }
@@ -124,7 +126,8 @@ pub struct Search<'a> {
     pub evaluator: &'a mut Evaluator,
     pub descent: &'a mut DescentScratch,
     pub boundary: &'a mut BoundaryScratch,
-    /// Whether descents are believed for what they see of the pieces around meshes, until the last one.
+    /// Whether descents are believed for what they see of the pieces around meshes, until the last
+    /// one.
     pub believes: bool,
     /// Set in a stream: which of the starts are tried.
     pub turn: Option<Turn>,
@@ -168,9 +171,10 @@ impl Known {
     /// Estimated share of starts that would lead to an exit that no descent has met.
     ///
     /// # Source
-    /// C. G. E. Boender and A. H. G. Rinnooy Kan, "Bayesian stopping rules for multistart global optimization methods", Mathematical Programming 37,
-    /// 1987, doi:10.1007/BF02591684: of n uniform starts that led to w distinct ends, w (w + 1) / (n (n - 1)). Starts here are the nearest samples,
-    /// not uniform, and those that were given up count as led to what is known.
+    /// C. G. E. Boender and A. H. G. Rinnooy Kan, "Bayesian stopping rules for multistart global
+    /// optimization methods", Mathematical Programming 37, 1987, doi:10.1007/BF02591684: of n
+    /// uniform starts that led to w distinct ends, w (w + 1) / (n (n - 1)). Starts here are the
+    /// nearest samples, not uniform, and those that were given up count as led to what is known.
     pub fn unseen(&self) -> f64 {
         if let Some(unseen) = self.unseen_in_parts {
             return unseen;
@@ -193,7 +197,8 @@ impl Search<'_> {
         Ranks { degrees, stored, around }
     }
 
-    /// Tries the starts, nearest first, until the plan's are used up and no further exit is to be expected; in a stream those whose turn it is.
+    /// Tries the starts, nearest first, until the plan's are used up and no further exit is to be
+    /// expected; in a stream those whose turn it is.
     fn try_starts(&mut self) {
         if let Some(turn) = self.turn {
             return self.try_some(turn);
@@ -273,8 +278,8 @@ impl Search<'_> {
         descend(self.context, &self.known.anchor, start, pruning, &options, self.descent, self.evaluator)
     }
 
-    /// Makes what a descent found the incumbent if it is nearer. Along meshes it is believed until the last descent, which looks at the meshes
-    /// themselves.
+    /// Makes what a descent found the incumbent if it is nearer. Along meshes it is believed until
+    /// the last descent, which looks at the meshes themselves.
     pub fn keep(&mut self, depth: f64) {
         let space = &self.context.checker.scene().space;
         let Known { exits, local, incumbent, .. } = &mut *self.known;

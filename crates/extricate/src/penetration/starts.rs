@@ -1,4 +1,5 @@
-//! Where descents start: stored samples near the query, solved ones before others, nearest first, no two alike.
+//! Where descents start: stored samples near the query, solved ones before others, nearest first,
+//! no two alike.
 
 use super::context::Context;
 use super::dense::dot;
@@ -9,7 +10,8 @@ use crate::boundary::{Among, BoundaryScratch, Wanted};
 use crate::cspace::Factor;
 use crate::metric::Anchor;
 
-/// So many solved samples have to be known for one to be started from: with few, the nearest are far.
+/// So many solved samples have to be known for one to be started from: with few, the nearest are
+/// far.
 const KNOWN_A_START: usize = 8;
 /// Nearest samples that are looked at for one that is chosen.
 const LOOKED_AT: usize = 2;
@@ -76,7 +78,8 @@ pub struct Starts {
     pub chosen: Vec<u32>,
     /// Their flat coordinates, row major.
     places: Vec<f64>,
-    /// The samples they are chosen of, with their distances, nearest first, and how many of them were looked at.
+    /// The samples they are chosen of, with their distances, nearest first, and how many of them
+    /// were looked at.
     near: Vec<(u32, f64)>,
     /// Memory to gather them.
     found: Vec<(u32, f64)>,
@@ -106,7 +109,8 @@ impl Starts {
         (self.looked_at, self.gathered_for) = (0, 0);
     }
 
-    /// Gathers samples that `count` starts are chosen of, nearest first, behind those that were gathered before.
+    /// Gathers samples that `count` starts are chosen of, nearest first, behind those that were
+    /// gathered before.
     pub fn gather(&mut self, ask: &Ask, count: usize, scratch: &mut BoundaryScratch) {
         let &Ask { context, plan, anchor, .. } = ask;
         self.gathered_for = count;
@@ -130,7 +134,8 @@ impl Starts {
         }
     }
 
-    /// Gathers the samples whose coordinates of a part are nearest, wherever the others are: of all solved ones, or where those are few of all.
+    /// Gathers the samples whose coordinates of a part are nearest, wherever the others are: of all
+    /// solved ones, or where those are few of all.
     pub fn gather_for_part(&mut self, ask: &Ask, part: &PartOf) {
         let samples = ask.context.samples();
         let first = if samples.exits() < MANY_SOLVED { 0 } else { samples.len() - samples.exits() };
@@ -156,7 +161,8 @@ impl Starts {
         &self.near
     }
 
-    /// The start of rank `rank`, if there is one: as many as asked for are chosen when they are needed.
+    /// The start of rank `rank`, if there is one: as many as asked for are chosen when they are
+    /// needed.
     pub fn get(
         &mut self,
         rank: usize,

@@ -16,8 +16,9 @@ use crate::cspace::{Config, Label};
 pub struct StreamOptions {
     /// Of each query; a stream gives one exit a frame, so `exits` is not looked at.
     pub query: QueryOptions,
-    /// The exit of the last frame is kept until another one is nearer by more than this share of its depth, in `[0, 1)`: 0
-    /// always takes the nearest, 0.1 keeps directions from flipping between two exits that are about as near.
+    /// The exit of the last frame is kept until another one is nearer by more than this share of
+    /// its depth, in `[0, 1)`: 0 always takes the nearest, 0.1 keeps directions from flipping
+    /// between two exits that are about as near.
     pub hysteresis: f64,
     /// How many of the boundary samples that a single query would start from are looked at each frame, in turn; those that what is known of them
     /// rules out cost nothing and do not count.
@@ -66,13 +67,14 @@ impl Lead {
         self.exit.is_empty()
     }
 
-    /// Slides the exit of the last frame along: mostly it still is the nearest, and others are then given up early. The search goes on with
-    /// as many other starts as may be looked at.
+    /// Slides the exit of the last frame along: mostly it still is the nearest, and others are then
+    /// given up early. The search goes on with as many other starts as may be looked at.
     pub fn follow(&mut self, search: &mut Search) {
         self.followed = None;
         if search.evaluator.is_spent() {
             return;
         }
+        search.believes = !search.context.checker.all_convex();
         let start = Start::at(&self.exit);
         if let (Some(depth), _) = search.descend(start, f64::INFINITY, search.plan.descent) {
             self.followed = Some((depth, search.descent.best.clone()));
@@ -114,7 +116,7 @@ impl Stream {
         self.lead.turn.looks = self.options.looks;
         self.lead.followed = None;
         let lead = (options.effort == Effort::Refined).then_some(&mut self.lead);
-        let plan = Plan::of(&options, context, context.checker.scene().space.nv());
+        let plan = Plan::of(&options, context);
         let mut answer = find(context, q, (&options, plan), lead, &mut self.scratch)?;
         if answer.colliding.is_empty() {
             return Some(answer);
@@ -140,7 +142,7 @@ impl Stream {
         if !is_nearer(*depth) || are_alike(space, &mut known.local, (*depth, witness), found) {
             return;
         }
-        let plan = Plan::of(options, context, space.nv());
+        let plan = Plan::of(options, context);
         let mut search =
             Search { context, plan, known, evaluator, descent, boundary, believes: false, part: None, turn: None };
         let (last, _) = search.descend_alone(Start::at(witness), f64::INFINITY, plan.polish);

@@ -6,11 +6,13 @@ use extricate::{Effort, QueryOptions, QueryScratch};
 use crate::memory::learn;
 use crate::query::colliding;
 
-/// Of each scene, the least mean of the bound over the depth of a refined answer: bounds of refined answers, and of `nearest` ones.
+/// Of each scene, the least mean of the bound over the depth of a refined answer: bounds of refined
+/// answers, and of `nearest` ones.
 ///
-/// Measured by this test, which prints them, with the seed that it learns with: 0.2796, 0.7043, 0.5100, 0.3017, 0.5271, 0.4537 and 0.1614, 0.6044, 0.2293,
-/// 0.1469, 0.1196, 0.1040. Bounds depend on the query, not on what was learned: with three other seeds the first six differed by 0.4 % at most. These are 1
-/// to 3 % below.
+/// Measured by this test, which prints them, with the seed that it learns with: 0.2796, 0.7043,
+/// 0.5100, 0.3017, 0.5271, 0.4537 and 0.1614, 0.6044, 0.2293, 0.1469, 0.1196, 0.1040. Bounds depend
+/// on the query, not on what was learned: with three other seeds the first six differed by 0.4 % at
+/// most. These are 1 to 3 % below.
 const FLOORS: [(&str, f64, f64); 6] = [
     ("shelf-arm", 0.277, 0.158),
     ("planar-arm", 0.697, 0.592),

@@ -16,8 +16,10 @@ pub struct Cut {
     pub shorter: f64,
 }
 
-/// Adds to `contacts` what a step that was not taken ran into, `hit` at `hit_poses`, where it is without the step, at `poses`: the same points of the
-/// same bodies, apart along the same normal. Whether any of it was new. Overlaps that were there before, by half or more, tell nothing of the step.
+/// Adds to `contacts` what a step that was not taken ran into, `hit` at `hit_poses`, where it is
+/// without the step, at `poses`: the same points of the same bodies, apart along the same normal.
+/// Whether any of it was new. Overlaps that were there before, by half or more, tell nothing of the
+/// step.
 pub fn add_cuts(
     scene: &Scene,
     clearance: f64,
@@ -81,8 +83,9 @@ mod tests {
         text
     }
 
-    /// A peg lies below the block, sunk in by 0.2208, and a descent begins where it is turned and off to the side. Its long steps along the face end deep
-    /// in the block; with what these teach no way seems to be left, and it ended at 0.236.
+    /// A peg lies below the block, sunk in by 0.2208, and a descent begins where it is turned and
+    /// off to the side. Its long steps along the face end deep in the block; with what these teach
+    /// no way seems to be left, and it ended at 0.236.
     #[test]
     fn a_descent_along_a_face_does_not_end_for_what_a_deep_overlap_taught() {
         let toml = "metric = { kind = 'object-norm' }\n[[robot]]\nurdf = 'peg.urdf'\nbase = 'floating'\n\

@@ -9,7 +9,8 @@ use crate::metric::quadratic::Quadratic;
 use crate::penetration::qp::{Qp, QpOutcome};
 use crate::scene::Scene;
 
-/// Half the squared distance as the metric's model has it, subject to linearised contacts, joint limits and a trust region.
+/// Half the squared distance as the metric's model has it, subject to linearised contacts, joint
+/// limits and a trust region.
 #[derive(Default)]
 pub struct Subproblem {
     /// The model of the metric at the present configuration.
@@ -29,7 +30,8 @@ pub struct Subproblem {
 }
 
 impl Subproblem {
-    /// One row a contact, how many is returned; then the metric's own; the box of limits and trust region.
+    /// One row a contact, how many is returned; then the metric's own; the box of limits and trust
+    /// region.
     pub fn build(
         &mut self,
         scene: &Scene,
@@ -98,7 +100,8 @@ impl Subproblem {
         contacts
     }
 
-    /// Asks `wanted` of the row that was added last, but no more than the box can give, or the program has no solution.
+    /// Asks `wanted` of the row that was added last, but no more than the box can give, or the
+    /// program has no solution.
     fn bound_last_row(&mut self, wanted: f64) {
         let Self { low, high, qp, .. } = self;
         // The box holds the step of none, which gives that much.
@@ -124,7 +127,8 @@ impl Subproblem {
 
     /// Whether the trust region, not only a joint limit, held the step back in some coordinate.
     ///
-    /// Measured by coordinate, because along a self-motion that moves bodies little a step that fills the box is short.
+    /// Measured by coordinate, because along a self-motion that moves bodies little a step that
+    /// fills the box is short.
     pub fn step_at_rim(&self, radius: f64) -> bool {
         let nv = self.step.len();
         let reach = |k: usize| radius / self.quadratic.tensor[k * nv + k].sqrt();

@@ -1,4 +1,5 @@
-//! `four-legs`: a torso held in the world, with four legs that each stand between blocks of their own.
+//! `four-legs`: a torso held in the world, with four legs that each stand between blocks of their
+//! own.
 
 use std::fmt::Write;
 
