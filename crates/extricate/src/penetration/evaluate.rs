@@ -17,6 +17,8 @@ pub struct Evaluator {
     pub checks: usize,
     /// Where they end.
     pub limit: Limit,
+    /// Of these, how many are kept aside to check exits that are known.
+    pub reserved: usize,
     /// Of the configuration whose contacts were evaluated last.
     pub contacts: Vec<Contact>,
     /// That configuration, where `contacts` are all its exact ones nearer than a margin \[m\]; else
@@ -38,14 +40,14 @@ impl Evaluator {
             self.limit = limit;
         }
         self.check.forget_contacts();
-        self.checks = 1;
+        (self.checks, self.reserved) = (1, 0);
         self.exact_at.clear();
         self.free_at.clear();
     }
 
     /// Whether the budget is spent.
     pub fn is_spent(&self) -> bool {
-        self.limit.is_reached(self.checks)
+        self.limit.is_reached(self.checks + self.reserved)
     }
 
     /// Whether the caller ended the query.

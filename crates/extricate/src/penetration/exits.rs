@@ -27,6 +27,11 @@ impl Exits {
         if self.order.len() < self.wanted { f64::INFINITY } else { self.order.last().map_or(0.0, |last| last.0) }
     }
 
+    /// How many there are.
+    pub fn len(&self) -> usize {
+        self.order.len()
+    }
+
     /// The ways out, nearest first.
     pub fn iter(&self) -> impl Iterator<Item = (f64, &[f64])> {
         self.order.iter().map(|&(depth, at)| (depth, &self.configs[at * self.nq..(at + 1) * self.nq]))

@@ -1,7 +1,6 @@
 //! How a search ends: the best exits carried to their ends, and an answer that was verified.
 
 use super::descent::Start;
-use super::exits::are_alike;
 use super::search::{REMEMBERED, Search};
 use crate::cspace::Label;
 
@@ -62,7 +61,7 @@ fn polish_several(search: &mut Search, rows: &mut Vec<f64>) {
     rows.clear();
     search.known.exits.iter().for_each(|(_, config)| rows.extend_from_slice(config));
     search.known.exits.reset(search.known.wanted, space.nq());
-    for start in rows.chunks_exact(space.nq()) {
+    for (left, start) in rows.chunks_exact(space.nq()).rev().enumerate().rev() {
         let found = if search.evaluator.is_spent() {
             None
         } else {
@@ -70,9 +69,8 @@ fn polish_several(search: &mut Search, rows: &mut Vec<f64>) {
         };
         let best = std::mem::take(&mut search.descent.best);
         let end = if found.is_some() { &best[..] } else { start };
-        // Beyond the budget, none is worth a check that no answer tells of.
-        let is_wanted = !search.evaluator.is_spent() || !is_known(search, end);
-        if is_wanted && search.evaluator.label(search.context, end) == Label::Free {
+        search.evaluator.reserved = left;
+        if search.evaluator.label(search.context, end) == Label::Free {
             let depth = search.evaluator.distance(search.context, &search.known.anchor, end);
             let known = &mut *search.known;
             known.exits.offer(space, &mut known.local, depth, end);
@@ -82,14 +80,6 @@ fn polish_several(search: &mut Search, rows: &mut Vec<f64>) {
         }
         search.descent.best = best;
     }
-}
-
-/// Whether one of the exits so far is the same.
-fn is_known(search: &mut Search, config: &[f64]) -> bool {
-    let space = &search.context.checker.scene().space;
-    let depth = search.evaluator.distance(search.context, &search.known.anchor, config);
-    let known = &mut *search.known;
-    known.exits.iter().any(|other| are_alike(space, &mut known.local, (depth, config), other))
 }
 
 /// Checks an incumbent that no descent was verified for; where it collides, which only rounding

@@ -282,8 +282,11 @@ impl Search<'_> {
     /// the last descent, which looks at the meshes themselves.
     pub fn keep(&mut self, depth: f64) {
         let space = &self.context.checker.scene().space;
-        let Known { exits, local, incumbent, .. } = &mut *self.known;
+        let Known { exits, local, incumbent, wanted, .. } = &mut *self.known;
         exits.offer(space, local, depth, &self.descent.best);
+        if *wanted > 1 {
+            self.evaluator.reserved = exits.len();
+        }
         let is_nearer = depth < incumbent.depth || (!incumbent.verified && depth <= incumbent.depth);
         let believes = self.believes;
         if is_nearer && (believes || self.evaluator.label(self.context, &self.descent.best) == Label::Free) {
