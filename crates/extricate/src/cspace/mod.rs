@@ -3,7 +3,7 @@
 pub mod sampling;
 
 use std::f64::consts::PI;
-use std::ops::Deref;
+use std::ops::{Deref, Range};
 
 use serde::{Deserialize, Serialize};
 
@@ -79,15 +79,26 @@ impl Manifold {
 }
 
 impl Factor {
-    /// Squared distance between two configurations in this factor, weighted; of rotations and
-    /// circles the chord, twice the sine of half the angle.
-    pub fn squared_chord(&self, a: &[f64], b: &[f64]) -> f64 {
+    /// Its coordinates among those of a configuration.
+    pub fn coordinates(&self) -> Range<usize> {
+        self.q..self.q + self.manifold.coordinates()
+    }
+
+    /// Its tangent coordinates among those of a step.
+    pub fn tangents(&self) -> Range<usize> {
+        self.v..self.v + self.manifold.dimensions()
+    }
+
+    /// Weighted square of the distance between two configurations in this factor alone.
+    pub fn distance_squared(&self, a: &[f64], b: &[f64]) -> f64 {
+        let q = self.q;
         let squared = match self.manifold {
-            Manifold::Interval { .. } => (a[self.q] - b[self.q]).powi(2),
-            Manifold::Circle => (2.0 * (0.5 * (a[self.q] - b[self.q])).sin()).powi(2),
+            Manifold::Interval { .. } => (b[q] - a[q]).powi(2),
+            Manifold::Circle => wrap_angle(b[q] - a[q]).powi(2),
             Manifold::Rotation => {
-                let inner: f64 = (self.q..self.q + 4).map(|k| a[k] * b[k]).sum();
-                4.0 * (1.0 - inner * inner).max(0.0)
+                let conjugate = [-a[q], -a[q + 1], -a[q + 2], a[q + 3]];
+                let log = quaternion_log(&quaternion_product(&conjugate, &b[q..q + 4]));
+                log.iter().map(|x| x * x).sum()
             }
         };
         self.weight * squared
@@ -116,7 +127,7 @@ impl ConfigSpace {
     /// Appends a factor; returns its first coordinate and first tangent coordinate.
     pub fn push(&mut self, name: impl Into<String>, manifold: Manifold, weight: f64) -> (usize, usize) {
         let (q, v) = (self.nq, self.nv);
-        let (dq, dv) = if manifold == Manifold::Rotation { (4, 3) } else { (1, 1) };
+        let (dq, dv) = (manifold.coordinates(), manifold.dimensions());
         self.factors.push(Factor { name: name.into(), manifold, weight, q, v });
         self.nq += dq;
         self.nv += dv;
@@ -158,7 +169,7 @@ impl ConfigSpace {
                 value,
                 expected,
             };
-            let x = &mut q[factor.q..factor.q + if factor.manifold == Manifold::Rotation { 4 } else { 1 }];
+            let x = &mut q[factor.coordinates()];
             if let Some(bad) = x.iter().find(|c| !c.is_finite()) {
                 return Err(fault(bad.to_string(), "a finite number".into()));
             }
@@ -239,21 +250,7 @@ impl ConfigSpace {
 
     /// Square of [`ConfigSpace::distance`].
     pub fn distance_squared(&self, a: &[f64], b: &[f64]) -> f64 {
-        let mut sum = 0.0;
-        for factor in &self.factors {
-            let q = factor.q;
-            let squared = match factor.manifold {
-                Manifold::Interval { .. } => (b[q] - a[q]).powi(2),
-                Manifold::Circle => wrap_angle(b[q] - a[q]).powi(2),
-                Manifold::Rotation => {
-                    let conjugate = [-a[q], -a[q + 1], -a[q + 2], a[q + 3]];
-                    let log = quaternion_log(&quaternion_product(&conjugate, &b[q..q + 4]));
-                    log.iter().map(|x| x * x).sum()
-                }
-            };
-            sum += factor.weight * squared;
-        }
-        sum
+        self.factors.iter().map(|factor| factor.distance_squared(a, b)).sum()
     }
 
     /// Largest distance between any two points in the joint metric.

@@ -3,7 +3,6 @@
 use super::extremes::FarPoints;
 use super::inertia::{Carried, object_norm_model};
 use super::{Anchor, Metric};
-use crate::cspace::Manifold;
 use crate::kinematics::{Twists, Wrench};
 use crate::math::Pose;
 use crate::scene::MetricSpec;
@@ -94,8 +93,7 @@ impl Metric {
         let space = &self.scene().space;
         space.difference(&anchor.q, x, gradient);
         for factor in space.factors() {
-            let width = if factor.manifold == Manifold::Rotation { 3 } else { 1 };
-            gradient[factor.v..factor.v + width].iter_mut().for_each(|slope| *slope *= factor.weight);
+            gradient[factor.tangents()].iter_mut().for_each(|slope| *slope *= factor.weight);
         }
     }
 
@@ -104,8 +102,7 @@ impl Metric {
         let nv = space.nv();
         self.joint_gradient(anchor, x, &mut out.slope);
         for factor in space.factors() {
-            let width = if factor.manifold == Manifold::Rotation { 3 } else { 1 };
-            for k in factor.v..factor.v + width {
+            for k in factor.tangents() {
                 out.tensor[k * nv + k] = factor.weight;
             }
         }

@@ -5,7 +5,7 @@
 use rayon::prelude::*;
 
 use crate::collision::{CheckScratch, Checker, Contact, ContactQuery, ContactSearch};
-use crate::cspace::{Label, Manifold};
+use crate::cspace::Label;
 use crate::kinematics::Twists;
 use crate::learning::explore::Exploration;
 use crate::learning::{Budget, LabelBatch};
@@ -198,8 +198,7 @@ impl<'a> NearMisses<'a> {
         // The shortest step, in the joint metric, that the linearised distance asks for.
         let mut step = gradient.clone();
         for factor in scene.space.factors() {
-            let dimensions = if factor.manifold == Manifold::Rotation { 3 } else { 1 };
-            step[factor.v..factor.v + dimensions].iter_mut().for_each(|s| *s /= factor.weight);
+            step[factor.tangents()].iter_mut().for_each(|s| *s /= factor.weight);
         }
         let slope = gradient.iter().zip(&step).map(|(g, s)| g * s).sum::<f64>().sqrt();
         let length = (contact.distance - scene.clearance).max(0.0) / slope;

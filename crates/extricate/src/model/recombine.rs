@@ -8,7 +8,7 @@ use crate::collision::{CheckScratch, Checker};
 use crate::cspace::Label;
 use crate::learning::explore::Exploration;
 use crate::learning::{Budget, LabelBatch};
-use crate::penetration::Parts;
+use crate::penetration::IndependentParts;
 
 /// Colliding configurations that limbs are taken from.
 const DONORS: usize = 512;
@@ -23,7 +23,7 @@ const ATTEMPTS: usize = 4;
 /// # Guarantee
 /// Each was labelled free. Depends on the arguments alone.
 pub fn recombine(checker: &Checker, known: &mut Exploration, wanted: usize, label: &LabelBatch, budget: &mut Budget) {
-    let (scene, mut scratch, mut parts) = (checker.scene(), CheckScratch::default(), Parts::default());
+    let (scene, mut scratch, mut parts) = (checker.scene(), CheckScratch::default(), IndependentParts::default());
     let nq = scene.space.nq();
     let donors: Vec<&[f64]> = known.colliding.chunks_exact(nq).take(DONORS.min(budget.left() / 4)).collect();
     let mut pairs_of = |q: &[f64]| {
@@ -54,7 +54,7 @@ pub fn recombine(checker: &Checker, known: &mut Exploration, wanted: usize, labe
                 let Some(donor) = (0..donors.len()).map(|k| (next + k) % donors.len()).find(is_clear) else { continue };
                 next = donor + 1;
                 for factor in scene.space.factors().iter().filter(|factor| parts.of(root).any(|v| v == factor.v)) {
-                    let coordinates = factor.q..factor.q + factor.manifold.coordinates();
+                    let coordinates = factor.coordinates();
                     config[coordinates.clone()].copy_from_slice(&donors[donor][coordinates]);
                 }
             }

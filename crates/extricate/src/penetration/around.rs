@@ -52,7 +52,7 @@ fn direction(search: &Search, rng: &mut ChaCha8Rng, step: &mut [f64]) {
     step.iter_mut().for_each(|s| *s = normal(rng));
     search.known.local.spread(step);
     let Some(part) = search.part else { return };
-    let is_of_part = |v: usize| part.factors().any(|f| (f.v..f.v + f.manifold.dimensions()).contains(&v));
+    let is_of_part = |v: usize| part.factors().any(|factor| factor.tangents().contains(&v));
     step.iter_mut().enumerate().filter(|(v, _)| !is_of_part(*v)).for_each(|(_, s)| *s = 0.0);
 }
 

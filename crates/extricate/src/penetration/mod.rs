@@ -58,7 +58,7 @@ use descent::DescentScratch;
 use evaluate::Evaluator;
 use first_witness::first_witness;
 use limit::Limit;
-pub use parts::Parts;
+pub use parts::IndependentParts;
 use parts::search_parts;
 use plan::Plan;
 use polish::polish;
@@ -75,7 +75,7 @@ pub struct QueryScratch {
     descent: DescentScratch,
     boundary: BoundaryScratch,
     known: Known,
-    parts: Parts,
+    parts: IndependentParts,
     report: ReportScratch,
 }
 
@@ -160,7 +160,7 @@ fn find(
 }
 
 /// Steps 5 to 7, from an incumbent.
-fn search_all(search: &mut Search, parts: &mut Parts) {
+fn search_all(search: &mut Search, parts: &mut IndependentParts) {
     search.believes = !search.context.checker.all_convex();
     if parts.are_independent() {
         search_parts(search, parts);

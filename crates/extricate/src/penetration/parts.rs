@@ -18,7 +18,7 @@ use crate::scene::{Motion, Scene};
 
 /// Which joints belong together, and memory for the search over one part.
 #[derive(Default)]
-pub struct Parts {
+pub struct IndependentParts {
     /// A union-find forest over the tangent coordinates.
     parent: Vec<usize>,
     /// Whether a coordinate moves a pair that collides.
@@ -36,7 +36,7 @@ pub struct Parts {
 }
 
 /// Searches every part on its own, and parts that turn out to touch each other as one.
-pub fn search_parts(whole: &mut Search, parts: &mut Parts) {
+pub fn search_parts(whole: &mut Search, parts: &mut IndependentParts) {
     let scene = whole.context.checker.scene();
     // Something free to work on, as near as one descent leads.
     if let Some(first) = whole.start(0) {
@@ -59,11 +59,11 @@ pub fn search_parts(whole: &mut Search, parts: &mut Parts) {
 }
 
 /// Brings the joints of no part back to where the query has them, if that is free.
-fn return_idle(whole: &mut Search, parts: &mut Parts) {
+fn return_idle(whole: &mut Search, parts: &mut IndependentParts) {
     let context = whole.context;
     parts.base.clone_from(&whole.known.incumbent.config);
     for factor in context.checker.scene().space.factors().iter().filter(|factor| !parts.is_moved[factor.v]) {
-        let coordinates = factor.q..factor.q + factor.manifold.coordinates();
+        let coordinates = factor.coordinates();
         parts.base[coordinates.clone()].copy_from_slice(&whole.known.anchor.q[coordinates]);
     }
     if parts.base != whole.known.incumbent.config
@@ -77,10 +77,10 @@ fn return_idle(whole: &mut Search, parts: &mut Parts) {
 
 /// Searches the part of a root, the others where the incumbent has them; the share of starts that
 /// would lead to an unmet exit of it.
-fn search_part(whole: &mut Search, parts: &mut Parts, root: usize) -> f64 {
+fn search_part(whole: &mut Search, parts: &mut IndependentParts, root: usize) -> f64 {
     let (context, space) = (whole.context, &whole.context.checker.scene().space);
     parts.prepare(context, root);
-    let Parts { searched, holding, base, known, .. } = parts;
+    let IndependentParts { searched, holding, base, known, .. } = parts;
     base.clone_from(&whole.known.incumbent.config);
     let wider = context.change.map_or(0.0, |change| change.of_planes().wider);
     let part = PartOf { all: space.factors(), searched, base, holding: Elsewhere { stays: holding, wider } };
@@ -143,7 +143,7 @@ fn coordinates(scene: &Scene, pair: usize, each: &mut dyn FnMut(usize)) {
     }
 }
 
-impl Parts {
+impl IndependentParts {
     /// Groups the coordinates by the pairs that collide.
     pub fn split(&mut self, scene: &Scene, colliding: &[usize]) -> &Self {
         let nv = scene.space.nv();
@@ -356,7 +356,7 @@ mod tests {
         let (left, right) = (of_arm(0), of_arm(1));
         let both = (0..scene.pairs.len())
             .find(|pair| joints(*pair).iter().any(|v| *v < 7) && joints(*pair).iter().any(|v| *v > 6));
-        let mut parts = Parts::default();
+        let mut parts = IndependentParts::default();
         parts.split(&scene, &[left[0], right[0]]);
         assert_eq!(parts.count(), 2);
         parts.split(&scene, &[left[0], right[0], both.unwrap()]);

@@ -60,7 +60,7 @@ impl<'a> PartOf<'a> {
         out.clear();
         out.extend_from_slice(self.base);
         for factor in self.factors() {
-            let coordinates = factor.q..factor.q + factor.manifold.coordinates();
+            let coordinates = factor.coordinates();
             out[coordinates.clone()].copy_from_slice(&from[coordinates]);
         }
     }
@@ -142,7 +142,7 @@ impl Starts {
         let stride = (samples.len() - first).div_ceil(MOST_SCANNED);
         let distance = |id: usize| {
             let config = samples.config(id as u32);
-            part.factors().map(|factor| factor.squared_chord(&ask.anchor.q, config)).sum::<f64>()
+            part.factors().map(|factor| factor.distance_squared(&ask.anchor.q, config)).sum::<f64>()
         };
         let Self { near, gathered_for, .. } = self;
         near.extend((first..samples.len()).step_by(stride).map(|id| (id as u32, distance(id))));

@@ -133,6 +133,20 @@ fn a_larger_budget_is_never_worse_and_checks_are_kept() {
     }
 }
 
+/// Exits that were met before the budget was spent are checked within it.
+#[test]
+fn several_exits_keep_to_a_budget() {
+    let model = model("shelf-arm", MetricSpec::Joint);
+    let mut told = 0;
+    for q in colliding(&model, 200) {
+        let budget = QueryBudget { checks: Some(40), seconds: None };
+        let answer = ask(&model, &q, &QueryOptions { exits: 6, budget, way: true, ..QueryOptions::default() });
+        assert!(answer.checks <= 40 + 3 + answer.exits.len() + 1, "{} of 40, {}", answer.checks, answer.exits.len());
+        told += answer.exits.len();
+    }
+    assert!(told > 400, "{told}");
+}
+
 #[test]
 fn a_query_ends_when_its_caller_says_so() {
     for (name, metric) in [("planar-arm", MetricSpec::Joint), ("free-box", MetricSpec::MaxDisplacement)] {
