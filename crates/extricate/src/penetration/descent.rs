@@ -2,6 +2,7 @@
 //! programming).
 
 mod cuts;
+mod start;
 pub mod subproblem;
 
 use std::ops::ControlFlow;
@@ -10,7 +11,7 @@ use super::context::Context;
 use super::evaluate::Evaluator;
 use super::prune::Pruning;
 use super::qp::QpOutcome;
-use crate::boundary::tangents::{Elsewhere, Planes};
+use crate::boundary::tangents::Planes;
 use crate::collision::{Contact, ContactQuery, ContactSearch};
 use crate::cspace::Label;
 use crate::kinematics::forward;
@@ -18,6 +19,7 @@ use crate::math::Pose;
 use crate::metric::Anchor;
 use crate::scene::MetricSpec;
 use cuts::{Cut, add_cuts};
+pub use start::Start;
 use subproblem::Subproblem;
 
 /// What a descent aims at beyond the clearance \[m\], so that a linearised step ends on the free
@@ -55,39 +57,6 @@ pub struct DescentOptions {
     pub radius: f64,
     /// Ends when a step would change the depth by less than this share of it.
     pub tolerance: f64,
-}
-
-/// Where a descent starts.
-#[derive(Clone, Copy)]
-pub struct Start<'a> {
-    /// The configuration; it may collide.
-    pub config: &'a [f64],
-    /// Its contacts, where it is free and they are known: the first step then needs no look at
-    /// them.
-    pub planes: Option<Planes<'a>>,
-    /// Whether it has no others: only then the planes tell where it is safe to go, else they only
-    /// tell where it leads nowhere.
-    pub are_all: bool,
-}
-
-impl<'a> Start<'a> {
-    /// From a configuration of which nothing is known.
-    pub fn at(config: &'a [f64]) -> Self {
-        Self { config, planes: None, are_all: false }
-    }
-
-    /// From a stored sample, with what is known of it in this scene.
-    pub fn of(context: &Context<'a>, sample: u32) -> Self {
-        let of_planes = context.change.map(|change| change.of_planes());
-        Self { config: context.samples().config(sample), ..Self::known(context, sample, of_planes) }
-    }
-
-    /// From a configuration of which planes of a stored sample hold, those of some pairs.
-    pub fn known(context: &Context<'a>, sample: u32, holding: Option<Elsewhere<'a>>) -> Self {
-        let planes = context.samples().planes(sample);
-        let here = |planes: Planes<'a>| holding.map_or(planes, |elsewhere| planes.elsewhere(elsewhere));
-        Self { config: &[], planes: planes.map(here), are_all: holding.is_none() }
-    }
 }
 
 /// How a descent came out.
