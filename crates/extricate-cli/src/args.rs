@@ -167,6 +167,8 @@ mod tests {
             "query m.model --input q.jsonl --effort nearest --exits 1",
             "query m.model --input q.jsonl --stream --hysteresis 0.1 --looks 0",
             "query m.model --input q.jsonl --scene moved.toml",
+            "query scene.toml --q 0,0.3,-1 --q -1,2,3",
+            "query robot.urdf --input - --witness",
             "--json query m.model --input q.jsonl",
         ] {
             let words = std::iter::once("extricate").chain(line.split(' '));
@@ -195,6 +197,7 @@ mod tests {
             "sample scene.toml -n -1",
             "sample scene.toml --seed 1.5",
             "query m.model",
+            "query m.model --input q --q 0",
             "query m.model --input q --effort hard",
             "query m.model --input q --exits 0",
             "query m.model --input q --starts 0",

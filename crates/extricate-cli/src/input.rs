@@ -1,7 +1,7 @@
 //! Configurations from a file or standard input: JSON lines, each checked against the configuration space.
 
 use std::fs::File;
-use std::io::{BufRead, BufReader, Read};
+use std::io::{BufRead, BufReader, Cursor, Read};
 use std::path::Path;
 
 use anyhow::{Context, bail};
@@ -55,6 +55,12 @@ impl Configs {
         }
         let total = metadata.is_file().then_some(metadata.len());
         Ok(Self::new(Box::new(BufReader::new(file)), &name, total))
+    }
+
+    /// Configurations as they stand on the command line, their coordinates between commas.
+    pub fn of_words(words: &[String]) -> Self {
+        let lines: String = words.iter().map(|word| format!("[{word}]\n")).collect();
+        Self::new(Box::new(Cursor::new(lines)), "--q", None)
     }
 
     fn new(reader: Box<dyn BufRead>, name: &str, bytes_total: Option<u64>) -> Self {

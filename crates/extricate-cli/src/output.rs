@@ -32,8 +32,13 @@ impl Output {
         self.line(serde_json::to_string(value)?)
     }
 
+    /// Sends what was written so far on its way.
+    pub fn flush(&mut self) -> anyhow::Result<()> {
+        self.writer.flush().context("cannot write to standard output")
+    }
+
     /// Writes what is still buffered.
     pub fn finish(mut self) -> anyhow::Result<()> {
-        self.writer.flush().context("cannot write to standard output")
+        self.flush()
     }
 }

@@ -9,6 +9,7 @@ mod arrays;
 mod batch;
 mod changed;
 mod error;
+mod joint;
 mod layout;
 mod learning;
 mod long_call;
@@ -18,6 +19,7 @@ mod progress;
 mod rows;
 mod sampling;
 mod scene;
+mod scene_query;
 mod segments;
 mod statistics;
 mod stream;
@@ -28,13 +30,15 @@ mod _extricate {
     #[pymodule_export]
     use crate::changed::ChangedScene;
     #[pymodule_export]
+    use crate::joint::Joint;
+    #[pymodule_export]
     use crate::learning::learn;
     #[pymodule_export]
     use crate::model::Model;
     #[pymodule_export]
     use crate::progress::Progress;
     #[pymodule_export]
-    use crate::scene::{Joint, Scene};
+    use crate::scene::Scene;
     #[pymodule_export]
     use crate::stream::Stream;
 

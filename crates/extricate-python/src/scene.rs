@@ -4,7 +4,7 @@ use std::path::PathBuf;
 use std::sync::{Arc, OnceLock};
 
 use extricate::scene::{MetricSpec, builtin};
-use extricate::{CheckScratch, Checker, Label, Manifold, store};
+use extricate::{CheckScratch, Checker, Label, Manifold, World, store};
 use numpy::{Ix2, PyArray, PyArray1, PyArrayDyn, PyArrayMethods, ToPyArray};
 use pyo3::exceptions::{PyRuntimeError, PyTypeError, PyValueError};
 use pyo3::prelude::*;
@@ -13,6 +13,7 @@ use pyo3::types::{PyBytes, PyDict, PyMapping};
 use crate::arrays::{bad_row, configs, numbers};
 use crate::batch::Scratches;
 use crate::error::{Seed, count, exception, threads as thread_count};
+use crate::joint::Joint;
 use crate::long_call;
 use crate::parts::{self, Obstacles, Options};
 use crate::rows::shaped;
@@ -35,33 +36,14 @@ use crate::segments;
 #[pyclass(frozen, module = "extricate._extricate")]
 pub struct Scene {
     scene: Arc<extricate::Scene>,
-    checker: OnceLock<Checker>,
+    world: OnceLock<World>,
     scratches: Scratches<CheckScratch>,
-}
-
-/// A joint, or the moving base of a robot, that has coordinates.
-#[pyclass(frozen, get_all, module = "extricate._extricate")]
-pub struct Joint {
-    /// As in the URDF; `robot/joint` where two robots share a name.
-    name: String,
-    /// As URDF spells it.
-    kind: String,
-    /// Index of its first coordinate in a configuration.
-    start: usize,
-    /// Index after its last coordinate.
-    stop: usize,
-}
-
-#[pymethods]
-impl Joint {
-    fn __repr__(&self) -> String {
-        format!("Joint(name={:?}, kind={:?}, start={}, stop={})", self.name, self.kind, self.start, self.stop)
-    }
+    query_scratches: Scratches,
 }
 
 impl Scene {
     pub fn of(scene: Arc<extricate::Scene>) -> Self {
-        Self { scene, checker: OnceLock::new(), scratches: Scratches::default() }
+        Self { scene, world: OnceLock::new(), scratches: Scratches::default(), query_scratches: Scratches::default() }
     }
 
     pub fn inner(&self) -> &Arc<extricate::Scene> {
@@ -69,8 +51,29 @@ impl Scene {
     }
 
     /// Prepared when it is first needed; call it without the interpreter lock.
+    pub fn world(&self) -> &World {
+        self.world.get_or_init(|| World::new(self.scene.clone()))
+    }
+
+    /// The same of its checker.
     pub fn checker(&self) -> &Checker {
-        self.checker.get_or_init(|| Checker::new(self.scene.clone()))
+        self.world().checker()
+    }
+
+    /// Ready for queries: the convex pieces around meshes are made on threads, which a global pool
+    /// would not survive `fork`.
+    pub fn ready(&self, py: Python<'_>) -> PyResult<&World> {
+        let pool = long_call::pool(0)?;
+        Ok(py.detach(|| {
+            let world = self.world();
+            pool.install(|| world.checker().prepare_proposals());
+            world
+        }))
+    }
+
+    /// Memory of queries.
+    pub fn query_scratches(&self) -> &Scratches {
+        &self.query_scratches
     }
 
     /// Memory of checks of few configurations.
@@ -152,13 +155,7 @@ impl Scene {
     /// What the coordinates are, in order.
     #[getter]
     fn joints(&self) -> Vec<Joint> {
-        let joint = |joint: &extricate::scene::SceneJoint| Joint {
-            name: joint.name.clone(),
-            kind: joint.kind.clone(),
-            start: joint.q.start,
-            stop: joint.q.end,
-        };
-        self.scene.joints.iter().map(joint).collect()
+        self.scene.joints.iter().map(Joint::of).collect()
     }
 
     /// Least value of each coordinate [rad or m], shape (nq,): -pi for full turns, -1 in quaternions.

@@ -13,18 +13,26 @@ use crate::changed::ChangedScene;
 use crate::error::count;
 use crate::long_call::Watch;
 use crate::model::Model;
+use crate::scene::Scene;
 
-/// Queries that follow each other closely: each is warm-started from the one before. Made by `Model.stream`.
+/// Queries that follow each other closely: each is warm-started from the one before. Made by `Model.stream` and `Scene.stream`.
 ///
 /// Has a memory: its answers depend on the frames before. Threads that share one take turns.
 #[pyclass(frozen, module = "extricate._extricate")]
 pub struct Stream {
-    model: Py<Model>,
+    asked: Asked,
     stream: Mutex<extricate::Stream>,
     watch: Watch,
     hysteresis: f64,
     /// The thread that answers a frame.
     busy: Mutex<Option<ThreadId>>,
+}
+
+/// What is asked.
+enum Asked {
+    Model(Py<Model>),
+    /// Of which nothing was learned.
+    Scene(Py<Scene>),
 }
 
 impl Stream {
@@ -33,6 +41,18 @@ impl Stream {
     /// # Errors
     /// `ValueError` that says what was expected.
     pub fn new(model: Py<Model>, query: QueryOptions, hysteresis: f64, looks: i64) -> PyResult<Self> {
+        Self::of(Asked::Model(model), query, hysteresis, looks)
+    }
+
+    /// Of a scene of which nothing was learned.
+    ///
+    /// # Errors
+    /// As [`Stream::new`].
+    pub fn of_scene(scene: Py<Scene>, query: QueryOptions, hysteresis: f64, looks: i64) -> PyResult<Self> {
+        Self::of(Asked::Scene(scene), query, hysteresis, looks)
+    }
+
+    fn of(asked: Asked, query: QueryOptions, hysteresis: f64, looks: i64) -> PyResult<Self> {
         if !(0.0..1.0).contains(&hysteresis) {
             return Err(PyValueError::new_err(format!("hysteresis: got {hysteresis}, expected at least 0, below 1")));
         }
@@ -40,7 +60,7 @@ impl Stream {
         let query = QueryOptions { stop: Some(watch.stop()), ..query };
         let options = StreamOptions { query, hysteresis, looks: count("looks", looks, 0)? };
         let stream = Mutex::new(extricate::Stream::new(options));
-        Ok(Self { model, stream, watch, hysteresis, busy: Mutex::default() })
+        Ok(Self { asked, stream, watch, hysteresis, busy: Mutex::default() })
     }
 
     /// Does `work` when no other thread is at it, ended by Ctrl-C.
@@ -74,21 +94,25 @@ impl Stream {
         scene: Option<Py<ChangedScene>>,
     ) -> PyResult<Option<Bound<'py, PyAny>>> {
         let py = q.py();
-        if scene.as_ref().is_some_and(|scene| !scene.get().is_of(&self.model)) {
+        let is_of = |scene: &Py<ChangedScene>| matches!(&self.asked, Asked::Model(model) if scene.get().is_of(model));
+        if scene.as_ref().is_some_and(|scene| !is_of(scene)) {
             return Err(PyValueError::new_err(
                 "scene: got one of another model, expected one by in_scene of the stream's",
             ));
         }
-        let model = self.model.get().inner();
         let changed = scene.as_ref().map(|scene| scene.get().inner());
-        let space = &model.scene().space;
-        let values = one_config("q", q, space)?;
-        let config = space.config(values.values()).map_err(|error| bad_row("q", 0, true, error))?;
-        let answer = self.with(py, |stream| match changed {
-            Some(changed) => model.query_next_in(changed, &config, stream),
-            None => Some(model.query_next(&config, stream)),
+        let scene = match (&self.asked, changed) {
+            (_, Some(changed)) => changed.scene(),
+            (Asked::Model(model), None) => model.get().inner().scene(),
+            (Asked::Scene(scene), None) => scene.get().inner(),
+        };
+        let values = one_config("q", q, &scene.space)?;
+        let config = scene.space.config(values.values()).map_err(|error| bad_row("q", 0, true, error))?;
+        let answer = self.with(py, |stream| match (&self.asked, changed) {
+            (Asked::Model(model), Some(changed)) => model.get().inner().query_next_in(changed, &config, stream),
+            (Asked::Model(model), None) => Some(model.get().inner().query_next(&config, stream)),
+            (Asked::Scene(scene), _) => scene.get().world().query_next(&config, stream),
         })?;
-        let scene = changed.map_or(model.scene(), extricate::ChangedScene::scene);
         answer.map(|answer| answer::object(py, answer, scene)).transpose()
     }
 
@@ -98,8 +122,13 @@ impl Stream {
     }
 
     fn __repr__(&self) -> String {
-        let samples = self.model.get().inner().statistics().boundary_samples;
-        format!("<Stream of a model of {samples} boundary samples, hysteresis {}>", self.hysteresis)
+        match &self.asked {
+            Asked::Model(model) => {
+                let samples = model.get().inner().statistics().boundary_samples;
+                format!("<Stream of a model of {samples} boundary samples, hysteresis {}>", self.hysteresis)
+            }
+            Asked::Scene(_) => format!("<Stream of a scene, hysteresis {}>", self.hysteresis),
+        }
     }
 }
 

@@ -23,9 +23,9 @@ def test_nothing_has_a_field_that_was_not_asked_for(model: Model, planar: Scene)
         assert set(told.dtype.names or ()) == {*PLAIN, *fields}, option
 
 
-@pytest.mark.parametrize("elsewhere", [False, True])
-def test_a_batch_tells_the_exits_ways_and_pairs_of_single_queries(model: Model, planar: Scene, elsewhere: bool) -> None:
-    asked = model.in_scene(planar) if elsewhere else model
+@pytest.mark.parametrize("what", ["model", "elsewhere", "scene"])
+def test_a_batch_tells_the_exits_ways_and_pairs_of_single_queries(model: Model, planar: Scene, what: str) -> None:
+    asked = {"model": model, "elsewhere": model.in_scene(planar), "scene": planar}[what]
     Q = planar.sample(120, seed=9)
     k, pairs = 3, planar.pairs
     batch = asked.query_batch(Q, exits=k, way=True, contacts=True, threads=2)

@@ -62,7 +62,7 @@ def test_a_model_is_adapted(before: Model, after: Scene) -> None:
     seen = []
     adapted = before.adapt(after, progress=lambda state: seen.append(state.stage), seed=1)
     assert 0 < adapted.statistics["labels"] <= 4000
-    assert seen and set(seen) <= {"verifying samples", "tracing what changed", "measuring"}
+    assert seen and set(seen) <= {"verifying samples", "tracing what changed", "solving", "measuring"}
     Q = after.sample(200, seed=5, colliding=True)
     answers = adapted.query_batch(Q)
     assert after.check(answers["witness"]).all() and after.check(adapted.boundary).all()

@@ -166,6 +166,21 @@ pub fn wrap_angle(angle: f64) -> f64 {
     if wrapped >= PI { -PI } else { wrapped }
 }
 
+/// `count` unit vectors, evenly spread (a Fibonacci lattice).
+///
+/// # Source
+/// Á. González, "Measurement of areas on a sphere using Fibonacci and latitude-longitude lattices",
+/// Mathematical Geosciences 42, 2010, doi:10.1007/s11004-009-9257-x.
+pub fn sphere(count: usize) -> impl Iterator<Item = Vec3> {
+    let turn = std::f64::consts::PI * (3.0 - 5.0_f64.sqrt());
+    (0..count).map(move |k| {
+        let z = 1.0 - (2 * k + 1) as f64 / count as f64;
+        let (sin, cos) = (turn * k as f64).sin_cos();
+        let radius = (1.0 - z * z).sqrt();
+        Vec3::new(radius * cos, radius * sin, z)
+    })
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -198,6 +213,18 @@ mod tests {
         assert!((pose.then(&pose.inverse()).translation).norm() < 1e-14);
         let eight = pose.points(&[[1.0; LANES], [-2.0; LANES], [3.0; LANES]]);
         assert!((pose.point(&x) - Vec3::from(eight.map(|axis| axis[LANES - 1]))).norm() < 1e-14);
+    }
+
+    #[test]
+    fn directions_are_evenly_spread() {
+        let all: Vec<Vec3> = sphere(64).collect();
+        for (k, n) in all.iter().enumerate() {
+            assert!((n.norm() - 1.0).abs() < 1e-12);
+            let others = all.iter().enumerate().filter(|(l, _)| *l != k);
+            let nearest = others.map(|(_, m)| n.angle(m)).fold(f64::INFINITY, f64::min);
+            // Of 64 equal caps each has an angle of about 0.5 across.
+            assert!((0.3..0.6).contains(&nearest), "{k}: {nearest}");
+        }
     }
 
     #[test]

@@ -20,7 +20,7 @@ const LARGEST: u64 = 2 << 30;
 /// How much of a file is looked at to tell what it is \[bytes\].
 const HEAD: u64 = 4096;
 
-/// Loads a scene file and everything that it names.
+/// Loads a scene file and everything that it names; or a URDF, as a scene of that robot alone.
 ///
 /// # Errors
 /// [`crate::Error::Read`] where the file cannot be read, [`crate::Error::Input`] where it, or what it names, cannot be used.
@@ -34,6 +34,11 @@ pub fn load_scene(path: &Path) -> Result<Scene> {
         let at = format!("byte {}", error.utf8_error().valid_up_to());
         Error::input(name, at, "got bytes that are not UTF-8, expected a scene (TOML)")
     })?;
+    if text.trim_start_matches('\u{feff}').trim_start().starts_with('<') {
+        // Debug quotes a string as TOML does.
+        let file = path.file_name().unwrap_or_default().to_string_lossy();
+        return assemble(path, &format!("[[robot]]\nurdf = {file:?}\n"), &mut read);
+    }
     assemble(path, &text, &mut read)
 }
 

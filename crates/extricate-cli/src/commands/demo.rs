@@ -1,19 +1,19 @@
-//! `extricate demo`: a built-in scene learned, asked and drawn, with nothing to prepare.
+//! `extricate demo`: a built-in scene asked at once, then learned, asked again and drawn, with
+//! nothing to prepare.
 
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 use std::time::Instant;
 
 use anyhow::{Context, bail};
 use clap::Args;
 use clap::builder::PossibleValuesParser;
 use extricate::scene::builtin;
-use extricate::{Answer, Checker, LearnOptions, Learner, Model, QueryOptions, QueryScratch, store};
+use extricate::{Answer, Config, LearnOptions, Learner, Model, QueryOptions, QueryScratch, World, store};
 
-use super::demo_table::DemoReport;
+use super::demo_table::{DemoReport, at_once_text};
 use super::learn_run::{Learned, run_with_progress};
-use super::query_summary::Summary;
+use super::query_summary::{Figures, Summary};
 use super::sample::CollidingSampler;
 use super::tell_warnings;
 use crate::args::{positive, seconds, seed};
@@ -66,22 +66,35 @@ pub fn run(args: &DemoArgs, json: bool) -> anyhow::Result<()> {
     store::check_output(&args.out, "picture (SVG)", |head| head.starts_with(b"<svg"))?;
     let scene = builtin::scene(&args.scene)?;
     tell_warnings(&scene);
+    let world = World::new(scene.clone());
+    let queries = draw(&world, args.queries, args.seed)?;
+    let at_once = answer_all("answering at once", &queries, |q, scratch| {
+        world.query(q, &QueryOptions::default(), scratch).context("nothing free was found")
+    })?;
+    let figures_at_once = figures(&at_once);
+    let mut out = Output::new(false);
+    if !json {
+        // Whoever waits for the model has answers meanwhile.
+        out.line(at_once_text(&figures_at_once, world.scene()))?;
+        out.flush()?;
+    }
     let options = LearnOptions { seconds: Some(args.seconds), seed: args.seed, ..LearnOptions::default() };
     let Learned { model, seconds: learning_seconds, .. } = run_with_progress(Learner::new(scene, &options)?, None)?;
-    let answers = answer_random_queries(&model, args.queries, args.seed)?;
+    let answers = answer_all("querying", &queries, |q, scratch| Ok(model.query(q, &QueryOptions::default(), scratch)))?;
     let shown = &answers[most_instructive(&model, &answers)];
     picture::write(model.scene(), &shown.query, &shown.answer, &args.out)?;
 
-    let mut summary = Summary::default();
-    answers.iter().for_each(|a| summary.add(&a.answer, a.seconds));
+    let is_as_near = |(a, b): &(&Answered, &Answered)| a.answer.depth <= 1.05 * b.answer.depth;
+    let as_near = at_once.iter().zip(&answers).filter(is_as_near).count();
     let report = DemoReport {
         scene: &args.scene,
+        at_once: figures_at_once,
+        as_near: as_near as f64 / answers.len().max(1) as f64,
         learned: model.statistics(),
         learning_seconds,
-        queries: summary.figures(),
+        queries: figures(&answers),
         picture: args.out.display().to_string(),
     };
-    let mut out = Output::new(false);
     if json {
         out.json(&report)?
     } else {
@@ -90,22 +103,37 @@ pub fn run(args: &DemoArgs, json: bool) -> anyhow::Result<()> {
     out.finish()
 }
 
-fn answer_random_queries(model: &Model, queries: usize, seed: u64) -> anyhow::Result<Vec<Answered>> {
-    let scene = model.scene();
-    let checker = Checker::new(Arc::new(scene.clone()));
-    let mut sampler = CollidingSampler::new(&checker, seed ^ QUERY_STREAM);
-    let mut scratch = QueryScratch::default();
-    let mut progress = Progress::new("querying");
-    let mut answers = Vec::with_capacity(queries);
-    let mut query = vec![0.0; scene.space.nq()];
-    for index in 0..queries {
+fn figures(answers: &[Answered]) -> Figures {
+    let mut summary = Summary::default();
+    answers.iter().for_each(|a| summary.add(&a.answer, a.seconds));
+    summary.figures()
+}
+
+/// Random colliding configurations.
+fn draw(world: &World, count: usize, seed: u64) -> anyhow::Result<Vec<Config>> {
+    let space = &world.scene().space;
+    let mut sampler = CollidingSampler::new(world.checker(), seed ^ QUERY_STREAM);
+    let mut query = vec![0.0; space.nq()];
+    let draw = |_| {
         sampler.next(&mut query, |_, _| {})?;
-        let config = scene.space.config(&query)?;
+        Ok(space.config(&query)?)
+    };
+    (0..count).map(draw).collect()
+}
+
+fn answer_all(
+    doing: &'static str,
+    queries: &[Config],
+    ask: impl Fn(&Config, &mut QueryScratch) -> anyhow::Result<Answer>,
+) -> anyhow::Result<Vec<Answered>> {
+    let mut scratch = QueryScratch::default();
+    let mut progress = Progress::new(doing);
+    let mut answers = Vec::with_capacity(queries.len());
+    for (index, q) in queries.iter().enumerate() {
         let started = Instant::now();
-        let answer = model.query(&config, &QueryOptions::default(), &mut scratch);
-        let seconds = started.elapsed().as_secs_f64();
-        answers.push(Answered { query: config.to_vec(), answer, seconds });
-        progress.update(Some(index as f64 / queries as f64), || format!("{} answers", count(index)));
+        let answer = ask(q, &mut scratch)?;
+        answers.push(Answered { query: q.to_vec(), answer, seconds: started.elapsed().as_secs_f64() });
+        progress.update(Some(index as f64 / queries.len() as f64), || format!("{} answers", count(index)));
     }
     Ok(answers)
 }
@@ -151,7 +179,7 @@ fn export(name: &str, folder: &Path, json: bool) -> anyhow::Result<()> {
         out.json(&serde_json::json!({ "scene": scene, "files": written }))?;
     } else {
         out.line(format_args!("wrote {} files; the scene is {scene}", count(files.len())))?;
-        out.line(format_args!("try: extricate info {scene}\n     extricate learn {scene} -o {name}.model"))?;
+        out.line(format_args!("try: extricate info {scene}\n     extricate sample {scene} -n 5 --colliding | extricate query {scene} --input -\n     extricate learn {scene} -o {name}.model"))?;
     }
     out.finish()
 }

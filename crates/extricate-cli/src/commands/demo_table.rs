@@ -12,6 +12,10 @@ use crate::report::{count, duration, metric_unit, percent, two_columns};
 pub struct DemoReport<'a> {
     /// The built-in scene.
     pub scene: &'a str,
+    /// Figures of the same queries before anything was learned.
+    pub at_once: Figures,
+    /// Share of those answers that are within 5 % of the model's.
+    pub as_near: f64,
     /// How the model was learned.
     pub learned: &'a Statistics,
     /// Wall time of learning \[s\].
@@ -53,6 +57,14 @@ impl DemoReport<'_> {
                 format!("median {:.1} cm, the farthest point of the arm", 100.0 * queries.max_displacement_median),
             ),
             ("checks", format!("median {:.0} collision and distance evaluations", queries.checks_median)),
+            (
+                "learning buys",
+                format!(
+                    "{:.1} times fewer checks; {} of the answers at once were as near within 5 %",
+                    self.at_once.checks_median / queries.checks_median,
+                    percent(self.as_near)
+                ),
+            ),
         ];
         format!(
             "Scene {}: what was learned\n{}\n\nNearest way out of {} random collisions\n{}\n\nPicture: {}",
@@ -63,6 +75,22 @@ impl DemoReport<'_> {
             self.picture
         )
     }
+}
+
+/// What is known before anything was learned.
+pub fn at_once_text(queries: &Figures, scene: &Scene) -> String {
+    let unit = metric_unit(scene);
+    let rows = [
+        ("verified", percent(queries.verified)),
+        ("time", spread(duration(queries.seconds_median), duration(queries.seconds_p95))),
+        ("depth", spread(angle(queries.depth_median, unit), angle(queries.depth_p95, unit))),
+        ("checks", format!("median {:.0}", queries.checks_median)),
+    ];
+    let asked = count(queries.queries);
+    format!(
+        "At once, before anything is learned: nearest way out of {asked} random collisions\n{}\n",
+        two_columns(&rows)
+    )
 }
 
 fn spread(median: String, p95: String) -> String {
@@ -113,17 +141,30 @@ mod tests {
             seconds_p95: 1e-3,
             checks_median: 80.0,
         };
+        let at_once = Figures { checks_median: 160.0, ..queries.clone() };
+        assert!(at_once_text(&at_once, &small_scene()).contains("median 160"));
         let report = DemoReport {
             scene: "shelf-arm",
+            at_once,
+            as_near: 0.98,
             learned: &statistics,
             learning_seconds: 19.9,
             queries,
             picture: "a.svg".into(),
         };
         let text = report.text(&small_scene());
-        for part in
-            ["12,345", "97 % on free", "1,000 random", "100 %", "0.200 rad (11.5 deg)", "300 us", "30 %", "a.svg"]
-        {
+        for part in [
+            "12,345",
+            "97 % on free",
+            "1,000 random",
+            "100 %",
+            "0.200 rad (11.5 deg)",
+            "300 us",
+            "30 %",
+            "2.0 times fewer",
+            "98 %",
+            "a.svg",
+        ] {
             assert!(text.contains(part), "{part} is not in\n{text}");
         }
     }

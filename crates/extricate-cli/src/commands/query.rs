@@ -1,22 +1,19 @@
 //! `extricate query`: the nearest free configuration for each of many.
 
-use std::ops::ControlFlow;
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
-use anyhow::{Context, bail};
+use anyhow::bail;
 use clap::{Args, ValueEnum};
-use extricate::{
-    Answer, ChangedScene, Config, Effort, Model, QueryBudget, QueryOptions, QueryScratch, Scene, Stream, StreamOptions,
-};
+use extricate::{Answer, Config, Effort, QueryBudget, QueryOptions, Scene, StreamOptions};
 
+use super::query_asker::{Asked, Asker};
 use super::query_row::{QueryRow, header};
 use super::query_summary::Summary;
-use super::{load_model, load_scene};
-use crate::args::{InputArgs, exits, positive, seconds, share, threads, whole};
+use crate::args::{exits, positive, seconds, share, threads, whole};
 use crate::input::{BadLine, Configs};
 use crate::output::Output;
-use crate::progress::{Progress, busy};
+use crate::progress::Progress;
 use crate::report;
 
 /// Arguments of `query`.
@@ -29,10 +26,12 @@ use crate::report;
                         depth), unique, exits (with --exits: depth, witness, touching), way (with --way: colliding_until, free_from, fractions of the straight way)."
 )]
 pub struct QueryArgs {
-    /// Model file that `extricate learn` wrote
-    model: PathBuf,
+    /// Scene file (TOML) or URDF, which is asked at once; or a model file that `extricate learn`
+    /// wrote, which answers several times faster
+    #[arg(value_name = "SCENE|MODEL")]
+    file: PathBuf,
     #[command(flatten)]
-    input: InputArgs,
+    input: QueryInput,
     /// How hard to try
     #[arg(long, value_enum, default_value_t = EffortArg::Refined)]
     effort: EffortArg,
@@ -49,6 +48,10 @@ pub struct QueryArgs {
     /// End each query after about this many seconds, with the best answer so far; with --scene as for --max-checks
     #[arg(long, value_name = "T", value_parser = seconds, allow_negative_numbers = true)]
     max_seconds: Option<f64>,
+    /// Print the witnesses too, to the last digit, so that they are free as printed (--q and --json
+    /// always do)
+    #[arg(long)]
+    witness: bool,
     /// Tell which part of the straight way from query to witness collides
     #[arg(long)]
     way: bool,
@@ -72,6 +75,22 @@ pub struct QueryArgs {
     /// notice a nearer way out sooner
     #[arg(long, value_name = "N", value_parser = whole, allow_negative_numbers = true, default_value_t = StreamOptions::default().looks, requires = "stream")]
     looks: usize,
+}
+
+/// Where queries come from.
+#[derive(Args)]
+#[group(required = true, multiple = false)]
+pub struct QueryInput {
+    /// A configuration, its coordinates between commas: 0,0.3,0,-1.8,0,2,0.8. May be given several
+    /// times
+    #[arg(long, value_name = "Q", allow_hyphen_values = true)]
+    q: Vec<String>,
+    /// Configurations, one a line: `{"q": [...]}` or a bare array; `-` reads standard input. Empty
+    /// lines are skipped. A line that cannot be used is reported with its number on standard error,
+    /// with --json also as `{"line": N, "error": "..."}` in its place; the other lines are answered
+    /// and the exit status is 1
+    #[arg(long, value_name = "FILE")]
+    input: Option<PathBuf>,
 }
 
 /// [`Effort`] as the command line spells it.
@@ -109,6 +128,11 @@ impl QueryArgs {
         }
     }
 
+    fn stream_options(&self) -> Option<StreamOptions> {
+        let of = || StreamOptions { query: self.options(), hysteresis: self.hysteresis, looks: self.looks };
+        self.stream.then(of)
+    }
+
     fn options(&self) -> QueryOptions {
         QueryOptions {
             effort: self.effort.into(),
@@ -130,22 +154,18 @@ const BLOCK: usize = 1024;
 
 /// Runs the command.
 pub fn run(args: &QueryArgs, json: bool) -> anyhow::Result<()> {
-    let mut configs = Configs::open(&args.input.input)?;
-    let started = Instant::now();
-    let model = load_model(&args.model)?;
-    let loaded_in = started.elapsed();
-    let changed = match &args.scene {
-        None => None,
-        Some(path) => {
-            let scene = load_scene(path)?;
-            let changed = busy("preparing the changed scene", || ChangedScene::new(model.scene(), scene));
-            Some(changed.with_context(|| format!("{} does not fit the model", path.display()))?)
-        }
+    let mut configs = match &args.input.input {
+        Some(path) => Configs::open(path)?,
+        None => Configs::of_words(&args.input.q),
     };
-    let mut asker = Asker::new(&model, changed.as_ref(), args);
+    let started = Instant::now();
+    let asked = Asked::load(&args.file, args.scene.as_deref())?;
+    let loaded_in = started.elapsed();
+    let mut asker = Asker::new(&asked, args.options(), args.stream_options());
     asker.warm_up(LONGEST_WARM_UP.min(loaded_in));
-    let scene = changed.as_ref().map_or(model.scene(), ChangedScene::scene);
-    let mut report = Report::new(scene, configs.is_stream(), json)?;
+    let scene = asked.scene();
+    let mut report = Report::new(scene, configs.is_stream(), json);
+    report.tells_witness = args.witness || args.input.input.is_none();
     let mut progress = Progress::beside_rows("querying");
     // Whoever waits for each answer gets it at once.
     let size = if args.threads == 1 || configs.is_stream() { 1 } else { BLOCK };
@@ -190,66 +210,7 @@ pub fn run(args: &QueryArgs, json: bool) -> anyhow::Result<()> {
 }
 
 /// Why a query in a changed scene may have no answer.
-const NONE_FREE: &str = "no stored sample is free in the changed scene, nor was anything else found free";
-
-/// What is asked, of what, and memory for it.
-struct Asker<'a> {
-    model: &'a Model,
-    changed: Option<&'a ChangedScene>,
-    options: QueryOptions,
-    scratch: QueryScratch,
-    stream: Option<Stream>,
-}
-
-/// An answer, if anything free was found, and how long it took \[s\].
-type Asked = (Option<Answer>, f64);
-
-impl<'a> Asker<'a> {
-    fn new(model: &'a Model, changed: Option<&'a ChangedScene>, args: &QueryArgs) -> Self {
-        let options = args.options();
-        let stream = args.stream.then(|| {
-            Stream::new(StreamOptions { query: options.clone(), hysteresis: args.hysteresis, looks: args.looks })
-        });
-        Self { model, changed, options, scratch: QueryScratch::default(), stream }
-    }
-
-    /// So that the first answers do not take twice as long as the others.
-    fn warm_up(&mut self, duration: Duration) {
-        // What is remembered of pairs in one scene means nothing in another.
-        let other_scene = &mut QueryScratch::default();
-        let scratch = if self.changed.is_none() { &mut self.scratch } else { other_scene };
-        self.model.warm_up(&self.options, scratch, duration);
-    }
-
-    fn ask(&mut self, queries: Vec<Config>, threads: usize) -> Vec<Asked> {
-        if threads == 1 || queries.len() == 1 {
-            return queries.iter().map(|q| self.ask_one(q)).collect();
-        }
-        let mut answers = Vec::with_capacity(queries.len());
-        match self.changed {
-            None => self.model.query_batch(queries, &self.options, threads, &mut |answered| {
-                answers.push((Some(answered.answer), answered.seconds));
-                ControlFlow::Continue(())
-            }),
-            Some(changed) => self.model.query_batch_in(changed, queries, &self.options, threads, &mut |answered| {
-                answers.push((answered.answer, answered.seconds));
-                ControlFlow::Continue(())
-            }),
-        };
-        answers
-    }
-
-    fn ask_one(&mut self, q: &Config) -> Asked {
-        let started = Instant::now();
-        let answer = match (&mut self.stream, self.changed) {
-            (Some(stream), Some(changed)) => self.model.query_next_in(changed, q, stream),
-            (Some(stream), None) => Some(self.model.query_next(q, stream)),
-            (None, Some(changed)) => self.model.query_in(changed, q, &self.options, &mut self.scratch),
-            (None, None) => Some(self.model.query(q, &self.options, &mut self.scratch)),
-        };
-        (answer, started.elapsed().as_secs_f64())
-    }
-}
+const NONE_FREE: &str = "no free configuration was found";
 
 /// Rows on standard output, then the summary.
 struct Report<'a> {
@@ -257,22 +218,27 @@ struct Report<'a> {
     unit: &'static str,
     out: Output,
     json: bool,
+    tells_witness: bool,
     summary: Summary,
 }
 
 impl<'a> Report<'a> {
-    fn new(scene: &'a Scene, flush_lines: bool, json: bool) -> anyhow::Result<Self> {
-        let (unit, mut out) = (report::metric_unit(scene), Output::new(flush_lines));
-        if !json {
-            out.line(header(unit))?;
-        }
-        Ok(Self { scene, unit, out, json, summary: Summary::default() })
+    fn new(scene: &'a Scene, flush_lines: bool, json: bool) -> Self {
+        let (unit, out) = (report::metric_unit(scene), Output::new(flush_lines));
+        Self { scene, unit, out, json, tells_witness: false, summary: Summary::default() }
     }
 
     fn answer(&mut self, line: usize, answer: &Answer, seconds: f64) -> anyhow::Result<()> {
+        if !self.json && self.summary.queries() == 0 {
+            self.out.line(header(self.unit))?;
+        }
         self.summary.add(answer, seconds);
         let row = QueryRow::new(answer, seconds, self.scene);
-        if self.json { self.out.json(&row) } else { self.out.line(row.text(line)) }
+        if self.json {
+            return self.out.json(&row);
+        }
+        self.out.line(row.text(line))?;
+        if self.tells_witness { self.out.line(row.witness_text()) } else { Ok(()) }
     }
 
     fn bad(&mut self, bad: &BadLine) -> anyhow::Result<()> {

@@ -107,6 +107,12 @@ impl<'a> QueryRow<'a> {
         self.coverage.is_some_and(|coverage| coverage < FAR)
     }
 
+    /// The witness, every number with as many digits as tell it from all others: what is printed is
+    /// the configuration that was checked.
+    pub fn witness_text(&self) -> String {
+        format!("{:>6}  [{}]", "at", self.witness.iter().map(f64::to_string).collect::<Vec<_>>().join(", "))
+    }
+
     /// The row for the query of input line `line`, and one for each way out beside the witness.
     pub fn text(&self, line: usize) -> String {
         let verified = if self.verified { "yes" } else { "no" };

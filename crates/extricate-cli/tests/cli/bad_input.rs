@@ -48,7 +48,9 @@ fn files_that_are_missing_or_foreign_are_named() {
     workspace.run("check scene.toml --input nowhere.jsonl").expect_failure(&["nowhere.jsonl"]);
     workspace.run("check scene.toml --input .").expect_failure(&["directory"]);
     workspace.run("query nowhere.model --input q.jsonl").expect_failure(&["nowhere.model"]);
-    workspace.run("query scene.toml --input q.jsonl").expect_failure(&["scene.toml"]);
+    workspace.write("not.model", [0; 64]);
+    workspace.run("query not.model --input q.jsonl").expect_failure(&["not.model"]);
+    workspace.run("learn not.model -o m.model").expect_failure(&["not.model"]);
     workspace.write("bad.toml", "clearance = [");
     workspace.run("info bad.toml").expect_failure(&["bad.toml"]);
     workspace.write("lost.toml", "[[robot]]\nurdf = \"lost.urdf\"\n");

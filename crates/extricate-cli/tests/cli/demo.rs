@@ -7,7 +7,9 @@ fn the_demo_learns_answers_and_draws() {
     let workspace = Workspace::new();
     let line = "demo --seconds 2 --queries 20 --out way-out.svg --json";
     let report = &workspace.run(line).expect_code(0).json()[0];
-    assert_keys(report, &["scene", "learned", "learning_seconds", "queries", "picture"]);
+    assert_keys(report, &["scene", "at_once", "as_near", "learned", "learning_seconds", "queries", "picture"]);
+    assert_eq!((&report["at_once"]["queries"], &report["at_once"]["verified"]), (&20.into(), &1.0.into()));
+    assert!(report["as_near"].as_f64().unwrap() >= 0.9);
     assert_eq!(report["queries"]["queries"], 20);
     assert_eq!(report["queries"]["verified"], 1.0);
     assert!(report["queries"]["depth_median"].as_f64().unwrap() > 0.0);

@@ -4,6 +4,7 @@ mod adapting;
 mod bad_input;
 mod checkpoints;
 mod demo;
+mod no_model;
 mod pipeline;
 mod process;
 mod streams;

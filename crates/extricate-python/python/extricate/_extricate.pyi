@@ -90,6 +90,43 @@ class Scene:
     def colliding_pairs(self, q: npt.ArrayLike) -> List[_NamePair]: ...
     def always_colliding(self, n: int = 100, *, seed: int = 0) -> List[_NamePair]: ...
     def sample(self, n: int, *, seed: int = 0, colliding: Optional[bool] = None, threads: int = 0) -> _Floats: ...
+    def query(
+        self,
+        q: npt.ArrayLike,
+        *,
+        effort: str = "refined",
+        exits: int = 1,
+        starts: Optional[int] = None,
+        checks: Optional[int] = None,
+        seconds: Optional[float] = None,
+        way: bool = False,
+        contacts: bool = False,
+    ) -> Optional[Answer]: ...
+    def query_batch(
+        self,
+        Q: npt.ArrayLike,
+        *,
+        effort: str = "refined",
+        exits: int = 1,
+        starts: Optional[int] = None,
+        checks: Optional[int] = None,
+        seconds: Optional[float] = None,
+        way: bool = False,
+        contacts: bool = False,
+        threads: int = 0,
+    ) -> npt.NDArray[np.void]: ...
+    def stream(
+        self,
+        *,
+        effort: str = "refined",
+        hysteresis: float = 0.0,
+        looks: int = 4,
+        starts: Optional[int] = None,
+        checks: Optional[int] = None,
+        seconds: Optional[float] = None,
+        way: bool = False,
+        contacts: bool = False,
+    ) -> Stream: ...
     @staticmethod
     def _from_bytes(data: bytes) -> Scene: ...
     def __reduce__(self) -> Tuple[Any, ...]: ...

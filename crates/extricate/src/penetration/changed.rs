@@ -1,25 +1,21 @@
 //! Queries against a scene that is not the one that was learned: obstacles moved, appeared or went.
 
 use std::ops::ControlFlow;
-use std::sync::Arc;
 
 use super::batch::{Answered, in_blocks};
-use super::certificate::InteriorBalls;
 use super::change::Change;
 use super::context::{Context, Learned};
+use super::world::World;
 use super::{Answer, QueryOptions, QueryScratch, Stream, query};
 use crate::collision::Checker;
 use crate::cspace::Config;
 use crate::error::{Error, Result};
-use crate::metric::Metric;
 use crate::scene::{MetricSpec, Part, Scene};
 
 /// A scene in which a model of another is asked: its checker, metric and what its bounds stand on. Immutable; share it between
 /// threads.
 pub struct ChangedScene {
-    checker: Checker,
-    metric: Metric,
-    balls: InteriorBalls,
+    world: World,
     change: Change,
 }
 
@@ -49,20 +45,17 @@ impl ChangedScene {
             return differs("robots", problem.into());
         }
         let change = Change::between(learned, &scene);
-        let scene = Arc::new(scene);
-        let checker = Checker::new(scene.clone());
-        let balls = InteriorBalls::new(&checker);
-        Ok(Self { metric: Metric::new(scene), checker, balls, change })
+        Ok(Self { world: World::new(scene), change })
     }
 
     /// The scene.
     pub fn scene(&self) -> &Scene {
-        self.checker.scene()
+        self.world.scene()
     }
 
     /// Its exact checker.
     pub fn checker(&self) -> &Checker {
-        &self.checker
+        self.world.checker()
     }
 
     /// The nearest free configuration to `q` in this scene, from the samples of a model; see [`crate::Model::query_in`].
@@ -95,7 +88,7 @@ impl ChangedScene {
     }
 
     fn context<'a>(&'a self, learned: &Learned<'a>) -> Context<'a> {
-        Context::new((&self.checker, &self.metric, &self.balls), *learned, Some(&self.change))
+        self.world.with(learned, &self.change)
     }
 }
 

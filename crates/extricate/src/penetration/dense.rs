@@ -31,10 +31,16 @@ pub fn cholesky(m: &mut [f64], n: usize) {
 /// Solves `L L' x = b` in place for the lower triangle `L`.
 #[inline(always)]
 pub fn cholesky_solve(factor: &[f64], n: usize, x: &mut [f64]) {
+    forward_solve(factor, n, x);
+    transposed_solve(factor, n, x);
+}
+
+/// Solves `L x = b` in place for the lower triangle `L`.
+#[inline(always)]
+pub fn forward_solve(factor: &[f64], n: usize, x: &mut [f64]) {
     for i in 0..n {
         x[i] = (x[i] - dot(&factor[i * n..i * n + i], &x[..i])) / factor[i * n + i];
     }
-    transposed_solve(factor, n, x);
 }
 
 /// Solves `L' x = b` in place for the lower triangle `L`.

@@ -38,6 +38,8 @@ const SHRINK: f64 = 0.35;
 /// that better, a descent is stuck: with 0.01 queries take a tenth fewer checks, and under the
 /// metrics of bodies one in fifty more ends over 1 % farther.
 const STUCK: f64 = 0.001;
+/// A step shorter than this share of the space's diameter is none.
+const NO_STEP: f64 = 1e-12;
 /// What leads to a known end, and not nearer than this share of the incumbent, is left to the last
 /// descent, which goes to every digit.
 const HARDLY_NEARER: f64 = 0.99;
@@ -284,7 +286,9 @@ impl<'a> Descent<'a> {
             return if self.drops_cut() { ControlFlow::Continue(()) } else { ControlFlow::Break(outcome) };
         }
         let least = self.options.tolerance * self.distance.max(1e-6 * self.context.scale);
-        if length <= least && self.violation <= 0.0 {
+        // Contacts whose normals no joint can follow leave an overlap as it is.
+        let leads_nowhere = length <= NO_STEP * self.context.scale;
+        if leads_nowhere || (length <= least && self.violation <= 0.0) {
             return ControlFlow::Break(Outcome::Ended);
         }
         self.try_step(length, at_rim)

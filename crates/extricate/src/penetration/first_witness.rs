@@ -3,7 +3,7 @@
 
 use super::coverage::Coverage;
 use super::descent::Start;
-use super::limit::Limit;
+use super::directions::find_by_directions;
 use super::search::Search;
 use super::starts::Ask;
 use crate::boundary::{Among, Wanted};
@@ -30,6 +30,10 @@ const LAST_RESORT: u64 = 20_000;
 /// configuration. `None` where there is none, or looking for it was stopped; a budget does not end
 /// it, since without a witness there is no answer.
 pub fn first_witness(search: &mut Search) -> Option<Option<f64>> {
+    if search.context.samples().is_empty() {
+        find_without_samples(search)?;
+        return Some(None);
+    }
     let (context, known) = (search.context, &mut *search.known);
     let ask = Ask { context, plan: &search.plan, anchor: &known.anchor, part: None };
     known.starts.gather(&ask, search.plan.starts, search.boundary);
@@ -42,6 +46,18 @@ pub fn first_witness(search: &mut Search) -> Option<Option<f64>> {
     let found = free_sample(search).or_else(|| lead_out(search)).or_else(|| any_sample(search));
     let distance = found.or_else(|| any_free(search))?;
     Some(coverage.of(distance))
+}
+
+/// Where nothing was learned: where colliding bodies part; else any free configuration.
+fn find_without_samples(search: &mut Search) -> Option<()> {
+    search.known.take(f64::INFINITY, &[], false);
+    let limit = search.evaluator.lift_limit();
+    find_by_directions(search);
+    search.evaluator.limit = limit;
+    if search.known.incumbent.depth.is_infinite() {
+        any_free(search)?;
+    }
+    Some(())
 }
 
 /// The nearest of the gathered samples that is free now.
@@ -76,9 +92,7 @@ fn takes(search: &mut Search, id: u32, depth: f64) -> bool {
 
 /// The end of a descent from one of the nearest gathered samples.
 fn lead_out(search: &mut Search) -> Option<f64> {
-    // Only who asked for the query may end it without a witness.
-    let stop = search.evaluator.limit.stop.clone();
-    let limit = std::mem::replace(&mut search.evaluator.limit, Limit { stop, ..Limit::default() });
+    let limit = search.evaluator.lift_limit();
     let mut found = None;
     for at in 0..LED_OUT.min(search.known.starts.near().len()) {
         if search.evaluator.is_stopped() {

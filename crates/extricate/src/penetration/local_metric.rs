@@ -1,7 +1,7 @@
 //! The metric's tensor at the query: what is near and what is a random direction, as the metric sees it.
 
 use super::context::Context;
-use super::dense::{cholesky, dot, transposed_solve};
+use super::dense::{cholesky, dot, forward_solve, transposed_solve};
 use crate::cspace::ConfigSpace;
 use crate::metric::{Anchor, quadratic::Quadratic};
 
@@ -37,9 +37,40 @@ impl LocalMetric {
     /// Distance between two configurations as the tensor at the query has it.
     pub fn distance(&mut self, space: &ConfigSpace, a: &[f64], b: &[f64]) -> f64 {
         space.difference(a, b, &mut self.difference);
-        let nv = self.difference.len();
-        let rows = self.tensor.chunks_exact(nv).zip(&self.difference);
-        rows.map(|(row, d)| d * dot(row, &self.difference)).sum::<f64>().max(0.0).sqrt()
+        self.length(&self.difference)
+    }
+
+    /// The tensor, row major.
+    pub fn tensor(&self) -> &[f64] {
+        &self.tensor
+    }
+
+    /// Length of a tangent vector.
+    pub fn length(&self, step: &[f64]) -> f64 {
+        let rows = self.tensor.chunks_exact(step.len()).zip(step);
+        rows.map(|(row, s)| s * dot(row, step)).sum::<f64>().max(0.0).sqrt()
+    }
+
+    /// Length of the difference of two tangent vectors.
+    pub fn between(&self, a: &[f64], b: &[f64]) -> f64 {
+        let difference = |k: usize| a[k] - b[k];
+        let rows = self.tensor.chunks_exact(a.len()).enumerate();
+        let product = |row: &[f64]| row.iter().enumerate().map(|(k, t)| t * difference(k)).sum::<f64>();
+        rows.map(|(k, row)| difference(k) * product(row)).sum::<f64>().max(0.0).sqrt()
+    }
+
+    /// Cosine of the angle between two tangent vectors.
+    pub fn cosine(&self, a: &[f64], b: &[f64]) -> f64 {
+        let rows = self.tensor.chunks_exact(a.len()).zip(a);
+        let product: f64 = rows.map(|(row, a)| a * dot(row, b)).sum();
+        product / (self.length(a) * self.length(b)).max(f64::MIN_POSITIVE)
+    }
+
+    /// How much a linear function with the coefficients `row` can grow along a tangent vector of
+    /// length 1: the dual norm. `row` is overwritten.
+    pub fn slope(&self, row: &mut [f64]) -> f64 {
+        forward_solve(&self.factor, row.len(), row);
+        dot(row, row).sqrt()
     }
 
     /// Appends coordinates of `config` to `out` in which the tensor is the identity, with the query `q` in the origin: its length is that of

@@ -1,20 +1,22 @@
 //! The query: from a colliding configuration to the nearest free one, verified and bounded.
 //!
-//! Read in this order: `mod` (the steps), `plan`, `starts`, `search`, `prune`, `descent`, `around`,
-//! `parts`, `polish`, `report`.
+//! Read in this order: `mod` (the steps), `plan`, `search`, `directions`, `starts`, `prune`,
+//! `descent`, `around`, `parts`, `polish`, `report`.
 //!
 //! 1. *Check*: the pairs that collide at `q`; none: depth 0.
 //! 2. *Split* the joints into independent parts (`parts`).
 //! 3. *Starts*: the stored samples nearest to `q`, no two alike (`starts`).
-//! 4. *Incumbent*: the nearest of them (`first_witness`). Effort `nearest` ends here.
-//! 5. *Descents* from one start after the other (`search`): *prune* what cannot beat the incumbent
-//!    (`prune`), *descend* toward `q` along the contacts ([`descent`]), *keep* what is nearer;
-//!    until no further exit is to be expected.
-//! 6. *Around the query*: descents from configurations around it, which see what samples miss
+//! 4. *Incumbent*: the nearest of them; without a model, the first that 5 finds (`first_witness`).
+//!    Effort `nearest` ends here.
+//! 5. *Directions* in which colliding bodies part, each the start of a descent (`directions`).
+//! 6. *Descents* from one stored start after the other (`search`): *prune* what cannot beat the
+//!    incumbent (`prune`), *descend* toward `q` along the contacts ([`descent`]), *keep* what is
+//!    nearer; until no further exit is to be expected.
+//! 7. *Around the query*: descents from configurations around it, which see what samples miss
 //!    (`around`).
-//! 7. *Polish* the incumbent with exact contacts, and verify it (`polish`).
-//! 8. *Bound*: how near any free configuration can be ([`certificate`]).
-//! 9. *Report* (`report`).
+//! 8. *Polish* the incumbent with exact contacts, and verify it (`polish`).
+//! 9. *Bound*: how near any free configuration can be ([`certificate`]).
+//! 10. *Report* (`report`).
 
 pub mod answer;
 mod around;
@@ -26,6 +28,7 @@ pub mod context;
 pub mod coverage;
 mod dense;
 pub mod descent;
+mod directions;
 mod evaluate;
 mod exits;
 mod first_witness;
@@ -42,6 +45,7 @@ mod search;
 mod starts;
 pub mod stream;
 mod tangents;
+pub mod world;
 
 pub use answer::{Answer, Exit, Way};
 pub use batch::Answered;
@@ -50,6 +54,7 @@ pub use context::{Context, Learned, StartsPerDof};
 pub use options::{Effort, QueryBudget, QueryOptions, Stop};
 pub use stream::{Stream, StreamOptions};
 pub use tangents::index_samples;
+pub use world::World;
 
 use crate::boundary::{BoundaryScratch, Wanted};
 use crate::cspace::{Config, ConfigSpace, Label};
@@ -112,7 +117,7 @@ pub fn measure_ranks(context: &Context, q: &Config, scratch: &mut QueryScratch) 
     (std::mem::take(&mut scratch.known.ranks), scratch.evaluator.checks)
 }
 
-/// Steps 1 to 7. A stream's lead is tried before the stored samples.
+/// Steps 1 to 8. A stream's lead is tried before the stored samples.
 fn find(
     context: &Context,
     q: &Config,
@@ -148,6 +153,7 @@ fn find(
             // After all that a refined query does, so that more effort never ends farther away.
             search.plan = plan.exhaustive(context, options);
             search.known.starts.reset();
+            search.known.directions.reset();
             parts.split(scene, &answer.colliding);
             search_all(&mut search, parts);
         }
@@ -159,7 +165,7 @@ fn find(
     Some(answer)
 }
 
-/// Steps 5 to 7, from an incumbent.
+/// Steps 5 to 8, from an incumbent.
 fn search_all(search: &mut Search, parts: &mut IndependentParts) {
     search.believes = !search.context.checker.all_convex();
     if parts.are_independent() {

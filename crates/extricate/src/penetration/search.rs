@@ -4,6 +4,7 @@
 use super::around::{look_around, try_around};
 use super::context::Context;
 use super::descent::{DescentOptions, DescentScratch, Outcome, Start, descend};
+use super::directions::{Directions, try_directions};
 use super::evaluate::Evaluator;
 use super::exits::Exits;
 use super::local_metric::LocalMetric;
@@ -33,6 +34,8 @@ pub struct Known {
     pub anchor: Anchor,
     /// The metric around it.
     pub local: LocalMetric,
+    /// Where colliding bodies part.
+    pub directions: Directions,
     /// Where descents start.
     pub starts: Starts,
     /// The best answer so far.
@@ -141,6 +144,7 @@ impl Known {
         let space = &context.checker.scene().space;
         self.local.set(context, &self.anchor);
         self.starts.reset();
+        self.directions.reset();
         self.wanted = wanted;
         self.exits.reset(if wanted > 1 { wanted } else { REMEMBERED }, space.nq());
         self.ends.reset(space.nq());
@@ -185,8 +189,9 @@ impl Known {
 }
 
 impl Search<'_> {
-    /// Tries the stored samples, then starts around the query.
+    /// Tries separating directions, then the stored samples, then starts around the query.
     pub fn run(&mut self) -> Ranks {
+        try_directions(self);
         self.try_starts();
         let (by_samples, known) = (self.known.incumbent.depth, &*self.known);
         let stored = known.round.rank_of(by_samples);
@@ -241,7 +246,10 @@ impl Search<'_> {
 
     /// A descent from a stored sample.
     pub fn try_sample(&mut self, id: u32) {
-        let Some(part) = self.part else { return self.try_start(Start::of(self.context, id)) };
+        let Some(part) = self.part else {
+            self.try_start(Start::of(self.context, id));
+            return;
+        };
         let mut composed = std::mem::take(&mut self.known.composed);
         part.compose(self.context.samples().config(id), &mut composed);
         let known = Start::known(self.context, id, Some(part.holding));
@@ -249,8 +257,8 @@ impl Search<'_> {
         self.known.composed = composed;
     }
 
-    /// A descent that has to beat the incumbent.
-    pub fn try_start(&mut self, start: Start) {
+    /// A descent that has to beat the incumbent; how deep it came, where it did.
+    pub fn try_start(&mut self, start: Start) -> Option<f64> {
         let ceiling = self.known.ceiling();
         self.known.tried += 1;
         let (before, incumbent) = (self.evaluator.checks, self.known.incumbent.depth);
@@ -263,6 +271,7 @@ impl Search<'_> {
         }
         let Known { round, incumbent: now, .. } = &mut *self.known;
         round.note(incumbent, now.depth);
+        found
     }
 
     /// A descent that has to beat `ceiling`; what it finds is in `descent.best`.

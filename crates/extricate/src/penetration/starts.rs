@@ -139,7 +139,7 @@ impl Starts {
     pub fn gather_for_part(&mut self, ask: &Ask, part: &PartOf) {
         let samples = ask.context.samples();
         let first = if samples.exits() < MANY_SOLVED { 0 } else { samples.len() - samples.exits() };
-        let stride = (samples.len() - first).div_ceil(MOST_SCANNED);
+        let stride = (samples.len() - first).div_ceil(MOST_SCANNED).max(1);
         let distance = |id: usize| {
             let config = samples.config(id as u32);
             part.factors().map(|factor| factor.distance_squared(&ask.anchor.q, config)).sum::<f64>()

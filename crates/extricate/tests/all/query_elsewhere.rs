@@ -168,7 +168,8 @@ fn answers_in_a_changed_scene_are_verified_there() {
             let nearest = QueryOptions { effort: Effort::Nearest, ..QueryOptions::default() };
             let nearest = model.query_in(&changed, q, &nearest, &mut scratch).expect("something is free");
             assert!(nearest.verified && changed.checker().label(&nearest.witness, &mut check) == Label::Free);
-            assert!(nearest.depth >= answer.depth);
+            // Both end in the same exit, to the digits that last descents go to.
+            assert!(nearest.depth >= (1.0 - 1e-4) * answer.depth, "{} {}", nearest.depth, answer.depth);
             single.push(Some(answer));
         }
         assert!(as_near >= 22, "{name}: {as_near} of 25 as near as in a model learned anew");

@@ -1,0 +1,76 @@
+"""A scene that is asked at once, before anything is learned."""
+
+import pickle
+
+import numpy as np
+import pytest
+
+import extricate
+from extricate import Box, Model, Scene
+
+
+def test_answers_are_those_of_a_model_and_verified(model: Model, planar: Scene) -> None:
+    Q = planar.sample(200, seed=12, colliding=True)
+    batch, learned = planar.query_batch(Q), model.query_batch(Q)
+    assert batch["verified"].all() and planar.check(batch["witness"]).all() and not batch["free"].any()
+    assert (batch["lower_bound"] <= batch["depth"]).all() and np.isnan(batch["coverage"]).all()
+    best = np.minimum(batch["depth"], learned["depth"])
+    assert (batch["depth"] <= 1.05 * best).mean() >= 0.98
+    for q, row in zip(Q[:20], batch):
+        one = planar.query(q)
+        assert one is not None and one.depth == row["depth"] and one.colliding == planar.colliding_pairs(q)
+    again = pickle.loads(pickle.dumps(planar))
+    np.testing.assert_array_equal(again.query_batch(Q, threads=1)["witness"], batch["witness"])
+
+
+def test_every_effort_verifies_its_witness(planar: Scene) -> None:
+    q = planar.sample(1, seed=3, colliding=True)[0]
+    depths = []
+    for effort in ["nearest", "refined", "exhaustive"]:
+        answer = planar.query(q, effort=effort)
+        assert answer is not None and answer.verified and planar.check(answer.witness)
+        depths.append(answer.depth)
+    assert depths == sorted(depths, reverse=True)
+    few = planar.query(q, checks=1)
+    assert few is not None and few.verified and few.depth >= depths[1]
+
+
+def test_free_configurations_are_their_own_witness(planar: Scene) -> None:
+    q = planar.sample(1, seed=4, colliding=False)[0]
+    answer = planar.query(q)
+    assert answer is not None and answer.depth == 0
+    np.testing.assert_array_equal(answer.witness, q)
+
+
+def test_a_stream_follows_a_motion(planar: Scene) -> None:
+    ends = planar.sample(2, seed=8, colliding=True)
+    frames = np.linspace(ends[0], ends[1], 200)
+    stream = planar.stream(hysteresis=0.1)
+    assert "of a scene" in repr(stream)
+    alone = planar.query_batch(frames)["depth"]
+    depths = []
+    for q in frames:
+        answer = stream.query(q)
+        assert planar.check(answer.witness)
+        depths.append(answer.depth)
+    assert (np.array(depths) <= 1.16 * alone + 1e-9).mean() > 0.95
+
+
+def test_where_nothing_is_free_that_is_said() -> None:
+    urdf = Scene.builtin_files("planar-arm")["robot/arm.urdf"].decode()
+    buried = Scene(urdf, [Box([9, 9, 9])])
+    assert buried.query([0, 0, 0]) is None
+    row = buried.query_batch([[0, 0, 0]])[0]
+    assert row["depth"] == np.inf and not row["verified"] and np.isnan(row["witness"]).all()
+
+
+def test_wrong_input_is_told_what_was_expected(model: Model, planar: Scene) -> None:
+    for call, message in [
+        (lambda: planar.query([0, 0]), r"q: got shape \(2,\), expected \(3,\)"),
+        (lambda: planar.query([0, 0, np.nan]), "not finite|finite"),
+        (lambda: planar.query([0, 0, 0], effort="x"), 'effort: got "x"'),
+        (lambda: planar.stream(hysteresis=2), "hysteresis: got 2"),
+        (lambda: planar.stream().query([0, 0, 0], scene=model.in_scene(planar)), "scene: got one of another model"),
+    ]:
+        with pytest.raises(ValueError, match=message):
+            call()

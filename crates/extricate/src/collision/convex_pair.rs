@@ -1,0 +1,123 @@
+//! Two convex shapes of a checked pair, and how far they overlap along a direction.
+
+use super::convex::ConvexShape;
+use super::part_pair::Placed;
+use super::shape::{Shape, ShapeKind};
+use super::{CheckScratch, Checker, Contact};
+use crate::math::{Pose, Vec3};
+
+/// Two convex shapes of a checked pair, in place.
+pub struct ConvexPair<'a> {
+    pair: usize,
+    first: (&'a ConvexShape, &'a Pose),
+    second: (&'a ConvexShape, &'a Pose),
+}
+
+/// Convex pieces of two bodies that are looked at, those whose enclosing balls overlap most.
+const MOST_PIECES: usize = 4;
+
+impl ConvexPair<'_> {
+    /// The axes of either shape's frame, both ways (unit, world): what the faces of boxes and the
+    /// ends of cylinders look along.
+    pub fn axes(&self) -> impl Iterator<Item = Vec3> {
+        let rotations = [self.first.1.rotation, self.second.1.rotation];
+        let signed = (0..12).map(|k| (k / 6, k % 3, if k % 6 < 3 { 1.0 } else { -1.0 }));
+        signed.map(move |(shape, axis, sign)| rotations[shape].column(axis) * sign)
+    }
+
+    /// The place where the first shape reaches farthest against `direction` (unit, world) and the
+    /// second farthest along it: by the negative of its distance they overlap along the direction.
+    pub fn across(&self, direction: &Vec3) -> Contact {
+        let farthest = |(shape, pose): (&ConvexShape, &Pose), along: Vec3| {
+            pose.point(&shape.core.support(&pose.inverse_vector(&along))) + along * shape.radius
+        };
+        let (point_first, point_second) = (farthest(self.first, -direction), farthest(self.second, *direction));
+        let distance = direction.dot(&(point_first - point_second));
+        Contact { pair: self.pair, distance, point_first, point_second, normal: *direction }
+    }
+}
+
+impl Checker {
+    /// Calls `each` with the convex shapes of the checked pairs `pairs` at `q` that may overlap; of
+    /// a mesh, with the pieces around it that overlap most.
+    pub fn convex_pairs(
+        &self,
+        q: &[f64],
+        pairs: &[usize],
+        scratch: &mut CheckScratch,
+        each: &mut dyn FnMut(&ConvexPair),
+    ) {
+        self.place(q, scratch);
+        for &pair in pairs {
+            for (first, second, _) in self.part_pairs(pair) {
+                let (a, b) = self.bodies.placed(&mut scratch.placement, first, second);
+                for (x, y) in deepest_pieces(a, b).into_iter().flatten() {
+                    each(&ConvexPair { pair, first: (convex(x), a.pose), second: (convex(y), b.pose) });
+                }
+            }
+        }
+    }
+}
+
+/// The pieces of two shapes whose enclosing balls overlap most.
+fn deepest_pieces<'a>(a: Placed<'a>, b: Placed<'a>) -> [Option<(&'a Shape, &'a Shape)>; MOST_PIECES] {
+    let (mut found, mut gaps) = ([None; MOST_PIECES], [0.0; MOST_PIECES]);
+    let pose_b_a = b.pose.inverse().then(a.pose);
+    for x in a.shape.pieces().shapes {
+        let center = pose_b_a.point(&x.ball.0);
+        for y in b.shape.pieces().shapes {
+            let (mut gap, mut new) = ((center - y.ball.0).norm() - x.ball.1 - y.ball.1, Some((x, y)));
+            for (slot, known) in found.iter_mut().zip(&mut gaps) {
+                if gap < *known {
+                    std::mem::swap(known, &mut gap);
+                    std::mem::swap(slot, &mut new);
+                }
+            }
+        }
+    }
+    found
+}
+
+fn convex(shape: &Shape) -> &ConvexShape {
+    match &shape.kind {
+        ShapeKind::Convex(solid) => &solid.shape,
+        ShapeKind::Mesh(_) => unreachable!("pieces are convex"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::cspace::sampling::Halton;
+    use crate::math::sphere;
+    use crate::scene::builtin;
+    use std::sync::Arc;
+
+    /// Along every direction two overlapping shapes overlap at least as far as the shortest
+    /// translation that parts them, and along some direction hardly farther.
+    #[test]
+    fn overlaps_along_directions_are_as_deep_as_the_depth() {
+        let scene = Arc::new(builtin::scene("planar-arm").unwrap());
+        let checker = Checker::new(scene.clone());
+        let (mut scratch, mut q, mut seen) = (CheckScratch::default(), vec![0.0; scene.space.nq()], 0);
+        for k in 0..200 {
+            Halton::new(scene.space.nv(), 3).config(&scene.space, k, &mut q);
+            let mut pairs = Vec::new();
+            checker.colliding_pairs(&q, &mut scratch, &mut pairs);
+            for pair in pairs {
+                let (mut overlaps, mut found) = (Vec::new(), Vec::new());
+                checker.convex_overlaps(&q, &[pair], &mut scratch, &mut overlaps);
+                checker.convex_pairs(&q, &[pair], &mut scratch, &mut |shapes| {
+                    let along = sphere(2000).map(|n| -shapes.across(&n).distance);
+                    found.push(along.fold(f64::INFINITY, f64::min));
+                });
+                let deepest = |all: &mut dyn Iterator<Item = f64>| all.fold(f64::NEG_INFINITY, f64::max);
+                let depth = deepest(&mut overlaps.iter().map(|overlap| overlap.depth));
+                let least = deepest(&mut found.into_iter());
+                assert!(least >= depth - 1e-12 && least < 1.3 * depth + 0.02, "{least} {depth}");
+                seen += 1;
+            }
+        }
+        assert!(seen > 50, "{seen}");
+    }
+}
