@@ -47,8 +47,8 @@ def adapt(model, scene, adapted, *options, seed=1):
     return json.loads(extricate("adapt", model, scene, "-o", adapted, "--seed", seed, "--json", *options).splitlines()[-1])
 
 
-def answers(model, queries, effort="refined"):
-    """Answers on one thread, `seconds` in processor time. `effort` is a name or the number of starts of `refined`."""
+def answers(model, queries, effort="refined", *options):
+    """Answers on one thread, `seconds` in processor time, of a model or of a scene without one. `effort` is a name or the number of starts of `refined`."""
     part = Path(model).with_suffix(".part")
     part.write_text("".join(json.dumps({"q": list(q)}) + "\n" for q in queries))
-    return [json.loads(line) for line in run("extricate-bench", "query", model, part, effort).splitlines()]
+    return [json.loads(line) for line in run("extricate-bench", "query", model, part, effort, *options).splitlines()]

@@ -1,4 +1,6 @@
-"""Our side: the answers of a model to the queries of a scene, one thread."""
+"""Our side: answers to the queries of a scene, with a model and without, one thread."""
+import re
+
 import programs
 from sides import BUILD
 
@@ -9,12 +11,20 @@ METHODS |= {f"`refined`, {k} start{'s' * (k > 1)}": k for k in (1, 2, 4, 8)}
 # The default takes as many starts as were calibrated when the scene was learned, more where they find something.
 DEFAULT = "`refined`"
 METHODS |= {DEFAULT: "refined", "`refined`, 16 starts": 16, "`exhaustive`": "exhaustive"}
+# The scene itself, of which nothing was learned; and a model of the robot alone, asked in the scene.
+NO_MODEL, ROBOTS_MODEL = "`refined`, no model", "`refined`, robot's model"
+METHODS |= {NO_MODEL: "refined", ROBOTS_MODEL: "refined"}
+ROBOT_LABELS = 20_000
 
 
 class Ours:
     """A model of one scene, learned when this is made."""
 
     def __init__(self, name, path, labels):
+        self.scene, alone = path, path.with_name(f"{name}-alone.toml")
+        alone.write_text("".join(entry for entry in re.split(r"(?m)^(?=\[)", path.read_text()) if not entry.startswith("[[obstacle]]")))
+        self.robots_model = BUILD / f"{name}-alone.model"
+        programs.learn(alone, self.robots_model, ROBOT_LABELS)
         self.model = BUILD / f"{name}.model"
         learned = programs.learn(path, self.model, labels)
         self.learning = {
@@ -25,4 +35,8 @@ class Ours:
         }
 
     def answers(self, method, queries):
+        if method == NO_MODEL:
+            return programs.answers(self.scene, queries, METHODS[method])
+        if method == ROBOTS_MODEL:
+            return programs.answers(self.robots_model, queries, METHODS[method], "--scene", self.scene)
         return programs.answers(self.model, queries, METHODS[method])

@@ -4,7 +4,7 @@ import math
 import matplotlib.pyplot as plt
 import numpy as np
 
-from ours import DEFAULT, METHODS, NEAREST
+from ours import DEFAULT, METHODS, NEAREST, NO_MODEL, ROBOTS_MODEL
 from page import number, put, save, table
 from sides import ROOT
 
@@ -115,7 +115,10 @@ def plot(found, path):
     at = lambda f: (f["us"], min(max(f["excess_95"], LEAST), MOST))
     for axis, (name, s) in zip(axes.flat, scenes.items()):
         methods = s["methods"]
-        axis.plot(*zip(*(at(methods[m]) for m in METHODS)), "o-", color="C0", ms=4, label="extricate: nearest; refined from 1, 2, 4, 8 starts, by default, from 16; exhaustive")
+        line = [m for m in METHODS if m not in (NO_MODEL, ROBOTS_MODEL)]
+        axis.plot(*at(methods[NO_MODEL]), "*", color="C0", ms=10, label="extricate: refined, no model")
+        axis.plot(*at(methods[ROBOTS_MODEL]), "P", color="C0", ms=7, label="extricate: refined, robot's model")
+        axis.plot(*zip(*(at(methods[m]) for m in line)), "o-", color="C0", ms=4, label="extricate: nearest; refined from 1, 2, 4, 8 starts, by default, from 16; exhaustive")
         several = sorted((m for m in methods if m.startswith(MULTISTART)), key=starts)
         axis.plot(*zip(*(at(methods[m]) for m in several)), "s-", color="C1", ms=4, label=f"{MULTISTART}{' '.join(str(starts(m)) for m in several)} starts")
         for k, m in enumerate(others):

@@ -3,7 +3,7 @@
 //! ```text
 //! extricate-bench serve                    commands from standard input, answers as JSON lines (see `server`)
 //! extricate-bench exact [--poses N]        N poses against brute force; exit status 1 on any disagreement
-//! extricate-bench query MODEL QUERIES EFFORT|STARTS|N-checks  answers with processor times as JSON lines
+//! extricate-bench query SCENE|MODEL QUERIES EFFORT|STARTS|N-checks [--scene OTHER]  answers with processor times as JSON lines
 //! extricate-bench batch MODEL QUERIES EFFORT|STARTS|N-checks  blocks of queries that standard input names, each timed as a whole
 //! extricate-bench stream MODEL QUERIES STEPS FRAMES ROUNDS      frames between successive queries, by a stream and one by one
 //! extricate-bench uniform SCENE LABELS SEED MODEL        a model from uniform samples alone
@@ -40,7 +40,10 @@ fn main() -> anyhow::Result<ExitCode> {
         ["exact"] => exact_report(100_000),
         ["exact", "--poses", count] => exact_report(count.parse()?),
         ["query", model, queries, effort] => {
-            queries::answer(model, queries, effort, std::io::stdout().lock()).map(|()| ExitCode::SUCCESS)
+            queries::answer(model, None, queries, effort, std::io::stdout().lock()).map(|()| ExitCode::SUCCESS)
+        }
+        ["query", model, queries, effort, "--scene", other] => {
+            queries::answer(model, Some(other), queries, effort, std::io::stdout().lock()).map(|()| ExitCode::SUCCESS)
         }
         ["batch", model, queries, effort] => {
             let (input, output) = (std::io::stdin().lock(), std::io::stdout().lock());
@@ -57,7 +60,7 @@ fn main() -> anyhow::Result<ExitCode> {
         ["draw", folder, seed, "--robots", robots] => draw(folder, seed, Some(Path::new(robots))),
         _ => {
             eprintln!(
-                "expected `serve`, `exact [--poses N]`, `query MODEL QUERIES EFFORT|STARTS|N-checks`, \
+                "expected `serve`, `exact [--poses N]`, `query SCENE|MODEL QUERIES EFFORT|STARTS|N-checks [--scene OTHER]`, \
                  `batch MODEL QUERIES EFFORT|STARTS|N-checks`, `stream MODEL QUERIES STEPS FRAMES ROUNDS`, \
                  `uniform SCENE LABELS SEED MODEL` or `draw FOLDER SEED [--robots DIR]`"
             );

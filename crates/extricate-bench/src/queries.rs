@@ -3,10 +3,14 @@
 
 use std::io::Write;
 use std::path::Path;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use anyhow::{Context, Result, bail};
-use extricate::{Config, ConfigSpace, Effort, QueryBudget, QueryOptions, QueryScratch, store};
+use extricate::cspace::sampling::Halton;
+use extricate::{
+    Answer, ChangedScene, Config, ConfigSpace, Effort, Model, QueryBudget, QueryOptions, QueryScratch, Scene, World,
+    store,
+};
 use serde_json::{Value, json};
 
 use crate::clock::ThreadTime;
@@ -15,19 +19,19 @@ use crate::clock::ThreadTime;
 pub const WARM_UP: Duration = Duration::from_millis(100);
 
 /// Writes a JSON line for each line of `queries` (`{"q": [...]}`), with the keys of `extricate query --json` that the benchmarks read;
-/// `seconds` are those of this thread. `effort` is one of the names of efforts, or the number of starts of `refined`, or
-/// its most checks, as `50-checks`.
-pub fn answer(model: &str, queries: &str, effort: &str, mut output: impl Write) -> Result<()> {
-    let model = store::load_model(Path::new(model))?;
+/// `seconds` are those of this thread. `asked` is a model, which may be asked in another scene, or a scene file (.toml), which is asked
+/// without one. `effort` is one of the names of efforts, or the number of starts of `refined`, or its most checks, as `50-checks`.
+pub fn answer(asked: &str, other: Option<&str>, queries: &str, effort: &str, mut output: impl Write) -> Result<()> {
     let text = std::fs::read_to_string(queries).with_context(|| queries.to_string())?;
-    let options = options(effort)?;
+    let (asked, options) = (Asked::load(asked, other)?, options(effort)?);
     let mut scratch = QueryScratch::default();
-    model.warm_up(&options, &mut scratch, WARM_UP);
+    asked.warm_up(&options, &mut scratch);
     for line in text.lines() {
-        let q = config(&model.scene().space, line).with_context(|| queries.to_string())?;
+        let q = config(&asked.scene().space, line).with_context(|| queries.to_string())?;
         let started = ThreadTime::now();
-        let answer = model.query(&q, &options, &mut scratch);
+        let answer = asked.query(&q, &options, &mut scratch);
         let seconds = started.elapsed();
+        let answer = answer.context("nothing free was found")?;
         let line = json!({
             "depth": answer.depth,
             "lower_bound": answer.lower_bound,
@@ -39,6 +43,57 @@ pub fn answer(model: &str, queries: &str, effort: &str, mut output: impl Write) 
         writeln!(output, "{line}")?;
     }
     Ok(())
+}
+
+/// What is asked.
+enum Asked {
+    World(Box<World>),
+    Model(Box<Model>),
+    Changed(Box<Model>, Box<ChangedScene>),
+}
+
+impl Asked {
+    fn load(asked: &str, other: Option<&str>) -> Result<Self> {
+        let path = Path::new(asked);
+        if path.extension().is_some_and(|extension| extension == "toml") {
+            return Ok(Self::World(Box::new(World::new(store::load_scene(path)?))));
+        }
+        let model = Box::new(store::load_model(path)?);
+        let Some(other) = other else { return Ok(Self::Model(model)) };
+        let changed = ChangedScene::new(model.scene(), store::load_scene(Path::new(other))?)?;
+        Ok(Self::Changed(model, Box::new(changed)))
+    }
+
+    fn scene(&self) -> &Scene {
+        match self {
+            Self::World(world) => world.scene(),
+            Self::Model(model) => model.scene(),
+            Self::Changed(_, changed) => changed.scene(),
+        }
+    }
+
+    fn query(&self, q: &Config, options: &QueryOptions, scratch: &mut QueryScratch) -> Option<Answer> {
+        match self {
+            Self::World(world) => world.query(q, options, scratch),
+            Self::Model(model) => Some(model.query(q, options, scratch)),
+            Self::Changed(model, changed) => model.query_in(changed, q, options, scratch),
+        }
+    }
+
+    /// Asks other configurations first.
+    fn warm_up(&self, options: &QueryOptions, scratch: &mut QueryScratch) {
+        let (space, started) = (&self.scene().space, Instant::now());
+        let (halton, mut q) = (Halton::new(space.nv(), 1), vec![0.0; space.nq()]);
+        for index in 0.. {
+            if started.elapsed() >= WARM_UP {
+                break;
+            }
+            halton.config(space, index, &mut q);
+            if let Ok(q) = space.config(&q) {
+                self.query(&q, options, scratch);
+            }
+        }
+    }
 }
 
 /// The configuration of a line `{"q": [...]}`.
@@ -71,7 +126,7 @@ pub fn options(effort: &str) -> Result<QueryOptions> {
 /// A small model of `planar-arm`, as `arm.model` in a new folder for the test of that name.
 #[cfg(test)]
 pub fn learned_arm(test: &str) -> std::path::PathBuf {
-    use extricate::{LearnOptions, Model, scene::builtin};
+    use extricate::{LearnOptions, scene::builtin};
     let folder = std::env::temp_dir().join(format!("extricate-bench-{test}-{}", std::process::id()));
     std::fs::create_dir_all(&folder).unwrap();
     let options = LearnOptions { labels: 3000, seconds: None, ..LearnOptions::default() };
@@ -92,7 +147,7 @@ mod tests {
         std::fs::write(at("queries"), "{\"q\": [0.5, 0, 0]}\n{\"q\": [0.6, 0.1, 0]}\n").unwrap();
         let mut out = Vec::new();
         for effort in ["nearest", "refined", "1", "9-checks"] {
-            answer(&at("arm.model"), &at("queries"), effort, &mut out).unwrap();
+            answer(&at("arm.model"), None, &at("queries"), effort, &mut out).unwrap();
         }
         let lines: Vec<Value> =
             String::from_utf8(out).unwrap().lines().map(|l| serde_json::from_str(l).unwrap()).collect();
@@ -100,7 +155,7 @@ mod tests {
         // Proving a bound may take a few more.
         assert!(lines[6..].iter().all(|l| l["checks"].as_u64().is_some_and(|checks| checks <= 12)));
         assert!(lines.iter().all(|l| l["lower_bound"].as_f64() <= l["depth"].as_f64() && l["seconds"].is_number()));
-        assert!(answer(&at("arm.model"), &at("queries"), "best", Vec::new()).is_err());
+        assert!(answer(&at("arm.model"), None, &at("queries"), "best", Vec::new()).is_err());
         std::fs::remove_dir_all(folder).unwrap();
     }
 }
