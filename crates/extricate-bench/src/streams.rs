@@ -99,7 +99,7 @@ fn walked(model: &Model, motions: &[Vec<Config>], rounds: usize) -> Vec<Frame> {
                 let (single, alone) = timed(|| model.query(q, &options, &mut scratch));
                 let (answer, seconds) = followed.unwrap_or_else(|| timed(|| model.query_next(q, &mut stream)));
                 // The first that collides is asked as a query on its own.
-                if answer.colliding.is_empty() || !std::mem::replace(&mut is_followed, true) {
+                if answer.is_free() || !std::mem::replace(&mut is_followed, true) {
                     continue;
                 }
                 if round == 0 {

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use clap::builder::styling::Styles;
 use clap::error::ErrorKind;
-use clap::{Args, CommandFactory, Parser, Subcommand};
+use clap::{Args, CommandFactory, Parser, Subcommand, ValueEnum};
 use extricate::penetration::options::MOST_WAYS_OUT;
 
 use crate::commands::{adapt, check, demo, info, learn, query, sample};
@@ -77,6 +77,15 @@ pub struct InputArgs {
     /// `{"line": N, "error": "..."}` in its place; the other lines are answered and the exit status is 1
     #[arg(long, value_name = "FILE")]
     pub input: PathBuf,
+}
+
+/// What becomes of a configuration beyond the joint limits.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum Limits {
+    /// It is a query like any other, and not free
+    Forgive,
+    /// It is a line that cannot be used
+    Refuse,
 }
 
 /// A positive, finite number of seconds.
@@ -168,7 +177,7 @@ mod tests {
             "query m.model --input q.jsonl --stream --hysteresis 0.1 --looks 0",
             "query m.model --input q.jsonl --scene moved.toml",
             "query scene.toml --q 0,0.3,-1 --q -1,2,3",
-            "query robot.urdf --input - --witness",
+            "query robot.urdf --input - --witness --limits refuse",
             "--json query m.model --input q.jsonl",
         ] {
             let words = std::iter::once("extricate").chain(line.split(' '));

@@ -9,6 +9,7 @@ use extricate::{Config, ConfigSpace};
 use serde::Serialize;
 use serde_json::Value;
 
+use crate::args::Limits;
 use crate::notice;
 
 /// Longest line that is read \[bytes\].
@@ -25,6 +26,7 @@ pub struct Configs {
     bytes_total: Option<u64>,
     good: usize,
     bad: usize,
+    limits: Limits,
 }
 
 /// A line that is no configuration of the scene.
@@ -64,7 +66,12 @@ impl Configs {
     }
 
     fn new(reader: Box<dyn BufRead>, name: &str, bytes_total: Option<u64>) -> Self {
-        Self { reader, name: name.into(), line: 0, bytes_read: 0, bytes_total, good: 0, bad: 0 }
+        Self { reader, name: name.into(), line: 0, bytes_read: 0, bytes_total, good: 0, bad: 0, limits: Limits::Refuse }
+    }
+
+    /// What becomes of configurations beyond the joint limits; they are refused where nothing is said.
+    pub fn with_limits(self, limits: Limits) -> Self {
+        Self { limits, ..self }
     }
 
     /// The next line that is not empty, or `None` at the end.
@@ -73,7 +80,8 @@ impl Configs {
     /// Where reading fails; a bad line is an [`Entry`], not an error.
     pub fn next(&mut self, space: &ConfigSpace) -> anyhow::Result<Option<Entry>> {
         let expected = format!("{} numbers", space.nq());
-        self.next_parsed(&expected, |text| parse_config(text, space))
+        let limits = self.limits;
+        self.next_parsed(&expected, |text| parse_config(text, space, limits))
     }
 
     /// As [`Configs::next`], for pairs of configurations.
@@ -176,7 +184,7 @@ fn read_line(reader: &mut dyn BufRead, raw: &mut Vec<u8>, bytes_read: &mut u64) 
 }
 
 /// One line: `{"q": [...]}` (other keys are ignored) or a bare array.
-pub fn parse_config(text: &str, space: &ConfigSpace) -> Result<Config, String> {
+pub fn parse_config(text: &str, space: &ConfigSpace, limits: Limits) -> Result<Config, String> {
     let value: Value = serde_json::from_str(text).map_err(|error| explain_syntax(text, &error, "\"q\""))?;
     let found = match value {
         Value::Object(mut map) => match map.remove("q") {
@@ -185,7 +193,7 @@ pub fn parse_config(text: &str, space: &ConfigSpace) -> Result<Config, String> {
         },
         other => other,
     };
-    config_of(&found, space)
+    config_of(&found, space, limits)
 }
 
 /// One line: `{"from": [...], "to": [...]}` (other keys are ignored) or an array of two arrays.
@@ -204,12 +212,12 @@ pub fn parse_segment(text: &str, space: &ConfigSpace) -> Result<[Config; 2], Str
         other => return Err(format!("got {}, expected two configurations", describe(&other))),
     };
     let [from, to] = ends;
-    let from = config_of(&from, space).map_err(|fault| format!("from: {fault}"))?;
-    let to = config_of(&to, space).map_err(|fault| format!("to: {fault}"))?;
+    let from = config_of(&from, space, Limits::Refuse).map_err(|fault| format!("from: {fault}"))?;
+    let to = config_of(&to, space, Limits::Refuse).map_err(|fault| format!("to: {fault}"))?;
     Ok([from, to])
 }
 
-fn config_of(found: &Value, space: &ConfigSpace) -> Result<Config, String> {
+fn config_of(found: &Value, space: &ConfigSpace, limits: Limits) -> Result<Config, String> {
     let Value::Array(elements) = found else {
         return Err(format!("got {}, expected an array of {} numbers", describe(found), space.nq()));
     };
@@ -220,7 +228,11 @@ fn config_of(found: &Value, space: &ConfigSpace) -> Result<Config, String> {
             None => return Err(format!("coordinate {index}: got {}, expected a finite number", describe(element))),
         }
     }
-    space.config(&numbers).map_err(|error| error.to_string())
+    let config = match limits {
+        Limits::Forgive => space.config_anywhere(&numbers),
+        Limits::Refuse => space.config(&numbers),
+    };
+    config.map_err(|error| error.to_string())
 }
 
 fn list_keys(map: &serde_json::Map<String, Value>) -> String {
@@ -279,8 +291,8 @@ mod tests {
     #[test]
     fn both_spellings_are_read() {
         let space = space();
-        assert_eq!(&*parse_config("[0.5, 1]", &space).unwrap(), &[0.5, 1.0]);
-        assert_eq!(&*parse_config(r#"{"id": 3, "q": [0.5, -1e-3]}"#, &space).unwrap(), &[0.5, -1e-3]);
+        assert_eq!(&*parse_config("[0.5, 1]", &space, Limits::Refuse).unwrap(), &[0.5, 1.0]);
+        assert_eq!(&*parse_config(r#"{"id": 3, "q": [0.5, -1e-3]}"#, &space, Limits::Refuse).unwrap(), &[0.5, -1e-3]);
     }
 
     #[test]
@@ -306,7 +318,7 @@ mod tests {
             ("[0,0]\r[1,1]", "got [0,0]\\r[1,1]", "not JSON"),
             ("{\"a\":1,\"b\":1,\"c\":1,\"d\":1,\"e\":1}", "\"c\", \"d\" and more", "one with \"q\""),
         ] {
-            let message = parse_config(text, &space).unwrap_err();
+            let message = parse_config(text, &space, Limits::Refuse).unwrap_err();
             assert!(message.contains(found), "{text}: {message}");
             assert!(message.contains(expected), "{text}: {message}");
         }

@@ -30,7 +30,7 @@ pub fn object<'py>(py: Python<'py>, answer: extricate::Answer, scene: &Scene) ->
         let witness = PyArray1::from_slice(py, &exit.witness);
         EXIT.import(py, HOME, "Exit")?.call1((exit.depth, witness, named(&exit.touching)))
     };
-    let fields: [Bound<'_, PyAny>; 16] = [
+    let fields: [Bound<'_, PyAny>; 17] = [
         answer.depth.into_pyobject(py)?.into_any(),
         answer.lower_bound.into_pyobject(py)?.into_any(),
         PyArray1::from_slice(py, &answer.witness).into_any(),
@@ -39,6 +39,7 @@ pub fn object<'py>(py: Python<'py>, answer: extricate::Answer, scene: &Scene) ->
         answer.unseen.into_pyobject(py)?.into_any(),
         answer.max_displacement.into_pyobject(py)?.into_any(),
         named(&answer.colliding).into_pyobject(py)?.into_any(),
+        scene.joints_of(&answer.outside).into_pyobject(py)?.into_any(),
         named(&answer.touching).into_pyobject(py)?.into_any(),
         answer.contacts.iter().map(contact).collect::<PyResult<Vec<_>>>()?.into_pyobject(py)?.into_any(),
         PyArray1::from_slice(py, &answer.gradient).into_any(),

@@ -65,7 +65,7 @@ pub fn answers<'py>(
     let q = configs("Q", queries, space)?;
     let (values, rows, single) = (q.values(), q.rows, q.single);
     let pool = long_call::pool(threads(thread_count)?)?;
-    let config = |row: usize, q: &[f64]| space.config(q).map_err(|error| bad_row("Q", row, single, error));
+    let config = |row: usize, q: &[f64]| space.config_anywhere(q).map_err(|error| bad_row("Q", row, single, error));
     // Nobody wants to hear after an hour that the last row was wrong, and the first wrong row is the one to name.
     let limits = plain_limits(space);
     let plain = |q: &[f64]| limits.iter().flatten().zip(q).all(|([lower, upper], x)| lower <= x && x <= upper);

@@ -86,7 +86,7 @@ impl ChangedScene {
         let (py, scene, model) = (q.py(), self.changed.scene(), self.model.get().inner());
         let options = answer::options(effort, exits, starts, checks, seconds, [way, contacts])?;
         let values = one_config("q", q, &scene.space)?;
-        let config = scene.space.config(values.values()).map_err(|error| bad_row("q", 0, true, error))?;
+        let config = scene.space.config_anywhere(values.values()).map_err(|error| bad_row("q", 0, true, error))?;
         let watch = long_call::Watch::new();
         let options = QueryOptions { stop: Some(watch.stop()), ..options };
         let ask = || self.scratches.with(|scratch| model.query_in(&self.changed, &config, &options, scratch));

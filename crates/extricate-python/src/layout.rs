@@ -125,7 +125,7 @@ impl Layout {
             exits.iter().flat_map(|exit| &exit.witness).for_each(|x| put(&x.to_ne_bytes()));
             (0..missing * self.nq).for_each(|_| put(&f64::NAN.to_ne_bytes()));
         }
-        put(&answer.map_or([0; 3], |a| [a.verified.into(), a.colliding.is_empty().into(), a.unique.into()]));
+        put(&answer.map_or([0; 3], |a| [a.verified.into(), a.is_free().into(), a.unique.into()]));
         if self.pairs > 0 {
             let told = answer.map_or([&[][..]; 2], |a| [&a.colliding, &a.touching]);
             for pairs in told.into_iter().chain(exits.iter().map(|exit| &exit.touching[..])) {

@@ -118,7 +118,7 @@ impl Model {
 
     /// The nearest free configuration to q.
     ///
-    /// q: float64 (nq,), within the limits.
+    /// q: float64 (nq,). Beyond limits it is not free; it is measured from where it is, `Answer.outside` names the joints.
     /// effort: "nearest" (the nearest boundary sample, or one nearly as near), "refined" (several improved, the best one verified) or "exhaustive".
     /// exits: how many distinct ways out are wanted, in `Answer.exits`.
     /// starts: from how many exits and boundary samples descents start, None for what the effort takes: fewer are faster and
@@ -128,7 +128,7 @@ impl Model {
     /// contacts: with effort "nearest", whether to tell every colliding pair, not one alone, and the contacts at the witness; both take longer
     ///     than to find it. The other efforts always tell them.
     ///
-    /// Raises ValueError for a wrong shape, values that are not finite or beyond a limit.
+    /// Raises ValueError for a wrong shape, values that are not finite.
     #[pyo3(signature = (q, *, effort = "refined", exits = 1, starts = None, checks = None, seconds = None, way = false, contacts = false))]
     fn query<'py>(
         &self,
@@ -145,7 +145,7 @@ impl Model {
         let options = answer::options(effort, exits, starts, checks, seconds, [way, contacts])?;
         let space = &self.model.scene().space;
         let values = one_config("q", q, space)?;
-        let config = space.config(values.values()).map_err(|error| bad_row("q", 0, true, error))?;
+        let config = space.config_anywhere(values.values()).map_err(|error| bad_row("q", 0, true, error))?;
         let watch = long_call::Watch::new();
         let options = QueryOptions { stop: Some(watch.stop()), ..options };
         let ask = || self.scratches.with(|scratch| self.model.query(&config, &options, scratch));
@@ -155,7 +155,7 @@ impl Model {
 
     /// The nearest free configuration to each of Q, on many threads.
     ///
-    /// Q: float64 (n, nq), within the limits. Not copied where it is C-contiguous; do not write to it meanwhile.
+    /// Q: float64 (n, nq); beyond limits as in `Model.query`. Not copied where it is C-contiguous; do not write to it meanwhile.
     /// effort, starts, checks, seconds: as in `Model.query`, of each query.
     /// exits: how many distinct ways out are wanted.
     /// way: whether to look at the straight ways to the witnesses; costs as much as many checks.
@@ -169,7 +169,7 @@ impl Model {
     ///     contacts: colliding and touching, bool (pairs,), in the order of `Scene.pairs`; with several exits also exit_touching,
     ///         (exits, pairs). Points and normals of contacts `Model.query` tells.
     ///
-    /// Raises ValueError that names the row for a wrong shape, values that are not finite or beyond a limit, before any is answered.
+    /// Raises ValueError that names the row for a wrong shape, values that are not finite, before any is answered.
     #[pyo3(signature = (Q, *, effort = "refined", exits = 1, starts = None, checks = None, seconds = None, way = false, contacts = false, threads = 0))]
     #[allow(non_snake_case)]
     fn query_batch<'py>(

@@ -19,7 +19,7 @@ impl Scene {
     ///
     /// None where nothing free was found, not even among 20,000 configurations.
     ///
-    /// Raises ValueError for a wrong shape, values that are not finite or beyond a limit.
+    /// Raises ValueError for a wrong shape, values that are not finite.
     #[pyo3(signature = (q, *, effort = "refined", exits = 1, starts = None, checks = None, seconds = None, way = false, contacts = false))]
     fn query<'py>(
         &self,
@@ -35,7 +35,7 @@ impl Scene {
         let (py, scene) = (q.py(), &**self.inner());
         let options = answer::options(effort, exits, starts, checks, seconds, [way, contacts])?;
         let values = one_config("q", q, &scene.space)?;
-        let config = scene.space.config(values.values()).map_err(|error| bad_row("q", 0, true, error))?;
+        let config = scene.space.config_anywhere(values.values()).map_err(|error| bad_row("q", 0, true, error))?;
         let world = self.ready(py)?;
         let watch = long_call::Watch::new();
         let options = QueryOptions { stop: Some(watch.stop()), ..options };

@@ -84,7 +84,7 @@ impl Stream {
 
 #[pymethods]
 impl Stream {
-    /// The answer for the next frame, as `Model.query`. q: float64 (nq,), within the limits.
+    /// The answer for the next frame, as `Model.query`. q: float64 (nq,).
     ///
     /// scene: where obstacles have moved, the scene of this frame, by `Model.in_scene`; None is then returned where nothing free was found.
     #[pyo3(signature = (q, *, scene = None))]
@@ -107,7 +107,7 @@ impl Stream {
             (Asked::Scene(scene), None) => scene.get().inner(),
         };
         let values = one_config("q", q, &scene.space)?;
-        let config = scene.space.config(values.values()).map_err(|error| bad_row("q", 0, true, error))?;
+        let config = scene.space.config_anywhere(values.values()).map_err(|error| bad_row("q", 0, true, error))?;
         let answer = self.with(py, |stream| match (&self.asked, changed) {
             (Asked::Model(model), Some(changed)) => model.get().inner().query_next_in(changed, &config, stream),
             (Asked::Model(model), None) => Some(model.get().inner().query_next(&config, stream)),

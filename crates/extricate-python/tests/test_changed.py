@@ -86,7 +86,7 @@ def test_wrong_scenes_are_told_what_was_expected(before: Model, planar: Scene) -
         (lambda: before.adapt(scene_with(0.6), labels=0), "labels: got 0, expected at least 1"),
         (lambda: before.adapt(scene_with(0.6), seconds=0), "seconds: got 0, expected more than 0"),
         (lambda: before.in_scene(scene_with(0.6)).query([0, 0, 0]), r"q: got shape \(3,\), expected \(2,\)"),
-        (lambda: before.in_scene(scene_with(0.6)).query_batch([[0, 9]]), r"Q\[0\]: configuration: `joint_3`.*got 9"),
+        (lambda: before.in_scene(scene_with(0.6)).query_batch([[0, np.nan]]), r"Q\[0\]: configuration: `joint_3`.*got NaN"),
         (lambda: before.in_scene(scene_with(0.6)).query([0, 0], effort="x"), 'effort: got "x"'),
     ]:
         with pytest.raises(ValueError, match=message):

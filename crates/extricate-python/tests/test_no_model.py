@@ -56,6 +56,29 @@ def test_a_stream_follows_a_motion(planar: Scene) -> None:
     assert (np.array(depths) <= 1.16 * alone + 1e-9).mean() > 0.95
 
 
+def test_beyond_the_limits_is_a_query(model: Model, planar: Scene) -> None:
+    Q = planar.sample(50, seed=21)
+    rng = np.random.default_rng(1)
+    Q[np.arange(50), rng.integers(0, 3, 50)] = np.float32(planar.upper[0] + 0.05)
+    limited = Q > planar.upper
+    for asked in (planar, model, model.in_scene(planar)):
+        batch = asked.query_batch(Q)
+        assert batch["verified"].all() and planar.check(batch["witness"]).all()
+        assert (batch["free"] == ~limited.any(axis=1) & (batch["depth"] == 0)).all()
+        assert np.allclose(np.linalg.norm(batch["witness"] - Q, axis=1), batch["depth"])
+        for q, row, beyond in zip(Q[:10], batch, limited):
+            one = asked.query(q)
+            assert one is not None and one.depth == row["depth"]
+            assert one.outside == [joint.name for joint, is_beyond in zip(planar.joints, beyond) if is_beyond]
+            assert not one.outside or "limits of" in str(one)
+
+
+def test_witnesses_survive_single_precision(model: Model, planar: Scene) -> None:
+    witnesses = model.query_batch(planar.sample(500, seed=2, colliding=True))["witness"].astype(np.float32)
+    again = model.query_batch(witnesses.astype(np.float64))
+    assert again["verified"].all() and (again["depth"] < 1e-5).all()
+
+
 def test_where_nothing_is_free_that_is_said() -> None:
     urdf = Scene.builtin_files("planar-arm")["robot/arm.urdf"].decode()
     buried = Scene(urdf, [Box([9, 9, 9])])

@@ -10,7 +10,7 @@ use extricate::{Answer, Config, Effort, QueryBudget, QueryOptions, Scene, Stream
 use super::query_asker::{Asked, Asker};
 use super::query_row::{QueryRow, header};
 use super::query_summary::Summary;
-use crate::args::{exits, positive, seconds, share, threads, whole};
+use crate::args::{Limits, exits, positive, seconds, share, threads, whole};
 use crate::input::{BadLine, Configs};
 use crate::output::Output;
 use crate::progress::Progress;
@@ -21,7 +21,7 @@ use crate::report;
 #[command(
     after_help = "With --json, one object a line, in the order of the input: depth and lower_bound (in the scene's \
                         metric), witness, seconds (the library call alone), checks, max_displacement [m], colliding and \
-                        touching (lists of [name, name]), coverage (null where the query is free), verified, effort, \
+                        touching (lists of [name, name]), outside (joints of the query beyond their limits), coverage (null where the query is free), verified, effort, \
                         contacts (at the witness: pair, distance [m], point_first, point_second, normal), gradient (of the \
                         depth), unique, exits (with --exits: depth, witness, touching), way (with --way: colliding_until, free_from, fractions of the straight way)."
 )]
@@ -48,6 +48,10 @@ pub struct QueryArgs {
     /// End each query after about this many seconds, with the best answer so far; with --scene as for --max-checks
     #[arg(long, value_name = "T", value_parser = seconds, allow_negative_numbers = true)]
     max_seconds: Option<f64>,
+    /// What becomes of a query beyond the joint limits, as where a sensor errs: by default it is
+    /// answered, measured from where it is; the witness is within the limits
+    #[arg(long, value_enum, value_name = "LIMITS", default_value_t = Limits::Forgive)]
+    limits: Limits,
     /// Print the witnesses too, to the last digit, so that they are free as printed (--q and --json
     /// always do)
     #[arg(long)]
@@ -157,7 +161,8 @@ pub fn run(args: &QueryArgs, json: bool) -> anyhow::Result<()> {
     let mut configs = match &args.input.input {
         Some(path) => Configs::open(path)?,
         None => Configs::of_words(&args.input.q),
-    };
+    }
+    .with_limits(args.limits);
     let started = Instant::now();
     let asked = Asked::load(&args.file, args.scene.as_deref())?;
     let loaded_in = started.elapsed();

@@ -24,6 +24,8 @@ pub struct QueryRow<'a> {
     pub max_displacement: f64,
     /// Pairs that collide at the query.
     pub colliding: Vec<[&'a str; 2]>,
+    /// Joints of the query that are beyond their limits.
+    pub outside: Vec<&'a str>,
     /// Pairs that touch at the witness.
     pub touching: Vec<[&'a str; 2]>,
     /// How usual the distance to the nearest sample is; near 0 far from what was learned.
@@ -90,6 +92,7 @@ impl<'a> QueryRow<'a> {
             checks: answer.checks,
             max_displacement: answer.max_displacement,
             colliding: pair_names(scene, &answer.colliding),
+            outside: scene.joints_of(&answer.outside),
             touching: pair_names(scene, &answer.touching),
             coverage: answer.coverage,
             unseen: answer.unseen,
@@ -118,9 +121,13 @@ impl<'a> QueryRow<'a> {
         let verified = if self.verified { "yes" } else { "no" };
         let pairs = if self.colliding.is_empty() { "none".into() } else { pairs_in_words(&self.colliding, 2) };
         let way = self.way.map_or(String::new(), |w| format!("; collides until {:.3} of the way", w.colliding_until));
+        let outside = match &self.outside[..] {
+            [] => String::new(),
+            joints => format!("; beyond limits: {}", joints.join(", ")),
+        };
         let far = if self.is_far() { "; far from what was learned" } else { "" };
         let mut text = format!(
-            "{line:>6}  {:>9.5}  {:>9.5}  {:>9.2}  {:>9}  {:>6}  {verified:<8}  {pairs}{way}{far}",
+            "{line:>6}  {:>9.5}  {:>9.5}  {:>9.2}  {:>9}  {:>6}  {verified:<8}  {pairs}{outside}{way}{far}",
             self.depth,
             self.lower_bound,
             100.0 * self.max_displacement,
@@ -157,6 +164,7 @@ pub mod tests {
             checks: 40,
             max_displacement: depth * 0.5,
             colliding: vec![],
+            outside: vec![],
             touching: vec![],
             coverage: Some(0.5),
             unseen: Some(0.1),
@@ -180,6 +188,7 @@ pub mod tests {
             checks: 40,
             max_displacement: 0.1,
             colliding: vec![["arm", "shelf"]],
+            outside: vec![],
             touching: vec![["arm", "shelf"]],
             coverage: answer.coverage,
             unseen: answer.unseen,
@@ -200,7 +209,7 @@ pub mod tests {
         assert_eq!(
             serde_json::to_string(&row).unwrap(),
             "{\"depth\":0.2,\"lower_bound\":0.05,\"witness\":[0.5],\"seconds\":0.0001,\"checks\":40,\
-             \"max_displacement\":0.1,\"colliding\":[[\"arm\",\"shelf\"]],\"touching\":[[\"arm\",\"shelf\"]],\"coverage\":0.5,\"unseen\":0.1,\
+             \"max_displacement\":0.1,\"colliding\":[[\"arm\",\"shelf\"]],\"outside\":[],\"touching\":[[\"arm\",\"shelf\"]],\"coverage\":0.5,\"unseen\":0.1,\
              \"verified\":true,\"effort\":\"refined\",\
              \"contacts\":[{\"pair\":[\"arm\",\"shelf\"],\"distance\":0.0001,\"point_first\":[0.0,0.0,0.0],\
              \"point_second\":[0.0,0.0,0.0],\"normal\":[0.0,0.0,1.0]}],\"gradient\":[-1.0],\"unique\":true,\

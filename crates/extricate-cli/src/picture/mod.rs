@@ -147,6 +147,7 @@ pub mod tests {
             checks: 10,
             max_displacement: 0.5,
             colliding: vec![1],
+            outside: vec![],
             touching: vec![1],
             coverage: None,
             unseen: Some(0.1),

@@ -44,6 +44,19 @@ fn one_configuration_needs_no_file_and_its_witness_is_free_as_printed() {
 }
 
 #[test]
+fn beyond_the_limits_is_a_query_that_names_the_joint() {
+    let workspace = Workspace::new();
+    let answer = &workspace.run("query scene.toml --q -2.0,2.6 --json").expect_code(0).json()[0];
+    assert_eq!(answer["outside"], serde_json::json!(["elbow"]));
+    assert!((answer["depth"].as_f64().unwrap() - 0.1).abs() < 1e-9 && answer["verified"] == true, "{answer}");
+    assert_eq!((&answer["colliding"], &answer["lower_bound"]), (&serde_json::json!([]), &answer["depth"]));
+    let text = workspace.run("query scene.toml --q -2.0,2.6").expect_code(0).stdout;
+    assert!(text.contains("beyond limits: elbow"), "{text}");
+    workspace.run("query scene.toml --q -2.0,2.6 --limits refuse").expect_failure(&["1 of 1"]);
+    workspace.run("query scene.toml --q -2.0,1e999").expect_failure(&["1 of 1"]);
+}
+
+#[test]
 fn a_urdf_is_a_scene_of_one_robot() {
     let workspace = Workspace::new();
     let arm = r#"<robot name="arm"><link name="base"><collision><geometry><box size="0.2 0.2 0.2"/></geometry></collision></link>

@@ -12,6 +12,7 @@ const ANSWER_KEYS: &[&str] = &[
     "checks",
     "max_displacement",
     "colliding",
+    "outside",
     "touching",
     "coverage",
     "verified",

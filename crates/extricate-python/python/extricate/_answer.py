@@ -58,6 +58,8 @@ class Answer:
         query is free, or with effort "nearest".
     max_displacement: largest displacement of any point of the robot between the query and the witness [m].
     colliding: pairs of bodies that collide at the query; one of them with effort "nearest", unless contacts were asked for.
+    outside: joints of the query that are beyond their limits: it then is not free, whether or not anything collides. The
+        witness is within all limits; `depth` is from the query as it is.
     touching: pairs of bodies that touch at the witness; none with effort "nearest", unless contacts were asked for.
     contacts: where they touch; several places a pair where meshes do.
     gradient: how the distance to the witness changes with the query, (nv,): a small tangent step t at the query changes it
@@ -79,6 +81,7 @@ class Answer:
     unseen: Optional[float]
     max_displacement: float
     colliding: List[NamePair]
+    outside: List[str]
     touching: List[NamePair]
     contacts: List[Contact]
     gradient: npt.NDArray[np.float64]
@@ -91,19 +94,22 @@ class Answer:
     @property
     def free(self) -> bool:
         """Whether the query itself is free."""
-        return not self.colliding
+        return not self.colliding and not self.outside
 
     def __str__(self) -> str:
         """The most important of it, for people."""
         if self.free:
             return "free: nothing to be done"
-        witness = np.array2string(self.witness, precision=4, suppress_small=True, separator=", ")
+        # To the last digit: what is printed is the configuration that was checked.
+        witness = str(self.witness.tolist())
         rows = [
             ("depth", f"{self.depth:.4g}, at least {self.lower_bound:.4g}"),
             ("witness", witness + (", verified" if self.verified else ", free when the model was learned")),
             ("moves by", f"{self.max_displacement:.4g} m at most"),
             ("colliding", _listed(self.colliding)),
         ]
+        if self.outside:
+            rows.append(("outside", "limits of " + ", ".join(self.outside)))
         if self.touching or self.effort != "nearest":
             rows.append(("touching", _listed(self.touching)))
         rows += [("exit", f"{other.depth:.4g}, touching {_listed(other.touching)}") for other in self.exits[1:]]

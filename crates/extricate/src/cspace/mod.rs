@@ -15,7 +15,8 @@ pub const LIMIT_TOLERANCE: f64 = 1e-9;
 
 /// A checked point of a [`ConfigSpace`]: right length, within limits, angles wrapped, quaternions unit.
 ///
-/// Made by [`ConfigSpace::config`] only.
+/// Made by [`ConfigSpace::config`], and by [`ConfigSpace::config_anywhere`], for queries, which may lie
+/// beyond limits.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Config(Box<[f64]>);
 
@@ -103,6 +104,10 @@ impl Factor {
         };
         self.weight * squared
     }
+
+    fn fault(&self, value: String, expected: String) -> Error {
+        Error::Config { element: format!("`{}` (coordinate {})", self.name, self.q), value, expected }
+    }
 }
 
 /// A product of manifolds with limits.
@@ -155,6 +160,23 @@ impl ConfigSpace {
     /// [`Error::Config`], naming the coordinate. Values up to [`LIMIT_TOLERANCE`] outside a limit are moved onto it;
     /// quaternions may be off unit length by 1e-3.
     pub fn config(&self, values: &[f64]) -> Result<Config> {
+        let mut q = self.config_anywhere(values)?;
+        for (factor, lower, upper) in self.intervals() {
+            let x = &mut q.0[factor.q];
+            if *x < lower - LIMIT_TOLERANCE || *x > upper + LIMIT_TOLERANCE {
+                return Err(factor.fault(x.to_string(), format!("a value within [{lower}, {upper}]")));
+            }
+            *x = x.clamp(lower, upper);
+        }
+        Ok(q)
+    }
+
+    /// The same, where coordinates may lie beyond their limits: as sensors read them, as drives
+    /// overshoot. Not free there, but the nearest free configuration to it can be asked for.
+    ///
+    /// # Errors
+    /// [`Error::Config`], naming the coordinate.
+    pub fn config_anywhere(&self, values: &[f64]) -> Result<Config> {
         if values.len() != self.nq {
             return Err(Error::Config {
                 element: "length".into(),
@@ -164,33 +186,43 @@ impl ConfigSpace {
         }
         let mut q: Box<[f64]> = values.into();
         for factor in &self.factors {
-            let fault = |value: String, expected: String| Error::Config {
-                element: format!("`{}` (coordinate {})", factor.name, factor.q),
-                value,
-                expected,
-            };
             let x = &mut q[factor.coordinates()];
             if let Some(bad) = x.iter().find(|c| !c.is_finite()) {
-                return Err(fault(bad.to_string(), "a finite number".into()));
+                return Err(factor.fault(bad.to_string(), "a finite number".into()));
             }
             match factor.manifold {
-                Manifold::Interval { lower, upper } => {
-                    if x[0] < lower - LIMIT_TOLERANCE || x[0] > upper + LIMIT_TOLERANCE {
-                        return Err(fault(x[0].to_string(), format!("a value within [{lower}, {upper}]")));
-                    }
-                    x[0] = x[0].clamp(lower, upper);
-                }
+                Manifold::Interval { .. } => {}
                 Manifold::Circle => x[0] = wrap_angle(x[0]),
                 Manifold::Rotation => {
                     let norm = x.iter().map(|c| c * c).sum::<f64>().sqrt();
                     if (norm - 1.0).abs() > 1e-3 {
-                        return Err(fault(format!("{x:?} of length {norm}"), "a unit quaternion x, y, z, w".into()));
+                        let expected = "a unit quaternion x, y, z, w".into();
+                        return Err(factor.fault(format!("{x:?} of length {norm}"), expected));
                     }
                     normalize(x);
                 }
             }
         }
         Ok(Config(q))
+    }
+
+    /// The factors that have limits, and these.
+    fn intervals(&self) -> impl Iterator<Item = (&Factor, f64, f64)> {
+        self.factors.iter().filter_map(|factor| match factor.manifold {
+            Manifold::Interval { lower, upper } => Some((factor, lower, upper)),
+            Manifold::Circle | Manifold::Rotation => None,
+        })
+    }
+
+    /// The coordinates that lie beyond their limits.
+    pub fn outside<'a>(&'a self, q: &'a [f64]) -> impl Iterator<Item = usize> + 'a {
+        let is_outside = |(factor, lower, upper): &(&Factor, f64, f64)| q[factor.q] < *lower || q[factor.q] > *upper;
+        self.intervals().filter(is_outside).map(|(factor, ..)| factor.q)
+    }
+
+    /// Moves what lies beyond a limit onto it.
+    pub fn clamp(&self, q: &mut [f64]) {
+        self.intervals().for_each(|(factor, lower, upper)| q[factor.q] = q[factor.q].clamp(lower, upper));
     }
 
     /// Tangent vector from `a` to `b` along the geodesic: differences, wrapped on circles, body-frame rotation vectors.
@@ -295,6 +327,18 @@ mod tests {
             space.interpolate(&a, &b, 0.25, &mut c);
             assert!((space.distance(&a, &c) - 0.25 * space.distance(&a, &b)).abs() < 1e-7);
         }
+    }
+
+    #[test]
+    fn configurations_beyond_limits_are_told_and_moved_onto_them() {
+        let space = space();
+        let q = space.config_anywhere(&[2.5, 7.0, 0.0, 0.0, 0.0, 1.0]).unwrap();
+        assert_eq!((q[0], space.outside(&q).collect::<Vec<_>>()), (2.5, vec![0]));
+        let mut inside = q.to_vec();
+        space.clamp(&mut inside);
+        assert_eq!((inside[0], &inside[1..], space.outside(&inside).count()), (2.0, &q[1..], 0));
+        assert!(space.config_anywhere(&[f64::INFINITY, 0.0, 0.0, 0.0, 0.0, 1.0]).is_err());
+        assert!(space.config(&q).unwrap_err().to_string().contains("[-1, 2]"));
     }
 
     #[test]

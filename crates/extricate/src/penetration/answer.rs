@@ -24,6 +24,9 @@ pub struct Answer {
     pub max_displacement: f64,
     /// Indices of the scene's pairs that collide at the query; one of them with [`Effort::Nearest`], unless contacts were asked for.
     pub colliding: Vec<usize>,
+    /// The coordinates of the query that lie beyond their limits: it then is not free, whether or not
+    /// anything collides. The witness is within all limits; `depth` is from the query as it is.
+    pub outside: Vec<usize>,
     /// Indices of the scene's pairs that touch (within [`TOUCHING`] beyond the clearance) at the witness; none with [`Effort::Nearest`], unless
     /// contacts were asked for.
     pub touching: Vec<usize>,
@@ -58,6 +61,11 @@ pub struct Answer {
 }
 
 impl Answer {
+    /// Whether the query itself is free.
+    pub fn is_free(&self) -> bool {
+        self.colliding.is_empty() && self.outside.is_empty()
+    }
+
     /// Whether the query lies farther from all samples than nearly all configurations that the model was measured on.
     pub fn is_far(&self) -> bool {
         self.coverage.is_some_and(|coverage| coverage < FAR)
@@ -103,6 +111,7 @@ pub fn free_answer(q: &Config, nv: usize, effort: Effort) -> Answer {
         checks: 1,
         max_displacement: 0.0,
         colliding: Vec::new(),
+        outside: Vec::new(),
         touching: Vec::new(),
         coverage: None,
         unseen: None,

@@ -46,6 +46,8 @@ const FARTHEST_TURN: f64 = 2.0;
 pub struct Directions {
     sphere: Vec<Vec3>,
     nodes: Vec<Node>,
+    /// Whether the query is beyond the limits.
+    begins_outside: bool,
     /// How many were looked at.
     visits: usize,
     /// Displacements from the query, and what the last choice of each node asks of them; `nv`
@@ -126,6 +128,12 @@ impl Directions {
             numbers.resize(nv, 0.0);
         }
         self.visits = 0;
+        // A query beyond the limits is looked at where it is moved onto them.
+        self.config.clear();
+        self.config.extend_from_slice(q);
+        space.clamp(&mut self.config);
+        self.begins_outside = space.outside(q).next().is_some();
+        space.difference(q, &self.config, &mut self.steps);
         self.nodes.push(Node { length: 0.0, parent: None, choices: 0, bound: 0.0, is_open: true, is_visited: false });
         for (at, factor) in space.factors().iter().enumerate() {
             if part.is_some_and(|part| !part.searched.contains(&at)) {
@@ -133,9 +141,7 @@ impl Directions {
             }
             for v in factor.tangents() {
                 (self.low[v], self.high[v]) = match factor.manifold {
-                    Manifold::Interval { lower, upper } => {
-                        ((lower - q[factor.q]).min(0.0), (upper - q[factor.q]).max(0.0))
-                    }
+                    Manifold::Interval { lower, upper } => (lower - q[factor.q], upper - q[factor.q]),
                     Manifold::Circle | Manifold::Rotation => (-FARTHEST_TURN, FARTHEST_TURN),
                 };
             }
@@ -166,7 +172,7 @@ impl Directions {
         self.visits += 1;
         self.config.resize(scene.space.nq(), 0.0);
         scene.space.integrate(&search.known.anchor.q, step, &mut self.config);
-        if at > 0
+        if (at > 0 || self.begins_outside)
             && let Some(depth) = search.try_start(Start::at(&self.config))
             && depth <= NEAR * length
         {

@@ -33,6 +33,7 @@ mod evaluate;
 mod exits;
 mod first_witness;
 mod limit;
+mod limits;
 mod local_metric;
 pub mod options;
 mod parts;
@@ -92,7 +93,7 @@ pub struct QueryScratch {
 /// `verified` is set, otherwise when the model was learned.
 pub fn query(context: &Context, q: &Config, options: &QueryOptions, scratch: &mut QueryScratch) -> Option<Answer> {
     let mut answer = nearest_exit(context, q, options, scratch)?;
-    if !answer.colliding.is_empty() {
+    if !answer.is_free() {
         report(context, options, scratch, &mut answer);
     }
     Some(answer)
@@ -134,19 +135,23 @@ fn find(
     } else {
         answer.colliding.extend(context.checker.colliding_pair(q, &mut evaluator.check));
     }
-    if answer.colliding.is_empty() {
+    answer.outside.extend(scene.space.outside(q));
+    if answer.is_free() {
         return Some(answer);
     }
     context.metric.anchor_at(q, evaluator.check.poses(), &mut known.anchor);
     known.begin(context, options.exits.max(1));
     let mut search =
         Search { context, plan, known, evaluator, descent, boundary, believes: false, turn: None, part: None };
-    answer.coverage = first_witness(&mut search)?;
+    let is_done = !answer.outside.is_empty() && limits::begin(&mut search, &mut answer);
+    if !is_done {
+        answer.coverage = first_witness(&mut search)?;
+    }
     search.known.note_fallback();
-    if options.effort != Effort::Nearest {
+    if options.effort != Effort::Nearest && !is_done {
         let mut lead = lead.filter(|lead| !lead.is_empty());
         lead.iter_mut().for_each(|lead| lead.follow(&mut search));
-        parts.split(scene, &answer.colliding);
+        parts.split(scene, search.known.colliding_of(&answer));
         search_all(&mut search, parts);
         lead.iter_mut().for_each(|lead| lead.advance(&search));
         if options.effort == Effort::Exhaustive {
@@ -154,7 +159,7 @@ fn find(
             search.plan = plan.exhaustive(context, options);
             search.known.starts.reset();
             search.known.directions.reset();
-            parts.split(scene, &answer.colliding);
+            parts.split(scene, search.known.colliding_of(&answer));
             search_all(&mut search, parts);
         }
         answer.unseen = Some(search.known.unseen());

@@ -66,6 +66,7 @@ fn return_idle(whole: &mut Search, parts: &mut IndependentParts) {
         let coordinates = factor.coordinates();
         parts.base[coordinates.clone()].copy_from_slice(&whole.known.anchor.q[coordinates]);
     }
+    context.checker.scene().space.clamp(&mut parts.base);
     if parts.base != whole.known.incumbent.config
         && !whole.evaluator.is_spent()
         && whole.evaluator.label(context, &parts.base) == Label::Free

@@ -5,6 +5,7 @@ use super::answer::{Answer, Exit, TOUCHING, Way};
 use super::certificate::{self, Look};
 use super::context::Context;
 use super::evaluate::Evaluator;
+use super::limits;
 use super::options::{Effort, QueryOptions};
 use super::search::Known;
 use crate::collision::{ConvexOverlap, SegmentOptions, SegmentOutcome};
@@ -52,7 +53,8 @@ pub fn report(context: &Context, options: &QueryOptions, scratch: &mut QueryScra
     }
     let (poses, check) = (&anchor.poses, &mut evaluator.check);
     let bound = certificate::lower_bound(context, poses, &answer.colliding, overlaps, look, motion, check);
-    answer.lower_bound = bound.min(answer.depth);
+    let beyond = limits::lower_bound(context.metric.kind(), &context.checker.scene().space, &anchor.q);
+    answer.lower_bound = bound.max(beyond).min(answer.depth);
     gradient(context, anchor, memory, &mut evaluator.metric, answer);
     if options.exits > 1 {
         report_exits(context, known, evaluator, answer);

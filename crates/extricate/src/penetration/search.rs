@@ -1,6 +1,7 @@
 //! The search for the nearest exit: descents one after the other, each of which has to beat the
 //! incumbent.
 
+use super::answer::Answer;
 use super::around::{look_around, try_around};
 use super::context::Context;
 use super::descent::{DescentOptions, DescentScratch, Outcome, Start, descend};
@@ -38,6 +39,8 @@ pub struct Known {
     pub directions: Directions,
     /// Where descents start.
     pub starts: Starts,
+    /// Pairs that collide where a query beyond the limits is moved onto them.
+    pub colliding_within: Vec<usize>,
     /// The best answer so far.
     pub incumbent: Incumbent,
     /// A sample to fall back on where that turns out to collide.
@@ -151,6 +154,11 @@ impl Known {
         self.tried = 0;
         self.ranks.clear();
         self.unseen_in_parts = None;
+    }
+
+    /// The pairs that have to part.
+    pub fn colliding_of<'a>(&'a self, answer: &'a Answer) -> &'a [usize] {
+        if answer.outside.is_empty() { &answer.colliding } else { &self.colliding_within }
     }
 
     /// Notes the incumbent as what to fall back on.

@@ -118,7 +118,7 @@ impl Stream {
         let lead = (options.effort == Effort::Refined).then_some(&mut self.lead);
         let plan = Plan::of(&options, context);
         let mut answer = find(context, q, (&options, plan), lead, &mut self.scratch)?;
-        if answer.colliding.is_empty() {
+        if answer.is_free() {
             return Some(answer);
         }
         self.keep_to_last(context, &options, &mut answer);

@@ -162,4 +162,10 @@ impl Scene {
         let BodyPair { first, second } = self.pairs[pair];
         [&self.bodies[first].name, &self.bodies[second].name]
     }
+
+    /// Names of the joints that have any of these coordinates, each once.
+    pub fn joints_of(&self, coordinates: &[usize]) -> Vec<&str> {
+        let has_one = |joint: &&SceneJoint| coordinates.iter().any(|at| joint.q.contains(at));
+        self.joints.iter().filter(has_one).map(|joint| joint.name.as_str()).collect()
+    }
 }

@@ -3,12 +3,14 @@
 mod adapting;
 mod allocations;
 mod analytic;
+mod beyond_limits;
 mod budgets;
 mod components;
 mod judge;
 mod learned_classifier;
 mod licences;
 mod memory;
+mod no_model;
 mod other_robots;
 mod property;
 mod query;

@@ -1,0 +1,115 @@
+//! Scenes that are asked at once, of which nothing was learned.
+
+use std::ops::ControlFlow;
+
+use extricate::cspace::sampling::Halton;
+use extricate::scene::{MetricSpec, builtin};
+use extricate::{
+    Answer, CheckScratch, Config, Effort, Label, QueryBudget, QueryOptions, QueryScratch, Stream, StreamOptions, World,
+};
+
+fn world(name: &str, metric: MetricSpec) -> World {
+    let mut scene = builtin::scene(name).unwrap();
+    scene.metric = metric;
+    World::new(scene)
+}
+
+fn colliding(world: &World, count: usize) -> Vec<Config> {
+    let space = &world.scene().space;
+    let (halton, mut check, mut q) = (Halton::new(space.nv(), 5), CheckScratch::default(), vec![0.0; space.nq()]);
+    let all = (0..).map(|i| {
+        halton.config(space, i, &mut q);
+        space.config(&q).unwrap()
+    });
+    all.filter(|q| world.checker().label(q, &mut check) == Label::Colliding).take(count).collect()
+}
+
+fn with(effort: Effort) -> QueryOptions {
+    QueryOptions { effort, ..QueryOptions::default() }
+}
+
+#[test]
+fn answers_are_verified_bounded_and_nearly_those_of_a_long_search() {
+    let mut missed = 0;
+    for name in builtin::NAMES {
+        for metric in [MetricSpec::Joint, MetricSpec::ObjectNorm, MetricSpec::MaxDisplacement] {
+            let world = world(name, metric);
+            let (mut scratch, mut check) = (QueryScratch::default(), CheckScratch::default());
+            for q in colliding(&world, 5) {
+                let [nearest, refined, exhaustive] = [Effort::Nearest, Effort::Refined, Effort::Exhaustive]
+                    .map(|effort| world.query(&q, &with(effort), &mut scratch).expect("something is free"));
+                for answer in [&nearest, &refined, &exhaustive] {
+                    assert!(answer.verified && answer.coverage.is_none());
+                    assert_eq!(world.checker().label(&answer.witness, &mut check), Label::Free);
+                    assert!((world.metric().distance(&q, &answer.witness) - answer.depth).abs() < 1e-9);
+                    assert!(answer.lower_bound <= answer.depth);
+                }
+                assert!(nearest.depth >= refined.depth && refined.depth >= exhaustive.depth, "{name} {metric:?}");
+                assert!(refined.lower_bound <= exhaustive.depth && refined.unseen.is_some());
+                missed += usize::from(refined.depth > 1.05 * exhaustive.depth);
+            }
+        }
+    }
+    let all = 15 * builtin::NAMES.len();
+    println!("{missed} of {all} missed by more than 5 %");
+    assert!(missed * 20 <= all, "{missed} of {all}");
+}
+
+#[test]
+fn batches_and_threads_change_nothing_and_more_checks_never_lead_farther() {
+    let world = world("shelf-arm", MetricSpec::Joint);
+    let (queries, mut scratch, options) = (colliding(&world, 20), QueryScratch::default(), QueryOptions::default());
+    let single: Vec<Option<Answer>> = queries.iter().map(|q| world.query(q, &options, &mut scratch)).collect();
+    for threads in [1, 3] {
+        let mut batch = Vec::new();
+        world.query_batch(queries.clone(), &options, threads, &mut |answered| {
+            batch.push(answered.answer);
+            ControlFlow::Continue(())
+        });
+        assert_eq!(batch, single);
+    }
+    for (q, full) in queries.iter().zip(&single) {
+        let mut last = f64::INFINITY;
+        for checks in [0, 1, 5, 20, 60, 200, 100_000] {
+            let budget = QueryBudget { checks: Some(checks), seconds: None };
+            let answer = world.query(q, &QueryOptions { budget, ..options.clone() }, &mut scratch).unwrap();
+            assert!(answer.verified && answer.depth <= last);
+            last = answer.depth;
+        }
+        assert_eq!(full.as_ref().map(|answer| answer.depth), Some(last));
+    }
+}
+
+#[test]
+fn several_exits_and_streams_need_no_model() {
+    let world = world("planar-arm", MetricSpec::Joint);
+    let (mut scratch, mut several) = (QueryScratch::default(), 0);
+    let queries = colliding(&world, 40);
+    for q in &queries {
+        let answer = world.query(q, &QueryOptions { exits: 3, ..QueryOptions::default() }, &mut scratch).unwrap();
+        assert!(answer.exits.is_sorted_by(|a, b| a.depth <= b.depth) && answer.exits[0].witness == answer.witness);
+        several += usize::from(answer.exits.len() > 1);
+    }
+    assert!(several > 20, "{several} of 40");
+    let (mut stream, mut near) = (Stream::new(StreamOptions::default()), 0);
+    for step in 0..100 {
+        let mut q = vec![0.0; world.scene().space.nq()];
+        world.scene().space.interpolate(&queries[0], &queries[1], f64::from(step) / 100.0, &mut q);
+        let q = world.scene().space.config(&q).unwrap();
+        let frame = world.query_next(&q, &mut stream).unwrap();
+        let alone = world.query(&q, &QueryOptions::default(), &mut scratch).unwrap();
+        near += usize::from(frame.depth <= 1.05 * alone.depth);
+    }
+    assert!(near >= 90, "{near} of 100");
+}
+
+#[test]
+fn where_nothing_is_free_there_is_no_answer() {
+    let mut scene = builtin::scene("planar-arm").unwrap();
+    scene.clearance = 50.0;
+    let world = World::new(scene);
+    let q = world.scene().space.config(&[0.0; 3]).unwrap();
+    for effort in [Effort::Nearest, Effort::Refined, Effort::Exhaustive] {
+        assert_eq!(world.query(&q, &with(effort), &mut QueryScratch::default()), None);
+    }
+}
