@@ -27,8 +27,6 @@ const DIRECTIONS: usize = 32;
 const MOST_CHILDREN: usize = 5;
 /// Of two whose displacements have a cosine of more than this, the shorter.
 const LIKE_DIRECTION: f64 = 0.95;
-/// Pairs that choose, one after the other.
-const MOST_CHOICES: usize = 3;
 /// A displacement is like one that was looked at within this share of its length.
 const ALIKE: f64 = 0.2;
 /// A descent that ends within this of the displacement it started from has nothing to branch for.
@@ -179,7 +177,7 @@ impl Directions {
             // What its children lead to is hardly nearer.
             return;
         }
-        if self.nodes[at].choices == MOST_CHOICES || search.evaluator.is_spent() {
+        if self.nodes[at].choices == search.plan.most_choices || search.evaluator.is_spent() {
             return;
         }
         self.colliding.clear();

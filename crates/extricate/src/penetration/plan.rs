@@ -14,6 +14,8 @@ pub struct Plan {
     /// factor times what is known.
     pub most_directions: usize,
     pub direction_factor: f64,
+    /// Pairs that choose a direction, one after the other.
+    pub most_choices: usize,
     /// Stored samples that are started from, and the most, for as long as they find something
     /// nearer.
     pub starts: usize,
@@ -47,8 +49,10 @@ const REACH: f64 = 0.1;
 
 /// Most displacements along separating directions that are looked at: few queries have as many.
 const MOST_DIRECTIONS: usize = 32;
-/// See [`Plan::direction_factor`]: displacements are of first order.
-const DIRECTION_FACTOR: f64 = 1.5;
+/// See [`Plan::direction_factor`] and [`Plan::most_choices`]: displacements are of first order. Where
+/// samples follow, which know what longer displacements and third choices would find, fewer do.
+const DIRECTIONS: (f64, usize) = (1.2, 2);
+const UNLEARNED_DIRECTIONS: (f64, usize) = (1.5, 3);
 /// The same of an exhaustive query.
 const EXHAUSTIVE_DIRECTIONS: usize = 128;
 const EXHAUSTIVE_DIRECTION_FACTOR: f64 = 3.0;
@@ -107,10 +111,13 @@ impl Plan {
             (false, true) => POLISH_MESHES,
             (false, false) => POLISH_MESHES_BENT,
         };
+        let is_learned = !context.samples().is_empty();
+        let (direction_factor, most_choices) = if is_learned { DIRECTIONS } else { UNLEARNED_DIRECTIONS };
         let more = STARTS_AN_EXIT * options.exits.saturating_sub(1).min(MOST_STARTS / STARTS_AN_EXIT);
         let plan = Self {
             most_directions: MOST_DIRECTIONS,
-            direction_factor: DIRECTION_FACTOR,
+            direction_factor,
+            most_choices,
             per_dof: context.learned.starts,
             more,
             starts: 0,
@@ -180,6 +187,7 @@ impl Plan {
             more: 0,
             most_directions: EXHAUSTIVE_DIRECTIONS,
             direction_factor: EXHAUSTIVE_DIRECTION_FACTOR,
+            most_choices: UNLEARNED_DIRECTIONS.1,
             starts,
             most_starts: starts,
             around,
