@@ -87,7 +87,7 @@ fn a_bad_line_is_named_and_the_good_ones_are_answered() {
     let workspace = Workspace::learned();
     let lines = [FREE, "", "[NaN, 0]", "[0, 0, 0]", "[\"a\", 0]", "[[0], 0]", "[9, 0]", "{}", "nonsense", COLLIDING];
     workspace.write("q.jsonl", lines.join("\n"));
-    for command in ["check scene.toml", "query small.model"] {
+    for command in ["check scene.toml", "query small.model --limits refuse"] {
         let finished = workspace.run(&format!("{command} --input q.jsonl --json")).expect_code(1);
         let answers = finished.json();
         assert_eq!(answers.len(), 9, "one for each line that is not empty");
