@@ -19,8 +19,9 @@ use crate::clock::ThreadTime;
 pub const WARM_UP: Duration = Duration::from_millis(100);
 
 /// Writes a JSON line for each line of `queries` (`{"q": [...]}`), with the keys of `extricate query --json` that the benchmarks read;
-/// `seconds` are those of this thread. `asked` is a model, which may be asked in another scene, or a scene file (.toml), which is asked
-/// without one. `effort` is one of the names of efforts, or the number of starts of `refined`, or its most checks, as `50-checks`.
+/// `seconds` are those of this thread. `asked` is a model, which may be asked in another scene, or
+/// a scene file (.toml), which is asked without one. `effort` is one of the names of efforts, or
+/// the number of starts of `refined`, or its most checks, as `50-checks`.
 pub fn answer(asked: &str, other: Option<&str>, queries: &str, effort: &str, mut output: impl Write) -> Result<()> {
     let text = std::fs::read_to_string(queries).with_context(|| queries.to_string())?;
     let (asked, options) = (Asked::load(asked, other)?, options(effort)?);

@@ -69,7 +69,8 @@ impl Configs {
         Self { reader, name: name.into(), line: 0, bytes_read: 0, bytes_total, good: 0, bad: 0, limits: Limits::Refuse }
     }
 
-    /// What becomes of configurations beyond the joint limits; they are refused where nothing is said.
+    /// What becomes of configurations beyond the joint limits; they are refused where nothing is
+    /// said.
     pub fn with_limits(self, limits: Limits) -> Self {
         Self { limits, ..self }
     }

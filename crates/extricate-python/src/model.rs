@@ -118,7 +118,8 @@ impl Model {
 
     /// The nearest free configuration to q.
     ///
-    /// q: float64 (nq,). Beyond limits it is not free; it is measured from where it is, `Answer.outside` names the joints.
+    /// q: float64 (nq,). Beyond limits it is not free; it is measured from where it is,
+    /// `Answer.outside` names the joints.
     /// effort: "nearest" (the nearest boundary sample, or one nearly as near), "refined" (several improved, the best one verified) or "exhaustive".
     /// exits: how many distinct ways out are wanted, in `Answer.exits`.
     /// starts: from how many exits and boundary samples descents start, None for what the effort takes: fewer are faster and
@@ -155,7 +156,8 @@ impl Model {
 
     /// The nearest free configuration to each of Q, on many threads.
     ///
-    /// Q: float64 (n, nq); beyond limits as in `Model.query`. Not copied where it is C-contiguous; do not write to it meanwhile.
+    /// Q: float64 (n, nq); beyond limits as in `Model.query`. Not copied where it is C-contiguous;
+    /// do not write to it meanwhile.
     /// effort, starts, checks, seconds: as in `Model.query`, of each query.
     /// exits: how many distinct ways out are wanted.
     /// way: whether to look at the straight ways to the witnesses; costs as much as many checks.
@@ -169,7 +171,8 @@ impl Model {
     ///     contacts: colliding and touching, bool (pairs,), in the order of `Scene.pairs`; with several exits also exit_touching,
     ///         (exits, pairs). Points and normals of contacts `Model.query` tells.
     ///
-    /// Raises ValueError that names the row for a wrong shape, values that are not finite, before any is answered.
+    /// Raises ValueError that names the row for a wrong shape, values that are not finite, before
+    /// any is answered.
     #[pyo3(signature = (Q, *, effort = "refined", exits = 1, starts = None, checks = None, seconds = None, way = false, contacts = false, threads = 0))]
     #[allow(non_snake_case)]
     fn query_batch<'py>(

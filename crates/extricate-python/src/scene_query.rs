@@ -12,10 +12,11 @@ use crate::stream::Stream;
 
 #[pymethods]
 impl Scene {
-    /// The nearest free configuration to q, at once: nothing has to be learned. A `Model` of the scene takes several times fewer checks;
-    /// what is said of the answer holds alike.
+    /// The nearest free configuration to q, at once: nothing has to be learned. A `Model` of the
+    /// scene takes fewer checks; what is said of the answer holds alike.
     ///
-    /// q, effort, exits, starts, checks, seconds, way, contacts: as in `Model.query`. Every effort verifies its witness.
+    /// q, effort, exits, starts, checks, seconds, way, contacts: as in `Model.query`. Every effort
+    /// verifies its witness.
     ///
     /// None where nothing free was found, not even among 20,000 configurations.
     ///
@@ -43,11 +44,13 @@ impl Scene {
         py.detach(|| watch.over(ask))?.map(|answer| answer::object(py, answer, scene)).transpose()
     }
 
-    /// The nearest free configuration to each of Q, on many threads, at once: nothing has to be learned.
+    /// The nearest free configuration to each of Q, on many threads, at once: nothing has to be
+    /// learned.
     ///
-    /// Q, effort, exits, starts, checks, seconds, way, contacts, threads: as in `Model.query_batch`, which tells what is returned. Where
-    /// nothing free was found, depth is inf, witness, gradient and max_displacement are nan, verified and free are False, and there are
-    /// no exits. coverage is nan.
+    /// Q, effort, exits, starts, checks, seconds, way, contacts, threads: as in
+    /// `Model.query_batch`, which tells what is returned. Where nothing free was found, depth is
+    /// inf, witness, gradient and max_displacement are nan, verified and free are False, and there
+    /// are no exits. coverage is nan.
     #[pyo3(signature = (Q, *, effort = "refined", exits = 1, starts = None, checks = None, seconds = None, way = false, contacts = false, threads = 0))]
     #[allow(non_snake_case)]
     fn query_batch<'py>(
@@ -69,7 +72,8 @@ impl Scene {
         })
     }
 
-    /// For queries that follow each other closely, as from a simulation: each is warm-started from the one before.
+    /// For queries that follow each other closely, as from a simulation: each is warm-started from
+    /// the one before.
     ///
     /// effort, hysteresis, looks, starts, checks, seconds, way, contacts: as in `Model.stream`.
     #[pyo3(signature = (*, effort = "refined", hysteresis = 0.0, looks = 4, starts = None, checks = None, seconds = None, way = false, contacts = false))]

@@ -15,7 +15,8 @@ use crate::long_call::Watch;
 use crate::model::Model;
 use crate::scene::Scene;
 
-/// Queries that follow each other closely: each is warm-started from the one before. Made by `Model.stream` and `Scene.stream`.
+/// Queries that follow each other closely: each is warm-started from the one before. Made by
+/// `Model.stream` and `Scene.stream`.
 ///
 /// Has a memory: its answers depend on the frames before. Threads that share one take turns.
 #[pyclass(frozen, module = "extricate._extricate")]

@@ -17,8 +17,8 @@ pub enum FileKind {
     Model,
 }
 
-/// Text without NUL is a scene, for a model file begins with the length of its header as a binary number; the name decides
-/// where a file is too short to tell.
+/// Text without NUL is a scene, for a model file begins with the length of its header as a binary
+/// number; the name decides where a file is too short to tell.
 pub fn kind_of(path: &Path) -> anyhow::Result<FileKind> {
     let extension = path.extension().and_then(|e| e.to_str());
     if extension == Some("toml") {

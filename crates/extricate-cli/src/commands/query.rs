@@ -27,7 +27,7 @@ use crate::report;
 )]
 pub struct QueryArgs {
     /// Scene file (TOML) or URDF, which is asked at once; or a model file that `extricate learn`
-    /// wrote, which answers several times faster
+    /// wrote, which takes fewer checks
     #[arg(value_name = "SCENE|MODEL")]
     file: PathBuf,
     #[command(flatten)]

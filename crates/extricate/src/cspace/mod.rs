@@ -15,8 +15,8 @@ pub const LIMIT_TOLERANCE: f64 = 1e-9;
 
 /// A checked point of a [`ConfigSpace`]: right length, within limits, angles wrapped, quaternions unit.
 ///
-/// Made by [`ConfigSpace::config`], and by [`ConfigSpace::config_anywhere`], for queries, which may lie
-/// beyond limits.
+/// Made by [`ConfigSpace::config`], and by [`ConfigSpace::config_anywhere`], for queries, which may
+/// lie beyond limits.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Config(Box<[f64]>);
 

@@ -24,8 +24,8 @@ pub struct Answer {
     pub max_displacement: f64,
     /// Indices of the scene's pairs that collide at the query; one of them with [`Effort::Nearest`], unless contacts were asked for.
     pub colliding: Vec<usize>,
-    /// The coordinates of the query that lie beyond their limits: it then is not free, whether or not
-    /// anything collides. The witness is within all limits; `depth` is from the query as it is.
+    /// The coordinates of the query that lie beyond their limits: it then is not free, whether or
+    /// not anything collides. The witness is within all limits; `depth` is from the query as it is.
     pub outside: Vec<usize>,
     /// Indices of the scene's pairs that touch (within [`TOUCHING`] beyond the clearance) at the witness; none with [`Effort::Nearest`], unless
     /// contacts were asked for.
@@ -36,10 +36,10 @@ pub struct Answer {
     /// learned, and a nearer way out is missed more easily. `None` where the query is free or nothing was held out.
     pub coverage: Option<f64>,
     /// Estimated share of starts that would lead to an exit which this query has not met, in
-    /// `[0, 1]`: near 0 where one descent after the other led to the same few ends, near 1 where each
-    /// led to another. `None` where the query is free, or with [`Effort::Nearest`]. (Boender and
-    /// Rinnooy Kan's estimate for multistart; starts are the nearest samples, not uniform ones, so
-    /// it is no probability of a miss.)
+    /// `[0, 1]`: near 0 where one descent after the other led to the same few ends, near 1 where
+    /// each led to another. `None` where the query is free, or with [`Effort::Nearest`]. (Boender
+    /// and Rinnooy Kan's estimate for multistart; starts are the nearest samples, not uniform ones,
+    /// so it is no probability of a miss.)
     pub unseen: Option<f64>,
     /// Whether the exact checker called the witness free during this query; otherwise it did when the model was learned.
     pub verified: bool,

@@ -1,11 +1,11 @@
 //! Where colliding bodies part: a best-first search over separating directions.
 //!
 //! Two convex bodies are apart where some unit direction separates them. So a free configuration
-//! chooses, for every colliding pair, a direction on a sphere of two dimensions, whatever the degrees
-//! of freedom; to first order each choice is a half-space of displacements, and the shortest
-//! displacement in it leads to where to look. Where another pair collides there, that one chooses
-//! too, and the displacement has to lie in both half-spaces. Displacements are looked at shortest
-//! first, until they are longer than what is known; from each a descent starts.
+//! chooses, for every colliding pair, a direction on a sphere of two dimensions, whatever the
+//! degrees of freedom; to first order each choice is a half-space of displacements, and the
+//! shortest displacement in it leads to where to look. Where another pair collides there, that one
+//! chooses too, and the displacement has to lie in both half-spaces. Displacements are looked at
+//! shortest first, until they are longer than what is known; from each a descent starts.
 
 mod choices;
 
@@ -210,8 +210,8 @@ impl Directions {
         farthest.sort();
     }
 
-    /// Adds the shortest displacements of the choices that were measured last, no two alike and none
-    /// longer than `most`, below the node at `at`.
+    /// Adds the shortest displacements of the choices that were measured last, no two alike and
+    /// none longer than `most`, below the node at `at`.
     fn branch(&mut self, at: usize, local: &LocalMetric, most: f64) {
         let nv = self.low.len();
         let first = self.nodes.len();
@@ -240,7 +240,8 @@ impl Directions {
         }
     }
 
-    /// The shortest displacement in the half-spaces of a node and of a choice; whether there is one.
+    /// The shortest displacement in the half-spaces of a node and of a choice; whether there is
+    /// one.
     fn solve(&mut self, at: usize, choice: usize, bound: f64, local: &LocalMetric) -> bool {
         let nv = self.low.len();
         self.qp.reset(nv);

@@ -45,8 +45,8 @@ impl Evaluator {
         self.free_at.clear();
     }
 
-    /// Goes on without a budget until the limit, which is returned, is set again: only who asked for
-    /// the query may end it without a witness.
+    /// Goes on without a budget until the limit, which is returned, is set again: only who asked
+    /// for the query may end it without a witness.
     pub fn lift_limit(&mut self) -> Limit {
         let stop = self.limit.stop.clone();
         std::mem::replace(&mut self.limit, Limit { stop, ..Limit::default() })

@@ -21,6 +21,7 @@
 pub mod answer;
 mod around;
 pub mod batch;
+mod beyond_limits;
 pub mod certificate;
 pub mod change;
 pub mod changed;
@@ -33,7 +34,6 @@ mod evaluate;
 mod exits;
 mod first_witness;
 mod limit;
-mod limits;
 mod local_metric;
 pub mod options;
 mod parts;
@@ -143,7 +143,7 @@ fn find(
     known.begin(context, options.exits.max(1));
     let mut search =
         Search { context, plan, known, evaluator, descent, boundary, believes: false, turn: None, part: None };
-    let is_done = !answer.outside.is_empty() && limits::begin(&mut search, &mut answer);
+    let is_done = !answer.outside.is_empty() && beyond_limits::begin(&mut search, &mut answer);
     if !is_done {
         answer.coverage = first_witness(&mut search)?;
     }

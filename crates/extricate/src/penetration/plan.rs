@@ -49,8 +49,9 @@ const REACH: f64 = 0.1;
 
 /// Most displacements along separating directions that are looked at: few queries have as many.
 const MOST_DIRECTIONS: usize = 32;
-/// See [`Plan::direction_factor`] and [`Plan::most_choices`]: displacements are of first order. Where
-/// samples follow, which know what longer displacements and third choices would find, fewer do.
+/// See [`Plan::direction_factor`] and [`Plan::most_choices`]: displacements are of first order.
+/// Where samples follow, which know what longer displacements and third choices would find, fewer
+/// do.
 const DIRECTIONS: (f64, usize) = (1.2, 2);
 const UNLEARNED_DIRECTIONS: (f64, usize) = (1.5, 3);
 /// The same of an exhaustive query.
@@ -97,8 +98,8 @@ pub const POLISH_MESHES: DescentOptions = DescentOptions { reach: 0.01, toleranc
 /// Where the metric bends, one answer in twenty stopped between 1e-3 and 1e-2 short with that; with this one in forty does, for a twentieth more time.
 const POLISH_MESHES_BENT: DescentOptions = DescentOptions { tolerance: 3e-4, ..POLISH_MESHES };
 
-/// Starts of a query where nothing was learned: with half as many one query in 400 more misses, with
-/// twice as many one in 500 fewer, for a third fewer and two thirds more checks.
+/// Starts of a query where nothing was learned: with half as many one query in 400 more misses,
+/// with twice as many one in 500 fewer, for a third fewer and two thirds more checks.
 pub const UNLEARNED: StartsPerDof = StartsPerDof { stored: 0.0, around: 1.0 };
 
 impl Plan {

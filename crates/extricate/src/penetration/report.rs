@@ -2,10 +2,10 @@
 
 use super::QueryScratch;
 use super::answer::{Answer, Exit, TOUCHING, Way};
+use super::beyond_limits;
 use super::certificate::{self, Look};
 use super::context::Context;
 use super::evaluate::Evaluator;
-use super::limits;
 use super::options::{Effort, QueryOptions};
 use super::search::Known;
 use crate::collision::{ConvexOverlap, SegmentOptions, SegmentOutcome};
@@ -53,7 +53,7 @@ pub fn report(context: &Context, options: &QueryOptions, scratch: &mut QueryScra
     }
     let (poses, check) = (&anchor.poses, &mut evaluator.check);
     let bound = certificate::lower_bound(context, poses, &answer.colliding, overlaps, look, motion, check);
-    let beyond = limits::lower_bound(context.metric.kind(), &context.checker.scene().space, &anchor.q);
+    let beyond = beyond_limits::lower_bound(context.metric.kind(), &context.checker.scene().space, &anchor.q);
     answer.lower_bound = bound.max(beyond).min(answer.depth);
     gradient(context, anchor, memory, &mut evaluator.metric, answer);
     if options.exits > 1 {

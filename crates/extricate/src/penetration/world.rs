@@ -18,8 +18,8 @@ use crate::scene::Scene;
 
 /// A scene that is ready to be asked: nothing has to be learned.
 ///
-/// A model of the scene answers several times faster; the guarantees are the same. Immutable; share
-/// it between threads.
+/// A model of the scene takes fewer checks; the guarantees are the same. Immutable; share it
+/// between threads.
 ///
 /// ```
 /// use extricate::{QueryOptions, QueryScratch, World, scene::builtin};
@@ -62,8 +62,8 @@ impl World {
         &self.metric
     }
 
-    /// The nearest free configuration to `q`; see [`query`]. `None` where nothing free was found, not
-    /// even among 20,000 configurations, or where looking for it was stopped. `coverage` of the
+    /// The nearest free configuration to `q`; see [`query`]. `None` where nothing free was found,
+    /// not even among 20,000 configurations, or where looking for it was stopped. `coverage` of the
     /// answer is `None`.
     ///
     /// # Guarantee

@@ -9,7 +9,8 @@ use extricate::{Answer, CheckScratch, Effort, Label, Manifold, QueryOptions, Que
 
 use crate::memory::learn;
 
-/// A ball of 0.1 on three slides of one metre both ways, before a block whose face stands at x = 0.9.
+/// A ball of 0.1 on three slides of one metre both ways, before a block whose face stands at x =
+/// 0.9.
 fn ball() -> Scene {
     let slide = |name: &str, parent: &str, child: &str, axis: &str| {
         format!(
