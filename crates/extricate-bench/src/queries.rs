@@ -61,7 +61,7 @@ impl Asked {
         }
         let model = Box::new(store::load_model(path)?);
         let Some(other) = other else { return Ok(Self::Model(model)) };
-        let changed = ChangedScene::new(model.scene(), store::load_scene(Path::new(other))?)?;
+        let changed = ChangedScene::new(model.world(), store::load_scene(Path::new(other))?)?;
         Ok(Self::Changed(model, Box::new(changed)))
     }
 

@@ -37,7 +37,7 @@ impl ChangedScene {
         let learned = model.get().inner();
         // The convex pieces around meshes are made on threads: here, not in the first query, where they would be those of a global pool.
         let prepare = || {
-            let changed = extricate::ChangedScene::new(learned.scene(), copy)?;
+            let changed = extricate::ChangedScene::new(learned.world(), copy)?;
             changed.checker().prepare_proposals();
             Ok(changed)
         };

@@ -31,8 +31,8 @@ use crate::penetration::batch::in_blocks;
 use crate::penetration::certificate::InteriorBalls;
 use crate::penetration::coverage::Coverage;
 use crate::penetration::{
-    Answer, Answered, ChangedScene, Context, Learned, QueryOptions, QueryScratch, StartsPerDof, Stream, index_samples,
-    query,
+    Answer, Answered, ChangedScene, Context, Learned, QueryOptions, QueryScratch, StartsPerDof, Stream, World,
+    index_samples, query,
 };
 use crate::scene::Scene;
 use learner::Learner;
@@ -42,11 +42,9 @@ use quality::{Density, Excess};
 ///
 /// Immutable; share it between threads.
 pub struct Model {
-    checker: Checker,
-    metric: Metric,
+    world: World,
     boundary: SampleSet,
     classifier: Option<UnionClassifier>,
-    balls: InteriorBalls,
     coverage: Coverage,
     statistics: Statistics,
 }
@@ -177,23 +175,29 @@ impl Model {
         coverage: Coverage,
         statistics: Statistics,
     ) -> Self {
-        let balls = InteriorBalls::new(&checker);
-        Self { checker, metric, boundary, classifier, balls, coverage, statistics }
+        let balls = InteriorBalls::new(&checker, None);
+        let world = World::of_parts(checker, metric.into(), balls);
+        Self { world, boundary, classifier, coverage, statistics }
+    }
+
+    /// Its scene, ready to be asked without what was learned of it.
+    pub fn world(&self) -> &World {
+        &self.world
     }
 
     /// The scene it was learned for.
     pub fn scene(&self) -> &Scene {
-        self.checker.scene()
+        self.world.scene()
     }
 
     /// The exact checker of its scene.
     pub fn checker(&self) -> &Checker {
-        &self.checker
+        self.world.checker()
     }
 
     /// The metric of its scene.
     pub fn metric(&self) -> &Metric {
-        &self.metric
+        self.world.metric()
     }
 
     /// Its verified boundary samples.
@@ -317,6 +321,6 @@ impl Model {
     }
 
     pub(crate) fn context(&self) -> Context<'_> {
-        Context::new((&self.checker, &self.metric, &self.balls), self.learned(), None)
+        self.world.with(&self.learned(), None)
     }
 }

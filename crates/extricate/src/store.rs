@@ -14,6 +14,7 @@ use crate::model_file::checkpoint::{self, CheckpointSummary};
 use crate::scene::Scene;
 use crate::scene::assemble::{assemble, assemble_entries};
 use crate::scene::file::SceneFile;
+use crate::scene::world_file::{in_world, in_world_of_entries};
 
 /// Largest file that is read \[bytes\]: beyond it something else was meant, a disk image or a device without end.
 const LARGEST: u64 = 2 << 30;
@@ -25,6 +26,45 @@ const HEAD: u64 = 4096;
 /// # Errors
 /// [`crate::Error::Read`] where the file cannot be read, [`crate::Error::Input`] where it, or what it names, cannot be used.
 pub fn load_scene(path: &Path) -> Result<Scene> {
+    match scene_text(path)? {
+        SceneText::Toml(text) => assemble(path, &text, &mut read),
+        SceneText::Urdf => {
+            // Debug quotes a string as TOML does.
+            let file = path.file_name().unwrap_or_default().to_string_lossy();
+            assemble(path, &format!("[[robot]]\nurdf = {file:?}\n"), &mut read)
+        }
+    }
+}
+
+/// Loads the scene of the robots of `robots` in the world of a scene file; see [`in_world`].
+///
+/// # Errors
+/// As [`load_scene`].
+pub fn load_world(robots: &Scene, path: &Path) -> Result<Scene> {
+    match scene_text(path)? {
+        SceneText::Toml(text) => in_world(robots, path, &text, &mut read),
+        SceneText::Urdf => {
+            let problem = "got a URDF, expected a scene file with the world's obstacles (TOML)";
+            Err(Error::input(path.display().to_string(), "file", problem))
+        }
+    }
+}
+
+/// As [`load_world`], of a world that was not written as a file, as [`assemble_scene`] takes it.
+///
+/// # Errors
+/// As [`load_scene`].
+pub fn assemble_world(robots: &Scene, name: &str, entries: &SceneFile) -> Result<Scene> {
+    in_world_of_entries(robots, Path::new(name), entries, &mut read)
+}
+
+/// What a scene can be read from.
+enum SceneText {
+    Toml(String),
+    Urdf,
+}
+
+fn scene_text(path: &Path) -> Result<SceneText> {
     let bytes = read(path)?;
     let name = path.display().to_string();
     if model_file::is_model(&bytes) {
@@ -35,11 +75,9 @@ pub fn load_scene(path: &Path) -> Result<Scene> {
         Error::input(name, at, "got bytes that are not UTF-8, expected a scene (TOML)")
     })?;
     if text.trim_start_matches('\u{feff}').trim_start().starts_with('<') {
-        // Debug quotes a string as TOML does.
-        let file = path.file_name().unwrap_or_default().to_string_lossy();
-        return assemble(path, &format!("[[robot]]\nurdf = {file:?}\n"), &mut read);
+        return Ok(SceneText::Urdf);
     }
-    assemble(path, &text, &mut read)
+    Ok(SceneText::Toml(text))
 }
 
 /// Assembles a scene that was not written as a file; `name` is what messages call it. Paths in `entries` start from the

@@ -39,7 +39,7 @@ impl Asked {
             (FileKind::Model, None) => Ok(Self::Model(load_model(file)?)),
             (FileKind::Model, Some(path)) => {
                 let (model, scene) = (load_model(file)?, load_scene(path)?);
-                let changed = busy("preparing the changed scene", || ChangedScene::new(model.scene(), scene));
+                let changed = busy("preparing the changed scene", || ChangedScene::new(model.world(), scene));
                 let changed = changed.with_context(|| format!("{} does not fit the model", path.display()))?;
                 Ok(Self::Changed(model, changed))
             }

@@ -1,6 +1,7 @@
 //! The bodies of a scene with their prepared shapes, and where they are at a configuration. No pairs.
 
 use std::ops::Range;
+use std::sync::Arc;
 
 use super::bounds::{Aabb, bounding_ball};
 use super::convex::ConvexCore;
@@ -8,6 +9,7 @@ use super::part_pair::Placed;
 use super::shape::{Shape, ShapeKind};
 use crate::kinematics::{self, PoseBlock};
 use crate::math::{Pose, Vec3};
+use crate::scene::matching::by_name;
 use crate::scene::{Body, Scene};
 
 /// Every body of a scene.
@@ -30,12 +32,14 @@ pub struct PreparedBody {
     pub ball: (Vec3, f64),
     /// The frame that it is fixed to.
     pub frame: usize,
+    /// In the axes of the world, around a body that does not move and has parts.
+    pub world_box: Option<Aabb>,
 }
 
 /// A shape on a frame.
 pub struct PreparedPart {
-    /// The shape.
-    pub shape: Shape,
+    /// The shape, shared by scenes that have it.
+    pub shape: Arc<Shape>,
     /// Maps shape coordinates to frame coordinates.
     pub pose_frame_part: Pose,
     frame: usize,
@@ -58,21 +62,46 @@ pub struct Placement {
 const ALWAYS: u32 = u32::MAX;
 
 impl Bodies {
-    /// Prepares every shape.
-    pub fn new(scene: &Scene) -> Self {
+    /// Prepares every shape that `before`, a scene with its prepared bodies, does not have.
+    pub fn new(scene: &Scene, before: Option<(&Scene, &Self)>) -> Self {
+        let known = before.map(|(old, prepared)| (old, prepared, by_name(old, scene)));
         let mut all = Self { bodies: Vec::new(), parts: Vec::new(), moving: Vec::new(), all_convex: true };
         for (index, body) in scene.bodies.iter().enumerate() {
-            let start = all.parts.len();
-            all.parts.extend(prepared_parts(body));
-            let parts = start..all.parts.len();
-            let ball = ball_around(&all.parts[parts.clone()]);
-            all.bodies.push(PreparedBody { parts, ball, frame: body.frame });
-            if body.frame != 0 {
-                all.moving.push(index);
-            }
+            let twin = known.as_ref().and_then(|(old, prepared, names)| {
+                let at = names[index]?;
+                Some((&old.bodies[at], *prepared, &prepared.bodies[at]))
+            });
+            all.push(body, twin);
         }
         all.all_convex = all.parts.iter().all(|part| matches!(part.shape.kind, ShapeKind::Convex(_)));
         all
+    }
+
+    /// Adds a body; `twin` is one of the same name in another scene.
+    fn push(&mut self, body: &Body, twin: Option<(&Body, &Self, &PreparedBody)>) {
+        let start = self.parts.len();
+        // Geometry without a shape has no prepared part.
+        match twin.filter(|(old, _, known)| known.parts.len() == old.parts.len() && have_equal_shapes(old, body)) {
+            Some((_, prepared, known)) => {
+                let prepared = &prepared.parts[known.parts.clone()];
+                self.parts.extend(body.parts.iter().zip(prepared).map(|(part, known)| PreparedPart {
+                    shape: Arc::clone(&known.shape),
+                    pose_frame_part: part.pose_frame_part,
+                    frame: body.frame,
+                }));
+            }
+            None => self.parts.extend(prepared_parts(body)),
+        }
+        let parts = start..self.parts.len();
+        let own = &self.parts[parts.clone()];
+        let (ball, world_box) = match twin.filter(|(old, ..)| *old == body) {
+            Some((.., known)) => (known.ball, known.world_box),
+            None => (ball_around(own), (body.frame == 0 && !own.is_empty()).then(|| box_around(own))),
+        };
+        if body.frame != 0 {
+            self.moving.push(self.bodies.len());
+        }
+        self.bodies.push(PreparedBody { parts, ball, frame: body.frame, world_box });
     }
 
     /// A placement whose parts that do not move are in place.
@@ -112,13 +141,6 @@ impl Bodies {
         }
     }
 
-    /// A box in the axes of the world around a body that does not move and has parts.
-    pub fn world_box(&self, body: usize) -> Aabb {
-        let parts = &self.parts[self.bodies[body].parts.clone()];
-        let points: Vec<Vec3> = parts.iter().flat_map(points_around).collect();
-        Aabb::around(points.iter())
-    }
-
     /// Two parts at the placed configuration.
     pub fn placed<'a>(&'a self, placement: &'a mut Placement, first: usize, second: usize) -> (Placed<'a>, Placed<'a>) {
         for part in [first, second] {
@@ -137,8 +159,18 @@ impl Bodies {
 fn prepared_parts(body: &Body) -> impl Iterator<Item = PreparedPart> {
     body.parts.iter().filter_map(|part| {
         let shape = Shape::new(&part.geometry)?;
-        Some(PreparedPart { shape, pose_frame_part: part.pose_frame_part, frame: body.frame })
+        Some(PreparedPart { shape: Arc::new(shape), pose_frame_part: part.pose_frame_part, frame: body.frame })
     })
+}
+
+/// Whether two bodies have the same shapes in the same order, wherever they are.
+fn have_equal_shapes(a: &Body, b: &Body) -> bool {
+    a.parts.len() == b.parts.len() && a.parts.iter().zip(&b.parts).all(|(a, b)| a.geometry == b.geometry)
+}
+
+fn box_around(parts: &[PreparedPart]) -> Aabb {
+    let points: Vec<Vec3> = parts.iter().flat_map(points_around).collect();
+    Aabb::around(points.iter())
 }
 
 fn ball_around(parts: &[PreparedPart]) -> (Vec3, f64) {

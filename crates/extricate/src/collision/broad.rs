@@ -114,7 +114,7 @@ impl Broad {
             let meets_still = against_still.any(|pair| *pair != NONE);
             movers.push(Mover { body, radius: radius(body), rows: start..rows.len(), meets_still });
         }
-        let boxes: Vec<_> = still_bodies.iter().map(|&body| bodies.world_box(body)).collect();
+        let boxes: Vec<_> = still_bodies.iter().filter_map(|&body| bodies.bodies[body].world_box).collect();
         let still_balls = still_bodies.iter().map(|&body| bodies.bodies[body].ball).collect();
         Self { movers, rows, still: StillTree::new(&boxes), still_balls, still_pairs, fixed }
     }
@@ -224,7 +224,7 @@ mod tests {
                         [pair.first, pair.second].map(|body| (placement.centers[body], bodies.bodies[body].ball.1));
                     let still = |body: usize| scene.bodies[body].frame == 0;
                     let touches = |body: usize, center: &Vec3, radius: f64| {
-                        !still(body) || distance_squared(&bodies.world_box(body), center) <= (radius + margin).powi(2)
+                        !still(body) || distance_squared(&bodies.bodies[body].world_box.unwrap(), center) <= (radius + margin).powi(2)
                     };
                     still(pair.first) && still(pair.second)
                         || (a - b).norm() <= r + s + margin && touches(pair.first, &b, s) && touches(pair.second, &a, r)

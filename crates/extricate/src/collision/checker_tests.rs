@@ -12,6 +12,7 @@ use crate::cspace::{ConfigSpace, Label, Manifold};
 use crate::kinematics;
 use crate::math::{Pose, Vec3};
 use crate::robot::{Geometry, TriangleMesh};
+use crate::scene::clearances::Clearances;
 use crate::scene::{Body, BodyPair, Coordinate, Frame, MetricSpec, Motion, Part, Scene};
 
 /// Bodies that fly freely (x, y, z within 4 m, quaternion), all pairs checked, clearance 1 mm.
@@ -36,7 +37,10 @@ fn flying(bodies: Vec<Vec<Part>>) -> Checker {
     let count = scene_bodies.len();
     let pairs = (0..count).flat_map(|first| (first + 1..count).map(move |second| BodyPair { first, second })).collect();
     let (metric, joints, warnings) = (MetricSpec::Joint, vec![], vec![]);
-    let scene = Scene { clearance: 1e-3, metric, joints, space, frames, bodies: scene_bodies, pairs, warnings };
+    let (links, clearances) = (vec![], Clearances::default());
+    let bodies = scene_bodies;
+    let scene =
+        Scene { clearance: 1e-3, metric, joints, space, frames, bodies, pairs, warnings, links, clearances };
     Checker::new(Arc::new(scene))
 }
 

@@ -9,6 +9,8 @@ use crate::math::{Pose, Vec3};
 /// Two convex shapes of a checked pair, in place.
 pub struct ConvexPair<'a> {
     pair: usize,
+    /// What the pair keeps beyond the clearance of the scene \[m\].
+    excess: f64,
     first: (&'a ConvexShape, &'a Pose),
     second: (&'a ConvexShape, &'a Pose),
 }
@@ -27,19 +29,20 @@ impl ConvexPair<'_> {
 
     /// The place where the first shape reaches farthest against `direction` (unit, world) and the
     /// second farthest along it: by the negative of its distance they overlap along the direction.
+    /// The distance is less what the pair keeps beyond the clearance of the scene.
     pub fn across(&self, direction: &Vec3) -> Contact {
         let farthest = |(shape, pose): (&ConvexShape, &Pose), along: Vec3| {
             pose.point(&shape.core.support(&pose.inverse_vector(&along))) + along * shape.radius
         };
         let (point_first, point_second) = (farthest(self.first, -direction), farthest(self.second, *direction));
-        let distance = direction.dot(&(point_first - point_second));
+        let distance = direction.dot(&(point_first - point_second)) - self.excess;
         Contact { pair: self.pair, distance, point_first, point_second, normal: *direction }
     }
 }
 
 impl Checker {
-    /// Calls `each` with the convex shapes of the checked pairs `pairs` at `q` that may overlap; of
-    /// a mesh, with the pieces around it that overlap most.
+    /// Calls `each` with the convex shapes of the checked pairs `pairs` at `q` that may be nearer
+    /// than they keep; of a mesh, with the pieces around it that overlap most.
     pub fn convex_pairs(
         &self,
         q: &[f64],
@@ -49,19 +52,20 @@ impl Checker {
     ) {
         self.place(q, scratch);
         for &pair in pairs {
+            let (clearance, excess) = (self.clearance_of(pair), self.excess(pair));
             for (first, second, _) in self.part_pairs(pair) {
                 let (a, b) = self.bodies.placed(&mut scratch.placement, first, second);
-                for (x, y) in deepest_pieces(a, b).into_iter().flatten() {
-                    each(&ConvexPair { pair, first: (convex(x), a.pose), second: (convex(y), b.pose) });
+                for (x, y) in deepest_pieces(a, b, clearance).into_iter().flatten() {
+                    each(&ConvexPair { pair, excess, first: (convex(x), a.pose), second: (convex(y), b.pose) });
                 }
             }
         }
     }
 }
 
-/// The pieces of two shapes whose enclosing balls overlap most.
-fn deepest_pieces<'a>(a: Placed<'a>, b: Placed<'a>) -> [Option<(&'a Shape, &'a Shape)>; MOST_PIECES] {
-    let (mut found, mut gaps) = ([None; MOST_PIECES], [0.0; MOST_PIECES]);
+/// The pieces of two shapes whose enclosing balls overlap most, or are nearer than `within` \[m\].
+fn deepest_pieces<'a>(a: Placed<'a>, b: Placed<'a>, within: f64) -> [Option<(&'a Shape, &'a Shape)>; MOST_PIECES] {
+    let (mut found, mut gaps) = ([None; MOST_PIECES], [within; MOST_PIECES]);
     let pose_b_a = b.pose.inverse().then(a.pose);
     for x in a.shape.pieces().shapes {
         let center = pose_b_a.point(&x.ball.0);

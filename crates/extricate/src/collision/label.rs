@@ -50,7 +50,7 @@ impl Checker {
         if self.recent_collides(scratch) {
             return Label::Colliding;
         }
-        self.find_near(self.scene.clearance, scratch);
+        self.find_near(self.most_clearance, scratch);
         self.label_found(scratch)
     }
 
@@ -109,7 +109,7 @@ impl Checker {
                         continue;
                     }
                 }
-                self.find_near(scene.clearance, scratch);
+                self.find_near(self.most_clearance, scratch);
                 if !again && !scratch.broad.pairs.is_empty() {
                     self.bodies.place_lane(&scratch.block, lane, &mut scratch.placement);
                 }
@@ -153,8 +153,9 @@ impl Checker {
     }
 
     fn balls_near(&self, pair: usize, scratch: &CheckScratch) -> bool {
+        let clearance = self.clearance_of(pair);
         let (pair, centers) = (&self.pairs[pair], &scratch.placement.centers);
-        let reach = pair.radii + self.scene.clearance;
+        let reach = pair.radii + clearance;
         reach >= 0.0 && (centers[pair.first] - centers[pair.second]).norm_squared() <= reach * reach
     }
 

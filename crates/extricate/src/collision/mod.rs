@@ -45,8 +45,10 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use serde::Serialize;
 
 use crate::kinematics::{LANES, PoseBlock, Twists, Wrench};
-use crate::math::Vec3;
+use crate::math::{Pose, Vec3};
 use crate::scene::Scene;
+use crate::scene::clearances::PairClearance;
+use crate::scene::matching::by_name;
 
 use bodies::{Bodies, Placement};
 use broad::{Broad, BroadScratch};
@@ -64,11 +66,15 @@ pub use shape_pair::{PairScratch, PreparedShape};
 /// The checked pairs of one scene, with all that makes checks fast. Immutable, shared between threads.
 pub struct Checker {
     scene: Arc<Scene>,
-    bodies: Bodies,
-    pairs: Vec<CheckedPair>,
-    broad: Broad,
-    paths: SpeedPaths,
+    bodies: Arc<Bodies>,
+    pairs: Arc<[CheckedPair]>,
+    broad: Arc<Broad>,
+    paths: Arc<SpeedPaths>,
     hints: usize,
+    /// Of pairs that follow the scene's \[m\].
+    clearance: f64,
+    /// Greatest of any pair \[m\].
+    most_clearance: f64,
     /// Tells whose hints a scratch holds.
     id: u64,
 }
@@ -80,6 +86,8 @@ struct CheckedPair {
     radii: f64,
     /// Where the hints of its pairs of parts start.
     hints: usize,
+    /// What it keeps.
+    clearance: PairClearance,
 }
 
 /// Memory that checks reuse; one per thread.
@@ -107,7 +115,8 @@ pub struct CheckScratch {
 pub struct Contact {
     /// Index into [`Scene::pairs`].
     pub pair: usize,
-    /// Signed distance \[m\]; negative where the two overlap.
+    /// Signed distance \[m\]; negative where the two overlap. As [`Checker::contacts`] gives it,
+    /// less what the pair keeps beyond the clearance of the scene.
     pub distance: f64,
     /// Nearest (or deepest) point on the first body, world coordinates \[m\].
     pub point_first: Vec3,
@@ -173,20 +182,91 @@ const BY_BOX: u32 = 1;
 impl Checker {
     /// Prepares every checked pair of `scene`.
     pub fn new(scene: Arc<Scene>) -> Self {
+        Self::prepare(scene, None)
+    }
+
+    /// A checker of another scene, such as one in which an obstacle moved: what this one has
+    /// prepared of equal bodies is shared. It says what [`Checker::new`] would.
+    pub fn for_scene(&self, scene: Arc<Scene>) -> Self {
+        Self::prepare(scene, Some((&self.scene, &self.bodies)))
+    }
+
+    fn prepare(scene: Arc<Scene>, before: Option<(&Scene, &Bodies)>) -> Self {
         static NEXT_ID: AtomicU64 = AtomicU64::new(1);
-        let bodies = Bodies::new(&scene);
+        let bodies = Bodies::new(&scene, before);
         let mut hints = 0;
-        let prepare = |pair: &crate::scene::BodyPair| {
+        let prepare = |(pair, clearance): (&crate::scene::BodyPair, PairClearance)| {
             let (a, b) = (&bodies.bodies[pair.first], &bodies.bodies[pair.second]);
             let radii = a.ball.1 + b.ball.1;
             let start = hints;
             hints += a.parts.len() * b.parts.len();
-            CheckedPair { first: pair.first, second: pair.second, radii, hints: start }
+            CheckedPair { first: pair.first, second: pair.second, radii, hints: start, clearance }
         };
-        let pairs = scene.pairs.iter().map(prepare).collect();
-        let broad = Broad::new(&scene, &bodies);
-        let paths = SpeedPaths::new(&scene);
-        Self { bodies, pairs, broad, paths, hints, id: NEXT_ID.fetch_add(1, Ordering::Relaxed), scene }
+        let clearances = scene.clearances.of_pairs(&scene);
+        let pairs = scene.pairs.iter().zip(clearances).map(prepare).collect();
+        let broad = Broad::new(&scene, &bodies).into();
+        let paths = SpeedPaths::new(&scene).into();
+        let id = NEXT_ID.fetch_add(1, Ordering::Relaxed);
+        let (bodies, clearance) = (bodies.into(), scene.clearance);
+        Self { bodies, pairs, broad, paths, hints, clearance, most_clearance: 0.0, id, scene }.with_clearance(clearance)
+    }
+
+    /// The same pairs, where those that follow the clearance of the scene keep another one \[m\].
+    /// Shares all that is prepared; memory of one serves the other.
+    pub fn with_clearance(&self, clearance: f64) -> Self {
+        let Self { scene, bodies, pairs, broad, paths, hints, id, .. } = self;
+        let most_clearance = pairs.iter().map(|pair| pair.clearance.over(clearance)).fold(0.0, f64::max);
+        Self {
+            scene: Arc::clone(scene),
+            bodies: Arc::clone(bodies),
+            pairs: Arc::clone(pairs),
+            broad: Arc::clone(broad),
+            paths: Arc::clone(paths),
+            hints: *hints,
+            clearance,
+            most_clearance,
+            id: *id,
+        }
+    }
+
+    /// What pairs without a clearance of their own keep \[m\].
+    pub fn base_clearance(&self) -> f64 {
+        self.clearance
+    }
+
+    /// Least distance \[m\] that a checked pair keeps where it is free.
+    pub fn clearance_of(&self, pair: usize) -> f64 {
+        self.pairs[pair].clearance.over(self.clearance)
+    }
+
+    /// What a pair keeps beyond [`Checker::base_clearance`] \[m\]; below 0 where it keeps less.
+    pub fn excess(&self, pair: usize) -> f64 {
+        self.clearance_of(pair) - self.clearance
+    }
+
+    /// For every body, the one of `other` that is the same solid in [`Checker::pose_frame_solid`]'s
+    /// coordinates, wherever it is.
+    pub fn same_solids(&self, other: &Self) -> Vec<Option<usize>> {
+        let parts = |checker: &'_ Self, body: usize| checker.bodies.bodies[body].parts.clone();
+        let is_same = |(body, twin): (usize, Option<usize>)| {
+            let (own, others) = (&self.bodies.parts[parts(self, body)], &other.bodies.parts[parts(other, twin?)]);
+            let are_same = own.len() == others.len()
+                && own.iter().zip(others).all(|(a, b)| {
+                    let stays = own.len() == 1 || a.pose_frame_part == b.pose_frame_part;
+                    Arc::ptr_eq(&a.shape, &b.shape) && stays
+                });
+            twin.filter(|_| are_same)
+        };
+        by_name(&other.scene, &self.scene).into_iter().enumerate().map(is_same).collect()
+    }
+
+    /// Maps coordinates in which a body's solid is the same wherever it stands on its frame (those
+    /// of its shape where it has only one) to frame coordinates.
+    pub fn pose_frame_solid(&self, body: usize) -> Pose {
+        match &self.bodies.parts[self.bodies.bodies[body].parts.clone()] {
+            [part] => part.pose_frame_part,
+            _ => Pose::identity(),
+        }
     }
 
     /// The scene.
@@ -202,7 +282,7 @@ impl Checker {
     /// Appends the indices of all checked pairs that are nearer than the clearance at `q`, ascending.
     pub fn colliding_pairs(&self, q: &[f64], scratch: &mut CheckScratch, pairs: &mut Vec<usize>) {
         self.place(q, scratch);
-        self.find_near(self.scene.clearance, scratch);
+        self.find_near(self.most_clearance, scratch);
         scratch.broad.pairs.sort_unstable();
         let near = std::mem::take(&mut scratch.broad.pairs);
         pairs.extend(near.iter().map(|&pair| pair as usize).filter(|&pair| self.pair_collides(pair, scratch)));
@@ -213,7 +293,7 @@ impl Checker {
     /// others; among those, the one whose enclosing balls overlap most.
     pub fn colliding_pair(&self, q: &[f64], scratch: &mut CheckScratch) -> Option<usize> {
         self.place(q, scratch);
-        self.find_near(self.scene.clearance, scratch);
+        self.find_near(self.most_clearance, scratch);
         let CheckScratch { placement, broad, queue, .. } = scratch;
         queue.clear();
         queue.extend(broad.pairs.iter().map(|&index| self.gap_of_balls(index, placement)));
@@ -265,24 +345,29 @@ impl Checker {
         best
     }
 
-    /// Appends the contacts of all checked pairs nearer than the query's margin at `q`.
+    /// Appends the contacts of all checked pairs nearer than the query's margin at `q`. Distances
+    /// are less what a pair keeps beyond the clearance of the scene ([`Checker::excess`]): those
+    /// below that clearance are too near, whatever the pair.
     ///
     /// Two convex shapes give one contact, exact also where they overlap; in a coarse search, one that was found before and is
     /// still proved farther than the clearance may be moved along instead of searched anew. Meshes give their nearest contact and up to eleven
     /// more that differ from it in place or normal; where they overlap, distances and normals are heuristics for proposals.
     pub fn contacts(&self, q: &[f64], query: ContactQuery, scratch: &mut CheckScratch, contacts: &mut Vec<Contact>) {
         self.place(q, scratch);
-        self.find_near(query.margin, scratch);
+        self.find_near(query.margin + self.most_clearance - self.clearance, scratch);
         scratch.broad.pairs.sort_unstable();
         for at in 0..scratch.broad.pairs.len() {
             let index = scratch.broad.pairs[at] as usize;
             let start = contacts.len();
+            let (clearance, excess) = (self.clearance_of(index), self.excess(index));
+            let query = ContactQuery { margin: query.margin + excess, ..query };
             for (first, second, parts) in self.part_pairs(index) {
                 let (a, b) = self.bodies.placed(&mut scratch.placement, first, second);
-                let place = contact::PairPlace { pair: index, parts, start, clearance: self.scene.clearance };
+                let place = contact::PairPlace { pair: index, parts, start, clearance };
                 let hint = &mut scratch.hints[parts];
                 contact::gather([a, b], query, place, hint, &mut scratch.contact_buffers, contacts);
             }
+            contacts[start..].iter_mut().for_each(|contact| contact.distance -= excess);
         }
     }
 
@@ -329,7 +414,7 @@ impl Checker {
     }
 
     fn pair_collides(&self, pair: usize, scratch: &mut CheckScratch) -> bool {
-        self.pair_nearer(pair, self.scene.clearance, scratch)
+        self.pair_nearer(pair, self.clearance_of(pair), scratch)
     }
 
     /// Whether two placed bodies are nearer than `limit` \[m\].
@@ -344,7 +429,7 @@ impl Checker {
     fn pair_seen_to_collide(&self, pair: usize, scratch: &mut CheckScratch) -> bool {
         self.part_pairs(pair).any(|(first, second, _)| {
             let (a, b) = self.bodies.placed(&mut scratch.placement, first, second);
-            part_pair::proved_nearer(a, b, self.scene.clearance)
+            part_pair::proved_nearer(a, b, self.clearance_of(pair))
         })
     }
 

@@ -103,7 +103,7 @@ impl Checker {
     pub fn prepare_proposals(&self) {
         let parts = |body: usize| &self.bodies.parts[self.bodies.bodies[body].parts.clone()];
         let mut wanted = vec![false; self.bodies.bodies.len()];
-        for pair in &self.pairs {
+        for pair in &*self.pairs {
             (wanted[pair.first], wanted[pair.second]) = (true, true);
         }
         let bodies: Vec<usize> = (0..wanted.len()).filter(|body| wanted[*body]).collect();

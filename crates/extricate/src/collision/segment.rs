@@ -212,7 +212,7 @@ impl Search<'_> {
             let speed = speeds[a] + speeds[b];
             // Where the two do not move against each other, the middle stands for all.
             let need = if speed > 0.0 { half * speed + SLACK } else { 0.0 };
-            let limit = checker.scene.clearance + need;
+            let limit = checker.clearance_of(index) + need;
             let pair = &checker.pairs[index];
             let centers = &self.scratch.placement.centers;
             let reach = pair.radii + limit;
@@ -261,7 +261,7 @@ impl Search<'_> {
     /// A pair that collides at a fraction of the segment.
     fn colliding(&mut self, at: f64) -> Option<usize> {
         self.place(at);
-        self.checker.find_near(self.checker.scene.clearance, self.scratch);
+        self.checker.find_near(self.checker.most_clearance, self.scratch);
         // In order of the pairs: which one is named does not depend on what was asked before.
         let mut near = std::mem::take(&mut self.scratch.broad.pairs);
         near.sort_unstable();

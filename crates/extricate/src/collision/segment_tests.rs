@@ -5,6 +5,7 @@ use crate::cspace::sampling::Halton;
 use crate::cspace::{ConfigSpace, Label, Manifold};
 use crate::math::{Pose, Vec3};
 use crate::robot::Geometry;
+use crate::scene::clearances::Clearances;
 use crate::scene::{Body, BodyPair, Coordinate, Frame, MetricSpec, Motion, Part, Scene, builtin};
 
 const CLEARANCE: f64 = 1e-3;
@@ -33,6 +34,8 @@ fn one_joint(turns: bool, carried: (Vec3, Geometry), obstacle: (Vec3, Geometry))
         bodies: vec![body("arm", 1, carried), body("wall", 0, obstacle)],
         pairs: vec![BodyPair { first: 0, second: 1 }],
         warnings: vec![],
+        links: vec![],
+        clearances: Clearances::default(),
     };
     Checker::new(scene.into())
 }

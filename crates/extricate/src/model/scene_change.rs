@@ -1,6 +1,7 @@
 //! What differs between two scenes of the same robots: which bodies, which pairs, and the scene in which only they are checked.
 
 use crate::error::{Error, Result};
+use crate::scene::clearances::Clearances;
 use crate::scene::matching::bodies_in_both;
 use crate::scene::{BodyPair, Scene};
 
@@ -28,7 +29,7 @@ pub fn compare(old: &Scene, new: &Scene, margin: f64) -> Result<SceneChange> {
     if old.metric != new.metric {
         return refuse("the metrics");
     }
-    let all_changed = old.clearance != new.clearance;
+    let all_changed = old.clearance != new.clearance || old.clearances != new.clearances;
     let mut affected = new.clone();
     // Where each old body stands among those of `affected`, and whether it is the same there.
     let mut place = Vec::new();
@@ -57,7 +58,12 @@ pub fn compare(old: &Scene, new: &Scene, margin: f64) -> Result<SceneChange> {
     pairs.sort();
     pairs.dedup();
     affected.pairs = pairs;
-    affected.clearance = old.clearance.max(new.clearance) + margin;
+    let kept = |scene: &Scene| {
+        let of_pairs = scene.clearances.of_pairs(scene);
+        of_pairs.iter().map(|pair| pair.over(scene.clearance)).fold(scene.clearance, f64::max)
+    };
+    affected.clearance = kept(old).max(kept(new)) + margin;
+    affected.clearances = Clearances::default();
     Ok(SceneChange { affected, bodies })
 }
 

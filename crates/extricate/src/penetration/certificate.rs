@@ -6,6 +6,7 @@
 //! turns these lengths into distances between configurations.
 
 use std::cmp::Ordering;
+use std::sync::Arc;
 
 use rayon::prelude::*;
 
@@ -18,6 +19,8 @@ use crate::scene::MetricSpec;
 /// Balls inside every body of a scene, computed once.
 pub struct InteriorBalls {
     bodies: Vec<Balls>,
+    /// The same balls in coordinates of the solids, for scenes in which they stand elsewhere.
+    solids: Vec<Arc<[Ball]>>,
 }
 
 /// Those of a body, the largest first.
@@ -66,18 +69,29 @@ pub enum Look {
 }
 
 impl InteriorBalls {
-    /// Looks for balls in every body of the checker's scene, on a grid and on the surface.
-    pub fn new(checker: &Checker) -> Self {
-        let of_body = |body| {
-            let all = balls(checker, body);
-            let blocks = all.chunks(LANES).map(BallBlock::new).collect();
-            Balls { all, blocks }
+    /// Looks for balls in every body of the checker's scene, on a grid and on the surface; takes
+    /// those of `before` where it has the same solid.
+    pub fn new(checker: &Checker, before: Option<(&Checker, &Self)>) -> Self {
+        let count = checker.scene().bodies.len();
+        let twins = before.map_or_else(|| vec![None; count], |(old, _)| checker.same_solids(old));
+        let of_solid = |body: usize| match (before, twins[body]) {
+            (Some((_, balls)), Some(twin)) => Arc::clone(&balls.solids[twin]),
+            _ => balls(checker, body).into(),
         };
-        Self { bodies: (0..checker.scene().bodies.len()).into_par_iter().map(of_body).collect() }
+        let solids: Vec<Arc<[Ball]>> = (0..count).into_par_iter().map(of_solid).collect();
+        let of_body = |(body, solid): (usize, &Arc<[Ball]>)| Balls::new(&checker.pose_frame_solid(body), solid);
+        Self { bodies: solids.iter().enumerate().map(of_body).collect(), solids }
     }
 }
 
 impl Balls {
+    fn new(pose_frame_solid: &Pose, solid: &[Ball]) -> Self {
+        let placed = |ball: &Ball| Ball { centre: pose_frame_solid.point(&ball.centre), ..*ball };
+        let all: Vec<Ball> = solid.iter().map(placed).collect();
+        let blocks = all.chunks(LANES).map(BallBlock::new).collect();
+        Self { all, blocks }
+    }
+
     /// Whether there are any but points of the surface.
     fn hold_some(&self) -> bool {
         self.all.first().is_some_and(|ball| ball.radius > 0.0)
@@ -125,15 +139,19 @@ impl BallBlock {
     }
 }
 
+/// In coordinates of the solid.
 fn balls(checker: &Checker, body: usize) -> Vec<Ball> {
+    let pose_frame_solid = checker.pose_frame_solid(body);
     let mut vertices = Vec::new();
     for part in &checker.scene().bodies[body].parts {
         let mesh = part.geometry.tessellate(8);
-        vertices.extend(mesh.vertices.iter().map(|v| part.pose_frame_part.point(v)));
+        let pose_solid_part = pose_frame_solid.inverse().then(&part.pose_frame_part);
+        vertices.extend(mesh.vertices.iter().map(|v| pose_solid_part.point(v)));
     }
     let low = vertices.iter().fold(Vec3::repeat(f64::INFINITY), |a, b| a.inf(b));
     let high = vertices.iter().fold(Vec3::repeat(f64::NEG_INFINITY), |a, b| a.sup(b));
-    let inside = largest_balls(&low, &high, BALLS, |centre| checker.solid_depth(body, centre));
+    let depth = |centre: &Vec3| checker.solid_depth(body, &pose_frame_solid.point(centre));
+    let inside = largest_balls(&low, &high, BALLS, depth);
     let mut chosen: Vec<Ball> = inside.into_iter().map(|(centre, radius)| Ball { centre, radius }).collect();
     chosen.extend(spread(&vertices, SURFACE_POINTS).into_iter().map(|centre| Ball { centre, radius: 0.0 }));
     chosen
@@ -173,10 +191,10 @@ pub fn lower_bound(
     for overlap in overlaps {
         bound = raise_by_overlap(context, overlap, poses, bound, ceiling, path);
     }
-    for &pair in colliding {
-        let pair = context.checker.scene().pairs[pair];
+    for &index in colliding {
+        let (pair, clearance) = (context.checker.scene().pairs[index], context.checker.clearance_of(index));
         for roles in [[pair.first, pair.second], [pair.second, pair.first]] {
-            bound = raise(context, roles, poses, bound, (look, ceiling), path, check);
+            bound = raise(context, (roles, clearance), poses, bound, (look, ceiling), path, check);
         }
     }
     bound
@@ -195,7 +213,7 @@ fn raise_by_overlap(
     let scene = context.checker.scene();
     let pair = scene.pairs[overlap.pair];
     let frames = [scene.bodies[pair.first].frame, scene.bodies[pair.second].frame];
-    let needed = overlap.depth + scene.clearance;
+    let needed = overlap.depth + context.checker.clearance_of(overlap.pair);
     for (of, relative_to, corners) in
         [(frames[0], frames[1], overlap.corners[0]), (frames[1], frames[0], overlap.corners[1])]
     {
@@ -222,7 +240,7 @@ fn raise_by_overlap(
 /// Raises `bound` by the balls of one body in the solid of another.
 fn raise(
     context: &Context,
-    [carrier, solid]: [usize; 2],
+    ([carrier, solid], clearance): ([usize; 2], f64),
     poses: &[Pose],
     mut bound: f64,
     (look, ceiling): (Look, f64),
@@ -257,7 +275,7 @@ fn raise(
                 let rates = levers.squared_rates(&poses[of].points(&block.centres));
                 let (mut mosts, mut squares) = ([0.0; LANES], [0.0; LANES]);
                 for lane in 0..LANES {
-                    mosts[lane] = depths[lane] + block.radii[lane] + scene.clearance;
+                    mosts[lane] = depths[lane] + block.radii[lane] + clearance;
                     squares[lane] = mosts[lane] * mosts[lane] / rates[lane];
                 }
                 for (lane, (most, square)) in mosts.into_iter().zip(squares).enumerate() {
@@ -284,7 +302,7 @@ fn raise(
         if most <= low.1 {
             continue;
         }
-        let besides = ball.radius + scene.clearance;
+        let besides = ball.radius + clearance;
         let depth = match inside {
             Some(_) => Some(most - besides),
             None => context.checker.solid_depth_above(solid, &point_solid, low.1 - besides, check),

@@ -7,7 +7,8 @@ use crate::scene::{BodyPair, Scene};
 /// How a scene differs from the one that was learned, pair by pair.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Change {
-    /// For every checked pair of the learned scene, whether it is checked in this one too and its bodies are the same.
+    /// For every checked pair of the learned scene, whether it is checked in this one too, its bodies are
+    /// the same and it keeps as much beyond the scene's clearance.
     stays: Vec<bool>,
     /// Which pair of this scene that is.
     here: Vec<Option<usize>>,
@@ -21,12 +22,18 @@ impl Change {
     /// From the scene that was learned to this one.
     pub fn between(learned: &Scene, scene: &Scene) -> Self {
         let place = bodies_in_both(learned, scene);
-        let index_here = |pair: &BodyPair| {
+        let kept = |scene: &Scene| -> Vec<f64> {
+            let kept = scene.clearances.of_pairs(scene);
+            kept.iter().map(|pair| pair.over(scene.clearance) - scene.clearance).collect()
+        };
+        let (excess_then, excess_now) = (kept(learned), kept(scene));
+        let index_here = |(at, pair): (usize, &BodyPair)| {
             let (a, b) = (place[pair.first]?, place[pair.second]?);
             // Pairs of a scene are sorted.
-            scene.pairs.binary_search(&BodyPair { first: a.min(b), second: a.max(b) }).ok()
+            let here = scene.pairs.binary_search(&BodyPair { first: a.min(b), second: a.max(b) }).ok()?;
+            (excess_then[at] == excess_now[here]).then_some(here)
         };
-        let here: Vec<Option<usize>> = learned.pairs.iter().map(index_here).collect();
+        let here: Vec<Option<usize>> = learned.pairs.iter().enumerate().map(index_here).collect();
         let mut came = vec![true; scene.pairs.len()];
         here.iter().flatten().for_each(|pair| came[*pair] = false);
         let stays = here.iter().map(Option::is_some).collect();

@@ -1,6 +1,7 @@
 //! Queries against a scene that is not the one that was learned: obstacles moved, appeared or went.
 
 use std::ops::ControlFlow;
+use std::sync::Arc;
 
 use super::batch::{Answered, in_blocks};
 use super::change::Change;
@@ -10,7 +11,7 @@ use super::{Answer, QueryOptions, QueryScratch, Stream, query};
 use crate::collision::Checker;
 use crate::cspace::Config;
 use crate::error::{Error, Result};
-use crate::scene::{MetricSpec, Part, Scene};
+use crate::scene::{MetricSpec, Scene};
 
 /// A scene in which a model of another is asked: its checker, metric and what its bounds stand on. Immutable; share it between
 /// threads.
@@ -20,13 +21,15 @@ pub struct ChangedScene {
 }
 
 impl ChangedScene {
-    /// Prepares `scene` for a model that was learned for `learned`. Obstacles, checked pairs and clearance may differ; what
-    /// stored configurations and distances between them mean must not.
+    /// Prepares `scene` for a model that was learned for `world`, see [`crate::Model::world`];
+    /// what is prepared of equal bodies is shared. Obstacles, checked pairs and clearance may
+    /// differ; what stored configurations and distances between them mean must not.
     ///
     /// # Errors
     /// [`Error::Input`] where coordinates, limits, weights or the metric differ; for the metrics of displacement, also where
     /// what moves does.
-    pub fn new(learned: &Scene, scene: Scene) -> Result<Self> {
+    pub fn new(world: &World, scene: impl Into<Arc<Scene>>) -> Result<Self> {
+        let (learned, scene) = (world.scene(), scene.into());
         let differs = |element: &str, problem: String| Err(Error::input("changed scene", element, problem));
         if scene.metric != learned.metric {
             let problem = format!("got {:?}, expected that of the model, {:?}", scene.metric, learned.metric);
@@ -39,13 +42,13 @@ impl ChangedScene {
             let problem = "got other coordinates, limits or weights than the model's, expected the same: learn it anew";
             return differs(&format!("joint \"{name}\""), problem.into());
         }
-        if scene.metric != MetricSpec::Joint && (scene.frames != learned.frames || !moving(&scene).eq(moving(learned)))
+        if scene.metric != MetricSpec::Joint && (scene.frames != learned.frames || !scene.moving_bodies().eq(learned.moving_bodies()))
         {
             let problem = "got other moving bodies than the model's, by which its metric measures: learn it anew";
             return differs("robots", problem.into());
         }
         let change = Change::between(learned, &scene);
-        Ok(Self { world: World::new(scene), change })
+        Ok(Self { world: world.with_scene(scene), change })
     }
 
     /// The scene.
@@ -88,11 +91,6 @@ impl ChangedScene {
     }
 
     fn context<'a>(&'a self, learned: &Learned<'a>) -> Context<'a> {
-        self.world.with(learned, &self.change)
+        self.world.with(learned, Some(&self.change))
     }
-}
-
-/// The moving bodies, which the metrics of displacement measure.
-fn moving(scene: &Scene) -> impl Iterator<Item = (usize, &Vec<Part>)> {
-    scene.bodies.iter().filter(|body| body.frame != 0).map(|body| (body.frame, &body.parts))
 }

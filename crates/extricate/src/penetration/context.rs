@@ -55,7 +55,7 @@ impl<'a> Context<'a> {
         learned: Learned<'a>,
         change: Option<&'a Change>,
     ) -> Self {
-        let (clearance, scale) = (checker.scene().clearance, metric.diameter());
+        let (clearance, scale) = (checker.base_clearance(), metric.diameter());
         Self { checker, metric, balls, learned, change, clearance, scale }
     }
 

@@ -137,7 +137,7 @@ struct Descent<'a> {
     distance: f64,
     /// By how much \[m\] its worst contact misses the clearance.
     violation: f64,
-    /// Within which contacts are evaluated, now and at most \[m\].
+    /// How far beyond the clearance contacts are evaluated, now and at most \[m\].
     margin: f64,
     widest: f64,
     /// Of the trust region, in metric units.
@@ -222,7 +222,7 @@ impl<'a> Descent<'a> {
 
     /// Contacts of the present configuration, and by how much the worst misses the clearance.
     fn evaluate_here(&mut self) -> f64 {
-        let query = ContactQuery { margin: self.margin, search: self.options.search };
+        let query = ContactQuery { margin: self.context.clearance + self.margin, search: self.options.search };
         let violation = self.evaluator.contacts_at(self.context, &self.scratch.end, query);
         self.take_evaluated();
         violation
@@ -319,7 +319,7 @@ impl<'a> Descent<'a> {
         let DescentScratch { end: x, trial, best, subproblem, .. } = &mut **scratch;
         context.checker.scene().space.integrate(x, &subproblem.step, trial);
         let distance = evaluator.distance(context, self.anchor, trial);
-        let query = ContactQuery { margin: self.margin, search: self.options.search };
+        let query = ContactQuery { margin: context.clearance + self.margin, search: self.options.search };
         let mut violation = evaluator.contacts_at(context, trial, query);
         // Well below what the exact check may differ by from a contact.
         let sure = if self.is_complete { -0.1 * SLACK } else { 0.0 };
@@ -368,8 +368,7 @@ impl<'a> Descent<'a> {
         }
         let DescentScratch { contacts, poses, hit, hit_poses, .. } = &mut *self.scratch;
         let known_before = contacts.len();
-        let scene = self.context.checker.scene();
-        let learned = add_cuts(scene, self.context.clearance, (contacts, poses), (hit, hit_poses));
+        let learned = add_cuts(self.context.checker, (contacts, poses), (hit, hit_poses));
         let shorter = SHRINK * length.min(self.radius);
         // Along smooth contacts and under the metric of the joints dropping it finds nothing
         // nearer, for up to a twenty-fifth more checks.

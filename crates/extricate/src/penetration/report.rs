@@ -37,6 +37,8 @@ pub fn report(context: &Context, options: &QueryOptions, scratch: &mut QueryScra
     if options.tells_contacts() {
         let margin = context.clearance + TOUCHING;
         answer.contacts.extend_from_slice(evaluator.touching(context, &answer.witness, margin));
+        // As they are, where pairs keep other clearances than the scene's.
+        answer.contacts.iter_mut().for_each(|contact| contact.distance += context.checker.excess(contact.pair));
         answer.touching.extend(answer.contacts.iter().map(|contact| contact.pair));
         answer.touching.dedup();
         context.metric.anchor_at(&answer.witness, evaluator.check.poses(), far_anchor);

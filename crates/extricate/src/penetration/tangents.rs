@@ -61,7 +61,7 @@ fn add(checker: &Checker, q: &[f64], scratch: &mut Scratch, tangents: &mut Tange
     // A foot that does not know of what descents look at is too near; contacts twice as far turn on the way there.
     // They are looked at once and followed often; but triangles tell too much.
     let search = if checker.all_convex() { ContactSearch::Exact } else { ContactSearch::Coarse };
-    let query = ContactQuery { margin: scene.clearance + MARGIN, search };
+    let query = ContactQuery { margin: checker.base_clearance() + MARGIN, search };
     checker.contacts(q, query, check, contacts);
     twists.set(scene, check.poses());
     contacts.sort_by(|a, b| a.distance.total_cmp(&b.distance));
@@ -69,7 +69,7 @@ fn add(checker: &Checker, q: &[f64], scratch: &mut Scratch, tangents: &mut Tange
     for contact in contacts.iter().take(MOST) {
         row.fill(0.0);
         contact.add_gradient(scene, twists, &mut row);
-        tangents.push(contact.pair, contact.distance - scene.clearance, &row);
+        tangents.push(contact.pair, contact.distance - checker.base_clearance(), &row);
     }
     tangents.end_sample();
 }

@@ -31,7 +31,7 @@ use crate::scene::Scene;
 /// ```
 pub struct World {
     checker: Checker,
-    metric: Metric,
+    metric: Arc<Metric>,
     balls: InteriorBalls,
     samples: SampleSet,
     coverage: Coverage,
@@ -42,7 +42,28 @@ impl World {
     pub fn new(scene: impl Into<Arc<Scene>>) -> Self {
         let checker = Checker::new(scene.into());
         let metric = Metric::new(checker.scene_arc().clone());
-        let balls = InteriorBalls::new(&checker);
+        let balls = InteriorBalls::new(&checker, None);
+        Self::of_parts(checker, metric.into(), balls)
+    }
+
+    /// Prepares another scene, such as one in which an obstacle moved ([`Scene::moved`]), and
+    /// shares what this one has prepared of equal bodies: it takes as long as what differs.
+    ///
+    /// # Guarantee
+    /// Answers are those of [`World::new`].
+    pub fn with_scene(&self, scene: impl Into<Arc<Scene>>) -> Self {
+        let checker = self.checker.for_scene(scene.into());
+        let scene = checker.scene_arc();
+        let metric = match self.metric.is_of(scene) {
+            true => Arc::clone(&self.metric),
+            false => Metric::new(scene.clone()).into(),
+        };
+        let balls = InteriorBalls::new(&checker, Some((&self.checker, &self.balls)));
+        Self::of_parts(checker, metric, balls)
+    }
+
+    /// Of what is prepared already.
+    pub(crate) fn of_parts(checker: Checker, metric: Arc<Metric>, balls: InteriorBalls) -> Self {
         let samples = SampleSet::new(&metric, checker.scene().space.nq(), Vec::new(), 0);
         Self { checker, metric, balls, samples, coverage: Coverage::default() }
     }
@@ -91,13 +112,12 @@ impl World {
         stream.query(&self.context(), q)
     }
 
-    /// The same from what a model of another scene has learned.
-    pub(super) fn with<'a>(&'a self, learned: &Learned<'a>, change: &'a Change) -> Context<'a> {
-        Context::new((&self.checker, &self.metric, &self.balls), *learned, Some(change))
+    /// The same from what a model has learned, of this scene or another one.
+    pub(crate) fn with<'a>(&'a self, learned: &Learned<'a>, change: Option<&'a Change>) -> Context<'a> {
+        Context::new((&self.checker, &self.metric, &self.balls), *learned, change)
     }
 
     fn context(&self) -> Context<'_> {
-        let learned = Learned { boundary: &self.samples, coverage: &self.coverage, starts: UNLEARNED };
-        Context::new((&self.checker, &self.metric, &self.balls), learned, None)
+        self.with(&Learned { boundary: &self.samples, coverage: &self.coverage, starts: UNLEARNED }, None)
     }
 }

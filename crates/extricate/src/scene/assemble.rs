@@ -4,14 +4,15 @@ use std::collections::BTreeSet;
 use std::path::Path;
 
 use super::bodies::{link_bodies, warn_of_surfaces};
+use super::clearances::Clearances;
 use super::coordinates::coordinates;
 use super::file::{self, RobotEntry, SceneFile};
 use super::frames::{Seat, Tree};
 use super::load::Files;
-use super::names::{Named, unique};
-use super::obstacles::obstacles;
+use super::names::{Named, find, unique};
+use super::obstacles::{Others, others};
 use super::pairs::{PairName, checked, disabled_by_scene, disabled_by_srdf};
-use super::{Body, MetricSpec, Scene};
+use super::{Body, LinkSeat, MetricSpec, Scene};
 use crate::error::{Error, Result};
 use crate::robot::Robot;
 
@@ -61,8 +62,8 @@ pub fn assemble_entries(path: &Path, scene: &SceneFile, read: ReadFile) -> Resul
     let mut warnings = Vec::new();
     let mut files = Files::new(path, read);
     let robots = files.robots(&scene.robot, &mut warnings)?;
-    let obstacles = obstacles(&name, &scene.obstacle, &mut |element, path| files.mesh(element, path), &mut warnings)?;
-    build(&name, scene, &robots, obstacles, warnings)
+    let others = others(&name, scene, &mut |element, path| files.mesh(element, path), &mut warnings)?;
+    build(&name, scene, &robots, others, warnings)
 }
 
 /// Puts parsed robots and obstacles together; `file` is the scene file's name in messages. Reads nothing.
@@ -70,21 +71,25 @@ pub fn build(
     file: &str,
     entry: &SceneFile,
     robots: &[LoadedRobot],
-    obstacles: Vec<Body>,
+    Others { obstacles, attached }: Others,
     mut warnings: Vec<String>,
 ) -> Result<Scene> {
     if robots.is_empty() {
         return Err(Error::input(file, "robot", "got none, expected at least one [[robot]]"));
     }
-    let links: Vec<Named> = robots.iter().flat_map(link_names).collect();
-    if let Some(body) = obstacles.iter().find(|body| links.iter().any(|link| link.name == body.name)) {
+    let named: Vec<Named> = robots.iter().flat_map(link_names).collect();
+    let is_link = |body: &&Body| named.iter().any(|link| link.name == body.name);
+    if let Some(body) = obstacles.iter().chain(&attached).find(is_link) {
+        let kind = if obstacles.iter().any(|other| other.name == body.name) { "obstacle" } else { "attached" };
         let problem = "a link has the same name, expected a name of its own";
-        return Err(Error::input(file, format!("obstacle \"{}\"", body.name), problem));
+        return Err(Error::input(file, format!("{kind} \"{}\"", body.name), problem));
     }
-    let coordinates = coordinates(file, &entry.metric, robots, &obstacles, &mut warnings)?;
+    let metric = entry.metric.clone().unwrap_or_default();
+    let coordinates = coordinates(file, &metric, robots, &obstacles, &mut warnings)?;
     let mut tree = Tree::default();
     let mut bodies: Vec<Body> = Vec::new();
-    let mut body_names = unique(&links).into_iter();
+    let mut link_names = unique(&named).into_iter();
+    let mut links: Vec<LinkSeat> = Vec::new();
     for (index, loaded) in robots.iter().enumerate() {
         let mut root = Seat { frame: 0, pose_frame_link: loaded.entry.pose.pose(file, &loaded.element("placement"))? };
         let own = &coordinates.robots[index];
@@ -93,24 +98,45 @@ pub fn build(
         }
         let seats = tree.add_robot(&loaded.robot, root, &own.roles, &own.names, &own.places);
         let seats = all_seats(loaded, seats)?;
-        let names: Vec<String> = body_names.by_ref().take(seats.len()).collect();
+        let names: Vec<String> = link_names.by_ref().take(seats.len()).collect();
         bodies.extend(link_bodies(index, &loaded.robot, &seats, &names));
+        links.extend(names.into_iter().zip(seats).map(|(name, seat)| LinkSeat {
+            name,
+            frame: seat.frame,
+            pose_frame_link: seat.pose_frame_link,
+        }));
     }
     bodies.extend(obstacles);
+    for (object, entry) in attached.into_iter().zip(&entry.attached) {
+        bodies.push(held(file, object, &entry.link, &named, &links)?);
+    }
     bodies.iter().for_each(|body| warn_of_surfaces(body, &mut warnings));
 
-    if entry.metric.kind != MetricSpec::Joint && bodies.iter().all(|body| body.frame == 0) {
+    if metric.kind != MetricSpec::Joint && bodies.iter().all(|body| body.frame == 0) {
         let problem = "no link that moves has geometry whose displacement it could measure, expected kind = \"joint\"";
         return Err(Error::input(file, "metric", problem));
     }
-    let disabled = disabled(file, entry, robots, &bodies)?;
+    let names = pair_names(robots, &bodies);
+    let disabled = disabled(file, entry, robots, &names)?;
     let pairs = checked(&bodies, &tree.carriers, &disabled);
+    let plain: Vec<Named> = names.iter().map(|name| name.named).collect();
+    let clearances = Clearances::of_file(entry, &|element, name| {
+        let body = find(&plain, name).map_err(|problem| Error::input(file, element, problem))?;
+        Ok(names[body].body.map(|body| bodies[body].name.clone()))
+    })?;
     if pairs.is_empty() {
         warnings.push("no pair of bodies is checked: every configuration within the limits is free".into());
     }
-    let (clearance, metric) = (entry.clearance, entry.metric.kind);
+    let (clearance, metric) = (entry.clearance.unwrap_or_default().lengths().0, metric.kind);
     let (joints, space) = (coordinates.joints, coordinates.space);
-    Ok(Scene { clearance, metric, joints, space, frames: tree.frames, bodies, pairs, warnings })
+    Ok(Scene { clearance, metric, joints, space, frames: tree.frames, bodies, pairs, warnings, links, clearances })
+}
+
+/// What a link holds, fixed to the link's frame.
+fn held(file: &str, object: Body, link: &str, named: &[Named], links: &[LinkSeat]) -> Result<Body> {
+    let element = format!("attached \"{}\": link", object.name);
+    let seat = &links[find(named, link).map_err(|problem| Error::input(file, element, problem))?];
+    Ok(object.on(seat))
 }
 
 fn link_names<'a>(loaded: &'a LoadedRobot) -> impl Iterator<Item = Named<'a>> {
@@ -129,13 +155,9 @@ fn all_seats(loaded: &LoadedRobot, seats: Vec<Option<Seat>>) -> Result<Vec<Seat>
     links.map(seat).collect()
 }
 
-fn disabled(
-    file: &str,
-    entry: &SceneFile,
-    robots: &[LoadedRobot],
-    bodies: &[Body],
-) -> Result<BTreeSet<super::BodyPair>> {
-    // Bodies are in the order of the links that have geometry, then the obstacles.
+/// All that pairs may name. Bodies are in the order of the links that have geometry, then obstacles
+/// and attached objects.
+fn pair_names<'a>(robots: &'a [LoadedRobot], bodies: &'a [Body]) -> Vec<PairName<'a>> {
     let mut next = 0..bodies.len();
     let mut all = Vec::new();
     for loaded in robots {
@@ -144,9 +166,23 @@ fn disabled(
         }
     }
     all.extend(next.map(|body| PairName { named: Named { robot: None, name: &bodies[body].name }, body: Some(body) }));
-    let mut disabled: BTreeSet<_> = disabled_by_scene(file, &entry.pairs.disable, &all)?.into_iter().collect();
+    all
+}
+
+fn disabled(
+    file: &str,
+    entry: &SceneFile,
+    robots: &[LoadedRobot],
+    all: &[PairName],
+) -> Result<BTreeSet<super::BodyPair>> {
+    let by_scene = |element: &str, entries: &[[String; 2]]| disabled_by_scene(file, element, entries, all);
+    let mut disabled: BTreeSet<_> = by_scene("pairs: disable", &entry.pairs.disable)?.into_iter().collect();
+    for object in &entry.attached {
+        let touched: Vec<[String; 2]> = object.touch.iter().map(|other| [object.name.clone(), other.clone()]).collect();
+        disabled.extend(by_scene(&format!("attached {:?}: touch", object.name), &touched)?);
+    }
     for loaded in robots {
-        disabled.extend(disabled_by_srdf(&loaded.name, &loaded.disabled, &all));
+        disabled.extend(disabled_by_srdf(&loaded.name, &loaded.disabled, all));
     }
     Ok(disabled)
 }

@@ -58,7 +58,11 @@ pub fn warn_of_surfaces(body: &Body, warnings: &mut Vec<String>) {
         all += 1;
     }
     if open > 0 {
-        let kind = if body.robot.is_some() { "link" } else { "obstacle" };
+        let kind = match (body.robot, body.frame) {
+            (Some(_), _) => "link",
+            (None, 0) => "obstacle",
+            (None, _) => "attached",
+        };
         let counted = match (open, all) {
             (1, 1) => "its mesh is open: it is a surface, not a solid".to_string(),
             (1, _) => format!("1 of {all} mesh components is open: it is a surface, not a solid"),

@@ -1,7 +1,8 @@
 //! The scene file format (TOML), as written by users. Not the resolved scene.
 //!
 //! ```toml
-//! clearance = 1e-4                  # metres, the default
+//! clearance = 1e-4                  # metres, the default | { world = 0.02, self = 1e-4 }: of pairs with obstacles, of others
+//! padding = { LINK = 0.01 }         # added toward obstacles
 //! metric = { kind = "joint" }       # joint | object-norm | max-displacement
 //!                                   # joint takes weights = { JOINT = w or [translation, rotation] }
 //! [[robot]]
@@ -23,8 +24,16 @@
 //!                                   # | { mesh = "part.stl", scale = 1.0 or [x, y, z], convex = true }
 //! pose = { xyz = [0.45, 0, 0.45], rpy = [0, 0, 0] }
 //!
+//! [[attached]]                      # held by a link: moves with it
+//! name = "can"
+//! link = "hand"
+//! shape = { cylinder = [0.03, 0.1] }
+//! pose = { xyz = [0, 0, 0.1] }      # in the link's coordinates
+//! touch = ["finger_left", "finger_right"]    # not checked against these
+//!
 //! [pairs]
 //! disable = [["link_a", "link_b"], ["robot/link", "obstacle"]]
+//! clearance = [["link_a", "link_c", 1e-4]]   # of this pair, whatever else is said
 //! ```
 //! Paths are relative to the scene file.
 
@@ -35,6 +44,8 @@ use serde::Deserialize;
 
 use super::MetricSpec;
 use super::arrays::{exactly, exactly_if_any, pairs_of_names};
+use super::clearances::ClearanceEntry;
+use super::limits::{BoundsEntry, LimitsEntry};
 use super::wording::explain;
 use crate::error::{Error, Result};
 use crate::math::{FARTHEST, Pose};
@@ -44,25 +55,25 @@ use crate::robot::TriangleMesh;
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct SceneFile {
-    /// Least distance \[m\] that free configurations keep.
-    #[serde(default = "default_clearance")]
-    pub clearance: f64,
-    /// How far two configurations are from each other.
-    #[serde(default)]
-    pub metric: MetricEntry,
+    /// Least distance that free configurations keep; 1e-4 m where absent.
+    pub clearance: Option<ClearanceEntry>,
+    /// How far two configurations are from each other; that of the joints where absent.
+    pub metric: Option<MetricEntry>,
     /// The robots, in the order of their coordinates.
     #[serde(default)]
     pub robot: Vec<RobotEntry>,
     /// What does not move.
     #[serde(default)]
     pub obstacle: Vec<ObstacleEntry>,
-    /// Pairs that are not checked.
+    /// What links hold.
+    #[serde(default)]
+    pub attached: Vec<AttachedEntry>,
+    /// Pairs that are not checked, or keep a clearance of their own.
     #[serde(default)]
     pub pairs: PairsEntry,
-}
-
-fn default_clearance() -> f64 {
-    1e-4
+    /// What links add to the clearance toward obstacles, or obstacles to that of all pairs, by name \[m\].
+    #[serde(default)]
+    pub padding: BTreeMap<String, f64>,
 }
 
 /// `metric = { kind = .., weights = .. }`.
@@ -155,26 +166,6 @@ pub enum BaseKind {
     Floating,
 }
 
-/// Least and greatest value of several coordinates [m or rad].
-#[derive(Debug, Clone, Deserialize)]
-#[serde(deny_unknown_fields, expecting = "a table `{ min = [..], max = [..] }`")]
-pub struct BoundsEntry {
-    /// Least values.
-    pub min: Vec<f64>,
-    /// Greatest values.
-    pub max: Vec<f64>,
-}
-
-/// Limits of one joint [m or rad].
-#[derive(Debug, Clone, Deserialize)]
-#[serde(untagged, expecting = "expected [lower, upper] or { min = [..], max = [..] }")]
-pub enum LimitsEntry {
-    /// Of its one coordinate, or of each of its translations.
-    Interval(#[serde(deserialize_with = "exactly")] [f64; 2]),
-    /// Of each translation, and for a planar joint optionally of its angle.
-    Bounds(BoundsEntry),
-}
-
 /// `pose = { xyz = .., rpy = .. }`.
 #[derive(Debug, Clone, Copy, Default, Deserialize)]
 #[serde(deny_unknown_fields, expecting = "a table `{ xyz = [..], rpy = [..] }`")]
@@ -198,6 +189,24 @@ pub struct ObstacleEntry {
     /// Where it stands.
     #[serde(default)]
     pub pose: PoseEntry,
+}
+
+/// `[[attached]]`: an object that a link holds.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct AttachedEntry {
+    /// Unique among obstacles, links and attached objects.
+    pub name: String,
+    /// The link, with or without geometry.
+    pub link: String,
+    /// Its shape.
+    pub shape: ShapeEntry,
+    /// Where it is, in the link's coordinates.
+    #[serde(default)]
+    pub pose: PoseEntry,
+    /// Links, obstacles and attached objects that it is not checked against.
+    #[serde(default)]
+    pub touch: Vec<String>,
 }
 
 /// `shape = { .. }`: exactly one of the five shapes.
@@ -244,6 +253,9 @@ pub struct PairsEntry {
     /// Pairs of names that are not checked, on top of the SRDF's.
     #[serde(default, deserialize_with = "pairs_of_names")]
     pub disable: Vec<[String; 2]>,
+    /// What pairs of names keep, whatever else is said \[m\].
+    #[serde(default)]
+    pub clearance: Vec<(String, String, f64)>,
 }
 
 /// Parses the `text` of a scene file; `file` is its name in messages.
@@ -261,12 +273,18 @@ impl SceneFile {
     /// Checks what no other part of the scene does.
     ///
     /// # Errors
-    /// [`Error::Input`] where the clearance makes no sense.
+    /// [`Error::Input`] where a clearance or padding makes no sense.
     pub fn check(&self, file: &str) -> Result<()> {
-        if (0.0..=FARTHEST).contains(&self.clearance) {
-            return Ok(());
+        let (world, own) = self.clearance.unwrap_or_default().lengths();
+        let of_scene = [("clearance", Some(world)), ("clearance: self", own)];
+        let of_scene = of_scene.into_iter().filter_map(|(element, length)| Some((element.to_string(), length?)));
+        let of_pair = |(a, b, length): &(String, String, f64)| (format!("pairs: clearance [{a:?}, {b:?}]"), *length);
+        let padding = self.padding.iter().map(|(name, length)| (format!("padding: {name}"), *length));
+        let mut lengths = of_scene.chain(self.pairs.clearance.iter().map(of_pair)).chain(padding);
+        match lengths.find(|(_, length)| !(0.0..=FARTHEST).contains(length)) {
+            None => Ok(()),
+            Some((element, bad)) => Err(Error::input(file, element, format!("got {bad}, expected 0 to 1e9 [m]"))),
         }
-        Err(Error::input(file, "clearance", format!("got {}, expected 0 to 1e9 [m]", self.clearance)))
     }
 }
 
@@ -283,35 +301,6 @@ impl PoseEntry {
             None => Ok(Pose::from_xyz_rpy(self.xyz, self.rpy)),
         }
     }
-}
-
-impl BoundsEntry {
-    /// `(min, max)` of each coordinate; `counts` are the numbers of entries allowed, `what` the element in messages.
-    ///
-    /// # Errors
-    /// [`Error::Input`] where the lengths differ or are not allowed, a number is not finite, or a minimum exceeds its
-    /// maximum.
-    pub fn intervals(&self, file: &str, what: &str, counts: &[usize]) -> Result<Vec<(f64, f64)>> {
-        if self.min.len() != self.max.len() || !counts.contains(&self.min.len()) {
-            let counts: Vec<String> = counts.iter().map(usize::to_string).collect();
-            let found = format!("got {} and {} numbers", self.min.len(), self.max.len());
-            return Err(Error::input(
-                file,
-                what,
-                format!("min and max: {found}, expected {} each", counts.join(" or ")),
-            ));
-        }
-        self.min.iter().zip(&self.max).map(|(&min, &max)| interval(file, what, min, max)).collect()
-    }
-}
-
-/// Checks that `lower` and `upper` are within 1e9 and in order.
-pub fn interval(file: &str, what: &str, lower: f64, upper: f64) -> Result<(f64, f64)> {
-    if -FARTHEST <= lower && lower <= upper && upper <= FARTHEST {
-        return Ok((lower, upper));
-    }
-    let problem = format!("got [{lower:?}, {upper:?}], expected finite limits within 1e9, lower <= upper");
-    Err(Error::input(file, what, problem))
 }
 
 #[cfg(test)]
@@ -345,8 +334,8 @@ mod tests {
             "#,
         )
         .unwrap();
-        assert_eq!(scene.clearance, 1e-4);
-        assert!(matches!(scene.metric.weights["base"], WeightEntry::Split([1.0, 0.5])));
+        assert!(scene.clearance.is_none());
+        assert!(matches!(scene.metric.unwrap().weights["base"], WeightEntry::Split([1.0, 0.5])));
         assert!(matches!(scene.robot[0].limits["a"], LimitsEntry::Interval([0.0, 1.0])));
         assert!(matches!(scene.obstacle[0].shape.scale, Some(ScaleEntry::Axes([1.0, 2.0, 3.0]))));
         assert_eq!(scene.obstacle[1].pose.xyz, [0.0, 0.0, 1.0]);
@@ -366,17 +355,5 @@ mod tests {
         assert!(message("[[robot]]\nname = 'a'").contains("`urdf`"));
         assert!(message("clearance = -1").contains("got -1, expected 0 to 1e9"));
         assert!(message("clearance = nan").contains("NaN"));
-    }
-
-    #[test]
-    fn bounds_are_checked() {
-        let bounds = |min: &[f64], max: &[f64]| {
-            let entry = BoundsEntry { min: min.to_vec(), max: max.to_vec() };
-            entry.intervals("s.toml", "robot \"a\": bounds", &[2, 3]).map_err(|e| e.to_string())
-        };
-        assert_eq!(bounds(&[0.0, 1.0], &[2.0, 3.0]).unwrap(), [(0.0, 2.0), (1.0, 3.0)]);
-        assert!(bounds(&[0.0], &[1.0]).unwrap_err().contains("expected 2 or 3 each"));
-        assert!(bounds(&[0.0, 2.0], &[1.0, 1.0]).unwrap_err().contains("[2.0, 1.0]"));
-        assert!(bounds(&[-1e300; 2], &[1e300; 2]).unwrap_err().contains("[-1e300, 1e300], expected finite limits"));
     }
 }

@@ -1,6 +1,6 @@
 //! Which bodies of one scene another one has too, and where. Neither what differs between the scenes besides, nor what follows of it.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashMap};
 
 use super::Scene;
 
@@ -19,6 +19,21 @@ pub fn bodies_in_both(old: &Scene, new: &Scene) -> Vec<Option<usize>> {
         (carried_alike[old.bodies[body].frame] && old.bodies[body] == new.bodies[at]).then_some(at)
     };
     (0..old.bodies.len()).map(found).collect()
+}
+
+/// For every body of `new`, the index of the one of the same name in `old`. `None` where there is none.
+pub fn by_name(old: &Scene, new: &Scene) -> Vec<Option<usize>> {
+    let mut named: Option<HashMap<&str, usize>> = None;
+    let mut find = |name: &str| {
+        let named = named.get_or_insert_with(|| old.bodies.iter().zip(0..).map(|(b, at)| (&*b.name, at)).collect());
+        named.get(name).copied()
+    };
+    let body = |(at, name): (usize, &str)| match old.bodies.get(at) {
+        // Mostly nothing came or went.
+        Some(body) if body.name == name => Some(at),
+        _ => find(name),
+    };
+    new.bodies.iter().map(|body| body.name.as_str()).enumerate().map(body).collect()
 }
 
 #[cfg(test)]

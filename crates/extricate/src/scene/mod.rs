@@ -7,9 +7,12 @@ mod arrays;
 pub mod assemble;
 mod bodies;
 pub mod builtin;
+pub mod clearances;
 mod coordinates;
+mod edit;
 pub mod file;
 mod frames;
+pub mod limits;
 mod load;
 pub mod matching;
 mod names;
@@ -20,12 +23,14 @@ mod roles;
 #[cfg(test)]
 mod testing;
 mod wording;
+pub mod world_file;
 
 use serde::{Deserialize, Serialize};
 
 use crate::cspace::ConfigSpace;
 use crate::math::{Pose, Vec3};
 use crate::robot::Geometry;
+use clearances::Clearances;
 
 /// Robots, obstacles, checked pairs, clearance and metric.
 #[derive(Debug, Clone, Serialize, Deserialize)]
@@ -40,12 +45,28 @@ pub struct Scene {
     pub space: ConfigSpace,
     /// Kinematic tree; `frames[0]` is the world, and a parent precedes its children.
     pub frames: Vec<Frame>,
-    /// Links that have geometry, then obstacles.
+    /// Links that have geometry, then obstacles, then objects attached to links; what came later
+    /// ([`Scene::with_obstacles`], [`Scene::attached`]) at the end.
     pub bodies: Vec<Body>,
     /// Checked pairs, sorted.
     pub pairs: Vec<BodyPair>,
     /// What the user should know: open meshes, defaults taken, pairs that always collide.
     pub warnings: Vec<String>,
+    /// Every link of every robot, those without geometry too.
+    pub links: Vec<LinkSeat>,
+    /// Pairs that keep another distance than `clearance`.
+    pub clearances: Clearances,
+}
+
+/// Where a link sits.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct LinkSeat {
+    /// As in the URDF; `robot/link` where two robots share a name.
+    pub name: String,
+    /// Index of the frame that it is fixed to.
+    pub frame: usize,
+    /// Maps link coordinates to frame coordinates.
+    pub pose_frame_link: Pose,
 }
 
 /// Which distance between configurations, see `metric`.
@@ -125,12 +146,12 @@ pub struct Coordinate {
     pub offset: f64,
 }
 
-/// A link or an obstacle: shapes fixed to one frame.
+/// A link, an obstacle, or an object attached to a link: shapes fixed to one frame.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Body {
     /// As in the URDF or scene file; `robot/link` where two robots share a name.
     pub name: String,
-    /// Which robot it belongs to; `None` for an obstacle.
+    /// Which robot it belongs to; `None` for an obstacle or an object attached to a link.
     pub robot: Option<usize>,
     /// Index of the frame that it is fixed to; 0 does not move.
     pub frame: usize,
@@ -161,6 +182,11 @@ impl Scene {
     pub fn pair_names(&self, pair: usize) -> [&str; 2] {
         let BodyPair { first, second } = self.pairs[pair];
         [&self.bodies[first].name, &self.bodies[second].name]
+    }
+
+    /// Frames and shapes of the bodies that move, which distances are measured by.
+    pub fn moving_bodies(&self) -> impl Iterator<Item = (usize, &[Part])> {
+        self.bodies.iter().filter(|body| body.frame != 0).map(|body| (body.frame, &*body.parts))
     }
 
     /// Names of the joints that have any of these coordinates, each once.

@@ -1,12 +1,12 @@
-//! From `[[obstacle]]` entries to bodies.
+//! From `[[obstacle]]` and `[[attached]]` entries to bodies.
 
 use std::collections::HashSet;
 use std::sync::Arc;
 
 use super::bodies::hull;
-use super::file::{ObstacleEntry, ScaleEntry, ShapeEntry};
+use super::file::{ScaleEntry, SceneFile, ShapeEntry};
 use super::names::check_name;
-use super::{Body, Part};
+use super::Body;
 use crate::error::{Error, Result};
 use crate::math::{FARTHEST, Vec3};
 use crate::robot::{Geometry, TriangleMesh, mesh::is_scale};
@@ -14,31 +14,38 @@ use crate::robot::{Geometry, TriangleMesh, mesh::is_scale};
 /// Reads a mesh by the element that names it, for messages, and its path, as the scene file has it.
 pub type LoadMesh<'a> = &'a mut dyn FnMut(&str, &str) -> Result<Arc<TriangleMesh>>;
 
-/// The obstacles of a scene file, fixed to the world.
+/// What is no link.
+#[derive(Debug, Clone, Default)]
+pub struct Others {
+    /// Fixed to the world.
+    pub obstacles: Vec<Body>,
+    /// What links hold, each in the coordinates of its link.
+    pub attached: Vec<Body>,
+}
+
+/// The obstacles and attached objects of a scene file.
 ///
 /// # Errors
 /// [`Error::Input`] for repeated or empty names, shapes that are not exactly one shape, sizes that are not positive and
 /// scales that are 0; whatever reading a mesh gives.
-pub fn obstacles(
-    file: &str,
-    entries: &[ObstacleEntry],
-    load_mesh: LoadMesh,
-    warnings: &mut Vec<String>,
-) -> Result<Vec<Body>> {
+pub fn others(file: &str, entry: &SceneFile, load_mesh: LoadMesh, warnings: &mut Vec<String>) -> Result<Others> {
     let mut seen = HashSet::new();
-    let mut bodies = Vec::with_capacity(entries.len());
-    for (index, entry) in entries.iter().enumerate() {
-        check_name(&entry.name).map_err(|problem| Error::input(file, format!("obstacle {}", index + 1), problem))?;
-        let element = format!("obstacle \"{}\"", entry.name);
-        if !seen.insert(&entry.name) {
+    let mut others = Others::default();
+    let obstacles = entry.obstacle.iter().map(|entry| ("obstacle", &entry.name, &entry.shape, &entry.pose));
+    let attached = entry.attached.iter().map(|entry| ("attached", &entry.name, &entry.shape, &entry.pose));
+    for (index, (kind, name, form, pose)) in obstacles.chain(attached).enumerate() {
+        let number = if kind == "obstacle" { index + 1 } else { index + 1 - entry.obstacle.len() };
+        check_name(name).map_err(|problem| Error::input(file, format!("{kind} {number}"), problem))?;
+        let element = format!("{kind} \"{name}\"");
+        if !seen.insert(name) {
             return Err(Error::input(file, element, "the name occurs twice, expected every obstacle to have its own"));
         }
-        let pose_frame_part = entry.pose.pose(file, &element)?;
-        let geometry = shape(file, &element, &entry.shape, load_mesh, warnings)?;
-        let parts = vec![Part { pose_frame_part, geometry }];
-        bodies.push(Body { name: entry.name.clone(), robot: None, frame: 0, parts });
+        let pose = pose.pose(file, &element)?;
+        let geometry = shape(file, &element, form, load_mesh, warnings)?;
+        let of_kind = if kind == "obstacle" { &mut others.obstacles } else { &mut others.attached };
+        of_kind.push(Body::obstacle(name, geometry, pose));
     }
-    Ok(bodies)
+    Ok(others)
 }
 
 fn shape(
@@ -114,7 +121,7 @@ mod tests {
 
     fn assembled(text: &str) -> Result<Vec<Body>> {
         let scene = file::parse("s.toml", text)?;
-        obstacles("s.toml", &scene.obstacle, &mut |_, _| Ok(tetrahedron()), &mut Vec::new())
+        Ok(others("s.toml", &scene, &mut |_, _| Ok(tetrahedron()), &mut Vec::new())?.obstacles)
     }
 
     fn tetrahedron() -> Arc<TriangleMesh> {

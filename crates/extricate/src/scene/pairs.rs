@@ -36,22 +36,28 @@ pub struct PairName<'a> {
     pub body: Option<usize>,
 }
 
-/// The pairs that `[pairs] disable` names.
+/// The pairs that `[pairs] disable` and the like name; `element` is what messages call that.
 ///
 /// # Errors
 /// [`Error::Input`] for names that do not exist or that two robots share, with the candidates.
-pub fn disabled_by_scene(file: &str, entries: &[[String; 2]], all: &[PairName]) -> Result<Vec<BodyPair>> {
+pub fn disabled_by_scene(
+    file: &str,
+    element: &str,
+    entries: &[[String; 2]],
+    all: &[PairName],
+) -> Result<Vec<BodyPair>> {
     let names: Vec<Named> = all.iter().map(|entry| entry.named).collect();
     let mut pairs = Vec::new();
     for entry in entries {
+        let element = format!("{element} [\"{}\", \"{}\"]", entry[0], entry[1]);
         let body = |name: &String| {
-            let element = format!("pairs: disable [\"{}\", \"{}\"]", entry[0], entry[1]);
+            let element = element.as_str();
             find(&names, name).map(|index| all[index].body).map_err(|problem| Error::input(file, element, problem))
         };
         let (first, second) = (body(&entry[0])?, body(&entry[1])?);
         if first.is_some() && first == second {
             let problem = "got one body twice, expected two bodies";
-            return Err(Error::input(file, format!("pairs: disable [\"{}\", \"{}\"]", entry[0], entry[1]), problem));
+            return Err(Error::input(file, element, problem));
         }
         pairs.extend(ordered(first, second));
     }
@@ -112,7 +118,7 @@ mod tests {
             PairName { named: named(None, "box"), body: Some(2) },
         ];
         let strings = |names: [&str; 2]| names.map(String::from);
-        let by_scene = |names| disabled_by_scene("s.toml", &[strings(names)], &all);
+        let by_scene = |names| disabled_by_scene("s.toml", "pairs: disable", &[strings(names)], &all);
         assert_eq!(by_scene(["box", "a/hand"]).unwrap(), [BodyPair { first: 0, second: 2 }]);
         assert_eq!(by_scene(["box", "frame"]).unwrap(), []);
         assert!(by_scene(["box", "box"]).unwrap_err().to_string().contains("got one body twice"));

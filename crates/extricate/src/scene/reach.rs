@@ -3,7 +3,7 @@
 use super::Body;
 use super::assemble::LoadedRobot;
 use super::bodies::radius;
-use super::file::LimitsEntry;
+use super::limits::LimitsEntry;
 use crate::math::Pose;
 use crate::robot::{Geometry, JointKind};
 

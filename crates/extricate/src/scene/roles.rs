@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 
 use super::assemble::LoadedRobot;
-use super::file::{LimitsEntry, interval};
+use super::limits::{LimitsEntry, interval};
 use super::names;
 use crate::cspace::{LIMIT_TOLERANCE, Manifold};
 use crate::error::{Error, Result};

@@ -4,7 +4,7 @@ use super::Scene;
 use super::assemble::{LoadedRobot, build};
 use super::file;
 use super::names::robot_names;
-use super::obstacles::obstacles;
+use super::obstacles::others;
 use crate::error::Result;
 use crate::math::{Pose, Vec3};
 use crate::robot::{Geometry, Joint, JointKind, Link, LinkGeometry, Mimic, Robot};
@@ -56,7 +56,7 @@ pub fn scene_with(text: &str, robots: &[Robot], disabled: &[[String; 2]], group:
     });
     let loaded: Vec<LoadedRobot> = loaded.collect();
     let mut warnings = Vec::new();
-    let bodies = obstacles(FILE, &file.obstacle, &mut |_, path| panic!("no mesh {path} in this test"), &mut warnings)?;
+    let bodies = others(FILE, &file, &mut |_, path| panic!("no mesh {path} in this test"), &mut warnings)?;
     build(FILE, &file, &loaded, bodies, warnings)
 }
 

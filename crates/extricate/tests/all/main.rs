@@ -18,6 +18,7 @@ mod query_changed;
 mod query_elsewhere;
 mod recheck;
 mod rigid;
+mod scene_edits;
 mod soak;
 mod spoiled;
 mod tidy;

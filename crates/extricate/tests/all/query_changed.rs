@@ -34,7 +34,7 @@ fn without_one(mut scene: Scene) -> Scene {
 
 /// Answers in a changed scene, each verified there.
 fn answers(model: &Model, scene: &Scene, queries: &[Config]) -> Vec<Answer> {
-    let changed = ChangedScene::new(model.scene(), scene.clone()).unwrap();
+    let changed = ChangedScene::new(model.world(), scene.clone()).unwrap();
     let (mut scratch, mut check) = (QueryScratch::default(), CheckScratch::default());
     let mut ask = |q| {
         let answer = model.query_in(&changed, q, &QueryOptions::default(), &mut scratch).expect("something is free");
@@ -97,7 +97,7 @@ fn samples_that_an_added_obstacle_took_are_not_trusted() {
     let model = learn(builtin::scene("shelf-arm").unwrap(), 150_000, 7);
     let scene = with_another(builtin::scene("shelf-arm").unwrap(), [0.0, 1.0, 0.0]);
     let anew = learn(scene.clone(), 150_000, 8);
-    let changed = ChangedScene::new(model.scene(), scene.clone()).unwrap();
+    let changed = ChangedScene::new(model.world(), scene.clone()).unwrap();
     let queries = colliding(&anew, 150);
     let [before, fresh] = [&model, &anew].map(|model| unchanged(model, &queries));
     let mut check = CheckScratch::default();

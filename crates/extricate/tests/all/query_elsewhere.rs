@@ -92,7 +92,7 @@ fn a_stream_goes_on_while_obstacles_move() {
         let mut stream = Stream::new(StreamOptions::default());
         for frame in 0..12 {
             let scene = moved("planar-arm", [0.0, 0.004 * f64::from(frame), 0.0]);
-            let scene = ChangedScene::new(model.scene(), scene).unwrap();
+            let scene = ChangedScene::new(model.world(), scene).unwrap();
             let answer = model.query_next_in(&scene, &q, &mut stream).expect("something is free");
             assert!(answer.verified && answer.lower_bound <= answer.depth);
             assert_eq!(scene.checker().label(&answer.witness, &mut check), Label::Free);
@@ -154,7 +154,7 @@ fn moved(name: &str, by: [f64; 3]) -> Scene {
 fn answers_in_a_changed_scene_are_verified_there() {
     for (name, by) in [("planar-arm", [0.05, 0.1, 0.0]), ("shelf-arm", [0.0, 0.05, 0.1])] {
         let model = learn(builtin::scene(name).unwrap(), 6_000, 7);
-        let changed = ChangedScene::new(model.scene(), moved(name, by)).unwrap();
+        let changed = ChangedScene::new(model.world(), moved(name, by)).unwrap();
         let anew = learn(moved(name, by), 6_000, 7);
         let queries = colliding(&anew, 25);
         let (mut scratch, mut check) = (QueryScratch::default(), CheckScratch::default());
@@ -196,7 +196,7 @@ fn one_scratch_serves_scene_after_scene() {
     let pairs: Vec<_> = beside.map(|pair| BodyPair { second: added, ..*pair }).collect();
     more.pairs.extend(pairs);
     more.pairs.sort();
-    let scenes = [moved("shelf-arm", [0.0, 0.05, 0.1]), more].map(|s| ChangedScene::new(model.scene(), s).unwrap());
+    let scenes = [moved("shelf-arm", [0.0, 0.05, 0.1]), more].map(|s| ChangedScene::new(model.world(), s).unwrap());
     let mut scratch = QueryScratch::default();
     for q in colliding(&model, 20) {
         for scene in &scenes {
@@ -224,7 +224,7 @@ fn a_budget_in_a_changed_scene_ends_all_but_the_search_for_a_first_witness() {
     // Most samples lie nearer than that to something.
     let mut wider = builtin::scene("planar-arm").unwrap();
     wider.clearance = 1e-3;
-    let changed = ChangedScene::new(model.scene(), wider).unwrap();
+    let changed = ChangedScene::new(model.world(), wider).unwrap();
     let mut scratch = QueryScratch::default();
     // So many are checked in order of distance; then descents lead out of the nearest.
     let (in_order, most) = (16, 120);
@@ -267,11 +267,11 @@ fn a_scene_in_which_nothing_is_free_has_no_answer_and_one_of_other_joints_is_ref
     let model = learn(builtin::scene("planar-arm").unwrap(), 4_000, 7);
     let mut walled = builtin::scene("planar-arm").unwrap();
     walled.clearance = 100.0;
-    let changed = ChangedScene::new(model.scene(), walled).unwrap();
+    let changed = ChangedScene::new(model.world(), walled).unwrap();
     let q = &colliding(&model, 1)[0];
     assert!(model.query_in(&changed, q, &QueryOptions::default(), &mut QueryScratch::default()).is_none());
 
-    let refused = |scene: Scene| ChangedScene::new(model.scene(), scene).err().map(|e| e.to_string());
+    let refused = |scene: Scene| ChangedScene::new(model.world(), scene).err().map(|e| e.to_string());
     assert!(refused(builtin::scene("shelf-arm").unwrap()).unwrap().contains("joint"));
     let mut other = builtin::scene("planar-arm").unwrap();
     other.metric = MetricSpec::ObjectNorm;
@@ -279,6 +279,6 @@ fn a_scene_in_which_nothing_is_free_has_no_answer_and_one_of_other_joints_is_ref
     let under = learn(other.clone(), 2_000, 7);
     let link = other.bodies.iter_mut().find(|body| body.frame != 0).expect("a link");
     link.parts[0].pose_frame_part.translation.x += 0.01;
-    let message = ChangedScene::new(under.scene(), other).err().map(|e| e.to_string()).unwrap();
+    let message = ChangedScene::new(under.world(), other).err().map(|e| e.to_string()).unwrap();
     assert!(message.contains("moving bodies"), "{message}");
 }

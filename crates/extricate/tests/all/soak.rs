@@ -313,7 +313,7 @@ fn change(model: &Model, seed: u64) -> ChangedScene {
             let q = &configs(model, rng.random_range(1 << 30..1 << 31), 1)[0];
             add_ball(&mut scene, q, &mut rng);
         }
-        let changed = ChangedScene::new(model.scene(), scene).expect("obstacles alone differ");
+        let changed = ChangedScene::new(model.world(), scene).expect("obstacles alone differ");
         let samples = model.boundary().configs().chunks_exact(model.scene().space.nq()).step_by(STILL_FREE.0);
         let (looked, checker) = (samples.len() as f64, changed.checker());
         let free = samples.filter(|q| checker.label(q, &mut check) == Label::Free).count();

@@ -118,7 +118,6 @@ impl<W: Work> Run<W> {
             ended_by: end.unwrap_or(EndedBy::Interruption),
             adapted,
         };
-        let (checker, metric, balls) = ground.into_parts();
-        Model { checker, metric, boundary, classifier, balls, coverage: measured.coverage, statistics }
+        Model { world: ground.into_world(), boundary, classifier, coverage: measured.coverage, statistics }
     }
 }

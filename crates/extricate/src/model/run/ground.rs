@@ -13,7 +13,7 @@ use crate::model::solve::SolveGround;
 use crate::model::solving::Solving;
 use crate::penetration::certificate::InteriorBalls;
 use crate::penetration::coverage::Coverage;
-use crate::penetration::{Context, Learned, StartsPerDof, index_samples};
+use crate::penetration::{Context, Learned, StartsPerDof, World, index_samples};
 use crate::scene::Scene;
 
 /// Boundary samples have a colliding configuration within this share of the space's diameter.
@@ -87,13 +87,13 @@ impl RunGround {
     }
 
     /// What of it a model keeps.
-    pub fn into_parts(self) -> (Checker, Metric, InteriorBalls) {
-        let balls = self.balls.into_inner().unwrap_or_else(|| InteriorBalls::new(&self.checker));
-        (self.checker, self.metric, balls)
+    pub fn into_world(self) -> World {
+        let balls = self.balls.into_inner().unwrap_or_else(|| InteriorBalls::new(&self.checker, None));
+        World::of_parts(self.checker, self.metric.into(), balls)
     }
 
     fn balls(&self) -> &InteriorBalls {
-        self.balls.get_or_init(|| InteriorBalls::new(&self.checker))
+        self.balls.get_or_init(|| InteriorBalls::new(&self.checker, None))
     }
 }
 

@@ -14,7 +14,7 @@ fn points_lie_at_least_as_deep_as_balls_say() {
     let (mut inside, mut exact, mut told) = (0, 0.0, 0.0);
     for name in ["hand", "shelf-arm", "free-box"] {
         let checker = Checker::new(builtin::scene(name).unwrap().into());
-        let of_bodies = InteriorBalls::new(&checker).bodies;
+        let of_bodies = InteriorBalls::new(&checker, None).bodies;
         for (body, balls) in of_bodies.iter().enumerate().filter(|(_, balls)| !balls.all.is_empty()) {
             // At a centre too, where digits are lost most easily.
             let centre = balls.all[0].centre;

@@ -1,8 +1,7 @@
 //! Constraints from steps that were not taken, and when they are not to be believed.
 
-use crate::collision::Contact;
+use crate::collision::{Checker, Contact};
 use crate::math::{Pose, Vec3};
-use crate::scene::Scene;
 
 /// Contacts of a pair nearer than this \[m\] on either body tell the same.
 const SAME_PLACE: f64 = 5e-4;
@@ -21,12 +20,11 @@ pub struct Cut {
 /// Whether any of it was new. Overlaps that were there before, by half or more, tell nothing of the
 /// step.
 pub fn add_cuts(
-    scene: &Scene,
-    clearance: f64,
+    checker: &Checker,
     (contacts, poses): (&mut Vec<Contact>, &[Pose]),
     (hit, hit_poses): (&[Contact], &[Pose]),
 ) -> bool {
-    let known = contacts.len();
+    let (scene, clearance, known) = (checker.scene(), checker.base_clearance(), contacts.len());
     for contact in hit.iter().filter(|contact| contact.distance < clearance) {
         let pair = &scene.pairs[contact.pair];
         let here = |body: usize, point: &Vec3| {
@@ -39,7 +37,7 @@ pub fn add_cuts(
             other.pair == contact.pair
                 && (other.point_first - point_first).norm().min((other.point_second - point_second).norm()) < SAME_PLACE
         };
-        let distance = contact.normal.dot(&(point_first - point_second));
+        let distance = contact.normal.dot(&(point_first - point_second)) - checker.excess(contact.pair);
         if 2.0 * (distance - contact.distance) > clearance - contact.distance && !contacts.iter().any(same) {
             contacts.push(Contact { distance, point_first, point_second, ..*contact });
         }

@@ -1,0 +1,177 @@
+//! The same scene with something changed: obstacles moved, added or gone, objects attached to
+//! links, pairs no longer checked. Robots, coordinates and metric stay.
+//!
+//! Every function gives another scene, which shares geometry with this one. With
+//! [`crate::World::with_scene`] what is prepared of it is shared as well.
+
+use super::names::{check_name, unknown};
+use super::{Body, BodyPair, LinkSeat, Part, Scene};
+use crate::error::{Error, Result};
+use crate::math::{FARTHEST, Pose};
+use crate::robot::Geometry;
+
+/// How messages call what is changed here.
+const SCENE: &str = "scene";
+
+impl Body {
+    /// An obstacle of one shape; `pose` maps shape coordinates to those of the world.
+    pub fn obstacle(name: impl Into<String>, geometry: Geometry, pose: Pose) -> Self {
+        Self { name: name.into(), robot: None, frame: 0, parts: vec![Part { pose_frame_part: pose, geometry }] }
+    }
+
+    /// What a link holds, given in the link's coordinates.
+    pub(super) fn on(mut self, seat: &LinkSeat) -> Self {
+        let place = |part: &mut Part| part.pose_frame_part = seat.pose_frame_link.then(&part.pose_frame_part);
+        self.parts.iter_mut().for_each(place);
+        Self { robot: None, frame: seat.frame, ..self }
+    }
+
+    /// Whether it is no link and does not move.
+    pub fn is_obstacle(&self) -> bool {
+        self.robot.is_none() && self.frame == 0
+    }
+}
+
+impl Scene {
+    /// The obstacles of these names at other poses, each of its first shape, in the world; other
+    /// shapes of the obstacle go with it.
+    ///
+    /// # Errors
+    /// [`Error::Input`] for a name that no obstacle has, and a pose that is none.
+    pub fn moved<'a>(&self, poses: impl IntoIterator<Item = (&'a str, Pose)>) -> Result<Self> {
+        let mut scene = self.clone();
+        for (name, pose) in poses {
+            check_pose(&format!("obstacle \"{name}\""), &pose)?;
+            let body = self.obstacle_index(name)?;
+            let Some(first) = self.bodies[body].parts.first() else { continue };
+            let by = pose.then(&first.pose_frame_part.inverse());
+            for (at, part) in scene.bodies[body].parts.iter_mut().enumerate() {
+                part.pose_frame_part = if at == 0 { pose } else { by.then(&part.pose_frame_part) };
+            }
+        }
+        Ok(scene)
+    }
+
+    /// More obstacles, see [`Body::obstacle`], which everything that moves is checked against.
+    ///
+    /// # Errors
+    /// [`Error::Input`] for a name that is taken or none, and a pose that is none.
+    pub fn with_obstacles(&self, obstacles: impl IntoIterator<Item = Body>) -> Result<Self> {
+        let mut scene = self.clone();
+        let mut taken: std::collections::HashSet<String> = self.bodies.iter().map(|body| body.name.clone()).collect();
+        for obstacle in obstacles {
+            let element = format!("obstacle \"{}\"", obstacle.name);
+            if !taken.insert(obstacle.name.clone()) {
+                return Err(Error::input(SCENE, element, "the name is taken, expected one of its own"));
+            }
+            scene.push(Body { robot: None, frame: 0, ..obstacle }, &element, &[])?;
+        }
+        scene.pairs.sort_unstable();
+        Ok(scene)
+    }
+
+    /// Without the obstacles, or objects attached to links, of these names.
+    ///
+    /// # Errors
+    /// [`Error::Input`] for a name that none of them has.
+    pub fn without<'a>(&self, names: impl IntoIterator<Item = &'a str>) -> Result<Self> {
+        let mut goes = vec![false; self.bodies.len()];
+        for name in names {
+            goes[self.find(name, |body| body.robot.is_none(), &format!("obstacle \"{name}\""))?] = true;
+        }
+        let mut places = Vec::with_capacity(goes.len());
+        let mut next = 0;
+        for goes in &goes {
+            places.push((!goes).then_some(next));
+            next += usize::from(!goes);
+        }
+        let stays = |pair: &BodyPair| Some(BodyPair { first: places[pair.first]?, second: places[pair.second]? });
+        let bodies = self.bodies.iter().zip(&goes).filter(|(_, goes)| !**goes).map(|(body, _)| body.clone());
+        Ok(Self { bodies: bodies.collect(), pairs: self.pairs.iter().filter_map(stays).collect(), ..self.clone() })
+    }
+
+    /// Without any obstacle.
+    pub fn without_obstacles(&self) -> Self {
+        let names = self.bodies.iter().filter(|body| body.is_obstacle()).map(|body| body.name.as_str());
+        self.without(names).expect("obstacles of this scene")
+    }
+
+    /// With these pairs of bodies no longer checked.
+    ///
+    /// # Errors
+    /// [`Error::Input`] for a name that no body has.
+    pub fn disabled<'a>(&self, pairs: impl IntoIterator<Item = [&'a str; 2]>) -> Result<Self> {
+        let mut scene = self.clone();
+        for [a, b] in pairs {
+            let body = |name: &str| self.find(name, |_| true, &format!("pair [\"{a}\", \"{b}\"]"));
+            let (a, b) = (body(a)?, body(b)?);
+            let pair = BodyPair { first: a.min(b), second: a.max(b) };
+            if let Ok(at) = scene.pairs.binary_search(&pair) {
+                scene.pairs.remove(at);
+            }
+        }
+        Ok(scene)
+    }
+
+    /// An object held by a link, such as a can in a gripper: `object` stands in the link's
+    /// coordinates ([`Body::obstacle`]), moves with it, and is checked against everything but what
+    /// is fixed to the link and the bodies of the names `touch`.
+    ///
+    /// # Errors
+    /// [`Error::Input`] for names that are taken or that nothing has, and a pose that is none.
+    pub fn attached(&self, object: Body, link: &str, touch: &[&str]) -> Result<Self> {
+        let element = format!("attached \"{}\"", object.name);
+        let fault = |problem: String| Err(Error::input(SCENE, &element, problem));
+        if self.bodies.iter().any(|body| body.name == object.name) {
+            return fault("the name is taken, expected one of its own".into());
+        }
+        let Some(seat) = self.links.iter().find(|seat| seat.name == link) else {
+            if self.links.is_empty() {
+                return fault("this model was written by a version that kept no links: learn it anew".into());
+            }
+            let names: Vec<&str> = self.links.iter().map(|seat| seat.name.as_str()).collect();
+            return fault(format!("link: {}", unknown(link, &names)));
+        };
+        let find = |name: &&str| self.find(name, |_| true, &format!("{element}: touch"));
+        let touch = touch.iter().map(find).collect::<Result<Vec<usize>>>()?;
+        let mut scene = self.clone();
+        scene.push(object.on(seat), &element, &touch)?;
+        scene.pairs.sort_unstable();
+        Ok(scene)
+    }
+
+    /// Adds a body and its pairs with all bodies on other frames but those of `touch`.
+    fn push(&mut self, body: Body, element: &str, touch: &[usize]) -> Result<()> {
+        check_name(&body.name).map_err(|problem| Error::input(SCENE, element, problem))?;
+        body.parts.iter().try_for_each(|part| check_pose(element, &part.pose_frame_part))?;
+        let second = self.bodies.len();
+        let meets = |first: &usize| self.bodies[*first].frame != body.frame && !touch.contains(first);
+        self.pairs.extend((0..second).filter(meets).map(|first| BodyPair { first, second }));
+        self.bodies.push(body);
+        Ok(())
+    }
+
+    fn obstacle_index(&self, name: &str) -> Result<usize> {
+        self.find(name, Body::is_obstacle, &format!("obstacle \"{name}\""))
+    }
+
+    fn find(&self, name: &str, is_meant: impl Fn(&Body) -> bool, element: &str) -> Result<usize> {
+        let found = self.bodies.iter().position(|body| body.name == name && is_meant(body));
+        found.ok_or_else(|| {
+            let names: Vec<&str> = self.bodies.iter().filter(|b| is_meant(b)).map(|b| b.name.as_str()).collect();
+            Error::input(SCENE, element, unknown(name, &names))
+        })
+    }
+}
+
+fn check_pose(element: &str, pose: &Pose) -> Result<()> {
+    let rotation = &pose.rotation;
+    let is_rotation = (rotation * rotation.transpose() - crate::math::Mat3::identity()).norm() < 1e-9
+        && rotation.determinant() > 0.0;
+    if is_rotation && pose.translation.iter().all(|x| x.abs() <= FARTHEST) {
+        return Ok(());
+    }
+    let (at, turned) = (pose.translation.as_slice(), rotation.as_slice());
+    let problem = format!("pose: got {at:?} and the columns {turned:?}, expected within 1e9 [m] and a rotation");
+    Err(Error::input(SCENE, element, problem))
+}

@@ -1,0 +1,75 @@
+//! A world for a robot that is there already: a scene file whose obstacles, attached objects and
+//! pairs replace or join those of another scene.
+
+use std::path::Path;
+
+use super::assemble::{ReadFile, assemble_entries};
+use super::clearances::Clearances;
+use super::file::{self, SceneFile};
+use super::load::Files;
+use super::obstacles::{Others, others};
+use super::Scene;
+use crate::error::{Error, Result};
+
+/// The scene of the robots of `robots` in the world of the TOML `text` of the file at `path`.
+///
+/// Where the file has a `[[robot]]`, it is a scene of its own and all there is. Else its obstacles
+/// take the place of those of `robots`, and its attached objects, disabled pairs, clearances of
+/// pairs and padding come on top; its clearance holds where it gives one.
+///
+/// # Errors
+/// As [`super::assemble::assemble`]; [`Error::Input`] for a metric, which belongs to robots.
+pub fn in_world(robots: &Scene, path: &Path, text: &str, read: ReadFile) -> Result<Scene> {
+    let name = path.display().to_string();
+    in_world_of_entries(robots, path, &file::parse(&name, text)?, read)
+}
+
+/// As [`in_world`], for a world that is parsed already or was never written down.
+///
+/// # Errors
+/// As [`in_world`].
+pub fn in_world_of_entries(robots: &Scene, path: &Path, world: &SceneFile, read: ReadFile) -> Result<Scene> {
+    let name = path.display().to_string();
+    if !world.robot.is_empty() {
+        return assemble_entries(path, world, read);
+    }
+    world.check(&name)?;
+    if world.metric.is_some() {
+        let problem = "got one in a world without a [[robot]], expected it in the scene of the robot";
+        return Err(Error::input(&name, "metric", problem));
+    }
+    let mut scene = robots.without_obstacles();
+    let mut files = Files::new(path, read);
+    let mut load_mesh = |element: &str, path: &str| files.mesh(element, path);
+    let Others { obstacles, attached } = others(&name, world, &mut load_mesh, &mut scene.warnings)?;
+    let in_file = |error| named(&name, error);
+    scene = scene.with_obstacles(obstacles).map_err(in_file)?;
+    for (object, entry) in attached.into_iter().zip(&world.attached) {
+        let touch: Vec<&str> = entry.touch.iter().map(String::as_str).collect();
+        scene = scene.attached(object, &entry.link, &touch).map_err(in_file)?;
+    }
+    let disabled = world.pairs.disable.iter().map(|[a, b]| [a.as_str(), b.as_str()]);
+    scene = scene.disabled(disabled).map_err(in_file)?;
+    let find = |element: String, wanted: &str| {
+        let names: Vec<&str> = scene.bodies.iter().map(|body| body.name.as_str()).collect();
+        match names.contains(&wanted) {
+            true => Ok(Some(wanted.to_string())),
+            false => Err(Error::input(&name, element, super::names::unknown(wanted, &names))),
+        }
+    };
+    let Clearances { own, pairs, padding } = Clearances::of_file(world, &find)?;
+    if let Some(clearance) = world.clearance {
+        (scene.clearance, scene.clearances.own) = (clearance.lengths().0, own);
+    }
+    scene.clearances.pairs.extend(pairs);
+    scene.clearances.padding.extend(padding);
+    Ok(scene)
+}
+
+/// An error of a change to a scene, as one of the file that asks for it.
+fn named(file: &str, error: Error) -> Error {
+    match error {
+        Error::Input { element, problem, .. } => Error::input(file, element, problem),
+        other => other,
+    }
+}
