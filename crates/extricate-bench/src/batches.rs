@@ -82,7 +82,10 @@ fn batch(model: &Model, options: &QueryOptions, values: &[f64], threads: usize) 
 
 fn in_a_loop(model: &Model, options: &QueryOptions, values: &[f64]) -> Result<f64> {
     let (space, mut scratch) = (&model.scene().space, QueryScratch::default());
-    let ask = |q: &[f64]| Ok(model.query(&space.config(q)?, options, &mut scratch).depth);
+    let ask = |q: &[f64]| {
+        let answer = model.query(&space.config(q)?, options, &mut scratch);
+        Ok(answer.map_or(f64::INFINITY, |answer| answer.depth))
+    };
     values.chunks_exact(space.nq()).map(ask).sum()
 }
 
@@ -102,7 +105,11 @@ mod tests {
         std::fs::write(at("broken"), &bytes[..40]).unwrap();
         let depths: Vec<f64> = rows
             .chunks(3)
-            .map(|q| model.query(&model.scene().space.config(q).unwrap(), &Default::default(), &mut Default::default()))
+            .map(|q| {
+                model
+                    .query(&model.scene().space.config(q).unwrap(), &Default::default(), &mut Default::default())
+                    .unwrap()
+            })
             .map(|answer| answer.depth)
             .collect();
         let ask = |queries: &str, effort: &str, commands: &str| {

@@ -76,7 +76,7 @@ impl Asked {
     fn query(&self, q: &Config, options: &QueryOptions, scratch: &mut QueryScratch) -> Option<Answer> {
         match self {
             Self::World(world) => world.query(q, options, scratch),
-            Self::Model(model) => Some(model.query(q, options, scratch)),
+            Self::Model(model) => model.query(q, options, scratch),
             Self::Changed(model, changed) => model.query_in(changed, q, options, scratch),
         }
     }

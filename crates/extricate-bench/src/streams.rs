@@ -94,10 +94,11 @@ fn walked(model: &Model, motions: &[Vec<Config>], rounds: usize) -> Vec<Frame> {
             for (k, q) in motion.iter().enumerate() {
                 let mut followed = None;
                 if (k + round) % 2 == 0 {
-                    followed = Some(timed(|| model.query_next(q, &mut stream)));
+                    followed = Some(timed(|| model.query_next(q, &mut stream).expect("nothing is locked")));
                 }
-                let (single, alone) = timed(|| model.query(q, &options, &mut scratch));
-                let (answer, seconds) = followed.unwrap_or_else(|| timed(|| model.query_next(q, &mut stream)));
+                let (single, alone) = timed(|| model.query(q, &options, &mut scratch).expect("nothing is locked"));
+                let (answer, seconds) =
+                    followed.unwrap_or_else(|| timed(|| model.query_next(q, &mut stream).expect("nothing is locked")));
                 // The first that collides is asked as a query on its own.
                 if answer.is_free() || !std::mem::replace(&mut is_followed, true) {
                     continue;

@@ -232,9 +232,10 @@ impl Model {
         &self.statistics
     }
 
-    /// The nearest free configuration to `q`, see [`query`].
-    pub fn query(&self, q: &Config, options: &QueryOptions, scratch: &mut QueryScratch) -> Answer {
-        query(&self.context(), q, options, scratch).expect("a model holds a free sample")
+    /// The nearest free configuration to `q`, see [`query`]. `None` only where joints were locked
+    /// or a clearance was asked for, and nothing free was found.
+    pub fn query(&self, q: &Config, options: &QueryOptions, scratch: &mut QueryScratch) -> Option<Answer> {
+        query(&self.context(), q, options, scratch)
     }
 
     /// Asks configurations that nobody wants to know, spread over the whole space, for about as long as `duration`, so that the first query that counts
@@ -288,8 +289,8 @@ impl Model {
     ///
     /// # Guarantee
     /// That of [`query`]; but the answer also depends on the frames before.
-    pub fn query_next(&self, q: &Config, stream: &mut Stream) -> Answer {
-        stream.query(&self.context(), q).expect("a model holds a free sample")
+    pub fn query_next(&self, q: &Config, stream: &mut Stream) -> Option<Answer> {
+        stream.query(&self.context(), q)
     }
 
     /// [`Model::query_next`] in a changed scene, which may be another one in every frame, as where obstacles move.
@@ -311,7 +312,7 @@ impl Model {
         queries: impl IntoIterator<Item = Config>,
         options: &QueryOptions,
         threads: usize,
-        each: &mut dyn FnMut(Answered) -> ControlFlow<()>,
+        each: &mut dyn FnMut(Answered<Option<Answer>>) -> ControlFlow<()>,
     ) -> usize {
         in_blocks(&mut queries.into_iter(), threads, &|q, scratch| self.query(q, options, scratch), each)
     }

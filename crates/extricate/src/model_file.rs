@@ -199,7 +199,7 @@ mod tests {
 
     fn assert_answers_equal(a: &Model, b: &Model) {
         for q in crate::model::measure::tests::colliding(a, 30) {
-            let [x, y] = [a, b].map(|model| model.query(&q, &Default::default(), &mut Default::default()));
+            let [x, y] = [a, b].map(|model| model.query(&q, &Default::default(), &mut Default::default()).unwrap());
             assert_eq!((x.witness, x.lower_bound, x.checks), (y.witness, y.lower_bound, y.checks));
         }
     }

@@ -306,7 +306,7 @@ mod tests {
         let scene = assembled(&entries, "text").unwrap();
         assert_eq!((scene.space.nq(), scene.bodies.len(), scene.pairs.len()), (1, 2, 1));
         assert!(assembled(&entries, "other").unwrap_err().to_string().contains("robot 1: urdf: got text"));
-        entries.clearance = -1.0;
+        entries.clearance = Some(crate::scene::clearances::ClearanceEntry::Uniform(-1.0));
         assert!(assembled(&entries, "text").unwrap_err().to_string().contains("s: clearance: got -1"));
     }
 

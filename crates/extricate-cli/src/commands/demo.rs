@@ -80,7 +80,9 @@ pub fn run(args: &DemoArgs, json: bool) -> anyhow::Result<()> {
     }
     let options = LearnOptions { seconds: Some(args.seconds), seed: args.seed, ..LearnOptions::default() };
     let Learned { model, seconds: learning_seconds, .. } = run_with_progress(Learner::new(scene, &options)?, None)?;
-    let answers = answer_all("querying", &queries, |q, scratch| Ok(model.query(q, &QueryOptions::default(), scratch)))?;
+    let answers = answer_all("querying", &queries, |q, scratch| {
+        model.query(q, &QueryOptions::default(), scratch).context("nothing free was found")
+    })?;
     let shown = &answers[most_instructive(&model, &answers)];
     picture::write(model.scene(), &shown.query, &shown.answer, &args.out)?;
 

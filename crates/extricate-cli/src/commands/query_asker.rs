@@ -97,10 +97,7 @@ impl<'a> Asker<'a> {
         match self.asked {
             Asked::World(world) => world.query_batch(queries, &self.options, threads, &mut each),
             Asked::Changed(model, changed) => model.query_batch_in(changed, queries, &self.options, threads, &mut each),
-            Asked::Model(model) => model.query_batch(queries, &self.options, threads, &mut |answered| {
-                let Answered { index, answer, seconds } = answered;
-                each(Answered { index, answer: Some(answer), seconds })
-            }),
+            Asked::Model(model) => model.query_batch(queries, &self.options, threads, &mut each),
         };
         answers
     }
@@ -111,8 +108,8 @@ impl<'a> Asker<'a> {
         let answer = match (self.asked, &mut self.stream) {
             (Asked::World(world), None) => world.query(q, options, scratch),
             (Asked::World(world), Some(stream)) => world.query_next(q, stream),
-            (Asked::Model(model), None) => Some(model.query(q, options, scratch)),
-            (Asked::Model(model), Some(stream)) => Some(model.query_next(q, stream)),
+            (Asked::Model(model), None) => model.query(q, options, scratch),
+            (Asked::Model(model), Some(stream)) => model.query_next(q, stream),
             (Asked::Changed(model, changed), None) => model.query_in(changed, q, options, scratch),
             (Asked::Changed(model, changed), Some(stream)) => model.query_next_in(changed, q, stream),
         };

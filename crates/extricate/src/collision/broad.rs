@@ -224,7 +224,9 @@ mod tests {
                         [pair.first, pair.second].map(|body| (placement.centers[body], bodies.bodies[body].ball.1));
                     let still = |body: usize| scene.bodies[body].frame == 0;
                     let touches = |body: usize, center: &Vec3, radius: f64| {
-                        !still(body) || distance_squared(&bodies.bodies[body].world_box.unwrap(), center) <= (radius + margin).powi(2)
+                        !still(body)
+                            || distance_squared(&bodies.bodies[body].world_box.unwrap(), center)
+                                <= (radius + margin).powi(2)
                     };
                     still(pair.first) && still(pair.second)
                         || (a - b).norm() <= r + s + margin && touches(pair.first, &b, s) && touches(pair.second, &a, r)

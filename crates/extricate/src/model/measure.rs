@@ -306,7 +306,8 @@ pub(crate) mod tests {
         let (density, excess) = (found.density.unwrap(), found.excess.unwrap());
         let options = QueryOptions { effort: Effort::Nearest, ..QueryOptions::default() };
         let mut scratch = QueryScratch::default();
-        let answers: Vec<_> = colliding(&model, 2000).iter().map(|q| model.query(q, &options, &mut scratch)).collect();
+        let answers: Vec<_> =
+            colliding(&model, 2000).iter().map(|q| model.query(q, &options, &mut scratch).unwrap()).collect();
         let share = |of: &dyn Fn(&crate::penetration::Answer) -> bool| {
             answers.iter().filter(|answer| of(answer)).count() as f64 / answers.len() as f64
         };
@@ -333,8 +334,10 @@ pub(crate) mod tests {
         assert_eq!(begins_with(&model.context()).among, Among::Exits, "{}", model.boundary().exits());
         let mut scratch = QueryScratch::default();
         let queries = colliding(&model, 2000);
-        let coverages: Vec<f64> =
-            queries.iter().map(|q| model.query(q, &QueryOptions::default(), &mut scratch).coverage.unwrap()).collect();
+        let coverages: Vec<f64> = queries
+            .iter()
+            .map(|q| model.query(q, &QueryOptions::default(), &mut scratch).unwrap().coverage.unwrap())
+            .collect();
         for level in [0.02, 0.1, 0.5] {
             let low = coverages.iter().filter(|coverage| **coverage <= level).count() as f64 / 2000.0;
             assert!((low - level).abs() < 0.05, "{low} {level}");
@@ -356,7 +359,7 @@ pub(crate) mod tests {
         for q in colliding(&model, 400).iter().filter(|q| !(1.0..2.5).contains(&q[0].abs())) {
             let side = usize::from(seen(q));
             all[side] += 1;
-            far[side] += usize::from(holed.query(q, &QueryOptions::default(), &mut scratch).is_far());
+            far[side] += usize::from(holed.query(q, &QueryOptions::default(), &mut scratch).unwrap().is_far());
         }
         assert!(far[0] * 10 > all[0] * 9 && far[1] * 20 < all[1], "{far:?} of {all:?}");
     }

@@ -258,7 +258,7 @@ mod tests {
         let stored = stored(&learned, learned.statistics().clone());
         for q in colliding(&learned, 100) {
             let [a, b] = [&learned, &stored]
-                .map(|model| model.query(&q, &QueryOptions::default(), &mut QueryScratch::default()));
+                .map(|model| model.query(&q, &QueryOptions::default(), &mut QueryScratch::default()).unwrap());
             assert_eq!((a.witness, a.lower_bound, a.checks), (b.witness, b.lower_bound, b.checks));
         }
     }
@@ -357,7 +357,7 @@ mod tests {
         let (mut scratch, mut checks, mut beyond) = (QueryScratch::default(), [0; 2], [0; 2]);
         let queries = colliding(model, 200);
         for q in &queries {
-            let [a, b] = [model, &without].map(|model| model.query(q, &QueryOptions::default(), &mut scratch));
+            let [a, b] = [model, &without].map(|model| model.query(q, &QueryOptions::default(), &mut scratch).unwrap());
             checks = [checks[0] + a.checks, checks[1] + b.checks];
             let least = a.depth.min(b.depth);
             beyond = [beyond[0] + usize::from(a.depth > 1.01 * least), beyond[1] + usize::from(b.depth > 1.01 * least)];

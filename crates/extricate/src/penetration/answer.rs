@@ -41,6 +41,9 @@ pub struct Answer {
     /// and Rinnooy Kan's estimate for multistart; starts are the nearest samples, not uniform ones,
     /// so it is no probability of a miss.)
     pub unseen: Option<f64>,
+    /// Clearance \[m\] that the witness keeps, of pairs without one of their own: that which the
+    /// query aims at, or the scene's where nothing was found that keeps it.
+    pub clearance: f64,
     /// Whether the exact checker called the witness free during this query; otherwise it did when the model was learned.
     pub verified: bool,
     /// Where the pairs of `touching` touch at the witness, with normals; several places a pair where meshes touch.
@@ -102,7 +105,7 @@ pub const SEPARATION: f64 = 0.25;
 pub const RIVAL: f64 = 1.01;
 
 /// The answer to a free query, and a frame for others.
-pub fn free_answer(q: &Config, nv: usize, effort: Effort) -> Answer {
+pub fn free_answer(q: &Config, nv: usize, effort: Effort, clearance: f64) -> Answer {
     Answer {
         depth: 0.0,
         lower_bound: 0.0,
@@ -115,6 +118,7 @@ pub fn free_answer(q: &Config, nv: usize, effort: Effort) -> Answer {
         touching: Vec::new(),
         coverage: None,
         unseen: None,
+        clearance,
         verified: true,
         contacts: Vec::new(),
         gradient: vec![0.0; nv],

@@ -51,9 +51,10 @@ pub fn try_around(search: &mut Search, number: usize) {
 fn direction(search: &Search, rng: &mut ChaCha8Rng, step: &mut [f64]) {
     step.iter_mut().for_each(|s| *s = normal(rng));
     search.known.local.spread(step);
-    let Some(part) = search.part else { return };
-    let is_of_part = |v: usize| part.factors().any(|factor| factor.tangents().contains(&v));
-    step.iter_mut().enumerate().filter(|(v, _)| !is_of_part(*v)).for_each(|(_, s)| *s = 0.0);
+    let is_of_part =
+        |v: usize| search.part.is_none_or(|part| part.factors().any(|factor| factor.tangents().contains(&v)));
+    let stays = |v: usize| search.context.is_locked(v) || !is_of_part(v);
+    step.iter_mut().enumerate().filter(|(v, _)| stays(*v)).for_each(|(_, s)| *s = 0.0);
 }
 
 /// A standard normal number (Box and Muller).

@@ -40,6 +40,16 @@ impl Change {
         Self { stays, here, came, wider: scene.clearance - learned.clearance }
     }
 
+    /// Of a scene that was learned with another clearance, less by `wider` \[m\].
+    pub fn of_clearance(pairs: usize, wider: f64) -> Self {
+        Self { stays: vec![true; pairs], here: (0..pairs).map(Some).collect(), came: vec![false; pairs], wider }
+    }
+
+    /// The same where the clearance is larger by `wider` \[m\] once more.
+    pub fn widened(&self, wider: f64) -> Self {
+        Self { wider: self.wider + wider, ..self.clone() }
+    }
+
     /// What to make of planes that were noted in the learned scene.
     pub fn of_planes(&self) -> Elsewhere<'_> {
         Elsewhere { stays: &self.stays, wider: self.wider }

@@ -42,7 +42,8 @@ impl ChangedScene {
             let problem = "got other coordinates, limits or weights than the model's, expected the same: learn it anew";
             return differs(&format!("joint \"{name}\""), problem.into());
         }
-        if scene.metric != MetricSpec::Joint && (scene.frames != learned.frames || !scene.moving_bodies().eq(learned.moving_bodies()))
+        if scene.metric != MetricSpec::Joint
+            && (scene.frames != learned.frames || !scene.moving_bodies().eq(learned.moving_bodies()))
         {
             let problem = "got other moving bodies than the model's, by which its metric measures: learn it anew";
             return differs("robots", problem.into());

@@ -26,6 +26,8 @@ pub struct Context<'a> {
     pub clearance: f64,
     /// A typical length of the configuration space in metric units.
     pub scale: f64,
+    /// Of every tangent coordinate, whether it stays where the query has it; empty where none does.
+    pub locked: &'a [bool],
 }
 
 /// What is known of a scene by learning it.
@@ -56,7 +58,22 @@ impl<'a> Context<'a> {
         change: Option<&'a Change>,
     ) -> Self {
         let (clearance, scale) = (checker.base_clearance(), metric.diameter());
-        Self { checker, metric, balls, learned, change, clearance, scale }
+        Self { checker, metric, balls, learned, change, clearance, scale, locked: &[] }
+    }
+
+    /// Whether a tangent coordinate stays where the query has it.
+    pub fn is_locked(&self, v: usize) -> bool {
+        self.locked.get(v).is_some_and(|is_locked| *is_locked)
+    }
+
+    /// Brings the coordinates that stay to where `q` has them.
+    pub fn hold(&self, q: &[f64], config: &mut [f64]) {
+        if self.locked.is_empty() {
+            return;
+        }
+        for factor in self.checker.scene().space.factors().iter().filter(|factor| self.locked[factor.v]) {
+            config[factor.coordinates()].copy_from_slice(&q[factor.coordinates()]);
+        }
     }
 
     /// Whether samples have to be verified anew.

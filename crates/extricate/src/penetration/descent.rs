@@ -255,8 +255,8 @@ impl<'a> Descent<'a> {
         let DescentScratch { end: x, poses, contacts, subproblem, .. } = &mut **scratch;
         context.metric.quadratic_model(self.anchor, x, poses, &mut subproblem.quadratic);
         let rows = match self.planes {
-            Some(planes) => subproblem.build_from_planes(&scene.space, x, self.radius, planes),
-            None => subproblem.build(scene, x, self.radius, (contacts, poses), context.clearance),
+            Some(planes) => subproblem.build_from_planes(&scene.space, x, self.radius, (planes, context.locked)),
+            None => subproblem.build(scene, x, self.radius, (contacts, poses), (context.clearance, context.locked)),
         };
         let bends = !subproblem.quadratic.rows.is_empty();
         // What planes alone say of the first step was looked at before.

@@ -137,7 +137,7 @@ impl Directions {
             if part.is_some_and(|part| !part.searched.contains(&at)) {
                 continue;
             }
-            for v in factor.tangents() {
+            for v in factor.tangents().filter(|v| !context.is_locked(*v)) {
                 (self.low[v], self.high[v]) = match factor.manifold {
                     Manifold::Interval { lower, upper } => (lower - q[factor.q], upper - q[factor.q]),
                     Manifold::Circle | Manifold::Rotation => (-FARTHEST_TURN, FARTHEST_TURN),

@@ -30,7 +30,8 @@ const LAST_RESORT: u64 = 20_000;
 /// configuration. `None` where there is none, or looking for it was stopped; a budget does not end
 /// it, since without a witness there is no answer.
 pub fn first_witness(search: &mut Search) -> Option<Option<f64>> {
-    if search.context.samples().is_empty() {
+    // Nearly every stored sample has joints elsewhere that are to stay.
+    if search.context.samples().is_empty() || !search.context.locked.is_empty() {
         find_without_samples(search)?;
         return Some(None);
     }
@@ -40,7 +41,8 @@ pub fn first_witness(search: &mut Search) -> Option<Option<f64>> {
     let coverage: &Coverage = context.learned.coverage;
     if !context.scene_changed() {
         let &(id, depth) = known.starts.near().first()?;
-        known.take(depth, context.samples().config(id), false);
+        let (id, nearest) = known.starts.nearer_sample(&ask, depth, search.boundary).unwrap_or((id, depth));
+        known.take(nearest, context.samples().config(id), false);
         return Some(coverage.of(depth));
     }
     let found = free_sample(search).or_else(|| lead_out(search)).or_else(|| any_sample(search));
@@ -152,6 +154,7 @@ fn any_free(search: &mut Search) -> Option<f64> {
             return None;
         }
         halton.config(space, index, &mut config);
+        context.hold(&search.known.anchor.q, &mut config);
         if search.evaluator.label(context, &config) == Label::Free {
             let depth = search.evaluator.distance(context, &search.known.anchor, &config);
             search.known.take(depth, &config, true);

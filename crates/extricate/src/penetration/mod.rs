@@ -25,6 +25,7 @@ mod beyond_limits;
 pub mod certificate;
 pub mod change;
 pub mod changed;
+mod constraints;
 pub mod context;
 pub mod coverage;
 mod dense;
@@ -52,7 +53,7 @@ pub use answer::{Answer, Exit, Way};
 pub use batch::Answered;
 pub use changed::ChangedScene;
 pub use context::{Context, Learned, StartsPerDof};
-pub use options::{Effort, QueryBudget, QueryOptions, Stop};
+pub use options::{Effort, QueryBudget, QueryOptions, Stop, Toward};
 pub use stream::{Stream, StreamOptions};
 pub use tangents::index_samples;
 pub use world::World;
@@ -60,6 +61,7 @@ pub use world::World;
 use crate::boundary::{BoundaryScratch, Wanted};
 use crate::cspace::{Config, ConfigSpace, Label};
 use answer::free_answer;
+use constraints::Constraints;
 use descent::DescentScratch;
 use evaluate::Evaluator;
 use first_witness::first_witness;
@@ -92,6 +94,17 @@ pub struct QueryScratch {
 /// `lower_bound <= depth`, and `lower_bound` is proved. The witness is free: by the exact checker during this call where
 /// `verified` is set, otherwise when the model was learned.
 pub fn query(context: &Context, q: &Config, options: &QueryOptions, scratch: &mut QueryScratch) -> Option<Answer> {
+    let own = Constraints::new(context, options);
+    let aimed = ask(&own.apply(context), q, options, scratch);
+    if aimed.is_some() || options.clearance.is_none() {
+        return aimed;
+    }
+    // Nothing keeps the clearance that was aimed at.
+    let own = Constraints::new(context, &QueryOptions { clearance: None, ..options.clone() });
+    ask(&own.apply(context), q, options, scratch)
+}
+
+fn ask(context: &Context, q: &Config, options: &QueryOptions, scratch: &mut QueryScratch) -> Option<Answer> {
     let mut answer = nearest_exit(context, q, options, scratch)?;
     if !answer.is_free() {
         report(context, options, scratch, &mut answer);
@@ -129,7 +142,7 @@ fn find(
     let QueryScratch { evaluator, descent, boundary, known, parts, .. } = scratch;
     let (scene, degrees) = (context.checker.scene(), context.checker.scene().space.nv());
     evaluator.begin(Limit::of(options));
-    let mut answer = free_answer(q, degrees, options.effort);
+    let mut answer = free_answer(q, degrees, options.effort, context.clearance);
     if options.tells_contacts() {
         context.checker.colliding_pairs(q, &mut evaluator.check, &mut answer.colliding);
     } else {
@@ -139,8 +152,11 @@ fn find(
     if answer.is_free() {
         return Some(answer);
     }
+    if !context.locked.is_empty() && nothing_may_part(context, &answer) {
+        return None;
+    }
     context.metric.anchor_at(q, evaluator.check.poses(), &mut known.anchor);
-    known.begin(context, options.exits.max(1));
+    known.begin(context, options.wanted());
     let mut search =
         Search { context, plan, known, evaluator, descent, boundary, believes: false, turn: None, part: None };
     let is_done = !answer.outside.is_empty() && beyond_limits::begin(&mut search, &mut answer);
@@ -164,16 +180,27 @@ fn find(
         }
         answer.unseen = Some(search.known.unseen());
     }
+    if let Some(toward) = &options.toward {
+        known.choose_toward(context, toward);
+    }
     answer.depth = known.incumbent.depth;
     answer.verified = known.incumbent.verified;
     answer.witness.copy_from_slice(&known.incumbent.config);
     Some(answer)
 }
 
+/// Whether joints that stay leave no answer: one is beyond its limits, or a pair that collides
+/// depends on them alone.
+fn nothing_may_part(context: &Context, answer: &Answer) -> bool {
+    let factors = context.checker.scene().space.factors();
+    let is_locked = |q: &usize| factors.iter().any(|f| f.coordinates().contains(q) && context.is_locked(f.v));
+    answer.outside.iter().any(is_locked) || IndependentParts::hold_some(context, &answer.colliding)
+}
+
 /// Steps 5 to 8, from an incumbent.
 fn search_all(search: &mut Search, parts: &mut IndependentParts) {
     search.believes = !search.context.checker.all_convex();
-    if parts.are_independent() {
+    if parts.are_independent() || !search.context.locked.is_empty() {
         search_parts(search, parts);
     } else {
         let ranks = search.run();

@@ -22,6 +22,9 @@ pub enum Effort {
 /// Most ways out that a shell should let anyone ask for in [`QueryOptions::exits`]: memory is taken for all of them.
 pub const MOST_WAYS_OUT: usize = 100_000;
 
+/// Exits that are looked for where the one nearest to a goal is chosen.
+const TO_CHOOSE: usize = 8;
+
 /// Options of a query. The default is one refined answer without limits.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct QueryOptions {
@@ -35,6 +38,16 @@ pub struct QueryOptions {
     /// as many as the effort takes; the rest are around the query. Fewer are faster and find the
     /// nearest exit less often.
     pub starts: Option<usize>,
+    /// Clearance \[m\] to aim at in place of the scene's, for pairs without one of their own
+    /// ([`crate::scene::clearances`]); where nothing is found that keeps it, the scene's holds. See
+    /// [`super::Answer::clearance`].
+    pub clearance: Option<f64>,
+    /// Joints that stay where the query has them, as indices into [`crate::Scene::joints`]; those
+    /// beyond their limits, or of which a pair in collision alone depends, leave no answer.
+    pub locked: Vec<usize>,
+    /// A configuration that the witness is to be near to, among exits that are nearly as near as
+    /// the nearest.
+    pub toward: Option<Toward>,
     /// When to stop early.
     pub budget: QueryBudget,
     /// Who may end it before the budget is spent.
@@ -47,10 +60,26 @@ pub struct QueryOptions {
 }
 
 impl QueryOptions {
+    /// How many exits to look for: several where one of them is chosen.
+    pub(super) fn wanted(&self) -> usize {
+        let to_choose = if self.toward.is_some() && self.effort != Effort::Nearest { TO_CHOOSE } else { 1 };
+        self.exits.max(to_choose)
+    }
+
     /// Whether contacts are told.
     pub(super) fn tells_contacts(&self) -> bool {
         self.contacts || self.effort != Effort::Nearest
     }
+}
+
+/// Where the witness is to lie, where several exits are about as near.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Toward {
+    /// A configuration.
+    pub goal: Vec<f64>,
+    /// Exits count that are farther than the nearest one by at most this share of its depth, at
+    /// least 0.
+    pub share: f64,
 }
 
 /// When a query stops early, with the best answer so far.

@@ -114,7 +114,7 @@ impl Plan {
         };
         let is_learned = !context.samples().is_empty();
         let (direction_factor, most_choices) = if is_learned { DIRECTIONS } else { UNLEARNED_DIRECTIONS };
-        let more = STARTS_AN_EXIT * options.exits.saturating_sub(1).min(MOST_STARTS / STARTS_AN_EXIT);
+        let more = STARTS_AN_EXIT * options.wanted().saturating_sub(1).min(MOST_STARTS / STARTS_AN_EXIT);
         let plan = Self {
             most_directions: MOST_DIRECTIONS,
             direction_factor,

@@ -79,7 +79,7 @@ impl Subproblem {
         if self.quadratic.is_diagonal && self.one_plane_leads_beyond(planes, limit) {
             return true;
         }
-        self.build_from_planes(space, x, FAR * distance, planes);
+        self.build_from_planes(space, x, FAR * distance, (planes, &[]));
         let most = 0.5 * (limit.powi(2) - distance * distance);
         match self.solve(most) {
             QpOutcome::Above => true,

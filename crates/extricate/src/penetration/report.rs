@@ -158,7 +158,7 @@ mod tests {
                 Model::learn(builtin::scene(name).unwrap(), &options, &mut |_| ControlFlow::Continue(())).unwrap();
             let (mut scratch, mut seen) = (QueryScratch::default(), 0);
             for q in colliding(&model, 100) {
-                let answer = model.query(&q, &QueryOptions::default(), &mut scratch);
+                let answer = model.query(&q, &QueryOptions::default(), &mut scratch).unwrap();
                 let margin = model.scene().clearance + TOUCHING;
                 let look = ContactQuery { margin, search: ContactSearch::Exact };
                 let mut contacts = Vec::new();

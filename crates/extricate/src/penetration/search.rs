@@ -9,6 +9,7 @@ use super::directions::{Directions, try_directions};
 use super::evaluate::Evaluator;
 use super::exits::Exits;
 use super::local_metric::LocalMetric;
+use super::options::Toward;
 use super::plan::Plan;
 use super::prune::{Ends, Pruning};
 use super::starts::{Ask, PartOf, Starts};
@@ -171,6 +172,20 @@ impl Known {
     /// What is not nearer than this is of no use.
     pub fn ceiling(&self) -> f64 {
         if self.wanted > 1 { self.exits.ceiling() } else { self.incumbent.depth }
+    }
+
+    /// Makes the exit the incumbent that is nearest to the goal, of those that are near enough.
+    pub fn choose_toward(&mut self, context: &Context, toward: &Toward) {
+        let most = self.incumbent.depth * (1.0 + toward.share);
+        let near = self.exits.iter().filter(|(depth, _)| *depth <= most);
+        let from_goal = |config: &[f64]| context.metric.distance(config, &toward.goal);
+        let best = near.map(|(depth, config)| (from_goal(config), depth, config)).min_by(|a, b| a.0.total_cmp(&b.0));
+        if let Some((distance, depth, config)) = best
+            && distance < from_goal(&self.incumbent.config)
+        {
+            let config = config.to_vec();
+            self.take(depth, &config, true);
+        }
     }
 
     /// Makes a configuration the incumbent.

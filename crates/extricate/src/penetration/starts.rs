@@ -134,6 +134,18 @@ impl Starts {
         }
     }
 
+    /// The nearest of all samples, where only solved ones were gathered and it is nearer than
+    /// `depth`: no effort answers with more than effort `nearest`.
+    pub fn nearer_sample(&mut self, ask: &Ask, depth: f64, scratch: &mut BoundaryScratch) -> Option<(u32, f64)> {
+        let &Ask { context, plan, anchor, .. } = ask;
+        if begins_among(context, plan.starts) == Among::Samples {
+            return None;
+        }
+        let wanted = Wanted { care: plan.care, ..Wanted::NEAREST };
+        context.samples().nearest(wanted, context.metric, anchor, 1, scratch, &mut self.others);
+        self.others.first().copied().filter(|nearest| nearest.1 < depth)
+    }
+
     /// Gathers the samples whose coordinates of a part are nearest, wherever the others are: of all
     /// solved ones, or where those are few of all.
     pub fn gather_for_part(&mut self, ask: &Ask, part: &PartOf) {

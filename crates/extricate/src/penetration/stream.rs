@@ -1,6 +1,7 @@
 //! Queries that come one after the other from nearly the same place, as from a simulation or a haptic device.
 
 use super::answer::Answer;
+use super::constraints::Constraints;
 use super::context::Context;
 use super::descent::Start;
 use super::exits::are_alike;
@@ -75,6 +76,7 @@ impl Lead {
             return;
         }
         search.believes = !search.context.checker.all_convex();
+        search.context.hold(&search.known.anchor.q, &mut self.exit);
         let start = Start::at(&self.exit);
         if let (Some(depth), _) = search.descend(start, f64::INFINITY, search.plan.descent) {
             self.followed = Some((depth, search.descent.best.clone()));
@@ -113,20 +115,31 @@ impl Stream {
             self.restart();
             self.lead.nq = q.len();
         }
+        let own = Constraints::new(context, &options);
+        let aimed = self.ask(&own.apply(context), q, &options);
+        if aimed.is_some() || options.clearance.is_none() {
+            return aimed;
+        }
+        let options = QueryOptions { clearance: None, ..options };
+        let own = Constraints::new(context, &options);
+        self.ask(&own.apply(context), q, &options)
+    }
+
+    fn ask(&mut self, context: &Context, q: &Config, options: &QueryOptions) -> Option<Answer> {
         self.lead.turn.looks = self.options.looks;
         self.lead.followed = None;
         let lead = (options.effort == Effort::Refined).then_some(&mut self.lead);
-        let plan = Plan::of(&options, context);
-        let mut answer = find(context, q, (&options, plan), lead, &mut self.scratch)?;
+        let plan = Plan::of(options, context);
+        let mut answer = find(context, q, (options, plan), lead, &mut self.scratch)?;
         if answer.is_free() {
             return Some(answer);
         }
-        self.keep_to_last(context, &options, &mut answer);
+        self.keep_to_last(context, options, &mut answer);
         self.lead.exit.clear();
         if answer.verified {
             self.lead.exit.extend_from_slice(&answer.witness);
         }
-        report(context, &options, &mut self.scratch, &mut answer);
+        report(context, options, &mut self.scratch, &mut answer);
         Some(answer)
     }
 

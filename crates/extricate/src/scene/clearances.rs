@@ -113,10 +113,7 @@ impl Clearances {
 
     /// Those that a scene file asks for; `body` finds the name of a body as the scene has it by an
     /// element of a message and a name as the file has it, `None` for what has no geometry.
-    pub fn of_file(
-        entry: &SceneFile,
-        body: &dyn Fn(String, &str) -> Result<Option<String>>,
-    ) -> Result<Self> {
+    pub fn of_file(entry: &SceneFile, body: &dyn Fn(String, &str) -> Result<Option<String>>) -> Result<Self> {
         let mut all = Self { own: entry.clearance.unwrap_or_default().lengths().1, ..Self::default() };
         for (a, b, length) in &entry.pairs.clearance {
             let find = |name| body(format!("pairs: clearance [{a:?}, {b:?}]"), name);

@@ -166,8 +166,8 @@ impl Scene {
 
 fn check_pose(element: &str, pose: &Pose) -> Result<()> {
     let rotation = &pose.rotation;
-    let is_rotation = (rotation * rotation.transpose() - crate::math::Mat3::identity()).norm() < 1e-9
-        && rotation.determinant() > 0.0;
+    let is_rotation =
+        (rotation * rotation.transpose() - crate::math::Mat3::identity()).norm() < 1e-9 && rotation.determinant() > 0.0;
     if is_rotation && pose.translation.iter().all(|x| x.abs() <= FARTHEST) {
         return Ok(());
     }

@@ -3,10 +3,10 @@
 use std::collections::HashSet;
 use std::sync::Arc;
 
+use super::Body;
 use super::bodies::hull;
 use super::file::{ScaleEntry, SceneFile, ShapeEntry};
 use super::names::check_name;
-use super::Body;
 use crate::error::{Error, Result};
 use crate::math::{FARTHEST, Vec3};
 use crate::robot::{Geometry, TriangleMesh, mesh::is_scale};

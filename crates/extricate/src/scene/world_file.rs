@@ -3,12 +3,12 @@
 
 use std::path::Path;
 
+use super::Scene;
 use super::assemble::{ReadFile, assemble_entries};
 use super::clearances::Clearances;
 use super::file::{self, SceneFile};
 use super::load::Files;
 use super::obstacles::{Others, others};
-use super::Scene;
 use crate::error::{Error, Result};
 
 /// The scene of the robots of `robots` in the world of the TOML `text` of the file at `path`.

@@ -43,7 +43,7 @@ fn depths(model: &Model, count: usize) -> Vec<f64> {
     let (mut scratch, mut q, mut depths) = (QueryScratch::default(), vec![0.0; scene.space.nq()], Vec::new());
     for i in 0.. {
         halton.config(&scene.space, i, &mut q);
-        let answer = model.query(&scene.space.config(&q).unwrap(), &QueryOptions::default(), &mut scratch);
+        let answer = model.query(&scene.space.config(&q).unwrap(), &QueryOptions::default(), &mut scratch).unwrap();
         if answer.depth > 0.0 {
             assert!(answer.verified && checker.clearance(&answer.witness, &mut Default::default()) >= scene.clearance);
             depths.push(answer.depth);

@@ -36,7 +36,7 @@ fn queries_allocate_nothing_but_their_answers() {
             let mut scratch = QueryScratch::default();
             let mut excess = |q: &Config| {
                 let mut answer = None;
-                let asked_for = measure(|| answer = Some(model.query(q, &options, &mut scratch))).count_total;
+                let asked_for = measure(|| answer = Some(model.query(q, &options, &mut scratch).unwrap())).count_total;
                 asked_for.saturating_sub(answer.as_ref().map_or(0, needed))
             };
             let passes = (0..PASSES).map(|_| queries.iter().map(&mut excess).sum());

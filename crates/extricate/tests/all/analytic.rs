@@ -20,7 +20,7 @@ pub fn compare(model: &Model, count: u64, exact: impl Fn(&[f64]) -> f64) {
     for i in 0..count {
         halton.config(space, i, &mut q);
         let depth = exact(&q);
-        let answer = model.query(&space.config(&q).unwrap(), &QueryOptions::default(), &mut scratch);
+        let answer = model.query(&space.config(&q).unwrap(), &QueryOptions::default(), &mut scratch).unwrap();
         assert!((answer.depth - depth).abs() < 1e-3 * depth.max(1.0), "at {q:?}: got {}, exact {depth}", answer.depth);
         assert!(answer.lower_bound <= depth * (1.0 + 1e-9) + 1e-12, "at {q:?}: bound {}", answer.lower_bound);
         assert!(answer.verified);
@@ -40,11 +40,13 @@ fn box_in_a_box_by_translation() {
     ]);
     let toml = "[[robot]]\nurdf = \"r.urdf\"\n[[obstacle]]\nname = \"block\"\nshape = { box = [0.6, 0.5, 0.4] }\n";
     let model = learn(scene(toml, &[("r.urdf", urdf)]), 40_000, 1);
-    let answer = model.query(
-        &model.scene().space.config(&[0.3, 0.1, 0.2]).unwrap(),
-        &QueryOptions::default(),
-        &mut QueryScratch::default(),
-    );
+    let answer = model
+        .query(
+            &model.scene().space.config(&[0.3, 0.1, 0.2]).unwrap(),
+            &QueryOptions::default(),
+            &mut QueryScratch::default(),
+        )
+        .unwrap();
     assert!(answer.lower_bound > 0.999 * answer.depth, "for a translation the bound is tight: {answer:?}");
     let reach = [0.1 + 0.3, 0.15 + 0.25, 0.2 + 0.2];
     compare(&model, 400, |q| (0..3).map(|k| reach[k] + CLEARANCE - q[k].abs()).fold(f64::INFINITY, f64::min).max(0.0));

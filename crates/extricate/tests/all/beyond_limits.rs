@@ -43,8 +43,10 @@ fn the_nearest_exit_is_measured_from_where_the_query_is() {
         ([-1.0 - 1e-6, 0.5, 1.0 + 1e-6], 2.0_f64.sqrt() * 1e-6, [-1.0, 0.5, 1.0], &["jx", "jz"]),
     ] {
         let q = space.config_anywhere(&q).unwrap();
-        let answers =
-            [world.query(&q, &options, &mut scratch).unwrap(), model.query(&q, &options, &mut QueryScratch::default())];
+        let answers = [
+            world.query(&q, &options, &mut scratch).unwrap(),
+            model.query(&q, &options, &mut QueryScratch::default()).unwrap(),
+        ];
         for answer in answers {
             assert!((answer.depth - depth).abs() < 2e-6, "{q:?}: {} {depth}", answer.depth);
             assert!(answer.witness.iter().zip(witness).all(|(a, b)| (a - b).abs() < 2e-6), "{:?}", answer.witness);

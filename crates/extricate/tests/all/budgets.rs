@@ -18,7 +18,7 @@ fn learned(labels: usize, seconds: Option<f64>, most_reports: usize) -> Result<M
 
 fn assert_usable(model: &Model) {
     let q = model.scene().space.config(&[0.4, 0.1, 0.0]).unwrap();
-    let answer = model.query(&q, &QueryOptions::default(), &mut QueryScratch::default());
+    let answer = model.query(&q, &QueryOptions::default(), &mut QueryScratch::default()).unwrap();
     assert!(answer.depth > 0.0 && answer.verified && answer.lower_bound <= answer.depth, "{answer:?}");
 }
 

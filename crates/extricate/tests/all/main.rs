@@ -6,6 +6,7 @@ mod analytic;
 mod beyond_limits;
 mod budgets;
 mod components;
+mod constraints;
 mod judge;
 mod learned_classifier;
 mod licences;

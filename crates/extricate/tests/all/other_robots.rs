@@ -17,7 +17,7 @@ fn ask(scene: Scene, labels: usize, count: usize) -> (Model, Vec<(Config, [Answe
     let mut all = Vec::new();
     for q in colliding(&model, count) {
         let answers = [Effort::Refined, Effort::Exhaustive].map(|effort| {
-            let answer = model.query(&q, &QueryOptions { effort, ..QueryOptions::default() }, &mut scratch);
+            let answer = model.query(&q, &QueryOptions { effort, ..QueryOptions::default() }, &mut scratch).unwrap();
             let witness = model.scene().space.config(&answer.witness).expect("a witness keeps the limits");
             assert!(answer.verified && checker.label(&witness, &mut check) == Label::Free, "{q:?}");
             assert!((model.metric().distance(&q, &witness) - answer.depth).abs() < 1e-6, "{q:?}");

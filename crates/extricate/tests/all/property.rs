@@ -28,11 +28,9 @@ fn every_witness_is_free_and_every_bound_holds() {
                 let free = checker.label(&q, &mut check) == Label::Free;
                 colliding += usize::from(!free);
                 let config = space.config(&q).unwrap();
-                let refined = model.query(
-                    &config,
-                    &QueryOptions { effort: Effort::Refined, ..QueryOptions::default() },
-                    &mut scratch,
-                );
+                let refined = model
+                    .query(&config, &QueryOptions { effort: Effort::Refined, ..QueryOptions::default() }, &mut scratch)
+                    .unwrap();
                 assert_eq!(free, refined.depth == 0.0, "{name}: {q:?}");
                 assert_eq!(free, refined.colliding.is_empty());
                 let witness = space.config(&refined.witness).expect("a witness keeps the limits");
@@ -44,11 +42,9 @@ fn every_witness_is_free_and_every_bound_holds() {
                     refined.depth
                 );
                 assert!(refined.lower_bound >= 0.0 && refined.lower_bound <= refined.depth);
-                let nearest = model.query(
-                    &config,
-                    &QueryOptions { effort: Effort::Nearest, ..QueryOptions::default() },
-                    &mut scratch,
-                );
+                let nearest = model
+                    .query(&config, &QueryOptions { effort: Effort::Nearest, ..QueryOptions::default() }, &mut scratch)
+                    .unwrap();
                 assert!(nearest.depth >= refined.depth, "{name}: refinement made it worse");
                 assert!(checker.label(&nearest.witness, &mut check) == Label::Free, "{name}: a stored sample collides");
                 assert!(nearest.depth >= refined.lower_bound && refined.depth >= nearest.lower_bound, "{name}: {q:?}");

@@ -47,7 +47,7 @@ fn answers(model: &Model, scene: &Scene, queries: &[Config]) -> Vec<Answer> {
 
 fn unchanged(model: &Model, queries: &[Config]) -> Vec<Answer> {
     let mut scratch = QueryScratch::default();
-    queries.iter().map(|q| model.query(q, &QueryOptions::default(), &mut scratch)).collect()
+    queries.iter().map(|q| model.query(q, &QueryOptions::default(), &mut scratch).unwrap()).collect()
 }
 
 fn checks(answers: &[Answer]) -> usize {

@@ -35,8 +35,8 @@ fn a_stream_is_cheaper_and_notices_nearer_ways_out() {
         let mut check = CheckScratch::default();
         let (mut spent, mut alone, mut asked, mut as_near, mut settled) = (0, 0, 0, 0, 0);
         for (i, q) in frames(&model, 4, 60).iter().enumerate() {
-            let answer = model.query_next(q, &mut stream);
-            let single = model.query(q, &QueryOptions::default(), &mut scratch);
+            let answer = model.query_next(q, &mut stream).unwrap();
+            let single = model.query(q, &QueryOptions::default(), &mut scratch).unwrap();
             assert_eq!(answer.depth == 0.0, single.depth == 0.0);
             assert_eq!(model.checker().label(&answer.witness, &mut check), Label::Free, "{name}, frame {i}");
             assert!(answer.verified && answer.lower_bound <= answer.depth);
@@ -48,7 +48,7 @@ fn a_stream_is_cheaper_and_notices_nearer_ways_out() {
             as_near += usize::from(answer.depth <= 1.01 * single.depth);
             if i % 30 == 29 {
                 // Standing still: every start is looked at within four frames.
-                let last = (0..4).map(|_| model.query_next(q, &mut stream)).last().unwrap();
+                let last = (0..4).map(|_| model.query_next(q, &mut stream).unwrap()).last().unwrap();
                 settled += usize::from(last.depth <= 1.01 * single.depth);
             }
         }
@@ -70,8 +70,10 @@ fn a_stream_of_a_model_with_exits_is_cheaper_and_as_near() {
         let (mut stream, mut scratch) = (Stream::new(StreamOptions::default()), QueryScratch::default());
         let (mut spent, mut alone, mut asked, mut farther) = (0, 0, 0, 0);
         for q in frames(&model, 6, 100) {
-            let (answer, single) =
-                (model.query_next(&q, &mut stream), model.query(&q, &QueryOptions::default(), &mut scratch));
+            let (answer, single) = (
+                model.query_next(&q, &mut stream).unwrap(),
+                model.query(&q, &QueryOptions::default(), &mut scratch).unwrap(),
+            );
             assert!(answer.verified && answer.lower_bound <= answer.depth);
             asked += usize::from(single.depth > 0.0);
             farther += usize::from(answer.depth > 1.01 * single.depth);
@@ -111,7 +113,7 @@ fn hysteresis_keeps_to_a_way_out_within_its_share() {
     let mut scratch = QueryScratch::default();
     let (mut free, mut held, mut asked) = (0, 0, 0);
     for q in colliding(&model, 60) {
-        let two = model.query(&q, &QueryOptions { exits: 2, ..QueryOptions::default() }, &mut scratch);
+        let two = model.query(&q, &QueryOptions { exits: 2, ..QueryOptions::default() }, &mut scratch).unwrap();
         if two.exits.len() < 2 || two.exits[1].depth > 1.1 * two.depth {
             continue;
         }
@@ -124,7 +126,7 @@ fn hysteresis_keeps_to_a_way_out_within_its_share() {
         };
         let turns = |hysteresis: f64| {
             let mut stream = Stream::new(StreamOptions { hysteresis, ..StreamOptions::default() });
-            let answers: Vec<Answer> = (0..12).map(|i| model.query_next(&frame(i), &mut stream)).collect();
+            let answers: Vec<Answer> = (0..12).map(|i| model.query_next(&frame(i), &mut stream).unwrap()).collect();
             let turned = |pair: &[Answer]| {
                 let cosine: f64 = pair[0].gradient.iter().zip(&pair[1].gradient).map(|(a, b)| a * b).sum();
                 pair.iter().all(|a| a.depth > 0.0) && cosine < 0.5
@@ -165,7 +167,7 @@ fn answers_in_a_changed_scene_are_verified_there() {
             let answer = model.query_in(&changed, q, &options, &mut scratch).expect("something is free");
             assert!(answer.verified && answer.depth > 0.0 && answer.lower_bound <= answer.depth);
             assert_eq!(changed.checker().label(&answer.witness, &mut check), Label::Free);
-            let best = anew.query(q, &options, &mut scratch).depth;
+            let best = anew.query(q, &options, &mut scratch).unwrap().depth;
             as_near += usize::from(answer.depth <= 1.05 * best);
             let nearest = QueryOptions { effort: Effort::Nearest, ..QueryOptions::default() };
             let nearest = model.query_in(&changed, q, &nearest, &mut scratch).expect("something is free");

@@ -108,7 +108,8 @@ fn generalised_depth_of_a_peg_in_a_block_with_a_hole() {
 /// The answer for a pose of depth `depth` and the clearance; its witness is checked.
 fn ask(model: &Model, place: &[f64; 3], turn: &[f64; 4], depth: f64, effort: Effort) -> Answer {
     let q = model.scene().space.config(&[&place[..], &turn[..]].concat()).unwrap();
-    let answer = model.query(&q, &QueryOptions { effort, ..QueryOptions::default() }, &mut QueryScratch::default());
+    let answer =
+        model.query(&q, &QueryOptions { effort, ..QueryOptions::default() }, &mut QueryScratch::default()).unwrap();
     assert!(answer.verified && model.checker().label(&answer.witness, &mut Default::default()) == Label::Free, "{q:?}");
     assert!((model.metric().distance(&q, &answer.witness) - answer.depth).abs() < 1e-6, "{q:?}");
     // Nothing is nearer than the depth in closed form: an answer below it would disprove the form, or the metric.

@@ -142,7 +142,11 @@ fn a_world_of_a_file_takes_the_place_of_the_obstacles() {
 }
 
 fn table() -> Body {
-    Body::obstacle("table", Geometry::Box { half_extents: Vec3::new(0.2, 0.2, 0.02) }, Pose::translation(Vec3::new(0.15, 0.1, 0.1)))
+    Body::obstacle(
+        "table",
+        Geometry::Box { half_extents: Vec3::new(0.2, 0.2, 0.02) },
+        Pose::translation(Vec3::new(0.15, 0.1, 0.1)),
+    )
 }
 
 /// Answers of shared and of new preparation, to the last bit.

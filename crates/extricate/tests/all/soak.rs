@@ -153,7 +153,7 @@ fn block(
             let queries = configs.iter().cloned();
             let given = match changed {
                 None => model.query_batch(queries, options, 0, &mut |answered| {
-                    answers.push(Some(answered.answer));
+                    answers.push(answered.answer);
                     ControlFlow::Continue(())
                 }),
                 Some(changed) => model.query_batch_in(changed, queries, options, 0, &mut |answered| {
@@ -253,8 +253,8 @@ fn walk(
         }
         let (answer, single, hearing) = match there {
             None => {
-                let single = model.query(&q, &query, &mut scratch);
-                (Some(model.query_next(&q, &mut stream)), Some(single), &mut hearing)
+                let single = model.query(&q, &query, &mut scratch).unwrap();
+                (Some(model.query_next(&q, &mut stream).unwrap()), Some(single), &mut hearing)
             }
             Some(at) => {
                 let single = model.query_in(&changed[at], &q, &query, &mut scratch);

@@ -44,7 +44,7 @@ fn every_claim_that_is_spoiled_is_noticed() {
     let options = QueryOptions { exits: 3, way: true, ..QueryOptions::default() };
     let mut noticed = [0; SPOILS.len()];
     for q in colliding(&model, 20) {
-        let answer = model.query(&q, &options, &mut QueryScratch::default());
+        let answer = model.query(&q, &options, &mut QueryScratch::default()).unwrap();
         assert_eq!(hearing.faults(&q, &options, &answer, false), [""; 0]);
         for ((fault, spoil), noticed) in SPOILS.iter().zip(&mut noticed) {
             let mut spoiled = answer.clone();

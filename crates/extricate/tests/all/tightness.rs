@@ -31,7 +31,8 @@ fn bounds_are_as_tight_as_they_were() {
         let (mut refined, mut nearest) = (0.0, 0.0);
         let queries = colliding(&model, 100);
         for q in &queries {
-            let mut ask = |effort| model.query(q, &QueryOptions { effort, ..QueryOptions::default() }, &mut scratch);
+            let mut ask =
+                |effort| model.query(q, &QueryOptions { effort, ..QueryOptions::default() }, &mut scratch).unwrap();
             let answer = ask(Effort::Refined);
             refined += answer.lower_bound / answer.depth / queries.len() as f64;
             nearest += ask(Effort::Nearest).lower_bound / answer.depth / queries.len() as f64;

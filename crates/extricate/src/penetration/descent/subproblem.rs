@@ -38,9 +38,9 @@ impl Subproblem {
         x: &[f64],
         radius: f64,
         (contacts, poses): (&[Contact], &[Pose]),
-        clearance: f64,
+        (clearance, locked): (f64, &[bool]),
     ) -> usize {
-        self.begin(&scene.space, x, radius);
+        self.begin(&scene.space, x, radius, locked);
         self.twists.set(scene, poses);
         let nv = self.low.len();
         for contact in contacts {
@@ -51,8 +51,14 @@ impl Subproblem {
     }
 
     /// The same of contact planes that are known of `x`.
-    pub fn build_from_planes(&mut self, space: &ConfigSpace, x: &[f64], radius: f64, planes: Planes) -> usize {
-        self.begin(space, x, radius);
+    pub fn build_from_planes(
+        &mut self,
+        space: &ConfigSpace,
+        x: &[f64],
+        radius: f64,
+        (planes, locked): (Planes, &[bool]),
+    ) -> usize {
+        self.begin(space, x, radius, locked);
         for (room, gradient) in planes.iter() {
             self.qp.push(0.0).iter_mut().zip(gradient).for_each(|(slot, g)| *slot = g);
             self.bound_last_row(self.slack - room);
@@ -71,7 +77,7 @@ impl Subproblem {
         self.quadratic.expected_distance(distance, &self.qp.step)
     }
 
-    fn begin(&mut self, space: &ConfigSpace, x: &[f64], radius: f64) {
+    fn begin(&mut self, space: &ConfigSpace, x: &[f64], radius: f64, locked: &[bool]) {
         let Self { quadratic, low, high, qp, .. } = self;
         let nv = space.nv();
         low.clear();
@@ -86,6 +92,9 @@ impl Subproblem {
                 low[factor.v] = low[factor.v].max(lower - x[factor.q]).min(0.0);
                 high[factor.v] = high[factor.v].min(upper - x[factor.q]).max(0.0);
             }
+        }
+        for v in (0..locked.len()).filter(|v| locked[*v]) {
+            (low[v], high[v]) = (0.0, 0.0);
         }
         qp.reset(quadratic.unknowns);
     }

@@ -1,0 +1,158 @@
+//! Queries with a clearance of their own, with joints that stay, and toward a goal.
+
+use std::ops::ControlFlow;
+
+use extricate::cspace::sampling::Halton;
+use extricate::scene::builtin;
+use extricate::{
+    Answer, CheckScratch, Config, Effort, Label, LearnOptions, Model, QueryOptions, QueryScratch, Scene, Stream,
+    StreamOptions, Toward, World,
+};
+
+/// The first `count` configurations of a low-discrepancy sequence that collide.
+fn colliding(world: &World, count: usize) -> Vec<Config> {
+    let (space, mut scratch) = (&world.scene().space, CheckScratch::default());
+    let (halton, mut q) = (Halton::new(space.nv(), 5), vec![0.0; space.nq()]);
+    let config = |index| {
+        halton.config(space, index, &mut q);
+        space.config(&q).unwrap()
+    };
+    let collides = |q: &Config| world.checker().label(q, &mut scratch) == Label::Colliding;
+    (0..).map(config).filter(collides).take(count).collect()
+}
+
+fn learned(scene: &Scene) -> Model {
+    let options = LearnOptions { labels: 20_000, seconds: None, ..LearnOptions::default() };
+    Model::learn(scene.clone(), &options, &mut |_| ControlFlow::Continue(())).unwrap()
+}
+
+#[test]
+fn a_clearance_of_a_query_is_that_of_a_scene() {
+    for name in ["planar-arm", "shelf-arm"] {
+        let scene = builtin::scene(name).unwrap();
+        let (world, model) = (World::new(scene.clone()), learned(&scene));
+        let wider = World::new(Scene { clearance: 0.02, ..scene });
+        let options = QueryOptions { clearance: Some(0.02), ..QueryOptions::default() };
+        let (mut scratch, mut near, all) = (QueryScratch::default(), [0; 2], 150);
+        for q in colliding(&wider, all) {
+            let expected = wider.query(&q, &QueryOptions::default(), &mut scratch).unwrap();
+            let of_world = world.query(&q, &options, &mut scratch).unwrap();
+            assert_eq!(of_world, expected);
+            let of_model = model.query(&q, &options, &mut scratch).unwrap();
+            let mut check = CheckScratch::default();
+            for answer in [&of_world, &of_model] {
+                assert_eq!((answer.clearance, answer.verified), (0.02, true));
+                assert_eq!(wider.checker().label(&answer.witness, &mut check), Label::Free);
+                assert!(answer.lower_bound <= answer.depth);
+            }
+            near[0] += usize::from(of_model.depth <= 1.01 * expected.depth);
+            near[1] += usize::from(expected.depth <= 1.01 * of_model.depth);
+        }
+        println!("{name}: {near:?} of {all}");
+        assert!(near.iter().all(|near| near * 100 >= 94 * all), "{name}: {near:?}");
+    }
+}
+
+#[test]
+fn a_clearance_that_nothing_keeps_is_given_up() {
+    let world = World::new(builtin::scene("shelf-arm").unwrap());
+    // Wider than links that are side by side: nothing at all is that free.
+    let options = QueryOptions { clearance: Some(5.0), ..QueryOptions::default() };
+    for q in colliding(&world, 3) {
+        let answer = world.query(&q, &options, &mut QueryScratch::default()).unwrap();
+        let plain = world.query(&q, &QueryOptions::default(), &mut QueryScratch::default()).unwrap();
+        assert_eq!((answer.clearance, answer.depth), (world.scene().clearance, plain.depth));
+    }
+}
+
+/// The nearest free configuration on a grid over the joints that are not locked.
+fn on_a_grid(world: &World, q: &Config, locked: &[usize]) -> f64 {
+    let (space, cells) = (&world.scene().space, 300);
+    let free: Vec<usize> = (0..3).filter(|joint| !locked.contains(joint)).collect();
+    let (mut scratch, mut best) = (CheckScratch::default(), f64::INFINITY);
+    let place = |k: usize| -std::f64::consts::PI + (k as f64 + 0.5) * std::f64::consts::TAU / cells as f64;
+    for at in 0..cells * cells {
+        let mut config = q.to_vec();
+        config[free[0]] = place(at / cells);
+        free.iter().skip(1).for_each(|joint| config[*joint] = place(at % cells));
+        space.clamp(&mut config);
+        let distance = world.metric().distance(q, &config);
+        if distance < best && world.checker().label(&config, &mut scratch) == Label::Free {
+            best = distance;
+        }
+    }
+    best
+}
+
+#[test]
+fn locked_joints_stay_and_the_others_find_the_nearest() {
+    let scene = builtin::scene("planar-arm").unwrap();
+    let (world, model) = (World::new(scene.clone()), learned(&scene));
+    let (mut found, mut none) = (0, 0);
+    for (k, q) in colliding(&world, 45).iter().enumerate() {
+        let locked = [&[0][..], &[1], &[2], &[0, 1], &[0, 2]][k % 5];
+        let options = QueryOptions { locked: locked.to_vec(), ..QueryOptions::default() };
+        let mut scratch = QueryScratch::default();
+        let answers = [world.query(q, &options, &mut scratch), model.query(q, &options, &mut scratch)];
+        let best = on_a_grid(&world, q, locked);
+        for answer in answers {
+            let Some(Answer { depth, witness, verified, lower_bound, .. }) = answer else {
+                assert!(best.is_infinite(), "{q:?} {locked:?}: there is one at {best}");
+                none += 1;
+                continue;
+            };
+            assert!(verified && locked.iter().all(|joint| witness[*joint] == q[*joint]) && lower_bound <= depth);
+            assert_eq!(world.checker().label(&witness, &mut CheckScratch::default()), Label::Free);
+            assert!(depth <= best + 1e-9, "{q:?} {locked:?}: {depth}, and one at {best}");
+            found += 1;
+        }
+    }
+    println!("{found} found, {none} without any");
+    assert!(found > 60 && none > 3, "{found} {none}");
+}
+
+#[test]
+fn streams_keep_joints_locked_too() {
+    let world = World::new(builtin::scene("shelf-arm").unwrap());
+    let query = QueryOptions { locked: vec![0, 3], ..QueryOptions::default() };
+    let mut stream = Stream::new(StreamOptions { query: query.clone(), ..StreamOptions::default() });
+    let mut seen = 0;
+    for corner in colliding(&world, 6).windows(2) {
+        for k in 0..10 {
+            let mut q = corner[0].to_vec();
+            world.scene().space.interpolate(&corner[0], &corner[1], f64::from(k) / 200.0, &mut q);
+            let q = world.scene().space.config(&q).unwrap();
+            let single = world.query(&q, &query, &mut QueryScratch::default());
+            let Some(answer) = world.query_next(&q, &mut stream) else {
+                assert!(single.is_none());
+                continue;
+            };
+            assert!(answer.witness[0] == q[0] && answer.witness[3] == q[3] && answer.verified);
+            seen += usize::from(!answer.is_free());
+        }
+    }
+    assert!(seen > 20, "{seen}");
+}
+
+#[test]
+fn of_exits_that_are_about_as_near_the_one_toward_the_goal_is_taken() {
+    let world = World::new(builtin::scene("planar-arm").unwrap());
+    let (mut scratch, mut other, mut all) = (QueryScratch::default(), 0, 0);
+    let configs = colliding(&world, 120);
+    for (q, goal) in configs.iter().zip(configs.iter().rev()) {
+        let several = QueryOptions { exits: 8, ..QueryOptions::default() };
+        let exits = world.query(q, &several, &mut scratch).unwrap().exits;
+        let toward = Toward { goal: goal.to_vec(), share: 0.5 };
+        let answer = world.query(q, &QueryOptions { toward: Some(toward), ..several }, &mut scratch).unwrap();
+        let from_goal = |witness: &[f64]| world.metric().distance(goal, witness);
+        let near = exits.iter().filter(|exit| exit.depth <= 1.5 * exits[0].depth);
+        let best = near.map(|exit| from_goal(&exit.witness)).fold(f64::INFINITY, f64::min);
+        assert!(answer.verified && answer.depth <= 1.5 * exits[0].depth + 1e-12);
+        assert!(from_goal(&answer.witness) <= best + 1e-12);
+        other += usize::from(answer.witness != exits[0].witness);
+        all += 1;
+    }
+    assert!(other * 20 > all, "{other} of {all}");
+    let refused = QueryOptions { effort: Effort::Nearest, ..QueryOptions::default() };
+    assert_eq!(world.query(&configs[0], &refused, &mut scratch).unwrap().exits, []);
+}
