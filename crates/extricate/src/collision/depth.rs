@@ -78,6 +78,16 @@ impl Checker {
         if self.all_convex() { margin } else { BEYOND_NEAREST * margin }
     }
 
+    /// Calls `each` with the corners (world) of a box around every shape of a body, where frames
+    /// have these poses.
+    pub fn corners_of(&self, body: usize, poses: &[Pose], each: &mut dyn FnMut(Vec3)) {
+        let body = &self.bodies.bodies[body];
+        for PreparedPart { shape, pose_frame_part, .. } in &self.bodies.parts[body.parts.clone()] {
+            let pose = poses[body.frame].then(pose_frame_part);
+            shape.bounds.corners().iter().for_each(|corner| each(pose.point(corner)));
+        }
+    }
+
     /// Whether no shape of a body is a mesh.
     pub fn is_convex(&self, body: usize) -> bool {
         let parts = &self.bodies.parts[self.bodies.bodies[body].parts.clone()];

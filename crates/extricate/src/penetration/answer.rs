@@ -59,6 +59,10 @@ pub struct Answer {
     /// of a descent, a local minimum of the distance as far as it tells; two of them are distinct by [`SEPARATION`]. Fewer where
     /// fewer were found.
     pub exits: Vec<Exit>,
+    /// Proved, where it was asked for and the query collides: no two bodies of a checked pair touch
+    /// at any configuration that is nearer to the witness than this, in the scene's metric. Joint
+    /// limits are not looked at.
+    pub free_radius: Option<f64>,
     /// The straight way to the witness, where it was asked for and the query collides.
     pub way: Option<Way>,
 }
@@ -124,6 +128,7 @@ pub fn free_answer(q: &Config, nv: usize, effort: Effort, clearance: f64) -> Ans
         gradient: vec![0.0; nv],
         unique: true,
         exits: Vec::new(),
+        free_radius: None,
         way: None,
     }
 }

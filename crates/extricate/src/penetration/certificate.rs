@@ -346,7 +346,7 @@ const STEP: f64 = 1e-4;
 /// `moved` grows from 0 and is convex, as motion bounds are. So it is at least proportional beyond `low`, which tells where to stop
 /// looking; and a chord lies above it and so meets `needed` on the safe side. Near-linear ones take two or three steps; a quick look takes the
 /// first chord and does not look there: 0.003 of the bound is lost.
-fn largest_distance(
+pub fn largest_distance(
     mut low: (f64, f64),
     ceiling: f64,
     needed: f64,

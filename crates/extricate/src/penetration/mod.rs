@@ -34,6 +34,7 @@ mod directions;
 mod evaluate;
 mod exits;
 mod first_witness;
+mod free_radius;
 mod limit;
 mod local_metric;
 pub mod options;

@@ -52,6 +52,9 @@ pub struct QueryOptions {
     pub budget: QueryBudget,
     /// Who may end it before the budget is spent.
     pub stop: Option<Stop>,
+    /// Whether to prove how far around the witness nothing touches, see
+    /// [`super::Answer::free_radius`]. Costs as much as many checks.
+    pub free_radius: bool,
     /// Whether to look at the straight way to the witness, see [`super::Answer::way`]. Costs as much as many checks.
     pub way: bool,
     /// With [`Effort::Nearest`], whether to tell every pair that collides at the query, not one alone, and the contacts at the witness; both take

@@ -6,6 +6,7 @@ use super::beyond_limits;
 use super::certificate::{self, Look};
 use super::context::Context;
 use super::evaluate::Evaluator;
+use super::free_radius::free_radius;
 use super::options::{Effort, QueryOptions};
 use super::search::Known;
 use crate::collision::{ConvexOverlap, SegmentOptions, SegmentOutcome};
@@ -64,6 +65,9 @@ pub fn report(context: &Context, options: &QueryOptions, scratch: &mut QueryScra
     if answer.verified {
         let space = &context.checker.scene().space;
         answer.unique = !known.exits.rival(space, &mut known.local, answer.depth, &answer.witness);
+    }
+    if options.free_radius {
+        answer.free_radius = Some(free_radius(context, &answer.witness, evaluator, &mut memory.motion));
     }
     if options.way {
         answer.way = Some(way(context, &known.anchor.q, evaluator, answer));

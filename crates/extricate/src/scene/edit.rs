@@ -5,7 +5,8 @@
 //! [`crate::World::with_scene`] what is prepared of it is shared as well.
 
 use super::names::{check_name, unknown};
-use super::{Body, BodyPair, LinkSeat, Part, Scene};
+use super::{Body, BodyPair, LinkSeat, MetricSpec, Part, Scene};
+use crate::cspace::{ConfigSpace, Factor};
 use crate::error::{Error, Result};
 use crate::math::{FARTHEST, Pose};
 use crate::robot::Geometry;
@@ -111,6 +112,41 @@ impl Scene {
             }
         }
         Ok(scene)
+    }
+
+    /// With other weights of squared displacements in the metric of the joints, by joint: of its
+    /// translations and its rotation. Joints that are not named keep theirs.
+    ///
+    /// # Errors
+    /// [`Error::Input`] for another metric, a name that no joint has, and weights that are not
+    /// within 1e-9 to 1e9.
+    pub fn weighted<'a>(&self, weights: impl IntoIterator<Item = (&'a str, [f64; 2])>) -> Result<Self> {
+        let element = "metric: weights";
+        if self.metric != MetricSpec::Joint {
+            let problem = format!("got some with the metric {:?}, only that of the joints has them", self.metric);
+            return Err(Error::input(SCENE, element, problem));
+        }
+        let mut of_factors: Vec<f64> = self.space.factors().iter().map(|factor| factor.weight).collect();
+        for (name, [translation, rotation]) in weights {
+            let Some(joint) = self.joints.iter().find(|joint| joint.name == name) else {
+                let names: Vec<&str> = self.joints.iter().map(|joint| joint.name.as_str()).collect();
+                return Err(Error::input(SCENE, element, unknown(name, &names)));
+            };
+            if let Some(bad) = [translation, rotation].iter().find(|weight| !(1e-9..=1e9).contains(*weight)) {
+                let problem = format!("`{name}`: got {bad:?}, expected a number from 1e-9 to 1e9");
+                return Err(Error::input(SCENE, element, problem));
+            }
+            let of_joint = |factor: &Factor| joint.q.contains(&factor.q);
+            let factors = self.space.factors();
+            let own: Vec<usize> = (0..factors.len()).filter(|at| of_joint(&factors[*at])).collect();
+            own.iter().for_each(|at| of_factors[*at] = translation);
+            own.last().into_iter().for_each(|last| of_factors[*last] = rotation);
+        }
+        let mut space = ConfigSpace::default();
+        for (factor, weight) in self.space.factors().iter().zip(of_factors) {
+            space.push(factor.name.clone(), factor.manifold, weight);
+        }
+        Ok(Self { space, ..self.clone() })
     }
 
     /// An object held by a link, such as a can in a gripper: `object` stands in the link's

@@ -3,7 +3,7 @@
 use std::ops::ControlFlow;
 
 use extricate::cspace::sampling::Halton;
-use extricate::scene::builtin;
+use extricate::scene::{MetricSpec, builtin};
 use extricate::{
     Answer, CheckScratch, Config, Effort, Label, LearnOptions, Model, QueryOptions, QueryScratch, Scene, Stream,
     StreamOptions, Toward, World,
@@ -155,4 +155,75 @@ fn of_exits_that_are_about_as_near_the_one_toward_the_goal_is_taken() {
     assert!(other * 20 > all, "{other} of {all}");
     let refused = QueryOptions { effort: Effort::Nearest, ..QueryOptions::default() };
     assert_eq!(world.query(&configs[0], &refused, &mut scratch).unwrap().exits, []);
+}
+
+#[test]
+fn nothing_touches_within_the_free_radius() {
+    for (name, metric) in [
+        ("planar-arm", MetricSpec::Joint),
+        ("shelf-arm", MetricSpec::Joint),
+        ("hand", MetricSpec::MaxDisplacement),
+        ("dual-arm", MetricSpec::ObjectNorm),
+        ("free-box", MetricSpec::ObjectNorm),
+    ] {
+        let world = World::new(Scene { metric, ..builtin::scene(name).unwrap() });
+        // Touching alone: without clearance.
+        let judge = World::new(Scene { clearance: 0.0, ..world.scene().clone() });
+        let space = &world.scene().space;
+        let (mut scratch, mut check) = (QueryScratch::default(), CheckScratch::default());
+        let options = QueryOptions { free_radius: true, clearance: Some(5e-3), exits: 1, ..QueryOptions::default() };
+        let (halton, mut touched_beyond) = (Halton::new(space.nv(), 3), 0);
+        for q in colliding(&world, 12) {
+            let answer = world.query(&q, &options, &mut scratch).unwrap();
+            let radius = answer.free_radius.unwrap();
+            assert!(radius > 0.0, "{name}: {answer:?}");
+            let mut far = vec![0.0; space.nq()];
+            for index in 0..200 {
+                halton.config(space, index, &mut far);
+                let reached = world.metric().distance(&answer.witness, &far);
+                let mut at = |share: f64| {
+                    let mut config = far.clone();
+                    space.interpolate(&answer.witness, &far, share.min(1.0), &mut config);
+                    (world.metric().distance(&answer.witness, &config), judge.checker().label(&config, &mut check))
+                };
+                // Along a geodesic of the joints distances by bodies are not proportional.
+                let mut share = 0.999 * radius / reached;
+                let (distance, label) = loop {
+                    let (distance, label) = at(share);
+                    if distance <= radius {
+                        break (distance, label);
+                    }
+                    share *= 0.9;
+                };
+                assert_eq!(label, Label::Free, "{name}: at {distance} of {radius}");
+                touched_beyond += usize::from(at(30.0 * share).1 == Label::Colliding);
+            }
+        }
+        assert!(touched_beyond > 10, "{name}: the radius tells nothing: {touched_beyond}");
+    }
+}
+
+#[test]
+fn weights_change_what_is_nearest() {
+    let scene = builtin::scene("planar-arm").unwrap();
+    let world = World::new(scene.clone());
+    let name = scene.joints[0].name.as_str();
+    let weighted = world.with_scene(scene.weighted([(name, [100.0, 100.0])]).unwrap());
+    let mut scratch = QueryScratch::default();
+    let (mut moved, mut as_before) = (0, 0);
+    for q in colliding(&world, 60) {
+        let plain = world.query(&q, &QueryOptions::default(), &mut scratch).unwrap();
+        let heavy = weighted.query(&q, &QueryOptions::default(), &mut scratch).unwrap();
+        // What was nearest is an exit still, at another distance.
+        assert!(heavy.verified && heavy.depth <= weighted.metric().distance(&q, &plain.witness) * 1.01);
+        let turn = |answer: &Answer| (answer.witness[0] - q[0]).abs();
+        moved += usize::from(turn(&heavy) < 0.5 * turn(&plain));
+        as_before += usize::from(turn(&heavy) > 2.0 * turn(&plain) + 1e-3);
+    }
+    assert!(moved > 15 && as_before < 5, "{moved} {as_before}");
+    let refused = scene.weighted([("elbo", [1.0; 2])]).unwrap_err().to_string();
+    assert!(refused.contains("metric: weights: got `elbo`, expected one of"), "{refused}");
+    let metric = MetricSpec::ObjectNorm;
+    let refused = Scene { metric, ..scene.clone() }.weighted([(name, [1.0; 2])]).unwrap_err().to_string();
+    assert!(refused.contains("only that of the joints"), "{refused}");
 }

@@ -1,0 +1,104 @@
+//! What the checker finds where bodies are near: contacts, overlaps, pairs that collide often.
+
+use serde::Serialize;
+
+use super::{CheckScratch, Checker};
+use crate::kinematics::{Twists, Wrench};
+use crate::math::Vec3;
+use crate::scene::Scene;
+
+/// Two places of a checked pair that are near each other.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Contact {
+    /// Index into [`Scene::pairs`].
+    pub pair: usize,
+    /// Signed distance \[m\]; negative where the two overlap. As [`super::Checker::contacts`] gives it,
+    /// less what the pair keeps beyond the clearance of the scene.
+    pub distance: f64,
+    /// Nearest (or deepest) point on the first body, world coordinates \[m\].
+    pub point_first: Vec3,
+    /// The same on the second body.
+    pub point_second: Vec3,
+    /// Unit, world coordinates, from the second body toward the first: moving the first body along it by `t` changes
+    /// `distance` by `t`.
+    pub normal: Vec3,
+}
+
+impl Contact {
+    /// Adds the gradient of the distance over the tangent coordinates to `gradient` (length `nv`) \[m per rad or m\], to first order: the
+    /// two points stay fixed to their bodies. `twists` are those of the configuration.
+    pub fn add_gradient(&self, scene: &Scene, twists: &Twists, gradient: &mut [f64]) {
+        let pair = &scene.pairs[self.pair];
+        let (mut first, mut second) = (scene.bodies[pair.first].frame, scene.bodies[pair.second].frame);
+        let of_first = Wrench::at(&self.point_first, self.normal);
+        let of_second = Wrench::at(&self.point_second, -self.normal);
+        // What carries both bodies parts nothing; frames come after those that carry them.
+        while first != second {
+            let (frame, wrench) = if first > second { (&mut first, &of_first) } else { (&mut second, &of_second) };
+            twists.of(*frame).iter().for_each(|twist| gradient[twist.v] += twist.power(wrench));
+            *frame = scene.frames[*frame].parent;
+        }
+    }
+}
+
+/// Which contacts are wanted.
+#[derive(Debug, Clone, Copy)]
+pub struct ContactQuery {
+    /// Of pairs nearer than this \[m\].
+    pub margin: f64,
+    /// How exact they have to be.
+    pub search: ContactSearch,
+}
+
+/// How exact contacts have to be.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ContactSearch {
+    /// Enough to propose a step. Far contacts of convex shapes may be those of the search before, moved along; depths may be up to twice
+    /// too large, and distances of more than twice the clearance up to a third too small (of meshes, far ones by more). Meshes are taken for convex pieces around them, which stand out by a few thousandths of their size: deep overlaps are
+    /// seen whole, and where no contact is below the clearance the configuration is free.
+    Coarse,
+    /// The nearest contact, and the depth of convex shapes, within rounding.
+    Exact,
+}
+
+/// Two overlapping convex shapes of a checked pair.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ConvexOverlap {
+    /// Index into [`Scene::pairs`].
+    pub pair: usize,
+    /// Proved: no translation shorter than this parts them \[m\].
+    pub depth: f64,
+    /// World coordinates of the corners of a box around the shape of the first and of the second body \[m\].
+    pub corners: [[Vec3; 8]; 2],
+}
+
+/// Indices of the checked pairs that collide at every one of `configs` (none where there are no configurations): most
+/// likely links that overlap by design and should not be checked.
+pub fn always_colliding(checker: &Checker, configs: &[Vec<f64>]) -> Vec<usize> {
+    let mut scratch = CheckScratch::default();
+    let mut always = Vec::new();
+    let Some((first, others)) = configs.split_first() else { return always };
+    checker.colliding_pairs(first, &mut scratch, &mut always);
+    for q in others {
+        if always.is_empty() {
+            break;
+        }
+        checker.place(q, &mut scratch);
+        always.retain(|&pair| checker.pair_collides(pair, &mut scratch));
+    }
+    always
+}
+
+/// Indices of the checked pairs that collide at any of `configs`, and at how many, the most frequent first.
+pub fn most_often_colliding(checker: &Checker, configs: &[Vec<f64>]) -> Vec<(usize, usize)> {
+    let (mut scratch, mut pairs) = (CheckScratch::default(), Vec::new());
+    let mut counts = vec![0; checker.scene().pairs.len()];
+    for q in configs {
+        pairs.clear();
+        checker.colliding_pairs(q, &mut scratch, &mut pairs);
+        pairs.iter().for_each(|pair| counts[*pair] += 1);
+    }
+    let mut often: Vec<(usize, usize)> = counts.into_iter().enumerate().filter(|(_, count)| *count > 0).collect();
+    often.sort_by_key(|(_, count)| std::cmp::Reverse(*count));
+    often
+}
