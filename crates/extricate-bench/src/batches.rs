@@ -73,7 +73,7 @@ fn batch(model: &Model, options: &QueryOptions, values: &[f64], threads: usize) 
     let rows: Vec<Config> = values.chunks_exact(space.nq()).map(|q| space.config(q)).collect::<Result<_, _>>()?;
     let (count, mut depth) = (rows.len(), 0.0);
     let given = model.query_batch(rows, options, threads, &mut |answered| {
-        depth += answered.answer.depth;
+        depth += answered.answer.map_or(f64::INFINITY, |answer| answer.depth);
         ControlFlow::Continue(())
     });
     ensure!(given == count, "{given} of {count} queries were answered");

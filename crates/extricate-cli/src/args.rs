@@ -104,6 +104,22 @@ pub fn share(text: &str) -> Result<f64, String> {
     }
 }
 
+/// A share of 0 or more.
+pub fn share_or_more(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(value) if (0.0..=1e9).contains(&value) => Ok(value),
+        _ => Err("expected a number, 0 or more".into()),
+    }
+}
+
+/// A length \[m\], 0 included.
+pub fn length(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(value) if (0.0..=1e9).contains(&value) => Ok(value),
+        _ => Err("expected a length in metres, 0 or more".into()),
+    }
+}
+
 /// A finite number of seconds, 0 included.
 pub fn seconds_or_zero(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
@@ -176,6 +192,8 @@ mod tests {
             "query m.model --input q.jsonl --effort nearest --exits 1",
             "query m.model --input q.jsonl --stream --hysteresis 0.1 --looks 0",
             "query m.model --input q.jsonl --scene moved.toml",
+            "query m.model --input q.jsonl --world world.toml --clearance 0.01 --locked a,b --free-radius",
+            "query s.toml --q 1,2 --free a --weights a=4,b=0.5 --toward 0,0 --toward-share 0.5",
             "query scene.toml --q 0,0.3,-1 --q -1,2,3",
             "query robot.urdf --input - --witness --limits refuse",
             "--json query m.model --input q.jsonl",

@@ -12,6 +12,7 @@ pub mod learn;
 mod learn_run;
 pub mod query;
 mod query_asker;
+mod query_constraints;
 mod query_row;
 mod query_summary;
 pub mod sample;

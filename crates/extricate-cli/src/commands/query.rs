@@ -8,6 +8,7 @@ use clap::{Args, ValueEnum};
 use extricate::{Answer, Config, Effort, QueryBudget, QueryOptions, Scene, StreamOptions};
 
 use super::query_asker::{Asked, Asker};
+use super::query_constraints::ConstraintArgs;
 use super::query_row::{QueryRow, header};
 use super::query_summary::Summary;
 use crate::args::{Limits, exits, positive, seconds, share, threads, whole};
@@ -21,9 +22,9 @@ use crate::report;
 #[command(
     after_help = "With --json, one object a line, in the order of the input: depth and lower_bound (in the scene's \
                         metric), witness, seconds (the library call alone), checks, max_displacement [m], colliding and \
-                        touching (lists of [name, name]), outside (joints of the query beyond their limits), coverage (null where the query is free), verified, effort, \
+                        touching (lists of [name, name]), outside (joints of the query beyond their limits), coverage (null where the query is free), clearance (that the witness keeps [m]), verified, effort, \
                         contacts (at the witness: pair, distance [m], point_first, point_second, normal), gradient (of the \
-                        depth), unique, exits (with --exits: depth, witness, touching), way (with --way: colliding_until, free_from, fractions of the straight way)."
+                        depth), unique, exits (with --exits: depth, witness, touching), way (with --way: colliding_until, free_from, fractions of the straight way), free_radius (with --free-radius: in the metric, around the witness)."
 )]
 pub struct QueryArgs {
     /// Scene file (TOML) or URDF, which is asked at once; or a model file that `extricate learn`
@@ -41,11 +42,11 @@ pub struct QueryArgs {
     /// Start from K exits and boundary samples instead of what the effort takes: fewer are faster and miss more; not with --effort nearest
     #[arg(long, value_name = "K", value_parser = positive, allow_negative_numbers = true)]
     starts: Option<usize>,
-    /// End each query after about this many collision checks and distance evaluations, with the best answer so far. With --scene, a
+    /// End each query after about this many collision checks and distance evaluations, with the best answer so far. With --world, a
     /// first free configuration is looked for, among the nearest stored samples first, whatever the budget
     #[arg(long, value_name = "N", value_parser = whole, allow_negative_numbers = true)]
     max_checks: Option<usize>,
-    /// End each query after about this many seconds, with the best answer so far; with --scene as for --max-checks
+    /// End each query after about this many seconds, with the best answer so far; with --world as for --max-checks
     #[arg(long, value_name = "T", value_parser = seconds, allow_negative_numbers = true)]
     max_seconds: Option<f64>,
     /// What becomes of a query beyond the joint limits, as where a sensor errs: by default it is
@@ -65,10 +66,13 @@ pub struct QueryArgs {
     /// Answer on this many threads, 0 for one a core; the answers are the same
     #[arg(long, value_name = "N", value_parser = threads, allow_negative_numbers = true, default_value_t = 1)]
     threads: usize,
-    /// Ask in this scene instead of the one that was learned: obstacles and checked pairs may differ, joints may not. Stored
-    /// samples are verified anew as they are needed
-    #[arg(long, value_name = "SCENE")]
-    scene: Option<PathBuf>,
+    /// Ask in this world: a scene file whose obstacles, attached objects and pairs replace those of
+    /// the scene or model, where it has no [[robot]]; else a scene of the same joints. What a model
+    /// has stored is verified anew as it is needed
+    #[arg(long, visible_alias = "scene", value_name = "WORLD")]
+    world: Option<PathBuf>,
+    #[command(flatten)]
+    constraints: ConstraintArgs,
     /// The lines are frames of a motion: start each from the last answer, which is faster where they are near each other
     #[arg(long, conflicts_with_all = ["threads", "exits"])]
     stream: bool,
@@ -132,8 +136,8 @@ impl QueryArgs {
         }
     }
 
-    fn stream_options(&self) -> Option<StreamOptions> {
-        let of = || StreamOptions { query: self.options(), hysteresis: self.hysteresis, looks: self.looks };
+    fn stream_options(&self, options: &QueryOptions) -> Option<StreamOptions> {
+        let of = || StreamOptions { query: options.clone(), hysteresis: self.hysteresis, looks: self.looks };
         self.stream.then(of)
     }
 
@@ -146,6 +150,7 @@ impl QueryArgs {
             stop: None,
             way: self.way,
             contacts: self.contacts,
+            ..QueryOptions::default()
         }
     }
 }
@@ -164,9 +169,15 @@ pub fn run(args: &QueryArgs, json: bool) -> anyhow::Result<()> {
     }
     .with_limits(args.limits);
     let started = Instant::now();
-    let asked = Asked::load(&args.file, args.scene.as_deref())?;
+    let mut asked = Asked::load(&args.file, args.world.as_deref())?;
+    if let Some(scene) = args.constraints.weighted(asked.scene())? {
+        asked = asked.in_scene(scene);
+    }
     let loaded_in = started.elapsed();
-    let mut asker = Asker::new(&asked, args.options(), args.stream_options());
+    let mut options = args.options();
+    args.constraints.apply(asked.scene(), &mut options)?;
+    let stream = args.stream_options(&options);
+    let mut asker = Asker::new(&asked, options, stream);
     asker.warm_up(LONGEST_WARM_UP.min(loaded_in));
     let scene = asked.scene();
     let mut report = Report::new(scene, configs.is_stream(), json);

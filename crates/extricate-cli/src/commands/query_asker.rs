@@ -4,9 +4,10 @@ use std::ops::ControlFlow;
 use std::path::Path;
 use std::time::{Duration, Instant};
 
-use anyhow::{Context, bail};
+use anyhow::Context;
 use extricate::{
     Answer, Answered, ChangedScene, Config, Model, QueryOptions, QueryScratch, Scene, Stream, StreamOptions, World,
+    store,
 };
 
 use super::file_kind::{FileKind, kind_of};
@@ -33,17 +34,30 @@ impl Asked {
                 tell_warnings(&scene);
                 Ok(Self::World(busy("preparing the scene", || World::new(scene))))
             }
-            (FileKind::Scene, Some(_)) => {
-                bail!("--scene: got the scene {}, expected a model to ask in another scene", file.display())
+            (FileKind::Scene, Some(path)) => {
+                let scene = store::load_world(&load_scene(file)?, path)?;
+                tell_warnings(&scene);
+                Ok(Self::World(busy("preparing the scene", || World::new(scene))))
             }
             (FileKind::Model, None) => Ok(Self::Model(load_model(file)?)),
             (FileKind::Model, Some(path)) => {
-                let (model, scene) = (load_model(file)?, load_scene(path)?);
+                let model = load_model(file)?;
+                let scene = store::load_world(model.scene(), path)?;
                 let changed = busy("preparing the changed scene", || ChangedScene::new(model.world(), scene));
                 let changed = changed.with_context(|| format!("{} does not fit the model", path.display()))?;
                 Ok(Self::Changed(model, changed))
             }
         }
+    }
+
+    /// Another scene, without what was learned.
+    pub fn in_scene(self, scene: Scene) -> Self {
+        let world = match &self {
+            Self::World(world) => world.with_scene(scene),
+            Self::Model(model) => model.world().with_scene(scene),
+            Self::Changed(_, changed) => changed.world().with_scene(scene),
+        };
+        Self::World(world)
     }
 
     /// In which scene it is asked.

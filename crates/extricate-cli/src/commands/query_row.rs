@@ -32,6 +32,8 @@ pub struct QueryRow<'a> {
     pub coverage: Option<f64>,
     /// Estimated share of starts that would lead to an exit which the query has not met.
     pub unseen: Option<f64>,
+    /// That the witness keeps \[m\].
+    pub clearance: f64,
     /// Whether the witness was checked during this query.
     pub verified: bool,
     /// How hard the query tried.
@@ -45,6 +47,9 @@ pub struct QueryRow<'a> {
     /// The nearest distinct ways out, where more than one was asked for.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub exits: Vec<ExitRow<'a>>,
+    /// Within which, around the witness, nothing touches; where it was asked for.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub free_radius: Option<f64>,
     /// The straight way to the witness, where it was asked for.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub way: Option<Way>,
@@ -96,12 +101,14 @@ impl<'a> QueryRow<'a> {
             touching: pair_names(scene, &answer.touching),
             coverage: answer.coverage,
             unseen: answer.unseen,
+            clearance: answer.clearance,
             verified: answer.verified,
             effort: answer.effort,
             contacts: answer.contacts.iter().map(|contact| ContactRow::new(contact, scene)).collect(),
             gradient: &answer.gradient,
             unique: answer.unique,
             exits: answer.exits.iter().map(exit).collect(),
+            free_radius: answer.free_radius,
             way: answer.way,
         }
     }
@@ -125,9 +132,10 @@ impl<'a> QueryRow<'a> {
             [] => String::new(),
             joints => format!("; beyond limits: {}", joints.join(", ")),
         };
+        let radius = self.free_radius.map_or(String::new(), |radius| format!("; nothing touches within {radius:.2e}"));
         let far = if self.is_far() { "; far from what was learned" } else { "" };
         let mut text = format!(
-            "{line:>6}  {:>9.5}  {:>9.5}  {:>9.2}  {:>9}  {:>6}  {verified:<8}  {pairs}{outside}{way}{far}",
+            "{line:>6}  {:>9.5}  {:>9.5}  {:>9.2}  {:>9}  {:>6}  {verified:<8}  {pairs}{outside}{way}{radius}{far}",
             self.depth,
             self.lower_bound,
             100.0 * self.max_displacement,
@@ -168,11 +176,13 @@ pub mod tests {
             touching: vec![],
             coverage: Some(0.5),
             unseen: Some(0.1),
+            clearance: 1e-4,
             verified,
             contacts: vec![],
             gradient: vec![-1.0],
             unique: true,
             exits: vec![],
+            free_radius: None,
             way: None,
         }
     }
@@ -192,6 +202,7 @@ pub mod tests {
             touching: vec![["arm", "shelf"]],
             coverage: answer.coverage,
             unseen: answer.unseen,
+            clearance: 1e-4,
             verified: true,
             effort: answer.effort,
             contacts: vec![ContactRow {
@@ -204,13 +215,14 @@ pub mod tests {
             gradient: &answer.gradient,
             unique: true,
             exits: vec![ExitRow { depth: 0.2, witness: &[0.5], touching: vec![] }],
+            free_radius: None,
             way: None,
         };
         assert_eq!(
             serde_json::to_string(&row).unwrap(),
             "{\"depth\":0.2,\"lower_bound\":0.05,\"witness\":[0.5],\"seconds\":0.0001,\"checks\":40,\
              \"max_displacement\":0.1,\"colliding\":[[\"arm\",\"shelf\"]],\"outside\":[],\"touching\":[[\"arm\",\"shelf\"]],\"coverage\":0.5,\"unseen\":0.1,\
-             \"verified\":true,\"effort\":\"refined\",\
+             \"clearance\":0.0001,\"verified\":true,\"effort\":\"refined\",\
              \"contacts\":[{\"pair\":[\"arm\",\"shelf\"],\"distance\":0.0001,\"point_first\":[0.0,0.0,0.0],\
              \"point_second\":[0.0,0.0,0.0],\"normal\":[0.0,0.0,1.0]}],\"gradient\":[-1.0],\"unique\":true,\
              \"exits\":[{\"depth\":0.2,\"witness\":[0.5],\"touching\":[]}]}"

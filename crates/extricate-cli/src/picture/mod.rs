@@ -135,6 +135,8 @@ pub mod tests {
             ],
             pairs: vec![BodyPair { first: 0, second: 2 }, BodyPair { first: 1, second: 2 }],
             warnings: vec![],
+            links: vec![],
+            clearances: Default::default(),
         }
     }
 
@@ -151,6 +153,8 @@ pub mod tests {
             touching: vec![1],
             coverage: None,
             unseen: Some(0.1),
+            clearance: 1e-4,
+            free_radius: None,
             verified: true,
             contacts: vec![],
             gradient: vec![-1.0, 0.0],

@@ -8,3 +8,4 @@ mod no_model;
 mod pipeline;
 mod process;
 mod streams;
+mod worlds;

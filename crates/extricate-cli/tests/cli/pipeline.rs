@@ -15,6 +15,7 @@ const ANSWER_KEYS: &[&str] = &[
     "outside",
     "touching",
     "coverage",
+    "clearance",
     "verified",
     "effort",
     "contacts",

@@ -57,6 +57,11 @@ impl ChangedScene {
         self.world.scene()
     }
 
+    /// The same, ready to be asked without a model.
+    pub fn world(&self) -> &World {
+        &self.world
+    }
+
     /// Its exact checker.
     pub fn checker(&self) -> &Checker {
         self.world.checker()

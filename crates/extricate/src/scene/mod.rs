@@ -28,6 +28,7 @@ pub mod world_file;
 use serde::{Deserialize, Serialize};
 
 use crate::cspace::ConfigSpace;
+use crate::error::{Error, Result};
 use crate::math::{Pose, Vec3};
 use crate::robot::Geometry;
 use clearances::Clearances;
@@ -187,6 +188,21 @@ impl Scene {
     /// Frames and shapes of the bodies that move, which distances are measured by.
     pub fn moving_bodies(&self) -> impl Iterator<Item = (usize, &[Part])> {
         self.bodies.iter().filter(|body| body.frame != 0).map(|body| (body.frame, &*body.parts))
+    }
+
+    /// Indices of the joints of these names.
+    ///
+    /// # Errors
+    /// [`Error::Input`] for a name that no joint has; `element` is what messages call the names.
+    pub fn joints_named<'a>(&self, element: &str, names: impl IntoIterator<Item = &'a str>) -> Result<Vec<usize>> {
+        let find = |name: &str| {
+            let found = self.joints.iter().position(|joint| joint.name == name);
+            found.ok_or_else(|| {
+                let all: Vec<&str> = self.joints.iter().map(|joint| joint.name.as_str()).collect();
+                Error::input("query", element, names::unknown(name, &all))
+            })
+        };
+        names.into_iter().map(find).collect()
     }
 
     /// Names of the joints that have any of these coordinates, each once.
