@@ -82,6 +82,18 @@ pub fn one_config<'py>(name: &str, value: &Bound<'py, PyAny>, space: &ConfigSpac
     }
 }
 
+/// A number, or a flat sequence of them.
+///
+/// # Errors
+/// `TypeError` for what is no array of numbers, `ValueError` for another shape.
+pub fn floats(element: &str, value: &Bound<'_, PyAny>) -> PyResult<Vec<f64>> {
+    let array = numbers(element, value)?;
+    match array.shape() {
+        [] | [_] => Ok(array.as_slice().expect("checked to be contiguous").to_vec()),
+        shape => Err(PyValueError::new_err(format!("{element}: got shape {}, expected a flat list", tuple(shape)))),
+    }
+}
+
 /// The message for row `row` of `name`, where it is one of several.
 pub fn bad_row(name: &str, row: usize, single: bool, error: extricate::Error) -> PyErr {
     let message = exception(error);

@@ -11,6 +11,7 @@ use rayon::prelude::*;
 
 use crate::arrays::{bad_row, configs};
 use crate::error::threads;
+use crate::asking::Asked;
 use crate::layout::Layout;
 use crate::long_call;
 
@@ -46,7 +47,7 @@ fn plain_limits(space: &ConfigSpace) -> Option<Vec<[f64; 2]>> {
 /// Answers one query; `None` where nothing free was found.
 pub type Ask<'a> = dyn Fn(&Config, &QueryOptions, &mut QueryScratch) -> Option<Answer> + Sync + 'a;
 
-/// What `ask`, given `options`, says of each row of `queries`, configurations of `scene`, as a structured array of [`Layout`].
+/// What `ask`, given the options, says of each row of `queries`, configurations of `scene`, as a structured array of [`Layout`].
 ///
 /// # Errors
 /// `ValueError` for a shape or a row that is no configuration, before anything is asked; `MemoryError` where the answers cannot be kept; what
@@ -54,24 +55,25 @@ pub type Ask<'a> = dyn Fn(&Config, &QueryOptions, &mut QueryScratch) -> Option<A
 pub fn answers<'py>(
     queries: &Bound<'py, PyAny>,
     scene: &Scene,
-    thread_count: i64,
     scratches: &Scratches,
-    options: QueryOptions,
+    asked: Asked,
     ask: &Ask,
 ) -> PyResult<Bound<'py, PyAny>> {
     let py = queries.py();
-    let (space, layout) = (&scene.space, Layout::new(scene, &options));
+    let (space, layout) = (&scene.space, Layout::new(scene, &asked.options));
     let nq = space.nq();
     let q = configs("Q", queries, space)?;
     let (values, rows, single) = (q.values(), q.rows, q.single);
-    let pool = long_call::pool(threads(thread_count)?)?;
-    let config = |row: usize, q: &[f64]| space.config_anywhere(q).map_err(|error| bad_row("Q", row, single, error));
+    let pool = long_call::pool(threads(asked.threads)?)?;
+    let config = |row: usize, q: &[f64]| asked.config_of(q, scene).map_err(|error| bad_row("Q", row, single, error));
     // Nobody wants to hear after an hour that the last row was wrong, and the first wrong row is the one to name.
     let limits = plain_limits(space);
     let plain = |q: &[f64]| limits.iter().flatten().zip(q).all(|([lower, upper], x)| lower <= x && x <= upper);
     py.detach(|| {
         let mut rows = values.chunks_exact(nq).enumerate();
-        rows.try_for_each(|(row, q)| if limits.is_some() && plain(q) { Ok(()) } else { config(row, q).map(drop) })
+        rows.try_for_each(
+            |(row, q)| if asked.masks || limits.is_some() && plain(q) { Ok(()) } else { config(row, q).map(drop) },
+        )
     })?;
     let size = layout.size().filter(|size| size.checked_mul(rows).is_some_and(|bytes| bytes <= isize::MAX as usize));
     let size = size.ok_or_else(|| PyMemoryError::new_err("query_batch: the answers are more than can be addressed"))?;
@@ -89,7 +91,11 @@ pub fn answers<'py>(
             scratches.with(|scratch| {
                 let rows = values.chunks_exact(nq).zip(answers.chunks_exact_mut(size));
                 for (row, (q, answer)) in rows.enumerate().take_while(|_| !line.stopped()) {
-                    layout.write(ask(&config(at * CHUNK + row, q)?, options, scratch).as_ref(), answer);
+                    match config(at * CHUNK + row, q) {
+                        Ok(config) => layout.write(ask(&config, options, scratch).as_ref(), answer),
+                        Err(_) if asked.masks => layout.write_no_query(answer),
+                        Err(error) => return Err(error),
+                    }
                 }
                 Ok(())
             })
@@ -98,7 +104,7 @@ pub fn answers<'py>(
             py,
             |_, ()| Ok(()),
             |line| {
-                let options = QueryOptions { stop: Some(line.stop()), ..options };
+                let options = QueryOptions { stop: Some(line.stop()), ..asked.options.clone() };
                 let answers = || {
                     let answers = answers.par_chunks_mut(CHUNK * size);
                     let chunks = values.par_chunks(CHUNK * nq).zip(answers).enumerate();

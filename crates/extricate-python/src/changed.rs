@@ -2,16 +2,16 @@
 
 use std::sync::Arc;
 
-use extricate::QueryOptions;
 use pyo3::prelude::*;
+use pyo3::types::PyDict;
 
-use crate::answer;
-use crate::arrays::{bad_row, one_config};
-use crate::batch::{Scratches, answers};
+use crate::asking::Weighted;
+use crate::batch::Scratches;
 use crate::error::exception;
 use crate::long_call;
 use crate::model::Model;
 use crate::scene::Scene;
+use crate::source::{self, Source};
 
 /// A scene in which a model of another one is asked: obstacles moved, added or gone, other pairs or clearance. Made by
 /// `Model.in_scene`.
@@ -25,6 +25,7 @@ pub struct ChangedScene {
     model: Py<Model>,
     changed: extricate::ChangedScene,
     scratches: Scratches,
+    weighted: Weighted,
 }
 
 impl ChangedScene {
@@ -33,16 +34,16 @@ impl ChangedScene {
     /// # Errors
     /// `ValueError` where stored configurations or distances would mean something else in `scene`.
     pub fn new(py: Python<'_>, model: Py<Model>, scene: &Scene) -> PyResult<Self> {
-        let (pool, copy) = (long_call::pool(0)?, (**scene.inner()).clone());
+        let (pool, scene) = (long_call::pool(0)?, Arc::clone(scene.inner()));
         let learned = model.get().inner();
         // The convex pieces around meshes are made on threads: here, not in the first query, where they would be those of a global pool.
         let prepare = || {
-            let changed = extricate::ChangedScene::new(learned.world(), copy)?;
+            let changed = extricate::ChangedScene::new(learned.world(), scene)?;
             changed.checker().prepare_proposals();
             Ok(changed)
         };
         let changed = py.detach(|| pool.install(prepare)).map_err(exception)?;
-        Ok(Self { changed, scratches: Scratches::default(), model })
+        Ok(Self { changed, scratches: Scratches::default(), weighted: Weighted::default(), model })
     }
 
     pub fn inner(&self) -> &extricate::ChangedScene {
@@ -71,49 +72,27 @@ impl ChangedScene {
 
     /// As `Model.query`, in this scene. None where nothing free was found, not even among 20,000 configurations beside the samples.
     /// `checks` and `seconds` do not end the search for the nearest stored sample that is still free, without which there is no answer.
-    #[pyo3(signature = (q, *, effort = "refined", exits = 1, starts = None, checks = None, seconds = None, way = false, contacts = false))]
+    #[pyo3(signature = (q, **options), text_signature = "($self, q, *, effort='refined', exits=1, starts=None, checks=None, seconds=None, way=False, contacts=False, clearance=None, locked=None, free=None, weights=None, toward=None, toward_share=0.25, free_radius=False, limits='forgive')")]
     fn query<'py>(
         &self,
         q: &Bound<'py, PyAny>,
-        effort: &str,
-        exits: i64,
-        starts: Option<i64>,
-        checks: Option<i64>,
-        seconds: Option<f64>,
-        way: bool,
-        contacts: bool,
+        options: Option<&Bound<'py, PyDict>>,
     ) -> PyResult<Option<Bound<'py, PyAny>>> {
-        let (py, scene, model) = (q.py(), self.changed.scene(), self.model.get().inner());
-        let options = answer::options(effort, exits, starts, checks, seconds, [way, contacts])?;
-        let values = one_config("q", q, &scene.space)?;
-        let config = scene.space.config_anywhere(values.values()).map_err(|error| bad_row("q", 0, true, error))?;
-        let watch = long_call::Watch::new();
-        let options = QueryOptions { stop: Some(watch.stop()), ..options };
-        let ask = || self.scratches.with(|scratch| model.query_in(&self.changed, &config, &options, scratch));
-        py.detach(|| watch.over(ask))?.map(|answer| answer::object(py, answer, scene)).transpose()
+        let source = Source::Changed(self.model.get().inner(), &self.changed);
+        source::query(source, q, options, (&self.scratches, &self.weighted))
     }
 
     /// As `Model.query_batch`, in this scene. Where nothing free was found, depth is inf, witness, gradient and max_displacement are
     /// nan, verified and free are False, and there are no exits.
-    #[pyo3(signature = (Q, *, effort = "refined", exits = 1, starts = None, checks = None, seconds = None, way = false, contacts = false, threads = 0))]
+    #[pyo3(signature = (Q, **options), text_signature = "($self, Q, *, effort='refined', exits=1, starts=None, checks=None, seconds=None, way=False, contacts=False, clearance=None, locked=None, free=None, weights=None, toward=None, toward_share=0.25, free_radius=False, limits='forgive', errors='raise', threads=0)")]
     #[allow(non_snake_case)]
     fn query_batch<'py>(
         &self,
         Q: &Bound<'py, PyAny>,
-        effort: &str,
-        exits: i64,
-        starts: Option<i64>,
-        checks: Option<i64>,
-        seconds: Option<f64>,
-        way: bool,
-        contacts: bool,
-        threads: i64,
+        options: Option<&Bound<'py, PyDict>>,
     ) -> PyResult<Bound<'py, PyAny>> {
-        let options = answer::options(effort, exits, starts, checks, seconds, [way, contacts])?;
-        let model = self.model.get().inner();
-        answers(Q, self.changed.scene(), threads, &self.scratches, options, &|q, options, scratch| {
-            model.query_in(&self.changed, q, options, scratch)
-        })
+        let source = Source::Changed(self.model.get().inner(), &self.changed);
+        source::query_batch(source, Q, options, (&self.scratches, &self.weighted))
     }
 
     fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, (Scene,))> {

@@ -11,6 +11,7 @@ pub struct Layout {
     nq: usize,
     nv: usize,
     way: bool,
+    free_radius: bool,
     /// Places for ways out; 0 where one alone was asked for.
     exits: usize,
     /// Checked pairs of the scene; 0 where they are not to be told.
@@ -27,6 +28,7 @@ impl Layout {
             nq: scene.space.nq(),
             nv: scene.space.nv(),
             way: options.way,
+            free_radius: options.free_radius,
             exits: if options.exits > 1 { options.exits } else { 0 },
             pairs: if options.contacts { scene.pairs.len() } else { 0 },
         }
@@ -36,11 +38,14 @@ impl Layout {
     fn fields(self) -> Vec<Field> {
         let number = |name| (name, "f8", vec![]);
         let mut fields: Vec<Field> =
-            ["depth", "lower_bound", "max_displacement", "coverage", "unseen"].map(number).into();
+            ["depth", "lower_bound", "max_displacement", "clearance", "coverage", "unseen"].map(number).into();
         fields.push(("checks", "i8", vec![]));
         fields.extend([("witness", "f8", vec![self.nq]), ("gradient", "f8", vec![self.nv])]);
         if self.way {
             fields.push(("way", "f8", vec![2]));
+        }
+        if self.free_radius {
+            fields.push(("free_radius", "f8", vec![]));
         }
         if self.exits > 0 {
             fields.push(("exit_count", "i8", vec![]));
@@ -90,6 +95,13 @@ impl Layout {
         Ok(numpy.call_method1("dtype", (fields,))?.cast_into()?)
     }
 
+    /// Writes that a row was no configuration: no number at all, depth included.
+    pub fn write_no_query(self, row: &mut [u8]) {
+        self.write(None, row);
+        row[..8].copy_from_slice(&f64::NAN.to_ne_bytes());
+        row[8..16].copy_from_slice(&f64::NAN.to_ne_bytes());
+    }
+
     /// Writes an answer into the bytes of its row, which are 0; where there is none, an infinite depth and no numbers.
     pub fn write(self, answer: Option<&Answer>, row: &mut [u8]) {
         let mut at = 0;
@@ -98,10 +110,10 @@ impl Layout {
             at += bytes.len();
         };
         let front = match answer {
-            None => [f64::INFINITY, 0.0, f64::NAN, f64::NAN, f64::NAN],
+            None => [f64::INFINITY, 0.0, f64::NAN, f64::NAN, f64::NAN, f64::NAN],
             Some(a) => {
                 let [coverage, unseen] = [a.coverage, a.unseen].map(|share| share.unwrap_or(f64::NAN));
-                [a.depth, a.lower_bound, a.max_displacement, coverage, unseen]
+                [a.depth, a.lower_bound, a.max_displacement, a.clearance, coverage, unseen]
             }
         };
         front.iter().for_each(|x| put(&x.to_ne_bytes()));
@@ -115,6 +127,9 @@ impl Layout {
         if self.way {
             let way = answer.and_then(|a| a.way).map(|way| [way.colliding_until, way.free_from]);
             numbers(way.as_ref().map_or(&[], |way| way), 2);
+        }
+        if self.free_radius {
+            numbers(answer.and_then(|a| a.free_radius).as_slice(), 1);
         }
         let exits = answer.map_or(&[][..], |a| &a.exits[..a.exits.len().min(self.exits)]);
         if self.exits > 0 {

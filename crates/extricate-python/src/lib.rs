@@ -6,6 +6,7 @@
 
 mod answer;
 mod arrays;
+mod asking;
 mod batch;
 mod changed;
 mod error;
@@ -19,8 +20,10 @@ mod progress;
 mod rows;
 mod sampling;
 mod scene;
+mod scene_edit;
 mod scene_query;
 mod segments;
+mod source;
 mod statistics;
 mod stream;
 

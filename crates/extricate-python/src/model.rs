@@ -4,19 +4,20 @@ use std::collections::HashSet;
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use extricate::{QueryOptions, model_file, store};
+use extricate::{model_file, store};
 use numpy::{PyArray2, PyArrayMethods, ToPyArray};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
 
-use crate::answer;
-use crate::arrays::{bad_row, one_config};
-use crate::batch::{Scratches, answers};
+use crate::asking::Weighted;
+use crate::batch::Scratches;
 use crate::changed::ChangedScene;
 use crate::error::{Seed, exception};
 use crate::learning::{self, Budget};
 use crate::long_call;
 use crate::scene::Scene;
+use crate::scene_edit;
+use crate::source::{self, Source};
 use crate::stream::Stream;
 
 /// What a model that comes from memory is called in messages.
@@ -30,11 +31,12 @@ const IN_MEMORY: &str = "in memory";
 pub struct Model {
     model: extricate::Model,
     scratches: Scratches,
+    weighted: Weighted,
 }
 
 impl Model {
     pub fn of(model: extricate::Model) -> Self {
-        Self { model, scratches: Scratches::default() }
+        Self { model, scratches: Scratches::default(), weighted: Weighted::default() }
     }
 
     pub fn inner(&self) -> &extricate::Model {
@@ -128,30 +130,25 @@ impl Model {
     /// way: whether to look at the straight way to the witness, see `Answer.way`; costs as much as many checks.
     /// contacts: with effort "nearest", whether to tell every colliding pair, not one alone, and the contacts at the witness; both take longer
     ///     than to find it. The other efforts always tell them.
+    /// clearance: aim at this one [m] in place of the scene's, for pairs without one of their own; where nothing is found that keeps
+    ///     it, the scene's holds, see `Answer.clearance`.
+    /// locked: names of joints that stay where q has them; or free: the names of those that may move. None is then returned where
+    ///     nothing free was found.
+    /// weights: by joint, of squared displacements, in place of the scene's, in the metric of the joints; asked without what was
+    ///     learned.
+    /// toward, toward_share: a configuration and a share; of exits that are farther than the nearest by at most that share of its
+    ///     depth, the one nearest to the configuration is taken.
+    /// free_radius: whether to prove how far around the witness nothing touches, see `Answer.free_radius`; costs as much as many checks.
+    /// limits: "forgive" answers what is beyond them, "refuse" raises ValueError.
     ///
     /// Raises ValueError for a wrong shape, values that are not finite.
-    #[pyo3(signature = (q, *, effort = "refined", exits = 1, starts = None, checks = None, seconds = None, way = false, contacts = false))]
+    #[pyo3(signature = (q, **options), text_signature = "($self, q, *, effort='refined', exits=1, starts=None, checks=None, seconds=None, way=False, contacts=False, clearance=None, locked=None, free=None, weights=None, toward=None, toward_share=0.25, free_radius=False, limits='forgive')")]
     fn query<'py>(
         &self,
         q: &Bound<'py, PyAny>,
-        effort: &str,
-        exits: i64,
-        starts: Option<i64>,
-        checks: Option<i64>,
-        seconds: Option<f64>,
-        way: bool,
-        contacts: bool,
-    ) -> PyResult<Bound<'py, PyAny>> {
-        let py = q.py();
-        let options = answer::options(effort, exits, starts, checks, seconds, [way, contacts])?;
-        let space = &self.model.scene().space;
-        let values = one_config("q", q, space)?;
-        let config = space.config_anywhere(values.values()).map_err(|error| bad_row("q", 0, true, error))?;
-        let watch = long_call::Watch::new();
-        let options = QueryOptions { stop: Some(watch.stop()), ..options };
-        let ask = || self.scratches.with(|scratch| self.model.query(&config, &options, scratch));
-        let answer = py.detach(|| watch.over(ask))?;
-        answer::object(py, answer, self.model.scene())
+        options: Option<&Bound<'py, PyDict>>,
+    ) -> PyResult<Option<Bound<'py, PyAny>>> {
+        source::query(Source::Model(&self.model), q, options, (&self.scratches, &self.weighted))
     }
 
     /// The nearest free configuration to each of Q, on many threads.
@@ -162,35 +159,44 @@ impl Model {
     /// exits: how many distinct ways out are wanted.
     /// way: whether to look at the straight ways to the witnesses; costs as much as many checks.
     /// contacts: whether to tell the pairs that collide and that touch; with effort "nearest" that takes longer than to find the witness.
+    /// clearance, locked, free, weights, toward, toward_share, free_radius, limits: as in `Model.query`, of each query.
+    /// errors: "raise", or "mask": a row that is no configuration is answered as such, with a depth of nan, and the others as ever.
     /// threads: 0 for one per core.
-    /// Returns a structured array (n,) with the fields depth, lower_bound, max_displacement [m], coverage (nan for None), checks,
+    /// Returns a structured array (n,) with the fields depth, lower_bound, max_displacement [m], clearance, coverage (nan for None), checks,
     /// witness (nq,), gradient (nv,), verified, free and unique, which mean what they mean in `Answer`, and with
     ///     exits of more than one: exit_count, how many were found (0 where the query is free), exit_depths (exits,) and exit_witnesses
     ///         (exits, nq), nearest first, the witness before others, nan from exit_count on;
     ///     way: way (2,), nan where the query is free;
+    ///     free_radius: free_radius, nan where the query is free;
     ///     contacts: colliding and touching, bool (pairs,), in the order of `Scene.pairs`; with several exits also exit_touching,
     ///         (exits, pairs). Points and normals of contacts `Model.query` tells.
     ///
     /// Raises ValueError that names the row for a wrong shape, values that are not finite, before
     /// any is answered.
-    #[pyo3(signature = (Q, *, effort = "refined", exits = 1, starts = None, checks = None, seconds = None, way = false, contacts = false, threads = 0))]
+    #[pyo3(signature = (Q, **options), text_signature = "($self, Q, *, effort='refined', exits=1, starts=None, checks=None, seconds=None, way=False, contacts=False, clearance=None, locked=None, free=None, weights=None, toward=None, toward_share=0.25, free_radius=False, limits='forgive', errors='raise', threads=0)")]
     #[allow(non_snake_case)]
     fn query_batch<'py>(
         &self,
         Q: &Bound<'py, PyAny>,
-        effort: &str,
-        exits: i64,
-        starts: Option<i64>,
-        checks: Option<i64>,
-        seconds: Option<f64>,
-        way: bool,
-        contacts: bool,
-        threads: i64,
+        options: Option<&Bound<'py, PyDict>>,
     ) -> PyResult<Bound<'py, PyAny>> {
-        let options = answer::options(effort, exits, starts, checks, seconds, [way, contacts])?;
-        answers(Q, self.model.scene(), threads, &self.scratches, options, &|q, options, scratch| {
-            Some(self.model.query(q, options, scratch))
-        })
+        source::query_batch(Source::Model(&self.model), Q, options, (&self.scratches, &self.weighted))
+    }
+
+    /// To ask this model in another world.
+    ///
+    /// world: a list of obstacles, which take the place of those that the model knows; or a scene of
+    ///     the same joints, such as one by `Scene.moved`. Objects that links hold, other fingers, a moved base
+    ///     and other geometry of links leave a model of the metric of the joints usable.
+    ///
+    /// Raises ValueError where the joints, their limits or the metric differ.
+    fn in_world(slf: Py<Self>, py: Python<'_>, world: &Bound<'_, PyAny>) -> PyResult<ChangedScene> {
+        if let Ok(scene) = world.cast::<Scene>() {
+            return ChangedScene::new(py, slf, scene.get());
+        }
+        let bare = slf.get().model.scene().without_obstacles();
+        let scene = Scene::of(scene_edit::with_obstacles(py, &bare, world)?.into());
+        ChangedScene::new(py, slf, &scene)
     }
 
     /// To ask this model in another scene of the same joints: obstacles moved, added or gone, other pairs or clearance.
@@ -224,23 +230,14 @@ impl Model {
 
     /// For queries that follow each other closely, as from a simulation: each is warm-started from the one before.
     ///
-    /// effort, starts, checks, seconds, way, contacts: as in `Model.query`, of each frame.
+    /// effort, starts, checks, seconds, way, contacts, clearance, locked, free, weights, free_radius, limits: as in `Model.query`, of each
+    ///     frame.
     /// hysteresis: the way out of the last frame is kept until another one is nearer by more than this share of its depth; 0
     /// always takes the nearest.
     /// looks: how many boundary samples are looked at each frame for a nearer way out, beside those that cost no check.
-    #[pyo3(signature = (*, effort = "refined", hysteresis = 0.0, looks = 4, starts = None, checks = None, seconds = None, way = false, contacts = false))]
-    fn stream(
-        slf: Py<Self>,
-        effort: &str,
-        hysteresis: f64,
-        looks: i64,
-        starts: Option<i64>,
-        checks: Option<i64>,
-        seconds: Option<f64>,
-        way: bool,
-        contacts: bool,
-    ) -> PyResult<Stream> {
-        Stream::new(slf, answer::options(effort, 1, starts, checks, seconds, [way, contacts])?, hysteresis, looks)
+    #[pyo3(signature = (**options), text_signature = "($self, *, effort='refined', hysteresis=0.0, looks=4, starts=None, checks=None, seconds=None, way=False, contacts=False, clearance=None, locked=None, free=None, weights=None, free_radius=False, limits='forgive')")]
+    fn stream(slf: Py<Self>, py: Python<'_>, options: Option<&Bound<'_, PyDict>>) -> PyResult<Stream> {
+        Stream::of_model(slf, py, options)
     }
 
     fn __repr__(&self) -> String {

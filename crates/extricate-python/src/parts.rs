@@ -7,16 +7,18 @@ use std::sync::Arc;
 use extricate::math::Vec3;
 use extricate::robot::mesh_file;
 use extricate::scene::MetricSpec;
+use extricate::scene::clearances::{ClearanceEntry, SplitClearance};
 use extricate::scene::file::{
-    BaseKind, BoundsEntry, GeometryKind, LimitsEntry, MetricEntry, ObstacleEntry, PairsEntry, PoseEntry, RobotEntry,
-    ScaleEntry, SceneFile, ShapeEntry, WeightEntry,
+    BaseKind, GeometryKind, MetricEntry, ObstacleEntry, PairsEntry, PoseEntry, RobotEntry, ScaleEntry, SceneFile,
+    ShapeEntry, WeightEntry,
 };
+use extricate::scene::limits::{BoundsEntry, LimitsEntry};
 use numpy::PyUntypedArrayMethods;
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyMapping, PyString};
 
-use crate::arrays::{numbers, tuple};
+use crate::arrays::{floats, numbers, tuple};
 use crate::error::exception;
 
 /// What messages call a scene that was put together in Python.
@@ -48,14 +50,50 @@ impl<'py> FromPyObject<'_, 'py> for Obstacles<'py> {
 
 /// The arguments of `Scene` besides robots and obstacles.
 pub struct Options<'py> {
-    /// \[m\]
-    pub clearance: f64,
+    pub clearance: Clearance,
     /// `joint`, `object-norm` or `max-displacement`.
     pub metric: String,
     /// By joint: one weight, or those of its translations and its rotation.
     pub weights: Option<Bound<'py, PyMapping>>,
     /// Pairs of bodies that are not checked.
     pub disable: Vec<[String; 2]>,
+    /// By body \[m\].
+    pub padding: Option<Bound<'py, PyMapping>>,
+    /// Of pairs of bodies \[m\].
+    pub pair_clearance: Vec<(String, String, f64)>,
+}
+
+/// The argument `clearance`: a number, or one of pairs with an obstacle and one of others.
+#[derive(Default)]
+pub struct Clearance(ClearanceEntry);
+
+impl<'py> FromPyObject<'_, 'py> for Clearance {
+    type Error = PyErr;
+
+    fn extract(value: Borrowed<'_, 'py, PyAny>) -> PyResult<Self> {
+        if let Ok(length) = value.extract::<f64>() {
+            return Ok(Self(ClearanceEntry::Uniform(length)));
+        }
+        let wrong = || {
+            let expected = "expected a number [m], or a dict with `world` and `self`";
+            PyTypeError::new_err(format!("clearance: got {}, {expected}", kind(&value)))
+        };
+        let given = value.to_owned();
+        let lengths = by_name("clearance", given.cast::<PyMapping>().map_err(|_| wrong())?, length)?;
+        if lengths.keys().any(|name| name != "world" && name != "self") {
+            return Err(wrong());
+        }
+        let of = |name: &str| lengths.get(name).copied();
+        Ok(Self(ClearanceEntry::Split(SplitClearance { world: of("world"), own: of("self") })))
+    }
+}
+
+/// One number \[m\].
+fn length(element: &str, value: &Bound<'_, PyAny>) -> PyResult<f64> {
+    match floats(element, value)?[..] {
+        [length] => Ok(length),
+        _ => Err(PyValueError::new_err(format!("{element}: expected one number [m]"))),
+    }
 }
 
 /// Reads the arguments of `Scene`.
@@ -76,12 +114,7 @@ pub fn describe(
         robots.extract().map_err(|_| PyTypeError::new_err(expected()))?
     };
     let robot = list.iter().enumerate().map(|(at, r)| robot_entry(at, r, &mut texts)).collect::<PyResult<_>>()?;
-    let mut names: Vec<String> = Vec::new();
-    let mut entries = Vec::with_capacity(obstacles.len());
-    for given in obstacles {
-        entries.push(obstacle_entry(given, &names)?);
-        names.push(entries[entries.len() - 1].name.clone());
-    }
+    let entries = obstacle_entries(obstacles, Vec::new())?;
     let metric = match options.metric.as_str() {
         "joint" => MetricSpec::Joint,
         "object-norm" => MetricSpec::ObjectNorm,
@@ -95,13 +128,28 @@ pub fn describe(
     };
     let weights = options.weights.map_or(Ok(BTreeMap::new()), |weights| by_name("weights", &weights, weight))?;
     let entries = SceneFile {
-        clearance: options.clearance,
-        metric: MetricEntry { kind: metric, weights },
+        clearance: Some(options.clearance.0),
+        metric: Some(MetricEntry { kind: metric, weights }),
         robot,
         obstacle: entries,
-        pairs: PairsEntry { disable: options.disable },
+        attached: Vec::new(),
+        pairs: PairsEntry { disable: options.disable, clearance: options.pair_clearance },
+        padding: options.padding.map_or(Ok(BTreeMap::new()), |padding| by_name("padding", &padding, length))?,
     };
     Ok(Description { entries, texts })
+}
+
+/// The entries of obstacles; names that are not given are none of `taken`.
+///
+/// # Errors
+/// As [`describe`].
+pub fn obstacle_entries(obstacles: &[Bound<'_, PyAny>], mut taken: Vec<String>) -> PyResult<Vec<ObstacleEntry>> {
+    let mut entries = Vec::with_capacity(obstacles.len());
+    for (at, given) in obstacles.iter().enumerate() {
+        entries.push(obstacle_entry(at + 1, given, &taken)?);
+        taken.push(entries[at].name.clone());
+    }
+    Ok(entries)
 }
 
 fn robot_entry(at: usize, given: &Bound<'_, PyAny>, texts: &mut Vec<(String, String)>) -> PyResult<RobotEntry> {
@@ -174,23 +222,21 @@ fn plain_robot(urdf: String) -> RobotEntry {
     }
 }
 
-/// `taken` are the names of the obstacles before it.
-fn obstacle_entry(given: &Bound<'_, PyAny>, taken: &[String]) -> PyResult<ObstacleEntry> {
+/// `number` is its place, `taken` are names that it must not have.
+fn obstacle_entry(number: usize, given: &Bound<'_, PyAny>, taken: &[String]) -> PyResult<ObstacleEntry> {
     let class = kind(given);
     let has = |name: &str| given.hasattr(name).unwrap_or(false);
     if !has("pose") || !has("name") {
         return Err(PyTypeError::new_err(format!(
-            "obstacle {}: got {class}, expected Box, Sphere, Cylinder, Capsule or Mesh",
-            taken.len() + 1
+            "obstacle {number}: got {class}, expected Box, Sphere, Cylinder, Capsule or Mesh"
         )));
     }
     let name = match given.getattr("name")?.extract::<Option<String>>()? {
         Some(name) => name,
         // The first number that is free, for a name that says what it is.
-        None => (taken.len() + 1..)
-            .map(|k| format!("{}{k}", class.to_lowercase()))
-            .find(|n| !taken.contains(n))
-            .expect("endless"),
+        None => {
+            (number..).map(|k| format!("{}{k}", class.to_lowercase())).find(|n| !taken.contains(n)).expect("endless")
+        }
     };
     let size = |what: &str| -> PyResult<f64> {
         let element = format!("obstacle \"{name}\": {what}");
@@ -250,7 +296,10 @@ fn mesh(element: &str, given: &Bound<'_, PyAny>, shape: &mut ShapeEntry) -> PyRe
 }
 
 /// `None`, a position `(3,)`, position and roll, pitch, yaw `(6,)`, or a homogeneous transform `(4, 4)`.
-fn pose(element: &str, value: &Bound<'_, PyAny>) -> PyResult<PoseEntry> {
+///
+/// # Errors
+/// As [`describe`].
+pub fn pose(element: &str, value: &Bound<'_, PyAny>) -> PyResult<PoseEntry> {
     if value.is_none() {
         return Ok(PoseEntry::default());
     }
@@ -309,21 +358,12 @@ fn by_name<T>(
     let mut all = BTreeMap::new();
     for item in mapping.items()? {
         let (name, value): (Bound<'_, PyAny>, Bound<'_, PyAny>) = item.extract()?;
-        let wrong = |_| PyTypeError::new_err(format!("{what}: got the key {name}, expected names of joints"));
+        let wrong = |_| PyTypeError::new_err(format!("{what}: got the key {name}, expected names"));
         let name: String = name.extract().map_err(wrong)?;
         let value = read(&format!("{what}[\"{name}\"]"), &value)?;
         all.insert(name, value);
     }
     Ok(all)
-}
-
-/// A number, or a flat sequence of them.
-fn floats(element: &str, value: &Bound<'_, PyAny>) -> PyResult<Vec<f64>> {
-    let array = numbers(element, value)?;
-    match array.shape() {
-        [] | [_] => Ok(array.as_slice().expect("checked to be contiguous").to_vec()),
-        shape => Err(PyValueError::new_err(format!("{element}: got shape {}, expected a flat list", tuple(shape)))),
-    }
 }
 
 fn rows_of_three(element: &str, value: &Bound<'_, PyAny>) -> PyResult<Vec<[f64; 3]>> {

@@ -1,7 +1,7 @@
 //! The class `Scene`: what can be asked of a scene before anything is learned.
 
 use std::path::PathBuf;
-use std::sync::{Arc, OnceLock};
+use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 
 use extricate::scene::{MetricSpec, builtin};
 use extricate::{CheckScratch, Checker, Label, Manifold, World, store};
@@ -11,11 +11,12 @@ use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict, PyMapping};
 
 use crate::arrays::{bad_row, configs, numbers};
+use crate::asking::Weighted;
 use crate::batch::Scratches;
 use crate::error::{Seed, count, exception, threads as thread_count};
 use crate::joint::Joint;
 use crate::long_call;
-use crate::parts::{self, Obstacles, Options};
+use crate::parts::{self, Clearance, Obstacles, Options};
 use crate::rows::shaped;
 use crate::sampling;
 use crate::segments;
@@ -25,25 +26,57 @@ use crate::segments;
 /// Configurations are rows of `nq` numbers in the order of `joints` (angles in rad, lengths in m, quaternions x, y, z, w).
 /// Immutable; may be shared between threads, and pickled.
 ///
-/// Scene(robot, obstacles=(), *, clearance=1e-4, metric="joint", weights=None, disable=())
+/// Scene(robot, obstacles=(), *, clearance=1e-4, metric="joint", weights=None, disable=(), padding=None, pair_clearance=())
 ///
 /// robot: a URDF, as path or as text, a `Robot` with more options, or a list of them.
 /// obstacles: `Box`, `Sphere`, `Cylinder`, `Capsule` and `Mesh` objects, see also `spheres`.
-/// clearance: least distance [m] that every checked pair of a free configuration keeps.
+/// clearance: least distance [m] that every checked pair of a free configuration keeps; or {"world": .., "self": ..}, of pairs with
+///     an obstacle and of others, 1e-4 where one is not named.
 /// metric: "joint" [rad], "object-norm" [m] or "max-displacement" [m].
 /// weights: by joint, of squared displacements in the joint metric; 1 where a joint is not named.
 /// disable: pairs of names of bodies that need not stay apart.
+/// padding: by name, what a link adds to the clearance toward obstacles, or an obstacle to that of all its pairs [m].
+/// pair_clearance: (name, name, clearance [m]) of pairs that keep another one, whatever else is said.
 #[pyclass(frozen, module = "extricate._extricate")]
 pub struct Scene {
     scene: Arc<extricate::Scene>,
-    world: OnceLock<World>,
+    world: Arc<OnceLock<World>>,
+    /// Of the scene that this one was made from, to share what did not change; until its own is
+    /// made.
+    before: Mutex<Option<Arc<OnceLock<World>>>>,
     scratches: Scratches<CheckScratch>,
     query_scratches: Scratches,
+    weighted: Weighted,
 }
 
 impl Scene {
     pub fn of(scene: Arc<extricate::Scene>) -> Self {
-        Self { scene, world: OnceLock::new(), scratches: Scratches::default(), query_scratches: Scratches::default() }
+        Self::after(scene, None)
+    }
+
+    fn after(scene: Arc<extricate::Scene>, before: Option<Arc<OnceLock<World>>>) -> Self {
+        Self {
+            scene,
+            world: Arc::default(),
+            before: Mutex::new(before),
+            scratches: Scratches::default(),
+            query_scratches: Scratches::default(),
+            weighted: Weighted::default(),
+        }
+    }
+
+    /// This scene with something changed: what is prepared of the rest is shared.
+    pub fn changed(&self, scene: extricate::Scene) -> Self {
+        // Of scenes that were never asked none is kept, or a long row of small changes would keep all.
+        let before = match self.world.get() {
+            Some(_) => Some(Arc::clone(&self.world)),
+            None => self.before().clone(),
+        };
+        Self::after(Arc::new(scene), before)
+    }
+
+    fn before(&self) -> MutexGuard<'_, Option<Arc<OnceLock<World>>>> {
+        self.before.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     pub fn inner(&self) -> &Arc<extricate::Scene> {
@@ -52,7 +85,13 @@ impl Scene {
 
     /// Prepared when it is first needed; call it without the interpreter lock.
     pub fn world(&self) -> &World {
-        self.world.get_or_init(|| World::new(self.scene.clone()))
+        self.world.get_or_init(|| {
+            let before = self.before().take();
+            match before.as_ref().and_then(|before| before.get()) {
+                Some(world) => world.with_scene(self.scene.clone()),
+                None => World::new(self.scene.clone()),
+            }
+        })
     }
 
     /// The same of its checker.
@@ -76,6 +115,11 @@ impl Scene {
         &self.query_scratches
     }
 
+    /// The scene with the weights that were asked for last.
+    pub fn weighted(&self) -> &Weighted {
+        &self.weighted
+    }
+
     /// Memory of checks of few configurations.
     pub fn scratches(&self) -> &Scratches<CheckScratch> {
         &self.scratches
@@ -85,17 +129,19 @@ impl Scene {
 #[pymethods]
 impl Scene {
     #[new]
-    #[pyo3(signature = (robot, obstacles = Obstacles::default(), *, clearance = 1e-4, metric = "joint", weights = None, disable = Vec::new()))]
+    #[pyo3(signature = (robot, obstacles = Obstacles::default(), *, clearance = Clearance::default(), metric = "joint", weights = None, disable = Vec::new(), padding = None, pair_clearance = Vec::new()), text_signature = "(robot, obstacles=(), *, clearance=1e-4, metric='joint', weights=None, disable=(), padding=None, pair_clearance=())")]
     fn new(
         py: Python<'_>,
         robot: &Bound<'_, PyAny>,
         obstacles: Obstacles<'_>,
-        clearance: f64,
+        clearance: Clearance,
         metric: &str,
         weights: Option<Bound<'_, PyMapping>>,
         disable: Vec<[String; 2]>,
+        padding: Option<Bound<'_, PyMapping>>,
+        pair_clearance: Vec<(String, String, f64)>,
     ) -> PyResult<Self> {
-        let options = Options { clearance, metric: metric.into(), weights, disable };
+        let options = Options { clearance, metric: metric.into(), weights, disable, padding, pair_clearance };
         let described = parts::describe(robot, &obstacles.0, options)?;
         let assembled = py.detach(|| store::assemble_scene(parts::NAME, &described.entries, &described.texts));
         Ok(Self::of(Arc::new(assembled.map_err(exception)?)))

@@ -1,19 +1,21 @@
 //! The class `Stream`: queries that follow each other closely, as from a simulation.
 
-use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread::{self, ThreadId};
 
-use extricate::{QueryOptions, StreamOptions};
+use extricate::{QueryOptions, StreamOptions, World};
 use pyo3::exceptions::{PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
+use pyo3::types::PyDict;
 
 use crate::answer;
-use crate::arrays::{bad_row, one_config};
+use crate::asking::{Asked, STREAM, Weighted};
 use crate::changed::ChangedScene;
 use crate::error::count;
 use crate::long_call::Watch;
 use crate::model::Model;
 use crate::scene::Scene;
+use crate::source::Source;
 
 /// Queries that follow each other closely: each is warm-started from the one before. Made by
 /// `Model.stream` and `Scene.stream`.
@@ -21,6 +23,7 @@ use crate::scene::Scene;
 /// Has a memory: its answers depend on the frames before. Threads that share one take turns.
 #[pyclass(frozen, module = "extricate._extricate")]
 pub struct Stream {
+    of: Of,
     asked: Asked,
     stream: Mutex<extricate::Stream>,
     watch: Watch,
@@ -30,38 +33,53 @@ pub struct Stream {
 }
 
 /// What is asked.
-enum Asked {
+enum Of {
     Model(Py<Model>),
     /// Of which nothing was learned.
     Scene(Py<Scene>),
+    /// The same with other weights.
+    World(Arc<World>),
 }
 
 impl Stream {
-    /// Of `model`.
+    /// Of `model`, with the keywords of the call.
     ///
     /// # Errors
-    /// `ValueError` that says what was expected.
-    pub fn new(model: Py<Model>, query: QueryOptions, hysteresis: f64, looks: i64) -> PyResult<Self> {
-        Self::of(Asked::Model(model), query, hysteresis, looks)
+    /// As [`Asked::read`].
+    pub fn of_model(model: Py<Model>, py: Python<'_>, given: Option<&Bound<'_, PyDict>>) -> PyResult<Self> {
+        let asked = Asked::read(given, model.get().inner().scene(), STREAM)?;
+        let source = Source::Model(model.get().inner());
+        let of = match asked.other_weights(py, source, &Weighted::default())? {
+            Some(world) => Of::World(world),
+            None => Of::Model(model),
+        };
+        Self::new(of, asked)
     }
 
     /// Of a scene of which nothing was learned.
     ///
     /// # Errors
-    /// As [`Stream::new`].
-    pub fn of_scene(scene: Py<Scene>, query: QueryOptions, hysteresis: f64, looks: i64) -> PyResult<Self> {
-        Self::of(Asked::Scene(scene), query, hysteresis, looks)
+    /// As [`Stream::of_model`].
+    pub fn of_scene(scene: Py<Scene>, py: Python<'_>, given: Option<&Bound<'_, PyDict>>) -> PyResult<Self> {
+        let asked = Asked::read(given, scene.get().inner(), STREAM)?;
+        let source = Source::World(scene.get().world());
+        let of = match asked.other_weights(py, source, &Weighted::default())? {
+            Some(world) => Of::World(world),
+            None => Of::Scene(scene),
+        };
+        Self::new(of, asked)
     }
 
-    fn of(asked: Asked, query: QueryOptions, hysteresis: f64, looks: i64) -> PyResult<Self> {
+    fn new(of: Of, asked: Asked) -> PyResult<Self> {
+        let (hysteresis, looks) = (asked.hysteresis, asked.looks);
         if !(0.0..1.0).contains(&hysteresis) {
             return Err(PyValueError::new_err(format!("hysteresis: got {hysteresis}, expected at least 0, below 1")));
         }
         let watch = Watch::new();
-        let query = QueryOptions { stop: Some(watch.stop()), ..query };
+        let query = QueryOptions { stop: Some(watch.stop()), ..asked.options.clone() };
         let options = StreamOptions { query, hysteresis, looks: count("looks", looks, 0)? };
         let stream = Mutex::new(extricate::Stream::new(options));
-        Ok(Self { asked, stream, watch, hysteresis, busy: Mutex::default() })
+        Ok(Self { of, asked, stream, watch, hysteresis, busy: Mutex::default() })
     }
 
     /// Does `work` when no other thread is at it, ended by Ctrl-C.
@@ -95,24 +113,25 @@ impl Stream {
         scene: Option<Py<ChangedScene>>,
     ) -> PyResult<Option<Bound<'py, PyAny>>> {
         let py = q.py();
-        let is_of = |scene: &Py<ChangedScene>| matches!(&self.asked, Asked::Model(model) if scene.get().is_of(model));
+        let is_of = |scene: &Py<ChangedScene>| matches!(&self.of, Of::Model(model) if scene.get().is_of(model));
         if scene.as_ref().is_some_and(|scene| !is_of(scene)) {
             return Err(PyValueError::new_err(
                 "scene: got one of another model, expected one by in_scene of the stream's",
             ));
         }
         let changed = scene.as_ref().map(|scene| scene.get().inner());
-        let scene = match (&self.asked, changed) {
+        let scene = match (&self.of, changed) {
             (_, Some(changed)) => changed.scene(),
-            (Asked::Model(model), None) => model.get().inner().scene(),
-            (Asked::Scene(scene), None) => scene.get().inner(),
+            (Of::Model(model), None) => model.get().inner().scene(),
+            (Of::Scene(scene), None) => scene.get().inner(),
+            (Of::World(world), None) => world.scene(),
         };
-        let values = one_config("q", q, &scene.space)?;
-        let config = scene.space.config_anywhere(values.values()).map_err(|error| bad_row("q", 0, true, error))?;
-        let answer = self.with(py, |stream| match (&self.asked, changed) {
-            (Asked::Model(model), Some(changed)) => model.get().inner().query_next_in(changed, &config, stream),
-            (Asked::Model(model), None) => Some(model.get().inner().query_next(&config, stream)),
-            (Asked::Scene(scene), _) => scene.get().world().query_next(&config, stream),
+        let config = self.asked.config(q, scene)?;
+        let answer = self.with(py, |stream| match (&self.of, changed) {
+            (Of::Model(model), Some(changed)) => model.get().inner().query_next_in(changed, &config, stream),
+            (Of::Model(model), None) => model.get().inner().query_next(&config, stream),
+            (Of::Scene(scene), _) => scene.get().world().query_next(&config, stream),
+            (Of::World(world), _) => world.query_next(&config, stream),
         })?;
         answer.map(|answer| answer::object(py, answer, scene)).transpose()
     }
@@ -123,12 +142,12 @@ impl Stream {
     }
 
     fn __repr__(&self) -> String {
-        match &self.asked {
-            Asked::Model(model) => {
+        match &self.of {
+            Of::Model(model) => {
                 let samples = model.get().inner().statistics().boundary_samples;
                 format!("<Stream of a model of {samples} boundary samples, hysteresis {}>", self.hysteresis)
             }
-            Asked::Scene(_) => format!("<Stream of a scene, hysteresis {}>", self.hysteresis),
+            Of::Scene(_) | Of::World(_) => format!("<Stream of a scene, hysteresis {}>", self.hysteresis),
         }
     }
 }

@@ -11,10 +11,10 @@ use crate::model::learner::Learner;
 use crate::model_file;
 use crate::model_file::adapt_checkpoint;
 use crate::model_file::checkpoint::{self, CheckpointSummary};
-use crate::scene::Scene;
 use crate::scene::assemble::{assemble, assemble_entries};
 use crate::scene::file::SceneFile;
-use crate::scene::world_file::{in_world, in_world_of_entries};
+use crate::scene::world_file::{in_world, in_world_of_entries, obstacles_of_entries};
+use crate::scene::{Body, Scene};
 
 /// Largest file that is read \[bytes\]: beyond it something else was meant, a disk image or a device without end.
 const LARGEST: u64 = 2 << 30;
@@ -56,6 +56,14 @@ pub fn load_world(robots: &Scene, path: &Path) -> Result<Scene> {
 /// As [`load_scene`].
 pub fn assemble_world(robots: &Scene, name: &str, entries: &SceneFile) -> Result<Scene> {
     in_world_of_entries(robots, Path::new(name), entries, &mut read)
+}
+
+/// The obstacles of entries that were not written as a file, for [`Scene::with_obstacles`].
+///
+/// # Errors
+/// As [`load_scene`].
+pub fn read_obstacles(name: &str, entries: &SceneFile) -> Result<Vec<Body>> {
+    obstacles_of_entries(Path::new(name), entries, &mut read)
 }
 
 /// What a scene can be read from.

@@ -47,7 +47,10 @@ fn answers_keep_what_is_asked_of_them() {
         assert_eq!(plain["clearance"], 1e-4);
         let wide = ask(asked, "--clearance 0.02 --free-radius");
         assert_eq!(wide["clearance"], 0.02);
-        assert!(wide["depth"].as_f64() > plain["depth"].as_f64() && wide["free_radius"].as_f64() > Some(0.005), "{wide}");
+        assert!(
+            wide["depth"].as_f64() > plain["depth"].as_f64() && wide["free_radius"].as_f64() > Some(0.005),
+            "{wide}"
+        );
         let locked = ask(asked, "--locked elbow");
         assert_eq!(locked["witness"][1], 0.0);
         assert_eq!(ask(asked, "--free shoulder")["witness"], locked["witness"]);

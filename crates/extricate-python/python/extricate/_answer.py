@@ -51,6 +51,8 @@ class Answer:
     witness: a free configuration at distance `depth`, (nq,).
     verified: whether the exact checker called the witness free during this query; otherwise it did when the model was
         learned.
+    clearance: that the witness keeps, of pairs without one of their own [m]: that which the query aims at, or the scene's
+        where nothing was found that keeps it.
     coverage: how usual the query's distance to the stored sample that it begins with (the nearest, or the nearest exit) is
         among held-out colliding configurations, in (0, 1]: below 0.01 the query lies far from what was learned. None where
         the query is free or nothing was held out.
@@ -69,6 +71,8 @@ class Answer:
     exits: where more than one was asked for: the nearest distinct ways out, by depth, the witness first.
     way: where it was asked for, of the straight way from the query (0) to the witness (1): the last fraction at which a
         collision was found, and the fraction from which on every configuration is proved free.
+    free_radius: where it was asked for and the query collides: proved, no two checked bodies touch at any configuration
+        that is nearer to the witness than this, in the scene's metric. Limits are not looked at.
     checks: collision and distance evaluations spent.
     effort: "nearest", "refined" or "exhaustive".
     """
@@ -77,6 +81,7 @@ class Answer:
     lower_bound: float
     witness: npt.NDArray[np.float64]
     verified: bool
+    clearance: float
     coverage: Optional[float]
     unseen: Optional[float]
     max_displacement: float
@@ -88,6 +93,7 @@ class Answer:
     unique: bool
     exits: List[Exit]
     way: Optional[Tuple[float, float]]
+    free_radius: Optional[float]
     checks: int
     effort: str
 

@@ -12,6 +12,7 @@ from ._parts import Obstacle, Robot
 _Path = Union[str, PathLike[str]]
 _Robot = Union[_Path, Robot]
 _NamePair = Tuple[str, str]
+_Weights = Mapping[str, Union[float, Tuple[float, float]]]
 _Floats = npt.NDArray[np.float64]
 _Tell = Union[bool, Callable[[Progress], Optional[bool]]]
 
@@ -50,10 +51,12 @@ class Scene:
         robot: Union[_Robot, Sequence[_Robot]],
         obstacles: Iterable[Obstacle] = ...,
         *,
-        clearance: float = 1e-4,
+        clearance: Union[float, Mapping[str, float]] = 1e-4,
         metric: str = "joint",
-        weights: Optional[Mapping[str, Union[float, Tuple[float, float]]]] = None,
+        weights: Optional[_Weights] = None,
         disable: Sequence[Sequence[str]] = ...,
+        padding: Optional[Mapping[str, float]] = None,
+        pair_clearance: Sequence[Tuple[str, str, float]] = ...,
     ) -> Scene: ...
     @staticmethod
     def load(path: _Path) -> Scene: ...
@@ -81,6 +84,13 @@ class Scene:
     def pairs(self) -> List[_NamePair]: ...
     @property
     def warnings(self) -> List[str]: ...
+    def moved(self, poses: Mapping[str, npt.ArrayLike]) -> Scene: ...
+    def with_obstacles(self, obstacles: Iterable[Obstacle]) -> Scene: ...
+    def without(self, names: Sequence[str]) -> Scene: ...
+    def disabled(self, pairs: Sequence[Sequence[str]]) -> Scene: ...
+    def attach(
+        self, shape: Obstacle, *, link: str, pose: Optional[npt.ArrayLike] = None, touch: Sequence[str] = ...
+    ) -> Scene: ...
     def config(self, positions: Mapping[str, npt.ArrayLike]) -> _Floats: ...
     def check(self, Q: npt.ArrayLike, *, threads: int = 0) -> npt.NDArray[np.bool_]: ...
     def distances(self, Q: npt.ArrayLike, *, threads: int = 0) -> _Floats: ...
@@ -101,6 +111,14 @@ class Scene:
         seconds: Optional[float] = None,
         way: bool = False,
         contacts: bool = False,
+        clearance: Optional[float] = None,
+        locked: Optional[Sequence[str]] = None,
+        free: Optional[Sequence[str]] = None,
+        weights: Optional[_Weights] = None,
+        toward: Optional[npt.ArrayLike] = None,
+        toward_share: float = 0.25,
+        free_radius: bool = False,
+        limits: str = "forgive",
     ) -> Optional[Answer]: ...
     def query_batch(
         self,
@@ -113,6 +131,15 @@ class Scene:
         seconds: Optional[float] = None,
         way: bool = False,
         contacts: bool = False,
+        clearance: Optional[float] = None,
+        locked: Optional[Sequence[str]] = None,
+        free: Optional[Sequence[str]] = None,
+        weights: Optional[_Weights] = None,
+        toward: Optional[npt.ArrayLike] = None,
+        toward_share: float = 0.25,
+        free_radius: bool = False,
+        limits: str = "forgive",
+        errors: str = "raise",
         threads: int = 0,
     ) -> npt.NDArray[np.void]: ...
     def stream(
@@ -126,6 +153,12 @@ class Scene:
         seconds: Optional[float] = None,
         way: bool = False,
         contacts: bool = False,
+        clearance: Optional[float] = None,
+        locked: Optional[Sequence[str]] = None,
+        free: Optional[Sequence[str]] = None,
+        weights: Optional[_Weights] = None,
+        free_radius: bool = False,
+        limits: str = "forgive",
     ) -> Stream: ...
     @staticmethod
     def _from_bytes(data: bytes) -> Scene: ...
@@ -147,6 +180,7 @@ class Model:
     def support_vectors(self) -> _Floats: ...
     @property
     def statistics(self) -> Dict[str, Any]: ...
+    @overload
     def query(
         self,
         q: npt.ArrayLike,
@@ -158,7 +192,36 @@ class Model:
         seconds: Optional[float] = None,
         way: bool = False,
         contacts: bool = False,
+        clearance: Optional[float] = None,
+        locked: None = None,
+        free: None = None,
+        weights: Optional[_Weights] = None,
+        toward: Optional[npt.ArrayLike] = None,
+        toward_share: float = 0.25,
+        free_radius: bool = False,
+        limits: str = "forgive",
     ) -> Answer: ...
+    @overload
+    def query(
+        self,
+        q: npt.ArrayLike,
+        *,
+        effort: str = "refined",
+        exits: int = 1,
+        starts: Optional[int] = None,
+        checks: Optional[int] = None,
+        seconds: Optional[float] = None,
+        way: bool = False,
+        contacts: bool = False,
+        clearance: Optional[float] = None,
+        locked: Optional[Sequence[str]] = None,
+        free: Optional[Sequence[str]] = None,
+        weights: Optional[_Weights] = None,
+        toward: Optional[npt.ArrayLike] = None,
+        toward_share: float = 0.25,
+        free_radius: bool = False,
+        limits: str = "forgive",
+    ) -> Optional[Answer]: ...
     def query_batch(
         self,
         Q: npt.ArrayLike,
@@ -170,8 +233,18 @@ class Model:
         seconds: Optional[float] = None,
         way: bool = False,
         contacts: bool = False,
+        clearance: Optional[float] = None,
+        locked: Optional[Sequence[str]] = None,
+        free: Optional[Sequence[str]] = None,
+        weights: Optional[_Weights] = None,
+        toward: Optional[npt.ArrayLike] = None,
+        toward_share: float = 0.25,
+        free_radius: bool = False,
+        limits: str = "forgive",
+        errors: str = "raise",
         threads: int = 0,
     ) -> npt.NDArray[np.void]: ...
+    def in_world(self, world: Union[Scene, Iterable[Obstacle]]) -> ChangedScene: ...
     def in_scene(self, scene: Scene) -> ChangedScene: ...
     def adapt(
         self,
@@ -194,6 +267,12 @@ class Model:
         seconds: Optional[float] = None,
         way: bool = False,
         contacts: bool = False,
+        clearance: Optional[float] = None,
+        locked: Optional[Sequence[str]] = None,
+        free: Optional[Sequence[str]] = None,
+        weights: Optional[_Weights] = None,
+        free_radius: bool = False,
+        limits: str = "forgive",
     ) -> Stream: ...
     def __reduce__(self) -> Tuple[Any, ...]: ...
 
@@ -214,6 +293,14 @@ class ChangedScene:
         seconds: Optional[float] = None,
         way: bool = False,
         contacts: bool = False,
+        clearance: Optional[float] = None,
+        locked: Optional[Sequence[str]] = None,
+        free: Optional[Sequence[str]] = None,
+        weights: Optional[_Weights] = None,
+        toward: Optional[npt.ArrayLike] = None,
+        toward_share: float = 0.25,
+        free_radius: bool = False,
+        limits: str = "forgive",
     ) -> Optional[Answer]: ...
     def query_batch(
         self,
@@ -226,6 +313,15 @@ class ChangedScene:
         seconds: Optional[float] = None,
         way: bool = False,
         contacts: bool = False,
+        clearance: Optional[float] = None,
+        locked: Optional[Sequence[str]] = None,
+        free: Optional[Sequence[str]] = None,
+        weights: Optional[_Weights] = None,
+        toward: Optional[npt.ArrayLike] = None,
+        toward_share: float = 0.25,
+        free_radius: bool = False,
+        limits: str = "forgive",
+        errors: str = "raise",
         threads: int = 0,
     ) -> npt.NDArray[np.void]: ...
     def __reduce__(self) -> Tuple[Any, ...]: ...

@@ -52,7 +52,7 @@ use crate::math::{FARTHEST, Pose};
 use crate::robot::TriangleMesh;
 
 /// A whole scene file.
-#[derive(Debug, Clone, Deserialize)]
+#[derive(Debug, Clone, Default, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct SceneFile {
     /// Least distance that free configurations keep; 1e-4 m where absent.

@@ -3,12 +3,12 @@
 
 use std::path::Path;
 
-use super::Scene;
 use super::assemble::{ReadFile, assemble_entries};
 use super::clearances::Clearances;
 use super::file::{self, SceneFile};
 use super::load::Files;
 use super::obstacles::{Others, others};
+use super::{Body, Scene};
 use crate::error::{Error, Result};
 
 /// The scene of the robots of `robots` in the world of the TOML `text` of the file at `path`.
@@ -64,6 +64,16 @@ pub fn in_world_of_entries(robots: &Scene, path: &Path, world: &SceneFile, read:
     scene.clearances.pairs.extend(pairs);
     scene.clearances.padding.extend(padding);
     Ok(scene)
+}
+
+/// The obstacles of a world that is parsed already or was never written down.
+///
+/// # Errors
+/// As [`in_world`].
+pub fn obstacles_of_entries(path: &Path, world: &SceneFile, read: ReadFile) -> Result<Vec<Body>> {
+    let mut files = Files::new(path, read);
+    let mut load_mesh = |element: &str, path: &str| files.mesh(element, path);
+    Ok(others(&path.display().to_string(), world, &mut load_mesh, &mut Vec::new())?.obstacles)
 }
 
 /// An error of a change to a scene, as one of the file that asks for it.
