@@ -6,6 +6,7 @@
 //! extricate-bench query SCENE|MODEL QUERIES EFFORT|STARTS|N-checks [--scene OTHER]  answers with processor times as JSON lines
 //! extricate-bench batch MODEL QUERIES EFFORT|STARTS|N-checks  blocks of queries that standard input names, each timed as a whole
 //! extricate-bench stream MODEL QUERIES STEPS FRAMES ROUNDS      frames between successive queries, by a stream and one by one
+//! extricate-bench moved SCENE N                          a world in which N obstacles moved, beside one made anew
 //! extricate-bench uniform SCENE LABELS SEED MODEL        a model from uniform samples alone
 //! extricate-bench draw FOLDER SEED [--robots DIR]        scenes drawn at random, and what they are as JSON lines
 //! ```
@@ -20,6 +21,7 @@ mod exact;
 mod files;
 mod labels;
 mod meshes;
+mod moved;
 mod poses;
 mod queries;
 mod robots;
@@ -53,6 +55,9 @@ fn main() -> anyhow::Result<ExitCode> {
             let walk = Walk { steps: steps.parse()?, frames: frames.parse()?, rounds: rounds.parse()? };
             streams::compare(model, queries, walk, std::io::stdout().lock()).map(|()| ExitCode::SUCCESS)
         }
+        ["moved", scene, count] => {
+            moved::measure(scene, count.parse()?, std::io::stdout().lock()).map(|()| ExitCode::SUCCESS)
+        }
         ["uniform", scene, labels, seed, model] => {
             uniform::learn(scene, labels, seed, model).map(|()| ExitCode::SUCCESS)
         }
@@ -62,7 +67,7 @@ fn main() -> anyhow::Result<ExitCode> {
             eprintln!(
                 "expected `serve`, `exact [--poses N]`, `query SCENE|MODEL QUERIES EFFORT|STARTS|N-checks [--scene OTHER]`, \
                  `batch MODEL QUERIES EFFORT|STARTS|N-checks`, `stream MODEL QUERIES STEPS FRAMES ROUNDS`, \
-                 `uniform SCENE LABELS SEED MODEL` or `draw FOLDER SEED [--robots DIR]`"
+                 `moved SCENE N`, `uniform SCENE LABELS SEED MODEL` or `draw FOLDER SEED [--robots DIR]`"
             );
             Ok(ExitCode::from(2))
         }

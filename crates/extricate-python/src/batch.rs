@@ -10,8 +10,8 @@ use pyo3::prelude::*;
 use rayon::prelude::*;
 
 use crate::arrays::{bad_row, configs};
-use crate::error::threads;
 use crate::asking::Asked;
+use crate::error::threads;
 use crate::layout::Layout;
 use crate::long_call;
 

@@ -1,5 +1,7 @@
 //! The bodies of a scene with their prepared shapes, and where they are at a configuration. No pairs.
 
+use std::collections::HashMap;
+use std::collections::hash_map::Entry;
 use std::ops::Range;
 use std::sync::Arc;
 
@@ -9,6 +11,7 @@ use super::part_pair::Placed;
 use super::shape::{Shape, ShapeKind};
 use crate::kinematics::{self, PoseBlock};
 use crate::math::{Pose, Vec3};
+use crate::robot::{Geometry, TriangleMesh};
 use crate::scene::matching::by_name;
 use crate::scene::{Body, Scene};
 
@@ -66,19 +69,26 @@ impl Bodies {
     pub fn new(scene: &Scene, before: Option<(&Scene, &Self)>) -> Self {
         let known = before.map(|(old, prepared)| (old, prepared, by_name(old, scene)));
         let mut all = Self { bodies: Vec::new(), parts: Vec::new(), moving: Vec::new(), all_convex: true };
+        let mut shapes = HashMap::new();
         for (index, body) in scene.bodies.iter().enumerate() {
             let twin = known.as_ref().and_then(|(old, prepared, names)| {
                 let at = names[index]?;
                 Some((&old.bodies[at], *prepared, &prepared.bodies[at]))
             });
-            all.push(body, twin);
+            all.push(body, twin, &mut shapes);
         }
         all.all_convex = all.parts.iter().all(|part| matches!(part.shape.kind, ShapeKind::Convex(_)));
         all
     }
 
-    /// Adds a body; `twin` is one of the same name in another scene.
-    fn push(&mut self, body: &Body, twin: Option<(&Body, &Self, &PreparedBody)>) {
+    /// Adds a body; `twin` is one of the same name in another scene, `shapes` are known by what
+    /// they were made of.
+    fn push(
+        &mut self,
+        body: &Body,
+        twin: Option<(&Body, &Self, &PreparedBody)>,
+        shapes: &mut HashMap<Key, Arc<Shape>>,
+    ) {
         let start = self.parts.len();
         // Geometry without a shape has no prepared part.
         match twin.filter(|(old, _, known)| known.parts.len() == old.parts.len() && have_equal_shapes(old, body)) {
@@ -90,7 +100,7 @@ impl Bodies {
                     frame: body.frame,
                 }));
             }
-            None => self.parts.extend(prepared_parts(body)),
+            None => self.parts.extend(prepared_parts(body, shapes)),
         }
         let parts = start..self.parts.len();
         let own = &self.parts[parts.clone()];
@@ -156,10 +166,30 @@ impl Bodies {
     }
 }
 
-fn prepared_parts(body: &Body) -> impl Iterator<Item = PreparedPart> {
+/// What geometry is told by that many bodies may have, as a wall of equal boxes: its kind, and its
+/// sizes or the mesh that it shares.
+type Key = (u8, [u64; 3]);
+
+fn key(geometry: &Geometry) -> Key {
+    let sizes = |sizes: [f64; 3]| sizes.map(f64::to_bits);
+    let shared = |mesh: &Arc<TriangleMesh>| [Arc::as_ptr(mesh) as u64, 0, 0];
+    match geometry {
+        Geometry::Sphere { radius } => (0, sizes([*radius, 0.0, 0.0])),
+        Geometry::Box { half_extents } => (1, sizes([half_extents.x, half_extents.y, half_extents.z])),
+        Geometry::Cylinder { radius, half_length } => (2, sizes([*radius, *half_length, 0.0])),
+        Geometry::Capsule { radius, half_length } => (3, sizes([*radius, *half_length, 0.0])),
+        Geometry::Mesh(mesh) => (4, shared(mesh)),
+        Geometry::ConvexHull(mesh) => (5, shared(mesh)),
+    }
+}
+
+fn prepared_parts(body: &Body, shapes: &mut HashMap<Key, Arc<Shape>>) -> impl Iterator<Item = PreparedPart> {
     body.parts.iter().filter_map(|part| {
-        let shape = Shape::new(&part.geometry)?;
-        Some(PreparedPart { shape: Arc::new(shape), pose_frame_part: part.pose_frame_part, frame: body.frame })
+        let shape = match shapes.entry(key(&part.geometry)) {
+            Entry::Occupied(known) => Arc::clone(known.get()),
+            Entry::Vacant(new) => Arc::clone(new.insert(Arc::new(Shape::new(&part.geometry)?))),
+        };
+        Some(PreparedPart { shape, pose_frame_part: part.pose_frame_part, frame: body.frame })
     })
 }
 

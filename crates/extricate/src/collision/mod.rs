@@ -195,6 +195,16 @@ impl Checker {
         by_name(&other.scene, &self.scene).into_iter().enumerate().map(is_same).collect()
     }
 
+    /// For every body, the first that is the same solid in those coordinates.
+    pub fn first_of_equal_solids(&self) -> Vec<usize> {
+        let mut first = std::collections::HashMap::new();
+        let of_body = |(at, body): (usize, &bodies::PreparedBody)| match &self.bodies.parts[body.parts.clone()] {
+            [part] => *first.entry(Arc::as_ptr(&part.shape)).or_insert(at),
+            _ => at,
+        };
+        self.bodies.bodies.iter().enumerate().map(of_body).collect()
+    }
+
     /// Maps coordinates in which a body's solid is the same wherever it stands on its frame (those
     /// of its shape where it has only one) to frame coordinates.
     pub fn pose_frame_solid(&self, body: usize) -> Pose {

@@ -74,11 +74,12 @@ impl InteriorBalls {
     pub fn new(checker: &Checker, before: Option<(&Checker, &Self)>) -> Self {
         let count = checker.scene().bodies.len();
         let twins = before.map_or_else(|| vec![None; count], |(old, _)| checker.same_solids(old));
-        let of_solid = |body: usize| match (before, twins[body]) {
-            (Some((_, balls)), Some(twin)) => Arc::clone(&balls.solids[twin]),
-            _ => balls(checker, body).into(),
-        };
-        let solids: Vec<Arc<[Ball]>> = (0..count).into_par_iter().map(of_solid).collect();
+        let known = |body: usize| Some(Arc::clone(&before?.1.solids[twins[body]?]));
+        let first = checker.first_of_equal_solids();
+        let of_first = |body: usize| known(body).or_else(|| (first[body] == body).then(|| balls(checker, body).into()));
+        let made: Vec<Option<Arc<[Ball]>>> = (0..count).into_par_iter().map(of_first).collect();
+        let of_equal = |body: usize| made[body].clone().or_else(|| made[first[body]].clone());
+        let solids: Vec<Arc<[Ball]>> = (0..count).map(|body| of_equal(body).unwrap_or_default()).collect();
         let of_body = |(body, solid): (usize, &Arc<[Ball]>)| Balls::new(&checker.pose_frame_solid(body), solid);
         Self { bodies: solids.iter().enumerate().map(of_body).collect(), solids }
     }
