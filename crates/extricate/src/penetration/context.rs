@@ -22,6 +22,8 @@ pub struct Context<'a> {
     pub learned: Learned<'a>,
     /// Set where that was in another scene: samples may collide, and be far from any boundary.
     pub change: Option<&'a Change>,
+    /// What queries in a changed scene stand on that meet what came: samples know nothing of it.
+    pub unlearned: Option<Learned<'a>>,
     /// Least distance \[m\] of a free pair.
     pub clearance: f64,
     /// A typical length of the configuration space in metric units.
@@ -58,7 +60,17 @@ impl<'a> Context<'a> {
         change: Option<&'a Change>,
     ) -> Self {
         let (clearance, scale) = (checker.base_clearance(), metric.diameter());
-        Self { checker, metric, balls, learned, change, clearance, scale, locked: &[] }
+        Self { checker, metric, balls, learned, change, unlearned: None, clearance, scale, locked: &[] }
+    }
+
+    /// Of a query at which these pairs collide: without samples where one of them is new.
+    pub fn of_query(&self, colliding: &[usize]) -> Self {
+        match (self.unlearned, self.change) {
+            (Some(unlearned), Some(change)) if colliding.iter().any(|pair| change.is_new(*pair)) => {
+                Self { learned: unlearned, change: None, ..*self }
+            }
+            _ => *self,
+        }
     }
 
     /// Whether a tangent coordinate stays where the query has it.

@@ -156,6 +156,8 @@ fn find(
     if !context.locked.is_empty() && nothing_may_part(context, &answer) {
         return None;
     }
+    let context = &context.of_query(&answer.colliding);
+    let plan = if context.samples().is_empty() { Plan::of(options, context) } else { plan };
     context.metric.anchor_at(q, evaluator.check.poses(), &mut known.anchor);
     known.begin(context, options.wanted());
     let mut search =

@@ -114,10 +114,15 @@ impl World {
 
     /// The same from what a model has learned, of this scene or another one.
     pub(crate) fn with<'a>(&'a self, learned: &Learned<'a>, change: Option<&'a Change>) -> Context<'a> {
-        Context::new((&self.checker, &self.metric, &self.balls), *learned, change)
+        let context = Context::new((&self.checker, &self.metric, &self.balls), *learned, change);
+        Context { unlearned: change.map(|_| self.unlearned()), ..context }
+    }
+
+    fn unlearned(&self) -> Learned<'_> {
+        Learned { boundary: &self.samples, coverage: &self.coverage, starts: UNLEARNED }
     }
 
     fn context(&self) -> Context<'_> {
-        self.with(&Learned { boundary: &self.samples, coverage: &self.coverage, starts: UNLEARNED }, None)
+        self.with(&self.unlearned(), None)
     }
 }
