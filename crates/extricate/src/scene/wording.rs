@@ -59,7 +59,7 @@ mod tests {
         let message = |text: &str| parse("s.toml", text).unwrap_err().to_string();
         assert_eq!(
             message("# scene\nclearance = 'x'"),
-            "s.toml: line 2, column 13 (`clearance = 'x'`): got string \"x\", expected a number"
+            "s.toml: line 2, column 13 (`clearance = 'x'`): got string \"x\", expected a number, or a table `{ world = .., self = .. }`"
         );
         let robot = |line: &str| message(&format!("[[robot]]\nurdf = 'a'\n{line}"));
         assert!(robot("locked = ['a']").ends_with("got an array, expected a table"), "{}", robot("locked = ['a']"));
