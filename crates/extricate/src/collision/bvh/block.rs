@@ -102,6 +102,12 @@ impl Block {
         self.len as usize
     }
 
+    /// The lanes that hold a triangle, one bit each.
+    #[inline(always)]
+    pub fn filled(&self) -> u32 {
+        (1 << self.len) - 1
+    }
+
     /// One of the triangles.
     #[inline(always)]
     pub fn triangle(&self, lane: usize) -> Triangle {
