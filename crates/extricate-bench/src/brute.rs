@@ -159,12 +159,15 @@ fn point_segment(x: &Vec3, a: &Vec3, b: &Vec3) -> f64 {
     (a + edge * s - x).norm_squared()
 }
 
-/// Whether some component of `inner` has its first vertex in a closed component of `outer`.
+/// Whether some component of `inner` has its first vertex in what the closed components of `outer` wind around: cavities wind the other way.
 fn holds(outer: &TriangleMesh, inner: &TriangleMesh) -> bool {
     let probes =
         inner.components.iter().filter(|c| !c.triangles.is_empty()).map(|c| inner.corners(c.triangles.start)[0]);
-    let solids = || outer.components.iter().filter(|c| c.closed);
-    probes.into_iter().any(|p| solids().any(|c| winding(outer, c.triangles.clone(), &p).abs() > 0.5))
+    let winds = |p: &Vec3| {
+        let solids = outer.components.iter().filter(|c| c.closed);
+        solids.map(|c| winding(outer, c.triangles.clone(), p)).sum::<f64>()
+    };
+    probes.into_iter().any(|p| winds(&p) > 0.5)
 }
 
 /// Sum of the solid angles over 4 pi: A. Van Oosterom and J. Strackee, 1983, doi:10.1109/TBME.1983.325207.

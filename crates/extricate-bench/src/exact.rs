@@ -9,7 +9,7 @@ use rayon::prelude::*;
 use serde_json::json;
 
 use crate::brute;
-use crate::meshes::{bumpy, joined, opened, sheet, single, slab, soup, torus};
+use crate::meshes::{bumpy, hollow, joined, opened, sheet, single, slab, soup, torus};
 use crate::poses::{Approach, Body};
 
 /// How far from the margin an answer may be either way \[m\], for bodies up to 1 m; larger ones round in proportion.
@@ -85,6 +85,7 @@ fn bodies() -> Vec<(&'static str, TriangleMesh)> {
             "shells in a shell",
             joined(&[scaled(&bumpy(3, 2.0), 2.5), scaled(&ball, 0.4), opened(&scaled(&ball, 0.9), 9)]),
         ),
+        ("hollow ball", hollow(&scaled(&bumpy(3, 0.0), 1.6), scaled(&bumpy(2, 0.5), 1.0))),
     ]
 }
 

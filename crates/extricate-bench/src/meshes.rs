@@ -112,6 +112,12 @@ pub fn joined(meshes: &[TriangleMesh]) -> TriangleMesh {
     TriangleMesh::new(vertices, faces)
 }
 
+/// A solid with a cavity of the shape of `inner`, which has to lie in `outer`.
+pub fn hollow(outer: &TriangleMesh, mut inner: TriangleMesh) -> TriangleMesh {
+    inner.triangles.iter_mut().for_each(|t| t.swap(1, 2));
+    joined(&[outer.clone(), inner])
+}
+
 /// A mesh without its last `count` triangles.
 pub fn opened(mesh: &TriangleMesh, count: usize) -> TriangleMesh {
     TriangleMesh::new(mesh.vertices.clone(), mesh.triangles[..mesh.triangles.len() - count].to_vec())
@@ -139,6 +145,8 @@ mod tests {
         assert_eq!(slab(Vec3::new(1.0, 0.5, 1e-4), 3).triangles.len(), 108);
         assert!(!sheet(4).is_closed());
         assert_eq!(soup(40, &mut ChaCha8Rng::seed_from_u64(1)).triangles.len(), 40);
+        let shell = hollow(&bumpy(2, 0.0), bumpy(2, 0.0).scaled([0.5; 3]));
+        assert!(!shell.is_cavity(0) && shell.is_cavity(1));
         assert_eq!(joined(&[single(), bumpy(1, 0.0)]).components.len(), 2);
     }
 }

@@ -171,7 +171,8 @@ pub fn lower_bound(first: Placed, second: Placed) -> f64 {
 /// Exact where they are apart and for convex shapes. Below 0 with a mesh it is minus an estimate, from below, of the
 /// translation that parts the two:
 /// - mesh and mesh: depth of the deepest vertex of either inside the other, 0 if surfaces cross and no vertex is inside;
-/// - mesh and convex: the translation that parts the solid from one triangle, or the depth of its centre inside the mesh.
+/// - mesh and convex: the translation that parts the solid from one triangle, or the depth of its centre inside the mesh
+///   and in itself.
 pub fn signed_distance(first: Placed, second: Placed, cutoff: f64, buffers: &mut Buffers) -> Option<f64> {
     use ShapeKind::{Convex, Mesh};
     let (a, b) = (first.shape, second.shape);
@@ -189,8 +190,10 @@ pub fn signed_distance(first: Placed, second: Placed, cutoff: f64, buffers: &mut
             let found = mesh_convex::closest(&x.tree, y, &b.bounds, &relative, cutoff, &mut buffers.single);
             let floor = found.unwrap_or(cutoff);
             let center = pose.point(&y.shape.core.center());
-            let inside = x.depth_inside(&center, (-floor).max(0.0), &mut buffers.nodes);
-            inside.map(|(depth, _)| -depth).or(found)
+            // Balls around one point in both: what parts the solids parts those.
+            let ball = y.depth(&y.shape.core.center()).max(0.0);
+            let inside = x.depth_inside(&center, (-floor - ball).max(0.0), &mut buffers.nodes);
+            inside.map(|(depth, _)| -depth - ball).or(found)
         }
         (Mesh(x), Mesh(y)) => {
             let found = mesh_mesh::closest(&x.tree, &y.tree, &relative, cutoff.max(0.0), &mut buffers.pairs);

@@ -146,41 +146,76 @@ impl<'a, 'i> Reader<'a, 'i> {
         let count = positions.len();
         let place = |p: Vec3| matrix.fixed_view::<3, 3>(0, 0) * p + matrix.fixed_view::<3, 1>(0, 3);
         self.soup.vertices.extend(positions.into_iter().map(place));
+        let from = self.soup.triangles.len();
+        self.faces(primitive, (stride, offset), (first, count))?;
+        // What a node mirrors faces the same way as before only if it is wound the other way.
+        if matrix.fixed_view::<3, 3>(0, 0).determinant() < 0.0 {
+            self.soup.triangles[from..].iter_mut().for_each(|triangle| triangle.swap(1, 2));
+        }
+        Ok(())
+    }
+
+    /// The faces of a primitive: `count` vertices begin at `first`; an index of them stands at `offset` of every `stride` numbers.
+    fn faces(
+        &mut self,
+        primitive: Node<'a, 'i>,
+        (stride, offset): (usize, usize),
+        (first, count): (u32, usize),
+    ) -> Result<()> {
         let tag = primitive.tag_name().name();
-        let lists = primitive.descendants().filter(|n| n.tag_name().name() == "p");
-        let mut counts = match child(primitive, "vcount") {
-            Some(element) => self.numbers(element, None)?.into_iter().map(|x| x as u32 as usize).collect(),
-            None => Vec::new(),
-        };
-        for list in lists {
+        let corners_of = |list: Node| -> Result<Vec<u32>> {
             let mut corners = Vec::new();
             for index in self.numbers(list, None)?.into_iter().skip(offset).step_by(stride) {
-                if index < 0.0 || index as usize >= count {
+                if !(0.0..count as f64).contains(&index) {
                     return Err(self.error(primitive, format!("got index {index}, expected one of {count} vertices")));
                 }
                 corners.push(first + index as u32);
             }
-            match tag {
-                "triangles" => counts = vec![3; corners.len().div_ceil(3)],
-                "polylist" => {}
-                _ => counts = vec![corners.len()],
-            }
-            if counts.iter().sum::<usize>() != corners.len() {
-                let problem = format!("got {} corners, expected {}", corners.len(), counts.iter().sum::<usize>());
-                return Err(self.error(primitive, problem));
-            }
-            if tag == "tristrips" {
-                for k in 2..corners.len() {
-                    let (a, b) = if k % 2 == 0 { (k - 2, k - 1) } else { (k - 1, k - 2) };
-                    self.soup.push_polygon(&[corners[a], corners[b], corners[k]]);
+            Ok(corners)
+        };
+        let mut lists = Vec::new();
+        for list in primitive.children().filter(Node::is_element) {
+            match list.tag_name().name() {
+                "p" => lists.push(vec![corners_of(list)?]),
+                // A polygon with holes: its outline is in <p>, each hole in <h>.
+                "ph" => {
+                    let rings = children(list, "p").chain(children(list, "h"));
+                    lists.push(rings.map(corners_of).collect::<Result<_>>()?);
                 }
-                continue;
+                _ => {}
             }
-            let mut rest = &corners[..];
-            for &size in &counts {
-                let (polygon, tail) = rest.split_at(size);
-                self.soup.push_polygon(polygon);
-                rest = tail;
+        }
+        let counts = match child(primitive, "vcount") {
+            Some(element) => self.numbers(element, None)?.into_iter().map(|x| x as u32 as usize).collect(),
+            None => Vec::new(),
+        };
+        let place = label(primitive);
+        let mut faces = 0;
+        for rings in &lists {
+            let [corners, holes @ ..] = &rings[..] else { continue };
+            match tag {
+                "trifans" => self.soup.push_fan(corners),
+                "tristrips" => self.soup.push_strip(corners),
+                "polygons" => {
+                    let rings: Vec<&[u32]> = std::iter::once(corners).chain(holes).map(Vec::as_slice).collect();
+                    faces += 1;
+                    self.soup.push_face(&rings, || format!("{place}: face {faces}"));
+                }
+                _ => {
+                    let sizes = if tag == "triangles" { vec![3; corners.len().div_ceil(3)] } else { counts.clone() };
+                    if sizes.iter().sum::<usize>() != corners.len() {
+                        let problem =
+                            format!("got {} corners, expected {}", corners.len(), sizes.iter().sum::<usize>());
+                        return Err(self.error(primitive, problem));
+                    }
+                    let mut rest = &corners[..];
+                    for size in sizes {
+                        let (polygon, tail) = rest.split_at(size);
+                        faces += 1;
+                        self.soup.push_face(&[polygon], || format!("{place}: face {faces}"));
+                        rest = tail;
+                    }
+                }
             }
         }
         Ok(())

@@ -2,7 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{topology, weld};
+use super::seams::Welding;
+use super::{cavities, topology, weld};
 use crate::math::Vec3;
 
 /// Welded triangles, sorted into connected components.
@@ -20,7 +21,7 @@ pub struct TriangleMesh {
     pub vertices: Vec<Vec3>,
     /// Indices into `vertices`; triangles of one component are contiguous, in the order of `components`.
     pub triangles: Vec<[u32; 3]>,
-    /// Connected components (triangles that share a vertex).
+    /// Connected components (triangles that share an edge). A cavity comes behind the solid that it is in.
     pub components: Vec<Component>,
 }
 
@@ -48,14 +49,26 @@ impl TriangleMesh {
     /// Welds vertices nearer than 1e-9 of the bounding box's diagonal, drops triangles without area (slivers stay) and
     /// repeated ones, and sorts the rest into components, in the order of `triangles`.
     ///
+    /// Corners of open edges are welded at the precision of `f32` too, where that closes a component.
+    ///
     /// # Guarantee
     /// The same input gives the same mesh. A closed component is turned to face outward (positive volume) where its
-    /// triangles can be oriented at all; open ones keep their winding. A triangle whose corners lie exactly on a line
+    /// triangles can be oriented at all; open ones keep their winding. One that lies within another and was wound to face
+    /// the other way than the outermost around it is a cavity and faces into it (negative volume), where winding numbers say that what it
+    /// encloses is outside. A triangle whose corners lie exactly on a line
     /// counts as a bridge when closedness is decided, and is dropped then.
     ///
     /// # Panics
     /// Where an index is not one of a vertex.
     pub fn new(vertices: Vec<Vec3>, triangles: Vec<[u32; 3]>) -> TriangleMesh {
+        Self::welded(vertices, triangles).0
+    }
+
+    /// As [`TriangleMesh::new`], and what was welded at the precision of `f32`.
+    ///
+    /// # Panics
+    /// Where an index is not one of a vertex.
+    pub fn welded(vertices: Vec<Vec3>, triangles: Vec<[u32; 3]>) -> (TriangleMesh, Option<Welding>) {
         let mut used = vec![u32::MAX; vertices.len()];
         let mut points = Vec::with_capacity(vertices.len());
         for &index in triangles.as_flattened() {
@@ -71,8 +84,8 @@ impl TriangleMesh {
             .map(|t| t.map(|index| welded[used[index as usize] as usize]))
             .filter(|[a, b, c]| a != b && b != c && c != a)
             .collect();
-        let (triangles, components) = topology::components(&points, triangles);
-        Self { vertices: points, triangles, components }.without_unused_vertices()
+        let (triangles, components, welding) = topology::components(&points, triangles);
+        (Self { vertices: points, triangles, components }.without_unused_vertices(), welding)
     }
 
     /// The mesh with its axes scaled about the origin by factors that [`is_scale`] takes. A mirroring scale turns the windings, so outward stays outward.
@@ -88,6 +101,13 @@ impl TriangleMesh {
     /// Whether there are triangles and every component is closed.
     pub fn is_closed(&self) -> bool {
         !self.components.is_empty() && self.components.iter().all(|c| c.closed)
+    }
+
+    /// Whether a component is a cavity of the closed one before it: closed, and facing inward.
+    pub fn is_cavity(&self, component: usize) -> bool {
+        let Component { triangles, closed } = &self.components[component];
+        let after_solid = self.components[..component].last().is_some_and(|before| before.closed);
+        *closed && after_solid && cavities::face_inward(&self.vertices, &self.triangles[triangles.clone()])
     }
 
     /// The corners of a triangle \[m\].

@@ -1,6 +1,7 @@
 //! Mesh files: STL (binary and ASCII), OBJ and COLLADA, from bytes to a welded [`TriangleMesh`].
 
-use super::{TriangleMesh, collada, obj, stl};
+use super::seams::Welding;
+use super::{TriangleMesh, collada, obj, polygon, stl};
 use crate::error::{Error, Result};
 use crate::math::{FARTHEST, Vec3};
 
@@ -13,6 +14,15 @@ use crate::math::{FARTHEST, Vec3};
 /// [`Error::Input`] for an unknown extension, text that does not parse, a file cut short, an index without its vertex, a
 /// coordinate that is not finite (or beyond 1e9 m), and a mesh without any triangle of positive area.
 pub fn parse(file: &str, bytes: &[u8]) -> Result<TriangleMesh> {
+    parse_and_warn(file, bytes, &mut Vec::new())
+}
+
+/// As [`parse`]; appends to `warnings` what was done with the file that its author may not have meant: faces
+/// that cannot be triangulated, seams that were welded.
+///
+/// # Errors
+/// As [`parse`].
+pub fn parse_and_warn(file: &str, bytes: &[u8], warnings: &mut Vec<String>) -> Result<TriangleMesh> {
     let extension = file.rsplit_once('.').map_or("", |(_, extension)| extension).to_ascii_lowercase();
     let soup = match extension.as_str() {
         "stl" => stl::parse(file, bytes)?,
@@ -20,7 +30,16 @@ pub fn parse(file: &str, bytes: &[u8]) -> Result<TriangleMesh> {
         "dae" => collada::parse(file, bytes)?,
         _ => return Err(Error::input(file, "extension", format!("got `{extension}`, expected stl, obj or dae"))),
     };
-    from_arrays(file, soup.vertices, soup.triangles)
+    warnings.extend(soup.faults.iter().map(|fault| format!("{file}: {fault}")));
+    let (mesh, welding) = checked(file, soup.vertices, soup.triangles)?;
+    warnings.extend(welding.map(|Welding { corners, farthest, closed }| {
+        format!(
+            "{file}: {corners} corners at open edges are welded to others within {farthest:.1e} m, which f32 hardly tells \
+             apart: {closed} of {} components are closed by that",
+            mesh.components.len()
+        )
+    }));
+    Ok(mesh)
 }
 
 /// Checks and welds vertices \[m\] and triangles; `name` is what messages call them.
@@ -29,6 +48,10 @@ pub fn parse(file: &str, bytes: &[u8]) -> Result<TriangleMesh> {
 /// [`Error::Input`] for an index without its vertex, a coordinate that is not finite (or beyond 1e9 m), and where no
 /// triangle has a positive area.
 pub fn from_arrays(name: &str, vertices: Vec<Vec3>, triangles: Vec<[u32; 3]>) -> Result<TriangleMesh> {
+    Ok(checked(name, vertices, triangles)?.0)
+}
+
+fn checked(name: &str, vertices: Vec<Vec3>, triangles: Vec<[u32; 3]>) -> Result<(TriangleMesh, Option<Welding>)> {
     if let Some(index) = vertices.iter().position(|v| !v.iter().all(|x| x.abs() <= FARTHEST)) {
         let v = vertices[index];
         let problem = format!("got ({}, {}, {}), expected finite coordinates [m] within 1e9", v.x, v.y, v.z);
@@ -38,11 +61,11 @@ pub fn from_arrays(name: &str, vertices: Vec<Vec3>, triangles: Vec<[u32; 3]>) ->
         let problem = format!("got {:?}, expected indices below the {} vertices", triangles[index], vertices.len());
         return Err(Error::input(name, format!("triangle {index}"), problem));
     }
-    let mesh = TriangleMesh::new(vertices, triangles);
+    let (mesh, welding) = TriangleMesh::welded(vertices, triangles);
     if mesh.triangles.is_empty() {
         return Err(Error::input(name, "mesh", "got no triangles of positive area, expected at least one"));
     }
-    Ok(mesh)
+    Ok((mesh, welding))
 }
 
 /// What a file says: vertices that may repeat, and triangles with valid indices into them.
@@ -50,6 +73,8 @@ pub fn from_arrays(name: &str, vertices: Vec<Vec3>, triangles: Vec<[u32; 3]>) ->
 pub(super) struct Soup {
     pub vertices: Vec<Vec3>,
     pub triangles: Vec<[u32; 3]>,
+    /// Which faces are not what they seem, and what they are taken for.
+    pub faults: Vec<String>,
 }
 
 impl Soup {
@@ -59,10 +84,29 @@ impl Soup {
         self.triangles.push([first, first + 1, first + 2]);
     }
 
-    /// As a fan; points and lines are nothing.
-    pub fn push_polygon(&mut self, indices: &[u32]) {
+    /// A fan around its first corner; points and lines are nothing.
+    pub fn push_fan(&mut self, indices: &[u32]) {
+        polygon::fan(indices, &mut self.triangles);
+    }
+
+    /// Triangles each of which takes two corners over from the one before.
+    pub fn push_strip(&mut self, indices: &[u32]) {
         for k in 2..indices.len() {
-            self.triangles.push([indices[0], indices[k - 1], indices[k]]);
+            let (a, b) = if k % 2 == 0 { (k - 2, k - 1) } else { (k - 1, k - 2) };
+            self.triangles.push([indices[a], indices[b], indices[k]]);
+        }
+    }
+
+    /// A face: its outline, then its holes. `place` names it where it cannot be triangulated.
+    pub fn push_face(&mut self, rings: &[&[u32]], place: impl FnOnce() -> String) {
+        if polygon::triangulate(&self.vertices, rings, &mut self.triangles).is_err() {
+            let corners: usize = rings.iter().map(|ring| ring.len()).sum();
+            let kept = if rings.len() > 1 { "without its holes" } else { "as a fan around its first corner" };
+            self.faults.push(format!(
+                "{}: a face of {corners} corners crosses itself or is far from flat, and cannot be triangulated: it is \
+                 taken {kept}",
+                place()
+            ));
         }
     }
 }

@@ -1,5 +1,6 @@
 //! A robot as its files describe it: links, joints and collision geometry. No configuration, no world, no checks.
 
+mod cavities;
 mod collada;
 pub mod convex_hull;
 pub mod geometry;
@@ -8,6 +9,9 @@ pub mod mesh;
 pub mod mesh_file;
 pub mod moments;
 mod obj;
+pub mod openings;
+mod polygon;
+pub mod seams;
 pub mod srdf;
 mod stl;
 mod tessellation;

@@ -7,7 +7,7 @@ use super::mesh_file::Soup;
 use crate::error::{Error, Result};
 use crate::math::Vec3;
 
-/// Parses vertices and faces; polygons become fans, all objects and groups one mesh.
+/// Parses vertices and faces; all objects and groups become one mesh.
 pub(super) fn parse(file: &str, bytes: &[u8]) -> Result<Soup> {
     let text = String::from_utf8_lossy(bytes);
     let plain = plain(&text);
@@ -19,9 +19,24 @@ pub(super) fn parse(file: &str, bytes: &[u8]) -> Result<Soup> {
     for Model { mesh, .. } in models {
         let first = soup.vertices.len() as u32;
         soup.vertices.extend(mesh.positions.chunks_exact(3).map(Vec3::from_column_slice));
-        soup.triangles.extend(mesh.indices.chunks_exact(3).map(|t| [first + t[0], first + t[1], first + t[2]]));
+        let indices: Vec<u32> = mesh.indices.iter().map(|index| first + index).collect();
+        if mesh.face_arities.is_empty() {
+            soup.triangles.extend_from_slice(indices.as_chunks().0);
+        }
+        let mut rest = &indices[..];
+        for (face, &corners) in mesh.face_arities.iter().enumerate() {
+            let (polygon, others) = rest.split_at(corners as usize);
+            soup.push_face(&[polygon], || line_of_face(&plain, face));
+            rest = others;
+        }
     }
     Ok(soup)
+}
+
+/// Where a face stands, counted among those of three corners or more.
+fn line_of_face(plain: &str, face: usize) -> String {
+    let faces = plain.lines().zip(1..).filter(|(line, _)| line.starts_with('f') && line.split(' ').count() > 3);
+    faces.map(|(_, number)| format!("line {number}")).nth(face).unwrap_or_else(|| "a line".into())
 }
 
 /// The lines of `text`, one for one, as far as they are of use: `v` with three coordinates, `f` with the indices of its
@@ -60,7 +75,7 @@ fn plain(text: &str) -> String {
 
 /// What `tobj` reads, or its error and the line it was at.
 fn load(plain: &str) -> std::result::Result<Vec<Model>, (LoadError, usize)> {
-    let options = LoadOptions { triangulate: true, ignore_points: true, ignore_lines: true, ..LoadOptions::default() };
+    let options = LoadOptions { ignore_points: true, ignore_lines: true, ..LoadOptions::default() };
     let mut lines = CountedLines::new(plain);
     let loaded = tobj::load_obj_buf(&mut lines, &options, |_| Ok(Default::default()));
     loaded.map(|(models, _)| models).map_err(|error| (error, lines.line))
@@ -144,5 +159,37 @@ mod tests {
         assert!(message("v 0 0\n").starts_with("a.obj: line 1: got `v 0 0`, expected `v x y z`"));
         assert!(message("v 0 0 nan\nv 1 0 0\nv 0 1 0\nf 1 2 3").contains("vertex 0: got (0, 0, NaN)"));
         assert!(message("v 0 0 0\n").contains("no triangles"));
+    }
+
+    /// An L of height 1; its two ends begin at a corner of choice.
+    fn angle(start: usize) -> String {
+        let ends = [[1, 2, 3, 4, 5, 6], [12, 11, 10, 9, 8, 7]].map(|mut end: [u32; 6]| {
+            end.rotate_left(start);
+            end.iter().map(|k| format!(" {k}")).collect::<String>()
+        });
+        let outline = [[0, 0], [0, 2], [1, 2], [1, 1], [2, 1], [2, 0]];
+        let at = |z: u32| outline.map(|[x, y]| format!("v {x} {y} {z}\n")).concat();
+        let side = |k: u32| format!("f {} {} {} {}\n", k, k + 6, k % 6 + 7, k % 6 + 1);
+        let sides: String = (1..=6).map(side).collect();
+        format!("{}{}f{}\nf{}\n{sides}", at(0), at(1), ends[0], ends[1])
+    }
+
+    #[test]
+    fn concave_faces_keep_their_notch_wherever_they_begin() {
+        for start in 0..6 {
+            let mesh = parse("a.obj", angle(start).as_bytes()).unwrap();
+            assert!(mesh.is_closed());
+            let volume = crate::robot::Geometry::Mesh(mesh.into()).volume_moments().unwrap().measure;
+            assert!((volume - 3.0).abs() < 1e-12, "{start}: {volume}");
+        }
+    }
+
+    #[test]
+    fn a_face_that_crosses_itself_is_named() {
+        let mut warnings = Vec::new();
+        let text = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1\nf 1 2\n\nf 1 2 3\nf 1 3 \\\n2 4\n";
+        super::super::mesh_file::parse_and_warn("a.obj", text.as_bytes(), &mut warnings).unwrap();
+        assert_eq!(warnings.len(), 1);
+        assert!(warnings[0].starts_with("a.obj: line 9: a face of 4 corners crosses itself"), "{}", warnings[0]);
     }
 }

@@ -6,45 +6,78 @@ use std::f64::consts::TAU;
 use robust::{Coord, orient2d};
 
 use super::mesh::Component;
+use super::seams::Welding;
+use super::{cavities, seams};
 use crate::math::Vec3;
 
 /// Triangles around an edge closer than this \[rad\] lie in one plane: files in f32 say no more.
 const SAME_ANGLE: f64 = 1e-6;
 
-/// Sorts triangles (of three different vertices each) into components in order of appearance, drops those that repeat
-/// another and those without area, and turns closed components outward.
-pub(super) fn components(vertices: &[Vec3], triangles: Vec<[u32; 3]>) -> (Vec<[u32; 3]>, Vec<Component>) {
-    let mut parent: Vec<u32> = (0..vertices.len() as u32).collect();
-    for [a, b, c] in &triangles {
-        let root = find(&mut parent, *a);
-        for other in [b, c] {
-            let other = find(&mut parent, *other);
-            parent[other as usize] = root;
-        }
+/// A connected part of a mesh: triangles that hang together by edges.
+#[derive(Debug, Clone)]
+pub(super) struct Part {
+    /// Of a closed part such that they face outward, as far as they can be oriented.
+    pub triangles: Vec<[u32; 3]>,
+    /// Whether it bounds a solid.
+    pub closed: bool,
+    /// Whether all triangles of a closed part were wound to face into it.
+    pub was_inward: bool,
+}
+
+impl Part {
+    /// Drops triangles that repeat another, and turns what is closed outward.
+    pub fn new(vertices: &[Vec3], triangles: Vec<[u32; 3]>) -> Self {
+        let Boundary { mut triangles, closed, says_its_side } = boundary(triangles);
+        let was_inward = closed && orient(vertices, &mut triangles) && says_its_side;
+        Self { triangles, closed, was_inward }
     }
-    let mut groups: Vec<Vec<[u32; 3]>> = Vec::new();
-    let mut group_of_root = HashMap::new();
-    for triangle in triangles {
-        let group = *group_of_root.entry(find(&mut parent, triangle[0])).or_insert_with(|| {
-            groups.push(Vec::new());
-            groups.len() - 1
-        });
-        groups[group].push(triangle);
-    }
+}
+
+/// Sorts triangles (of three different vertices each) into components in order of appearance, cavities behind the solids that
+/// they are in, drops those that repeat another and those without area, and turns closed components outward, cavities into the
+/// cavity. Says what was welded to close some.
+pub(super) fn components(
+    vertices: &[Vec3],
+    triangles: Vec<[u32; 3]>,
+) -> (Vec<[u32; 3]>, Vec<Component>, Option<Welding>) {
+    let groups = edge_connected(triangles, |triangle| *triangle);
+    let mut parts: Vec<Part> = groups.into_iter().map(|group| Part::new(vertices, group)).collect();
+    let welding = if parts.iter().all(|part| part.closed) { None } else { seams::close(vertices, &mut parts) };
+    cavities::turn(vertices, &mut parts);
     let mut sorted = Vec::new();
     let mut components = Vec::new();
-    for group in groups {
-        let (mut group, closed) = boundary(group);
-        if closed {
-            orient(vertices, &mut group);
-        }
+    for Part { triangles, closed, .. } in parts {
         let start = sorted.len();
-        sorted.extend(group.into_iter().filter(|t| !on_a_line(t.map(|index| &vertices[index as usize]))));
+        sorted.extend(triangles.into_iter().filter(|t| !on_a_line(t.map(|index| &vertices[index as usize]))));
         if sorted.len() > start {
             components.push(Component { triangles: start..sorted.len(), closed });
         }
     }
-    (sorted, components)
+    (sorted, components, welding)
+}
+
+/// Groups in order of appearance of what hangs together by edges of the triangles that `triangle` gives.
+pub(super) fn edge_connected<T>(all: Vec<T>, triangle: impl Fn(&T) -> [u32; 3]) -> Vec<Vec<T>> {
+    let mut parent: Vec<u32> = (0..all.len() as u32).collect();
+    let triangles: Vec<[u32; 3]> = all.iter().map(triangle).collect();
+    for ring in sorted_sides(&triangles).chunk_by(same_edge) {
+        for side in &ring[1..] {
+            let (root, other) = (find(&mut parent, ring[0].triangle), find(&mut parent, side.triangle));
+            // The earlier one leads, so that groups come in the order of their first.
+            parent[root.max(other) as usize] = root.min(other);
+        }
+    }
+    let mut place = vec![usize::MAX; all.len()];
+    let mut groups: Vec<Vec<T>> = Vec::new();
+    for (number, one) in all.into_iter().enumerate() {
+        let root = find(&mut parent, number as u32) as usize;
+        if place[root] == usize::MAX {
+            place[root] = groups.len();
+            groups.push(Vec::new());
+        }
+        groups[place[root]].push(one);
+    }
+    groups
 }
 
 fn find(parent: &mut [u32], mut vertex: u32) -> u32 {
@@ -55,11 +88,19 @@ fn find(parent: &mut [u32], mut vertex: u32) -> u32 {
     vertex
 }
 
-/// What to keep of a component in which triangles may be repeated, and whether that is closed.
+/// What to keep of a component in which triangles may be repeated.
+struct Boundary {
+    triangles: Vec<[u32; 3]>,
+    closed: bool,
+    /// Whether all copies of a triangle are wound alike.
+    says_its_side: bool,
+}
+
+/// Whether that is closed, too.
 ///
 /// Double-sided files repeat each triangle: one copy says it all. But where two solids share a wall, both copies are
 /// needed to make every edge even; they are kept if more than repeated triangles makes up the component.
-fn boundary(triangles: Vec<[u32; 3]>) -> (Vec<[u32; 3]>, bool) {
+fn boundary(triangles: Vec<[u32; 3]>) -> Boundary {
     let key = |t: &[u32; 3]| {
         let mut key = *t;
         key.sort_unstable();
@@ -69,17 +110,22 @@ fn boundary(triangles: Vec<[u32; 3]>) -> (Vec<[u32; 3]>, bool) {
     triangles.iter().for_each(|t| *copies.entry(key(t)).or_default() += 1);
     if copies.len() == triangles.len() {
         let closed = all_edges_even(&triangles);
-        return (triangles, closed);
+        return Boundary { triangles, closed, says_its_side: true };
     }
     let mut seen = HashSet::with_capacity(copies.len());
     let single: Vec<_> = triangles.iter().filter(|t| seen.insert(key(t))).copied().collect();
     if all_edges_even(&single) {
-        return (single, true);
+        let turned = |t: &[u32; 3]| {
+            let least = (0..3).min_by_key(|&k| t[k]).unwrap_or(0);
+            [t[least], t[(least + 1) % 3], t[(least + 2) % 3]]
+        };
+        let kinds: HashSet<[u32; 3]> = triangles.iter().map(turned).collect();
+        return Boundary { says_its_side: kinds.len() == single.len(), triangles: single, closed: true };
     }
     if copies.values().any(|count| count % 2 == 1) && all_edges_even(&triangles) {
-        return (triangles, true);
+        return Boundary { triangles, closed: true, says_its_side: true };
     }
-    (single, false)
+    Boundary { triangles: single, closed: false, says_its_side: false }
 }
 
 /// A triangle's side, in the direction of its winding or (`forward == false`) against it; `low < high`.
@@ -108,17 +154,24 @@ fn same_edge(a: &Side, b: &Side) -> bool {
     (a.low, a.high) == (b.low, b.high)
 }
 
+/// Edges that an odd number of triangles share.
+pub(super) fn odd_edges(triangles: &[[u32; 3]]) -> Vec<[u32; 2]> {
+    let sides = sorted_sides(triangles);
+    let rings = sides.chunk_by(same_edge).filter(|ring| !ring.len().is_multiple_of(2));
+    rings.map(|ring| [ring[0].low, ring[0].high]).collect()
+}
+
 fn all_edges_even(triangles: &[[u32; 3]]) -> bool {
     sorted_sides(triangles).chunk_by(same_edge).all(|ring| ring.len().is_multiple_of(2))
 }
 
-/// Turns the triangles of a closed component to face outward, as far as they can be oriented.
+/// Turns the triangles of a closed component to face outward, as far as they can be oriented; whether all of them faced inward before.
 ///
 /// Two triangles that are neighbours around an edge bound one wedge, so they run along the edge in opposite directions;
 /// that holds for edges of more than two triangles too, taken in order of angle. Each set of triangles that hangs
 /// together by edges is then turned as a whole to have a positive volume. A component that contradicts itself (a Klein
 /// bottle, walls that overlap in part) is turned as a whole only: the file may know better.
-fn orient(vertices: &[Vec3], triangles: &mut [[u32; 3]]) {
+fn orient(vertices: &[Vec3], triangles: &mut [[u32; 3]]) -> bool {
     let neighbours = neighbours_around_edges(vertices, triangles);
     let mut turned: Vec<Option<bool>> = vec![None; triangles.len()];
     let mut sets: Vec<Vec<u32>> = Vec::new();
@@ -149,6 +202,7 @@ fn orient(vertices: &[Vec3], triangles: &mut [[u32; 3]]) {
         turned.fill(Some(false));
         sets = vec![(0..triangles.len() as u32).collect()];
     }
+    let mut was_inward = consistent && turned.iter().all(|turn| *turn == Some(false));
     for set in sets {
         let origin = vertices[triangles[set[0] as usize][0] as usize];
         let mut volume = 0.0;
@@ -157,12 +211,14 @@ fn orient(vertices: &[Vec3], triangles: &mut [[u32; 3]]) {
             let part = a.cross(&b).dot(&c);
             volume += if turned[t as usize] == Some(true) { -part } else { part };
         }
+        was_inward &= volume < 0.0;
         for &t in &set {
             if (turned[t as usize] == Some(true)) != (volume < 0.0) {
                 triangles[t as usize].swap(1, 2);
             }
         }
     }
+    was_inward
 }
 
 /// For each triangle of a closed component those next to it around its edges, and whether one of the two has to be
@@ -231,107 +287,4 @@ fn on_a_line([a, b, c]: [&Vec3; 3]) -> bool {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::super::mesh::TriangleMesh;
-    use super::*;
-
-    fn volume(mesh: &TriangleMesh, component: &Component) -> f64 {
-        component.triangles.clone().map(|t| mesh.corners(t)).map(|[a, b, c]| a.cross(&b).dot(&c) / 6.0).sum()
-    }
-
-    /// Unit cube with a corner at `corner`, as soup; `faces` lists those of -x, +x, -y, +y, -z, +z that are there.
-    fn cube(corner: [f64; 3], faces: &[usize]) -> Vec<Vec3> {
-        let mut soup = Vec::new();
-        for &face in faces {
-            let (axis, side) = (face / 2, (face % 2) as f64);
-            let (u, v) =
-                if face % 2 == 1 { ((axis + 1) % 3, (axis + 2) % 3) } else { ((axis + 2) % 3, (axis + 1) % 3) };
-            let at = |p: f64, q: f64| {
-                let mut point = Vec3::from(corner);
-                point[axis] += side;
-                point[u] += p;
-                point[v] += q;
-                point
-            };
-            soup.extend([at(0., 0.), at(1., 0.), at(1., 1.), at(0., 0.), at(1., 1.), at(0., 1.)]);
-        }
-        soup
-    }
-
-    fn mesh(soup: Vec<Vec3>) -> TriangleMesh {
-        let triangles = (0..soup.len() as u32 / 3).map(|t| [3 * t, 3 * t + 1, 3 * t + 2]).collect();
-        TriangleMesh::new(soup, triangles)
-    }
-
-    const ALL: &[usize] = &[0, 1, 2, 3, 4, 5];
-
-    #[test]
-    fn closed_components_face_outward_whatever_the_file_says() {
-        let mut soup = cube([0.; 3], ALL);
-        let first = soup.len();
-        soup.extend(cube([3., 0., 0.], ALL));
-        soup[first..].reverse();
-        soup.swap(0, 1);
-        soup.extend(cube([6., 0., 0.], &[0, 1, 2]));
-        let mesh = mesh(soup);
-        assert_eq!(mesh.components.iter().map(|c| c.closed).collect::<Vec<_>>(), [true, true, false]);
-        assert!(!mesh.is_closed());
-        assert!((volume(&mesh, &mesh.components[0]) - 1.0).abs() < 1e-12);
-        assert!((volume(&mesh, &mesh.components[1]) - 1.0).abs() < 1e-12);
-        assert_eq!(mesh.components[2].triangles, 24..30);
-    }
-
-    #[test]
-    fn solids_that_touch_at_an_edge_a_corner_or_a_wall_are_closed() {
-        for (corner, faces) in [([1., 1., 0.], ALL), ([1., 1., 1.], ALL), ([1., 0., 0.], ALL)] {
-            let mut soup = cube([0.; 3], ALL);
-            let mut second = cube(corner, faces);
-            second.reverse();
-            soup.extend(second);
-            let mesh = mesh(soup);
-            assert_eq!((mesh.components.len(), mesh.triangles.len()), (1, 24));
-            assert!(mesh.is_closed());
-            assert!((volume(&mesh, &mesh.components[0]) - 2.0).abs() < 1e-12, "{corner:?}");
-        }
-    }
-
-    #[test]
-    fn double_sided_files_say_each_triangle_once() {
-        let two_sided = |faces: &[usize]| {
-            let mut soup = cube([0.; 3], faces);
-            let mut back = soup.clone();
-            back.reverse();
-            soup.extend(back);
-            mesh(soup)
-        };
-        let solid = two_sided(ALL);
-        assert!(solid.is_closed());
-        assert_eq!(solid.triangles.len(), 12);
-        let open = two_sided(&[0, 2, 4]);
-        assert!(!open.is_closed());
-        assert_eq!(open.triangles.len(), 6);
-    }
-
-    #[test]
-    fn a_flat_triangle_bridges_a_t_junction() {
-        let points = [[0., 0., 0.], [1., 0., 0.], [0., 1., 0.], [0., 0., 1.], [0.5, 0., 0.]].map(Vec3::from).to_vec();
-        let split = vec![[0, 2, 1], [0, 4, 3], [4, 1, 3], [0, 3, 2], [1, 2, 3]];
-        assert!(!TriangleMesh::new(points.clone(), split.clone()).is_closed());
-        let bridged = TriangleMesh::new(points, [split, vec![[0, 1, 4]]].concat());
-        assert!(bridged.is_closed());
-        assert_eq!(bridged.triangles.len(), 5);
-        assert!((volume(&bridged, &bridged.components[0]) - 1.0 / 6.0).abs() < 1e-12);
-    }
-
-    #[test]
-    fn slivers_stay_and_a_moebius_strip_does_no_harm() {
-        let sliver = [[0., 0., 0.], [1., 0., 0.], [0.5, 1e-8, 0.]].map(Vec3::from).to_vec();
-        assert_eq!(TriangleMesh::new(sliver, vec![[0, 1, 2]]).triangles.len(), 1);
-        // The projective plane: closed, cannot be oriented.
-        let faces = [[0, 1, 2], [0, 2, 3], [0, 3, 4], [0, 4, 5], [0, 5, 1], [1, 2, 4], [2, 3, 5], [3, 4, 1], [4, 5, 2]];
-        let points = (0..6).map(|k| Vec3::new((k as f64).cos(), (k as f64).sin(), (k * k) as f64)).collect();
-        let plane = TriangleMesh::new(points, [faces.to_vec(), vec![[5, 1, 3]]].concat());
-        assert!(plane.is_closed());
-        assert!(plane.triangles[0] == [0, 1, 2] || plane.triangles[0] == [0, 2, 1]);
-    }
-}
+mod tests;

@@ -5,7 +5,7 @@ use std::collections::HashMap;
 use crate::math::Vec3;
 
 /// Vertices nearer than this share of the bounding box's diagonal are one. Far below what a file in f32 resolves
-/// (6e-8), so only the rounding of a transform is undone, never a feature.
+/// (6e-8), so only the rounding of a transform is undone, never a feature; `seams` looks at what files in f32 leave open.
 const TOLERANCE: f64 = 1e-9;
 
 /// Width of a grid cell in tolerances: wide, so that nearly every vertex has to look into one cell only.
@@ -17,14 +17,19 @@ const CELL: f64 = 1024.0;
 /// Representatives are at least 1e-9 of the bounding box's diagonal apart, and each point is nearer than that to its
 /// own. A representative is an unchanged input point, but for -0.0, which becomes 0.0.
 pub(super) fn weld(points: &[Vec3]) -> (Vec<Vec3>, Vec<u32>) {
-    let mut low = Vec3::repeat(f64::INFINITY);
-    let mut high = -low;
-    for point in points {
-        low = low.inf(point);
-        high = high.sup(point);
-    }
+    let (low, high) = bounds(points);
     let diagonal = (high - low).norm();
-    let tolerance = if diagonal.is_finite() { TOLERANCE * diagonal } else { 0.0 };
+    weld_within(points, if diagonal.is_finite() { TOLERANCE * diagonal } else { 0.0 })
+}
+
+fn bounds(points: &[Vec3]) -> (Vec3, Vec3) {
+    let none = Vec3::repeat(f64::INFINITY);
+    points.iter().fold((none, -none), |(low, high), point| (low.inf(point), high.sup(point)))
+}
+
+/// As [`weld`], with a tolerance \[m\] of its own.
+pub(super) fn weld_within(points: &[Vec3], tolerance: f64) -> (Vec<Vec3>, Vec<u32>) {
+    let (low, _) = bounds(points);
     let mut exact: HashMap<[u64; 3], u32> = HashMap::with_capacity(points.len() / 4);
     let mut grid: HashMap<[i64; 3], Vec<u32>> = HashMap::new();
     let mut kept: Vec<Vec3> = Vec::new();

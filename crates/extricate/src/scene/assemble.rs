@@ -63,6 +63,7 @@ pub fn assemble_entries(path: &Path, scene: &SceneFile, read: ReadFile) -> Resul
     let mut files = Files::new(path, read);
     let robots = files.robots(&scene.robot, &mut warnings)?;
     let others = others(&name, scene, &mut |element, path| files.mesh(element, path), &mut warnings)?;
+    warnings.extend(files.into_mesh_warnings());
     build(&name, scene, &robots, others, warnings)
 }
 

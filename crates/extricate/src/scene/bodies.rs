@@ -6,6 +6,7 @@ use std::sync::Arc;
 use super::frames::Seat;
 use super::{Body, Part};
 use crate::robot::convex_hull::convex_hull;
+use crate::robot::openings::widest_gap;
 use crate::robot::{Geometry, Robot, TriangleMesh};
 
 /// Bodies of the links that have geometry, in document order; `seats` and `names` are by link.
@@ -46,29 +47,41 @@ pub fn hull(mesh: &Arc<TriangleMesh>, owner: &str, warnings: &mut Vec<String>) -
     }
 }
 
-/// Warns once of a body whose meshes have components that are not closed.
+/// Warns once of a body whose meshes have components that are not closed, and once of one whose meshes have cavities.
 pub fn warn_of_surfaces(body: &Body, warnings: &mut Vec<String>) {
-    let components = body.parts.iter().filter_map(|part| match &part.geometry {
-        Geometry::Mesh(mesh) => Some(&mesh.components),
-        _ => None,
-    });
-    let (mut open, mut all) = (0, 0);
-    for component in components.flatten() {
-        open += usize::from(!component.closed);
-        all += 1;
+    let meshes = || {
+        body.parts.iter().filter_map(|part| match &part.geometry {
+            Geometry::Mesh(mesh) => Some(mesh),
+            _ => None,
+        })
+    };
+    let (mut open, mut cavities, mut all) = (0, 0, 0);
+    for mesh in meshes() {
+        open += mesh.components.iter().filter(|component| !component.closed).count();
+        cavities += (0..mesh.components.len()).filter(|&component| mesh.is_cavity(component)).count();
+        all += mesh.components.len();
     }
+    let kind = match (body.robot, body.frame) {
+        (Some(_), _) => "link",
+        (None, 0) => "obstacle",
+        (None, _) => "attached",
+    };
     if open > 0 {
-        let kind = match (body.robot, body.frame) {
-            (Some(_), _) => "link",
-            (None, 0) => "obstacle",
-            (None, _) => "attached",
-        };
         let counted = match (open, all) {
             (1, 1) => "its mesh is open: it is a surface, not a solid".to_string(),
             (1, _) => format!("1 of {all} mesh components is open: it is a surface, not a solid"),
             _ => format!("{open} of {all} mesh components are open: they are surfaces, not solids"),
         };
-        warnings.push(format!("{kind} `{}`: {counted}", body.name));
+        let gap = meshes().filter_map(|mesh| widest_gap(mesh)).reduce(f64::max);
+        let gap = gap.map_or(String::new(), |gap| format!(" (open edges are up to {gap:.1e} m from each other)"));
+        warnings.push(format!("{kind} `{}`: {counted}{gap}", body.name));
+    }
+    if cavities > 0 {
+        let counted = match cavities {
+            1 => format!("1 of {all} closed mesh components lies within another one and faces inward: it is a cavity"),
+            _ => format!("{cavities} of {all} mesh components lie within others and face inward: they are cavities"),
+        };
+        warnings.push(format!("{kind} `{}`: {counted}, and what is in it collides only with its walls", body.name));
     }
 }
 

@@ -21,13 +21,15 @@ pub struct Files<'a> {
     folder: PathBuf,
     read: ReadFile<'a>,
     meshes: HashMap<PathBuf, Arc<TriangleMesh>>,
+    /// What to say of the meshes, each once.
+    mesh_warnings: Vec<String>,
 }
 
 impl<'a> Files<'a> {
     /// Of the scene file at `path`.
     pub fn new(path: &Path, read: ReadFile<'a>) -> Self {
         let folder = path.parent().unwrap_or(Path::new("")).to_path_buf();
-        Self { file: path.display().to_string(), folder, read, meshes: HashMap::new() }
+        Self { file: path.display().to_string(), folder, read, meshes: HashMap::new(), mesh_warnings: Vec::new() }
     }
 
     /// Parses every robot; names are made unique.
@@ -81,6 +83,11 @@ impl<'a> Files<'a> {
         Ok(LoadedRobot { name: robot.name.clone(), urdf: file, robot, disabled, group, entry })
     }
 
+    /// What there is to say of the meshes that were read.
+    pub fn into_mesh_warnings(self) -> Vec<String> {
+        self.mesh_warnings
+    }
+
     /// A mesh by its path as the scene file has it; `element` names it in messages.
     pub fn mesh(&mut self, element: &str, path: &str) -> Result<Arc<TriangleMesh>> {
         let path = self.folder.join(path);
@@ -116,7 +123,8 @@ impl<'a> Files<'a> {
             Err(Error::Read { source, .. }) if source.kind() == ErrorKind::NotFound => return Ok(None),
             Err(error) => return Err(error),
         };
-        let mesh = Arc::new(mesh_file::parse(&path.display().to_string(), &bytes)?);
+        let name = path.display().to_string();
+        let mesh = Arc::new(mesh_file::parse_and_warn(&name, &bytes, &mut self.mesh_warnings)?);
         self.meshes.insert(path.to_path_buf(), Arc::clone(&mesh));
         Ok(Some(mesh))
     }

@@ -11,6 +11,7 @@ mod judge;
 mod learned_classifier;
 mod licences;
 mod memory;
+mod meshes;
 mod no_model;
 mod other_robots;
 mod property;

@@ -83,6 +83,72 @@ fn what_is_wrong_is_named() {
     assert!(message(&cycle).contains("expected no cycle"));
 }
 
+/// A frame: an outer ring of side 4 and an inner one of side 2, both from z = -0.5 to 0.5.
+fn frame(front: &str, back: &str) -> String {
+    let mut points = String::new();
+    for z in ["-0.5", "0.5"] {
+        for half in [2, 1] {
+            for [x, y] in [[-1, -1], [1, -1], [1, 1], [-1, 1]] {
+                points += &format!("{} {} {z} ", x * half, y * half);
+            }
+        }
+    }
+    let input = "<input semantic='VERTEX' source='#v' offset='0'/>";
+    let side = |ring: usize, k: usize, inward: bool| {
+        let (a, b) = (4 * ring + k, 4 * ring + (k + 1) % 4);
+        let quad = if inward { [b, a, a + 8, b + 8] } else { [a, b, b + 8, a + 8] };
+        format!("<p>{} {} {} {}</p>", quad[0], quad[1], quad[2], quad[3])
+    };
+    let sides: String = (0..4).map(|k| side(0, k, false) + &side(1, k, true)).collect();
+    dae("", "", &format!("<polygons>{input}{front}{back}{sides}</polygons>"))
+        .replace("0 0 0 1 0 0 0 2 0 0 0 3", points.trim())
+        .replace("count='12'", "count='48'")
+        .replace("count='4' stride", "count='16' stride")
+}
+
+#[test]
+fn holes_of_polygons_stay_open() {
+    let [front, back] = [
+        "<ph><p>8 9 10 11</p><h>12 15 14 13</h></ph>",
+        // Wound either way.
+        "<ph><p>0 3 2 1</p><h>4 7 6 5</h></ph>",
+    ];
+    let mut warnings = Vec::new();
+    let mesh = super::super::mesh_file::parse_and_warn("a.dae", frame(front, back).as_bytes(), &mut warnings).unwrap();
+    assert!(mesh.is_closed() && warnings.is_empty(), "{warnings:?}");
+    let volume = crate::robot::Geometry::Mesh(mesh.into()).volume_moments().unwrap().measure;
+    assert!((volume - 12.0).abs() < 1e-12, "{volume}");
+    // A hole that reaches beyond its outline is none; the face is named, and the solid stays closed.
+    let wrong = frame(front, "<ph><p>4 7 6 5</p><h>0 3 2 1</h></ph>");
+    let mesh = super::super::mesh_file::parse_and_warn("a.dae", wrong.as_bytes(), &mut warnings).unwrap();
+    assert!(mesh.is_closed());
+    assert_eq!(warnings.len(), 1, "{warnings:?}");
+    assert!(warnings[0].starts_with("a.dae: <polygons> in line 1: face 2: a face of 8 corners"), "{warnings:?}");
+}
+
+#[test]
+fn mirrored_nodes_keep_what_faces_outward() {
+    let facing = |scale: &str| {
+        let node = format!("<node><scale>{scale}</scale>{HERE}</node>");
+        let soup = super::parse("a.dae", dae("", &node, TETRAHEDRON).as_bytes()).unwrap();
+        let volume = |t: &[u32; 3]| {
+            let [a, b, c] = t.map(|k| soup.vertices[k as usize]);
+            a.cross(&b).dot(&c)
+        };
+        soup.triangles.iter().map(volume).sum::<f64>()
+    };
+    assert!((facing("1 1 1") - facing("1 -1 1")).abs() < 1e-12);
+}
+
+#[test]
+fn indices_are_numbers_of_vertices() {
+    let good = dae("", &format!("<node>{HERE}</node>"), TETRAHEDRON);
+    for index in ["NaN", "-1", "4", "inf"] {
+        let bad = good.replace("2 0 3 0<", &format!("2 0 {index} 0<"));
+        assert!(parse("a.dae", bad.as_bytes()).unwrap_err().to_string().contains("expected one of 4 vertices"));
+    }
+}
+
 #[test]
 fn truncation_never_panics() {
     let good = dae("<unit meter='1'/>", &format!("<node>{HERE}</node>"), TETRAHEDRON);

@@ -1,0 +1,171 @@
+//! Meshes as exporters write them, from their files to answers: seams of f32, concave faces, cavities.
+
+use std::path::Path;
+
+use extricate::cspace::sampling::Halton;
+use extricate::scene::MetricSpec;
+use extricate::{CheckScratch, Effort, Label, QueryOptions, QueryScratch, World, store};
+
+/// A ball that slides along x, y and z among one mesh.
+fn world(radius: f64, file: &str, mesh: &[u8], extra: &str) -> World {
+    let folder = tempfile::tempdir().unwrap();
+    let write = |name: &str, bytes: &[u8]| std::fs::write(folder.path().join(name), bytes).unwrap();
+    let link = |name: &str| format!("<link name='{name}'/>");
+    let joint = |axis: &str, parent: &str, child: &str, along: &str| {
+        format!(
+            "<joint name='{axis}' type='prismatic'><parent link='{parent}'/><child link='{child}'/><axis xyz='{along}'/>\
+             <limit lower='-5' upper='5' effort='1' velocity='1'/></joint>"
+        )
+    };
+    let urdf = format!(
+        "<robot name='r'>{}{}{}<link name='ball'><collision><geometry><sphere radius='{radius}'/></geometry></collision>\
+         </link>{}{}{}</robot>",
+        link("w"),
+        link("a"),
+        link("b"),
+        joint("x", "w", "a", "1 0 0"),
+        joint("y", "a", "b", "0 1 0"),
+        joint("z", "b", "ball", "0 0 1")
+    );
+    write("r.urdf", urdf.as_bytes());
+    write(file, mesh);
+    let scene = format!("{extra}[[robot]]\nurdf = 'r.urdf'\n[[obstacle]]\nname = 'o'\nshape = {{ mesh = '{file}' }}\n");
+    write("s.toml", scene.as_bytes());
+    World::new(store::load_scene(&folder.path().join(Path::new("s.toml"))).unwrap())
+}
+
+fn clearance(world: &World, q: [f64; 3]) -> f64 {
+    let mut scratch = CheckScratch::default();
+    let clearance = world.checker().clearance(&q, &mut scratch);
+    let label = world.checker().label(&q, &mut scratch);
+    assert_eq!(label == Label::Free, clearance >= world.scene().clearance, "{q:?} {clearance}");
+    clearance
+}
+
+/// Boxes as an OBJ: half sides, and whether they face outward.
+fn boxes(all: &[([f64; 3], bool)]) -> String {
+    let mut text = String::new();
+    for (half, outward) in all {
+        for k in 0..8 {
+            let at = |axis: usize| if k >> axis & 1 == 1 { half[axis] } else { -half[axis] };
+            text += &format!("v {} {} {}\n", at(0), at(1), at(2));
+        }
+        for [a, b, c, d] in [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]] {
+            let [a, b, c, d] = [a, b, c, d].map(|k| k - 8);
+            text += &if *outward { format!("f {a} {b} {c} {d}\n") } else { format!("f {d} {c} {b} {a}\n") };
+        }
+    }
+    text
+}
+
+/// A binary STL of a cube around the origin whose corners are off by a unit in the last place, some here, some there.
+fn cube_with_seams(half: f32) -> Vec<u8> {
+    let mut bytes = vec![0; 80];
+    bytes.extend(12u32.to_le_bytes());
+    let mut count = 0u32;
+    for [a, b, c, d] in [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]] {
+        for corners in [[a, b, c], [a, c, d]] {
+            bytes.extend([0; 12]);
+            for (corner, axis) in corners.iter().flat_map(|k: &usize| (0..3).map(move |axis| (k, axis))) {
+                count = count.wrapping_mul(1_103_515_245).wrapping_add(12_345);
+                let off = f32::from_bits(half.to_bits() + (count >> 16 & 1));
+                bytes.extend(if corner >> axis & 1 == 1 { off } else { -off }.to_le_bytes());
+            }
+            bytes.extend([0; 2]);
+        }
+    }
+    bytes
+}
+
+#[test]
+fn a_solid_with_seams_holds_what_is_in_it() {
+    let world = world(0.02, "cube.stl", &cube_with_seams(0.15), "");
+    let warnings = &world.scene().warnings;
+    assert!(warnings.iter().all(|warning| !warning.contains("open: ")), "{warnings:?}");
+    assert!(
+        warnings.iter().any(|warning| warning.contains("cube.stl: ") && warning.contains("welded")),
+        "{warnings:?}"
+    );
+    assert!((clearance(&world, [0.0; 3]) + 0.17).abs() < 1e-6);
+    let q = world.scene().space.config(&[0.0; 3]).unwrap();
+    let answer = world.query(&q, &QueryOptions::default(), &mut QueryScratch::default()).unwrap();
+    assert!((answer.depth - 0.1701).abs() < 1e-5 && answer.lower_bound > 0.0, "{answer:?}");
+}
+
+const ROOM: [([f64; 3], bool); 2] = [([2.0, 2.0, 1.5], true), ([1.8, 1.8, 1.3], false)];
+
+/// Distance of a point from the free places of a ball in and around the room, with its clearance.
+fn depth_in_walls(q: &[f64], radius: f64, clearance: f64) -> f64 {
+    let reach = radius + clearance;
+    let [outer, inner] = ROOM.map(|(half, _)| half);
+    let within = (0..3).map(|k| (q[k].abs() - (inner[k] - reach)).max(0.0).powi(2)).sum::<f64>().sqrt();
+    let beyond: [f64; 3] = std::array::from_fn(|k| q[k].abs() - outer[k]);
+    let outside = beyond.iter().map(|x| x.max(0.0).powi(2)).sum::<f64>().sqrt();
+    let deepest = beyond.iter().fold(f64::NEG_INFINITY, |a, b| a.max(*b));
+    within.min(if outside > 0.0 { (reach - outside).max(0.0) } else { reach - deepest })
+}
+
+#[test]
+fn a_room_is_free_within_and_bounds_hold_in_its_walls() {
+    for metric in [MetricSpec::Joint, MetricSpec::MaxDisplacement] {
+        let extra = if metric == MetricSpec::Joint { "" } else { "metric = { kind = 'max-displacement' }\n" };
+        let world = world(0.1, "room.obj", boxes(&ROOM).as_bytes(), extra);
+        assert!(world.scene().warnings.iter().any(|warning| warning.contains("it is a cavity")));
+        assert!((clearance(&world, [0.0; 3]) - 1.2).abs() < 1e-9);
+        assert!((clearance(&world, [1.5, 0.2, 0.1]) - 0.2).abs() < 1e-9);
+        assert!((clearance(&world, [4.0, 0.2, 0.1]) - 1.9).abs() < 1e-9);
+        let space = &world.scene().space;
+        let (halton, mut q) = (Halton::new(3, 7), vec![0.0; 3]);
+        let (mut asked, mut bounded, mut scratch) = (0, 0, QueryScratch::default());
+        for k in 0..400 {
+            halton.config(space, k, &mut q);
+            q.iter_mut().for_each(|x| *x *= 0.44);
+            let depth = depth_in_walls(&q, 0.1, world.scene().clearance);
+            let label = world.checker().label(&q, &mut CheckScratch::default());
+            assert_eq!(label == Label::Free, depth == 0.0, "{q:?} {depth}");
+            if depth == 0.0 {
+                continue;
+            }
+            asked += 1;
+            for effort in [Effort::Nearest, Effort::Refined] {
+                let options = QueryOptions { effort, ..QueryOptions::default() };
+                let answer = world.query(&space.config(&q).unwrap(), &options, &mut scratch).unwrap();
+                assert!(answer.lower_bound <= depth + 1e-9, "{q:?}: bound {} depth {depth}", answer.lower_bound);
+                assert!(answer.depth >= depth - 1e-9, "{q:?}: {} {depth}", answer.depth);
+                assert!(effort == Effort::Nearest || answer.depth < 1.01 * depth + 1e-5, "{q:?}: {answer:?} {depth}");
+                bounded += usize::from(answer.lower_bound > 0.3 * depth);
+            }
+        }
+        assert!(asked > 60 && bounded > asked / 2, "{asked} {bounded}");
+    }
+}
+
+#[test]
+fn overlapping_boxes_that_face_outward_stay_solid() {
+    let both = [([2.0, 2.0, 1.5], true), ([1.8, 1.8, 1.3], true)];
+    let world = world(0.1, "both.obj", boxes(&both).as_bytes(), "");
+    assert!(clearance(&world, [0.0; 3]) < -1.5);
+    assert!(world.scene().warnings.is_empty(), "{:?}", world.scene().warnings);
+}
+
+#[test]
+fn notches_of_concave_faces_are_free() {
+    let outline = [[0, 0], [2, 0], [2, 1], [1, 1], [1, 2], [0, 2]];
+    for start in 0..6 {
+        let ends: String = [[6, 5, 4, 3, 2, 1], [7, 8, 9, 10, 11, 12]]
+            .map(|mut end: [u32; 6]| {
+                end.rotate_left(start);
+                format!("f{}\n", end.map(|k| format!(" {k}")).concat())
+            })
+            .concat();
+        let at = |z: u32| outline.map(|[x, y]| format!("v {x} {y} {z}\n")).concat();
+        let sides: String = (1..=6).map(|k| format!("f {k} {} {} {}\n", k % 6 + 1, k % 6 + 7, k + 6)).collect();
+        let world = world(0.1, "l.obj", format!("{}{}{ends}{sides}", at(0), at(1)).as_bytes(), "");
+        for z in [0.0, 0.5, 1.0] {
+            let found = clearance(&world, [1.5, 1.5, z]);
+            assert!((found - 0.4).abs() < 1e-9, "{start} {z}: {found}");
+        }
+        assert!(clearance(&world, [0.5, 0.5, 0.5]) < 0.0);
+        assert!(world.scene().warnings.is_empty());
+    }
+}
