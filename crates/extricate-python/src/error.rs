@@ -1,9 +1,11 @@
-//! From the library's errors to the built-in exceptions that a Python user expects; the message stays.
+//! From the library's errors and warnings to the built-in exceptions that a Python user expects; the message stays.
 
+use std::ffi::CString;
 use std::io;
+use std::sync::Arc;
 
-use extricate::Error;
-use pyo3::exceptions::{PyOSError, PyRuntimeError, PyTypeError, PyValueError};
+use extricate::{Error, Scene};
+use pyo3::exceptions::{PyOSError, PyRuntimeError, PyTypeError, PyUserWarning, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyInt;
 
@@ -24,6 +26,14 @@ pub fn exception(error: Error) -> PyErr {
         Error::NothingFree { .. } | Error::Interrupted => PyRuntimeError::new_err(message),
         _ => PyValueError::new_err(message),
     }
+}
+
+/// The scene, after a `UserWarning` for each of its warnings.
+pub fn warned(py: Python<'_>, scene: Scene) -> PyResult<Arc<Scene>> {
+    for warning in &scene.warnings {
+        PyErr::warn(py, &py.get_type::<PyUserWarning>(), &CString::new(warning.as_str())?, 1)?;
+    }
+    Ok(Arc::new(scene))
 }
 
 /// `value` as a count, where it is at least `least`.

@@ -183,7 +183,8 @@ fn robot_entry(at: usize, given: &Bound<'_, PyAny>, texts: &mut Vec<(String, Str
     entry.geometry = match get("geometry")?.extract::<String>()?.as_str() {
         "mesh" => GeometryKind::Mesh,
         "convex-hull" => GeometryKind::ConvexHull,
-        other => return Err(unknown("geometry", other, &["mesh", "convex-hull"])),
+        "visual" => GeometryKind::Visual,
+        other => return Err(unknown("geometry", other, &["mesh", "convex-hull", "visual"])),
     };
     entry.base = match get("base")?.extract::<String>()?.as_str() {
         "fixed" => BaseKind::Fixed,

@@ -13,7 +13,7 @@ use pyo3::types::{PyBytes, PyDict, PyMapping};
 use crate::arrays::{bad_row, configs, numbers};
 use crate::asking::Weighted;
 use crate::batch::Scratches;
-use crate::error::{Seed, count, exception, threads as thread_count};
+use crate::error::{Seed, count, exception, threads as thread_count, warned};
 use crate::joint::Joint;
 use crate::long_call;
 use crate::parts::{self, Clearance, Obstacles, Options};
@@ -144,13 +144,13 @@ impl Scene {
         let options = Options { clearance, metric: metric.into(), weights, disable, padding, pair_clearance };
         let described = parts::describe(robot, &obstacles.0, options)?;
         let assembled = py.detach(|| store::assemble_scene(parts::NAME, &described.entries, &described.texts));
-        Ok(Self::of(Arc::new(assembled.map_err(exception)?)))
+        warned(py, assembled.map_err(exception)?).map(Self::of)
     }
 
     /// Loads a scene file (TOML) and all that it names.
     #[staticmethod]
     fn load(py: Python<'_>, path: PathBuf) -> PyResult<Self> {
-        Ok(Self::of(Arc::new(py.detach(|| store::load_scene(&path)).map_err(exception)?)))
+        warned(py, py.detach(|| store::load_scene(&path)).map_err(exception)?).map(Self::of)
     }
 
     /// A built-in scene: "shelf-arm", "planar-arm", "free-box", "dual-arm", "hand" or "four-legs".

@@ -2,6 +2,7 @@
 
 import pickle
 import re
+import warnings
 
 import numpy as np
 import pytest
@@ -19,6 +20,16 @@ CUBE = (
     np.array([[x, y, z] for x in (-1.0, 1.0) for y in (-1.0, 1.0) for z in (-1.0, 1.0)]),
     np.array([[0, 1, 3], [0, 3, 2], [4, 6, 7], [4, 7, 5], [0, 4, 5], [0, 5, 1], [2, 3, 7], [2, 7, 6], [0, 2, 6], [0, 6, 4], [1, 5, 7], [1, 7, 3]]),
 )
+
+
+def test_what_a_user_should_know_of_a_scene_is_raised() -> None:
+    seen = SLIDER.replace("collision>", "visual>")
+    with pytest.warns(UserWarning, match="no link has <collision> geometry.*cart"):
+        scene = Scene(seen, [Box([1, 1, 1])])
+    assert any("<collision>" in warning for warning in scene.warnings)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert not Scene(Robot(seen, geometry="visual"), [Box([1, 1, 1])]).check([0.0])
 
 
 @pytest.mark.parametrize(
@@ -222,7 +233,7 @@ WRONG = [
     (lambda s: Scene(Robot(SLIDER, limits={"slide": (3, 1)})), ValueError, "lower <= upper"),
     (lambda s: Scene(Robot(SLIDER, base="flying")), ValueError, 'base: got "flying", expected "fixed" or "planar" or "floating"'),
     (lambda s: Scene(Robot(SLIDER, base="floating")), ValueError, "bounds"),
-    (lambda s: Scene(Robot(SLIDER, geometry="hull")), ValueError, 'expected "mesh" or "convex-hull"'),
+    (lambda s: Scene(Robot(SLIDER, geometry="hull")), ValueError, 'expected "mesh" or "convex-hull" or "visual"'),
     (lambda s: Scene(Robot(SLIDER, pose=np.zeros((4, 4)))), ValueError, "no rigid transform"),
     (lambda s: Scene(Robot(SLIDER, pose=[0, 0])), ValueError, r"pose: got shape \(2,\), expected \(3,\) position"),
     (lambda s: Scene(SLIDER, [Box([1, 2])]), ValueError, 'obstacle "box1": size: expected the three full sides'),

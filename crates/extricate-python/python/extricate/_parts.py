@@ -23,7 +23,8 @@ class Robot:
     group: only the joints of this SRDF group move; the others stand where `locked` says, or where their limits come nearest
         to 0.
     packages: folders in which `package://NAME/...` is looked up, as `FOLDER/NAME/...`.
-    geometry: "mesh": collision meshes as they are; "convex-hull": the hull of each.
+    geometry: "mesh": collision meshes as they are; "convex-hull": the hull of each; "visual":
+        the <visual> shapes of the robot instead.
     base: "fixed", "planar" (x, y, angle) or "floating" (x, y, z and a quaternion).
     bounds: least and greatest position of a moving base [m]: two numbers each where planar (a third bounds the angle), else
         three.

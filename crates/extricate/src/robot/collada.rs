@@ -14,7 +14,7 @@ use nalgebra::{Matrix4, Unit};
 use roxmltree::Node;
 
 use super::mesh_file::Soup;
-use super::xml::{child, children, document, label, numbers_or, required};
+use super::xml::{child, children, document, label, numbers_or, own_attribute, required};
 use crate::error::{Error, Result};
 use crate::math::Vec3;
 
@@ -40,7 +40,7 @@ pub(super) fn parse(file: &str, bytes: &[u8]) -> Result<Soup> {
     if meter <= 0.0 {
         return Err(Error::input(file, "unit", format!("got meter=\"{meter}\", expected a positive number")));
     }
-    let by_id = root.descendants().filter_map(|node| Some((node.attribute("id")?, node))).collect();
+    let by_id = root.descendants().filter_map(|node| Some((own_attribute(node, "id")?, node))).collect();
     let mut reader = Reader { file, by_id, soup: Soup::default() };
     let to_metres = Matrix4::new_scaling(meter);
     for instance in children(root, "scene").flat_map(|scene| children(scene, "instance_visual_scene")) {
@@ -135,7 +135,7 @@ impl<'a, 'i> Reader<'a, 'i> {
         for input in children(primitive, "input") {
             let offset = self.whole(Some(input), "offset", 0.0)?;
             stride = stride.max(offset + 1);
-            if input.attribute("semantic") == Some("VERTEX") {
+            if own_attribute(input, "semantic") == Some("VERTEX") {
                 vertex = Some((input, offset));
             }
         }
@@ -223,7 +223,7 @@ impl<'a, 'i> Reader<'a, 'i> {
 
     /// The points of a `<vertices>` element.
     fn positions(&self, vertices: Node<'a, 'i>) -> Result<Vec<Vec3>> {
-        let input = children(vertices, "input").find(|input| input.attribute("semantic") == Some("POSITION"));
+        let input = children(vertices, "input").find(|input| own_attribute(*input, "semantic") == Some("POSITION"));
         let input = input.ok_or_else(|| self.error(vertices, "got no POSITION input, expected one"))?;
         let source = self.target(input, "source")?;
         let accessor = child(source, "technique_common").and_then(|common| child(common, "accessor"));

@@ -19,7 +19,7 @@ mod topology;
 mod tree;
 pub mod urdf;
 mod weld;
-mod xml;
+pub(crate) mod xml;
 
 pub use geometry::Geometry;
 pub use mesh::TriangleMesh;

@@ -3,6 +3,7 @@
 //! Every corner stays a corner of a triangle and every side a side of one, also where three corners lie on a line: neighbours of
 //! the face share them, and a mesh is closed only where sides meet sides.
 
+use std::collections::hash_map::Entry;
 use std::collections::{HashMap, HashSet};
 
 use robust::{Coord, orient2d};
@@ -113,10 +114,10 @@ impl<'a> View<'a> {
         let mut handles: HashMap<u32, FixedVertexHandle> = HashMap::new();
         let mut first_at: Vec<u32> = Vec::new();
         for &index in rings.iter().copied().flatten() {
-            if !handles.contains_key(&index) {
+            if let Entry::Vacant(place) = handles.entry(index) {
                 let Coord { x, y } = self.at(index);
                 let handle = outlines.plane.insert(Corner { at: Point2::new(x, y), index }).ok()?;
-                handles.insert(index, handle);
+                place.insert(handle);
                 match first_at.get(handle.index()) {
                     None => first_at.push(index),
                     // Corners that are seen at one place have to be at one.

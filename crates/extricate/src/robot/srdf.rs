@@ -176,7 +176,8 @@ mod tests {
 
     #[test]
     fn groups_resolve_to_joints() {
-        let robot = urdf::parse("r.urdf", ROBOT, &mut |_| unreachable!(), &mut vec![]).unwrap();
+        let robot =
+            urdf::parse("r.urdf", ROBOT, urdf::Shapes::Collision, &mut |_| unreachable!(), &mut vec![]).unwrap();
         let srdf = parse("r.srdf", TEXT).unwrap();
         let joints = |group| srdf.group_joints("r.srdf", group, &robot);
         assert_eq!(joints("arm").unwrap(), [0, 2]);

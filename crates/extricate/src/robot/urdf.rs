@@ -16,6 +16,15 @@ mod plain;
 /// Loads an unscaled mesh by the `filename` attribute of a `<mesh>` element.
 pub type LoadMesh<'a> = &'a mut dyn FnMut(&str) -> Result<Arc<TriangleMesh>>;
 
+/// Which shapes of its links a robot collides with.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Shapes {
+    /// Those of `<collision>` elements.
+    Collision,
+    /// Those of `<visual>` elements.
+    Visual,
+}
+
 /// Parses URDF `text`; `file` is its name in messages. Warnings are appended to `warnings`.
 ///
 /// Joint types are those of URDF and `spherical`; geometries those of URDF and `capsule`, whose length is that of the
@@ -24,9 +33,10 @@ pub type LoadMesh<'a> = &'a mut dyn FnMut(&str) -> Result<Arc<TriangleMesh>>;
 ///
 /// # Errors
 /// [`Error::Input`], with the link or joint, the value and what was expected: text that is not plain URDF, names that
-/// repeat or do not exist, links that are not one tree, limits or axes that make no sense, sizes that are not positive.
-pub fn parse(file: &str, text: &str, load_mesh: LoadMesh, warnings: &mut Vec<String>) -> Result<Robot> {
-    let plain = plain::plain(file, text, warnings)?;
+/// repeat or do not exist, links that are not one tree, limits or axes that make no sense, sizes that are negative. Points and
+/// segments are left out, discs and plates are as thin as a micrometre, each with a warning.
+pub fn parse(file: &str, text: &str, shapes: Shapes, load_mesh: LoadMesh, warnings: &mut Vec<String>) -> Result<Robot> {
+    let plain = plain::plain(file, text, shapes, warnings)?;
     let urdf = urdf_rs::read_from_string(&plain)
         .map_err(|error| Error::input(file, "robot", format!("got what urdf-rs calls `{error}`, expected URDF")))?;
     let mut meshes = Meshes { load: load_mesh, scaled: HashMap::new() };
@@ -38,7 +48,13 @@ pub fn parse(file: &str, text: &str, load_mesh: LoadMesh, warnings: &mut Vec<Str
             return Err(Error::input(file, element, "got a second link of this name, expected unique names"));
         }
         let mut collision = Vec::with_capacity(link.collision.len());
-        for part in &link.collision {
+        for mut part in link.collision {
+            if let Some((is_something, told)) = mend_zero_size(&mut part.geometry) {
+                warnings.push(format!("{file}: {element}: {told}"));
+                if !is_something {
+                    continue;
+                }
+            }
             let geometry = convert_geometry(file, &element, &part.geometry, &mut meshes)?;
             collision.push(LinkGeometry { pose_link_geometry: pose(&part.origin), geometry });
         }
@@ -63,6 +79,38 @@ pub fn parse(file: &str, text: &str, load_mesh: LoadMesh, warnings: &mut Vec<Str
     Ok(Robot { name: urdf.name, links, joints, root })
 }
 
+/// What a geometry without volume is taken for \[m\], where it has an area: more than rounding, less than any clearance in use.
+const THIN: f64 = 1e-6;
+
+/// Mends a geometry without volume, and says what it is taken for: a disc or plate is as thin as [`THIN`]; points and segments, which
+/// exporters write where nothing shall collide, are nothing.
+fn mend_zero_size(geometry: &mut urdf_rs::Geometry) -> Option<(bool, String)> {
+    let is_zero = |sizes: &[f64]| sizes.contains(&0.0) && sizes.iter().all(|size| *size >= 0.0);
+    let told = |size: String, has_area: bool| {
+        let taken = if has_area { format!("{THIN:e} m thick") } else { "none".into() };
+        Some((has_area, format!("a collision geometry with {size} is taken for {taken}")))
+    };
+    match geometry {
+        urdf_rs::Geometry::Sphere { radius } if *radius == 0.0 => told(format!("radius=\"{radius}\""), false),
+        urdf_rs::Geometry::Cylinder { radius, length } if is_zero(&[*radius, *length]) => {
+            let size = format!("radius=\"{radius}\" length=\"{length}\"");
+            let has_area = *radius > 0.0;
+            *length = length.max(THIN);
+            told(size, has_area)
+        }
+        urdf_rs::Geometry::Capsule { radius, length } if *radius == 0.0 && *length >= 0.0 => {
+            told(format!("radius=\"{radius}\" length=\"{length}\""), false)
+        }
+        urdf_rs::Geometry::Box { size } if is_zero(&**size) => {
+            let [x, y, z] = **size;
+            let has_area = [x, y, z].iter().filter(|side| **side == 0.0).count() == 1;
+            size.iter_mut().for_each(|side| *side = side.max(THIN));
+            told(format!("size=\"{x} {y} {z}\""), has_area)
+        }
+        _ => None,
+    }
+}
+
 /// Meshes, each scaled once however many links use it.
 struct Meshes<'a> {
     load: LoadMesh<'a>,
@@ -84,6 +132,9 @@ fn convert_geometry(file: &str, element: &str, geometry: &urdf_rs::Geometry, mes
         urdf_rs::Geometry::Sphere { radius } => Geometry::Sphere { radius: positive("radius", *radius)? },
         urdf_rs::Geometry::Cylinder { radius, length } => {
             Geometry::Cylinder { radius: positive("radius", *radius)?, half_length: 0.5 * positive("length", *length)? }
+        }
+        urdf_rs::Geometry::Capsule { radius, length } if *length == 0.0 => {
+            Geometry::Sphere { radius: positive("radius", *radius)? }
         }
         urdf_rs::Geometry::Capsule { radius, length } => {
             Geometry::Capsule { radius: positive("radius", *radius)?, half_length: 0.5 * positive("length", *length)? }

@@ -142,7 +142,7 @@ pub struct RobotEntry {
     pub limits: BTreeMap<String, LimitsEntry>,
 }
 
-/// What becomes of a robot's meshes.
+/// Which shapes a robot has, and what becomes of their meshes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum GeometryKind {
@@ -151,6 +151,8 @@ pub enum GeometryKind {
     Mesh,
     /// Each becomes its convex hull.
     ConvexHull,
+    /// They stay as they are, and so do all shapes, but those of `<visual>` elements are taken.
+    Visual,
 }
 
 /// How a robot's root link may move.

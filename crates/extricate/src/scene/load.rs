@@ -11,6 +11,8 @@ use super::file::{GeometryKind, RobotEntry};
 use super::names::robot_names;
 use crate::error::{Error, Result};
 use crate::robot::srdf::Srdf;
+use crate::robot::urdf::Shapes;
+use crate::robot::xml::{decoded, package_name};
 use crate::robot::{Robot, TriangleMesh, mesh_file, srdf, urdf};
 
 /// The files of one scene.
@@ -21,6 +23,8 @@ pub struct Files<'a> {
     folder: PathBuf,
     read: ReadFile<'a>,
     meshes: HashMap<PathBuf, Arc<TriangleMesh>>,
+    /// By folder, what its `package.xml` calls it.
+    package_names: HashMap<PathBuf, Option<String>>,
     /// What to say of the meshes, each once.
     mesh_warnings: Vec<String>,
 }
@@ -29,7 +33,14 @@ impl<'a> Files<'a> {
     /// Of the scene file at `path`.
     pub fn new(path: &Path, read: ReadFile<'a>) -> Self {
         let folder = path.parent().unwrap_or(Path::new("")).to_path_buf();
-        Self { file: path.display().to_string(), folder, read, meshes: HashMap::new(), mesh_warnings: Vec::new() }
+        Self {
+            file: path.display().to_string(),
+            folder,
+            read,
+            meshes: HashMap::new(),
+            package_names: HashMap::new(),
+            mesh_warnings: Vec::new(),
+        }
     }
 
     /// Parses every robot; names are made unique.
@@ -60,8 +71,15 @@ impl<'a> Files<'a> {
         let text = self.text(&path, &format!("robot {}: urdf", index + 1))?;
         let folder = path.parent().unwrap_or(Path::new("")).to_path_buf();
         let packages: Vec<PathBuf> = entry.packages.iter().map(|package| self.folder.join(package)).collect();
-        let mut load = |uri: &str| self.first_mesh(&file, uri, &candidates(uri, &folder, &packages));
-        let mut robot = urdf::parse(&file, &text, &mut load, warnings)?;
+        let shapes = if entry.geometry == GeometryKind::Visual { Shapes::Visual } else { Shapes::Collision };
+        let mut load = |uri: &str| {
+            let mut paths = candidates(uri, &folder, &packages);
+            if paths.iter().all(|path| matches!(self.mesh_at(path), Ok(None))) {
+                paths.extend(self.in_named_packages(uri, &folder, &packages));
+            }
+            self.first_mesh(&file, uri, &paths)
+        };
+        let mut robot = urdf::parse(&file, &text, shapes, &mut load, warnings)?;
         if entry.geometry == GeometryKind::ConvexHull {
             hull_links(&mut robot, warnings);
         }
@@ -106,11 +124,32 @@ impl<'a> Files<'a> {
         }
         let tried: Vec<String> = candidates.iter().map(|path| path.display().to_string()).collect();
         let advice = match package_of(uri) {
-            Some((package, _)) => format!("; add the folder that holds `{package}` to `packages` in the scene"),
+            Some((package, _)) => format!(
+                "; add the folder that holds `{package}`, or the one whose package.xml calls it so, to `packages` in the scene"
+            ),
             None => String::new(),
         };
         let tried = if tried.is_empty() { "no folder".into() } else { tried.join(", ") };
         Err(Error::not_found(file, format!("mesh \"{uri}\""), format!("not found, tried {tried}{advice}")))
+    }
+
+    /// Where the file that a URDF calls `uri` may be in a folder whose `package.xml` names the package: one of `packages`, or one that the
+    /// URDF lies in. What a folder is called does not matter there, as in ROS.
+    fn in_named_packages(&mut self, uri: &str, folder: &Path, packages: &[PathBuf]) -> Vec<PathBuf> {
+        let Some((package, rest)) = package_of(uri) else { return Vec::new() };
+        let folders = packages.iter().map(PathBuf::as_path).chain(folder.ancestors());
+        let named: Vec<&Path> = folders.filter(|folder| self.package_at(folder).as_deref() == Some(package)).collect();
+        named.into_iter().map(|folder| folder.join(rest)).collect()
+    }
+
+    /// The name that a folder's `package.xml` gives it, if it has one that can be read.
+    fn package_at(&mut self, folder: &Path) -> Option<String> {
+        if let Some(known) = self.package_names.get(folder) {
+            return known.clone();
+        }
+        let name = (self.read)(&folder.join("package.xml")).ok().and_then(|bytes| package_name(&decoded(&bytes)));
+        self.package_names.insert(folder.to_path_buf(), name.clone());
+        name
     }
 
     /// `None` where there is no such file.
@@ -131,10 +170,7 @@ impl<'a> Files<'a> {
 
     fn text(&mut self, path: &Path, element: &str) -> Result<String> {
         let bytes = (self.read)(path).map_err(|error| named(&self.file, element, error))?;
-        String::from_utf8(bytes).map_err(|error| {
-            let at = error.utf8_error().valid_up_to();
-            Error::input(path.display().to_string(), format!("byte {at}"), "not UTF-8, expected XML in UTF-8")
-        })
+        Ok(decoded(&bytes))
     }
 }
 
@@ -203,6 +239,27 @@ mod tests {
         assert_eq!(paths("/m/a.stl", &[]), ["/m/a.stl"]);
         assert_eq!(paths("../m/a.stl", &["p"]), ["s/urdf/../m/a.stl"]);
         assert!(paths("package://arm/a.stl", &[]).is_empty());
+    }
+
+    #[test]
+    fn packages_are_called_what_their_package_xml_says() {
+        let obj = b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
+        for (urdf, packages) in [("v/arm/urdf", &["v"][..]), ("v/arm", &[]), ("elsewhere", &["v/arm"])] {
+            let mut read = |path: &Path| match path.to_str() {
+                Some("v/arm/package.xml") => Ok(b"<package format='2'><name> arm_support\n</name></package>".to_vec()),
+                Some("v/package.xml") => Ok(b"not XML".to_vec()),
+                Some("v/arm/meshes/link.obj") => Ok(obj.to_vec()),
+                _ => Err(Error::Read { path: path.to_path_buf(), source: ErrorKind::NotFound.into() }),
+            };
+            let mut files = Files::new(Path::new("s.toml"), &mut read);
+            let packages: Vec<PathBuf> = packages.iter().map(PathBuf::from).collect();
+            let found = |files: &mut Files, uri: &str| files.in_named_packages(uri, Path::new(urdf), &packages);
+            let paths = found(&mut files, "package://arm_support/meshes/link.obj");
+            assert_eq!(paths, [PathBuf::from("v/arm/meshes/link.obj")], "{urdf}");
+            assert!(files.first_mesh("r.urdf", "u", &paths).is_ok());
+            assert!(found(&mut files, "package://arm/meshes/link.obj").is_empty());
+            assert!(found(&mut files, "meshes/link.obj").is_empty());
+        }
     }
 
     #[test]

@@ -6,7 +6,11 @@
 
 use roxmltree::Node;
 
-use super::super::xml::{NEEDS_XACRO, child, children, document, label, numbers, numbers_within, required};
+use super::super::xml::{
+    NEEDS_XACRO, child, children, document, label, numbers, numbers_within, own_attribute, required,
+    with_declared_prefixes,
+};
+use super::Shapes;
 use crate::error::{Error, Result};
 use crate::math::quaternion_matrix;
 
@@ -14,8 +18,9 @@ const JOINT_TYPES: [&str; 7] = ["fixed", "revolute", "continuous", "prismatic", 
 
 /// The robot in `text` as a document of links and joints that `urdf_rs` can read without an error. Every joint that may
 /// have limits but needs none states them, infinite where the file has none.
-pub(super) fn plain(file: &str, text: &str, warnings: &mut Vec<String>) -> Result<String> {
-    let document = document(file, text, "URDF")?;
+pub(super) fn plain(file: &str, text: &str, shapes: Shapes, warnings: &mut Vec<String>) -> Result<String> {
+    let text = with_declared_prefixes(text);
+    let document = document(file, &text, "URDF")?;
     let robot = document.root_element();
     if robot.tag_name().name() != "robot" {
         return Err(Error::input(file, "root", format!("got <{}>, expected <robot>", robot.tag_name().name())));
@@ -27,12 +32,23 @@ pub(super) fn plain(file: &str, text: &str, warnings: &mut Vec<String>) -> Resul
         return Err(Error::input(file, format!("line {line}"), NEEDS_XACRO));
     }
     let mut writer = Writer { file, element: String::new(), text: String::from("<robot") };
-    writer.attribute("name", robot.attribute("name").unwrap_or("robot"));
+    writer.attribute("name", own_attribute(robot, "name").unwrap_or("robot"));
     // It decides what a limit that is not stated means.
-    robot.attribute("version").into_iter().for_each(|version| writer.attribute("version", version));
+    own_attribute(robot, "version").into_iter().for_each(|version| writer.attribute("version", version));
     writer.text += ">";
     for node in children(robot, "link") {
-        writer.link(node, warnings)?;
+        writer.link(node, shapes, warnings)?;
+    }
+    let have = |tag: &'static str| children(robot, "link").filter(move |link| child(*link, tag).is_some());
+    if shapes == Shapes::Collision && have("collision").next().is_none() {
+        let seen: Vec<&str> = have("visual").filter_map(|link| own_attribute(link, "name")).collect();
+        if !seen.is_empty() {
+            warnings.push(format!(
+                "{file}: no link has <collision> geometry, so the robot collides with nothing; <visual> geometry ({}) is \
+                 taken with `geometry = \"visual\"`",
+                seen.join(", ")
+            ));
+        }
     }
     for node in children(robot, "joint") {
         writer.joint(node)?;
@@ -49,14 +65,18 @@ struct Writer<'a> {
 }
 
 impl Writer<'_> {
-    fn link(&mut self, node: Node, warnings: &mut Vec<String>) -> Result<()> {
+    fn link(&mut self, node: Node, shapes: Shapes, warnings: &mut Vec<String>) -> Result<()> {
         self.element = label(node);
         self.text += "<link";
         self.copy(node, "name")?;
         self.text += ">";
-        for part in children(node, "collision") {
+        let tag = match shapes {
+            Shapes::Collision => "collision",
+            Shapes::Visual => "visual",
+        };
+        for part in children(node, tag) {
             let Some(shape) = child(part, "geometry").and_then(|g| g.children().find(Node::is_element)) else {
-                warnings.push(format!("{}: {}: a <collision> without geometry is ignored", self.file, self.element));
+                warnings.push(format!("{}: {}: a <{tag}> without geometry is ignored", self.file, self.element));
                 continue;
             };
             self.text += "<collision>";
@@ -94,7 +114,7 @@ impl Writer<'_> {
         let Some(node) = child(parent, "origin") else { return Ok(()) };
         self.text += "<origin";
         self.copy_numbers_if_any::<3>(node, "xyz")?;
-        match node.attribute("quat_xyzw") {
+        match own_attribute(node, "quat_xyzw") {
             None => self.copy_numbers_if_any::<3>(node, "rpy")?,
             Some(value) => {
                 let quaternion = nalgebra::Vector4::from(numbers::<4>(self.file, &self.element, "quat_xyzw", value)?);
@@ -114,7 +134,7 @@ impl Writer<'_> {
         self.text += "<joint";
         self.copy(node, "name")?;
         self.copy(node, "type")?;
-        let kind = node.attribute("type").unwrap_or_default();
+        let kind = own_attribute(node, "type").unwrap_or_default();
         if !JOINT_TYPES.contains(&kind) {
             let kinds = "fixed, revolute, continuous, prismatic, planar, spherical or floating";
             return self.error(format!("got type=\"{kind}\", expected {kinds}"));
@@ -129,7 +149,7 @@ impl Writer<'_> {
             self.text += "/>";
         }
         self.origin(node)?;
-        if let Some(axis) = child(node, "axis").filter(|axis| axis.has_attribute("xyz")) {
+        if let Some(axis) = child(node, "axis").filter(|axis| own_attribute(*axis, "xyz").is_some()) {
             self.text += "<axis";
             self.copy_numbers::<3>(axis, "xyz")?;
             self.text += "/>";
@@ -153,7 +173,9 @@ impl Writer<'_> {
     fn limit(&mut self, kind: &str, limit: Option<Node>) -> Result<()> {
         let limit = match kind {
             "revolute" | "prismatic" => limit,
-            "planar" | "floating" => limit.filter(|l| l.has_attribute("lower") && l.has_attribute("upper")),
+            "planar" | "floating" => {
+                limit.filter(|l| own_attribute(*l, "lower").is_some() && own_attribute(*l, "upper").is_some())
+            }
             _ => return Ok(()),
         };
         // `urdf_rs` insists on a velocity.
@@ -161,7 +183,7 @@ impl Writer<'_> {
         match limit {
             Some(limit) => {
                 for name in ["lower", "upper"] {
-                    if let Some(value) = limit.attribute(name) {
+                    if let Some(value) = own_attribute(limit, name) {
                         // Some say "no limit" with 1e16.
                         numbers_within::<1>(f64::MAX, self.file, &self.element, name, value)?;
                         self.attribute(name, value);
@@ -189,7 +211,7 @@ impl Writer<'_> {
     }
 
     fn copy_numbers_if_any<const N: usize>(&mut self, node: Node, name: &str) -> Result<()> {
-        if node.has_attribute(name) { self.copy_numbers::<N>(node, name) } else { Ok(()) }
+        if own_attribute(node, name).is_some() { self.copy_numbers::<N>(node, name) } else { Ok(()) }
     }
 
     fn attribute(&mut self, name: &str, value: &str) {
@@ -257,6 +279,6 @@ mod tests {
         let expected = "<robot name=\"&lt;a&quot;\"><link name=\"a\"><collision><origin xyz=\"1 1  2\"/><geometry>\
             <sphere radius=\"1\"/></geometry></collision></link><joint name=\"j\" type=\"planar\"><parent link=\"a\"/>\
             <child link=\"b\"/><limit velocity='0' lower='-inf' upper='inf'/></joint></robot>";
-        assert_eq!(plain("r.urdf", text, &mut vec![]).unwrap(), expected);
+        assert_eq!(plain("r.urdf", text, Shapes::Collision, &mut vec![]).unwrap(), expected);
     }
 }

@@ -9,7 +9,7 @@ fn joint(name: &str, kind: &str, parent: &str, child: &str, more: &str) -> Strin
 }
 
 fn robot(content: &str) -> Result<Robot> {
-    parse("r.urdf", &format!("<robot name='r'>{content}</robot>"), &mut tetrahedron, &mut vec![])
+    parse("r.urdf", &format!("<robot name='r'>{content}</robot>"), Shapes::Collision, &mut tetrahedron, &mut vec![])
 }
 
 fn tetrahedron(name: &str) -> Result<Arc<TriangleMesh>> {
@@ -62,7 +62,7 @@ fn every_geometry_is_read() {
     let mut warnings = vec![];
     let text =
         format!("<robot name='r'><link name='a'>{}</link><material><texture/></material></robot>", content.concat());
-    let robot = parse("r.urdf", &text, &mut tetrahedron, &mut warnings).unwrap();
+    let robot = parse("r.urdf", &text, Shapes::Collision, &mut tetrahedron, &mut warnings).unwrap();
     let parts = &robot.links[0].collision;
     assert_eq!(warnings, ["r.urdf: link \"a\": a <collision> without geometry is ignored"]);
     assert!((parts[0].pose_link_geometry.point(&Vec3::x()) - Vec3::new(1., 3., 3.)).norm() < 1e-15);
@@ -84,7 +84,8 @@ fn shapes_that_make_no_sense_are_named() {
         ("<box size='1 -1 1'/>", "link \"a\": got size=\"1 -1 1\", expected positive sizes"),
         ("<box size='1 x 2 3'/>", "got size=\"1 x 2 3\", expected 3 finite numbers"),
         ("<box size='1 1'/>", "got size=\"1 1\", expected 3 finite numbers"),
-        ("<sphere radius='0'/>", "got radius=\"0\", expected a positive size"),
+        ("<sphere radius='-1'/>", "got radius=\"-1\", expected a positive size"),
+        ("<cylinder radius='0' length='-1'/>", "expected a positive size"),
         ("<sphere radius='NaN'/>", "got radius=\"NaN\", expected a finite number"),
         ("<sphere radius='${r}'/>", "xacro"),
         ("<cylinder radius='1'/>", "got <cylinder> without the attribute `length`"),
@@ -96,6 +97,60 @@ fn shapes_that_make_no_sense_are_named() {
     }
     let missing = "<link name='a'><collision><geometry><mesh filename='x'/></geometry></collision></link>";
     assert_eq!(robot(missing).unwrap_err().to_string(), "x: file: missing");
+}
+
+#[test]
+fn shapes_without_volume_are_told() {
+    let read = |shape: &str| {
+        let mut warnings = vec![];
+        let text = format!("<link name='a'><collision><geometry>{shape}</geometry></collision></link>");
+        let robot = parse(
+            "r.urdf",
+            &format!("<robot name='r'>{text}</robot>"),
+            Shapes::Collision,
+            &mut tetrahedron,
+            &mut warnings,
+        )
+        .unwrap();
+        (robot.links[0].collision.first().map(|part| part.geometry.clone()), warnings)
+    };
+    for (shape, told) in [
+        ("<box size='0 0 0'/>", "size=\"0 0 0\""),
+        ("<box size='1 0 0'/>", "size=\"1 0 0\""),
+        ("<sphere radius='0'/>", "radius=\"0\""),
+        ("<cylinder radius='0' length='1'/>", "radius=\"0\" length=\"1\""),
+        ("<capsule radius='0.0' length='1'/>", "radius=\"0\" length=\"1\""),
+    ] {
+        let warnings = vec![format!("r.urdf: link \"a\": a collision geometry with {told} is taken for none")];
+        assert_eq!(read(shape), (None, warnings));
+    }
+    let (plate, warnings) = read("<box size='1 0 2'/>");
+    assert_eq!(plate, Some(Geometry::Box { half_extents: Vec3::new(0.5, 5e-7, 1.0) }));
+    assert!(warnings[0].contains("size=\"1 0 2\" is taken for 1e-6 m thick"), "{warnings:?}");
+    let (disc, _) = read("<cylinder radius='1' length='0'/>");
+    assert_eq!(disc, Some(Geometry::Cylinder { radius: 1.0, half_length: 5e-7 }));
+    assert_eq!(read("<capsule radius='1' length='0'/>"), (Some(Geometry::Sphere { radius: 1.0 }), vec![]));
+}
+
+#[test]
+fn robots_that_can_only_be_seen_are_told_and_visuals_may_be_taken() {
+    let shape = "<geometry><sphere radius='1'/></geometry>";
+    let link = |name: &str, tag: &str| format!("<link name='{name}'><{tag}>{shape}</{tag}></link>");
+    let read = |links: &str, shapes: Shapes| {
+        let mut warnings = vec![];
+        let text = format!("<robot name='r'>{links}{}</robot>", joint("j", "fixed", "a", "b", ""));
+        let robot = parse("r.urdf", &text, shapes, &mut tetrahedron, &mut warnings).unwrap();
+        (robot.links.iter().map(|link| link.collision.len()).collect::<Vec<_>>(), warnings)
+    };
+    let seen = link("a", "visual") + &link("b", "visual");
+    let (parts, warnings) = read(&seen, Shapes::Collision);
+    assert_eq!((parts, warnings.len()), (vec![0, 0], 1));
+    assert!(warnings[0].starts_with("r.urdf: no link has <collision> geometry") && warnings[0].contains("(a, b)"));
+    assert_eq!(read(&seen, Shapes::Visual), (vec![1, 1], vec![]));
+    let mixed = link("a", "visual") + &link("b", "collision");
+    assert_eq!(read(&mixed, Shapes::Collision), (vec![0, 1], vec![]));
+    assert_eq!(read(&mixed, Shapes::Visual), (vec![1, 0], vec![]));
+    assert_eq!(read("<link name='a'/><link name='b'/>", Shapes::Collision).1, Vec::<String>::new());
 }
 
 #[test]
@@ -138,7 +193,7 @@ fn joints_that_make_no_sense_are_named() {
         joint("j", "revolute", "a", "b", "<limit/>"),
         joint("k", "fixed", "b", "c", "")
     );
-    let robot = parse("r.urdf", &still, &mut tetrahedron, &mut warnings).unwrap();
+    let robot = parse("r.urdf", &still, Shapes::Collision, &mut tetrahedron, &mut warnings).unwrap();
     assert_eq!(robot.joints[0].limits, Some((0.0, 0.0)));
     assert_eq!((robot.joints[0].axis, warnings.len()), (Vec3::x(), 1));
 }
@@ -149,7 +204,8 @@ fn limits_that_bound_nothing_are_none() {
         let mut warnings = vec![];
         let text =
             format!("<robot name='r'><link name='a'/><link name='b'/>{}</robot>", joint("j", kind, "a", "b", limit));
-        let joint = parse("r.urdf", &text, &mut tetrahedron, &mut warnings).unwrap().joints.remove(0);
+        let joint =
+            parse("r.urdf", &text, Shapes::Collision, &mut tetrahedron, &mut warnings).unwrap().joints.remove(0);
         assert_eq!(warnings.len(), warned, "{warnings:?}");
         (joint.kind, joint.limits)
     };
@@ -165,7 +221,7 @@ fn limits_that_are_not_stated_are_zero_before_version_1_2_and_an_error_from_then
     let read = |version: &str, kind: &str, limit: &str| {
         let joint = joint("j", kind, "a", "b", limit);
         let text = format!("<robot version='{version}'><link name='a'/><link name='b'/>{joint}</robot>");
-        parse("r.urdf", &text, &mut tetrahedron, &mut vec![]).map(|robot| robot.joints[0].limits)
+        parse("r.urdf", &text, Shapes::Collision, &mut tetrahedron, &mut vec![]).map(|robot| robot.joints[0].limits)
     };
     for version in ["1.0", "1.1", "new"] {
         assert_eq!(read(version, "revolute", "<limit upper='1' effort='-1' velocity='x'/>").unwrap(), Some((0.0, 1.0)));
@@ -186,7 +242,7 @@ fn limits_that_are_not_stated_are_zero_before_version_1_2_and_an_error_from_then
 fn names_keep_every_character() {
     let name = "a&amp;&lt;b&gt; \"c&apos; \u{2028}\u{e9}&#10;&#9;d";
     let text = format!("<robot><link name='{name}'/><link name='b'/>{}</robot>", joint("j", "fixed", name, "b", ""));
-    let robot = parse("r.urdf", &text, &mut tetrahedron, &mut vec![]).unwrap();
+    let robot = parse("r.urdf", &text, Shapes::Collision, &mut tetrahedron, &mut vec![]).unwrap();
     assert_eq!(robot.links[0].name, "a&<b> \"c' \u{2028}\u{e9}\n\td");
     assert_eq!(robot.joints[0].parent, 0);
 }
@@ -203,7 +259,10 @@ fn truncation_never_panics() {
         1,
     );
     for length in 0..=good.len() {
-        assert_eq!(parse("r.urdf", &good[..length], &mut tetrahedron, &mut vec![]).is_ok(), length == good.len());
+        assert_eq!(
+            parse("r.urdf", &good[..length], Shapes::Collision, &mut tetrahedron, &mut vec![]).is_ok(),
+            length == good.len()
+        );
     }
 }
 
@@ -225,7 +284,8 @@ fn mimic_chains_end_at_an_independent_joint() {
 
 #[test]
 fn macros_are_not_urdf() {
-    let parse = |text: &str| parse("r.xacro", text, &mut tetrahedron, &mut vec![]).unwrap_err().to_string();
+    let parse =
+        |text: &str| parse("r.xacro", text, Shapes::Collision, &mut tetrahedron, &mut vec![]).unwrap_err().to_string();
     assert!(parse("<robot><xacro:include filename='x'/></robot>").contains("line 1: got a xacro macro"));
     let declared = "<robot xmlns:xacro='http://www.ros.org/wiki/xacro'>\n<xacro:include filename='x'/></robot>";
     assert!(parse(declared).contains("line 2: got a xacro macro"));
