@@ -159,7 +159,8 @@ fn point_segment(x: &Vec3, a: &Vec3, b: &Vec3) -> f64 {
     (a + edge * s - x).norm_squared()
 }
 
-/// Whether some component of `inner` has its first vertex in what the closed components of `outer` wind around: cavities wind the other way.
+/// Whether some component of `inner` has its first vertex in what the closed components of `outer`
+/// wind around: cavities wind the other way.
 fn holds(outer: &TriangleMesh, inner: &TriangleMesh) -> bool {
     let probes =
         inner.components.iter().filter(|c| !c.triangles.is_empty()).map(|c| inner.corners(c.triangles.start)[0]);

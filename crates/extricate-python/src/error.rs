@@ -1,4 +1,5 @@
-//! From the library's errors and warnings to the built-in exceptions that a Python user expects; the message stays.
+//! From the library's errors and warnings to the built-in exceptions that a Python user expects;
+//! the message stays.
 
 use std::ffi::CString;
 use std::io;

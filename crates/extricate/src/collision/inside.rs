@@ -23,17 +23,20 @@ const DOUBT: f64 = 1e-9;
 /// How the surface of a solid tells what is in it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Inside {
-    /// By how often it winds around a point: what it winds around at all. So a surface that passes through itself encloses what it covers
-    /// twice.
+    /// By how often it winds around a point: what it winds around at all. So a surface that passes
+    /// through itself encloses what it covers twice.
     Wound,
-    /// The same with cavities, which wind the other way: what is wound around more often outward than inward.
+    /// The same with cavities, which wind the other way: what is wound around more often outward
+    /// than inward.
     Hollow,
-    /// By whether it is crossed an odd number of times on the way from afar: where faces contradict each other.
+    /// By whether it is crossed an odd number of times on the way from afar: where faces contradict
+    /// each other.
     Odd,
 }
 
 impl Inside {
-    /// Of triangles with an even number at every edge: they wind where as many run along it either way.
+    /// Of triangles with an even number at every edge: they wind where as many run along it either
+    /// way.
     pub fn of(triangles: &[[u32; 3]], has_cavities: bool) -> Self {
         let mut ways: HashMap<[u32; 2], i32> = HashMap::with_capacity(triangles.len() * 3 / 2);
         for t in triangles {
@@ -59,8 +62,8 @@ impl Inside {
 
 /// Whether `point` is inside closed group `group` of `tree`. On the surface, to rounding, either answer is right.
 ///
-/// Adds up the crossings of a ray, outward ones less inward ones; a ray that passes too near an edge or along a face is replaced by
-/// another, and after four of them solid angles decide.
+/// Adds up the crossings of a ray, outward ones less inward ones; a ray that passes too near an
+/// edge or along a face is replaced by another, and after four of them solid angles decide.
 ///
 /// # Source
 /// The winding number as a sum of solid angles: A. Van Oosterom and J. Strackee, 1983, doi:10.1109/TBME.1983.325207.
@@ -77,7 +80,8 @@ pub fn is_inside(tree: &Bvh, (group, inside): (usize, Inside), point: &Vec3, sta
     inside.holds(counted.unwrap_or_else(angles))
 }
 
-/// How often a ray leaves through triangles more than it enters; `None` where some crossing is in doubt.
+/// How often a ray leaves through triangles more than it enters; `None` where some crossing is in
+/// doubt.
 struct Crossings<'a> {
     tree: &'a Bvh,
     root: Ref,
@@ -117,7 +121,8 @@ impl WithSimd for Crossings<'_> {
     }
 }
 
-/// 1 for a ray that crosses a triangle along its normal, -1 against it, 0 for one that does not; `None` in doubt.
+/// 1 for a ray that crosses a triangle along its normal, -1 against it, 0 for one that does not;
+/// `None` in doubt.
 fn crosses(triangle: &Triangle, origin: &Vec3, direction: &Vec3) -> Option<i64> {
     let [a, b, c] = triangle.points.map(|p| p - origin);
     let (e1, e2) = (b - a, c - a);

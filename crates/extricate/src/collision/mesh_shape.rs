@@ -6,10 +6,12 @@ use super::orient::outward;
 use crate::math::Vec3;
 use crate::robot::TriangleMesh;
 
-/// A mesh with its tree. Components without triangles are dropped; triangles of closed ones have normals that lead out of the solid.
+/// A mesh with its tree. Components without triangles are dropped; triangles of closed ones have
+/// normals that lead out of the solid.
 #[derive(Debug, Clone)]
 pub struct MeshShape {
-    /// One group for each solid, which is a closed component with its cavities, and one for all triangles of open ones.
+    /// One group for each solid, which is a closed component with its cavities, and one for all
+    /// triangles of open ones.
     pub tree: Bvh,
     /// Whether each group is closed: a solid by itself, also within another one. Open ones are surfaces.
     pub closed: Vec<bool>,
@@ -68,8 +70,8 @@ impl MeshShape {
             && (0..self.insides.len()).any(|c| is_inside(&self.tree, (c, self.insides[c]), point, stack))
     }
 
-    /// Depth \[m\] of `point` below the surface of the solid that holds it deepest, and the nearest point of that
-    /// surface; `None` where it is nowhere deeper than `floor` >= 0.
+    /// Depth \[m\] of `point` below the surface of the solid that holds it deepest, and the nearest
+    /// point of that surface; `None` where it is nowhere deeper than `floor` >= 0.
     pub fn depth_inside(&self, point: &Vec3, floor: f64, stack: &mut Vec<(f64, u32)>) -> Option<(f64, Vec3)> {
         let mut best = None;
         let mut floor_squared = floor * floor;
@@ -89,8 +91,8 @@ impl MeshShape {
         best
     }
 
-    /// Signed depth \[m\] of `point` in the union of the solids: at least that in the deepest one; outside minus
-    /// the distance to the nearest triangle. `None` where it is not above `least`.
+    /// Signed depth \[m\] of `point` in the union of the solids: at least that in the deepest one;
+    /// outside minus the distance to the nearest triangle. `None` where it is not above `least`.
     pub fn depth_above(&self, point: &Vec3, least: f64, stack: &mut Vec<(f64, u32)>) -> Option<f64> {
         if let Some((depth, _)) = self.depth_inside(point, least.max(0.0), stack) {
             return Some(depth);
@@ -172,7 +174,8 @@ mod tests {
             at(0.2, 0.5, false),
             at(0.25, 0.4, true),
             at(0.3, 0.2, false),
-            // Another solid that overlaps the outermost wall from without and stands in the first cavity.
+            // Another solid that overlaps the outermost wall from without and stands in the first
+            // cavity.
             (Vec3::new(0.0, -1.0, 0.0), Vec3::new(0.1, 0.2, 0.1), true),
         ];
         let (shape, winding) = nest(&boxes);
@@ -186,7 +189,8 @@ mod tests {
             assert_eq!(shape.holds(&p, stack), winding(&p) > 0, "{p}");
             if winding(&p) > 0 {
                 held += 1;
-                // In a solid of its own at least as deep as from the nearest side of all; never deeper than from the air.
+                // In a solid of its own at least as deep as from the nearest side of all; never
+                // deeper than from the air.
                 assert!(depth >= nearest - 1e-12, "{p} {depth} {nearest}");
                 let air = (0..600).map(|k| {
                     let way = Vec3::new((k as f64).sin(), (k as f64 * 1.7).cos(), (k as f64 * 0.3).sin()).normalize();

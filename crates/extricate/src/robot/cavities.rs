@@ -1,13 +1,16 @@
-//! Cavities: closed parts of a mesh that lie within another one and face the other way. Not what is inside at a point.
+//! Cavities: closed parts of a mesh that lie within another one and face the other way. Not what is
+//! inside at a point.
 
 use super::topology::Part;
 use crate::math::Vec3;
 
 /// Corners of a part that are asked whether they lie in another one.
 const ASKED: usize = 256;
-/// Meshes of more closed parts that face both ways have no cavities: every part would be compared with every other one.
+/// Meshes of more closed parts that face both ways have no cavities: every part would be compared
+/// with every other one.
 const MOST_PARTS: usize = 20_000;
-/// A cavity encloses more than this share of its area to the power of 3/2: less is the rounding of flat parts. A ball has 0.09.
+/// A cavity encloses more than this share of its area to the power of 3/2: less is the rounding of
+/// flat parts. A ball has 0.09.
 const LEAST: f64 = 1e-9;
 
 /// A closed part.
@@ -21,9 +24,10 @@ struct Shell {
 
 /// Turns cavities to face into the cavity, and puts each behind the solid that it is in.
 ///
-/// Winding numbers decide. Every closed part counts 1 in what it encloses, but for those that face against the outermost part around
-/// them: they count -1 where the others around them add up to 1, so that what they enclose is outside. Where solids overlap that both
-/// face outward, nothing becomes a cavity. A mesh whose parts all face inward is one that is wound the other way.
+/// Winding numbers decide. Every closed part counts 1 in what it encloses, but for those that face
+/// against the outermost part around them: they count -1 where the others around them add up to 1,
+/// so that what they enclose is outside. Where solids overlap that both face outward, nothing
+/// becomes a cavity. A mesh whose parts all face inward is one that is wound the other way.
 pub(super) fn turn(vertices: &[Vec3], parts: &mut Vec<Part>) {
     let closed = || parts.iter().filter(|part| part.closed);
     let inward = closed().filter(|part| part.was_inward).count();
@@ -115,7 +119,8 @@ pub(super) fn volume_and_area(vertices: &[Vec3], triangles: &[[u32; 3]]) -> (f64
 /// How often triangles wind around a point.
 ///
 /// # Source
-/// A. Van Oosterom and J. Strackee, "The solid angle of a plane triangle", 1983, doi:10.1109/TBME.1983.325207.
+/// A. Van Oosterom and J. Strackee, "The solid angle of a plane triangle", 1983,
+/// doi:10.1109/TBME.1983.325207.
 fn winding_number(vertices: &[Vec3], triangles: &[[u32; 3]], point: &Vec3) -> f64 {
     let angle = |t: &[u32; 3]| {
         let [a, b, c] = t.map(|index| vertices[index as usize] - point);

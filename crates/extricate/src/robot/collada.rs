@@ -155,7 +155,8 @@ impl<'a, 'i> Reader<'a, 'i> {
         Ok(())
     }
 
-    /// The faces of a primitive: `count` vertices begin at `first`; an index of them stands at `offset` of every `stride` numbers.
+    /// The faces of a primitive: `count` vertices begin at `first`; an index of them stands at
+    /// `offset` of every `stride` numbers.
     fn faces(
         &mut self,
         primitive: Node<'a, 'i>,

@@ -21,7 +21,8 @@ pub struct TriangleMesh {
     pub vertices: Vec<Vec3>,
     /// Indices into `vertices`; triangles of one component are contiguous, in the order of `components`.
     pub triangles: Vec<[u32; 3]>,
-    /// Connected components (triangles that share an edge). A cavity comes behind the solid that it is in.
+    /// Connected components (triangles that share an edge). A cavity comes behind the solid that it
+    /// is in.
     pub components: Vec<Component>,
 }
 
@@ -46,17 +47,20 @@ impl PartialEq for TriangleMesh {
 }
 
 impl TriangleMesh {
-    /// Welds vertices nearer than 1e-9 of the bounding box's diagonal, drops triangles without area (slivers stay) and
-    /// repeated ones, and sorts the rest into components, in the order of `triangles`.
+    /// Welds vertices nearer than 1e-9 of the bounding box's diagonal, drops triangles without area
+    /// (slivers stay) and repeated ones, and sorts the rest into components, in the order of
+    /// `triangles` (where some are open, closed ones first).
     ///
-    /// Corners of open edges are welded at the precision of `f32` too, where that closes a component.
+    /// Corners of open edges are welded at the precision of `f32` too, where that closes a
+    /// component.
     ///
     /// # Guarantee
-    /// The same input gives the same mesh. A closed component is turned to face outward (positive volume) where its
-    /// triangles can be oriented at all; open ones keep their winding. One that lies within another and was wound to face
-    /// the other way than the outermost around it is a cavity and faces into it (negative volume), where winding numbers say that what it
-    /// encloses is outside. A triangle whose corners lie exactly on a line
-    /// counts as a bridge when closedness is decided, and is dropped then.
+    /// The same input gives the same mesh. A closed component is turned to face outward (positive
+    /// volume) where its triangles can be oriented at all; open ones keep their winding. One that
+    /// lies within another and was wound to face the other way than the outermost around it is a
+    /// cavity and faces into it (negative volume), where winding numbers say that what it encloses
+    /// is outside. A triangle whose corners lie exactly on a line counts as a bridge when
+    /// closedness is decided, and is dropped then.
     ///
     /// # Panics
     /// Where an index is not one of a vertex.

@@ -17,8 +17,8 @@ pub fn parse(file: &str, bytes: &[u8]) -> Result<TriangleMesh> {
     parse_and_warn(file, bytes, &mut Vec::new())
 }
 
-/// As [`parse`]; appends to `warnings` what was done with the file that its author may not have meant: faces
-/// that cannot be triangulated, seams that were welded.
+/// As [`parse`]; appends to `warnings` what was done with the file that its author may not have
+/// meant: faces that cannot be triangulated, seams that were welded.
 ///
 /// # Errors
 /// As [`parse`].

@@ -6,11 +6,13 @@ use crate::math::Vec3;
 
 /// Open edges that are looked at, spread evenly over all.
 const LOOKED_AT: usize = 256;
-/// Cosine below which an edge runs against another one: less than that of the sides of a regular triangle.
+/// Cosine below which an edge runs against another one: less than that of the sides of a regular
+/// triangle.
 const AGAINST: f64 = -0.25;
 
-/// The largest distance \[m\] of an open edge of a mesh from the nearest other one that runs against it, as the other side of a slit
-/// or of a hole does; `None` where no edge is open. As up to 256 of the open edges tell.
+/// The largest distance \[m\] of an open edge of a mesh from the nearest other one that runs
+/// against it, as the other side of a slit or of a hole does; `None` where no edge is open. As up
+/// to 256 of the open edges tell.
 pub fn widest_gap(mesh: &TriangleMesh) -> Option<f64> {
     let mut edges: Vec<[Vec3; 2]> = Vec::new();
     for component in mesh.components.iter().filter(|component| !component.closed) {
@@ -30,7 +32,8 @@ pub fn widest_gap(mesh: &TriangleMesh) -> Option<f64> {
     (0..edges.len()).step_by(step).map(|k| gap(&edges, k)).reduce(f64::max)
 }
 
-/// From the middle of an edge to the nearest one that runs against it; the length of the edge where none does.
+/// From the middle of an edge to the nearest one that runs against it; the length of the edge where
+/// none does.
 fn gap(edges: &[[Vec3; 2]], at: usize) -> f64 {
     let [from, to] = edges[at];
     let (middle, along) = ((from + to) * 0.5, to - from);
@@ -48,7 +51,8 @@ fn gap(edges: &[[Vec3; 2]], at: usize) -> f64 {
 mod tests {
     use super::*;
 
-    /// A cube of side 1 without its top; or with a top that is `shift` above the rim and stands free.
+    /// A cube of side 1 without its top; or with a top that is `shift` above the rim and stands
+    /// free.
     fn cube(shift: Option<f64>) -> TriangleMesh {
         let corner = |k: u32, up: f64| Vec3::new(f64::from(k & 1), f64::from(k >> 1 & 1), f64::from(k >> 2) + up);
         let mut vertices: Vec<Vec3> = (0..8).map(|k| corner(k, 0.0)).collect();

@@ -1,7 +1,8 @@
 //! Faces of many corners to triangles: concave ones, and ones with holes. One face, no mesh.
 //!
-//! Every corner stays a corner of a triangle and every side a side of one, also where three corners lie on a line: neighbours of
-//! the face share them, and a mesh is closed only where sides meet sides.
+//! Every corner stays a corner of a triangle and every side a side of one, also where three corners
+//! lie on a line: neighbours of the face share them, and a mesh is closed only where sides meet
+//! sides.
 
 use std::collections::hash_map::Entry;
 use std::collections::{HashMap, HashSet};
@@ -12,22 +13,25 @@ use spade::{ConstrainedDelaunayTriangulation, HasPosition, Point2, Triangulation
 
 use crate::math::Vec3;
 
-/// The face crosses itself, or its holes cross it or lie outside, or it is so far from flat that it does when seen along its normal.
+/// The face crosses itself, or its holes cross it or lie outside, or it is so far from flat that it
+/// does when seen along its normal.
 #[derive(Debug, PartialEq, Eq)]
 pub(super) struct Untriangulable;
 
 /// Share of the area of a face that rounding may take from or add to that of its triangles.
 const ROUNDING: f64 = 1e-9;
 
-/// Appends the triangles of a face, wound as its outline is. `rings` are its outline and its holes, wound either way, as indices into
-/// `vertices`; rings of less than three corners are nothing.
+/// Appends the triangles of a face, wound as its outline is. `rings` are its outline and its holes,
+/// wound either way, as indices into `vertices`; rings of less than three corners are nothing.
 ///
-/// Convex outlines become fans around their first corner, others the constrained Delaunay triangulation of the face seen along
-/// the axis that is nearest to its normal. A face of which that is not possible becomes a fan a ring, so that its sides are there.
+/// Convex outlines become fans around their first corner, others the constrained Delaunay
+/// triangulation of the face seen along the axis that is nearest to its normal. A face of which
+/// that is not possible becomes a fan a ring, so that its sides are there.
 ///
 /// # Source
-/// The normal: I. E. Sutherland, R. F. Sproull and R. A. Schumacker, "A characterization of ten hidden-surface algorithms", 1974,
-/// doi:10.1145/356625.356626 (Newell's method). Triangulation: the crate `spade`.
+/// The normal: I. E. Sutherland, R. F. Sproull and R. A. Schumacker, "A characterization of ten
+/// hidden-surface algorithms", 1974, doi:10.1145/356625.356626 (Newell's method). Triangulation:
+/// the crate `spade`.
 pub(super) fn triangulate(
     vertices: &[Vec3],
     rings: &[&[u32]],
@@ -62,7 +66,8 @@ pub(super) fn fan(ring: &[u32], triangles: &mut Vec<[u32; 3]>) {
     triangles.extend((2..ring.len()).map(|k| [ring[0], ring[k - 1], ring[k]]));
 }
 
-/// Points seen along an axis, so that coordinates stay what they are: corners on a line are seen on a line.
+/// Points seen along an axis, so that coordinates stay what they are: corners on a line are seen on
+/// a line.
 struct View<'a> {
     vertices: &'a [Vec3],
     axes: [usize; 2],
@@ -162,7 +167,8 @@ type Plane = ConstrainedDelaunayTriangulation<Corner>;
 /// The sides of a face in a triangulation of its corners.
 struct Outlines {
     plane: Plane,
-    /// Edges of the triangulation that lie on an odd number of sides: what is inside lies on one side of them.
+    /// Edges of the triangulation that lie on an odd number of sides: what is inside lies on one
+    /// side of them.
     sides: HashSet<[usize; 2]>,
     /// Flat triangles between a side and the corners that lie on it.
     bridges: Vec<[u32; 3]>,

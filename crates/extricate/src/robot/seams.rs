@@ -1,13 +1,17 @@
-//! Seams: open edges whose two sides are apart by no more than a file in f32 can say. Not how far wider ones are open (`openings`).
+//! Seams: open edges whose two sides are apart by no more than a file in f32 can say. Not how far
+//! wider ones are open (`openings`).
+
+use std::collections::HashSet;
 
 use super::cavities::volume_and_area;
 use super::topology::{Part, edge_connected, odd_edges};
 use super::weld::weld_within;
 use crate::math::Vec3;
 
-/// How far two corners may be from each other that a seam joins, as a share of the mesh's size or of its farthest coordinate: eight
-/// units in the last place of f32 for numbers just above a power of two. Exporters that transform triangle by triangle are off
-/// by one or two units in each coordinate; of 155 meshes of public robots that had open parts, ten are closed by a millionth of
+/// How far two corners may be from each other that a seam joins, as a share of the mesh's size or
+/// of its farthest coordinate: eight units in the last place of f32 for numbers just above a power
+/// of two. Exporters that transform triangle by triangle are off by one or two units in each
+/// coordinate; of 155 meshes of public robots that had open parts, ten are closed by a millionth of
 /// the size.
 const TOLERANCE: f64 = 1.0 / (1 << 20) as f64;
 /// The same where the mesh lies far from its origin: most, as a share of its size.
@@ -24,8 +28,8 @@ pub struct Welding {
     pub closed: usize,
 }
 
-/// Welds corners of open edges where that closes a part of the mesh: each part by itself, then all that are left together. What does not
-/// become closed stays as it was.
+/// Welds corners of open edges where that closes a part of the mesh: each part by itself, then all
+/// that are left together. What does not become closed stays as it was.
 pub(super) fn close(vertices: &[Vec3], parts: &mut Vec<Part>) -> Option<Welding> {
     let tolerance = tolerance(vertices)?;
     let (mut closed, open): (Vec<Part>, Vec<Part>) = std::mem::take(parts).into_iter().partition(|part| part.closed);
@@ -108,7 +112,7 @@ fn welded(vertices: &[Vec3], triangles: &[[u32; 3]], tolerance: f64) -> Option<C
     }
     let moved: Vec<[u32; 3]> = triangles.iter().map(|t| t.map(|index| seams.moved(index))).collect();
     let whole: Vec<usize> = (0..moved.len()).filter(|&t| has_three_corners(&moved[t])).collect();
-    let mut in_solid = vec![false; vertices.len()];
+    let mut in_solid: HashSet<u32> = HashSet::new();
     let mut is_closed = vec![false; moved.len()];
     let mut parts = Vec::new();
     for group in edge_connected(whole, |&t| moved[t]) {
@@ -116,13 +120,13 @@ fn welded(vertices: &[Vec3], triangles: &[[u32; 3]], tolerance: f64) -> Option<C
         if part.closed && is_thick(vertices, &part.triangles, tolerance) {
             for &t in &group {
                 is_closed[t] = true;
-                moved[t].iter().for_each(|&index| in_solid[index as usize] = true);
+                in_solid.extend(moved[t]);
             }
             parts.push(part);
         }
     }
     // A sliver that shrinks to a line was part of a seam.
-    let shrunk = |t: usize| !has_three_corners(&moved[t]) && moved[t].iter().any(|&index| in_solid[index as usize]);
+    let shrunk = |t: usize| !has_three_corners(&moved[t]) && moved[t].iter().any(|index| in_solid.contains(index));
     let left = (0..moved.len()).filter(|&t| !is_closed[t] && !shrunk(t)).map(|t| triangles[t]).collect();
     let mut ways: Vec<(u32, u32)> = Vec::new();
     for (from, to) in (0..moved.len()).filter(|&t| is_closed[t]).map(|t| (triangles[t], moved[t])) {
@@ -140,7 +144,8 @@ fn has_three_corners([a, b, c]: &[u32; 3]) -> bool {
     a != b && b != c && c != a
 }
 
-/// Whether what is enclosed is thicker in the mean than what is welded: two sides of one sheet enclose nothing.
+/// Whether what is enclosed is thicker in the mean than what is welded: two sides of one sheet
+/// enclose nothing.
 fn is_thick(vertices: &[Vec3], triangles: &[[u32; 3]], tolerance: f64) -> bool {
     let (volume, area) = volume_and_area(vertices, triangles);
     volume.abs() > tolerance * area

@@ -33,9 +33,10 @@ impl Part {
     }
 }
 
-/// Sorts triangles (of three different vertices each) into components in order of appearance, cavities behind the solids that
-/// they are in, drops those that repeat another and those without area, and turns closed components outward, cavities into the
-/// cavity. Says what was welded to close some.
+/// Sorts triangles (of three different vertices each) into components in order of appearance,
+/// cavities behind the solids that they are in, drops those that repeat another and those without
+/// area, and turns closed components outward, cavities into the cavity. Says what was welded to
+/// close some.
 pub(super) fn components(
     vertices: &[Vec3],
     triangles: Vec<[u32; 3]>,
@@ -56,7 +57,8 @@ pub(super) fn components(
     (sorted, components, welding)
 }
 
-/// Groups in order of appearance of what hangs together by edges of the triangles that `triangle` gives.
+/// Groups in order of appearance of what hangs together by edges of the triangles that `triangle`
+/// gives.
 pub(super) fn edge_connected<T>(all: Vec<T>, triangle: impl Fn(&T) -> [u32; 3]) -> Vec<Vec<T>> {
     let mut parent: Vec<u32> = (0..all.len() as u32).collect();
     let triangles: Vec<[u32; 3]> = all.iter().map(triangle).collect();
@@ -165,7 +167,8 @@ fn all_edges_even(triangles: &[[u32; 3]]) -> bool {
     sorted_sides(triangles).chunk_by(same_edge).all(|ring| ring.len().is_multiple_of(2))
 }
 
-/// Turns the triangles of a closed component to face outward, as far as they can be oriented; whether all of them faced inward before.
+/// Turns the triangles of a closed component to face outward, as far as they can be oriented;
+/// whether all of them faced inward before.
 ///
 /// Two triangles that are neighbours around an edge bound one wedge, so they run along the edge in opposite directions;
 /// that holds for edges of more than two triangles too, taken in order of angle. Each set of triangles that hangs

@@ -32,9 +32,10 @@ pub enum Shapes {
 /// (`safety_controller`) are ignored. A lower or upper limit that is not stated is 0, from URDF version 1.2 on an error.
 ///
 /// # Errors
-/// [`Error::Input`], with the link or joint, the value and what was expected: text that is not plain URDF, names that
-/// repeat or do not exist, links that are not one tree, limits or axes that make no sense, sizes that are negative. Points and
-/// segments are left out, discs and plates are as thin as a micrometre, each with a warning.
+/// [`Error::Input`], with the link or joint, the value and what was expected: text that is not
+/// plain URDF, names that repeat or do not exist, links that are not one tree, limits or axes that
+/// make no sense, sizes that are negative. Points and segments are left out, discs and plates are
+/// as thin as a micrometre, each with a warning.
 pub fn parse(file: &str, text: &str, shapes: Shapes, load_mesh: LoadMesh, warnings: &mut Vec<String>) -> Result<Robot> {
     let plain = plain::plain(file, text, shapes, warnings)?;
     let urdf = urdf_rs::read_from_string(&plain)
@@ -79,11 +80,12 @@ pub fn parse(file: &str, text: &str, shapes: Shapes, load_mesh: LoadMesh, warnin
     Ok(Robot { name: urdf.name, links, joints, root })
 }
 
-/// What a geometry without volume is taken for \[m\], where it has an area: more than rounding, less than any clearance in use.
+/// What a geometry without volume is taken for \[m\], where it has an area: more than rounding,
+/// less than any clearance in use.
 const THIN: f64 = 1e-6;
 
-/// Mends a geometry without volume, and says what it is taken for: a disc or plate is as thin as [`THIN`]; points and segments, which
-/// exporters write where nothing shall collide, are nothing.
+/// Mends a geometry without volume, and says what it is taken for: a disc or plate is as thin as
+/// [`THIN`]; points and segments, which exporters write where nothing shall collide, are nothing.
 fn mend_zero_size(geometry: &mut urdf_rs::Geometry) -> Option<(bool, String)> {
     let is_zero = |sizes: &[f64]| sizes.contains(&0.0) && sizes.iter().all(|size| *size >= 0.0);
     let told = |size: String, has_area: bool| {

@@ -4,8 +4,9 @@ use std::collections::HashMap;
 
 use crate::math::Vec3;
 
-/// Vertices nearer than this share of the bounding box's diagonal are one. Far below what a file in f32 resolves
-/// (6e-8), so only the rounding of a transform is undone, never a feature; `seams` looks at what files in f32 leave open.
+/// Vertices nearer than this share of the bounding box's diagonal are one. Far below what a file in
+/// f32 resolves (6e-8), so only the rounding of a transform is undone, never a feature; `seams`
+/// looks at what files in f32 leave open.
 const TOLERANCE: f64 = 1e-9;
 
 /// Width of a grid cell in tolerances: wide, so that nearly every vertex has to look into one cell only.

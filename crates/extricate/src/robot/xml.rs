@@ -23,8 +23,9 @@ pub(super) fn document<'a>(file: &str, text: &'a str, what: &str) -> Result<Docu
     })
 }
 
-/// The text of an XML file in the encoding that its byte order mark or its first line declares; else in UTF-8, where bytes that are none
-/// become replacement characters (in comments they do not matter; in names and numbers they are met later).
+/// The text of an XML file in the encoding that its byte order mark or its first line declares;
+/// else in UTF-8, where bytes that are none become replacement characters (in comments they do not
+/// matter; in names and numbers they are met later).
 pub fn decoded(bytes: &[u8]) -> String {
     let first = bytes.split(|&byte| byte == b'>').next().unwrap_or_default();
     let first = String::from_utf8_lossy(first);
@@ -44,8 +45,9 @@ pub fn package_name(text: &str) -> Option<String> {
 /// The namespace of prefixes that a file does not declare.
 const UNDECLARED: &str = "undeclared";
 
-/// `text` with the namespaces declared that it uses without: readers that know no namespaces take such files, and simulators' extensions
-/// are full of them. Macros are left for [`document`] to refuse.
+/// `text` with the namespaces declared that it uses without: readers that know no namespaces take
+/// such files, and simulators' extensions are full of them. Macros are left for [`document`] to
+/// refuse.
 pub(super) fn with_declared_prefixes(text: &str) -> Cow<'_, str> {
     let mut text = Cow::Borrowed(text);
     // Every parse tells of one.
@@ -100,7 +102,8 @@ pub(super) fn label(node: Node) -> String {
     }
 }
 
-/// An attribute of an element, if it has one of this name without a prefix; those with one are extensions.
+/// An attribute of an element, if it has one of this name without a prefix; those with one are
+/// extensions.
 pub(super) fn own_attribute<'a>(node: Node<'a, '_>, name: &str) -> Option<&'a str> {
     node.attributes().find(|attribute| attribute.namespace().is_none() && attribute.name() == name).map(|a| a.value())
 }

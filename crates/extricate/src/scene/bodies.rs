@@ -47,7 +47,8 @@ pub fn hull(mesh: &Arc<TriangleMesh>, owner: &str, warnings: &mut Vec<String>) -
     }
 }
 
-/// Warns once of a body whose meshes have components that are not closed, and once of one whose meshes have cavities.
+/// Warns once of a body whose meshes have components that are not closed, and once of one whose
+/// meshes have cavities.
 pub fn warn_of_surfaces(body: &Body, warnings: &mut Vec<String>) {
     let meshes = || {
         body.parts.iter().filter_map(|part| match &part.geometry {

@@ -133,8 +133,9 @@ impl<'a> Files<'a> {
         Err(Error::not_found(file, format!("mesh \"{uri}\""), format!("not found, tried {tried}{advice}")))
     }
 
-    /// Where the file that a URDF calls `uri` may be in a folder whose `package.xml` names the package: one of `packages`, or one that the
-    /// URDF lies in. What a folder is called does not matter there, as in ROS.
+    /// Where the file that a URDF calls `uri` may be in a folder whose `package.xml` names the
+    /// package: one of `packages`, or one that the URDF lies in. What a folder is called does not
+    /// matter there, as in ROS.
     fn in_named_packages(&mut self, uri: &str, folder: &Path, packages: &[PathBuf]) -> Vec<PathBuf> {
         let Some((package, rest)) = package_of(uri) else { return Vec::new() };
         let folders = packages.iter().map(PathBuf::as_path).chain(folder.ancestors());

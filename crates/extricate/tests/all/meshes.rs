@@ -1,4 +1,5 @@
-//! Meshes as exporters write them, from their files to answers: seams of f32, concave faces, cavities.
+//! Meshes as exporters write them, from their files to answers: seams of f32, concave faces,
+//! cavities.
 
 use std::path::Path;
 
@@ -58,7 +59,8 @@ fn boxes(all: &[([f64; 3], bool)]) -> String {
     text
 }
 
-/// A binary STL of a cube around the origin whose corners are off by a unit in the last place, some here, some there.
+/// A binary STL of a cube around the origin whose corners are off by a unit in the last place, some
+/// here, some there.
 fn cube_with_seams(half: f32) -> Vec<u8> {
     let mut bytes = vec![0; 80];
     bytes.extend(12u32.to_le_bytes());

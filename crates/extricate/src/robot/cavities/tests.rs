@@ -99,7 +99,8 @@ fn random_nests_wind_as_their_files_do() {
     let mut rng = ChaCha8Rng::seed_from_u64(61);
     let (mut hollow, mut solid) = (0, 0);
     for _ in 0..120 {
-        // Each ball within one before it, or beside those in it; some that lie in solid face inward.
+        // Each ball within one before it, or beside those in it; some that lie in solid face
+        // inward.
         let mut balls = vec![at_origin(1.0, true)];
         for _ in 0..rng.random_range(1..6) {
             let within = rng.random_range(0..balls.len());

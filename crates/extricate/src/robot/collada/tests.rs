@@ -118,7 +118,8 @@ fn holes_of_polygons_stay_open() {
     assert!(mesh.is_closed() && warnings.is_empty(), "{warnings:?}");
     let volume = crate::robot::Geometry::Mesh(mesh.into()).volume_moments().unwrap().measure;
     assert!((volume - 12.0).abs() < 1e-12, "{volume}");
-    // A hole that reaches beyond its outline is none; the face is named, and the solid stays closed.
+    // A hole that reaches beyond its outline is none; the face is named, and the solid stays
+    // closed.
     let wrong = frame(front, "<ph><p>4 7 6 5</p><h>0 3 2 1</h></ph>");
     let mesh = super::super::mesh_file::parse_and_warn("a.dae", wrong.as_bytes(), &mut warnings).unwrap();
     assert!(mesh.is_closed());

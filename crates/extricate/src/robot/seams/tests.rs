@@ -1,4 +1,5 @@
-//! Solids as files in f32 have them: every triangle with corners of its own, each off by units in the last place.
+//! Solids as files in f32 have them: every triangle with corners of its own, each off by units in
+//! the last place.
 
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -7,7 +8,8 @@ use super::super::mesh::TriangleMesh;
 use super::super::{Geometry, mesh_file};
 use super::*;
 
-/// The triangles of a mesh, each corner rounded to f32 and moved by up to `ulps` units in the last place of each coordinate.
+/// The triangles of a mesh, each corner rounded to f32 and moved by up to `ulps` units in the last
+/// place of each coordinate.
 fn soup(mesh: &TriangleMesh, ulps: i32, rng: &mut ChaCha8Rng) -> Vec<Vec3> {
     let mut off = |x: f64| {
         let x = x as f32;

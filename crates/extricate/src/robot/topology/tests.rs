@@ -7,7 +7,8 @@ fn volume(mesh: &TriangleMesh, component: &Component) -> f64 {
     component.triangles.clone().map(|t| mesh.corners(t)).map(|[a, b, c]| a.cross(&b).dot(&c) / 6.0).sum()
 }
 
-/// Unit cube with a corner at `corner`, as soup; `faces` lists those of -x, +x, -y, +y, -z, +z that are there.
+/// Unit cube with a corner at `corner`, as soup; `faces` lists those of -x, +x, -y, +y, -z, +z that
+/// are there.
 fn cube(corner: [f64; 3], faces: &[usize]) -> Vec<Vec3> {
     let mut soup = Vec::new();
     for &face in faces {
