@@ -42,6 +42,7 @@ pub fn in_world_of_entries(robots: &Scene, path: &Path, world: &SceneFile, read:
     let mut files = Files::new(path, read);
     let mut load_mesh = |element: &str, path: &str| files.mesh(element, path);
     let Others { obstacles, attached } = others(&name, world, &mut load_mesh, &mut scene.warnings)?;
+    scene.warnings.extend(files.into_mesh_warnings());
     let in_file = |error| named(&name, error);
     scene = scene.with_obstacles(obstacles).map_err(in_file)?;
     for (object, entry) in attached.into_iter().zip(&world.attached) {
