@@ -8,6 +8,7 @@
 //! extricate-bench stream MODEL QUERIES STEPS FRAMES ROUNDS      frames between successive queries, by a stream and one by one
 //! extricate-bench moved SCENE N                          a world in which N obstacles moved, beside one made anew
 //! extricate-bench uniform SCENE LABELS SEED MODEL        a model from uniform samples alone
+//! extricate-bench scenery points|voxels N meshes|hulls   a cloud of N points around the built-in arm as one body, timed, as a JSON line
 //! extricate-bench draw FOLDER SEED [--robots DIR]        scenes drawn at random, and what they are as JSON lines
 //! ```
 //!
@@ -25,6 +26,7 @@ mod moved;
 mod poses;
 mod queries;
 mod robots;
+mod scenery;
 mod server;
 mod streams;
 mod uniform;
@@ -58,6 +60,9 @@ fn main() -> anyhow::Result<ExitCode> {
         ["moved", scene, count] => {
             moved::measure(scene, count.parse()?, std::io::stdout().lock()).map(|()| ExitCode::SUCCESS)
         }
+        ["scenery", kind, count, links] => {
+            scenery::measure(kind, count.parse()?, links, std::io::stdout().lock()).map(|()| ExitCode::SUCCESS)
+        }
         ["uniform", scene, labels, seed, model] => {
             uniform::learn(scene, labels, seed, model).map(|()| ExitCode::SUCCESS)
         }
@@ -67,7 +72,7 @@ fn main() -> anyhow::Result<ExitCode> {
             eprintln!(
                 "expected `serve`, `exact [--poses N]`, `query SCENE|MODEL QUERIES EFFORT|STARTS|N-checks [--scene OTHER]`, \
                  `batch MODEL QUERIES EFFORT|STARTS|N-checks`, `stream MODEL QUERIES STEPS FRAMES ROUNDS`, \
-                 `moved SCENE N`, `uniform SCENE LABELS SEED MODEL` or `draw FOLDER SEED [--robots DIR]`"
+                 `moved SCENE N`, `scenery points|voxels N meshes|hulls`, `uniform SCENE LABELS SEED MODEL` or `draw FOLDER SEED [--robots DIR]`"
             );
             Ok(ExitCode::from(2))
         }

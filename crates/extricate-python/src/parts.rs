@@ -229,7 +229,7 @@ fn obstacle_entry(number: usize, given: &Bound<'_, PyAny>, taken: &[String]) -> 
     let has = |name: &str| given.hasattr(name).unwrap_or(false);
     if !has("pose") || !has("name") {
         return Err(PyTypeError::new_err(format!(
-            "obstacle {number}: got {class}, expected Box, Sphere, Cylinder, Capsule or Mesh"
+            "obstacle {number}: got {class}, expected Box, Sphere, Cylinder, Capsule, Mesh, Points, Voxels, HalfSpace or HeightField"
         )));
     }
     let name = match given.getattr("name")?.extract::<Option<String>>()? {
@@ -258,7 +258,13 @@ fn obstacle_entry(number: usize, given: &Bound<'_, PyAny>, taken: &[String]) -> 
         "Cylinder" => shape.cylinder = Some([size("radius")?, size("length")?]),
         "Capsule" => shape.capsule = Some([size("radius")?, size("length")?]),
         "Mesh" => mesh(&format!("obstacle \"{name}\""), given, &mut shape)?,
-        _ => return Err(PyTypeError::new_err(format!("obstacle \"{name}\": got {class}, expected Box, Sphere, ..."))),
+        _ => {
+            shape.scenery = crate::scenery::geometry(&class, &format!("obstacle \"{name}\""), given)?;
+            if shape.scenery.is_none() {
+                let problem = format!("obstacle \"{name}\": got {class}, expected Box, Sphere, ...");
+                return Err(PyTypeError::new_err(problem));
+            }
+        }
     }
     let pose = pose(&format!("obstacle \"{name}\": pose"), &given.getattr("pose")?)?;
     Ok(ObstacleEntry { name, shape, pose })
@@ -367,7 +373,8 @@ fn by_name<T>(
     Ok(all)
 }
 
-fn rows_of_three(element: &str, value: &Bound<'_, PyAny>) -> PyResult<Vec<[f64; 3]>> {
+/// An array of shape (n, 3).
+pub fn rows_of_three(element: &str, value: &Bound<'_, PyAny>) -> PyResult<Vec<[f64; 3]>> {
     let array = numbers(element, value)?;
     match array.shape() {
         [_, 3] => Ok(array.as_slice().expect("checked").chunks_exact(3).map(|r| [r[0], r[1], r[2]]).collect()),
@@ -392,6 +399,6 @@ fn unknown(what: &str, found: &str, known: &[&str]) -> PyErr {
 }
 
 /// The name of a value's class.
-fn kind(value: &Bound<'_, PyAny>) -> String {
+pub fn kind(value: &Bound<'_, PyAny>) -> String {
     value.get_type().name().map_or_else(|_| "an object".into(), |name| name.to_string())
 }

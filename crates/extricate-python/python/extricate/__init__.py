@@ -11,7 +11,7 @@ rad, lengths in m, quaternions x, y, z, w. Calls release the interpreter lock; s
 
 from ._answer import Answer, Contact, Exit
 from ._extricate import ChangedScene, Joint, Model, Progress, Scene, Stream, __version__, learn
-from ._parts import Box, Capsule, Cylinder, Mesh, Robot, Sphere, spheres
+from ._parts import Box, Capsule, Cylinder, HalfSpace, HeightField, Mesh, Points, Robot, Sphere, Voxels, spheres
 
 __all__ = [
     "Answer",
@@ -21,14 +21,18 @@ __all__ = [
     "Contact",
     "Cylinder",
     "Exit",
+    "HalfSpace",
+    "HeightField",
     "Joint",
     "Mesh",
     "Model",
+    "Points",
     "Progress",
     "Robot",
     "Scene",
     "Sphere",
     "Stream",
+    "Voxels",
     "__version__",
     "learn",
     "spheres",

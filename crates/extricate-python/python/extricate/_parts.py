@@ -125,11 +125,85 @@ class Mesh:
     convex: bool = False
 
 
-Obstacle = Union[Box, Sphere, Cylinder, Capsule, Mesh]
+@dataclass(frozen=True, eq=False)
+class Points:
+    """A cloud of points as one obstacle: a ball about each.
+
+    What a check costs is that of the points near the robot, not of all.
+
+    xyz: (n, 3) [m]; n may be 0.
+    radius: of every ball [m]; with 0, distances are those to the points.
+    pose: of the frame that the points are given in: position (3,) [m], position and roll, pitch, yaw (6,) [m, rad], or a
+        transform (4, 4).
+    name: what answers call it; "points1" and so on where None.
+    """
+
+    xyz: npt.ArrayLike
+    radius: float = 0.0
+    pose: Optional[npt.ArrayLike] = None
+    name: Optional[str] = None
+
+
+@dataclass(frozen=True, eq=False)
+class Voxels:
+    """The occupied cells of a regular grid as one obstacle: solid cubes. Cell (i, j, k) fills from (i, j, k) * size to
+    (i + 1, j + 1, k + 1) * size.
+
+    occupied: bool (nx, ny, nz), or the indices of occupied cells, int (n, 3).
+    size: side of a cell [m].
+    pose: of the corner of cell (0, 0, 0) and the grid's axes: position (3,) [m], position and roll, pitch, yaw (6,) [m, rad],
+        or a transform (4, 4).
+    name: what answers call it; "voxels1" and so on where None.
+    """
+
+    occupied: npt.ArrayLike
+    size: float
+    pose: Optional[npt.ArrayLike] = None
+    name: Optional[str] = None
+
+
+@dataclass(frozen=True, eq=False)
+class HalfSpace:
+    """A half-space as obstacle, such as a floor or a wall without end: solid where `normal . x <= offset`.
+
+    normal: (3,) of any length, away from what is solid.
+    offset: distance [m] of the plane from the origin, along the normal.
+    pose: of the frame that both are given in: position (3,) [m], position and roll, pitch, yaw (6,) [m, rad], or a transform
+        (4, 4).
+    name: what answers call it; "halfspace1" and so on where None.
+    """
+
+    normal: npt.ArrayLike
+    offset: float = 0.0
+    pose: Optional[npt.ArrayLike] = None
+    name: Optional[str] = None
+
+
+@dataclass(frozen=True, eq=False)
+class HeightField:
+    """The ground below a grid of heights as obstacle, without end downward; beyond the grid there is nothing.
+
+    heights: (rows, columns) [m]: heights[i, j] is that at x = i * size, y = j * size; two triangles between four of them.
+    size: between neighbouring heights [m].
+    pose: of the place of heights[0, 0] at height 0, and the grid's axes: position (3,) [m], position and roll, pitch, yaw
+        (6,) [m, rad], or a transform (4, 4).
+    name: what answers call it; "heightfield1" and so on where None.
+    """
+
+    heights: npt.ArrayLike
+    size: float
+    pose: Optional[npt.ArrayLike] = None
+    name: Optional[str] = None
+
+
+Obstacle = Union[Box, Sphere, Cylinder, Capsule, Mesh, Points, Voxels, HalfSpace, HeightField]
 
 
 def spheres(centers: npt.ArrayLike, radii: npt.ArrayLike) -> List[Sphere]:
-    """Balls as obstacles, such as a point cloud: centers (n, 3) [m], radii one number or (n,) [m]."""
+    """Balls as obstacles, each a body of its own: centers (n, 3) [m], radii one number or (n,) [m].
+
+    What a check costs grows with their number; of hundreds and more, `Points` is one body.
+    """
     points = np.asarray(centers, dtype=np.float64)
     if points.ndim != 2 or points.shape[1] != 3:
         raise ValueError(f"centers: got shape {points.shape}, expected (n, 3)")

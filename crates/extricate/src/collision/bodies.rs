@@ -23,8 +23,10 @@ pub struct Bodies {
     pub parts: Vec<PreparedPart>,
     /// Bodies on frames that move.
     moving: Vec<usize>,
-    /// Whether there are convex shapes only.
+    /// Whether there is no mesh: convex shapes, and scenery made of them.
     pub all_convex: bool,
+    /// Whether there is scenery.
+    pub has_scenery: bool,
 }
 
 /// A body.
@@ -68,7 +70,8 @@ impl Bodies {
     /// Prepares every shape that `before`, a scene with its prepared bodies, does not have.
     pub fn new(scene: &Scene, before: Option<(&Scene, &Self)>) -> Self {
         let known = before.map(|(old, prepared)| (old, prepared, by_name(old, scene)));
-        let mut all = Self { bodies: Vec::new(), parts: Vec::new(), moving: Vec::new(), all_convex: true };
+        let mut all =
+            Self { bodies: Vec::new(), parts: Vec::new(), moving: Vec::new(), all_convex: true, has_scenery: false };
         let mut shapes = HashMap::new();
         for (index, body) in scene.bodies.iter().enumerate() {
             let twin = known.as_ref().and_then(|(old, prepared, names)| {
@@ -77,7 +80,10 @@ impl Bodies {
             });
             all.push(body, twin, &mut shapes);
         }
-        all.all_convex = all.parts.iter().all(|part| matches!(part.shape.kind, ShapeKind::Convex(_)));
+        let kinds = || all.parts.iter().map(|part| &part.shape.kind);
+        let all_convex = !kinds().any(|kind| matches!(kind, ShapeKind::Mesh(_)));
+        let has_scenery = kinds().any(|kind| matches!(kind, ShapeKind::Scenery(_)));
+        (all.all_convex, all.has_scenery) = (all_convex, has_scenery);
         all
     }
 
@@ -170,24 +176,30 @@ impl Bodies {
 /// sizes or the mesh that it shares.
 type Key = (u8, [u64; 3]);
 
-fn key(geometry: &Geometry) -> Key {
+fn key(geometry: &Geometry) -> Option<Key> {
     let sizes = |sizes: [f64; 3]| sizes.map(f64::to_bits);
     let shared = |mesh: &Arc<TriangleMesh>| [Arc::as_ptr(mesh) as u64, 0, 0];
-    match geometry {
+    Some(match geometry {
         Geometry::Sphere { radius } => (0, sizes([*radius, 0.0, 0.0])),
         Geometry::Box { half_extents } => (1, sizes([half_extents.x, half_extents.y, half_extents.z])),
         Geometry::Cylinder { radius, half_length } => (2, sizes([*radius, *half_length, 0.0])),
         Geometry::Capsule { radius, half_length } => (3, sizes([*radius, *half_length, 0.0])),
         Geometry::Mesh(mesh) => (4, shared(mesh)),
         Geometry::ConvexHull(mesh) => (5, shared(mesh)),
-    }
+        Geometry::Voxels(voxels) => (6, [Arc::as_ptr(voxels) as u64, 0, 0]),
+        Geometry::Points(points) => (7, [Arc::as_ptr(points) as u64, 0, 0]),
+        Geometry::HeightField(field) => (8, [Arc::as_ptr(field) as u64, 0, 0]),
+        Geometry::HalfSpace { .. } => return None,
+    })
 }
 
 fn prepared_parts(body: &Body, shapes: &mut HashMap<Key, Arc<Shape>>) -> impl Iterator<Item = PreparedPart> {
     body.parts.iter().filter_map(|part| {
-        let shape = match shapes.entry(key(&part.geometry)) {
-            Entry::Occupied(known) => Arc::clone(known.get()),
-            Entry::Vacant(new) => Arc::clone(new.insert(Arc::new(Shape::new(&part.geometry)?))),
+        let new = || Some(Arc::new(Shape::new(&part.geometry)?));
+        let shape = match key(&part.geometry).map(|key| shapes.entry(key)) {
+            Some(Entry::Occupied(known)) => Arc::clone(known.get()),
+            Some(Entry::Vacant(place)) => Arc::clone(place.insert(new()?)),
+            None => new()?,
         };
         Some(PreparedPart { shape, pose_frame_part: part.pose_frame_part, frame: body.frame })
     })
@@ -223,6 +235,7 @@ fn points_around(part: &PreparedPart) -> impl Iterator<Item = Vec3> {
 fn outline(shape: &Shape) -> Vec<Vec3> {
     match &shape.kind {
         ShapeKind::Mesh(mesh) => mesh.vertices.clone(),
+        ShapeKind::Scenery(_) => shape.bounds.corners().to_vec(),
         ShapeKind::Convex(solid) => match &solid.shape.core {
             ConvexCore::Hull(hull) => hull.points().to_vec(),
             _ => shape.bounds.corners().to_vec(),

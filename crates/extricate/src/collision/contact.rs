@@ -1,5 +1,6 @@
 //! Contacts of two shapes: where they are near, as local constraints for proposals. What decides is elsewhere.
 
+mod by_elements;
 mod by_pieces;
 mod overlap;
 
@@ -13,12 +14,13 @@ use super::gjk::Separation;
 use super::mesh_mesh::{self, Pair};
 use super::mesh_shape::MeshShape;
 use super::pair_memory::PairMemories;
-use super::part_pair::{Hint, Placed};
+use super::part_pair::{Buffers, Hint, Placed};
 use super::queue::Entry;
 use super::shape::{ConvexSolid, ShapeKind};
 use super::triangle;
 use super::{Contact, ContactQuery, ContactSearch, mesh_convex};
 use crate::math::{Pose, Vec3};
+use by_elements::by_elements;
 use by_pieces::{Candidate, are_parted, by_pieces};
 use overlap::{crossing, outward};
 
@@ -48,6 +50,8 @@ pub struct ContactBuffers {
     /// Pieces of the one shape that are near the other as a whole.
     near_pieces: Vec<usize>,
     memory: PairMemories,
+    /// Of searches for one pair of shapes.
+    shapes: Buffers,
 }
 
 /// A contact in the frame of a mesh, which is the first shape.
@@ -91,7 +95,7 @@ pub fn gather(
     buffers: &mut ContactBuffers,
     contacts: &mut Vec<Contact>,
 ) {
-    use ShapeKind::{Convex, Mesh};
+    use ShapeKind::{Convex, Mesh, Scenery};
     let (a, b) = (first.shape, second.shape);
     let ContactQuery { margin, search } = query;
     let PairPlace { pair, parts, start, clearance } = place;
@@ -100,11 +104,19 @@ pub fn gather(
     if !are_convex && relative.lower_bound(&a.bounds, &b.bounds) >= margin {
         return;
     }
+    let sink = &mut Sink { pose_world: *first.pose, swapped: false, pair, start, margin, contacts };
+    match (&a.kind, &b.kind) {
+        (Scenery(x), _) => return by_elements(x, b, &relative, query, buffers, sink),
+        (_, Scenery(y)) => {
+            (sink.pose_world, sink.swapped) = (*second.pose, true);
+            return by_elements(y, a, &Relative::between(second.pose, first.pose), query, buffers, sink);
+        }
+        _ => {}
+    }
     // Trees of triangles take long to find that nothing is near.
     if !are_convex && search == ContactSearch::Exact && are_parted([a, b], &relative, margin, place, buffers) {
         return;
     }
-    let sink = &mut Sink { pose_world: *first.pose, swapped: false, pair, start, margin, contacts };
     match (&a.kind, &b.kind) {
         _ if !are_convex && search == ContactSearch::Coarse => {
             by_pieces([a, b], &relative, query, place, buffers, sink)
@@ -125,6 +137,7 @@ pub fn gather(
             let relative = Relative::between(second.pose, first.pose);
             mesh_with_convex(y, x, &a.bounds, &relative, buffers, sink);
         }
+        (Scenery(_), _) | (_, Scenery(_)) => {}
     }
 }
 

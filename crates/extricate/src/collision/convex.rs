@@ -48,6 +48,13 @@ pub enum ConvexCore {
     Triangle([Vec3; 3]),
     /// The convex hull of points.
     Hull(HullPoints),
+    /// What lies between a triangle and its shadow on a plane below it.
+    Prism {
+        /// Corners \[m\].
+        top: [Vec3; 3],
+        /// Height of the plane \[m\], below all corners.
+        bottom: f64,
+    },
 }
 
 impl ConvexCore {
@@ -69,6 +76,14 @@ impl ConvexCore {
                 if along_c > along_best { *c } else { *best }
             }
             Self::Hull(hull) => hull.support(direction),
+            Self::Prism { top, bottom } => {
+                let steep = if direction.z < 0.0 { 0.0 } else { direction.z };
+                let along = |p: &Vec3| direction.x * p.x + direction.y * p.y + steep * p.z;
+                let (along_a, along_b, along_c) = (along(&top[0]), along(&top[1]), along(&top[2]));
+                let (best, along_best) = if along_b > along_a { (top[1], along_b) } else { (top[0], along_a) };
+                let best = if along_c > along_best { top[2] } else { best };
+                if direction.z < 0.0 { Vec3::new(best.x, best.y, *bottom) } else { best }
+            }
         }
     }
 
@@ -77,6 +92,10 @@ impl ConvexCore {
         match self {
             Self::Triangle([a, b, c]) => (a + b + c) / 3.0,
             Self::Hull(hull) => hull.center(),
+            Self::Prism { top: [a, b, c], bottom } => {
+                let middle = (a + b + c) / 3.0;
+                Vec3::new(middle.x, middle.y, 0.5 * (middle.z + bottom))
+            }
             _ => Vec3::zeros(),
         }
     }
@@ -90,6 +109,9 @@ impl ConvexCore {
             Self::Cylinder { radius, half_length } => radius.hypot(*half_length),
             Self::Triangle(corners) => corners.iter().map(|corner| corner.norm()).fold(0.0, f64::max),
             Self::Hull(hull) => hull.reach(),
+            Self::Prism { top, bottom } => {
+                top.iter().map(|p| p.norm().max(p.x.hypot(p.y).hypot(*bottom))).fold(0.0, f64::max)
+            }
         }
     }
 
@@ -119,6 +141,9 @@ mod tests {
             assert_eq!(height(&ConvexCore::Segment { half_length: 0.4 }), 0.4 * d.z.abs());
             let farthest = triangle.iter().map(|p| p.dot(&d)).fold(f64::NEG_INFINITY, f64::max);
             assert_eq!(height(&ConvexCore::Triangle(triangle)), farthest);
+            let prism = ConvexCore::Prism { top: triangle, bottom: -0.4 };
+            let shadow = triangle.map(|p| Vec3::new(p.x, p.y, -0.4).dot(&d)).into_iter().fold(farthest, f64::max);
+            assert!((height(&prism) - shadow).abs() < 1e-15);
         }
     }
 

@@ -2,6 +2,7 @@
 
 use super::convex::ConvexShape;
 use super::part_pair::Placed;
+use super::scenery::{Stands, stand_ins};
 use super::shape::{Shape, ShapeKind};
 use super::{CheckScratch, Checker, Contact};
 use crate::math::{Pose, Vec3};
@@ -42,7 +43,8 @@ impl ConvexPair<'_> {
 
 impl Checker {
     /// Calls `each` with the convex shapes of the checked pairs `pairs` at `q` that may be nearer
-    /// than they keep; of a mesh, with the pieces around it that overlap most.
+    /// than they keep; of a mesh, with the pieces around it that overlap most; of scenery, with its
+    /// elements that do, or with a box that ends where it does.
     pub fn convex_pairs(
         &self,
         q: &[f64],
@@ -55,12 +57,37 @@ impl Checker {
             let (clearance, excess) = (self.clearance_of(pair), self.excess(pair));
             for (first, second, _) in self.part_pairs(pair) {
                 let (a, b) = self.bodies.placed(&mut scratch.placement, first, second);
+                if let (ShapeKind::Scenery(_), _) | (_, ShapeKind::Scenery(_)) = (&a.shape.kind, &b.shape.kind) {
+                    with_scenery((pair, excess), [a, b], &mut scratch.buffers.places, each);
+                    continue;
+                }
                 for (x, y) in deepest_pieces(a, b, clearance).into_iter().flatten() {
                     each(&ConvexPair { pair, excess, first: (convex(x), a.pose), second: (convex(y), b.pose) });
                 }
             }
         }
     }
+}
+
+/// As [`Checker::convex_pairs`], of scenery and another shape, of which the piece whose ball overlaps that of the stand-in most
+/// is taken.
+fn with_scenery(
+    (pair, excess): (usize, f64),
+    [a, b]: [Placed; 2],
+    stack: &mut Vec<(f64, u32)>,
+    each: &mut dyn FnMut(&ConvexPair),
+) {
+    let is_first = matches!(a.shape.kind, ShapeKind::Scenery(_));
+    let (all, one) = if is_first { (a, b) } else { (b, a) };
+    let ShapeKind::Scenery(scenery) = &all.shape.kind else { return };
+    stand_ins(scenery, all.pose, one, Stands::Near, stack, &mut |part, _, pose| {
+        let gap = |piece: &&Shape| (one.pose.point(&piece.ball.0) - pose.translation).norm() - piece.ball.1;
+        let pieces = one.shape.pieces().shapes.iter();
+        let Some(nearest) = pieces.min_by(|x, y| gap(x).total_cmp(&gap(y))) else { return };
+        let (of_all, of_one) = ((&part.shape, pose), (convex(nearest), one.pose));
+        let (first, second) = if is_first { (of_all, of_one) } else { (of_one, of_all) };
+        each(&ConvexPair { pair, excess, first, second });
+    });
 }
 
 /// The pieces of two shapes whose enclosing balls overlap most, or are nearer than `within` \[m\].
@@ -85,7 +112,7 @@ fn deepest_pieces<'a>(a: Placed<'a>, b: Placed<'a>, within: f64) -> [Option<(&'a
 fn convex(shape: &Shape) -> &ConvexShape {
     match &shape.kind {
         ShapeKind::Convex(solid) => &solid.shape,
-        ShapeKind::Mesh(_) => unreachable!("pieces are convex"),
+        ShapeKind::Mesh(_) | ShapeKind::Scenery(_) => unreachable!("pieces are convex"),
     }
 }
 

@@ -52,8 +52,15 @@ impl Checker {
         for PreparedPart { shape, pose_frame_part, .. } in parts {
             let pose_part_points = pose_frame_part.inverse().then(pose_body_points);
             let (center, half) = (&shape.bounds.center, &shape.bounds.half);
+            let half_space = shape.half_space();
             for (points, depths) in points.clone().zip(depths.iter_mut()) {
                 let placed = pose_part_points.points(points);
+                if let Some(plane) = half_space {
+                    for (lane, depth) in depths.iter_mut().enumerate() {
+                        *depth = depth.max(-plane.height(&Vec3::from(placed.map(|axis| axis[lane]))));
+                    }
+                    continue;
+                }
                 // Of a point outside, the farthest coordinate is not farther than the point.
                 for lane in 0..LANES {
                     let beyond = |axis: usize| (placed[axis][lane] - center[axis]).abs() - half[axis];
@@ -72,10 +79,10 @@ impl Checker {
         self.all_convex() || search == ContactSearch::Coarse
     }
 
-    /// How far \[m\] exact contacts of all pairs are told in a search with that margin, whatever is nearest: of meshes, those that are farther than the
+    /// How far \[m\] exact contacts of all pairs are told in a search with that margin, whatever is nearest: of meshes and scenery, those that are farther than the
     /// nearest of their pair by more than half of it are not.
     pub fn exact_within(&self, margin: f64) -> f64 {
-        if self.all_convex() { margin } else { BEYOND_NEAREST * margin }
+        if self.all_convex() && !self.bodies.has_scenery { margin } else { BEYOND_NEAREST * margin }
     }
 
     /// Calls `each` with the corners (world) of a box around every shape of a body, where frames
@@ -91,10 +98,10 @@ impl Checker {
     /// Whether no shape of a body is a mesh.
     pub fn is_convex(&self, body: usize) -> bool {
         let parts = &self.bodies.parts[self.bodies.bodies[body].parts.clone()];
-        parts.iter().all(|part| matches!(part.shape.kind, ShapeKind::Convex(_)))
+        parts.iter().all(|part| !matches!(part.shape.kind, ShapeKind::Mesh(_)))
     }
 
-    /// Whether no shape is a mesh.
+    /// Whether no shape is a mesh: all are convex, or scenery made of convex shapes.
     pub fn all_convex(&self) -> bool {
         self.bodies.all_convex
     }
@@ -118,6 +125,7 @@ fn may_be_deeper(shape: &Shape, point: &Vec3, least: f64) -> bool {
             let reach = (-least).max(0.0);
             shape.known_pieces().is_none_or(|pieces| pieces.are_near(point, reach, &mesh.tree.cuboid))
         }
+        ShapeKind::Scenery(_) => true,
     }
 }
 

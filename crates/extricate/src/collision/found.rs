@@ -1,4 +1,4 @@
-//! What the checker finds where bodies are near: contacts, overlaps, pairs that collide often.
+//! What the checker finds where bodies are near: contacts, pairs that collide often.
 
 use serde::Serialize;
 
@@ -59,17 +59,6 @@ pub enum ContactSearch {
     Coarse,
     /// The nearest contact, and the depth of convex shapes, within rounding.
     Exact,
-}
-
-/// Two overlapping convex shapes of a checked pair.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct ConvexOverlap {
-    /// Index into [`Scene::pairs`].
-    pub pair: usize,
-    /// Proved: no translation shorter than this parts them \[m\].
-    pub depth: f64,
-    /// World coordinates of the corners of a box around the shape of the first and of the second body \[m\].
-    pub corners: [[Vec3; 8]; 2],
 }
 
 /// Indices of the checked pairs that collide at every one of `configs` (none where there are no configurations): most

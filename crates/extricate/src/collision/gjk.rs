@@ -80,10 +80,21 @@ pub fn separation_from(
     pose_second: &Pose,
     cutoff: f64,
 ) -> Option<Separation> {
+    separation_within(guess, [first, second], [pose_first, pose_second], cutoff, Slack::NONE)
+}
+
+/// As [`separation_from`], an overlap as exact as `slack` asks.
+pub fn separation_within(
+    guess: &mut Vec3,
+    [first, second]: [&ConvexShape; 2],
+    [pose_first, pose_second]: [&Pose; 2],
+    cutoff: f64,
+    slack: Slack,
+) -> Option<Separation> {
     let difference = Difference::new(first, pose_first, second, pose_second);
     let radii = first.radius + second.radius;
     let outcome = descend(&difference, guess, cutoff + radii, f64::NEG_INFINITY);
-    separation_of(outcome, &difference, guess, [first.radius, second.radius], pose_first, cutoff, Slack::NONE)
+    separation_of(outcome, &difference, guess, [first.radius, second.radius], pose_first, cutoff, slack)
 }
 
 /// The separation that a descent without a lower end found, the depth of an overlap as exact as `slack` asks; `guess` becomes its

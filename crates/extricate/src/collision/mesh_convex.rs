@@ -82,7 +82,8 @@ pub fn triangle_nearer(triangle: &Triangle, solid: &ConvexSolid, bounds: &Aabb, 
     gjk::nearer_than(&as_convex(triangle), &Pose::identity(), &solid.shape, pose, limit)
 }
 
-/// The least signed distance \[m\] of any triangle to the solid, if below `cutoff`.
+/// The least signed distance \[m\] of any triangle to the solid, if below `cutoff`, and which triangle that is; in the frame of the mesh, which is
+/// the first of the two.
 ///
 /// Below 0 it is the translation that parts the solid from the one triangle that it overlaps most: an estimate from below
 /// of what parts it from the mesh.
@@ -93,7 +94,7 @@ pub fn closest(
     relative: &Relative,
     cutoff: f64,
     stack: &mut Vec<Entry>,
-) -> Option<f64> {
+) -> Option<(Separation, u32)> {
     Arch::new().dispatch(Closest { mesh, solid, bounds, pose: &relative.pose_a_b, cutoff, stack })
 }
 
@@ -107,10 +108,10 @@ struct Closest<'a> {
 }
 
 impl WithSimd for Closest<'_> {
-    type Output = Option<f64>;
+    type Output = Option<(Separation, u32)>;
 
     #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) -> Option<f64> {
+    fn with_simd<S: Simd>(self, simd: S) -> Option<(Separation, u32)> {
         let Self { mesh, solid, bounds, pose, cutoff, stack } = self;
         let cuboid = Cuboid::around(bounds);
         let view = View::new(pose, &mesh.cuboid, &cuboid);
@@ -130,7 +131,7 @@ impl WithSimd for Closest<'_> {
                     let found = triangle_separation(&block.triangle(lane), solid, pose, limit);
                     if let Some(separation) = found.filter(|s| s.distance < limit) {
                         limit = separation.distance;
-                        best = Some(limit);
+                        best = Some((separation, (at.index() * LANES + lane) as u32));
                     }
                 }
             } else {

@@ -2,7 +2,8 @@
 //! do not. In f64 throughout.
 //!
 //! Convex shapes meet in `gjk` and `epa`; meshes are trees of triangles (`bvh`) that descend together, end in exact
-//! distances of triangles, and then ask whether one solid holds the other (`inside`).
+//! distances of triangles, and then ask whether one solid holds the other (`inside`). Clouds, grids and the ground (`scenery`)
+//! tell which of their parts are near.
 
 mod bodies;
 mod bounds;
@@ -17,6 +18,7 @@ mod convex_pair;
 mod cover;
 mod depth;
 pub mod epa;
+mod filter;
 mod found;
 pub mod gjk;
 mod inside;
@@ -25,10 +27,12 @@ mod mesh_convex;
 mod mesh_mesh;
 mod mesh_shape;
 mod orient;
+mod overlaps;
 mod pair_memory;
 mod part_pair;
 mod pieces;
 mod queue;
+mod scenery;
 mod segment;
 #[cfg(test)]
 mod segment_tests;
@@ -54,8 +58,9 @@ use broad::{Broad, BroadScratch};
 use contact::ContactBuffers;
 pub use convex_pair::ConvexPair;
 pub use cover::largest_balls;
-pub use found::{Contact, ContactQuery, ContactSearch, ConvexOverlap, always_colliding, most_often_colliding};
+pub use found::{Contact, ContactQuery, ContactSearch, always_colliding, most_often_colliding};
 use label::History;
+pub use overlaps::ConvexOverlap;
 use part_pair::{Buffers, Hint};
 pub use pieces::KeptPieces;
 use queue::Entry;
@@ -313,25 +318,6 @@ impl Checker {
                 contact::gather([a, b], query, place, hint, &mut scratch.contact_buffers, contacts);
             }
             contacts[start..].iter_mut().for_each(|contact| contact.distance -= excess);
-        }
-    }
-
-    /// Appends the overlapping convex shapes among the checked pairs `pairs` at `q`.
-    pub fn convex_overlaps(
-        &self,
-        q: &[f64],
-        pairs: &[usize],
-        scratch: &mut CheckScratch,
-        overlaps: &mut Vec<ConvexOverlap>,
-    ) {
-        self.place(q, scratch);
-        for &pair in pairs {
-            for (first, second, _) in self.part_pairs(pair) {
-                let (a, b) = self.bodies.placed(&mut scratch.placement, first, second);
-                let Some(depth) = part_pair::convex_depth(a, b) else { continue };
-                let corners = [a, b].map(|placed| placed.shape.bounds.corners().map(|p| placed.pose.point(&p)));
-                overlaps.push(ConvexOverlap { pair, depth, corners });
-            }
         }
     }
 

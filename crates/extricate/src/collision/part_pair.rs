@@ -1,10 +1,10 @@
 //! One shape against another: whether they keep a distance, and their signed distance. Solids hold what is inside them.
 
-use super::bounds::Relative;
+use super::bounds::{Aabb, Relative};
 use super::mesh_shape::MeshShape;
 use super::shape::{ConvexSolid, Shape, ShapeKind};
 use super::triangle;
-use super::{cover, gjk, mesh_convex, mesh_mesh};
+use super::{cover, gjk, mesh_convex, mesh_mesh, scenery};
 use crate::math::{Pose, Vec3};
 
 /// Stacks that the descents reuse.
@@ -16,12 +16,14 @@ pub struct Buffers {
     pub single: Vec<mesh_convex::Entry>,
     /// Of a tree and a point or ray.
     pub nodes: Vec<(f64, u32)>,
+    /// Of scenery and another shape.
+    pub places: Vec<(f64, u32)>,
 }
 
 /// What decided the last check of a pair, to be tried first in the next one. Never decides by itself.
 #[derive(Debug, Clone, Copy)]
 pub struct Hint {
-    /// Indices of the triangles that were near (of the one triangle, in `first`, against a convex solid).
+    /// Indices of the triangles that were near (of the one triangle, in `first`, against a convex solid; of the element of scenery, in `second`).
     pub triangles: (u32, u32),
     /// A direction that parted two convex solids; zero where none did.
     pub normal: Vec3,
@@ -46,19 +48,11 @@ pub struct Placed<'a> {
 /// half a hundredth.
 const DEPTH_SLACK: f64 = 0.1;
 
-/// Proved lower bound of the penetration depth \[m\] of two convex solids; `None` where they are apart or one is a mesh.
-pub fn convex_depth(a: Placed, b: Placed) -> Option<f64> {
-    let (ShapeKind::Convex(x), ShapeKind::Convex(y)) = (&a.shape.kind, &b.shape.kind) else { return None };
+/// Proved lower bound of the penetration depth \[m\] of two convex solids; `None` where they are apart.
+pub fn convex_depth((x, pose_x): (&ConvexSolid, &Pose), (y, pose_y): (&ConvexSolid, &Pose)) -> Option<f64> {
     let last = &mut gjk::LastFeatures::default();
-    let separation = gjk::separation_near(
-        last,
-        &x.shape,
-        a.pose,
-        &y.shape,
-        b.pose,
-        0.0,
-        gjk::Slack { depth: DEPTH_SLACK, ..gjk::Slack::NONE },
-    )?;
+    let slack = gjk::Slack { depth: DEPTH_SLACK, ..gjk::Slack::NONE };
+    let separation = gjk::separation_near(last, &x.shape, pose_x, &y.shape, pose_y, 0.0, slack)?;
     Some(separation.depth_lower).filter(|depth| *depth > 0.0)
 }
 
@@ -86,9 +80,14 @@ pub fn surfaces_nearer(
     hint: &mut Hint,
     buffers: &mut Buffers,
 ) -> bool {
-    use ShapeKind::{Convex, Mesh};
+    use ShapeKind::{Convex, Mesh, Scenery};
     let (a, b) = (first.shape, second.shape);
     match (&a.kind, &b.kind) {
+        (Scenery(x), _) => scenery::nearer(x, b, relative, limit, hint, buffers),
+        (_, Scenery(y)) => {
+            let relative = Relative::between(second.pose, first.pose);
+            scenery::nearer(y, a, &relative, limit, hint, buffers)
+        }
         (Convex(x), Convex(y)) => {
             let (pose, normal) = (&relative.pose_a_b, &mut hint.normal);
             if parted(x, y, pose, normal, limit) {
@@ -98,10 +97,10 @@ pub fn surfaces_nearer(
             *normal = Vec3::zeros();
             gjk::nearer_than_from(normal, &x.shape, &Pose::identity(), &y.shape, pose, limit)
         }
-        (Mesh(x), Convex(y)) => mesh_nearer(x, b, y, relative, limit, hint, buffers),
+        (Mesh(x), Convex(y)) => mesh_nearer(x, &b.bounds, y, relative, limit, hint, buffers),
         (Convex(x), Mesh(y)) => {
             let relative = Relative::between(second.pose, first.pose);
-            mesh_nearer(y, a, x, &relative, limit, hint, buffers)
+            mesh_nearer(y, &a.bounds, x, &relative, limit, hint, buffers)
         }
         (Mesh(x), Mesh(y)) => {
             let (i, j) = hint.triangles;
@@ -130,9 +129,10 @@ fn parted(x: &ConvexSolid, y: &ConvexSolid, pose: &Pose, normal: &Vec3, limit: f
     normal.dot(&(lowest - highest)) > (limit + CLEARLY + x.shape.radius + y.shape.radius) * normal.norm()
 }
 
-fn mesh_nearer(
+/// As [`nearer`], of a mesh and a convex solid with box `bounds`, which `relative` maps to it.
+pub fn mesh_nearer(
     mesh: &MeshShape,
-    other: &Shape,
+    bounds: &Aabb,
     solid: &ConvexSolid,
     relative: &Relative,
     limit: f64,
@@ -141,11 +141,11 @@ fn mesh_nearer(
 ) -> bool {
     let pose = &relative.pose_a_b;
     if let Some(t) = mesh.tree.triangle(hint.triangles.0)
-        && mesh_convex::triangle_nearer(&t, solid, &other.bounds, pose, limit)
+        && mesh_convex::triangle_nearer(&t, solid, bounds, pose, limit)
     {
         return true;
     }
-    match mesh_convex::nearer(&mesh.tree, solid, &other.bounds, relative, limit, &mut buffers.single) {
+    match mesh_convex::nearer(&mesh.tree, solid, bounds, relative, limit, &mut buffers.single) {
         Some(found) => {
             hint.triangles.0 = found;
             true
@@ -172,9 +172,10 @@ pub fn lower_bound(first: Placed, second: Placed) -> f64 {
 /// translation that parts the two:
 /// - mesh and mesh: depth of the deepest vertex of either inside the other, 0 if surfaces cross and no vertex is inside;
 /// - mesh and convex: the translation that parts the solid from one triangle, or the depth of its centre inside the mesh
-///   and in itself.
+///   and in itself;
+/// - scenery: see [`scenery::closest`].
 pub fn signed_distance(first: Placed, second: Placed, cutoff: f64, buffers: &mut Buffers) -> Option<f64> {
-    use ShapeKind::{Convex, Mesh};
+    use ShapeKind::{Convex, Mesh, Scenery};
     let (a, b) = (first.shape, second.shape);
     let relative = Relative::between(first.pose, second.pose);
     let pose = &relative.pose_a_b;
@@ -185,9 +186,11 @@ pub fn signed_distance(first: Placed, second: Placed, cutoff: f64, buffers: &mut
         (Convex(x), Convex(y)) => {
             gjk::separation(&x.shape, &Pose::identity(), &y.shape, pose, cutoff).map(|found| found.distance)
         }
-        (Convex(_), Mesh(_)) => return signed_distance(second, first, cutoff, buffers),
+        (Scenery(x), _) => scenery::closest(x, b, &relative, cutoff, buffers).map(|found| found.distance),
+        (_, Scenery(_)) | (Convex(_), Mesh(_)) => return signed_distance(second, first, cutoff, buffers),
         (Mesh(x), Convex(y)) => {
             let found = mesh_convex::closest(&x.tree, y, &b.bounds, &relative, cutoff, &mut buffers.single);
+            let found = found.map(|(found, _)| found.distance);
             let floor = found.unwrap_or(cutoff);
             let center = pose.point(&y.shape.core.center());
             // Balls around one point in both: what parts the solids parts those.

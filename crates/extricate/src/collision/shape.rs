@@ -8,6 +8,7 @@ use super::cover::InnerBalls;
 use super::gjk;
 use super::mesh_shape::MeshShape;
 use super::pieces::{Pieces, PiecesRef, pieces};
+use super::scenery::{HalfSpace, Scenery};
 use super::triangle::Triangle;
 use crate::math::{Pose, Vec3};
 use crate::robot::{Geometry, TriangleMesh};
@@ -27,13 +28,15 @@ pub struct Shape {
     pieces: OnceLock<Arc<Pieces>>,
 }
 
-/// The two kinds that pairs are made of.
+/// The kinds that pairs are made of.
 #[derive(Debug, Clone)]
 pub enum ShapeKind {
     /// A convex solid.
     Convex(ConvexSolid),
     /// Triangles.
     Mesh(MeshShape),
+    /// What only obstacles have.
+    Scenery(Scenery),
 }
 
 /// A convex solid.
@@ -52,8 +55,12 @@ const CONVEX_TOLERANCE: f64 = 1e-12;
 const MOST_HULL_VERTICES: usize = 2048;
 
 impl Shape {
-    /// Prepares `geometry`; `None` for a mesh without triangles.
+    /// Prepares `geometry`; `None` for a mesh without triangles, and for a cloud or grid that holds nothing.
     pub fn new(geometry: &Geometry) -> Option<Self> {
+        if geometry.is_scenery() {
+            let (scenery, bounds, ball) = Scenery::new(geometry)?;
+            return Some(Self::without_inner_balls(ShapeKind::Scenery(scenery), bounds, ball));
+        }
         let solid = |core, radius| {
             let shape = ConvexShape { core, radius };
             ShapeKind::Convex(ConvexSolid { shape, planes: Vec::new() })
@@ -70,13 +77,14 @@ impl Shape {
             Geometry::Capsule { radius, half_length } => {
                 (radius + half_length, Vec3::new(radius, radius, radius + half_length))
             }
+            _ => unreachable!("scenery is prepared above"),
         };
         let kind = match *geometry {
             Geometry::Sphere { radius } => solid(ConvexCore::Point, radius),
             Geometry::Box { half_extents } => solid(ConvexCore::Box { half_extents }, 0.0),
             Geometry::Cylinder { radius, half_length } => solid(ConvexCore::Cylinder { radius, half_length }, 0.0),
             Geometry::Capsule { radius, half_length } => solid(ConvexCore::Segment { half_length }, radius),
-            Geometry::Mesh(_) | Geometry::ConvexHull(_) => unreachable!("returned above"),
+            _ => unreachable!("returned above"),
         };
         let bounds = Aabb::between(&-reach, &reach);
         Some(Self::prepared(kind, bounds, (Vec3::zeros(), radius * (1.0 + 1e-12))))
@@ -109,10 +117,11 @@ impl Shape {
         match &self.kind {
             ShapeKind::Convex(_) => Some(self.into()),
             ShapeKind::Mesh(_) => self.pieces.get().map(|pieces| pieces.all()),
+            ShapeKind::Scenery(_) => None,
         }
     }
 
-    /// Convex shapes in the same frame whose union holds it: itself, or those of [`pieces`].
+    /// Convex shapes in the same frame whose union holds it: itself, or those of [`pieces`]; none of scenery, which is asked for its elements.
     pub fn pieces(&self) -> PiecesRef<'_> {
         match &self.kind {
             ShapeKind::Convex(_) => self.into(),
@@ -121,6 +130,15 @@ impl Shape {
                 let made = self.pieces.get().is_none().then(|| Arc::new(pieces(mesh, &self.bounds)));
                 self.pieces.get_or_init(|| made.unwrap_or_default()).all()
             }
+            ShapeKind::Scenery(_) => PiecesRef { shapes: &[], boxes: &[] },
+        }
+    }
+
+    /// The half-space that it is, if it is one.
+    pub fn half_space(&self) -> Option<&HalfSpace> {
+        match &self.kind {
+            ShapeKind::Scenery(Scenery::HalfSpace(half)) => Some(half),
+            _ => None,
         }
     }
 
@@ -134,6 +152,7 @@ impl Shape {
         match &self.kind {
             ShapeKind::Convex(solid) => solid.depth(point),
             ShapeKind::Mesh(mesh) => mesh.depth_above(point, f64::NEG_INFINITY, stack).unwrap_or(0.0),
+            ShapeKind::Scenery(scenery) => scenery.depth_above(point, f64::NEG_INFINITY, stack).unwrap_or(0.0),
         }
     }
 
@@ -142,6 +161,7 @@ impl Shape {
         match &self.kind {
             ShapeKind::Convex(solid) => Some(solid.depth(point)).filter(|depth| *depth > least),
             ShapeKind::Mesh(mesh) => mesh.depth_above(point, least, stack),
+            ShapeKind::Scenery(scenery) => scenery.depth_above(point, least, stack),
         }
     }
 }
@@ -159,7 +179,7 @@ impl ConvexSolid {
 
     /// Whether depths are known in closed form everywhere, without a loop.
     pub fn is_primitive(&self) -> bool {
-        !matches!(self.shape.core, ConvexCore::Triangle(_) | ConvexCore::Hull(_))
+        !matches!(self.shape.core, ConvexCore::Triangle(_) | ConvexCore::Hull(_) | ConvexCore::Prism { .. })
     }
 
     /// Signed depth \[m\] of `point`: positive inside, minus the distance outside. In closed form but for points outside a
@@ -174,12 +194,44 @@ impl ConvexSolid {
             ConvexCore::Cylinder { radius, half_length } => {
                 slab_depth(Vec3::new(point.x.hypot(point.y) - radius, point.z.abs() - half_length, f64::NEG_INFINITY))
             }
-            ConvexCore::Triangle(_) | ConvexCore::Hull(_) => {
+            ConvexCore::Triangle(_) | ConvexCore::Hull(_) | ConvexCore::Prism { .. } => {
                 let outside = self.planes.iter().map(|(n, offset)| n.dot(point) - offset).fold(f64::MIN, f64::max);
                 if outside <= 0.0 { -outside } else { -self.distance_outside(point, outside) }
             }
         };
         core + self.shape.radius
+    }
+
+    /// Of a point in a core that has faces, the depth \[m\] below the nearest of them and its outward normal; `None` outside, and where faces are
+    /// not known.
+    pub fn nearest_face(&self, point: &Vec3) -> Option<(f64, Vec3)> {
+        let along = |axis: usize| Vec3::ith(axis, 1.0f64.copysign(point[axis]));
+        let (depth, normal) = match &self.shape.core {
+            ConvexCore::Box { half_extents } => {
+                let below = half_extents - point.abs();
+                let axis = below.imin();
+                (below[axis], along(axis))
+            }
+            ConvexCore::Cylinder { radius, half_length } => {
+                let across = point.x.hypot(point.y);
+                let (side, end) = (radius - across, half_length - point.z.abs());
+                let out = if across > 0.0 { Vec3::new(point.x, point.y, 0.0) / across } else { Vec3::x() };
+                if side < end { (side, out) } else { (end, along(2)) }
+            }
+            ConvexCore::Hull(_) => {
+                let mut nearest = (f64::INFINITY, Vec3::zeros());
+                for (normal, offset) in &self.planes {
+                    let below = offset - normal.dot(point);
+                    if below < 0.0 {
+                        return None;
+                    }
+                    nearest = if below < nearest.0 { (below, *normal) } else { nearest };
+                }
+                nearest
+            }
+            _ => return None,
+        };
+        (0.0..f64::INFINITY).contains(&depth).then_some((depth, normal))
     }
 
     fn distance_outside(&self, point: &Vec3, at_least: f64) -> f64 {

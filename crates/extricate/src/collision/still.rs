@@ -111,7 +111,7 @@ fn hull(corners: &[(Vec3, Vec3)]) -> (Vec3, Vec3) {
 
 /// Orders boxes so that every run of [`WIDTH`], and every run of such runs, lies close together: halves along the axis in
 /// which the centres spread most, cut where a run ends.
-fn arrange(boxes: &[Aabb], items: &mut [u32]) {
+pub fn arrange(boxes: &[Aabb], items: &mut [u32]) {
     if items.len() <= WIDTH {
         return;
     }

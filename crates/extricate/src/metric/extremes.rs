@@ -164,6 +164,8 @@ impl FrameExtremes {
             Geometry::Mesh(mesh) | Geometry::ConvexHull(mesh) => {
                 self.points.extend(mesh.vertices.iter().map(|x| pose.point(x)));
             }
+            // Scenery does not move.
+            _ => {}
         }
     }
 

@@ -5,13 +5,15 @@
 //! by `p + clearance`: a plane that parts them afterwards, moved back by that much, would part them before. The motion bound
 //! turns these lengths into distances between configurations.
 
+mod interior;
+
 use std::cmp::Ordering;
 use std::sync::Arc;
 
 use rayon::prelude::*;
 
 use super::context::Context;
-use crate::collision::{CheckScratch, Checker, ConvexOverlap, largest_balls};
+use crate::collision::{CheckScratch, Checker, ConvexOverlap};
 use crate::math::{LANES, Pose, Vec3, vectorized};
 use crate::metric::motion_bound::{BoundedPoint, MotionPath};
 use crate::scene::MetricSpec;
@@ -23,7 +25,7 @@ pub struct InteriorBalls {
     solids: Vec<Arc<[Ball]>>,
 }
 
-/// Those of a body, the largest first.
+/// Those of a body: the first few are large and spread out, the others follow by size.
 struct Balls {
     all: Vec<Ball>,
     /// The same, for vector instructions.
@@ -49,7 +51,7 @@ struct Ball {
 
 /// Most balls a body.
 const BALLS: usize = 24;
-/// Balls a body that a quick bound looks at, the largest.
+/// Balls a body that a quick bound looks at, the first.
 const QUICK_BALLS: usize = 6;
 /// Surface points a body, spread out.
 const SURFACE_POINTS: usize = 24;
@@ -76,7 +78,8 @@ impl InteriorBalls {
         let twins = before.map_or_else(|| vec![None; count], |(old, _)| checker.same_solids(old));
         let known = |body: usize| Some(Arc::clone(&before?.1.solids[twins[body]?]));
         let first = checker.first_of_equal_solids();
-        let of_first = |body: usize| known(body).or_else(|| (first[body] == body).then(|| balls(checker, body).into()));
+        let of_first =
+            |body: usize| known(body).or_else(|| (first[body] == body).then(|| interior::balls(checker, body).into()));
         let made: Vec<Option<Arc<[Ball]>>> = (0..count).into_par_iter().map(of_first).collect();
         let of_equal = |body: usize| made[body].clone().or_else(|| made[first[body]].clone());
         let solids: Vec<Arc<[Ball]>> = (0..count).map(|body| of_equal(body).unwrap_or_default()).collect();
@@ -138,40 +141,6 @@ impl BallBlock {
         }
         block
     }
-}
-
-/// In coordinates of the solid.
-fn balls(checker: &Checker, body: usize) -> Vec<Ball> {
-    let pose_frame_solid = checker.pose_frame_solid(body);
-    let mut vertices = Vec::new();
-    for part in &checker.scene().bodies[body].parts {
-        let mesh = part.geometry.tessellate(8);
-        let pose_solid_part = pose_frame_solid.inverse().then(&part.pose_frame_part);
-        vertices.extend(mesh.vertices.iter().map(|v| pose_solid_part.point(v)));
-    }
-    let low = vertices.iter().fold(Vec3::repeat(f64::INFINITY), |a, b| a.inf(b));
-    let high = vertices.iter().fold(Vec3::repeat(f64::NEG_INFINITY), |a, b| a.sup(b));
-    let depth = |centre: &Vec3| checker.solid_depth(body, &pose_frame_solid.point(centre));
-    let inside = largest_balls(&low, &high, BALLS, depth);
-    let mut chosen: Vec<Ball> = inside.into_iter().map(|(centre, radius)| Ball { centre, radius }).collect();
-    chosen.extend(spread(&vertices, SURFACE_POINTS).into_iter().map(|centre| Ball { centre, radius: 0.0 }));
-    chosen
-}
-
-/// Farthest-point sampling.
-fn spread(points: &[Vec3], count: usize) -> Vec<Vec3> {
-    let Some(first) = points.first() else { return Vec::new() };
-    let mut chosen = vec![*first];
-    let mut gap: Vec<f64> = points.iter().map(|p| (p - first).norm()).collect();
-    while chosen.len() < count {
-        let (at, distance) = gap.iter().enumerate().fold((0, 0.0), |a, (i, g)| if *g > a.1 { (i, *g) } else { a });
-        if distance <= 0.0 {
-            break;
-        }
-        chosen.push(points[at]);
-        gap.iter_mut().zip(points).for_each(|(g, p)| *g = g.min((p - points[at]).norm()));
-    }
-    chosen
 }
 
 /// A distance (metric units) below which no free configuration lies from the one with frame poses `poses`, at most `ceiling`.

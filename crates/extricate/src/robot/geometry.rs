@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use super::TriangleMesh;
 pub use super::moments::Moments;
+use super::scenery::{HeightField, PointCloud, Voxels};
 use crate::math::Vec3;
 
 /// A shape in its own frame, centred as URDF does it: cylinders and capsules along z, origin at the middle.
@@ -39,4 +40,18 @@ pub enum Geometry {
     Mesh(Arc<TriangleMesh>),
     /// The convex hull of the mesh's vertices, solid. The mesh is the hull itself: vertices and outward faces.
     ConvexHull(Arc<TriangleMesh>),
+    // New variants come last: stored models and pickled scenes know them by their numbers.
+    /// Solid cubes of a grid; obstacles only.
+    Voxels(Arc<Voxels>),
+    /// A ball about every point; obstacles only.
+    Points(Arc<PointCloud>),
+    /// Solid where `normal . x <= offset`, without end; obstacles only.
+    HalfSpace {
+        /// Unit.
+        normal: Vec3,
+        /// \[m\]
+        offset: f64,
+    },
+    /// The ground below a grid of heights; obstacles only.
+    HeightField(Arc<HeightField>),
 }

@@ -11,6 +11,7 @@ pub mod moments;
 mod obj;
 pub mod openings;
 mod polygon;
+pub mod scenery;
 pub mod seams;
 pub mod srdf;
 mod stl;
@@ -24,6 +25,7 @@ pub(crate) mod xml;
 pub use geometry::Geometry;
 pub use mesh::TriangleMesh;
 pub use moments::Moments;
+pub use scenery::{HeightField, PointCloud, Voxels};
 
 use crate::math::{Pose, Vec3};
 

@@ -96,6 +96,8 @@ impl Geometry {
                 )
             }
             Geometry::Mesh(ref mesh) | Geometry::ConvexHull(ref mesh) => mesh_volume(mesh),
+            // Moments are those of what moves.
+            _ => None,
         }
     }
 

@@ -21,6 +21,7 @@ impl Geometry {
             Geometry::Sphere { radius } => ball_profile(radius, 0.0, segments),
             Geometry::Capsule { radius, half_length } => ball_profile(radius, half_length, segments),
             Geometry::Mesh(ref mesh) | Geometry::ConvexHull(ref mesh) => TriangleMesh::clone(mesh),
+            _ => self.scenery_triangles(segments),
         }
     }
 }

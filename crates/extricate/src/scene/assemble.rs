@@ -12,6 +12,7 @@ use super::load::Files;
 use super::names::{Named, find, unique};
 use super::obstacles::{Others, others};
 use super::pairs::{PairName, checked, disabled_by_scene, disabled_by_srdf};
+use super::shapes::with_scenery;
 use super::{Body, LinkSeat, MetricSpec, Scene};
 use crate::error::{Error, Result};
 use crate::robot::Robot;
@@ -62,7 +63,9 @@ pub fn assemble_entries(path: &Path, scene: &SceneFile, read: ReadFile) -> Resul
     let mut warnings = Vec::new();
     let mut files = Files::new(path, read);
     let robots = files.robots(&scene.robot, &mut warnings)?;
-    let others = others(&name, scene, &mut |element, path| files.mesh(element, path), &mut warnings)?;
+    let entries = with_scenery(&name, &scene.obstacle, &mut |element, path| files.bytes(element, path))?;
+    let mut load_mesh = |element: &str, path: &str| files.mesh(element, path);
+    let others = others(&name, (&entries, &scene.attached), &mut load_mesh, &mut warnings)?;
     warnings.extend(files.into_mesh_warnings());
     build(&name, scene, &robots, others, warnings)
 }
@@ -100,6 +103,7 @@ pub fn build(
         let seats = tree.add_robot(&loaded.robot, root, &own.roles, &own.names, &own.places);
         let seats = all_seats(loaded, seats)?;
         let names: Vec<String> = link_names.by_ref().take(seats.len()).collect();
+        refuse_scenery(loaded)?;
         bodies.extend(link_bodies(index, &loaded.robot, &seats, &names));
         links.extend(names.into_iter().zip(seats).map(|(name, seat)| LinkSeat {
             name,
@@ -143,6 +147,15 @@ fn held(file: &str, object: Body, link: &str, named: &[Named], links: &[LinkSeat
 fn link_names<'a>(loaded: &'a LoadedRobot) -> impl Iterator<Item = Named<'a>> {
     let robot = Some(loaded.name.as_str());
     loaded.robot.links.iter().map(move |link| Named { robot, name: &link.name })
+}
+
+/// Ground, clouds and grids are obstacles: nothing that bounds motion or moments knows them.
+fn refuse_scenery(loaded: &LoadedRobot) -> Result<()> {
+    let is_scenery = |link: &&crate::robot::Link| link.collision.iter().any(|shape| shape.geometry.is_scenery());
+    let Some(link) = loaded.robot.links.iter().find(is_scenery) else { return Ok(()) };
+    let problem =
+        "got voxels, points, a half-space or a height field, expected a shape that can move: these are obstacles";
+    Err(Error::input(&loaded.urdf, format!("link \"{}\"", link.name), problem))
 }
 
 fn all_seats(loaded: &LoadedRobot, seats: Vec<Option<Seat>>) -> Result<Vec<Seat>> {

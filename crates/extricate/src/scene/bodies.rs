@@ -94,6 +94,7 @@ pub fn radius(geometry: &Geometry) -> f64 {
         Geometry::Cylinder { radius, half_length } => radius.hypot(*half_length),
         Geometry::Capsule { radius, half_length } => radius + half_length,
         Geometry::Mesh(mesh) | Geometry::ConvexHull(mesh) => mesh.vertices.iter().map(|v| v.norm()).fold(0.0, f64::max),
+        scenery => scenery.scenery_radius(),
     }
 }
 

@@ -161,6 +161,9 @@ impl Scene {
         if self.bodies.iter().any(|body| body.name == object.name) {
             return fault("the name is taken, expected one of its own".into());
         }
+        if object.parts.iter().any(|part| part.geometry.is_scenery()) {
+            return fault("shape: got a shape of large worlds, expected one that a link can hold".into());
+        }
         let Some(seat) = self.links.iter().find(|seat| seat.name == link) else {
             if self.links.is_empty() {
                 return fault("this model was written by a version that kept no links: learn it anew".into());

@@ -22,6 +22,10 @@
 //! name = "box"
 //! shape = { box = [0.2, 0.6, 0.4] } # full sides | { sphere = r } | { cylinder = [r, length] } | { capsule = [r, length] }
 //!                                   # | { mesh = "part.stl", scale = 1.0 or [x, y, z], convex = true }
+//!                                   # | { points = "cloud.xyz" or [[x, y, z], ..], radius = r }
+//!                                   # | { voxels = "cells.csv" or [[i, j, k], ..], size = s }
+//!                                   # | { half-space = [nx, ny, nz], offset = d }
+//!                                   # | { height-field = "heights.csv" or [[h, ..], ..], size = s }
 //! pose = { xyz = [0.45, 0, 0.45], rpy = [0, 0, 0] }
 //!
 //! [[attached]]                      # held by a link: moves with it
@@ -38,18 +42,17 @@
 //! Paths are relative to the scene file.
 
 use std::collections::BTreeMap;
-use std::sync::Arc;
 
 use serde::Deserialize;
 
 use super::MetricSpec;
-use super::arrays::{exactly, exactly_if_any, pairs_of_names};
+use super::arrays::{exactly, pairs_of_names};
 use super::clearances::ClearanceEntry;
 use super::limits::{BoundsEntry, LimitsEntry};
+pub use super::shapes::{RowsEntry, ShapeEntry};
 use super::wording::explain;
 use crate::error::{Error, Result};
 use crate::math::{FARTHEST, Pose};
-use crate::robot::TriangleMesh;
 
 /// A whole scene file.
 #[derive(Debug, Clone, Default, Deserialize)]
@@ -209,33 +212,6 @@ pub struct AttachedEntry {
     /// Links, obstacles and attached objects that it is not checked against.
     #[serde(default)]
     pub touch: Vec<String>,
-}
-
-/// `shape = { .. }`: exactly one of the five shapes.
-#[derive(Debug, Clone, Default, Deserialize)]
-#[serde(deny_unknown_fields, expecting = "a table with one of box, sphere, cylinder, capsule, mesh")]
-pub struct ShapeEntry {
-    /// Full sides \[m\].
-    #[serde(rename = "box", default, deserialize_with = "exactly_if_any")]
-    pub cuboid: Option<[f64; 3]>,
-    /// Radius \[m\].
-    pub sphere: Option<f64>,
-    /// Radius and length \[m\].
-    #[serde(default, deserialize_with = "exactly_if_any")]
-    pub cylinder: Option<[f64; 2]>,
-    /// Radius and length of the cylindrical part \[m\].
-    #[serde(default, deserialize_with = "exactly_if_any")]
-    pub capsule: Option<[f64; 2]>,
-    /// Path of a mesh file.
-    pub mesh: Option<String>,
-    /// A mesh in place of a path, for scenes that are not written as files.
-    #[serde(skip)]
-    pub triangles: Option<Arc<TriangleMesh>>,
-    /// Of the mesh.
-    pub scale: Option<ScaleEntry>,
-    /// Whether the mesh is replaced by its convex hull.
-    #[serde(default)]
-    pub convex: bool,
 }
 
 /// How a mesh is scaled.

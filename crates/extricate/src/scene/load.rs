@@ -115,6 +115,13 @@ impl<'a> Files<'a> {
         })
     }
 
+    /// The name of a file, as messages have it, and its bytes, by its path as the scene file has it.
+    pub fn bytes(&mut self, element: &str, path: &str) -> Result<(String, Vec<u8>)> {
+        let path = self.folder.join(path);
+        let bytes = (self.read)(&path).map_err(|error| named(&self.file, element, error))?;
+        Ok((path.display().to_string(), bytes))
+    }
+
     fn first_mesh(&mut self, file: &str, uri: &str, candidates: &[PathBuf]) -> Result<Arc<TriangleMesh>> {
         for path in candidates {
             let found = self.mesh_at(path).map_err(|error| named(file, &format!("mesh \"{uri}\""), error))?;

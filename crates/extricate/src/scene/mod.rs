@@ -20,6 +20,7 @@ mod obstacles;
 mod pairs;
 mod reach;
 mod roles;
+mod shapes;
 #[cfg(test)]
 mod testing;
 mod wording;

@@ -5,8 +5,9 @@ use std::sync::Arc;
 
 use super::Body;
 use super::bodies::hull;
-use super::file::{ScaleEntry, SceneFile, ShapeEntry};
+use super::file::{AttachedEntry, ObstacleEntry, ScaleEntry, ShapeEntry};
 use super::names::check_name;
+use super::shapes::SCENERY;
 use crate::error::{Error, Result};
 use crate::math::{FARTHEST, Vec3};
 use crate::robot::{Geometry, TriangleMesh, mesh::is_scale};
@@ -28,19 +29,30 @@ pub struct Others {
 /// # Errors
 /// [`Error::Input`] for repeated or empty names, shapes that are not exactly one shape, sizes that are not positive and
 /// scales that are 0; whatever reading a mesh gives.
-pub fn others(file: &str, entry: &SceneFile, load_mesh: LoadMesh, warnings: &mut Vec<String>) -> Result<Others> {
+pub fn others(
+    file: &str,
+    (obstacles, attached): (&[ObstacleEntry], &[AttachedEntry]),
+    load_mesh: LoadMesh,
+    warnings: &mut Vec<String>,
+) -> Result<Others> {
     let mut seen = HashSet::new();
     let mut others = Others::default();
-    let obstacles = entry.obstacle.iter().map(|entry| ("obstacle", &entry.name, &entry.shape, &entry.pose));
-    let attached = entry.attached.iter().map(|entry| ("attached", &entry.name, &entry.shape, &entry.pose));
+    let count = obstacles.len();
+    let obstacles = obstacles.iter().map(|entry| ("obstacle", &entry.name, &entry.shape, &entry.pose));
+    let attached = attached.iter().map(|entry| ("attached", &entry.name, &entry.shape, &entry.pose));
     for (index, (kind, name, form, pose)) in obstacles.chain(attached).enumerate() {
-        let number = if kind == "obstacle" { index + 1 } else { index + 1 - entry.obstacle.len() };
+        let number = if kind == "obstacle" { index + 1 } else { index + 1 - count };
         check_name(name).map_err(|problem| Error::input(file, format!("{kind} {number}"), problem))?;
         let element = format!("{kind} \"{name}\"");
         if !seen.insert(name) {
             return Err(Error::input(file, element, "the name occurs twice, expected every obstacle to have its own"));
         }
         let pose = pose.pose(file, &element)?;
+        if let ("attached", Some(shape)) = (kind, form.kinds().into_iter().find(|kind| SCENERY.contains(kind))) {
+            let problem =
+                format!("shape: got {shape}, expected a shape that a link can hold: {shape} belongs to obstacles");
+            return Err(Error::input(file, element, problem));
+        }
         let geometry = shape(file, &element, form, load_mesh, warnings)?;
         let of_kind = if kind == "obstacle" { &mut others.obstacles } else { &mut others.attached };
         of_kind.push(Body::obstacle(name, geometry, pose));
@@ -56,22 +68,18 @@ fn shape(
     warnings: &mut Vec<String>,
 ) -> Result<Geometry> {
     let fault = |problem: String| Error::input(file, element, problem);
-    let given: Vec<&str> = [
-        ("box", entry.cuboid.is_some()),
-        ("sphere", entry.sphere.is_some()),
-        ("cylinder", entry.cylinder.is_some()),
-        ("capsule", entry.capsule.is_some()),
-        ("mesh", entry.mesh.is_some() || entry.triangles.is_some()),
-    ]
-    .into_iter()
-    .filter_map(|(name, given)| given.then_some(name))
-    .collect();
+    let given = entry.kinds();
     let [kind] = given[..] else {
         let found = if given.is_empty() { "none".to_string() } else { given.join(" and ") };
-        return Err(fault(format!("shape: got {found}, expected exactly one of box, sphere, cylinder, capsule, mesh")));
+        let kinds = "box, sphere, cylinder, capsule, mesh, voxels, points, half-space, height-field";
+        return Err(fault(format!("shape: got {found}, expected exactly one of {kinds}")));
     };
+    entry.check_numbers(file, element, kind)?;
     if kind != "mesh" && (entry.scale.is_some() || entry.convex) {
         return Err(fault(format!("shape: `scale` and `convex` belong to a mesh, got them with a {kind}")));
+    }
+    if let Some(scenery) = &entry.scenery {
+        return Ok(scenery.clone());
     }
     let sizes = |sizes: &[f64], what: &str| match sizes.iter().find(|x| !(**x > 0.0 && **x <= FARTHEST)) {
         Some(bad) => Err(fault(format!("{kind}: got {bad:?}, expected {what} > 0 and within 1e9 [m]"))),
@@ -121,7 +129,8 @@ mod tests {
 
     fn assembled(text: &str) -> Result<Vec<Body>> {
         let scene = file::parse("s.toml", text)?;
-        Ok(others("s.toml", &scene, &mut |_, _| Ok(tetrahedron()), &mut Vec::new())?.obstacles)
+        Ok(others("s.toml", (&scene.obstacle, &scene.attached), &mut |_, _| Ok(tetrahedron()), &mut Vec::new())?
+            .obstacles)
     }
 
     fn tetrahedron() -> Arc<TriangleMesh> {

@@ -56,7 +56,12 @@ pub fn scene_with(text: &str, robots: &[Robot], disabled: &[[String; 2]], group:
     });
     let loaded: Vec<LoadedRobot> = loaded.collect();
     let mut warnings = Vec::new();
-    let bodies = others(FILE, &file, &mut |_, path| panic!("no mesh {path} in this test"), &mut warnings)?;
+    let bodies = others(
+        FILE,
+        (&file.obstacle, &file.attached),
+        &mut |_, path| panic!("no mesh {path} in this test"),
+        &mut warnings,
+    )?;
     build(FILE, &file, &loaded, bodies, warnings)
 }
 

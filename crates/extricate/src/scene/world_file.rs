@@ -8,6 +8,7 @@ use super::clearances::Clearances;
 use super::file::{self, SceneFile};
 use super::load::Files;
 use super::obstacles::{Others, others};
+use super::shapes::with_scenery;
 use super::{Body, Scene};
 use crate::error::{Error, Result};
 
@@ -40,8 +41,10 @@ pub fn in_world_of_entries(robots: &Scene, path: &Path, world: &SceneFile, read:
     }
     let mut scene = robots.without_obstacles();
     let mut files = Files::new(path, read);
+    let entries = with_scenery(&name, &world.obstacle, &mut |element, path| files.bytes(element, path))?;
     let mut load_mesh = |element: &str, path: &str| files.mesh(element, path);
-    let Others { obstacles, attached } = others(&name, world, &mut load_mesh, &mut scene.warnings)?;
+    let others = others(&name, (&entries, &world.attached), &mut load_mesh, &mut scene.warnings)?;
+    let Others { obstacles, attached } = others;
     scene.warnings.extend(files.into_mesh_warnings());
     let in_file = |error| named(&name, error);
     scene = scene.with_obstacles(obstacles).map_err(in_file)?;
@@ -72,9 +75,10 @@ pub fn in_world_of_entries(robots: &Scene, path: &Path, world: &SceneFile, read:
 /// # Errors
 /// As [`in_world`].
 pub fn obstacles_of_entries(path: &Path, world: &SceneFile, read: ReadFile) -> Result<Vec<Body>> {
-    let mut files = Files::new(path, read);
+    let (name, mut files) = (path.display().to_string(), Files::new(path, read));
+    let entries = with_scenery(&name, &world.obstacle, &mut |element, path| files.bytes(element, path))?;
     let mut load_mesh = |element: &str, path: &str| files.mesh(element, path);
-    Ok(others(&path.display().to_string(), world, &mut load_mesh, &mut Vec::new())?.obstacles)
+    Ok(others(&name, (&entries, &[]), &mut load_mesh, &mut Vec::new())?.obstacles)
 }
 
 /// An error of a change to a scene, as one of the file that asks for it.

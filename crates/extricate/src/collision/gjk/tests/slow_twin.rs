@@ -12,6 +12,7 @@ fn corners(core: &ConvexCore, pose: &Pose) -> Vec<Vec3> {
         ConvexCore::Cylinder { .. } => panic!("not a polytope"),
         ConvexCore::Triangle(corners) => corners.to_vec(),
         ConvexCore::Hull(hull) => hull.points().to_vec(),
+        ConvexCore::Prism { top, bottom } => top.iter().flat_map(|p| [*p, Vec3::new(p.x, p.y, *bottom)]).collect(),
     };
     let mut distinct: Vec<Vec3> = Vec::new();
     for point in local.iter().map(|p| pose.point(p)) {

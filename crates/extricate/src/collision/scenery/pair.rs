@@ -1,0 +1,295 @@
+//! Scenery against another shape: whether they keep a distance, and their signed distance.
+
+use super::field::{Field, raised};
+use super::{Approach, At, Element, Planes, Scenery};
+use crate::collision::bounds::{Aabb, ROUNDING, Relative};
+use crate::collision::bvh::push_sorted;
+use crate::collision::convex::ConvexCore;
+use crate::collision::gjk::{self, Separation};
+use crate::collision::mesh_convex;
+use crate::collision::mesh_shape::MeshShape;
+use crate::collision::part_pair::{self, Buffers, Hint};
+use crate::collision::shape::{ConvexSolid, Shape, ShapeKind};
+use crate::math::{Pose, Vec3};
+
+/// Whether the signed distance to `other`, which `relative` places in the frame of the scenery, is below `limit` \[m\].
+pub fn nearer(
+    scenery: &Scenery,
+    other: &Shape,
+    relative: &Relative,
+    limit: f64,
+    hint: &mut Hint,
+    buffers: &mut Buffers,
+) -> bool {
+    match scenery {
+        Scenery::HalfSpace(half) => {
+            return half.lower_bound(relative, &other.bounds) < limit + ROUNDING
+                && half.separation(relative, other).is_some_and(|found| found.distance < limit);
+        }
+        Scenery::Field(field) if within(field, other, relative) => return true,
+        _ => {}
+    }
+    let approach = scenery.approach(relative, &other.bounds);
+    let mut planes = Planes::default();
+    let mut is_near = |number: u32, hint: &mut Hint, buffers: &mut Buffers| {
+        let near = |element: Element| element_nearer(&element, other, relative, limit, (hint, &mut planes), buffers);
+        scenery.with_element(number, &approach, near).unwrap_or(false)
+    };
+    let last = hint.triangles.1;
+    if is_near(last, hint, buffers) {
+        return true;
+    }
+    let mut stack = std::mem::take(&mut buffers.places);
+    let mut found = None;
+    visit(scenery, &approach, limit, &mut stack, |number, _| {
+        if number != last && is_near(number, hint, buffers) {
+            found = Some(number);
+        }
+        found.is_some()
+    });
+    buffers.places = stack;
+    hint.triangles.1 = found.unwrap_or(last);
+    found.is_some()
+}
+
+/// Calls `each` with the numbers of elements that may be nearer than `limit` \[m\], nearer ones sooner, until it answers `true`. The limit may fall
+/// meanwhile.
+fn visit(
+    scenery: &Scenery,
+    approach: &Approach,
+    mut limit: f64,
+    stack: &mut Vec<(f64, u32)>,
+    mut each: impl FnMut(u32, &mut f64) -> bool,
+) {
+    stack.clear();
+    stack.extend(scenery.root().map(|root| (f64::NEG_INFINITY, root.0)));
+    while let Some((bound, at)) = stack.pop() {
+        let at = At(at);
+        if bound >= limit + ROUNDING {
+            continue;
+        }
+        match at.as_element() {
+            Some(number) => {
+                if each(number, &mut limit) {
+                    return;
+                }
+            }
+            None => {
+                let start = stack.len();
+                scenery.open(at, approach, limit + ROUNDING, |bound, child| {
+                    push_sorted(stack, start, (bound, child.0), |entry| entry.0);
+                });
+            }
+        }
+    }
+}
+
+/// Whether the middle of a solid, or a corner of a mesh, lies in the ground: told at once, and so for what is deep below.
+fn within(field: &Field, other: &Shape, relative: &Relative) -> bool {
+    let point = match &other.kind {
+        ShapeKind::Convex(solid) => solid.shape.core.center(),
+        ShapeKind::Mesh(mesh) => mesh.representatives[0],
+        ShapeKind::Scenery(_) => return false,
+    };
+    field.holds(&relative.pose_a_b.point(&point))
+}
+
+/// Maps the other shape's frame to an element's.
+fn from_element(place: &Vec3, relative: &Relative) -> Pose {
+    let Pose { rotation, translation } = relative.pose_a_b;
+    Pose { rotation, translation: translation - place }
+}
+
+fn element_nearer(
+    element: &Element,
+    other: &Shape,
+    relative: &Relative,
+    limit: f64,
+    (hint, planes): (&mut Hint, &mut Planes),
+    buffers: &mut Buffers,
+) -> bool {
+    /// More than what a search errs by \[m\].
+    const CLEARLY: f64 = 1e-8;
+    let pose = from_element(&element.place, relative);
+    match &other.kind {
+        ShapeKind::Convex(solid) => match depth_of_core(element.solid, solid, &pose) {
+            Some(depth) => depth + limit > 0.0,
+            None if planes.part(element, limit + CLEARLY) => false,
+            None => {
+                let (mut normal, here) = (Vec3::zeros(), Pose::identity());
+                let shapes = (&element.solid.shape, &solid.shape);
+                let is_near = gjk::nearer_than_from(&mut normal, shapes.0, &here, shapes.1, &pose, limit);
+                if !is_near {
+                    planes.add(&normal, solid, &relative.pose_a_b);
+                }
+                is_near
+            }
+        },
+        ShapeKind::Mesh(mesh) => {
+            let relative = Relative::new(pose.inverse());
+            !relative.apart(&other.bounds, element.bounds, limit)
+                && part_pair::mesh_nearer(mesh, element.bounds, element.solid, &relative, limit, hint, buffers)
+        }
+        ShapeKind::Scenery(_) => false,
+    }
+}
+
+/// Signed depth \[m\] of a solid in another one, in closed form: where one of them is a ball and the other one known.
+fn depth_of_core(a: &ConvexSolid, b: &ConvexSolid, pose_a_b: &Pose) -> Option<f64> {
+    let is_ball = |solid: &ConvexSolid| matches!(solid.shape.core, ConvexCore::Point);
+    if is_ball(a) && b.is_primitive() {
+        return Some(b.depth(&pose_a_b.inverse_point(&Vec3::zeros())) + a.shape.radius);
+    }
+    (is_ball(b) && a.is_primitive()).then(|| a.depth(&pose_a_b.translation) + b.shape.radius)
+}
+
+/// The signed distance to `other` with the points that realise it (first those of the scenery, in its frame), if below `cutoff` \[m\].
+///
+/// Exact where they are apart. Below 0: of a half-space exact; of balls and cubes that of the one that overlaps most, as if each
+/// were alone; of a height field an estimate, by how far the other shape has to be raised.
+pub fn closest(
+    scenery: &Scenery,
+    other: &Shape,
+    relative: &Relative,
+    cutoff: f64,
+    buffers: &mut Buffers,
+) -> Option<Separation> {
+    if let Scenery::HalfSpace(half) = scenery {
+        return half.separation(relative, other).filter(|found| found.distance < cutoff);
+    }
+    let rise = lift(scenery, other, relative, buffers);
+    if rise == 0.0 {
+        return closest_element(scenery, other, relative, cutoff, buffers);
+    }
+    let found = closest_element(scenery, other, &raised(relative, rise), f64::INFINITY, buffers)?;
+    Some(lifted(found, rise)).filter(|found| found.distance < cutoff)
+}
+
+/// A separation of a shape that was raised by `rise` \[m\], as of where it was before.
+pub fn lifted(found: Separation, rise: f64) -> Separation {
+    let up = Vec3::z() * rise;
+    let distance = found.distance + found.normal.dot(&up);
+    Separation { distance, depth_lower: f64::NEG_INFINITY, point_second: found.point_second - up, ..found }
+}
+
+fn closest_element(
+    scenery: &Scenery,
+    other: &Shape,
+    relative: &Relative,
+    cutoff: f64,
+    buffers: &mut Buffers,
+) -> Option<Separation> {
+    let approach = scenery.approach(relative, &other.bounds);
+    let mut stack = std::mem::take(&mut buffers.places);
+    let mut best = None;
+    visit(scenery, &approach, cutoff, &mut stack, |number, limit| {
+        let of_element = |element: Element| element_closest(&element, other, relative, *limit, buffers);
+        if let Some(found) = scenery.with_element(number, &approach, of_element).flatten()
+            && found.distance < *limit
+        {
+            (best, *limit) = (Some(found), found.distance);
+        }
+        false
+    });
+    buffers.places = stack;
+    best
+}
+
+/// How far \[m\] a shape that overlaps a height field has to be raised until it just does not; 0 where it does not overlap.
+///
+/// Never more than a ten thousandth of a metre too far, but where the ground is so rough that a few steps do not get as near.
+pub fn lift(scenery: &Scenery, other: &Shape, relative: &Relative, buffers: &mut Buffers) -> f64 {
+    /// What may remain \[m\].
+    const NEAR: f64 = 1e-4;
+    let Scenery::Field(field) = scenery else { return 0.0 };
+    let low = scenery.approach(relative, &other.bounds).low;
+    let highest = field.rise_above(low);
+    if highest < 0.0 || !nearer(scenery, other, relative, 0.0, &mut Hint::default(), buffers) {
+        return 0.0;
+    }
+    // From above it comes down by what is proved to be free below it.
+    let mut rise = highest + NEAR;
+    for _ in 0..12 {
+        let found = closest_element(scenery, other, &raised(relative, rise), f64::INFINITY, buffers);
+        let Some(gap) = found.map(|found| found.distance).filter(|gap| *gap > 0.0) else { break };
+        rise -= gap;
+        if gap < NEAR {
+            break;
+        }
+    }
+    rise.max(f64::MIN_POSITIVE)
+}
+
+/// The separation of a ball whose middle lies in a solid, where a face of that solid tells it.
+pub fn element_in(element: &Element, solid: &ConvexSolid, relative: &Relative) -> Option<Separation> {
+    let (pose, radius) = (&relative.pose_a_b, element.solid.shape.radius);
+    if !matches!(element.solid.shape.core, ConvexCore::Point) {
+        return None;
+    }
+    let (depth, outward) = solid.nearest_face(&pose.inverse_point(&element.place))?;
+    let normal = pose.vector(&outward);
+    let distance = -(depth + radius + solid.shape.radius);
+    let point_first = element.place - normal * radius;
+    let point_second = point_first - normal * distance;
+    Some(Separation { distance, depth_lower: -distance, point_first, point_second, normal })
+}
+
+/// As [`closest`], of one element.
+pub fn element_closest(
+    element: &Element,
+    other: &Shape,
+    relative: &Relative,
+    cutoff: f64,
+    buffers: &mut Buffers,
+) -> Option<Separation> {
+    match &other.kind {
+        ShapeKind::Convex(solid) => {
+            let place = Pose::translation(element.place);
+            gjk::separation(&element.solid.shape, &place, &solid.shape, &relative.pose_a_b, cutoff)
+        }
+        ShapeKind::Mesh(mesh) => {
+            let found = mesh_closest(mesh, &other.bounds, element, relative, cutoff, buffers)?;
+            let pose = &relative.pose_a_b;
+            Some(Separation {
+                point_first: pose.point(&found.point_second),
+                point_second: pose.point(&found.point_first),
+                normal: -pose.vector(&found.normal),
+                ..found
+            })
+        }
+        ShapeKind::Scenery(_) => None,
+    }
+}
+
+/// A mesh (first, and whose frame it is) and an element.
+fn mesh_closest(
+    mesh: &MeshShape,
+    bounds: &Aabb,
+    element: &Element,
+    relative: &Relative,
+    cutoff: f64,
+    buffers: &mut Buffers,
+) -> Option<Separation> {
+    let to_mesh = Relative::new(from_element(&element.place, relative).inverse());
+    if to_mesh.lower_bound(bounds, element.bounds) >= cutoff {
+        return None;
+    }
+    let pose = &to_mesh.pose_a_b;
+    let found = mesh_convex::closest(&mesh.tree, element.solid, element.bounds, &to_mesh, cutoff, &mut buffers.single);
+    let floor = found.map_or(cutoff, |(found, _)| found.distance);
+    let center = pose.point(&element.solid.shape.core.center());
+    // Balls around one point in both: what parts the solids parts those.
+    let ball = element.solid.depth(&element.solid.shape.core.center()).max(0.0);
+    if let Some((depth, surface)) = mesh.depth_inside(&center, (-floor - ball).max(0.0), &mut buffers.nodes) {
+        let normal = (center - surface) / depth;
+        let (point_first, point_second) = (surface, center + normal * ball);
+        return Some(Separation {
+            distance: -depth - ball,
+            depth_lower: f64::NEG_INFINITY,
+            point_first,
+            point_second,
+            normal,
+        });
+    }
+    found.map(|(found, _)| found)
+}

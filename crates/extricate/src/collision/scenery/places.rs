@@ -1,0 +1,109 @@
+//! A tree of boxes over things that have a place each: eight children a node, without pointers.
+
+use pulp::{Arch, Simd, WithSimd};
+
+use super::{Approach, At};
+use crate::collision::bounds::{Aabb, EMPTY};
+use crate::collision::bvh::{Boxes, Cuboid, Lanes, below, lanes_of, rounded_up, rounding_at};
+use crate::collision::still::arrange;
+use crate::math::{LANES, Vec3};
+
+/// The boxes of a level are those around eight boxes of the level below, in order.
+#[derive(Debug, Clone)]
+pub struct PlaceTree {
+    /// From the leaves to the root.
+    levels: Vec<Vec<Boxes>>,
+    bounds: Aabb,
+    cuboid: Cuboid,
+}
+
+impl PlaceTree {
+    /// Over `boxes`, of which there must be one, and the order in which they stand there.
+    pub fn new(boxes: &[Aabb]) -> (Self, Vec<u32>) {
+        let mut order: Vec<u32> = (0..boxes.len() as u32).collect();
+        arrange(boxes, &mut order);
+        let mut level: Vec<Aabb> = order.iter().map(|&i| boxes[i as usize]).collect();
+        let mut levels = Vec::new();
+        loop {
+            levels.push(level.chunks(LANES).map(Boxes::new).collect::<Vec<Boxes>>());
+            level = level.chunks(LANES).map(around).collect();
+            if level.len() == 1 {
+                let cuboid = Cuboid::around(&level[0]);
+                return (Self { levels, bounds: level[0], cuboid }, order);
+            }
+        }
+    }
+
+    /// Around everything.
+    pub fn bounds(&self) -> &Aabb {
+        &self.bounds
+    }
+
+    /// The same.
+    pub fn cuboid(&self) -> &Cuboid {
+        &self.cuboid
+    }
+
+    /// The node that holds everything.
+    pub fn root(&self) -> At {
+        At::new(self.levels.len() - 1, 0)
+    }
+
+    fn child(at: At, lane: usize) -> At {
+        let number = at.number() * LANES + lane;
+        if at.level() == 0 { At::element(number) } else { At::new(at.level() - 1, number) }
+    }
+
+    fn boxes(&self, at: At) -> &Boxes {
+        &self.levels[at.level()][at.number()]
+    }
+
+    /// See [`super::Scenery::open`].
+    #[inline]
+    pub fn open(&self, at: At, approach: &Approach, limit: f64, mut each: impl FnMut(f64, At)) {
+        let Some((view, seen)) = &approach.seen else { return };
+        let bounds = Arch::new().dispatch(Bounds { boxes: self.boxes(at), against: Against::Box { view, seen } });
+        for lane in lanes_of(below(&bounds, rounded_up(limit))) {
+            each(f64::from(bounds[lane]), Self::child(at, lane));
+        }
+    }
+
+    /// The same of a point, with lower bounds [m^2] on squared distances.
+    #[inline]
+    pub fn open_at(&self, at: At, point: &Vec3, limit_squared: f64, mut each: impl FnMut(f64, At)) {
+        let place = [point.x as f32, point.y as f32, point.z as f32];
+        let against = Against::Point { place, rounding: rounding_at(point, &self.cuboid) };
+        let bounds = Arch::new().dispatch(Bounds { boxes: self.boxes(at), against });
+        for lane in lanes_of(below(&bounds, rounded_up(limit_squared))) {
+            each(f64::from(bounds[lane]), Self::child(at, lane));
+        }
+    }
+}
+
+fn around(boxes: &[Aabb]) -> Aabb {
+    let (lower, upper) =
+        boxes.iter().fold(EMPTY, |(l, u), b| (l.inf(&(b.center - b.half)), u.sup(&(b.center + b.half))));
+    Aabb::between(&lower, &upper)
+}
+
+enum Against<'a> {
+    Box { view: &'a crate::collision::bvh::View, seen: &'a crate::collision::bvh::Seen },
+    Point { place: [f32; 3], rounding: f32 },
+}
+
+struct Bounds<'a> {
+    boxes: &'a Boxes,
+    against: Against<'a>,
+}
+
+impl WithSimd for Bounds<'_> {
+    type Output = Lanes;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) -> Lanes {
+        match self.against {
+            Against::Box { view, seen } => self.boxes.lower_bounds(simd, view, seen),
+            Against::Point { place, rounding } => self.boxes.distances_squared(simd, &place, rounding),
+        }
+    }
+}
