@@ -29,7 +29,7 @@ from sides import BUILD, ROBOTS, ROOT
 def arguments():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--scenes", nargs="+", default=["*"], metavar="PATTERN", help="names, with * and ? as in file names; a drawn scene's ends in its seed")
-    parser.add_argument("--labels", default="20000,400000", help="as `learn` takes; `default` is what it takes without --labels")
+    parser.add_argument("--labels", default="20000,400000", help="as `learn` takes; `default` is what it takes without --labels; `none` asks without a model, `robot` with one of 2,000 labels of the scene without its obstacles")
     parser.add_argument("--seeds", default="1", help="of learning")
     parser.add_argument("--draws", default="1", help="seeds of the drawn scenes")
     parser.add_argument("--efforts", default="refined,exhaustive", help="as `extricate-bench query` takes")

@@ -13,6 +13,10 @@ import scenes as named
 BUILT_IN = ("planar-arm", "shelf-arm", "free-box", "dual-arm", "hand", "four-legs")
 
 
+# In place of a number of labels: the scene alone is asked; or a model of its robots alone, of few labels.
+NO_MODEL, ROBOT_ALONE, LABELS_ALONE = "none", "robot", 2000
+
+
 @dataclasses.dataclass(frozen=True)
 class Cell:
     """A model and what it is asked."""
@@ -58,9 +62,13 @@ def answers(cache, cell, efforts, keep):
     for effort, path in paths.items():
         if path.exists():
             continue
+        if cell.labels == NO_MODEL:
+            write(path, run(cell.folder, "extricate-bench", "query", cell.scene, cell.queries, effort))
+            continue
         if not model.exists():
             learn(cell, model)
-        write(path, run(cell.folder, "extricate-bench", "query", model, cell.queries, effort))
+        elsewhere = ["--scene", cell.scene] if cell.labels == ROBOT_ALONE else []
+        write(path, run(cell.folder, "extricate-bench", "query", model, cell.queries, effort, *elsewhere))
     if not keep:
         model.unlink(missing_ok=True)
     return {effort: rows(path) for effort, path in paths.items()}
@@ -82,9 +90,18 @@ def answers_folder(cache, asked):
 def learn(cell, model):
     model.parent.mkdir(parents=True, exist_ok=True)
     part = model.with_suffix(".unfinished")
-    budget = [] if cell.labels == "default" else ["--labels", cell.labels]
-    run(cell.folder, "extricate", "learn", cell.scene, "-o", part, *budget, "--seed", cell.seed, "--threads", 1)
+    count = LABELS_ALONE if cell.labels == ROBOT_ALONE else cell.labels
+    budget = [] if count == "default" else ["--labels", count]
+    scene = alone(cell.scene) if cell.labels == ROBOT_ALONE else cell.scene
+    run(cell.folder, "extricate", "learn", scene, "-o", part, *budget, "--seed", cell.seed, "--threads", 1)
     part.rename(model)
+
+
+def alone(scene):
+    """The robots of a scene without its obstacles, beside it, so that paths still hold."""
+    path = scene.with_name(f"{scene.stem}-alone.toml")
+    path.write_text(re.sub(r"(?ms)^\[\[obstacle\]\].*?(?=^\[|\Z)", "", scene.read_text()))
+    return path
 
 
 def run(folder, program, *words):

@@ -56,7 +56,8 @@ def tables(answers, queries, earlier):
 
 
 def labels(word):
-    return float("inf") if word == "default" else int(word)
+    order = {"none": -2, "robot": -1, "default": float("inf")}
+    return order.get(word) or int(word)
 
 
 def together(rows):
@@ -76,7 +77,8 @@ def line(row):
     single = not row["scene"].startswith("**")
     low, high = wilson(row["by_5"], row["answers"]) if single else (0, 0)
     interval = f"{percent(low)} to {percent(high)}" if single else ""
-    count = row["labels"] if row["labels"] == "default" else f"{int(row['labels']):,}"
+    words = {"none": "no model", "robot": "2,000, robot alone", "default": "default"}
+    count = words.get(row["labels"]) or f"{int(row['labels']):,}"
     figures = [number(row[key]) for key in ("checks", "checks_median", "us")]
     return [row["scene"], row["program"], count, row["effort"], f"{row['answers']:,}", percent(row["by_5"]), interval, percent(row["by_1"]), *figures]
 

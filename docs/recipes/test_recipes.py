@@ -2,11 +2,17 @@
 
 import pathlib
 
+import depth_image
+import moving_obstacle
 import mujoco_penetration
+import numpy as np
+import object_in_gripper
+import octomap_file
 import ompl_start
 import pinocchio_projection
 import plot_plane
 import pytest
+import start_outside
 
 
 def test_ompl_plans_from_the_repaired_start() -> None:
@@ -33,3 +39,36 @@ def test_the_plane_is_drawn(tmp_path: pathlib.Path) -> None:
     assert 0 < scene.check(support).mean() < 1 and len(support) <= model.statistics["support_vectors"]
     assert not scene.check(q) and scene.check(answer.witness)
     assert (tmp_path / "plane.png").stat().st_size > 10_000
+
+
+def test_a_start_beyond_a_limit_is_brought_back() -> None:
+    scene, measured, witness, outside = start_outside.main()
+    assert outside == ["joint_4"] and scene.check(witness)
+    assert np.abs(witness - measured).max() == pytest.approx(0.5e-3)
+
+
+def test_a_moving_obstacle_is_followed() -> None:
+    last, poses, frames = moving_obstacle.main()
+    hit = [frame for frame in frames if frame[1] > 0]
+    assert len(frames) == 200 and len(hit) > 20
+    assert last.check(frames[-1][0]) and len(last.bodies) == len(set(last.bodies))
+
+
+def test_an_object_in_the_gripper_keeps_away_from_the_world() -> None:
+    empty, held, put_down, answers = object_in_gripper.main()
+    assert len(answers) > 20 and all(answer.verified and held.check(answer.witness) for answer in answers)
+    assert all("can" in pair for answer in answers for pair in answer.colliding)
+    assert put_down.pairs == empty.pairs
+
+
+def test_the_map_of_a_file_is_one_obstacle() -> None:
+    world, q, answer = octomap_file.main()
+    assert world.bodies[-1] == "map" and any("map" in pair for pair in answer.colliding)
+    assert answer.verified and world.check(answer.witness)
+
+
+def test_a_depth_image_is_one_obstacle() -> None:
+    world, cloud, q, answer = depth_image.main()
+    assert world.bodies[-1] == "seen" and len(cloud) > 10_000
+    assert cloud[:, 0] == pytest.approx(0.45) and any("seen" in pair for pair in answer.colliding)
+    assert answer.verified and world.check(answer.witness)

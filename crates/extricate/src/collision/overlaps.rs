@@ -9,7 +9,7 @@ use crate::math::Vec3;
 /// Two overlapping convex shapes of a checked pair.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ConvexOverlap {
-    /// Index into [`Scene::pairs`].
+    /// Index into [`crate::scene::Scene::pairs`].
     pub pair: usize,
     /// Proved: no translation shorter than this parts them \[m\].
     pub depth: f64,
