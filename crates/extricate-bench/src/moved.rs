@@ -2,6 +2,7 @@
 
 use std::io::Write;
 use std::path::Path;
+use std::sync::Arc;
 use std::time::Instant;
 
 use anyhow::{Result, ensure};
@@ -28,7 +29,7 @@ const FARTHEST: f64 = 0.05;
 /// # Errors
 /// For a scene that cannot be read or has fewer obstacles.
 pub fn measure(path: &str, count: usize, mut output: impl Write) -> Result<()> {
-    let mut scene = store::load_scene(Path::new(path))?;
+    let mut scene = Arc::new(store::load_scene(Path::new(path))?);
     let obstacles: Vec<String> = scene.bodies.iter().filter(|b| b.is_obstacle()).map(|b| b.name.clone()).collect();
     ensure!(obstacles.len() >= count, "{path}: got {} obstacles, expected {count} or more", obstacles.len());
     let mut world = World::new(scene.clone());
@@ -40,7 +41,7 @@ pub fn measure(path: &str, count: usize, mut output: impl Write) -> Result<()> {
             obstacles.sample(&mut rng, count).map(|name| (name.as_str(), pose_of(&scene, name))).collect();
         let poses: Vec<_> = poses.into_iter().map(|(name, pose)| (name, shifted(pose, &mut rng))).collect();
         let began = Instant::now();
-        scene = scene.moved(poses)?;
+        scene = Arc::new(scene.moved(poses)?);
         world = world.with_scene(scene.clone());
         moved.push(began.elapsed().as_secs_f64());
         let ask = |world: &World, scratch: &mut QueryScratch| {

@@ -9,6 +9,7 @@ mod arrays;
 mod asking;
 mod batch;
 mod changed;
+mod clearance;
 mod error;
 mod joint;
 mod layout;

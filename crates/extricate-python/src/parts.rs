@@ -7,7 +7,6 @@ use std::sync::Arc;
 use extricate::math::Vec3;
 use extricate::robot::mesh_file;
 use extricate::scene::MetricSpec;
-use extricate::scene::clearances::{ClearanceEntry, SplitClearance};
 use extricate::scene::file::{
     BaseKind, GeometryKind, MetricEntry, ObstacleEntry, PairsEntry, PoseEntry, RobotEntry, ScaleEntry, SceneFile,
     ShapeEntry, WeightEntry,
@@ -19,6 +18,7 @@ use pyo3::prelude::*;
 use pyo3::types::{PyMapping, PyString};
 
 use crate::arrays::{floats, numbers, tuple};
+use crate::clearance::{Clearance, length};
 use crate::error::exception;
 
 /// What messages call a scene that was put together in Python.
@@ -63,39 +63,6 @@ pub struct Options<'py> {
     pub pair_clearance: Vec<(String, String, f64)>,
 }
 
-/// The argument `clearance`: a number, or one of pairs with an obstacle and one of others.
-#[derive(Default)]
-pub struct Clearance(ClearanceEntry);
-
-impl<'py> FromPyObject<'_, 'py> for Clearance {
-    type Error = PyErr;
-
-    fn extract(value: Borrowed<'_, 'py, PyAny>) -> PyResult<Self> {
-        if let Ok(length) = value.extract::<f64>() {
-            return Ok(Self(ClearanceEntry::Uniform(length)));
-        }
-        let wrong = || {
-            let expected = "expected a number [m], or a dict with `world` and `self`";
-            PyTypeError::new_err(format!("clearance: got {}, {expected}", kind(&value)))
-        };
-        let given = value.to_owned();
-        let lengths = by_name("clearance", given.cast::<PyMapping>().map_err(|_| wrong())?, length)?;
-        if lengths.keys().any(|name| name != "world" && name != "self") {
-            return Err(wrong());
-        }
-        let of = |name: &str| lengths.get(name).copied();
-        Ok(Self(ClearanceEntry::Split(SplitClearance { world: of("world"), own: of("self") })))
-    }
-}
-
-/// One number \[m\].
-fn length(element: &str, value: &Bound<'_, PyAny>) -> PyResult<f64> {
-    match floats(element, value)?[..] {
-        [length] => Ok(length),
-        _ => Err(PyValueError::new_err(format!("{element}: expected one number [m]"))),
-    }
-}
-
 /// Reads the arguments of `Scene`.
 ///
 /// # Errors
@@ -128,7 +95,7 @@ pub fn describe(
     };
     let weights = options.weights.map_or(Ok(BTreeMap::new()), |weights| by_name("weights", &weights, weight))?;
     let entries = SceneFile {
-        clearance: Some(options.clearance.0),
+        clearance: Some(options.clearance.entry()),
         metric: Some(MetricEntry { kind: metric, weights }),
         robot,
         obstacle: entries,
@@ -357,7 +324,11 @@ fn bounds(element: &str, value: &Bound<'_, PyAny>) -> PyResult<BoundsEntry> {
     Ok(BoundsEntry { min: floats(element, &min)?, max: floats(element, &max)? })
 }
 
-fn by_name<T>(
+/// The values of a dict by name.
+///
+/// # Errors
+/// As [`describe`].
+pub fn by_name<T>(
     what: &str,
     mapping: &Bound<'_, PyMapping>,
     read: impl Fn(&str, &Bound<'_, PyAny>) -> PyResult<T>,

@@ -13,10 +13,11 @@ use pyo3::types::{PyBytes, PyDict, PyMapping};
 use crate::arrays::numbers;
 use crate::asking::Weighted;
 use crate::batch::Scratches;
+use crate::clearance::Clearance;
 use crate::error::{exception, warned};
 use crate::joint::Joint;
 use crate::long_call;
-use crate::parts::{self, Clearance, Obstacles, Options};
+use crate::parts::{self, Obstacles, Options};
 
 /// Robots, obstacles, which pairs of bodies must stay apart, and how far two configurations are from each other.
 ///

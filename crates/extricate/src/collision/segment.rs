@@ -93,14 +93,15 @@ impl SpeedPaths {
             }
             frames
         };
+        let paths: Vec<Vec<usize>> = (0..scene.bodies.len()).map(path).collect();
         let mut total = 0;
         let mut bodies = Vec::new();
-        for body in 0..scene.bodies.len() {
+        for path in &paths {
             bodies.push(total);
-            total += path(body).len();
+            total += path.len();
         }
         let place = |pair: &crate::scene::BodyPair| {
-            let (a, b) = (path(pair.first), path(pair.second));
+            let (a, b) = (&paths[pair.first], &paths[pair.second]);
             let (i, j) = (0..a.len())
                 .find_map(|i| b.iter().position(|frame| *frame == a[i]).map(|j| (i, j)))
                 .expect("all frames are in the world");

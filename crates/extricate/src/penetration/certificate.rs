@@ -20,9 +20,10 @@ use crate::scene::MetricSpec;
 
 /// Balls inside every body of a scene, computed once.
 pub struct InteriorBalls {
-    bodies: Vec<Balls>,
-    /// The same balls in coordinates of the solids, for scenes in which they stand elsewhere.
-    solids: Vec<Arc<[Ball]>>,
+    bodies: Vec<Arc<Balls>>,
+    /// The same balls in coordinates of the solids, for scenes in which they stand elsewhere; and
+    /// where the solids are.
+    solids: Vec<(Arc<[Ball]>, Pose)>,
 }
 
 /// Those of a body: the first few are large and spread out, the others follow by size.
@@ -76,15 +77,21 @@ impl InteriorBalls {
     pub fn new(checker: &Checker, before: Option<(&Checker, &Self)>) -> Self {
         let count = checker.scene().bodies.len();
         let twins = before.map_or_else(|| vec![None; count], |(old, _)| checker.same_solids(old));
-        let known = |body: usize| Some(Arc::clone(&before?.1.solids[twins[body]?]));
+        let known = |body: usize| Some(Arc::clone(&before?.1.solids[twins[body]?].0));
         let first = checker.first_of_equal_solids();
         let of_first =
             |body: usize| known(body).or_else(|| (first[body] == body).then(|| interior::balls(checker, body).into()));
         let made: Vec<Option<Arc<[Ball]>>> = (0..count).into_par_iter().map(of_first).collect();
         let of_equal = |body: usize| made[body].clone().or_else(|| made[first[body]].clone());
-        let solids: Vec<Arc<[Ball]>> = (0..count).map(|body| of_equal(body).unwrap_or_default()).collect();
-        let of_body = |(body, solid): (usize, &Arc<[Ball]>)| Balls::new(&checker.pose_frame_solid(body), solid);
-        Self { bodies: solids.iter().enumerate().map(of_body).collect(), solids }
+        let solid = |body: usize| (of_equal(body).unwrap_or_default(), checker.pose_frame_solid(body));
+        let solids: Vec<(Arc<[Ball]>, Pose)> = (0..count).map(solid).collect();
+        let unmoved = |body: usize| {
+            let (twin, known) = (twins[body]?, before?.1);
+            (known.solids[twin].1 == solids[body].1).then(|| Arc::clone(&known.bodies[twin]))
+        };
+        let placed = |body: usize| Balls::new(&solids[body].1, &solids[body].0).into();
+        let bodies = (0..count).map(|body| unmoved(body).unwrap_or_else(|| placed(body))).collect();
+        Self { bodies, solids }
     }
 }
 
@@ -219,10 +226,10 @@ fn raise(
 ) -> f64 {
     let scene = context.checker.scene();
     let (of, relative_to) = (scene.bodies[carrier].frame, scene.bodies[solid].frame);
-    let Balls { all, blocks } = &context.balls.bodies[carrier];
+    let Balls { all, blocks } = &*context.balls.bodies[carrier];
     let most_balls = if look == Look::Quick { QUICK_BALLS } else { usize::MAX };
     // A look at the triangles of a mesh takes longer than all else; open ones hold no balls.
-    let inside = Some(&context.balls.bodies[solid])
+    let inside = Some(&*context.balls.bodies[solid])
         .filter(|inside| look == Look::Quick && !context.checker.is_convex(solid) && inside.hold_some());
     let pose_solid_carrier = poses[relative_to].inverse().then(&poses[of]);
     context.metric.motion_between(poses, of, relative_to, path);
