@@ -4,6 +4,7 @@
 use super::coverage::Coverage;
 use super::descent::Start;
 use super::directions::find_by_directions;
+use super::parts::IndependentParts;
 use super::search::Search;
 use super::starts::Ask;
 use crate::boundary::{Among, Wanted};
@@ -29,10 +30,10 @@ const LAST_RESORT: u64 = 20_000;
 /// the nearest of them collide, what a descent from one of those leads to; or else any free
 /// configuration. `None` where there is none, or looking for it was stopped; a budget does not end
 /// it, since without a witness there is no answer.
-pub fn first_witness(search: &mut Search) -> Option<Option<f64>> {
+pub fn first_witness(search: &mut Search, parts: &mut IndependentParts) -> Option<Option<f64>> {
     // Nearly every stored sample has joints elsewhere that are to stay.
     if search.context.samples().is_empty() || !search.context.locked.is_empty() {
-        find_without_samples(search)?;
+        find_without_samples(search, parts)?;
         return Some(None);
     }
     let (context, known) = (search.context, &mut *search.known);
@@ -50,16 +51,72 @@ pub fn first_witness(search: &mut Search) -> Option<Option<f64>> {
     Some(coverage.of(distance))
 }
 
-/// Where nothing was learned: where colliding bodies part; else any free configuration.
-fn find_without_samples(search: &mut Search) -> Option<()> {
+/// Where nothing was learned: where colliding bodies part; else, where several limbs collide, one that
+/// is put together limb by limb; else any free configuration.
+fn find_without_samples(search: &mut Search, parts: &mut IndependentParts) -> Option<()> {
     search.known.take(f64::INFINITY, &[], false);
-    let limit = search.evaluator.lift_limit();
-    find_by_directions(search);
-    search.evaluator.limit = limit;
+    let count = parts.count();
+    if count <= search.plan.most_choices {
+        let limit = search.evaluator.lift_limit();
+        find_by_directions(search);
+        search.evaluator.limit = limit;
+    }
+    if search.known.incumbent.depth.is_infinite() && count > 1 {
+        put_together(search, parts);
+    }
     if search.known.incumbent.depth.is_infinite() {
         any_free(search)?;
     }
     Some(())
+}
+
+/// Takes every part from a configuration of a low-discrepancy sequence at which nothing of it collides,
+/// the others where they are by then: all of many limbs are free at once hardly anywhere, each on its
+/// own soon.
+fn put_together(search: &mut Search, parts: &mut IndependentParts) {
+    let (context, scene) = (search.context, search.context.checker.scene());
+    let (space, q) = (&scene.space, &search.known.anchor.q);
+    let halton = Halton::new(space.nv(), 0);
+    let (mut config, mut sample, mut colliding) = (q.clone(), vec![0.0; space.nq()], Vec::new());
+    space.clamp(&mut config);
+    let mut open: Vec<usize> = parts.roots().collect();
+    let (mut index, mut looks) = (0, 0);
+    while looks < LAST_RESORT && !search.evaluator.is_stopped() {
+        halton.config(space, index, &mut sample);
+        context.hold(q, &mut sample);
+        index += 1;
+        open.retain(|root| {
+            let mut trial = config.clone();
+            for factor in space.factors().iter().filter(|factor| parts.of(*root).any(|v| v == factor.v)) {
+                trial[factor.coordinates()].copy_from_slice(&sample[factor.coordinates()]);
+            }
+            colliding.clear();
+            context.checker.colliding_pairs(&trial, &mut search.evaluator.check, &mut colliding);
+            looks += 1;
+            let collides = colliding.iter().any(|pair| parts.moves(scene, *root, *pair));
+            if !collides {
+                config = trial;
+            }
+            collides
+        });
+        if !open.is_empty() {
+            continue;
+        }
+        colliding.clear();
+        context.checker.colliding_pairs(&config, &mut search.evaluator.check, &mut colliding);
+        looks += 1;
+        if colliding.is_empty() {
+            search.evaluator.checks += looks as usize;
+            let depth = search.evaluator.distance(context, &search.known.anchor, &config);
+            return search.known.take(depth, &config, true);
+        }
+        // Parts that meet each other are one.
+        colliding.iter().for_each(|pair| {
+            parts.join(scene, *pair);
+        });
+        open.extend(parts.roots().filter(|root| colliding.iter().any(|pair| parts.moves(scene, *root, *pair))));
+    }
+    search.evaluator.checks += looks as usize;
 }
 
 /// The nearest of the gathered samples that is free now.

@@ -164,7 +164,8 @@ fn find(
         Search { context, plan, known, evaluator, descent, boundary, believes: false, turn: None, part: None };
     let is_done = !answer.outside.is_empty() && beyond_limits::begin(&mut search, &mut answer);
     if !is_done {
-        answer.coverage = first_witness(&mut search)?;
+        parts.split(scene, search.known.colliding_of(&answer));
+        answer.coverage = first_witness(&mut search, parts)?;
     }
     search.known.note_fallback();
     if options.effort != Effort::Nearest && !is_done {

@@ -240,8 +240,15 @@ impl IndependentParts {
         pairs.iter().any(is_held)
     }
 
+    /// Whether the part of a root moves the bodies of a pair relative to each other.
+    pub fn moves(&self, scene: &Scene, root: usize, pair: usize) -> bool {
+        let mut any = false;
+        coordinates(scene, pair, &mut |v| any |= self.is_moved[v] && self.root(v) == self.root(root));
+        any
+    }
+
     /// Joins the coordinates of a pair to one part; whether they were not before.
-    fn join(&mut self, scene: &Scene, pair: usize) -> bool {
+    pub fn join(&mut self, scene: &Scene, pair: usize) -> bool {
         let (mut first, mut joined) = (None, false);
         coordinates(scene, pair, &mut |v| joined |= self.unite(*first.get_or_insert(v), v));
         joined
@@ -343,6 +350,8 @@ mod tests {
                 to.iter_mut().filter(|x| x.abs() < clear).for_each(|x| *x = clear.copysign(*x));
                 let exact = model.metric().distance(&q, &to);
                 let answer = model.query(&q, &QueryOptions::default(), &mut scratch).unwrap();
+                let unlearned = model.world().query(&q, &QueryOptions::default(), &mut scratch).unwrap();
+                assert!(unlearned.verified && unlearned.depth > exact - 1e-6 && unlearned.depth <= 1.05 * exact + 1e-6);
                 assert!(answer.verified && answer.depth > exact - 1e-6 && answer.lower_bound <= answer.depth);
                 found += usize::from(answer.depth <= 1.05 * exact + 1e-6);
                 checks += answer.checks;
