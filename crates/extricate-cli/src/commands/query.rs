@@ -67,7 +67,7 @@ pub struct QueryArgs {
     #[arg(long, value_name = "N", value_parser = threads, allow_negative_numbers = true, default_value_t = 1)]
     threads: usize,
     /// Ask in this world: a scene file whose obstacles, attached objects and pairs replace those of
-    /// the scene or model, where it has no [[robot]]; else a scene of the same joints. What a model
+    /// the scene or model, where it names no robot; else a scene of the same joints. What a model
     /// has stored is verified anew as it is needed
     #[arg(long, visible_alias = "scene", value_name = "WORLD")]
     world: Option<PathBuf>,
