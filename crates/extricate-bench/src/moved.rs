@@ -22,9 +22,9 @@ const COMPARED: usize = 5;
 /// Obstacles move by up to this along each axis \[m\].
 const FARTHEST: f64 = 0.05;
 
-/// Moves `count` obstacles of the scene at `path` at a time, and writes medians \[s\] as a line of JSON:
-/// `moved` of the changed scene and its world, `first` of what a first query there takes beyond the
-/// same query once more, `anew` of a world made from nothing; and whether both `agree`.
+/// Moves `count` obstacles of the scene at `path` at a time, and writes medians \[s\] as a line of
+/// JSON: `moved` of the changed scene and its world, `first` of what a first query there takes
+/// beyond the same query once more, `anew` of a world made from nothing; and whether both `agree`.
 ///
 /// # Errors
 /// For a scene that cannot be read or has fewer obstacles.

@@ -1,4 +1,5 @@
-//! A cloud of points or a grid of voxels around the built-in arm: until it can be asked, a label, a query without a model.
+//! A cloud of points or a grid of voxels around the built-in arm: until it can be asked, a label, a
+//! query without a model.
 
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -26,7 +27,8 @@ const QUERIES: usize = 200;
 /// Configurations that are labelled.
 const LABELS: u64 = 20_000;
 
-/// Writes one JSON line: `count` points, as `points` or `voxels`, around the arm with its `meshes` or `hulls`.
+/// Writes one JSON line: `count` points, as `points` or `voxels`, around the arm with its `meshes`
+/// or `hulls`.
 pub fn measure(kind: &str, count: usize, links: &str, mut output: impl Write) -> Result<()> {
     let surroundings = match kind {
         "points" => Geometry::Points(Arc::new(PointCloud::new("bench", "points", RADIUS, surfaces(count))?)),
@@ -100,7 +102,8 @@ fn surfaces(count: usize) -> Vec<Vec3> {
     (0..count).map(|_| point()).collect()
 }
 
-/// The arm, with surroundings or without, and how long it took from their numbers until a query could be asked.
+/// The arm, with surroundings or without, and how long it took from their numbers until a query
+/// could be asked.
 fn ready(surroundings: Option<Geometry>, links: GeometryKind) -> Result<(f64, World)> {
     let files = builtin::files("shelf-arm").context("the built-in arm")?;
     let mut scene = file::parse(&files[0].0, &String::from_utf8_lossy(&files[0].1))?;

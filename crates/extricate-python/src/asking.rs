@@ -1,4 +1,5 @@
-//! What is asked of a query: the keywords of `query`, `query_batch` and `stream`, read and checked in one place.
+//! What is asked of a query: the keywords of `query`, `query_batch` and `stream`, read and checked
+//! in one place.
 
 use std::sync::{Arc, Mutex};
 
@@ -54,7 +55,8 @@ impl Asked {
     /// Reads the keywords of a call.
     ///
     /// # Errors
-    /// `TypeError` for keywords that the call does not take, and values of a wrong kind; `ValueError` that says what was expected.
+    /// `TypeError` for keywords that the call does not take, and values of a wrong kind;
+    /// `ValueError` that says what was expected.
     pub fn read(given: Option<&Bound<'_, PyDict>>, scene: &Scene, call: &[&str]) -> PyResult<Self> {
         let given = Given { given, call };
         given.check_names()?;
@@ -91,7 +93,8 @@ impl Asked {
     /// The configuration of one query.
     ///
     /// # Errors
-    /// `ValueError` for a wrong shape, values that are not finite, or beyond a limit where that is refused.
+    /// `ValueError` for a wrong shape, values that are not finite, or beyond a limit where that is
+    /// refused.
     pub fn config(&self, q: &Bound<'_, PyAny>, scene: &Scene) -> PyResult<Config> {
         let values = one_config("q", q, &scene.space)?;
         self.config_of(values.values(), scene).map_err(|error| bad_row("q", 0, true, error))

@@ -47,7 +47,8 @@ fn plain_limits(space: &ConfigSpace) -> Option<Vec<[f64; 2]>> {
 /// Answers one query; `None` where nothing free was found.
 pub type Ask<'a> = dyn Fn(&Config, &QueryOptions, &mut QueryScratch) -> Option<Answer> + Sync + 'a;
 
-/// What `ask`, given the options, says of each row of `queries`, configurations of `scene`, as a structured array of [`Layout`].
+/// What `ask`, given the options, says of each row of `queries`, configurations of `scene`, as a
+/// structured array of [`Layout`].
 ///
 /// # Errors
 /// `ValueError` for a shape or a row that is no configuration, before anything is asked; `MemoryError` where the answers cannot be kept; what

@@ -130,15 +130,17 @@ impl Model {
     /// way: whether to look at the straight way to the witness, see `Answer.way`; costs as much as many checks.
     /// contacts: with effort "nearest", whether to tell every colliding pair, not one alone, and the contacts at the witness; both take longer
     ///     than to find it. The other efforts always tell them.
-    /// clearance: aim at this one [m] in place of the scene's, for pairs without one of their own; where nothing is found that keeps
-    ///     it, the scene's holds, see `Answer.clearance`.
-    /// locked: names of joints that stay where q has them; or free: the names of those that may move. None is then returned where
-    ///     nothing free was found.
-    /// weights: by joint, of squared displacements, in place of the scene's, in the metric of the joints; asked without what was
-    ///     learned.
-    /// toward, toward_share: a configuration and a share; of exits that are farther than the nearest by at most that share of its
-    ///     depth, the one nearest to the configuration is taken.
-    /// free_radius: whether to prove how far around the witness nothing touches, see `Answer.free_radius`; costs as much as many checks.
+    /// clearance: aim at this one [m] in place of the scene's, for pairs without one of their own;
+    ///     where nothing is found that keeps it, the scene's holds, see `Answer.clearance`.
+    /// locked: names of joints that stay where q has them; or free: the names of those that may
+    ///     move. None is then returned where nothing free was found.
+    /// weights: by joint, of squared displacements, in place of the scene's, in the metric of the
+    ///     joints; asked without what was learned.
+    /// toward, toward_share: a configuration and a share; of exits that are farther than the
+    ///     nearest by at most that share of its depth, the one nearest to the configuration is
+    ///     taken.
+    /// free_radius: whether to prove how far around the witness nothing touches, see
+    ///     `Answer.free_radius`; costs as much as many checks.
     /// limits: "forgive" answers what is beyond them, "refuse" raises ValueError.
     ///
     /// Raises ValueError for a wrong shape, values that are not finite.
@@ -159,11 +161,14 @@ impl Model {
     /// exits: how many distinct ways out are wanted.
     /// way: whether to look at the straight ways to the witnesses; costs as much as many checks.
     /// contacts: whether to tell the pairs that collide and that touch; with effort "nearest" that takes longer than to find the witness.
-    /// clearance, locked, free, weights, toward, toward_share, free_radius, limits: as in `Model.query`, of each query.
-    /// errors: "raise", or "mask": a row that is no configuration is answered as such, with a depth of nan, and the others as ever.
+    /// clearance, locked, free, weights, toward, toward_share, free_radius, limits: as in
+    ///     `Model.query`, of each query.
+    /// errors: "raise", or "mask": a row that is no configuration is answered as such, with a depth
+    ///     of nan, and the others as ever.
     /// threads: 0 for one per core.
-    /// Returns a structured array (n,) with the fields depth, lower_bound, max_displacement [m], clearance, coverage (nan for None), checks,
-    /// witness (nq,), gradient (nv,), verified, free and unique, which mean what they mean in `Answer`, and with
+    /// Returns a structured array (n,) with the fields depth, lower_bound, max_displacement [m],
+    /// clearance, coverage (nan for None), checks, witness (nq,), gradient (nv,), verified, free
+    /// and unique, which mean what they mean in `Answer`, and with
     ///     exits of more than one: exit_count, how many were found (0 where the query is free), exit_depths (exits,) and exit_witnesses
     ///         (exits, nq), nearest first, the witness before others, nan from exit_count on;
     ///     way: way (2,), nan where the query is free;
@@ -185,9 +190,10 @@ impl Model {
 
     /// To ask this model in another world.
     ///
-    /// world: a list of obstacles, which take the place of those that the model knows; or a scene of
-    ///     the same joints, such as one by `Scene.moved`. Objects that links hold, other fingers, a moved base
-    ///     and other geometry of links leave a model of the metric of the joints usable.
+    /// world: a list of obstacles, which take the place of those that the model knows; or a scene
+    ///     of the same joints, such as one by `Scene.moved`. Objects that links hold, other
+    ///     fingers, a moved base and other geometry of links leave a model of the metric of the
+    ///     joints usable.
     ///
     /// Raises ValueError where the joints, their limits or the metric differ.
     fn in_world(slf: Py<Self>, py: Python<'_>, world: &Bound<'_, PyAny>) -> PyResult<ChangedScene> {
@@ -230,8 +236,8 @@ impl Model {
 
     /// For queries that follow each other closely, as from a simulation: each is warm-started from the one before.
     ///
-    /// effort, starts, checks, seconds, way, contacts, clearance, locked, free, weights, free_radius, limits: as in `Model.query`, of each
-    ///     frame.
+    /// effort, starts, checks, seconds, way, contacts, clearance, locked, free, weights,
+    ///     free_radius, limits: as in `Model.query`, of each frame.
     /// hysteresis: the way out of the last frame is kept until another one is nearer by more than this share of its depth; 0
     /// always takes the nearest.
     /// looks: how many boundary samples are looked at each frame for a nearer way out, beside those that cost no check.

@@ -24,18 +24,22 @@ use crate::parts::{self, Obstacles, Options};
 /// Configurations are rows of `nq` numbers in the order of `joints` (angles in rad, lengths in m, quaternions x, y, z, w).
 /// Immutable; may be shared between threads, and pickled.
 ///
-/// Scene(robot, obstacles=(), *, clearance=1e-4, metric="joint", weights=None, disable=(), padding=None, pair_clearance=())
+/// Scene(robot, obstacles=(), *, clearance=1e-4, metric="joint", weights=None, disable=(),
+/// padding=None, pair_clearance=())
 ///
 /// robot: a URDF, as path or as text, a `Robot` with more options, or a list of them.
 /// obstacles: `Box`, `Sphere`, `Cylinder`, `Capsule`, `Mesh`, `Points`, `Voxels`, `HalfSpace` and
 ///     `HeightField` objects.
-/// clearance: least distance [m] that every checked pair of a free configuration keeps; or {"world": .., "self": ..}, of pairs with
-///     an obstacle and of others, 1e-4 where one is not named.
+/// clearance: least distance [m] that every checked pair of a free configuration keeps; or
+///     {"world": .., "self": ..}, of pairs with an obstacle and of others, 1e-4 where one is not
+///     named.
 /// metric: "joint" [rad], "object-norm" [m] or "max-displacement" [m].
 /// weights: by joint, of squared displacements in the joint metric; 1 where a joint is not named.
 /// disable: pairs of names of bodies that need not stay apart.
-/// padding: by name, what a link adds to the clearance toward obstacles, or an obstacle to that of all its pairs [m].
-/// pair_clearance: (name, name, clearance [m]) of pairs that keep another one, whatever else is said.
+/// padding: by name, what a link adds to the clearance toward obstacles, or an obstacle to that of
+///     all its pairs [m].
+/// pair_clearance: (name, name, clearance [m]) of pairs that keep another one, whatever else is
+///     said.
 #[pyclass(frozen, module = "extricate._extricate")]
 pub struct Scene {
     scene: Arc<extricate::Scene>,
@@ -66,7 +70,8 @@ impl Scene {
 
     /// This scene with something changed: what is prepared of the rest is shared.
     pub fn changed(&self, scene: extricate::Scene) -> Self {
-        // Of scenes that were never asked none is kept, or a long row of small changes would keep all.
+        // Of scenes that were never asked none is kept, or a long row of small changes would keep
+        // all.
         let before = match self.world.get() {
             Some(_) => Some(Arc::clone(&self.world)),
             None => self.before().clone(),

@@ -17,7 +17,8 @@ use crate::segments;
 impl Scene {
     /// Whether configurations are free: every checked pair keeps the clearance.
     ///
-    /// Q: float64 (n, nq), or (nq,) for one; within the limits. Not copied where it is C-contiguous.
+    /// Q: float64 (n, nq), or (nq,) for one; within the limits. Not copied where it is
+    ///     C-contiguous.
     /// threads: 0 for one per core.
     /// Returns bool (n,), or of no dimension for one. Exact, see `Scene.distances`.
     ///
@@ -42,12 +43,14 @@ impl Scene {
         shaped(py, free, q.single)
     }
 
-    /// Least signed distance [m] of any checked pair of bodies: negative where two overlap, inf where no pair is checked.
+    /// Least signed distance [m] of any checked pair of bodies: negative where two overlap, inf
+    /// where no pair is checked.
     ///
-    /// Q: float64 (n, nq), or (nq,) for one; within the limits. Not copied where it is C-contiguous.
+    /// Q: float64 (n, nq), or (nq,) for one; within the limits. Not copied where it is
+    ///     C-contiguous.
     /// threads: 0 for one per core.
-    /// Returns float64 (n,), or of no dimension for one. Exact where positive, and for convex shapes; for overlapping meshes
-    /// an estimate of the overlap from below.
+    /// Returns float64 (n,), or of no dimension for one. Exact where positive, and for convex
+    /// shapes; for overlapping meshes an estimate of the overlap from below.
     ///
     /// Raises ValueError for wrong shapes, values that are not finite or beyond a limit.
     #[pyo3(signature = (Q, *, threads = 0))]
@@ -64,16 +67,18 @@ impl Scene {
         shaped(py, distances, q.single)
     }
 
-    /// Whether the whole way from each configuration of A to the one of B is free, along the geodesic that the scene's metric measures:
-    /// thin obstacles included, nothing is sampled.
+    /// Whether the whole way from each configuration of A to the one of B is free, along the
+    /// geodesic that the scene's metric measures: thin obstacles included, nothing is sampled.
     ///
     /// A, B: float64 (n, nq), or (nq,) for one way; within the limits.
-    /// resolution: how closely a first contact is enclosed, in metres of motion; at least 1e-5. Bodies that come about as near as that
-    ///     to losing the clearance may leave a way undecided.
+    /// resolution: how closely a first contact is enclosed, in metres of motion; at least 1e-5.
+    ///     Bodies that come about as near as that to losing the clearance may leave a way
+    ///     undecided.
     /// threads: 0 for one per core.
-    /// Returns a structured array (n,) with the fields free (proved), contact (a collision was found; neither: undecided), free_until
-    /// (fraction of the way up to which it is proved free), at (fraction where a configuration collides, or nearly does where undecided;
-    /// nan where free) and pair (index into `pairs` of what does; -1 where free).
+    /// Returns a structured array (n,) with the fields free (proved), contact (a collision was
+    /// found; neither: undecided), free_until (fraction of the way up to which it is proved free),
+    /// at (fraction where a configuration collides, or nearly does where undecided; nan where free)
+    /// and pair (index into `pairs` of what does; -1 where free).
     ///
     /// Raises ValueError for wrong shapes, values that are not finite or beyond a limit.
     #[pyo3(signature = (A, B, *, resolution = 1e-4, threads = 0))]
@@ -102,8 +107,8 @@ impl Scene {
         Ok(pairs.into_iter().map(|pair| self.inner().pair_names(pair).into()).collect())
     }
 
-    /// Pairs of bodies that collide in every one of some random configurations: most likely links that overlap by design and
-    /// belong in `disable`.
+    /// Pairs of bodies that collide in every one of some random configurations: most likely links
+    /// that overlap by design and belong in `disable`.
     ///
     /// n: how many configurations, 1 or more.
     /// seed: of the random numbers.
@@ -119,7 +124,8 @@ impl Scene {
     ///
     /// n: how many, 0 or more.
     /// seed: of the random numbers; the same configurations for the same seed.
-    /// colliding: True for configurations in collision only, False for free ones only, None for any.
+    /// colliding: True for configurations in collision only, False for free ones only, None for
+    ///     any.
     /// threads: 0 for one per core. The configurations do not depend on it.
     /// Returns float64 (n, nq).
     ///

@@ -34,11 +34,11 @@ fn pose(element: &str, value: &Bound<'_, PyAny>) -> PyResult<Pose> {
 
 #[pymethods]
 impl Scene {
-    /// This scene with obstacles elsewhere; the rest of what is prepared is shared, so that it costs
-    /// as much as what moved.
+    /// This scene with obstacles elsewhere; the rest of what is prepared is shared, so that it
+    /// costs as much as what moved.
     ///
-    /// poses: by name of an obstacle, where it stands now: position (3,) [m], position and roll, pitch, yaw (6,) [m, rad], or a
-    ///     transform (4, 4).
+    /// poses: by name of an obstacle, where it stands now: position (3,) [m], position and roll,
+    ///     pitch, yaw (6,) [m, rad], or a transform (4, 4).
     ///
     /// Raises ValueError for names that no obstacle has.
     fn moved(&self, poses: &Bound<'_, PyMapping>) -> PyResult<Self> {

@@ -31,9 +31,9 @@ impl Scene {
     /// The nearest free configuration to each of Q, on many threads, at once: nothing has to be
     /// learned.
     ///
-    /// Q and all keywords: as in `Model.query_batch`, which tells what is returned. Where nothing free was found, depth is
-    /// inf, witness, gradient and max_displacement are nan, verified and free are False, and there
-    /// are no exits. coverage is nan.
+    /// Q and all keywords: as in `Model.query_batch`, which tells what is returned. Where nothing
+    /// free was found, depth is inf, witness, gradient and max_displacement are nan, verified and
+    /// free are False, and there are no exits. coverage is nan.
     #[pyo3(signature = (Q, **options), text_signature = "($self, Q, *, effort='refined', exits=1, starts=None, checks=None, seconds=None, way=False, contacts=False, clearance=None, locked=None, free=None, weights=None, toward=None, toward_share=0.25, free_radius=False, limits='forgive', errors='raise', threads=0)")]
     #[allow(non_snake_case)]
     fn query_batch<'py>(

@@ -13,7 +13,8 @@ use crate::error::exception;
 use crate::parts::{NAME, kind, rows_of_three};
 use crate::scene::Scene;
 
-/// The shape of an obstacle of one of these classes; `None` of another one. `element` is what messages call the obstacle.
+/// The shape of an obstacle of one of these classes; `None` of another one. `element` is what
+/// messages call the obstacle.
 ///
 /// # Errors
 /// `TypeError` for what is of the wrong kind, `ValueError` for what is of the wrong shape or size.
@@ -86,12 +87,14 @@ fn cells(element: &str, occupied: &Bound<'_, PyAny>) -> PyResult<Vec<[i32; 3]>> 
 
 #[pymethods]
 impl Scene {
-    /// Which points are not the robot's own: those that no link comes nearer to than `padding` at a configuration.
+    /// Which points are not the robot's own: those that no link comes nearer to than `padding` at a
+    /// configuration.
     ///
     /// points: float64 (n, 3) [m], in the world, such as a camera sees them.
     /// q: float64 (nq,), within the limits: where the robot stood when they were seen.
     /// padding: [m], 0 or more.
-    /// Returns bool (n,): `points[scene.robot_filter(points, q, 0.02)]` are those to keep. Obstacles do not count.
+    /// Returns bool (n,): `points[scene.robot_filter(points, q, 0.02)]` are those to keep.
+    /// Obstacles do not count.
     ///
     /// Raises ValueError for wrong shapes, values that are not finite or beyond a limit.
     #[pyo3(signature = (points, q, padding = 0.0))]

@@ -42,11 +42,13 @@ pub struct QueryArgs {
     /// Start from K exits and boundary samples instead of what the effort takes: fewer are faster and miss more; not with --effort nearest
     #[arg(long, value_name = "K", value_parser = positive, allow_negative_numbers = true)]
     starts: Option<usize>,
-    /// End each query after about this many collision checks and distance evaluations, with the best answer so far. With --world, a
-    /// first free configuration is looked for, among the nearest stored samples first, whatever the budget
+    /// End each query after about this many collision checks and distance evaluations, with the
+    /// best answer so far. With --world, a first free configuration is looked for, among the
+    /// nearest stored samples first, whatever the budget
     #[arg(long, value_name = "N", value_parser = whole, allow_negative_numbers = true)]
     max_checks: Option<usize>,
-    /// End each query after about this many seconds, with the best answer so far; with --world as for --max-checks
+    /// End each query after about this many seconds, with the best answer so far; with --world as
+    /// for --max-checks
     #[arg(long, value_name = "T", value_parser = seconds, allow_negative_numbers = true)]
     max_seconds: Option<f64>,
     /// What becomes of a query beyond the joint limits, as where a sensor errs: by default it is
@@ -176,11 +178,13 @@ pub fn run(args: &QueryArgs, json: bool) -> anyhow::Result<()> {
     let loaded_in = started.elapsed();
     let mut options = args.options();
     args.constraints.apply(asked.scene(), &mut options)?;
+    let aim = options.clearance;
     let stream = args.stream_options(&options);
     let mut asker = Asker::new(&asked, options, stream);
     asker.warm_up(LONGEST_WARM_UP.min(loaded_in));
     let scene = asked.scene();
     let mut report = Report::new(scene, configs.is_stream(), json);
+    report.aim = aim;
     report.tells_witness = args.witness || args.input.input.is_none();
     let mut progress = Progress::beside_rows("querying");
     // Whoever waits for each answer gets it at once.
@@ -235,13 +239,15 @@ struct Report<'a> {
     out: Output,
     json: bool,
     tells_witness: bool,
+    /// The clearance that queries aim at \[m\].
+    aim: Option<f64>,
     summary: Summary,
 }
 
 impl<'a> Report<'a> {
     fn new(scene: &'a Scene, flush_lines: bool, json: bool) -> Self {
         let (unit, out) = (report::metric_unit(scene), Output::new(flush_lines));
-        Self { scene, unit, out, json, tells_witness: false, summary: Summary::default() }
+        Self { scene, unit, out, json, tells_witness: false, aim: None, summary: Summary::default() }
     }
 
     fn answer(&mut self, line: usize, answer: &Answer, seconds: f64) -> anyhow::Result<()> {
@@ -254,6 +260,10 @@ impl<'a> Report<'a> {
             return self.out.json(&row);
         }
         self.out.line(row.text(line))?;
+        if let Some(aim) = self.aim.filter(|aim| *aim != answer.clearance) {
+            self.out
+                .line(format!("{:>6}  keeps {} m: nothing was found that keeps {aim} m", "but", answer.clearance))?;
+        }
         if self.tells_witness { self.out.line(row.witness_text()) } else { Ok(()) }
     }
 

@@ -9,8 +9,8 @@ use crate::args::{length, share_or_more};
 /// What an answer has to keep, and where it should lie.
 #[derive(Args)]
 pub struct ConstraintArgs {
-    /// Aim at this clearance in metres in place of the scene's; where nothing is found that keeps it, the
-    /// scene's holds, and the answer says so
+    /// Aim at this clearance in metres in place of the scene's; where nothing is found that keeps
+    /// it, the scene's holds, and the answer says so
     #[arg(long, value_name = "M", value_parser = length, allow_negative_numbers = true)]
     clearance: Option<f64>,
     /// Joints that stay where the query has them, by name

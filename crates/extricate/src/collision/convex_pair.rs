@@ -69,8 +69,8 @@ impl Checker {
     }
 }
 
-/// As [`Checker::convex_pairs`], of scenery and another shape, of which the piece whose ball overlaps that of the stand-in most
-/// is taken.
+/// As [`Checker::convex_pairs`], of scenery and another shape, of which the piece whose ball
+/// overlaps that of the stand-in most is taken.
 fn with_scenery(
     (pair, excess): (usize, f64),
     [a, b]: [Placed; 2],

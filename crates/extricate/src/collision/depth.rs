@@ -79,8 +79,9 @@ impl Checker {
         self.all_convex() || search == ContactSearch::Coarse
     }
 
-    /// How far \[m\] exact contacts of all pairs are told in a search with that margin, whatever is nearest: of meshes and scenery, those that are farther than the
-    /// nearest of their pair by more than half of it are not.
+    /// How far \[m\] exact contacts of all pairs are told in a search with that margin, whatever is
+    /// nearest: of meshes and scenery, those that are farther than the nearest of their pair by
+    /// more than half of it are not.
     pub fn exact_within(&self, margin: f64) -> f64 {
         if self.all_convex() && !self.bodies.has_scenery { margin } else { BEYOND_NEAREST * margin }
     }

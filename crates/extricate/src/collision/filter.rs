@@ -4,8 +4,9 @@ use super::{CheckScratch, Checker};
 use crate::math::Vec3;
 
 impl Checker {
-    /// Which of `points` (world coordinates \[m\]) no link of a robot comes nearer to than `padding` \[m\] at `q`: those to keep where a camera also
-    /// sees the robot itself. A point inside a link is within any padding; obstacles do not count.
+    /// Which of `points` (world coordinates \[m\]) no link of a robot comes nearer to than
+    /// `padding` \[m\] at `q`: those to keep where a camera also sees the robot itself. A point
+    /// inside a link is within any padding; obstacles do not count.
     ///
     /// # Cost
     /// A ball a point and link, and a look at the link's shapes where that is near.

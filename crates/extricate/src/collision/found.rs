@@ -12,21 +12,22 @@ use crate::scene::Scene;
 pub struct Contact {
     /// Index into [`Scene::pairs`].
     pub pair: usize,
-    /// Signed distance \[m\]; negative where the two overlap. As [`super::Checker::contacts`] gives it,
-    /// less what the pair keeps beyond the clearance of the scene.
+    /// Signed distance \[m\]; negative where the two overlap. As [`super::Checker::contacts`] gives
+    /// it, less what the pair keeps beyond the clearance of the scene.
     pub distance: f64,
     /// Nearest (or deepest) point on the first body, world coordinates \[m\].
     pub point_first: Vec3,
     /// The same on the second body.
     pub point_second: Vec3,
-    /// Unit, world coordinates, from the second body toward the first: moving the first body along it by `t` changes
-    /// `distance` by `t`.
+    /// Unit, world coordinates, from the second body toward the first: moving the first body along
+    /// it by `t` changes `distance` by `t`.
     pub normal: Vec3,
 }
 
 impl Contact {
-    /// Adds the gradient of the distance over the tangent coordinates to `gradient` (length `nv`) \[m per rad or m\], to first order: the
-    /// two points stay fixed to their bodies. `twists` are those of the configuration.
+    /// Adds the gradient of the distance over the tangent coordinates to `gradient` (length `nv`)
+    /// \[m per rad or m\], to first order: the two points stay fixed to their bodies. `twists` are
+    /// those of the configuration.
     pub fn add_gradient(&self, scene: &Scene, twists: &Twists, gradient: &mut [f64]) {
         let pair = &scene.pairs[self.pair];
         let (mut first, mut second) = (scene.bodies[pair.first].frame, scene.bodies[pair.second].frame);
@@ -53,16 +54,18 @@ pub struct ContactQuery {
 /// How exact contacts have to be.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ContactSearch {
-    /// Enough to propose a step. Far contacts of convex shapes may be those of the search before, moved along; depths may be up to twice
-    /// too large, and distances of more than twice the clearance up to a third too small (of meshes, far ones by more). Meshes are taken for convex pieces around them, which stand out by a few thousandths of their size: deep overlaps are
+    /// Enough to propose a step. Far contacts of convex shapes may be those of the search before,
+    /// moved along; depths may be up to twice too large, and distances of more than twice the
+    /// clearance up to a third too small (of meshes, far ones by more). Meshes are taken for convex
+    /// pieces around them, which stand out by a few thousandths of their size: deep overlaps are
     /// seen whole, and where no contact is below the clearance the configuration is free.
     Coarse,
     /// The nearest contact, and the depth of convex shapes, within rounding.
     Exact,
 }
 
-/// Indices of the checked pairs that collide at every one of `configs` (none where there are no configurations): most
-/// likely links that overlap by design and should not be checked.
+/// Indices of the checked pairs that collide at every one of `configs` (none where there are no
+/// configurations): most likely links that overlap by design and should not be checked.
 pub fn always_colliding(checker: &Checker, configs: &[Vec<f64>]) -> Vec<usize> {
     let mut scratch = CheckScratch::default();
     let mut always = Vec::new();
@@ -78,7 +81,8 @@ pub fn always_colliding(checker: &Checker, configs: &[Vec<f64>]) -> Vec<usize> {
     always
 }
 
-/// Indices of the checked pairs that collide at any of `configs`, and at how many, the most frequent first.
+/// Indices of the checked pairs that collide at any of `configs`, and at how many, the most
+/// frequent first.
 pub fn most_often_colliding(checker: &Checker, configs: &[Vec<f64>]) -> Vec<(usize, usize)> {
     let (mut scratch, mut pairs) = (CheckScratch::default(), Vec::new());
     let mut counts = vec![0; checker.scene().pairs.len()];

@@ -82,8 +82,8 @@ pub fn triangle_nearer(triangle: &Triangle, solid: &ConvexSolid, bounds: &Aabb, 
     gjk::nearer_than(&as_convex(triangle), &Pose::identity(), &solid.shape, pose, limit)
 }
 
-/// The least signed distance \[m\] of any triangle to the solid, if below `cutoff`, and which triangle that is; in the frame of the mesh, which is
-/// the first of the two.
+/// The least signed distance \[m\] of any triangle to the solid, if below `cutoff`, and which
+/// triangle that is; in the frame of the mesh, which is the first of the two.
 ///
 /// Below 0 it is the translation that parts the solid from the one triangle that it overlaps most: an estimate from below
 /// of what parts it from the mesh.

@@ -1,9 +1,9 @@
 //! The exact checker: which pairs of a scene keep the clearance at a configuration, and signed distances where they nearly
 //! do not. In f64 throughout.
 //!
-//! Convex shapes meet in `gjk` and `epa`; meshes are trees of triangles (`bvh`) that descend together, end in exact
-//! distances of triangles, and then ask whether one solid holds the other (`inside`). Clouds, grids and the ground (`scenery`)
-//! tell which of their parts are near.
+//! Convex shapes meet in `gjk` and `epa`; meshes are trees of triangles (`bvh`) that descend
+//! together, end in exact distances of triangles, and then ask whether one solid holds the other
+//! (`inside`). Clouds, grids and the ground (`scenery`) tell which of their parts are near.
 
 mod bodies;
 mod bounds;

@@ -13,13 +13,15 @@ pub struct ConvexOverlap {
     pub pair: usize,
     /// Proved: no translation shorter than this parts them \[m\].
     pub depth: f64,
-    /// World coordinates of the corners of a box around the shape of the first and of the second body \[m\].
+    /// World coordinates of the corners of a box around the shape of the first and of the second
+    /// body \[m\].
     pub corners: [[Vec3; 8]; 2],
 }
 
 impl Checker {
-    /// Appends the overlapping convex shapes among the checked pairs `pairs` at `q`. Convex shapes inside scenery stand for it: what parts the scenery
-    /// from another shape parts them from it too.
+    /// Appends the overlapping convex shapes among the checked pairs `pairs` at `q`. Convex shapes
+    /// inside scenery stand for it: what parts the scenery from another shape parts them from it
+    /// too.
     pub fn convex_overlaps(
         &self,
         q: &[f64],

@@ -23,7 +23,8 @@ pub struct Buffers {
 /// What decided the last check of a pair, to be tried first in the next one. Never decides by itself.
 #[derive(Debug, Clone, Copy)]
 pub struct Hint {
-    /// Indices of the triangles that were near (of the one triangle, in `first`, against a convex solid; of the element of scenery, in `second`).
+    /// Indices of the triangles that were near (of the one triangle, in `first`, against a convex
+    /// solid; of the element of scenery, in `second`).
     pub triangles: (u32, u32),
     /// A direction that parted two convex solids; zero where none did.
     pub normal: Vec3,
@@ -48,7 +49,8 @@ pub struct Placed<'a> {
 /// half a hundredth.
 const DEPTH_SLACK: f64 = 0.1;
 
-/// Proved lower bound of the penetration depth \[m\] of two convex solids; `None` where they are apart.
+/// Proved lower bound of the penetration depth \[m\] of two convex solids; `None` where they are
+/// apart.
 pub fn convex_depth((x, pose_x): (&ConvexSolid, &Pose), (y, pose_y): (&ConvexSolid, &Pose)) -> Option<f64> {
     let last = &mut gjk::LastFeatures::default();
     let slack = gjk::Slack { depth: DEPTH_SLACK, ..gjk::Slack::NONE };
@@ -171,8 +173,8 @@ pub fn lower_bound(first: Placed, second: Placed) -> f64 {
 /// Exact where they are apart and for convex shapes. Below 0 with a mesh it is minus an estimate, from below, of the
 /// translation that parts the two:
 /// - mesh and mesh: depth of the deepest vertex of either inside the other, 0 if surfaces cross and no vertex is inside;
-/// - mesh and convex: the translation that parts the solid from one triangle, or the depth of its centre inside the mesh
-///   and in itself;
+/// - mesh and convex: the translation that parts the solid from one triangle, or the depth of its
+///   centre inside the mesh and in itself;
 /// - scenery: see [`scenery::closest`].
 pub fn signed_distance(first: Placed, second: Placed, cutoff: f64, buffers: &mut Buffers) -> Option<f64> {
     use ShapeKind::{Convex, Mesh, Scenery};

@@ -55,7 +55,8 @@ const CONVEX_TOLERANCE: f64 = 1e-12;
 const MOST_HULL_VERTICES: usize = 2048;
 
 impl Shape {
-    /// Prepares `geometry`; `None` for a mesh without triangles, and for a cloud or grid that holds nothing.
+    /// Prepares `geometry`; `None` for a mesh without triangles, and for a cloud or grid that holds
+    /// nothing.
     pub fn new(geometry: &Geometry) -> Option<Self> {
         if geometry.is_scenery() {
             let (scenery, bounds, ball) = Scenery::new(geometry)?;
@@ -121,7 +122,8 @@ impl Shape {
         }
     }
 
-    /// Convex shapes in the same frame whose union holds it: itself, or those of [`pieces`]; none of scenery, which is asked for its elements.
+    /// Convex shapes in the same frame whose union holds it: itself, or those of [`pieces`]; none
+    /// of scenery, which is asked for its elements.
     pub fn pieces(&self) -> PiecesRef<'_> {
         match &self.kind {
             ShapeKind::Convex(_) => self.into(),
@@ -202,8 +204,8 @@ impl ConvexSolid {
         core + self.shape.radius
     }
 
-    /// Of a point in a core that has faces, the depth \[m\] below the nearest of them and its outward normal; `None` outside, and where faces are
-    /// not known.
+    /// Of a point in a core that has faces, the depth \[m\] below the nearest of them and its
+    /// outward normal; `None` outside, and where faces are not known.
     pub fn nearest_face(&self, point: &Vec3) -> Option<(f64, Vec3)> {
         let along = |axis: usize| Vec3::ith(axis, 1.0f64.copysign(point[axis]));
         let (depth, normal) = match &self.shape.core {

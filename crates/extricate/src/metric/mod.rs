@@ -75,7 +75,8 @@ impl Metric {
         metric
     }
 
-    /// Whether it is the metric of `scene` too: coordinates, frames and all that moves are the same.
+    /// Whether it is the metric of `scene` too: coordinates, frames and all that moves are the
+    /// same.
     pub fn is_of(&self, scene: &Scene) -> bool {
         let own = &*self.scene;
         let is_of_joints = self.kind == scene.metric && own.space == scene.space && own.frames == scene.frames;

@@ -7,8 +7,8 @@ use crate::scene::{BodyPair, Scene};
 /// How a scene differs from the one that was learned, pair by pair.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Change {
-    /// For every checked pair of the learned scene, whether it is checked in this one too, its bodies are
-    /// the same and it keeps as much beyond the scene's clearance.
+    /// For every checked pair of the learned scene, whether it is checked in this one too, its
+    /// bodies are the same and it keeps as much beyond the scene's clearance.
     stays: Vec<bool>,
     /// Which pair of this scene that is.
     here: Vec<Option<usize>>,

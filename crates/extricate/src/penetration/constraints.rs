@@ -6,33 +6,44 @@ use super::options::QueryOptions;
 use crate::collision::Checker;
 use crate::scene::Scene;
 
+/// Asks under the constraints of the options; where nothing is found that keeps their clearance,
+/// with that of the scene.
+pub fn under<T>(context: &Context, options: &QueryOptions, mut ask: impl FnMut(&Context) -> Option<T>) -> Option<T> {
+    let aim = options.clearance.filter(|aim| *aim != context.clearance);
+    let aimed = ask(&Constraints::new(context, aim, &options.locked).apply(context));
+    if aimed.is_some() || aim.is_none() {
+        return aimed;
+    }
+    ask(&Constraints::new(context, None, &options.locked).apply(context))
+}
+
 /// What a query's own constraints make of what it stands on; kept while it is asked.
 #[derive(Default)]
-pub struct Constraints {
+struct Constraints {
     checker: Option<Checker>,
     change: Option<Change>,
     locked: Vec<bool>,
 }
 
 impl Constraints {
-    /// Those of the options; nothing is made where they have none.
-    pub fn new(context: &Context, options: &QueryOptions) -> Self {
+    /// Another clearance \[m\], and joints that stay; nothing is made where there are none.
+    fn new(context: &Context, aim: Option<f64>, joints: &[usize]) -> Self {
         let mut own = Self::default();
-        if let Some(aim) = options.clearance.filter(|aim| *aim != context.clearance) {
+        if let Some(aim) = aim {
             let (wider, pairs) = (aim - context.clearance, context.checker.scene().pairs.len());
             let has_samples = !context.samples().is_empty();
             let change = || context.change.map_or_else(|| Change::of_clearance(pairs, wider), |was| was.widened(wider));
             own.change = has_samples.then(change);
             own.checker = Some(context.checker.with_clearance(aim));
         }
-        if !options.locked.is_empty() {
-            own.locked = locked(context.checker.scene(), &options.locked);
+        if !joints.is_empty() {
+            own.locked = locked(context.checker.scene(), joints);
         }
         own
     }
 
     /// The context under them.
-    pub fn apply<'a>(&'a self, context: &Context<'a>) -> Context<'a> {
+    fn apply<'a>(&'a self, context: &Context<'a>) -> Context<'a> {
         let checker = self.checker.as_ref().unwrap_or(context.checker);
         let change = self.change.as_ref().or(context.change);
         Context { checker, change, clearance: checker.base_clearance(), locked: &self.locked, ..*context }

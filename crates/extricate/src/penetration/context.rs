@@ -63,14 +63,17 @@ impl<'a> Context<'a> {
         Self { checker, metric, balls, learned, change, unlearned: None, clearance, scale, locked: &[] }
     }
 
-    /// Of a query at which these pairs collide: without samples where one of them is new.
-    pub fn of_query(&self, colliding: &[usize]) -> Self {
-        match (self.unlearned, self.change) {
-            (Some(unlearned), Some(change)) if colliding.iter().any(|pair| change.is_new(*pair)) => {
-                Self { learned: unlearned, change: None, ..*self }
-            }
-            _ => *self,
-        }
+    /// The same without samples, for a query at which a new one of these pairs collides.
+    pub fn unlearned_for(&self, colliding: &[usize]) -> Option<Self> {
+        let (learned, change) = (self.unlearned?, self.change?);
+        let meets_new = colliding.iter().any(|pair| change.is_new(*pair));
+        meets_new.then_some(Self { learned, change: None, ..*self })
+    }
+
+    /// Whether no sample is what a query begins with: there is none, or nearly every one has joints
+    /// elsewhere that are to stay.
+    pub fn begins_without_samples(&self) -> bool {
+        self.samples().is_empty() || !self.locked.is_empty()
     }
 
     /// Whether a tangent coordinate stays where the query has it.

@@ -31,8 +31,7 @@ const LAST_RESORT: u64 = 20_000;
 /// configuration. `None` where there is none, or looking for it was stopped; a budget does not end
 /// it, since without a witness there is no answer.
 pub fn first_witness(search: &mut Search, parts: &mut IndependentParts) -> Option<Option<f64>> {
-    // Nearly every stored sample has joints elsewhere that are to stay.
-    if search.context.samples().is_empty() || !search.context.locked.is_empty() {
+    if search.context.begins_without_samples() {
         find_without_samples(search, parts)?;
         return Some(None);
     }
@@ -51,8 +50,8 @@ pub fn first_witness(search: &mut Search, parts: &mut IndependentParts) -> Optio
     Some(coverage.of(distance))
 }
 
-/// Where nothing was learned: where colliding bodies part; else, where several limbs collide, one that
-/// is put together limb by limb; else any free configuration.
+/// Where nothing was learned: where colliding bodies part; else, where several limbs collide, one
+/// that is put together limb by limb; else any free configuration.
 fn find_without_samples(search: &mut Search, parts: &mut IndependentParts) -> Option<()> {
     search.known.take(f64::INFINITY, &[], false);
     let count = parts.count();
@@ -70,9 +69,9 @@ fn find_without_samples(search: &mut Search, parts: &mut IndependentParts) -> Op
     Some(())
 }
 
-/// Takes every part from a configuration of a low-discrepancy sequence at which nothing of it collides,
-/// the others where they are by then: all of many limbs are free at once hardly anywhere, each on its
-/// own soon.
+/// Takes every part from a configuration of a low-discrepancy sequence at which nothing of it
+/// collides, the others where they are by then: all of many limbs are free at once hardly anywhere,
+/// each on its own soon.
 fn put_together(search: &mut Search, parts: &mut IndependentParts) {
     let (context, scene) = (search.context, search.context.checker.scene());
     let (space, q) = (&scene.space, &search.known.anchor.q);

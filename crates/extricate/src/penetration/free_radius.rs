@@ -15,12 +15,13 @@ const MARGIN: f64 = 0.05;
 /// What is taken off measured distances for their rounding \[m\].
 const ROUNDING: f64 = 1e-9;
 
-/// No two bodies of a checked pair touch at configurations nearer to `q` than this, in metric units.
+/// No two bodies of a checked pair touch at configurations nearer to `q` than this, in metric
+/// units.
 ///
 /// # Guarantee
 /// Proved, pair by pair: two bodies at distance `d` do not meet while no point of one moves, seen
-/// from the other, by `d`. The motion bound is a convex function of the point, so over a shape it is
-/// largest at a corner of the box around it.
+/// from the other, by `d`. The motion bound is a convex function of the point, so over a shape it
+/// is largest at a corner of the box around it.
 pub fn free_radius(context: &Context, q: &[f64], evaluator: &mut Evaluator, path: &mut MotionPath) -> f64 {
     let (checker, scene) = (context.checker, context.checker.scene());
     let query = ContactQuery { margin: context.clearance + MARGIN, search: ContactSearch::Exact };
@@ -49,8 +50,8 @@ pub fn free_radius(context: &Context, q: &[f64], evaluator: &mut Evaluator, path
     radius
 }
 
-/// The largest distance, at most `ceiling`, within which no point of a body moves by `needed` \[m\] as
-/// seen from a frame.
+/// The largest distance, at most `ceiling`, within which no point of a body moves by `needed` \[m\]
+/// as seen from a frame.
 fn keeps(
     context: &Context,
     poses: &[Pose],

@@ -62,7 +62,7 @@ pub use world::World;
 use crate::boundary::{BoundaryScratch, Wanted};
 use crate::cspace::{Config, ConfigSpace, Label};
 use answer::free_answer;
-use constraints::Constraints;
+use constraints::under;
 use descent::DescentScratch;
 use evaluate::Evaluator;
 use first_witness::first_witness;
@@ -95,22 +95,13 @@ pub struct QueryScratch {
 /// `lower_bound <= depth`, and `lower_bound` is proved. The witness is free: by the exact checker during this call where
 /// `verified` is set, otherwise when the model was learned.
 pub fn query(context: &Context, q: &Config, options: &QueryOptions, scratch: &mut QueryScratch) -> Option<Answer> {
-    let own = Constraints::new(context, options);
-    let aimed = ask(&own.apply(context), q, options, scratch);
-    if aimed.is_some() || options.clearance.is_none() {
-        return aimed;
-    }
-    // Nothing keeps the clearance that was aimed at.
-    let own = Constraints::new(context, &QueryOptions { clearance: None, ..options.clone() });
-    ask(&own.apply(context), q, options, scratch)
-}
-
-fn ask(context: &Context, q: &Config, options: &QueryOptions, scratch: &mut QueryScratch) -> Option<Answer> {
-    let mut answer = nearest_exit(context, q, options, scratch)?;
-    if !answer.is_free() {
-        report(context, options, scratch, &mut answer);
-    }
-    Some(answer)
+    under(context, options, |context| {
+        let mut answer = nearest_exit(context, q, options, scratch)?;
+        if !answer.is_free() {
+            report(context, options, scratch, &mut answer);
+        }
+        Some(answer)
+    })
 }
 
 /// As [`query`], for a caller who wants the witness alone: nothing is proved or said of it.
@@ -156,15 +147,20 @@ fn find(
     if !context.locked.is_empty() && nothing_may_part(context, &answer) {
         return None;
     }
-    let context = &context.of_query(&answer.colliding);
-    let plan = if context.samples().is_empty() { Plan::of(options, context) } else { plan };
+    let unlearned = context.unlearned_for(&answer.colliding);
+    let (context, plan) = match &unlearned {
+        Some(unlearned) => (unlearned, Plan::of(options, unlearned)),
+        None => (context, plan),
+    };
     context.metric.anchor_at(q, evaluator.check.poses(), &mut known.anchor);
     known.begin(context, options.wanted());
     let mut search =
         Search { context, plan, known, evaluator, descent, boundary, believes: false, turn: None, part: None };
     let is_done = !answer.outside.is_empty() && beyond_limits::begin(&mut search, &mut answer);
     if !is_done {
-        parts.split(scene, search.known.colliding_of(&answer));
+        if context.begins_without_samples() {
+            parts.split(scene, search.known.colliding_of(&answer));
+        }
         answer.coverage = first_witness(&mut search, parts)?;
     }
     search.known.note_fallback();

@@ -1,7 +1,7 @@
 //! Queries that come one after the other from nearly the same place, as from a simulation or a haptic device.
 
 use super::answer::Answer;
-use super::constraints::Constraints;
+use super::constraints::under;
 use super::context::Context;
 use super::descent::Start;
 use super::exits::are_alike;
@@ -115,14 +115,7 @@ impl Stream {
             self.restart();
             self.lead.nq = q.len();
         }
-        let own = Constraints::new(context, &options);
-        let aimed = self.ask(&own.apply(context), q, &options);
-        if aimed.is_some() || options.clearance.is_none() {
-            return aimed;
-        }
-        let options = QueryOptions { clearance: None, ..options };
-        let own = Constraints::new(context, &options);
-        self.ask(&own.apply(context), q, &options)
+        under(context, &options, |context| self.ask(context, q, &options))
     }
 
     fn ask(&mut self, context: &Context, q: &Config, options: &QueryOptions) -> Option<Answer> {

@@ -1,5 +1,6 @@
-//! What a sensor or a map says of the surroundings, one body each: cells of a grid, points, a half-space, a grid of heights. For obstacles
-//! only. Plain data; what makes checks fast is elsewhere.
+//! What a sensor or a map says of the surroundings, one body each: cells of a grid, points, a
+//! half-space, a grid of heights. For obstacles only. Plain data; what makes checks fast is
+//! elsewhere.
 
 use serde::{Deserialize, Serialize};
 
@@ -10,14 +11,16 @@ use crate::math::{FARTHEST, Vec3};
 /// Most cells, points or heights of one shape.
 pub const MOST: usize = 1 << 26;
 
-/// Solid cubes, the occupied cells of a regular grid: cell `[i, j, k]` fills from `(i, j, k) * size` to `(i + 1, j + 1, k + 1) * size`.
+/// Solid cubes, the occupied cells of a regular grid: cell `[i, j, k]` fills from `(i, j, k) *
+/// size` to `(i + 1, j + 1, k + 1) * size`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Voxels {
     size: f64,
     cells: Vec<[i32; 3]>,
 }
 
-/// A ball about every point, all of one radius. With the radius 0 a distance is that to the nearest point.
+/// A ball about every point, all of one radius. With the radius 0 a distance is that to the nearest
+/// point.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct PointCloud {
     radius: f64,
@@ -26,8 +29,9 @@ pub struct PointCloud {
 
 /// The ground below a grid of heights, without end downward.
 ///
-/// Height `[i, j]` stands at `x = i * size`, `y = j * size`. Between them the surface consists of two triangles a cell, which meet
-/// along the line from `[i, j]` to `[i + 1, j + 1]`. Beyond the grid there is nothing.
+/// Height `[i, j]` stands at `x = i * size`, `y = j * size`. Between them the surface consists of
+/// two triangles a cell, which meet along the line from `[i, j]` to `[i + 1, j + 1]`. Beyond the
+/// grid there is nothing.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct HeightField {
     size: f64,
@@ -53,7 +57,8 @@ impl Voxels {
     /// Cells may be given in any order and more than once; there may be none.
     ///
     /// # Errors
-    /// [`Error::Input`] of `element` in `file`: a side \[m\] that is not positive, a cell farther out than 1e9 m.
+    /// [`Error::Input`] of `element` in `file`: a side \[m\] that is not positive, a cell farther
+    /// out than 1e9 m.
     pub fn new(file: &str, element: &str, size: f64, mut cells: Vec<[i32; 3]>) -> Result<Self> {
         check_size(file, element, size)?;
         check_count(file, element, cells.len())?;
@@ -87,7 +92,8 @@ impl PointCloud {
     /// There may be no point.
     ///
     /// # Errors
-    /// [`Error::Input`] of `element` in `file`: a radius \[m\] that is negative, a coordinate \[m\] that is not finite or beyond 1e9.
+    /// [`Error::Input`] of `element` in `file`: a radius \[m\] that is negative, a coordinate \[m\]
+    /// that is not finite or beyond 1e9.
     pub fn new(file: &str, element: &str, radius: f64, points: Vec<Vec3>) -> Result<Self> {
         if !(0.0..=FARTHEST).contains(&radius) {
             let problem = format!("got {radius:?}, expected 0 to 1e9 [m]");
@@ -117,8 +123,8 @@ impl HeightField {
     /// `heights` \[m\] row by row, `columns` of them each; `size` is the side of a cell \[m\].
     ///
     /// # Errors
-    /// [`Error::Input`] of `element` in `file`: fewer than two rows or columns, rows of different lengths, heights that are not finite or
-    /// beyond 1e9, a side that is not positive.
+    /// [`Error::Input`] of `element` in `file`: fewer than two rows or columns, rows of different
+    /// lengths, heights that are not finite or beyond 1e9, a side that is not positive.
     pub fn new(file: &str, element: &str, size: f64, columns: usize, heights: Vec<f64>) -> Result<Self> {
         check_size(file, element, size)?;
         check_count(file, element, heights.len())?;
@@ -171,7 +177,8 @@ impl Geometry {
     /// A half-space: solid where `normal . x <= offset`; `normal` of any length, made unit.
     ///
     /// # Errors
-    /// [`Error::Input`] of `element` in `file`: a normal without direction, numbers that are not finite or beyond 1e9.
+    /// [`Error::Input`] of `element` in `file`: a normal without direction, numbers that are not
+    /// finite or beyond 1e9.
     pub fn half_space(file: &str, element: &str, normal: [f64; 3], offset: f64) -> Result<Self> {
         let fault = |problem| Err(Error::input(file, element, problem));
         if !normal.iter().all(|x| x.abs() <= FARTHEST) || !(-FARTHEST..=FARTHEST).contains(&offset) {
@@ -183,13 +190,14 @@ impl Geometry {
         }
     }
 
-    /// Whether it is one of the shapes that only obstacles have: they do not move, and may have no end.
+    /// Whether it is one of the shapes that only obstacles have: they do not move, and may have no
+    /// end.
     pub fn is_scenery(&self) -> bool {
         matches!(self, Self::Voxels(_) | Self::Points(_) | Self::HalfSpace { .. } | Self::HeightField(_))
     }
 
-    /// Distance \[m\] of the farthest point of scenery from the origin of its frame; of a half-space that of its plane, of a height field that of
-    /// its surface.
+    /// Distance \[m\] of the farthest point of scenery from the origin of its frame; of a
+    /// half-space that of its plane, of a height field that of its surface.
     pub fn scenery_radius(&self) -> f64 {
         let farthest = |points: &mut dyn Iterator<Item = Vec3>| points.map(|p| p.norm()).fold(0.0, f64::max);
         match self {
@@ -206,7 +214,8 @@ impl Geometry {
         }
     }
 
-    /// Scenery as triangles, for pictures: cubes, balls of few faces, a square of 10 m on the plane, the surface.
+    /// Scenery as triangles, for pictures: cubes, balls of few faces, a square of 10 m on the
+    /// plane, the surface.
     pub(super) fn scenery_triangles(&self, segments: usize) -> TriangleMesh {
         let copies = |shape: Self, places: &mut dyn Iterator<Item = Vec3>| {
             let one = shape.tessellate(segments);
@@ -280,7 +289,8 @@ mod tests {
         assert!(told(flat).contains("h: got the normal [0.0, 0.0, 0.0], expected one that points somewhere"));
     }
 
-    /// Models and pickled scenes are read by the numbers of the variants, so that new ones may only be added behind.
+    /// Models and pickled scenes are read by the numbers of the variants, so that new ones may only
+    /// be added behind.
     #[test]
     fn bytes_of_older_shapes_stay_what_they_were() {
         let first = |geometry: &Geometry| postcard::to_stdvec(geometry).unwrap()[0];

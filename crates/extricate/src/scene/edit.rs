@@ -4,6 +4,8 @@
 //! Every function gives another scene, which shares geometry with this one. With
 //! [`crate::World::with_scene`] what is prepared of it is shared as well.
 
+use std::collections::HashSet;
+
 use super::names::{check_name, unknown};
 use super::{Body, BodyPair, LinkSeat, MetricSpec, Part, Scene};
 use crate::cspace::{ConfigSpace, Factor};
@@ -59,7 +61,8 @@ impl Scene {
     /// [`Error::Input`] for a name that is taken or none, and a pose that is none.
     pub fn with_obstacles(&self, obstacles: impl IntoIterator<Item = Body>) -> Result<Self> {
         let mut scene = self.clone();
-        let mut taken: std::collections::HashSet<String> = self.bodies.iter().map(|body| body.name.clone()).collect();
+        let links = self.links.iter().map(|link| link.name.clone());
+        let mut taken: HashSet<String> = self.bodies.iter().map(|body| body.name.clone()).chain(links).collect();
         for obstacle in obstacles {
             let element = format!("obstacle \"{}\"", obstacle.name);
             if !taken.insert(obstacle.name.clone()) {
@@ -158,7 +161,8 @@ impl Scene {
     pub fn attached(&self, object: Body, link: &str, touch: &[&str]) -> Result<Self> {
         let element = format!("attached \"{}\"", object.name);
         let fault = |problem: String| Err(Error::input(SCENE, &element, problem));
-        if self.bodies.iter().any(|body| body.name == object.name) {
+        let mut names = self.bodies.iter().map(|body| &body.name).chain(self.links.iter().map(|link| &link.name));
+        if names.any(|name| *name == object.name) {
             return fault("the name is taken, expected one of its own".into());
         }
         if object.parts.iter().any(|part| part.geometry.is_scenery()) {

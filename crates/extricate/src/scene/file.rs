@@ -74,7 +74,8 @@ pub struct SceneFile {
     /// Pairs that are not checked, or keep a clearance of their own.
     #[serde(default)]
     pub pairs: PairsEntry,
-    /// What links add to the clearance toward obstacles, or obstacles to that of all pairs, by name \[m\].
+    /// What links add to the clearance toward obstacles, or obstacles to that of all pairs, by name
+    /// \[m\].
     #[serde(default)]
     pub padding: BTreeMap<String, f64>,
 }

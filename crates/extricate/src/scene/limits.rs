@@ -27,11 +27,12 @@ pub enum LimitsEntry {
 }
 
 impl BoundsEntry {
-    /// `(min, max)` of each coordinate; `counts` are the numbers of entries allowed, `what` the element in messages.
+    /// `(min, max)` of each coordinate; `counts` are the numbers of entries allowed, `what` the
+    /// element in messages.
     ///
     /// # Errors
-    /// [`Error::Input`] where the lengths differ or are not allowed, a number is not finite, or a minimum exceeds its
-    /// maximum.
+    /// [`Error::Input`] where the lengths differ or are not allowed, a number is not finite, or a
+    /// minimum exceeds its maximum.
     pub fn intervals(&self, file: &str, what: &str, counts: &[usize]) -> Result<Vec<(f64, f64)>> {
         if self.min.len() != self.max.len() || !counts.contains(&self.min.len()) {
             let counts: Vec<String> = counts.iter().map(usize::to_string).collect();

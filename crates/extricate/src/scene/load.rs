@@ -115,7 +115,8 @@ impl<'a> Files<'a> {
         })
     }
 
-    /// The name of a file, as messages have it, and its bytes, by its path as the scene file has it.
+    /// The name of a file, as messages have it, and its bytes, by its path as the scene file has
+    /// it.
     pub fn bytes(&mut self, element: &str, path: &str) -> Result<(String, Vec<u8>)> {
         let path = self.folder.join(path);
         let bytes = (self.read)(&path).map_err(|error| named(&self.file, element, error))?;

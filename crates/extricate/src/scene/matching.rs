@@ -21,7 +21,8 @@ pub fn bodies_in_both(old: &Scene, new: &Scene) -> Vec<Option<usize>> {
     (0..old.bodies.len()).map(found).collect()
 }
 
-/// For every body of `new`, the index of the one of the same name in `old`. `None` where there is none.
+/// For every body of `new`, the index of the one of the same name in `old`. `None` where there is
+/// none.
 pub fn by_name(old: &Scene, new: &Scene) -> Vec<Option<usize>> {
     let mut named: Option<HashMap<&str, usize>> = None;
     let mut find = |name: &str| {

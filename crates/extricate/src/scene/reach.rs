@@ -10,9 +10,10 @@ use crate::robot::{Geometry, JointKind};
 /// Twice the radius \[m\] of a ball about the world's origin that holds all geometry in every configuration, but for the
 /// travel of joints without limits; rounded up to a decimetre.
 ///
-/// The radius adds the lengths of all joint origins and travels, and the radii of all shapes: a bound, not the least one.
-/// A subtree that moves by twice this radius along any axis has left everything that does not move with it, but for half-spaces and the
-/// ground, which count as far as their planes and surfaces are: those it leaves on one side.
+/// The radius adds the lengths of all joint origins and travels, and the radii of all shapes: a
+/// bound, not the least one. A subtree that moves by twice this radius along any axis has left
+/// everything that does not move with it, but for half-spaces and the ground, which count as far as
+/// their planes and surfaces are: those it leaves on one side.
 pub fn reach(robots: &[LoadedRobot], obstacles: &[Body]) -> f64 {
     let shape = |pose: &Pose, geometry: &Geometry| pose.translation.norm() + radius(geometry);
     let of_obstacles: f64 =

@@ -1,4 +1,5 @@
-//! `shape = { .. }` of an obstacle: what may be written there, and the shapes that lists or files of numbers describe.
+//! `shape = { .. }` of an obstacle: what may be written there, and the shapes that lists or files
+//! of numbers describe.
 
 use std::sync::Arc;
 
@@ -72,7 +73,8 @@ pub enum RowsEntry {
     Rows(Vec<Vec<f64>>),
 }
 
-/// Reads a file by the element that names it, for messages, and its path, as the scene file has it; gives its name, for messages, and its bytes.
+/// Reads a file by the element that names it, for messages, and its path, as the scene file has it;
+/// gives its name, for messages, and its bytes.
 pub type LoadRows<'a> = &'a mut dyn FnMut(&str, &str) -> Result<(String, Vec<u8>)>;
 
 impl ShapeEntry {
@@ -125,10 +127,12 @@ impl ShapeEntry {
     }
 }
 
-/// The entries, with what lists and files describe read into [`ShapeEntry::scenery`] where that is the only shape of an entry.
+/// The entries, with what lists and files describe read into [`ShapeEntry::scenery`] where that is
+/// the only shape of an entry.
 ///
 /// # Errors
-/// [`Error::Input`] that names file, obstacle, row, value and what was expected; whatever `load` gives.
+/// [`Error::Input`] that names file, obstacle, row, value and what was expected; whatever `load`
+/// gives.
 pub fn with_scenery(file: &str, entries: &[ObstacleEntry], load: LoadRows) -> Result<Vec<ObstacleEntry>> {
     let mut all = entries.to_vec();
     for entry in &mut all {
@@ -222,7 +226,8 @@ fn rows_of(file: &str, element: &str, entry: &RowsEntry, load: LoadRows) -> Resu
     }
 }
 
-/// One row a line: numbers between blanks, commas or semicolons. Empty lines, what follows a `#`, and a first line of words are left out.
+/// One row a line: numbers between blanks, commas or semicolons. Empty lines, what follows a `#`,
+/// and a first line of words are left out.
 fn parse_rows(file: &str, element: &str, bytes: &[u8]) -> Result<Vec<Row>> {
     let text = std::str::from_utf8(bytes).map_err(|error| {
         let problem = "not UTF-8, expected a text file with a row of numbers a line";

@@ -1,4 +1,5 @@
-//! Scenes with something changed, attached objects, clearances of pairs, and worlds that share what is prepared.
+//! Scenes with something changed, attached objects, clearances of pairs, and worlds that share what
+//! is prepared.
 
 use std::path::Path;
 

@@ -1,4 +1,5 @@
-//! Clouds, grids, half-spaces and the ground, each as one body: against the same as separate obstacles, and against closed forms.
+//! Clouds, grids, half-spaces and the ground, each as one body: against the same as separate
+//! obstacles, and against closed forms.
 
 use std::fmt::Write as _;
 use std::path::Path;
@@ -11,7 +12,8 @@ use extricate::{CheckScratch, Checker, Label, QueryOptions, QueryScratch, Scene,
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-/// An arm of four links that turn: a box, a cylinder, a capsule and a ball; `{last}` stands for a fifth.
+/// An arm of four links that turn: a box, a cylinder, a capsule and a ball; `{last}` stands for a
+/// fifth.
 const ARM: &str = r#"<robot name="arm"><link name="base"/>
 <link name="a"><collision><origin xyz="0 0 0.2"/><geometry><box size="0.12 0.08 0.36"/></geometry></collision></link>
 <link name="b"><collision><origin xyz="0 0 0.15"/><geometry><cylinder radius="0.05" length="0.26"/></geometry></collision></link>
@@ -167,7 +169,8 @@ fn labels_of_scenery_allocate_nothing() {
     }
 }
 
-/// As of all scenes: a query asks for the lists of its answer, and no more once its scratch has grown.
+/// As of all scenes: a query asks for the lists of its answer, and no more once its scratch has
+/// grown.
 #[test]
 fn queries_among_scenery_allocate_their_answers_alone() {
     let obstacles = format!(

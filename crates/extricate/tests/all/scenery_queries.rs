@@ -1,4 +1,5 @@
-//! Ways out of clouds, grids, half-spaces and the ground: depths that are known, proofs, and the same map in two ways.
+//! Ways out of clouds, grids, half-spaces and the ground: depths that are known, proofs, and the
+//! same map in two ways.
 
 use std::ops::ControlFlow;
 use std::path::Path;
@@ -125,7 +126,8 @@ fn small_map() -> (String, Vec<[i32; 3]>) {
     (urdf + "</robot>", cells)
 }
 
-/// The same map of 300 voxels as one body and as 300: the labels are the same, the pairs are few, and so is the way out.
+/// The same map of 300 voxels as one body and as 300: the labels are the same, the pairs are few,
+/// and so is the way out.
 #[test]
 fn a_map_of_voxels_is_one_body() {
     let (urdf, cells) = small_map();

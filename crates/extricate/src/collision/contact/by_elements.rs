@@ -12,18 +12,21 @@ use crate::collision::shape::{ConvexSolid, Shape, ShapeKind};
 use crate::collision::{ContactQuery, ContactSearch};
 use crate::math::{Pose, Vec3};
 
-/// Elements that overlap and are looked at: where a link lies in a wall of cubes hundreds do. With twice as many, queries end a hundredth farther away and take
-/// a fourth longer.
+/// Elements that overlap and are looked at: where a link lies in a wall of cubes hundreds do. With
+/// twice as many, queries end a hundredth farther away and take a fourth longer.
 const MOST_OVERLAPS: usize = 4;
-/// Elements that are looked at until the nearest is told; more only as long as it takes to find that one.
+/// Elements that are looked at until the nearest is told; more only as long as it takes to find
+/// that one.
 const TESTS: usize = 4;
 /// Contacts that are kept though they are not the nearest.
 const ENOUGH: usize = 4;
 
-/// Offers `sink` contacts of scenery (the first, in whose frame they are found) and `other` that are nearer than the margin, nearest first.
+/// Offers `sink` contacts of scenery (the first, in whose frame they are found) and `other` that
+/// are nearer than the margin, nearest first.
 ///
-/// The nearest one is always among them, and none is farther than it by more than half of the margin. Contacts of a shape that lies in the ground are
-/// those that it has where it is raised out of it, as seen from where it is.
+/// The nearest one is always among them, and none is farther than it by more than half of the
+/// margin. Contacts of a shape that lies in the ground are those that it has where it is raised out
+/// of it, as seen from where it is.
 pub fn by_elements(
     scenery: &Scenery,
     other: &Shape,
@@ -94,7 +97,8 @@ struct Measured<'a> {
 }
 
 impl Measured<'_> {
-    /// The separation of an element, if nearer than `limit` \[m\]. In a coarse search a mesh is taken for its pieces.
+    /// The separation of an element, if nearer than `limit` \[m\]. In a coarse search a mesh is
+    /// taken for its pieces.
     fn separation(&mut self, element: &Element, limit: f64, buffers: &mut Buffers) -> Option<Separation> {
         let Self { other, relative, search, .. } = *self;
         let found = match &other.kind {

@@ -1,7 +1,8 @@
-//! The ground below a grid of heights: a prism below every triangle of the surface, without end downward, found by a pyramid of least and
-//! greatest heights.
+//! The ground below a grid of heights: a prism below every triangle of the surface, without end
+//! downward, found by a pyramid of least and greatest heights.
 //!
-//! A prism is given to convex searches as deep as the other shape asks: what lies below that shape decides nothing.
+//! A prism is given to convex searches as deep as the other shape asks: what lies below that shape
+//! decides nothing.
 
 use std::sync::Arc;
 
@@ -18,7 +19,8 @@ use crate::robot::HeightField;
 #[derive(Debug, Clone)]
 pub struct Field {
     grid: Arc<HeightField>,
-    /// From the cells to the root: least and greatest heights \[m\] of blocks of cells, of 1, 2, 4 ... a side.
+    /// From the cells to the root: least and greatest heights \[m\] of blocks of cells, of 1, 2, 4
+    /// ... a side.
     levels: Vec<Level>,
 }
 

@@ -20,13 +20,15 @@ impl HalfSpace {
         self.normal.dot(point) - self.offset
     }
 
-    /// Lower bound \[m\] on the height of what a box holds, given in a frame that `relative` maps to this one.
+    /// Lower bound \[m\] on the height of what a box holds, given in a frame that `relative` maps
+    /// to this one.
     pub fn lower_bound(&self, relative: &Relative, bounds: &Aabb) -> f64 {
         let normal = relative.pose_a_b.inverse_vector(&self.normal);
         self.height(&relative.pose_a_b.point(&bounds.center)) - normal.abs().dot(&bounds.half)
     }
 
-    /// The signed distance of a shape, with the points that realise it: exact also below 0. `None` for scenery.
+    /// The signed distance of a shape, with the points that realise it: exact also below 0. `None`
+    /// for scenery.
     pub fn separation(&self, relative: &Relative, other: &Shape) -> Option<Separation> {
         let pose = &relative.pose_a_b;
         let down = pose.inverse_vector(&-self.normal);

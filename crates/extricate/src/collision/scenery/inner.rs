@@ -1,4 +1,5 @@
-//! Convex shapes that stand for scenery where a convex shape is asked for: in proofs they lie inside it, in proposals about where it is.
+//! Convex shapes that stand for scenery where a convex shape is asked for: in proofs they lie
+//! inside it, in proposals about where it is.
 
 use super::{Approach, At, ENDLESS, HalfSpace, Scenery};
 use crate::collision::bounds::{Aabb, Relative};
@@ -19,7 +20,8 @@ pub enum Stands {
 /// Elements that stand for many: those whose boxes overlap most.
 const MOST: usize = 4;
 
-/// Calls `each` with convex shapes that stand for `scenery` (placed at `pose`) against `other`, boxes around them in their frames, and their poses.
+/// Calls `each` with convex shapes that stand for `scenery` (placed at `pose`) against `other`,
+/// boxes around them in their frames, and their poses.
 pub fn stand_ins(
     scenery: &Scenery,
     pose: &Pose,
@@ -67,7 +69,8 @@ fn cuboid(half_extents: Vec3, pose: &Pose, each: &mut dyn FnMut(&ConvexSolid, &A
     each(&ConvexSolid::without_planes(shape), &Aabb::between(&-half_extents, &half_extents), pose);
 }
 
-/// A box with a face on the plane, below a ball: the ball's way out through that face is the shortest, and as long as that of the half-space.
+/// A box with a face on the plane, below a ball: the ball's way out through that face is the
+/// shortest, and as long as that of the half-space.
 fn below_plane(half: &HalfSpace, center: &Vec3, radius: f64, each: &mut dyn FnMut(&ConvexSolid, &Aabb, &Pose)) {
     let height = half.height(center);
     let reach = (2.0 * (height.abs() + radius) + radius).min(ENDLESS);

@@ -1,14 +1,15 @@
 //! How many layers of occupied cells lie around a cell of a grid.
 
-/// Of every cell how many steps away the nearest cell is that is not occupied, where a step leads to one of the 26 neighbours: 1 beside an empty
-/// cell. `cells` ascend.
+/// Of every cell how many steps away the nearest cell is that is not occupied, where a step leads
+/// to one of the 26 neighbours: 1 beside an empty cell. `cells` ascend.
 ///
 /// So a cube of `2 k - 1` cells around a cell of `k` layers is full.
 ///
 /// # Source
-/// A. Rosenfeld and J. L. Pfaltz, "Sequential operations in digital picture processing", Journal of the ACM 13(4), 1966,
-/// doi:10.1145/321356.321357: two passes in the order of the cells. Deviation: the cells are a sorted list, and for every neighbour that comes before a cell
-/// a place in the list runs along.
+/// A. Rosenfeld and J. L. Pfaltz, "Sequential operations in digital picture processing", Journal of
+/// the ACM 13(4), 1966, doi:10.1145/321356.321357: two passes in the order of the cells. Deviation:
+/// the cells are a sorted list, and for every neighbour that comes before a cell a place in the
+/// list runs along.
 pub fn layers(cells: &[[i32; 3]]) -> Vec<u16> {
     let mut layers = vec![u16::MAX; cells.len()];
     for forward in [true, false] {

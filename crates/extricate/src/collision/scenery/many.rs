@@ -1,4 +1,5 @@
-//! One convex shape at many places: a ball about every point of a cloud, a cube in every occupied cell.
+//! One convex shape at many places: a ball about every point of a cloud, a cube in every occupied
+//! cell.
 
 use super::layers::layers;
 use super::places::PlaceTree;
@@ -18,7 +19,8 @@ pub struct Many {
     bounds: Aabb,
     /// In the order of the tree.
     places: Vec<Vec3>,
-    /// How much deeper \[m\] a point of the shape at each place lies in all of them than in that one, at least; none where nothing is known.
+    /// How much deeper \[m\] a point of the shape at each place lies in all of them than in that
+    /// one, at least; none where nothing is known.
     deeper: Vec<f64>,
     tree: PlaceTree,
 }

@@ -1,8 +1,10 @@
-//! Shapes that only obstacles have: many equal convex shapes, half-spaces, the ground below a grid of heights. Each knows which of its
-//! parts are near another shape, so that a check costs what is near and not what there is.
+//! Shapes that only obstacles have: many equal convex shapes, half-spaces, the ground below a grid
+//! of heights. Each knows which of its parts are near another shape, so that a check costs what is
+//! near and not what there is.
 //!
-//! A [`Scenery`] is seen as a tree whose leaves are *elements*: convex shapes in its frame. `pair` decides and measures with them,
-//! `inner` names convex sets for proofs. Two sceneries never meet: neither moves.
+//! A [`Scenery`] is seen as a tree whose leaves are *elements*: convex shapes in its frame. `pair`
+//! decides and measures with them, `inner` names convex sets for proofs. Two sceneries never meet:
+//! neither moves.
 
 mod field;
 mod half_space;
@@ -38,7 +40,8 @@ pub enum Scenery {
     Field(Field),
 }
 
-/// Half side \[m\] of a box around what has no end: more than any coordinate, small enough that its digits reach a micrometre.
+/// Half side \[m\] of a box around what has no end: more than any coordinate, small enough that its
+/// digits reach a micrometre.
 const ENDLESS: f64 = 4e9;
 
 /// A node or an element: its level in the upper five bits, its number in the others.
@@ -96,7 +99,8 @@ pub struct Approach<'a> {
 }
 
 impl Scenery {
-    /// Prepares scenery, with a box and a ball around it; `None` for what holds nothing and for shapes of other kinds.
+    /// Prepares scenery, with a box and a ball around it; `None` for what holds nothing and for
+    /// shapes of other kinds.
     pub fn new(geometry: &Geometry) -> Option<(Self, Aabb, (Vec3, f64))> {
         match geometry {
             Geometry::Points(cloud) => Many::of_points(cloud).map(with_ball),
@@ -115,10 +119,11 @@ impl Scenery {
         }
     }
 
-    /// Signed depth \[m\] of `point` where it is above `least`: positive inside, minus the distance outside.
+    /// Signed depth \[m\] of `point` where it is above `least`: positive inside, minus the distance
+    /// outside.
     ///
-    /// Of balls and cubes that in the deepest one, of cubes with what their neighbours add; of a height field that below the whole surface, and
-    /// beside its walls it may be less than it is.
+    /// Of balls and cubes that in the deepest one, of cubes with what their neighbours add; of a
+    /// height field that below the whole surface, and beside its walls it may be less than it is.
     pub fn depth_above(&self, point: &Vec3, least: f64, stack: &mut Vec<(f64, u32)>) -> Option<f64> {
         match self {
             Self::Many(many) => many.depth_above(point, least, stack),
@@ -152,8 +157,8 @@ impl Scenery {
         }
     }
 
-    /// Calls `each` with what a node is made of and what may be nearer than `limit` \[m\] to the other shape, and a lower bound \[m\] on how far it
-    /// is (negative where boxes overlap).
+    /// Calls `each` with what a node is made of and what may be nearer than `limit` \[m\] to the
+    /// other shape, and a lower bound \[m\] on how far it is (negative where boxes overlap).
     #[inline]
     pub fn open(&self, at: At, approach: &Approach, limit: f64, each: impl FnMut(f64, At)) {
         match self {

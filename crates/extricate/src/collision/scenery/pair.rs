@@ -12,7 +12,8 @@ use crate::collision::part_pair::{self, Buffers, Hint};
 use crate::collision::shape::{ConvexSolid, Shape, ShapeKind};
 use crate::math::{Pose, Vec3};
 
-/// Whether the signed distance to `other`, which `relative` places in the frame of the scenery, is below `limit` \[m\].
+/// Whether the signed distance to `other`, which `relative` places in the frame of the scenery, is
+/// below `limit` \[m\].
 pub fn nearer(
     scenery: &Scenery,
     other: &Shape,
@@ -52,8 +53,8 @@ pub fn nearer(
     found.is_some()
 }
 
-/// Calls `each` with the numbers of elements that may be nearer than `limit` \[m\], nearer ones sooner, until it answers `true`. The limit may fall
-/// meanwhile.
+/// Calls `each` with the numbers of elements that may be nearer than `limit` \[m\], nearer ones
+/// sooner, until it answers `true`. The limit may fall meanwhile.
 fn visit(
     scenery: &Scenery,
     approach: &Approach,
@@ -84,7 +85,8 @@ fn visit(
     }
 }
 
-/// Whether the middle of a solid, or a corner of a mesh, lies in the ground: told at once, and so for what is deep below.
+/// Whether the middle of a solid, or a corner of a mesh, lies in the ground: told at once, and so
+/// for what is deep below.
 fn within(field: &Field, other: &Shape, relative: &Relative) -> bool {
     let point = match &other.kind {
         ShapeKind::Convex(solid) => solid.shape.core.center(),
@@ -134,7 +136,8 @@ fn element_nearer(
     }
 }
 
-/// Signed depth \[m\] of a solid in another one, in closed form: where one of them is a ball and the other one known.
+/// Signed depth \[m\] of a solid in another one, in closed form: where one of them is a ball and
+/// the other one known.
 fn depth_of_core(a: &ConvexSolid, b: &ConvexSolid, pose_a_b: &Pose) -> Option<f64> {
     let is_ball = |solid: &ConvexSolid| matches!(solid.shape.core, ConvexCore::Point);
     if is_ball(a) && b.is_primitive() {
@@ -143,10 +146,12 @@ fn depth_of_core(a: &ConvexSolid, b: &ConvexSolid, pose_a_b: &Pose) -> Option<f6
     (is_ball(b) && a.is_primitive()).then(|| a.depth(&pose_a_b.translation) + b.shape.radius)
 }
 
-/// The signed distance to `other` with the points that realise it (first those of the scenery, in its frame), if below `cutoff` \[m\].
+/// The signed distance to `other` with the points that realise it (first those of the scenery, in
+/// its frame), if below `cutoff` \[m\].
 ///
-/// Exact where they are apart. Below 0: of a half-space exact; of balls and cubes that of the one that overlaps most, as if each
-/// were alone; of a height field an estimate, by how far the other shape has to be raised.
+/// Exact where they are apart. Below 0: of a half-space exact; of balls and cubes that of the one
+/// that overlaps most, as if each were alone; of a height field an estimate, by how far the other
+/// shape has to be raised.
 pub fn closest(
     scenery: &Scenery,
     other: &Shape,
@@ -195,9 +200,11 @@ fn closest_element(
     best
 }
 
-/// How far \[m\] a shape that overlaps a height field has to be raised until it just does not; 0 where it does not overlap.
+/// How far \[m\] a shape that overlaps a height field has to be raised until it just does not; 0
+/// where it does not overlap.
 ///
-/// Never more than a ten thousandth of a metre too far, but where the ground is so rough that a few steps do not get as near.
+/// Never more than a ten thousandth of a metre too far, but where the ground is so rough that a few
+/// steps do not get as near.
 pub fn lift(scenery: &Scenery, other: &Shape, relative: &Relative, buffers: &mut Buffers) -> f64 {
     /// What may remain \[m\].
     const NEAR: f64 = 1e-4;

@@ -1,4 +1,5 @@
-//! Planes that a convex shape lies behind, as searches find them: most elements that are looked at next are beyond one of them.
+//! Planes that a convex shape lies behind, as searches find them: most elements that are looked at
+//! next are beyond one of them.
 
 use arrayvec::ArrayVec;
 
@@ -30,7 +31,8 @@ impl Planes {
         })
     }
 
-    /// Adds the one across `normal` (of any length, frame of the scenery, away from the shape) that touches the shape.
+    /// Adds the one across `normal` (of any length, frame of the scenery, away from the shape) that
+    /// touches the shape.
     pub fn add(&mut self, normal: &Vec3, solid: &ConvexSolid, pose: &Pose) {
         let Some(normal) = normal.try_normalize(0.0) else { return };
         let farthest = pose.point(&solid.shape.core.support(&pose.inverse_vector(&normal)));

@@ -100,7 +100,8 @@ fn depths_of_balls_and_cubes_are_those_of_the_deepest() {
     assert!(inside > 50, "{inside}");
 }
 
-/// A full block of cells is as deep as a box, up to the corners' distance; a cell alone as deep as itself.
+/// A full block of cells is as deep as a box, up to the corners' distance; a cell alone as deep as
+/// itself.
 #[test]
 fn cubes_side_by_side_are_deep_together() {
     let cells: Vec<[i32; 3]> = (0..9 * 9 * 9).map(|k| [k / 81, k / 9 % 9, k % 9]).collect();

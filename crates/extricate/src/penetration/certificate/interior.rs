@@ -6,7 +6,8 @@ use crate::math::Vec3;
 
 /// Those of a body, in coordinates of its solid.
 pub fn balls(checker: &Checker, body: usize) -> Vec<Ball> {
-    // Of what may have no end a grid finds nothing, and how deep the links lie in it is told at once.
+    // Of what may have no end a grid finds nothing, and how deep the links lie in it is told at
+    // once.
     if checker.scene().bodies[body].parts.iter().any(|part| part.geometry.is_scenery()) {
         return Vec::new();
     }
@@ -27,8 +28,8 @@ pub fn balls(checker: &Checker, body: usize) -> Vec<Ball> {
     chosen
 }
 
-/// Brings `count` balls to the front, after the largest, that are large and far from each other: of a
-/// ring, whose balls are all as large, not six side by side.
+/// Brings `count` balls to the front, after the largest, that are large and far from each other: of
+/// a ring, whose balls are all as large, not six side by side.
 fn spread_first(balls: &mut [Ball], count: usize) {
     for at in 1..count.min(balls.len()) {
         let worth = |ball: &Ball| {
