@@ -123,6 +123,10 @@ fn faults_in_clearances_and_attached_objects_are_named() {
     assert!(refused(scene.disabled([["left", "box"]])).contains("pair [\"left\", \"box\"]"));
     let twice = Body { name: "palm".into(), ..rod() };
     assert!(refused(scene.with_obstacles([twice])).contains("the name is taken"));
+    // A link without geometry has a name too.
+    let tip = || Body { name: "tip".into(), ..rod() };
+    assert!(refused(scene.with_obstacles([tip()])).contains("the name is taken"));
+    assert!(refused(scene.attached(tip(), "palm", &[])).contains("the name is taken"));
 }
 
 #[test]
