@@ -110,6 +110,7 @@ pub fn options(effort: &str) -> Result<QueryOptions> {
     Ok(match effort {
         "nearest" => QueryOptions { effort: Effort::Nearest, ..QueryOptions::default() },
         "refined" => QueryOptions::default(),
+        "proved" => QueryOptions { effort: Effort::Proved, ..QueryOptions::default() },
         "exhaustive" => QueryOptions { effort: Effort::Exhaustive, ..QueryOptions::default() },
         _ => match (effort.parse(), effort.strip_suffix("-checks").map(str::parse)) {
             (Ok(starts), _) => QueryOptions { starts: Some(starts), ..QueryOptions::default() },

@@ -26,9 +26,10 @@ pub fn object<'py>(py: Python<'py>, answer: extricate::Answer, scene: &Scene) ->
         let witness = PyArray1::from_slice(py, &exit.witness);
         EXIT.import(py, HOME, "Exit")?.call1((exit.depth, witness, named(&exit.touching)))
     };
-    let fields: [Bound<'_, PyAny>; 19] = [
+    let fields: [Bound<'_, PyAny>; 20] = [
         answer.depth.into_pyobject(py)?.into_any(),
         answer.lower_bound.into_pyobject(py)?.into_any(),
+        answer.gap.into_pyobject(py)?.into_any(),
         PyArray1::from_slice(py, &answer.witness).into_any(),
         answer.verified.into_pyobject(py)?.to_owned().into_any(),
         answer.clearance.into_pyobject(py)?.into_any(),
@@ -52,9 +53,5 @@ pub fn object<'py>(py: Python<'py>, answer: extricate::Answer, scene: &Scene) ->
 
 /// What Python calls an effort.
 pub fn effort_name(effort: Effort) -> &'static str {
-    match effort {
-        Effort::Nearest => "nearest",
-        Effort::Refined => "refined",
-        Effort::Exhaustive => "exhaustive",
-    }
+    effort.name()
 }

@@ -22,8 +22,9 @@ pub const BATCH: &[&str] = &["exits", "toward", "toward_share", "threads", "erro
 pub const STREAM: &[&str] = &["hysteresis", "looks"];
 
 /// What every call may be given.
-const COMMON: [&str; 12] = [
+const COMMON: [&str; 13] = [
     "effort",
+    "gap",
     "starts",
     "checks",
     "seconds",
@@ -160,10 +161,9 @@ impl<'py> Given<'_, 'py> {
 
     fn effort_and_budget(&self) -> PyResult<QueryOptions> {
         let effort: String = self.or("effort", "refined".into())?;
-        let known = [Effort::Nearest, Effort::Refined, Effort::Exhaustive];
-        let found = known.into_iter().find(|known| effort_name(*known) == effort).ok_or_else(|| {
+        let found = Effort::ALL.into_iter().find(|known| effort_name(*known) == effort).ok_or_else(|| {
             PyValueError::new_err(format!(
-                "effort: got \"{effort}\", expected \"nearest\", \"refined\" or \"exhaustive\""
+                "effort: got \"{effort}\", expected \"nearest\", \"refined\", \"exhaustive\" or \"proved\""
             ))
         })?;
         let exits: i64 = self.or("exits", 1)?;
@@ -185,8 +185,20 @@ impl<'py> Given<'_, 'py> {
             return Err(PyValueError::new_err(message));
         }
         let checks = self.get("checks")?.map(|checks| count("checks", checks, 0)).transpose()?;
+        let gap: Option<f64> = self.get("gap")?;
+        if let Some(bad) = gap.filter(|gap| !(0.0..1.0).contains(gap)) {
+            return Err(PyValueError::new_err(format!("gap: got {bad}, expected 0 or more, and less than 1")));
+        }
+        if let Some(gap) = gap.filter(|_| found == Effort::Nearest) {
+            let message = format!("gap: got {gap} with effort \"nearest\", expected None: it searches nothing");
+            return Err(PyValueError::new_err(message));
+        }
+        if exits > 1 && (gap.is_some() || found == Effort::Proved) {
+            let message = format!("exits: got {exits} with a gap to prove, expected 1: the search stops at one");
+            return Err(PyValueError::new_err(message));
+        }
         let budget = QueryBudget { checks, seconds };
-        Ok(QueryOptions { effort: found, exits, starts, budget, ..QueryOptions::default() })
+        Ok(QueryOptions { effort: found, exits, starts, gap, budget, ..QueryOptions::default() })
     }
 
     /// Those of `locked`, or all but those of `free`.

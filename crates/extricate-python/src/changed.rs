@@ -72,7 +72,7 @@ impl ChangedScene {
 
     /// As `Model.query`, in this scene. None where nothing free was found, not even among 20,000 configurations beside the samples.
     /// `checks` and `seconds` do not end the search for the nearest stored sample that is still free, without which there is no answer.
-    #[pyo3(signature = (q, **options), text_signature = "($self, q, *, effort='refined', exits=1, starts=None, checks=None, seconds=None, way=False, contacts=False, clearance=None, locked=None, free=None, weights=None, toward=None, toward_share=0.25, free_radius=False, limits='forgive')")]
+    #[pyo3(signature = (q, **options), text_signature = "($self, q, *, effort='refined', exits=1, gap=None, starts=None, checks=None, seconds=None, way=False, contacts=False, clearance=None, locked=None, free=None, weights=None, toward=None, toward_share=0.25, free_radius=False, limits='forgive')")]
     fn query<'py>(
         &self,
         q: &Bound<'py, PyAny>,
@@ -84,7 +84,7 @@ impl ChangedScene {
 
     /// As `Model.query_batch`, in this scene. Where nothing free was found, depth is inf, witness, gradient and max_displacement are
     /// nan, verified and free are False, and there are no exits.
-    #[pyo3(signature = (Q, **options), text_signature = "($self, Q, *, effort='refined', exits=1, starts=None, checks=None, seconds=None, way=False, contacts=False, clearance=None, locked=None, free=None, weights=None, toward=None, toward_share=0.25, free_radius=False, limits='forgive', errors='raise', threads=0)")]
+    #[pyo3(signature = (Q, **options), text_signature = "($self, Q, *, effort='refined', exits=1, gap=None, starts=None, checks=None, seconds=None, way=False, contacts=False, clearance=None, locked=None, free=None, weights=None, toward=None, toward_share=0.25, free_radius=False, limits='forgive', errors='raise', threads=0)")]
     #[allow(non_snake_case)]
     fn query_batch<'py>(
         &self,

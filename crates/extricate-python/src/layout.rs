@@ -38,7 +38,7 @@ impl Layout {
     fn fields(self) -> Vec<Field> {
         let number = |name| (name, "f8", vec![]);
         let mut fields: Vec<Field> =
-            ["depth", "lower_bound", "max_displacement", "clearance", "coverage", "unseen"].map(number).into();
+            ["depth", "lower_bound", "gap", "max_displacement", "clearance", "coverage", "unseen"].map(number).into();
         fields.push(("checks", "i8", vec![]));
         fields.extend([("witness", "f8", vec![self.nq]), ("gradient", "f8", vec![self.nv])]);
         if self.way {
@@ -110,10 +110,10 @@ impl Layout {
             at += bytes.len();
         };
         let front = match answer {
-            None => [f64::INFINITY, 0.0, f64::NAN, f64::NAN, f64::NAN, f64::NAN],
+            None => [f64::INFINITY, 0.0, f64::NAN, f64::NAN, f64::NAN, f64::NAN, f64::NAN],
             Some(a) => {
                 let [coverage, unseen] = [a.coverage, a.unseen].map(|share| share.unwrap_or(f64::NAN));
-                [a.depth, a.lower_bound, a.max_displacement, a.clearance, coverage, unseen]
+                [a.depth, a.lower_bound, a.gap, a.max_displacement, a.clearance, coverage, unseen]
             }
         };
         front.iter().for_each(|x| put(&x.to_ne_bytes()));

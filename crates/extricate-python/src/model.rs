@@ -122,8 +122,11 @@ impl Model {
     ///
     /// q: float64 (nq,). Beyond limits it is not free; it is measured from where it is,
     /// `Answer.outside` names the joints.
-    /// effort: "nearest" (the nearest boundary sample, or one nearly as near), "refined" (several improved, the best one verified) or "exhaustive".
+    /// effort: "nearest" (the nearest boundary sample, or one nearly as near), "refined" (several improved, the best one verified), "exhaustive", or
+    ///     "proved": as refined, then until the gap is proved or the budget is spent; give seconds.
     /// exits: how many distinct ways out are wanted, in `Answer.exits`.
+    /// gap: stop as soon as it is proved that nothing free is nearer by more than this share of the
+    ///     depth; effort "proved" works for it, for 0.05 where it is None. Not with several exits.
     /// starts: from how many exits and boundary samples descents start, None for what the effort takes: fewer are faster and
     ///     miss the nearest way out more often. Not with effort "nearest".
     /// checks, seconds: where to stop early, with the best answer so far; more of either never gives a larger depth.
@@ -144,7 +147,7 @@ impl Model {
     /// limits: "forgive" answers what is beyond them, "refuse" raises ValueError.
     ///
     /// Raises ValueError for a wrong shape, values that are not finite.
-    #[pyo3(signature = (q, **options), text_signature = "($self, q, *, effort='refined', exits=1, starts=None, checks=None, seconds=None, way=False, contacts=False, clearance=None, locked=None, free=None, weights=None, toward=None, toward_share=0.25, free_radius=False, limits='forgive')")]
+    #[pyo3(signature = (q, **options), text_signature = "($self, q, *, effort='refined', exits=1, gap=None, starts=None, checks=None, seconds=None, way=False, contacts=False, clearance=None, locked=None, free=None, weights=None, toward=None, toward_share=0.25, free_radius=False, limits='forgive')")]
     fn query<'py>(
         &self,
         q: &Bound<'py, PyAny>,
@@ -166,7 +169,7 @@ impl Model {
     /// errors: "raise", or "mask": a row that is no configuration is answered as such, with a depth
     ///     of nan, and the others as ever.
     /// threads: 0 for one per core.
-    /// Returns a structured array (n,) with the fields depth, lower_bound, max_displacement [m],
+    /// Returns a structured array (n,) with the fields depth, lower_bound, gap, max_displacement [m],
     /// clearance, coverage (nan for None), checks, witness (nq,), gradient (nv,), verified, free
     /// and unique, which mean what they mean in `Answer`, and with
     ///     exits of more than one: exit_count, how many were found (0 where the query is free), exit_depths (exits,) and exit_witnesses
@@ -178,7 +181,7 @@ impl Model {
     ///
     /// Raises ValueError that names the row for a wrong shape, values that are not finite, before
     /// any is answered.
-    #[pyo3(signature = (Q, **options), text_signature = "($self, Q, *, effort='refined', exits=1, starts=None, checks=None, seconds=None, way=False, contacts=False, clearance=None, locked=None, free=None, weights=None, toward=None, toward_share=0.25, free_radius=False, limits='forgive', errors='raise', threads=0)")]
+    #[pyo3(signature = (Q, **options), text_signature = "($self, Q, *, effort='refined', exits=1, gap=None, starts=None, checks=None, seconds=None, way=False, contacts=False, clearance=None, locked=None, free=None, weights=None, toward=None, toward_share=0.25, free_radius=False, limits='forgive', errors='raise', threads=0)")]
     #[allow(non_snake_case)]
     fn query_batch<'py>(
         &self,
@@ -241,7 +244,7 @@ impl Model {
     /// hysteresis: the way out of the last frame is kept until another one is nearer by more than this share of its depth; 0
     /// always takes the nearest.
     /// looks: how many boundary samples are looked at each frame for a nearer way out, beside those that cost no check.
-    #[pyo3(signature = (**options), text_signature = "($self, *, effort='refined', hysteresis=0.0, looks=4, starts=None, checks=None, seconds=None, way=False, contacts=False, clearance=None, locked=None, free=None, weights=None, free_radius=False, limits='forgive')")]
+    #[pyo3(signature = (**options), text_signature = "($self, *, effort='refined', hysteresis=0.0, looks=4, gap=None, starts=None, checks=None, seconds=None, way=False, contacts=False, clearance=None, locked=None, free=None, weights=None, free_radius=False, limits='forgive')")]
     fn stream(slf: Py<Self>, py: Python<'_>, options: Option<&Bound<'_, PyDict>>) -> PyResult<Stream> {
         Stream::of_model(slf, py, options)
     }

@@ -18,7 +18,7 @@ impl Scene {
     /// None where nothing free was found, not even among 20,000 configurations.
     ///
     /// Raises ValueError for a wrong shape, values that are not finite.
-    #[pyo3(signature = (q, **options), text_signature = "($self, q, *, effort='refined', exits=1, starts=None, checks=None, seconds=None, way=False, contacts=False, clearance=None, locked=None, free=None, weights=None, toward=None, toward_share=0.25, free_radius=False, limits='forgive')")]
+    #[pyo3(signature = (q, **options), text_signature = "($self, q, *, effort='refined', exits=1, gap=None, starts=None, checks=None, seconds=None, way=False, contacts=False, clearance=None, locked=None, free=None, weights=None, toward=None, toward_share=0.25, free_radius=False, limits='forgive')")]
     fn query<'py>(
         &self,
         q: &Bound<'py, PyAny>,
@@ -34,7 +34,7 @@ impl Scene {
     /// Q and all keywords: as in `Model.query_batch`, which tells what is returned. Where nothing
     /// free was found, depth is inf, witness, gradient and max_displacement are nan, verified and
     /// free are False, and there are no exits. coverage is nan.
-    #[pyo3(signature = (Q, **options), text_signature = "($self, Q, *, effort='refined', exits=1, starts=None, checks=None, seconds=None, way=False, contacts=False, clearance=None, locked=None, free=None, weights=None, toward=None, toward_share=0.25, free_radius=False, limits='forgive', errors='raise', threads=0)")]
+    #[pyo3(signature = (Q, **options), text_signature = "($self, Q, *, effort='refined', exits=1, gap=None, starts=None, checks=None, seconds=None, way=False, contacts=False, clearance=None, locked=None, free=None, weights=None, toward=None, toward_share=0.25, free_radius=False, limits='forgive', errors='raise', threads=0)")]
     #[allow(non_snake_case)]
     fn query_batch<'py>(
         &self,
@@ -49,7 +49,7 @@ impl Scene {
     /// the one before.
     ///
     /// All keywords: as in `Model.stream`.
-    #[pyo3(signature = (**options), text_signature = "($self, *, effort='refined', hysteresis=0.0, looks=4, starts=None, checks=None, seconds=None, way=False, contacts=False, clearance=None, locked=None, free=None, weights=None, free_radius=False, limits='forgive')")]
+    #[pyo3(signature = (**options), text_signature = "($self, *, effort='refined', hysteresis=0.0, looks=4, gap=None, starts=None, checks=None, seconds=None, way=False, contacts=False, clearance=None, locked=None, free=None, weights=None, free_radius=False, limits='forgive')")]
     fn stream(slf: Py<Self>, py: Python<'_>, options: Option<&Bound<'_, PyDict>>) -> PyResult<Stream> {
         slf.get().ready(py)?;
         Stream::of_scene(slf, py, options)

@@ -21,7 +21,7 @@ use crate::report;
 #[derive(Args)]
 #[command(
     after_help = "With --json, one object a line, in the order of the input: depth and lower_bound (in the scene's \
-                        metric), witness, seconds (the library call alone), checks, max_displacement [m], colliding and \
+                        metric), gap (the share of the depth that is not proved), witness, seconds (the library call alone), checks, max_displacement [m], colliding and \
                         touching (lists of [name, name]), outside (joints of the query beyond their limits), coverage (null where the query is free), clearance (that the witness keeps [m]), verified, effort, \
                         contacts (at the witness: pair, distance [m], point_first, point_second, normal), gradient (of the \
                         depth), unique, exits (with --exits: depth, witness, touching), way (with --way: colliding_until, free_from, fractions of the straight way), free_radius (with --free-radius: in the metric, around the witness)."
@@ -39,6 +39,11 @@ pub struct QueryArgs {
     /// Find up to K distinct ways out, each a local minimum, nearest first; more than one not with --effort nearest
     #[arg(long, value_name = "K", value_parser = exits, allow_negative_numbers = true, default_value_t = 1)]
     exits: usize,
+    /// Stop as soon as it is proved that no free configuration is nearer by more than this share of
+    /// the depth; --effort proved works for it, by default for 0.05. Not with several exits or
+    /// --toward
+    #[arg(long, value_name = "GAP", value_parser = share, allow_negative_numbers = true)]
+    gap: Option<f64>,
     /// Start from K exits and boundary samples instead of what the effort takes: fewer are faster and miss more; not with --effort nearest
     #[arg(long, value_name = "K", value_parser = positive, allow_negative_numbers = true)]
     starts: Option<usize>,
@@ -112,6 +117,9 @@ enum EffortArg {
     Refined,
     /// Many starts and long refinement, for ground truth
     Exhaustive,
+    /// As refined, then branch and bound until --gap is proved or the budget is spent; give
+    /// --max-seconds
+    Proved,
 }
 
 impl From<EffortArg> for Effort {
@@ -120,6 +128,7 @@ impl From<EffortArg> for Effort {
             EffortArg::Nearest => Effort::Nearest,
             EffortArg::Refined => Effort::Refined,
             EffortArg::Exhaustive => Effort::Exhaustive,
+            EffortArg::Proved => Effort::Proved,
         }
     }
 }
@@ -133,6 +142,12 @@ impl QueryArgs {
             }
             EffortArg::Nearest if self.starts.is_some() => {
                 Some("--effort nearest refines nothing, expected no --starts: they are what refinement starts from")
+            }
+            EffortArg::Nearest if self.gap.is_some() => {
+                Some("--effort nearest searches nothing, expected no --gap: it is where searches stop")
+            }
+            _ if self.exits > 1 && (self.gap.is_some() || matches!(self.effort, EffortArg::Proved)) => {
+                Some("--gap and --effort proved stop at one way out, expected --exits 1")
             }
             _ => None,
         }
@@ -148,6 +163,7 @@ impl QueryArgs {
             effort: self.effort.into(),
             exits: self.exits,
             starts: self.starts,
+            gap: self.gap,
             budget: QueryBudget { checks: self.max_checks, seconds: self.max_seconds },
             stop: None,
             way: self.way,

@@ -14,6 +14,8 @@ pub struct QueryRow<'a> {
     pub depth: f64,
     /// Proved: no free configuration is nearer.
     pub lower_bound: f64,
+    /// Share of the depth that is not proved.
+    pub gap: f64,
     /// The free configuration.
     pub witness: &'a [f64],
     /// Time of the library call alone \[s\].
@@ -92,6 +94,7 @@ impl<'a> QueryRow<'a> {
         Self {
             depth: answer.depth,
             lower_bound: answer.lower_bound,
+            gap: answer.gap,
             witness: &answer.witness,
             seconds,
             checks: answer.checks,
@@ -133,9 +136,11 @@ impl<'a> QueryRow<'a> {
             joints => format!("; beyond limits: {}", joints.join(", ")),
         };
         let radius = self.free_radius.map_or(String::new(), |radius| format!("; nothing touches within {radius:.2e}"));
+        // Nothing can be proved of surfaces, which one may pass through in thought.
+        let unproved = if self.gap == 1.0 { "; nothing is proved: what collides has no inside" } else { "" };
         let far = if self.is_far() { "; far from what was learned" } else { "" };
         let mut text = format!(
-            "{line:>6}  {:>9.5}  {:>9.5}  {:>9.2}  {:>9}  {:>6}  {verified:<8}  {pairs}{outside}{way}{radius}{far}",
+            "{line:>6}  {:>9.5}  {:>9.5}  {:>9.2}  {:>9}  {:>6}  {verified:<8}  {pairs}{outside}{way}{radius}{unproved}{far}",
             self.depth,
             self.lower_bound,
             100.0 * self.max_displacement,
@@ -167,6 +172,7 @@ pub mod tests {
         Answer {
             depth,
             lower_bound: depth / 4.0,
+            gap: 0.75,
             witness: vec![0.5],
             effort: Effort::Refined,
             checks: 40,
@@ -193,6 +199,7 @@ pub mod tests {
         let row = QueryRow {
             depth: answer.depth,
             lower_bound: answer.lower_bound,
+            gap: answer.gap,
             witness: &answer.witness,
             seconds: 1e-4,
             checks: 40,
@@ -220,7 +227,7 @@ pub mod tests {
         };
         assert_eq!(
             serde_json::to_string(&row).unwrap(),
-            "{\"depth\":0.2,\"lower_bound\":0.05,\"witness\":[0.5],\"seconds\":0.0001,\"checks\":40,\
+            "{\"depth\":0.2,\"lower_bound\":0.05,\"gap\":0.75,\"witness\":[0.5],\"seconds\":0.0001,\"checks\":40,\
              \"max_displacement\":0.1,\"colliding\":[[\"arm\",\"shelf\"]],\"outside\":[],\"touching\":[[\"arm\",\"shelf\"]],\"coverage\":0.5,\"unseen\":0.1,\
              \"clearance\":0.0001,\"verified\":true,\"effort\":\"refined\",\
              \"contacts\":[{\"pair\":[\"arm\",\"shelf\"],\"distance\":0.0001,\"point_first\":[0.0,0.0,0.0],\

@@ -48,6 +48,8 @@ class Answer:
     depth: distance from the query to the witness in the scene's metric; 0 where the query is free. An upper bound on the
         true penetration depth.
     lower_bound: proved: no free configuration is nearer to the query than this.
+    gap: share of the depth that is not proved, 1 - lower_bound / depth; 0 where the query is free. 1 where nothing is
+        proved: then what collides are surfaces without an inside.
     witness: a free configuration at distance `depth`, (nq,).
     verified: whether the exact checker called the witness free during this query; otherwise it did when the model was
         learned.
@@ -74,11 +76,12 @@ class Answer:
     free_radius: where it was asked for and the query collides: proved, no two checked bodies touch at any configuration
         that is nearer to the witness than this, in the scene's metric. Limits are not looked at.
     checks: collision and distance evaluations spent.
-    effort: "nearest", "refined" or "exhaustive".
+    effort: "nearest", "refined", "exhaustive" or "proved".
     """
 
     depth: float
     lower_bound: float
+    gap: float
     witness: npt.NDArray[np.float64]
     verified: bool
     clearance: float

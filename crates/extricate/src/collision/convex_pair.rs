@@ -12,6 +12,10 @@ pub struct ConvexPair<'a> {
     pair: usize,
     /// What the pair keeps beyond the clearance of the scene \[m\].
     excess: f64,
+    /// What its cores keep: its clearance and the radii around them \[m\].
+    keeps: f64,
+    /// Its parts, where it stands for them alone at every configuration.
+    parts: Option<[usize; 2]>,
     first: (&'a ConvexShape, &'a Pose),
     second: (&'a ConvexShape, &'a Pose),
 }
@@ -19,7 +23,45 @@ pub struct ConvexPair<'a> {
 /// Convex pieces of two bodies that are looked at, those whose enclosing balls overlap most.
 const MOST_PIECES: usize = 4;
 
-impl ConvexPair<'_> {
+impl<'a> ConvexPair<'a> {
+    pub(super) fn new(
+        (pair, clearance, excess): (usize, f64, f64),
+        first: (&'a ConvexShape, &'a Pose),
+        second: (&'a ConvexShape, &'a Pose),
+    ) -> Self {
+        Self { pair, excess, keeps: clearance + first.0.radius + second.0.radius, parts: None, first, second }
+    }
+
+    /// The same of two sets that `parts` tell from others at every configuration.
+    pub(super) fn of_parts(self, parts: [usize; 2]) -> Self {
+        Self { parts: Some(parts), ..self }
+    }
+
+    /// Index into [`crate::scene::Scene::pairs`].
+    pub fn pair(&self) -> usize {
+        self.pair
+    }
+
+    /// Tells it from others, where it is the same two sets at every configuration.
+    pub fn parts(&self) -> Option<[usize; 2]> {
+        self.parts
+    }
+
+    /// How far the cores of a free pair are apart at least: its clearance and the radii around them
+    /// \[m\].
+    pub fn keeps(&self) -> f64 {
+        self.keeps
+    }
+
+    /// The points (world) of the first core that reaches farthest against `direction` and of the
+    /// second that reaches farthest along it.
+    pub fn supports(&self, direction: &Vec3) -> [Vec3; 2] {
+        let farthest = |(shape, pose): (&ConvexShape, &Pose), along: Vec3| {
+            pose.point(&shape.core.support(&pose.inverse_vector(&along)))
+        };
+        [farthest(self.first, -direction), farthest(self.second, *direction)]
+    }
+
     /// The axes of either shape's frame, both ways (unit, world): what the faces of boxes and the
     /// ends of cylinders look along.
     pub fn axes(&self) -> impl Iterator<Item = Vec3> {
@@ -58,11 +100,11 @@ impl Checker {
             for (first, second, _) in self.part_pairs(pair) {
                 let (a, b) = self.bodies.placed(&mut scratch.placement, first, second);
                 if let (ShapeKind::Scenery(_), _) | (_, ShapeKind::Scenery(_)) = (&a.shape.kind, &b.shape.kind) {
-                    with_scenery((pair, excess), [a, b], &mut scratch.buffers.places, each);
+                    with_scenery((pair, clearance, excess), [a, b], &mut scratch.buffers.places, each);
                     continue;
                 }
                 for (x, y) in deepest_pieces(a, b, clearance).into_iter().flatten() {
-                    each(&ConvexPair { pair, excess, first: (convex(x), a.pose), second: (convex(y), b.pose) });
+                    each(&ConvexPair::new((pair, clearance, excess), (convex(x), a.pose), (convex(y), b.pose)));
                 }
             }
         }
@@ -72,7 +114,7 @@ impl Checker {
 /// As [`Checker::convex_pairs`], of scenery and another shape, of which the piece whose ball
 /// overlaps that of the stand-in most is taken.
 fn with_scenery(
-    (pair, excess): (usize, f64),
+    of: (usize, f64, f64),
     [a, b]: [Placed; 2],
     stack: &mut Vec<(f64, u32)>,
     each: &mut dyn FnMut(&ConvexPair),
@@ -86,7 +128,7 @@ fn with_scenery(
         let Some(nearest) = pieces.min_by(|x, y| gap(x).total_cmp(&gap(y))) else { return };
         let (of_all, of_one) = ((&part.shape, pose), (convex(nearest), one.pose));
         let (first, second) = if is_first { (of_all, of_one) } else { (of_one, of_all) };
-        each(&ConvexPair { pair, excess, first, second });
+        each(&ConvexPair::new(of, first, second));
     });
 }
 

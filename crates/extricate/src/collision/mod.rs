@@ -21,6 +21,8 @@ pub mod epa;
 mod filter;
 mod found;
 pub mod gjk;
+mod inner_pair;
+mod inner_pieces;
 mod inside;
 mod label;
 mod mesh_convex;

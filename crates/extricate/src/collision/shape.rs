@@ -6,6 +6,7 @@ use super::bounds::{Aabb, bounding_ball};
 use super::convex::{ConvexCore, ConvexShape, HullPoints};
 use super::cover::InnerBalls;
 use super::gjk;
+use super::inner_pieces::{InnerPiece, inner_pieces};
 use super::mesh_shape::MeshShape;
 use super::pieces::{Pieces, PiecesRef, pieces};
 use super::scenery::{HalfSpace, Scenery};
@@ -26,6 +27,7 @@ pub struct Shape {
     pub inner: InnerBalls,
     /// Of a mesh; made when they are first needed.
     pieces: OnceLock<Arc<Pieces>>,
+    inner_pieces: OnceLock<Arc<[InnerPiece]>>,
 }
 
 /// The kinds that pairs are made of.
@@ -110,7 +112,14 @@ impl Shape {
 
     /// A shape whose overlaps are decided without balls in it.
     pub fn without_inner_balls(kind: ShapeKind, bounds: Aabb, ball: (Vec3, f64)) -> Self {
-        Self { kind, bounds, ball, inner: InnerBalls::default(), pieces: OnceLock::new() }
+        Self {
+            kind,
+            bounds,
+            ball,
+            inner: InnerBalls::default(),
+            pieces: OnceLock::new(),
+            inner_pieces: OnceLock::new(),
+        }
     }
 
     /// [`Shape::pieces`], unless they would first have to be made.
@@ -134,6 +143,12 @@ impl Shape {
             }
             ShapeKind::Scenery(_) => PiecesRef { shapes: &[], boxes: &[] },
         }
+    }
+
+    /// Of a mesh, convex pieces inside it; made when they are first asked for.
+    pub fn inner_pieces(&self) -> &[InnerPiece] {
+        let ShapeKind::Mesh(mesh) = &self.kind else { return &[] };
+        self.inner_pieces.get_or_init(|| inner_pieces(mesh, &self.bounds).into())
     }
 
     /// The half-space that it is, if it is one.

@@ -6,6 +6,7 @@
 pub mod extremes;
 mod inertia;
 pub mod motion_bound;
+pub mod pair_motion;
 pub mod quadratic;
 pub mod relative;
 pub mod solids;

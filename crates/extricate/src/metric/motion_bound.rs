@@ -125,6 +125,13 @@ pub(super) struct CoordinateUse {
     shared: bool,
 }
 
+impl CoordinateUse {
+    /// The weight of its square in the joint metric; of a ball joint its first coordinate has it.
+    pub(super) fn weight(&self) -> f64 {
+        self.weight
+    }
+}
+
 /// One entry a tangent coordinate.
 pub(super) fn coordinate_uses(scene: &Scene) -> Vec<CoordinateUse> {
     let mut uses = vec![CoordinateUse { weight: 1.0, shared: false }; scene.space.nv()];

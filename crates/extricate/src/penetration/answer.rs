@@ -14,6 +14,9 @@ pub struct Answer {
     pub depth: f64,
     /// Proved: no free configuration is nearer than this.
     pub lower_bound: f64,
+    /// Share of the depth that is not proved, `1 - lower_bound / depth`: no free configuration is
+    /// nearer by more than it. 0 where the query is free.
+    pub gap: f64,
     /// A free configuration at distance `depth`.
     pub witness: Vec<f64>,
     /// What was asked for.
@@ -113,6 +116,7 @@ pub fn free_answer(q: &Config, nv: usize, effort: Effort, clearance: f64) -> Ans
     Answer {
         depth: 0.0,
         lower_bound: 0.0,
+        gap: 0.0,
         witness: q.to_vec(),
         effort,
         checks: 1,

@@ -18,7 +18,8 @@ pub fn look_around(search: &mut Search) {
         return;
     }
     for number in 0..search.plan.most_around {
-        if search.evaluator.is_spent() || search.known.round.is_over(search.plan.around, search.plan.patience) {
+        let is_over = search.known.round.is_over(search.plan.around, search.plan.patience);
+        if is_over || search.evaluator.is_spent() || search.is_proved() {
             break;
         }
         try_around(search, number);

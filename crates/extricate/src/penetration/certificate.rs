@@ -4,8 +4,17 @@
 //! is clear. And two convex shapes of penetration depth `p` stay in collision while no point of one moves, relative to the other,
 //! by `p + clearance`: a plane that parts them afterwards, moved back by that much, would part them before. The motion bound
 //! turns these lengths into distances between configurations.
+//!
+//! Read next: `bound` (what proves what), `directional` (the bound by directions), `cells`, `reach`,
+//! `branches` (branch and bound), `groups`.
 
+pub mod bound;
+pub mod branches;
+mod cells;
+mod directional;
+pub mod groups;
 mod interior;
+mod reach;
 
 use std::cmp::Ordering;
 use std::sync::Arc;
@@ -148,33 +157,6 @@ impl BallBlock {
         }
         block
     }
-}
-
-/// A distance (metric units) below which no free configuration lies from the one with frame poses `poses`, at most `ceiling`.
-///
-/// # Guarantee
-/// Proved, for every pair in `colliding` on its own: for every configuration within the bound, some ball of one body still overlaps the solid of the
-/// other, or two convex shapes (of `overlaps`) still do.
-pub fn lower_bound(
-    context: &Context,
-    poses: &[Pose],
-    colliding: &[usize],
-    overlaps: &[ConvexOverlap],
-    (look, ceiling): (Look, f64),
-    path: &mut MotionPath,
-    check: &mut CheckScratch,
-) -> f64 {
-    let mut bound = 0.0;
-    for overlap in overlaps {
-        bound = raise_by_overlap(context, overlap, poses, bound, ceiling, path);
-    }
-    for &index in colliding {
-        let (pair, clearance) = (context.checker.scene().pairs[index], context.checker.clearance_of(index));
-        for roles in [[pair.first, pair.second], [pair.second, pair.first]] {
-            bound = raise(context, (roles, clearance), poses, bound, (look, ceiling), path, check);
-        }
-    }
-    bound
 }
 
 /// Raises `bound` by the penetration depth of two convex shapes. The motion bound is a convex function of the point, so over a

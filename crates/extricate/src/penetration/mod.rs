@@ -15,7 +15,8 @@
 //! 7. *Around the query*: descents from configurations around it, which see what samples miss
 //!    (`around`).
 //! 8. *Polish* the incumbent with exact contacts, and verify it (`polish`).
-//! 9. *Bound*: how near any free configuration can be ([`certificate`]).
+//! 9. *Bound*: how near any free configuration can be ([`certificate`]); with effort `proved`,
+//!    until that is near enough (`prove`).
 //! 10. *Report* (`report`).
 
 pub mod answer;
@@ -38,9 +39,10 @@ mod free_radius;
 mod limit;
 mod local_metric;
 pub mod options;
-mod parts;
+pub(crate) mod parts;
 mod plan;
 mod polish;
+mod prove;
 mod prune;
 pub mod qp;
 mod report;
@@ -54,7 +56,7 @@ pub use answer::{Answer, Exit, Way};
 pub use batch::Answered;
 pub use changed::ChangedScene;
 pub use context::{Context, Learned, StartsPerDof};
-pub use options::{Effort, QueryBudget, QueryOptions, Stop, Toward};
+pub use options::{DEFAULT_GAP, Effort, QueryBudget, QueryOptions, Stop, Toward};
 pub use stream::{Stream, StreamOptions};
 pub use tangents::index_samples;
 pub use world::World;
@@ -154,6 +156,7 @@ fn find(
     };
     context.metric.anchor_at(q, evaluator.check.poses(), &mut known.anchor);
     known.begin(context, options.wanted());
+    known.proof.begin(options.effort, &answer.colliding, options.wanted_gap());
     let mut search =
         Search { context, plan, known, evaluator, descent, boundary, believes: false, turn: None, part: None };
     let is_done = !answer.outside.is_empty() && beyond_limits::begin(&mut search, &mut answer);
@@ -170,7 +173,7 @@ fn find(
         parts.split(scene, search.known.colliding_of(&answer));
         search_all(&mut search, parts);
         lead.iter_mut().for_each(|lead| lead.advance(&search));
-        if options.effort == Effort::Exhaustive {
+        if options.effort == Effort::Exhaustive && !search.is_proved() {
             // After all that a refined query does, so that more effort never ends farther away.
             search.plan = plan.exhaustive(context, options);
             search.known.starts.reset();
@@ -179,6 +182,9 @@ fn find(
             search_all(&mut search, parts);
         }
         answer.unseen = Some(search.known.unseen());
+    }
+    if options.effort == Effort::Proved {
+        search.prove();
     }
     if let Some(toward) = &options.toward {
         known.choose_toward(context, toward);

@@ -17,7 +17,29 @@ pub enum Effort {
     Refined,
     /// Many starts and long refinement.
     Exhaustive,
+    /// As refined, and then branch and bound until [`QueryOptions::gap`] is proved or the budget is
+    /// spent: the depth never rises meanwhile, and the lower bound never falls. See
+    /// [`super::certificate::branches`] for what it can prove.
+    Proved,
 }
+
+impl Effort {
+    /// All, by how hard they try.
+    pub const ALL: [Self; 4] = [Self::Nearest, Self::Refined, Self::Exhaustive, Self::Proved];
+
+    /// As it is written.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Nearest => "nearest",
+            Self::Refined => "refined",
+            Self::Exhaustive => "exhaustive",
+            Self::Proved => "proved",
+        }
+    }
+}
+
+/// Gap that [`Effort::Proved`] works for where none is asked for.
+pub const DEFAULT_GAP: f64 = 0.05;
 
 /// Most ways out that a shell should let anyone ask for in [`QueryOptions::exits`]: memory is taken for all of them.
 pub const MOST_WAYS_OUT: usize = 100_000;
@@ -38,6 +60,11 @@ pub struct QueryOptions {
     /// as many as the effort takes; the rest are around the query. Fewer are faster and find the
     /// nearest exit less often.
     pub starts: Option<usize>,
+    /// Share of the depth that need not be proved, in `[0, 1)`: the search stops as soon as
+    /// `lower_bound >= (1 - gap) depth`. [`Effort::Proved`] works for it ([`DEFAULT_GAP`] where it is
+    /// `None`); the other efforts stop where they happen to meet it, and otherwise end as without
+    /// it. Not with several [`QueryOptions::exits`].
+    pub gap: Option<f64>,
     /// Clearance \[m\] to aim at in place of the scene's, for pairs without one of their own
     /// ([`crate::scene::clearances`]); where nothing is found that keeps it, the scene's holds. See
     /// [`super::Answer::clearance`].
@@ -67,6 +94,12 @@ impl QueryOptions {
     pub(super) fn wanted(&self) -> usize {
         let to_choose = if self.toward.is_some() && self.effort != Effort::Nearest { TO_CHOOSE } else { 1 };
         self.exits.max(to_choose)
+    }
+
+    /// The gap that ends the search.
+    pub(super) fn wanted_gap(&self) -> Option<f64> {
+        let gap = if self.effort == Effort::Proved { self.gap.or(Some(DEFAULT_GAP)) } else { self.gap };
+        gap.filter(|_| self.effort != Effort::Nearest && self.wanted() == 1)
     }
 
     /// Whether contacts are told.

@@ -139,7 +139,7 @@ fn own(scene: &Scene, frame: usize) -> Range<usize> {
 }
 
 /// The tangent coordinates that move the bodies of a pair relative to each other.
-fn coordinates(scene: &Scene, pair: usize, each: &mut dyn FnMut(usize)) {
+pub fn coordinates(scene: &Scene, pair: usize, each: &mut dyn FnMut(usize)) {
     let pair = &scene.pairs[pair];
     let (mut first, mut second) = (scene.bodies[pair.first].frame, scene.bodies[pair.second].frame);
     // What carries both bodies parts nothing; frames come after those that carry them.

@@ -151,7 +151,7 @@ impl Plan {
                 let plan = Self { most_directions: plan.most_directions.min(count + 1), ..plan };
                 Self { starts: stored, most_starts: stored, around, most_around: around, is_fixed: true, ..plan }
             }
-            (Effort::Refined | Effort::Exhaustive, None) => plan,
+            (Effort::Refined | Effort::Exhaustive | Effort::Proved, None) => plan,
         }
     }
 

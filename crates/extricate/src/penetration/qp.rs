@@ -190,6 +190,17 @@ impl Qp {
         }
     }
 
+    /// By how much, in units of its norm, the step misses the row that it misses most.
+    pub fn largest_violation(&self) -> f64 {
+        let of_rows = (0..self.bounds.len()).map(|i| {
+            let row = self.row(i);
+            (self.bounds[i] - dot(row, &self.step)) / dot(row, row).sqrt().max(1e-9)
+        });
+        let of_box =
+            self.step.iter().zip(self.low.iter().zip(&self.high)).map(|(x, (low, high))| (low - x).max(x - high));
+        of_rows.chain(of_box).fold(0.0, f64::max)
+    }
+
     fn row(&self, i: usize) -> &[f64] {
         &self.rows[i * self.width..][..self.nv]
     }

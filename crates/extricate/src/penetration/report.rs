@@ -3,13 +3,12 @@
 use super::QueryScratch;
 use super::answer::{Answer, Exit, TOUCHING, Way};
 use super::beyond_limits;
-use super::certificate::{self, Look};
 use super::context::Context;
 use super::evaluate::Evaluator;
 use super::free_radius::free_radius;
-use super::options::{Effort, QueryOptions};
+use super::options::QueryOptions;
 use super::search::Known;
-use crate::collision::{ConvexOverlap, SegmentOptions, SegmentOutcome};
+use crate::collision::{SegmentOptions, SegmentOutcome};
 use crate::metric::motion_bound::MotionPath;
 use crate::metric::quadratic::Quadratic;
 use crate::metric::{Anchor, MetricScratch};
@@ -23,7 +22,6 @@ const DIFFERENCE: f64 = 1e-5;
 #[derive(Default)]
 pub struct ReportScratch {
     motion: MotionPath,
-    overlaps: Vec<ConvexOverlap>,
     /// Of the witness, for the gradient.
     far_anchor: Anchor,
     quadratic: Quadratic,
@@ -34,7 +32,7 @@ pub struct ReportScratch {
 /// Fills in all but witness and depth.
 pub fn report(context: &Context, options: &QueryOptions, scratch: &mut QueryScratch, answer: &mut Answer) {
     let QueryScratch { evaluator, known, report: memory, .. } = scratch;
-    let ReportScratch { motion, overlaps, far_anchor, .. } = memory;
+    let ReportScratch { far_anchor, .. } = memory;
     if options.tells_contacts() {
         let margin = context.clearance + TOUCHING;
         answer.contacts.extend_from_slice(evaluator.touching(context, &answer.witness, margin));
@@ -46,18 +44,12 @@ pub fn report(context: &Context, options: &QueryOptions, scratch: &mut QueryScra
     } else {
         context.metric.anchor(&answer.witness, far_anchor);
     }
-    let anchor = &known.anchor;
+    let (anchor, proof) = (&known.anchor, &mut known.proof);
     answer.max_displacement = context.metric.max_displacement_at(anchor, &far_anchor.poses);
-    overlaps.clear();
-    let mut look = (Look::Quick, answer.depth);
-    if options.effort != Effort::Nearest {
-        context.checker.convex_overlaps(&anchor.q, &answer.colliding, &mut evaluator.check, overlaps);
-        look.0 = Look::Close;
-    }
-    let (poses, check) = (&anchor.poses, &mut evaluator.check);
-    let bound = certificate::lower_bound(context, poses, &answer.colliding, overlaps, look, motion, check);
+    let bound = proof.bound(context, anchor, (answer.depth, &answer.colliding), &mut evaluator.check);
     let beyond = beyond_limits::lower_bound(context.metric.kind(), &context.checker.scene().space, &anchor.q);
     answer.lower_bound = bound.max(beyond).min(answer.depth);
+    answer.gap = if answer.depth > 0.0 { 1.0 - answer.lower_bound / answer.depth } else { 0.0 };
     gradient(context, anchor, memory, &mut evaluator.metric, answer);
     if options.exits > 1 {
         report_exits(context, known, evaluator, answer);

@@ -11,6 +11,7 @@ use super::exits::Exits;
 use super::local_metric::LocalMetric;
 use super::options::Toward;
 use super::plan::Plan;
+use super::prove::Proof;
 use super::prune::{Ends, Pruning};
 use super::starts::{Ask, PartOf, Starts};
 use super::stream::Turn;
@@ -64,6 +65,8 @@ pub struct Known {
     pub composed: Vec<f64>,
     /// How far it is from the query.
     pub step: Vec<f64>,
+    /// What is proved meanwhile.
+    pub proof: Proof,
 }
 
 /// Starts of one kind, one after the other.
@@ -233,7 +236,8 @@ impl Search<'_> {
         }
         self.known.round.begin();
         for rank in 0..self.plan.most_starts {
-            if self.evaluator.is_spent() || self.known.round.is_over(self.plan.starts, self.plan.patience) {
+            let is_over = self.known.round.is_over(self.plan.starts, self.plan.patience);
+            if is_over || self.evaluator.is_spent() || self.is_proved() {
                 break;
             }
             let Some(id) = self.start(rank) else { break };

@@ -122,7 +122,7 @@ impl World {
         Learned { boundary: &self.samples, coverage: &self.coverage, starts: UNLEARNED }
     }
 
-    fn context(&self) -> Context<'_> {
+    pub(super) fn context(&self) -> Context<'_> {
         self.with(&self.unlearned(), None)
     }
 }

@@ -1,0 +1,103 @@
+//! What is proved of a query, by all that proves something.
+
+use super::directional::{DirectionalScratch, directional};
+use super::groups::Groups;
+use super::{Look, raise, raise_by_overlap};
+use crate::collision::{CheckScratch, ConvexOverlap};
+use crate::metric::Anchor;
+use crate::metric::motion_bound::MotionPath;
+use crate::penetration::context::Context;
+use crate::scene::MetricSpec;
+
+/// Memory that bounds reuse.
+#[derive(Default)]
+pub struct BoundScratch {
+    path: MotionPath,
+    overlaps: Vec<ConvexOverlap>,
+    directional: DirectionalScratch,
+    groups: Groups,
+}
+
+/// How closely directions are looked at: splits of the cells of every pair, and of the most
+/// promising one.
+#[derive(Debug, Clone, Copy)]
+pub struct Splits {
+    /// Of every pair.
+    pub each: usize,
+    /// Of the one that then bounds most.
+    pub best: usize,
+}
+
+/// A distance (metric units) below which no free configuration lies from the anchor, at most `ceiling`. Directions are not looked at
+/// without `splits`.
+///
+/// # Guarantee
+/// Proved: at every configuration within the bound one of the pairs in `colliding` still overlaps; see [`super`] and
+/// [`directional`]. Pairs that have no joint in common have to part by themselves: under the joint metric their squares add.
+pub fn lower_bound(
+    context: &Context,
+    anchor: &Anchor,
+    colliding: &[usize],
+    (splits, ceiling): (Option<Splits>, f64),
+    scratch: &mut BoundScratch,
+    check: &mut CheckScratch,
+) -> f64 {
+    let mut groups = std::mem::take(&mut scratch.groups);
+    groups.split(context, colliding);
+    let mut squared: f64 = 0.0;
+    for pairs in groups.iter() {
+        let bound = of_group(context, anchor, pairs, (splits, ceiling), scratch, check);
+        squared = if context.metric.kind() == MetricSpec::Joint {
+            squared + bound * bound
+        } else {
+            squared.max(bound * bound)
+        };
+    }
+    scratch.groups = groups;
+    // Of one group, its bound to the last bit.
+    squared.sqrt().min(ceiling)
+}
+
+fn of_group(
+    context: &Context,
+    anchor: &Anchor,
+    pairs: &[usize],
+    (splits, ceiling): (Option<Splits>, f64),
+    scratch: &mut BoundScratch,
+    check: &mut CheckScratch,
+) -> f64 {
+    let BoundScratch { path, overlaps, directional: memory, .. } = scratch;
+    let (scene, poses) = (context.checker.scene(), &anchor.poses);
+    let mut bound = 0.0;
+    overlaps.clear();
+    if splits.is_some() {
+        context.checker.convex_overlaps(&anchor.q, pairs, check, overlaps);
+    }
+    for overlap in overlaps.iter() {
+        bound = raise_by_overlap(context, overlap, poses, bound, ceiling, path);
+    }
+    let look = if splits.is_some() { Look::Close } else { Look::Quick };
+    for &index in pairs {
+        let (pair, clearance) = (scene.pairs[index], context.checker.clearance_of(index));
+        for roles in [[pair.first, pair.second], [pair.second, pair.first]] {
+            bound = raise(context, (roles, clearance), poses, bound, (look, ceiling), path, check);
+        }
+    }
+    let Some(splits) = splits else { return bound };
+    let (mut promising, mut most) = (usize::MAX, 0.0);
+    for close in [false, true] {
+        let mut number = 0;
+        context.checker.inner_pairs(&anchor.q, pairs, check, &mut |pair| {
+            if bound < ceiling && (!close || number == promising) {
+                let most_splits = if close { splits.best } else { splits.each };
+                let found = directional(context, poses, pair, ceiling, most_splits, memory);
+                if found > most {
+                    (promising, most) = (number, found);
+                }
+                bound = bound.max(found);
+            }
+            number += 1;
+        });
+    }
+    bound
+}
