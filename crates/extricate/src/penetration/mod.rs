@@ -64,6 +64,7 @@ pub use world::World;
 use crate::boundary::{BoundaryScratch, Wanted};
 use crate::cspace::{Config, ConfigSpace, Label};
 use answer::free_answer;
+use certificate::branches::Branches;
 use constraints::under;
 use descent::DescentScratch;
 use evaluate::Evaluator;
@@ -173,7 +174,10 @@ fn find(
         parts.split(scene, search.known.colliding_of(&answer));
         search_all(&mut search, parts);
         lead.iter_mut().for_each(|lead| lead.advance(&search));
-        if options.effort == Effort::Exhaustive && !search.is_proved() {
+        // Where displacements do not add, nothing but a longer search is left to close a gap.
+        let is_all = options.effort == Effort::Proved && !Branches::can_search(context);
+        let goes_on = options.effort == Effort::Exhaustive || is_all;
+        if goes_on && !search.is_proved() {
             // After all that a refined query does, so that more effort never ends farther away.
             search.plan = plan.exhaustive(context, options);
             search.known.starts.reset();

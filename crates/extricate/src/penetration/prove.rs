@@ -37,8 +37,8 @@ const NEARER: f64 = 0.8;
 pub fn splits(effort: Effort) -> Option<Splits> {
     match effort {
         Effort::Nearest => None,
-        Effort::Refined => Some(Splits { each: 12, best: 48 }),
-        Effort::Exhaustive | Effort::Proved => Some(Splits { each: 24, best: 192 }),
+        Effort::Refined => Some(Splits { pairs: 2, each: 80 }),
+        Effort::Exhaustive | Effort::Proved => Some(Splits { pairs: 8, each: 192 }),
     }
 }
 

@@ -15,6 +15,7 @@ mod meshes;
 mod no_model;
 mod other_robots;
 mod property;
+mod proved;
 mod query;
 mod query_changed;
 mod query_elsewhere;

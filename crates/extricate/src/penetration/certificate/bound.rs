@@ -1,6 +1,6 @@
 //! What is proved of a query, by all that proves something.
 
-use super::directional::{DirectionalScratch, directional};
+use super::directional::{DirectionalScratch, directional, promise};
 use super::groups::Groups;
 use super::{Look, raise, raise_by_overlap};
 use crate::collision::{CheckScratch, ConvexOverlap};
@@ -16,17 +16,21 @@ pub struct BoundScratch {
     overlaps: Vec<ConvexOverlap>,
     directional: DirectionalScratch,
     groups: Groups,
+    /// Of pairs of convex sets, what they may bound at most, and their numbers.
+    promises: Vec<(f64, usize)>,
 }
 
-/// How closely directions are looked at: splits of the cells of every pair, and of the most
-/// promising one.
+/// How closely directions are looked at.
 #[derive(Debug, Clone, Copy)]
 pub struct Splits {
-    /// Of every pair.
+    /// How many pairs of convex sets are, those that promise most.
+    pub pairs: usize,
+    /// Splits of the cells of each.
     pub each: usize,
-    /// Of the one that then bounds most.
-    pub best: usize,
 }
+
+/// A pair is looked at that promises this much more than is proved.
+const WORTH: f64 = 1.1;
 
 /// A distance (metric units) below which no free configuration lies from the anchor, at most `ceiling`. Directions are not looked at
 /// without `splits`.
@@ -66,7 +70,7 @@ fn of_group(
     scratch: &mut BoundScratch,
     check: &mut CheckScratch,
 ) -> f64 {
-    let BoundScratch { path, overlaps, directional: memory, .. } = scratch;
+    let BoundScratch { path, overlaps, directional: memory, promises, .. } = scratch;
     let (scene, poses) = (context.checker.scene(), &anchor.poses);
     let mut bound = 0.0;
     overlaps.clear();
@@ -84,17 +88,19 @@ fn of_group(
         }
     }
     let Some(splits) = splits else { return bound };
-    let (mut promising, mut most) = (usize::MAX, 0.0);
-    for close in [false, true] {
+    promises.clear();
+    context.checker.inner_pairs(&anchor.q, pairs, check, &mut |pair| {
+        promises.push((promise(context, poses, pair, ceiling, memory), promises.len()));
+    });
+    promises.sort_unstable_by(|a, b| b.0.total_cmp(&a.0));
+    for &(promise, chosen) in promises.iter().take(splits.pairs) {
+        if bound >= ceiling || promise <= WORTH * bound {
+            break;
+        }
         let mut number = 0;
         context.checker.inner_pairs(&anchor.q, pairs, check, &mut |pair| {
-            if bound < ceiling && (!close || number == promising) {
-                let most_splits = if close { splits.best } else { splits.each };
-                let found = directional(context, poses, pair, ceiling, most_splits, memory);
-                if found > most {
-                    (promising, most) = (number, found);
-                }
-                bound = bound.max(found);
+            if number == chosen {
+                bound = bound.max(directional(context, poses, pair, ceiling, splits.each, memory));
             }
             number += 1;
         });

@@ -31,7 +31,7 @@ const SPLITS: usize = 96;
 /// And to choose one.
 const FIRST_SPLITS: usize = 24;
 /// How often a point is looked at with twice as many, before it is given up.
-const MOST_REPEATS: u32 = 3;
+const MOST_REPEATS: u32 = 1;
 /// Numbers that the nodes may hold.
 const MOST_NUMBERS: usize = 1 << 26;
 
@@ -303,7 +303,7 @@ impl Branches {
                 let (points, inequalities) = cell.inequalities(pair);
                 let cone = cell.cone().map(|n| around.poses[around.motion.common()].inverse_vector(&n));
                 around.place(points.each_ref());
-                for (along, signs, near) in around.choice(&inequalities) {
+                for HalfSpace { along, signs, near, .. } in around.choice(&inequalities) {
                     let (offset, slope) = around.offset(&along, signs, target);
                     if slope <= 0.0 {
                         // Holds or not whatever moves.
@@ -488,7 +488,7 @@ impl Around<'_> {
 
     /// Half-spaces that hold all that keeps one of three inequalities, with their distances, as far as those are below the target: as few as
     /// bound hardly less than each corner's own.
-    fn choice(&mut self, inequalities: &[(Vec3, f64); 3]) -> Vec<(Along, usize, f64)> {
+    fn choice(&mut self, inequalities: &[(Vec3, f64); 3]) -> Vec<HalfSpace> {
         let target = self.target;
         let mut each = Vec::new();
         for (n, needed) in inequalities {
@@ -498,8 +498,10 @@ impl Around<'_> {
                 self.list(along, &mut each);
             }
         }
-        let least = |all: &[(Along, usize, f64)]| all.iter().map(|(_, _, near)| *near).fold(target, f64::min);
-        let enough = least(&each) - LEAST_LOSS * target;
+        let least = |all: &[HalfSpace], of: fn(&HalfSpace) -> f64| all.iter().map(of).fold(f64::INFINITY, f64::min);
+        let near = least(&each, |half| half.near) - LEAST_LOSS * target;
+        let depth = least(&each, |half| half.depth);
+        let depth = if depth > 0.0 { KEPT * depth } else { depth };
         if each.len() <= 1 {
             return each;
         }
@@ -511,18 +513,21 @@ impl Around<'_> {
             }
             let mut few = Vec::new();
             self.list(merged.clone(), &mut few);
-            if few.len() < each.len() && least(&few) >= enough {
+            let is_as_good = least(&few, |half| half.near) >= near && least(&few, |half| half.depth) >= depth;
+            if few.len() < each.len() && is_as_good {
                 return few;
             }
         }
         each
     }
 
-    fn list(&mut self, along: Along, all: &mut Vec<(Along, usize, f64)>) {
+    fn list(&mut self, along: Along, all: &mut Vec<HalfSpace>) {
         for signs in 0..1 << along.bent.len() {
             let near = self.near(&along, signs);
             if near < self.target {
-                all.push((along.clone(), signs, near));
+                let (offset, slope) = self.offset(&along, signs, self.target);
+                let depth = (offset - dot(&self.row, &self.here)) / slope.max(f64::MIN_POSITIVE);
+                all.push(HalfSpace { along: along.clone(), signs, near, depth });
             }
         }
     }
@@ -548,6 +553,19 @@ impl Around<'_> {
     }
 }
 
+/// One of the half-spaces of a direction.
+struct HalfSpace {
+    along: Along,
+    /// Of the directions in which the Hessian bends.
+    signs: usize,
+    /// No point of it is nearer to the query.
+    near: f64,
+    /// How far from it the point is that is looked at.
+    depth: f64,
+}
+
+/// Share of that depth which is kept where there are to be fewer.
+const KEPT: f64 = 0.8;
 /// Share of the target that half-spaces may be nearer for there to be fewer.
 const LEAST_LOSS: f64 = 0.02;
 /// Directions in which the Hessian bends that are parted by sign.

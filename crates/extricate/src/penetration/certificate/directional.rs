@@ -36,12 +36,32 @@ pub fn directional(
     scratch: &mut DirectionalScratch,
 ) -> f64 {
     let DirectionalScratch { motion, reach, cells } = scratch;
-    let (metric, scene) = (context.metric, context.checker.scene());
-    let bodies = scene.pairs[pair.pair()];
-    let frames = [bodies.first, bodies.second].map(|body| scene.bodies[body].frame);
-    metric.pair_motion(poses, frames, |v| context.is_locked(v), motion);
-    let mut from_here = FromHere { metric, poses, motion, curvature: None, ceiling, memory: reach };
+    let mut from_here = FromHere::of(context, poses, pair, ceiling, (motion, reach));
     cells.cover(pair, None, &mut from_here, ceiling, most_splits).max(0.0)
+}
+
+/// About the most that [`directional`] may come to: what the points that are supported along a few
+/// directions bound there.
+pub fn promise(
+    context: &Context,
+    poses: &[Pose],
+    pair: &ConvexPair,
+    ceiling: f64,
+    scratch: &mut DirectionalScratch,
+) -> f64 {
+    let DirectionalScratch { motion, reach, .. } = scratch;
+    let mut from_here = FromHere::of(context, poses, pair, ceiling, (motion, reach));
+    let mut least = ceiling;
+    for k in (0..27).filter(|k| *k != 13) {
+        let n = Vec3::new((k % 3) as f64 - 1.0, (k / 3 % 3) as f64 - 1.0, (k / 9) as f64 - 1.0).normalize();
+        let [a, b] = pair.supports(&n);
+        from_here.place([&a, &b]);
+        let needed = pair.keeps() - n.dot(&(a - b));
+        if from_here.linear_distance(&n, needed) < least {
+            least = least.min(from_here.rough_distance(&n, needed));
+        }
+    }
+    least
 }
 
 struct FromHere<'a> {
@@ -54,7 +74,21 @@ struct FromHere<'a> {
     memory: &'a mut ReachScratch,
 }
 
-impl FromHere<'_> {
+impl<'a> FromHere<'a> {
+    fn of(
+        context: &'a Context<'a>,
+        poses: &'a [Pose],
+        pair: &ConvexPair,
+        ceiling: f64,
+        (motion, memory): (&'a mut PairMotion, &'a mut ReachScratch),
+    ) -> Self {
+        let (metric, scene) = (context.metric, context.checker.scene());
+        let bodies = scene.pairs[pair.pair()];
+        let frames = [bodies.first, bodies.second].map(|body| scene.bodies[body].frame);
+        metric.pair_motion(poses, frames, |v| context.is_locked(v), motion);
+        Self { metric, poses, motion, curvature: None, ceiling, memory }
+    }
+
     fn curvature(&mut self) -> Curvature {
         *self.curvature.get_or_insert_with(|| Curvature::of(self.motion, self.ceiling))
     }

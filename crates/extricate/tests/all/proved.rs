@@ -1,0 +1,163 @@
+//! What effort `proved` promises: depths in closed form, bounds that no other search is below, gaps
+//! that close, and answers that only get nearer.
+
+use std::sync::Arc;
+
+use extricate::cspace::sampling::Halton;
+use extricate::scene::{MetricSpec, builtin};
+use extricate::{Config, Effort, QueryBudget, QueryOptions, QueryScratch, Scene, World};
+
+use crate::analytic::CLEARANCE;
+use crate::memory::{chain, collision, scene};
+
+fn proved(gap: f64, checks: usize) -> QueryOptions {
+    let budget = QueryBudget { checks: Some(checks), seconds: None };
+    QueryOptions { effort: Effort::Proved, gap: Some(gap), budget, ..QueryOptions::default() }
+}
+
+/// The first colliding of low-discrepancy configurations.
+fn colliding(world: &World, count: usize) -> Vec<Config> {
+    let space = &world.scene().space;
+    let halton = Halton::new(space.nv(), 5);
+    let mut q = vec![0.0; space.nq()];
+    let mut all = (0..).map(|k| {
+        halton.config(space, k, &mut q);
+        space.config(&q).unwrap()
+    });
+    let mut scratch = QueryScratch::default();
+    let nearest = QueryOptions { budget: QueryBudget { checks: Some(1), seconds: None }, ..QueryOptions::default() };
+    let mut collides = |q: &Config| world.query(q, &nearest, &mut scratch).is_some_and(|answer| !answer.is_free());
+    all.by_ref().take(20_000).filter(|q| collides(q)).take(count).collect()
+}
+
+/// Asks for a gap of 1e-3 where the depth is known.
+fn closes(scene: Scene, count: usize, exact: impl Fn(&[f64]) -> f64) {
+    let (world, mut scratch) = (World::new(scene), QueryScratch::default());
+    for q in colliding(&world, count) {
+        let answer = world.query(&q, &proved(1e-3, 20_000), &mut scratch).unwrap();
+        let depth = exact(&q);
+        assert!((answer.depth - depth).abs() < 1.1e-3 * depth, "{q:?}: {} {depth}", answer.depth);
+        assert!(answer.lower_bound <= depth * (1.0 + 1e-9) && answer.gap <= 1.1e-3, "{q:?}: {answer:?} {depth}");
+    }
+}
+
+#[test]
+fn box_in_a_box() {
+    let shape = collision([0.0; 3], [0.0; 3], "<box size=\"0.2 0.3 0.4\"/>");
+    let slide = |axis, shape| ("prismatic", [0.0; 3], axis, -1.0, 1.0, shape);
+    let urdf = chain(&[slide([1.0, 0.0, 0.0], ""), slide([0.0, 1.0, 0.0], ""), slide([0.0, 0.0, 1.0], &shape)]);
+    let toml = "[[robot]]\nurdf = \"r.urdf\"\n[[obstacle]]\nname = \"block\"\nshape = { box = [0.6, 0.5, 0.4] }\n";
+    let reach = [0.4, 0.4, 0.4];
+    closes(scene(toml, &[("r.urdf", urdf)]), 60, |q| {
+        (0..3).map(|k| reach[k] + CLEARANCE - q[k].abs()).fold(f64::INFINITY, f64::min)
+    });
+}
+
+/// One disc among four that leave no room between them but in the middle.
+#[test]
+fn disc_among_discs() {
+    let disc = collision([0.0; 3], [0.0; 3], "<cylinder radius=\"0.1\" length=\"0.2\"/>");
+    let slide = |axis, shape| ("prismatic", [0.0; 3], axis, -2.0, 2.0, shape);
+    let urdf = chain(&[slide([1.0, 0.0, 0.0], ""), slide([0.0, 1.0, 0.0], &disc)]);
+    let toml = "[[robot]]\nurdf = \"r.urdf\"\n[[obstacle]]\nname = \"core\"\nshape = { cylinder = [0.3, 0.4] }\n";
+    closes(scene(toml, &[("r.urdf", urdf)]), 60, |q| 0.4 + CLEARANCE - q[0].hypot(q[1]));
+}
+
+/// Carts on rails of their own, each in its wall: the squares add.
+#[test]
+fn carts_part_by_themselves() {
+    let cart = collision([0.0; 3], [0.0; 3], "<box size=\"0.2 0.2 0.2\"/>");
+    let links: String = (0..4).map(|k| format!("<link name=\"cart{k}\">{cart}</link>")).collect();
+    let joint = |k: usize| {
+        format!(
+            "<joint name=\"j{k}\" type=\"prismatic\"><parent link=\"base\"/><child link=\"cart{k}\"/>\
+             <origin xyz=\"0 {k} 0\"/><axis xyz=\"1 0 0\"/><limit lower=\"-1\" upper=\"1\" effort=\"1\" velocity=\"1\"/></joint>"
+        )
+    };
+    let urdf =
+        format!("<robot name=\"r\"><link name=\"base\"/>{links}{}</robot>", (0..4).map(joint).collect::<String>());
+    let wall = |k: usize| {
+        format!(
+            "[[obstacle]]\nname = \"wall{k}\"\nshape = {{ box = [0.4, 0.4, 0.4] }}\npose = {{ xyz = [0.1, {k}, 0] }}\n"
+        )
+    };
+    let toml = format!("[[robot]]\nurdf = \"r.urdf\"\n{}", (0..4).map(wall).collect::<String>());
+    closes(scene(&toml, &[("r.urdf", urdf)]), 60, |q| {
+        let depth = |x: f64| (0.3 + CLEARANCE - (x - 0.1).abs()).max(0.0);
+        q.iter().map(|x| depth(*x).powi(2)).sum::<f64>().sqrt()
+    });
+}
+
+/// Of convex rigid bodies under the largest displacement, the depth is that of translations (Zhang,
+/// Kim, Varadhan and Manocha, "Generalized penetration depth computation", CAD 2007,
+/// doi:10.1016/j.cad.2007.04.004).
+#[test]
+fn rigid_bodies_under_the_largest_displacement() {
+    let block = collision([0.0; 3], [0.0; 3], "<box size=\"0.2 0.3 0.4\"/>");
+    let urdf = format!("<robot name=\"block\"><link name=\"block\">{block}</link></robot>");
+    let toml = "metric = { kind = \"max-displacement\" }\n[[robot]]\nurdf = \"r.urdf\"\nbase = \"floating\"\n\
+                bounds = { min = [-1, -1, -1], max = [1, 1, 1] }\n\
+                [[obstacle]]\nname = \"wall\"\nshape = { box = [0.6, 0.5, 0.4] }\n";
+    let (world, mut scratch) = (World::new(scene(toml, &[("r.urdf", urdf)])), QueryScratch::default());
+    let mut seen = 0;
+    for x in [0.1, 0.2, 0.3, 0.35] {
+        // Upright: beyond a face of the wall.
+        let q = [x, 0.05, 0.02, 0.0, 0.0, 0.0, 1.0];
+        let exact = [0.4 - x, 0.4 - 0.05, 0.4 - 0.02].into_iter().fold(f64::INFINITY, f64::min) + CLEARANCE;
+        let answer = world.query(&world.scene().space.config(&q).unwrap(), &proved(1e-3, 5000), &mut scratch).unwrap();
+        assert!(
+            (answer.depth - exact).abs() < 1.1e-3 * exact && answer.lower_bound <= exact * (1.0 + 1e-9),
+            "{q:?}: {answer:?} {exact}"
+        );
+        assert!(answer.gap < 1.1e-3, "{q:?}: {answer:?} {exact}");
+        seen += 1;
+    }
+    assert_eq!(seen, 4);
+}
+
+/// No bound is above what any search finds, whatever the clearance and scale; a gap that was asked for and is told is there;
+/// more of the budget never makes the depth rise or the bound fall.
+#[test]
+fn bounds_hold_and_only_get_better() {
+    let mut closed = [0; 2];
+    for name in builtin::NAMES {
+        for kind in [MetricSpec::Joint, MetricSpec::ObjectNorm, MetricSpec::MaxDisplacement] {
+            let clearances = if kind == MetricSpec::Joint { &[0.0, 1e-4, 0.02][..] } else { &[1e-4] };
+            for &clearance in clearances {
+                let mut scene = builtin::scene(name).unwrap();
+                (scene.metric, scene.clearance) = (kind, clearance);
+                let (world, mut scratch) = (World::new(Arc::new(scene)), QueryScratch::default());
+                for q in colliding(&world, 3) {
+                    let ask = |options: &QueryOptions, scratch: &mut QueryScratch| world.query(&q, options, scratch);
+                    let exhaustive = QueryOptions { effort: Effort::Exhaustive, ..QueryOptions::default() };
+                    let best = ask(&exhaustive, &mut scratch).unwrap();
+                    let short = ask(&proved(0.05, 150), &mut scratch).unwrap();
+                    let long = ask(&proved(0.05, 250), &mut scratch).unwrap();
+                    let what = format!("{name} {kind:?} {clearance} {q:?}");
+                    for answer in [&short, &long] {
+                        assert!(answer.lower_bound <= best.depth * (1.0 + 1e-9), "{what}: {answer:?} {}", best.depth);
+                        assert!(
+                            answer.verified && (answer.gap - (1.0 - answer.lower_bound / answer.depth)).abs() < 1e-12
+                        );
+                    }
+                    assert!(long.depth <= short.depth, "{what}");
+                    // What bends is bounded as far as the depth, which is another in each.
+                    let [before, after] = [&short, &long].map(|answer| answer.lower_bound);
+                    assert!(after >= 0.97 * before, "{what}: {before} {after} at {} {}", short.depth, long.depth);
+                    if long.gap <= 0.05 + 1e-9 {
+                        assert!(
+                            long.depth * 0.95 <= best.depth * (1.0 + 1e-9),
+                            "{what}: {} {}",
+                            long.depth,
+                            best.depth
+                        );
+                        closed[0] += 1;
+                    }
+                    closed[1] += 1;
+                }
+            }
+        }
+    }
+    println!("closed {closed:?}");
+    assert!(closed[0] * 5 > closed[1], "{closed:?}");
+}
