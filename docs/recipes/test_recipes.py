@@ -3,6 +3,7 @@
 import pathlib
 
 import depth_image
+import moveit_scene
 import moving_obstacle
 import mujoco_penetration
 import numpy as np
@@ -59,6 +60,14 @@ def test_an_object_in_the_gripper_keeps_away_from_the_world() -> None:
     assert len(answers) > 20 and all(answer.verified and held.check(answer.witness) for answer in answers)
     assert all("can" in pair for answer in answers for pair in answer.colliding)
     assert put_down.pairs == empty.pairs
+
+
+def test_a_planning_scene_and_a_joint_state_are_enough(tmp_path: pathlib.Path) -> None:
+    world, start, answer, repaired, near = moveit_scene.main(tmp_path)
+    assert world.bodies[-2:] == ["table", "can"] and ("link_7", "can") not in world.pairs
+    assert not world.check(start) and answer.verified and world.check(answer.witness)
+    assert list(repaired)[:2] == ["joint_1", "joint_2"] and (world.config(repaired) == answer.witness).all()
+    assert len(near) and (near["distance"] < 0.02).all() and (near["distance"] > 0).any()
 
 
 def test_the_map_of_a_file_is_one_obstacle() -> None:

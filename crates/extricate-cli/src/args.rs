@@ -8,7 +8,8 @@ use clap::error::ErrorKind;
 use clap::{Args, CommandFactory, Parser, Subcommand, ValueEnum};
 use extricate::penetration::options::MOST_WAYS_OUT;
 
-use crate::commands::{adapt, check, demo, info, learn, query, sample};
+use crate::commands::{adapt, check, demo, import, info, learn, query, sample};
+use crate::input::Configs;
 
 /// The globally nearest collision-free configuration of an articulated robot, verified and bounded.
 ///
@@ -55,6 +56,8 @@ fn refused(command: &str, problem: &str) -> clap::Error {
 pub enum Command {
     /// Learn a built-in scene, answer a thousand queries, print a table and draw one of them
     Demo(demo::DemoArgs),
+    /// Write a world of MoveIt (.scene, PlanningScene as YAML or JSON) as a scene file
+    Import(import::ImportArgs),
     /// Describe a scene (joints in order, pairs, warnings) or a model (its statistics)
     Info(info::InfoArgs),
     /// Say for each configuration whether it is free, its clearance and which pairs collide
@@ -71,12 +74,30 @@ pub enum Command {
 
 /// Where configurations come from.
 #[derive(Args)]
+#[group(required = true, multiple = false)]
 pub struct InputArgs {
-    /// Configurations, one a line: `{"q": [...]}` or a bare array; `-` reads standard input. Empty lines are skipped.
-    /// A line that cannot be used is reported with its number on standard error, with --json also as
-    /// `{"line": N, "error": "..."}` in its place; the other lines are answered and the exit status is 1
+    /// A configuration, its coordinates between commas: 0,0.3,0,-1.8,0,2,0.8. May be given several
+    /// times
+    #[arg(long, value_name = "Q", allow_hyphen_values = true)]
+    pub q: Vec<String>,
+    /// Configurations, one a line: `{"q": [...]}`, a bare array, numbers between commas or blanks
+    /// (a first line may name their joints), or positions by joint, `{"name": [...], "position":
+    /// [...]}` or `{"q": {"joint": 0.5, ...}}`; `-` reads standard input. Empty lines and lines
+    /// that begin with # are skipped. A line that cannot be used is reported with its number on
+    /// standard error, with --json also as `{"line": N, "error": "..."}` in its place; the other
+    /// lines are answered and the exit status is 1
     #[arg(long, value_name = "FILE")]
-    pub input: PathBuf,
+    pub input: Option<PathBuf>,
+}
+
+impl InputArgs {
+    /// The configurations.
+    ///
+    /// # Errors
+    /// Where the file cannot be opened.
+    pub fn open(&self) -> anyhow::Result<Configs> {
+        self.input.as_deref().map_or_else(|| Ok(Configs::of_words(&self.q)), Configs::open)
+    }
 }
 
 /// What becomes of a configuration beyond the joint limits.
@@ -181,7 +202,9 @@ mod tests {
             "demo --scene shelf-arm --queries 10 --out a.svg --seed 3 --seconds 2.5 --json",
             "demo --export dir",
             "info scene.toml --pairs",
+            "import table.scene -o world.toml --robot robot.urdf",
             "check scene.toml --input -",
+            "check m.model --q 0,0.3 --q -1,2",
             "sample scene.toml -n 5 --seed 1 --colliding",
             "learn scene.toml -o m.model --labels 1000 --seconds 5 --seed 2 --threads 2",
             "learn scene.toml -o m.model --resume --checkpoint c --checkpoint-every 0 --memory 100",
@@ -224,6 +247,8 @@ mod tests {
             "sample scene.toml -n -1",
             "sample scene.toml --seed 1.5",
             "query m.model",
+            "import table.scene",
+            "check scene.toml --q 0 --segments",
             "query m.model --input q --q 0",
             "query m.model --input q --effort hard",
             "query m.model --input q --exits 0",

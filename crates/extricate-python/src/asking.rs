@@ -4,6 +4,7 @@
 use std::sync::{Arc, Mutex};
 
 use extricate::penetration::options::MOST_WAYS_OUT;
+use extricate::scene::units;
 use extricate::{Config, Effort, QueryBudget, QueryOptions, Scene, Toward, World};
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
@@ -11,7 +12,7 @@ use pyo3::types::{PyDict, PyMapping};
 
 use crate::answer::effort_name;
 use crate::arrays::{bad_row, floats, one_config};
-use crate::error::{count, exception};
+use crate::error::{count, exception, warn};
 use crate::source::Source;
 
 /// What each kind of call may be given beside [`COMMON`].
@@ -98,12 +99,15 @@ impl Asked {
     /// refused.
     pub fn config(&self, q: &Bound<'_, PyAny>, scene: &Scene) -> PyResult<Config> {
         let values = one_config("q", q, &scene.space)?;
+        if !self.refuses && units::look_like_degrees(scene, values.values()) {
+            warn(q.py(), &format!("q: {}", units::DEGREES))?;
+        }
         self.config_of(values.values(), scene).map_err(|error| bad_row("q", 0, true, error))
     }
 
     /// The same of numbers.
     pub fn config_of(&self, values: &[f64], scene: &Scene) -> extricate::Result<Config> {
-        if self.refuses { scene.space.config(values) } else { scene.space.config_anywhere(values) }
+        if self.refuses { units::config(scene, values) } else { scene.space.config_anywhere(values) }
     }
 }
 

@@ -3,6 +3,7 @@
 use std::sync::Mutex;
 
 use extricate::cspace::Factor;
+use extricate::scene::units;
 use extricate::{Answer, Config, ConfigSpace, Manifold, QueryOptions, QueryScratch, Scene};
 use numpy::{PyArray1, PyArrayMethods};
 use pyo3::exceptions::PyMemoryError;
@@ -11,7 +12,7 @@ use rayon::prelude::*;
 
 use crate::arrays::{bad_row, configs};
 use crate::asking::Asked;
-use crate::error::threads;
+use crate::error::{threads, warn};
 use crate::layout::Layout;
 use crate::long_call;
 
@@ -70,12 +71,21 @@ pub fn answers<'py>(
     // Nobody wants to hear after an hour that the last row was wrong, and the first wrong row is the one to name.
     let limits = plain_limits(space);
     let plain = |q: &[f64]| limits.iter().flatten().zip(q).all(|([lower, upper], x)| lower <= x && x <= upper);
-    py.detach(|| {
-        let mut rows = values.chunks_exact(nq).enumerate();
-        rows.try_for_each(
-            |(row, q)| if asked.masks || limits.is_some() && plain(q) { Ok(()) } else { config(row, q).map(drop) },
-        )
+    let degrees = py.detach(|| {
+        let mut degrees = None;
+        for (row, q) in values.chunks_exact(nq).enumerate().filter(|(_, q)| limits.is_none() || !plain(q)) {
+            if degrees.is_none() && units::look_like_degrees(scene, q) {
+                degrees = Some(row);
+            }
+            if !asked.masks {
+                config(row, q)?;
+            }
+        }
+        Ok::<_, PyErr>(degrees)
     })?;
+    if let Some(row) = degrees.filter(|_| !asked.refuses) {
+        warn(py, &format!("Q[{row}]: {}", units::DEGREES))?;
+    }
     let size = layout.size().filter(|size| size.checked_mul(rows).is_some_and(|bytes| bytes <= isize::MAX as usize));
     let size = size.ok_or_else(|| PyMemoryError::new_err("query_batch: the answers are more than can be addressed"))?;
     // Written by the byte, because no type of Rust has the layout of a row; read through a view.

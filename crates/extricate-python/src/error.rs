@@ -29,11 +29,14 @@ pub fn exception(error: Error) -> PyErr {
     }
 }
 
+/// Raises a `UserWarning`; an error where warnings are errors.
+pub fn warn(py: Python<'_>, text: &str) -> PyResult<()> {
+    PyErr::warn(py, &py.get_type::<PyUserWarning>(), &CString::new(text)?, 1)
+}
+
 /// The scene, after a `UserWarning` for each of its warnings.
 pub fn warned(py: Python<'_>, scene: Scene) -> PyResult<Arc<Scene>> {
-    for warning in &scene.warnings {
-        PyErr::warn(py, &py.get_type::<PyUserWarning>(), &CString::new(warning.as_str())?, 1)?;
-    }
+    scene.warnings.iter().try_for_each(|warning| warn(py, warning))?;
     Ok(Arc::new(scene))
 }
 

@@ -10,13 +10,18 @@ mod asking;
 mod batch;
 mod changed;
 mod clearance;
+mod contacts;
 mod error;
+mod geometry;
+mod import;
 mod joint;
 mod layout;
 mod learning;
 mod long_call;
 mod model;
 mod parts;
+mod pose;
+mod positions;
 mod progress;
 mod rows;
 mod sampling;
@@ -35,6 +40,8 @@ mod stream;
 mod _extricate {
     #[pymodule_export]
     use crate::changed::ChangedScene;
+    #[pymodule_export]
+    use crate::import::import_world;
     #[pymodule_export]
     use crate::joint::Joint;
     #[pymodule_export]

@@ -20,12 +20,10 @@ use pyo3::types::{PyMapping, PyString};
 use crate::arrays::{floats, numbers, tuple};
 use crate::clearance::{Clearance, length};
 use crate::error::exception;
+use crate::pose::pose;
 
 /// What messages call a scene that was put together in Python.
 pub const NAME: &str = "scene";
-/// A rotation matrix may be off an orthonormal one by this much: what arithmetic in `float32` leaves.
-const ROTATION_TOLERANCE: f64 = 1e-5;
-
 /// The entries of a scene, and the texts that stand for files that they name.
 pub struct Description {
     /// What the scene file would say.
@@ -269,46 +267,6 @@ fn mesh(element: &str, given: &Bound<'_, PyAny>, shape: &mut ShapeEntry) -> PyRe
     Ok(())
 }
 
-/// `None`, a position `(3,)`, position and roll, pitch, yaw `(6,)`, or a homogeneous transform `(4, 4)`.
-///
-/// # Errors
-/// As [`describe`].
-pub fn pose(element: &str, value: &Bound<'_, PyAny>) -> PyResult<PoseEntry> {
-    if value.is_none() {
-        return Ok(PoseEntry::default());
-    }
-    let array = numbers(element, value)?;
-    let x = array.as_slice().expect("checked to be contiguous");
-    match array.shape() {
-        [3] => Ok(PoseEntry { xyz: [x[0], x[1], x[2]], rpy: [0.0; 3] }),
-        [6] => Ok(PoseEntry { xyz: [x[0], x[1], x[2]], rpy: [x[3], x[4], x[5]] }),
-        [4, 4] => Ok(PoseEntry { xyz: [x[3], x[7], x[11]], rpy: roll_pitch_yaw(element, x)? }),
-        shape => Err(PyValueError::new_err(format!(
-            "{element}: got shape {}, expected (3,) position, (6,) position and roll, pitch, yaw, or (4, 4) transform",
-            tuple(shape)
-        ))),
-    }
-}
-
-/// Of the rotation in a 4 x 4 transform, row major.
-fn roll_pitch_yaw(element: &str, m: &[f64]) -> PyResult<[f64; 3]> {
-    let column = |k: usize| Vec3::new(m[k], m[4 + k], m[8 + k]);
-    let (x, y, z) = (column(0), column(1), column(2));
-    let off =
-        [x.dot(&x) - 1.0, y.dot(&y) - 1.0, x.dot(&y)].into_iter().fold((x.cross(&y) - z).norm(), |a, b| a.max(b.abs()));
-    let last = [m[12], m[13], m[14], m[15] - 1.0].into_iter().fold(0.0, |a: f64, b| a.max(b.abs()));
-    // Written so that NaN fails.
-    if !(off <= ROTATION_TOLERANCE && last <= ROTATION_TOLERANCE) {
-        return Err(PyValueError::new_err(format!(
-            "{element}: got a 4 x 4 matrix that is no rigid transform, expected a rotation and a last row 0, 0, 0, 1"
-        )));
-    }
-    let cosine = x.x.hypot(x.y);
-    let pitch = (-x.z).atan2(cosine);
-    // Where pitch is a right angle, roll and yaw turn about one axis; all of it is called roll.
-    if cosine < 1e-9 { Ok([(-z.y).atan2(y.y), pitch, 0.0]) } else { Ok([y.z.atan2(z.z), pitch, x.y.atan2(x.x)]) }
-}
-
 fn limits(element: &str, value: &Bound<'_, PyAny>) -> PyResult<LimitsEntry> {
     let both = bounds(element, value)?;
     match (&both.min[..], &both.max[..]) {
@@ -364,7 +322,8 @@ fn text_or_path(value: &Bound<'_, PyAny>) -> PyResult<String> {
         .map_err(|path| PyValueError::new_err(format!("got the path {}, expected one that is Unicode", path.display())))
 }
 
-fn unknown(what: &str, found: &str, known: &[&str]) -> PyErr {
+/// What is none of the words that are known.
+pub fn unknown(what: &str, found: &str, known: &[&str]) -> PyErr {
     let known: Vec<String> = known.iter().map(|name| format!("\"{name}\"")).collect();
     PyValueError::new_err(format!("{what}: got \"{found}\", expected {}", known.join(" or ")))
 }

@@ -1,5 +1,6 @@
 //! One value for each of many configurations, on many threads.
 
+use extricate::scene::units;
 use extricate::{CheckScratch, Checker};
 use numpy::{PyArray1, PyArrayDyn, PyArrayMethods};
 use pyo3::prelude::*;
@@ -28,7 +29,7 @@ impl Scene {
         let chunk = |first: usize, values: &[f64], found: &mut [T], scratch: &mut CheckScratch| -> PyResult<()> {
             let mut checked = Vec::with_capacity(values.len());
             for (row, q) in values.chunks_exact(nq).enumerate() {
-                let q = self.inner().space.config(q).map_err(|error| bad_row("Q", first + row, single, error))?;
+                let q = units::config(self.inner(), q).map_err(|error| bad_row("Q", first + row, single, error))?;
                 checked.extend_from_slice(&q);
             }
             one(self.checker(), &checked, found, scratch);

@@ -5,12 +5,11 @@ use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 
 use extricate::scene::{MetricSpec, builtin};
 use extricate::{CheckScratch, Checker, Manifold, World, store};
-use numpy::{PyArray1, ToPyArray};
+use numpy::PyArray1;
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict, PyMapping};
 
-use crate::arrays::numbers;
 use crate::asking::Weighted;
 use crate::batch::Scratches;
 use crate::clearance::Clearance;
@@ -236,41 +235,6 @@ impl Scene {
     #[getter]
     fn warnings(&self) -> Vec<&str> {
         self.scene.warnings.iter().map(String::as_str).collect()
-    }
-
-    /// One configuration from the positions of all joints by name.
-    ///
-    /// positions: for each of `joints` a number [rad or m], or as many as it has coordinates.
-    /// Returns float64 (nq,): angles of continuous joints within [-pi, pi), quaternions of length 1.
-    ///
-    /// Raises ValueError for joints that are unknown or missing, values that are not finite or beyond a limit.
-    fn config<'py>(&self, py: Python<'py>, positions: &Bound<'py, PyMapping>) -> PyResult<Bound<'py, PyArray1<f64>>> {
-        let joints = &self.scene.joints;
-        let names = || joints.iter().map(|joint| format!("`{}`", joint.name)).collect::<Vec<_>>().join(", ");
-        let mut q = vec![f64::NAN; self.scene.space.nq()];
-        let mut missing: Vec<&str> = joints.iter().map(|joint| joint.name.as_str()).collect();
-        for item in positions.items()? {
-            let (name, value): (Bound<'_, PyAny>, Bound<'_, PyAny>) = item.extract()?;
-            let joint = joints.iter().find(|joint| name.extract::<String>().is_ok_and(|name| name == joint.name));
-            let unknown = || PyValueError::new_err(format!("positions: got `{name}`, expected one of {}", names()));
-            let joint = joint.ok_or_else(unknown)?;
-            let values = numbers(&format!("positions[\"{}\"]", joint.name), &value)?;
-            let values = values.as_slice().expect("checked to be contiguous");
-            if values.len() != joint.q.len() {
-                let (found, expected) = (values.len(), joint.q.len());
-                let message = format!("positions[\"{}\"]: got {found} numbers, expected {expected}", joint.name);
-                return Err(PyValueError::new_err(message));
-            }
-            q[joint.q.clone()].copy_from_slice(values);
-            missing.retain(|name| *name != joint.name);
-        }
-        if !missing.is_empty() {
-            let missing = missing.join("`, `");
-            return Err(PyValueError::new_err(format!(
-                "positions: got none for `{missing}`, expected one for each joint"
-            )));
-        }
-        Ok(self.scene.space.config(&q).map_err(exception)?.to_pyarray(py))
     }
 
     fn __repr__(&self) -> String {

@@ -1,6 +1,7 @@
 //! Checks of configurations of a scene, and random ones.
 
 use extricate::Label;
+use extricate::scene::units;
 use numpy::{Ix2, PyArray, PyArray1, PyArrayDyn, PyArrayMethods};
 use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
@@ -100,7 +101,7 @@ impl Scene {
     /// Raises ValueError for a wrong shape, values that are not finite or beyond a limit.
     fn colliding_pairs(&self, q: &Bound<'_, PyAny>) -> PyResult<Vec<(&str, &str)>> {
         let values = crate::arrays::one_config("q", q, &self.inner().space)?;
-        let config = self.inner().space.config(values.values()).map_err(|error| bad_row("q", 0, true, error))?;
+        let config = units::config(self.inner(), values.values()).map_err(|error| bad_row("q", 0, true, error))?;
         let mut pairs = Vec::new();
         let check = |scratch: &mut _| self.checker().colliding_pairs(&config, scratch, &mut pairs);
         q.py().detach(|| self.scratches().with(check));

@@ -3,12 +3,13 @@
 use extricate::math::Pose;
 use extricate::scene::Body;
 use extricate::scene::file::SceneFile;
+use extricate::scene::units;
 use extricate::store;
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use pyo3::types::PyMapping;
 
-use crate::error::exception;
+use crate::error::{exception, warn};
 use crate::parts::{self, Obstacles};
 use crate::scene::Scene;
 
@@ -25,11 +26,20 @@ pub fn with_obstacles(
     let taken: Vec<String> = scene.bodies.iter().map(|body| body.name.clone()).collect();
     let entries = SceneFile { obstacle: parts::obstacle_entries(&given.0, taken)?, ..SceneFile::default() };
     let made = || scene.with_obstacles(store::read_obstacles(parts::NAME, &entries)?);
-    py.detach(made).map_err(exception)
+    let made = py.detach(made).map_err(exception)?;
+    warn_of_sizes(py, &made, scene.bodies.len())?;
+    Ok(made)
+}
+
+/// Raises a warning for each body that came and looks like one in millimetres.
+fn warn_of_sizes(py: Python<'_>, scene: &extricate::Scene, before: usize) -> PyResult<()> {
+    let mut warnings = Vec::new();
+    units::warn_of_sizes(scene, &scene.bodies[before..], &mut warnings);
+    warnings.iter().try_for_each(|warning| warn(py, warning))
 }
 
 fn pose(element: &str, value: &Bound<'_, PyAny>) -> PyResult<Pose> {
-    parts::pose(element, value)?.pose(parts::NAME, element).map_err(exception)
+    crate::pose::pose(element, value)?.pose(parts::NAME, element).map_err(exception)
 }
 
 #[pymethods]
@@ -104,7 +114,7 @@ impl Scene {
         let taken: Vec<String> = self.inner().bodies.iter().map(|body| body.name.clone()).collect();
         let mut entries = parts::obstacle_entries(std::slice::from_ref(shape), taken)?;
         if let Some(pose) = pose {
-            entries[0].pose = parts::pose("pose", pose)?;
+            entries[0].pose = crate::pose::pose("pose", pose)?;
         }
         let entries = SceneFile { obstacle: entries, ..SceneFile::default() };
         let touch: Vec<&str> = touch.iter().map(String::as_str).collect();
@@ -112,6 +122,8 @@ impl Scene {
             let mut bodies: Vec<Body> = store::read_obstacles(parts::NAME, &entries)?;
             self.inner().attached(bodies.remove(0), link, &touch)
         };
-        Ok(self.changed(shape.py().detach(attached).map_err(exception)?))
+        let attached = shape.py().detach(attached).map_err(exception)?;
+        warn_of_sizes(shape.py(), &attached, self.inner().bodies.len())?;
+        Ok(self.changed(attached))
     }
 }

@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use extricate::math::Vec3;
 use extricate::robot::{Geometry, HeightField, PointCloud, Voxels};
+use extricate::scene::units;
 use numpy::{PyArray1, PyUntypedArray, PyUntypedArrayMethods};
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
@@ -114,7 +115,7 @@ impl Scene {
         }
         let space = &self.inner().space;
         let values = one_config("q", q, space)?;
-        let config = space.config(values.values()).map_err(|error| bad_row("q", 0, true, error))?;
+        let config = units::config(self.inner(), values.values()).map_err(|error| bad_row("q", 0, true, error))?;
         let keep = py.detach(|| {
             let filter = |scratch: &mut _| self.checker().robot_filter(&config, &points, padding, scratch);
             self.scratches().with(filter)

@@ -1,6 +1,7 @@
 //! `Scene.check_segments`: whole ways between configurations.
 
-use extricate::{CheckScratch, ConfigSpace, SegmentOptions, SegmentOutcome};
+use extricate::scene::units;
+use extricate::{CheckScratch, SegmentOptions, SegmentOutcome};
 use numpy::PyArray1;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
@@ -31,7 +32,7 @@ pub fn check<'py>(
         let (a, b) = (from.rows, to.rows);
         return Err(PyValueError::new_err(format!("B: got {b} configurations, expected as many as in A, {a}")));
     }
-    let (from, to) = (checked("A", &from, space)?, checked("B", &to, space)?);
+    let (from, to) = (checked("A", &from, scene.inner())?, checked("B", &to, scene.inner())?);
     let (pool, options, nq) = (long_call::pool(threads)?, SegmentOptions { resolution }, space.nq());
     // What a call that was stopped did not look at: nobody will see it.
     let unseen = SegmentOutcome::Undecided { free_until: 0.0, near_at: 0.0, pair: 0 };
@@ -78,10 +79,10 @@ impl Row {
 }
 
 /// The rows as the space keeps them: angles wrapped, quaternions unit.
-fn checked(name: &str, rows: &Configs<'_>, space: &ConfigSpace) -> PyResult<Vec<f64>> {
+fn checked(name: &str, rows: &Configs<'_>, scene: &extricate::Scene) -> PyResult<Vec<f64>> {
     let mut all = Vec::with_capacity(rows.values().len());
-    for (row, q) in rows.values().chunks_exact(space.nq()).enumerate() {
-        all.extend_from_slice(&space.config(q).map_err(|error| bad_row(name, row, rows.single, error))?);
+    for (row, q) in rows.values().chunks_exact(scene.space.nq()).enumerate() {
+        all.extend_from_slice(&units::config(scene, q).map_err(|error| bad_row(name, row, rows.single, error))?);
     }
     Ok(all)
 }

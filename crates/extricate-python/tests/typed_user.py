@@ -44,7 +44,20 @@ def elsewhere(model: extricate.Model, scene: extricate.Scene, kept: pathlib.Path
 
 
 def obstacles() -> List[extricate.Box]:
-    return [extricate.Box([1, 1, 1], pose=np.eye(4)), extricate.Box((1, 2, 3), name="b")]
+    turned = {"xyz": [0, 0, 1], "quat_xyzw": [0, 0, 0, 1]}
+    return [extricate.Box([1, 1, 1], pose=np.eye(4)), extricate.Box((1, 2, 3), name="b"), extricate.Box([1, 1, 1], pose=turned)]
+
+
+def drawn(scene: extricate.Scene) -> int:
+    q = scene.config(scene.positions(scene.lower))
+    poses: npt.NDArray[np.float64] = scene.poses(q)
+    corners = 0
+    for body, pose in zip(scene.bodies, poses):
+        vertices, triangles = scene.mesh(body)
+        corners += len(vertices @ pose[:3, :3].T + pose[:3, 3]) if len(triangles) else 0
+    near: npt.NDArray[np.float64] = scene.contacts([q], within=0.1)["distance"]
+    assert scene.pair_distances([q]).shape == (1, len(scene.pairs)) and (near < 0.1).all()
+    return corners
 
 
 def test_what_is_typed_runs(tmp_path: pathlib.Path) -> None:
@@ -52,4 +65,4 @@ def test_what_is_typed_runs(tmp_path: pathlib.Path) -> None:
     assert first_exits(scene, 5000, tmp_path).shape == (scene.nq,)
     model = extricate.learn(scene, labels=5000)
     assert elsewhere(model, scene, tmp_path / "c") >= 0
-    assert len(obstacles()) == 2
+    assert len(obstacles()) == 3 and drawn(scene) > 0

@@ -24,11 +24,11 @@ use crate::metric::Metric;
 use crate::model::{Model, Statistics};
 use crate::penetration::coverage::Coverage;
 
-/// Version of the layout; a file of another version is refused, but for 5 to 7.
-pub const FORMAT: u32 = 8;
+/// Version of the layout; a file of another version is refused, but for 5 to 8.
+pub const FORMAT: u32 = 9;
 /// Versions that are read. In 5 nothing was kept that can be made anew: such a file takes longer to
 /// load. Until 6 a model said in one of four words how widely its queries search.
-const READABLE: [u64; 4] = [5, 6, 7, FORMAT as u64];
+const READABLE: [u64; 5] = [5, 6, 7, 8, FORMAT as u64];
 
 const KEY: &str = "extricate";
 
@@ -225,17 +225,23 @@ mod tests {
     #[test]
     fn a_file_of_the_version_before_becomes_one_of_this() {
         let model = with_exits("free-box", None);
-        let mut arrays = learned(&model);
-        let scene = scene_bytes::encode_old(model.scene().clone());
-        let array = arrays.iter_mut().find(|array| array.name == "scene").unwrap();
-        (array.shape, array.bytes) = (vec![scene.len()], scene);
-        let before = container(5, model.statistics(), arrays);
-        let read = decode(Path::new("m"), &before).unwrap();
-        assert!(read.scene().links.is_empty());
-        assert_answers_equal(&model, &read);
+        for version in [5, 8] {
+            let mut arrays = learned(&model);
+            if version > 5 {
+                arrays.extend(derived::arrays(&model));
+            }
+            let scene = scene_bytes::encode_old(version.into(), model.scene().clone());
+            let array = arrays.iter_mut().find(|array| array.name == "scene").unwrap();
+            (array.shape, array.bytes) = (vec![scene.len()], scene);
+            let before = container(version, model.statistics(), arrays);
+            let read = decode(Path::new("m"), &before).unwrap();
+            assert_eq!(read.scene().links.is_empty(), version < 8);
+            assert!(read.scene().rigid.is_empty());
+            assert_answers_equal(&model, &read);
+        }
         let older = container(4, model.statistics(), learned(&model));
         let message = decode(Path::new("m"), &older).err().unwrap().to_string();
-        assert!(message.contains("m: its format is version 4, expected version 8"), "{message}");
+        assert!(message.contains("m: its format is version 4, expected version 9"), "{message}");
     }
 
     /// The checksum of each is right.

@@ -1,5 +1,7 @@
 //! The one place that touches files: scenes in, models in and out.
 
+pub mod worlds;
+
 use std::fs::{self, File};
 use std::io::{self, ErrorKind, Read, Write};
 use std::path::{Path, PathBuf};
@@ -13,6 +15,7 @@ use crate::model_file::adapt_checkpoint;
 use crate::model_file::checkpoint::{self, CheckpointSummary};
 use crate::scene::assemble::{assemble, assemble_entries};
 use crate::scene::file::SceneFile;
+use crate::scene::import::is_foreign;
 use crate::scene::world_file::{in_world, in_world_of_entries, obstacles_of_entries};
 use crate::scene::{Body, Scene};
 
@@ -36,11 +39,15 @@ pub fn load_scene(path: &Path) -> Result<Scene> {
     }
 }
 
-/// Loads the scene of the robots of `robots` in the world of a scene file; see [`in_world`].
+/// Loads the scene of the robots of `robots` in the world of a scene file, see [`in_world`]; or in
+/// one that another program wrote, see [`import`](crate::scene::import::import).
 ///
 /// # Errors
 /// As [`load_scene`].
 pub fn load_world(robots: &Scene, path: &Path) -> Result<Scene> {
+    if is_foreign(path) {
+        return worlds::load_foreign(robots, path);
+    }
     match scene_text(path)? {
         SceneText::Toml(text) => in_world(robots, path, &text, &mut read),
         SceneText::Urdf => {
@@ -75,6 +82,11 @@ enum SceneText {
 fn scene_text(path: &Path) -> Result<SceneText> {
     let bytes = read(path)?;
     let name = path.display().to_string();
+    if is_foreign(path) {
+        let problem =
+            "got a world without a robot, expected a scene (TOML) or a URDF: give it as the world of one, or import it";
+        return Err(Error::input(name, "file", problem));
+    }
     if model_file::is_model(&bytes) {
         return Err(Error::input(name, "file", "got a model file, expected a scene (TOML)"));
     }

@@ -26,7 +26,7 @@ use crate::report::{self, duration};
 pub struct AdaptArgs {
     /// Model file that `extricate learn` wrote
     model: PathBuf,
-    /// The changed scene (TOML)
+    /// The changed scene (TOML), or a model file of it
     #[arg(value_name = "NEW-SCENE")]
     scene: PathBuf,
     /// Model file to write

@@ -11,7 +11,7 @@ use serde::Serialize;
 use super::check_segments::check_segments;
 use super::{load_scene, prepare, tell_warnings};
 use crate::args::InputArgs;
-use crate::input::Configs;
+use crate::notice;
 use crate::output::Output;
 use crate::progress::Progress;
 use crate::report;
@@ -30,12 +30,13 @@ use crate::report;
                         null)."
 )]
 pub struct CheckArgs {
-    /// Scene file (TOML)
+    /// Scene file (TOML), URDF or model file
+    #[arg(value_name = "SCENE|MODEL")]
     scene: PathBuf,
     #[command(flatten)]
     input: InputArgs,
     /// Check the ways between pairs of configurations, not single ones
-    #[arg(long)]
+    #[arg(long, conflicts_with = "q")]
     segments: bool,
     /// With --segments: how finely to look, in metres; a contact is enclosed in a stretch of about this much motion
     #[arg(long, value_name = "METRES", requires = "segments", value_parser = parse_resolution, default_value = "1e-4")]
@@ -52,7 +53,7 @@ struct Verdict<'a> {
 
 /// Runs the command.
 pub fn run(args: &CheckArgs, json: bool) -> anyhow::Result<()> {
-    let mut configs = Configs::open(&args.input.input)?;
+    let mut configs = args.input.open()?;
     let scene = Arc::new(load_scene(&args.scene)?);
     tell_warnings(&scene);
     let checker = prepare(scene.clone());
@@ -63,12 +64,15 @@ pub fn run(args: &CheckArgs, json: bool) -> anyhow::Result<()> {
     let mut out = Output::new(configs.is_stream());
     let mut progress = Progress::beside_rows("checking");
     let (mut free, mut total) = (0, 0);
-    if !json {
-        out.line(format_args!("{:>6}  {:<9}  {:>14}  colliding pairs", "line", "", "clearance [mm]"))?;
-    }
-    while let Some(entry) = configs.next(&scene.space)? {
+    while let Some(entry) = configs.next(&scene)? {
+        for note in configs.take_notes() {
+            progress.aside(|| notice::warning(note));
+        }
         match entry {
             Ok((line, q)) => {
+                if !json && total == 0 {
+                    out.line(format_args!("{:>6}  {:<9}  {:>14}  colliding pairs", "line", "", "clearance [mm]"))?;
+                }
                 let verdict = judge(&checker, &q, &mut scratch);
                 free += usize::from(verdict.free);
                 total += 1;

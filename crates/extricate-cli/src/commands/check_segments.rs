@@ -5,6 +5,7 @@ use extricate::{CheckScratch, Checker};
 use serde::Serialize;
 
 use crate::input::Configs;
+use crate::notice;
 use crate::output::Output;
 use crate::progress::Progress;
 use crate::report;
@@ -29,12 +30,15 @@ pub fn check_segments(
     let mut out = Output::new(configs.is_stream());
     let mut progress = Progress::beside_rows("checking");
     let (mut free, mut total) = (0, 0);
-    if !json {
-        out.line(format_args!("{:>6}  {:<9}  {:>10}  {:>10}  pair", "line", "", "free until", "at"))?;
-    }
-    while let Some(entry) = configs.next_segment(&checker.scene().space)? {
+    while let Some(entry) = configs.next_segment(checker.scene())? {
+        for note in configs.take_notes() {
+            progress.aside(|| notice::warning(note));
+        }
         match entry {
             Ok((line, [from, to])) => {
+                if !json && total == 0 {
+                    out.line(format_args!("{:>6}  {:<9}  {:>10}  {:>10}  pair", "line", "", "free until", "at"))?;
+                }
                 let outcome = checker.segment(&from, &to, options, &mut scratch);
                 let verdict = verdict(checker, outcome);
                 free += usize::from(outcome == SegmentOutcome::Free);

@@ -20,7 +20,7 @@ const SAMPLES: u64 = 500;
 #[derive(Args)]
 #[command(after_help = "Scene files end in .toml; anything else is recognised by its content.")]
 pub struct InfoArgs {
-    /// Scene file (TOML) or model file
+    /// Scene file (TOML), URDF or model file
     #[arg(value_name = "SCENE|MODEL")]
     file: PathBuf,
     /// List every checked pair by name (with --json they are always listed)

@@ -27,7 +27,8 @@ const ALWAYS_COLLIDING_SAMPLES: u64 = 100;
                         and leaves a checkpoint, from which --resume goes on to the same model; a second one ends at once."
 )]
 pub struct LearnArgs {
-    /// Scene file (TOML)
+    /// Scene file (TOML), URDF, or a model file, whose scene is learned anew
+    #[arg(value_name = "SCENE|MODEL")]
     scene: PathBuf,
     /// Model file to write
     #[arg(short = 'o', long = "output", value_name = "MODEL")]

@@ -6,6 +6,7 @@ mod check_segments;
 pub mod demo;
 mod demo_table;
 mod file_kind;
+pub mod import;
 pub mod info;
 mod info_scene;
 pub mod learn;
@@ -24,6 +25,7 @@ use extricate::collision::always_colliding;
 use extricate::cspace::sampling::Halton;
 use extricate::{Checker, Model, Scene, store};
 
+use self::file_kind::{FileKind, kind_of};
 use crate::args::{Cli, Command};
 use crate::notice;
 use crate::progress::busy;
@@ -32,6 +34,7 @@ use crate::progress::busy;
 pub fn run(cli: Cli) -> anyhow::Result<()> {
     match cli.command {
         Command::Demo(args) => demo::run(&args, cli.json),
+        Command::Import(args) => import::run(&args, cli.json),
         Command::Info(args) => info::run(&args, cli.json),
         Command::Check(args) => check::run(&args, cli.json),
         Command::Sample(args) => sample::run(&args),
@@ -61,8 +64,20 @@ fn disable_line(names: &[[&str; 2]]) -> String {
     format!("disable = [{}]", pairs.join(", "))
 }
 
-fn load_scene(path: &Path) -> extricate::Result<Scene> {
-    busy(&format!("loading {}", path.display()), || store::load_scene(path))
+/// Of a scene file, a URDF or a model file, which holds its scene.
+fn load_scene(path: &Path) -> anyhow::Result<Scene> {
+    if kind_of(path)? == FileKind::Model {
+        return Ok(load_model(path)?.scene().clone());
+    }
+    Ok(busy(&format!("loading {}", path.display()), || store::load_scene(path))?)
+}
+
+/// The robots of `robots` in the world of a file, or in the scene of a model file.
+fn load_world(robots: &Scene, path: &Path) -> anyhow::Result<Scene> {
+    if kind_of(path)? == FileKind::Model {
+        return load_scene(path);
+    }
+    Ok(store::load_world(robots, path)?)
 }
 
 fn load_model(path: &Path) -> extricate::Result<Model> {

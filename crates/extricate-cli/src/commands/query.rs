@@ -11,8 +11,9 @@ use super::query_asker::{Asked, Asker};
 use super::query_constraints::ConstraintArgs;
 use super::query_row::{QueryRow, header};
 use super::query_summary::Summary;
-use crate::args::{Limits, exits, positive, seconds, share, threads, whole};
-use crate::input::{BadLine, Configs};
+use crate::args::{InputArgs, Limits, exits, positive, seconds, share, threads, whole};
+use crate::input::BadLine;
+use crate::notice;
 use crate::output::Output;
 use crate::progress::Progress;
 use crate::report;
@@ -32,7 +33,7 @@ pub struct QueryArgs {
     #[arg(value_name = "SCENE|MODEL")]
     file: PathBuf,
     #[command(flatten)]
-    input: QueryInput,
+    input: InputArgs,
     /// How hard to try
     #[arg(long, value_enum, default_value_t = EffortArg::Refined)]
     effort: EffortArg,
@@ -90,22 +91,6 @@ pub struct QueryArgs {
     /// notice a nearer way out sooner
     #[arg(long, value_name = "N", value_parser = whole, allow_negative_numbers = true, default_value_t = StreamOptions::default().looks, requires = "stream")]
     looks: usize,
-}
-
-/// Where queries come from.
-#[derive(Args)]
-#[group(required = true, multiple = false)]
-pub struct QueryInput {
-    /// A configuration, its coordinates between commas: 0,0.3,0,-1.8,0,2,0.8. May be given several
-    /// times
-    #[arg(long, value_name = "Q", allow_hyphen_values = true)]
-    q: Vec<String>,
-    /// Configurations, one a line: `{"q": [...]}` or a bare array; `-` reads standard input. Empty
-    /// lines are skipped. A line that cannot be used is reported with its number on standard error,
-    /// with --json also as `{"line": N, "error": "..."}` in its place; the other lines are answered
-    /// and the exit status is 1
-    #[arg(long, value_name = "FILE")]
-    input: Option<PathBuf>,
 }
 
 /// [`Effort`] as the command line spells it.
@@ -181,11 +166,7 @@ const BLOCK: usize = 1024;
 
 /// Runs the command.
 pub fn run(args: &QueryArgs, json: bool) -> anyhow::Result<()> {
-    let mut configs = match &args.input.input {
-        Some(path) => Configs::open(path)?,
-        None => Configs::of_words(&args.input.q),
-    }
-    .with_limits(args.limits);
+    let mut configs = args.input.open()?.with_limits(args.limits);
     let started = Instant::now();
     let mut asked = Asked::load(&args.file, args.world.as_deref())?;
     if let Some(scene) = args.constraints.weighted(asked.scene())? {
@@ -207,7 +188,10 @@ pub fn run(args: &QueryArgs, json: bool) -> anyhow::Result<()> {
     let size = if args.threads == 1 || configs.is_stream() { 1 } else { BLOCK };
     let (mut block, mut unanswered) = (Vec::new(), 0);
     loop {
-        let entry = configs.next(&scene.space)?;
+        let entry = configs.next(scene)?;
+        for note in configs.take_notes() {
+            progress.aside(|| notice::warning(note));
+        }
         let ended = entry.is_none();
         if let Some(Err(bad)) = &entry {
             progress.aside(|| configs.report(bad));

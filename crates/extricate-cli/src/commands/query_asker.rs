@@ -7,11 +7,10 @@ use std::time::{Duration, Instant};
 use anyhow::Context;
 use extricate::{
     Answer, Answered, ChangedScene, Config, Model, QueryOptions, QueryScratch, Scene, Stream, StreamOptions, World,
-    store,
 };
 
 use super::file_kind::{FileKind, kind_of};
-use super::{load_model, load_scene, tell_warnings};
+use super::{load_model, load_scene, load_world, tell_warnings};
 use crate::progress::busy;
 
 /// What is asked.
@@ -35,14 +34,14 @@ impl Asked {
                 Ok(Self::World(busy("preparing the scene", || World::new(scene))))
             }
             (FileKind::Scene, Some(path)) => {
-                let scene = store::load_world(&load_scene(file)?, path)?;
+                let scene = load_world(&load_scene(file)?, path)?;
                 tell_warnings(&scene);
                 Ok(Self::World(busy("preparing the scene", || World::new(scene))))
             }
             (FileKind::Model, None) => Ok(Self::Model(load_model(file)?)),
             (FileKind::Model, Some(path)) => {
                 let model = load_model(file)?;
-                let scene = store::load_world(model.scene(), path)?;
+                let scene = load_world(model.scene(), path)?;
                 let changed = busy("preparing the changed scene", || ChangedScene::new(model.world(), scene));
                 let changed = changed.with_context(|| format!("{} does not fit the model", path.display()))?;
                 Ok(Self::Changed(model, changed))

@@ -5,6 +5,7 @@ use clap::Args;
 use extricate::{QueryOptions, Scene, Toward};
 
 use crate::args::{length, share_or_more};
+use crate::input::Configs;
 
 /// What an answer has to keep, and where it should lie.
 #[derive(Args)]
@@ -45,9 +46,8 @@ impl ConstraintArgs {
             options.locked = (0..scene.joints.len()).filter(|joint| !free.contains(joint)).collect();
         }
         if let Some(words) = &self.toward {
-            let number = |word: &str| word.trim().parse::<f64>();
-            let goal = words.split(',').map(number).collect::<Result<Vec<f64>, _>>();
-            let goal = goal.ok().and_then(|goal| scene.space.config(&goal).ok());
+            let goal = Configs::of_words(std::slice::from_ref(words)).next(scene)?;
+            let goal = goal.and_then(Result::ok).map(|(_, goal)| goal);
             let expected = || format!("--toward: got {words}, expected {} numbers within the limits", scene.space.nq());
             options.toward = Some(Toward { goal: goal.with_context(expected)?.to_vec(), share: self.toward_share });
         }

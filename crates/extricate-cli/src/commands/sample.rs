@@ -27,7 +27,8 @@ const MOST_TRIES: usize = 1_000_000;
                         same lines, and a larger N only adds to them."
 )]
 pub struct SampleArgs {
-    /// Scene file (TOML)
+    /// Scene file (TOML), URDF or model file
+    #[arg(value_name = "SCENE|MODEL")]
     scene: PathBuf,
     /// How many to draw
     #[arg(short = 'n', long = "count", value_name = "N", default_value_t = 100, value_parser = whole, allow_negative_numbers = true)]

@@ -137,6 +137,7 @@ pub mod tests {
             warnings: vec![],
             links: vec![],
             clearances: Default::default(),
+            rigid: vec![],
         }
     }
 

@@ -32,7 +32,7 @@ fn several_ways_out_are_refused_where_nothing_is_refined() {
 fn help_and_version_exit_with_0() {
     let workspace = Workspace::new();
     workspace.run("--version").expect_code(0);
-    for command in ["", "demo", "info", "check", "sample", "learn", "adapt", "query"] {
+    for command in ["", "demo", "info", "check", "sample", "learn", "adapt", "query", "import"] {
         assert!(workspace.run(&format!("{command} --help")).expect_code(0).stdout.contains("--json"));
     }
     assert!(workspace.run("query --help").expect_code(0).stdout.contains("error"), "what happens to bad lines");

@@ -4,6 +4,8 @@ mod adapting;
 mod bad_input;
 mod checkpoints;
 mod demo;
+mod friendly;
+mod importing;
 mod no_model;
 mod pipeline;
 mod process;

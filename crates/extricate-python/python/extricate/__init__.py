@@ -10,7 +10,7 @@ rad, lengths in m, quaternions x, y, z, w. Calls release the interpreter lock; s
 """
 
 from ._answer import Answer, Contact, Exit
-from ._extricate import ChangedScene, Joint, Model, Progress, Scene, Stream, __version__, learn
+from ._extricate import ChangedScene, Joint, Model, Progress, Scene, Stream, __version__, import_world, learn
 from ._parts import Box, Capsule, Cylinder, HalfSpace, HeightField, Mesh, Points, Robot, Sphere, Voxels, spheres
 
 __all__ = [
@@ -34,6 +34,7 @@ __all__ = [
     "Stream",
     "Voxels",
     "__version__",
+    "import_world",
     "learn",
     "spheres",
 ]

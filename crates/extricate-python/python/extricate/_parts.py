@@ -11,6 +11,8 @@ import numpy.typing as npt
 
 Path = Union[str, "os.PathLike[str]"]
 Limits = Union[Tuple[float, float], Tuple[Sequence[float], Sequence[float]]]
+# An array, or a dict with "xyz" and one of "rpy", "quat_xyzw" and "quat_wxyz".
+Pose = Union[npt.ArrayLike, Mapping[str, npt.ArrayLike]]
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,7 +30,8 @@ class Robot:
     base: "fixed", "planar" (x, y, angle) or "floating" (x, y, z and a quaternion).
     bounds: least and greatest position of a moving base [m]: two numbers each where planar (a third bounds the angle), else
         three.
-    pose: where it stands: position (3,) [m], position and roll, pitch, yaw (6,) [m, rad], or a transform (4, 4).
+    pose: where it stands: position (3,) [m], position and roll, pitch, yaw (6,) [m, rad], a transform (4, 4), or
+        {"xyz": .., "quat_xyzw": ..}, also with "quat_wxyz" or "rpy": the name tells the order.
     locked: joints that do not move, and their positions [rad or m]; they have no coordinates.
     limits: limits (lower, upper) [rad or m] that replace the URDF's; of a planar or floating joint ((lower, ..), (upper,
         ..)).
@@ -42,7 +45,7 @@ class Robot:
     geometry: str = "mesh"
     base: str = "fixed"
     bounds: Optional[Tuple[Sequence[float], Sequence[float]]] = None
-    pose: Optional[npt.ArrayLike] = None
+    pose: Optional[Pose] = None
     locked: Mapping[str, float] = field(default_factory=dict)
     limits: Mapping[str, Limits] = field(default_factory=dict)
 
@@ -52,12 +55,13 @@ class Box:
     """A box obstacle, its middle at `pose`.
 
     size: full sides along x, y and z, (3,) [m].
-    pose: position (3,) [m], position and roll, pitch, yaw (6,) [m, rad], or a transform (4, 4).
+    pose: position (3,) [m], position and roll, pitch, yaw (6,) [m, rad], a transform (4, 4), or
+        {"xyz": .., "quat_xyzw": ..}, also with "quat_wxyz" or "rpy": the name tells the order.
     name: what answers call it; "box1" and so on where None.
     """
 
     size: npt.ArrayLike
-    pose: Optional[npt.ArrayLike] = None
+    pose: Optional[Pose] = None
     name: Optional[str] = None
 
 
@@ -66,12 +70,13 @@ class Sphere:
     """A ball as obstacle.
 
     radius: [m]
-    pose: position (3,) [m], position and roll, pitch, yaw (6,) [m, rad], or a transform (4, 4).
+    pose: position (3,) [m], position and roll, pitch, yaw (6,) [m, rad], a transform (4, 4), or
+        {"xyz": .., "quat_xyzw": ..}, also with "quat_wxyz" or "rpy": the name tells the order.
     name: what answers call it; "sphere1" and so on where None.
     """
 
     radius: float
-    pose: Optional[npt.ArrayLike] = None
+    pose: Optional[Pose] = None
     name: Optional[str] = None
 
 
@@ -81,13 +86,14 @@ class Cylinder:
 
     radius: [m]
     length: [m]
-    pose: position (3,) [m], position and roll, pitch, yaw (6,) [m, rad], or a transform (4, 4).
+    pose: position (3,) [m], position and roll, pitch, yaw (6,) [m, rad], a transform (4, 4), or
+        {"xyz": .., "quat_xyzw": ..}, also with "quat_wxyz" or "rpy": the name tells the order.
     name: what answers call it; "cylinder1" and so on where None.
     """
 
     radius: float
     length: float
-    pose: Optional[npt.ArrayLike] = None
+    pose: Optional[Pose] = None
     name: Optional[str] = None
 
 
@@ -97,13 +103,14 @@ class Capsule:
 
     radius: [m]
     length: without the caps [m].
-    pose: position (3,) [m], position and roll, pitch, yaw (6,) [m, rad], or a transform (4, 4).
+    pose: position (3,) [m], position and roll, pitch, yaw (6,) [m, rad], a transform (4, 4), or
+        {"xyz": .., "quat_xyzw": ..}, also with "quat_wxyz" or "rpy": the name tells the order.
     name: what answers call it; "capsule1" and so on where None.
     """
 
     radius: float
     length: float
-    pose: Optional[npt.ArrayLike] = None
+    pose: Optional[Pose] = None
     name: Optional[str] = None
 
 
@@ -112,14 +119,15 @@ class Mesh:
     """A mesh as obstacle. Connected parts that are closed are solid, others are surfaces.
 
     source: path of an STL, OBJ or COLLADA file, or (vertices, triangles): (n, 3) [m] and indices (m, 3).
-    pose: position (3,) [m], position and roll, pitch, yaw (6,) [m, rad], or a transform (4, 4).
+    pose: position (3,) [m], position and roll, pitch, yaw (6,) [m, rad], a transform (4, 4), or
+        {"xyz": .., "quat_xyzw": ..}, also with "quat_wxyz" or "rpy": the name tells the order.
     name: what answers call it; "mesh1" and so on where None.
     scale: one factor, or one along each axis (3,).
     convex: whether its convex hull stands for it.
     """
 
     source: Union[Path, Tuple[npt.ArrayLike, npt.ArrayLike]]
-    pose: Optional[npt.ArrayLike] = None
+    pose: Optional[Pose] = None
     name: Optional[str] = None
     scale: npt.ArrayLike = 1.0
     convex: bool = False
@@ -140,7 +148,7 @@ class Points:
 
     xyz: npt.ArrayLike
     radius: float = 0.0
-    pose: Optional[npt.ArrayLike] = None
+    pose: Optional[Pose] = None
     name: Optional[str] = None
 
 
@@ -152,13 +160,14 @@ class Voxels:
     occupied: bool (nx, ny, nz), or the indices of occupied cells, int (n, 3).
     size: side of a cell [m].
     pose: of the corner of cell (0, 0, 0) and the grid's axes: position (3,) [m], position and roll, pitch, yaw (6,) [m, rad],
-        or a transform (4, 4).
+        a transform (4, 4), or
+        {"xyz": .., "quat_xyzw": ..}, also with "quat_wxyz" or "rpy": the name tells the order.
     name: what answers call it; "voxels1" and so on where None.
     """
 
     occupied: npt.ArrayLike
     size: float
-    pose: Optional[npt.ArrayLike] = None
+    pose: Optional[Pose] = None
     name: Optional[str] = None
 
 
@@ -168,14 +177,14 @@ class HalfSpace:
 
     normal: (3,) of any length, away from what is solid.
     offset: distance [m] of the plane from the origin, along the normal.
-    pose: of the frame that both are given in: position (3,) [m], position and roll, pitch, yaw (6,) [m, rad], or a transform
-        (4, 4).
+    pose: of the frame that both are given in: position (3,) [m], position and roll, pitch, yaw (6,) [m, rad], a transform
+        (4, 4), or {"xyz": .., "quat_xyzw": ..}, also with "quat_wxyz" or "rpy": the name tells the order.
     name: what answers call it; "halfspace1" and so on where None.
     """
 
     normal: npt.ArrayLike
     offset: float = 0.0
-    pose: Optional[npt.ArrayLike] = None
+    pose: Optional[Pose] = None
     name: Optional[str] = None
 
 
@@ -186,13 +195,14 @@ class HeightField:
     heights: (rows, columns) [m]: heights[i, j] is that at x = i * size, y = j * size; two triangles between four of them.
     size: between neighbouring heights [m].
     pose: of the place of heights[0, 0] at height 0, and the grid's axes: position (3,) [m], position and roll, pitch, yaw
-        (6,) [m, rad], or a transform (4, 4).
+        (6,) [m, rad], a transform (4, 4), or
+        {"xyz": .., "quat_xyzw": ..}, also with "quat_wxyz" or "rpy": the name tells the order.
     name: what answers call it; "heightfield1" and so on where None.
     """
 
     heights: npt.ArrayLike
     size: float
-    pose: Optional[npt.ArrayLike] = None
+    pose: Optional[Pose] = None
     name: Optional[str] = None
 
 

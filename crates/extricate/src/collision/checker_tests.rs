@@ -39,7 +39,9 @@ fn flying(bodies: Vec<Vec<Part>>) -> Checker {
     let (metric, joints, warnings) = (MetricSpec::Joint, vec![], vec![]);
     let (links, clearances) = (vec![], Clearances::default());
     let bodies = scene_bodies;
-    let scene = Scene { clearance: 1e-3, metric, joints, space, frames, bodies, pairs, warnings, links, clearances };
+    let rigid = vec![];
+    let scene =
+        Scene { clearance: 1e-3, metric, joints, space, frames, bodies, pairs, warnings, links, clearances, rigid };
     Checker::new(Arc::new(scene))
 }
 

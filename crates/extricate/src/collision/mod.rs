@@ -60,7 +60,9 @@ use broad::{Broad, BroadScratch};
 use contact::ContactBuffers;
 pub use convex_pair::ConvexPair;
 pub use cover::largest_balls;
-pub use found::{Contact, ContactQuery, ContactSearch, always_colliding, most_often_colliding};
+pub use found::{
+    Contact, ContactQuery, ContactSearch, always_colliding, contacts_within, most_often_colliding, signed_distances,
+};
 use label::History;
 pub use overlaps::ConvexOverlap;
 use part_pair::{Buffers, Hint};

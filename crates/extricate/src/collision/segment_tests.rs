@@ -36,6 +36,7 @@ fn one_joint(turns: bool, carried: (Vec3, Geometry), obstacle: (Vec3, Geometry))
         warnings: vec![],
         links: vec![],
         clearances: Clearances::default(),
+        rigid: vec![],
     };
     Checker::new(scene.into())
 }

@@ -1,39 +1,34 @@
 //! The scene of a model as bytes, of this version and of those before.
 
-use serde::{Deserialize, Serialize};
-
 use super::FORMAT;
-use crate::cspace::ConfigSpace;
 use crate::scene::clearances::Clearances;
-use crate::scene::{Body, BodyPair, Frame, MetricSpec, Scene, SceneJoint};
+use crate::scene::{LinkSeat, RigidJoint, Scene};
 
-/// A scene as versions 5 to 7 wrote it: of links they kept those with geometry alone, and every
-/// pair kept the same clearance.
-#[derive(Serialize, Deserialize)]
-struct OldScene {
-    clearance: f64,
-    metric: MetricSpec,
-    joints: Vec<SceneJoint>,
-    space: ConfigSpace,
-    frames: Vec<Frame>,
-    bodies: Vec<Body>,
-    pairs: Vec<BodyPair>,
-    warnings: Vec<String>,
-}
+/// The version that began to tell which joints are rigid.
+const WITH_RIGID: u64 = 9;
 
 /// Reads the scene of a file of the version `format`.
+///
+/// What later versions keep besides stands at the end, and is empty for earlier ones: 5 to 7 kept
+/// no links and one clearance for all pairs, 8 no rigid joints.
 pub fn decode(format: u64, bytes: &[u8]) -> postcard::Result<Scene> {
-    if format == u64::from(FORMAT) {
-        return postcard::from_bytes(bytes);
-    }
-    let OldScene { clearance, metric, joints, space, frames, bodies, pairs, warnings } = postcard::from_bytes(bytes)?;
-    let (links, clearances) = (Vec::new(), Clearances::default());
-    Ok(Scene { clearance, metric, joints, space, frames, bodies, pairs, warnings, links, clearances })
+    const { assert!(FORMAT as u64 == WITH_RIGID) };
+    let missing = match format {
+        WITH_RIGID => return postcard::from_bytes(bytes),
+        8 => postcard::to_stdvec(&Vec::<RigidJoint>::new())?,
+        _ => postcard::to_stdvec(&(Vec::<LinkSeat>::new(), Clearances::default(), Vec::<RigidJoint>::new()))?,
+    };
+    postcard::from_bytes(&[bytes, &missing].concat())
 }
 
-/// The bytes that versions 5 to 7 wrote.
+/// The bytes that version `format` wrote, but for 9.
 #[cfg(test)]
-pub fn encode_old(scene: Scene) -> Vec<u8> {
-    let Scene { clearance, metric, joints, space, frames, bodies, pairs, warnings, .. } = scene;
-    postcard::to_stdvec(&OldScene { clearance, metric, joints, space, frames, bodies, pairs, warnings }).unwrap()
+pub fn encode_old(format: u64, scene: Scene) -> Vec<u8> {
+    let Scene { clearance, metric, joints, space, frames, bodies, pairs, warnings, links, clearances, .. } = scene;
+    let old = (clearance, metric, joints, space, frames, bodies, pairs, warnings);
+    if format < 8 {
+        postcard::to_stdvec(&old).unwrap()
+    } else {
+        postcard::to_stdvec(&(old, links, clearances)).unwrap()
+    }
 }

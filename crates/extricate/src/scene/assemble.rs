@@ -13,9 +13,13 @@ use super::names::{Named, find, unique};
 use super::obstacles::{Others, others};
 use super::pairs::{PairName, checked, disabled_by_scene, disabled_by_srdf};
 use super::shapes::with_scenery;
+use super::units::warn_of_sizes;
 use super::{Body, LinkSeat, MetricSpec, Scene};
 use crate::error::{Error, Result};
 use crate::robot::Robot;
+
+/// What is said of a scene without checked pairs.
+pub const NOTHING_CHECKED: &str = "no pair of bodies is checked: every configuration within the limits is free";
 
 /// Reads the bytes of a file; the only access that parsing has to the outside. A file that is not there gives
 /// [`Error::Read`] with [`std::io::ErrorKind::NotFound`].
@@ -130,11 +134,17 @@ pub fn build(
         Ok(names[body].body.map(|body| bodies[body].name.clone()))
     })?;
     if pairs.is_empty() {
-        warnings.push("no pair of bodies is checked: every configuration within the limits is free".into());
+        warnings.push(NOTHING_CHECKED.into());
     }
     let (clearance, metric) = (entry.clearance.unwrap_or_default().lengths().0, metric.kind);
-    let (joints, space) = (coordinates.joints, coordinates.space);
-    Ok(Scene { clearance, metric, joints, space, frames: tree.frames, bodies, pairs, warnings, links, clearances })
+    let super::coordinates::Coordinates { joints, space, rigid, .. } = coordinates;
+    let frames = tree.frames;
+    let mut scene =
+        Scene { clearance, metric, joints, space, frames, bodies, pairs, warnings, links, clearances, rigid };
+    let others: Vec<Body> = scene.bodies.iter().filter(|body| body.robot.is_none()).cloned().collect();
+    let mut warnings = std::mem::take(&mut scene.warnings);
+    warn_of_sizes(&scene, &others, &mut warnings);
+    Ok(Scene { warnings, ..scene })
 }
 
 /// What a link holds, fixed to the link's frame.

@@ -1,13 +1,12 @@
 //! The coordinates of a scene: which joints and bases have them, in which order, under which names and weights.
 
-use super::SceneJoint;
 use super::assemble::LoadedRobot;
 use super::file::{BaseKind, MetricEntry, WeightEntry};
 use super::frames::{Mover, Place};
 use super::names::{Named, find, unique};
 use super::reach::reach;
 use super::roles::{Role, factor_suffixes, roles};
-use super::{Body, MetricSpec};
+use super::{Body, MetricSpec, RigidJoint, SceneJoint};
 use crate::cspace::{ConfigSpace, Manifold};
 use crate::error::{Error, Result};
 use crate::math::Vec3;
@@ -20,6 +19,8 @@ pub struct Coordinates {
     pub joints: Vec<SceneJoint>,
     /// The space that they span.
     pub space: ConfigSpace,
+    /// Joints that do not move.
+    pub rigid: Vec<RigidJoint>,
     /// By robot.
     pub robots: Vec<RobotCoordinates>,
 }
@@ -102,7 +103,7 @@ pub fn coordinates(
     }
     let names = unique(&candidates.iter().map(|candidate| candidate.named).collect::<Vec<_>>());
     let weights = weights(file, metric, &candidates, warnings)?;
-    let (mut joints, mut space) = (Vec::new(), ConfigSpace::default());
+    let (mut joints, mut rigid, mut space) = (Vec::new(), Vec::new(), ConfigSpace::default());
     for ((candidate, name), weights) in candidates.iter().zip(&names).zip(weights) {
         let first = space.nq();
         let factors = candidate.manifolds.iter().zip(factor_suffixes(candidate.kind)).zip(weights);
@@ -115,6 +116,10 @@ pub fn coordinates(
         let robot = &mut found[candidate.robot];
         match candidate.joint {
             Some(joint) => {
+                if let Role::Rigid(position) = robot.roles[joint] {
+                    let kind = spelled(candidate.kind).into();
+                    rigid.push(RigidJoint { name: name.clone(), kind, position });
+                }
                 robot.names.push(name.clone());
                 robot.places[joint] = places;
             }
@@ -125,7 +130,7 @@ pub fn coordinates(
         let problem = "every joint is fixed or locked, expected at least one that moves, or a planar or floating base";
         return Err(Error::input(file, "robot", problem));
     }
-    Ok(Coordinates { joints, space, robots: found })
+    Ok(Coordinates { joints, space, rigid, robots: found })
 }
 
 /// Name, kind and manifolds of a base that moves.

@@ -103,12 +103,12 @@ impl Scene {
     /// With these pairs of bodies no longer checked.
     ///
     /// # Errors
-    /// [`Error::Input`] for a name that no body has.
+    /// [`Error::Input`] for a name that no body and no link has.
     pub fn disabled<'a>(&self, pairs: impl IntoIterator<Item = [&'a str; 2]>) -> Result<Self> {
         let mut scene = self.clone();
         for [a, b] in pairs {
-            let body = |name: &str| self.find(name, |_| true, &format!("pair [\"{a}\", \"{b}\"]"));
-            let (a, b) = (body(a)?, body(b)?);
+            let body = |name: &str| self.body_or_link(name, &format!("pair [\"{a}\", \"{b}\"]"));
+            let (Some(a), Some(b)) = (body(a)?, body(b)?) else { continue };
             let pair = BodyPair { first: a.min(b), second: a.max(b) };
             if let Ok(at) = scene.pairs.binary_search(&pair) {
                 scene.pairs.remove(at);
@@ -175,8 +175,8 @@ impl Scene {
             let names: Vec<&str> = self.links.iter().map(|seat| seat.name.as_str()).collect();
             return fault(format!("link: {}", unknown(link, &names)));
         };
-        let find = |name: &&str| self.find(name, |_| true, &format!("{element}: touch"));
-        let touch = touch.iter().map(find).collect::<Result<Vec<usize>>>()?;
+        let find = |name: &&str| self.body_or_link(name, &format!("{element}: touch")).transpose();
+        let touch = touch.iter().filter_map(find).collect::<Result<Vec<usize>>>()?;
         let mut scene = self.clone();
         scene.push(object.on(seat), &element, &touch)?;
         scene.pairs.sort_unstable();
@@ -196,6 +196,14 @@ impl Scene {
 
     fn obstacle_index(&self, name: &str) -> Result<usize> {
         self.find(name, Body::is_obstacle, &format!("obstacle \"{name}\""))
+    }
+
+    /// The body of this name; `None` for a link without geometry, which touches nothing.
+    pub(super) fn body_or_link(&self, name: &str, element: &str) -> Result<Option<usize>> {
+        match self.find(name, |_| true, element) {
+            Err(_) if self.links.iter().any(|link| link.name == name) => Ok(None),
+            found => found.map(Some),
+        }
     }
 
     fn find(&self, name: &str, is_meant: impl Fn(&Body) -> bool, element: &str) -> Result<usize> {

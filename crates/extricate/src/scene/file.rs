@@ -14,7 +14,8 @@
 //! geometry = "mesh"                 # mesh (default) | convex-hull: every mesh of this robot becomes its convex hull
 //! base = "planar"                   # fixed (default) | planar | floating, relative to `pose`
 //! bounds = { min = [-1, -1], max = [1, 1] }  # planar: x, y and optionally yaw; floating: x, y, z
-//! pose = { xyz = [0, 0, 0], rpy = [0, 0, 0] }
+//! pose = { xyz = [0, 0, 0], rpy = [0, 0, 0] }  # or quat_xyzw = [x, y, z, w], or quat_wxyz = [w,
+//! x, y, z]
 //! locked = { JOINT = 0.02 }         # rad or m
 //! limits = { JOINT = [-1, 1], OTHER = { min = [-1, -1], max = [1, 1] } }  # replace the URDF's
 //!
@@ -49,10 +50,11 @@ use super::MetricSpec;
 use super::arrays::{exactly, pairs_of_names};
 use super::clearances::ClearanceEntry;
 use super::limits::{BoundsEntry, LimitsEntry};
+pub use super::pose_entry::PoseEntry;
 pub use super::shapes::{RowsEntry, ShapeEntry};
 use super::wording::explain;
 use crate::error::{Error, Result};
-use crate::math::{FARTHEST, Pose};
+use crate::math::FARTHEST;
 
 /// A whole scene file.
 #[derive(Debug, Clone, Default, Deserialize)]
@@ -172,18 +174,6 @@ pub enum BaseKind {
     Floating,
 }
 
-/// `pose = { xyz = .., rpy = .. }`.
-#[derive(Debug, Clone, Copy, Default, Deserialize)]
-#[serde(deny_unknown_fields, expecting = "a table `{ xyz = [..], rpy = [..] }`")]
-pub struct PoseEntry {
-    /// Position \[m\].
-    #[serde(default, deserialize_with = "exactly")]
-    pub xyz: [f64; 3],
-    /// Roll, pitch and yaw about the fixed axes x, y, z \[rad\].
-    #[serde(default, deserialize_with = "exactly")]
-    pub rpy: [f64; 3],
-}
-
 /// `[[obstacle]]`.
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -263,21 +253,6 @@ impl SceneFile {
         match lengths.find(|(_, length)| !(0.0..=FARTHEST).contains(length)) {
             None => Ok(()),
             Some((element, bad)) => Err(Error::input(file, element, format!("got {bad}, expected 0 to 1e9 [m]"))),
-        }
-    }
-}
-
-impl PoseEntry {
-    /// The pose.
-    ///
-    /// # Errors
-    /// [`Error::Input`] where a number is not finite or beyond 1e9.
-    pub fn pose(&self, file: &str, element: &str) -> Result<Pose> {
-        match self.xyz.iter().chain(&self.rpy).find(|x| !(-FARTHEST..=FARTHEST).contains(*x)) {
-            Some(bad) => {
-                Err(Error::input(file, element, format!("pose: got {bad:?}, expected finite numbers within 1e9")))
-            }
-            None => Ok(Pose::from_xyz_rpy(self.xyz, self.rpy)),
         }
     }
 }

@@ -9,20 +9,25 @@ mod bodies;
 pub mod builtin;
 pub mod clearances;
 mod coordinates;
+pub mod drawing;
 mod edit;
 pub mod file;
 mod frames;
+pub mod import;
 pub mod limits;
 mod load;
 pub mod matching;
+pub mod named;
 mod names;
 mod obstacles;
 mod pairs;
+mod pose_entry;
 mod reach;
 mod roles;
 mod shapes;
 #[cfg(test)]
 mod testing;
+pub mod units;
 mod wording;
 pub mod world_file;
 
@@ -58,6 +63,19 @@ pub struct Scene {
     pub links: Vec<LinkSeat>,
     /// Pairs that keep another distance than `clearance`.
     pub clearances: Clearances,
+    /// Joints that do not move: fixed ones, and those that are locked.
+    pub rigid: Vec<RigidJoint>,
+}
+
+/// A joint without coordinates that follows no other.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct RigidJoint {
+    /// As in the URDF; `robot/joint` where two robots share a name.
+    pub name: String,
+    /// What it would allow, as URDF spells it.
+    pub kind: String,
+    /// Where it stands \[rad or m\]; 0 where it is fixed, or has several coordinates.
+    pub position: f64,
 }
 
 /// Where a link sits.

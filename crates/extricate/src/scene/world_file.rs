@@ -3,12 +3,13 @@
 
 use std::path::Path;
 
-use super::assemble::{ReadFile, assemble_entries};
+use super::assemble::{NOTHING_CHECKED, ReadFile, assemble_entries};
 use super::clearances::Clearances;
 use super::file::{self, SceneFile};
 use super::load::Files;
 use super::obstacles::{Others, others};
 use super::shapes::with_scenery;
+use super::units::warn_of_sizes;
 use super::{Body, Scene};
 use crate::error::{Error, Result};
 
@@ -55,11 +56,8 @@ pub fn in_world_of_entries(robots: &Scene, path: &Path, world: &SceneFile, read:
     let disabled = world.pairs.disable.iter().map(|[a, b]| [a.as_str(), b.as_str()]);
     scene = scene.disabled(disabled).map_err(in_file)?;
     let find = |element: String, wanted: &str| {
-        let names: Vec<&str> = scene.bodies.iter().map(|body| body.name.as_str()).collect();
-        match names.contains(&wanted) {
-            true => Ok(Some(wanted.to_string())),
-            false => Err(Error::input(&name, element, super::names::unknown(wanted, &names))),
-        }
+        let body = scene.body_or_link(wanted, &element).map_err(in_file)?;
+        Ok(body.map(|body| scene.bodies[body].name.clone()))
     };
     let Clearances { own, pairs, padding } = Clearances::of_file(world, &find)?;
     if let Some(clearance) = world.clearance {
@@ -67,7 +65,12 @@ pub fn in_world_of_entries(robots: &Scene, path: &Path, world: &SceneFile, read:
     }
     scene.clearances.pairs.extend(pairs);
     scene.clearances.padding.extend(padding);
-    Ok(scene)
+    let came: Vec<Body> = scene.bodies.iter().filter(|body| body.robot.is_none()).cloned().collect();
+    let mut warnings = std::mem::take(&mut scene.warnings);
+    // Of a robot alone it may have been true.
+    warnings.retain(|warning| warning != NOTHING_CHECKED || scene.pairs.is_empty());
+    warn_of_sizes(&scene, &came, &mut warnings);
+    Ok(Scene { warnings, ..scene })
 }
 
 /// The obstacles of a world that is parsed already or was never written down.

@@ -1,0 +1,81 @@
+//! `extricate import`: a world that another program wrote, as a scene file.
+
+use std::path::PathBuf;
+
+use clap::Args;
+use extricate::store::worlds::{import_world, is_urdf};
+use serde::Serialize;
+
+use super::load_scene;
+use crate::notice;
+use crate::output::Output;
+use crate::report::count;
+
+/// Arguments of `import`.
+#[derive(Args)]
+#[command(
+    after_help = "FILE is MoveIt's .scene text, or a PlanningScene as YAML (`ros2 topic echo --full-length`, Robowflex) or JSON \
+                        (rosbridge). Obstacles, attached objects with what they may touch, allowed collisions and padding are \
+                        taken; meshes are written into a folder beside the scene file. What is not taken, or taken for \
+                        something else, is told on standard error and at the head of the scene file.\n\n\
+                        Without --robot the scene file is a world: `extricate query ROBOT --world WORLD`. Such a query takes \
+                        FILE itself as well."
+)]
+pub struct ImportArgs {
+    /// File that ends in .scene, .yaml, .yml or .json
+    file: PathBuf,
+    /// Scene file to write (TOML)
+    #[arg(short = 'o', long = "output", value_name = "SCENE")]
+    output: PathBuf,
+    /// URDF of the robot, which the scene file then names; or a scene or model file, whose links
+    /// and frames are looked up alone
+    #[arg(long, value_name = "ROBOT")]
+    robot: Option<PathBuf>,
+}
+
+#[derive(Serialize)]
+struct Report {
+    scene: String,
+    meshes: Vec<String>,
+    obstacles: usize,
+    attached: usize,
+    disabled: usize,
+    notes: Vec<String>,
+}
+
+/// Runs the command.
+pub fn run(args: &ImportArgs, json: bool) -> anyhow::Result<()> {
+    let robots = args.robot.as_deref().map(load_scene).transpose()?;
+    let urdf = match &args.robot {
+        Some(path) if is_urdf(path)? => Some(path.as_path()),
+        _ => None,
+    };
+    let done = import_world(&args.file, &args.output, robots.as_ref(), urdf)?;
+    for note in &done.notes {
+        notice::warning(note);
+    }
+    let report = Report {
+        scene: args.output.display().to_string(),
+        meshes: done.meshes.iter().map(|path| path.display().to_string()).collect(),
+        obstacles: done.entries.obstacle.len(),
+        attached: done.entries.attached.len(),
+        disabled: done.entries.pairs.disable.len(),
+        notes: done.notes,
+    };
+    let mut out = Output::new(false);
+    if json {
+        out.json(&report)?;
+    } else {
+        out.line(format_args!(
+            "wrote {}: {} obstacles, {} attached objects, {} disabled pairs",
+            report.scene,
+            count(report.obstacles),
+            count(report.attached),
+            count(report.disabled)
+        ))?;
+        for mesh in &report.meshes {
+            out.line(format_args!("wrote {mesh}"))?;
+        }
+    }
+    out.finish()
+}

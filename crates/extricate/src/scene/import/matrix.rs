@@ -1,0 +1,132 @@
+//! `moveit_msgs/AllowedCollisionMatrix`: which pairs need not stay apart.
+
+use std::collections::{BTreeSet, HashSet};
+
+use serde_json::Value;
+
+use super::super::Scene;
+use super::objects::Objects;
+use super::value::At;
+use crate::error::Result;
+
+/// What MoveIt calls its map of occupied cells.
+const OCTOMAP: &str = "<octomap>";
+
+/// Adds the allowed pairs to those that are disabled. An entry for a pair goes before a default.
+pub fn allowed(matrix: &At, robots: Option<&Scene>, objects: &mut Objects) -> Result<()> {
+    let (names, rows) = (matrix.list("entry_names")?, matrix.list("entry_values")?);
+    if rows.len() != names.len() {
+        let problem = format!("got {} names and {} rows, expected as many", names.len(), rows.len());
+        return Err(crate::error::Error::input(matrix.file, format!("{}.entry_values", matrix.path), problem));
+    }
+    let names = names.iter().map(At::string).collect::<Result<Vec<&str>>>()?;
+    let mut table = Vec::with_capacity(rows.len());
+    for row in &rows {
+        let enabled = if row.value.is_object() { row.list("enabled")? } else { row.elements()? };
+        if enabled.len() != names.len() {
+            return Err(row.fault(&format!("{} values, one for each name", names.len())));
+        }
+        table.push(enabled.iter().map(truth).collect::<Result<Vec<bool>>>()?);
+    }
+    let (mut pairs, mut explicit) = (BTreeSet::new(), HashSet::new());
+    for first in 0..names.len() {
+        for second in first + 1..names.len() {
+            explicit.insert(ordered(names[first], names[second]));
+            if table[first][second] {
+                pairs.insert(ordered(names[first], names[second]));
+            }
+            if table[first][second] != table[second][first] {
+                let (a, b) = (names[first], names[second]);
+                objects.note(format!("{}: {a} and {b} have two values: that of the first is taken", matrix.path));
+            }
+        }
+    }
+    let others = objects.all();
+    let links = robots.map_or(Vec::new(), |robots| robots.links.iter().map(|link| link.name.clone()).collect());
+    let known: BTreeSet<&str> = names
+        .iter()
+        .copied()
+        .chain(others.iter().map(String::as_str))
+        .chain(links.iter().map(String::as_str))
+        .collect();
+    defaults(matrix, &known, &explicit, &mut pairs, robots.is_some(), objects)?;
+    write(matrix, &pairs, robots, objects);
+    Ok(())
+}
+
+/// Names that are allowed to touch all that no entry says something of.
+fn defaults<'a>(
+    matrix: &At<'a>,
+    known: &BTreeSet<&'a str>,
+    explicit: &HashSet<[&str; 2]>,
+    pairs: &mut BTreeSet<[&'a str; 2]>,
+    has_links: bool,
+    objects: &mut Objects,
+) -> Result<()> {
+    let (names, values) = (matrix.list("default_entry_names")?, matrix.list("default_entry_values")?);
+    if names.len() != values.len() {
+        let problem = format!("got {} names and {} values, expected as many", names.len(), values.len());
+        let path = format!("{}.default_entry_values", matrix.path);
+        return Err(crate::error::Error::input(matrix.file, path, problem));
+    }
+    let names = names.iter().map(At::string).collect::<Result<Vec<&str>>>()?;
+    let values = values.iter().map(truth).collect::<Result<Vec<bool>>>()?;
+    let refused = |name: &str| names.iter().zip(&values).any(|(other, allowed)| *other == name && !allowed);
+    for (name, _) in names.iter().zip(&values).filter(|(_, allowed)| **allowed) {
+        if !has_links && *name != OCTOMAP {
+            objects.note(format!(
+                "{}: `{name}` may touch everything: of the robot, what the matrix names is written; with --robot all \
+                 of its links are",
+                matrix.path
+            ));
+        }
+        for other in known.iter().filter(|other| *other != name && !refused(other)) {
+            let pair = ordered(name, other);
+            if !explicit.contains(&pair) {
+                pairs.insert(pair);
+            }
+        }
+    }
+    Ok(())
+}
+
+fn write(matrix: &At, pairs: &BTreeSet<[&str; 2]>, robots: Option<&Scene>, objects: &mut Objects) {
+    let mut unknown = BTreeSet::new();
+    for [a, b] in pairs {
+        // What cannot move is never checked against each other, and cells are not taken.
+        if (objects.is_obstacle(a) && objects.is_obstacle(b)) || [a, b].contains(&&OCTOMAP) {
+            continue;
+        }
+        let names = |name: &str| match objects.names_of(name) {
+            Some(names) => names.to_vec(),
+            None => vec![name.to_string()],
+        };
+        let (first, second) = (names(a), names(b));
+        let is_known = |name: &str| {
+            let is_link = |robots: &Scene| robots.links.iter().any(|link| link.name == name);
+            objects.names_of(name).is_some() || robots.is_none_or(is_link)
+        };
+        if let Some(name) = [a, b].into_iter().find(|name| !is_known(name)) {
+            unknown.insert(name.to_string());
+            continue;
+        }
+        let all = first.iter().flat_map(|a| second.iter().map(move |b| [a.clone(), b.clone()]));
+        objects.entries().pairs.disable.extend(all);
+    }
+    for name in unknown {
+        objects.note(format!("{}: neither the robot nor the world has `{name}`", matrix.path));
+    }
+}
+
+fn truth(at: &At) -> Result<bool> {
+    match at.value {
+        Value::Bool(truth) => Ok(*truth),
+        Value::Number(_) if at.number()? == 0.0 => Ok(false),
+        Value::Number(_) if at.number()? == 1.0 => Ok(true),
+        _ => Err(at.fault("true or false")),
+    }
+}
+
+fn ordered<'a>(a: &'a str, b: &'a str) -> [&'a str; 2] {
+    if a < b { [a, b] } else { [b, a] }
+}

@@ -1,0 +1,244 @@
+//! `moveit_msgs/PlanningScene`, as YAML or JSON: the world, attached objects, padding. The matrix
+//! of allowed collisions is read in `matrix`, objects in `message_objects`.
+
+use serde_json::Value;
+
+use super::super::{LinkSeat, Scene};
+use super::Imported;
+use super::matrix::allowed;
+use super::message_objects::{object, operation};
+use super::objects::{Objects, Place};
+use super::value::At;
+use crate::error::{Error, Result};
+use crate::math::Pose;
+
+/// Fields of a PlanningScene; those that no other place names say nothing of the world.
+const SCENE: &[&str] = &[
+    "name",
+    "robot_state",
+    "robot_model_name",
+    "fixed_frame_transforms",
+    "allowed_collision_matrix",
+    "link_padding",
+    "link_scale",
+    "object_colors",
+    "world",
+    "is_diff",
+];
+/// Fields of a PlanningSceneWorld.
+const WORLD: &[&str] = &["collision_objects", "octomap"];
+/// Fields of an AttachedCollisionObject; how it is let go and what it weighs mean nothing here.
+const ATTACHED: &[&str] = &["link_name", "object", "touch_links", "detach_posture", "weight"];
+
+/// Reads a message: a PlanningScene, alone, as the `msg` of rosbridge or as the `scene` of a
+/// service's answer; or a PlanningSceneWorld.
+///
+/// # Errors
+/// [`Error::Input`] that names the field, what is in it and what was expected.
+pub fn read(file: &str, value: &Value, robots: Option<&Scene>) -> Result<Imported> {
+    let mut scene = At::new(file, "", value);
+    for wrapper in ["msg", "values", "scene"] {
+        if let Some(inner) = scene.get(wrapper)?.filter(|inner| inner.value.is_object()) {
+            scene = inner;
+        }
+    }
+    let world = scene.get("world")?;
+    let is_world = scene.get("collision_objects")?.is_some();
+    if world.is_none() && !is_world && scene.get("robot_state")?.is_none() {
+        return Err(scene.fault("a PlanningScene (with `world`) or a PlanningSceneWorld (with `collision_objects`)"));
+    }
+    let mut objects = Objects::default();
+    if is_world && world.is_none() {
+        objects.note_unknown(&scene, WORLD)?;
+    } else {
+        objects.note_unknown(&scene, SCENE)?;
+    }
+    if let Some(world) = &world {
+        objects.note_unknown(world, WORLD)?;
+    }
+    let mut frames = Frames { robots, transforms: transforms(&scene)?, world: None };
+    let world = world.unwrap_or_else(|| scene.clone());
+    for at in world.list("collision_objects")? {
+        standing(&at, &mut frames, &mut objects)?;
+    }
+    if let Some(octomap) = world.get("octomap")? {
+        tell_octomap(&octomap, &mut objects)?;
+    }
+    if let Some(state) = scene.get("robot_state")? {
+        for at in state.list("attached_collision_objects")? {
+            attached(&at, &frames, robots, &mut objects)?;
+        }
+        if state.get("joint_state")?.is_some_and(|joints| joints.list("name").is_ok_and(|names| !names.is_empty())) {
+            objects.note(
+                "robot_state: the positions of joints are no part of a scene: ask with them, as \
+                 {\"name\": [..], \"position\": [..]}",
+            );
+        }
+    }
+    if let Some(frame) = frames.world.filter(|frame| frame != "world") {
+        objects.note(format!("poses are given in the frame `{frame}`, which is taken for the world of the scene"));
+    }
+    if let Some(matrix) = scene.get("allowed_collision_matrix")? {
+        allowed(&matrix, robots, &mut objects)?;
+    }
+    padding(&scene, robots, &mut objects)?;
+    if scene.get("is_diff")?.is_some_and(|diff| diff.value == &Value::Bool(true)) {
+        objects.note("is_diff: the message is a difference: what it leaves out is not in the world that was written");
+    }
+    if !scene.list("object_colors")?.is_empty() {
+        objects.note("colours are not taken: a scene has none");
+    }
+    let (entries, notes) = objects.finish();
+    Ok(Imported { entries, notes })
+}
+
+/// Which frames poses may be given in.
+pub struct Frames<'a> {
+    robots: Option<&'a Scene>,
+    /// By name of the frame.
+    transforms: Vec<(String, Place)>,
+    /// The frame that is taken for the world.
+    world: Option<String>,
+}
+
+impl Frames<'_> {
+    /// Where the frame of a header stands in the world.
+    fn place(&mut self, at: &At) -> Result<Place> {
+        let Some(header) = at.get("header")? else { return Ok(Place::HERE) };
+        let name = header.text("frame_id")?.trim_start_matches('/');
+        let fault = |expected: String| {
+            let problem = format!("got the frame `{name}`, expected {expected}");
+            Err(Error::input(at.file, format!("{}.header.frame_id", at.path), problem))
+        };
+        if name.is_empty() {
+            return Ok(Place::HERE);
+        }
+        if let Some(seat) = self.robots.and_then(|robots| link(robots, name)) {
+            if seat.frame != 0 {
+                return fault("one that does not move: where this link is depends on the configuration".into());
+            }
+            return Ok(place_of(&seat.pose_frame_link));
+        }
+        if let Some((_, place)) = self.transforms.iter().find(|(child, _)| child == name) {
+            return Ok(*place);
+        }
+        match &self.world {
+            Some(world) if world != name => {
+                fault(format!("`{world}` as before: where one is in the other is not said"))
+            }
+            _ => {
+                self.world = Some(name.to_string());
+                Ok(Place::HERE)
+            }
+        }
+    }
+}
+
+fn link<'a>(robots: &'a Scene, name: &str) -> Option<&'a LinkSeat> {
+    robots.links.iter().find(|link| link.name == name)
+}
+
+fn place_of(pose: &Pose) -> Place {
+    let rotation = nalgebra::Rotation3::from_matrix_unchecked(pose.rotation);
+    let quaternion = nalgebra::UnitQuaternion::from_rotation_matrix(&rotation);
+    Place { xyz: pose.translation.into(), quaternion: quaternion.coords.into() }
+}
+
+fn transforms(scene: &At) -> Result<Vec<(String, Place)>> {
+    let read = |at: At| {
+        let place = at.get("transform")?.map_or(Ok(Place::HERE), |transform| transform.as_place())?;
+        Ok((at.text("child_frame_id")?.trim_start_matches('/').to_string(), place))
+    };
+    scene.list("fixed_frame_transforms")?.into_iter().map(read).collect()
+}
+
+fn standing(at: &At, frames: &mut Frames, objects: &mut Objects) -> Result<()> {
+    let named = At { path: format!("collision object {:?}", at.text("id")?), ..at.clone() };
+    if !operation(&named, objects)? {
+        return Ok(());
+    }
+    let frame = frames.place(&named)?;
+    let object = object(&named, &frame, objects)?;
+    objects.stand(at.file, object)
+}
+
+fn attached(at: &At, frames: &Frames, robots: Option<&Scene>, objects: &mut Objects) -> Result<()> {
+    let inner = at.get("object")?.ok_or_else(|| at.fault("a mapping with `link_name` and `object`"))?;
+    let named = At { path: format!("attached object {:?}", inner.text("id")?), ..inner };
+    objects.note_unknown(&At { path: named.path.clone(), ..at.clone() }, ATTACHED)?;
+    if !operation(&named, objects)? {
+        return Ok(());
+    }
+    let holder = at.text("link_name")?;
+    if holder.is_empty() {
+        return Err(At { path: format!("{}.link_name", named.path), ..at.clone() }.fault("the link that holds it"));
+    }
+    let frame = match named.get("header")? {
+        Some(header) => header.text("frame_id")?.trim_start_matches('/'),
+        None => "",
+    };
+    let seat = |name: &str| frames.robots.and_then(|robots| link(robots, name));
+    let place = match (seat(holder), seat(frame)) {
+        _ if frame.is_empty() || frame == holder => Place::HERE,
+        (Some(held), Some(given)) if held.frame == given.frame => {
+            place_of(&held.pose_frame_link.inverse().then(&given.pose_frame_link))
+        }
+        _ => {
+            let problem = format!("got the frame `{frame}`, expected `{holder}`, the link that holds it");
+            return Err(Error::input(named.file, format!("{}.header.frame_id", named.path), problem));
+        }
+    };
+    let mut touch = Vec::new();
+    for link_at in at.list("touch_links")? {
+        let name = link_at.string()?;
+        match robots {
+            Some(robots) if link(robots, name).is_none() => {
+                objects.note(format!("{}: touch_links: the robot has no link `{name}`", named.path));
+            }
+            _ if name == holder => {}
+            _ => touch.push(name.to_string()),
+        }
+    }
+    let object = object(&named, &place, objects)?;
+    objects.attach(at.file, object, holder, &touch)
+}
+
+fn tell_octomap(at: &At, objects: &mut Objects) -> Result<()> {
+    let Some(map) = at.get("octomap")? else { return Ok(()) };
+    let bytes = match map.get("data")?.map(|data| data.value) {
+        Some(Value::Array(bytes)) => bytes.len(),
+        Some(Value::String(text)) => text.len(),
+        _ => 0,
+    };
+    if bytes > 0 {
+        objects.note(
+            "world.octomap is not taken: messages hold it as OctoMap's own bytes; save it as a .bt file and take its \
+             occupied cells as `voxels`",
+        );
+    }
+    Ok(())
+}
+
+/// Padding of links is what they add to the clearance toward obstacles; scale has no place here.
+fn padding(scene: &At, robots: Option<&Scene>, objects: &mut Objects) -> Result<()> {
+    for at in scene.list("link_padding")? {
+        let (name, padding) = (at.text("link_name")?, at.get("padding")?.map_or(Ok(0.0), |padding| padding.number())?);
+        if padding < 0.0 {
+            objects.note(format!("link_padding of `{name}`: {padding} m is not taken: a link can only grow"));
+        } else if padding > 0.0 && robots.is_some_and(|robots| link(robots, name).is_none()) {
+            objects.note(format!("link_padding: the robot has no link `{name}`"));
+        } else if padding > 0.0 {
+            objects.entries().padding.insert(name.into(), padding);
+        }
+    }
+    for at in scene.list("link_scale")? {
+        let scale = at.get("scale")?.map_or(Ok(1.0), |scale| scale.number())?;
+        if scale != 1.0 {
+            objects.note(format!(
+                "link_scale of `{}`: {scale} is not taken: links keep their size",
+                at.text("link_name")?
+            ));
+        }
+    }
+    Ok(())
+}

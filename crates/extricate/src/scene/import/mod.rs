@@ -1,0 +1,77 @@
+//! Worlds that other programs wrote, as entries of a scene file: MoveIt's `.scene` text, and
+//! PlanningScene messages as YAML or JSON.
+//!
+//! What has no place in a scene file is told, never dropped in silence.
+
+mod matrix;
+mod message;
+mod message_objects;
+mod objects;
+mod scene_text;
+mod toml_text;
+mod value;
+
+use std::path::Path;
+
+pub use toml_text::{MeshFile, to_toml};
+
+use super::Scene;
+use super::file::SceneFile;
+use crate::error::{Error, Result};
+
+/// A world that was read.
+#[derive(Debug, Clone, Default)]
+pub struct Imported {
+    /// Its obstacles, attached objects, disabled pairs and padding.
+    pub entries: SceneFile,
+    /// What was taken for something else, or not taken, and why.
+    pub notes: Vec<String>,
+}
+
+/// Whether the name of a file says that it is one of these formats: `.scene`, `.yaml`, `.yml` or
+/// `.json`.
+pub fn is_foreign(path: &Path) -> bool {
+    kind(path).is_some()
+}
+
+enum Kind {
+    SceneText,
+    Yaml,
+    Json,
+}
+
+fn kind(path: &Path) -> Option<Kind> {
+    match path.extension()?.to_str()?.to_ascii_lowercase().as_str() {
+        "scene" => Some(Kind::SceneText),
+        "yaml" | "yml" => Some(Kind::Yaml),
+        "json" => Some(Kind::Json),
+        _ => None,
+    }
+}
+
+/// Reads the `text` of the file at `path`; the end of its name says which format it is.
+///
+/// With the robots that it is a world of, frames that are links of theirs are understood, and names
+/// that nothing has are left out of the disabled pairs.
+///
+/// # Errors
+/// [`Error::Input`] that names the file, the line or element, the value and what was expected.
+///
+/// # Source
+/// The formats are those that MoveIt's `PlanningScene::loadGeometryFromStream` reads, and
+/// `moveit_msgs/PlanningScene` with the messages in it.
+pub fn import(path: &Path, text: &str, robots: Option<&Scene>) -> Result<Imported> {
+    let file = path.display().to_string();
+    match kind(path) {
+        Some(Kind::SceneText) => scene_text::read(&file, text),
+        Some(Kind::Yaml) => message::read(&file, &value::of_yaml(&file, text)?, robots),
+        Some(Kind::Json) => message::read(&file, &value::of_json(&file, text)?, robots),
+        None => {
+            let problem = "got a name that tells no format, expected one that ends in .scene, .yaml, .yml or .json";
+            Err(Error::input(file, "name", problem))
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests;

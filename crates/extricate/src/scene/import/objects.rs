@@ -1,0 +1,221 @@
+//! Objects of several shapes and planes, as MoveIt has them, to entries of one shape each.
+
+use std::collections::HashSet;
+use std::f64::consts::{PI, TAU};
+use std::sync::Arc;
+
+use super::super::file::{AttachedEntry, ObstacleEntry, PoseEntry, SceneFile, ShapeEntry};
+use super::value::At;
+use crate::error::{Error, Result};
+use crate::math::{Mat3, Vec3, quaternion_matrix, quaternion_product};
+use crate::robot::TriangleMesh;
+
+/// Sides of the pyramid that stands for a cone.
+const SIDES: u32 = 64;
+
+/// A position \[m\] and a unit quaternion x, y, z, w.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Place {
+    pub xyz: [f64; 3],
+    pub quaternion: [f64; 4],
+}
+
+impl Place {
+    /// Where nothing is moved.
+    pub const HERE: Self = Self { xyz: [0.0; 3], quaternion: [0.0, 0.0, 0.0, 1.0] };
+
+    /// `place_a_c` from `place_a_b` (self) and `place_b_c`.
+    pub fn then(&self, other: &Self) -> Self {
+        let rotation: Mat3 = quaternion_matrix(&self.quaternion);
+        let xyz = Vec3::from(self.xyz) + rotation * Vec3::from(other.xyz);
+        Self { xyz: xyz.into(), quaternion: quaternion_product(&self.quaternion, &other.quaternion) }
+    }
+
+    fn entry(&self) -> PoseEntry {
+        let turned = self.quaternion != Self::HERE.quaternion;
+        PoseEntry { xyz: self.xyz, quat_xyzw: turned.then_some(self.quaternion), ..PoseEntry::default() }
+    }
+}
+
+/// A shape as the formats have it.
+#[derive(Debug, Clone)]
+pub enum Shape {
+    /// Full sides \[m\].
+    Box([f64; 3]),
+    /// Radius \[m\].
+    Sphere(f64),
+    /// Radius and length \[m\].
+    Cylinder([f64; 2]),
+    /// Radius and height \[m\], the apex up, the origin in the middle.
+    Cone([f64; 2]),
+    /// `a x + b y + c z + d = 0`.
+    Plane([f64; 4]),
+    /// As it is.
+    Mesh(Arc<TriangleMesh>),
+    /// Path and scale.
+    MeshFile(String, [f64; 3]),
+}
+
+/// A named object and its shapes, each with its place in the world, or in the link that holds it.
+#[derive(Debug, Clone)]
+pub struct Object {
+    pub name: String,
+    pub shapes: Vec<(Shape, Place)>,
+}
+
+/// Objects on their way into a scene file.
+#[derive(Debug, Default)]
+pub struct Objects {
+    entries: SceneFile,
+    notes: Vec<String>,
+    /// By object, the names of its entries.
+    names: Vec<(String, Vec<String>)>,
+    taken: HashSet<String>,
+}
+
+impl Objects {
+    /// Something that the user should know.
+    pub fn note(&mut self, text: impl Into<String>) {
+        let text = text.into();
+        if !self.notes.contains(&text) {
+            self.notes.push(text);
+        }
+    }
+
+    /// Tells keys of a message that mean nothing.
+    pub fn note_unknown(&mut self, at: &At, known: &[&str]) -> Result<()> {
+        for key in at.unknown(known)? {
+            let place = if at.path.is_empty() { String::new() } else { format!("{}: ", at.path) };
+            self.note(format!("{place}the key `{key}` is not taken, expected {}", known.join(", ")));
+        }
+        Ok(())
+    }
+
+    /// The names of the entries of an object, if there is such an object.
+    pub fn names_of(&self, object: &str) -> Option<&[String]> {
+        self.names.iter().find(|(name, _)| name == object).map(|(_, names)| names.as_slice())
+    }
+
+    /// Names of all objects.
+    pub fn all(&self) -> Vec<String> {
+        self.names.iter().map(|(name, _)| name.clone()).collect()
+    }
+
+    /// Whether an object stands in the world.
+    pub fn is_obstacle(&self, object: &str) -> bool {
+        let entries = &self.entries.obstacle;
+        self.names_of(object).is_some_and(|own| entries.iter().any(|entry| own.contains(&entry.name)))
+    }
+
+    /// All that was read.
+    pub fn finish(self) -> (SceneFile, Vec<String>) {
+        (self.entries, self.notes)
+    }
+
+    /// What may still be added to.
+    pub fn entries(&mut self) -> &mut SceneFile {
+        &mut self.entries
+    }
+
+    /// Adds an obstacle.
+    pub fn stand(&mut self, file: &str, object: Object) -> Result<()> {
+        for (name, shape, place) in self.told(file, object)? {
+            self.entries.obstacle.push(ObstacleEntry { name, shape, pose: place.entry() });
+        }
+        Ok(())
+    }
+
+    /// Adds an object that a link holds.
+    pub fn attach(&mut self, file: &str, object: Object, link: &str, touch: &[String]) -> Result<()> {
+        if object.shapes.iter().any(|(shape, _)| matches!(shape, Shape::Plane(_))) {
+            let problem = "got a plane, expected a shape that a link can hold";
+            return Err(Error::input(file, format!("attached object \"{}\"", object.name), problem));
+        }
+        for (name, shape, place) in self.told(file, object)? {
+            let (link, touch) = (link.to_string(), touch.to_vec());
+            self.entries.attached.push(AttachedEntry { name, link, shape, pose: place.entry(), touch });
+        }
+        Ok(())
+    }
+
+    /// One entry a shape, with names of their own, and what there is to say of them.
+    fn told(&mut self, file: &str, object: Object) -> Result<Vec<(String, ShapeEntry, Place)>> {
+        let Object { name: object, shapes } = object;
+        let element = format!("object \"{object}\"");
+        if self.names.iter().any(|(name, _)| *name == object) {
+            return Err(Error::input(file, element, "the name occurs twice, expected every object to have its own"));
+        }
+        if shapes.is_empty() {
+            self.note(format!("{element} has no shape: it is left out"));
+        }
+        let names: Vec<String> = match shapes.len() {
+            1 => vec![object.clone()],
+            count => (1..=count).map(|number| format!("{object}-{number}")).collect(),
+        };
+        if let Some(twice) = names.iter().find(|name| !self.taken.insert((*name).clone())) {
+            return Err(Error::input(file, element, format!("`{twice}` is another object's name already")));
+        }
+        if let [first, .., last] = names.as_slice() {
+            self.note(format!("{element} has {} shapes: they are `{first}` to `{last}`", names.len()));
+        }
+        self.names.push((object, names.clone()));
+        let entry = |(name, (shape, place)): (String, (Shape, Place))| {
+            let shape = self.entry(file, &element, shape)?;
+            Ok((name, shape, place))
+        };
+        names.into_iter().zip(shapes).map(entry).collect()
+    }
+
+    fn entry(&mut self, file: &str, element: &str, shape: Shape) -> Result<ShapeEntry> {
+        let mut entry = ShapeEntry::default();
+        match shape {
+            Shape::Box(sides) => entry.cuboid = Some(sides),
+            Shape::Sphere(radius) => entry.sphere = Some(radius),
+            Shape::Cylinder(sizes) => entry.cylinder = Some(sizes),
+            Shape::Cone([radius, height]) => {
+                if !(radius > 0.0 && height > 0.0 && radius.max(height) < f64::INFINITY) {
+                    let problem = format!("cone: got {radius} and {height}, expected a radius and a height > 0 [m]");
+                    return Err(Error::input(file, element, problem));
+                }
+                let beyond = 100.0 * (1.0 / (PI / f64::from(SIDES)).cos() - 1.0);
+                self.note(format!(
+                    "{element}: a cone is taken for the pyramid of {SIDES} sides around it, {beyond:.2} % wider at its corners"
+                ));
+                (entry.triangles, entry.convex) = (Some(Arc::new(cone(radius, height))), true);
+            }
+            Shape::Plane([a, b, c, d]) => {
+                let length = Vec3::new(a, b, c).norm();
+                if !(length > 0.0 && length.is_finite() && d.is_finite()) {
+                    let problem =
+                        format!("plane: got {:?}, expected a, b, c, d of a x + b y + c z + d = 0", [a, b, c, d]);
+                    return Err(Error::input(file, element, problem));
+                }
+                self.note(format!(
+                    "{element}: a plane is taken for all that lies behind it (a x + b y + c z <= -d), not for a thin sheet"
+                ));
+                (entry.half_space, entry.offset) = (Some([a, b, c].map(|x| x / length)), Some(-d / length));
+            }
+            Shape::Mesh(mesh) => entry.triangles = Some(mesh),
+            Shape::MeshFile(path, scale) => {
+                entry.mesh = Some(path);
+                entry.scale = (scale != [1.0; 3]).then_some(super::super::file::ScaleEntry::Axes(scale));
+            }
+        }
+        Ok(entry)
+    }
+}
+
+/// Around a cone: its sides touch it.
+fn cone(radius: f64, height: f64) -> TriangleMesh {
+    let (half, rim) = (height / 2.0, radius / (PI / f64::from(SIDES)).cos());
+    let corner = |k: u32| {
+        let (sine, cosine) = (TAU * f64::from(k) / f64::from(SIDES)).sin_cos();
+        Vec3::new(rim * cosine, rim * sine, -half)
+    };
+    let vertices = (0..SIDES).map(corner).chain([Vec3::new(0.0, 0.0, half), Vec3::new(0.0, 0.0, -half)]);
+    let sides = (0..SIDES).flat_map(|k| {
+        let next = (k + 1) % SIDES;
+        [[k, next, SIDES], [next, k, SIDES + 1]]
+    });
+    TriangleMesh::new(vertices.collect(), sides.collect())
+}

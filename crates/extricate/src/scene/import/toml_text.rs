@@ -1,0 +1,128 @@
+//! Entries that were imported, as the text of a scene file, and their meshes as files beside it.
+
+use std::fmt::Write;
+use std::sync::Arc;
+
+use super::super::file::{PoseEntry, ScaleEntry, SceneFile, ShapeEntry};
+use crate::robot::TriangleMesh;
+
+/// A mesh that the text names by this path.
+#[derive(Debug, Clone)]
+pub struct MeshFile {
+    /// Relative to the scene file, `/` between folders.
+    pub path: String,
+    /// Wavefront OBJ.
+    pub text: String,
+}
+
+/// The text of a scene file with these robots, obstacles, attached objects, disabled pairs and
+/// padding, and the meshes that it names, below `folder`. Of a robot only the URDF is told.
+///
+/// `comments` stand at its head, a line each.
+pub fn to_toml(entries: &SceneFile, comments: &[String], folder: &str) -> (String, Vec<MeshFile>) {
+    let mut text = String::new();
+    let mut meshes = Vec::new();
+    for line in comments.iter().flat_map(|comment| comment.lines()) {
+        let printed: String = line.chars().filter(|c| !c.is_control()).collect();
+        push(&mut text, format!("# {printed}"));
+    }
+    if !entries.padding.is_empty() {
+        let all: Vec<String> = entries.padding.iter().map(|(name, x)| format!("{} = {x:?}", quoted(name))).collect();
+        push(&mut text, format!("\npadding = {{ {} }}", all.join(", ")));
+    }
+    for robot in &entries.robot {
+        push(&mut text, format!("\n[[robot]]\nurdf = {}", quoted(&robot.urdf)));
+    }
+    for entry in &entries.obstacle {
+        push(&mut text, format!("\n[[obstacle]]\nname = {}", quoted(&entry.name)));
+        placed(&mut text, &entry.name, (&entry.shape, &entry.pose), folder, &mut meshes);
+    }
+    for entry in &entries.attached {
+        push(&mut text, format!("\n[[attached]]\nname = {}\nlink = {}", quoted(&entry.name), quoted(&entry.link)));
+        placed(&mut text, &entry.name, (&entry.shape, &entry.pose), folder, &mut meshes);
+        if !entry.touch.is_empty() {
+            let touch: Vec<String> = entry.touch.iter().map(|name| quoted(name)).collect();
+            push(&mut text, format!("touch = [{}]", touch.join(", ")));
+        }
+    }
+    if !entries.pairs.disable.is_empty() {
+        push(&mut text, "\n[pairs]\ndisable = [".into());
+        for [a, b] in &entries.pairs.disable {
+            push(&mut text, format!("    [{}, {}],", quoted(a), quoted(b)));
+        }
+        push(&mut text, "]".into());
+    }
+    (text, meshes)
+}
+
+fn push(text: &mut String, line: String) {
+    text.push_str(&line);
+    text.push('\n');
+}
+
+fn quoted(text: &str) -> String {
+    toml::Value::String(text.into()).to_string()
+}
+
+fn placed(
+    text: &mut String,
+    name: &str,
+    (shape, pose): (&ShapeEntry, &PoseEntry),
+    folder: &str,
+    meshes: &mut Vec<MeshFile>,
+) {
+    let path = match &shape.triangles {
+        Some(mesh) => {
+            meshes.push(MeshFile { path: mesh_path(folder, name, meshes), text: obj(mesh) });
+            meshes.last().map(|file| file.path.clone())
+        }
+        None => shape.mesh.clone(),
+    };
+    push(text, format!("shape = {{ {} }}", shape_text(shape, path)));
+    let mut parts = vec![format!("xyz = {:?}", pose.xyz)];
+    parts.extend(pose.quat_xyzw.map(|quaternion| format!("quat_xyzw = {quaternion:?}")));
+    if *pose != PoseEntry::default() {
+        push(text, format!("pose = {{ {} }}", parts.join(", ")));
+    }
+}
+
+/// What importing makes of shapes; a path stands for triangles.
+fn shape_text(shape: &ShapeEntry, mesh: Option<String>) -> String {
+    let mut parts: Vec<String> = Vec::new();
+    parts.extend(shape.cuboid.map(|sides| format!("box = {sides:?}")));
+    parts.extend(shape.sphere.map(|radius| format!("sphere = {radius:?}")));
+    parts.extend(shape.cylinder.map(|sizes| format!("cylinder = {sizes:?}")));
+    parts.extend(shape.half_space.map(|normal| format!("half-space = {normal:?}")));
+    parts.extend(shape.offset.map(|offset| format!("offset = {offset:?}")));
+    parts.extend(mesh.map(|path| format!("mesh = {}", quoted(&path))));
+    if let Some(ScaleEntry::Axes(scale)) = shape.scale {
+        parts.push(format!("scale = {scale:?}"));
+    }
+    if shape.convex {
+        parts.push("convex = true".into());
+    }
+    parts.join(", ")
+}
+
+/// A name that every file system takes, and no other mesh has.
+fn mesh_path(folder: &str, name: &str, others: &[MeshFile]) -> String {
+    let plain = |c: char| if c.is_ascii_alphanumeric() || c == '-' || c == '_' { c } else { '_' };
+    let stem: String = name.chars().map(plain).collect();
+    let candidates = (1..).map(|number| match number {
+        1 => format!("{folder}/{stem}.obj"),
+        _ => format!("{folder}/{stem}.{number}.obj"),
+    });
+    let is_free = |path: &String| others.iter().all(|other| !other.path.eq_ignore_ascii_case(path));
+    candidates.into_iter().find(is_free).unwrap_or_default()
+}
+
+fn obj(mesh: &Arc<TriangleMesh>) -> String {
+    let mut text = String::new();
+    for v in &mesh.vertices {
+        let _ = writeln!(text, "v {:?} {:?} {:?}", v.x, v.y, v.z);
+    }
+    for [a, b, c] in &mesh.triangles {
+        let _ = writeln!(text, "f {} {} {}", a + 1, b + 1, c + 1);
+    }
+    text
+}

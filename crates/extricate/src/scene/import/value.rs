@@ -1,0 +1,185 @@
+//! Values of a message with their names, for messages to users; text of YAML and JSON to them.
+
+use serde_json::{Map, Value};
+
+use super::super::pose_entry::QUATERNION_TOLERANCE;
+use super::objects::Place;
+use crate::error::{Error, Result};
+
+/// Largest YAML that is read: of large meshes every number is a node.
+const MOST_NODES: usize = 50_000_000;
+/// Most bytes in its scalars.
+const MOST_BYTES: usize = 1 << 30;
+
+/// Parses YAML: the first document that says something; `ros2 topic echo` writes one a message.
+///
+/// # Errors
+/// [`Error::Input`] with the line.
+pub fn of_yaml(file: &str, text: &str) -> Result<Value> {
+    let document = first_document(text);
+    let budget = serde_saphyr::budget! {
+        max_nodes: MOST_NODES,
+        max_events: 2 * MOST_NODES,
+        max_total_scalar_bytes: MOST_BYTES,
+    };
+    let options = serde_saphyr::options! { budget: budget };
+    serde_saphyr::from_str_with_options(document, options).map_err(|error| {
+        let before = text.len() - text[text.find(document).unwrap_or(0)..].len();
+        let skipped = text[..before].lines().count();
+        let line = error.location().map_or(0, |at| at.line() as usize + skipped);
+        let said = error.without_snippet().to_string();
+        Error::input(file, format!("line {line}"), format!("YAML: {}", said.lines().next().unwrap_or_default()))
+    })
+}
+
+fn first_document(text: &str) -> &str {
+    let mut start = 0;
+    let mut at = 0;
+    for line in text.split_inclusive('\n') {
+        if line.trim_end() == "---" {
+            if !text[start..at].trim().is_empty() {
+                return &text[start..at];
+            }
+            start = at + line.len();
+        }
+        at += line.len();
+    }
+    &text[start..]
+}
+
+/// Parses JSON.
+///
+/// # Errors
+/// [`Error::Input`] with line and column.
+pub fn of_json(file: &str, text: &str) -> Result<Value> {
+    serde_json::from_str(text.trim_start_matches('\u{feff}')).map_err(|error| {
+        let place = format!("line {}, column {}", error.line(), error.column());
+        Error::input(file, place, format!("not JSON: {error}"))
+    })
+}
+
+/// A value, and where it is.
+#[derive(Debug, Clone)]
+pub struct At<'a> {
+    pub file: &'a str,
+    pub path: String,
+    pub value: &'a Value,
+}
+
+impl<'a> At<'a> {
+    pub fn new(file: &'a str, path: impl Into<String>, value: &'a Value) -> Self {
+        Self { file, path: path.into(), value }
+    }
+
+    /// What is wrong with it.
+    pub fn fault(&self, expected: &str) -> Error {
+        let mut found = self.value.to_string();
+        if found.chars().count() > 40 {
+            found = found.chars().take(40).chain("..".chars()).collect();
+        }
+        let advice = match self.value {
+            Value::String(text) if text.contains("...") => {
+                " (`ros2 topic echo` cuts long arrays: give it --full-length)"
+            }
+            _ => "",
+        };
+        let element = if self.path.is_empty() { "message" } else { &self.path };
+        Error::input(self.file, element, format!("got {found}, expected {expected}{advice}"))
+    }
+
+    fn inner(&self, key: &str, value: &'a Value) -> Self {
+        let path = if self.path.is_empty() { key.into() } else { format!("{}.{key}", self.path) };
+        Self { file: self.file, path, value }
+    }
+
+    pub fn map(&self) -> Result<&'a Map<String, Value>> {
+        self.value.as_object().ok_or_else(|| self.fault("a mapping"))
+    }
+
+    /// The keys that are none of those that are known: what is mistyped would be lost in silence.
+    pub fn unknown(&self, known: &[&str]) -> Result<Vec<&'a str>> {
+        Ok(self.map()?.keys().map(String::as_str).filter(|key| !known.contains(key)).collect())
+    }
+
+    /// A field, where it is there and says something.
+    pub fn get(&self, key: &str) -> Result<Option<Self>> {
+        Ok(self.map()?.get(key).filter(|value| !value.is_null()).map(|value| self.inner(key, value)))
+    }
+
+    /// The elements of a field that is a list; none where it is not there.
+    pub fn list(&self, key: &str) -> Result<Vec<Self>> {
+        self.get(key)?.map_or(Ok(Vec::new()), |list| list.elements())
+    }
+
+    pub fn elements(&self) -> Result<Vec<Self>> {
+        let elements = self.value.as_array().ok_or_else(|| self.fault("a list"))?;
+        let element = |(index, value)| Self { file: self.file, path: format!("{}[{index}]", self.path), value };
+        Ok(elements.iter().enumerate().map(element).collect())
+    }
+
+    /// The text of a field; empty where it is not there.
+    pub fn text(&self, key: &str) -> Result<&'a str> {
+        match self.get(key)? {
+            Some(at) => at.string(),
+            None => Ok(""),
+        }
+    }
+
+    pub fn string(&self) -> Result<&'a str> {
+        self.value.as_str().ok_or_else(|| self.fault("a text"))
+    }
+
+    pub fn number(&self) -> Result<f64> {
+        self.value.as_f64().filter(|x| x.is_finite()).ok_or_else(|| self.fault("a finite number"))
+    }
+
+    /// Numbers of a list, or of a mapping with these keys.
+    pub fn numbers<const N: usize>(&self, keys: [&str; N]) -> Result<[f64; N]> {
+        let mut numbers = [0.0; N];
+        if self.value.is_object() {
+            for (number, key) in numbers.iter_mut().zip(keys) {
+                let at = self.get(key)?.ok_or_else(|| self.fault(&format!("a mapping with {}", keys.join(", "))))?;
+                *number = at.number()?;
+            }
+            return Ok(numbers);
+        }
+        let elements = self.elements()?;
+        if elements.len() != N {
+            return Err(self.fault(&format!("{N} numbers {}", keys.join(", "))));
+        }
+        for (number, element) in numbers.iter_mut().zip(elements) {
+            *number = element.number()?;
+        }
+        Ok(numbers)
+    }
+
+    /// `geometry_msgs/Pose` in a field; where nothing is moved if it is not there.
+    pub fn place(&self, key: &str) -> Result<Place> {
+        self.get(key)?.map_or(Ok(Place::HERE), |pose| pose.as_place())
+    }
+
+    /// This value as a `geometry_msgs/Pose` or a `Transform`.
+    pub fn as_place(&self) -> Result<Place> {
+        let first = |keys: [&str; 2]| -> Result<Option<Self>> {
+            Ok(match self.get(keys[0])? {
+                Some(at) => Some(at),
+                None => self.get(keys[1])?,
+            })
+        };
+        let xyz = first(["position", "translation"])?.map_or(Ok([0.0; 3]), |at| at.numbers(["x", "y", "z"]))?;
+        let Some(at) = first(["orientation", "rotation"])? else { return Ok(Place { xyz, ..Place::HERE }) };
+        let quaternion = at.numbers(["x", "y", "z", "w"])?;
+        if quaternion == [0.0; 4] {
+            // What a message is filled with; MoveIt takes it for no rotation.
+            return Ok(Place { xyz, ..Place::HERE });
+        }
+        let quaternion = unit(quaternion).ok_or_else(|| at.fault("a quaternion of length 1"))?;
+        Ok(Place { xyz, quaternion })
+    }
+}
+
+/// The quaternion of exact unit length, where it is of about that.
+pub fn unit(quaternion: [f64; 4]) -> Option<[f64; 4]> {
+    let length = quaternion.iter().map(|c| c * c).sum::<f64>().sqrt();
+    ((length - 1.0).abs() <= QUATERNION_TOLERANCE).then(|| quaternion.map(|c| c / length))
+}

@@ -1,0 +1,153 @@
+//! Numbers that are most likely in other units: degrees for radians, millimetres for metres.
+
+use super::bodies::radius;
+use super::{Body, Motion, Scene};
+use crate::cspace::{Config, Manifold};
+use crate::error::{Error, Result};
+
+/// Angles that far beyond their limits \[rad\] are no overshoot of a drive.
+const FAR_BEYOND: f64 = 0.5;
+/// Obstacles of more than so many times the robot's reach are told.
+const TOO_LARGE: f64 = 50.0;
+/// Obstacles of less than this share of the robot's reach are told.
+const TOO_SMALL: f64 = 1e-3;
+
+/// What is said of angles that look like degrees.
+pub const DEGREES: &str = "angles are in rad: all of them would be within their limits if these were degrees";
+
+/// [`crate::cspace::ConfigSpace::config`] of the scene's space, with a hint where values beyond
+/// limits look like degrees.
+///
+/// # Errors
+/// [`Error::Config`], naming the coordinate.
+pub fn config(scene: &Scene, values: &[f64]) -> Result<Config> {
+    scene.space.config(values).map_err(|error| match error {
+        Error::Config { element, value, expected } if look_like_degrees(scene, values) => {
+            Error::Config { element, value, expected: format!("{expected} ({DEGREES})") }
+        }
+        other => other,
+    })
+}
+
+/// Whether some angle lies far beyond its limits, and all would be within them in degrees.
+pub fn look_like_degrees(scene: &Scene, values: &[f64]) -> bool {
+    if values.len() != scene.space.nq() {
+        return false;
+    }
+    let is_angle = |q: usize| scene.joints.iter().any(|joint| joint.q.contains(&q) && joint.kind == "revolute");
+    let mut is_far = false;
+    for factor in scene.space.factors() {
+        if let Manifold::Interval { lower, upper } = factor.manifold
+            && is_angle(factor.q)
+        {
+            let angle = values[factor.q];
+            if !(lower..=upper).contains(&angle.to_radians()) {
+                return false;
+            }
+            is_far |= angle < lower - FAR_BEYOND || angle > upper + FAR_BEYOND;
+        }
+    }
+    is_far
+}
+
+/// Warns of obstacles and attached objects whose size beside the robots' suggests millimetres.
+pub fn warn_of_sizes(scene: &Scene, bodies: &[Body], warnings: &mut Vec<String>) {
+    let Some([arm, reach]) = reaches(scene) else { return };
+    for body in bodies {
+        let shapes = body.parts.iter().filter(|part| !part.geometry.is_scenery());
+        let Some(size) = shapes.map(|part| 2.0 * radius(&part.geometry)).reduce(f64::max) else { continue };
+        let (told, than) = match size {
+            size if size > TOO_LARGE * reach => ("more than 50 times", reach),
+            size if size < TOO_SMALL * arm => ("less than a thousandth of", arm),
+            _ => continue,
+        };
+        let kind = if body.is_obstacle() { "obstacle" } else { "attached" };
+        let name = &body.name;
+        warnings.push(format!(
+            "{kind} `{name}` is {size:.3} m across, {told} the robot's reach of {than:.3} m: lengths are in m, not mm"
+        ));
+    }
+}
+
+/// How far from its first joint a robot reaches \[m\], at most: without the travel of what slides,
+/// and with it. `None` where no link has geometry.
+fn reaches(scene: &Scene) -> Option<[f64; 2]> {
+    let mut lengths: Vec<[f64; 2]> = Vec::with_capacity(scene.frames.len());
+    for (index, frame) in scene.frames.iter().enumerate() {
+        let [arm, reach] = if index == 0 { [0.0; 2] } else { lengths[frame.parent] };
+        // Where the first joint stands in the world says nothing of the robot.
+        let own = if frame.parent == 0 { 0.0 } else { frame.pose_parent_joint.translation.norm() };
+        let travel = match &frame.motion {
+            Motion::Prismatic { coordinate, .. } => travel(scene, coordinate.q) * coordinate.multiplier.abs(),
+            _ => 0.0,
+        };
+        lengths.push([arm + own, reach + own + travel]);
+    }
+    let links = scene.bodies.iter().filter(|body| body.robot.is_some());
+    let of_link = |body: &Body| {
+        let far = |part: &super::Part| {
+            // A link that stands still is as large as it is, wherever it stands.
+            let place = if body.frame == 0 { 0.0 } else { part.pose_frame_part.translation.norm() };
+            place + radius(&part.geometry)
+        };
+        let own = body.parts.iter().map(far).fold(0.0, f64::max);
+        lengths[body.frame].map(|length| length + own)
+    };
+    links.map(of_link).reduce(|a, b| [a[0].max(b[0]), a[1].max(b[1])])
+}
+
+fn travel(scene: &Scene, q: usize) -> f64 {
+    let interval = scene.space.factors().iter().find(|factor| factor.q == q).map(|factor| factor.manifold);
+    match interval {
+        Some(Manifold::Interval { lower, upper }) => upper - lower,
+        _ => 0.0,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::testing::{PLAIN, chain, scene};
+    use super::*;
+    use crate::robot::JointKind::*;
+
+    #[test]
+    fn degrees_are_told_where_all_angles_would_fit() {
+        let scene = scene(PLAIN, &[chain(&[Revolute, Prismatic, Revolute, Continuous])]).unwrap();
+        let message = |q: &[f64]| config(&scene, q).unwrap_err().to_string();
+        assert_eq!(
+            message(&[45.0, 0.5, -30.0, 90.0]),
+            "configuration: `j0` (coordinate 0): got 45, expected a value within [-1, 1] (angles are in rad: all of them \
+             would be within their limits if these were degrees)"
+        );
+        // An overshoot, an angle too wide in degrees too, and a length: none of these is one.
+        for q in [[1.2, 0.0, 0.0, 0.0], [45.0, 0.0, 80.0, 0.0], [0.0, 9.0, 0.0, 0.0]] {
+            assert!(message(&q).ends_with("[-1, 1]"), "{}", message(&q));
+        }
+        assert!(!look_like_degrees(&scene, &[45.0]) && !look_like_degrees(&scene, &[f64::NAN; 4]));
+        assert_eq!(&*config(&scene, &[1.0, 0.0, 0.0, 0.0]).unwrap(), &[1.0, 0.0, 0.0, 0.0]);
+    }
+
+    #[test]
+    fn sizes_in_millimetres_are_told() {
+        let warnings = |shape: &str| {
+            let text = format!("{PLAIN}[[obstacle]]\nname = 'box'\nshape = {shape}");
+            scene(&text, &[chain(&[Revolute, Revolute, Prismatic])]).unwrap().warnings
+        };
+        // Two metres of joints and a ball; two more that slide.
+        let large = warnings("{ box = [200, 600, 400] }");
+        assert_eq!(
+            large,
+            [
+                "obstacle `box` is 748.331 m across, more than 50 times the robot's reach of 4.100 m: lengths are in m, not mm"
+            ]
+        );
+        let small = warnings("{ sphere = 5e-4 }");
+        assert!(
+            small[0].contains("is 0.001 m across, less than a thousandth of the robot's reach of 2.100 m"),
+            "{small:?}"
+        );
+        for fine in ["{ box = [100, 100, 0.1] }", "{ sphere = 0.0015 }"] {
+            assert!(warnings(fine).is_empty(), "{fine}: {:?}", warnings(fine));
+        }
+    }
+}
