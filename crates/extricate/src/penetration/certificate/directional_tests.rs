@@ -6,7 +6,7 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use super::*;
-use crate::collision::{CheckScratch, Checker};
+use crate::collision::CheckScratch;
 use crate::cspace::sampling::uniform;
 use crate::kinematics::forward;
 use crate::penetration::world::World;
