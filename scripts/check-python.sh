@@ -15,7 +15,8 @@ python=${EXTRICATE_PYTHON:-python3}
 "$python" -m venv "$work/tools"
 "$work/tools/bin/pip" install --quiet --disable-pip-version-check "maturin>=1.9.4,<2"
 # Fetched meanwhile; what is missing afterwards is fetched when it is needed.
-asked=(pytest mypy tqdm)
+# With what the extras of the package ask for, and a library of meshes.
+asked=(pytest mypy tqdm mujoco trimesh xacrodoc)
 if [ "${EXTRICATE_RECIPES:-1}" = 1 ]; then asked+=(--requirement docs/recipes/requirements.txt); fi
 "$work/tools/bin/pip" download --quiet --disable-pip-version-check --dest "$work/fetched" "${asked[@]}" >/dev/null 2>&1 &
 fetching=$!
@@ -29,7 +30,7 @@ pip install "$work"/wheels/extricate-*.whl
 # Nothing but the wheel and what it asks for is there yet.
 "$work/venv/bin/python" "$crate/tests/readme.py" README.md
 
-pip install --find-links "$work/fetched" pytest mypy tqdm
+pip install --find-links "$work/fetched" pytest mypy tqdm mujoco trimesh xacrodoc
 "$work/venv/bin/python" -m pytest --quiet "$crate/tests"
 "$work/venv/bin/python" -m mypy --strict --package extricate
 "$work/venv/bin/python" -m mypy --strict "$crate/tests/typed_user.py"

@@ -58,15 +58,6 @@ pub fn metric_unit(scene: &Scene) -> &'static str {
     }
 }
 
-/// The metric as scene files spell it.
-pub fn metric_name(metric: MetricSpec) -> &'static str {
-    match metric {
-        MetricSpec::Joint => "joint",
-        MetricSpec::ObjectNorm => "object-norm",
-        MetricSpec::MaxDisplacement => "max-displacement",
-    }
-}
-
 /// Names of pairs, as two bodies each.
 pub fn pair_names<'a>(scene: &'a Scene, pairs: &[usize]) -> Vec<[&'a str; 2]> {
     pairs.iter().map(|&pair| scene.pair_names(pair)).collect()

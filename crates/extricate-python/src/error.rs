@@ -24,7 +24,11 @@ pub fn exception(error: Error) -> PyErr {
             }
         }
         Error::Named { kind, .. } if kind != io::ErrorKind::Other => io::Error::new(kind, message).into(),
-        Error::NothingFree { .. } | Error::Interrupted => PyRuntimeError::new_err(message),
+        // Advice for scene files, in terms of the arguments of `Scene`.
+        Error::NothingFree { .. } => PyRuntimeError::new_err(
+            message.replace("add to the scene: [pairs] disable = [", "make the scene with disable=["),
+        ),
+        Error::Interrupted => PyRuntimeError::new_err(message),
         _ => PyValueError::new_err(message),
     }
 }
@@ -40,11 +44,41 @@ pub fn warned(py: Python<'_>, scene: Scene) -> PyResult<Arc<Scene>> {
     Ok(Arc::new(scene))
 }
 
+/// A whole number, written as one or as a float such as `1e5`; or what was given in its place.
+pub enum Whole {
+    /// The number.
+    Number(i64),
+    /// Another one.
+    Fraction(f64),
+    /// Neither, by its type.
+    Other(String),
+}
+
+impl<'py> FromPyObject<'_, 'py> for Whole {
+    type Error = PyErr;
+
+    fn extract(value: Borrowed<'_, 'py, PyAny>) -> PyResult<Self> {
+        if let Ok(number) = value.extract() {
+            return Ok(Self::Number(number));
+        }
+        Ok(match value.extract::<f64>() {
+            // Beyond these, floats are whole whatever was meant.
+            Ok(x) if x.fract() == 0.0 && x.abs() < 9e15 => Self::Number(x as i64),
+            Ok(x) => Self::Fraction(x),
+            Err(_) => Self::Other(crate::parts::kind(&value)),
+        })
+    }
+}
+
 /// `value` as a count, where it is at least `least`.
-pub fn count(name: &'static str, value: i64, least: u32) -> Result<usize, PyErr> {
-    match usize::try_from(value) {
-        Ok(count) if count >= least as usize => Ok(count),
-        _ => Err(PyValueError::new_err(format!("{name}: got {value}, expected at least {least}"))),
+pub fn count(name: &'static str, value: Whole, least: u32) -> Result<usize, PyErr> {
+    match value {
+        Whole::Number(number) => match usize::try_from(number) {
+            Ok(count) if count >= least as usize => Ok(count),
+            _ => Err(PyValueError::new_err(format!("{name}: got {number}, expected at least {least}"))),
+        },
+        Whole::Fraction(x) => Err(PyValueError::new_err(format!("{name}: got {x:?}, expected a whole number"))),
+        Whole::Other(kind) => Err(PyTypeError::new_err(format!("{name}: got {kind}, expected a whole number"))),
     }
 }
 

@@ -10,7 +10,7 @@ use extricate::{Error, LearnOptions, Learner, store};
 use pyo3::exceptions::{PyRuntimeWarning, PyValueError};
 use pyo3::prelude::*;
 
-use crate::error::{Seed, count, exception, threads};
+use crate::error::{Seed, Whole, count, exception, threads};
 use crate::long_call;
 use crate::model::Model;
 use crate::progress::Listener;
@@ -29,7 +29,7 @@ impl Budget {
     ///
     /// # Errors
     /// `ValueError` that says what was expected.
-    pub fn new(labels: Option<i64>, seconds: Option<f64>, seed: Option<Seed>, thread_count: i64) -> PyResult<Self> {
+    pub fn new(labels: Option<Whole>, seconds: Option<f64>, seed: Option<Seed>, thread_count: i64) -> PyResult<Self> {
         if let Some(bad) = seconds.filter(|seconds| seconds.is_nan() || *seconds <= 0.0) {
             return Err(PyValueError::new_err(format!("seconds: got {bad}, expected more than 0")));
         }
@@ -67,11 +67,11 @@ impl Budget {
 pub fn learn(
     py: Python<'_>,
     scene: &Scene,
-    labels: Option<i64>,
+    labels: Option<Whole>,
     seconds: Option<f64>,
     seed: Option<Seed>,
     threads: i64,
-    memory: Option<i64>,
+    memory: Option<Whole>,
     target_excess: Option<f64>,
     target_disagreement: Option<f64>,
     progress: Option<Bound<'_, PyAny>>,

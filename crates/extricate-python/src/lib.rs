@@ -18,6 +18,7 @@ mod joint;
 mod layout;
 mod learning;
 mod long_call;
+mod meshes;
 mod model;
 mod parts;
 mod pose;

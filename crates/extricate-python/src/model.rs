@@ -12,7 +12,7 @@ use pyo3::types::{PyBytes, PyDict};
 use crate::asking::Weighted;
 use crate::batch::Scratches;
 use crate::changed::ChangedScene;
-use crate::error::{Seed, exception};
+use crate::error::{Seed, Whole, exception};
 use crate::learning::{self, Budget};
 use crate::long_call;
 use crate::scene::Scene;
@@ -228,7 +228,7 @@ impl Model {
         &self,
         py: Python<'_>,
         scene: &Scene,
-        labels: Option<i64>,
+        labels: Option<Whole>,
         seconds: Option<f64>,
         seed: Option<Seed>,
         threads: i64,

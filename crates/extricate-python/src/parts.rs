@@ -2,14 +2,12 @@
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;
-use std::sync::Arc;
 
 use extricate::math::Vec3;
-use extricate::robot::mesh_file;
 use extricate::scene::MetricSpec;
 use extricate::scene::file::{
-    BaseKind, GeometryKind, MetricEntry, ObstacleEntry, PairsEntry, PoseEntry, RobotEntry, ScaleEntry, SceneFile,
-    ShapeEntry, WeightEntry,
+    BaseKind, GeometryKind, MetricEntry, ObstacleEntry, PairsEntry, PoseEntry, RobotEntry, SceneFile, ShapeEntry,
+    WeightEntry,
 };
 use extricate::scene::limits::{BoundsEntry, LimitsEntry};
 use numpy::PyUntypedArrayMethods;
@@ -19,11 +17,12 @@ use pyo3::types::{PyMapping, PyString};
 
 use crate::arrays::{floats, numbers, tuple};
 use crate::clearance::{Clearance, length};
-use crate::error::exception;
+use crate::meshes::{fixture, mesh};
 use crate::pose::pose;
 
 /// What messages call a scene that was put together in Python.
 pub const NAME: &str = "scene";
+
 /// The entries of a scene, and the texts that stand for files that they name.
 pub struct Description {
     /// What the scene file would say.
@@ -79,7 +78,18 @@ pub fn describe(
         robots.extract().map_err(|_| PyTypeError::new_err(expected()))?
     };
     let robot = list.iter().enumerate().map(|(at, r)| robot_entry(at, r, &mut texts)).collect::<PyResult<_>>()?;
-    let entries = obstacle_entries(obstacles, Vec::new())?;
+    // A robot of another simulator may bring what stands around it, and pairs that are not checked there.
+    let brought = |name: &str| -> PyResult<Vec<Bound<'_, PyAny>>> {
+        let with = list.iter().filter(|robot| robot.hasattr(name).unwrap_or(false));
+        Ok(with.map(|robot| robot.getattr(name)?.extract()).collect::<PyResult<Vec<Vec<_>>>>()?.concat())
+    };
+    let mut disable = options.disable;
+    for pair in brought("disable")? {
+        disable.push(pair.extract()?);
+    }
+    let mut all = brought("obstacles")?;
+    all.extend(obstacles.iter().cloned());
+    let entries = obstacle_entries(&all, Vec::new())?;
     let metric = match options.metric.as_str() {
         "joint" => MetricSpec::Joint,
         "object-norm" => MetricSpec::ObjectNorm,
@@ -98,7 +108,8 @@ pub fn describe(
         robot,
         obstacle: entries,
         attached: Vec::new(),
-        pairs: PairsEntry { disable: options.disable, clearance: options.pair_clearance },
+        pairs: PairsEntry { disable, clearance: options.pair_clearance },
+        cut: None,
         padding: options.padding.map_or(Ok(BTreeMap::new()), |padding| by_name("padding", &padding, length))?,
     };
     Ok(Description { entries, texts })
@@ -145,12 +156,7 @@ fn robot_entry(at: usize, given: &Bound<'_, PyAny>, texts: &mut Vec<(String, Str
     entry.group = get("group")?.extract()?;
     entry.srdf = optional("srdf")?.map(|srdf| source("srdf", &srdf)).transpose()?;
     entry.packages = get("packages")?.try_iter()?.map(|folder| text_or_path(&folder?)).collect::<PyResult<_>>()?;
-    entry.geometry = match get("geometry")?.extract::<String>()?.as_str() {
-        "mesh" => GeometryKind::Mesh,
-        "convex-hull" => GeometryKind::ConvexHull,
-        "visual" => GeometryKind::Visual,
-        other => return Err(unknown("geometry", other, &["mesh", "convex-hull", "visual"])),
-    };
+    entry.geometry = geometry("geometry", &get("geometry")?)?;
     entry.base = match get("base")?.extract::<String>()?.as_str() {
         "fixed" => BaseKind::Fixed,
         "planar" => BaseKind::Planar,
@@ -169,7 +175,22 @@ fn robot_entry(at: usize, given: &Bound<'_, PyAny>, texts: &mut Vec<(String, Str
         _ => Err(PyValueError::new_err(format!("{element}: expected one number [rad or m]"))),
     })?;
     entry.limits = by_name("limits", &mapping("limits")?, limits)?;
+    entry.links = by_name("links", &mapping("links")?, geometry)?;
     Ok(entry)
+}
+
+/// What becomes of meshes, by its name.
+///
+/// # Errors
+/// `ValueError` for another name.
+pub fn geometry(element: &str, value: &Bound<'_, PyAny>) -> PyResult<GeometryKind> {
+    match value.extract::<String>()?.as_str() {
+        "mesh" => Ok(GeometryKind::Mesh),
+        "convex-hull" => Ok(GeometryKind::ConvexHull),
+        "convex-parts" => Ok(GeometryKind::ConvexParts),
+        "visual" => Ok(GeometryKind::Visual),
+        other => Err(unknown(element, other, &["mesh", "convex-hull", "convex-parts", "visual"])),
+    }
 }
 
 fn plain_robot(urdf: String) -> RobotEntry {
@@ -180,6 +201,7 @@ fn plain_robot(urdf: String) -> RobotEntry {
         group: None,
         packages: Vec::new(),
         geometry: GeometryKind::default(),
+        links: BTreeMap::new(),
         base: BaseKind::default(),
         bounds: None,
         pose: PoseEntry::default(),
@@ -194,7 +216,7 @@ fn obstacle_entry(number: usize, given: &Bound<'_, PyAny>, taken: &[String]) -> 
     let has = |name: &str| given.hasattr(name).unwrap_or(false);
     if !has("pose") || !has("name") {
         return Err(PyTypeError::new_err(format!(
-            "obstacle {number}: got {class}, expected Box, Sphere, Cylinder, Capsule, Mesh, Points, Voxels, HalfSpace or HeightField"
+            "obstacle {number}: got {class}, expected Box, Sphere, Cylinder, Capsule, Mesh, Fixture, Points, Voxels, HalfSpace or HeightField"
         )));
     }
     let name = match given.getattr("name")?.extract::<Option<String>>()? {
@@ -223,6 +245,7 @@ fn obstacle_entry(number: usize, given: &Bound<'_, PyAny>, taken: &[String]) -> 
         "Cylinder" => shape.cylinder = Some([size("radius")?, size("length")?]),
         "Capsule" => shape.capsule = Some([size("radius")?, size("length")?]),
         "Mesh" => mesh(&format!("obstacle \"{name}\""), given, &mut shape)?,
+        "Fixture" => fixture(&format!("obstacle \"{name}\""), given, &mut shape)?,
         _ => {
             shape.scenery = crate::scenery::geometry(&class, &format!("obstacle \"{name}\""), given)?;
             if shape.scenery.is_none() {
@@ -233,38 +256,6 @@ fn obstacle_entry(number: usize, given: &Bound<'_, PyAny>, taken: &[String]) -> 
     }
     let pose = pose(&format!("obstacle \"{name}\": pose"), &given.getattr("pose")?)?;
     Ok(ObstacleEntry { name, shape, pose })
-}
-
-fn mesh(element: &str, given: &Bound<'_, PyAny>, shape: &mut ShapeEntry) -> PyResult<()> {
-    let source = given.getattr("source")?;
-    match text_or_path(&source) {
-        Ok(path) => shape.mesh = Some(path),
-        Err(_) => {
-            let expected = "expected a path or (vertices, triangles)";
-            let (vertices, triangles): (Bound<'_, PyAny>, Bound<'_, PyAny>) = source
-                .extract()
-                .map_err(|_| PyTypeError::new_err(format!("{element}: got {}, {expected}", kind(&source))))?;
-            let vertices = rows_of_three(&format!("{element}: vertices"), &vertices)?;
-            let corner = |x: f64| {
-                let fits = x.fract() == 0.0 && (0.0..=u32::MAX.into()).contains(&x);
-                let wrong = || PyValueError::new_err(format!("{element}: triangles: got {x}, expected an index"));
-                if fits { Ok(x as u32) } else { Err(wrong()) }
-            };
-            let triangles = rows_of_three(&format!("{element}: triangles"), &triangles)?
-                .into_iter()
-                .map(|[a, b, c]| Ok([corner(a)?, corner(b)?, corner(c)?]))
-                .collect::<PyResult<Vec<_>>>()?;
-            let vertices = vertices.into_iter().map(Vec3::from).collect();
-            shape.triangles = Some(Arc::new(mesh_file::from_arrays(element, vertices, triangles).map_err(exception)?));
-        }
-    }
-    shape.scale = match floats(&format!("{element}: scale"), &given.getattr("scale")?)?[..] {
-        [all] => Some(ScaleEntry::Uniform(all)),
-        [x, y, z] => Some(ScaleEntry::Axes([x, y, z])),
-        _ => return Err(PyValueError::new_err(format!("{element}: scale: expected one number or three"))),
-    };
-    shape.convex = given.getattr("convex")?.extract()?;
-    Ok(())
 }
 
 fn limits(element: &str, value: &Bound<'_, PyAny>) -> PyResult<LimitsEntry> {
@@ -312,7 +303,10 @@ pub fn rows_of_three(element: &str, value: &Bound<'_, PyAny>) -> PyResult<Vec<[f
 }
 
 /// A `str` as it is, an `os.PathLike` as the path that it stands for.
-fn text_or_path(value: &Bound<'_, PyAny>) -> PyResult<String> {
+///
+/// # Errors
+/// For what is neither.
+pub fn text_or_path(value: &Bound<'_, PyAny>) -> PyResult<String> {
     if let Ok(text) = value.cast::<PyString>() {
         return text.extract();
     }

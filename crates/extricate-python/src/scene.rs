@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 
-use extricate::scene::{MetricSpec, builtin};
+use extricate::scene::builtin;
 use extricate::{CheckScratch, Checker, Manifold, World, store};
 use numpy::PyArray1;
 use pyo3::exceptions::{PyTypeError, PyValueError};
@@ -194,11 +194,7 @@ impl Scene {
     /// "joint", "object-norm" or "max-displacement".
     #[getter]
     fn metric(&self) -> &'static str {
-        match self.scene.metric {
-            MetricSpec::Joint => "joint",
-            MetricSpec::ObjectNorm => "object-norm",
-            MetricSpec::MaxDisplacement => "max-displacement",
-        }
+        self.scene.metric.name()
     }
 
     /// What the coordinates are, in order.

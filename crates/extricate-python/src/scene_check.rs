@@ -7,7 +7,7 @@ use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
 
 use crate::arrays::{bad_row, configs};
-use crate::error::{Seed, count, threads as thread_count};
+use crate::error::{Seed, Whole, count, threads as thread_count};
 use crate::long_call;
 use crate::rows::shaped;
 use crate::sampling;
@@ -113,8 +113,8 @@ impl Scene {
     ///
     /// n: how many configurations, 1 or more.
     /// seed: of the random numbers.
-    #[pyo3(signature = (n = 100, *, seed = Seed(0)), text_signature = "($self, n=100, *, seed=0)")]
-    fn always_colliding(&self, py: Python<'_>, n: i64, seed: Seed) -> PyResult<Vec<(&str, &str)>> {
+    #[pyo3(signature = (n = Whole::Number(100), *, seed = Seed(0)), text_signature = "($self, n=100, *, seed=0)")]
+    fn always_colliding(&self, py: Python<'_>, n: Whole, seed: Seed) -> PyResult<Vec<(&str, &str)>> {
         let n = count("n", n, 1)?;
         let always = |line: &long_call::Line<()>| sampling::always(self.checker(), n, seed.0, || line.stopped());
         let pairs = long_call::run(py, |_, ()| Ok(()), always)?;
@@ -138,7 +138,7 @@ impl Scene {
     fn sample<'py>(
         &self,
         py: Python<'py>,
-        n: i64,
+        n: Whole,
         seed: Seed,
         colliding: Option<bool>,
         threads: i64,

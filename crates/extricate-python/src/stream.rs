@@ -11,7 +11,7 @@ use pyo3::types::PyDict;
 use crate::answer;
 use crate::asking::{Asked, STREAM, Weighted};
 use crate::changed::ChangedScene;
-use crate::error::count;
+use crate::error::{Whole, count};
 use crate::long_call::Watch;
 use crate::model::Model;
 use crate::scene::Scene;
@@ -77,7 +77,7 @@ impl Stream {
         }
         let watch = Watch::new();
         let query = QueryOptions { stop: Some(watch.stop()), ..asked.options.clone() };
-        let options = StreamOptions { query, hysteresis, looks: count("looks", looks, 0)? };
+        let options = StreamOptions { query, hysteresis, looks: count("looks", Whole::Number(looks), 0)? };
         let stream = Mutex::new(extricate::Stream::new(options));
         Ok(Self { of, asked, stream, watch, hysteresis, busy: Mutex::default() })
     }

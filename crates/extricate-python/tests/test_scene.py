@@ -233,7 +233,7 @@ WRONG = [
     (lambda s: Scene(Robot(SLIDER, limits={"slide": (3, 1)})), ValueError, "lower <= upper"),
     (lambda s: Scene(Robot(SLIDER, base="flying")), ValueError, 'base: got "flying", expected "fixed" or "planar" or "floating"'),
     (lambda s: Scene(Robot(SLIDER, base="floating")), ValueError, "bounds"),
-    (lambda s: Scene(Robot(SLIDER, geometry="hull")), ValueError, 'expected "mesh" or "convex-hull" or "visual"'),
+    (lambda s: Scene(Robot(SLIDER, geometry="hull")), ValueError, 'expected "mesh" or "convex-hull" or "convex-parts" or "visual"'),
     (lambda s: Scene(Robot(SLIDER, pose=np.zeros((4, 4)))), ValueError, "no rigid transform"),
     (lambda s: Scene(Robot(SLIDER, pose=[0, 0])), ValueError, r"pose: got shape \(2,\), expected \(3,\) position"),
     (lambda s: Scene(SLIDER, [Box([1, 2])]), ValueError, 'obstacle "box1": size: expected the three full sides'),

@@ -99,18 +99,55 @@ pub enum Error {
     Interrupted,
 }
 
+/// Most of a name, and of what is wrong, that a message repeats \[bytes\]: files may hold values of megabytes.
+const LONGEST_ELEMENT: usize = 400;
+const LONGEST_PROBLEM: usize = 3000;
+
+/// `text`, or its beginning and its end where it is longer than `most`.
+fn shortened(text: String, most: usize) -> String {
+    if text.len() <= most {
+        return text;
+    }
+    let (mut head, mut tail) = (most * 2 / 3, text.len() - most / 4);
+    while !text.is_char_boundary(head) {
+        head -= 1;
+    }
+    while !text.is_char_boundary(tail) {
+        tail += 1;
+    }
+    format!("{} .. {} bytes left out .. {}", &text[..head], tail - head, &text[tail..])
+}
+
 impl Error {
-    /// Shorthand for [`Error::Input`].
+    /// Shorthand for [`Error::Input`]; what would make the message longer than some kilobytes is left out.
     pub fn input(file: impl Into<String>, element: impl Into<String>, problem: impl Into<String>) -> Self {
-        Self::Input { file: file.into(), element: element.into(), problem: problem.into() }
+        let element = shortened(element.into(), LONGEST_ELEMENT);
+        Self::Input { file: file.into(), element, problem: shortened(problem.into(), LONGEST_PROBLEM) }
     }
 
     /// [`Error::Named`] where there is no such file.
     pub fn not_found(file: impl Into<String>, element: impl Into<String>, problem: impl Into<String>) -> Self {
         let kind = std::io::ErrorKind::NotFound;
-        Self::Named { file: file.into(), element: element.into(), problem: problem.into(), kind }
+        let element = shortened(element.into(), LONGEST_ELEMENT);
+        Self::Named { file: file.into(), element, problem: shortened(problem.into(), LONGEST_PROBLEM), kind }
     }
 }
 
 /// `Result` with the library's [`Error`].
 pub type Result<T> = std::result::Result<T, Error>;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn messages_stay_readable_whatever_files_hold() {
+        let message =
+            Error::input("r.urdf", "link".repeat(1000), format!("got \"{}\", expected 3", "\u{e4}1 ".repeat(1 << 20)));
+        let message = message.to_string();
+        assert!(message.len() < 4000 && message.ends_with("\", expected 3"), "{message}");
+        assert!(message.starts_with("r.urdf: linklink") && message.contains("got \"\u{e4}1 "), "{message}");
+        assert_eq!(shortened("x".repeat(400), 400), "x".repeat(400));
+        assert!(Error::not_found("f", "e", "p".repeat(5000)).to_string().len() < 4000);
+    }
+}

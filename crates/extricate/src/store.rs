@@ -6,6 +6,7 @@ use std::fs::{self, File};
 use std::io::{self, ErrorKind, Read, Write};
 use std::path::{Path, PathBuf};
 
+use crate::collision::convex_parts;
 use crate::error::{Error, Result};
 use crate::model::Model;
 use crate::model::adapt::Adapter;
@@ -13,10 +14,10 @@ use crate::model::learner::Learner;
 use crate::model_file;
 use crate::model_file::adapt_checkpoint;
 use crate::model_file::checkpoint::{self, CheckpointSummary};
-use crate::scene::assemble::{assemble, assemble_entries};
-use crate::scene::file::SceneFile;
+use crate::scene::assemble::assemble_entries;
+use crate::scene::file::{self, SceneFile};
 use crate::scene::import::is_foreign;
-use crate::scene::world_file::{in_world, in_world_of_entries, obstacles_of_entries};
+use crate::scene::world_file::{in_world_of_entries, obstacles_of_entries};
 use crate::scene::{Body, Scene};
 
 /// Largest file that is read \[bytes\]: beyond it something else was meant, a disk image or a device without end.
@@ -30,17 +31,27 @@ const HEAD: u64 = 4096;
 /// [`crate::Error::Read`] where the file cannot be read, [`crate::Error::Input`] where it, or what it names, cannot be used.
 pub fn load_scene(path: &Path) -> Result<Scene> {
     match scene_text(path)? {
-        SceneText::Toml(text) => assemble(path, &text, &mut read),
+        SceneText::Toml(text) => assemble_entries(path, &parsed(path, &text)?, &mut read),
         SceneText::Urdf => {
             // Debug quotes a string as TOML does.
             let file = path.file_name().unwrap_or_default().to_string_lossy();
-            assemble(path, &format!("[[robot]]\nurdf = {file:?}\n"), &mut read)
+            assemble_entries(path, &parsed(path, &format!("[[robot]]\nurdf = {file:?}\n"))?, &mut read)
         }
     }
 }
 
-/// Loads the scene of the robots of `robots` in the world of a scene file, see [`in_world`]; or in
-/// one that another program wrote, see [`import`](crate::scene::import::import).
+fn parsed(path: &Path, text: &str) -> Result<SceneFile> {
+    Ok(cutting(&file::parse(&path.display().to_string(), text)?))
+}
+
+/// The same entries, with the cutter of the collision checker for the convex parts that they ask for.
+fn cutting(entries: &SceneFile) -> SceneFile {
+    SceneFile { cut: Some(convex_parts), ..entries.clone() }
+}
+
+/// Loads the scene of the robots of `robots` in the world of a scene file, see
+/// [`crate::scene::world_file::in_world`]; or in one that another program wrote, see
+/// [`import`](crate::scene::import::import).
 ///
 /// # Errors
 /// As [`load_scene`].
@@ -49,7 +60,7 @@ pub fn load_world(robots: &Scene, path: &Path) -> Result<Scene> {
         return worlds::load_foreign(robots, path);
     }
     match scene_text(path)? {
-        SceneText::Toml(text) => in_world(robots, path, &text, &mut read),
+        SceneText::Toml(text) => in_world_of_entries(robots, path, &parsed(path, &text)?, &mut read),
         SceneText::Urdf => {
             let problem = "got a URDF, expected a scene file with the world's obstacles (TOML)";
             Err(Error::input(path.display().to_string(), "file", problem))
@@ -62,7 +73,7 @@ pub fn load_world(robots: &Scene, path: &Path) -> Result<Scene> {
 /// # Errors
 /// As [`load_scene`].
 pub fn assemble_world(robots: &Scene, name: &str, entries: &SceneFile) -> Result<Scene> {
-    in_world_of_entries(robots, Path::new(name), entries, &mut read)
+    in_world_of_entries(robots, Path::new(name), &cutting(entries), &mut read)
 }
 
 /// The obstacles of entries that were not written as a file, for [`Scene::with_obstacles`].
@@ -70,7 +81,7 @@ pub fn assemble_world(robots: &Scene, name: &str, entries: &SceneFile) -> Result
 /// # Errors
 /// As [`load_scene`].
 pub fn read_obstacles(name: &str, entries: &SceneFile) -> Result<Vec<Body>> {
-    obstacles_of_entries(Path::new(name), entries, &mut read)
+    obstacles_of_entries(Path::new(name), &cutting(entries), &mut read)
 }
 
 /// What a scene can be read from.
@@ -90,6 +101,10 @@ fn scene_text(path: &Path) -> Result<SceneText> {
     if model_file::is_model(&bytes) {
         return Err(Error::input(name, "file", "got a model file, expected a scene (TOML)"));
     }
+    // A URDF may be in an encoding that it declares.
+    if bytes.trim_ascii_start().first() == Some(&b'<') {
+        return Ok(SceneText::Urdf);
+    }
     let text = String::from_utf8(bytes).map_err(|error| {
         let at = format!("byte {}", error.utf8_error().valid_up_to());
         Error::input(name, at, "got bytes that are not UTF-8, expected a scene (TOML)")
@@ -106,6 +121,7 @@ fn scene_text(path: &Path) -> Result<SceneText> {
 /// # Errors
 /// As [`load_scene`].
 pub fn assemble_scene(name: &str, entries: &SceneFile, texts: &[(String, String)]) -> Result<Scene> {
+    let entries = &cutting(entries);
     assemble_entries(Path::new(name), entries, &mut |path| match texts.iter().find(|(at, _)| Path::new(at) == path) {
         Some((_, text)) => Ok(text.clone().into_bytes()),
         None => read(path),

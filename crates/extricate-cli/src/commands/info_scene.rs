@@ -7,7 +7,7 @@ use extricate::{Manifold, Scene};
 use serde::Serialize;
 
 use super::disable_line;
-use crate::report::{metric_name, metric_unit};
+use crate::report::metric_unit;
 
 /// What `info` says of a scene.
 #[derive(Serialize)]
@@ -73,7 +73,7 @@ impl<'a> SceneInfo<'a> {
         };
         Self {
             clearance: scene.clearance,
-            metric: metric_name(scene.metric),
+            metric: scene.metric.name(),
             unit: metric_unit(scene),
             coordinates: scene.space.nq(),
             degrees_of_freedom: scene.space.nv(),

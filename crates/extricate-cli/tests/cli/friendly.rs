@@ -78,7 +78,7 @@ fn millimetres_are_told() {
     let scene = std::fs::read_to_string(workspace.path("scene.toml")).unwrap();
     workspace.write("mm.toml", scene.replace("[0.1, 0.5]", "[100, 500]").replace("[0.6, 0.1, 0]", "[600, 100, 0]"));
     let told = workspace.run("check mm.toml --q 0,0").expect_code(0).stderr;
-    let expected = "extricate: warning: obstacle `post` is 538.516 m across, more than 50 times the robot's reach of 0.982 m: \
+    let expected = "extricate: warning: obstacle `post` is 200 m thick, more than 50 times the robot's reach of 0.982 m: \
                     lengths are in m, not mm\n";
     assert_eq!(told, expected);
 }

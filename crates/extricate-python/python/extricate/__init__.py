@@ -11,7 +11,21 @@ rad, lengths in m, quaternions x, y, z, w. Calls release the interpreter lock; s
 
 from ._answer import Answer, Contact, Exit
 from ._extricate import ChangedScene, Joint, Model, Progress, Scene, Stream, __version__, import_world, learn
-from ._parts import Box, Capsule, Cylinder, HalfSpace, HeightField, Mesh, Points, Robot, Sphere, Voxels, spheres
+from ._parts import (
+    Box,
+    Capsule,
+    Cylinder,
+    Fixture,
+    HalfSpace,
+    HeightField,
+    Mesh,
+    MujocoRobot,
+    Points,
+    Robot,
+    Sphere,
+    Voxels,
+    spheres,
+)
 
 __all__ = [
     "Answer",
@@ -21,11 +35,13 @@ __all__ = [
     "Contact",
     "Cylinder",
     "Exit",
+    "Fixture",
     "HalfSpace",
     "HeightField",
     "Joint",
     "Mesh",
     "Model",
+    "MujocoRobot",
     "Points",
     "Progress",
     "Robot",

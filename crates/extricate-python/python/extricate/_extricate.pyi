@@ -276,7 +276,7 @@ class Model:
         self,
         scene: Scene,
         *,
-        labels: Optional[int] = None,
+        labels: Optional[float] = None,
         seconds: Optional[float] = None,
         seed: Optional[int] = None,
         threads: int = 0,
@@ -366,7 +366,7 @@ class Stream:
 def learn(
     scene: Scene,
     *,
-    labels: Optional[int] = None,
+    labels: Optional[float] = None,
     seconds: Optional[float] = None,
     seed: Optional[int] = None,
     threads: int = 0,

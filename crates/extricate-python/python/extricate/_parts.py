@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from dataclasses import dataclass, field
-from typing import Any, List, Mapping, Optional, Sequence, Tuple, Union
+from typing import Any, List, Mapping, Optional, Protocol, Sequence, Tuple, Union
 
 import numpy as np
 import numpy.typing as npt
@@ -13,6 +13,25 @@ Path = Union[str, "os.PathLike[str]"]
 Limits = Union[Tuple[float, float], Tuple[Sequence[float], Sequence[float]]]
 # An array, or a dict with "xyz" and one of "rpy", "quat_xyzw" and "quat_wxyz".
 Pose = Union[npt.ArrayLike, Mapping[str, npt.ArrayLike]]
+
+
+class _WithFaces(Protocol):
+    @property
+    def vertices(self) -> Any: ...
+
+    @property
+    def faces(self) -> Any: ...
+
+
+class _WithTriangles(Protocol):
+    @property
+    def vertices(self) -> Any: ...
+
+    @property
+    def triangles(self) -> Any: ...
+
+
+TriangleMesh = Union[_WithFaces, _WithTriangles]
 
 
 @dataclass(frozen=True, eq=False)
@@ -25,8 +44,9 @@ class Robot:
     group: only the joints of this SRDF group move; the others stand where `locked` says, or where their limits come nearest
         to 0.
     packages: folders in which `package://NAME/...` is looked up, as `FOLDER/NAME/...`.
-    geometry: "mesh": collision meshes as they are; "convex-hull": the hull of each; "visual":
-        the <visual> shapes of the robot instead.
+    geometry: "mesh": collision meshes as they are; "convex-hull": the hull of each; "convex-parts": convex hulls that together
+        hold each; "visual": the <visual> shapes of the robot instead.
+    links: by link, what becomes of its meshes instead: "mesh", "convex-hull" or "convex-parts".
     base: "fixed", "planar" (x, y, angle) or "floating" (x, y, z and a quaternion).
     bounds: least and greatest position of a moving base [m]: two numbers each where planar (a third bounds the angle), else
         three.
@@ -48,6 +68,84 @@ class Robot:
     pose: Optional[Pose] = None
     locked: Mapping[str, float] = field(default_factory=dict)
     limits: Mapping[str, Limits] = field(default_factory=dict)
+    links: Mapping[str, str] = field(default_factory=dict)
+
+    @classmethod
+    def from_xacro(cls, path: Path, *, options: Optional[Mapping[str, Any]] = None, **args: Any) -> "Robot":
+        """The robot of a xacro file, expanded in memory by the package xacrodoc (`pip install 'extricate[xacro]'`).
+
+        path: of the xacro file. `$(find NAME)` looks in the folders that `options["packages"]` names, and in ROS where it is
+            installed.
+        options: further arguments of `Robot`, such as {"packages": [..], "srdf": ..}.
+        args: of the xacro file, as on its command line: `prefix="left_"`.
+
+        Raises ImportError where the package is missing, ValueError where the file does not expand.
+        """
+        from ._xacro import expanded
+
+        options = dict(options or {})
+        text, packages = expanded(path, args, options.pop("packages", ()))
+        return cls(text, packages=packages, **options)
+
+    @classmethod
+    def from_sdf(cls, path: Path, **options: Any) -> "Robot":
+        """The model of an SDF file, as far as a URDF can say it: links, collision shapes, and joints that are fixed, revolute,
+        continuous, prismatic or ball ones. What it leaves out is told by warnings.
+
+        path: of the file; its one model is taken. `model://` is looked up in `packages`.
+        options: further arguments of `Robot`.
+
+        Raises ValueError where the file has what cannot be told in a URDF: joints of other kinds, models in models, loops.
+        """
+        from ._sdf import converted
+
+        return cls(converted(path), **options)
+
+    @classmethod
+    def from_mujoco(cls, model: Any, **options: Any) -> "MujocoRobot":
+        """A MuJoCo model, by the package mujoco (`pip install 'extricate[mujoco]'`): the shapes that can collide there, its
+        joints in their order, and its pairs.
+
+        model: an `mujoco.MjModel`, or the path of an MJCF file.
+        options: further arguments of `Robot`, such as "pose" or "locked".
+
+        Meshes are the convex hulls that MuJoCo takes them for. See `MujocoRobot` for configurations and pairs. What is left
+        out (equality constraints, ellipsoids, height fields) is told by warnings.
+        """
+        from ._mujoco import converted
+
+        return converted(model, options)
+
+
+@dataclass(frozen=True, eq=False)
+class MujocoRobot(Robot):
+    """A robot from MuJoCo: a `Scene` of it has its obstacles, and checks the pairs that MuJoCo checks.
+
+    obstacles: shapes of bodies that do not move.
+    disable: pairs that MuJoCo does not check, by contype and conaffinity, exclusions, and as parent and child.
+    qpos_index: (nq,) for every coordinate here its place in MuJoCo's `qpos`.
+    qpos0: (model.nq,) where MuJoCo starts; what has no coordinate here stays there.
+    """
+
+    disable: Sequence[Tuple[str, str]] = ()
+    obstacles: Sequence[Any] = ()
+    qpos_index: npt.NDArray[np.int64] = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
+    qpos0: npt.NDArray[np.float64] = field(default_factory=lambda: np.zeros(0))
+
+    def q(self, qpos: npt.ArrayLike) -> npt.NDArray[np.float64]:
+        """Configurations (.., nq) of MuJoCo's (.., model.nq): the same numbers in the order here, quaternions with w last."""
+        return np.ascontiguousarray(np.asarray(qpos, dtype=np.float64)[..., self.qpos_index])
+
+    def qpos(self, q: npt.ArrayLike) -> npt.NDArray[np.float64]:
+        """MuJoCo's (.., model.nq) of configurations (.., nq): the inverse of `q`."""
+        given = np.asarray(q, dtype=np.float64)
+        out = np.broadcast_to(self.qpos0, given.shape[:-1] + self.qpos0.shape).copy()
+        out[..., self.qpos_index] = given
+        return out
+
+
+# The fields of both, as `help` shows them.
+MujocoRobot.__doc__ = f"{MujocoRobot.__doc__}\n    {(Robot.__doc__ or '').split(chr(10), 2)[2].strip()}\n    "
 
 
 @dataclass(frozen=True, eq=False)
@@ -118,19 +216,40 @@ class Capsule:
 class Mesh:
     """A mesh as obstacle. Connected parts that are closed are solid, others are surfaces.
 
-    source: path of an STL, OBJ or COLLADA file, or (vertices, triangles): (n, 3) [m] and indices (m, 3).
+    source: path of an STL, OBJ, COLLADA, PLY or glTF file; or (vertices, triangles): (n, 3) [m] and indices (m, 3); or a mesh
+        of another package with `.vertices` and `.faces` (trimesh) or `.triangles` (open3d).
     pose: position (3,) [m], position and roll, pitch, yaw (6,) [m, rad], a transform (4, 4), or
         {"xyz": .., "quat_xyzw": ..}, also with "quat_wxyz" or "rpy": the name tells the order.
     name: what answers call it; "mesh1" and so on where None.
     scale: one factor, or one along each axis (3,).
     convex: whether its convex hull stands for it.
+    convex_parts: whether convex hulls that together hold it stand for it.
     """
 
-    source: Union[Path, Tuple[npt.ArrayLike, npt.ArrayLike]]
+    source: Union[Path, Tuple[npt.ArrayLike, npt.ArrayLike], TriangleMesh]
     pose: Optional[Pose] = None
     name: Optional[str] = None
     scale: npt.ArrayLike = 1.0
     convex: bool = False
+    convex_parts: bool = False
+
+
+@dataclass(frozen=True, eq=False)
+class Fixture:
+    """A robot file in which nothing moves, as one obstacle: a table, a shelf, a cell.
+
+    urdf: path of a URDF file whose joints are all fixed.
+    pose: of its root link: position (3,) [m], position and roll, pitch, yaw (6,) [m, rad], or a transform (4, 4).
+    name: what answers call it; "fixture1" and so on where None.
+    packages: folders in which `package://NAME/...` is looked up.
+    geometry: as of `Robot`.
+    """
+
+    urdf: Path
+    pose: Optional[npt.ArrayLike] = None
+    name: Optional[str] = None
+    packages: Sequence[Path] = ()
+    geometry: str = "mesh"
 
 
 @dataclass(frozen=True, eq=False)
@@ -206,7 +325,7 @@ class HeightField:
     name: Optional[str] = None
 
 
-Obstacle = Union[Box, Sphere, Cylinder, Capsule, Mesh, Points, Voxels, HalfSpace, HeightField]
+Obstacle = Union[Box, Sphere, Cylinder, Capsule, Mesh, Fixture, Points, Voxels, HalfSpace, HeightField]
 
 
 def spheres(centers: npt.ArrayLike, radii: npt.ArrayLike) -> List[Sphere]:

@@ -66,7 +66,7 @@ pub use found::{
 use label::History;
 pub use overlaps::ConvexOverlap;
 use part_pair::{Buffers, Hint};
-pub use pieces::KeptPieces;
+pub use pieces::{KeptPieces, convex_parts};
 use queue::Entry;
 pub use segment::{LEAST_RESOLUTION, SegmentOptions, SegmentOutcome};
 use segment::{SegmentScratch, SpeedPaths};

@@ -32,7 +32,7 @@ impl ChangedScene {
         let (learned, scene) = (world.scene(), scene.into());
         let differs = |element: &str, problem: String| Err(Error::input("changed scene", element, problem));
         if scene.metric != learned.metric {
-            let problem = format!("got {:?}, expected that of the model, {:?}", scene.metric, learned.metric);
+            let problem = format!("got {}, expected that of the model, {}", scene.metric.name(), learned.metric.name());
             return differs("metric", problem);
         }
         if scene.space != learned.space {

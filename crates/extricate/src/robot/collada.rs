@@ -64,7 +64,11 @@ impl<'a, 'i> Reader<'a, 'i> {
 
     /// The element that an attribute such as `url="#id"` points to.
     fn target(&self, node: Node<'a, 'i>, attribute: &str) -> Result<Node<'a, 'i>> {
-        let url = required(self.file, &label(node), node, attribute)?;
+        // Labels take long where they tell the line.
+        let url = match own_attribute(node, attribute) {
+            Some(url) => url,
+            None => required(self.file, &label(node), node, attribute)?,
+        };
         url.strip_prefix('#')
             .and_then(|id| self.by_id.get(id).copied())
             .ok_or_else(|| self.error(node, format!("got {attribute}=\"{url}\", expected `#` and an id in this file")))
@@ -74,6 +78,7 @@ impl<'a, 'i> Reader<'a, 'i> {
         if depth > DEEPEST {
             return Err(self.error(node, format!("got nodes nested deeper than {DEEPEST}, expected no cycle")));
         }
+        self.soup.enter_node().map_err(|problem| self.error(node, problem))?;
         let mut matrix = *parent;
         for element in node.children().filter(Node::is_element) {
             match element.tag_name().name() {

@@ -1,14 +1,19 @@
-//! Mesh files: STL (binary and ASCII), OBJ and COLLADA, from bytes to a welded [`TriangleMesh`].
+//! Mesh files: STL (binary and ASCII), OBJ, COLLADA, PLY and glTF, from bytes to a welded [`TriangleMesh`].
 
 use super::seams::Welding;
-use super::{TriangleMesh, collada, obj, polygon, stl};
+use super::{TriangleMesh, collada, gltf, obj, ply, polygon, stl};
 use crate::error::{Error, Result};
 use crate::math::{FARTHEST, Vec3};
 
-/// Parses by the extension of `file` (its name in messages), in any case: `stl`, `obj` or `dae`.
+/// Reads a file beside a mesh file, by the address that the mesh file has of it.
+pub type Neighbour<'a> = &'a mut dyn FnMut(&str) -> Result<Vec<u8>>;
+
+/// Parses by the extension of `file` (its name in messages), in any case: `stl`, `obj`, `dae`, `ply`, `glb` or `gltf`,
+/// the last with all that it needs in it.
+/// (See [`parse_among`] for a `.gltf` that names other files.)
 ///
 /// All objects of a file become one mesh. COLLADA: node transforms and `<unit>` are applied, `<up_axis>` is not, which is
-/// what RViz shows.
+/// what RViz shows. glTF: node transforms are applied, and the axes stay those of the file.
 ///
 /// # Errors
 /// [`Error::Input`] for an unknown extension, text that does not parse, a file cut short, an index without its vertex, a
@@ -23,12 +28,32 @@ pub fn parse(file: &str, bytes: &[u8]) -> Result<TriangleMesh> {
 /// # Errors
 /// As [`parse`].
 pub fn parse_and_warn(file: &str, bytes: &[u8], warnings: &mut Vec<String>) -> Result<TriangleMesh> {
+    let mut alone = |uri: &str| {
+        let problem = format!("got `{uri}`, expected all in one file: a .glb, or a .gltf with its data in it");
+        Err(Error::input(file, "uri", problem))
+    };
+    parse_among(file, bytes, &mut alone, warnings)
+}
+
+/// As [`parse_and_warn`], with what `neighbour` reads.
+///
+/// # Errors
+/// As [`parse`]; whatever `neighbour` gives.
+pub fn parse_among(file: &str, bytes: &[u8], neighbour: Neighbour, warnings: &mut Vec<String>) -> Result<TriangleMesh> {
     let extension = file.rsplit_once('.').map_or("", |(_, extension)| extension).to_ascii_lowercase();
     let soup = match extension.as_str() {
         "stl" => stl::parse(file, bytes)?,
         "obj" => obj::parse(file, bytes)?,
         "dae" => collada::parse(file, bytes)?,
-        _ => return Err(Error::input(file, "extension", format!("got `{extension}`, expected stl, obj or dae"))),
+        "ply" => ply::parse(file, bytes)?,
+        "glb" | "gltf" => gltf::parse(file, bytes, neighbour)?,
+        _ => {
+            let problem = format!(
+                "got `{extension}`, expected stl, obj, dae, ply, glb or gltf; others are to be converted, for instance in \
+                 Python: trimesh.load(PATH, force='mesh').export('x.stl')"
+            );
+            return Err(Error::input(file, "extension", problem));
+        }
     };
     warnings.extend(soup.faults.iter().map(|fault| format!("{file}: {fault}")));
     let (mesh, welding) = checked(file, soup.vertices, soup.triangles)?;
@@ -75,9 +100,28 @@ pub(super) struct Soup {
     pub triangles: Vec<[u32; 3]>,
     /// Which faces are not what they seem, and what they are taken for.
     pub faults: Vec<String>,
+    /// Nodes of a scene graph that were gone through.
+    nodes: usize,
 }
 
+/// Nodes that may be gone through, and corners that they may place: a few kilobytes of nodes that show each other twice
+/// would fill any memory.
+const MOST_NODES: usize = 1_000_000;
+const MOST_PLACED: usize = 1 << 25;
+
 impl Soup {
+    /// Counts a node of a scene graph; what is wrong where there are too many.
+    pub fn enter_node(&mut self) -> std::result::Result<(), String> {
+        self.nodes += 1;
+        if self.nodes > MOST_NODES {
+            return Err(format!("got more than {MOST_NODES} nodes, those shown again counted, expected fewer"));
+        }
+        if self.nodes > 1 && self.vertices.len().max(self.triangles.len()) > MOST_PLACED {
+            return Err(format!("got nodes that place more than {MOST_PLACED} corners, expected fewer"));
+        }
+        Ok(())
+    }
+
     pub fn push_triangle(&mut self, corners: [Vec3; 3]) {
         let first = self.vertices.len() as u32;
         self.vertices.extend(corners);
@@ -129,15 +173,17 @@ mod tests {
 
     #[test]
     fn unknown_extensions_are_named() {
-        for (file, extension) in [("a.ply", "ply"), ("meshes/noext", ""), ("a.STEP", "step")] {
+        for (file, extension) in [("a.off", "off"), ("meshes/noext", ""), ("a.STEP", "step")] {
             let message = parse(file, b"").unwrap_err().to_string();
-            assert_eq!(message, format!("{file}: extension: got `{extension}`, expected stl, obj or dae"));
+            let expected =
+                format!("{file}: extension: got `{extension}`, expected stl, obj, dae, ply, glb or gltf; others");
+            assert!(message.starts_with(&expected) && message.contains("trimesh.load("), "{message}");
         }
     }
 
     #[test]
     fn empty_files_are_errors() {
-        for file in ["a.stl", "a.obj", "a.dae"] {
+        for file in ["a.stl", "a.obj", "a.dae", "a.ply", "a.glb", "a.gltf"] {
             assert!(parse(file, b"").is_err());
         }
     }

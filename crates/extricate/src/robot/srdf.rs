@@ -3,7 +3,7 @@
 use std::collections::{BTreeSet, HashSet};
 
 use super::Robot;
-use super::xml::{children, document, label, required};
+use super::xml::{children, document, elements, label, required, with_declared_prefixes};
 use crate::error::{Error, Result};
 
 /// Which pairs of links need no check, and named sets of joints.
@@ -38,13 +38,14 @@ pub struct Group {
 
 /// Parses SRDF `text`; `file` is its name in messages. Names are not looked up: that takes a robot.
 pub fn parse(file: &str, text: &str) -> Result<Srdf> {
-    let document = document(file, text, "SRDF")?;
+    let text = with_declared_prefixes(text);
+    let document = document(file, &text, "SRDF")?;
     let robot = document.root_element();
     if robot.tag_name().name() != "robot" {
         return Err(Error::input(file, "root", format!("got <{}>, expected <robot>", robot.tag_name().name())));
     }
     let mut srdf = Srdf::default();
-    for node in robot.children().filter(|node| node.is_element()) {
+    for node in elements(robot) {
         let element = &label(node);
         let text = |attribute| required(file, element, node, attribute).map(str::to_owned);
         match node.tag_name().name() {

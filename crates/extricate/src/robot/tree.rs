@@ -63,7 +63,8 @@ pub(super) fn root(file: &str, links: &[Link], joints: &[Joint]) -> Result<usize
 /// Lets every mimic joint follow an independent one, chains composed, in `joints`.
 ///
 /// # Errors
-/// An unknown joint, a cycle, and a follower or leader that has not exactly one coordinate.
+/// An unknown joint, a cycle, and a follower or leader that has several coordinates. A leader may be fixed: what follows
+/// it stays at its offset.
 pub(super) fn resolve_mimics(file: &str, mimics: &[NamedMimic], joints: &mut [Joint]) -> Result<()> {
     let index_of: HashMap<&str, usize> = joints.iter().enumerate().map(|(k, joint)| (joint.name.as_str(), k)).collect();
     let mut direct: HashMap<usize, Mimic> = HashMap::new();
@@ -75,7 +76,7 @@ pub(super) fn resolve_mimics(file: &str, mimics: &[NamedMimic], joints: &mut [Jo
         };
         for (role, joint) in [("mimic on", mimic.joint), ("mimic of", followed)] {
             let kind = joints[joint].kind;
-            if !matches!(kind, JointKind::Revolute | JointKind::Continuous | JointKind::Prismatic) {
+            if matches!(kind, JointKind::Planar | JointKind::Spherical | JointKind::Floating) {
                 let name = &joints[joint].name;
                 let problem =
                     format!("got {role} the {kind:?} joint \"{name}\", expected one with a single coordinate");

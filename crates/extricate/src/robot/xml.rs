@@ -90,8 +90,8 @@ fn end_of_root_name(text: &str) -> Option<usize> {
 }
 
 /// What to say about a macro that is not expanded.
-pub(super) const NEEDS_XACRO: &str =
-    "got a xacro macro, expected plain URDF: expand it first, with `xacro robot.urdf.xacro > robot.urdf`";
+pub(super) const NEEDS_XACRO: &str = "got a xacro macro, expected plain URDF: expand it first, with `xacro robot.urdf.xacro > robot.urdf`, or in Python with \
+     `extricate.Robot.from_xacro(path)`";
 
 /// `<joint> "elbow"` for messages: tag, name where there is one, line otherwise.
 pub(super) fn label(node: Node) -> String {
@@ -108,12 +108,14 @@ pub(super) fn own_attribute<'a>(node: Node<'a, '_>, name: &str) -> Option<&'a st
     node.attributes().find(|attribute| attribute.namespace().is_none() && attribute.name() == name).map(|a| a.value())
 }
 
-/// Child elements with this tag, whatever their namespace, if the file declares it.
+/// Child elements, whatever their namespace, if the file declares it.
+pub(super) fn elements<'a, 'i: 'a>(node: Node<'a, 'i>) -> impl Iterator<Item = Node<'a, 'i>> {
+    node.children().filter(|child| child.is_element() && child.tag_name().namespace() != Some(UNDECLARED))
+}
+
+/// Child elements with this tag.
 pub(super) fn children<'a, 'i: 'a>(node: Node<'a, 'i>, tag: &'static str) -> impl Iterator<Item = Node<'a, 'i>> {
-    let is_one = move |child: &Node| {
-        child.tag_name().name() == tag && child.tag_name().namespace() != Some(UNDECLARED) && child.is_element()
-    };
-    node.children().filter(is_one)
+    elements(node).filter(move |child| child.tag_name().name() == tag)
 }
 
 /// The first child element with this tag.

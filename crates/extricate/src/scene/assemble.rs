@@ -7,12 +7,12 @@ use super::bodies::{link_bodies, warn_of_surfaces};
 use super::clearances::Clearances;
 use super::coordinates::coordinates;
 use super::file::{self, RobotEntry, SceneFile};
+use super::fixtures::read_others;
 use super::frames::{Seat, Tree};
 use super::load::Files;
 use super::names::{Named, find, unique};
-use super::obstacles::{Others, others};
+use super::obstacles::Others;
 use super::pairs::{PairName, checked, disabled_by_scene, disabled_by_srdf};
-use super::shapes::with_scenery;
 use super::units::warn_of_sizes;
 use super::{Body, LinkSeat, MetricSpec, Scene};
 use crate::error::{Error, Result};
@@ -65,11 +65,9 @@ pub fn assemble_entries(path: &Path, scene: &SceneFile, read: ReadFile) -> Resul
     let name = path.display().to_string();
     scene.check(&name)?;
     let mut warnings = Vec::new();
-    let mut files = Files::new(path, read);
+    let mut files = Files::new(path, scene.cut, read);
     let robots = files.robots(&scene.robot, &mut warnings)?;
-    let entries = with_scenery(&name, &scene.obstacle, &mut |element, path| files.bytes(element, path))?;
-    let mut load_mesh = |element: &str, path: &str| files.mesh(element, path);
-    let others = others(&name, (&entries, &scene.attached), &mut load_mesh, &mut warnings)?;
+    let others = read_others(&name, scene, true, &mut files, &mut warnings)?;
     warnings.extend(files.into_mesh_warnings());
     build(&name, scene, &robots, others, warnings)
 }
@@ -107,7 +105,7 @@ pub fn build(
         let seats = tree.add_robot(&loaded.robot, root, &own.roles, &own.names, &own.places);
         let seats = all_seats(loaded, seats)?;
         let names: Vec<String> = link_names.by_ref().take(seats.len()).collect();
-        refuse_scenery(loaded)?;
+        refuse_scenery(loaded, &seats)?;
         bodies.extend(link_bodies(index, &loaded.robot, &seats, &names));
         links.extend(names.into_iter().zip(seats).map(|(name, seat)| LinkSeat {
             name,
@@ -159,12 +157,13 @@ fn link_names<'a>(loaded: &'a LoadedRobot) -> impl Iterator<Item = Named<'a>> {
     loaded.robot.links.iter().map(move |link| Named { robot, name: &link.name })
 }
 
-/// Ground, clouds and grids are obstacles: nothing that bounds motion or moments knows them.
-fn refuse_scenery(loaded: &LoadedRobot) -> Result<()> {
-    let is_scenery = |link: &&crate::robot::Link| link.collision.iter().any(|shape| shape.geometry.is_scenery());
-    let Some(link) = loaded.robot.links.iter().find(is_scenery) else { return Ok(()) };
-    let problem =
-        "got voxels, points, a half-space or a height field, expected a shape that can move: these are obstacles";
+/// Planes have no end, and nothing that bounds motion or moments knows them: links that move have none.
+fn refuse_scenery(loaded: &LoadedRobot, seats: &[Seat]) -> Result<()> {
+    let is_scenery = |link: &crate::robot::Link| link.collision.iter().any(|shape| shape.geometry.is_scenery());
+    let mut links = loaded.robot.links.iter().zip(seats);
+    let Some((link, _)) = links.find(|(link, seat)| seat.frame != 0 && is_scenery(link)) else { return Ok(()) };
+    let problem = "got a <plane> on a link that moves, expected it on one that does not: a plane has no end, and what is \
+                   behind it is solid; a <box> can move";
     Err(Error::input(&loaded.urdf, format!("link \"{}\"", link.name), problem))
 }
 
@@ -214,7 +213,9 @@ fn disabled(
 #[cfg(test)]
 mod tests {
     use super::super::testing::{PLAIN, chain, scene, scene_with};
+    use crate::math::Vec3;
     use crate::robot::JointKind::*;
+    use crate::robot::{Geometry, Robot};
     use crate::scene::Scene;
 
     const BALL: &str = "[[obstacle]]\nname = 'ball'\nshape = { sphere = 0.5 }\n";
@@ -276,6 +277,26 @@ mod tests {
             assert!(scene(&text, &[chain(&[Revolute])]).is_ok());
         }
         assert!(scene(&format!("{PLAIN}{BALL}"), &[arm]).is_ok());
+    }
+
+    #[test]
+    fn planes_stand_still() {
+        let mut arm = chain(&[Fixed, Revolute]);
+        let plane = Geometry::HalfSpace { normal: Vec3::z(), offset: 0.0 };
+        arm.links[1].collision[0].geometry = plane.clone();
+        let scene_of = |text: &str, arm: &Robot| scene(text, std::slice::from_ref(arm));
+        assert_eq!(pairs(&scene_of(&format!("{PLAIN}[pairs]\ndisable = [['l0', 'l2']]"), &arm).unwrap()), [""; 0]);
+        assert_eq!(pairs(&scene_of(&format!("{PLAIN}name = 'a'\n{PLAIN}name = 'b'\n"), &arm).unwrap()).len(), 0);
+        let moving = "base = 'planar'\nbounds = { min = [-1, -1], max = [1, 1] }\n";
+        let refused = |message: String, link: &str| {
+            assert!(
+                message.contains(&format!("arm.urdf: link \"{link}\": got a <plane> on a link that moves")),
+                "{message}"
+            );
+        };
+        refused(scene_of(&format!("{PLAIN}{moving}"), &arm).unwrap_err().to_string(), "l1");
+        arm.links[2].collision[0].geometry = plane;
+        refused(scene_of(PLAIN, &arm).unwrap_err().to_string(), "l2");
     }
 
     #[test]

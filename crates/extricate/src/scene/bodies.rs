@@ -1,20 +1,22 @@
 //! From links and their seats to bodies, hulls in place of meshes, and what to say about surfaces that are not solids.
 
 use std::collections::HashMap;
+use std::collections::hash_map::Entry;
 use std::sync::Arc;
 
+use super::file::{CutMesh, GeometryKind};
 use super::frames::Seat;
 use super::{Body, Part};
 use crate::robot::convex_hull::convex_hull;
 use crate::robot::openings::widest_gap;
-use crate::robot::{Geometry, Robot, TriangleMesh};
+use crate::robot::{Geometry, LinkGeometry, Robot, TriangleMesh};
 
 /// Bodies of the links that have geometry, in document order; `seats` and `names` are by link.
 pub fn link_bodies(robot_index: usize, robot: &Robot, seats: &[Seat], names: &[String]) -> Vec<Body> {
     let with_geometry = (0..robot.links.len()).filter(|&link| !robot.links[link].collision.is_empty());
     with_geometry
         .map(|link| {
-            let part = |shape: &crate::robot::LinkGeometry| Part {
+            let part = |shape: &LinkGeometry| Part {
                 pose_frame_part: seats[link].pose_frame_link.then(&shape.pose_link_geometry),
                 geometry: shape.geometry.clone(),
             };
@@ -24,14 +26,51 @@ pub fn link_bodies(robot_index: usize, robot: &Robot, seats: &[Seat], names: &[S
         .collect()
 }
 
-/// Replaces every mesh of `robot` by its convex hull; meshes that links share are hulled once.
-pub fn hull_links(robot: &mut Robot, warnings: &mut Vec<String>) {
-    let mut done: HashMap<*const TriangleMesh, Geometry> = HashMap::new();
+/// Replaces the meshes of `robot` by what `kind` says of their link; meshes that links share are hulled or cut once.
+pub fn replace_meshes(
+    robot: &mut Robot,
+    kind: impl Fn(&str) -> GeometryKind,
+    cut: Option<CutMesh>,
+    warnings: &mut Vec<String>,
+) -> Result<(), String> {
+    let mut done: HashMap<(*const TriangleMesh, GeometryKind), Vec<Geometry>> = HashMap::new();
     for link in &mut robot.links {
-        for shape in &mut link.collision {
-            let Geometry::Mesh(mesh) = &shape.geometry else { continue };
-            let hulled = done.entry(Arc::as_ptr(mesh));
-            shape.geometry = hulled.or_insert_with(|| hull(mesh, &format!("link `{}`", link.name), warnings)).clone();
+        let kind = kind(&link.name);
+        let owner = format!("link `{}`", link.name);
+        let mut parts = Vec::with_capacity(link.collision.len());
+        for shape in std::mem::take(&mut link.collision) {
+            let Geometry::Mesh(mesh) = &shape.geometry else {
+                parts.push(shape);
+                continue;
+            };
+            let key = (Arc::as_ptr(mesh), kind);
+            if let Entry::Vacant(place) = done.entry(key) {
+                place.insert(replaced(mesh, kind, cut, &owner, warnings)?);
+            }
+            let pose_link_geometry = shape.pose_link_geometry;
+            parts.extend(
+                done[&key].iter().map(|geometry| LinkGeometry { pose_link_geometry, geometry: geometry.clone() }),
+            );
+        }
+        link.collision = parts;
+    }
+    Ok(())
+}
+
+/// What stands for a mesh.
+pub fn replaced(
+    mesh: &Arc<TriangleMesh>,
+    kind: GeometryKind,
+    cut: Option<CutMesh>,
+    owner: &str,
+    warnings: &mut Vec<String>,
+) -> Result<Vec<Geometry>, String> {
+    match kind {
+        GeometryKind::Mesh | GeometryKind::Visual => Ok(vec![Geometry::Mesh(Arc::clone(mesh))]),
+        GeometryKind::ConvexHull => Ok(vec![hull(mesh, owner, warnings)]),
+        GeometryKind::ConvexParts => {
+            let cut = cut.ok_or("got convex-parts where nothing cuts meshes, expected a scene that `store` loads")?;
+            Ok(cut(mesh).into_iter().map(|hull| Geometry::ConvexHull(Arc::new(hull))).collect())
         }
     }
 }

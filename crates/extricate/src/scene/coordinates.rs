@@ -127,7 +127,8 @@ pub fn coordinates(
         }
     }
     if joints.is_empty() {
-        let problem = "every joint is fixed or locked, expected at least one that moves, or a planar or floating base";
+        let problem = "every joint is fixed or locked, expected at least one that moves, or a planar or floating base; beside \
+                       a robot that moves, such a file is an obstacle: shape = { urdf = \"..\" }";
         return Err(Error::input(file, "robot", problem));
     }
     Ok(Coordinates { joints, space, rigid, robots: found })

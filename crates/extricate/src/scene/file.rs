@@ -12,6 +12,8 @@
 //! group = "arm"                     # optional: an SRDF group; joints outside it are locked at `locked` or nearest to 0
 //! packages = ["../robots"]          # folders where package:// is looked up
 //! geometry = "mesh"                 # mesh (default) | convex-hull: every mesh of this robot becomes its convex hull
+//!                                   # | convex-parts: convex hulls that together hold it | visual
+//! links = { LINK = "convex-parts" } # mesh, convex-hull or convex-parts for some links
 //! base = "planar"                   # fixed (default) | planar | floating, relative to `pose`
 //! bounds = { min = [-1, -1], max = [1, 1] }  # planar: x, y and optionally yaw; floating: x, y, z
 //! pose = { xyz = [0, 0, 0], rpy = [0, 0, 0] }  # or quat_xyzw = [x, y, z, w], or quat_wxyz = [w,
@@ -22,7 +24,8 @@
 //! [[obstacle]]
 //! name = "box"
 //! shape = { box = [0.2, 0.6, 0.4] } # full sides | { sphere = r } | { cylinder = [r, length] } | { capsule = [r, length] }
-//!                                   # | { mesh = "part.stl", scale = 1.0 or [x, y, z], convex = true }
+//!                                   # | { mesh = "part.stl", scale = 1.0 or [x, y, z], convex = true }, or convex-parts
+//!                                   # | { urdf = "table.urdf", packages = [".."], geometry = "mesh" }: nothing in it moves
 //!                                   # | { points = "cloud.xyz" or [[x, y, z], ..], radius = r }
 //!                                   # | { voxels = "cells.csv" or [[i, j, k], ..], size = s }
 //!                                   # | { half-space = [nx, ny, nz], offset = d }
@@ -55,6 +58,7 @@ pub use super::shapes::{RowsEntry, ShapeEntry};
 use super::wording::explain;
 use crate::error::{Error, Result};
 use crate::math::FARTHEST;
+use crate::robot::TriangleMesh;
 
 /// A whole scene file.
 #[derive(Debug, Clone, Default, Deserialize)]
@@ -80,7 +84,13 @@ pub struct SceneFile {
     /// \[m\].
     #[serde(default)]
     pub padding: BTreeMap<String, f64>,
+    /// How meshes are cut into convex parts, which is not a matter of scenes; `store` says it.
+    #[serde(skip)]
+    pub cut: Option<CutMesh>,
 }
+
+/// Convex hulls that together hold a mesh.
+pub type CutMesh = fn(&TriangleMesh) -> Vec<TriangleMesh>;
 
 /// `metric = { kind = .., weights = .. }`.
 #[derive(Debug, Clone, Deserialize)]
@@ -132,6 +142,9 @@ pub struct RobotEntry {
     /// What becomes of its meshes.
     #[serde(default)]
     pub geometry: GeometryKind,
+    /// What becomes of the meshes of single links.
+    #[serde(default)]
+    pub links: BTreeMap<String, GeometryKind>,
     /// How its root link may move, relative to `pose`.
     #[serde(default)]
     pub base: BaseKind,
@@ -149,7 +162,7 @@ pub struct RobotEntry {
 }
 
 /// Which shapes a robot has, and what becomes of their meshes.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum GeometryKind {
     /// They stay as they are.
@@ -157,6 +170,8 @@ pub enum GeometryKind {
     Mesh,
     /// Each becomes its convex hull.
     ConvexHull,
+    /// Each becomes convex hulls that together hold it.
+    ConvexParts,
     /// They stay as they are, and so do all shapes, but those of `<visual>` elements are taken.
     Visual,
 }

@@ -1,14 +1,14 @@
 //! Reads what a scene file names: URDF, SRDF and mesh files, each mesh once. Paths are resolved here and nowhere else.
 
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashMap};
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use super::assemble::{LoadedRobot, ReadFile};
-use super::bodies::hull_links;
-use super::file::{GeometryKind, RobotEntry};
-use super::names::robot_names;
+use super::bodies::replace_meshes;
+use super::file::{CutMesh, GeometryKind, RobotEntry};
+use super::names::{robot_names, unknown};
 use crate::error::{Error, Result};
 use crate::robot::srdf::Srdf;
 use crate::robot::urdf::Shapes;
@@ -22,6 +22,7 @@ pub struct Files<'a> {
     /// The folder that paths in the scene file start from.
     folder: PathBuf,
     read: ReadFile<'a>,
+    cut: Option<CutMesh>,
     meshes: HashMap<PathBuf, Arc<TriangleMesh>>,
     /// By folder, what its `package.xml` calls it.
     package_names: HashMap<PathBuf, Option<String>>,
@@ -29,14 +30,29 @@ pub struct Files<'a> {
     mesh_warnings: Vec<String>,
 }
 
+/// A URDF that a scene file names.
+pub struct Source<'a> {
+    /// What names it, in messages.
+    pub element: &'a str,
+    /// Its path, as the scene file has it.
+    pub urdf: &'a str,
+    /// Folders where `package://` is looked up.
+    pub packages: &'a [String],
+    /// Which shapes, and what becomes of their meshes.
+    pub geometry: GeometryKind,
+    /// The same of single links.
+    pub links: &'a BTreeMap<String, GeometryKind>,
+}
+
 impl<'a> Files<'a> {
-    /// Of the scene file at `path`.
-    pub fn new(path: &Path, read: ReadFile<'a>) -> Self {
+    /// Of the scene file at `path`; `cut` cuts meshes into convex parts.
+    pub fn new(path: &Path, cut: Option<CutMesh>, read: ReadFile<'a>) -> Self {
         let folder = path.parent().unwrap_or(Path::new("")).to_path_buf();
         Self {
             file: path.display().to_string(),
             folder,
             read,
+            cut,
             meshes: HashMap::new(),
             package_names: HashMap::new(),
             mesh_warnings: Vec::new(),
@@ -66,23 +82,14 @@ impl<'a> Files<'a> {
         entry: &'e RobotEntry,
         warnings: &mut Vec<String>,
     ) -> Result<LoadedRobot<'e>> {
-        let path = self.folder.join(&entry.urdf);
-        let file = path.display().to_string();
-        let text = self.text(&path, &format!("robot {}: urdf", index + 1))?;
-        let folder = path.parent().unwrap_or(Path::new("")).to_path_buf();
-        let packages: Vec<PathBuf> = entry.packages.iter().map(|package| self.folder.join(package)).collect();
-        let shapes = if entry.geometry == GeometryKind::Visual { Shapes::Visual } else { Shapes::Collision };
-        let mut load = |uri: &str| {
-            let mut paths = candidates(uri, &folder, &packages);
-            if paths.iter().all(|path| matches!(self.mesh_at(path), Ok(None))) {
-                paths.extend(self.in_named_packages(uri, &folder, &packages));
-            }
-            self.first_mesh(&file, uri, &paths)
+        let source = Source {
+            element: &format!("robot {}: urdf", index + 1),
+            urdf: &entry.urdf,
+            packages: &entry.packages,
+            geometry: entry.geometry,
+            links: &entry.links,
         };
-        let mut robot = urdf::parse(&file, &text, shapes, &mut load, warnings)?;
-        if entry.geometry == GeometryKind::ConvexHull {
-            hull_links(&mut robot, warnings);
-        }
+        let (file, robot) = self.links(&source, warnings)?;
         let (mut disabled, mut group) = (Vec::new(), None);
         if let Some(srdf) = &entry.srdf {
             let path = self.folder.join(srdf);
@@ -99,6 +106,39 @@ impl<'a> Files<'a> {
             return Err(Error::input(&self.file, format!("robot \"{}\": group", robot.name), problem));
         }
         Ok(LoadedRobot { name: robot.name.clone(), urdf: file, robot, disabled, group, entry })
+    }
+
+    /// The name of a URDF file in messages, and what it describes, its meshes replaced as is asked.
+    pub fn links(&mut self, source: &Source, warnings: &mut Vec<String>) -> Result<(String, Robot)> {
+        let Source { element, urdf, packages, geometry, links } = *source;
+        let path = self.folder.join(urdf);
+        let file = path.display().to_string();
+        let text = self.text(&path, element)?;
+        let folder = path.parent().unwrap_or(Path::new("")).to_path_buf();
+        let packages: Vec<PathBuf> = packages.iter().map(|package| self.folder.join(package)).collect();
+        let shapes = if geometry == GeometryKind::Visual { Shapes::Visual } else { Shapes::Collision };
+        let mut load = |uri: &str| {
+            let mut paths = candidates(uri, &folder, &packages);
+            if paths.iter().all(|path| matches!(self.mesh_at(path), Ok(None))) {
+                paths.extend(self.in_named_packages(uri, &folder, &packages));
+            }
+            self.first_mesh(&file, uri, &paths)
+        };
+        let mut robot = urdf::parse(&file, &text, shapes, &mut load, warnings)?;
+        let fault = |problem: String| Error::input(&self.file, format!("robot \"{}\": links", robot.name), problem);
+        for (name, kind) in links {
+            if *kind == GeometryKind::Visual {
+                return Err(fault(format!("`{name}`: got visual, expected mesh, convex-hull or convex-parts")));
+            }
+            if !robot.links.iter().any(|link| link.name == *name) {
+                let known: Vec<&str> = robot.links.iter().map(|link| link.name.as_str()).collect();
+                return Err(fault(unknown(name, &known)));
+            }
+        }
+        let kind = |link: &str| links.get(link).copied().unwrap_or(geometry);
+        replace_meshes(&mut robot, kind, self.cut, warnings)
+            .map_err(|problem| Error::input(&self.file, "geometry", problem))?;
+        Ok((file, robot))
     }
 
     /// What there is to say of the meshes that were read.
@@ -172,7 +212,10 @@ impl<'a> Files<'a> {
             Err(error) => return Err(error),
         };
         let name = path.display().to_string();
-        let mesh = Arc::new(mesh_file::parse_and_warn(&name, &bytes, &mut self.mesh_warnings)?);
+        let folder = path.parent().unwrap_or(Path::new(""));
+        let mut neighbour =
+            |uri: &str| (self.read)(&folder.join(uri)).map_err(|error| named(&name, &format!("uri \"{uri}\""), error));
+        let mesh = Arc::new(mesh_file::parse_among(&name, &bytes, &mut neighbour, &mut self.mesh_warnings)?);
         self.meshes.insert(path.to_path_buf(), Arc::clone(&mesh));
         Ok(Some(mesh))
     }
@@ -260,7 +303,7 @@ mod tests {
                 Some("v/arm/meshes/link.obj") => Ok(obj.to_vec()),
                 _ => Err(Error::Read { path: path.to_path_buf(), source: ErrorKind::NotFound.into() }),
             };
-            let mut files = Files::new(Path::new("s.toml"), &mut read);
+            let mut files = Files::new(Path::new("s.toml"), None, &mut read);
             let packages: Vec<PathBuf> = packages.iter().map(PathBuf::from).collect();
             let found = |files: &mut Files, uri: &str| files.in_named_packages(uri, Path::new(urdf), &packages);
             let paths = found(&mut files, "package://arm_support/meshes/link.obj");
@@ -296,7 +339,7 @@ mod tests {
             }
             Err(Error::Read { path: path.into(), source: ErrorKind::NotFound.into() })
         };
-        let mut files = Files::new(Path::new("s/scene.toml"), &mut read);
+        let mut files = Files::new(Path::new("s/scene.toml"), None, &mut read);
         let tried = [PathBuf::from("s/a/arm/a.stl"), PathBuf::from("s/b/arm/a.stl")];
         let first = files.first_mesh("u.urdf", "package://arm/a.stl", &tried).unwrap();
         let second = files.mesh("obstacle", "b/arm/a.stl").unwrap();

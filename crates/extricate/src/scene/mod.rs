@@ -12,6 +12,7 @@ mod coordinates;
 pub mod drawing;
 mod edit;
 pub mod file;
+mod fixtures;
 mod frames;
 pub mod import;
 pub mod limits;
@@ -99,6 +100,17 @@ pub enum MetricSpec {
     ObjectNorm,
     /// Largest displacement of any point of the moving geometry \[m\].
     MaxDisplacement,
+}
+
+impl MetricSpec {
+    /// As scene files spell it.
+    pub fn name(self) -> &'static str {
+        match self {
+            MetricSpec::Joint => "joint",
+            MetricSpec::ObjectNorm => "object-norm",
+            MetricSpec::MaxDisplacement => "max-displacement",
+        }
+    }
 }
 
 /// A joint (or the base of a robot) that has coordinates.

@@ -3,13 +3,13 @@
 use std::collections::HashSet;
 use std::sync::Arc;
 
-use super::Body;
-use super::bodies::hull;
-use super::file::{AttachedEntry, ObstacleEntry, ScaleEntry, ShapeEntry};
+use super::bodies::{hull, replaced};
+use super::file::{AttachedEntry, CutMesh, GeometryKind, ObstacleEntry, ScaleEntry, ShapeEntry};
 use super::names::check_name;
 use super::shapes::SCENERY;
+use super::{Body, Part};
 use crate::error::{Error, Result};
-use crate::math::{FARTHEST, Vec3};
+use crate::math::{FARTHEST, Pose, Vec3};
 use crate::robot::{Geometry, TriangleMesh, mesh::is_scale};
 
 /// Reads a mesh by the element that names it, for messages, and its path, as the scene file has it.
@@ -24,7 +24,7 @@ pub struct Others {
     pub attached: Vec<Body>,
 }
 
-/// The obstacles and attached objects of a scene file.
+/// The obstacles and attached objects of a scene file; those of a URDF have their parts already. `cut` cuts meshes.
 ///
 /// # Errors
 /// [`Error::Input`] for repeated or empty names, shapes that are not exactly one shape, sizes that are not positive and
@@ -33,6 +33,7 @@ pub fn others(
     file: &str,
     (obstacles, attached): (&[ObstacleEntry], &[AttachedEntry]),
     load_mesh: LoadMesh,
+    cut: Option<CutMesh>,
     warnings: &mut Vec<String>,
 ) -> Result<Others> {
     let mut seen = HashSet::new();
@@ -53,33 +54,67 @@ pub fn others(
                 format!("shape: got {shape}, expected a shape that a link can hold: {shape} belongs to obstacles");
             return Err(Error::input(file, element, problem));
         }
-        let geometry = shape(file, &element, form, load_mesh, warnings)?;
+        let mut parts = shapes(file, &element, form, load_mesh, cut, warnings)?;
+        if kind == "attached" && parts.iter().any(|part| part.geometry.is_scenery()) {
+            return Err(Error::input(file, element, "shape: got a urdf with a <plane>, which no link can hold"));
+        }
+        parts.iter_mut().for_each(|part| part.pose_frame_part = pose.then(&part.pose_frame_part));
         let of_kind = if kind == "obstacle" { &mut others.obstacles } else { &mut others.attached };
-        of_kind.push(Body::obstacle(name, geometry, pose));
+        of_kind.push(Body { name: name.clone(), robot: None, frame: 0, parts });
     }
     Ok(others)
 }
 
+/// The parts of an entry, relative to its pose.
+fn shapes(
+    file: &str,
+    element: &str,
+    entry: &ShapeEntry,
+    load_mesh: LoadMesh,
+    cut: Option<CutMesh>,
+    warnings: &mut Vec<String>,
+) -> Result<Vec<Part>> {
+    let whole = |geometry| Part { pose_frame_part: Pose::identity(), geometry };
+    let geometry = shape(file, element, entry, load_mesh, warnings)?;
+    match (&geometry, entry.convex_parts, &entry.parts) {
+        (Some(Geometry::Mesh(mesh)), true, _) => {
+            let parts = replaced(mesh, GeometryKind::ConvexParts, cut, element, warnings);
+            Ok(parts.map_err(|problem| Error::input(file, element, problem))?.into_iter().map(whole).collect())
+        }
+        (None, _, Some(parts)) => Ok(parts.clone()),
+        (None, ..) => Err(Error::input(file, element, "shape: got a urdf that was not read, expected one from a file")),
+        _ => Ok(geometry.into_iter().map(whole).collect()),
+    }
+}
+
+/// The one shape of an entry; `None` of a URDF.
 fn shape(
     file: &str,
     element: &str,
     entry: &ShapeEntry,
     load_mesh: LoadMesh,
     warnings: &mut Vec<String>,
-) -> Result<Geometry> {
+) -> Result<Option<Geometry>> {
     let fault = |problem: String| Error::input(file, element, problem);
     let given = entry.kinds();
     let [kind] = given[..] else {
         let found = if given.is_empty() { "none".to_string() } else { given.join(" and ") };
-        let kinds = "box, sphere, cylinder, capsule, mesh, voxels, points, half-space, height-field";
+        let kinds = "box, sphere, cylinder, capsule, mesh, urdf, voxels, points, half-space, height-field";
         return Err(fault(format!("shape: got {found}, expected exactly one of {kinds}")));
     };
     entry.check_numbers(file, element, kind)?;
-    if kind != "mesh" && (entry.scale.is_some() || entry.convex) {
-        return Err(fault(format!("shape: `scale` and `convex` belong to a mesh, got them with a {kind}")));
+    if kind != "mesh" && (entry.scale.is_some() || entry.convex || entry.convex_parts) {
+        let problem = format!("shape: `scale`, `convex` and `convex-parts` belong to a mesh, got them with a {kind}");
+        return Err(fault(problem));
+    }
+    if entry.convex && entry.convex_parts {
+        return Err(fault("shape: got `convex` and `convex-parts`, expected one of them".into()));
+    }
+    if kind == "urdf" {
+        return Ok(None);
     }
     if let Some(scenery) = &entry.scenery {
-        return Ok(scenery.clone());
+        return Ok(Some(scenery.clone()));
     }
     let sizes = |sizes: &[f64], what: &str| match sizes.iter().find(|x| !(**x > 0.0 && **x <= FARTHEST)) {
         Some(bad) => Err(fault(format!("{kind}: got {bad:?}, expected {what} > 0 and within 1e9 [m]"))),
@@ -87,19 +122,19 @@ fn shape(
     };
     if let Some(sides) = entry.cuboid {
         sizes(&sides, "full sides [x, y, z], each")?;
-        return Ok(Geometry::Box { half_extents: Vec3::from(sides) / 2.0 });
+        return Ok(Some(Geometry::Box { half_extents: Vec3::from(sides) / 2.0 }));
     }
     if let Some(radius) = entry.sphere {
         sizes(&[radius], "a radius")?;
-        return Ok(Geometry::Sphere { radius });
+        return Ok(Some(Geometry::Sphere { radius }));
     }
     if let Some([radius, length]) = entry.cylinder {
         sizes(&[radius, length], "[radius, length], each")?;
-        return Ok(Geometry::Cylinder { radius, half_length: length / 2.0 });
+        return Ok(Some(Geometry::Cylinder { radius, half_length: length / 2.0 }));
     }
     if let Some([radius, length]) = entry.capsule {
         sizes(&[radius, length], "[radius, length], each")?;
-        return Ok(Geometry::Capsule { radius, half_length: length / 2.0 });
+        return Ok(Some(Geometry::Capsule { radius, half_length: length / 2.0 }));
     }
     let scale = match entry.scale {
         None => [1.0; 3],
@@ -117,9 +152,9 @@ fn shape(
         mesh = Arc::new(mesh.scaled(scale));
     }
     if !entry.convex {
-        return Ok(Geometry::Mesh(mesh));
+        return Ok(Some(Geometry::Mesh(mesh)));
     }
-    Ok(hull(&mesh, element, warnings))
+    Ok(Some(hull(&mesh, element, warnings)))
 }
 
 #[cfg(test)]
@@ -129,7 +164,7 @@ mod tests {
 
     fn assembled(text: &str) -> Result<Vec<Body>> {
         let scene = file::parse("s.toml", text)?;
-        Ok(others("s.toml", (&scene.obstacle, &scene.attached), &mut |_, _| Ok(tetrahedron()), &mut Vec::new())?
+        Ok(others("s.toml", (&scene.obstacle, &scene.attached), &mut |_, _| Ok(tetrahedron()), None, &mut Vec::new())?
             .obstacles)
     }
 

@@ -5,8 +5,9 @@ use std::sync::Arc;
 
 use serde::Deserialize;
 
+use super::Part;
 use super::arrays::exactly_if_any;
-use super::file::{ObstacleEntry, ScaleEntry};
+use super::file::{GeometryKind, ObstacleEntry, ScaleEntry};
 use crate::error::{Error, Result};
 use crate::math::Vec3;
 use crate::robot::{Geometry, HeightField, PointCloud, TriangleMesh, Voxels};
@@ -16,7 +17,7 @@ use crate::robot::{Geometry, HeightField, PointCloud, TriangleMesh, Voxels};
 #[serde(
     deny_unknown_fields,
     rename_all = "kebab-case",
-    expecting = "a table with one of box, sphere, cylinder, capsule, mesh, voxels, points, half-space, height-field"
+    expecting = "a table with one of box, sphere, cylinder, capsule, mesh, urdf, voxels, points, half-space, height-field"
 )]
 pub struct ShapeEntry {
     /// Full sides \[m\].
@@ -40,6 +41,19 @@ pub struct ShapeEntry {
     /// Whether the mesh is replaced by its convex hull.
     #[serde(default)]
     pub convex: bool,
+    /// Whether the mesh is replaced by convex hulls that together hold it.
+    #[serde(default)]
+    pub convex_parts: bool,
+    /// Path of a URDF whose joints are all fixed.
+    pub urdf: Option<String>,
+    /// Where its `package://` is looked up.
+    #[serde(default)]
+    pub packages: Vec<String>,
+    /// Which shapes it has, and what becomes of their meshes.
+    pub geometry: Option<GeometryKind>,
+    /// Its shapes, once it is read.
+    #[serde(skip)]
+    pub parts: Option<Vec<Part>>,
     /// Indices of occupied cells.
     pub voxels: Option<RowsEntry>,
     /// Points \[m\].
@@ -93,6 +107,7 @@ impl ShapeEntry {
             ("cylinder", self.cylinder.is_some()),
             ("capsule", self.capsule.is_some()),
             ("mesh", self.mesh.is_some() || self.triangles.is_some()),
+            ("urdf", self.urdf.is_some()),
             ("voxels", self.voxels.is_some() || kind("voxels")),
             ("points", self.points.is_some() || kind("points")),
             ("half-space", self.half_space.is_some() || kind("half-space")),
@@ -116,6 +131,11 @@ impl ShapeEntry {
     /// # Errors
     /// [`Error::Input`] that names them.
     pub fn check_numbers(&self, file: &str, element: &str, kind: &str) -> Result<()> {
+        let of_urdf = self.geometry.is_some() || !self.packages.is_empty();
+        if kind != "urdf" && of_urdf {
+            let problem = format!("shape: `packages` and `geometry` belong to a urdf, got them with a {kind}");
+            return Err(Error::input(file, element, problem));
+        }
         match self.numbers().find(|(_, owners)| !owners.contains(&kind)) {
             Some((name, owners)) => {
                 let owners = owners.join(" and ");
@@ -277,7 +297,7 @@ mod tests {
             text => Ok(("f/text".to_string(), text.as_bytes().to_vec())),
         };
         let entries = with_scenery("s.toml", &scene.obstacle, &mut load)?;
-        let bodies = others("s.toml", (&entries, &[]), &mut |_, _| panic!("no mesh"), &mut Vec::new())?;
+        let bodies = others("s.toml", (&entries, &[]), &mut |_, _| panic!("no mesh"), None, &mut Vec::new())?;
         Ok(bodies.obstacles[0].parts[0].geometry.clone())
     }
 
@@ -332,15 +352,5 @@ mod tests {
             let message = one(shape).unwrap_err().to_string();
             assert!(message.contains(expected), "{shape}: {message}");
         }
-    }
-
-    #[test]
-    fn robots_have_no_scenery() {
-        use super::super::testing;
-        use crate::robot::JointKind::Revolute;
-        let mut arm = testing::chain(&[Revolute]);
-        arm.links[1].collision[0].geometry = Geometry::HalfSpace { normal: Vec3::z(), offset: 0.0 };
-        let message = testing::scene(testing::PLAIN, &[arm]).unwrap_err().to_string();
-        assert!(message.contains("arm.urdf: link \"l1\": got voxels, points, a half-space"), "{message}");
     }
 }

@@ -60,6 +60,7 @@ pub fn scene_with(text: &str, robots: &[Robot], disabled: &[[String; 2]], group:
         FILE,
         (&file.obstacle, &file.attached),
         &mut |_, path| panic!("no mesh {path} in this test"),
+        None,
         &mut warnings,
     )?;
     build(FILE, &file, &loaded, bodies, warnings)

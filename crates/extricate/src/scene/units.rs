@@ -4,6 +4,8 @@ use super::bodies::radius;
 use super::{Body, Motion, Scene};
 use crate::cspace::{Config, Manifold};
 use crate::error::{Error, Result};
+use crate::math::Vec3;
+use crate::robot::Geometry;
 
 /// Angles that far beyond their limits \[rad\] are no overshoot of a drive.
 const FAR_BEYOND: f64 = 0.5;
@@ -11,6 +13,9 @@ const FAR_BEYOND: f64 = 0.5;
 const TOO_LARGE: f64 = 50.0;
 /// Obstacles of less than this share of the robot's reach are told.
 const TOO_SMALL: f64 = 1e-3;
+
+/// Bodies that a warning names.
+const MOST_TOLD: usize = 3;
 
 /// What is said of angles that look like degrees.
 pub const DEGREES: &str = "angles are in rad: all of them would be within their limits if these were degrees";
@@ -50,23 +55,49 @@ pub fn look_like_degrees(scene: &Scene, values: &[f64]) -> bool {
     is_far
 }
 
-/// Warns of obstacles and attached objects whose size beside the robots' suggests millimetres.
+/// Warns of obstacles and attached objects whose size beside the robots' suggests millimetres. The
+/// shortest side tells what is too large, as floors and walls are long.
 pub fn warn_of_sizes(scene: &Scene, bodies: &[Body], warnings: &mut Vec<String>) {
     let Some([arm, reach]) = reaches(scene) else { return };
+    let mut told = 0;
     for body in bodies {
-        let shapes = body.parts.iter().filter(|part| !part.geometry.is_scenery());
-        let Some(size) = shapes.map(|part| 2.0 * radius(&part.geometry)).reduce(f64::max) else { continue };
-        let (told, than) = match size {
-            size if size > TOO_LARGE * reach => ("more than 50 times", reach),
-            size if size < TOO_SMALL * arm => ("less than a thousandth of", arm),
-            _ => continue,
+        let all: Vec<[f64; 2]> = body.parts.iter().filter_map(|part| sides(&part.geometry)).collect();
+        let Some(shortest) = all.iter().map(|sides| sides[0]).reduce(f64::max) else { continue };
+        let longest = all.iter().map(|sides| sides[1]).fold(0.0, f64::max);
+        let size = if shortest > TOO_LARGE * reach {
+            format!("{shortest:.0} m thick, more than 50 times the robot's reach of {reach:.3} m")
+        } else if longest < TOO_SMALL * arm {
+            format!("{longest:.1e} m long, less than a thousandth of the robot's reach of {arm:.3} m")
+        } else {
+            continue;
         };
-        let kind = if body.is_obstacle() { "obstacle" } else { "attached" };
-        let name = &body.name;
-        warnings.push(format!(
-            "{kind} `{name}` is {size:.3} m across, {told} the robot's reach of {than:.3} m: lengths are in m, not mm"
-        ));
+        told += 1;
+        if told <= MOST_TOLD {
+            let kind = if body.is_obstacle() { "obstacle" } else { "attached" };
+            warnings.push(format!("{kind} `{}` is {size}: lengths are in m, not mm", body.name));
+        }
     }
+    if told > MOST_TOLD {
+        warnings.push(format!("{} more obstacles look like mm or scaled twice", told - MOST_TOLD));
+    }
+}
+
+/// The shortest and the longest side of a box around a shape \[m\]; `None` of what has no end, and
+/// of points.
+fn sides(geometry: &Geometry) -> Option<[f64; 2]> {
+    let full = match geometry {
+        Geometry::Sphere { radius } => Vec3::repeat(2.0 * radius),
+        Geometry::Box { half_extents } => 2.0 * half_extents,
+        Geometry::Cylinder { radius, half_length } => 2.0 * Vec3::new(*radius, *radius, *half_length),
+        Geometry::Capsule { radius, half_length } => 2.0 * Vec3::new(*radius, *radius, radius + half_length),
+        Geometry::Mesh(mesh) | Geometry::ConvexHull(mesh) => {
+            let first = *mesh.vertices.first()?;
+            let ends = mesh.vertices.iter().fold((first, first), |(low, high), v| (low.inf(v), high.sup(v)));
+            ends.1 - ends.0
+        }
+        _ => return None,
+    };
+    Some([full.min(), full.max()])
 }
 
 /// How far from its first joint a robot reaches \[m\], at most: without the travel of what slides,
@@ -138,15 +169,15 @@ mod tests {
         assert_eq!(
             large,
             [
-                "obstacle `box` is 748.331 m across, more than 50 times the robot's reach of 4.100 m: lengths are in m, not mm"
+                "obstacle `box` is 200 m thick, more than 50 times the robot's reach of 4.100 m: lengths are in m, not mm"
             ]
         );
         let small = warnings("{ sphere = 5e-4 }");
         assert!(
-            small[0].contains("is 0.001 m across, less than a thousandth of the robot's reach of 2.100 m"),
+            small[0].contains("is 1.0e-3 m long, less than a thousandth of the robot's reach of 2.100 m"),
             "{small:?}"
         );
-        for fine in ["{ box = [100, 100, 0.1] }", "{ sphere = 0.0015 }"] {
+        for fine in ["{ box = [1000, 1000, 0.1] }", "{ sphere = 0.0015 }"] {
             assert!(warnings(fine).is_empty(), "{fine}: {:?}", warnings(fine));
         }
     }

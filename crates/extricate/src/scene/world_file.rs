@@ -6,9 +6,9 @@ use std::path::Path;
 use super::assemble::{NOTHING_CHECKED, ReadFile, assemble_entries};
 use super::clearances::Clearances;
 use super::file::{self, SceneFile};
+use super::fixtures::read_others;
 use super::load::Files;
-use super::obstacles::{Others, others};
-use super::shapes::with_scenery;
+use super::obstacles::Others;
 use super::units::warn_of_sizes;
 use super::{Body, Scene};
 use crate::error::{Error, Result};
@@ -41,11 +41,8 @@ pub fn in_world_of_entries(robots: &Scene, path: &Path, world: &SceneFile, read:
         return Err(Error::input(&name, "metric", problem));
     }
     let mut scene = robots.without_obstacles();
-    let mut files = Files::new(path, read);
-    let entries = with_scenery(&name, &world.obstacle, &mut |element, path| files.bytes(element, path))?;
-    let mut load_mesh = |element: &str, path: &str| files.mesh(element, path);
-    let others = others(&name, (&entries, &world.attached), &mut load_mesh, &mut scene.warnings)?;
-    let Others { obstacles, attached } = others;
+    let mut files = Files::new(path, world.cut, read);
+    let Others { obstacles, attached } = read_others(&name, world, true, &mut files, &mut scene.warnings)?;
     scene.warnings.extend(files.into_mesh_warnings());
     let in_file = |error| named(&name, error);
     scene = scene.with_obstacles(obstacles).map_err(in_file)?;
@@ -78,10 +75,8 @@ pub fn in_world_of_entries(robots: &Scene, path: &Path, world: &SceneFile, read:
 /// # Errors
 /// As [`in_world`].
 pub fn obstacles_of_entries(path: &Path, world: &SceneFile, read: ReadFile) -> Result<Vec<Body>> {
-    let (name, mut files) = (path.display().to_string(), Files::new(path, read));
-    let entries = with_scenery(&name, &world.obstacle, &mut |element, path| files.bytes(element, path))?;
-    let mut load_mesh = |element: &str, path: &str| files.mesh(element, path);
-    Ok(others(&name, (&entries, &[]), &mut load_mesh, &mut Vec::new())?.obstacles)
+    let mut files = Files::new(path, world.cut, read);
+    Ok(read_others(&path.display().to_string(), world, false, &mut files, &mut Vec::new())?.obstacles)
 }
 
 /// An error of a change to a scene, as one of the file that asks for it.

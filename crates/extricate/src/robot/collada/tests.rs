@@ -83,6 +83,19 @@ fn what_is_wrong_is_named() {
     assert!(message(&cycle).contains("expected no cycle"));
 }
 
+#[test]
+fn nodes_that_show_each_other_twice_do_not_fill_the_memory() {
+    let good = dae("", "<node><instance_node url='#n0'/></node>", TETRAHEDRON);
+    for last in ["", HERE] {
+        let link =
+            |k: usize| format!("<node id='n{k}'>{}</node>", format!("<instance_node url='#n{}'/>", k + 1).repeat(2));
+        let nodes: String = (0..40).map(link).collect();
+        let text = good.replace("<node id='n'>", &format!("{nodes}<node id='n40'>{last}</node><node id='n'>"));
+        let message = parse("a.dae", text.as_bytes()).unwrap_err().to_string();
+        assert!(message.contains("got more than 1000000 nodes, those shown again counted"), "{message}");
+    }
+}
+
 /// A frame: an outer ring of side 4 and an inner one of side 2, both from z = -0.5 to 0.5.
 fn frame(front: &str, back: &str) -> String {
     let mut points = String::new();

@@ -1,6 +1,8 @@
 //! Robots written here, good and broken.
 
+use super::super::{Geometry, JointKind};
 use super::*;
+use crate::math::Vec3;
 
 const LINKS: &str = "<link name='a'/><link name='b'/><link name='c'/>";
 
@@ -64,6 +66,8 @@ fn every_geometry_is_read() {
         format!("<robot name='r'><link name='a'>{}</link><material><texture/></material></robot>", content.concat());
     let robot = parse("r.urdf", &text, Shapes::Collision, &mut tetrahedron, &mut warnings).unwrap();
     let parts = &robot.links[0].collision;
+    let quaternion = Pose::from_xyz_rpy([0.0; 3], [0.0, 0.0, std::f64::consts::FRAC_PI_2]).rotation;
+    assert!((parts[1].pose_link_geometry.rotation - quaternion).norm() < 1e-15);
     assert_eq!(warnings, ["r.urdf: link \"a\": a <collision> without geometry is ignored"]);
     assert!((parts[0].pose_link_geometry.point(&Vec3::x()) - Vec3::new(1., 3., 3.)).norm() < 1e-15);
     assert!((parts[1].pose_link_geometry.point(&Vec3::x()) - Vec3::y()).norm() < 1e-15);
@@ -91,6 +95,8 @@ fn shapes_that_make_no_sense_are_named() {
         ("<cylinder radius='1'/>", "got <cylinder> without the attribute `length`"),
         ("<mesh filename='t.stl' scale='1 0 1'/>", "expected factors of size 1e-9 to 1e9, not zero"),
         ("<mesh/>", "without the attribute `filename`"),
+        ("<plane normal='0 0 0'/>", "got the normal [0.0, 0.0, 0.0], expected one that points somewhere"),
+        ("<plane><normal>up</normal></plane>", "got normal=\"up\", expected 3 finite numbers"),
         ("<cone/>", "got geometry <cone>, expected box, sphere"),
     ] {
         assert_error(&format!("<link name='a'><collision><geometry>{shape}</geometry></collision></link>"), expected);
@@ -130,6 +136,19 @@ fn shapes_without_volume_are_told() {
     let (disc, _) = read("<cylinder radius='1' length='0'/>");
     assert_eq!(disc, Some(Geometry::Cylinder { radius: 1.0, half_length: 5e-7 }));
     assert_eq!(read("<capsule radius='1' length='0'/>"), (Some(Geometry::Sphere { radius: 1.0 }), vec![]));
+}
+
+#[test]
+fn planes_are_half_spaces() {
+    let read = |plane: &str| {
+        let text = format!("<link name='a'><collision><geometry>{plane}</geometry></collision></link>");
+        robot(&text).unwrap().links[0].collision[0].geometry.clone()
+    };
+    let below = |normal: Vec3| Geometry::HalfSpace { normal, offset: 0.0 };
+    assert_eq!(read("<plane/>"), below(Vec3::z()));
+    assert_eq!(read("<plane normal='0 2 0'/>"), below(Vec3::y()));
+    assert_eq!(read("<plane normal='0,0,-1'><size>5 5</size></plane>"), below(-Vec3::z()));
+    assert_eq!(read("<plane><normal>1 0 0</normal><size>1 1</size></plane>"), below(Vec3::x()));
 }
 
 #[test]
@@ -183,9 +202,14 @@ fn joints_that_make_no_sense_are_named() {
     error("revolute", "<limit lower='-inf' upper='1'/>", "got lower=\"-inf\", expected a finite number");
     error("continuous", "<axis xyz='0 0 0'/>", "got axis xyz=\"0 0 0\", expected one that is not zero");
     error("continuous", "<origin xyz='0 0 x'/>", "got xyz=\"0 0 x\"");
-    error("continuous", "<mimic joint='k'/>", "joint \"j\": got mimic joint=\"k\", expected a joint of this robot");
     error("continuous", "<mimic joint='j'/>", "joint \"j\": got mimic joint=\"j\" in a cycle");
     error("floating", "<mimic joint='j'/>", "got mimic on the Floating joint \"j\"");
+    let mut warnings = vec![];
+    let alone = joint("j", "revolute", "a", "b", "<mimic joint='k'/><limit lower='0' upper='1'/>");
+    let text = format!("<robot><link name='a'/><link name='b'/>{alone}</robot>");
+    let robot = parse("r.urdf", &text, Shapes::Collision, &mut tetrahedron, &mut warnings).unwrap();
+    assert!(robot.joints[0].mimic.is_none() && robot.joints[0].limits == Some((0.0, 1.0)));
+    assert!(warnings[0].contains("joint \"j\": it follows \"k\", which is no joint of this robot"), "{warnings:?}");
     error("continuous", "<origin xyz='0 0 1e300'/>", "expected 3 finite numbers within 1e9");
     let mut warnings = vec![];
     let still = format!(
@@ -229,8 +253,9 @@ fn limits_that_are_not_stated_are_zero_before_version_1_2_and_an_error_from_then
     let message = read("1.2", "revolute", "<limit upper='1'/>").unwrap_err().to_string();
     assert!(message.contains("joint \"j\": got limits -inf to 1, expected `lower` and `upper`"), "{message}");
     let message = read("1.2", "revolute", "<limit lower='2' upper='1'/>").unwrap_err().to_string();
-    assert!(message.contains("joint [j]: upper position limit (1) cannot be smaller"), "{message}");
+    assert!(message.contains("joint \"j\": got limits 2 to 1, expected lower <= upper"), "{message}");
     assert_eq!(read("1.2", "prismatic", "<limit lower='-1' upper='1'/>").unwrap(), Some((-1.0, 1.0)));
+    assert_eq!(read("1.2", "prismatic", "<limit/>").unwrap(), None);
     for version in ["1.0", "1.2"] {
         assert_eq!(read(version, "planar", "").unwrap(), None);
         assert_eq!(read(version, "floating", "<limit lower='1'/>").unwrap(), None);
@@ -276,6 +301,10 @@ fn mimic_chains_end_at_an_independent_joint() {
     let mimic = found.joints[0].mimic.unwrap();
     assert_eq!((mimic.joint, mimic.multiplier, mimic.offset), (2, -10.0, -8.0));
     assert!(found.joints[0].limits.is_none() && found.joints[2].mimic.is_none());
+    let still = joint("l", "fixed", "a", "b", "");
+    let found = robot(&format!("{links}{follower}{middle}{still}")).unwrap();
+    let mimic = found.joints[0].mimic.unwrap();
+    assert_eq!((found.joints[mimic.joint].kind, mimic.offset), (JointKind::Fixed, -8.0));
     let ball = joint("l", "spherical", "a", "b", "");
     assert_error(&format!("{links}{follower}{middle}{ball}"), "got mimic of the Spherical joint \"l\"");
     let back = joint("l", "continuous", "a", "b", "<mimic joint='f'/>");
@@ -289,6 +318,8 @@ fn macros_are_not_urdf() {
     assert!(parse("<robot><xacro:include filename='x'/></robot>").contains("line 1: got a xacro macro"));
     let declared = "<robot xmlns:xacro='http://www.ros.org/wiki/xacro'>\n<xacro:include filename='x'/></robot>";
     assert!(parse(declared).contains("line 2: got a xacro macro"));
-    assert!(parse("<mujoco/>").contains("root: got <mujoco>, expected <robot>"));
+    assert!(parse("<mujoco/>").contains("root: got <mujoco>, expected <robot>: this is MJCF; in Python"));
+    assert!(parse("<sdf/>").contains("root: got <sdf>, expected <robot>: this is SDF; in Python"));
+    assert!(parse("<a/>").contains("root: got <a>, expected <robot>"));
     assert!(parse("<robot><link").contains("expected URDF"));
 }

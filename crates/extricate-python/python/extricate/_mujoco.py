@@ -1,0 +1,327 @@
+"""From a compiled MuJoCo model to a robot: its shapes that can collide, its joints in their order, its pairs."""
+
+from __future__ import annotations
+
+import importlib
+import tempfile
+import warnings
+from pathlib import Path
+from typing import Any, Dict, Iterator, List, Mapping, Set, Tuple
+from xml.sax.saxutils import quoteattr
+
+import numpy as np
+import numpy.typing as npt
+
+from ._parts import Box, Capsule, Cylinder, HalfSpace, Mesh, MujocoRobot, Obstacle, Sphere
+
+Array = npt.NDArray[Any]
+_KINDS = ("floating", "spherical", "prismatic", "revolute")
+"""What a joint is in a URDF, by MuJoCo's number of its type."""
+
+
+def converted(model: Any, options: Mapping[str, Any]) -> MujocoRobot:
+    """The robot of a model or of an MJCF file; `options` are further arguments of `Robot`."""
+    try:
+        mujoco: Any = importlib.import_module("mujoco")
+    except ImportError as error:
+        raise ImportError("Robot.from_mujoco needs the package mujoco: pip install 'extricate[mujoco]'") from error
+    if not isinstance(model, mujoco.MjModel):
+        model = mujoco.MjModel.from_xml_path(str(model))
+    return _Converter(mujoco, model).robot(dict(options))
+
+
+def _text(numbers: Any) -> str:
+    return " ".join(f"{x:.17g}" for x in np.atleast_1d(numbers))
+
+
+def _rotation(quaternion: Any) -> Array:
+    """Of a unit quaternion w, x, y, z."""
+    w, x, y, z = np.asarray(quaternion, dtype=np.float64) / np.linalg.norm(quaternion)
+    return np.array(
+        [
+            [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+            [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+            [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
+        ]
+    )
+
+
+def _quaternion(axis: Any, angle: float) -> Array:
+    return np.array([np.cos(angle / 2), *(np.sin(angle / 2) * np.asarray(axis))])
+
+
+def _product(a: Any, b: Any) -> Array:
+    """Of two quaternions w, x, y, z."""
+    return np.array(
+        [
+            a[0] * b[0] - a[1] * b[1] - a[2] * b[2] - a[3] * b[3],
+            a[0] * b[1] + a[1] * b[0] + a[2] * b[3] - a[3] * b[2],
+            a[0] * b[2] - a[1] * b[3] + a[2] * b[0] + a[3] * b[1],
+            a[0] * b[3] + a[1] * b[2] - a[2] * b[1] + a[3] * b[0],
+        ]
+    )
+
+
+def _origin(position: Any, quaternion: Any) -> str:
+    w, x, y, z = quaternion
+    return f'<origin xyz="{_text(position)}" quat_xyzw="{_text([x, y, z, w])}"/>'
+
+
+def _ellipsoid(semiaxes: Any) -> Tuple[Array, Array]:
+    """A mesh around it, by at most half a percent: 32 meridians and 16 parallels, moved outward until all faces touch."""
+    turns, heights = np.meshgrid(np.arange(32) * np.pi / 16, np.arange(1, 16) * np.pi / 16)
+    ring = np.stack([np.cos(turns) * np.sin(heights), np.sin(turns) * np.sin(heights), np.cos(heights)], -1)
+    points = np.concatenate([ring.reshape(-1, 3), [[0, 0, 1], [0, 0, -1]]])
+    faces = []
+    for k in range(32):
+        after = (k + 1) % 32
+        faces += [(480, k, after), (481, 448 + after, 448 + k)]
+        for row in range(0, 448, 32):
+            faces += [(row + k, row + 32 + k, row + 32 + after), (row + k, row + 32 + after, row + after)]
+    corners = points[np.array(faces)]
+    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    inside = np.abs((normals * corners[:, 0]).sum(1)) / np.linalg.norm(normals, axis=1)
+    return points / inside.min() * np.asarray(semiaxes), np.array(faces)
+
+
+class _Converter:
+    def __init__(self, mujoco: Any, model: Any) -> None:
+        self.mujoco, self.model = mujoco, model
+        self.folder = tempfile.TemporaryDirectory(prefix="extricate-mujoco-")
+        self.meshes: Dict[Any, Path] = {}
+        self.left_out: List[str] = []
+        self.bodies = [self.name("BODY", body, "body") for body in range(model.nbody)]
+        explicit = set(model.pair_geom1.tolist()) | set(model.pair_geom2.tolist())
+        self.geoms = [
+            [g for g in np.flatnonzero(model.geom_bodyid == body) if self.collides(int(g)) or int(g) in explicit]
+            for body in range(model.nbody)
+        ]
+        # Bodies that no joint moves stand in the world; MuJoCo numbers parents before their children.
+        self.moves = np.zeros(model.nbody, dtype=bool)
+        for body in range(1, model.nbody):
+            self.moves[body] = self.moves[model.body_parentid[body]] or model.body_jntnum[body] > 0
+
+    def name(self, kind: str, number: int, otherwise: str) -> str:
+        named = self.mujoco.mj_id2name(self.model, getattr(self.mujoco.mjtObj, f"mjOBJ_{kind}"), number)
+        return named or f"{otherwise}{number}"
+
+    def collides(self, geom: int) -> bool:
+        return bool(self.model.geom_contype[geom] or self.model.geom_conaffinity[geom])
+
+    def robot(self, options: Dict[str, Any]) -> MujocoRobot:
+        model = self.model
+        groups = {name: geoms for body in range(model.nbody) for name, geoms in self.groups(body)}
+        data = self.mujoco.MjData(model)
+        data.qpos[:] = model.qpos0
+        self.mujoco.mj_kinematics(model, data)
+        obstacles: List[Obstacle] = []
+        standing: Dict[str, Tuple[str, List[int]]] = {}
+        for body in np.flatnonzero(~self.moves):
+            for geom in self.geoms[body]:
+                name = self.name("GEOM", int(geom), f"{self.bodies[body]}_geom")
+                found = self.obstacle(int(geom), name, data)
+                if found is not None:
+                    obstacles.append(found)
+                    standing[name] = (self.bodies[body], [int(geom)])
+        text = self.urdf()
+        everything = {name: geoms for name, geoms in groups.items() if self.moves[model.geom_bodyid[geoms[0]]]}
+        everything.update({name: geoms for name, (_, geoms) in standing.items()})
+        index, qpos0 = self.coordinates(options.get("locked", {}))
+        equalities = [self.name("EQUALITY", k, "equality") for k in range(model.neq)]
+        if equalities:
+            self.left_out.append(f"equality constraints ({', '.join(equalities[:6])}) do not hold here")
+        for told in self.left_out:
+            warnings.warn(f"from_mujoco: {told}", stacklevel=4)
+        options.setdefault("geometry", "convex-hull")
+        robot = MujocoRobot(
+            text,
+            **options,
+            disable=self.disabled(everything),
+            obstacles=obstacles,
+            qpos_index=index,
+            qpos0=qpos0,
+        )
+        # Its meshes lie there.
+        object.__setattr__(robot, "_folder", self.folder)
+        return robot
+
+    def groups(self, body: int) -> Iterator[Tuple[str, List[int]]]:
+        """The geoms of a body by what they collide with: links, the first with the name of the body."""
+        found: Dict[Any, List[int]] = {}
+        explicit = [set(pair) for pair in zip(self.model.pair_geom1.tolist(), self.model.pair_geom2.tolist())]
+        for geom in self.geoms[body]:
+            own = tuple(k for k, pair in enumerate(explicit) if int(geom) in pair)
+            mask = (int(self.model.geom_contype[geom]), int(self.model.geom_conaffinity[geom]), own)
+            found.setdefault(mask, []).append(int(geom))
+        for number, geoms in enumerate(found.values()):
+            yield self.bodies[body] + (f"__{number + 1}" if number else ""), geoms
+
+    def coordinates(self, locked: Mapping[str, float]) -> Tuple[npt.NDArray[np.int64], npt.NDArray[np.float64]]:
+        index: List[int] = []
+        qpos0 = np.array(self.model.qpos0, dtype=np.float64)
+        for joint in range(self.model.njnt):
+            at, kind = int(self.model.jnt_qposadr[joint]), int(self.model.jnt_type[joint])
+            name = self.name("JOINT", joint, "joint")
+            if name in locked:
+                qpos0[at] = locked[name]
+            else:
+                # Quaternions have w first there, and last here.
+                index += ([0, 1, 2, 4, 5, 6, 3], [1, 2, 3, 0], [0], [0])[kind]
+                width = (7, 4, 1, 1)[kind]
+                index[-width:] = [at + k for k in index[-width:]]
+        return np.array(index, dtype=np.int64), qpos0
+
+    def shape(self, geom: int) -> str:
+        """The shape of a geom as URDF has it; empty where it has none."""
+        kinds, size = self.mujoco.mjtGeom, self.model.geom_size[geom]
+        kind = kinds(int(self.model.geom_type[geom]))
+        if kind == kinds.mjGEOM_BOX:
+            return f'<box size="{_text(2 * size)}"/>'
+        if kind == kinds.mjGEOM_SPHERE:
+            return f'<sphere radius="{size[0]:.17g}"/>'
+        if kind in (kinds.mjGEOM_CYLINDER, kinds.mjGEOM_CAPSULE):
+            tag = "cylinder" if kind == kinds.mjGEOM_CYLINDER else "capsule"
+            return f'<{tag} radius="{size[0]:.17g}" length="{2 * size[1]:.17g}"/>'
+        source = self.mesh(geom)
+        return f'<mesh filename={quoteattr(str(source))}/>' if source else ""
+
+    def mesh(self, geom: int) -> Any:
+        """The path of a mesh file for a geom that is one, or an ellipsoid; else None, told."""
+        kinds = self.mujoco.mjtGeom
+        kind = kinds(int(self.model.geom_type[geom]))
+        name = self.name("GEOM", geom, "geom")
+        key: Any = int(self.model.geom_dataid[geom])
+        if kind == kinds.mjGEOM_MESH:
+            first, faces = self.model.mesh_vertadr[key], self.model.mesh_faceadr[key]
+            vertices = self.model.mesh_vert[first : first + self.model.mesh_vertnum[key]]
+            triangles = self.model.mesh_face[faces : faces + self.model.mesh_facenum[key]]
+        elif kind == kinds.mjGEOM_ELLIPSOID:
+            key = tuple(self.model.geom_size[geom])
+            vertices, triangles = _ellipsoid(key)
+            self.left_out.append(f"the ellipsoid {name} is taken for a polyhedron around it, half a percent larger")
+        else:
+            kind_name = kind.name.replace("mjGEOM_", "").lower()
+            self.left_out.append(f"the {kind_name} {name} is left out")
+            return None
+        if key not in self.meshes:
+            path = Path(self.folder.name) / f"{len(self.meshes)}.obj"
+            lines = ["v " + _text(v) for v in vertices] + ["f %d %d %d" % tuple(t + 1) for t in triangles]
+            path.write_text("\n".join(lines) + "\n")
+            self.meshes[key] = path
+        return self.meshes[key]
+
+    def obstacle(self, geom: int, name: str, data: Any) -> Any:
+        """A geom of the world."""
+        kinds, size = self.mujoco.mjtGeom, self.model.geom_size[geom]
+        pose = np.eye(4)
+        pose[:3, :3], pose[:3, 3] = data.geom_xmat[geom].reshape(3, 3), data.geom_xpos[geom]
+        kind = kinds(int(self.model.geom_type[geom]))
+        if kind == kinds.mjGEOM_PLANE:
+            return HalfSpace([0, 0, 1], 0.0, pose, name)
+        if kind == kinds.mjGEOM_BOX:
+            return Box(2 * size, pose, name)
+        if kind == kinds.mjGEOM_SPHERE:
+            return Sphere(float(size[0]), pose, name)
+        if kind in (kinds.mjGEOM_CYLINDER, kinds.mjGEOM_CAPSULE):
+            made = Cylinder if kind == kinds.mjGEOM_CYLINDER else Capsule
+            return made(float(size[0]), float(2 * size[1]), pose, name)
+        source = self.mesh(geom)
+        return Mesh(source, pose, name, convex=True) if source else None
+
+    def urdf(self) -> str:
+        out = ['<robot name="mujoco"><link name="world"/>']
+        for body in np.flatnonzero(self.moves):
+            out.append(self.body(int(body)))
+        return "".join(out) + "</robot>"
+
+    def body(self, body: int) -> str:
+        """A link for every joint, one after the other, then the body itself, fixed to the last."""
+        model, out = self.model, ""
+        parent = int(model.body_parentid[body])
+        position, quaternion = model.body_pos[body].copy(), model.body_quat[body].copy()
+        if self.moves[parent]:
+            above = self.bodies[parent]
+        else:
+            above = "world"
+            data = self.mujoco.MjData(model)
+            self.mujoco.mj_kinematics(model, data)
+            position = data.xpos[parent] + data.xmat[parent].reshape(3, 3) @ position
+            quaternion = _product(data.xquat[parent], quaternion)
+        anchor = np.zeros(3)
+        for joint in range(model.body_jntadr[body], model.body_jntadr[body] + model.body_jntnum[body]):
+            name, kind = self.name("JOINT", joint, "joint"), _KINDS[model.jnt_type[joint]]
+            axis, limits = model.jnt_axis[joint], ""
+            reference = float(model.qpos0[model.jnt_qposadr[joint]])
+            limited = bool(model.jnt_limited[joint])
+            if kind == "floating":
+                position, quaternion, new_anchor = np.zeros(3), np.array([1.0, 0, 0, 0]), np.zeros(3)
+            else:
+                new_anchor = model.jnt_pos[joint].copy() if kind != "prismatic" else anchor.copy()
+                position = position + _rotation(quaternion) @ (new_anchor - anchor)
+                # MuJoCo measures from where the model starts: positions are the same here if the frame goes back by that.
+                if kind == "revolute":
+                    quaternion = _product(quaternion, _quaternion(axis, -reference))
+                elif kind == "prismatic":
+                    position = position - _rotation(quaternion) @ axis * reference
+            if kind == "revolute" and not limited:
+                kind = "continuous"
+            if limited and kind in ("revolute", "prismatic"):
+                lower, upper = model.jnt_range[joint]
+                limits = f'<limit lower="{lower:.17g}" upper="{upper:.17g}"/>'
+            elif limited:
+                self.left_out.append(f"the limit of the ball joint {name} is left out")
+            child = quoteattr(f"{self.bodies[body]}__{name}")
+            out += (
+                f"<link name={child}/><joint name={quoteattr(name)} type=\"{kind}\"><parent link={quoteattr(above)}/>"
+                f"<child link={child}/>{_origin(position, quaternion)}<axis xyz=\"{_text(axis)}\"/>{limits}</joint>"
+            )
+            above = f"{self.bodies[body]}__{name}"
+            position, quaternion, anchor = np.zeros(3), np.array([1.0, 0, 0, 0]), new_anchor
+        links = list(self.groups(body)) or [(self.bodies[body], [])]
+        if model.body_jntnum[body]:
+            position = -anchor
+        for name, geoms in links:
+            parts = ""
+            for geom in geoms:
+                shape = self.shape(geom)
+                if shape:
+                    origin = _origin(model.geom_pos[geom], model.geom_quat[geom])
+                    parts += f"<collision>{origin}<geometry>{shape}</geometry></collision>"
+            out += (
+                f"<link name={quoteattr(name)}>{parts}</link><joint name={quoteattr(name + '__fixed')} type=\"fixed\">"
+                f"<parent link={quoteattr(above)}/><child link={quoteattr(name)}/>{_origin(position, quaternion)}</joint>"
+            )
+        return out
+
+    def disabled(self, everything: Mapping[str, List[int]]) -> List[Tuple[str, str]]:
+        model = self.model
+        excluded = {(int(s) >> 16, int(s) & 0xFFFF) for s in model.exclude_signature}
+        explicit = {frozenset(pair) for pair in zip(model.pair_geom1.tolist(), model.pair_geom2.tolist())}
+        names, out = list(everything), []
+        body_of = {name: int(model.geom_bodyid[geoms[0]]) for name, geoms in everything.items()}
+        for k, a in enumerate(names):
+            for b in names[k + 1 :]:
+                first, second = body_of[a], body_of[b]
+                if not (self.moves[first] or self.moves[second]):
+                    continue
+                if any(frozenset((x, y)) in explicit for x in everything[a] for y in everything[b]):
+                    continue
+                x, y = everything[a][0], everything[b][0]
+                meet = (model.geom_contype[x] & model.geom_conaffinity[y]) or (
+                    model.geom_contype[y] & model.geom_conaffinity[x]
+                )
+                is_excluded = (first, second) in excluded or (second, first) in excluded
+                if not meet or is_excluded or self.are_neighbours(first, second):
+                    out.append((a, b))
+        return out
+
+    def are_neighbours(self, first: int, second: int) -> bool:
+        """Whether they are one rigid body, or a joint leads from one to the other; the world has no neighbours."""
+        weld = self.model.body_weldid
+        ids: Set[int] = {int(weld[first]), int(weld[second])}
+        if len(ids) == 1:
+            return True
+        if 0 in ids or self.model.opt.disableflags & self.mujoco.mjtDisableBit.mjDSBL_FILTERPARENT:
+            return False
+        parent = self.model.body_parentid
+        return bool(weld[parent[weld[first]]] == weld[second] or weld[parent[weld[second]]] == weld[first])

@@ -1,0 +1,26 @@
+"""Xacro files to URDF texts, by the package xacrodoc."""
+
+from __future__ import annotations
+
+import importlib
+import os
+from typing import Any, Mapping, Sequence, Tuple
+
+
+def expanded(path: Any, args: Mapping[str, Any], packages: Sequence[Any]) -> Tuple[str, Sequence[Any]]:
+    """The URDF text, and the folders of packages. Paths of meshes that are relative are those of the xacro file."""
+    try:
+        xacrodoc: Any = importlib.import_module("xacrodoc")
+        finder: Any = importlib.import_module("xacrodoc.packages")
+    except ImportError as error:
+        raise ImportError("Robot.from_xacro needs the package xacrodoc: pip install 'extricate[xacro]'") from error
+    folders = [os.path.abspath(os.fspath(folder)) for folder in packages]
+    if folders:
+        finder.look_in(folders)
+    texts = {name: str(value).lower() if isinstance(value, bool) else str(value) for name, value in args.items()}
+    try:
+        document = xacrodoc.XacroDoc.from_file(os.fspath(path), subargs=texts, resolve_packages=False)
+        return document.to_urdf_string(use_protocols=True, pretty=False), folders
+    except Exception as error:
+        # What it raises depends on what is wrong: errors of XML, of Python in ${..}, of packages that are missing.
+        raise ValueError(f"{os.fspath(path)}: xacro cannot expand it: {type(error).__name__}: {error}") from error

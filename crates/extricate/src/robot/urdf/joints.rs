@@ -1,0 +1,150 @@
+//! The `<joint>` elements of a URDF to [`Joint`]s. Whether they make a tree is `tree`'s matter.
+
+use std::collections::{HashMap, HashSet};
+
+use roxmltree::Node;
+
+use super::super::tree::NamedMimic;
+use super::super::xml::{child, children, label, numbers_within, own_attribute};
+use super::super::{Joint, JointKind};
+use super::Place;
+use crate::error::Result;
+use crate::math::{FARTHEST, Vec3};
+
+/// From this version of URDF on, a limit has to be stated.
+const LIMITS_ARE_STATED: f64 = 1.2;
+
+/// All joints in document order, and which follow others.
+pub(super) fn joints(
+    file: &str,
+    robot: Node,
+    version: f64,
+    links: &HashMap<String, usize>,
+    warnings: &mut Vec<String>,
+) -> Result<(Vec<Joint>, Vec<NamedMimic>)> {
+    let (mut joints, mut mimics, mut names) = (Vec::new(), Vec::new(), HashSet::new());
+    let known: HashSet<&str> = children(robot, "joint").filter_map(|node| own_attribute(node, "name")).collect();
+    for node in children(robot, "joint") {
+        let place = Place { file, element: label(node) };
+        // Fixed joints stay fixed, whatever they are said to follow.
+        let follows = child(node, "mimic").filter(|_| own_attribute(node, "type") != Some("fixed"));
+        let followed = follows.map(|mimic| place.required(mimic, "joint")).transpose()?;
+        let is_known = followed.is_some_and(|name| known.contains(name));
+        if let Some(name) = followed.filter(|_| !is_known) {
+            let told = "it moves on its own, as other readers have it";
+            warnings.push(format!(
+                "{file}: {}: it follows \"{name}\", which is no joint of this robot: {told}",
+                place.element
+            ));
+        }
+        let joint = joint(&place, node, version, is_known, (links, warnings))?;
+        if !names.insert(joint.name.clone()) {
+            return Err(place.error("got a second joint of this name, expected unique names"));
+        }
+        if let (Some(mimic), Some(followed), true) = (follows, followed, is_known) {
+            let followed = followed.to_owned();
+            let [multiplier] = place.numbers_or(Some(mimic), "multiplier", [1.0])?;
+            let [offset] = place.numbers_or(Some(mimic), "offset", [0.0])?;
+            mimics.push(NamedMimic { joint: joints.len(), followed, multiplier, offset });
+        }
+        joints.push(joint);
+    }
+    Ok((joints, mimics))
+}
+
+fn joint(
+    place: &Place,
+    node: Node,
+    version: f64,
+    follows: bool,
+    (links, warnings): (&HashMap<String, usize>, &mut Vec<String>),
+) -> Result<Joint> {
+    let name = place.required(node, "name")?.to_owned();
+    let kind = kind(place, place.required(node, "type")?)?;
+    let end = |tag: &'static str| {
+        let end = child(node, tag).ok_or_else(|| place.error(format!("got no <{tag}>, expected one with a link")))?;
+        let name = place.required(end, "link")?;
+        let unknown = || place.error(format!("got {tag} link=\"{name}\", expected a link of this robot"));
+        links.get(name).copied().ok_or_else(unknown)
+    };
+    let (parent, child_link) = (end("parent")?, end("child")?);
+    let pose_parent_joint = place.origin(node)?;
+    let moves_along = !matches!(kind, JointKind::Fixed | JointKind::Spherical | JointKind::Floating);
+    let [x, y, z] = place.numbers_or(child(node, "axis"), "xyz", [1.0, 0.0, 0.0])?;
+    let axis = match Vec3::new(x, y, z).try_normalize(1e-9) {
+        Some(axis) => axis,
+        None if moves_along => {
+            return Err(place.error(format!("got axis xyz=\"{x} {y} {z}\", expected one that is not zero")));
+        }
+        None => Vec3::x(),
+    };
+    let stated = if follows { None } else { stated_limits(place, node, kind, version)? };
+    let limits = stated.map_or(Ok(None), |stated| limits(place, kind, stated, warnings))?;
+    // Propellers are often written as revolute with limits of 1e16.
+    let written = stated.filter(|(lower, upper)| lower.is_finite() && upper.is_finite());
+    let turns_freely = kind == JointKind::Revolute && limits.is_none() && written.is_some();
+    if let Some((lower, upper)) = written.filter(|_| turns_freely) {
+        let Place { file, element } = place;
+        warnings.push(format!("{file}: {element}: its limits {lower:e} and {upper:e} are taken for none: continuous"));
+    }
+    let kind = if turns_freely { JointKind::Continuous } else { kind };
+    Ok(Joint { name, kind, parent, child: child_link, pose_parent_joint, axis, limits, mimic: None })
+}
+
+fn kind(place: &Place, name: &str) -> Result<JointKind> {
+    Ok(match name {
+        "fixed" => JointKind::Fixed,
+        "revolute" => JointKind::Revolute,
+        "continuous" => JointKind::Continuous,
+        "prismatic" => JointKind::Prismatic,
+        "planar" => JointKind::Planar,
+        "spherical" => JointKind::Spherical,
+        "floating" => JointKind::Floating,
+        _ => {
+            let kinds = "fixed, revolute, continuous, prismatic, planar, spherical or floating";
+            return Err(place.error(format!("got type=\"{name}\", expected {kinds}")));
+        }
+    })
+}
+
+/// What `<limit>` says; `None` where there are no limits to say.
+fn stated_limits(place: &Place, node: Node, kind: JointKind, version: f64) -> Result<Option<(f64, f64)>> {
+    let Some(limit) = child(node, "limit") else { return Ok(None) };
+    let has = |name: &str| own_attribute(limit, name).is_some();
+    match kind {
+        JointKind::Fixed | JointKind::Continuous | JointKind::Spherical => return Ok(None),
+        JointKind::Planar | JointKind::Floating if !(has("lower") && has("upper")) => return Ok(None),
+        _ => {}
+    }
+    let unstated = if version < LIMITS_ARE_STATED { 0.0 } else { f64::INFINITY };
+    let value = |name: &str, unstated: f64| match own_attribute(limit, name) {
+        // Some say "no limit" with 1e16.
+        Some(text) => numbers_within::<1>(f64::MAX, place.file, &place.element, name, text).map(|[value]| value),
+        None => Ok(unstated),
+    };
+    Ok(Some((value("lower", -unstated)?, value("upper", unstated)?)))
+}
+
+fn limits(
+    place: &Place,
+    kind: JointKind,
+    (lower, upper): (f64, f64),
+    warnings: &mut Vec<String>,
+) -> Result<Option<(f64, f64)>> {
+    // The scene may have other limits.
+    if lower < -FARTHEST && upper > FARTHEST {
+        return Ok(None);
+    }
+    if !(lower.is_finite() && upper.is_finite()) {
+        let problem = format!("got limits {lower} to {upper}, expected `lower` and `upper`, both finite");
+        return Err(place.error(problem));
+    }
+    if lower > upper {
+        return Err(place.error(format!("got limits {lower} to {upper}, expected lower <= upper")));
+    }
+    if lower == upper && kind != JointKind::Fixed {
+        let Place { file, element } = place;
+        warnings.push(format!("{file}: {element}: cannot move, its limits are {lower} and {upper}"));
+    }
+    Ok(Some((lower, upper)))
+}

@@ -1,0 +1,124 @@
+//! The `<geometry>` of a URDF to [`Geometry`]: sizes checked, those of zero told, meshes scaled.
+
+use std::collections::HashMap;
+use std::sync::Arc;
+
+use roxmltree::Node;
+
+use super::super::mesh::is_scale;
+use super::super::xml::{child, numbers, own_attribute};
+use super::super::{Geometry, TriangleMesh};
+use super::{LoadMesh, Place};
+use crate::error::Result;
+use crate::math::Vec3;
+
+/// Meshes, each scaled once however many links use it.
+pub(super) struct Meshes<'a> {
+    pub load: LoadMesh<'a>,
+    pub scaled: HashMap<(String, [u64; 3]), Arc<TriangleMesh>>,
+}
+
+/// What a geometry without volume is taken for \[m\], where it has an area: more than rounding,
+/// less than any clearance in use.
+const THIN: f64 = 1e-6;
+
+/// The shape that `node` describes; `None`, with a warning, where it is a point or a segment, which
+/// exporters write where nothing shall collide. A disc or plate is as thin as [`THIN`].
+pub(super) fn geometry(
+    place: &Place,
+    node: Node,
+    meshes: &mut Meshes,
+    warnings: &mut Vec<String>,
+) -> Result<Option<Geometry>> {
+    let mut tell = |size: String, has_area: bool| {
+        let taken = if has_area { format!("{THIN:e} m thick") } else { "none".into() };
+        let Place { file, element } = place;
+        warnings.push(format!("{file}: {element}: a collision geometry with {size} is taken for {taken}"));
+    };
+    let one = |name: &str| place.numbers::<1>(node, name).map(|[size]| size);
+    let positive = |name: &str, size: f64| match size > 0.0 {
+        true => Ok(size),
+        false => Err(place.error(format!("got {name}=\"{size}\", expected a positive size [m]"))),
+    };
+    let is_zero = |sizes: &[f64]| sizes.contains(&0.0) && sizes.iter().all(|size| *size >= 0.0);
+    Ok(Some(match node.tag_name().name() {
+        "box" => {
+            let sides = place.numbers::<3>(node, "size")?;
+            let [x, y, z] = sides;
+            let size = format!("size=\"{x} {y} {z}\"");
+            if !is_zero(&sides) && sides.iter().any(|side| *side <= 0.0) {
+                return Err(place.error(format!("got {size}, expected positive sizes [m]")));
+            }
+            if is_zero(&sides) {
+                let has_area = sides.iter().filter(|side| **side == 0.0).count() == 1;
+                tell(size, has_area);
+                if !has_area {
+                    return Ok(None);
+                }
+            }
+            Geometry::Box { half_extents: 0.5 * Vec3::from(sides.map(|side| side.max(THIN * f64::from(side == 0.0)))) }
+        }
+        "sphere" => match one("radius")? {
+            0.0 => {
+                tell("radius=\"0\"".into(), false);
+                return Ok(None);
+            }
+            radius => Geometry::Sphere { radius: positive("radius", radius)? },
+        },
+        tag @ ("cylinder" | "capsule") => {
+            let (radius, mut length) = (one("radius")?, one("length")?);
+            let size = format!("radius=\"{radius}\" length=\"{length}\"");
+            if is_zero(&[radius, length]) && (radius == 0.0 || tag == "cylinder") {
+                tell(size, radius > 0.0);
+                if radius == 0.0 {
+                    return Ok(None);
+                }
+                length = THIN;
+            }
+            let radius = positive("radius", radius)?;
+            match tag {
+                "cylinder" => Geometry::Cylinder { radius, half_length: 0.5 * positive("length", length)? },
+                _ if length == 0.0 => Geometry::Sphere { radius },
+                _ => Geometry::Capsule { radius, half_length: 0.5 * positive("length", length)? },
+            }
+        }
+        "mesh" => mesh(place, node, meshes)?,
+        "plane" => plane(place, node)?,
+        tag => {
+            let kinds = "box, sphere, cylinder, capsule, mesh or plane";
+            return Err(place.error(format!("got geometry <{tag}>, expected {kinds}")));
+        }
+    }))
+}
+
+fn mesh(place: &Place, node: Node, meshes: &mut Meshes) -> Result<Geometry> {
+    let filename = place.required(node, "filename")?;
+    let scale = place.numbers_or(Some(node), "scale", [1.0; 3])?;
+    if !is_scale(&scale) {
+        let problem = format!("got mesh scale {scale:?}, expected factors of size 1e-9 to 1e9, not zero");
+        return Err(place.error(problem));
+    }
+    let key = (filename.to_owned(), scale.map(f64::to_bits));
+    let mesh = match meshes.scaled.get(&key) {
+        Some(mesh) => Arc::clone(mesh),
+        None => {
+            let mesh = (meshes.load)(filename)?;
+            let mesh = if scale == [1.0; 3] { mesh } else { Arc::new(mesh.scaled(scale)) };
+            meshes.scaled.insert(key, Arc::clone(&mesh));
+            mesh
+        }
+    };
+    Ok(Geometry::Mesh(mesh))
+}
+
+/// All below a plane through the origin. Its normal is an attribute or an element, as readers that
+/// know planes have it, and z where it is not stated; a size, of which they draw it, does not
+/// matter.
+fn plane(place: &Place, node: Node) -> Result<Geometry> {
+    let text = own_attribute(node, "normal").or_else(|| child(node, "normal")?.text());
+    let normal = match text {
+        Some(text) => numbers::<3>(place.file, &place.element, "normal", &text.replace(',', " "))?,
+        None => [0.0, 0.0, 1.0],
+    };
+    Geometry::half_space(place.file, &place.element, normal, 0.0)
+}
