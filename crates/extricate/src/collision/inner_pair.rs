@@ -15,9 +15,9 @@ const MOST: usize = 4;
 const NUMBERS: usize = 64;
 
 impl Checker {
-    /// Calls `each` with convex sets inside the bodies of the checked pairs `pairs` at `q`, of which
-    /// some may overlap: what parts the bodies parts them too. Of meshes and scenery, those that
-    /// overlap most; of surfaces there are none.
+    /// Calls `each` with convex sets inside the bodies of the checked pairs `pairs` at `q`, of
+    /// which some may overlap: what parts the bodies parts them too. Of meshes and scenery, those
+    /// that overlap most; of surfaces there are none.
     pub fn inner_pairs(
         &self,
         q: &[f64],

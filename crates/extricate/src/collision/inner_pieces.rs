@@ -1,12 +1,14 @@
 //! Convex pieces inside a mesh: what proofs take in its place.
 //!
-//! From the centre of a large ball in the solid, planes cut a box until no triangle is left within: the nearest triangle is cut off at
-//! its nearest point, across the way to it, then the nearest that is left. What remains is convex, holds the centre and meets no
-//! triangle, so it lies in the solid.
+//! From the centre of a large ball in the solid, planes cut a box until no triangle is left within:
+//! the nearest triangle is cut off at its nearest point, across the way to it, then the nearest
+//! that is left. What remains is convex, holds the centre and meets no triangle, so it lies in the
+//! solid.
 //!
 //! # Source
-//! The order of cuts is that of R. Deits and R. Tedrake, "Computing large convex regions of obstacle-free space through semidefinite
-//! programming", WAFR 2014, doi:10.1007/978-3-319-16595-0_7, with a ball for the ellipsoid and without growing it.
+//! The order of cuts is that of R. Deits and R. Tedrake, "Computing large convex regions of
+//! obstacle-free space through semidefinite programming", WAFR 2014,
+//! doi:10.1007/978-3-319-16595-0_7, with a ball for the ellipsoid and without growing it.
 
 use super::bounds::Aabb;
 use super::convex::{ConvexCore, ConvexShape, HullPoints};
@@ -100,7 +102,8 @@ fn piece(planes: &[Plane], center: Vec3, radius: f64) -> Option<InnerPiece> {
         let [a, b, c] = triangle.map(|v| hull.vertices[v as usize]);
         let normal = (b - a).cross(&(c - a));
         let way = normal / normal.dot(&a);
-        // Wherever rounding, or a plane that the hull dropped, has put it: as far as all planes let it.
+        // Wherever rounding, or a plane that the hull dropped, has put it: as far as all planes let
+        // it.
         let reached = planes.iter().map(|plane| plane.depth(&center) / plane.normal.dot(&way));
         let share = reached.filter(|share| *share > 0.0).fold(1.0, f64::min) * (1.0 - DRAWN_IN);
         let corner = center + way * share;

@@ -149,8 +149,8 @@ impl PairMotion {
         }
     }
 
-    /// The velocity of `a - b` by each coordinate, see [`PairMotion::coordinates`]: `n` times them is
-    /// the gradient along `n`.
+    /// The velocity of `a - b` by each coordinate, see [`PairMotion::coordinates`]: `n` times them
+    /// is the gradient along `n`.
     pub fn columns(&self) -> &[Vec3] {
         &self.columns
     }
@@ -261,8 +261,9 @@ impl Chain {
 
     fn derivative(&mut self, distance: f64, by_turn: impl Fn(f64) -> f64, by_slide: impl Fn(f64) -> f64) -> f64 {
         self.measure_reaches(distance);
-        // What ends in joint `k` is its reach times `by_turn` of the turns up to it less those before it. Where no
-        // reach is below one farther out, the sum by parts has no negative term.
+        // What ends in joint `k` is its reach times `by_turn` of the turns up to it less those
+        // before it. Where no reach is below one farther out, the sum by parts has no negative
+        // term.
         let (mut sum, mut farthest) = (0.0, 0.0);
         for (k, joint) in self.joints.iter().enumerate().rev() {
             if joint.is_slide {

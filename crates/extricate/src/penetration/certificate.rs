@@ -13,6 +13,7 @@ pub mod branches;
 mod cells;
 mod directional;
 pub mod groups;
+mod half_spaces;
 mod interior;
 mod reach;
 

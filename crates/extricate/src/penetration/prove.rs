@@ -93,7 +93,7 @@ impl Search<'_> {
         let mut branches = std::mem::take(&mut self.known.proof.branches);
         let mut groups = Groups::default();
         groups.split(self.context, &self.known.proof.colliding);
-        if groups.len() > 1 {
+        if groups.count() > 1 {
             self.prove_groups(&groups, gap, &mut branches);
         }
         if !self.is_proved() {
@@ -107,7 +107,7 @@ impl Search<'_> {
     /// squares add.
     fn prove_groups(&mut self, groups: &Groups, gap: f64, branches: &mut Branches) {
         let mut squared = 0.0;
-        for group in 0..groups.len() {
+        for group in 0..groups.count() {
             let holds: Vec<bool> =
                 (0..self.context.checker.scene().space.nv()).map(|v| groups.holds(group, v)).collect();
             squared += self.branch(branches, Some(&holds), gap).powi(2);

@@ -115,8 +115,8 @@ fn rigid_bodies_under_the_largest_displacement() {
     assert_eq!(seen, 4);
 }
 
-/// No bound is above what any search finds, whatever the clearance and scale; a gap that was asked for and is told is there;
-/// more of the budget never makes the depth rise or the bound fall.
+/// No bound is above what any search finds, whatever the clearance and scale; a gap that was asked
+/// for and is told is there; more of the budget never makes the depth rise or the bound fall.
 #[test]
 fn bounds_hold_and_only_get_better() {
     let mut closed = [0; 2];

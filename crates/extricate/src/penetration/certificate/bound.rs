@@ -32,12 +32,13 @@ pub struct Splits {
 /// A pair is looked at that promises this much more than is proved.
 const WORTH: f64 = 1.1;
 
-/// A distance (metric units) below which no free configuration lies from the anchor, at most `ceiling`. Directions are not looked at
-/// without `splits`.
+/// A distance (metric units) below which no free configuration lies from the anchor, at most
+/// `ceiling`. Directions are not looked at without `splits`.
 ///
 /// # Guarantee
-/// Proved: at every configuration within the bound one of the pairs in `colliding` still overlaps; see [`super`] and
-/// [`directional`]. Pairs that have no joint in common have to part by themselves: under the joint metric their squares add.
+/// Proved: at every configuration within the bound one of the pairs in `colliding` still overlaps;
+/// see [`super`] and [`directional`]. Pairs that have no joint in common have to part by
+/// themselves: under the joint metric their squares add.
 pub fn lower_bound(
     context: &Context,
     anchor: &Anchor,

@@ -1,13 +1,15 @@
 //! The sphere of directions along which two convex sets may part, covered by cells.
 //!
-//! Where two convex sets are `m` apart, a plane parts them: there is a unit normal `n` with `n . (a - b) >= m` for *every* point `a` of the
-//! first and `b` of the second. A cell is the cone of three directions with *one* choice of points. If `n = sum l_i n_i` with `l_i >= 0` parts the
-//! sets, then `sum l_i n_i . (a - b) >= m`, so that at one corner at least
+//! Where two convex sets are `m` apart, a plane parts them: there is a unit normal `n` with `n . (a
+//! - b) >= m` for *every* point `a` of the first and `b` of the second. A cell is the cone of three
+//! directions with *one* choice of points. If `n = sum l_i n_i` with `l_i >= 0` parts the sets,
+//! then `sum l_i n_i . (a - b) >= m`, so that at one corner at least
 //!
 //! `n_i . (a - b) >= m / sum l_i >= c m`
 //!
-//! where all corners are within an angle of cosine `c` of one direction. So whatever parts the sets along a direction of the cell keeps
-//! one of three inequalities; how large the cell is costs nothing but that its points are the same all over it.
+//! where all corners are within an angle of cosine `c` of one direction. So whatever parts the sets
+//! along a direction of the cell keeps one of three inequalities; how large the cell is costs
+//! nothing but that its points are the same all over it.
 
 use std::cmp::Ordering;
 use std::collections::BinaryHeap;
@@ -23,7 +25,8 @@ pub trait Parting {
     /// No more than this comes of [`Parting::rough_distance`]; takes no time.
     fn linear_distance(&mut self, n: &Vec3, needed: f64) -> f64;
 
-    /// Proved: no configuration nearer than this (metric units) has `n . (a - b)` larger than here by `needed` \[m\].
+    /// Proved: no configuration nearer than this (metric units) has `n . (a - b)` larger than here
+    /// by `needed` \[m\].
     fn rough_distance(&mut self, n: &Vec3, needed: f64) -> f64;
 
     /// The same, looked at more closely; no closer once it is `enough`.
@@ -56,8 +59,8 @@ struct Corner {
 }
 
 impl Cells {
-    /// Covers the cone of three directions, or the sphere, and splits the cell that bounds least, until all bound `enough` or there have been
-    /// `most` splits; returns the least bound.
+    /// Covers the cone of three directions, or the sphere, and splits the cell that bounds least,
+    /// until all bound `enough` or there have been `most` splits; returns the least bound.
     ///
     /// # Guarantee
     /// No configuration nearer than this parts the sets along a direction of the cone.
@@ -205,8 +208,8 @@ impl PartialEq for Cell {
 
 impl Eq for Cell {}
 
-/// Points of the sets, between the supports of the corners, whose difference is nearest to the origin: there the sets touch
-/// last.
+/// Points of the sets, between the supports of the corners, whose difference is nearest to the
+/// origin: there the sets touch last.
 fn toward_origin(corners: &[Corner; 3]) -> Option<[Vec3; 2]> {
     let [x, y, z] = corners.map(|corner| corner.supports[0] - corner.supports[1]);
     let weights = nearest_weights(x, y, z)?;

@@ -1,7 +1,8 @@
 //! The lower bound that looks at the direction in which two convex bodies part.
 //!
-//! In a free configuration, two bodies that overlap at the query have parted along some direction `n`: for any two points chosen for it, by
-//! `m - n . (a - b)`. That takes the distance that [`reach`] proves, so
+//! In a free configuration, two bodies that overlap at the query have parted along some direction
+//! `n`: for any two points chosen for it, by `m - n . (a - b)`. That takes the distance that
+//! [`reach`] proves, so
 //!
 //! `depth >= min over n of max over a, b of reach(n, a, b)`
 //!

@@ -16,7 +16,8 @@ pub struct Groups {
 }
 
 impl Groups {
-    /// Groups pairs by the joints that are not locked; under metrics of bodies, whose squares do not add, all are one group.
+    /// Groups pairs by the joints that are not locked; under metrics of bodies, whose squares do
+    /// not add, all are one group.
     pub fn split(&mut self, context: &Context, pairs: &[usize]) {
         let scene = context.checker.scene();
         self.parent.clear();
@@ -57,7 +58,7 @@ impl Groups {
     }
 
     /// How many there are.
-    pub fn len(&self) -> usize {
+    pub fn count(&self) -> usize {
         self.ends.len()
     }
 

@@ -1,15 +1,16 @@
 //! How far a configuration has to go before two points have parted along a direction.
 //!
-//! Within distance `r`, `n . (a - b)` grows by at most the largest value of `g . e + e' H e / 2` over `|e| <= r`, and `K r^3 / 6`, see
-//! [`crate::metric::pair_motion`]. For every `m` with `P = m I - H` positive definite,
+//! Within distance `r`, `n . (a - b)` grows by at most the largest value of `g . e + e' H e / 2`
+//! over `|e| <= r`, and `K r^3 / 6`, see [`crate::metric::pair_motion`]. For every `m` with `P = m
+//! I - H` positive definite,
 //!
 //! `g . e + e' H e / 2 = (g . e - e' P e / 2) + m |e|^2 / 2 <= g' P^-1 g / 2 + m r^2 / 2`
 //!
 //! which is the Lagrangian dual of the trust-region problem: with the best `m` nothing is lost.
 //!
 //! # Source
-//! J. J. Moré and D. C. Sorensen, "Computing a trust region step", SIAM J. Sci. Stat. Comput. 4, 1983, doi:10.1137/0904038, for
-//! the search for `m`.
+//! J. J. Moré and D. C. Sorensen, "Computing a trust region step", SIAM J. Sci. Stat. Comput. 4,
+//! 1983, doi:10.1137/0904038, for the search for `m`.
 
 use crate::math::Vec3;
 use crate::metric::pair_motion::PairMotion;
@@ -35,7 +36,8 @@ pub struct Curvature {
     pub first: f64,
 }
 
-/// Share by which bounds are lowered for rounding: that of some hundred operations, many times over.
+/// Share by which bounds are lowered for rounding: that of some hundred operations, many times
+/// over.
 const ROUNDING: f64 = 1e-12;
 /// How many multipliers are tried.
 const TRIES: usize = 3;
@@ -48,7 +50,8 @@ impl Curvature {
     }
 }
 
-/// A distance (metric units), at most `ceiling`, within which `n . (a - b)` grows by less than `needed` \[m\]. Looks no closer once that is `enough`.
+/// A distance (metric units), at most `ceiling`, within which `n . (a - b)` grows by less than
+/// `needed` \[m\]. Looks no closer once that is `enough`.
 ///
 /// # Guarantee
 /// Proved. At least as far as bounds on all second derivatives tell.
@@ -133,7 +136,8 @@ pub fn rough_reach(motion: &PairMotion, curvature: &Curvature, n: &Vec3, needed:
     root([0.0, slope, 0.5 * curvature.second, curvature.third], needed, ceiling)
 }
 
-/// Largest `r` up to `ceiling` with `p(r) <= needed`, for coefficients of `p` from the constant one up that are not negative; 0 where there is none.
+/// Largest `r` up to `ceiling` with `p(r) <= needed`, for coefficients of `p` from the constant one
+/// up that are not negative; 0 where there is none.
 fn root(p: [f64; 4], needed: f64, ceiling: f64) -> f64 {
     let value = |r: f64| p[0] + r * (p[1] + r * (p[2] + r * p[3]));
     let rest = needed * (1.0 - ROUNDING) - p[0];
@@ -158,12 +162,13 @@ fn root(p: [f64; 4], needed: f64, ceiling: f64) -> f64 {
     if value(r) <= needed { r } else { 0.0 }
 }
 
-/// Replaces the lower triangle of a symmetric matrix by its Cholesky factor; `false` where a pivot is below `least`.
+/// Replaces the lower triangle of a symmetric matrix by its Cholesky factor; `false` where a pivot
+/// is below `least`.
 fn is_definite(m: &mut [f64], n: usize, least: f64) -> bool {
     for j in 0..n {
         for i in j..n {
             let sum = m[i * n + j] - dot(&m[i * n..i * n + j], &m[j * n..j * n + j]);
-            if i == j && !(sum > least) {
+            if i == j && (sum <= least || sum.is_nan()) {
                 return false;
             }
             m[i * n + j] = if i == j { sum.sqrt() } else { sum / m[j * n + j] };
