@@ -192,7 +192,7 @@ fn convex_parts_hold_the_mesh_and_follow_it() {
         let faces = faces.map(|face| format!("f {}\n", face.map(|k| (k + first).to_string()).join(" "))).concat();
         corners + &faces
     };
-    let mesh = bar([0.0; 3], [2.0, 0.4, 0.4], 0) + &bar([0.0; 3], [0.4, 2.0, 0.4], 8);
+    let mesh = bar([0.0; 3], [2.0, 0.4, 0.4], 0) + &bar([0.1, 0.1, -0.1], [0.5, 2.0, 0.5], 8);
     let of = |kind: &str| world_of(0.05, "l.obj", mesh.as_bytes(), &format!("{{ mesh = 'l.obj', {kind} = true }}"), "");
     let (whole, parts) = (world(0.05, "l.obj", mesh.as_bytes(), ""), of("convex-parts"));
     let hull = of("convex");
@@ -201,10 +201,13 @@ fn convex_parts_hold_the_mesh_and_follow_it() {
     let halton = Halton::new(3, 7);
     for q in (0..300).map(|index| [0, 1, 2].map(|k| 3.0 * halton.coordinate(index, k) - 0.5)) {
         let (exact, held) = (clearance(&whole, q), clearance(&parts, q));
-        // A part stands out of the mesh by 0.4 % of its radius at most; overlaps of several are told otherwise.
-        assert!(held <= exact + 1e-6, "{q:?}: {held} beyond {exact}");
-        assert!(exact <= 0.0 || held >= exact - 0.012, "{q:?}: {held} far below {exact}");
+        // A part stands out of the mesh by 0.4 % of its radius at most. Overlaps are those of the
+        // deepest part, which the faces between parts bound.
+        match exact <= 0.0 {
+            true => assert!(held <= 1e-6, "{q:?}: {held} apart, {exact} in the mesh"),
+            false => assert!((exact - 0.012..=exact + 1e-6).contains(&held), "{q:?}: {held} for {exact}"),
+        }
     }
     let corner = [1.0, 1.0, 0.2];
-    assert!(clearance(&hull, corner) < 0.0 && clearance(&parts, corner) > 0.5);
+    assert!(clearance(&hull, corner) < 0.0 && clearance(&parts, corner) > 0.4);
 }
