@@ -1,12 +1,10 @@
 //! Configurations from Python: arrays as they are where that is possible, else converted once.
 
-use std::ffi::CString;
-
 use extricate::ConfigSpace;
 use numpy::{
     PyArrayDescrMethods, PyArrayDyn, PyArrayMethods, PyReadonlyArrayDyn, PyUntypedArray, PyUntypedArrayMethods,
 };
-use pyo3::exceptions::{PyTypeError, PyUserWarning, PyValueError};
+use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 
 use crate::error::exception;

@@ -7,7 +7,7 @@ use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
 use crate::arrays::{bad_row, configs};
-use crate::error::count;
+use crate::error::{Whole, count};
 use crate::scene::Scene;
 
 /// Vertices and triangles.
@@ -67,8 +67,8 @@ impl Scene {
     /// half-space it is a square of 10 m.
     ///
     /// Raises ValueError for a name that no body has.
-    #[pyo3(signature = (body, segments = 32))]
-    fn mesh<'py>(&self, py: Python<'py>, body: &str, segments: i64) -> PyResult<Triangles<'py>> {
+    #[pyo3(signature = (body, segments = Whole::Number(32)), text_signature = "($self, body, segments=32)")]
+    fn mesh<'py>(&self, py: Python<'py>, body: &str, segments: Whole) -> PyResult<Triangles<'py>> {
         let (scene, segments) = (self.inner(), count("segments", segments, 3)?);
         let names = || scene.bodies.iter().map(|body| format!("`{}`", body.name)).collect::<Vec<_>>().join(", ");
         let index = scene.bodies.iter().position(|other| other.name == body);

@@ -3,7 +3,6 @@
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
-use extricate::math::Vec3;
 use extricate::scene::MetricSpec;
 use extricate::scene::file::{
     BaseKind, GeometryKind, MetricEntry, ObstacleEntry, PairsEntry, PoseEntry, RobotEntry, SceneFile, ShapeEntry,

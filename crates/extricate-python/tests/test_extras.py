@@ -192,8 +192,8 @@ def test_links_have_a_geometry_of_their_own() -> None:
 
 def test_obstacles_in_millimetres_are_told() -> None:
     turning = SLIDER.replace("prismatic", "revolute").replace("10", "2")
-    with pytest.warns(UserWarning, match="obstacle `box1` is 200 m thick.*not mm"):
-        Scene(turning, [Box([200, 600, 400], [450, 0, 450])])
+    with pytest.warns(UserWarning, match="obstacle `box1` is 300 m thick.*not mm"):
+        Scene(turning, [Box([300, 600, 400], [450, 0, 450])])
 
 
 def test_whole_floats_are_counts() -> None:

@@ -114,8 +114,8 @@ def test_degrees_are_told(arm: Scene) -> None:
 
 
 def test_millimetres_are_told() -> None:
-    with pytest.warns(UserWarning, match="obstacle `box1` is 200 m thick, more than 50 times the robot's reach of .* lengths are in m, not mm"):
-        scene = Scene(ARM, [Box([200, 600, 400], [450, 0, 450])])
+    with pytest.warns(UserWarning, match="obstacle `box1` is 300 m thick, more than 50 times the robot's reach of .* lengths are in m, not mm"):
+        scene = Scene(ARM, [Box([300, 600, 400], [450, 0, 450])])
     with pytest.warns(UserWarning, match="obstacle `ball` is 400 m thick, more than 50 times"):
         scene.with_obstacles([Sphere(200, name="ball")])
     with pytest.warns(UserWarning, match="attached `rod` is 400 m thick, more than 50 times"):

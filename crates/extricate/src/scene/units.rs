@@ -165,11 +165,11 @@ mod tests {
             scene(&text, &[chain(&[Revolute, Revolute, Prismatic])]).unwrap().warnings
         };
         // Two metres of joints and a ball; two more that slide.
-        let large = warnings("{ box = [200, 600, 400] }");
+        let large = warnings("{ box = [300, 600, 400] }");
         assert_eq!(
             large,
             [
-                "obstacle `box` is 200 m thick, more than 50 times the robot's reach of 4.100 m: lengths are in m, not mm"
+                "obstacle `box` is 300 m thick, more than 50 times the robot's reach of 4.100 m: lengths are in m, not mm"
             ]
         );
         let small = warnings("{ sphere = 5e-4 }");
