@@ -28,6 +28,8 @@ pub struct Around<'a> {
     /// On second derivatives, and on third ones over 6.
     second: f64,
     third: f64,
+    /// What the points may have moved by, as steps keep limits to [`HELD`] only \[m\].
+    slack: f64,
     hessian: Vec<f64>,
     row: Vec<f64>,
 }
@@ -68,6 +70,7 @@ impl<'a> Around<'a> {
             is_bounded: false,
             second: 0.0,
             third: 0.0,
+            slack: 0.0,
             hessian: Vec::new(),
             row: Vec::new(),
         }
@@ -114,6 +117,7 @@ impl<'a> Around<'a> {
         if !std::mem::replace(&mut self.is_bounded, true) {
             let radius = self.radius(self.target);
             (self.second, self.third) = (self.motion.second(), self.motion.third(radius) / 6.0);
+            self.slack = HELD * self.motion.columns().iter().map(Vec3::norm).sum::<f64>();
         }
         let gradient = self.motion.columns().iter().map(|column| n.dot(column)).collect();
         Along { gradient, bent: Vec::new(), rest: 0.5 * self.second, needed, spread: 0.0, turned: 0.0, middle: *n }
@@ -264,6 +268,9 @@ pub struct HalfSpace {
     depth: f64,
 }
 
+/// How far a step may be beyond limits, and a configuration that is held to them from it: a few
+/// times what the quadratic program lets pass.
+const HELD: f64 = 1e-9;
 /// Share of that depth which is kept where there are to be fewer.
 const KEPT: f64 = 0.8;
 /// Share of the target that half-spaces may be nearer for there to be fewer.
