@@ -81,7 +81,7 @@ def test_wrong_scenes_are_told_what_was_expected(before: Model, planar: Scene) -
     for call, message in [
         (lambda: before.in_scene(planar), "changed scene: joint .*expected the same: learn it anew"),
         (lambda: before.in_scene(limited), 'changed scene: joint "joint_2": got other coordinates, limits'),
-        (lambda: before.in_scene(scene_with(0.6, metric="object-norm")), "changed scene: metric: got ObjectNorm, expected that"),
+        (lambda: before.in_scene(scene_with(0.6, metric="object-norm")), "changed scene: metric: got object-norm, expected that"),
         (lambda: before.adapt(planar), "the model cannot be adapted: .*learn the scene anew"),
         (lambda: before.adapt(scene_with(0.6), labels=0), "labels: got 0, expected at least 1"),
         (lambda: before.adapt(scene_with(0.6), seconds=0), "seconds: got 0, expected more than 0"),

@@ -80,7 +80,8 @@ pub fn pieces(mesh: &MeshShape, bounds: &Aabb) -> Pieces {
     Pieces::new(cells(mesh, bounds, false).into_iter().map(|cell| solid(&cell.hull.vertices)).collect())
 }
 
-/// The hulls of [`pieces`], for scenes that have them in place of the mesh.
+/// Convex hulls that together hold a mesh, for scenes that have them in its place: those that the
+/// search makes of it.
 pub fn convex_parts(mesh: &TriangleMesh) -> Vec<TriangleMesh> {
     let cut = |mesh: &TriangleMesh| {
         let shape = MeshShape::new(mesh);
