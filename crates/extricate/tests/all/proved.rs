@@ -127,12 +127,12 @@ fn bounds_hold_and_only_get_better() {
                 let mut scene = builtin::scene(name).unwrap();
                 (scene.metric, scene.clearance) = (kind, clearance);
                 let (world, mut scratch) = (World::new(Arc::new(scene)), QueryScratch::default());
-                for q in colliding(&world, 2) {
+                for q in colliding(&world, 1) {
                     let ask = |options: &QueryOptions, scratch: &mut QueryScratch| world.query(&q, options, scratch);
                     let exhaustive = QueryOptions { effort: Effort::Exhaustive, ..QueryOptions::default() };
                     let best = ask(&exhaustive, &mut scratch).unwrap();
-                    let short = ask(&proved(0.05, 80), &mut scratch).unwrap();
-                    let long = ask(&proved(0.05, 140), &mut scratch).unwrap();
+                    let short = ask(&proved(0.05, 8), &mut scratch).unwrap();
+                    let long = ask(&proved(0.05, 16), &mut scratch).unwrap();
                     let what = format!("{name} {kind:?} {clearance} {q:?}");
                     for answer in [&short, &long] {
                         assert!(answer.lower_bound <= best.depth * (1.0 + 1e-9), "{what}: {answer:?} {}", best.depth);
