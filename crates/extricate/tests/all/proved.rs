@@ -127,12 +127,14 @@ fn bounds_hold_and_only_get_better() {
                 let mut scene = builtin::scene(name).unwrap();
                 (scene.metric, scene.clearance) = (kind, clearance);
                 let (world, mut scratch) = (World::new(Arc::new(scene)), QueryScratch::default());
+                // Steps of many joints take long.
+                let few = if world.scene().space.nv() > 8 { 25 } else { 60 };
                 for q in colliding(&world, 1) {
                     let ask = |options: &QueryOptions, scratch: &mut QueryScratch| world.query(&q, options, scratch);
                     let exhaustive = QueryOptions { effort: Effort::Exhaustive, ..QueryOptions::default() };
                     let best = ask(&exhaustive, &mut scratch).unwrap();
-                    let short = ask(&proved(0.05, 8), &mut scratch).unwrap();
-                    let long = ask(&proved(0.05, 16), &mut scratch).unwrap();
+                    let short = ask(&proved(0.05, few), &mut scratch).unwrap();
+                    let long = ask(&proved(0.05, 2 * few), &mut scratch).unwrap();
                     let what = format!("{name} {kind:?} {clearance} {q:?}");
                     for answer in [&short, &long] {
                         assert!(answer.lower_bound <= best.depth * (1.0 + 1e-9), "{what}: {answer:?} {}", best.depth);
@@ -159,5 +161,5 @@ fn bounds_hold_and_only_get_better() {
         }
     }
     println!("closed {closed:?}");
-    assert!(closed[0] * 5 > closed[1], "{closed:?}");
+    assert!(closed[0] * 10 > closed[1], "{closed:?}");
 }
