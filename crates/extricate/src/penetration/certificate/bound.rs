@@ -37,7 +37,7 @@ const WORTH: f64 = 1.1;
 ///
 /// # Guarantee
 /// Proved: at every configuration within the bound one of the pairs in `colliding` still overlaps;
-/// see [`super`] and [`directional`]. Pairs that have no joint in common have to part by
+/// see [`super`] and `directional`. Pairs that have no joint in common have to part by
 /// themselves: under the joint metric their squares add.
 pub fn lower_bound(
     context: &Context,

@@ -5,7 +5,7 @@
 //! near enough lie in one node or another. The least-norm point of a node bounds it from below. To
 //! expand a node, its point is looked at: where it is free, it is the nearest of its node.
 //! Otherwise two bodies overlap there, and whatever is free parts them along a direction: along one
-//! of a few [`Cells`], each a choice of three half-spaces, which cut the point off. So the node
+//! of a few cells (`cells`), each a choice of three half-spaces, which cut the point off. So the node
 //! falls into as many nodes as there are half-spaces.
 //!
 //! With `d` the displacement from the point `x`, points part along `n` by at most `g . d + l |d|^2
