@@ -160,7 +160,7 @@ impl Model {
     ///
     /// Q: float64 (n, nq); beyond limits as in `Model.query`. Not copied where it is C-contiguous;
     /// do not write to it meanwhile.
-    /// effort, starts, checks, seconds: as in `Model.query`, of each query.
+    /// effort, gap, starts, checks, seconds: as in `Model.query`, of each query.
     /// exits: how many distinct ways out are wanted.
     /// way: whether to look at the straight ways to the witnesses; costs as much as many checks.
     /// contacts: whether to tell the pairs that collide and that touch; with effort "nearest" that takes longer than to find the witness.
@@ -239,7 +239,7 @@ impl Model {
 
     /// For queries that follow each other closely, as from a simulation: each is warm-started from the one before.
     ///
-    /// effort, starts, checks, seconds, way, contacts, clearance, locked, free, weights,
+    /// effort, gap, starts, checks, seconds, way, contacts, clearance, locked, free, weights,
     ///     free_radius, limits: as in `Model.query`, of each frame.
     /// hysteresis: the way out of the last frame is kept until another one is nearer by more than this share of its depth; 0
     /// always takes the nearest.
