@@ -19,6 +19,7 @@ const ANSWER_KEYS: &[&str] = &[
     "verified",
     "effort",
     "contacts",
+    "gap",
     "gradient",
     "unique",
     "unseen",
@@ -112,7 +113,7 @@ fn answers_are_free_and_at_the_stated_depth() {
     let workspace = Workspace::learned();
     let queries = workspace.run("sample scene.toml -n 20 --seed 9 --colliding").expect_code(0).stdout;
     workspace.write("q.jsonl", &queries);
-    for effort in ["nearest", "refined", "exhaustive"] {
+    for effort in ["nearest", "refined", "exhaustive", "proved"] {
         let line = format!("query small.model --input q.jsonl --json --effort {effort}");
         let answers = workspace.run(&line).expect_code(0).json();
         assert_eq!(answers.len(), 20);
