@@ -34,7 +34,7 @@ pub struct Proof {
 const NEARER: f64 = 0.8;
 
 /// How closely bounds look at directions: where searches are long, much.
-pub fn splits(effort: Effort) -> Option<Splits> {
+fn splits(effort: Effort) -> Option<Splits> {
     match effort {
         Effort::Nearest => None,
         Effort::Refined => Some(Splits { pairs: 2, each: 80 }),
@@ -50,9 +50,7 @@ impl Proof {
         self.colliding.clear();
         self.colliding.extend_from_slice(colliding);
     }
-}
 
-impl Proof {
     /// What is proved of an answer, its depth at most.
     pub fn bound(
         &mut self,
@@ -61,7 +59,7 @@ impl Proof {
         (depth, colliding): (f64, &[usize]),
         check: &mut CheckScratch,
     ) -> f64 {
-        if self.told_at > depth {
+        if depth < NEARER * self.told_at {
             let how = (self.splits, depth);
             let bound = lower_bound(context, anchor, colliding, how, &mut self.scratch, check);
             (self.proved, self.told_at) = (self.proved.max(bound), depth);
@@ -76,12 +74,10 @@ impl Search<'_> {
         let Some(gap) = self.known.proof.gap.filter(|_| self.known.incumbent.verified) else { return false };
         let depth = self.known.incumbent.depth;
         let known = &mut *self.known;
-        if depth < NEARER * known.proof.told_at {
-            let colliding = std::mem::take(&mut known.proof.colliding);
-            known.proof.bound(self.context, &known.anchor, (depth, &colliding), &mut self.evaluator.check);
-            known.proof.colliding = colliding;
-        }
-        self.known.proof.proved >= (1.0 - gap) * self.known.incumbent.depth
+        let colliding = std::mem::take(&mut known.proof.colliding);
+        let proved = known.proof.bound(self.context, &known.anchor, (depth, &colliding), &mut self.evaluator.check);
+        known.proof.colliding = colliding;
+        proved >= (1.0 - gap) * depth
     }
 
     /// Branch and bound until the gap is closed, the budget is spent or nothing can be expanded.

@@ -62,14 +62,10 @@ impl Groups {
         self.ends.len()
     }
 
-    /// Whether a tangent coordinate moves a pair of the group that `pairs` is.
+    /// Whether a tangent coordinate moves a pair of a group.
     pub fn holds(&self, group: usize, v: usize) -> bool {
         let start = if group == 0 { 0 } else { self.ends[group - 1] };
-        let mut at = v;
-        while self.parent[at] != at {
-            at = self.parent[at];
-        }
-        self.roots[start].0 == at
+        self.roots[start].0 == self.root(v)
     }
 
     fn root(&self, mut v: usize) -> usize {

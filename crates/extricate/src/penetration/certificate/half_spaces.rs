@@ -117,7 +117,8 @@ impl<'a> Around<'a> {
         if !std::mem::replace(&mut self.is_bounded, true) {
             let radius = self.radius(self.target);
             (self.second, self.third) = (self.motion.second(), self.motion.third(radius) / 6.0);
-            self.slack = HELD * self.motion.columns().iter().map(Vec3::norm).sum::<f64>();
+            let slopes = self.motion.columns().iter().map(Vec3::norm).sum::<f64>();
+            self.slack = HELD * (slopes + self.second);
         }
         let gradient = self.motion.columns().iter().map(|column| n.dot(column)).collect();
         Along { gradient, bent: Vec::new(), rest: 0.5 * self.second, needed, spread: 0.0, turned: 0.0, middle: *n }
@@ -156,8 +157,11 @@ impl<'a> Around<'a> {
             self.row.iter_mut().zip(bent).for_each(|(entry, bend)| *entry += share * bend);
         }
         let rest = along.rest + 0.5 * self.second * along.turned;
-        let left =
-            along.needed - along.spread * radius - rest * radius * radius - self.third * radius * radius * radius;
+        let left = along.needed
+            - self.slack
+            - along.spread * radius
+            - rest * radius * radius
+            - self.third * radius * radius * radius;
         let slope = dot(&self.row, &self.row).sqrt();
         (left + dot(&self.row, &self.here), slope)
     }
