@@ -72,6 +72,10 @@ impl Asked {
         }
         options.locked = given.locked(scene)?;
         options.toward = given.toward(scene)?;
+        if options.toward.is_some() && (options.gap.is_some() || options.effort == Effort::Proved) {
+            let message = "toward: got a goal with a gap to prove, expected None: the search stops at the nearest";
+            return Err(PyValueError::new_err(message));
+        }
         Ok(Self {
             options,
             refuses: given.either("limits", ["forgive", "refuse"])?,

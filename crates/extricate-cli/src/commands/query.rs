@@ -131,6 +131,11 @@ impl QueryArgs {
             EffortArg::Nearest if self.gap.is_some() => {
                 Some("--effort nearest searches nothing, expected no --gap: it is where searches stop")
             }
+            _ if self.constraints.has_goal() && (self.gap.is_some() || matches!(self.effort, EffortArg::Proved)) => {
+                Some(
+                    "--gap and --effort proved stop at the nearest way out, expected no --toward: it chooses among several",
+                )
+            }
             _ if self.exits > 1 && (self.gap.is_some() || matches!(self.effort, EffortArg::Proved)) => {
                 Some("--gap and --effort proved stop at one way out, expected --exits 1")
             }

@@ -36,6 +36,11 @@ pub struct ConstraintArgs {
 }
 
 impl ConstraintArgs {
+    /// Whether an exit is to be chosen by a goal.
+    pub fn has_goal(&self) -> bool {
+        self.toward.is_some()
+    }
+
     /// Adds them to the options of queries in a scene.
     pub fn apply(&self, scene: &Scene, options: &mut QueryOptions) -> anyhow::Result<()> {
         options.clearance = self.clearance;

@@ -63,7 +63,7 @@ pub struct QueryOptions {
     /// Share of the depth that need not be proved, in `[0, 1)`: the search stops as soon as
     /// `lower_bound >= (1 - gap) depth`. [`Effort::Proved`] works for it ([`DEFAULT_GAP`] where it is
     /// `None`); the other efforts stop where they happen to meet it, and otherwise end as without
-    /// it. Not with several [`QueryOptions::exits`].
+    /// it. Of no effect with several [`QueryOptions::exits`] or a goal ([`QueryOptions::toward`]).
     pub gap: Option<f64>,
     /// Clearance \[m\] to aim at in place of the scene's, for pairs without one of their own
     /// ([`crate::scene::clearances`]); where nothing is found that keeps it, the scene's holds. See
