@@ -6,7 +6,6 @@ mod kept;
 mod list;
 mod sketch;
 mod surface;
-mod touching;
 
 use rayon::prelude::*;
 
@@ -83,11 +82,9 @@ pub fn pieces(mesh: &MeshShape, bounds: &Aabb) -> Pieces {
 /// Convex hulls that together hold a mesh, for scenes that have them in its place: those that the
 /// search makes of it.
 pub fn convex_parts(mesh: &TriangleMesh) -> Vec<TriangleMesh> {
-    let cut = |mesh: &TriangleMesh| {
-        let shape = MeshShape::new(mesh);
-        cells(&shape, &Aabb::around(shape.vertices.iter()), true)
-    };
-    touching::parted(mesh).iter().flat_map(cut).map(|cell| cell.hull).collect()
+    let shape = MeshShape::new(mesh);
+    let bounds = Aabb::around(shape.vertices.iter());
+    cells(&shape, &bounds, true).into_iter().map(|cell| cell.hull).collect()
 }
 
 /// `across`: whether cuts across a notch are tried too. Without them bars between whose ends the nearest face is not the

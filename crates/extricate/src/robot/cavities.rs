@@ -1,6 +1,8 @@
 //! Cavities: closed parts of a mesh that lie within another one and face the other way. Not what is
 //! inside at a point.
 
+use std::collections::HashSet;
+
 use super::topology::Part;
 use crate::math::Vec3;
 
@@ -80,15 +82,20 @@ impl Shell {
         Self { part, low, high, volume: volume_and_area(vertices, triangles).0 }
     }
 
-    /// Whether the whole of `other` lies within, as far as its box and some of its corners tell.
+    /// Whether the whole of `other` lies within, as far as its box and some of its corners tell that
+    /// are not shared with it.
     fn holds(&self, other: &Shell, vertices: &[Vec3], parts: &[Part]) -> bool {
-        if !(0..3).all(|k| self.low[k] < other.low[k] && other.high[k] < self.high[k]) {
+        if !(0..3).all(|k| self.low[k] <= other.low[k] && other.high[k] <= self.high[k]) {
             return false;
         }
         let corners = parts[other.part].triangles.as_flattened();
-        let asked = corners.iter().step_by(corners.len().div_ceil(ASKED));
         let own = &parts[self.part].triangles;
-        asked.into_iter().all(|&index| winding_number(vertices, own, &vertices[index as usize]).abs() > 0.5)
+        let shared: HashSet<u32> = own.as_flattened().iter().copied().collect();
+        let mut asked =
+            corners.iter().step_by(corners.len().div_ceil(ASKED)).filter(|at| !shared.contains(at)).peekable();
+        // Half within is on a face.
+        let is_within = |&at: &u32| winding_number(vertices, own, &vertices[at as usize]).abs() > 0.75;
+        asked.peek().is_some() && asked.all(is_within)
     }
 
     fn is_spacious(&self, vertices: &[Vec3], parts: &[Part]) -> bool {

@@ -42,7 +42,8 @@ pub(super) fn components(
     triangles: Vec<[u32; 3]>,
 ) -> (Vec<[u32; 3]>, Vec<Component>, Option<Welding>) {
     let groups = edge_connected(triangles, |triangle| *triangle);
-    let mut parts: Vec<Part> = groups.into_iter().map(|group| Part::new(vertices, group)).collect();
+    let solids = groups.into_iter().flat_map(closed_patches);
+    let mut parts: Vec<Part> = solids.map(|group| Part::new(vertices, group)).collect();
     let welding = if parts.iter().all(|part| part.closed) { None } else { seams::close(vertices, &mut parts) };
     cavities::turn(vertices, &mut parts);
     let mut sorted = Vec::new();
@@ -57,12 +58,36 @@ pub(super) fn components(
     (sorted, components, welding)
 }
 
+/// The solids of an edge-connected group that only touch the rest along edges, and that rest.
+///
+/// Where four triangles share an edge, nothing says which two belong together if solids overlap
+/// there: their walls may lie in one plane. So a solid is what edges of two triangles hold together,
+/// if that is closed; the winding of each is then its own matter.
+fn closed_patches(group: Vec<[u32; 3]>) -> Vec<Vec<[u32; 3]>> {
+    if sorted_sides(&group).chunk_by(same_edge).all(|ring| ring.len() == 2) {
+        return vec![group];
+    }
+    let patches = connected(group, |triangle| *triangle, |ring| ring.len() == 2);
+    // Two triangles back to back are a fold, not a solid.
+    let is_solid = |patch: &Vec<[u32; 3]>| patch.len() > 3 && all_edges_even(patch);
+    let (mut solids, others): (Vec<_>, Vec<_>) = patches.into_iter().partition(is_solid);
+    if !others.is_empty() {
+        solids.push(others.concat());
+    }
+    solids
+}
+
 /// Groups in order of appearance of what hangs together by edges of the triangles that `triangle`
 /// gives.
 pub(super) fn edge_connected<T>(all: Vec<T>, triangle: impl Fn(&T) -> [u32; 3]) -> Vec<Vec<T>> {
+    connected(all, triangle, |_| true)
+}
+
+/// The same by those edges alone of whose sides `joins` says so.
+fn connected<T>(all: Vec<T>, triangle: impl Fn(&T) -> [u32; 3], joins: impl Fn(&[Side]) -> bool) -> Vec<Vec<T>> {
     let mut parent: Vec<u32> = (0..all.len() as u32).collect();
     let triangles: Vec<[u32; 3]> = all.iter().map(triangle).collect();
-    for ring in sorted_sides(&triangles).chunk_by(same_edge) {
+    for ring in sorted_sides(&triangles).chunk_by(same_edge).filter(|ring| joins(ring)) {
         for side in &ring[1..] {
             let (root, other) = (find(&mut parent, ring[0].triangle), find(&mut parent, side.triangle));
             // The earlier one leads, so that groups come in the order of their first.

@@ -57,12 +57,52 @@ fn solids_that_touch_at_an_edge_a_corner_or_a_wall_are_closed() {
         second.reverse();
         soup.extend(second);
         let mesh = mesh(soup);
-        // A corner alone does not make them one.
-        let parts = if corner == [1.; 3] { 2 } else { 1 };
+        // A wall makes them one, an edge or a corner alone does not.
+        let parts = if corner == [1., 0., 0.] { 1 } else { 2 };
         assert_eq!((mesh.components.len(), mesh.triangles.len()), (parts, 24));
         assert!(mesh.is_closed());
         let sum: f64 = mesh.components.iter().map(|component| volume(&mesh, component)).sum();
         assert!((sum - 2.0).abs() < 1e-12, "{corner:?}");
+    }
+}
+
+/// A box from the origin to `high`, as soup, wound outward or inward.
+fn block(high: Vec3, outward: bool) -> Vec<Vec3> {
+    let mut soup: Vec<Vec3> = cube([0.; 3], ALL).iter().map(|corner| corner.component_mul(&high)).collect();
+    if !outward {
+        soup.reverse();
+    }
+    soup
+}
+
+/// The walls at the edge that they share lie in one plane: no order around it tells them apart.
+#[test]
+fn solids_that_overlap_and_share_an_edge_are_both_solid() {
+    for (first, second) in [(true, true), (true, false), (false, true), (false, false)] {
+        let mut soup = block(Vec3::new(2., 0.4, 0.4), first);
+        soup.extend(block(Vec3::new(0.4, 2., 0.4), second));
+        let mesh = mesh(soup);
+        assert!(mesh.is_closed());
+        let volumes: Vec<f64> = mesh.components.iter().map(|component| volume(&mesh, component)).collect();
+        assert!(volumes.len() == 2 && volumes.iter().all(|volume| (volume - 0.32).abs() < 1e-12), "{volumes:?}");
+    }
+}
+
+#[test]
+fn a_cavity_that_touches_an_edge_of_its_solid_is_one() {
+    for wound in [true, false] {
+        // A wedge with one edge on the block's, wound inward as it stands.
+        let mut soup = block(Vec3::repeat(2.0), wound);
+        let [a, b] = [Vec3::new(0., 0., 0.), Vec3::new(0., 0., 2.)];
+        let [c, d] = [Vec3::new(1., 0.5, 0.5), Vec3::new(0.5, 1., 1.)];
+        let mut wedge: Vec<Vec3> = [[a, b, c], [a, c, d], [a, d, b], [b, d, c]].concat();
+        if !wound {
+            wedge.reverse();
+        }
+        soup.extend(wedge);
+        let mesh = mesh(soup);
+        let cavities: Vec<bool> = (0..mesh.components.len()).map(|component| mesh.is_cavity(component)).collect();
+        assert_eq!(cavities, [false, true], "{wound}");
     }
 }
 
