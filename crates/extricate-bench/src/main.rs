@@ -7,6 +7,7 @@
 //! extricate-bench batch MODEL QUERIES EFFORT|STARTS|N-checks  blocks of queries that standard input names, each timed as a whole
 //! extricate-bench stream MODEL QUERIES STEPS FRAMES ROUNDS      frames between successive queries, by a stream and one by one
 //! extricate-bench moved SCENE N                          a world in which N obstacles moved, beside one made anew
+//! extricate-bench bounds SCENE|chains:FROM-TO N SEED     lower bounds of N queries against all that is found below them
 //! extricate-bench uniform SCENE LABELS SEED MODEL        a model from uniform samples alone
 //! extricate-bench scenery points|voxels N meshes|hulls   a cloud of N points around the built-in arm as one body, timed, as a JSON line
 //! extricate-bench draw FOLDER SEED [--robots DIR]        scenes drawn at random, and what they are as JSON lines
@@ -15,6 +16,7 @@
 //! `bench/collision.py` runs the first two beside the peers, the scripts beside it the others.
 
 mod batches;
+mod bounds;
 mod brute;
 mod clock;
 mod drawn;
@@ -63,6 +65,10 @@ fn main() -> anyhow::Result<ExitCode> {
         ["scenery", kind, count, links] => {
             scenery::measure(kind, count.parse()?, links, std::io::stdout().lock()).map(|()| ExitCode::SUCCESS)
         }
+        ["bounds", source, count, seed] => {
+            let holds = bounds::measure(source, count.parse()?, seed.parse()?, std::io::stdout().lock())?;
+            Ok(if holds { ExitCode::SUCCESS } else { ExitCode::from(1) })
+        }
         ["uniform", scene, labels, seed, model] => {
             uniform::learn(scene, labels, seed, model).map(|()| ExitCode::SUCCESS)
         }
@@ -72,7 +78,7 @@ fn main() -> anyhow::Result<ExitCode> {
             eprintln!(
                 "expected `serve`, `exact [--poses N]`, `query SCENE|MODEL QUERIES EFFORT|STARTS|N-checks [--scene OTHER]`, \
                  `batch MODEL QUERIES EFFORT|STARTS|N-checks`, `stream MODEL QUERIES STEPS FRAMES ROUNDS`, \
-                 `moved SCENE N`, `scenery points|voxels N meshes|hulls`, `uniform SCENE LABELS SEED MODEL` or `draw FOLDER SEED [--robots DIR]`"
+                 `moved SCENE N`, `scenery points|voxels N meshes|hulls`, `bounds SCENE|chains:FROM-TO N SEED`, `uniform SCENE LABELS SEED MODEL` or `draw FOLDER SEED [--robots DIR]`"
             );
             Ok(ExitCode::from(2))
         }

@@ -26,10 +26,11 @@ pub fn object<'py>(py: Python<'py>, answer: extricate::Answer, scene: &Scene) ->
         let witness = PyArray1::from_slice(py, &exit.witness);
         EXIT.import(py, HOME, "Exit")?.call1((exit.depth, witness, named(&exit.touching)))
     };
-    let fields: [Bound<'_, PyAny>; 20] = [
+    let fields: [Bound<'_, PyAny>; 21] = [
         answer.depth.into_pyobject(py)?.into_any(),
         answer.lower_bound.into_pyobject(py)?.into_any(),
         answer.gap.into_pyobject(py)?.into_any(),
+        answer.unproved.map(extricate::Unproved::name).into_pyobject(py)?.into_any(),
         PyArray1::from_slice(py, &answer.witness).into_any(),
         answer.verified.into_pyobject(py)?.to_owned().into_any(),
         answer.clearance.into_pyobject(py)?.into_any(),

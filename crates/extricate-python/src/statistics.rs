@@ -45,6 +45,12 @@ pub fn statistics<'py>(py: Python<'py>, statistics: &Statistics) -> PyResult<Bou
         Ok(of)
     });
     all.set_item("excess", excess.transpose()?)?;
+    let gap = statistics.gap.map(|gap| -> PyResult<_> {
+        let of = [("median", gap.median), ("p95", gap.p95)].into_py_dict(py)?;
+        of.set_item("queries", gap.queries)?;
+        Ok(of)
+    });
+    all.set_item("gap", gap.transpose()?)?;
     let starts = statistics.starts_per_dof;
     let starts = [("stored", starts.stored), ("around", starts.around)].into_py_dict(py)?;
     all.set_item("starts_per_dof", starts)?;

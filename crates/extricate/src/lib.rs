@@ -26,6 +26,6 @@ pub use model::learner::Learner;
 pub use model::{Model, Statistics};
 pub use penetration::{
     Answer, Answered, ChangedScene, Effort, Exit, QueryBudget, QueryOptions, QueryScratch, StartsPerDof, Stop, Stream,
-    StreamOptions, Toward, Way, World,
+    StreamOptions, Toward, Unproved, Way, World,
 };
 pub use scene::Scene;

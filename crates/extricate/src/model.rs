@@ -36,7 +36,7 @@ use crate::penetration::{
 };
 use crate::scene::Scene;
 use learner::Learner;
-use quality::{Density, Excess};
+use quality::{Density, Excess, Gap};
 
 /// All that a query needs: the scene with its geometry, verified boundary samples, their index, the classifier.
 ///
@@ -83,6 +83,10 @@ pub struct Statistics {
     /// How good refined queries are on held-out colliding configurations: 64 of them, fewer where a check for every four labels does
     /// not pay for so many. `None` where none was asked, as with less than 10,000 labels.
     pub excess: Option<Excess>,
+    /// How much of the depth the same queries leave unproved; `None` also of models of versions that
+    /// did not measure it.
+    #[serde(default)]
+    pub gap: Option<Gap>,
     /// Starts of a refined query for each degree of freedom, see [`crate::model::calibrate`].
     #[serde(alias = "width", deserialize_with = "calibrate::read")]
     pub starts_per_dof: StartsPerDof,

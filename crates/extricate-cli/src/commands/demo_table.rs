@@ -123,6 +123,7 @@ mod tests {
             boundary_gap: Some(1e-3),
             density: None,
             excess: None,
+            gap: None,
             starts_per_dof: extricate::StartsPerDof { stored: 2.0, around: 0.5 },
             measuring_checks: 0,
             ended_by: extricate::model::EndedBy::Seconds,

@@ -166,6 +166,7 @@ pub fn statistics_rows(statistics: &Statistics, unit: &str) -> Vec<(&'static str
         ("held-out accuracy", held_out_accuracy(statistics)),
         ("sample density", sample_density(statistics, unit)),
         ("excess of queries", excess_of_queries(statistics)),
+        ("gap of queries", gap_of_queries(statistics)),
         (
             "starts of a query",
             format!(
@@ -196,6 +197,16 @@ fn excess_of_queries(statistics: &Statistics) -> String {
         percent(excess.within_5pct),
         interval(excess.within_5pct_interval),
         excess.queries
+    )
+}
+
+fn gap_of_queries(statistics: &Statistics) -> String {
+    let Some(gap) = statistics.gap else { return "not measured".into() };
+    format!(
+        "{} of the depth not proved in the median, 95th percentile {}; {} held-out collisions",
+        percent(gap.median),
+        percent(gap.p95),
+        gap.queries
     )
 }
 
@@ -303,6 +314,7 @@ mod tests {
             boundary_gap: None,
             density: None,
             excess: None,
+            gap: None,
             starts_per_dof: extricate::StartsPerDof { stored: 2.0, around: 0.5 },
             measuring_checks: 0,
             ended_by: EndedBy::Labels,
@@ -310,7 +322,7 @@ mod tests {
         };
         let text = |statistics: &Statistics| report::two_columns(&statistics_rows(statistics, "rad"));
         assert!(text(&statistics).contains("no boundary found") && text(&statistics).contains("nothing was held out"));
-        assert_eq!(text(&statistics).matches("not measured").count(), 2);
+        assert_eq!(text(&statistics).matches("not measured").count(), 3);
         (statistics.boundary_gap, statistics.accuracy_free) = (Some(1e-3), Some(0.97));
         statistics.accuracy_free_interval = Some([0.9, 0.99]);
         statistics.excess = Excess::of(&[0.0; 64]);

@@ -2,7 +2,7 @@
 
 use extricate::math::Vec3;
 use extricate::penetration::coverage::FAR;
-use extricate::{Answer, Contact, Effort, Scene, Way};
+use extricate::{Answer, Contact, Effort, Scene, Unproved, Way};
 use serde::Serialize;
 
 use crate::report::{duration, pair_names, pairs_in_words};
@@ -16,6 +16,9 @@ pub struct QueryRow<'a> {
     pub lower_bound: f64,
     /// Share of the depth that is not proved.
     pub gap: f64,
+    /// Why nothing is proved, where that is so.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub unproved: Option<Unproved>,
     /// The free configuration.
     pub witness: &'a [f64],
     /// Time of the library call alone \[s\].
@@ -95,6 +98,7 @@ impl<'a> QueryRow<'a> {
             depth: answer.depth,
             lower_bound: answer.lower_bound,
             gap: answer.gap,
+            unproved: answer.unproved,
             witness: &answer.witness,
             seconds,
             checks: answer.checks,
@@ -136,8 +140,11 @@ impl<'a> QueryRow<'a> {
             joints => format!("; beyond limits: {}", joints.join(", ")),
         };
         let radius = self.free_radius.map_or(String::new(), |radius| format!("; nothing touches within {radius:.2e}"));
-        // Nothing can be proved of surfaces, which one may pass through in thought.
-        let unproved = if self.gap == 1.0 { "; nothing is proved: what collides has no inside" } else { "" };
+        let unproved = match self.unproved {
+            None => "",
+            Some(Unproved::Surfaces) => "; nothing is proved: what collides are surfaces without an inside",
+            Some(Unproved::Shallow) => "; nothing is proved: the overlap is too shallow",
+        };
         let far = if self.is_far() { "; far from what was learned" } else { "" };
         let mut text = format!(
             "{line:>6}  {:>9.5}  {:>9.5}  {:>9.2}  {:>9}  {:>6}  {verified:<8}  {pairs}{outside}{way}{radius}{unproved}{far}",
@@ -173,6 +180,7 @@ pub mod tests {
             depth,
             lower_bound: depth / 4.0,
             gap: 0.75,
+            unproved: None,
             witness: vec![0.5],
             effort: Effort::Refined,
             checks: 40,
@@ -200,6 +208,7 @@ pub mod tests {
             depth: answer.depth,
             lower_bound: answer.lower_bound,
             gap: answer.gap,
+            unproved: answer.unproved,
             witness: &answer.witness,
             seconds: 1e-4,
             checks: 40,

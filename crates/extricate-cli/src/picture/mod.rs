@@ -146,6 +146,7 @@ pub mod tests {
             depth: 0.9,
             lower_bound: 0.2,
             gap: 0.78,
+            unproved: None,
             witness: vec![0.9, 0.0],
             effort: Effort::Refined,
             checks: 10,

@@ -49,7 +49,9 @@ class Answer:
         true penetration depth.
     lower_bound: proved: no free configuration is nearer to the query than this.
     gap: share of the depth that is not proved, 1 - lower_bound / depth; 0 where the query is free. 1 where nothing is
-        proved: then what collides are surfaces without an inside.
+        proved.
+    unproved: why nothing is proved, where that is so: "surfaces" (what collides encloses nothing) or "shallow" (the overlap
+        is too shallow to be seen); else None.
     witness: a free configuration at distance `depth`, (nq,).
     verified: whether the exact checker called the witness free during this query; otherwise it did when the model was
         learned.
@@ -82,6 +84,7 @@ class Answer:
     depth: float
     lower_bound: float
     gap: float
+    unproved: Optional[str]
     witness: npt.NDArray[np.float64]
     verified: bool
     clearance: float

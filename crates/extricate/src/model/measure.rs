@@ -7,7 +7,7 @@ use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 
 use super::calibrate::{calibrate, unmeasured};
-use super::quality::{Density, Excess, percentile};
+use super::quality::{Density, Excess, Gap, percentile};
 use crate::boundary::{BoundaryScratch, Wanted};
 use crate::cspace::sampling::uniform;
 use crate::cspace::{Config, Label};
@@ -43,6 +43,8 @@ pub struct Measured {
     pub starts: StartsPerDof,
     /// Of such queries; `None` where none was asked.
     pub excess: Option<Excess>,
+    /// Of the same queries.
+    pub gap: Option<Gap>,
     /// To compare queries with.
     pub coverage: Coverage,
     /// Collision and distance evaluations spent, labels of what was held out included.
@@ -75,7 +77,7 @@ const LONG_CHECKS: usize = 20_000;
 impl Default for Measured {
     /// Nothing was measured.
     fn default() -> Self {
-        Self { density: None, starts: unmeasured(), excess: None, coverage: Coverage::default(), checks: 0 }
+        Self { density: None, starts: unmeasured(), excess: None, gap: None, coverage: Coverage::default(), checks: 0 }
     }
 }
 
@@ -135,15 +137,16 @@ pub fn measure(context: &Context, extent: &Extent, go_on: &mut dyn FnMut() -> bo
     // What a figure is chosen by makes it look better than it is: the excess is measured on others.
     let (starts, spent) = calibrate(context, others, extent, &mut hopeful);
     checks += spent;
-    let (excesses, spent) =
-        excesses(&Context { learned: Learned { starts, ..context.learned }, ..*context }, asked, extent, &mut |_| {
+    let (compared, spent) =
+        compare(&Context { learned: Learned { starts, ..context.learned }, ..*context }, asked, extent, &mut |_| {
             hopeful()
         });
     checks += spent;
     if stopped {
         return None;
     }
-    Some(Measured { density, starts, excess: Excess::of(&excesses), coverage, checks })
+    let [excesses, gaps] = [0, 1].map(|k| compared.iter().map(|figures| figures[k]).collect::<Vec<f64>>());
+    Some(Measured { density, starts, excess: Excess::of(&excesses), gap: Gap::of(&gaps), coverage, checks })
 }
 
 /// The starts alone, and the evaluations that it took.
@@ -172,17 +175,17 @@ pub fn is_within(
     if colliding.len() < extent.queries * nq {
         return Some((false, checks));
     }
-    let beyond = |excesses: &[f64]| excesses.iter().filter(|excess| **excess > target).count();
+    let beyond = |found: &[[f64; 2]]| found.iter().filter(|[excess, _]| *excess > target).count();
     let allowed = extent.queries / 20;
     let mut stopped = false;
-    let mut hopeful = |found: &[f64]| {
+    let mut hopeful = |found: &[[f64; 2]]| {
         stopped = stopped || !go_on();
         !stopped && beyond(found) <= allowed
     };
     let asked = &colliding[..extent.queries * nq];
-    let (excesses, spent) = excesses(context, asked, extent, &mut hopeful);
+    let (found, spent) = compare(context, asked, extent, &mut hopeful);
     // Fewer were given up or cut short by the clock: not shown to be within.
-    let within = excesses.len() == extent.queries && beyond(&excesses) <= allowed;
+    let within = found.len() == extent.queries && beyond(&found) <= allowed;
     (!stopped).then_some((within, checks + spent))
 }
 
@@ -224,15 +227,15 @@ fn nearest_others(context: &Context, configs: &[f64], count: usize, wanted: Want
     configs.par_chunks_exact(nq).map_init(Default::default, nearest).flatten().collect()
 }
 
-/// How much farther than a longer search refined queries end, and the checks of both. `go_on` sees what was found so far and
+/// How much farther than a longer search refined queries end and their gaps, and the checks of both. `go_on` sees what was found so far and
 /// may end it. Where time runs out, what it
 /// may have cut short is left out.
-fn excesses(
+fn compare(
     context: &Context,
     asked: &[f64],
     extent: &Extent,
-    go_on: &mut dyn FnMut(&[f64]) -> bool,
-) -> (Vec<f64>, usize) {
+    go_on: &mut dyn FnMut(&[[f64; 2]]) -> bool,
+) -> (Vec<[f64; 2]>, usize) {
     let space = &context.checker.scene().space;
     let (mut found, mut checks, mut asked) = (Vec::new(), 0, asked);
     // Few at first: how many checks one takes differs by a hundred times from scene to scene.
@@ -245,31 +248,37 @@ fn excesses(
             break;
         }
         let budget = QueryBudget { checks: Some(LONG_CHECKS), seconds: left.map(|left| left.as_secs_f64()) };
-        let rows: Vec<(Option<f64>, usize)> = block
+        let rows: Vec<(Option<[f64; 2]>, usize)> = block
             .par_chunks_exact(space.nq())
             .with_max_len(1)
             .map_init(QueryScratch::default, |scratch, q| {
                 // A configuration that was drawn keeps the limits but for rounding, which this mends.
-                space.config(q).map_or((None, 0), |q| excess(context, &q, budget, scratch))
+                space.config(q).map_or((None, 0), |q| compare_one(context, &q, budget, scratch))
             })
             .collect();
         if extent.is_over() {
             break;
         }
         checks += rows.iter().map(|(_, checks)| checks).sum::<usize>();
-        found.extend(rows.iter().filter_map(|(excess, _)| *excess));
+        found.extend(rows.iter().filter_map(|(figures, _)| *figures));
     }
     (found, checks)
 }
 
-fn excess(context: &Context, q: &Config, budget: QueryBudget, scratch: &mut QueryScratch) -> (Option<f64>, usize) {
+fn compare_one(
+    context: &Context,
+    q: &Config,
+    budget: QueryBudget,
+    scratch: &mut QueryScratch,
+) -> (Option<[f64; 2]>, usize) {
     let refined = QueryOptions { budget, ..QueryOptions::default() };
     let longer = QueryOptions { effort: Effort::Exhaustive, starts: Some(LONG_STARTS), budget, ..refined.clone() };
     let answers = [refined, longer].map(|options| query(context, q, &options, scratch));
     let [Some(refined), Some(longer)] = answers else { return (None, 0) };
     let checks = refined.checks + longer.checks;
     // Of a free one there is nothing to compare.
-    ((longer.depth > 0.0).then(|| refined.depth / refined.depth.min(longer.depth) - 1.0), checks)
+    let figures = || [refined.depth / refined.depth.min(longer.depth) - 1.0, refined.gap];
+    ((longer.depth > 0.0).then(figures), checks)
 }
 
 #[cfg(test)]
@@ -323,6 +332,8 @@ pub(crate) mod tests {
         assert!(0.0 < density.spacing_median && density.spacing_median <= density.spacing_p95);
         assert!(excess.queries >= 8 && 0.0 <= excess.median && excess.median <= excess.p95, "{excess:?}");
         assert!(excess.within_5pct > 0.8, "{excess:?}");
+        let gap = found.gap.unwrap();
+        assert!(gap.queries == excess.queries && 0.0 < gap.median && gap.median <= gap.p95 && gap.p95 < 1.0, "{gap:?}");
         let [low, high] = found.accuracy_free_interval.unwrap();
         assert!(low < found.accuracy_free.unwrap() && found.accuracy_free.unwrap() < high && high - low < 0.1);
         assert!(found.measuring_checks > 1000 && found.measuring_checks < 60_000, "{}", found.measuring_checks);
@@ -377,6 +388,6 @@ pub(crate) mod tests {
         }
         let over = Extent { until: Some(Instant::now()), ..Extent::in_full(1) };
         let found = measure(&model.context(), &over, &mut || true).unwrap();
-        assert_eq!((found.density, found.excess, found.checks), (None, None, 0));
+        assert_eq!((found.density, found.excess, found.gap, found.checks), (None, None, None, 0));
     }
 }

@@ -32,6 +32,25 @@ pub struct Excess {
     pub within_5pct_interval: [f64; 2],
 }
 
+/// How much of the depth refined queries leave unproved, on the same configurations.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Gap {
+    /// Held-out colliding configurations that were asked.
+    pub queries: usize,
+    /// Median of `1 - lower_bound / depth`.
+    pub median: f64,
+    /// 95th percentile.
+    pub p95: f64,
+}
+
+impl Gap {
+    /// Of gaps, in any order; `None` of none.
+    pub fn of(gaps: &[f64]) -> Option<Self> {
+        let (median, p95) = (percentile(gaps, 0.5), percentile(gaps, 0.95));
+        (!gaps.is_empty()).then_some(Self { queries: gaps.len(), median, p95 })
+    }
+}
+
 /// How right a classifier is, on uniform configurations that it did not learn from.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct Judged {

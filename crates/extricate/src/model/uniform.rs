@@ -64,6 +64,7 @@ fn learn_here(scene: Scene, options: &LearnOptions, report: &mut Report) -> Resu
         boundary_gap: None,
         density: None,
         excess: None,
+        gap: None,
         starts_per_dof: unmeasured(),
         measuring_checks: 0,
         ended_by: match budget.end() {

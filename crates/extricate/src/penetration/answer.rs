@@ -17,6 +17,8 @@ pub struct Answer {
     /// Share of the depth that is not proved, `1 - lower_bound / depth`: no free configuration is
     /// nearer by more than it. 0 where the query is free.
     pub gap: f64,
+    /// Why nothing is proved, where that is so: `lower_bound` is 0 and the query is not free.
+    pub unproved: Option<Unproved>,
     /// A free configuration at distance `depth`.
     pub witness: Vec<f64>,
     /// What was asked for.
@@ -82,6 +84,26 @@ impl Answer {
     }
 }
 
+/// Why no lower bound above 0 is proved for a query that is not free.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Unproved {
+    /// What collides are surfaces: they enclose nothing, and might pass through each other.
+    Surfaces,
+    /// The bodies overlap by less than rounding, or than the convex sets inside them show.
+    Shallow,
+}
+
+impl Unproved {
+    /// As it is written.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Surfaces => "surfaces",
+            Self::Shallow => "shallow",
+        }
+    }
+}
+
 /// One of several ways out.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Exit {
@@ -117,6 +139,7 @@ pub fn free_answer(q: &Config, nv: usize, effort: Effort, clearance: f64) -> Ans
         depth: 0.0,
         lower_bound: 0.0,
         gap: 0.0,
+        unproved: None,
         witness: q.to_vec(),
         effort,
         checks: 1,

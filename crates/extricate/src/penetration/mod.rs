@@ -52,7 +52,7 @@ pub mod stream;
 mod tangents;
 pub mod world;
 
-pub use answer::{Answer, Exit, Way};
+pub use answer::{Answer, Exit, Unproved, Way};
 pub use batch::Answered;
 pub use changed::ChangedScene;
 pub use context::{Context, Learned, StartsPerDof};

@@ -1,14 +1,14 @@
 //! What is said about a witness once it is chosen.
 
 use super::QueryScratch;
-use super::answer::{Answer, Exit, TOUCHING, Way};
+use super::answer::{Answer, Exit, TOUCHING, Unproved, Way};
 use super::beyond_limits;
 use super::context::Context;
 use super::evaluate::Evaluator;
 use super::free_radius::free_radius;
 use super::options::QueryOptions;
 use super::search::Known;
-use crate::collision::{SegmentOptions, SegmentOutcome};
+use crate::collision::{CheckScratch, SegmentOptions, SegmentOutcome};
 use crate::metric::motion_bound::MotionPath;
 use crate::metric::quadratic::Quadratic;
 use crate::metric::{Anchor, MetricScratch};
@@ -50,6 +50,9 @@ pub fn report(context: &Context, options: &QueryOptions, scratch: &mut QueryScra
     let beyond = beyond_limits::lower_bound(context.metric.kind(), &context.checker.scene().space, &anchor.q);
     answer.lower_bound = bound.max(beyond).min(answer.depth);
     answer.gap = if answer.depth > 0.0 { 1.0 - answer.lower_bound / answer.depth } else { 0.0 };
+    if answer.lower_bound == 0.0 {
+        answer.unproved = Some(why_unproved(context, &anchor.q, &answer.colliding, &mut evaluator.check));
+    }
     gradient(context, anchor, memory, &mut evaluator.metric, answer);
     if options.exits > 1 {
         report_exits(context, known, evaluator, answer);
@@ -65,6 +68,12 @@ pub fn report(context: &Context, options: &QueryOptions, scratch: &mut QueryScra
         answer.way = Some(way(context, &known.anchor.q, evaluator, answer));
     }
     answer.checks = evaluator.checks;
+}
+
+fn why_unproved(context: &Context, q: &[f64], colliding: &[usize], check: &mut CheckScratch) -> Unproved {
+    let mut has_inside = false;
+    context.checker.inner_pairs(q, colliding, check, &mut |_| has_inside = true);
+    if has_inside { Unproved::Shallow } else { Unproved::Surfaces }
 }
 
 /// Where the witness stays the best, moving it changes the depth by nothing to first order: what is
@@ -138,7 +147,7 @@ fn way(context: &Context, q: &[f64], evaluator: &mut Evaluator, answer: &Answer)
 mod tests {
     use super::*;
     use crate::LearnOptions;
-    use crate::collision::{CheckScratch, ContactQuery, ContactSearch};
+    use crate::collision::{ContactQuery, ContactSearch};
     use crate::model::Model;
     use crate::model::measure::tests::colliding;
     use crate::scene::builtin;

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use extricate::cspace::sampling::Halton;
 use extricate::scene::{MetricSpec, builtin};
-use extricate::{Config, Effort, QueryBudget, QueryOptions, QueryScratch, Scene, World};
+use extricate::{Config, Effort, QueryBudget, QueryOptions, QueryScratch, Scene, Unproved, World};
 
 use crate::analytic::CLEARANCE;
 use crate::memory::{chain, collision, scene};
@@ -162,4 +162,27 @@ fn bounds_hold_and_only_get_better() {
     }
     println!("closed {closed:?}");
     assert!(closed[0] * 10 > closed[1], "{closed:?}");
+}
+
+/// Surfaces enclose nothing: the answer says that this is why nothing is proved, and says it of
+/// nothing else.
+#[test]
+fn what_is_not_proved_is_told_why() {
+    let block = collision([0.0; 3], [0.0; 3], "<box size=\"0.2 0.2 0.2\"/>");
+    let sheet = collision([0.0; 3], [0.0; 3], "<mesh filename=\"sheet.obj\"/>");
+    let obj = "v -0.1 -0.1 0\nv 0.1 -0.1 0\nv 0.1 0.1 0\nv -0.1 0.1 0\nf 1 2 3 4\n";
+    let wall = "v 0 -1 -1\nv 0 1 -1\nv 0 1 1\nv 0 -1 1\nf 1 2 3 4\n";
+    let toml = "[[robot]]\nurdf = \"r.urdf\"\n[[obstacle]]\nname = \"wall\"\nshape = { mesh = \"wall.obj\" }\n";
+    let solid = toml.replace("{ mesh = \"wall.obj\" }", "{ box = [0.1, 1, 1] }");
+    for (shape, toml, expected) in
+        [(&sheet, toml, Some(Unproved::Surfaces)), (&block, toml, None), (&block, &solid, None)]
+    {
+        let urdf = chain(&[("prismatic", [0.0; 3], [1.0, 0.0, 0.0], -1.0, 1.0, shape)]);
+        let files = [("r.urdf", urdf), ("sheet.obj", obj.into()), ("wall.obj", wall.into())];
+        let world = World::new(scene(toml, &files));
+        let q = world.scene().space.config(&[0.02]).unwrap();
+        let answer = world.query(&q, &QueryOptions::default(), &mut QueryScratch::default()).unwrap();
+        assert!(answer.depth > 0.05 && answer.unproved == expected, "{answer:?}");
+        assert_eq!(answer.unproved.is_some(), answer.lower_bound == 0.0);
+    }
 }

@@ -112,6 +112,7 @@ impl<W: Work> Run<W> {
             boundary_gap: (samples > 0).then_some(ground.gap),
             density: measured.density,
             excess: measured.excess,
+            gap: measured.gap,
             starts_per_dof: measured.starts,
             measuring_checks: looks + measured.checks,
             // A run that its owner stops stepping was interrupted too.
