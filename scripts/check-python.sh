@@ -1,7 +1,9 @@
 #!/usr/bin/env bash
-# Builds the Python wheel, installs it into an empty virtual environment, and runs there what the README prints, the tests,
-# the type checks and the recipes. Called by .ci/run; needs cargo, Python 3.9 or newer with pip, and a network.
+# Builds the Python wheel, installs it into an empty virtual environment, and runs there what README.md, the tutorials and the how-to
+# pages show, the tests, the type checks and the recipes. Called by .ci/run; needs cargo, Python 3.9 or newer with pip, and a network.
 #
+# EXTRICATE_PROGRAM names the program that runs the command lines of the tutorials (default: the one that the tests have built); they
+# are skipped where there is none.
 # EXTRICATE_PYTHON names the interpreter (default: python3). The wheel is built with the profile of the tests, so that little is
 # compiled twice; a released one is built with --release.
 set -euo pipefail
@@ -28,7 +30,10 @@ mkdir -p "$work/fetched"
 pip() { "$work/venv/bin/pip" --disable-pip-version-check --quiet "$@"; }
 pip install "$work"/wheels/extricate-*.whl
 # Nothing but the wheel and what it asks for is there yet.
-"$work/venv/bin/python" "$crate/tests/readme.py" README.md
+program=${EXTRICATE_PROGRAM:-${CARGO_TARGET_DIR:-target}/debug/extricate}
+[ -x "$program" ] || program=-
+"$python" scripts/check-doc-blocks.py --self-test
+"$python" scripts/check-doc-blocks.py "$program" "$work/venv/bin/python"
 
 pip install --find-links "$work/fetched" pytest mypy tqdm mujoco trimesh xacrodoc
 "$work/venv/bin/python" -m pytest --quiet "$crate/tests"

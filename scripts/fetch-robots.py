@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Fetches real robots (URDF, SRDF, meshes) for the worked example in README.md and for trials by hand.
+"""Fetches real robots (URDF, SRDF, meshes) for the worked example in docs/tutorials/your-robot.md and for trials by hand.
 
     python3 scripts/fetch-robots.py                      panda, ur, allegro hand
     python3 scripts/fetch-robots.py all                  everything (about 400 MB)

@@ -1,4 +1,4 @@
-"""Pushes a state of MuJoCo out of penetration, along the nearest way out."""
+"""Pushes a state of MuJoCo out of penetration, along the nearest exit."""
 
 import mujoco
 import numpy as np

@@ -16,7 +16,7 @@ def main():
     asked = model.in_world(held)
     answers = [asked.query(q) for q in Q]
     moved = np.median([answer.max_displacement for answer in answers])
-    print(f"the can alone collides in {len(Q)} of 2000 free configurations; median way out {100 * moved:.1f} cm")
+    print(f"the can alone collides in {len(Q)} of 2000 free configurations; median exit {100 * moved:.1f} cm")
     put_down = held.without(["can"])
     return empty, held, put_down, answers
 

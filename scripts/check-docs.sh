@@ -1,0 +1,34 @@
+#!/usr/bin/env bash
+# Builds the site, strictly, and checks what mkdocs does not: links of README.md, remote parts of pages, and the prose. Needs Python 3.9 or newer
+# with pip, and a network.
+#
+# EXTRICATE_PYTHON names the interpreter (default: python3).
+set -euo pipefail
+cd "$(dirname "$0")/.."
+python=${EXTRICATE_PYTHON:-python3}
+venv=target/docs-venv
+site=$(mktemp -d)
+trap 'rm -rf "$site"' EXIT
+
+if ! cmp -s docs/requirements.txt "$venv/installed"; then
+    rm -rf "$venv"
+    "$python" -m venv "$venv"
+    "$venv/bin/pip" install --quiet --disable-pip-version-check --requirement docs/requirements.txt
+    cp docs/requirements.txt "$venv/installed"
+fi
+
+NO_MKDOCS_2_WARNING=1 "$venv/bin/mkdocs" build --strict --quiet --site-dir "$site"
+"$python" scripts/check-links.py README.md crates/extricate-python/README.md ARCHITECTURE.md CHANGELOG.md
+
+# Readable offline: nothing that a page loads comes from elsewhere. (Links that people follow may lead anywhere.)
+if grep -rnoE --include='*.html' '<(script|img|iframe|link rel="(stylesheet|preconnect|icon)")[^>]* (src|href)="(https?:)?//[^"]*"' "$site"; then
+    echo "pages load something from elsewhere" >&2
+    exit 1
+fi
+if grep -rlE --include='*.html' 'class="(mermaid|arithmatex)' "$site"; then
+    echo "diagrams or formulas would load a script from elsewhere" >&2
+    exit 1
+fi
+
+"$python" scripts/check-prose.py --self-test
+"$python" scripts/check-prose.py

@@ -1,0 +1,48 @@
+"""What mkdocs does beyond its plugins: pages that stand outside docs/ are shown, and links to them lead there.
+
+ARCHITECTURE.md and CHANGELOG.md stay at the root of the repository, where people look for them. Links to other files outside
+docs/, such as sources and licences, become their paths as text: the site has no such pages.
+"""
+from __future__ import annotations
+
+import os
+import posixpath
+import re
+from pathlib import Path
+from typing import Any
+
+from mkdocs.structure.files import File
+
+ROOT = Path(__file__).resolve().parent.parent
+SHOWN = {"ARCHITECTURE.md": "internals/architecture.md", "CHANGELOG.md": "changelog.md"}
+LINK = re.compile(r"(?<!!)\[([^\]]*)\]\(([^)\s#]+)(#[^)\s]*)?\)")
+
+
+def on_files(files: Any, config: Any, **_: Any) -> Any:
+    for name, uri in SHOWN.items():
+        files.append(File.generated(config, uri, abs_src_path=str(ROOT / name)))
+    return files
+
+
+def on_page_markdown(markdown: str, page: Any, **_: Any) -> str:
+    uri = page.file.src_uri
+    place = next((name for name, shown in SHOWN.items() if shown == uri), f"docs/{uri}")
+
+    def lead(link: re.Match[str]) -> str:
+        text, target, anchor = link[1], link[2], link[3] or ""
+        if re.match(r"[a-z]+:", target):
+            return link[0]
+        path = posixpath.normpath(posixpath.join(posixpath.dirname(place), target))
+        if path in SHOWN:
+            return f"[{text}]({relative(SHOWN[path], uri)}{anchor})"
+        if path.startswith("docs/"):
+            return f"[{text}]({relative(path[len('docs/'):], uri)}{anchor})"
+        # What is not there stays a link, for which mkdocs warns.
+        return f"{text} (`{path}`)" if (ROOT / path).exists() and text.strip("`") != path else f"`{path}`" if (ROOT / path).exists() else link[0]
+
+    # Options of rustdoc are not languages to the highlighter.
+    return re.sub(r"^(\s*```rust),\S+", r"\1", LINK.sub(lead, markdown), flags=re.MULTILINE)
+
+
+def relative(target: str, uri: str) -> str:
+    return os.path.relpath(target, posixpath.dirname(uri) or ".").replace(os.sep, "/")
