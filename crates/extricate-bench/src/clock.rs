@@ -1,4 +1,5 @@
-//! Time spent on a processor, by this thread or by all of the program: what other programs do meanwhile is not in it.
+//! Time spent on a processor, by this thread or by all of the program: what other programs do
+//! meanwhile is not in it.
 
 use rustix::time::{ClockId, clock_gettime};
 

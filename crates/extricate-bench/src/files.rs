@@ -1,17 +1,18 @@
-//! The files that all sides of the benchmark share: meshes as OFF text, poses and configurations as numbers.
+//! The files that all sides of the benchmark share: meshes as OFF text, poses and configurations as
+//! numbers.
 
 use std::fmt::Write as _;
 use std::path::Path;
 
 use anyhow::{Context, Result, ensure};
-use extricate::math::{Mat3, Pose, Vec3};
-use extricate::robot::{TriangleMesh, mesh_file};
+use extricate::geometry::{Mat3, Pose, TriangleMesh, Vec3};
+use extricate::internals::robot::formats;
 
 /// Reads STL, OBJ, COLLADA, or OFF with triangles only.
 pub fn read_mesh(path: &str) -> Result<TriangleMesh> {
     let bytes = std::fs::read(path).with_context(|| path.to_string())?;
     if !path.ends_with(".off") {
-        return Ok(mesh_file::parse(path, &bytes)?);
+        return Ok(formats::parse(path, &bytes)?);
     }
     let text = String::from_utf8(bytes)?;
     let mut words = text.split_ascii_whitespace();
@@ -83,7 +84,7 @@ pub fn poses_of(numbers: &[f64]) -> Vec<Pose> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::meshes;
+    use crate::exact::meshes;
 
     #[test]
     fn what_is_written_is_read() {

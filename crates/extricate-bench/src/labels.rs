@@ -4,9 +4,9 @@ use std::hint::black_box;
 use std::time::Instant;
 
 use anyhow::{Result, bail};
-use extricate::collision::{ContactQuery, ContactSearch};
-use extricate::cspace::sampling;
-use extricate::kinematics::{Twists, forward};
+use extricate::internals::collision::{ContactQuery, ContactSearch};
+use extricate::internals::cspace::sampling;
+use extricate::internals::kinematics::{Twists, forward};
 use extricate::{CheckScratch, Checker, Label, Scene};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
@@ -35,7 +35,8 @@ impl Robot {
         json!({ "nq": scene.space.nq(), "bodies": scene.bodies.len(), "pairs": scene.pairs.len(), "joints": names })
     }
 
-    /// Uniform configurations, or both ends of segments between opposite labels, halved down to 1/1000 rad.
+    /// Uniform configurations, or both ends of segments between opposite labels, halved down to
+    /// 1/1000 rad.
     pub fn configs(&self, kind: &str, count: usize, seed: u64) -> Result<Vec<f64>> {
         let space = &self.checker.scene().space;
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
@@ -118,10 +119,11 @@ impl Robot {
         Ok(json!({ "seconds": seconds, "count": count, "hits": colliding }))
     }
 
-    /// Times what a step of refinement needs: the contacts nearer than `margin` \[m\], and the gradient of each distance.
+    /// Times what a step of refinement needs: the contacts nearer than `margin` \[m\], and the
+    /// gradient of each distance.
     pub fn contacts(&self, configs: &[f64], margin: f64, search: &str) -> Result<Value> {
         let search = match search {
-            "coarse" => ContactSearch::Coarse,
+            "coarse" => ContactSearch::Proposal,
             "exact" => ContactSearch::Exact,
             _ => bail!("got `{search}`, expected coarse or exact"),
         };

@@ -15,28 +15,21 @@
 //!
 //! `bench/collision.py` runs the first two beside the peers, the scripts beside it the others.
 
-mod batches;
 mod bounds;
-mod brute;
 mod clock;
 mod drawn;
 mod exact;
 mod files;
 mod labels;
-mod meshes;
-mod moved;
-mod poses;
 mod queries;
 mod robots;
 mod scenery;
 mod server;
-mod streams;
-mod uniform;
 
 use std::path::Path;
 use std::process::ExitCode;
 
-use crate::streams::Walk;
+use crate::queries::streams::Walk;
 
 fn main() -> anyhow::Result<ExitCode> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
@@ -53,14 +46,14 @@ fn main() -> anyhow::Result<ExitCode> {
         }
         ["batch", model, queries, effort] => {
             let (input, output) = (std::io::stdin().lock(), std::io::stdout().lock());
-            batches::serve(model, queries, effort, input, output).map(|()| ExitCode::SUCCESS)
+            crate::queries::batches::serve(model, queries, effort, input, output).map(|()| ExitCode::SUCCESS)
         }
         ["stream", model, queries, steps, frames, rounds] => {
             let walk = Walk { steps: steps.parse()?, frames: frames.parse()?, rounds: rounds.parse()? };
-            streams::compare(model, queries, walk, std::io::stdout().lock()).map(|()| ExitCode::SUCCESS)
+            crate::queries::streams::compare(model, queries, walk, std::io::stdout().lock()).map(|()| ExitCode::SUCCESS)
         }
         ["moved", scene, count] => {
-            moved::measure(scene, count.parse()?, std::io::stdout().lock()).map(|()| ExitCode::SUCCESS)
+            crate::queries::moved::measure(scene, count.parse()?, std::io::stdout().lock()).map(|()| ExitCode::SUCCESS)
         }
         ["scenery", kind, count, links] => {
             scenery::measure(kind, count.parse()?, links, std::io::stdout().lock()).map(|()| ExitCode::SUCCESS)
@@ -70,7 +63,7 @@ fn main() -> anyhow::Result<ExitCode> {
             Ok(if holds { ExitCode::SUCCESS } else { ExitCode::from(1) })
         }
         ["uniform", scene, labels, seed, model] => {
-            uniform::learn(scene, labels, seed, model).map(|()| ExitCode::SUCCESS)
+            crate::queries::uniform::learn(scene, labels, seed, model).map(|()| ExitCode::SUCCESS)
         }
         ["draw", folder, seed] => draw(folder, seed, None),
         ["draw", folder, seed, "--robots", robots] => draw(folder, seed, Some(Path::new(robots))),

@@ -5,21 +5,23 @@ use std::io::{Error as IoError, ErrorKind};
 use std::path::Path;
 
 use anyhow::Result;
-use extricate::scene::assemble::assemble;
+use extricate::internals::scene::assemble::assemble;
 use extricate::{Error, Scene};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-use crate::poses::direction;
-use crate::{files, meshes};
+use crate::exact::meshes;
+use crate::exact::poses::direction;
+use crate::files;
 
 /// Length of the whole chain \[m\].
 const LENGTH: f64 = 1.5;
 
-/// A chain of `links` meshes of 512 triangles with a revolute joint each, among `obstacles` boxes around it.
+/// A chain of `links` meshes of 512 triangles with a revolute joint each, among `obstacles` boxes
+/// around it.
 ///
-/// The chain keeps its length and the boxes together their surface, so that the share of configurations that collide changes
-/// little with either number.
+/// The chain keeps its length and the boxes together their surface, so that the share of
+/// configurations that collide changes little with either number.
 pub fn chain(links: usize, obstacles: usize) -> Result<Scene> {
     let length = LENGTH / links as f64;
     let link = files::stl(&meshes::bumpy(3, 0.0).scaled([0.2 * length, 0.2 * length, 0.5 * length]));

@@ -7,13 +7,11 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use anyhow::{Context, Result, bail};
-use extricate::cspace::sampling::Halton;
-use extricate::math::Vec3;
-use extricate::robot::{Geometry, PointCloud, Voxels};
-use extricate::scene::assemble::assemble_entries;
-use extricate::scene::builtin;
-use extricate::scene::file::{self, GeometryKind, ObstacleEntry, ShapeEntry};
-use extricate::{CheckScratch, Config, Error, Label, QueryOptions, QueryScratch, Scene, World};
+use extricate::geometry::{Geometry, PointCloud, Vec3, Voxels};
+use extricate::internals::cspace::sampling::Halton;
+use extricate::internals::scene::assemble::assemble_entries;
+use extricate::internals::scene::file::{self, GeometryKind, ObstacleEntry, ShapeEntry};
+use extricate::{CheckScratch, Config, Error, Label, QueryOptions, QueryScratch, Scene, World, builtin};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use serde_json::json;
@@ -156,7 +154,7 @@ fn queries(world: &World) -> Result<Vec<[f64; 4]>> {
     let (options, mut scratch) = (QueryOptions::default(), QueryScratch::default());
     let mut ask = |q: &Config| {
         let started = ThreadTime::now();
-        let answer = world.query(q, &options, &mut scratch).context("nothing free was found")?;
+        let answer = world.view().query_with(q, &options, &mut scratch).context("nothing free was found")?;
         Ok([started.elapsed(), answer.checks as f64, answer.depth, answer.lower_bound / answer.depth])
     };
     configs.iter().take(20).try_for_each(|q| ask(q).map(|_: [f64; 4]| ()))?;

@@ -1,5 +1,6 @@
-//! Commands from a script, answers as JSON lines: what is timed runs in this process, and the script takes turns between it
-//! and the peers, so that all of them see the same state of the machine. Words are parted by spaces; names and paths hold none.
+//! Commands from a script, answers as JSON lines: what is timed runs in this process, and the
+//! script takes turns between it and the peers, so that all of them see the same state of the
+//! machine. Words are parted by spaces; names and paths hold none.
 //!
 //! | command | does |
 //! |---|---|
@@ -17,16 +18,16 @@ use std::hint::black_box;
 use std::io::{BufRead, Write};
 
 use anyhow::{Context, Result, bail, ensure};
-use extricate::collision::PairScratch;
+use extricate::internals::collision::PairScratch;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use serde_json::{Value, json};
 
 use crate::clock::ThreadTime;
-use crate::files;
+use crate::exact::poses::{Body, half_colliding, near_contact};
+use crate::exact::{self, brute, meshes};
 use crate::labels::Robot;
-use crate::poses::{Body, half_colliding, near_contact};
-use crate::{brute, exact, meshes, robots};
+use crate::{files, robots};
 
 #[derive(Default)]
 struct Loaded {
@@ -85,7 +86,7 @@ fn answer(words: &[&str], loaded: &mut Loaded) -> Result<Value> {
                     "near": exact::expected(&truth, limit, exact::TOLERANCE) })
         }
         ["scene", name, path] => {
-            let scene = extricate::store::load_scene(path.as_ref())?;
+            let scene = extricate::internals::io::load_scene(path)?;
             loaded.add_robot(name, Robot::new(scene))
         }
         ["chain", name, links, obstacles] => {
@@ -125,15 +126,16 @@ impl Loaded {
     }
 }
 
-/// Welding and sorting into components happen once a file; the tree is what a scene adds for checks.
+/// Welding and sorting into components happen once a file; the tree is what a scene adds for
+/// checks.
 fn load(name: &str, path: &str, loaded: &mut Loaded) -> Result<Value> {
     let start = ThreadTime::now();
     let mesh = files::read_mesh(path)?;
     let read = start.elapsed();
     ensure!(!mesh.triangles.is_empty(), "{path}: got a mesh without triangles");
-    let geometry = extricate::robot::Geometry::Mesh(mesh.clone().into());
+    let geometry = extricate::geometry::Geometry::Mesh(mesh.clone().into());
     let (before, start) = (resident(), ThreadTime::now());
-    let shape = black_box(extricate::collision::PreparedShape::new(&geometry));
+    let shape = black_box(extricate::internals::collision::PreparedShape::new(&geometry));
     let (build, bytes) = (start.elapsed(), resident() - before);
     drop(shape);
     let (triangles, closed) = (mesh.triangles.len(), mesh.is_closed());

@@ -6,15 +6,15 @@ use std::path::PathBuf;
 use clap::builder::styling::Styles;
 use clap::error::ErrorKind;
 use clap::{Args, CommandFactory, Parser, Subcommand, ValueEnum};
-use extricate::penetration::options::MOST_WAYS_OUT;
+use extricate::internals::query::options::MAX_EXITS;
 
 use crate::commands::{adapt, check, demo, import, info, learn, query, sample};
 use crate::input::Configs;
 
 /// The globally nearest collision-free configuration of an articulated robot, verified and bounded.
 ///
-/// Configurations are lists of coordinates in the order that `extricate info SCENE` prints; angles in rad, lengths in m,
-/// rotations as unit quaternions x, y, z, w.
+/// Configurations are lists of coordinates in the order that `extricate info SCENE` prints; angles
+/// in rad, lengths in m, rotations as unit quaternions x, y, z, w.
 #[derive(Parser)]
 #[command(name = "extricate", version, arg_required_else_help = true, styles = Styles::plain())]
 #[command(after_help = "Exit status: 0 done, 1 the operation failed, 2 the command line makes no sense.")]
@@ -167,11 +167,11 @@ pub fn seed(text: &str) -> Result<u64, String> {
     text.parse().map_err(|_| format!("expected a whole number from 0 to {}", u64::MAX))
 }
 
-/// A number of ways out.
+/// A number of exits.
 pub fn exits(text: &str) -> Result<usize, String> {
     match text.parse::<usize>() {
-        Ok(value) if (1..=MOST_WAYS_OUT).contains(&value) => Ok(value),
-        _ => Err(format!("expected a whole number from 1 to {MOST_WAYS_OUT}")),
+        Ok(value) if (1..=MAX_EXITS).contains(&value) => Ok(value),
+        _ => Err(format!("expected a whole number from 1 to {MAX_EXITS}")),
     }
 }
 
@@ -211,9 +211,9 @@ mod tests {
             "learn scene.toml -o m.model --target-excess 0.05 --target-disagreement 0.03",
             "adapt m.model new.toml -o m2.model --labels 1000 --seconds 5 --seed 2 --threads 2",
             "query m.model --input q.jsonl --effort exhaustive --json",
-            "query m.model --input q.jsonl --exits 3 --starts 4 --max-checks 0 --max-seconds 1e-4 --way --threads 0",
+            "query m.model --input q.jsonl --exits 3 --starts 4 --max-checks 0 --max-seconds 1e-4 --segment --threads 0",
             "query m.model --input q.jsonl --effort nearest --exits 1",
-            "query m.model --input q.jsonl --stream --hysteresis 0.1 --looks 0",
+            "query m.model --input q.jsonl --stream --hysteresis 0.1 --starts-per-frame 0",
             "query m.model --input q.jsonl --scene moved.toml",
             "query m.model --input q.jsonl --world world.toml --clearance 0.01 --locked a,b --free-radius",
             "query s.toml --q 1,2 --free a --weights a=4,b=0.5 --toward 0,0 --toward-share 0.5",
@@ -263,9 +263,9 @@ mod tests {
             "query m.model --input q --effort nearest --exits 2",
             "query m.model --input q --effort nearest --starts 2",
             "query m.model --input q --stream --hysteresis 1",
-            "query m.model --input q --stream --looks -1",
-            "query m.model --input q --stream --looks many",
-            "query m.model --input q --looks 2",
+            "query m.model --input q --stream --starts-per-frame -1",
+            "query m.model --input q --stream --starts-per-frame many",
+            "query m.model --input q --starts-per-frame 2",
             "query m.model --input q --toward 0,0 --gap 0.1",
             "query m.model --input q --toward 0,0 --effort proved",
             "query m.model --input q --exits 2 --gap 0.1",

@@ -1,4 +1,5 @@
-//! Ctrl-C while learning: the first asks the learner to stop, the second ends the process. While a file is written, none does.
+//! Ctrl-C while learning: the first asks the learner to stop, the second ends the process. While a
+//! file is written, none does.
 
 use std::sync::Once;
 use std::sync::atomic::{AtomicU8, Ordering};
@@ -13,7 +14,8 @@ const EXIT_INTERRUPTED: i32 = 130;
 static STATE: AtomicU8 = AtomicU8::new(IDLE);
 static INSTALL: Once = Once::new();
 
-/// While this lives, the first Ctrl-C only sets [`StopOnInterrupt::asked`]; outside of it Ctrl-C ends the process.
+/// While this lives, the first Ctrl-C only sets [`StopOnInterrupt::asked`]; outside of it Ctrl-C
+/// ends the process.
 pub struct StopOnInterrupt(());
 
 impl StopOnInterrupt {

@@ -1,4 +1,5 @@
-//! The `extricate` command: arguments in, reports out. All that is computed is computed by the library.
+//! The `extricate` command: arguments in, reports out. All that is computed is computed by the
+//! library.
 #![deny(clippy::print_stdout, clippy::print_stderr)]
 
 mod args;

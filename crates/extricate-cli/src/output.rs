@@ -15,7 +15,8 @@ pub struct Output {
 }
 
 impl Output {
-    /// Buffers; with `flush_lines` each line leaves at once, for a program that waits for it at the other end of a pipe.
+    /// Buffers; with `flush_lines` each line leaves at once, for a program that waits for it at the
+    /// other end of a pipe.
     pub fn new(flush_lines: bool) -> Self {
         Self { writer: BufWriter::new(io::stdout().lock()), flush_lines }
     }

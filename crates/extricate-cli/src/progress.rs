@@ -1,4 +1,5 @@
-//! Progress of a long job on standard error: a bar on a terminal, a plain line now and then elsewhere.
+//! Progress of a long job on standard error: a bar on a terminal, a plain line now and then
+//! elsewhere.
 
 use std::collections::VecDeque;
 use std::io::IsTerminal;
@@ -56,7 +57,8 @@ impl Progress {
         progress
     }
 
-    /// Tells how far the job is: `fraction` in `[0, 1]` where it is known, and in words. Cheap when nothing is due.
+    /// Tells how far the job is: `fraction` in `[0, 1]` where it is known, and in words. Cheap when
+    /// nothing is due.
     pub fn update(&mut self, fraction: Option<f64>, message: impl FnOnce() -> String) {
         let now = Instant::now();
         if now < self.next {
@@ -103,7 +105,8 @@ impl Estimate {
     /// Seconds left where `fraction` is done at `now` \[s\]; `None` where too little was seen.
     fn left(&mut self, now: f64, fraction: f64) -> Option<f64> {
         self.seen.push_back((now, fraction));
-        // Stages differ in speed, so what was long ago says little; but the window grows with the job.
+        // Stages differ in speed, so what was long ago says little; but the window grows with the
+        // job.
         let window = f64::max(WINDOW, now / 4.0);
         while self.seen.get(1).is_some_and(|(then, _)| now - then >= window) {
             self.seen.pop_front();
@@ -123,7 +126,8 @@ fn whole_duration(seconds: f64) -> String {
     }
 }
 
-/// Does `work`, which cannot say how far it is; where it takes long, `what` and the seconds so far are told now and then.
+/// Does `work`, which cannot say how far it is; where it takes long, `what` and the seconds so far
+/// are told now and then.
 pub fn busy<T>(what: &str, work: impl FnOnce() -> T) -> T {
     let started = Instant::now();
     let (done, until_done) = mpsc::channel::<()>();

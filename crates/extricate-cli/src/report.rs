@@ -1,7 +1,6 @@
 //! Numbers as people read them, and tables of them.
 
-use extricate::Scene;
-use extricate::scene::MetricSpec;
+use extricate::{MetricKind, PairId, Scene};
 
 /// The `share` quantile of `values` (which it sorts), linear between neighbours; `NaN` of nothing.
 pub fn quantile(values: &mut [f64], share: f64) -> f64 {
@@ -44,9 +43,10 @@ pub fn count(n: usize) -> String {
     out
 }
 
-/// What distances of the scene's metric are measured in (the joint metric adds what its joints are measured in).
+/// What distances of the scene's metric are measured in (the joint metric adds what its joints are
+/// measured in).
 pub fn metric_unit(scene: &Scene) -> &'static str {
-    if scene.metric != MetricSpec::Joint {
+    if scene.metric != MetricKind::Joint {
         return "m";
     }
     let turns = scene.joints.iter().any(|j| j.kind != "prismatic");
@@ -59,7 +59,7 @@ pub fn metric_unit(scene: &Scene) -> &'static str {
 }
 
 /// Names of pairs, as two bodies each.
-pub fn pair_names<'a>(scene: &'a Scene, pairs: &[usize]) -> Vec<[&'a str; 2]> {
+pub fn pair_names<'a>(scene: &'a Scene, pairs: &[PairId]) -> Vec<[&'a str; 2]> {
     pairs.iter().map(|&pair| scene.pair_names(pair)).collect()
 }
 

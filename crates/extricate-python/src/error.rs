@@ -10,8 +10,8 @@ use pyo3::exceptions::{PyOSError, PyRuntimeError, PyTypeError, PyUserWarning, Py
 use pyo3::prelude::*;
 use pyo3::types::PyInt;
 
-/// The exception for `error`: `OSError` (`FileNotFoundError`, ...) for files, `RuntimeError` where learning found nothing free in time,
-/// otherwise `ValueError`.
+/// The exception for `error`: `OSError` (`FileNotFoundError`, ...) for files, `RuntimeError` where
+/// learning found nothing free in time, otherwise `ValueError`.
 pub fn exception(error: Error) -> PyErr {
     let message = error.to_string();
     match error {
@@ -65,7 +65,7 @@ impl<'py> FromPyObject<'_, 'py> for Whole {
             // Beyond these, floats are whole whatever was meant.
             Ok(x) if x.fract() == 0.0 && x.abs() < 9e15 => Self::Number(x as i64),
             Ok(x) => Self::Fraction(x),
-            Err(_) => Self::Other(crate::parts::kind(&value)),
+            Err(_) => Self::Other(crate::entries::kind(&value)),
         })
     }
 }

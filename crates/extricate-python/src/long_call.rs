@@ -1,4 +1,5 @@
-//! Work that takes long: without the interpreter lock, on its own threads or the calling one, ended by Ctrl-C.
+//! Work that takes long: without the interpreter lock, on its own threads or the calling one, ended
+//! by Ctrl-C.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{self, RecvTimeoutError};
@@ -11,8 +12,8 @@ use pyo3::exceptions::PyOSError;
 use pyo3::prelude::*;
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
-/// How often the calling thread looks for signals and news: often enough that a bar moves smoothly and Ctrl-C seems to work
-/// at once.
+/// How often the calling thread looks for signals and news: often enough that a bar moves smoothly
+/// and Ctrl-C seems to work at once.
 const PERIOD: Duration = Duration::from_millis(50);
 
 /// What the work and the calling thread tell each other.
@@ -43,10 +44,12 @@ impl<News> Line<News> {
     }
 }
 
-/// Runs `work` on a new thread without the interpreter lock; the calling thread passes news to `hear` and looks for signals.
+/// Runs `work` on a new thread without the interpreter lock; the calling thread passes news to
+/// `hear` and looks for signals.
 ///
 /// # Errors
-/// The exception of a signal handler (`KeyboardInterrupt`) or of `hear`, once the work has ended; it is asked to.
+/// The exception of a signal handler (`KeyboardInterrupt`) or of `hear`, once the work has ended;
+/// it is asked to.
 pub fn run<T: Send, News: Send>(
     py: Python<'_>,
     hear: impl Fn(Python<'_>, News) -> PyResult<()> + Sync,
@@ -88,8 +91,8 @@ pub fn run<T: Send, News: Send>(
     })
 }
 
-/// Looks for signals on behalf of queries on the calling thread, which ask it before each step: starting a thread, as [`run`] does, takes
-/// longer than most queries.
+/// Looks for signals on behalf of queries on the calling thread, which ask it before each step:
+/// starting a thread, as [`run`] does, takes longer than most queries.
 #[derive(Clone)]
 pub struct Watch(Arc<Mutex<Watched>>);
 
@@ -144,7 +147,8 @@ impl Watch {
 
 const UNPOISONED: &str = "never poisoned: nothing panics while it is held";
 
-/// A pool of `threads` threads, 0 for one per core. Every call has its own: a global one would not survive `fork`.
+/// A pool of `threads` threads, 0 for one per core. Every call has its own: a global one would not
+/// survive `fork`.
 ///
 /// # Errors
 /// `OSError` where the system starts no such number of threads.

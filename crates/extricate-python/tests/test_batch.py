@@ -1,4 +1,4 @@
-"""What batches tell beside the nearest way out: several, the straight way, pairs."""
+"""What batches tell beside the nearest exit: several, the straight segment, pairs."""
 
 import numpy as np
 import pytest
@@ -12,10 +12,10 @@ PLAIN = ("depth", "lower_bound", "gap", "max_displacement", "clearance", "covera
 def test_nothing_has_a_field_that_was_not_asked_for(model: Model, planar: Scene) -> None:
     Q = planar.sample(10, seed=2)
     assert model.query_batch(Q).dtype.names == PLAIN
-    assert model.query_batch(Q, exits=1, way=False, contacts=False).dtype == model.query_batch(Q).dtype
+    assert model.query_batch(Q, exits=1, segment=False, contacts=False).dtype == model.query_batch(Q).dtype
     asked = {
         "exits": ["exit_count", "exit_depths", "exit_witnesses"],
-        "way": ["way"],
+        "segment": ["segment"],
         "contacts": ["colliding", "touching"],
     }
     for option, fields in asked.items():
@@ -28,14 +28,14 @@ def test_a_batch_tells_the_exits_ways_and_pairs_of_single_queries(model: Model, 
     asked = {"model": model, "elsewhere": model.in_scene(planar), "scene": planar}[what]
     Q = planar.sample(120, seed=9)
     k, pairs = 3, planar.pairs
-    batch = asked.query_batch(Q, exits=k, way=True, contacts=True, threads=2)
+    batch = asked.query_batch(Q, exits=k, segment=True, contacts=True, threads=2)
     assert batch["exit_depths"].shape == (120, k) and batch["exit_witnesses"].shape == (120, k, planar.nq)
-    assert batch["exit_count"].dtype == np.int64 and batch["way"].shape == (120, 2)
+    assert batch["exit_count"].dtype == np.int64 and batch["segment"].shape == (120, 2)
     assert batch["colliding"].shape == batch["touching"].shape == (120, len(pairs))
     assert batch["exit_touching"].shape == (120, k, len(pairs)) and batch["touching"].dtype == bool
     several = 0
     for q, row in zip(Q, batch):
-        one = asked.query(q, exits=k, way=True)
+        one = asked.query(q, exits=k, segment=True)
         assert one is not None
         count = row["exit_count"]
         assert count == len(one.exits) and (count == 0) == row["free"]
@@ -48,7 +48,7 @@ def test_a_batch_tells_the_exits_ways_and_pairs_of_single_queries(model: Model, 
         assert not row["exit_touching"][count:].any()
         assert [pairs[at] for at in np.flatnonzero(row["colliding"])] == one.colliding
         assert [pairs[at] for at in np.flatnonzero(row["touching"])] == one.touching
-        np.testing.assert_array_equal(row["way"], one.way or [np.nan, np.nan])
+        np.testing.assert_array_equal(row["segment"], one.segment or [np.nan, np.nan])
         for field in ["depth", "lower_bound", "max_displacement", "checks", "verified", "free", "unique"]:
             assert row[field] == getattr(one, field), field
         np.testing.assert_array_equal(row["witness"], one.witness)
@@ -72,9 +72,9 @@ def test_nearest_samples_come_with_their_pairs(model: Model, planar: Scene) -> N
 def test_where_nothing_is_free_there_are_no_exits(model: Model, planar: Scene) -> None:
     urdf = Scene.builtin_files("planar-arm")["robot/arm.urdf"].decode()
     buried = model.in_scene(Scene(urdf, [extricate.Sphere(0.1, [0.5, 0, 0])], clearance=50.0))
-    rows = buried.query_batch(np.zeros((2, 3)), exits=2, way=True, contacts=True)
+    rows = buried.query_batch(np.zeros((2, 3)), exits=2, segment=True, contacts=True)
     assert (rows["exit_count"] == 0).all() and np.isnan(rows["exit_depths"]).all() and np.isnan(rows["exit_witnesses"]).all()
-    assert np.isnan(rows["way"]).all() and not rows["colliding"].any() and not rows["touching"].any()
+    assert np.isnan(rows["segment"]).all() and not rows["colliding"].any() and not rows["touching"].any()
     assert (rows["depth"] == np.inf).all() and not rows["free"].any()
 
 

@@ -43,8 +43,8 @@ def test_answers_hold_in_the_changed_scene(before: Model, after: Scene, changed:
     for q, row in zip(Q[:20], batch):
         one = changed.query(q)
         assert one is not None and one.depth == row["depth"] and one.colliding == after.colliding_pairs(q)
-    several = changed.query(Q[0], exits=3, way=True, starts=4, checks=10_000)
-    assert several is not None and several.exits and several.way
+    several = changed.query(Q[0], exits=3, segment=True, starts=4, max_checks=10_000)
+    assert several is not None and several.exits and several.segment
     assert changed.scene.pairs == after.pairs and changed.model is before and "ChangedScene of" in repr(changed)
     again = pickle.loads(pickle.dumps(changed))
     np.testing.assert_array_equal(again.query_batch(Q)["witness"], batch["witness"])

@@ -51,13 +51,13 @@ def test_a_batch_says_what_single_queries_say(model: Model, planar: Scene, effor
 
 def test_exits_contacts_and_the_way_are_told(model: Model, planar: Scene) -> None:
     for q in planar.sample(20, seed=9, colliding=True):
-        answer = model.query(q, exits=3, way=True)
+        answer = model.query(q, exits=3, segment=True)
         assert 1 <= len(answer.exits) <= 3
         np.testing.assert_array_equal(answer.exits[0].witness, answer.witness)
         depths = [found.depth for found in answer.exits]
         assert depths == sorted(depths) and depths[0] == answer.depth
         assert all(planar.check(found.witness) for found in answer.exits)
-        assert answer.way is not None and 0 <= answer.way[0] <= answer.way[1] <= 1
+        assert answer.segment is not None and 0 <= answer.segment[0] <= answer.segment[1] <= 1
         assert {contact.pair for contact in answer.contacts} == set(answer.touching)
         for contact in answer.contacts:
             assert contact.points.shape == (2, 3) and np.linalg.norm(contact.normal) == pytest.approx(1)
@@ -68,8 +68,8 @@ def test_exits_contacts_and_the_way_are_told(model: Model, planar: Scene) -> Non
         np.testing.assert_allclose(answer.gradient, -turned / answer.depth, atol=1e-6)
         fewer = model.query(q, starts=1)
         assert planar.check(fewer.witness) and fewer.checks < model.query(q).checks and fewer.verified
-        less = model.query(q, checks=20)
-        assert less.depth >= model.query(q).depth and less.verified and not less.exits and less.way is None
+        less = model.query(q, max_checks=20)
+        assert less.depth >= model.query(q).depth and less.verified and not less.exits and less.segment is None
 
 
 def test_a_stream_follows(model: Model, planar: Scene) -> None:
@@ -80,8 +80,8 @@ def test_a_stream_follows(model: Model, planar: Scene) -> None:
         answer = stream.query(q)
         assert planar.check(answer.witness) and answer.lower_bound <= answer.depth
         assert answer.depth <= 1.5 * model.query(q).depth + 1e-6
-    short = model.stream(checks=5, starts=2, way=True).query(start)
-    assert planar.check(short.witness) and short.depth >= model.query(start).depth and short.way is not None
+    short = model.stream(max_checks=5, starts=2, segment=True).query(start)
+    assert planar.check(short.witness) and short.depth >= model.query(start).depth and short.segment is not None
     stream.restart()
     assert stream.query(start).depth == model.stream().query(start).depth
     elsewhere = model.in_scene(planar)
@@ -278,7 +278,7 @@ def test_an_interrupt_ends_a_long_call(name: str, planar: Scene, model: Model) -
 # One query of an arm of meshes, from thousands of samples; it ends itself should nothing else do. The shortest, a frame of a stream, takes a quarter of a second
 # on a fast machine.
 SOON = 0.02
-ENDLESS = {"effort": "exhaustive", "starts": 10**6, "seconds": 60}
+ENDLESS = {"effort": "exhaustive", "starts": 10**6, "max_seconds": 60}
 
 
 @pytest.fixture(scope="module")
@@ -287,7 +287,7 @@ def of_meshes(arm: Scene) -> Model:
 
 
 ONE = {
-    "query": lambda model, q: model.query(q, exits=9, way=True, **ENDLESS),
+    "query": lambda model, q: model.query(q, exits=9, segment=True, **ENDLESS),
     "query in another scene": lambda model, q: model.in_scene(model.scene).query(q, **ENDLESS),
     "query_batch": lambda model, q: model.query_batch([q, q], **ENDLESS),
     "a frame of a stream": lambda model, q: model.stream(**ENDLESS).query(q),
@@ -308,7 +308,7 @@ def test_an_interrupt_ends_one_query(name: str, of_meshes: Model) -> None:
 
 @pytest.mark.skipif(os.name == "nt", reason="needs POSIX signals")
 def test_signal_handlers_run_during_a_query_and_may_ask(of_meshes: Model) -> None:
-    model, long = of_meshes, {**ENDLESS, "seconds": 1.0}
+    model, long = of_meshes, {**ENDLESS, "max_seconds": 1.0}
     q = model.scene.sample(1, seed=1, colliding=True)[0]
     stream = model.stream(**long)
     heard, refused = [], []
@@ -361,13 +361,13 @@ def test_wrong_questions_are_told_what_was_expected(model: Model, planar: Scene)
         (lambda: model.query([0, 0, 0], effort="best"), 'effort: got "best", expected "nearest", "refined"'),
         (lambda: model.query([0, 0, 0], exits=0), "exits: got 0, expected 1 to 100000"),
         (lambda: model.query([0, 0, 0], exits=2, effort="nearest"), 'exits: got 2 with effort "nearest"'),
-        (lambda: model.query([0, 0, 0], checks=-1), "checks: got -1, expected at least 0"),
+        (lambda: model.query([0, 0, 0], max_checks=-1), "max_checks: got -1, expected at least 0"),
         (lambda: model.query([0, 0, 0], starts=0), "starts: got 0, expected at least 1"),
         (lambda: model.query([0, 0, 0], starts=4, effort="nearest"), 'starts: got 4 with effort "nearest", expected None'),
         (lambda: model.query_batch(np.zeros((1, 3)), starts=4, effort="nearest"), 'starts: got 4 with effort "nearest"'),
         (lambda: model.in_scene(model.scene).query([0, 0, 0], starts=4, effort="nearest"), 'starts: got 4 with effort "nearest"'),
         (lambda: model.stream(starts=4, effort="nearest"), 'starts: got 4 with effort "nearest"'),
-        (lambda: model.query([0, 0, 0], seconds=float("nan")), "seconds: got NaN, expected more than 0"),
+        (lambda: model.query([0, 0, 0], max_seconds=float("nan")), "max_seconds: got NaN, expected more than 0"),
         (lambda: model.stream(hysteresis=1), "hysteresis: got 1, expected at least 0, below 1"),
         (lambda: model.stream().query([0, 0]), r"q: got shape \(2,\)"),
         (lambda: model.query_batch(np.zeros((3, 2))), r"Q: got shape \(3, 2\)"),

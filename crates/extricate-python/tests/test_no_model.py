@@ -31,7 +31,7 @@ def test_every_effort_verifies_its_witness(planar: Scene) -> None:
         assert answer is not None and answer.verified and planar.check(answer.witness)
         depths.append(answer.depth)
     assert depths == sorted(depths, reverse=True)
-    few = planar.query(q, checks=1)
+    few = planar.query(q, max_checks=1)
     assert few is not None and few.verified and few.depth >= depths[1]
 
 
@@ -99,3 +99,20 @@ def test_wrong_input_is_told_what_was_expected(model: Model, planar: Scene) -> N
     ]:
         with pytest.raises(ValueError, match=message):
             call()
+
+
+def test_options_are_the_keywords_as_one_object(planar):
+    q = planar.sample(1, seed=3, colliding=True)[0]
+    options = extricate.QueryOptions(exits=2, segment=True, max_checks=500)
+    by_object, by_keywords = planar.query(q, options=options), planar.query(q, exits=2, segment=True, max_checks=500)
+    assert by_object.depth == by_keywords.depth and by_object.segment == by_keywords.segment
+    assert len(by_object.exits) == len(by_keywords.exits)
+    assert not planar.query(q, options=options, exits=1).exits, "a keyword counts more"
+    assert planar.query_batch([q], options=options).dtype == planar.query_batch([q], exits=2, segment=True).dtype
+    assert planar.stream(options=extricate.QueryOptions(segment=True)).query(q).segment is not None
+    with pytest.raises(ValueError, match="exits: got|options: got exits"):
+        planar.stream(options=options)
+    with pytest.raises(TypeError, match="options: got dict, expected extricate.QueryOptions"):
+        planar.query(q, options={"exits": 2})
+    with pytest.raises(ValueError, match="max_checks: got -1"):
+        planar.query(q, options=extricate.QueryOptions(max_checks=-1))

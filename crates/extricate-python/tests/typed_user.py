@@ -25,14 +25,14 @@ def first_exits(scene: extricate.Scene, labels: int, folder: pathlib.Path) -> np
     batch = again.query_batch([list(q), list(q)], threads=2)
     depths: npt.NDArray[np.float64] = batch["depth"]
     free: npt.NDArray[np.bool_] = scene.check(batch["witness"])
-    several = again.query_batch([q], exits=3, way=True, contacts=True)
+    several = again.query_batch([q], exits=3, segment=True, contacts=True)
     found: npt.NDArray[np.int64] = several["exit_count"]
     assert free.all() and (depths > 0).all() and 1 <= found[0] <= 3
     return answer.witness
 
 
 def elsewhere(model: extricate.Model, scene: extricate.Scene, kept: pathlib.Path) -> float:
-    answer = model.in_scene(scene).query(scene.lower, exits=2, starts=8, seconds=0.5)
+    answer = model.in_scene(scene).query(scene.lower, exits=2, starts=8, max_seconds=0.5)
     nearest: float = np.inf if answer is None else answer.depth
     for effort in ["nearest", "refined"]:
         nearest = min(nearest, float(model.in_scene(scene).query_batch([scene.lower], effort=effort)["depth"][0]))

@@ -1,20 +1,21 @@
-//! A soak test of the query: many random configurations of the built-in scenes, and of scene files if any are named, asked in every kind
-//! (efforts, several exits, streams, budgets, changed scenes); every claim of every answer is judged, with another library's distances.
+//! A soak test of the query: many random configurations of the built-in scenes, and of scene files
+//! if any are named, asked in every kind (efforts, several exits, streams, budgets, changed
+//! scenes); every claim of every answer is judged, with another library's distances.
 //!
 //! ```sh
 //! cargo run --release --example soak -- 1000000                       # over the built-in scenes, shared evenly
 //! cargo run --release --example soak -- 1000000 a.toml b.toml         # and these
 //! ```
 //!
-//! Exit status 0: no witness that collides, no claim that does not hold, no answer missing. The faults are printed otherwise.
+//! Exit status 0: no witness that collides, no claim that does not hold, no answer missing. The
+//! faults are printed otherwise.
 
-use std::ops::ControlFlow;
 use std::path::Path;
 use std::process::ExitCode;
 use std::time::Instant;
 
-use extricate::scene::{Scene, builtin};
-use extricate::{LearnOptions, Model, store};
+use extricate::internals::io;
+use extricate::{LearnOptions, Model, Scene, builtin};
 
 #[path = "../tests/all/judge.rs"]
 mod judge;
@@ -26,7 +27,8 @@ mod recheck;
 #[path = "../tests/all/soak.rs"]
 mod soak;
 
-/// Labels a scene is learned with: enough for exits, which the queries of a default model start from.
+/// Labels a scene is learned with: enough for exits, which the queries of a default model start
+/// from.
 const LABELS: usize = 1_000_000;
 /// Faults that are printed of each scene.
 const SHOWN: usize = 5;
@@ -39,7 +41,7 @@ fn main() -> ExitCode {
     };
     let files: Vec<String> = arguments.collect();
     let scenes = builtin::NAMES.iter().map(|name| (name.to_string(), builtin::scene(name)));
-    let scenes = scenes.chain(files.iter().map(|file| (file.clone(), store::load_scene(Path::new(file)))));
+    let scenes = scenes.chain(files.iter().map(|file| (file.clone(), io::load_scene(Path::new(file)))));
     let each = count.div_ceil(builtin::NAMES.len() + files.len());
     let mut faults = 0;
     for (name, scene) in scenes {
@@ -57,7 +59,7 @@ fn main() -> ExitCode {
 
 fn run(name: &str, scene: Scene, count: usize) -> extricate::Result<usize> {
     let options = LearnOptions { labels: LABELS, seconds: None, ..LearnOptions::default() };
-    let model = Model::learn(scene, &options, &mut |_| ControlFlow::Continue(()))?;
+    let model = Model::learn(scene, &options)?;
     let mut told = Instant::now();
     let findings = soak::soak(&model, count, &mut |findings| {
         if told.elapsed().as_secs() >= 10 {

@@ -1,21 +1,23 @@
-//! Trains a support vector machine on uniform configurations of a scene, on one thread, and writes what it was trained on for
-//! others to train on: `svm_training SCENE.toml SAMPLES GAMMA_FACTOR PENALTY FOLDER`. Used by bench/svm.py.
+//! Trains a support vector machine on uniform configurations of a scene, on one thread, and writes
+//! what it was trained on for others to train on: `svm_training SCENE.toml SAMPLES GAMMA_FACTOR
+//! PENALTY FOLDER`. Used by bench/svm.py.
 //!
-//! FOLDER gets `features.f64` (rows of scaled features, little endian) and `labels.u8` (1 free); one line of JSON goes to standard
-//! output. What is timed begins with the rows that others get: finding the directions in which they vary is part of it.
+//! FOLDER gets `features.f64` (rows of scaled features, little endian) and `labels.u8` (1 free);
+//! one line of JSON goes to standard output. What is timed begins with the rows that others get:
+//! finding the directions in which they vary is part of it.
 
 use std::path::Path;
 use std::sync::Arc;
 use std::time::Instant;
 
-use extricate::cspace::sampling::Halton;
-use extricate::learning::kernel::PointSet;
-use extricate::learning::selection::median_squared_distance;
-use extricate::learning::smo::{SvmOptions, train};
-use extricate::learning::standardize::{Scaling, Standardization};
-use extricate::metric::{Metric, MetricScratch};
-use extricate::scene::MetricSpec;
-use extricate::{Checker, Label, store};
+use extricate::internals::cspace::sampling::Halton;
+use extricate::internals::io;
+use extricate::internals::learning::svm::kernel::PointSet;
+use extricate::internals::learning::svm::model_selection::median_squared_distance;
+use extricate::internals::learning::svm::scaling::{Scaling, Standardization};
+use extricate::internals::learning::svm::smo::{SvmOptions, train};
+use extricate::internals::metric::{Metric, MetricScratch};
+use extricate::{Checker, Label, MetricKind};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let args: Vec<String> = std::env::args().skip(1).collect();
@@ -24,8 +26,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     };
     let (samples, gamma_factor, penalty): (usize, f64, f64) =
         (samples.parse()?, gamma_factor.parse()?, penalty.parse()?);
-    let scene = Arc::new(store::load_scene(Path::new(scene))?);
-    let (checker, metric) = (Checker::new(scene.clone()), Metric::of_kind(scene.clone(), MetricSpec::ObjectNorm));
+    let scene = Arc::new(io::load_scene(Path::new(scene))?);
+    let (checker, metric) = (Checker::new(scene.clone()), Metric::of_kind(scene.clone(), MetricKind::ObjectNorm));
     let (nq, dimensions) = (scene.space.nq(), metric.embedding_len());
     let halton = Halton::new(scene.space.nv(), 0);
     let mut configs = vec![0.0; samples * nq];
@@ -71,7 +73,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     Ok(())
 }
 
-/// The columns that vary, centred and all scaled by one factor to unit mean variance, and how many they are.
+/// The columns that vary, centred and all scaled by one factor to unit mean variance, and how many
+/// they are.
 fn scaled(rows: &[f64], dimensions: usize) -> (Vec<f64>, usize) {
     let count = (rows.len() / dimensions) as f64;
     let column = |k: usize| rows.iter().skip(k).step_by(dimensions);
@@ -86,7 +89,8 @@ fn scaled(rows: &[f64], dimensions: usize) -> (Vec<f64>, usize) {
     (rows.chunks_exact(dimensions).flat_map(row).collect(), kept.len())
 }
 
-/// Time that this thread has had on a processor [s], where the system says; the wall clock also counts what others had.
+/// Time that this thread has had on a processor [s], where the system says; the wall clock also
+/// counts what others had.
 fn thread_seconds() -> Option<f64> {
     let text = std::fs::read_to_string("/proc/thread-self/schedstat").ok()?;
     Some(text.split_whitespace().next()?.parse::<f64>().ok()? * 1e-9)

@@ -1,4 +1,5 @@
-//! What can go wrong, in one enum: every message names the file, the element, the value and what was expected.
+//! What can go wrong, in one enum: every message names the file, the element, the value and what
+//! was expected.
 
 use std::path::PathBuf;
 
@@ -94,12 +95,13 @@ pub enum Error {
         /// What the user can do.
         advice: String,
     },
-    /// The caller asked a long job to stop before anything usable existed.
+    /// The caller stopped a long job before anything usable existed.
     #[error("interrupted before a usable result existed")]
     Interrupted,
 }
 
-/// Most of a name, and of what is wrong, that a message repeats \[bytes\]: files may hold values of megabytes.
+/// Most of a name, and of what is wrong, that a message repeats \[bytes\]: files may hold values of
+/// megabytes.
 const LONGEST_ELEMENT: usize = 400;
 const LONGEST_PROBLEM: usize = 3000;
 
@@ -119,7 +121,8 @@ fn shortened(text: String, most: usize) -> String {
 }
 
 impl Error {
-    /// Shorthand for [`Error::Input`]; what would make the message longer than some kilobytes is left out.
+    /// Shorthand for [`Error::Input`]; what would make the message longer than some kilobytes is
+    /// left out.
     pub fn input(file: impl Into<String>, element: impl Into<String>, problem: impl Into<String>) -> Self {
         let element = shortened(element.into(), LONGEST_ELEMENT);
         Self::Input { file: file.into(), element, problem: shortened(problem.into(), LONGEST_PROBLEM) }

@@ -5,7 +5,7 @@ use std::fmt::Write;
 use std::io::{Error as IoError, ErrorKind};
 use std::path::Path;
 
-use extricate::scene::assemble::assemble;
+use extricate::internals::scene::assemble::assemble;
 use extricate::{Error, Scene};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;

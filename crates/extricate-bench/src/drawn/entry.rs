@@ -5,8 +5,8 @@ use std::io::{Error as IoError, ErrorKind};
 use std::path::{Path, PathBuf};
 
 use anyhow::Result;
-use extricate::robot::TriangleMesh;
-use extricate::scene::assemble::assemble;
+use extricate::geometry::TriangleMesh;
+use extricate::internals::scene::assemble::assemble;
 use extricate::{Error, Scene};
 
 use super::mesh_file;

@@ -2,14 +2,14 @@
 
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
-use extricate::math::{Pose, Vec3};
+use extricate::geometry::{Pose, Vec3};
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 
 use super::entry::{Obstacle, Shape};
 use super::robots::Space;
-use crate::meshes::{bumpy, torus};
-use crate::poses::direction;
+use crate::exact::meshes::{bumpy, torus};
+use crate::exact::poses::direction;
 
 /// Draws the obstacles of a scene.
 type Kind = fn(&mut ChaCha8Rng, &Space) -> Vec<Obstacle>;

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use anyhow::{Context, Result, ensure};
-use extricate::scene::builtin;
+use extricate::builtin;
 
 /// How far from each other several arms stand \[m\]: more than twice their reach.
 pub const APART: f64 = 3.0;

@@ -3,9 +3,9 @@
 use std::ops::RangeInclusive;
 
 use anyhow::Result;
-use extricate::collision::{PairScratch, PreparedShape};
-use extricate::cspace::sampling::uniform;
-use extricate::scene::Body;
+use extricate::geometry::Body;
+use extricate::internals::collision::{PairScratch, PreparedShape};
+use extricate::internals::cspace::sampling::uniform;
 use extricate::{Checker, Label, Scene};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;

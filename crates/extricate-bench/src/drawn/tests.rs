@@ -2,10 +2,11 @@
 
 use std::path::PathBuf;
 
-use extricate::{CheckScratch, Checker, Label, store};
+use extricate::internals::io;
+use extricate::{CheckScratch, Checker, Label};
 use serde_json::Value;
 
-use super::*;
+use crate::drawn::*;
 
 fn folder(test: &str) -> PathBuf {
     std::env::temp_dir().join(format!("extricate-bench-{test}-{}", std::process::id()))
@@ -35,7 +36,7 @@ fn every_scene_loads_from_its_file_and_has_free_and_colliding_places() {
     assert_eq!(lines.len(), 3 * KINDS.len() + 2 + 3 + 4 * 3 + 1);
     for line in lines {
         let name = line["scene"].as_str().unwrap();
-        let scene = store::load_scene(&folder.join(name)).unwrap();
+        let scene = io::load_scene(folder.join(name)).unwrap();
         assert_eq!(scene.warnings, [""; 0], "{name}");
         assert_eq!(line["coordinates"], scene.space.nq());
         let share = line["colliding"].as_f64().unwrap();

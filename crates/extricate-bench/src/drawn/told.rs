@@ -22,7 +22,7 @@ const VOXEL: f64 = 0.05;
 /// Cubes of 0.2 m on parallel rails, each with a wall of 1 m across its rail.
 ///
 /// The depth of q is `sqrt(sum_k max(0, 0.6001 - |q_k|)^2)`: half the wall, half the cart and the
-/// clearance. Narrow walls are as wide as carts, so that the shortest way out of an overlap leads
+/// clearance. Narrow walls are as wide as carts, so that the shortest exit of an overlap leads
 /// across the rail, where carts cannot go; out of wide ones it leads along the rail.
 pub fn carts(count: usize, wall: &str) -> Written {
     let mut scene = Written::new(&format!("carts-{count}-{wall}"));

@@ -3,12 +3,13 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use extricate::model::adapt::{Adapter, labels_to_adapt};
-use extricate::{LearnOptions, Model, Statistics, store};
+use extricate::internals::io;
+use extricate::internals::model::adapt::{Adapter, labels_to_adapt};
+use extricate::{LearnOptions, Model, Statistics};
 use serde::Serialize;
 
+use super::learn::run::{Keep, KeepArgs, Learned, kept_at, memory_in_words, peak_memory, run_with_progress, save};
 use super::learn::statistics_rows;
-use super::learn_run::{Keep, KeepArgs, Learned, kept_at, memory_in_words, peak_memory, run_with_progress, save};
 use super::{load_model, load_scene, tell_warnings};
 use crate::args::{positive, seconds, seed, threads};
 use crate::output::Output;
@@ -44,7 +45,8 @@ pub struct AdaptArgs {
     /// Threads; 0 for one per core. The model does not depend on it
     #[arg(long, value_name = "N", default_value_t = 0, value_parser = threads, allow_negative_numbers = true)]
     threads: usize,
-    /// Most memory for what is found, beside MODEL itself, in MiB; the run ends there [default: 4096]
+    /// Most memory for what is found, beside MODEL itself, in MiB; the run ends there [default:
+    /// 4096]
     #[arg(long, value_name = "MIB", value_parser = positive, allow_negative_numbers = true)]
     memory: Option<usize>,
     #[command(flatten)]
@@ -65,7 +67,7 @@ struct Report<'a> {
 
 /// Runs the command.
 pub fn run(args: &AdaptArgs, json: bool) -> anyhow::Result<()> {
-    store::check_model_output(&args.output)?;
+    io::check_model_output(&args.output)?;
     let keep = args.keep.keep(&args.output)?;
     let old = load_model(&args.model)?;
     let adapter = if args.keep.resume { resumed(args, &old, &keep)? } else { begun(args, &old, &keep)? };
@@ -93,7 +95,7 @@ pub fn run(args: &AdaptArgs, json: bool) -> anyhow::Result<()> {
 fn begun<'a>(args: &AdaptArgs, old: &'a Model, keep: &Keep) -> anyhow::Result<Adapter<'a>> {
     let scene = load_scene(&args.scene)?;
     tell_warnings(&scene);
-    keep.warn_of_another(store::adapt_checkpoint_summary(&keep.path));
+    keep.warn_of_another(io::adapt_checkpoint_summary(&keep.path));
     let default = LearnOptions::default();
     let options = LearnOptions {
         labels: args.labels.unwrap_or_else(|| labels_to_adapt(old)),
@@ -108,7 +110,7 @@ fn begun<'a>(args: &AdaptArgs, old: &'a Model, keep: &Keep) -> anyhow::Result<Ad
 
 /// The run that was kept.
 fn resumed<'a>(args: &AdaptArgs, old: &'a Model, keep: &Keep) -> anyhow::Result<Adapter<'a>> {
-    let begun = store::adapt_checkpoint_summary(&keep.path)?.options;
+    let begun = io::adapt_checkpoint_summary(&keep.path)?.options;
     keep.expect_as_begun([
         ("labels", args.labels.map(|n| n.to_string()), begun.labels.to_string()),
         ("seconds", args.seconds.map(|t| t.to_string()), begun.seconds.map_or("no limit".into(), |t| t.to_string())),
@@ -117,5 +119,5 @@ fn resumed<'a>(args: &AdaptArgs, old: &'a Model, keep: &Keep) -> anyhow::Result<
     ])?;
     let scene = load_scene(&args.scene)?;
     tell_warnings(&scene);
-    Ok(store::load_adapt_checkpoint(&keep.path, old, scene, args.threads)?)
+    Ok(io::load_adapt_checkpoint(&keep.path, old, scene, args.threads)?)
 }

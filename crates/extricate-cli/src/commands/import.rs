@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use extricate::store::worlds::{import_world, is_urdf};
+use extricate::internals::io::worlds::{import_world, is_urdf};
 use serde::Serialize;
 
 use super::load_scene;
@@ -17,7 +17,7 @@ use crate::report::count;
     after_help = "FILE is MoveIt's .scene text, or a PlanningScene as YAML (`ros2 topic echo --full-length`, Robowflex) or JSON \
                         (rosbridge). Obstacles, attached objects with what they may touch, allowed collisions and padding are \
                         taken; meshes are written into a folder beside the scene file. What is not taken, or taken for \
-                        something else, is told on standard error and at the head of the scene file.\n\n\
+                        something else, is named on standard error and at the head of the scene file.\n\n\
                         Without --robot the scene file is a world: `extricate query ROBOT --world WORLD`. Such a query takes \
                         FILE itself as well."
 )]

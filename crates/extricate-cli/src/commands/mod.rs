@@ -2,33 +2,26 @@
 
 pub mod adapt;
 pub mod check;
-mod check_segments;
 pub mod demo;
-mod demo_table;
 mod file_kind;
 pub mod import;
 pub mod info;
-mod info_scene;
 pub mod learn;
-mod learn_run;
 pub mod query;
-mod query_asker;
-mod query_constraints;
-mod query_row;
-mod query_summary;
 pub mod sample;
 
 use std::path::Path;
 use std::sync::Arc;
 
-use extricate::collision::always_colliding;
-use extricate::cspace::sampling::Halton;
-use extricate::{Checker, Model, Scene, store};
+use extricate::internals::collision::always_colliding;
+use extricate::internals::cspace::sampling::Halton;
+use extricate::internals::io;
+use extricate::{Checker, Model, Scene};
 
-use self::file_kind::{FileKind, kind_of};
 use crate::args::{Cli, Command};
 use crate::notice;
 use crate::progress::busy;
+use file_kind::{FileKind, kind_of};
 
 /// Runs the command.
 pub fn run(cli: Cli) -> anyhow::Result<()> {
@@ -44,8 +37,9 @@ pub fn run(cli: Cli) -> anyhow::Result<()> {
     }
 }
 
-/// Pairs that collide in each of `samples` low-discrepancy configurations: most likely overlap by design.
-fn pairs_always_colliding(checker: &Checker, samples: u64) -> Vec<usize> {
+/// Pairs that collide in each of `samples` low-discrepancy configurations: most likely overlap by
+/// design.
+fn pairs_always_colliding(checker: &Checker, samples: u64) -> Vec<extricate::PairId> {
     let space = &checker.scene().space;
     let halton = Halton::new(space.nv(), 0);
     let mut configs = Vec::new();
@@ -59,7 +53,8 @@ fn pairs_always_colliding(checker: &Checker, samples: u64) -> Vec<usize> {
 
 /// The line for the scene file's `[pairs]` table that takes `names` out of the checked pairs.
 fn disable_line(names: &[[&str; 2]]) -> String {
-    // Debug quotes a string as TOML's basic strings do, but for control characters, which no name has.
+    // Debug quotes a string as TOML's basic strings do, but for control characters, which no name
+    // has.
     let pairs: Vec<_> = names.iter().map(|[a, b]| format!("[{a:?}, {b:?}]")).collect();
     format!("disable = [{}]", pairs.join(", "))
 }
@@ -69,7 +64,7 @@ fn load_scene(path: &Path) -> anyhow::Result<Scene> {
     if kind_of(path)? == FileKind::Model {
         return Ok(load_model(path)?.scene().clone());
     }
-    Ok(busy(&format!("loading {}", path.display()), || store::load_scene(path))?)
+    Ok(busy(&format!("loading {}", path.display()), || io::load_scene(path))?)
 }
 
 /// The robots of `robots` in the world of a file, or in the scene of a model file.
@@ -77,11 +72,11 @@ fn load_world(robots: &Scene, path: &Path) -> anyhow::Result<Scene> {
     if kind_of(path)? == FileKind::Model {
         return load_scene(path);
     }
-    Ok(store::load_world(robots, path)?)
+    Ok(io::load_world(robots, path)?)
 }
 
 fn load_model(path: &Path) -> extricate::Result<Model> {
-    busy(&format!("loading {}", path.display()), || store::load_model(path))
+    busy(&format!("loading {}", path.display()), || io::load_model(path))
 }
 
 /// Builds the exact checker, which takes a while where meshes are large.

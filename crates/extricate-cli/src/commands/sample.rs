@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use anyhow::bail;
 use clap::Args;
-use extricate::cspace::sampling::uniform;
+use extricate::internals::cspace::sampling::uniform;
 use extricate::{CheckScratch, Checker, Label};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
@@ -17,7 +17,8 @@ use crate::output::Output;
 use crate::progress::Progress;
 use crate::report;
 
-/// Tries in a row without a colliding configuration after which there is taken to be none worth drawing.
+/// Tries in a row without a colliding configuration after which there is taken to be none worth
+/// drawing.
 const MOST_TRIES: usize = 1_000_000;
 
 /// Arguments of `sample`.
@@ -62,7 +63,8 @@ impl<'a> CollidingSampler<'a> {
         Self { checker, scratch: CheckScratch::default(), rng, tries: 0, found: 0 }
     }
 
-    /// Draws the next one into `q` (length `nq`); `on_try` hears how many tries were made so far, and how many succeeded.
+    /// Draws the next one into `q` (length `nq`); `on_try` hears how many tries were made so far,
+    /// and how many succeeded.
     ///
     /// # Errors
     /// Where a million tries in a row found nothing.

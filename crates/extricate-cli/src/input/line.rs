@@ -3,7 +3,7 @@
 
 use std::collections::HashSet;
 
-use extricate::scene::{named, units};
+use extricate::internals::scene::{named_configs, units};
 use extricate::{Config, Scene};
 use serde_json::{Map, Value};
 
@@ -160,7 +160,7 @@ fn by_name<'a>(
     scene: &Scene,
     reading: &mut Reading,
 ) -> Result<Config, String> {
-    let named = named::config_of(scene, positions).map_err(|error| error.to_string())?;
+    let named = named_configs::config_of(scene, positions).map_err(|error| error.to_string())?;
     named.differing.into_iter().for_each(|(joint, text)| reading.note(&joint, text));
     checked(&named.values, scene, reading)
 }
@@ -239,8 +239,8 @@ pub mod tests {
             "</robot>".into(),
         ];
         let entries = "[[robot]]\nurdf = 'r'\nlocked = { lid = 0.25 }";
-        let entries = extricate::scene::file::parse("s", entries).unwrap();
-        extricate::store::assemble_scene("s", &entries, &[("r".into(), urdf.concat())]).unwrap()
+        let entries = extricate::internals::scene::file::parse("s", entries).unwrap();
+        extricate::internals::io::assemble_scene("s", &entries, &[("r".into(), urdf.concat())]).unwrap()
     }
 
     fn read(text: &str) -> Result<(Vec<f64>, Vec<String>), String> {

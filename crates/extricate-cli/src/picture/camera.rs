@@ -1,6 +1,6 @@
 //! The camera: where it stands, and from world coordinates to the picture.
 
-use extricate::math::Vec3;
+use extricate::geometry::Vec3;
 
 use super::surface::{Surface, bounds};
 
@@ -48,8 +48,8 @@ pub struct Camera {
 }
 
 impl Camera {
-    /// From the side on which the robot stands before the obstacles, where its motion from `before` to `after` is seen best;
-    /// everything that is near the robot fits `frame`.
+    /// From the side on which the robot stands before the obstacles, where its motion from `before`
+    /// to `after` is seen best; everything that is near the robot fits `frame`.
     pub fn facing(before: &Surface, after: &Surface, frame: Frame) -> Self {
         let robot: Vec<Vec3> = [before, after].into_iter().flat_map(|s| corners(s, false)).collect();
         let (low, high) = bounds(robot.iter().copied());
@@ -72,7 +72,8 @@ impl Camera {
     /// The place of a world point in the picture.
     pub fn project(&self, point: &Vec3) -> Projected {
         let from_eye = point - self.eye;
-        // What is beside or behind the camera has no place; it is kept finite and lies outside the frame.
+        // What is beside or behind the camera has no place; it is kept finite and lies outside the
+        // frame.
         let depth = from_eye.dot(&self.forward).max(1e-6);
         let factor = self.scale / depth;
         Projected {
@@ -112,7 +113,8 @@ fn corners(surface: &Surface, obstacle: bool) -> impl Iterator<Item = Vec3> + '_
     surface.facets.iter().filter(move |f| f.obstacle == obstacle).flat_map(|f| f.corners)
 }
 
-/// The direction toward the camera, among those not from behind the obstacles, across which the robot moves most.
+/// The direction toward the camera, among those not from behind the obstacles, across which the
+/// robot moves most.
 fn best_direction(before: &Surface, after: &Surface, toward_obstacles: &Vec3) -> Vec3 {
     let moved: Vec<Vec3> = corners(before, false).zip(corners(after, false)).map(|(a, b)| b - a).collect();
     let seen = |direction: &Vec3| -> f64 { moved.iter().map(|m| (m - direction * m.dot(direction)).norm()).sum() };
@@ -121,7 +123,8 @@ fn best_direction(before: &Surface, after: &Surface, toward_obstacles: &Vec3) ->
         let azimuth = std::f64::consts::TAU * (k as f64 + 0.5) / AZIMUTHS as f64;
         let (sin, cos) = azimuth.sin_cos();
         let direction = Vec3::new(ELEVATION.cos() * cos, ELEVATION.cos() * sin, ELEVATION.sin());
-        // A little from behind is fine, for obstacles are translucent; straight from the front hides how deep they are.
+        // A little from behind is fine, for obstacles are translucent; straight from the front
+        // hides how deep they are.
         if !(-0.75..=0.1).contains(&direction.dot(toward_obstacles)) {
             continue;
         }

@@ -1,4 +1,5 @@
-//! One picture of a query and its answer: the robot in collision, and beside it the nearest way out. SVG, no raster.
+//! One picture of a query and its answer: the robot in collision, and beside it the nearest exit.
+//! SVG, no raster.
 
 mod camera;
 mod paint;
@@ -6,7 +7,8 @@ mod surface;
 
 use std::path::Path;
 
-use extricate::{Answer, Scene, store};
+use extricate::internals::io;
+use extricate::{Answer, Scene};
 use svg::Document;
 use svg::node::element::{ClipPath, Definitions, Group, Rectangle, Text};
 
@@ -23,15 +25,15 @@ const NAMED_PAIRS: usize = 2;
 
 /// Draws `query` and `answer` and writes the picture, replacing an existing file.
 pub fn write(scene: &Scene, query: &[f64], answer: &Answer, path: &Path) -> extricate::Result<()> {
-    store::write_atomically(path, draw(scene, query, answer).to_string().as_bytes())
+    io::write_atomically(path, draw(scene, query, answer).to_string().as_bytes())
 }
 
 /// The picture of `query` (length `nq`) and its answer.
 pub fn draw(scene: &Scene, query: &[f64], answer: &Answer) -> Document {
     let mut red = vec![false; scene.bodies.len()];
     for &pair in &answer.colliding {
-        red[scene.pairs[pair].first] = true;
-        red[scene.pairs[pair].second] = true;
+        red[scene.pairs[pair.index()].first] = true;
+        red[scene.pairs[pair.index()].second] = true;
     }
     let before = Surface::new(scene, query, &|body| if red[body] { Look::Hit } else { Look::Plain });
     let after = Surface::new(scene, &answer.witness, &|_| Look::Plain);
@@ -64,7 +66,7 @@ fn witness_caption(scene: &Scene, answer: &Answer) -> Caption {
     let unit = metric_unit(scene);
     let verified = if answer.verified { "verified free, " } else { "" };
     Caption {
-        title: format!("nearest way out: depth {:.3} {unit}", answer.depth),
+        title: format!("nearest exit: depth {:.3} {unit}", answer.depth),
         detail: format!(
             "{verified}moves {:.1} cm at most; nothing free within {:.3} {unit}",
             100.0 * answer.max_displacement,
@@ -93,10 +95,9 @@ fn panel(x: f64, facets: Group, caption: &Caption) -> Group {
 #[cfg(test)]
 pub mod tests {
     use super::*;
-    use extricate::math::{Pose, Vec3};
-    use extricate::robot::Geometry;
-    use extricate::scene::{Body, BodyPair, Coordinate, Frame as SceneFrame, MetricSpec, Motion, Part, SceneJoint};
-    use extricate::{ConfigSpace, Effort, Manifold};
+    use extricate::geometry::{Body, Geometry, Pose, Vec3};
+    use extricate::internals::scene::{BodyPair, Coordinate, Frame as SceneFrame, Motion, Part, SceneJoint};
+    use extricate::{ConfigSpace, Effort, Manifold, MetricKind};
 
     /// Two links that turn about z and y, before a wall.
     pub fn small_scene() -> Scene {
@@ -120,7 +121,7 @@ pub mod tests {
             |name: &str, kind: &str, at: usize| SceneJoint { name: name.into(), kind: kind.into(), q: at..at + 1 };
         Scene {
             clearance: 1e-4,
-            metric: MetricSpec::Joint,
+            metric: MetricKind::Joint,
             joints: vec![joint("shoulder", "revolute", 0), joint("elbow", "continuous", 1)],
             space,
             frames: vec![
@@ -151,9 +152,9 @@ pub mod tests {
             effort: Effort::Refined,
             checks: 10,
             max_displacement: 0.5,
-            colliding: vec![1],
+            colliding: vec![extricate::PairId::new(1)],
             outside: vec![],
-            touching: vec![1],
+            touching: vec![extricate::PairId::new(1)],
             coverage: None,
             unseen: Some(0.1),
             clearance: 1e-4,
@@ -163,7 +164,7 @@ pub mod tests {
             gradient: vec![-1.0, 0.0],
             unique: true,
             exits: vec![],
-            way: None,
+            segment: None,
         }
     }
 

@@ -1,8 +1,9 @@
-//! Facets and edges to paths: the far ones first, lit from the upper left, facets that face away left out.
+//! Facets and edges to paths: the far ones first, lit from the upper left, facets that face away
+//! left out.
 
 use std::fmt::Write;
 
-use extricate::math::Vec3;
+use extricate::geometry::Vec3;
 use svg::node::element::{Group, Path};
 
 use super::camera::{Camera, Projected};
@@ -79,7 +80,8 @@ fn path(run: &[Item]) -> Path {
     let colour = format!("#{r:02x}{g:02x}{b:02x}");
     let path = Path::new().set("d", data).set("fill", colour.clone());
     if opacity < 1.0 {
-        // A stroke would be seen twice where translucent neighbours meet; without one only sharp edges leave no seam.
+        // A stroke would be seen twice where translucent neighbours meet; without one only sharp
+        // edges leave no seam.
         path.set("fill-opacity", opacity).set("shape-rendering", "crispEdges")
     } else {
         path.set("stroke", colour)

@@ -1,16 +1,16 @@
-//! The surfaces of a scene at a configuration, as small triangles in world coordinates, each with a look.
+//! The surfaces of a scene at a configuration, as small triangles in world coordinates, each with a
+//! look.
 
 use std::collections::BTreeMap;
 
 use extricate::Scene;
-use extricate::kinematics::forward;
-use extricate::math::Vec3;
-use extricate::robot::TriangleMesh;
+use extricate::geometry::{TriangleMesh, Vec3};
+use extricate::internals::kinematics::forward;
 
 /// Segments around a round shape.
 const SEGMENTS: usize = 16;
-/// Longest edge of a facet as a share of the scene's size: facets are sorted by their middle, which is right only for small
-/// ones.
+/// Longest edge of a facet as a share of the scene's size: facets are sorted by their middle, which
+/// is right only for small ones.
 const LONGEST_EDGE: f64 = 0.11;
 /// Halvings of one triangle at most: a floor of a kilometre gets 4,096 facets and no more.
 const MOST_SPLITS: u32 = 12;
@@ -183,7 +183,7 @@ mod tests {
     #[test]
     fn a_box_has_twelve_sharp_edges() {
         let half_extents = Vec3::new(0.1, 0.2, 0.3);
-        let mesh = extricate::robot::Geometry::Box { half_extents }.tessellate(8);
+        let mesh = extricate::geometry::Geometry::Box { half_extents }.tessellate(8);
         assert_eq!(sharp_edges(&mesh).len(), 12);
     }
 

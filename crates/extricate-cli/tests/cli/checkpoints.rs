@@ -1,4 +1,5 @@
-//! Learning and adapting that are killed, interrupted and resumed: what is left behind is whole, and leads to the same bytes.
+//! Learning and adapting that are killed, interrupted and resumed: what is left behind is whole,
+//! and leads to the same bytes.
 
 use std::process::Child;
 use std::thread::sleep;
@@ -9,14 +10,16 @@ use crate::process::{Workspace, exists};
 /// Kills of the test below; a thousand take some minutes:
 /// `EXTRICATE_KILLS=1000 cargo test --release -p extricate-cli killed`.
 const KILLS: usize = 24;
-/// Three runs of the first kind for one of the second, which is long enough to solve configurations too.
+/// Three runs of the first kind for one of the second, which is long enough to solve configurations
+/// too.
 const LABELS: [usize; 2] = [30_000, 110_000];
 
 fn learning(labels: usize) -> String {
     format!("learn scene.toml -o a.model --labels {labels} --seed 5 --checkpoint-every 0")
 }
 
-/// A seeded generator that needs no crate (G. Marsaglia, "Xorshift RNGs", 2003, doi:10.18637/jss.v008.i14).
+/// A seeded generator that needs no crate (G. Marsaglia, "Xorshift RNGs", 2003,
+/// doi:10.18637/jss.v008.i14).
 struct Random(u64);
 
 impl Random {

@@ -14,7 +14,7 @@ fn the_demo_learns_answers_and_draws() {
     assert_eq!(report["queries"]["verified"], 1.0);
     assert!(report["queries"]["depth_median"].as_f64().unwrap() > 0.0);
     let picture = std::fs::read_to_string(workspace.path("way-out.svg")).unwrap();
-    assert!(picture.starts_with("<svg") && picture.contains("nearest way out"));
+    assert!(picture.starts_with("<svg") && picture.contains("nearest exit"));
     assert!(picture.len() < 1_500_000, "{} bytes", picture.len());
 }
 

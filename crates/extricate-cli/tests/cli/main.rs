@@ -1,4 +1,5 @@
-//! The command line from outside: exit codes, standard output and error, files. Depths are judged in the library's tests.
+//! The command line from outside: exit codes, standard output and error, files. Depths are judged
+//! in the library's tests.
 
 mod adapting;
 mod bad_input;

@@ -22,6 +22,7 @@ const ANSWER_KEYS: &[&str] = &[
     "gap",
     "gradient",
     "unique",
+    "unproved",
     "unseen",
 ];
 
@@ -149,13 +150,13 @@ fn exits_the_way_budgets_and_threads_are_asked_for() {
     let one = ask("");
     assert_eq!((one.len(), one[30]["line"].as_u64()), (32, Some(31)));
     assert_eq!(one, ask("--threads 3"));
-    let several = ask("--exits 3 --way");
+    let several = ask("--exits 3 --segment");
     for (one, answer) in one.iter().zip(&several).take(30) {
         let exits = answer["exits"].as_array().unwrap();
         assert!(!exits.is_empty() && exits.len() <= 3);
         exits.iter().for_each(|exit| assert_keys(exit, &["depth", "witness", "touching"]));
         assert_eq!((&exits[0]["depth"], &exits[0]["witness"]), (&answer["depth"], &answer["witness"]));
-        assert_keys(&answer["way"], &["colliding_until", "free_from"]);
+        assert_keys(&answer["segment"], &["colliding_until", "free_from"]);
         assert_keys(&answer["contacts"][0], &["pair", "distance", "point_first", "point_second", "normal"]);
         assert!((one["depth"].as_f64().unwrap() - answer["depth"].as_f64().unwrap()).abs() < 1e-3);
     }
@@ -167,8 +168,8 @@ fn exits_the_way_budgets_and_threads_are_asked_for() {
     assert!(
         ask("--starts 1").iter().zip(&one).take(30).all(|(few, all)| few["checks"].as_u64() < all["checks"].as_u64())
     );
-    let text = workspace.run("query small.model --input q.jsonl --exits 2 --way").expect_code(1).stdout;
-    assert!(text.contains("another way out") && text.contains("of the way"), "{text}");
+    let text = workspace.run("query small.model --input q.jsonl --exits 2 --segment").expect_code(1).stdout;
+    assert!(text.contains("another exit") && text.contains("of the segment"), "{text}");
 }
 
 #[test]
@@ -184,17 +185,18 @@ fn frames_of_a_motion_are_answered_from_the_last_answer() {
     assert!(stream.iter().all(|a| a["verified"] == true));
     assert!(checks(&stream) < checks(&single), "{} {}", checks(&stream), checks(&single));
     ask("--stream --hysteresis 0.2");
-    let [none, many] = ["0", "100"].map(|looks| ask(&format!("--stream --looks {looks}")));
+    let [none, many] = ["0", "100"].map(|looks| ask(&format!("--stream --starts-per-frame {looks}")));
     assert!(checks(&none) < checks(&many), "{} {}", checks(&none), checks(&many));
-    let default = ask("--stream --looks 4");
+    let default = ask("--stream --starts-per-frame 4");
     assert!(default.iter().zip(&stream).all(|(a, b)| a["checks"] == b["checks"] && a["witness"] == b["witness"]));
     for bad in ["many", "-1", "1.5"] {
-        let refused =
-            workspace.run(&format!("query small.model --input q.jsonl --stream --looks {bad}")).expect_code(2);
-        let told = [format!("'{bad}'"), "--looks".into(), "expected a whole number from 0".into()];
+        let refused = workspace
+            .run(&format!("query small.model --input q.jsonl --stream --starts-per-frame {bad}"))
+            .expect_code(2);
+        let told = [format!("'{bad}'"), "--starts-per-frame".into(), "expected a whole number from 0".into()];
         assert!(told.iter().all(|part| refused.stderr.contains(part)), "{}", refused.stderr);
     }
-    workspace.run("query small.model --input q.jsonl --looks 2").expect_code(2);
+    workspace.run("query small.model --input q.jsonl --starts-per-frame 2").expect_code(2);
     workspace.run("query small.model --input q.jsonl --hysteresis 0.2").expect_code(2);
     workspace.run("query small.model --input q.jsonl --stream --threads 2").expect_code(2);
 }

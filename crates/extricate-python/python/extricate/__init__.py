@@ -11,6 +11,7 @@ rad, lengths in m, quaternions x, y, z, w. Calls release the interpreter lock; s
 
 from ._answer import Answer, Contact, Exit
 from ._extricate import ChangedScene, Joint, Model, Progress, Scene, Stream, __version__, import_world, learn
+from ._options import QueryOptions
 from ._parts import (
     Box,
     Capsule,
@@ -44,6 +45,7 @@ __all__ = [
     "MujocoRobot",
     "Points",
     "Progress",
+    "QueryOptions",
     "Robot",
     "Scene",
     "Sphere",

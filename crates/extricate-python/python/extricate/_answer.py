@@ -29,7 +29,7 @@ class Contact:
 
 @dataclass(eq=False)
 class Exit:
-    """One of several distinct ways out.
+    """One of several distinct exits.
 
     depth: distance from the query, in the scene's metric.
     witness: a free configuration at that distance, (nq,); verified.
@@ -70,10 +70,10 @@ class Answer:
     contacts: where they touch; several places a pair where meshes do.
     gradient: how the distance to the witness changes with the query, (nv,): a small tangent step t at the query changes it
         by gradient @ t. Zero where the query is free.
-    unique: false where another way out is about as near: beside such queries the nearest one changes, and the gradient
+    unique: false where another exit is about as near: beside such queries the nearest one changes, and the gradient
         jumps.
-    exits: where more than one was asked for: the nearest distinct ways out, by depth, the witness first.
-    way: where it was asked for, of the straight way from the query (0) to the witness (1): the last fraction at which a
+    exits: where more than one was asked for: the nearest distinct exits, by depth, the witness first.
+    segment: where it was asked for, of the straight segment from the query (0) to the witness (1): the last fraction at which a
         collision was found, and the fraction from which on every configuration is proved free.
     free_radius: where it was asked for and the query collides: proved, no two checked bodies touch at any configuration
         that is nearer to the witness than this, in the scene's metric. Limits are not looked at.
@@ -98,7 +98,7 @@ class Answer:
     gradient: npt.NDArray[np.float64]
     unique: bool
     exits: List[Exit]
-    way: Optional[Tuple[float, float]]
+    segment: Optional[Tuple[float, float]]
     free_radius: Optional[float]
     checks: int
     effort: str

@@ -1,6 +1,10 @@
-//! The configuration space: a product of intervals, circles and SO(3). No metric of bodies, no robot.
+//! The configuration space: a product of intervals, circles and SO(3). No metric of bodies, no
+//! robot.
 
+mod rows;
 pub mod sampling;
+
+pub use rows::Rows;
 
 use std::f64::consts::PI;
 use std::ops::{Deref, Range};
@@ -10,10 +14,12 @@ use serde::{Deserialize, Serialize};
 use crate::error::{Error, Result};
 use crate::math::{quaternion_exp, quaternion_log, quaternion_product, wrap_angle};
 
-/// How far outside its limits \[rad or m\] a coordinate may lie and still be moved onto them in silence.
+/// How far outside its limits \[rad or m\] a coordinate may lie and still be moved onto them in
+/// silence.
 pub const LIMIT_TOLERANCE: f64 = 1e-9;
 
-/// A checked point of a [`ConfigSpace`]: right length, within limits, angles wrapped, quaternions unit.
+/// A checked point of a [`ConfigSpace`]: right length, within limits, angles wrapped, quaternions
+/// unit.
 ///
 /// Made by [`ConfigSpace::config`], and by [`ConfigSpace::config_anywhere`], for queries, which may
 /// lie beyond limits.
@@ -157,8 +163,8 @@ impl ConfigSpace {
     /// Checks length, finiteness and limits; wraps angles and normalises quaternions.
     ///
     /// # Errors
-    /// [`Error::Config`], naming the coordinate. Values up to [`LIMIT_TOLERANCE`] outside a limit are moved onto it;
-    /// quaternions may be off unit length by 1e-3.
+    /// [`Error::Config`], naming the coordinate. Values up to [`LIMIT_TOLERANCE`] outside a limit
+    /// are moved onto it; quaternions may be off unit length by 1e-3.
     pub fn config(&self, values: &[f64]) -> Result<Config> {
         let mut q = self.config_anywhere(values)?;
         for (factor, lower, upper) in self.intervals() {
@@ -172,7 +178,7 @@ impl ConfigSpace {
     }
 
     /// The same, where coordinates may lie beyond their limits: as sensors read them, as drives
-    /// overshoot. Not free there, but the nearest free configuration to it can be asked for.
+    /// overshoot. Not free there, but the nearest free configuration to it can be found.
     ///
     /// # Errors
     /// [`Error::Config`], naming the coordinate.
@@ -225,7 +231,8 @@ impl ConfigSpace {
         self.intervals().for_each(|(factor, lower, upper)| q[factor.q] = q[factor.q].clamp(lower, upper));
     }
 
-    /// Tangent vector from `a` to `b` along the geodesic: differences, wrapped on circles, body-frame rotation vectors.
+    /// Tangent vector from `a` to `b` along the geodesic: differences, wrapped on circles,
+    /// body-frame rotation vectors.
     pub fn difference(&self, a: &[f64], b: &[f64], tangent: &mut [f64]) {
         for factor in &self.factors {
             let (q, v) = (factor.q, factor.v);
@@ -241,7 +248,8 @@ impl ConfigSpace {
         }
     }
 
-    /// `out = q + tangent` on the manifold; intervals are clamped to their limits, angles wrapped, quaternions unit.
+    /// `out = q + tangent` on the manifold; intervals are clamped to their limits, angles wrapped,
+    /// quaternions unit.
     pub fn integrate(&self, q: &[f64], tangent: &[f64], out: &mut [f64]) {
         for factor in &self.factors {
             let (i, v) = (factor.q, factor.v);

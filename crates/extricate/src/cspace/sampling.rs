@@ -6,7 +6,8 @@ use rand::{Rng, RngExt};
 
 use super::{ConfigSpace, Manifold};
 
-/// Maps a point of the unit cube `[0, 1)^nv` to a configuration, uniform in the space's own measure.
+/// Maps a point of the unit cube `[0, 1)^nv` to a configuration, uniform in the space's own
+/// measure.
 ///
 /// # Source
 /// Rotations: K. Shoemake, "Uniform random rotations", Graphics Gems III, 1992.
@@ -32,12 +33,14 @@ pub fn uniform(space: &ConfigSpace, rng: &mut impl Rng, out: &mut [f64]) {
     from_unit_cube(space, |k| cube[k], out);
 }
 
-/// The Halton sequence with a random shift (Cranley-Patterson): low-discrepancy points, any of them by its index.
+/// The Halton sequence with a random shift (Cranley-Patterson): low-discrepancy points, any of them
+/// by its index.
 ///
 /// # Source
-/// J. H. Halton, 1960, doi:10.1007/BF01386213; R. Cranley and T. N. L. Patterson, 1976, doi:10.1137/0713071. Above 20
-/// dimensions plain Halton points correlate; the index is multiplied through a permuted digit (the "reverse" permutation
-/// of B. Vandewoestyne and R. Cools, 2006, doi:10.1016/j.cam.2005.05.022), which removes it.
+/// J. H. Halton, 1960, doi:10.1007/BF01386213; R. Cranley and T. N. L. Patterson, 1976,
+/// doi:10.1137/0713071. Above 20 dimensions plain Halton points correlate; the index is multiplied
+/// through a permuted digit (the "reverse" permutation of B. Vandewoestyne and R. Cools, 2006,
+/// doi:10.1016/j.cam.2005.05.022), which removes it.
 pub struct Halton {
     primes: Vec<u64>,
     shift: Vec<f64>,

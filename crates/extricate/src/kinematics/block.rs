@@ -1,4 +1,5 @@
-//! Forward kinematics of a block of configurations: one register holds the same number of several of them.
+//! Forward kinematics of a block of configurations: one register holds the same number of several
+//! of them.
 
 use pulp::{Simd, WithSimd};
 
@@ -25,7 +26,8 @@ pub struct PoseBlock {
 }
 
 impl PoseBlock {
-    /// Moves the block to 1 to [`LANES`] configurations (row major, `nq` coordinates each); lanes beyond the last repeat it.
+    /// Moves the block to 1 to [`LANES`] configurations (row major, `nq` coordinates each); lanes
+    /// beyond the last repeat it.
     pub fn place(&mut self, scene: &Scene, configs: &[f64]) {
         let nq = scene.space.nq();
         let last = configs.len() / nq - 1;
@@ -52,7 +54,8 @@ impl PoseBlock {
         from_numbers(&std::array::from_fn(|k| numbers[k][lane]))
     }
 
-    /// World coordinates \[m\] x, y, z of points fixed to frames, into `out`: what [`Pose::point`] says, to the last bit.
+    /// World coordinates \[m\] x, y, z of points fixed to frames, into `out`: what [`Pose::point`]
+    /// says, to the last bit.
     pub fn points<'a>(&self, points: impl Iterator<Item = (usize, &'a Vec3)>, out: &mut Vec<[Lanes; 3]>) {
         out.clear();
         pulp::Arch::new().dispatch(Points { block: self, points, out });
@@ -87,9 +90,11 @@ impl WithSimd for Place<'_> {
                 let parent = |k: usize| load(&before[frame.parent][k]);
                 let parent = (frame.parent != 0).then(|| -> Numbers<S> { std::array::from_fn(parent) });
                 let joint = match &frame.motion {
-                    Motion::World => Joint::Slide { axis: &Vec3::zeros(), length: load(&first) },
-                    Motion::Revolute { axis, .. } => Joint::Turn { axis, sine: load(&first), cosine: load(&second) },
-                    Motion::Prismatic { axis, .. } => Joint::Slide { axis, length: load(&first) },
+                    Motion::World => Joint::Prismatic { axis: &Vec3::zeros(), length: load(&first) },
+                    Motion::Revolute { axis, .. } => {
+                        Joint::Revolute { axis, sine: load(&first), cosine: load(&second) }
+                    }
+                    Motion::Prismatic { axis, .. } => Joint::Prismatic { axis, length: load(&first) },
                     Motion::Ball { q, .. } => {
                         let quaternion = std::array::from_fn(|k| load(&coordinates[q + k]));
                         Joint::Ball { quaternion }
@@ -157,7 +162,8 @@ mod tests {
         poses
     }
 
-    /// A chain of every kind of joint, with slanted axes, a follower and an axis that points backward.
+    /// A chain of every kind of joint, with slanted axes, a follower and an axis that points
+    /// backward.
     fn every_joint() -> Scene {
         use crate::cspace::{ConfigSpace, Manifold};
         use crate::scene::{Coordinate, Frame};

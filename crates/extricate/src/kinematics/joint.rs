@@ -1,4 +1,5 @@
-//! The pose of one frame, at one configuration or at several: the same operations in the same order, so the same bits.
+//! The pose of one frame, at one configuration or at several: the same operations in the same
+//! order, so the same bits.
 
 use pulp::Simd;
 
@@ -7,9 +8,9 @@ use crate::math::{Pose, Vec3};
 /// A joint at its place, as many of them as a register has lanes.
 pub enum Joint<'a, S: Simd> {
     /// About a unit axis, by the angle of these.
-    Turn { axis: &'a Vec3, sine: S::f64s, cosine: S::f64s },
+    Revolute { axis: &'a Vec3, sine: S::f64s, cosine: S::f64s },
     /// Along a unit axis \[m\].
-    Slide { axis: &'a Vec3, length: S::f64s },
+    Prismatic { axis: &'a Vec3, length: S::f64s },
     /// By a unit quaternion x, y, z, w.
     Ball { quaternion: [S::f64s; 4] },
 }
@@ -25,7 +26,7 @@ pub fn joint_pose<S: Simd>(simd: S, parent: Option<&Numbers<S>>, fixed: &Pose, j
         Some(parent) => then(simd, parent, fixed),
     };
     match joint {
-        Joint::Turn { axis, sine, cosine } => {
+        Joint::Revolute { axis, sine, cosine } => {
             for (k, i, j) in [(0, 1, 2), (1, 2, 0), (2, 0, 1)] {
                 if axis[i] == 0.0 && axis[j] == 0.0 {
                     let sine = if axis[k] > 0.0 { sine } else { simd.neg_f64s(sine) };
@@ -35,7 +36,7 @@ pub fn joint_pose<S: Simd>(simd: S, parent: Option<&Numbers<S>>, fixed: &Pose, j
             }
             turn(simd, &mut pose, &axis_rotation(simd, axis, sine, cosine));
         }
-        Joint::Slide { axis, length } => {
+        Joint::Prismatic { axis, length } => {
             for r in 0..3 {
                 let along = |k: usize| simd.mul_f64s(pose[3 * k + r], simd.splat_f64s(axis[k]));
                 let unit = simd.add_f64s(simd.add_f64s(along(0), along(1)), along(2));

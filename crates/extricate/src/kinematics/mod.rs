@@ -1,8 +1,6 @@
 //! Forward kinematics and point Jacobians: pure functions of a scene and a configuration.
 
 mod block;
-#[cfg(test)]
-mod gradient;
 mod joint;
 mod sine;
 mod speed;
@@ -23,7 +21,8 @@ use joint::{Joint, joint_pose};
 /// Revolute joints whose sines and cosines are taken together.
 const TOGETHER: usize = 8;
 
-/// World poses of all frames of `scene` at configuration `q` (length `nq`), into `poses` (one per frame).
+/// World poses of all frames of `scene` at configuration `q` (length `nq`), into `poses` (one per
+/// frame).
 ///
 /// # Cost
 /// About one and a half 3 x 3 products a frame; allocates only when `poses` grows.
@@ -58,10 +57,10 @@ impl WithSimd for Forward<'_> {
                         poses.push(Pose::identity());
                         continue;
                     }
-                    Motion::Revolute { axis, .. } => Joint::Turn { axis, sine: sines[k], cosine: cosines[k] },
+                    Motion::Revolute { axis, .. } => Joint::Revolute { axis, sine: sines[k], cosine: cosines[k] },
                     Motion::Prismatic { axis, coordinate } => {
                         let length = coordinate.multiplier * q[coordinate.q] + coordinate.offset;
-                        Joint::Slide { axis, length }
+                        Joint::Prismatic { axis, length }
                     }
                     Motion::Ball { q: at, .. } => Joint::Ball { quaternion: [q[*at], q[at + 1], q[at + 2], q[at + 3]] },
                 };
@@ -87,3 +86,6 @@ fn from_numbers(numbers: &[f64; 12]) -> Pose {
         translation: Vec3::from_column_slice(&numbers[9..]),
     }
 }
+
+#[cfg(test)]
+mod gradient;

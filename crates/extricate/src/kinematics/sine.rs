@@ -1,18 +1,21 @@
-//! Sine and cosine of several angles at once, by the same operations whatever their number: one configuration and a block of
-//! them get the same bits, on every processor.
+//! Sine and cosine of several angles at once, by the same operations whatever their number: one
+//! configuration and a block of them get the same bits, on every processor.
 
 use pulp::Simd;
 
-/// Largest angle \[rad\] that the reduction below is made for; the standard library takes those beyond.
+/// Largest angle \[rad\] that the reduction below is made for; the standard library takes those
+/// beyond.
 pub const LARGEST: f64 = 1e5;
 
 /// Adding it leaves the nearest integer in the low bits of the sum: `1.5 * 2^52`.
 const ROUND: f64 = 6_755_399_441_055_744.0;
 
-/// `pi / 2` in three pieces. The first two have 33 bits, so that products with a quadrant below `2^20` are exact.
+/// `pi / 2` in three pieces. The first two have 33 bits, so that products with a quadrant below
+/// `2^20` are exact.
 const HALF_PI: [f64; 3] = [1.570_796_326_734_125_6, 6.077_100_506_303_966e-11, 2.022_266_248_795_950_6e-21];
 
-/// Taylor coefficients of `(sin x - x) / x^3` in `x^2`, highest first: the next one adds less than 1e-19 on `[-pi/4, pi/4]`.
+/// Taylor coefficients of `(sin x - x) / x^3` in `x^2`, highest first: the next one adds less than
+/// 1e-19 on `[-pi/4, pi/4]`.
 const SINE: [f64; 8] = [
     1.0 / 355_687_428_096_000.0,
     -1.0 / 1_307_674_368_000.0,
@@ -38,12 +41,12 @@ const COSINE: [f64; 7] = [
 /// Sines and cosines of angles \[rad\], a pair of results an angle.
 ///
 /// # Guarantee
-/// Within 2.3e-16 of the exact values (measured over a million angles up to [`LARGEST`], see the test). Angles beyond it, and those that are not
-/// finite, get what the standard library says.
+/// Within 2.3e-16 of the exact values (measured over a million angles up to [`LARGEST`], see the
+/// test). Angles beyond it, and those that are not finite, get what the standard library says.
 ///
 /// # Source
-/// Reduction: W. J. Cody and W. Waite, *Software Manual for the Elementary Functions*, 1980. No fused operations, so that
-/// results do not depend on the processor.
+/// Reduction: W. J. Cody and W. Waite, *Software Manual for the Elementary Functions*, 1980. No
+/// fused operations, so that results do not depend on the processor.
 #[inline(always)]
 pub fn sines_cosines<S: Simd, const N: usize>(simd: S, angles: &[f64; N]) -> ([f64; N], [f64; N]) {
     let (mut sines, mut cosines) = ([0.0; N], [0.0; N]);

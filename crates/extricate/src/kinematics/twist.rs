@@ -1,9 +1,11 @@
-//! How every joint moves the world, at one configuration: what gradients of many points and sums over whole bodies are made of.
+//! How every joint moves the world, at one configuration: what gradients of many points and sums
+//! over whole bodies are made of.
 
 use crate::math::{Pose, Vec3};
 use crate::scene::{Motion, Scene};
 
-/// The velocity of the world when one tangent coordinate runs at rate 1: a point `p` moves by `slide + turn x p`.
+/// The velocity of the world when one tangent coordinate runs at rate 1: a point `p` moves by
+/// `slide + turn x p`.
 #[derive(Debug, Clone, Copy)]
 pub struct Twist {
     /// The tangent coordinate.
@@ -23,7 +25,8 @@ pub struct Wrench {
     pub moment: Vec3,
 }
 
-/// The twists of all frames' own joints; what moves a frame are those of the chain from it to the world.
+/// The twists of all frames' own joints; what moves a frame are those of the chain from it to the
+/// world.
 #[derive(Debug, Clone, Default)]
 pub struct Twists {
     all: Vec<Twist>,
@@ -32,7 +35,8 @@ pub struct Twists {
 }
 
 impl Twist {
-    /// What the wrench does at this velocity: for a unit force at a point, how fast the point moves along it.
+    /// What the wrench does at this velocity: for a unit force at a point, how fast the point moves
+    /// along it.
     pub fn power(&self, wrench: &Wrench) -> f64 {
         self.turn.dot(&wrench.moment) + self.slide.dot(&wrench.force)
     }
@@ -83,7 +87,8 @@ impl Twists {
         &self.all[self.starts[frame]..self.starts[frame + 1]]
     }
 
-    /// Adds the power of `wrench` on what is fixed to `frame`, by tangent coordinate, to `gradient` (length `nv` or more).
+    /// Adds the power of `wrench` on what is fixed to `frame`, by tangent coordinate, to `gradient`
+    /// (length `nv` or more).
     pub fn add_power(&self, scene: &Scene, mut frame: usize, wrench: &Wrench, gradient: &mut [f64]) {
         while frame != 0 {
             for twist in self.of(frame) {

@@ -1,17 +1,11 @@
-//! From labels to a classifier of the obstacle region. Sees `label` and features of configurations, never a mesh.
+//! From labels to a classifier of the obstacle region. Sees `label` and features of configurations,
+//! never a mesh.
 
-pub mod active;
-pub mod active_set;
+pub mod active_learning;
 pub mod budget;
-pub mod classifier;
-pub mod explore;
-pub mod kernel;
-pub mod kernel_tile;
-pub mod row_cache;
-pub mod selection;
-pub mod smo;
-pub mod standardize;
-pub mod union;
+pub mod exploration;
+pub mod obstacle_classifier;
+pub mod svm;
 
 use crate::cspace::Label;
 use crate::error::{Error, Result};
@@ -32,19 +26,22 @@ pub struct LearnOptions {
     pub seed: u64,
     /// Threads; 0 for one per core. The model does not depend on it.
     pub threads: usize,
-    /// Most memory for what is found \[bytes\], as [`crate::Learner::bytes`] counts it; learning ends where it is reached. Kernel rows of
-    /// training take half of what is left of it.
+    /// Most memory for what is found \[bytes\], as [`crate::Learner::bytes`] counts it; learning
+    /// ends where it is reached. Kernel rows of training take half of what is left of it.
     pub memory: usize,
-    /// Ends learning where at least 95 % of the queries of 64 held-out colliding configurations have at most this excess (0.05:
-    /// 5 % farther than a search about ten times as long finds) and [`LearnOptions::target_disagreement`] holds, where given.
+    /// Ends learning where at least 95 % of the queries of 64 held-out colliding configurations
+    /// have at most this excess (0.05: 5 % farther than a search about ten times as long finds) and
+    /// [`LearnOptions::target_disagreement`] holds, where given.
     pub target_excess: Option<f64>,
-    /// Ends learning where classifier and labels disagree on at most this share of held-out configurations, free and colliding
-    /// ones counting half each, and [`LearnOptions::target_excess`] holds, where given. Training goes on longer for it.
+    /// Ends learning where classifier and labels disagree on at most this share of held-out
+    /// configurations, free and colliding ones counting half each, and
+    /// [`LearnOptions::target_excess`] holds, where given. Training goes on longer for it.
     pub target_disagreement: Option<f64>,
 }
 
 impl LearnOptions {
-    /// The part of the limit in seconds that learning itself may take: the rest is for indexing and measuring what it made.
+    /// The part of the limit in seconds that learning itself may take: the rest is for indexing and
+    /// measuring what it made.
     pub(crate) fn seconds_for_learning(&self) -> Option<f64> {
         self.seconds.map(|seconds| LEARNING_SHARE * seconds)
     }

@@ -1,12 +1,14 @@
-//! The points of each frame's geometry that can move farthest: vertices of convex hulls, balls and rims.
+//! The points of each frame's geometry that can move farthest: vertices of convex hulls, balls and
+//! rims.
 //!
-//! Between two poses the displacement is an affine function of the point, so its length is convex and attained at an
-//! extreme point of the geometry.
+//! Between two poses the displacement is an affine function of the point, so its length is convex
+//! and attained at an extreme point of the geometry.
 
 use std::f64::consts::TAU;
 
 use crate::math::{LANES, Mat3, Pose, Vec3, vectorized};
-use crate::robot::{Geometry, convex_hull::convex_hull};
+use crate::robot::Geometry;
+use crate::robot::mesh::convex_hull::convex_hull;
 use crate::scene::{Part, Scene};
 
 /// Extreme points of every moving frame that carries geometry.
@@ -58,7 +60,8 @@ impl Extremes {
         Self { frames }
     }
 
-    /// Index of the frame with the point that moves farthest between two sets of poses; `None` where nothing moves.
+    /// Index of the frame with the point that moves farthest between two sets of poses; `None`
+    /// where nothing moves.
     pub fn farthest_frame(&self, from: &[Pose], to: &[Pose]) -> Option<usize> {
         let moved = |f: &FrameExtremes| f.max_displacement(&from[f.frame], &to[f.frame]);
         (0..self.frames.len()).max_by(|a, b| moved(&self.frames[*a]).total_cmp(&moved(&self.frames[*b])))
@@ -199,7 +202,8 @@ impl FrameExtremes {
         self.radius = points.chain(balls).chain(circles).fold(0.0, f64::max);
     }
 
-    /// No point moves farther than this: the centre's displacement and what the turn adds at the ball's rim.
+    /// No point moves farther than this: the centre's displacement and what the turn adds at the
+    /// ball's rim.
     fn displacement_bound(&self, from: &Pose, to: &Pose) -> f64 {
         let turn = to.rotation - from.rotation;
         let shift = turn * self.centre + to.translation - from.translation;
@@ -230,10 +234,12 @@ fn circle_point(centre: &Vec3, x: &Vec3, y: &Vec3, angle: f64) -> Vec3 {
     centre + x * angle.cos() + y * angle.sin()
 }
 
-/// Largest `|move_centre + turn y|^2` over `|y| = radius`, where `turn` is a difference of two rotations.
+/// Largest `|move_centre + turn y|^2` over `|y| = radius`, where `turn` is a difference of two
+/// rotations.
 ///
-/// Such a difference maps the ball to a disc of radius `sigma r` in the plane normal to the axis of the relative rotation,
-/// with `turn turn' = sigma^2 (1 - n n')`; so the answer is the axial part plus (the planar part + the disc's radius).
+/// Such a difference maps the ball to a disc of radius `sigma r` in the plane normal to the axis of
+/// the relative rotation, with `turn turn' = sigma^2 (1 - n n')`; so the answer is the axial part
+/// plus (the planar part + the disc's radius).
 fn ball_displacement_squared(turn: &Mat3, move_centre: &Vec3, radius: f64) -> f64 {
     let sigma_squared = 0.5 * turn.norm_squared();
     if sigma_squared < 1e-30 {
@@ -289,7 +295,8 @@ fn keep_larger(largest: &mut [f64; LANES], values: &[f64; LANES]) {
     }
 }
 
-/// Sets the squares of points within the root of `apart` of `point` to 0; the largest of the rest, and where it is, counted through.
+/// Sets the squares of points within the root of `apart` of `point` to 0; the largest of the rest,
+/// and where it is, counted through.
 fn forget_near(point: &Vec3, apart: f64, blocks: &[[[f64; LANES]; 3]], squares: &mut [[f64; LANES]]) -> (usize, f64) {
     let (largest, at) = vectorized(
         #[inline(always)]
@@ -315,7 +322,8 @@ fn forget_near(point: &Vec3, apart: f64, blocks: &[[[f64; LANES]; 3]], squares: 
     (at[lane] as usize * LANES + lane, largest[lane])
 }
 
-/// Largest `|c + x cos t + y sin t|^2`: the best of 16 angles, then Newton's method on the derivative.
+/// Largest `|c + x cos t + y sin t|^2`: the best of 16 angles, then Newton's method on the
+/// derivative.
 fn circle_displacement_squared(c: &Vec3, x: &Vec3, y: &Vec3) -> f64 {
     let value = |t: f64| circle_point(c, x, y, t).norm_squared();
     let mut best = (0.0, value(0.0));

@@ -1,8 +1,8 @@
-//! Sums over the moving volume: how its squared displacement grows with a step, which is what an inertia tells of a velocity.
+//! Sums over the moving volume: how its squared displacement grows with a step, which is what an
+//! inertia tells of a velocity.
 
-use super::quadratic::Quadratic;
 use super::solids::{FrameSolid, Solids};
-use crate::kinematics::{Twist, Wrench};
+use crate::kinematics::{Twist, Twists, Wrench};
 use crate::math::{Mat3, Pose, Vec3};
 use crate::scene::Scene;
 
@@ -11,7 +11,8 @@ use crate::scene::Scene;
 pub(super) struct Carried {
     /// Share of the moving volume.
     mass: f64,
-    /// The volume's first and second moments about the world's origin, per moving volume \[m, m^2\].
+    /// The volume's first and second moments about the world's origin, per moving volume \[m,
+    /// m^2\].
     first: Vec3,
     second: Mat3,
     /// What pulls it toward where it came from: the gradient of half the squared displacement.
@@ -25,13 +26,15 @@ impl Default for Carried {
 }
 
 impl Carried {
-    /// Of one frame alone, in world axes; `from` is its part of the embedding of where it came from.
+    /// Of one frame alone, in world axes; `from` is its part of the embedding of where it came
+    /// from.
     fn new(solid: &FrameSolid, pose: &Pose, from: &[f64]) -> Self {
         let scale = solid.share.sqrt();
         let (center, arms) = (pose.point(&solid.centroid), pose.rotation * solid.root);
         let mut pull = Wrench::at(&center, (center * scale - Vec3::from_column_slice(&from[..3])) * scale);
         for (k, before) in from[3..12].chunks_exact(3).enumerate() {
-            // An arm is a couple of points: forces on it have a moment only. Its own part, arm x arm, is zero.
+            // An arm is a couple of points: forces on it have a moment only. Its own part, arm x
+            // arm, is zero.
             pull.moment -= arms.column(k).cross(&Vec3::from_column_slice(before)) * scale;
         }
         let second = (arms * arms.transpose() + center * center.transpose()) * solid.share;
@@ -45,7 +48,8 @@ impl Carried {
         self.pull += &other.pull;
     }
 
-    /// Of the velocity `twist`: its power on another velocity is what both together add to the squared displacement, halved.
+    /// Of the velocity `twist`: its power on another velocity is what both together add to the
+    /// squared displacement, halved.
     fn momentum(&self, twist: &Twist) -> Wrench {
         let force = twist.slide * self.mass + twist.turn.cross(&self.first);
         let moment = twist.turn * self.second.trace() - self.second * twist.turn + self.first.cross(&twist.slide);
@@ -53,15 +57,29 @@ impl Carried {
     }
 }
 
-/// The tensor (`nv x nv`) and the slope of half the squared object norm between the configuration with frame poses `poses` and one that is embedded
-/// as `from`, added to those of `out`: Gauss and Newton's, exact where it came from.
+/// What the sums are added to, and what they are made with.
+pub(super) struct Sums<'a> {
+    /// `nv x nv`, row major.
+    pub tensor: &'a mut [f64],
+    /// Of `nv` tangent coordinates.
+    pub slope: &'a mut [f64],
+    /// How the frames move.
+    pub twists: &'a Twists,
+    /// Memory, a frame each.
+    pub carried: &'a mut Vec<Carried>,
+}
+
+/// The tensor (`nv x nv`) and the slope of half the squared object norm between the configuration
+/// with frame poses `poses` and one that is embedded as `from`, added to those of `out`: Gauss and
+/// Newton's, exact where it came from.
 ///
 /// # Source
-/// R. Featherstone, *Rigid Body Dynamics Algorithms* (2008), section 6.2: the composite rigid body algorithm, which joins what each joint carries before
-/// it multiplies. The tensor is the mass matrix of the moving volume.
-pub(super) fn object_norm_model(scene: &Scene, solids: &Solids, poses: &[Pose], from: &[f64], out: &mut Quadratic) {
+/// R. Featherstone, *Rigid Body Dynamics Algorithms* (2008), section 6.2: the composite rigid body
+/// algorithm, which joins what each joint carries before it multiplies. The tensor is the mass
+/// matrix of the moving volume.
+pub(super) fn object_norm_model(scene: &Scene, solids: &Solids, poses: &[Pose], from: &[f64], out: Sums) {
     let nv = scene.space.nv();
-    let Quadratic { tensor, slope, twists, carried, .. } = out;
+    let Sums { tensor, slope, twists, carried } = out;
     carried.clear();
     carried.resize(scene.frames.len(), Carried::default());
     for (solid, from) in solids.frames.iter().zip(from.chunks_exact(12)) {
@@ -94,16 +112,18 @@ mod tests {
     use super::*;
     use crate::cspace::sampling::Halton;
     use crate::kinematics::{add_point_gradient, forward};
+    use crate::metric::quadratic::Quadratic;
     use crate::metric::{Anchor, Metric};
-    use crate::scene::{MetricSpec, builtin};
+    use crate::scene::{MetricKind, builtin};
     use std::sync::Arc;
 
-    /// The embedding's Jacobian, row by row, squared: a slow twin. Mimic joints, which move two frames by one coordinate, are the hand's.
+    /// The embedding's Jacobian, row by row, squared: a slow twin. Mimic joints, which move two
+    /// frames by one coordinate, are the hand's.
     #[test]
     fn equals_the_square_of_the_embeddings_jacobian() {
         for name in builtin::NAMES {
             let scene = Arc::new(builtin::scene(name).unwrap());
-            let metric = Metric::of_kind(scene.clone(), MetricSpec::ObjectNorm);
+            let metric = Metric::of_kind(scene.clone(), MetricKind::ObjectNorm);
             let (space, nv) = (&scene.space, scene.space.nv());
             let (halton, mut q, mut x) = (Halton::new(nv, 1), vec![0.0; space.nq()], vec![0.0; space.nq()]);
             let (mut poses, mut anchor, mut model) = (Vec::new(), Anchor::default(), Quadratic::default());

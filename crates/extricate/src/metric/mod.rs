@@ -1,8 +1,10 @@
 //! Distances between configurations, each with an embedding that never exceeds it.
 //!
-//! Every metric `d` comes with `phi: C -> R^m` such that `|phi(q) - phi(q')| <= d(q, q')`: a Euclidean index over `phi` plus
-//! re-ranking is exact under `d`. Not here: searching (`boundary`), collision.
+//! Every metric `d` comes with `phi: C -> R^m` such that `|phi(q) - phi(q')| <= d(q, q')`: a
+//! Euclidean index over `phi` plus re-ranking is exact under `d`. Not here: searching (`boundary`),
+//! collision.
 
+mod coordinate_use;
 pub mod extremes;
 mod inertia;
 pub mod motion_bound;
@@ -17,9 +19,9 @@ use crate::cspace::sampling::Halton;
 use crate::cspace::{Factor, Manifold};
 use crate::kinematics::forward;
 use crate::math::Pose;
-use crate::scene::{MetricSpec, Scene};
+use crate::scene::{MetricKind, Scene};
+use coordinate_use::{CoordinateUse, coordinate_uses};
 use extremes::Extremes;
-use motion_bound::{CoordinateUse, coordinate_uses};
 use solids::Solids;
 
 /// The metric of a scene.
@@ -31,7 +33,7 @@ use solids::Solids;
 /// | max displacement | largest displacement of any point of the moving geometry \[m\] | root mean square displacement of the points that move farthest as a rule, 12 numbers a moving frame |
 pub struct Metric {
     scene: Arc<Scene>,
-    kind: MetricSpec,
+    kind: MetricKind,
     solids: Solids,
     extremes: Extremes,
     uses: Vec<CoordinateUse>,
@@ -64,11 +66,11 @@ impl Metric {
     }
 
     /// A metric of the given kind over `scene`, whatever the scene names.
-    pub fn of_kind(scene: Arc<Scene>, kind: MetricSpec) -> Self {
+    pub fn of_kind(scene: Arc<Scene>, kind: MetricKind) -> Self {
         let extremes = Extremes::new(&scene);
         let solids = match kind {
-            MetricSpec::MaxDisplacement => far_points(&scene, &extremes),
-            MetricSpec::Joint | MetricSpec::ObjectNorm => Solids::new(&scene),
+            MetricKind::MaxDisplacement => far_points(&scene, &extremes),
+            MetricKind::Joint | MetricKind::ObjectNorm => Solids::new(&scene),
         };
         let uses = coordinate_uses(&scene);
         let mut metric = Self { scene, kind, solids, extremes, uses, diameter: 0.0, lever: 0.0 };
@@ -85,7 +87,7 @@ impl Metric {
     }
 
     /// Its kind.
-    pub fn kind(&self) -> MetricSpec {
+    pub fn kind(&self) -> MetricKind {
         self.kind
     }
 
@@ -106,11 +108,12 @@ impl Metric {
         &self.extremes
     }
 
-    /// Number of coordinates of the embedding.
+    /// Number of coordinates of the embedding, at least one.
     pub fn embedding_len(&self) -> usize {
         match self.kind {
-            MetricSpec::Joint => self.scene.space.factors().iter().map(|f| chord_len(&f.manifold)).sum(),
-            MetricSpec::ObjectNorm | MetricSpec::MaxDisplacement => 12 * self.solids.frames.len(),
+            MetricKind::Joint => self.scene.space.factors().iter().map(|f| chord_len(&f.manifold)).sum(),
+            // Where nothing moves that has a volume, one that stays 0.
+            MetricKind::ObjectNorm | MetricKind::MaxDisplacement => (12 * self.solids.frames.len()).max(1),
         }
     }
 
@@ -120,8 +123,8 @@ impl Metric {
     /// `|phi(a) - phi(b)| <= distance(a, b)` up to rounding.
     pub fn embed(&self, q: &[f64], scratch: &mut MetricScratch, out: &mut [f64]) {
         match self.kind {
-            MetricSpec::Joint => self.embed_joint(q, out),
-            MetricSpec::ObjectNorm | MetricSpec::MaxDisplacement => {
+            MetricKind::Joint => self.embed_joint(q, out),
+            MetricKind::ObjectNorm | MetricKind::MaxDisplacement => {
                 forward(&self.scene, q, &mut scratch.poses);
                 self.solids.embed(&scratch.poses, out);
             }
@@ -140,7 +143,8 @@ impl Metric {
                     out[at + 1] = scale * sin;
                 }
                 Manifold::Rotation => {
-                    // |R - R'| in the Frobenius norm is 2 sqrt(2) sin(angle / 2); divided by sqrt(2) it is a chord.
+                    // |R - R'| in the Frobenius norm is 2 sqrt(2) sin(angle / 2); divided by
+                    // sqrt(2) it is a chord.
                     let rotation = crate::math::quaternion_matrix(&q[factor.q..factor.q + 4]);
                     for (slot, x) in out[at..at + 9].iter_mut().zip(rotation.iter()) {
                         *slot = scale * std::f64::consts::FRAC_1_SQRT_2 * x;
@@ -151,26 +155,29 @@ impl Metric {
         }
     }
 
-    /// Whether the distance between two embeddings is the metric's, not only at most that: joints that all have limits.
+    /// Whether the distance between two embeddings is the metric's, not only at most that: joints
+    /// that all have limits.
     pub fn embedding_is_exact(&self) -> bool {
         let is_interval = |factor: &Factor| matches!(factor.manifold, Manifold::Interval { .. });
-        self.kind == MetricSpec::Joint && self.scene.space.factors().iter().all(is_interval)
+        self.kind == MetricKind::Joint && self.scene.space.factors().iter().all(is_interval)
     }
 
-    /// A length of the order of the largest distance between any two configurations, in metric units.
+    /// A length of the order of the largest distance between any two configurations, in metric
+    /// units.
     pub fn diameter(&self) -> f64 {
         self.diameter
     }
 
-    /// Largest displacement of a point \[m\] that a small step of length 1 (metric units) typically causes.
+    /// Largest displacement of a point \[m\] that a small step of length 1 (metric units) typically
+    /// causes.
     pub fn lever(&self) -> f64 {
         self.lever
     }
 
     fn measure_diameter(&self) -> f64 {
         match self.kind {
-            MetricSpec::Joint => self.scene.space.diameter(),
-            MetricSpec::ObjectNorm | MetricSpec::MaxDisplacement => {
+            MetricKind::Joint => self.scene.space.diameter(),
+            MetricKind::ObjectNorm | MetricKind::MaxDisplacement => {
                 sampled_pairs(&self.scene).map(|(a, b)| self.distance(&a, &b)).fold(0.0, f64::max)
             }
         }
@@ -206,7 +213,7 @@ impl Metric {
     fn finish_anchor(&self, q: &[f64], anchor: &mut Anchor) {
         anchor.q.clear();
         anchor.q.extend_from_slice(q);
-        if self.kind != MetricSpec::Joint {
+        if self.kind != MetricKind::Joint {
             anchor.embedding.resize(12 * self.solids.frames.len(), 0.0);
             self.solids.embed(&anchor.poses, &mut anchor.embedding);
         }
@@ -215,14 +222,14 @@ impl Metric {
     /// Distance from the anchor to `q`, in metric units.
     pub fn distance_from(&self, anchor: &Anchor, q: &[f64], scratch: &mut MetricScratch) -> f64 {
         match self.kind {
-            MetricSpec::Joint => self.scene.space.distance(&anchor.q, q),
-            MetricSpec::ObjectNorm => {
+            MetricKind::Joint => self.scene.space.distance(&anchor.q, q),
+            MetricKind::ObjectNorm => {
                 forward(&self.scene, q, &mut scratch.poses);
                 scratch.embedding.resize(anchor.embedding.len(), 0.0);
                 self.solids.embed(&scratch.poses, &mut scratch.embedding);
                 euclidean(&anchor.embedding, &scratch.embedding)
             }
-            MetricSpec::MaxDisplacement => self.max_displacement_from(anchor, q, scratch),
+            MetricKind::MaxDisplacement => self.max_displacement_from(anchor, q, scratch),
         }
     }
 
@@ -233,7 +240,8 @@ impl Metric {
         self.distance_from(&anchor, b, &mut MetricScratch::default())
     }
 
-    /// Largest displacement \[m\] of any point of the moving geometry between the anchor and `q`, whatever the metric.
+    /// Largest displacement \[m\] of any point of the moving geometry between the anchor and `q`,
+    /// whatever the metric.
     pub fn max_displacement_from(&self, anchor: &Anchor, q: &[f64], scratch: &mut MetricScratch) -> f64 {
         forward(&self.scene, q, &mut scratch.poses);
         self.max_displacement_at(anchor, &scratch.poses)
@@ -257,8 +265,8 @@ fn sampled_pairs(scene: &Scene) -> impl Iterator<Item = (Vec<f64>, Vec<f64>)> + 
     })
 }
 
-/// The measure whose mean square displacement comes near the largest one: each frame weighs as often as it holds the farthest
-/// point between random configurations, near and far.
+/// The measure whose mean square displacement comes near the largest one: each frame weighs as
+/// often as it holds the farthest point between random configurations, near and far.
 fn far_points(scene: &Scene, extremes: &Extremes) -> Solids {
     let mut counts = vec![0.0; extremes.frames.len()];
     let (mut from, mut to) = (Vec::new(), Vec::new());

@@ -1,11 +1,14 @@
-//! How far a point can move while the configuration moves by a given distance: what turns lengths into proofs.
+//! How far a point can move while the configuration moves by a given distance: what turns lengths
+//! into proofs.
 
 use super::Metric;
+use super::coordinate_use::CoordinateUse;
 use crate::math::{LANES, Mat3, Pose, Vec3};
-use crate::scene::{MetricSpec, Motion, Scene};
+use crate::scene::{MetricKind, Motion, Scene};
 
-/// Bounds for points of one frame seen from another, prepared in two steps: [`Metric::motion_between`] for the frames, then
-/// [`Metric::motion_of`] for a point. Memory is reused.
+/// Bounds for points of one frame seen from another, prepared in two steps:
+/// [`Metric::motion_between`] for the frames, then [`Metric::motion_of`] for a point. Memory is
+/// reused.
 #[derive(Debug, Clone, Default)]
 pub struct MotionPath {
     of: usize,
@@ -37,7 +40,8 @@ struct Step {
 
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum StepKind {
-    /// With the part of its squared displacement per squared distance that counts, see [`OrthogonalSlides`].
+    /// With the part of its squared displacement per squared distance that counts, see
+    /// [`OrthogonalSlides`].
     Slide(f64),
     SharedSlide,
     Turn,
@@ -45,17 +49,20 @@ enum StepKind {
 }
 
 impl Metric {
-    /// Upper bound \[m\] on the displacement of a point, fixed to frame `of` and seen from frame `relative_to` (0: the world),
-    /// between a configuration with frame poses `poses` and any other within `distance` (metric units) of it.
+    /// Upper bound \[m\] on the displacement of a point, fixed to frame `of` and seen from frame
+    /// `relative_to` (0: the world), between a configuration with frame poses `poses` and any other
+    /// within `distance` (metric units) of it.
     ///
     /// # Guarantee
     /// Proved for every such configuration; grows with `distance`.
     ///
-    /// Joint metric: the joints between the two frames are walked outward from the point. A joint that turns by `delta`
-    /// moves the point by at most `reach * delta`, where `reach` is the present distance of the point from the axis plus
-    /// what the joints nearer to the point can have moved it by; Cauchy and Schwarz sum them up. Object norm: see
-    /// [`super::solids::FrameSolid::motion_factor`]; for two moving frames the squares add, since their shares of the volume do.
-    /// Largest displacement: one per moving frame where the point lies in its hull (`inside`), otherwise as the object norm.
+    /// Joint metric: the joints between the two frames are walked outward from the point. A joint
+    /// that turns by `delta` moves the point by at most `reach * delta`, where `reach` is the
+    /// present distance of the point from the axis plus what the joints nearer to the point can
+    /// have moved it by; Cauchy and Schwarz sum them up. Object norm: see
+    /// [`super::solids::FrameSolid::motion_factor`]; for two moving frames the squares add, since
+    /// their shares of the volume do. Largest displacement: one per moving frame where the point
+    /// lies in its hull (`inside`), otherwise as the object norm.
     pub fn motion_bound(&self, poses: &[Pose], point: &BoundedPoint, distance: f64, path: &mut MotionPath) -> f64 {
         self.motion_between(poses, point.of, point.relative_to, path);
         self.motion_of(poses, point, path);
@@ -67,7 +74,7 @@ impl Metric {
         (path.of, path.relative_to) = (of, relative_to);
         path.steps.clear();
         path.rate = 0.0;
-        if self.kind() == MetricSpec::Joint {
+        if self.kind() == MetricKind::Joint {
             joint_steps(self.scene(), self.coordinate_uses(), poses, path);
         }
     }
@@ -76,14 +83,14 @@ impl Metric {
     pub fn motion_of(&self, poses: &[Pose], point: &BoundedPoint, path: &mut MotionPath) {
         debug_assert_eq!((point.of, point.relative_to), (path.of, path.relative_to));
         match self.kind() {
-            MetricSpec::Joint => path.place(&point.position),
-            MetricSpec::ObjectNorm => path.rate = self.factor(poses, point, false),
-            MetricSpec::MaxDisplacement => path.rate = self.factor(poses, point, true),
+            MetricKind::Joint => path.place(&point.position),
+            MetricKind::ObjectNorm => path.rate = self.factor(poses, point, false),
+            MetricKind::MaxDisplacement => path.rate = self.factor(poses, point, true),
         }
     }
 
-    /// `sqrt` of the sum of squared factors for the object norm; their sum for the largest displacement, where a frame whose
-    /// hull holds the point counts 1.
+    /// `sqrt` of the sum of squared factors for the object norm; their sum for the largest
+    /// displacement, where a frame whose hull holds the point counts 1.
     fn factor(&self, poses: &[Pose], point: &BoundedPoint, largest: bool) -> f64 {
         let of_frame = |frame: usize, inside: bool| {
             if frame == 0 {
@@ -115,34 +122,6 @@ pub struct BoundedPoint {
     pub inside_of: bool,
     /// Whether it lies in the convex hull of what `relative_to` carries.
     pub inside_relative_to: bool,
-}
-
-/// What the joint metric's bound needs to know of a tangent coordinate.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct CoordinateUse {
-    weight: f64,
-    /// Whether several frames move with it (mimic joints).
-    shared: bool,
-}
-
-impl CoordinateUse {
-    /// The weight of its square in the joint metric; of a ball joint its first coordinate has it.
-    pub(super) fn weight(&self) -> f64 {
-        self.weight
-    }
-}
-
-/// One entry a tangent coordinate.
-pub(super) fn coordinate_uses(scene: &Scene) -> Vec<CoordinateUse> {
-    let mut uses = vec![CoordinateUse { weight: 1.0, shared: false }; scene.space.nv()];
-    scene.space.factors().iter().for_each(|f| uses[f.v].weight = f.weight);
-    let mut seen = vec![false; uses.len()];
-    for frame in &scene.frames {
-        if let Motion::Revolute { coordinate, .. } | Motion::Prismatic { coordinate, .. } = &frame.motion {
-            uses[coordinate.v].shared |= std::mem::replace(&mut seen[coordinate.v], true);
-        }
-    }
-    uses
 }
 
 fn joint_steps(scene: &Scene, uses: &[CoordinateUse], poses: &[Pose], path: &mut MotionPath) {
@@ -180,13 +159,14 @@ fn joint_steps(scene: &Scene, uses: &[CoordinateUse], poses: &[Pose], path: &mut
 }
 
 impl MotionPath {
-    /// What the joints do to the points of the path's frame by themselves, without what they do to each other's levers; nothing for other
-    /// metrics than the joint metric.
+    /// What the joints do to the points of the path's frame by themselves, without what they do to
+    /// each other's levers; nothing for other metrics than the joint metric.
     pub fn levers(&self) -> Levers {
         let mut levers = Levers { squared: Mat3::zeros(), linear: Vec3::zeros(), constant: 0.0 };
         for step in &self.steps {
             let square = step.multiplier * step.multiplier * step.per_weight;
-            // The squared length of what this leaves of an arm is the squared distance from the axis.
+            // The squared length of what this leaves of an arm is the squared distance from the
+            // axis.
             let across = match step.kind {
                 StepKind::Slide(_) => continue,
                 StepKind::SharedSlide => {
@@ -215,10 +195,12 @@ impl MotionPath {
         }
     }
 
-    /// Upper bound \[m\] on the displacement of the point within `distance` (metric units), see [`Metric::motion_bound`].
+    /// Upper bound \[m\] on the displacement of the point within `distance` (metric units), see
+    /// [`Metric::motion_bound`].
     ///
     /// # Guarantee
-    /// Grows with `distance` from 0 and is convex: `distance` times the norm of terms that are not negative, grow and are convex themselves.
+    /// Grows with `distance` from 0 and is convex: `distance` times the norm of terms that are not
+    /// negative, grow and are convex themselves.
     pub fn bound(&mut self, distance: f64) -> f64 {
         let Self { steps, reach, .. } = self;
         steps.iter().filter_map(|step| step.shared).for_each(|v| reach[v] = 0.0);
@@ -246,7 +228,8 @@ impl MotionPath {
     }
 }
 
-/// The sum of squared levers as a quadratic form of the point's position: many points of one frame cost little more than one.
+/// The sum of squared levers as a quadratic form of the point's position: many points of one frame
+/// cost little more than one.
 #[derive(Debug, Clone, Copy)]
 pub struct Levers {
     squared: Mat3,
@@ -255,8 +238,8 @@ pub struct Levers {
 }
 
 impl Levers {
-    /// The squares of rates \[m per metric unit\], at least 0: [`MotionPath::bound`] of the points at `positions` (world \[m\], axis by axis) grows at
-    /// least so fast.
+    /// The squares of rates \[m per metric unit\], at least 0: [`MotionPath::bound`] of the points
+    /// at `positions` (world \[m\], axis by axis) grows at least so fast.
     #[inline(always)]
     pub fn squared_rates(&self, positions: &[[f64; LANES]; 3]) -> [f64; LANES] {
         let (a, b) = (&self.squared, &self.linear);
@@ -281,8 +264,9 @@ impl Levers {
 /// Of a few dozen operations, relative to the terms.
 const ROUNDING: f64 = 1e-14;
 
-/// Consecutive prismatic joints along orthogonal axes, which no turn comes between: their displacements are the legs of a right
-/// angle, so together they count as much as the one that counts most.
+/// Consecutive prismatic joints along orthogonal axes, which no turn comes between: their
+/// displacements are the legs of a right angle, so together they count as much as the one that
+/// counts most.
 #[derive(Default)]
 struct OrthogonalSlides {
     axes: [Vec3; 3],
@@ -304,7 +288,8 @@ impl OrthogonalSlides {
     }
 }
 
-/// Frames whose joints lie between `of` and `relative_to`, from `of` up to the common ancestor and down to the other.
+/// Frames whose joints lie between `of` and `relative_to`, from `of` up to the common ancestor and
+/// down to the other.
 fn chain(scene: &Scene, of: usize, relative_to: usize, path: &mut Vec<usize>) {
     path.clear();
     let (mut a, mut b) = (of, relative_to);

@@ -1,14 +1,15 @@
 //! A local quadratic model of half the squared distance, for constrained minimisation.
 
 use super::extremes::FarPoints;
-use super::inertia::{Carried, object_norm_model};
+use super::inertia::{Carried, Sums, object_norm_model};
 use super::{Anchor, Metric};
 use crate::kinematics::{Twists, Wrench};
 use crate::math::Pose;
-use crate::scene::MetricSpec;
+use crate::scene::MetricKind;
 
-/// `d(anchor, x + t)^2 / 2 ~ u' H u / 2 + g' u + const  subject to  R u >= r`, where `u` is `t` (tangent coordinates at `x`), for
-/// the largest displacement followed by one more unknown: that displacement itself.
+/// `d(anchor, x + t)^2 / 2 ~ u' H u / 2 + g' u + const  subject to  R u >= r`, where `u` is `t`
+/// (tangent coordinates at `x`), for the largest displacement followed by one more unknown: that
+/// displacement itself.
 #[derive(Debug, Clone, Default)]
 pub struct Quadratic {
     /// Length of `u`.
@@ -23,26 +24,28 @@ pub struct Quadratic {
     pub rows: Vec<f64>,
     /// `r`.
     pub bounds: Vec<f64>,
-    /// The metric's own tensor (of the object norm, for the largest displacement): `nv x nv`, row major.
+    /// The metric's own tensor (of the object norm, for the largest displacement): `nv x nv`, row
+    /// major.
     pub tensor: Vec<f64>,
-    pub(super) slope: Vec<f64>,
-    pub(super) twists: Twists,
-    pub(super) carried: Vec<Carried>,
+    slope: Vec<f64>,
+    twists: Twists,
+    carried: Vec<Carried>,
     far: FarPoints,
 }
 
 /// Relative damping that keeps the tensor positive definite where a coordinate moves nothing.
 const DAMPING: f64 = 1e-6;
 
-/// Weight of the tensor beside the largest displacement, whose own model is linear: a proximal term, which also stands for the
-/// curvature that the linear model lacks.
+/// Weight of the tensor beside the largest displacement, whose own model is linear: a proximal
+/// term, which also stands for the curvature that the linear model lacks.
 const PROXIMAL: f64 = 0.05;
 
 impl Metric {
     /// Models half the squared distance from `anchor` around `x`, whose frame poses are `poses`.
     ///
-    /// Exact to second order for the joint metric without rotations; a Gauss-Newton model for the object norm; for the largest
-    /// displacement `s`, half of `s^2` with one linearised row `s >= |displacement|` for each of the points that move farthest.
+    /// Exact to second order for the joint metric without rotations; a Gauss-Newton model for the
+    /// object norm; for the largest displacement `s`, half of `s^2` with one linearised row `s >=
+    /// |displacement|` for each of the points that move farthest.
     pub fn quadratic_model(&self, anchor: &Anchor, x: &[f64], poses: &[Pose], out: &mut Quadratic) {
         let nv = self.scene().space.nv();
         out.tensor.clear();
@@ -51,12 +54,14 @@ impl Metric {
         out.slope.resize(nv, 0.0);
         out.rows.clear();
         out.bounds.clear();
-        out.is_diagonal = self.kind() == MetricSpec::Joint;
+        out.is_diagonal = self.kind() == MetricKind::Joint;
         match self.kind() {
-            MetricSpec::Joint => self.joint_model(anchor, x, out),
-            MetricSpec::ObjectNorm | MetricSpec::MaxDisplacement => {
+            MetricKind::Joint => self.joint_model(anchor, x, out),
+            MetricKind::ObjectNorm | MetricKind::MaxDisplacement => {
                 out.twists.set(self.scene(), poses);
-                object_norm_model(self.scene(), self.solids(), poses, &anchor.embedding, out);
+                let Quadratic { tensor, slope, twists, carried, .. } = out;
+                let sums = Sums { tensor, slope, twists, carried };
+                object_norm_model(self.scene(), self.solids(), poses, &anchor.embedding, sums);
             }
         }
         let largest = out.tensor.iter().step_by(nv + 1).copied().fold(0.0, f64::max).max(1e-12);
@@ -67,7 +72,7 @@ impl Metric {
             out.gradient.clone_from(&out.slope);
             return;
         }
-        let extra = usize::from(self.kind() == MetricSpec::MaxDisplacement);
+        let extra = usize::from(self.kind() == MetricKind::MaxDisplacement);
         let unknowns = nv + extra;
         out.unknowns = unknowns;
         out.hessian.clear();
@@ -87,8 +92,8 @@ impl Metric {
         }
     }
 
-    /// Gradient over the tangent coordinates at `x` of half the squared distance from `anchor`, for the joint metric: as
-    /// [`Metric::quadratic_model`] has it.
+    /// Gradient over the tangent coordinates at `x` of half the squared distance from `anchor`, for
+    /// the joint metric: as [`Metric::quadratic_model`] has it.
     pub fn joint_gradient(&self, anchor: &Anchor, x: &[f64], gradient: &mut [f64]) {
         let space = &self.scene().space;
         space.difference(&anchor.q, x, gradient);
@@ -108,7 +113,8 @@ impl Metric {
         }
     }
 
-    /// One row `s - direction . d(point) >= |displacement|` for each of the points that move farthest, spread out.
+    /// One row `s - direction . d(point) >= |displacement|` for each of the points that move
+    /// farthest, spread out.
     fn farthest_points(&self, anchor: &Anchor, poses: &[Pose], out: &mut Quadratic) {
         let Quadratic { unknowns, rows, bounds, twists, far, .. } = out;
         self.extremes().farthest(&anchor.poses, poses, far);

@@ -1,11 +1,12 @@
-//! Poses of one body of a checked pair relative to the other, as numbers for a kernel: what alone decides whether the two collide.
+//! Poses of one body of a checked pair relative to the other, as numbers for a kernel: what alone
+//! decides whether the two collide.
 
 use std::sync::Arc;
 
 use super::MetricScratch;
 use crate::kinematics::forward;
 use crate::math::{Mat3, Pose, Vec3};
-use crate::robot::moments::Moments;
+use crate::robot::mesh::moments::Moments;
 use crate::scene::{Body, Part, Scene};
 
 /// Numbers a relative pose.
@@ -13,8 +14,9 @@ pub const WIDTH: usize = 12;
 
 /// Every checked pair of a scene with what its relative poses are measured by.
 ///
-/// The Euclidean distance between the numbers of two configurations is the root mean square displacement \[m\] of one body as seen
-/// from the other. An obstacle is always the one that is seen from: so where it moves, the numbers mean what they meant before.
+/// The Euclidean distance between the numbers of two configurations is the root mean square
+/// displacement \[m\] of one body as seen from the other. An obstacle is always the one that is
+/// seen from: so where it moves, the numbers mean what they meant before.
 #[derive(Debug, Clone)]
 pub struct RelativePoses {
     scene: Arc<Scene>,
@@ -47,8 +49,8 @@ impl RelativePoses {
         Self { scene, pairs }
     }
 
-    /// Appends the numbers of each of `pairs` (indices into [`Scene::pairs`]) at `q`: centroid and three arms of the one body in
-    /// the axes of the other.
+    /// Appends the numbers of each of `pairs` (indices into [`Scene::pairs`]) at `q`: centroid and
+    /// three arms of the one body in the axes of the other.
     pub fn embed(&self, q: &[f64], pairs: &[u32], scratch: &mut MetricScratch, out: &mut Vec<f64>) {
         forward(&self.scene, q, &mut scratch.poses);
         for pair in pairs {
@@ -61,7 +63,8 @@ impl RelativePoses {
     }
 }
 
-/// Centroid of a body and root of its second moment, in its frame: of the volume if every part has one, otherwise of the surface.
+/// Centroid of a body and root of its second moment, in its frame: of the volume if every part has
+/// one, otherwise of the surface.
 fn spread(body: &Body) -> (Vec3, Mat3) {
     let solid = body.parts.iter().all(|part| part.geometry.volume_moments().is_some());
     let moments = |part: &Part| {

@@ -1,7 +1,7 @@
 //! Volume moments of what each frame carries, and the object norm's embedding made of them.
 
 use crate::math::{Mat3, Pose, Vec3};
-use crate::robot::moments::Moments;
+use crate::robot::mesh::moments::Moments;
 use crate::scene::{Part, Scene};
 
 /// Every moving frame that carries geometry.
@@ -27,7 +27,8 @@ pub struct FrameSolid {
 }
 
 impl Solids {
-    /// Moments of all moving geometry: of volumes if every part has one, otherwise of surface areas throughout.
+    /// Moments of all moving geometry: of volumes if every part has one, otherwise of surface areas
+    /// throughout.
     pub fn new(scene: &Scene) -> Self {
         let moving = || scene.bodies.iter().filter(|body| body.frame != 0).flat_map(|body| &body.parts);
         let solid = moving().all(|part| part.geometry.volume_moments().is_some());
@@ -49,10 +50,12 @@ impl Solids {
         Self::of_moments(frames)
     }
 
-    /// Moments of points instead of volumes: `weighted` gives each frame a weight and points, of which each counts alike.
+    /// Moments of points instead of volumes: `weighted` gives each frame a weight and points, of
+    /// which each counts alike.
     ///
-    /// A weighted mean square of displacements is at most the largest one, whatever the weights; so the embedding made of these
-    /// moments stays below the largest displacement, and comes the nearer to it the more the weight is where that occurs.
+    /// A weighted mean square of displacements is at most the largest one, whatever the weights; so
+    /// the embedding made of these moments stays below the largest displacement, and comes the
+    /// nearer to it the more the weight is where that occurs.
     pub fn of_points<'a>(weighted: impl Iterator<Item = (usize, f64, &'a [Vec3])>) -> Self {
         let moments = |(frame, measure, points): (usize, f64, &[Vec3])| {
             let share = 1.0 / points.len() as f64;
@@ -83,7 +86,8 @@ impl Solids {
         Self { frames }
     }
 
-    /// `sqrt(share) [c, R root]` for each frame: 12 numbers, whose Euclidean distance is the object norm.
+    /// `sqrt(share) [c, R root]` for each frame: 12 numbers, whose Euclidean distance is the object
+    /// norm.
     pub fn embed(&self, poses: &[Pose], out: &mut [f64]) {
         for (solid, slot) in self.frames.iter().zip(out.chunks_exact_mut(12)) {
             let pose = &poses[solid.frame];
@@ -97,11 +101,12 @@ impl Solids {
 }
 
 impl FrameSolid {
-    /// Factor `B` with `displacement of the point <= B * object norm`, for a point in frame coordinates.
+    /// Factor `B` with `displacement of the point <= B * object norm`, for a point in frame
+    /// coordinates.
     ///
-    /// `B = sqrt(1 / share) sqrt(1 + (p - c)' S^-1 (p - c))`: the displacement field is affine, `u(p) = u(c) + A (p - c)`,
-    /// and `|A (p - c)| <= |A S^(1/2)| |S^(-1/2) (p - c)|`; Cauchy and Schwarz do the rest. Infinite where the geometry is
-    /// flat.
+    /// `B = sqrt(1 / share) sqrt(1 + (p - c)' S^-1 (p - c))`: the displacement field is affine,
+    /// `u(p) = u(c) + A (p - c)`, and `|A (p - c)| <= |A S^(1/2)| |S^(-1/2) (p - c)|`; Cauchy and
+    /// Schwarz do the rest. Infinite where the geometry is flat.
     pub fn motion_factor(&self, point_frame: &Vec3) -> f64 {
         let arm = point_frame - self.centroid;
         match &self.inverse_second {

@@ -4,13 +4,13 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use super::motion_bound::{BoundedPoint, MotionPath};
-use super::*;
 use crate::cspace::sampling::uniform;
 use crate::math::{LANES, Vec3};
+use crate::metric::*;
 use crate::robot::Geometry;
 use crate::scene::builtin;
 
-const KINDS: [MetricSpec; 3] = [MetricSpec::Joint, MetricSpec::ObjectNorm, MetricSpec::MaxDisplacement];
+const KINDS: [MetricKind; 3] = [MetricKind::Joint, MetricKind::ObjectNorm, MetricKind::MaxDisplacement];
 
 fn each(mut check: impl FnMut(&Metric, &mut dyn FnMut() -> Vec<f64>, &str)) {
     for name in builtin::NAMES {
@@ -45,7 +45,7 @@ fn metrics_obey_the_axioms_and_embeddings_stay_below() {
             assert!(ac <= (ab + bc) * (1.0 + 1e-12), "{name}: triangle inequality, {ac} > {ab} + {bc}");
             let chord = euclidean(&embed(&a), &embed(&b));
             assert!(chord <= ab * (1.0 + 1e-9) + 1e-12, "{name} {:?}: embedding {chord} > {ab}", metric.kind());
-            if metric.kind() == MetricSpec::ObjectNorm {
+            if metric.kind() == MetricKind::ObjectNorm {
                 assert!((chord - ab).abs() < 1e-9);
             }
         }
@@ -63,11 +63,12 @@ fn near_configurations_are_near() {
     });
 }
 
-/// The object norm's closed form against a Monte Carlo integral over the volume of a box and a cylinder.
+/// The object norm's closed form against a Monte Carlo integral over the volume of a box and a
+/// cylinder.
 #[test]
 fn object_norm_is_the_integral_over_the_volume() {
     let scene = Arc::new(builtin::scene("free-box").unwrap());
-    let metric = Metric::of_kind(scene.clone(), MetricSpec::ObjectNorm);
+    let metric = Metric::of_kind(scene.clone(), MetricKind::ObjectNorm);
     let body = scene.bodies.iter().find(|b| b.robot.is_some()).unwrap();
     let Geometry::Box { half_extents } = &body.parts[0].geometry else { panic!("free-box carries a box") };
     let mut rng = ChaCha8Rng::seed_from_u64(2);
@@ -88,7 +89,8 @@ fn object_norm_is_the_integral_over_the_volume() {
     assert!((sampled - closed).abs() < 3e-3 * closed, "{sampled} {closed}");
 }
 
-/// No point of any body moves farther than its motion bound, seen from the world or from another body.
+/// No point of any body moves farther than its motion bound, seen from the world or from another
+/// body.
 #[test]
 fn motion_bounds_are_never_exceeded() {
     each(|metric, sample, name| {
@@ -182,13 +184,14 @@ fn largest_displacement_is_attained_on_round_shapes() {
     }
 }
 
-/// Against all samples, one by one: the farthest comes first, and the others are far, and far from each other.
+/// Against all samples, one by one: the farthest comes first, and the others are far, and far from
+/// each other.
 #[test]
 fn the_farthest_points_are_found() {
     let (mut far, mut several) = (extremes::FarPoints::default(), 0);
     for name in builtin::NAMES {
         let scene = Arc::new(builtin::scene(name).unwrap());
-        let metric = Metric::of_kind(scene.clone(), MetricSpec::MaxDisplacement);
+        let metric = Metric::of_kind(scene.clone(), MetricKind::MaxDisplacement);
         let (mut from, mut to) = (Vec::new(), Vec::new());
         for (a, b) in sampled_pairs(&scene).take(20) {
             forward(&scene, &a, &mut from);

@@ -1,15 +1,17 @@
-//! The shapes a link or an obstacle can have, with their volume moments. Not the structures that make checks fast.
+//! The shapes a link or an obstacle can have, with their volume moments. Not the structures that
+//! make checks fast.
 
 use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 
 use super::TriangleMesh;
-pub use super::moments::Moments;
+pub use super::mesh::moments::Moments;
 use super::scenery::{HeightField, PointCloud, Voxels};
 use crate::math::Vec3;
 
-/// A shape in its own frame, centred as URDF does it: cylinders and capsules along z, origin at the middle.
+/// A shape in its own frame, centred as URDF does it: cylinders and capsules along z, origin at the
+/// middle.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub enum Geometry {
     /// A ball.
@@ -38,7 +40,8 @@ pub enum Geometry {
     },
     /// A triangle mesh as it is: closed components are solid, open ones are surfaces.
     Mesh(Arc<TriangleMesh>),
-    /// The convex hull of the mesh's vertices, solid. The mesh is the hull itself: vertices and outward faces.
+    /// The convex hull of the mesh's vertices, solid. The mesh is the hull itself: vertices and
+    /// outward faces.
     ConvexHull(Arc<TriangleMesh>),
     // New variants come last: stored models and pickled scenes know them by their numbers.
     /// Solid cubes of a grid; obstacles only.

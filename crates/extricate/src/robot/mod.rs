@@ -1,32 +1,17 @@
-//! A robot as its files describe it: links, joints and collision geometry. No configuration, no world, no checks.
+//! A robot as its files describe it: links, joints and collision geometry. No configuration, no
+//! world, no checks.
 
-mod cavities;
-mod collada;
-pub mod convex_hull;
+pub mod formats;
 pub mod geometry;
-mod gltf;
-mod lines;
 pub mod mesh;
-pub mod mesh_file;
-pub mod moments;
-mod obj;
-pub mod openings;
-mod ply;
-mod polygon;
 pub mod scenery;
-pub mod seams;
 pub mod srdf;
-mod stl;
-mod tessellation;
-mod topology;
 mod tree;
 pub mod urdf;
-mod weld;
-pub(crate) mod xml;
 
 pub use geometry::Geometry;
 pub use mesh::TriangleMesh;
-pub use moments::Moments;
+pub use mesh::moments::Moments;
 pub use scenery::{HeightField, PointCloud, Voxels};
 
 use crate::math::{Pose, Vec3};
@@ -73,9 +58,11 @@ pub enum JointKind {
     Continuous,
     /// Slide along the axis within limits \[m\].
     Prismatic,
-    /// Slide in the plane normal to the axis, and turn about the axis. Coordinates: two \[m\], one angle \[rad\].
+    /// Slide in the plane normal to the axis, and turn about the axis. Coordinates: two \[m\], one
+    /// angle \[rad\].
     Planar,
-    /// Turn about any axis (the ball-joint extension of URDF). Coordinates: unit quaternion x, y, z, w.
+    /// Turn about any axis (the ball-joint extension of URDF). Coordinates: unit quaternion x, y,
+    /// z, w.
     Spherical,
     /// Move freely. Coordinates: position x, y, z \[m\], unit quaternion x, y, z, w.
     Floating,
@@ -96,7 +83,8 @@ pub struct Joint {
     pub pose_parent_joint: Pose,
     /// Unit axis in the joint's frame; for `Planar` the normal of the plane.
     pub axis: Vec3,
-    /// Lower and upper limit \[rad or m\]; for `Planar` and `Floating` they hold for each translation.
+    /// Lower and upper limit \[rad or m\]; for `Planar` and `Floating` they hold for each
+    /// translation.
     pub limits: Option<(f64, f64)>,
     /// Set where the joint follows another one.
     pub mimic: Option<Mimic>,

@@ -216,7 +216,7 @@ impl Geometry {
 
     /// Scenery as triangles, for pictures: cubes, balls of few faces, a square of 10 m on the
     /// plane, the surface.
-    pub(super) fn scenery_triangles(&self, segments: usize) -> TriangleMesh {
+    pub(crate) fn scenery_triangles(&self, segments: usize) -> TriangleMesh {
         let copies = |shape: Self, places: &mut dyn Iterator<Item = Vec3>| {
             let one = shape.tessellate(segments);
             let (mut vertices, mut triangles) = (Vec::new(), Vec::new());

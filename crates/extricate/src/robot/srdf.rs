@@ -1,9 +1,9 @@
 //! SRDF: `disable_collisions` and groups. Everything else in the file is ignored.
 
-use std::collections::{BTreeSet, HashSet};
+use std::collections::{BTreeSet, HashMap};
 
 use super::Robot;
-use super::xml::{children, document, elements, label, required, with_declared_prefixes};
+use super::formats::xml::{children, document, elements, label, required, with_declared_prefixes};
 use crate::error::{Error, Result};
 
 /// Which pairs of links need no check, and named sets of joints.
@@ -11,9 +11,11 @@ use crate::error::{Error, Result};
 pub struct Srdf {
     /// Names of two links that are never checked against each other.
     pub disabled: Vec<[String; 2]>,
-    /// Links that are checked against no other one, but for `enabled` (MoveIt 2: `disable_default_collisions`).
+    /// Links that are checked against no other one, but for `enabled` (MoveIt 2:
+    /// `disable_default_collisions`).
     pub disabled_by_default: Vec<String>,
-    /// Pairs that are checked although one of them is in `disabled_by_default` (`enable_collisions`).
+    /// Pairs that are checked although one of them is in `disabled_by_default`
+    /// (`enable_collisions`).
     pub enabled: Vec<[String; 2]>,
     /// In document order.
     pub groups: Vec<Group>,
@@ -75,42 +77,78 @@ pub fn parse(file: &str, text: &str) -> Result<Srdf> {
 }
 
 impl Srdf {
-    /// The joints of a group: indices into [`Robot::joints`], ascending, fixed and mimic joints among them.
+    /// The joints of a group: indices into [`Robot::joints`], ascending, fixed and mimic joints
+    /// among them.
     ///
-    /// A link stands for the joint above it (the root link for none), a chain for all joints on the way from its base to
-    /// its tip (by their common ancestor, as MoveIt has it), a subgroup for its own joints. Virtual joints are left out.
+    /// A link stands for the joint above it (the root link for none), a chain for all joints on the
+    /// way from its base to its tip (by their common ancestor, as MoveIt has it), a subgroup for
+    /// its own joints. Virtual joints are left out.
     ///
     /// # Errors
-    /// [`Error::Input`] for a name that does not exist (with those that do), and for groups that contain each other.
+    /// [`Error::Input`] for a name that does not exist (with those that do), and for groups that
+    /// contain each other.
     pub fn group_joints(&self, file: &str, group: &str, robot: &Robot) -> Result<Vec<usize>> {
+        let index_of: HashMap<&str, usize> =
+            self.groups.iter().enumerate().rev().map(|(index, group)| (group.name.as_str(), index)).collect();
+        let find = |asked_by: &str, name: &str| {
+            let known = self.groups.iter().map(|group| group.name.as_str());
+            index_of.get(name).copied().ok_or_else(|| unknown(file, asked_by, "group", name, known))
+        };
         let mut joints = BTreeSet::new();
-        self.collect(file, "robot", group, robot, &mut Vec::new(), &mut HashSet::new(), &mut joints)?;
+        let mut state = vec![Visit::Ahead; self.groups.len()];
+        // Groups on the way to the current one, each with how many of its subgroups are done: a
+        // chain of them may be longer than the stack of a thread is deep.
+        let mut path: Vec<(usize, usize)> = vec![(find("robot", group)?, 0)];
+        while let Some((at, next)) = path.last_mut() {
+            let group = &self.groups[*at];
+            if *next == 0 {
+                state[*at] = Visit::OnPath;
+                group.add_own(file, &self.virtual_joints, robot, &mut joints)?;
+            }
+            let Some(subgroup) = group.subgroups.get(*next) else {
+                state[*at] = Visit::Done;
+                path.pop();
+                continue;
+            };
+            *next += 1;
+            let element = format!("group \"{}\"", group.name);
+            let below = find(&element, subgroup)?;
+            match state[below] {
+                Visit::Ahead => path.push((below, 0)),
+                Visit::Done => {}
+                Visit::OnPath => {
+                    let names = path.iter().take(SHOWN).map(|(at, _)| self.groups[*at].name.as_str());
+                    let names = names.collect::<Vec<_>>().join(" > ");
+                    let problem = format!("got itself among its subgroups ({names}), expected no cycle");
+                    return Err(Error::input(file, format!("group \"{subgroup}\""), problem));
+                }
+            }
+        }
         Ok(joints.into_iter().collect())
     }
+}
 
-    #[expect(clippy::too_many_arguments, reason = "the state of one recursion")]
-    fn collect<'a>(
-        &'a self,
+/// Groups that a message about a cycle names, most.
+const SHOWN: usize = 10;
+
+/// How far the walk through subgroups is with a group.
+#[derive(Clone, Copy)]
+enum Visit {
+    Ahead,
+    OnPath,
+    Done,
+}
+
+impl Group {
+    /// Adds the joints that the group names itself.
+    fn add_own(
+        &self,
         file: &str,
-        asked_by: &str,
-        name: &str,
+        virtual_joints: &[String],
         robot: &Robot,
-        path: &mut Vec<&'a str>,
-        done: &mut HashSet<&'a str>,
         joints: &mut BTreeSet<usize>,
     ) -> Result<()> {
-        let Some(group) = self.groups.iter().find(|group| group.name == name) else {
-            let known = self.groups.iter().map(|group| group.name.as_str());
-            return Err(unknown(file, asked_by, "group", name, known));
-        };
-        let element = &format!("group \"{name}\"");
-        if path.contains(&group.name.as_str()) {
-            let problem = format!("got itself among its subgroups ({}), expected no cycle", path.join(" > "));
-            return Err(Error::input(file, element, problem));
-        }
-        if !done.insert(&group.name) {
-            return Ok(());
-        }
+        let element = &format!("group \"{}\"", self.name);
         let link_of =
             |name: &String| {
                 robot.links.iter().position(|link| link.name == *name).ok_or_else(|| {
@@ -118,16 +156,16 @@ impl Srdf {
                 })
             };
         let joint_above = |link: usize| robot.joints.iter().position(|joint| joint.child == link);
-        for name in group.joints.iter().filter(|name| !self.virtual_joints.contains(name)) {
+        for name in self.joints.iter().filter(|name| !virtual_joints.contains(name)) {
             let joint = robot.joints.iter().position(|joint| joint.name == *name).ok_or_else(|| {
                 unknown(file, element, "joint", name, robot.joints.iter().map(|joint| joint.name.as_str()))
             })?;
             joints.insert(joint);
         }
-        for name in &group.links {
+        for name in &self.links {
             joints.extend(joint_above(link_of(name)?));
         }
-        for [base, tip] in &group.chains {
+        for [base, tip] in &self.chains {
             let way_up = |mut link: usize| {
                 let mut way = BTreeSet::new();
                 while let Some(joint) = joint_above(link) {
@@ -138,11 +176,6 @@ impl Srdf {
             };
             joints.extend(&way_up(link_of(base)?) ^ &way_up(link_of(tip)?));
         }
-        path.push(&group.name);
-        for subgroup in &group.subgroups {
-            self.collect(file, element, subgroup, robot, path, done, joints)?;
-        }
-        path.pop();
         Ok(())
     }
 }
@@ -174,6 +207,26 @@ mod tests {
         <group name='side'><chain base_link='b' tip_link='c'/></group><group name='bad group'><group name='z'/></group>\
         <disable_collisions link1='a' link2='b' reason='Adjacent'/><disable_default_collisions link='c'/>\
         <enable_collisions link1='c' link2='base'/><end_effector name='e' parent_link='b' group='hand'/></robot>";
+
+    /// A thread's stack holds some ten thousand calls.
+    #[test]
+    fn chains_of_groups_may_be_long() {
+        let robot =
+            urdf::parse("r.urdf", ROBOT, urdf::Shapes::Collision, &mut |_| unreachable!(), &mut vec![]).unwrap();
+        let mut text = String::from("<robot name='r'>");
+        for k in 0..50_000 {
+            text += &format!("<group name='g{k}'><group name='g{}'/></group>", k + 1);
+        }
+        let last = "<group name='g50000'><joint name='jc'/></group></robot>";
+        let srdf = parse("s", &(text.clone() + last)).unwrap();
+        assert_eq!(srdf.group_joints("s", "g0", &robot).unwrap().len(), 1);
+        let again = parse("s", &(text + "<group name='g50000'><group name='g7'/></group></robot>")).unwrap();
+        let message = again.group_joints("s", "g0", &robot).unwrap_err().to_string();
+        assert!(
+            message.contains("group \"g7\": got itself among its subgroups (g0 > g1") && message.len() < 300,
+            "{message}"
+        );
+    }
 
     #[test]
     fn groups_resolve_to_joints() {

@@ -1,12 +1,15 @@
-//! What makes links and joints a robot: one tree of links, and mimic joints that follow independent ones.
+//! What makes links and joints a robot: one tree of links, and mimic joints that follow independent
+//! ones.
 
 use std::collections::HashMap;
 
 use super::{Joint, JointKind, Link, Mimic};
 use crate::error::{Error, Result};
+use crate::math::FARTHEST;
 
-/// A mimic element before names are resolved: joint index, name of the joint followed, multiplier, offset.
-pub(super) struct NamedMimic {
+/// A mimic element before names are resolved: joint index, name of the joint followed, multiplier,
+/// offset.
+pub(crate) struct NamedMimic {
     pub joint: usize,
     pub followed: String,
     pub multiplier: f64,
@@ -17,7 +20,7 @@ pub(super) struct NamedMimic {
 ///
 /// # Errors
 /// A link with two parents, no link at all, several roots, a cycle.
-pub(super) fn root(file: &str, links: &[Link], joints: &[Joint]) -> Result<usize> {
+pub(crate) fn root(file: &str, links: &[Link], joints: &[Joint]) -> Result<usize> {
     let mut parent_joint: Vec<Option<usize>> = vec![None; links.len()];
     for (index, joint) in joints.iter().enumerate() {
         if let Some(other) = parent_joint[joint.child].replace(index) {
@@ -42,7 +45,8 @@ pub(super) fn root(file: &str, links: &[Link], joints: &[Joint]) -> Result<usize
             return Err(Error::input(file, "robot", problem));
         }
     };
-    // With one parent each, a link that climbs further than there are links is on a cycle, or below one.
+    // With one parent each, a link that climbs further than there are links is on a cycle, or below
+    // one.
     let reaches_root = |mut link: usize| {
         for _ in 0..=links.len() {
             match parent_joint[link] {
@@ -60,12 +64,34 @@ pub(super) fn root(file: &str, links: &[Link], joints: &[Joint]) -> Result<usize
     Ok(root)
 }
 
+/// Whether a follower stays within 1e9 rad or m, as far as limits tell.
+///
+/// # Errors
+/// A composed multiplier or offset beyond that, or a translation that goes beyond it.
+fn check_range(file: &str, joints: &[Joint], follower: usize, mimic: &Mimic) -> Result<()> {
+    let leader = &joints[mimic.joint];
+    let reach = match (joints[follower].kind, leader.limits) {
+        (JointKind::Prismatic, Some((lower, upper))) => lower.abs().max(upper.abs()),
+        _ => 0.0,
+    };
+    let farthest = [mimic.multiplier, mimic.offset, mimic.multiplier.abs() * reach + mimic.offset.abs()];
+    if let Some(beyond) = farthest.into_iter().find(|value| value.is_nan() || value.abs() > FARTHEST) {
+        let problem = format!(
+            "got a position of {} times that of joint \"{}\" and {} more, mimic joints followed to the end, which comes \
+             to {beyond}, expected numbers up to {FARTHEST}",
+            mimic.multiplier, leader.name, mimic.offset
+        );
+        return Err(Error::input(file, format!("joint \"{}\"", joints[follower].name), problem));
+    }
+    Ok(())
+}
+
 /// Lets every mimic joint follow an independent one, chains composed, in `joints`.
 ///
 /// # Errors
-/// An unknown joint, a cycle, and a follower or leader that has several coordinates. A leader may be fixed: what follows
-/// it stays at its offset.
-pub(super) fn resolve_mimics(file: &str, mimics: &[NamedMimic], joints: &mut [Joint]) -> Result<()> {
+/// An unknown joint, a cycle, and a follower or leader that has several coordinates. A leader may
+/// be fixed: what follows it stays at its offset.
+pub(crate) fn resolve_mimics(file: &str, mimics: &[NamedMimic], joints: &mut [Joint]) -> Result<()> {
     let index_of: HashMap<&str, usize> = joints.iter().enumerate().map(|(k, joint)| (joint.name.as_str(), k)).collect();
     let mut direct: HashMap<usize, Mimic> = HashMap::new();
     for mimic in mimics {
@@ -102,6 +128,7 @@ pub(super) fn resolve_mimics(file: &str, mimics: &[NamedMimic], joints: &mut [Jo
                 offset: total.multiplier * next.offset + total.offset,
             };
         }
+        check_range(file, joints, mimic.joint, &total)?;
         resolved.push((mimic.joint, total));
     }
     for (joint, mimic) in resolved {

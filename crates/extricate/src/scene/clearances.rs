@@ -1,13 +1,10 @@
-//! How far pairs of bodies stay apart: [`Scene::clearance`], and exceptions from it. No distances.
+//! How far pairs of bodies stay apart: [`crate::Scene::clearance`], and exceptions from it. No
+//! distances.
 
 use std::fmt;
 
 use serde::de::{MapAccess, Visitor, value::MapAccessDeserializer};
 use serde::{Deserialize, Deserializer, Serialize};
-
-use super::Scene;
-use super::file::SceneFile;
-use crate::error::Result;
 
 /// The clearance of scenes that name none \[m\].
 pub const CLEARANCE: f64 = 1e-4;
@@ -74,7 +71,8 @@ impl<'de> Deserialize<'de> for ClearanceEntry {
     }
 }
 
-/// Exceptions from [`Scene::clearance`], by names of bodies: pairs that come later follow them too.
+/// Exceptions from [`crate::Scene::clearance`], by names of bodies: pairs that come later follow
+/// them too.
 ///
 /// The world can be kept far away and the robot's own links be let near each other: `own` and
 /// `pairs` say what those keep, `padding` what is added toward obstacles.
@@ -109,46 +107,5 @@ impl Clearances {
     /// Whether there are none.
     pub fn is_empty(&self) -> bool {
         *self == Self::default()
-    }
-
-    /// Those that a scene file asks for; `body` finds the name of a body as the scene has it by an
-    /// element of a message and a name as the file has it, `None` for what has no geometry.
-    pub fn of_file(entry: &SceneFile, body: &dyn Fn(String, &str) -> Result<Option<String>>) -> Result<Self> {
-        let mut all = Self { own: entry.clearance.unwrap_or_default().lengths().1, ..Self::default() };
-        for (a, b, length) in &entry.pairs.clearance {
-            let find = |name| body(format!("pairs: clearance [{a:?}, {b:?}]"), name);
-            if let (Some(a), Some(b)) = (find(a)?, find(b)?) {
-                all.pairs.push(([a, b], *length));
-            }
-        }
-        for (name, added) in &entry.padding {
-            all.padding.extend(body("padding".into(), name)?.map(|name| (name, *added)));
-        }
-        Ok(all)
-    }
-
-    /// What every checked pair of `scene` keeps, in order.
-    pub fn of_pairs(&self, scene: &Scene) -> Vec<PairClearance> {
-        let named = |name: &str| scene.bodies.iter().position(|body| body.name == name);
-        let mut padding = vec![0.0; scene.bodies.len()];
-        for (name, added) in &self.padding {
-            named(name).into_iter().for_each(|body| padding[body] += added);
-        }
-        let of_pair = |pair: &super::BodyPair| {
-            let is_of_world = [pair.first, pair.second].iter().any(|body| scene.bodies[*body].is_obstacle());
-            if is_of_world {
-                return PairClearance { own: None, padding: padding[pair.first] + padding[pair.second] };
-            }
-            PairClearance { own: self.own, padding: 0.0 }
-        };
-        let mut all: Vec<PairClearance> = scene.pairs.iter().map(of_pair).collect();
-        for ([a, b], clearance) in &self.pairs {
-            let (Some(a), Some(b)) = (named(a), named(b)) else { continue };
-            let pair = super::BodyPair { first: a.min(b), second: a.max(b) };
-            if let Ok(at) = scene.pairs.binary_search(&pair) {
-                all[at] = PairClearance { own: Some(*clearance), padding: 0.0 };
-            }
-        }
-        all
     }
 }

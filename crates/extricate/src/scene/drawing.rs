@@ -1,7 +1,7 @@
 //! What is needed to draw a scene: coordinates of bodies and their triangles. Not where anything is
 //! at a configuration (`kinematics`).
 
-use super::{LinkSeat, Scene};
+use super::{LinkAttachment, Scene};
 use crate::math::{Pose, Vec3};
 
 /// Where something named is: its frame, and the pose that maps its own coordinates to the frame's.
@@ -29,7 +29,7 @@ pub fn seat_of_body(scene: &Scene, body: usize) -> Seated {
 
 /// The seat of a body or a link of this name; links need no geometry.
 pub fn seat_named(scene: &Scene, name: &str) -> Option<Seated> {
-    let seat = |link: &LinkSeat| Seated { frame: link.frame, pose_frame_own: link.pose_frame_link };
+    let seat = |link: &LinkAttachment| Seated { frame: link.frame, pose_frame_own: link.pose_frame_link };
     let body = scene.bodies.iter().position(|body| body.name == name);
     body.map(|body| seat_of_body(scene, body)).or_else(|| scene.links.iter().find(|link| link.name == name).map(seat))
 }
@@ -50,10 +50,10 @@ pub fn mesh_of_body(scene: &Scene, body: usize, segments: usize) -> (Vec<Vec3>, 
 
 #[cfg(test)]
 mod tests {
-    use super::super::testing::{PLAIN, chain, scene};
     use super::*;
     use crate::kinematics::forward;
     use crate::robot::JointKind::{Fixed, Revolute};
+    use crate::scene::testing::{PLAIN, chain, scene};
 
     #[test]
     fn bodies_stand_where_their_links_do() {

@@ -7,7 +7,7 @@
 use std::collections::HashSet;
 
 use super::names::{check_name, unknown};
-use super::{Body, BodyPair, LinkSeat, MetricSpec, Part, Scene};
+use super::{Body, BodyPair, LinkAttachment, MetricKind, Part, Scene};
 use crate::cspace::{ConfigSpace, Factor};
 use crate::error::{Error, Result};
 use crate::math::{FARTHEST, Pose};
@@ -23,7 +23,7 @@ impl Body {
     }
 
     /// What a link holds, given in the link's coordinates.
-    pub(super) fn on(mut self, seat: &LinkSeat) -> Self {
+    pub(super) fn on(mut self, seat: &LinkAttachment) -> Self {
         let place = |part: &mut Part| part.pose_frame_part = seat.pose_frame_link.then(&part.pose_frame_part);
         self.parts.iter_mut().for_each(place);
         Self { robot: None, frame: seat.frame, ..self }
@@ -125,7 +125,7 @@ impl Scene {
     /// within 1e-9 to 1e9.
     pub fn weighted<'a>(&self, weights: impl IntoIterator<Item = (&'a str, [f64; 2])>) -> Result<Self> {
         let element = "metric: weights";
-        if self.metric != MetricSpec::Joint {
+        if self.metric != MetricKind::Joint {
             let problem = format!("got some with the metric {:?}, only that of the joints has them", self.metric);
             return Err(Error::input(SCENE, element, problem));
         }

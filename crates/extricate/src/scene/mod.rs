@@ -1,44 +1,31 @@
-//! The resolved world: a kinematic tree of frames, bodies with geometry on them, and which pairs are checked.
+//! The resolved world: a kinematic tree of frames, bodies with geometry on them, and which pairs
+//! are checked.
 //!
-//! Everything a query needs to know of the robot and its surroundings is in [`Scene`]; it is plain data, free of files,
-//! and is stored whole in the model file. Not here: positions of anything at a configuration (`kinematics`).
+//! Everything a query needs to know of the robot and its surroundings is in [`Scene`]; it is plain
+//! data, free of files, and is stored whole in the model file. Not here: positions of anything at a
+//! configuration (`kinematics`).
 
-mod arrays;
 pub mod assemble;
-mod bodies;
 pub mod builtin;
 pub mod clearances;
-mod coordinates;
+pub mod correspondence;
 pub mod drawing;
 mod edit;
 pub mod file;
-mod fixtures;
-mod frames;
 pub mod import;
-pub mod limits;
-mod load;
-pub mod matching;
-pub mod named;
+pub mod metric_kind;
+pub mod named_configs;
 mod names;
-mod obstacles;
-mod pairs;
-mod pose_entry;
-mod reach;
-mod roles;
-mod shapes;
-#[cfg(test)]
-mod testing;
 pub mod units;
-mod wording;
-pub mod world_file;
 
 use serde::{Deserialize, Serialize};
 
-use crate::cspace::ConfigSpace;
+use crate::cspace::{Config, ConfigSpace};
 use crate::error::{Error, Result};
 use crate::math::{Pose, Vec3};
 use crate::robot::Geometry;
-use clearances::Clearances;
+use clearances::{Clearances, PairClearance};
+pub use metric_kind::MetricKind;
 
 /// Robots, obstacles, checked pairs, clearance and metric.
 #[derive(Debug, Clone, Serialize, Deserialize)]
@@ -46,7 +33,7 @@ pub struct Scene {
     /// Least distance \[m\] that every checked pair of a free configuration keeps.
     pub clearance: f64,
     /// How far two configurations are from each other.
-    pub metric: MetricSpec,
+    pub metric: MetricKind,
     /// The coordinates: one entry per moving joint, in configuration order.
     pub joints: Vec<SceneJoint>,
     /// The configuration space that `joints` spans.
@@ -61,7 +48,7 @@ pub struct Scene {
     /// What the user should know: open meshes, defaults taken, pairs that always collide.
     pub warnings: Vec<String>,
     /// Every link of every robot, those without geometry too.
-    pub links: Vec<LinkSeat>,
+    pub links: Vec<LinkAttachment>,
     /// Pairs that keep another distance than `clearance`.
     pub clearances: Clearances,
     /// Joints that do not move: fixed ones, and those that are locked.
@@ -81,7 +68,7 @@ pub struct RigidJoint {
 
 /// Where a link sits.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct LinkSeat {
+pub struct LinkAttachment {
     /// As in the URDF; `robot/link` where two robots share a name.
     pub name: String,
     /// Index of the frame that it is fixed to.
@@ -90,33 +77,28 @@ pub struct LinkSeat {
     pub pose_frame_link: Pose,
 }
 
-/// Which distance between configurations, see `metric`.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum MetricSpec {
-    /// `sqrt(sum w_j delta_j^2)`; the weights are in [`ConfigSpace`].
-    Joint,
-    /// Root mean square displacement of the moving volume \[m\].
-    ObjectNorm,
-    /// Largest displacement of any point of the moving geometry \[m\].
-    MaxDisplacement,
-}
+/// A checked pair of a scene, of that scene alone: [`Scene::pair_names`] has its bodies.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+#[serde(transparent)]
+pub struct PairId(usize);
 
-impl MetricSpec {
-    /// As scene files spell it.
-    pub fn name(self) -> &'static str {
-        match self {
-            MetricSpec::Joint => "joint",
-            MetricSpec::ObjectNorm => "object-norm",
-            MetricSpec::MaxDisplacement => "max-displacement",
-        }
+impl PairId {
+    /// The pair at `index` of the scene's pairs.
+    pub fn new(index: usize) -> Self {
+        Self(index)
+    }
+
+    /// Its place among the scene's pairs.
+    pub fn index(self) -> usize {
+        self.0
     }
 }
 
 /// A joint (or the base of a robot) that has coordinates.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct SceneJoint {
-    /// As in the URDF; `robot/joint` where two robots share a name; `base` or `robot/base` for a base.
+    /// As in the URDF; `robot/joint` where two robots share a name; `base` or `robot/base` for a
+    /// base.
     pub name: String,
     /// What it allows, as URDF spells it.
     pub kind: String,
@@ -137,7 +119,8 @@ pub struct Frame {
     pub motion: Motion,
 }
 
-/// An elementary joint. Planar joints are two prismatic ones and a revolute one, floating ones three prismatic and a ball.
+/// An elementary joint. Planar joints are two prismatic ones and a revolute one, floating ones
+/// three prismatic and a ball.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub enum Motion {
     /// The world, which does not move.
@@ -156,7 +139,8 @@ pub enum Motion {
         /// The length \[m\].
         coordinate: Coordinate,
     },
-    /// Turn by the unit quaternion at `q..q + 4`; its tangent (body frame rotation vector) is at `v..v + 3`.
+    /// Turn by the unit quaternion at `q..q + 4`; its tangent (body frame rotation vector) is at
+    /// `v..v + 3`.
     Ball {
         /// First of four coordinates: x, y, z, w.
         q: usize,
@@ -165,7 +149,8 @@ pub enum Motion {
     },
 }
 
-/// `position = multiplier * config[q] + offset`; the factor and offset differ from 1 and 0 for mimic joints.
+/// `position = multiplier * config[q] + offset`; the factor and offset differ from 1 and 0 for
+/// mimic joints.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Coordinate {
     /// Index into a configuration.
@@ -210,9 +195,43 @@ pub struct BodyPair {
 }
 
 impl Scene {
+    /// What every checked pair keeps, in order.
+    pub(crate) fn pair_clearances(&self) -> Vec<PairClearance> {
+        let named = |name: &str| self.bodies.iter().position(|body| body.name == name);
+        let mut padding = vec![0.0; self.bodies.len()];
+        for (name, added) in &self.clearances.padding {
+            named(name).into_iter().for_each(|body| padding[body] += added);
+        }
+        let of_pair = |pair: &BodyPair| {
+            let is_of_world = [pair.first, pair.second].iter().any(|body| self.bodies[*body].is_obstacle());
+            if is_of_world {
+                return PairClearance { own: None, padding: padding[pair.first] + padding[pair.second] };
+            }
+            PairClearance { own: self.clearances.own, padding: 0.0 }
+        };
+        let mut all: Vec<PairClearance> = self.pairs.iter().map(of_pair).collect();
+        for ([a, b], clearance) in &self.clearances.pairs {
+            let (Some(a), Some(b)) = (named(a), named(b)) else { continue };
+            let pair = BodyPair { first: a.min(b), second: a.max(b) };
+            if let Ok(at) = self.pairs.binary_search(&pair) {
+                all[at] = PairClearance { own: Some(*clearance), padding: 0.0 };
+            }
+        }
+        all
+    }
+
+    /// A configuration of the robot: checked, angles wrapped, quaternions normalised.
+    ///
+    /// # Errors
+    /// [`crate::Error::Config`], naming the coordinate: where the length is not that of the scene's
+    /// coordinates, a number is not finite or beyond its limits.
+    pub fn config(&self, values: &[f64]) -> Result<Config> {
+        self.space.config(values)
+    }
+
     /// Names of a checked pair, in the order of the scene.
-    pub fn pair_names(&self, pair: usize) -> [&str; 2] {
-        let BodyPair { first, second } = self.pairs[pair];
+    pub fn pair_names(&self, pair: PairId) -> [&str; 2] {
+        let BodyPair { first, second } = self.pairs[pair.index()];
         [&self.bodies[first].name, &self.bodies[second].name]
     }
 
@@ -242,3 +261,6 @@ impl Scene {
         self.joints.iter().filter(has_one).map(|joint| joint.name.as_str()).collect()
     }
 }
+
+#[cfg(test)]
+mod testing;

@@ -1,4 +1,5 @@
-//! Names in a scene: made unique by their robot's name, looked up as users write them, listed where unknown.
+//! Names in a scene: made unique by their robot's name, looked up as users write them, listed where
+//! unknown.
 
 use std::collections::{HashMap, HashSet};
 
@@ -33,7 +34,8 @@ pub fn unique(all: &[Named]) -> Vec<String> {
     all.iter().map(|named| if counts[named.name] == 1 { named.name.to_string() } else { named.qualified() }).collect()
 }
 
-/// Index of the one entry that `wanted` names, plain or qualified; else what is wrong with it, with the candidates.
+/// Index of the one entry that `wanted` names, plain or qualified; else what is wrong with it, with
+/// the candidates.
 pub fn find(all: &[Named], wanted: &str) -> Result<usize, String> {
     let hits: Vec<usize> = (0..all.len()).filter(|&i| all[i].name == wanted || all[i].qualified() == wanted).collect();
     match hits[..] {
@@ -54,7 +56,8 @@ pub fn check_name(name: &str) -> Result<(), String> {
     Ok(())
 }
 
-/// The names of robots: as their entries say, else as their URDFs do, with `-2` and so on where that is taken.
+/// The names of robots: as their entries say, else as their URDFs do, with `-2` and so on where
+/// that is taken.
 ///
 /// # Errors
 /// [`Error::Input`] where an entry's name is no name or another entry's.

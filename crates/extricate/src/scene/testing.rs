@@ -1,10 +1,10 @@
 //! Robots built in code and scenes of them, for tests of this module.
 
-use super::Scene;
-use super::assemble::{LoadedRobot, build};
-use super::file;
+use super::assemble::build;
+use super::assemble::loaded::LoadedRobot;
+use super::assemble::obstacles::others;
 use super::names::robot_names;
-use super::obstacles::others;
+use super::{Scene, file};
 use crate::error::Result;
 use crate::math::{Pose, Vec3};
 use crate::robot::{Geometry, Joint, JointKind, Link, LinkGeometry, Mimic, Robot};
@@ -12,8 +12,8 @@ use crate::robot::{Geometry, Joint, JointKind, Link, LinkGeometry, Mimic, Robot}
 /// The name of the scene file in messages.
 pub const FILE: &str = "s.toml";
 
-/// A joint from link `l<parent>` to `l<child>` about (along) z, 1 m along x from its parent; limits -1 and 1 for revolute
-/// and prismatic ones.
+/// A joint from link `l<parent>` to `l<child>` about (along) z, 1 m along x from its parent; limits
+/// -1 and 1 for revolute and prismatic ones.
 pub fn joint(name: &str, kind: JointKind, parent: usize, child: usize) -> Joint {
     let limits = matches!(kind, JointKind::Revolute | JointKind::Prismatic).then_some((-1.0, 1.0));
     let pose_parent_joint = Pose::translation(Vec3::x());

@@ -1,6 +1,6 @@
 //! Numbers that are most likely in other units: degrees for radians, millimetres for metres.
 
-use super::bodies::radius;
+use super::assemble::bodies::radius;
 use super::{Body, Motion, Scene};
 use crate::cspace::{Config, Manifold};
 use crate::error::{Error, Result};
@@ -137,9 +137,9 @@ fn travel(scene: &Scene, q: usize) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use super::super::testing::{PLAIN, chain, scene};
     use super::*;
     use crate::robot::JointKind::*;
+    use crate::scene::testing::{PLAIN, chain, scene};
 
     #[test]
     fn degrees_are_told_where_all_angles_would_fit() {

@@ -1,13 +1,11 @@
 //! Models adapted to a changed scene: as good as those learned anew, for a fifth of the labels.
 
-use std::ops::ControlFlow;
 use std::sync::Arc;
 
-use extricate::cspace::sampling::Halton;
-use extricate::model::adapt::labels_to_adapt;
-use extricate::model::{Adapted, EndedBy};
-use extricate::scene::builtin;
-use extricate::{Checker, LearnOptions, Model, QueryOptions, QueryScratch, Scene};
+use extricate::internals::cspace::sampling::Halton;
+use extricate::internals::model::adapt::labels_to_adapt;
+use extricate::internals::model::{Adapted, EndedBy};
+use extricate::{Checker, LearnOptions, Model, QueryOptions, QueryScratch, Scene, builtin};
 
 use crate::memory;
 
@@ -18,11 +16,11 @@ fn options(labels: usize) -> LearnOptions {
 }
 
 fn learn(scene: Scene, labels: usize) -> Model {
-    Model::learn(scene, &options(labels), &mut |_| ControlFlow::Continue(())).unwrap()
+    Model::learn(scene, &options(labels)).unwrap()
 }
 
 fn adapt(model: &Model, scene: Scene, labels: usize) -> Model {
-    model.adapt(scene, &options(labels), &mut |_| ControlFlow::Continue(())).unwrap()
+    model.adapt(scene, &options(labels)).unwrap()
 }
 
 /// The scene with its first obstacle moved a little.
@@ -43,7 +41,8 @@ fn depths(model: &Model, count: usize) -> Vec<f64> {
     let (mut scratch, mut q, mut depths) = (QueryScratch::default(), vec![0.0; scene.space.nq()], Vec::new());
     for i in 0.. {
         halton.config(&scene.space, i, &mut q);
-        let answer = model.query(&scene.space.config(&q).unwrap(), &QueryOptions::default(), &mut scratch).unwrap();
+        let answer =
+            model.view().query_with(&scene.space.config(&q).unwrap(), &QueryOptions::default(), &mut scratch).unwrap();
         if answer.depth > 0.0 {
             assert!(answer.verified && checker.clearance(&answer.witness, &mut Default::default()) >= scene.clearance);
             depths.push(answer.depth);
@@ -63,7 +62,7 @@ fn without(scene: &Scene) -> Scene {
     without
 }
 
-/// Asserts that `adapted` finds about as many of the nearest ways out as `anew`, of the same scene.
+/// Asserts that `adapted` finds about as many of the nearest exits as `anew`, of the same scene.
 fn assert_as_good(what: &str, adapted: &Model, anew: &Model) {
     let (anew, adapted) = (depths(anew, 60), depths(adapted, 60));
     let within = |a: &[f64], b: &[f64]| a.iter().zip(b).filter(|(a, b)| **a <= 1.05 * **b).count();
@@ -99,7 +98,7 @@ fn a_model_that_is_adapted_again_and_again_stays_as_good() {
         model = adapt(&model, to, labels_to_adapt(&model));
         let found = model.statistics();
         assert_eq!(found.adapted, Some(Adapted { learned_labels: learned.statistics().labels, times }));
-        assert!(found.exits > learned.statistics().exits / 4 && found.excess.is_some(), "{found:?}");
+        assert!(found.solved_samples > learned.statistics().solved_samples / 4 && found.excess.is_some(), "{found:?}");
     }
     assert_as_good("four times", &model, &learned);
 }
@@ -128,23 +127,27 @@ fn adapting_keeps_its_limits_and_does_not_depend_on_threads() {
     let model = learn(old.clone(), 20_000);
     let with = |threads| {
         let options = LearnOptions { threads, ..options(5000) };
-        model.adapt(moved(&old), &options, &mut |_| ControlFlow::Continue(())).unwrap()
+        model.adapt(moved(&old), &options).unwrap()
     };
-    assert!(extricate::model_file::encode(&with(1)) == extricate::model_file::encode(&with(2)));
+    assert!(
+        extricate::internals::io::model_file::encode(&with(1))
+            == extricate::internals::io::model_file::encode(&with(2))
+    );
     for labels in [100, 500, 3000] {
         assert!(adapt(&model, moved(&old), labels).statistics().labels <= labels);
     }
     let boundless = LearnOptions { seconds: Some(0.2), ..options(usize::MAX) };
-    let boundless = model.adapt(moved(&old), &boundless, &mut |_| ControlFlow::Continue(())).unwrap();
+    let boundless = model.adapt(moved(&old), &boundless).unwrap();
     assert_eq!(boundless.statistics().ended_by, EndedBy::Seconds);
     // Nothing changed: the samples stay.
     let same = adapt(&model, old.clone(), 20_000);
     assert_eq!(same.boundary().configs(), model.boundary().configs());
-    let other = model.adapt(builtin::scene("hand").unwrap(), &options(100), &mut |_| ControlFlow::Continue(()));
+    let other = model.adapt(builtin::scene("hand").unwrap(), &options(100));
     assert!(other.err().unwrap().to_string().contains("learn the scene anew"));
 }
 
-/// A slide before a box that grows until it holds all of the rail: the run spends its labels on looking for something free, and ends.
+/// A slide before a box that grows until it holds all of the rail: the run spends its labels on
+/// looking for something free, and ends.
 #[test]
 fn where_nothing_is_free_any_more_adapting_ends_and_says_so() {
     let urdf = r#"<robot name="r"><link name="rail"/><link name="slide"><collision><geometry><sphere radius="0.1"/></geometry></collision></link>
@@ -156,6 +159,6 @@ fn where_nothing_is_free_any_more_adapting_ends_and_says_so() {
         memory::scene(&toml, &[("r.urdf", urdf.into())])
     };
     let model = learn(beside(0.5), 1000);
-    let error = model.adapt(beside(4.0), &options(6000), &mut |_| ControlFlow::Continue(())).err().unwrap().to_string();
+    let error = model.adapt(beside(4.0), &options(6000)).err().unwrap().to_string();
     assert!(error.contains("no stored sample is free in the new scene"), "{error}");
 }

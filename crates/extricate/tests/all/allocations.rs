@@ -1,14 +1,14 @@
 //! Queries ask for no memory but what their answers hold, once their scratch has grown.
 
 use allocation_counter::measure;
-use extricate::scene::{MetricSpec, builtin};
-use extricate::{Answer, Config, Effort, QueryOptions, QueryScratch};
+use extricate::{Answer, Config, Effort, MetricKind, QueryOptions, QueryScratch, builtin};
 
 use crate::memory::learn;
 use crate::query::colliding;
 
-/// How often memory is asked for to hold an answer with one way out: once a list, and once more whenever the colliding pairs, whose number is
-/// not known before, outgrow what there is: four of them, then twice as many each time.
+/// How often memory is asked for to hold an answer with one exit: once a list, and once more
+/// whenever the colliding pairs, whose number is not known before, outgrow what there is: four of
+/// them, then twice as many each time.
 fn needed(answer: &Answer) -> u64 {
     let Answer { witness, gradient, touching, contacts, .. } = answer;
     let lists = [witness.is_empty(), gradient.is_empty(), touching.is_empty(), contacts.is_empty()];
@@ -19,12 +19,13 @@ fn needed(answer: &Answer) -> u64 {
     lists.into_iter().filter(|is_empty| !is_empty).count() as u64 + u64::from(growths)
 }
 
-/// Passes over the same queries with the same scratch until none asks for more: buffers change places, and each has to grow once.
+/// Passes over the same queries with the same scratch until none asks for more: buffers change
+/// places, and each has to grow once.
 const PASSES: usize = 6;
 
 #[test]
 fn queries_allocate_nothing_but_their_answers() {
-    let metrics = [MetricSpec::Joint, MetricSpec::ObjectNorm, MetricSpec::MaxDisplacement];
+    let metrics = [MetricKind::Joint, MetricKind::ObjectNorm, MetricKind::MaxDisplacement];
     let scenes = builtin::NAMES.iter().flat_map(|name| metrics.into_iter().map(move |metric| (name, metric)));
     for (name, metric) in scenes {
         let mut scene = builtin::scene(name).unwrap();
@@ -36,7 +37,8 @@ fn queries_allocate_nothing_but_their_answers() {
             let mut scratch = QueryScratch::default();
             let mut excess = |q: &Config| {
                 let mut answer = None;
-                let asked_for = measure(|| answer = Some(model.query(q, &options, &mut scratch).unwrap())).count_total;
+                let asked_for =
+                    measure(|| answer = Some(model.view().query_with(q, &options, &mut scratch).unwrap())).count_total;
                 asked_for.saturating_sub(answer.as_ref().map_or(0, needed))
             };
             let passes = (0..PASSES).map(|_| queries.iter().map(&mut excess).sum());

@@ -1,16 +1,17 @@
-//! Depths in closed form: the answer must be within 1e-3 of the exact value (of more than 1, within that share: so far last descents along raw
-//! meshes go), and the proved bound below it.
+//! Depths in closed form: the answer must be within 1e-3 of the exact value (of more than 1, within
+//! that share: so far last descents along raw meshes go), and the proved bound below it.
 
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
-use extricate::cspace::sampling::Halton;
+use extricate::internals::cspace::sampling::Halton;
 use extricate::{Model, QueryOptions, QueryScratch};
 
 use crate::memory::{chain, collision, learn, scene};
 
 pub const CLEARANCE: f64 = 1e-4;
 
-/// Queries `count` low-discrepancy configurations and compares with `exact`, which is 0 where the configuration is free.
+/// Queries `count` low-discrepancy configurations and compares with `exact`, which is 0 where the
+/// configuration is free.
 pub fn compare(model: &Model, count: u64, exact: impl Fn(&[f64]) -> f64) {
     let space = &model.scene().space;
     let halton = Halton::new(space.nv(), 99);
@@ -20,7 +21,8 @@ pub fn compare(model: &Model, count: u64, exact: impl Fn(&[f64]) -> f64) {
     for i in 0..count {
         halton.config(space, i, &mut q);
         let depth = exact(&q);
-        let answer = model.query(&space.config(&q).unwrap(), &QueryOptions::default(), &mut scratch).unwrap();
+        let answer =
+            model.view().query_with(&space.config(&q).unwrap(), &QueryOptions::default(), &mut scratch).unwrap();
         assert!((answer.depth - depth).abs() < 1e-3 * depth.max(1.0), "at {q:?}: got {}, exact {depth}", answer.depth);
         assert!(answer.lower_bound <= depth * (1.0 + 1e-9) + 1e-12, "at {q:?}: bound {}", answer.lower_bound);
         assert!(answer.verified);
@@ -41,7 +43,8 @@ fn box_in_a_box_by_translation() {
     let toml = "[[robot]]\nurdf = \"r.urdf\"\n[[obstacle]]\nname = \"block\"\nshape = { box = [0.6, 0.5, 0.4] }\n";
     let model = learn(scene(toml, &[("r.urdf", urdf)]), 40_000, 1);
     let answer = model
-        .query(
+        .view()
+        .query_with(
             &model.scene().space.config(&[0.3, 0.1, 0.2]).unwrap(),
             &QueryOptions::default(),
             &mut QueryScratch::default(),
@@ -52,7 +55,8 @@ fn box_in_a_box_by_translation() {
     compare(&model, 400, |q| (0..3).map(|k| reach[k] + CLEARANCE - q[k].abs()).fold(f64::INFINITY, f64::min).max(0.0));
 }
 
-/// An annulus of inner radius 0.3 and outer radius 0.9 is free; the wall outside it is a mesh of 512 sides.
+/// An annulus of inner radius 0.3 and outer radius 0.9 is free; the wall outside it is a mesh of
+/// 512 sides.
 #[test]
 fn disc_in_an_annulus() {
     let disc = collision([0.0; 3], [0.0; 3], "<cylinder radius=\"0.1\" length=\"0.2\"/>");

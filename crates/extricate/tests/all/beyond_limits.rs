@@ -2,10 +2,11 @@
 
 use std::path::Path;
 
-use extricate::cspace::sampling::Halton;
-use extricate::scene::assemble::assemble;
-use extricate::scene::{MetricSpec, builtin};
-use extricate::{Answer, CheckScratch, Effort, Label, Manifold, QueryOptions, QueryScratch, Scene, World};
+use extricate::internals::cspace::sampling::Halton;
+use extricate::internals::scene::assemble::assemble;
+use extricate::{
+    Answer, CheckScratch, Effort, Label, Manifold, MetricKind, QueryOptions, QueryScratch, Scene, World, builtin,
+};
 
 use crate::memory::learn;
 
@@ -44,8 +45,8 @@ fn the_nearest_exit_is_measured_from_where_the_query_is() {
     ] {
         let q = space.config_anywhere(&q).unwrap();
         let answers = [
-            world.query(&q, &options, &mut scratch).unwrap(),
-            model.query(&q, &options, &mut QueryScratch::default()).unwrap(),
+            world.view().query_with(&q, &options, &mut scratch).unwrap(),
+            model.view().query_with(&q, &options, &mut QueryScratch::default()).unwrap(),
         ];
         for answer in answers {
             assert!((answer.depth - depth).abs() < 2e-6, "{q:?}: {} {depth}", answer.depth);
@@ -77,11 +78,11 @@ fn beyond(world: &World, index: u64) -> Vec<f64> {
 fn answers_are_within_limits_bounded_and_nearly_those_of_a_long_search() {
     let (mut asked, mut missed) = (0, 0);
     for (name, metric) in [
-        ("planar-arm", MetricSpec::Joint),
-        ("shelf-arm", MetricSpec::Joint),
-        ("hand", MetricSpec::Joint),
-        ("shelf-arm", MetricSpec::ObjectNorm),
-        ("planar-arm", MetricSpec::MaxDisplacement),
+        ("planar-arm", MetricKind::Joint),
+        ("shelf-arm", MetricKind::Joint),
+        ("hand", MetricKind::Joint),
+        ("shelf-arm", MetricKind::ObjectNorm),
+        ("planar-arm", MetricKind::MaxDisplacement),
     ] {
         let mut scene = builtin::scene(name).unwrap();
         scene.metric = metric;
@@ -91,7 +92,7 @@ fn answers_are_within_limits_bounded_and_nearly_those_of_a_long_search() {
             let q = space.config_anywhere(&beyond(&world, index)).unwrap();
             let mut ask = |effort| -> Answer {
                 let options = QueryOptions { effort, ..QueryOptions::default() };
-                world.query(&q, &options, &mut scratch).expect("something is free")
+                world.view().query_with(&q, &options, &mut scratch).expect("something is free")
             };
             let (refined, exhaustive) = (ask(Effort::Refined), ask(Effort::Exhaustive));
             for answer in [&refined, &exhaustive] {
@@ -103,7 +104,7 @@ fn answers_are_within_limits_bounded_and_nearly_those_of_a_long_search() {
             let mut onto = q.to_vec();
             space.clamp(&mut onto);
             let beyond = world.metric().distance(&q, &onto);
-            if metric == MetricSpec::Joint {
+            if metric == MetricKind::Joint {
                 assert!(refined.lower_bound >= beyond * (1.0 - 1e-9), "{} {beyond}", refined.lower_bound);
             }
             asked += 1;

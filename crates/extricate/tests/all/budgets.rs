@@ -1,16 +1,16 @@
-//! Limits of learning: labels are never exceeded, and whatever ends it early, what is kept is usable and told as it is.
+//! Limits of learning: labels are never exceeded, and whatever ends it early, what is kept is
+//! usable and told as it is.
 
 use std::ops::ControlFlow;
 
 use crate::memory::scene;
-use extricate::model::EndedBy;
-use extricate::scene::builtin;
-use extricate::{Error, LearnOptions, Model, QueryOptions, QueryScratch, Result};
+use extricate::internals::model::EndedBy;
+use extricate::{Error, LearnOptions, Model, QueryOptions, QueryScratch, Result, builtin};
 
 fn learned(labels: usize, seconds: Option<f64>, most_reports: usize) -> Result<Model> {
     let options = LearnOptions { labels, seconds, seed: 4, threads: 2, ..LearnOptions::default() };
     let mut reports = 0;
-    Model::learn(builtin::scene("planar-arm").unwrap(), &options, &mut |_| {
+    Model::learn_with(builtin::scene("planar-arm").unwrap(), &options, &mut |_| {
         reports += 1;
         if reports >= most_reports { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     })
@@ -18,7 +18,7 @@ fn learned(labels: usize, seconds: Option<f64>, most_reports: usize) -> Result<M
 
 fn assert_usable(model: &Model) {
     let q = model.scene().space.config(&[0.4, 0.1, 0.0]).unwrap();
-    let answer = model.query(&q, &QueryOptions::default(), &mut QueryScratch::default()).unwrap();
+    let answer = model.view().query_with(&q, &QueryOptions::default(), &mut QueryScratch::default()).unwrap();
     assert!(answer.depth > 0.0 && answer.verified && answer.lower_bound <= answer.depth, "{answer:?}");
 }
 
@@ -60,7 +60,7 @@ fn where_nothing_is_free_the_pairs_that_collide_most_often_are_named() {
     ];
     for (toml, told) in [walls.clone(), walls + around].into_iter().zip(told) {
         let scene = scene(&toml, &[("r.urdf", urdf.into())]);
-        let error = Model::learn(scene, &options, &mut |_| ControlFlow::Continue(())).err().unwrap().to_string();
+        let error = Model::learn(scene, &options).err().unwrap().to_string();
         let share = |name: &str| -> usize {
             let at = error.split(&format!("[\"slide\", \"{name}\"] (")).nth(1).expect(&error);
             at.split(" %").next().unwrap().parse().expect(&error)

@@ -1,25 +1,27 @@
-//! Small isolated components of the colliding configurations, as self-collision makes them: how many of them learning finds, beside
-//! uniform sampling with as many labels. `cargo test -p extricate --test all components -- --nocapture` prints both.
+//! Small isolated components of the colliding configurations, as self-collision makes them: how
+//! many of them learning finds, beside uniform sampling with as many labels. `cargo test -p
+//! extricate --test all components -- --nocapture` prints both.
 
 use std::f64::consts::{PI, TAU};
 use std::fmt::Write;
 
-use extricate::cspace::sampling::{Halton, uniform};
+use extricate::internals::cspace::sampling::{Halton, uniform};
 use extricate::{Checker, Label, Model, Scene};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
 use crate::memory::{learn, scene};
 
-/// Lengths of the spokes of two wheels \[m\] whose hubs are 2 m apart: spoke `i` of one and `j` of the other touch only where both
-/// point at each other, in a component of its own; the shorter, the smaller.
+/// Lengths of the spokes of two wheels \[m\] whose hubs are 2 m apart: spoke `i` of one and `j` of
+/// the other touch only where both point at each other, in a component of its own; the shorter, the
+/// smaller.
 const SPOKES: [[f64; 5]; 2] = [[1.0, 1.004, 1.008, 1.012, 1.016], [0.996, 1.002, 1.008, 1.014, 1.02]];
 const RADIUS: f64 = 0.012;
 /// Directions within which two spokes can meet \[rad\]; their neighbours are 1.26 rad away.
 const WINDOW: f64 = 0.5;
 
-/// The hubs are on carts that slide up to `slide` \[m\] across the line between them, where that is above 0: four degrees of freedom,
-/// and the components smaller still.
+/// The hubs are on carts that slide up to `slide` \[m\] across the line between them, where that is
+/// above 0: four degrees of freedom, and the components smaller still.
 fn wheels(slide: f64) -> Scene {
     let mut urdf = String::from("<robot name=\"wheels\"><link name=\"base\"/>");
     for (wheel, lengths) in SPOKES.iter().enumerate() {
@@ -76,7 +78,8 @@ fn count(found: impl Iterator<Item = usize>) -> usize {
     seen.iter().filter(|seen| **seen).count()
 }
 
-/// Components beside which the model has a verified boundary sample; free configurations that stand in for one do not count.
+/// Components beside which the model has a verified boundary sample; free configurations that stand
+/// in for one do not count.
 fn found_by_learning(model: &Model) -> usize {
     let samples = model.boundary().configs().chunks_exact(model.scene().space.nq());
     count(samples.skip(model.statistics().stand_ins).filter_map(component))

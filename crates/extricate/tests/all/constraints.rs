@@ -1,12 +1,9 @@
 //! Queries with a clearance of their own, with joints that stay, and toward a goal.
 
-use std::ops::ControlFlow;
-
-use extricate::cspace::sampling::Halton;
-use extricate::scene::{MetricSpec, builtin};
+use extricate::internals::cspace::sampling::Halton;
 use extricate::{
-    Answer, CheckScratch, Config, Effort, Label, LearnOptions, Model, QueryOptions, QueryScratch, Scene, Stream,
-    StreamOptions, Toward, World,
+    Answer, CheckScratch, Config, Effort, Label, LearnOptions, MetricKind, Model, QueryOptions, QueryScratch, Scene,
+    Stream, StreamOptions, Toward, World, builtin,
 };
 
 /// The first `count` configurations of a low-discrepancy sequence that collide.
@@ -23,7 +20,7 @@ fn colliding(world: &World, count: usize) -> Vec<Config> {
 
 fn learned(scene: &Scene) -> Model {
     let options = LearnOptions { labels: 20_000, seconds: None, ..LearnOptions::default() };
-    Model::learn(scene.clone(), &options, &mut |_| ControlFlow::Continue(())).unwrap()
+    Model::learn(scene.clone(), &options).unwrap()
 }
 
 #[test]
@@ -35,10 +32,10 @@ fn a_clearance_of_a_query_is_that_of_a_scene() {
         let options = QueryOptions { clearance: Some(0.02), ..QueryOptions::default() };
         let (mut scratch, mut near, all) = (QueryScratch::default(), [0; 2], 150);
         for q in colliding(&wider, all) {
-            let expected = wider.query(&q, &QueryOptions::default(), &mut scratch).unwrap();
-            let of_world = world.query(&q, &options, &mut scratch).unwrap();
+            let expected = wider.view().query_with(&q, &QueryOptions::default(), &mut scratch).unwrap();
+            let of_world = world.view().query_with(&q, &options, &mut scratch).unwrap();
             assert_eq!(of_world, expected);
-            let of_model = model.query(&q, &options, &mut scratch).unwrap();
+            let of_model = model.view().query_with(&q, &options, &mut scratch).unwrap();
             let mut check = CheckScratch::default();
             for answer in [&of_world, &of_model] {
                 assert_eq!((answer.clearance, answer.verified), (0.02, true));
@@ -59,8 +56,8 @@ fn a_clearance_that_nothing_keeps_is_given_up() {
     // Wider than links that are side by side: nothing at all is that free.
     let options = QueryOptions { clearance: Some(5.0), ..QueryOptions::default() };
     for q in colliding(&world, 3) {
-        let answer = world.query(&q, &options, &mut QueryScratch::default()).unwrap();
-        let plain = world.query(&q, &QueryOptions::default(), &mut QueryScratch::default()).unwrap();
+        let answer = world.view().query_with(&q, &options, &mut QueryScratch::default()).unwrap();
+        let plain = world.view().query_with(&q, &QueryOptions::default(), &mut QueryScratch::default()).unwrap();
         assert_eq!((answer.clearance, answer.depth), (world.scene().clearance, plain.depth));
     }
 }
@@ -93,7 +90,8 @@ fn locked_joints_stay_and_the_others_find_the_nearest() {
         let locked = [&[0][..], &[1], &[2], &[0, 1], &[0, 2]][k % 5];
         let options = QueryOptions { locked: locked.to_vec(), ..QueryOptions::default() };
         let mut scratch = QueryScratch::default();
-        let answers = [world.query(q, &options, &mut scratch), model.query(q, &options, &mut scratch)];
+        let answers =
+            [world.view().query_with(q, &options, &mut scratch), model.view().query_with(q, &options, &mut scratch)];
         let best = on_a_grid(&world, q, locked);
         for answer in answers {
             let Some(Answer { depth, witness, verified, lower_bound, .. }) = answer else {
@@ -122,8 +120,8 @@ fn streams_keep_joints_locked_too() {
             let mut q = corner[0].to_vec();
             world.scene().space.interpolate(&corner[0], &corner[1], f64::from(k) / 200.0, &mut q);
             let q = world.scene().space.config(&q).unwrap();
-            let single = world.query(&q, &query, &mut QueryScratch::default());
-            let Some(answer) = world.query_next(&q, &mut stream) else {
+            let single = world.view().query_with(&q, &query, &mut QueryScratch::default());
+            let Some(answer) = world.view().query_next(&q, &mut stream) else {
                 assert!(single.is_none());
                 continue;
             };
@@ -141,9 +139,10 @@ fn of_exits_that_are_about_as_near_the_one_toward_the_goal_is_taken() {
     let configs = colliding(&world, 120);
     for (q, goal) in configs.iter().zip(configs.iter().rev()) {
         let several = QueryOptions { exits: 8, ..QueryOptions::default() };
-        let exits = world.query(q, &several, &mut scratch).unwrap().exits;
+        let exits = world.view().query_with(q, &several, &mut scratch).unwrap().exits;
         let toward = Toward { goal: goal.to_vec(), share: 0.5 };
-        let answer = world.query(q, &QueryOptions { toward: Some(toward), ..several }, &mut scratch).unwrap();
+        let answer =
+            world.view().query_with(q, &QueryOptions { toward: Some(toward), ..several }, &mut scratch).unwrap();
         let from_goal = |witness: &[f64]| world.metric().distance(goal, witness);
         let near = exits.iter().filter(|exit| exit.depth <= 1.5 * exits[0].depth);
         let best = near.map(|exit| from_goal(&exit.witness)).fold(f64::INFINITY, f64::min);
@@ -154,17 +153,17 @@ fn of_exits_that_are_about_as_near_the_one_toward_the_goal_is_taken() {
     }
     assert!(other * 20 > all, "{other} of {all}");
     let refused = QueryOptions { effort: Effort::Nearest, ..QueryOptions::default() };
-    assert_eq!(world.query(&configs[0], &refused, &mut scratch).unwrap().exits, []);
+    assert_eq!(world.view().query_with(&configs[0], &refused, &mut scratch).unwrap().exits, []);
 }
 
 #[test]
 fn nothing_touches_within_the_free_radius() {
     for (name, metric) in [
-        ("planar-arm", MetricSpec::Joint),
-        ("shelf-arm", MetricSpec::Joint),
-        ("hand", MetricSpec::MaxDisplacement),
-        ("dual-arm", MetricSpec::ObjectNorm),
-        ("free-box", MetricSpec::ObjectNorm),
+        ("planar-arm", MetricKind::Joint),
+        ("shelf-arm", MetricKind::Joint),
+        ("hand", MetricKind::MaxDisplacement),
+        ("dual-arm", MetricKind::ObjectNorm),
+        ("free-box", MetricKind::ObjectNorm),
     ] {
         let world = World::new(Scene { metric, ..builtin::scene(name).unwrap() });
         // Touching alone: without clearance.
@@ -174,7 +173,7 @@ fn nothing_touches_within_the_free_radius() {
         let options = QueryOptions { free_radius: true, clearance: Some(5e-3), exits: 1, ..QueryOptions::default() };
         let (halton, mut touched_beyond) = (Halton::new(space.nv(), 3), 0);
         for q in colliding(&world, 12) {
-            let answer = world.query(&q, &options, &mut scratch).unwrap();
+            let answer = world.view().query_with(&q, &options, &mut scratch).unwrap();
             let radius = answer.free_radius.unwrap();
             assert!(radius > 0.0, "{name}: {answer:?}");
             let mut far = vec![0.0; space.nq()];
@@ -212,8 +211,8 @@ fn weights_change_what_is_nearest() {
     let mut scratch = QueryScratch::default();
     let (mut moved, mut as_before) = (0, 0);
     for q in colliding(&world, 60) {
-        let plain = world.query(&q, &QueryOptions::default(), &mut scratch).unwrap();
-        let heavy = weighted.query(&q, &QueryOptions::default(), &mut scratch).unwrap();
+        let plain = world.view().query_with(&q, &QueryOptions::default(), &mut scratch).unwrap();
+        let heavy = weighted.view().query_with(&q, &QueryOptions::default(), &mut scratch).unwrap();
         // What was nearest is an exit still, at another distance.
         assert!(heavy.verified && heavy.depth <= weighted.metric().distance(&q, &plain.witness) * 1.01);
         let turn = |answer: &Answer| (answer.witness[0] - q[0]).abs();
@@ -223,7 +222,7 @@ fn weights_change_what_is_nearest() {
     assert!(moved > 15 && as_before < 5, "{moved} {as_before}");
     let refused = scene.weighted([("elbo", [1.0; 2])]).unwrap_err().to_string();
     assert!(refused.contains("metric: weights: got `elbo`, expected one of"), "{refused}");
-    let metric = MetricSpec::ObjectNorm;
+    let metric = MetricKind::ObjectNorm;
     let refused = Scene { metric, ..scene.clone() }.weighted([(name, [1.0; 2])]).unwrap_err().to_string();
     assert!(refused.contains("only that of the joints"), "{refused}");
 }

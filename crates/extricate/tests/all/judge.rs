@@ -1,28 +1,30 @@
-//! What an answer claims, each claim judged by itself: by another library's distances, by a checker that has seen nothing else, and by the
-//! metric. The answers of the query are the only thing that is taken from it.
+//! What an answer claims, each claim judged by itself: by another library's distances, by a checker
+//! that has seen nothing else, and by the metric. The answers of the query are the only thing that
+//! is taken from it.
 
 use std::sync::Arc;
 
-use extricate::kinematics::forward;
-use extricate::math::{Pose, Vec3};
-use extricate::metric::Metric;
-use extricate::penetration::answer::{RIVAL, TOUCHING};
-use extricate::robot::Geometry;
-use extricate::scene::{MetricSpec, Part};
+use extricate::geometry::{Geometry, Pose, Vec3};
+use extricate::internals::kinematics::forward;
+use extricate::internals::metric::Metric;
+use extricate::internals::query::answer::{RIVAL, TOUCHING};
+use extricate::internals::scene::Part;
 use extricate::{
-    Answer, CheckScratch, Checker, Config, Effort, Exit, Label, Manifold, QueryOptions, Scene, SegmentOptions,
-    SegmentOutcome, Way,
+    Answer, CheckScratch, Checker, Config, Effort, Exit, Label, Manifold, MetricKind, PairId, QueryOptions, Scene,
+    SegmentOptions, SegmentOutcome, StraightSegment,
 };
 
 use crate::recheck::{Recheck, SLACK};
 
-/// Checks beyond a budget that end a query, beside those of exits and of the way.
+/// Checks beyond a budget that end a query, beside those of exits and of the segment.
 const TO_END: usize = 3;
-/// A collision that the way tells may be one that only nearly is: so much farther than the clearance \[m\]; ten times the resolution of segments.
+/// A collision that the segment tells may be one that only nearly is: so much farther than the
+/// clearance \[m\]; ten times the resolution of segments.
 const NEARLY: f64 = 1e-3;
 /// Contacts end where their search does, which on round shapes is not at the nearest points \[m\].
 const CONTACT_SLACK: f64 = 1e-5;
-/// Steps of difference quotients, in depths. At least as long as that which gradients of the largest displacement are a mean over \[rad or m\].
+/// Steps of difference quotients, in depths. At least as long as that which gradients of the
+/// largest displacement are a mean over \[rad or m\].
 const STEP: (f64, f64) = (3e-4, 2e-5);
 /// What slopes over such steps may differ by from the gradient, relative to one or the slope.
 const SLOPE_SLACK: f64 = 2e-3;
@@ -81,11 +83,14 @@ impl Hearing<'_> {
             self.gradient(q, answer);
             self.displacement(q, answer);
             self.exits(q, if streamed { 1 } else { options.exits }, answer);
-            self.expect("the way is told or not, against what was asked", answer.way.is_some() == options.way);
-            answer.way.iter().for_each(|way| self.way(q, way, answer));
+            self.expect(
+                "the segment is told or not, against what was asked",
+                answer.segment.is_some() == options.segment,
+            );
+            answer.segment.iter().for_each(|segment| self.segment(q, segment, answer));
             // In a changed scene the search for a first witness overdraws it.
-            let most = options.budget.checks.filter(|_| !self.judge.changed);
-            let to_end = TO_END + answer.exits.len() + usize::from(options.way);
+            let most = options.termination.max_checks.filter(|_| !self.judge.changed);
+            let to_end = TO_END + answer.exits.len() + usize::from(options.segment);
             let most = most.map_or(usize::MAX, |checks| checks.max(1) + to_end);
             self.expect("the budget is overdrawn", answer.checks <= most);
         }
@@ -109,14 +114,15 @@ impl Hearing<'_> {
             && answer.touching.is_empty()
             && answer.contacts.is_empty()
             && answer.exits.is_empty()
-            && answer.way.is_none()
+            && answer.segment.is_none()
             && answer.coverage.is_none()
             && answer.verified
             && answer.unique;
         self.expect("free, but more is told than that", is_plain);
     }
 
-    /// The pairs that collide at the query: those that are told do, and no others where all are told.
+    /// The pairs that collide at the query: those that are told do, and no others where all are
+    /// told.
     fn colliding(&mut self, q: &Config, options: &QueryOptions, answer: &Answer) {
         let collides = !self.is_free(q);
         self.expect("called colliding, but is free", collides);
@@ -126,7 +132,7 @@ impl Hearing<'_> {
         self.expect("more than one colliding pair without contacts", are_all || told.len() <= 1);
         let clearance = self.judge.scene.clearance;
         for (pair, distance) in self.judge.recheck.distances(q, clearance + 2.0 * SLACK).into_iter().enumerate() {
-            if told.contains(&pair) {
+            if told.contains(&PairId::new(pair)) {
                 let near = distance <= clearance + SLACK || self.judge.recheck.has_mesh(pair);
                 self.expect("a pair is called colliding that keeps the clearance", near);
             } else {
@@ -146,13 +152,14 @@ impl Hearing<'_> {
             return self.expect("contacts that nobody asked for", answer.touching.is_empty());
         }
         self.touching("the witness", &answer.witness, &answer.touching);
-        let mut pairs: Vec<usize> = answer.contacts.iter().map(|contact| contact.pair).collect();
+        let mut pairs: Vec<PairId> = answer.contacts.iter().map(|contact| contact.pair).collect();
         pairs.dedup();
         self.expect("contacts and touching pairs disagree", pairs == answer.touching);
         let far = self.judge.scene.clearance + TOUCHING + 2.0 * CONTACT_SLACK;
         let distances = self.judge.recheck.distances(&answer.witness, far);
         for (pair, distance) in distances.iter().enumerate() {
-            let nearest = answer.contacts.iter().filter(|contact| contact.pair == pair).map(|contact| contact.distance);
+            let nearest =
+                answer.contacts.iter().filter(|contact| contact.pair.index() == pair).map(|contact| contact.distance);
             let nearest = nearest.fold(f64::INFINITY, f64::min);
             let is_it = nearest == f64::INFINITY || (nearest - distance).abs() <= CONTACT_SLACK;
             self.expect("the nearest contact is not at the distance of its pair", is_it);
@@ -176,26 +183,28 @@ impl Hearing<'_> {
     }
 
     /// The pairs that are told to touch do, and no others.
-    fn touching(&mut self, whose: &str, witness: &[f64], told: &[usize]) {
+    fn touching(&mut self, whose: &str, witness: &[f64], told: &[PairId]) {
         self.expect("touching pairs are out of order or told twice", told.is_sorted_by(|a, b| a < b));
         let margin = self.judge.scene.clearance + TOUCHING;
         for (pair, distance) in
             self.judge.recheck.distances(witness, margin + 2.0 * CONTACT_SLACK).into_iter().enumerate()
         {
             let (touches, parted) = (distance <= margin - CONTACT_SLACK, distance >= margin + CONTACT_SLACK);
-            let holds = if told.contains(&pair) { !parted } else { !touches };
+            let holds = if told.contains(&PairId::new(pair)) { !parted } else { !touches };
             self.expect(&format!("at {whose} a pair touches that is not told, or the other way round"), holds);
         }
     }
 
-    /// The slope along each coordinate lies between those of short steps to both sides; under the metric of the joints the steepest is 1.
+    /// The slope along each coordinate lies between those of short steps to both sides; under the
+    /// metric of the joints the steepest is 1.
     fn gradient(&mut self, q: &Config, answer: &Answer) {
         let space = &self.judge.scene.space;
         self.expect("the gradient is of another length than tangents", answer.gradient.len() == space.nv());
-        // Kinks beside a way out of the largest displacement are nearer than any step that rounding allows.
+        // Kinks beside an exit of the largest displacement are nearer than any step that rounding
+        // allows.
         if answer.depth < 1e-4
             || answer.gradient.len() != space.nv()
-            || self.judge.scene.metric == MetricSpec::MaxDisplacement
+            || self.judge.scene.metric == MetricKind::MaxDisplacement
         {
             return;
         }
@@ -223,11 +232,12 @@ impl Hearing<'_> {
             }
         }
         self.expect("the gradient is not the slope of the distance", !off);
-        let is_unit = self.judge.scene.metric != MetricSpec::Joint || (steepest.sqrt() - 1.0).abs() < 1e-6;
+        let is_unit = self.judge.scene.metric != MetricKind::Joint || (steepest.sqrt() - 1.0).abs() < 1e-6;
         self.expect("the gradient is not of unit length", is_unit);
     }
 
-    /// The largest displacement lies between that of points of the bodies and that of points around them.
+    /// The largest displacement lies between that of points of the bodies and that of points around
+    /// them.
     fn displacement(&mut self, q: &Config, answer: &Answer) {
         let (mut from, mut to) = (Vec::new(), Vec::new());
         forward(self.judge.scene, q, &mut from);
@@ -251,7 +261,7 @@ impl Hearing<'_> {
         let told = answer.max_displacement;
         self.expect("a point moves farther than is told", told >= least - 1e-9);
         self.expect("no point moves as far as is told", told <= most + 1e-9);
-        let is_depth = self.judge.scene.metric != MetricSpec::MaxDisplacement || (told - answer.depth).abs() < 1e-6;
+        let is_depth = self.judge.scene.metric != MetricKind::MaxDisplacement || (told - answer.depth).abs() < 1e-6;
         self.expect("the depth is not the largest displacement", is_depth);
     }
 
@@ -268,7 +278,8 @@ impl Hearing<'_> {
         for (i, exit) in exits.iter().enumerate() {
             self.free_at_depth("an exit", q, exit.depth, &exit.witness);
             self.touching("an exit", &exit.witness, &exit.touching);
-            // Distinct is told in the metric's tensor at the query, which bends away from the metric in between: much less than that.
+            // Distinct is told in the metric's tensor at the query, which bends away from the
+            // metric in between: much less than that.
             let apart = |other: &Exit| self.judge.metric.distance(&exit.witness, &other.witness) > 0.01 * other.depth;
             let are_apart = exits[..i].iter().all(apart);
             self.expect("two exits are one", are_apart);
@@ -278,10 +289,10 @@ impl Hearing<'_> {
     }
 
     /// The stretch that is proved free is, and where it was last seen to collide the two are near.
-    fn way(&mut self, q: &Config, way: &Way, answer: &Answer) {
-        let Way { colliding_until, free_from } = *way;
+    fn segment(&mut self, q: &Config, segment: &StraightSegment, answer: &Answer) {
+        let StraightSegment { colliding_until, free_from } = *segment;
         let in_order = 0.0 <= colliding_until && colliding_until <= free_from && free_from <= 1.0;
-        self.expect("the parts of the way are out of order", in_order);
+        self.expect("the parts of the segment are out of order", in_order);
         let space = &self.judge.scene.space;
         let at = |t: f64| {
             let mut config = q.to_vec();
@@ -291,18 +302,19 @@ impl Hearing<'_> {
         let (beginning, near) = (at(free_from), at(colliding_until));
         let stretch = (0..10).map(|k| at(free_from + (1.0 - free_from) * f64::from(k) / 10.0));
         let is_free = stretch.into_iter().all(|config| self.judge.recheck.agrees_free(&config));
-        self.expect("the way collides where it is proved free", is_free);
+        self.expect("the segment collides where it is proved free", is_free);
         if free_from < 1.0 {
             let proof =
                 self.judge.checker.segment(&answer.witness, &beginning, &SegmentOptions::default(), &mut self.check);
-            // Cut elsewhere, a proof may stop where two bodies come near; what it must not do is meet a collision.
+            // Cut elsewhere, a proof may stop where two bodies come near; what it must not do is
+            // meet a collision.
             let holds = !matches!(proof, SegmentOutcome::Contact { .. });
-            self.expect(&format!("the way is not free by another proof ({proof:?})"), holds);
+            self.expect(&format!("the segment is not free by another proof ({proof:?})"), holds);
         }
         let margin = self.judge.scene.clearance + NEARLY;
         let distances = self.judge.recheck.distances(&near, margin + SLACK);
         let meets = !self.is_free(&near) || distances.iter().any(|distance| *distance <= margin);
-        self.expect("nothing is near where the way was last seen to collide", meets);
+        self.expect("nothing is near where the segment was last seen to collide", meets);
     }
 }
 

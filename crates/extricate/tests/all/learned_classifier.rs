@@ -1,13 +1,13 @@
 //! How often the classifier of a learned model is right, on configurations that learning never saw.
 
 use crate::memory::learn;
-use extricate::cspace::sampling::Halton;
-use extricate::metric::MetricScratch;
-use extricate::metric::relative::RelativePoses;
-use extricate::scene::builtin;
-use extricate::{Label, Model};
+use extricate::internals::cspace::sampling::Halton;
+use extricate::internals::metric::MetricScratch;
+use extricate::internals::metric::relative::RelativePoses;
+use extricate::{Label, Model, builtin};
 
-/// Shares of the free and of the colliding of `count` uniform configurations that are predicted right.
+/// Shares of the free and of the colliding of `count` uniform configurations that are predicted
+/// right.
 fn accuracy(model: &Model, count: usize) -> [f64; 2] {
     let (scene, poses) = (model.scene(), RelativePoses::new(model.checker().scene_arc().clone()));
     let nq = scene.space.nq();
@@ -34,7 +34,8 @@ fn few_labels_make_a_classifier_that_is_right() {
         let balanced = 0.5 * (free + colliding);
         println!("{name}: balanced accuracy {balanced:.4} (free {free:.4}, colliding {colliding:.4})");
         assert!(balanced > least, "{name}: {balanced}");
-        // What the model says of itself is about as much: its held-out configurations were trained on no more than these.
+        // What the model says of itself is about as much: its held-out configurations were trained
+        // on no more than these.
         let statistics = model.statistics();
         let told = 0.5 * (statistics.accuracy_free.unwrap() + statistics.accuracy_colliding.unwrap());
         assert!((told - balanced).abs() < 0.025, "{name}: {told} {balanced}");

@@ -1,7 +1,7 @@
 //! Every dependency of the build has a licence that `deny.toml` allows.
 //!
-//! The list is cargo-deny's, which can check more where it is installed; building it takes longer than everything else that
-//! is checked, and this needs nothing but cargo.
+//! The list is cargo-deny's, which can check more where it is installed; building it takes longer
+//! than everything else that is checked, and this needs nothing but cargo.
 
 use std::path::Path;
 use std::process::Command;
@@ -26,7 +26,8 @@ fn dependencies_have_allowed_licences() {
     assert!(faults.is_empty(), "not allowed by deny.toml:\n{}", faults.join("\n"));
 }
 
-/// What `cargo metadata` resolves for the machine that runs the test: packages of other systems may not be there.
+/// What `cargo metadata` resolves for the machine that runs the test: packages of other systems may
+/// not be there.
 fn packages_of_this_build(root: &Path) -> Vec<Value> {
     let cargo = || Command::new(env!("CARGO"));
     let version = cargo().arg("-vV").output().expect("cargo -vV").stdout;
@@ -48,7 +49,8 @@ fn allow_list(deny: &str) -> Vec<String> {
     allow.iter().map(|v| v.as_str().expect("a string").to_string()).collect()
 }
 
-/// SPDX expressions: `OR` binds weaker than `AND`, `WITH` names an exception; the old `A/B` means `A OR B`.
+/// SPDX expressions: `OR` binds weaker than `AND`, `WITH` names an exception; the old `A/B` means
+/// `A OR B`.
 fn is_allowed(expression: &str, allowed: &[String]) -> bool {
     let spaced = expression.replace('(', " ( ").replace(')', " ) ").replace('/', " OR ");
     let tokens: Vec<&str> = spaced.split_whitespace().collect();

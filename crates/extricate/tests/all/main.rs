@@ -5,6 +5,7 @@ mod allocations;
 mod analytic;
 mod beyond_limits;
 mod budgets;
+mod circles;
 mod components;
 mod constraints;
 mod judge;
@@ -15,7 +16,9 @@ mod meshes;
 mod no_model;
 mod other_robots;
 mod property;
+
 mod proved;
+mod public_api;
 mod query;
 mod query_changed;
 mod query_elsewhere;

@@ -1,10 +1,10 @@
 //! Scenes from files in memory.
 
 use std::io::{Error as IoError, ErrorKind};
-use std::ops::ControlFlow;
+
 use std::path::Path;
 
-use extricate::scene::assemble::assemble;
+use extricate::internals::scene::assemble::assemble;
 use extricate::{Error, LearnOptions, Model, Scene};
 
 /// Assembles `scene.toml` among `files` (path relative to the scene, contents).
@@ -22,7 +22,7 @@ pub fn scene(toml: &str, files: &[(&str, String)]) -> Scene {
 /// Learns with a number of labels and nothing else to end it.
 pub fn learn(scene: Scene, labels: usize, seed: u64) -> Model {
     let options = LearnOptions { labels, seconds: None, seed, ..LearnOptions::default() };
-    Model::learn(scene, &options, &mut |_| ControlFlow::Continue(())).unwrap()
+    Model::learn(scene, &options).unwrap()
 }
 
 /// Joint type, origin, axis, lower and upper limit, collision XML of the link.

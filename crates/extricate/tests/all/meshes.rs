@@ -3,9 +3,9 @@
 
 use std::path::Path;
 
-use extricate::cspace::sampling::Halton;
-use extricate::scene::MetricSpec;
-use extricate::{CheckScratch, Effort, Label, QueryOptions, QueryScratch, World, store};
+use extricate::internals::cspace::sampling::Halton;
+use extricate::internals::io;
+use extricate::{CheckScratch, Effort, Label, MetricKind, QueryOptions, QueryScratch, World};
 
 /// A ball that slides along x, y and z among one mesh.
 fn world(radius: f64, file: &str, mesh: &[u8], extra: &str) -> World {
@@ -38,7 +38,7 @@ fn world_of(radius: f64, file: &str, mesh: &[u8], shape: &str, extra: &str) -> W
     write(file, mesh);
     let scene = format!("{extra}[[robot]]\nurdf = 'r.urdf'\n[[obstacle]]\nname = 'o'\nshape = {shape}\n");
     write("s.toml", scene.as_bytes());
-    World::new(store::load_scene(&folder.path().join(Path::new("s.toml"))).unwrap())
+    World::new(io::load_scene(folder.path().join(Path::new("s.toml"))).unwrap())
 }
 
 fn clearance(world: &World, q: [f64; 3]) -> f64 {
@@ -96,7 +96,7 @@ fn a_solid_with_seams_holds_what_is_in_it() {
     );
     assert!((clearance(&world, [0.0; 3]) + 0.17).abs() < 1e-6);
     let q = world.scene().space.config(&[0.0; 3]).unwrap();
-    let answer = world.query(&q, &QueryOptions::default(), &mut QueryScratch::default()).unwrap();
+    let answer = world.view().query_with(&q, &QueryOptions::default(), &mut QueryScratch::default()).unwrap();
     assert!((answer.depth - 0.1701).abs() < 1e-5 && answer.lower_bound > 0.0, "{answer:?}");
 }
 
@@ -115,8 +115,8 @@ fn depth_in_walls(q: &[f64], radius: f64, clearance: f64) -> f64 {
 
 #[test]
 fn a_room_is_free_within_and_bounds_hold_in_its_walls() {
-    for metric in [MetricSpec::Joint, MetricSpec::MaxDisplacement] {
-        let extra = if metric == MetricSpec::Joint { "" } else { "metric = { kind = 'max-displacement' }\n" };
+    for metric in [MetricKind::Joint, MetricKind::MaxDisplacement] {
+        let extra = if metric == MetricKind::Joint { "" } else { "metric = { kind = 'max-displacement' }\n" };
         let world = world(0.1, "room.obj", boxes(&ROOM).as_bytes(), extra);
         assert!(world.scene().warnings.iter().any(|warning| warning.contains("it is a cavity")));
         assert!((clearance(&world, [0.0; 3]) - 1.2).abs() < 1e-9);
@@ -137,7 +137,7 @@ fn a_room_is_free_within_and_bounds_hold_in_its_walls() {
             asked += 1;
             for effort in [Effort::Nearest, Effort::Refined] {
                 let options = QueryOptions { effort, ..QueryOptions::default() };
-                let answer = world.query(&space.config(&q).unwrap(), &options, &mut scratch).unwrap();
+                let answer = world.view().query_with(&space.config(&q).unwrap(), &options, &mut scratch).unwrap();
                 assert!(answer.lower_bound <= depth + 1e-9, "{q:?}: bound {} depth {depth}", answer.lower_bound);
                 assert!(answer.depth >= depth - 1e-9, "{q:?}: {} {depth}", answer.depth);
                 assert!(effort == Effort::Nearest || answer.depth < 1.01 * depth + 1e-5, "{q:?}: {answer:?} {depth}");

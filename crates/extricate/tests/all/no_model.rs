@@ -2,13 +2,13 @@
 
 use std::ops::ControlFlow;
 
-use extricate::cspace::sampling::Halton;
-use extricate::scene::{MetricSpec, builtin};
+use extricate::internals::cspace::sampling::Halton;
 use extricate::{
-    Answer, CheckScratch, Config, Effort, Label, QueryBudget, QueryOptions, QueryScratch, Stream, StreamOptions, World,
+    Answer, CheckScratch, Config, Effort, Label, MetricKind, QueryOptions, QueryScratch, Stream, StreamOptions,
+    Termination, World, builtin,
 };
 
-fn world(name: &str, metric: MetricSpec) -> World {
+fn world(name: &str, metric: MetricKind) -> World {
     let mut scene = builtin::scene(name).unwrap();
     scene.metric = metric;
     World::new(scene)
@@ -32,12 +32,12 @@ fn with(effort: Effort) -> QueryOptions {
 fn answers_are_verified_bounded_and_nearly_those_of_a_long_search() {
     let mut missed = 0;
     for name in builtin::NAMES {
-        for metric in [MetricSpec::Joint, MetricSpec::ObjectNorm, MetricSpec::MaxDisplacement] {
+        for metric in [MetricKind::Joint, MetricKind::ObjectNorm, MetricKind::MaxDisplacement] {
             let world = world(name, metric);
             let (mut scratch, mut check) = (QueryScratch::default(), CheckScratch::default());
             for q in colliding(&world, 5) {
                 let [nearest, refined, exhaustive] = [Effort::Nearest, Effort::Refined, Effort::Exhaustive]
-                    .map(|effort| world.query(&q, &with(effort), &mut scratch).expect("something is free"));
+                    .map(|effort| world.view().query_with(&q, &with(effort), &mut scratch).expect("something is free"));
                 for answer in [&nearest, &refined, &exhaustive] {
                     assert!(answer.verified && answer.coverage.is_none());
                     assert_eq!(world.checker().label(&answer.witness, &mut check), Label::Free);
@@ -57,12 +57,13 @@ fn answers_are_verified_bounded_and_nearly_those_of_a_long_search() {
 
 #[test]
 fn batches_and_threads_change_nothing_and_more_checks_never_lead_farther() {
-    let world = world("shelf-arm", MetricSpec::Joint);
+    let world = world("shelf-arm", MetricKind::Joint);
     let (queries, mut scratch, options) = (colliding(&world, 20), QueryScratch::default(), QueryOptions::default());
-    let single: Vec<Option<Answer>> = queries.iter().map(|q| world.query(q, &options, &mut scratch)).collect();
+    let single: Vec<Option<Answer>> =
+        queries.iter().map(|q| world.view().query_with(q, &options, &mut scratch)).collect();
     for threads in [1, 3] {
         let mut batch = Vec::new();
-        world.query_batch(queries.clone(), &options, threads, &mut |answered| {
+        world.view().query_batch(queries.clone(), &options, threads, &mut |answered| {
             batch.push(answered.answer);
             ControlFlow::Continue(())
         });
@@ -71,8 +72,9 @@ fn batches_and_threads_change_nothing_and_more_checks_never_lead_farther() {
     for (q, full) in queries.iter().zip(&single) {
         let mut last = f64::INFINITY;
         for checks in [0, 1, 5, 20, 60, 200, 100_000] {
-            let budget = QueryBudget { checks: Some(checks), seconds: None };
-            let answer = world.query(q, &QueryOptions { budget, ..options.clone() }, &mut scratch).unwrap();
+            let termination = Termination::after_checks(checks);
+            let answer =
+                world.view().query_with(q, &QueryOptions { termination, ..options.clone() }, &mut scratch).unwrap();
             assert!(answer.verified && answer.depth <= last);
             last = answer.depth;
         }
@@ -82,11 +84,12 @@ fn batches_and_threads_change_nothing_and_more_checks_never_lead_farther() {
 
 #[test]
 fn several_exits_and_streams_need_no_model() {
-    let world = world("planar-arm", MetricSpec::Joint);
+    let world = world("planar-arm", MetricKind::Joint);
     let (mut scratch, mut several) = (QueryScratch::default(), 0);
     let queries = colliding(&world, 40);
     for q in &queries {
-        let answer = world.query(q, &QueryOptions { exits: 3, ..QueryOptions::default() }, &mut scratch).unwrap();
+        let answer =
+            world.view().query_with(q, &QueryOptions { exits: 3, ..QueryOptions::default() }, &mut scratch).unwrap();
         assert!(answer.exits.is_sorted_by(|a, b| a.depth <= b.depth) && answer.exits[0].witness == answer.witness);
         several += usize::from(answer.exits.len() > 1);
     }
@@ -96,8 +99,8 @@ fn several_exits_and_streams_need_no_model() {
         let mut q = vec![0.0; world.scene().space.nq()];
         world.scene().space.interpolate(&queries[0], &queries[1], f64::from(step) / 100.0, &mut q);
         let q = world.scene().space.config(&q).unwrap();
-        let frame = world.query_next(&q, &mut stream).unwrap();
-        let alone = world.query(&q, &QueryOptions::default(), &mut scratch).unwrap();
+        let frame = world.view().query_next(&q, &mut stream).unwrap();
+        let alone = world.view().query_with(&q, &QueryOptions::default(), &mut scratch).unwrap();
         near += usize::from(frame.depth <= 1.05 * alone.depth);
     }
     assert!(near >= 90, "{near} of 100");
@@ -110,6 +113,21 @@ fn where_nothing_is_free_there_is_no_answer() {
     let world = World::new(scene);
     let q = world.scene().space.config(&[0.0; 3]).unwrap();
     for effort in [Effort::Nearest, Effort::Refined, Effort::Exhaustive] {
-        assert_eq!(world.query(&q, &with(effort), &mut QueryScratch::default()), None);
+        assert_eq!(world.view().query_with(&q, &with(effort), &mut QueryScratch::default()), None);
+    }
+}
+
+/// Metrics of displacement measure nothing then: everything is as near as everything else.
+#[test]
+fn a_robot_without_geometry_is_free_everywhere() {
+    let urdf = crate::memory::chain(&[("revolute", [0.0; 3], [0.0, 0.0, 1.0], -1.0, 1.0, "")]);
+    let toml = "[[robot]]\nurdf = \"r.urdf\"\n[[obstacle]]\nname = \"ball\"\nshape = { sphere = 1 }\n";
+    for metric in [MetricKind::Joint, MetricKind::ObjectNorm, MetricKind::MaxDisplacement] {
+        let mut scene = crate::memory::scene(toml, &[("r.urdf", urdf.clone())]);
+        scene.metric = metric;
+        let q = scene.config(&[0.5]).unwrap();
+        assert!(World::new(scene.clone()).query(&q).unwrap().is_free());
+        let model = crate::memory::learn(scene, 2000, 1);
+        assert!(model.query(&q).unwrap().is_free());
     }
 }

@@ -1,4 +1,5 @@
-//! Robots of other kinds than the built-in scenes have: one that drives on a plane, and a chain of many joints.
+//! Robots of other kinds than the built-in scenes have: one that drives on a plane, and a chain of
+//! many joints.
 
 use std::f64::consts::{FRAC_PI_2, TAU};
 use std::sync::Arc;
@@ -8,7 +9,8 @@ use extricate::{Answer, CheckScratch, Checker, Config, Effort, Label, Model, Que
 use crate::memory::{Joint, chain, collision, learn, scene};
 use crate::query::colliding;
 
-/// Refined and exhaustive answers for `count` configurations of a model learned with few labels; all that they promise holds.
+/// Refined and exhaustive answers for `count` configurations of a model learned with few labels;
+/// all that they promise holds.
 fn ask(scene: Scene, labels: usize, count: usize) -> (Model, Vec<(Config, [Answer; 2])>) {
     // Not the model's own: it shares no memory with what answered.
     let checker = Checker::new(Arc::new(scene.clone()));
@@ -17,7 +19,8 @@ fn ask(scene: Scene, labels: usize, count: usize) -> (Model, Vec<(Config, [Answe
     let mut all = Vec::new();
     for q in colliding(&model, count) {
         let answers = [Effort::Refined, Effort::Exhaustive].map(|effort| {
-            let answer = model.query(&q, &QueryOptions { effort, ..QueryOptions::default() }, &mut scratch).unwrap();
+            let answer =
+                model.view().query_with(&q, &QueryOptions { effort, ..QueryOptions::default() }, &mut scratch).unwrap();
             let witness = model.scene().space.config(&answer.witness).expect("a witness keeps the limits");
             assert!(answer.verified && checker.label(&witness, &mut check) == Label::Free, "{q:?}");
             assert!((model.metric().distance(&q, &witness) - answer.depth).abs() < 1e-6, "{q:?}");
@@ -32,7 +35,8 @@ fn ask(scene: Scene, labels: usize, count: usize) -> (Model, Vec<(Config, [Answe
     (model, all)
 }
 
-/// How many refined answers are at most a hundredth farther than the exhaustive ones, and how many bounds are above 0.
+/// How many refined answers are at most a hundredth farther than the exhaustive ones, and how many
+/// bounds are above 0.
 fn near_and_bounded(all: &[(Config, [Answer; 2])]) -> (usize, usize) {
     let near = all.iter().filter(|(_, [refined, exhaustive])| refined.depth <= 1.01 * exhaustive.depth).count();
     (near, all.iter().filter(|(_, [refined, _])| refined.lower_bound > 0.0).count())
@@ -60,7 +64,7 @@ fn a_robot_on_a_planar_base_before_a_doorway() {
     assert_eq!((space.nq(), space.nv()), (4, 4));
     let mut check = CheckScratch::default();
     for (q, [_, exhaustive]) in &all {
-        // Straight sideways, in steps of 0.02 m: no way out may be nearer than what was found.
+        // Straight sideways, in steps of 0.02 m: no exit may be nearer than what was found.
         for k in 0..32 {
             let (sin, cos) = (TAU * f64::from(k) / 32.0).sin_cos();
             let place = |step: i32| {

@@ -1,16 +1,15 @@
-//! What every answer promises, on every built-in scene and under every metric: a free witness at the stated distance, a bound
-//! below it, the same bytes for the same seed.
+//! What every answer promises, on every built-in scene and under every metric: a free witness at
+//! the stated distance, a bound below it, the same bytes for the same seed.
 
-use extricate::cspace::sampling::Halton;
-use extricate::scene::{MetricSpec, builtin};
-use extricate::{CheckScratch, Checker, Effort, Label, QueryOptions, QueryScratch};
+use extricate::internals::cspace::sampling::Halton;
+use extricate::{CheckScratch, Checker, Effort, Label, MetricKind, QueryOptions, QueryScratch, builtin};
 
 use crate::memory::learn;
 
 #[test]
 fn every_witness_is_free_and_every_bound_holds() {
     for name in builtin::NAMES {
-        for metric in [MetricSpec::Joint, MetricSpec::ObjectNorm, MetricSpec::MaxDisplacement] {
+        for metric in [MetricKind::Joint, MetricKind::ObjectNorm, MetricKind::MaxDisplacement] {
             let mut scene = builtin::scene(name).unwrap();
             scene.metric = metric;
             let checker = Checker::new(std::sync::Arc::new(scene.clone()));
@@ -29,7 +28,12 @@ fn every_witness_is_free_and_every_bound_holds() {
                 colliding += usize::from(!free);
                 let config = space.config(&q).unwrap();
                 let refined = model
-                    .query(&config, &QueryOptions { effort: Effort::Refined, ..QueryOptions::default() }, &mut scratch)
+                    .view()
+                    .query_with(
+                        &config,
+                        &QueryOptions { effort: Effort::Refined, ..QueryOptions::default() },
+                        &mut scratch,
+                    )
                     .unwrap();
                 assert_eq!(free, refined.depth == 0.0, "{name}: {q:?}");
                 assert_eq!(free, refined.colliding.is_empty());
@@ -43,7 +47,12 @@ fn every_witness_is_free_and_every_bound_holds() {
                 );
                 assert!(refined.lower_bound >= 0.0 && refined.lower_bound <= refined.depth);
                 let nearest = model
-                    .query(&config, &QueryOptions { effort: Effort::Nearest, ..QueryOptions::default() }, &mut scratch)
+                    .view()
+                    .query_with(
+                        &config,
+                        &QueryOptions { effort: Effort::Nearest, ..QueryOptions::default() },
+                        &mut scratch,
+                    )
                     .unwrap();
                 assert!(nearest.depth >= refined.depth, "{name}: refinement made it worse");
                 assert!(checker.label(&nearest.witness, &mut check) == Label::Free, "{name}: a stored sample collides");

@@ -3,16 +3,15 @@
 
 use std::sync::Arc;
 
-use extricate::cspace::sampling::Halton;
-use extricate::scene::{MetricSpec, builtin};
-use extricate::{Config, Effort, QueryBudget, QueryOptions, QueryScratch, Scene, Unproved, World};
+use extricate::internals::cspace::sampling::Halton;
+use extricate::{Config, Effort, MetricKind, QueryOptions, QueryScratch, Scene, Termination, Unproved, World, builtin};
 
 use crate::analytic::CLEARANCE;
 use crate::memory::{chain, collision, scene};
 
 fn proved(gap: f64, checks: usize) -> QueryOptions {
-    let budget = QueryBudget { checks: Some(checks), seconds: None };
-    QueryOptions { effort: Effort::Proved, gap: Some(gap), budget, ..QueryOptions::default() }
+    let termination = Termination::after_checks(checks);
+    QueryOptions { effort: Effort::Proved, gap: Some(gap), termination, ..QueryOptions::default() }
 }
 
 /// The first colliding of low-discrepancy configurations.
@@ -25,8 +24,9 @@ fn colliding(world: &World, count: usize) -> Vec<Config> {
         space.config(&q).unwrap()
     });
     let mut scratch = QueryScratch::default();
-    let nearest = QueryOptions { budget: QueryBudget { checks: Some(1), seconds: None }, ..QueryOptions::default() };
-    let mut collides = |q: &Config| world.query(q, &nearest, &mut scratch).is_some_and(|answer| !answer.is_free());
+    let nearest = QueryOptions { termination: Termination::after_checks(1), ..QueryOptions::default() };
+    let mut collides =
+        |q: &Config| world.view().query_with(q, &nearest, &mut scratch).is_some_and(|answer| !answer.is_free());
     all.by_ref().take(20_000).filter(|q| collides(q)).take(count).collect()
 }
 
@@ -34,7 +34,7 @@ fn colliding(world: &World, count: usize) -> Vec<Config> {
 fn closes(scene: Scene, count: usize, exact: impl Fn(&[f64]) -> f64) {
     let (world, mut scratch) = (World::new(scene), QueryScratch::default());
     for q in colliding(&world, count) {
-        let answer = world.query(&q, &proved(1e-3, 20_000), &mut scratch).unwrap();
+        let answer = world.view().query_with(&q, &proved(1e-3, 20_000), &mut scratch).unwrap();
         let depth = exact(&q);
         assert!((answer.depth - depth).abs() < 1.1e-3 * depth, "{q:?}: {} {depth}", answer.depth);
         assert!(answer.lower_bound <= depth * (1.0 + 1e-9) && answer.gap <= 1.1e-3, "{q:?}: {answer:?} {depth}");
@@ -104,7 +104,10 @@ fn rigid_bodies_under_the_largest_displacement() {
         // Upright: beyond a face of the wall.
         let q = [x, 0.05, 0.02, 0.0, 0.0, 0.0, 1.0];
         let exact = [0.4 - x, 0.4 - 0.05, 0.4 - 0.02].into_iter().fold(f64::INFINITY, f64::min) + CLEARANCE;
-        let answer = world.query(&world.scene().space.config(&q).unwrap(), &proved(1e-3, 5000), &mut scratch).unwrap();
+        let answer = world
+            .view()
+            .query_with(&world.scene().space.config(&q).unwrap(), &proved(1e-3, 5000), &mut scratch)
+            .unwrap();
         assert!(
             (answer.depth - exact).abs() < 1.1e-3 * exact && answer.lower_bound <= exact * (1.0 + 1e-9),
             "{q:?}: {answer:?} {exact}"
@@ -116,20 +119,22 @@ fn rigid_bodies_under_the_largest_displacement() {
 }
 
 /// No bound is above what any search finds, whatever the clearance and scale; a gap that was asked
-/// for and is told is there; more of the budget never makes the depth rise or the bound fall.
+/// for and is told is there; more of the termination never makes the depth rise or the bound fall.
 #[test]
 fn bounds_hold_and_only_get_better() {
     let mut closed = [0; 2];
     // Steps of many joints take long.
     for name in ["planar-arm", "shelf-arm", "free-box"] {
-        for kind in [MetricSpec::Joint, MetricSpec::ObjectNorm, MetricSpec::MaxDisplacement] {
-            let clearances = if kind == MetricSpec::Joint { &[0.0, 0.02][..] } else { &[1e-4] };
+        for kind in [MetricKind::Joint, MetricKind::ObjectNorm, MetricKind::MaxDisplacement] {
+            let clearances = if kind == MetricKind::Joint { &[0.0, 0.02][..] } else { &[1e-4] };
             for &clearance in clearances {
                 let mut scene = builtin::scene(name).unwrap();
                 (scene.metric, scene.clearance) = (kind, clearance);
                 let (world, mut scratch) = (World::new(Arc::new(scene)), QueryScratch::default());
                 for q in colliding(&world, 2) {
-                    let ask = |options: &QueryOptions, scratch: &mut QueryScratch| world.query(&q, options, scratch);
+                    let ask = |options: &QueryOptions, scratch: &mut QueryScratch| {
+                        world.view().query_with(&q, options, scratch)
+                    };
                     let exhaustive =
                         QueryOptions { effort: Effort::Exhaustive, starts: Some(12), ..QueryOptions::default() };
                     let best = ask(&exhaustive, &mut scratch).unwrap();
@@ -181,7 +186,7 @@ fn what_is_not_proved_is_told_why() {
         let files = [("r.urdf", urdf), ("sheet.obj", obj.into()), ("wall.obj", wall.into())];
         let world = World::new(scene(toml, &files));
         let q = world.scene().space.config(&[0.02]).unwrap();
-        let answer = world.query(&q, &QueryOptions::default(), &mut QueryScratch::default()).unwrap();
+        let answer = world.view().query_with(&q, &QueryOptions::default(), &mut QueryScratch::default()).unwrap();
         assert!(answer.depth > 0.05 && answer.unproved == expected, "{answer:?}");
         assert_eq!(answer.unproved.is_some(), answer.lower_bound == 0.0);
     }

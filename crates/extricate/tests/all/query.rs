@@ -1,21 +1,21 @@
-//! What can be asked of a query beside the nearest way out: several ways out, a budget, the gradient, the way there, many at once.
+//! What can be asked of a query beside the nearest exit: several exits, a termination, the
+//! gradient, the segment there, many at once.
 
 use std::ops::ControlFlow;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Duration;
 
-use extricate::cspace::sampling::Halton;
-use extricate::penetration::answer::RIVAL;
-use extricate::scene::{MetricSpec, builtin};
+use extricate::internals::cspace::sampling::Halton;
+use extricate::internals::query::answer::RIVAL;
 use extricate::{
-    Answer, CheckScratch, Config, Effort, Label, Model, QueryBudget, QueryOptions, QueryScratch, SegmentOptions,
-    SegmentOutcome, Stop,
+    Answer, CheckScratch, Config, Effort, Label, MetricKind, Model, QueryOptions, QueryScratch, SegmentOptions,
+    SegmentOutcome, Stop, Termination, builtin,
 };
 
 use crate::memory::learn;
 
-fn model(name: &str, metric: MetricSpec) -> Model {
+fn model(name: &str, metric: MetricKind) -> Model {
     let mut scene = builtin::scene(name).unwrap();
     scene.metric = metric;
     learn(scene, 6_000, 7)
@@ -35,18 +35,19 @@ pub fn colliding(model: &Model, count: usize) -> Vec<Config> {
 }
 
 fn ask(model: &Model, q: &Config, options: &QueryOptions) -> Answer {
-    model.query(q, options, &mut QueryScratch::default()).unwrap()
+    model.view().query_with(q, options, &mut QueryScratch::default()).unwrap()
 }
 
 #[test]
 fn a_query_that_was_warmed_up_says_what_a_first_one_says() {
     for (name, effort) in [("shelf-arm", Effort::Nearest), ("planar-arm", Effort::Refined), ("hand", Effort::Nearest)] {
-        let model = model(name, MetricSpec::Joint);
+        let model = model(name, MetricKind::Joint);
         let options = QueryOptions { effort, ..QueryOptions::default() };
         let mut warm = QueryScratch::default();
-        model.warm_up(&options, &mut warm, Duration::from_millis(5));
+        model.view().warm_up(&options, &mut warm, Duration::from_millis(5));
         for q in colliding(&model, 20) {
-            let (first, warmed) = (ask(&model, &q, &options), model.query(&q, &options, &mut warm).unwrap());
+            let (first, warmed) =
+                (ask(&model, &q, &options), model.view().query_with(&q, &options, &mut warm).unwrap());
             assert_eq!(format!("{first:?}"), format!("{warmed:?}"), "{name}");
         }
     }
@@ -56,10 +57,10 @@ fn a_query_that_was_warmed_up_says_what_a_first_one_says() {
 fn several_exits_are_free_distinct_sorted_and_begin_with_the_witness() {
     let mut found = 0;
     for (name, metric) in [
-        ("shelf-arm", MetricSpec::Joint),
-        ("planar-arm", MetricSpec::Joint),
-        ("free-box", MetricSpec::ObjectNorm),
-        ("planar-arm", MetricSpec::MaxDisplacement),
+        ("shelf-arm", MetricKind::Joint),
+        ("planar-arm", MetricKind::Joint),
+        ("free-box", MetricKind::ObjectNorm),
+        ("planar-arm", MetricKind::MaxDisplacement),
     ] {
         let model = model(name, metric);
         let mut check = CheckScratch::default();
@@ -88,7 +89,7 @@ fn several_exits_are_free_distinct_sorted_and_begin_with_the_witness() {
 
 #[test]
 fn an_exit_is_a_local_minimum() {
-    let model = model("planar-arm", MetricSpec::Joint);
+    let model = model("planar-arm", MetricKind::Joint);
     let space = &model.scene().space;
     let (mut check, halton) = (CheckScratch::default(), Halton::new(space.nv(), 3));
     let (mut a, mut b) = (vec![0.0; space.nq()], vec![0.0; space.nq()]);
@@ -111,36 +112,37 @@ fn an_exit_is_a_local_minimum() {
 
 #[test]
 fn a_larger_budget_is_never_worse_and_checks_are_kept() {
-    for (name, metric) in [("shelf-arm", MetricSpec::Joint), ("free-box", MetricSpec::MaxDisplacement)] {
+    for (name, metric) in [("shelf-arm", MetricKind::Joint), ("free-box", MetricKind::MaxDisplacement)] {
         let model = model(name, metric);
         for effort in [Effort::Refined, Effort::Exhaustive] {
             for q in colliding(&model, 4) {
-                let with = |budget| ask(&model, &q, &QueryOptions { effort, budget, ..QueryOptions::default() });
-                let full = with(QueryBudget::default());
+                let with =
+                    |termination| ask(&model, &q, &QueryOptions { effort, termination, ..QueryOptions::default() });
+                let full = with(Termination::default());
                 let mut last = f64::INFINITY;
                 for checks in [0, 1, 3, 10, 30, 60, 100, 300] {
-                    let answer = with(QueryBudget { checks: Some(checks), seconds: None });
+                    let answer = with(Termination::after_checks(checks));
                     assert!(answer.verified && answer.depth <= last, "{name}: {} after {last}", answer.depth);
                     assert!(answer.checks <= checks.max(1) + 3, "{name}: {} of {checks}", answer.checks);
                     last = answer.depth;
                 }
                 assert!(full.depth <= last);
-                let none = with(QueryBudget { checks: None, seconds: Some(-1.0) });
+                let none = with(Termination::after_seconds(-1.0));
                 assert!(none.verified && none.checks <= 4, "{}", none.checks);
-                assert_eq!(with(QueryBudget { checks: None, seconds: Some(f64::MAX) }), full);
+                assert_eq!(with(Termination::after_seconds(f64::MAX)), full);
             }
         }
     }
 }
 
-/// Exits that were met before the budget was spent are checked within it.
+/// Exits that were met before the termination was spent are checked within it.
 #[test]
 fn several_exits_keep_to_a_budget() {
-    let model = model("shelf-arm", MetricSpec::Joint);
+    let model = model("shelf-arm", MetricKind::Joint);
     let mut told = 0;
     for q in colliding(&model, 200) {
-        let budget = QueryBudget { checks: Some(40), seconds: None };
-        let answer = ask(&model, &q, &QueryOptions { exits: 6, budget, way: true, ..QueryOptions::default() });
+        let termination = Termination::after_checks(40);
+        let answer = ask(&model, &q, &QueryOptions { exits: 6, termination, segment: true, ..QueryOptions::default() });
         assert!(answer.checks <= 40 + 3 + answer.exits.len() + 1, "{} of 40, {}", answer.checks, answer.exits.len());
         told += answer.exits.len();
     }
@@ -149,7 +151,7 @@ fn several_exits_keep_to_a_budget() {
 
 #[test]
 fn a_query_ends_when_its_caller_says_so() {
-    for (name, metric) in [("planar-arm", MetricSpec::Joint), ("free-box", MetricSpec::MaxDisplacement)] {
+    for (name, metric) in [("planar-arm", MetricKind::Joint), ("free-box", MetricKind::MaxDisplacement)] {
         let model = model(name, metric);
         for q in colliding(&model, 2) {
             let options = QueryOptions { effort: Effort::Exhaustive, exits: 3, ..QueryOptions::default() };
@@ -159,7 +161,14 @@ fn a_query_ends_when_its_caller_says_so() {
                 let asked = Arc::new(AtomicUsize::new(0));
                 let counted = asked.clone();
                 let stop = Stop::when(move || counted.fetch_add(1, Ordering::Relaxed) >= questions);
-                let answer = ask(&model, &q, &QueryOptions { stop: Some(stop.clone()), ..options.clone() });
+                let answer = ask(
+                    &model,
+                    &q,
+                    &QueryOptions {
+                        termination: Termination { stop: Some(stop.clone()), ..Termination::default() },
+                        ..options.clone()
+                    },
+                );
                 assert!(answer.verified && answer.lower_bound <= answer.depth && full.depth <= answer.depth, "{name}");
                 assert!(
                     answer.depth <= last && 5 * answer.checks < full.checks,
@@ -170,7 +179,10 @@ fn a_query_ends_when_its_caller_says_so() {
                 assert!(stop.is_asked() && stop == stop.clone() && stop != Stop::when(|| true));
                 last = answer.depth;
             }
-            let never = QueryOptions { stop: Some(Stop::when(|| false)), ..options };
+            let never = QueryOptions {
+                termination: Termination { stop: Some(Stop::when(|| false)), ..Termination::default() },
+                ..options
+            };
             assert_eq!(ask(&model, &q, &never), full);
         }
     }
@@ -179,10 +191,10 @@ fn a_query_ends_when_its_caller_says_so() {
 #[test]
 fn the_gradient_is_that_of_the_distance_and_of_the_depth_where_it_is_smooth() {
     for (name, metric) in [
-        ("shelf-arm", MetricSpec::Joint),
-        ("free-box", MetricSpec::Joint),
-        ("free-box", MetricSpec::ObjectNorm),
-        ("shelf-arm", MetricSpec::MaxDisplacement),
+        ("shelf-arm", MetricKind::Joint),
+        ("free-box", MetricKind::Joint),
+        ("free-box", MetricKind::ObjectNorm),
+        ("shelf-arm", MetricKind::MaxDisplacement),
     ] {
         let model = model(name, metric);
         let space = &model.scene().space;
@@ -198,42 +210,43 @@ fn the_gradient_is_that_of_the_distance_and_of_the_depth_where_it_is_smooth() {
                     (of(&moved) - answer.depth) / h
                 };
                 let distance = |p: &[f64]| model.metric().distance(p, &answer.witness);
-                // The largest displacement has a kink: at the nearest way out several points move equally far. Elsewhere both agree.
-                // Not shorter than what the gradient is a mean over.
-                let least = if metric == MetricSpec::MaxDisplacement { 2e-5 } else { 0.0 };
+                // The largest displacement has a kink: at the nearest exit several points move
+                // equally far. Elsewhere both agree. Not shorter than what the gradient is a mean
+                // over.
+                let least = if metric == MetricKind::MaxDisplacement { 2e-5 } else { 0.0 };
                 let h = f64::max(3e-4 * answer.depth, least);
                 let (ahead, behind) = (slope(h, &distance), slope(-h, &distance));
                 let slack = 2e-3 * (1.0 + ahead.abs());
-                assert!(metric == MetricSpec::MaxDisplacement || (ahead - behind).abs() < slack);
+                assert!(metric == MetricKind::MaxDisplacement || (ahead - behind).abs() < slack);
                 let between = ahead.min(behind) - slack..=ahead.max(behind) + slack;
                 off += usize::from(!between.contains(&answer.gradient[k]));
                 // Only a query that follows the same exit tells the slope of the depth.
                 let depth =
                     |p: &[f64]| space.config(p).map_or(f64::NAN, |p| ask(&model, &p, &QueryOptions::default()).depth);
-                if metric == MetricSpec::Joint && k == 0 && answer.unique {
+                if metric == MetricKind::Joint && k == 0 && answer.unique {
                     let slope = slope(1e-4 * answer.depth, &depth);
                     of_depth += usize::from((slope - answer.gradient[k]).abs() < 0.02);
                 }
             }
         }
-        let kinks = if metric == MetricSpec::MaxDisplacement { 8 } else { 0 };
+        let kinks = if metric == MetricKind::MaxDisplacement { 8 } else { 0 };
         assert!(off <= kinks, "{name} {metric:?}: {off}");
-        assert!(metric != MetricSpec::Joint || of_depth >= 6, "{name}: {of_depth} of 8");
+        assert!(metric != MetricKind::Joint || of_depth >= 6, "{name}: {of_depth} of 8");
     }
 }
 
 #[test]
 fn the_way_ends_in_a_stretch_that_is_proved_free() {
-    let model = model("shelf-arm", MetricSpec::Joint);
+    let model = model("shelf-arm", MetricKind::Joint);
     let mut check = CheckScratch::default();
     for q in colliding(&model, 10) {
-        let answer = ask(&model, &q, &QueryOptions { way: true, ..QueryOptions::default() });
-        let way = answer.way.expect("asked for");
-        assert!(way.colliding_until <= way.free_from && way.colliding_until > 0.5, "{way:?}");
+        let answer = ask(&model, &q, &QueryOptions { segment: true, ..QueryOptions::default() });
+        let segment = answer.segment.expect("asked for");
+        assert!(segment.colliding_until <= segment.free_from && segment.colliding_until > 0.5, "{segment:?}");
         let mut from = q.to_vec();
-        model.scene().space.interpolate(&q, &answer.witness, way.free_from, &mut from);
+        model.scene().space.interpolate(&q, &answer.witness, segment.free_from, &mut from);
         let outcome = model.checker().segment(&answer.witness, &from, &SegmentOptions::default(), &mut check);
-        assert!(matches!(outcome, SegmentOutcome::Free) || way.free_from > 0.999, "{way:?} {outcome:?}");
+        assert!(matches!(outcome, SegmentOutcome::Free) || segment.free_from > 0.999, "{segment:?} {outcome:?}");
         assert_eq!(answer.touching.is_empty(), answer.contacts.is_empty());
         assert!(answer.contacts.iter().all(|c| (c.normal.norm() - 1.0).abs() < 1e-9));
     }
@@ -241,14 +254,15 @@ fn the_way_ends_in_a_stretch_that_is_proved_free() {
 
 #[test]
 fn a_batch_answers_as_one_by_one_in_order_and_can_be_ended() {
-    let model = model("planar-arm", MetricSpec::Joint);
+    let model = model("planar-arm", MetricKind::Joint);
     let queries = colliding(&model, 40);
     let options = QueryOptions { exits: 2, ..QueryOptions::default() };
     let mut scratch = QueryScratch::default();
-    let single: Vec<Answer> = queries.iter().map(|q| model.query(q, &options, &mut scratch).unwrap()).collect();
+    let single: Vec<Answer> =
+        queries.iter().map(|q| model.view().query_with(q, &options, &mut scratch).unwrap()).collect();
     for threads in [0, 1, 3] {
         let mut answers = Vec::new();
-        let done = model.query_batch(queries.iter().cloned(), &options, threads, &mut |answered| {
+        let done = model.view().query_batch(queries.iter().cloned(), &options, threads, &mut |answered| {
             assert_eq!(answered.index, answers.len());
             assert!(answered.seconds > 0.0);
             answers.push(answered.answer);
@@ -257,17 +271,18 @@ fn a_batch_answers_as_one_by_one_in_order_and_can_be_ended() {
         assert!(done == 40 && answers == single.iter().cloned().map(Some).collect::<Vec<_>>(), "{threads} threads");
     }
     let mut seen = 0;
-    let ended = model.query_batch(std::iter::repeat(queries[0].clone()), &QueryOptions::default(), 2, &mut |_| {
-        seen += 1;
-        if seen == 17 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
-    });
+    let ended =
+        model.view().query_batch(std::iter::repeat(queries[0].clone()), &QueryOptions::default(), 2, &mut |_| {
+            seen += 1;
+            if seen == 17 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+        });
     assert_eq!((ended, seen), (17, 17));
-    assert_eq!(model.query_batch(Vec::new(), &options, 2, &mut |_| ControlFlow::Continue(())), 0);
+    assert_eq!(model.view().query_batch(Vec::new(), &options, 2, &mut |_| ControlFlow::Continue(())), 0);
 }
 
 #[test]
 fn the_nearest_sample_comes_with_its_contacts_where_they_are_asked_for() {
-    for (name, metric) in [("shelf-arm", MetricSpec::Joint), ("planar-arm", MetricSpec::MaxDisplacement)] {
+    for (name, metric) in [("shelf-arm", MetricKind::Joint), ("planar-arm", MetricKind::MaxDisplacement)] {
         let model = model(name, metric);
         let mut several = 0;
         for q in colliding(&model, 40) {

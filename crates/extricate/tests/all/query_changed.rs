@@ -1,7 +1,8 @@
-//! What queries in changed scenes cost and find: as much as before where nothing changed, and what is new there.
+//! What queries in changed scenes cost and find: as much as before where nothing changed, and what
+//! is new there.
 
-use extricate::scene::{BodyPair, Scene, builtin};
-use extricate::{Answer, ChangedScene, CheckScratch, Config, Label, Model, QueryOptions, QueryScratch};
+use extricate::internals::scene::BodyPair;
+use extricate::{Answer, ChangedScene, CheckScratch, Config, Label, Model, QueryOptions, QueryScratch, Scene, builtin};
 
 use crate::memory::learn;
 use crate::query::colliding;
@@ -16,7 +17,7 @@ fn with_another(mut scene: Scene, by: [f64; 3]) -> Scene {
     let (old, new) = (obstacle(&scene), scene.bodies.len());
     let mut body = scene.bodies[old].clone();
     body.name = "another".into();
-    body.parts.iter_mut().for_each(|part| part.pose_frame_part.translation += extricate::math::Vec3::from(by));
+    body.parts.iter_mut().for_each(|part| part.pose_frame_part.translation += extricate::geometry::Vec3::from(by));
     scene.bodies.push(body);
     let beside = scene.pairs.iter().filter(|pair| pair.first == old || pair.second == old);
     let others: Vec<usize> = beside.map(|pair| if pair.first == old { pair.second } else { pair.first }).collect();
@@ -37,7 +38,8 @@ fn answers(model: &Model, scene: &Scene, queries: &[Config]) -> Vec<Answer> {
     let changed = ChangedScene::new(model.world(), scene.clone()).unwrap();
     let (mut scratch, mut check) = (QueryScratch::default(), CheckScratch::default());
     let mut ask = |q| {
-        let answer = model.query_in(&changed, q, &QueryOptions::default(), &mut scratch).expect("something is free");
+        let answer =
+            model.in_scene(&changed).query_with(q, &QueryOptions::default(), &mut scratch).expect("something is free");
         assert!(answer.verified && answer.lower_bound <= answer.depth);
         assert_eq!(changed.checker().label(&answer.witness, &mut check), Label::Free);
         answer
@@ -47,7 +49,7 @@ fn answers(model: &Model, scene: &Scene, queries: &[Config]) -> Vec<Answer> {
 
 fn unchanged(model: &Model, queries: &[Config]) -> Vec<Answer> {
     let mut scratch = QueryScratch::default();
-    queries.iter().map(|q| model.query(q, &QueryOptions::default(), &mut scratch).unwrap()).collect()
+    queries.iter().map(|q| model.view().query_with(q, &QueryOptions::default(), &mut scratch).unwrap()).collect()
 }
 
 fn checks(answers: &[Answer]) -> usize {

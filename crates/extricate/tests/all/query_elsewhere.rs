@@ -2,10 +2,10 @@
 
 use std::ops::ControlFlow;
 
-use extricate::scene::{BodyPair, MetricSpec, Scene, builtin};
+use extricate::internals::scene::BodyPair;
 use extricate::{
-    Answer, ChangedScene, CheckScratch, Config, Effort, Label, Model, QueryBudget, QueryOptions, QueryScratch, Stop,
-    Stream, StreamOptions,
+    Answer, ChangedScene, CheckScratch, Config, Effort, Label, MetricKind, Model, QueryOptions, QueryScratch, Scene,
+    Stop, Stream, StreamOptions, Termination, builtin,
 };
 
 use crate::memory::learn;
@@ -27,7 +27,7 @@ fn frames(model: &Model, targets: usize, between: usize) -> Vec<Config> {
 
 #[test]
 fn a_stream_is_cheaper_and_notices_nearer_ways_out() {
-    for (name, metric, share) in [("planar-arm", MetricSpec::Joint, 85), ("free-box", MetricSpec::ObjectNorm, 70)] {
+    for (name, metric, share) in [("planar-arm", MetricKind::Joint, 85), ("free-box", MetricKind::ObjectNorm, 70)] {
         let mut scene = builtin::scene(name).unwrap();
         scene.metric = metric;
         let model = learn(scene, 6_000, 7);
@@ -35,8 +35,8 @@ fn a_stream_is_cheaper_and_notices_nearer_ways_out() {
         let mut check = CheckScratch::default();
         let (mut spent, mut alone, mut asked, mut as_near, mut settled) = (0, 0, 0, 0, 0);
         for (i, q) in frames(&model, 4, 60).iter().enumerate() {
-            let answer = model.query_next(q, &mut stream).unwrap();
-            let single = model.query(q, &QueryOptions::default(), &mut scratch).unwrap();
+            let answer = model.view().query_next(q, &mut stream).unwrap();
+            let single = model.view().query_with(q, &QueryOptions::default(), &mut scratch).unwrap();
             assert_eq!(answer.depth == 0.0, single.depth == 0.0);
             assert_eq!(model.checker().label(&answer.witness, &mut check), Label::Free, "{name}, frame {i}");
             assert!(answer.verified && answer.lower_bound <= answer.depth);
@@ -48,7 +48,7 @@ fn a_stream_is_cheaper_and_notices_nearer_ways_out() {
             as_near += usize::from(answer.depth <= 1.01 * single.depth);
             if i % 30 == 29 {
                 // Standing still: every start is looked at within four frames.
-                let last = (0..4).map(|_| model.query_next(q, &mut stream).unwrap()).last().unwrap();
+                let last = (0..4).map(|_| model.view().query_next(q, &mut stream).unwrap()).last().unwrap();
                 settled += usize::from(last.depth <= 1.01 * single.depth);
             }
         }
@@ -58,21 +58,22 @@ fn a_stream_is_cheaper_and_notices_nearer_ways_out() {
     }
 }
 
-/// With exits, of which most are given up by their planes once the way out of the last frame is known; narrow queries are about as cheap by themselves.
-/// (Queries of the arm alone take two thirds of the checks that they took before they began with
-/// separating directions, frames as many: hence 40, not 30.)
+/// With exits, of which most are given up by their planes once the exit of the last frame is known;
+/// narrow queries are about as cheap by themselves. (Queries of the arm alone take two thirds of
+/// the checks that they took before they began with separating directions, frames as many: hence
+/// 40, not 30.)
 #[test]
 fn a_stream_of_a_model_with_exits_is_cheaper_and_as_near() {
     for (name, labels, share) in [("shelf-arm", 250_000, 40), ("hand", 200_000, 110)] {
         let model = learn(builtin::scene(name).unwrap(), labels, 7);
         // As many as queries start from alone.
-        assert!(model.boundary().exits() > 1600, "{name}: {}", model.boundary().exits());
+        assert!(model.boundary().solved() > 1600, "{name}: {}", model.boundary().solved());
         let (mut stream, mut scratch) = (Stream::new(StreamOptions::default()), QueryScratch::default());
         let (mut spent, mut alone, mut asked, mut farther) = (0, 0, 0, 0);
         for q in frames(&model, 6, 100) {
             let (answer, single) = (
-                model.query_next(&q, &mut stream).unwrap(),
-                model.query(&q, &QueryOptions::default(), &mut scratch).unwrap(),
+                model.view().query_next(&q, &mut stream).unwrap(),
+                model.view().query_with(&q, &QueryOptions::default(), &mut scratch).unwrap(),
             );
             assert!(answer.verified && answer.lower_bound <= answer.depth);
             asked += usize::from(single.depth > 0.0);
@@ -95,10 +96,13 @@ fn a_stream_goes_on_while_obstacles_move() {
         for frame in 0..12 {
             let scene = moved("planar-arm", [0.0, 0.004 * f64::from(frame), 0.0]);
             let scene = ChangedScene::new(model.world(), scene).unwrap();
-            let answer = model.query_next_in(&scene, &q, &mut stream).expect("something is free");
+            let answer = model.in_scene(&scene).query_next(&q, &mut stream).expect("something is free");
             assert!(answer.verified && answer.lower_bound <= answer.depth);
             assert_eq!(scene.checker().label(&answer.witness, &mut check), Label::Free);
-            let single = model.query_in(&scene, &q, &QueryOptions::default(), &mut scratch).expect("something is free");
+            let single = model
+                .in_scene(&scene)
+                .query_with(&q, &QueryOptions::default(), &mut scratch)
+                .expect("something is free");
             asked += 1;
             as_near += usize::from(answer.depth <= 1.05 * single.depth);
         }
@@ -113,12 +117,13 @@ fn hysteresis_keeps_to_a_way_out_within_its_share() {
     let mut scratch = QueryScratch::default();
     let (mut free, mut held, mut asked) = (0, 0, 0);
     for q in colliding(&model, 60) {
-        let two = model.query(&q, &QueryOptions { exits: 2, ..QueryOptions::default() }, &mut scratch).unwrap();
+        let two =
+            model.view().query_with(&q, &QueryOptions { exits: 2, ..QueryOptions::default() }, &mut scratch).unwrap();
         if two.exits.len() < 2 || two.exits[1].depth > 1.1 * two.depth {
             continue;
         }
         asked += 1;
-        // To and fro between two ways out that are about as near.
+        // To and fro between two exits that are about as near.
         let frame = |i: usize| {
             let mut at = q.to_vec();
             space.interpolate(&q, &two.exits[i % 2].witness, 0.15, &mut at);
@@ -126,7 +131,8 @@ fn hysteresis_keeps_to_a_way_out_within_its_share() {
         };
         let turns = |hysteresis: f64| {
             let mut stream = Stream::new(StreamOptions { hysteresis, ..StreamOptions::default() });
-            let answers: Vec<Answer> = (0..12).map(|i| model.query_next(&frame(i), &mut stream).unwrap()).collect();
+            let answers: Vec<Answer> =
+                (0..12).map(|i| model.view().query_next(&frame(i), &mut stream).unwrap()).collect();
             let turned = |pair: &[Answer]| {
                 let cosine: f64 = pair[0].gradient.iter().zip(&pair[1].gradient).map(|(a, b)| a * b).sum();
                 pair.iter().all(|a| a.depth > 0.0) && cosine < 0.5
@@ -148,7 +154,7 @@ fn hysteresis_keeps_to_a_way_out_within_its_share() {
 fn moved(name: &str, by: [f64; 3]) -> Scene {
     let mut scene = builtin::scene(name).unwrap();
     let obstacle = scene.bodies.iter_mut().rev().find(|body| body.robot.is_none()).expect("an obstacle");
-    obstacle.parts.iter_mut().for_each(|part| part.pose_frame_part.translation += extricate::math::Vec3::from(by));
+    obstacle.parts.iter_mut().for_each(|part| part.pose_frame_part.translation += extricate::geometry::Vec3::from(by));
     scene
 }
 
@@ -164,13 +170,13 @@ fn answers_in_a_changed_scene_are_verified_there() {
         let mut as_near = 0;
         let mut single = Vec::new();
         for q in &queries {
-            let answer = model.query_in(&changed, q, &options, &mut scratch).expect("something is free");
+            let answer = model.in_scene(&changed).query_with(q, &options, &mut scratch).expect("something is free");
             assert!(answer.verified && answer.depth > 0.0 && answer.lower_bound <= answer.depth);
             assert_eq!(changed.checker().label(&answer.witness, &mut check), Label::Free);
-            let best = anew.query(q, &options, &mut scratch).unwrap().depth;
+            let best = anew.view().query_with(q, &options, &mut scratch).unwrap().depth;
             as_near += usize::from(answer.depth <= 1.05 * best);
             let nearest = QueryOptions { effort: Effort::Nearest, ..QueryOptions::default() };
-            let nearest = model.query_in(&changed, q, &nearest, &mut scratch).expect("something is free");
+            let nearest = model.in_scene(&changed).query_with(q, &nearest, &mut scratch).expect("something is free");
             assert!(nearest.verified && changed.checker().label(&nearest.witness, &mut check) == Label::Free);
             // Both end in the same exit, to the digits that last descents go to.
             assert!(nearest.depth >= (1.0 - 1e-4) * answer.depth, "{} {}", nearest.depth, answer.depth);
@@ -178,7 +184,7 @@ fn answers_in_a_changed_scene_are_verified_there() {
         }
         assert!(as_near >= 22, "{name}: {as_near} of 25 as near as in a model learned anew");
         let mut batch = Vec::new();
-        model.query_batch_in(&changed, queries, &options, 2, &mut |answered| {
+        model.in_scene(&changed).query_batch(queries, &options, 2, &mut |answered| {
             batch.push(answered.answer);
             ControlFlow::Continue(())
         });
@@ -203,13 +209,14 @@ fn one_scratch_serves_scene_after_scene() {
     for q in colliding(&model, 20) {
         for scene in &scenes {
             let options = QueryOptions { exits: 2, ..QueryOptions::default() };
-            let used = model.query_in(scene, &q, &options, &mut scratch);
-            assert_eq!(used, model.query_in(scene, &q, &options, &mut QueryScratch::default()));
+            let used = model.in_scene(scene).query_with(&q, &options, &mut scratch);
+            assert_eq!(used, model.in_scene(scene).query_with(&q, &options, &mut QueryScratch::default()));
         }
     }
 }
 
-/// How many of the stored samples have to be checked in order of distance until one is free, and the distance to that one.
+/// How many of the stored samples have to be checked in order of distance until one is free, and
+/// the distance to that one.
 fn nearest_free_sample(model: &Model, changed: &ChangedScene, q: &Config) -> (usize, f64) {
     let samples = model.boundary().configs().chunks_exact(model.scene().space.nq());
     let mut ranked: Vec<_> = samples.map(|sample| (model.metric().distance(q, sample), sample)).collect();
@@ -232,14 +239,19 @@ fn a_budget_in_a_changed_scene_ends_all_but_the_search_for_a_first_witness() {
     let (in_order, most) = (16, 120);
     let (mut longest, mut nearer) = (0, 0);
     for q in colliding(&model, 40) {
-        let mut ask = |options: &QueryOptions| model.query_in(&changed, &q, options, &mut scratch);
+        let mut ask = |options: &QueryOptions| model.in_scene(&changed).query_with(&q, options, &mut scratch);
         let full = ask(&QueryOptions::default()).expect("something is free");
         let (rank, distance) = nearest_free_sample(&model, &changed, &q);
         longest = longest.max(rank);
         let first = if rank <= in_order { rank + 1 } else { most };
-        let nothing = [(Some(0), None), (None, Some(0.0))].map(|(checks, seconds)| QueryBudget { checks, seconds });
-        for (budget, effort) in nothing.into_iter().zip([Effort::Refined, Effort::Exhaustive]) {
-            let answer = ask(&QueryOptions { budget, effort, ..QueryOptions::default() }).expect("something is free");
+        let nothing = [(Some(0), None), (None, Some(0.0))].map(|(checks, seconds)| Termination {
+            max_checks: checks,
+            max_seconds: seconds,
+            stop: None,
+        });
+        for (termination, effort) in nothing.into_iter().zip([Effort::Refined, Effort::Exhaustive]) {
+            let answer =
+                ask(&QueryOptions { termination, effort, ..QueryOptions::default() }).expect("something is free");
             assert!(answer.verified);
             if rank <= in_order {
                 assert!((answer.depth - distance).abs() < 1e-9, "{} {distance}", answer.depth);
@@ -252,13 +264,16 @@ fn a_budget_in_a_changed_scene_ends_all_but_the_search_for_a_first_witness() {
         }
         let mut last = f64::INFINITY;
         for checks in [0, 3, 10, 30, 100, 300] {
-            let budget = QueryBudget { checks: Some(checks), seconds: None };
-            let answer = ask(&QueryOptions { budget, ..QueryOptions::default() }).expect("something is free");
+            let termination = Termination::after_checks(checks);
+            let answer = ask(&QueryOptions { termination, ..QueryOptions::default() }).expect("something is free");
             assert!(answer.verified && answer.depth <= last && full.depth <= answer.depth);
             assert!(answer.checks <= checks.max(first) + 3, "{} of {checks}, {rank} samples", answer.checks);
             last = answer.depth;
         }
-        let stopped = QueryOptions { stop: Some(Stop::when(|| true)), ..QueryOptions::default() };
+        let stopped = QueryOptions {
+            termination: Termination { stop: Some(Stop::when(|| true)), ..Termination::default() },
+            ..QueryOptions::default()
+        };
         assert!(ask(&stopped).is_none(), "only a stop ends the search");
     }
     assert!(longest >= 50 && nearer > 0, "at most {longest} samples until one is free, {nearer} times one was nearer");
@@ -271,12 +286,12 @@ fn a_scene_in_which_nothing_is_free_has_no_answer_and_one_of_other_joints_is_ref
     walled.clearance = 100.0;
     let changed = ChangedScene::new(model.world(), walled).unwrap();
     let q = &colliding(&model, 1)[0];
-    assert!(model.query_in(&changed, q, &QueryOptions::default(), &mut QueryScratch::default()).is_none());
+    assert!(model.in_scene(&changed).query_with(q, &QueryOptions::default(), &mut QueryScratch::default()).is_none());
 
     let refused = |scene: Scene| ChangedScene::new(model.world(), scene).err().map(|e| e.to_string());
     assert!(refused(builtin::scene("shelf-arm").unwrap()).unwrap().contains("joint"));
     let mut other = builtin::scene("planar-arm").unwrap();
-    other.metric = MetricSpec::ObjectNorm;
+    other.metric = MetricKind::ObjectNorm;
     assert!(refused(other.clone()).unwrap().contains("metric"));
     let under = learn(other.clone(), 2_000, 7);
     let link = other.bodies.iter_mut().find(|body| body.frame != 0).expect("a link");

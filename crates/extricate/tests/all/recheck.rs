@@ -1,10 +1,10 @@
-//! A second opinion on configurations: another library's distances over every checked pair, with nothing remembered and nothing
-//! skipped. Slow. It shares the scene's poses and shapes with the checker, and no code that decides.
+//! A second opinion on configurations: another library's distances over every checked pair, with
+//! nothing remembered and nothing skipped. Slow. It shares the scene's poses and shapes with the
+//! checker, and no code that decides.
 
 use extricate::Scene;
-use extricate::kinematics::forward;
-use extricate::math::{Pose, Vec3};
-use extricate::robot::{Geometry, TriangleMesh};
+use extricate::geometry::{Geometry, Pose, TriangleMesh, Vec3};
+use extricate::internals::kinematics::forward;
 use parry3d_f64::math::{Pose as ParryPose, Rotation, Vector};
 use parry3d_f64::query::{self, ClosestPoints};
 use parry3d_f64::shape::{Ball, Capsule, ConvexPolyhedron, Cuboid, Cylinder, Shape, TriMesh};
@@ -31,7 +31,7 @@ impl<'a> Recheck<'a> {
     /// Prepares every body.
     pub fn new(scene: &'a Scene) -> Self {
         let bodies = scene.bodies.iter().map(|body| {
-            let part = |part: &extricate::scene::Part| {
+            let part = |part: &extricate::internals::scene::Part| {
                 // Its cylinders stand along y.
                 let upright = Pose::from_xyz_rpy([0.0; 3], [std::f64::consts::FRAC_PI_2, 0.0, 0.0]);
                 let is_cylinder = matches!(part.geometry, Geometry::Cylinder { .. });
@@ -51,7 +51,8 @@ impl<'a> Recheck<'a> {
         Self { scene, bodies: bodies.collect() }
     }
 
-    /// Distance \[m\] of every checked pair, 0 where it overlaps; distances above `far` count as `far`. Surfaces of meshes only.
+    /// Distance \[m\] of every checked pair, 0 where it overlaps; distances above `far` count as
+    /// `far`. Surfaces of meshes only.
     pub fn distances(&self, q: &[f64], far: f64) -> Vec<f64> {
         let mut poses = Vec::new();
         forward(self.scene, q, &mut poses);
@@ -71,7 +72,8 @@ impl<'a> Recheck<'a> {
                 if centers - first.ball.1 - second.ball.1 >= least {
                     continue;
                 }
-                // Told how far to look, it leaves out what is farther: a distance alone would measure everything.
+                // Told how far to look, it leaves out what is farther: a distance alone would
+                // measure everything.
                 let found = query::closest_points(&moved(&a), &*first.shape, &moved(&b), &*second.shape, least);
                 least = match found.expect("these shapes have closest points") {
                     ClosestPoints::Intersecting => 0.0,
@@ -83,14 +85,15 @@ impl<'a> Recheck<'a> {
         least
     }
 
-    /// Whether a mesh is among the bodies of a pair: one may hold the other without their surfaces touching.
+    /// Whether a mesh is among the bodies of a pair: one may hold the other without their surfaces
+    /// touching.
     pub fn has_mesh(&self, pair: usize) -> bool {
         let pair = &self.scene.pairs[pair];
         [pair.first, pair.second].iter().any(|&body| self.bodies[body].iter().any(|part| part.is_mesh))
     }
 
-    /// Whether this library agrees that `q` is free. Distances above the clearance count as equal: they decide nothing, and balls around the
-    /// shapes rule most of them out.
+    /// Whether this library agrees that `q` is free. Distances above the clearance count as equal:
+    /// they decide nothing, and balls around the shapes rule most of them out.
     pub fn agrees_free(&self, q: &[f64]) -> bool {
         let far = self.scene.clearance + 2.0 * SLACK;
         self.distances(q, far).iter().all(|distance| *distance >= self.scene.clearance - SLACK)
@@ -106,7 +109,8 @@ fn shape(geometry: &Geometry) -> Box<dyn Shape> {
         Geometry::Capsule { radius, half_length } => Box::new(Capsule::new_z(*half_length, *radius)),
         Geometry::Mesh(mesh) => Box::new(TriMesh::new(points(mesh), mesh.triangles.clone()).expect("a mesh")),
         Geometry::ConvexHull(mesh) => {
-            // Where its convexity test is too strict for a hull's rounding, the surface tells as much of free configurations.
+            // Where its convexity test is too strict for a hull's rounding, the surface tells as
+            // much of free configurations.
             match ConvexPolyhedron::from_convex_mesh(points(mesh), &mesh.triangles) {
                 Some(hull) => Box::new(hull),
                 None => Box::new(TriMesh::new(points(mesh), mesh.triangles.clone()).expect("a hull")),

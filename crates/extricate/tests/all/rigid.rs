@@ -1,8 +1,9 @@
-//! Penetration depths of a rigid body, translational and generalised: a peg of 1 x 1 x 4.5 and a block of 10 x 10 x 3 with a hole.
+//! Penetration depths of a rigid body, translational and generalised: a peg of 1 x 1 x 4.5 and a
+//! block of 10 x 10 x 3 with a hole.
 
 use std::f64::consts::{FRAC_1_SQRT_2, SQRT_2};
 
-use extricate::cspace::sampling::Halton;
+use extricate::internals::cspace::sampling::Halton;
 use extricate::{Answer, Effort, Label, Model, QueryOptions, QueryScratch, Scene};
 
 use crate::analytic::{CLEARANCE, compare, ring};
@@ -17,7 +18,8 @@ const BLOCK: [f64; 2] = [5.0, 1.5];
 /// Of learning: of 60 refined answers in the hole, 53 to 57 are near with seeds 1 to 5.
 const SEEDS: [u64; 2] = [2, 3];
 
-/// The block is one mesh, concave; `metric` is the metric's name and `robot` more lines about the robot.
+/// The block is one mesh, concave; `metric` is the metric's name and `robot` more lines about the
+/// robot.
 fn peg_and_block(robot: &str, urdf: String, metric: &str) -> Scene {
     let toml = format!(
         "metric = {{ kind = \"{metric}\" }}\n[[robot]]\nurdf = \"peg.urdf\"\n{robot}\n\
@@ -31,7 +33,8 @@ fn peg() -> String {
     collision([0.0; 3], [0.0; 3], "<box size=\"1 1 4.5\"/>")
 }
 
-/// Upright and only translated, it may be beyond a face of the block, or within the hole: distances to both are known everywhere.
+/// Upright and only translated, it may be beyond a face of the block, or within the hole: distances
+/// to both are known everywhere.
 #[test]
 fn translational_depth_of_a_peg_in_a_block_with_a_hole() {
     let shape = peg();
@@ -51,9 +54,10 @@ fn translational_depth_of_a_peg_in_a_block_with_a_hole() {
     });
 }
 
-/// Poses whose nearest way out is known under the root mean square displacement: a face of the peg lies in a flat face of the block,
-/// all of its corners as deep, evenly around the peg's centre. A motion that lifts the corners by `d` on average moves the centre by
-/// `d`, and turning costs more; so the depth is that of the face.
+/// Poses whose nearest exit is known under the root mean square displacement: a face of the peg
+/// lies in a flat face of the block, all of its corners as deep, evenly around the peg's centre. A
+/// motion that lifts the corners by `d` on average moves the centre by `d`, and turning costs more;
+/// so the depth is that of the face.
 #[test]
 fn generalised_depth_of_a_peg_in_a_block_with_a_hole() {
     let urdf = format!("<robot name=\"peg\"><link name=\"peg\">{}</link></robot>", peg());
@@ -67,7 +71,8 @@ fn generalised_depth_of_a_peg_in_a_block_with_a_hole() {
             let [a, b, c] = std::array::from_fn(|k| numbers.coordinate(i, k));
             let depth = 0.22 + 0.02 * a;
             let (sin, cos) = (3.0 * c).sin_cos();
-            // Standing on top of the block, any way round; or lying below it, turned by a quarter about x first.
+            // Standing on top of the block, any way round; or lying below it, turned by a quarter
+            // about x first.
             let (place, turn) = if i % 2 == 0 {
                 ([-3.0 + b, 3.0 - c, BLOCK[1] + PEG[1] - depth], [0.0, 0.0, sin, cos])
             } else {
@@ -79,8 +84,9 @@ fn generalised_depth_of_a_peg_in_a_block_with_a_hole() {
                 worst[k] = worst[k].max(error);
             }
 
-            // In the hole, into one of its four walls; turned by multiples of a right angle, which changes nothing. Hardly any sample
-            // is in there, which the answers say; the way out along the wall is then found from the query alone, or not.
+            // In the hole, into one of its four walls; turned by multiples of a right angle, which
+            // changes nothing. Hardly any sample is in there, which the answers say; the exit along
+            // the wall is then found from the query alone, or not.
             let (into, along) = (HOLE - PEG[0] + depth, 0.4 * (b - 0.5));
             let turn = [[0.0, 0.0, 0.0, 1.0], [0.0, 0.0, FRAC_1_SQRT_2, FRAC_1_SQRT_2]][i as usize % 2];
             let walls = [[into, along, 0.0], [-into, along, 0.0], [along, into, 0.0], [along, -into, 0.0]];
@@ -100,7 +106,7 @@ fn generalised_depth_of_a_peg_in_a_block_with_a_hole() {
             in_hole[k]
         );
     }
-    // The README says 4.1e-4, 117 and 120.
+    // docs/how-to/rigid-bodies.md says 4.1e-4, 117 and 120.
     assert!(worst[0] < 5e-4 && worst[1] < 5e-4, "{worst:?}");
     assert!(in_hole[0] >= 108 && in_hole[1] >= 118, "{in_hole:?}");
 }
@@ -108,11 +114,14 @@ fn generalised_depth_of_a_peg_in_a_block_with_a_hole() {
 /// The answer for a pose of depth `depth` and the clearance; its witness is checked.
 fn ask(model: &Model, place: &[f64; 3], turn: &[f64; 4], depth: f64, effort: Effort) -> Answer {
     let q = model.scene().space.config(&[&place[..], &turn[..]].concat()).unwrap();
-    let answer =
-        model.query(&q, &QueryOptions { effort, ..QueryOptions::default() }, &mut QueryScratch::default()).unwrap();
+    let answer = model
+        .view()
+        .query_with(&q, &QueryOptions { effort, ..QueryOptions::default() }, &mut QueryScratch::default())
+        .unwrap();
     assert!(answer.verified && model.checker().label(&answer.witness, &mut Default::default()) == Label::Free, "{q:?}");
     assert!((model.metric().distance(&q, &answer.witness) - answer.depth).abs() < 1e-6, "{q:?}");
-    // Nothing is nearer than the depth in closed form: an answer below it would disprove the form, or the metric.
+    // Nothing is nearer than the depth in closed form: an answer below it would disprove the form,
+    // or the metric.
     let exact = depth + CLEARANCE;
     assert!(answer.depth > exact - 1e-6 && answer.lower_bound <= exact, "{q:?}: {} {exact}", answer.depth);
     answer

@@ -3,10 +3,10 @@
 
 use std::path::Path;
 
-use extricate::math::{Pose, Vec3};
-use extricate::robot::Geometry;
-use extricate::scene::{Body, assemble::assemble, builtin, world_file::in_world};
-use extricate::{Answer, QueryOptions, QueryScratch, Scene, World};
+use extricate::geometry::{Body, Geometry, Pose, Vec3};
+use extricate::internals::scene::assemble::assemble;
+use extricate::internals::scene::file::world_file::in_world;
+use extricate::{Answer, PairId, QueryOptions, QueryScratch, Scene, World, builtin};
 
 /// A palm on a rail along x, with two fingers that open along y.
 const GRIPPER: &str = r#"<robot name="gripper"><link name="rail"/>
@@ -37,7 +37,7 @@ fn try_gripper(head: &str, tail: &str) -> extricate::Result<Scene> {
 
 fn ask(world: &World, q: &[f64]) -> Answer {
     let q = world.scene().space.config(q).unwrap();
-    world.query(&q, &QueryOptions::default(), &mut QueryScratch::default()).unwrap()
+    world.view().query_with(&q, &QueryOptions::default(), &mut QueryScratch::default()).unwrap()
 }
 
 fn colliding(answer: &Answer, scene: &Scene) -> Vec<String> {
@@ -168,7 +168,7 @@ fn worlds_that_share_answer_as_new_ones() {
         let block = Body::obstacle("block", Geometry::Box { half_extents: Vec3::repeat(0.05) }, pose(0.3));
         let link = scene.links.last().unwrap();
         let tool = Body::obstacle("tool", Geometry::Sphere { radius: 0.03 }, Pose::identity());
-        let pair = scene.pair_names(scene.pairs.len() / 2);
+        let pair = scene.pair_names(PairId::new(scene.pairs.len() / 2));
         for changed in [
             scene.moved([(obstacle.name.as_str(), pose(0.04))]).unwrap(),
             scene.with_obstacles([block]).unwrap(),
@@ -178,14 +178,18 @@ fn worlds_that_share_answer_as_new_ones() {
             Scene { clearance: 5e-3, ..scene.clone() },
         ] {
             let (shared, new) = (world.with_scene(changed.clone()), World::new(changed));
-            let halton = extricate::cspace::sampling::Halton::new(scene.space.nv(), 7);
+            let halton = extricate::internals::cspace::sampling::Halton::new(scene.space.nv(), 7);
             let (mut a, mut b) = (QueryScratch::default(), QueryScratch::default());
             let mut q = vec![0.0; scene.space.nq()];
             for index in 0..40 {
                 halton.config(&scene.space, index, &mut q);
                 let q = scene.space.config(&q).unwrap();
                 let options = QueryOptions::default();
-                assert_eq!(shared.query(&q, &options, &mut a), new.query(&q, &options, &mut b), "{name}");
+                assert_eq!(
+                    shared.view().query_with(&q, &options, &mut a),
+                    new.view().query_with(&q, &options, &mut b),
+                    "{name}"
+                );
             }
         }
     }

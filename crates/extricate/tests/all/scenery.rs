@@ -5,9 +5,9 @@ use std::fmt::Write as _;
 use std::path::Path;
 
 use allocation_counter::measure;
-use extricate::cspace::sampling::Halton;
-use extricate::math::Vec3;
-use extricate::scene::assemble::assemble;
+use extricate::geometry::Vec3;
+use extricate::internals::cspace::sampling::Halton;
+use extricate::internals::scene::assemble::assemble;
 use extricate::{CheckScratch, Checker, Label, QueryOptions, QueryScratch, Scene, World};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -101,7 +101,7 @@ fn a_cloud_is_as_many_balls() {
             "[[obstacle]]\nname = 'cloud'\nshape = {{ points = {}, radius = {radius} }}\n{POSE}\n",
             rows(&points)
         );
-        let pose = extricate::math::Pose::from_xyz_rpy([0.1, -0.05, 0.02], [0.3, -0.2, 0.7]);
+        let pose = extricate::geometry::Pose::from_xyz_rpy([0.1, -0.05, 0.02], [0.3, -0.2, 0.7]);
         // A ball needs a radius: of a point it is one of a tenth of a nanometre.
         let size = f64::max(radius, 1e-10);
         let ball = |(k, p): (usize, &[f64; 3])| {
@@ -125,7 +125,7 @@ fn voxels_are_as_many_boxes() {
         cells.extend((0..30).map(|k| [6.0 + f64::from(k % 3), -2.0 + f64::from(k / 3 % 5), 3.0 + f64::from(k / 15)]));
         let whole: Vec<[i32; 3]> = cells.iter().map(|c| c.map(|x| x as i32)).collect();
         let one = format!("[[obstacle]]\nname = 'map'\nshape = {{ voxels = {whole:?}, size = {size} }}\n{POSE}\n");
-        let pose = extricate::math::Pose::from_xyz_rpy([0.1, -0.05, 0.02], [0.3, -0.2, 0.7]);
+        let pose = extricate::geometry::Pose::from_xyz_rpy([0.1, -0.05, 0.02], [0.3, -0.2, 0.7]);
         let cube = |(k, c): (usize, &[f64; 3])| {
             let at = <[f64; 3]>::from(pose.point(&Vec3::from(c.map(|x| (x + 0.5) * size))));
             format!(
@@ -188,7 +188,8 @@ fn queries_among_scenery_allocate_their_answers_alone() {
             halton.config(space, k, &mut q);
             let config = space.config(&q).unwrap();
             let mut answer = None;
-            let count = measure(|| answer = world.query(&config, &QueryOptions::default(), &mut scratch)).count_total;
+            let count = measure(|| answer = world.view().query_with(&config, &QueryOptions::default(), &mut scratch))
+                .count_total;
             assert!(answer.is_some());
             most = if pass == 4 { most.max(count) } else { 0 };
         }
@@ -280,7 +281,7 @@ fn a_half_space_is_a_large_box() {
     for last in [BALL, BRACKET] {
         let half = "[[obstacle]]\nname = 'floor'\nshape = { half-space = [0, 0, 3], offset = 0.05 }\n\
                     pose = { xyz = [0, 0, -0.1], rpy = [0.3, -0.2, 0.7] }\n";
-        let pose = extricate::math::Pose::from_xyz_rpy([0.0, 0.0, -0.1], [0.3, -0.2, 0.7]);
+        let pose = extricate::geometry::Pose::from_xyz_rpy([0.0, 0.0, -0.1], [0.3, -0.2, 0.7]);
         let at = <[f64; 3]>::from(pose.point(&Vec3::new(0.0, 0.0, 0.05 - 20.0)));
         let large = format!(
             "[[obstacle]]\nname = 'floor'\nshape = {{ box = [80, 80, 40] }}\n\

@@ -1,14 +1,13 @@
-//! Ways out of clouds, grids, half-spaces and the ground: depths that are known, proofs, and the
+//! Exits of clouds, grids, half-spaces and the ground: depths that are known, proofs, and the
 //! same map in two ways.
 
-use std::ops::ControlFlow;
 use std::path::Path;
 
-use extricate::cspace::sampling::Halton;
-use extricate::math::Vec3;
-use extricate::scene::assemble::assemble;
+use extricate::geometry::Vec3;
+use extricate::internals::cspace::sampling::Halton;
+use extricate::internals::scene::assemble::assemble;
 use extricate::{
-    Answer, ChangedScene, CheckScratch, Label, LearnOptions, Model, QueryOptions, QueryScratch, Scene, World,
+    Answer, ChangedScene, CheckScratch, Label, LearnOptions, Model, PairId, QueryOptions, QueryScratch, Scene, World,
 };
 
 /// A ball of 0.1 m that slides along three axes.
@@ -25,7 +24,8 @@ fn scene_of(urdf: &str, obstacles: &str) -> Scene {
 
 fn ask(world: &World, q: &[f64]) -> Answer {
     let q = world.scene().space.config(q).unwrap();
-    let answer = world.query(&q, &QueryOptions::default(), &mut QueryScratch::default()).expect("something is free");
+    let answer =
+        world.view().query_with(&q, &QueryOptions::default(), &mut QueryScratch::default()).expect("something is free");
     let label = world.checker().label(&answer.witness, &mut CheckScratch::default());
     assert!(answer.verified && label == Label::Free && answer.lower_bound <= answer.depth);
     answer
@@ -127,7 +127,7 @@ fn small_map() -> (String, Vec<[i32; 3]>) {
 }
 
 /// The same map of 300 voxels as one body and as 300: the labels are the same, the pairs are few,
-/// and so is the way out.
+/// and so is the exit.
 #[test]
 fn a_map_of_voxels_is_one_body() {
     let (urdf, cells) = small_map();
@@ -152,7 +152,7 @@ fn a_map_of_voxels_is_one_body() {
         assert_eq!(label, many.checker().label(&q, &mut b));
         let mut pairs = Vec::new();
         one.checker().colliding_pairs(&q, &mut a, &mut pairs);
-        let with_map = |pair: &usize| one.scene().pair_names(*pair).contains(&"map");
+        let with_map = |pair: &PairId| one.scene().pair_names(*pair).contains(&"map");
         if label == Label::Colliding && pairs.iter().any(with_map) && asked < 40 {
             asked += 1;
             ratios.push(ask(&one, &q).depth / ask(&many, &q).depth);
@@ -172,9 +172,9 @@ fn a_map_of_voxels_is_learned_as_one_body() {
         |cells: &[[i32; 3]]| format!("[[obstacle]]\nname = 'map'\nshape = {{ voxels = {cells:?}, size = 0.05 }}\n");
     let options = LearnOptions { labels: 3_000, seconds: None, ..LearnOptions::default() };
     let scene = scene_of(&urdf, &map(&cells));
-    let model = Model::learn(scene, &options, &mut |_| ControlFlow::Continue(())).unwrap();
-    let bytes = extricate::model_file::encode(&model);
-    let model = extricate::model_file::decode(Path::new("m"), &bytes).unwrap();
+    let model = Model::learn(scene, &options).unwrap();
+    let bytes = extricate::internals::io::model_file::encode(&model);
+    let model = extricate::internals::io::model_file::decode(Path::new("m"), &bytes).unwrap();
     let other = ChangedScene::new(model.world(), scene_of(&urdf, &map(&cells[..250]))).unwrap();
     let space = &model.scene().space;
     let (halton, mut q, mut check) = (Halton::new(space.nv(), 4), vec![0.0; space.nq()], CheckScratch::default());
@@ -183,8 +183,8 @@ fn a_map_of_voxels_is_learned_as_one_body() {
         halton.config(space, k, &mut q);
         let config = space.config(&q).unwrap();
         for answer in [
-            model.query(&config, &QueryOptions::default(), &mut scratch),
-            model.query_in(&other, &config, &QueryOptions::default(), &mut scratch),
+            model.view().query_with(&config, &QueryOptions::default(), &mut scratch),
+            model.in_scene(&other).query_with(&config, &QueryOptions::default(), &mut scratch),
         ] {
             let answer = answer.unwrap();
             assert!(answer.is_free() || answer.verified && answer.lower_bound <= answer.depth);

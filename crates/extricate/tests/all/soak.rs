@@ -1,17 +1,16 @@
-//! Many queries of every kind, each answer judged by itself and beside others to the same configuration. The long version is
-//! `cargo run --release --example soak`.
+//! Many queries of every kind, each answer judged by itself and beside others to the same
+//! configuration. The long version is `cargo run --release --example soak`.
 
 use std::collections::BTreeMap;
 use std::ops::ControlFlow;
 
-use extricate::cspace::sampling::Halton;
-use extricate::kinematics::forward;
-use extricate::math::{Pose, Vec3};
-use extricate::robot::Geometry;
-use extricate::scene::{Body, BodyPair, Part};
+use extricate::geometry::{Body, Geometry, Pose, Vec3};
+use extricate::internals::cspace::sampling::Halton;
+use extricate::internals::kinematics::forward;
+use extricate::internals::scene::{BodyPair, Part};
 use extricate::{
-    Answer, ChangedScene, CheckScratch, Config, Effort, Label, Model, QueryBudget, QueryOptions, QueryScratch, Scene,
-    Stream, StreamOptions,
+    Answer, ChangedScene, CheckScratch, Config, Effort, Label, Model, QueryOptions, QueryScratch, Scene, Stream,
+    StreamOptions, Termination,
 };
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -19,7 +18,8 @@ use rayon::prelude::*;
 
 use crate::judge::{Hearing, Judge};
 
-/// Kinds of queries, how many of a thousand configurations are asked in each, and how many at least: enough for streams of every sort.
+/// Kinds of queries, how many of a thousand configurations are asked in each, and how many at
+/// least: enough for streams of every sort.
 pub const KINDS: [(&str, usize, usize); 7] = [
     ("refined", 500, 1),
     ("nearest", 150, 1),
@@ -52,16 +52,19 @@ const BLOCK: usize = 1000;
 /// Most frames of one stream, and streams at least.
 const FRAMES: usize = 50;
 const WALKS: usize = 12;
-/// Fewest and most scenes that are made of the one that was learned, one for so many configurations: raw meshes take long to prepare.
+/// Fewest and most scenes that are made of the one that was learned, one for so many
+/// configurations: raw meshes take long to prepare.
 const CHANGES: [usize; 3] = [2, 8, 1000];
 
-/// One question, in the order in which none may be answered farther away than the one before where `in_order` says so.
+/// One question, in the order in which none may be answered farther away than the one before where
+/// `in_order` says so.
 struct Questions {
     asked: Vec<QueryOptions>,
     in_order: bool,
 }
 
-/// Asks `model` about `count` configurations, in all kinds, and judges every answer. `tell` hears of progress.
+/// Asks `model` about `count` configurations, in all kinds, and judges every answer. `tell` hears
+/// of progress.
 pub fn soak(model: &Model, count: usize, tell: &mut dyn FnMut(&Findings)) -> Findings {
     let mut findings = Findings::default();
     let [fewest, most, each] = CHANGES;
@@ -104,19 +107,19 @@ pub fn soak(model: &Model, count: usize, tell: &mut dyn FnMut(&Findings)) -> Fin
 fn questions(kind: &str) -> Questions {
     let plain = QueryOptions::default();
     let nearest = QueryOptions { effort: Effort::Nearest, ..plain.clone() };
-    let way = QueryOptions { way: true, ..plain.clone() };
-    let exits = QueryOptions { exits: 3, ..way.clone() };
-    let budget = |checks: usize| QueryBudget { checks: Some(checks), seconds: None };
+    let segment = QueryOptions { segment: true, ..plain.clone() };
+    let exits = QueryOptions { exits: 3, ..segment.clone() };
+    let termination = |checks: usize| Termination::after_checks(checks);
     let (asked, in_order) = match kind {
         "refined" => (vec![plain], false),
         "nearest" => (vec![nearest.clone(), QueryOptions { contacts: true, ..nearest }], true),
-        "exits" => (vec![exits.clone(), QueryOptions { exits: 6, budget: budget(40), ..exits }], false),
+        "exits" => (vec![exits.clone(), QueryOptions { exits: 6, termination: termination(40), ..exits }], false),
         "budgets" => {
-            let few = [0, 3, 30].map(|checks| QueryOptions { budget: budget(checks), ..plain.clone() });
-            (few.into_iter().chain([way]).collect(), true)
+            let few = [0, 3, 30].map(|checks| QueryOptions { termination: termination(checks), ..plain.clone() });
+            (few.into_iter().chain([segment]).collect(), true)
         }
-        "changed" => (vec![nearest, way, QueryOptions { starts: Some(2), ..exits }], false),
-        "exhaustive" => (vec![nearest, plain, QueryOptions { effort: Effort::Exhaustive, ..way }], true),
+        "changed" => (vec![nearest, segment, QueryOptions { starts: Some(2), ..exits }], false),
+        "exhaustive" => (vec![nearest, plain, QueryOptions { effort: Effort::Exhaustive, ..segment }], true),
         other => unreachable!("{other} is no kind of questions"),
     };
     Questions { asked, in_order }
@@ -152,11 +155,11 @@ fn block(
             let mut answers = Vec::with_capacity(configs.len());
             let queries = configs.iter().cloned();
             let given = match changed {
-                None => model.query_batch(queries, options, 0, &mut |answered| {
+                None => model.view().query_batch(queries, options, 0, &mut |answered| {
                     answers.push(answered.answer);
                     ControlFlow::Continue(())
                 }),
-                Some(changed) => model.query_batch_in(changed, queries, options, 0, &mut |answered| {
+                Some(changed) => model.in_scene(changed).query_batch(queries, options, 0, &mut |answered| {
                     answers.push(answered.answer);
                     ControlFlow::Continue(())
                 }),
@@ -196,7 +199,8 @@ fn block(
     (answered, colliding, faults)
 }
 
-/// Streams through walks that begin at some of `configs` that collide, one judged frame for each of them.
+/// Streams through walks that begin at some of `configs` that collide, one judged frame for each of
+/// them.
 fn streams(model: &Model, changed: &[ChangedScene], judges: (&Judge, &[Judge]), configs: &[Config]) -> Judged {
     let mut check = CheckScratch::default();
     let mut collides = |q: &&Config| model.checker().label(q, &mut check) == Label::Colliding;
@@ -212,7 +216,8 @@ fn streams(model: &Model, changed: &[ChangedScene], judges: (&Judge, &[Judge]), 
     (answered, colliding, faults)
 }
 
-/// A random walk; every fourth through scenes that change on the way. What is asked differs from walk to walk.
+/// A random walk; every fourth through scenes that change on the way. What is asked differs from
+/// walk to walk.
 fn walk(
     model: &Model,
     changed: &[ChangedScene],
@@ -227,12 +232,15 @@ fn walk(
     let effort = if index % 8 == 5 { Effort::Nearest } else { Effort::Refined };
     let query = QueryOptions {
         effort,
-        way: index.is_multiple_of(3),
+        segment: index.is_multiple_of(3),
         contacts: index.is_multiple_of(2),
         ..QueryOptions::default()
     };
-    let options =
-        StreamOptions { query: query.clone(), hysteresis: [0.0, 0.1, 0.5][index % 3], looks: [4, 0, 1, 8][index % 4] };
+    let options = StreamOptions {
+        query: query.clone(),
+        hysteresis: [0.0, 0.1, 0.5][index % 3],
+        starts_per_frame: [4, 0, 1, 8][index % 4],
+    };
     let (mut stream, mut scratch) = (Stream::new(options), QueryScratch::default());
     let (mut answered, mut colliding, mut faults) = (0, 0, Vec::new());
     let (mut q, mut step) = (start.clone(), vec![0.0; space.nv()]);
@@ -253,12 +261,12 @@ fn walk(
         }
         let (answer, single, hearing) = match there {
             None => {
-                let single = model.query(&q, &query, &mut scratch).unwrap();
-                (Some(model.query_next(&q, &mut stream).unwrap()), Some(single), &mut hearing)
+                let single = model.view().query_with(&q, &query, &mut scratch).unwrap();
+                (Some(model.view().query_next(&q, &mut stream).unwrap()), Some(single), &mut hearing)
             }
             Some(at) => {
-                let single = model.query_in(&changed[at], &q, &query, &mut scratch);
-                (model.query_next_in(&changed[at], &q, &mut stream), single, &mut hearings[at])
+                let single = model.in_scene(&changed[at]).query_with(&q, &query, &mut scratch);
+                (model.in_scene(&changed[at]).query_next(&q, &mut stream), single, &mut hearings[at])
             }
         };
         let (Some(answer), Some(single)) = (answer, single) else {
@@ -295,10 +303,12 @@ fn told(fault: &str, q: &Config, options: &QueryOptions, answer: &Answer) -> Str
     format!("{fault}: query {:?}, {options:?}, {answer:?}", &q[..])
 }
 
-/// Every so many samples are looked at to tell whether a change leaves any free, and the share of these that has to be.
+/// Every so many samples are looked at to tell whether a change leaves any free, and the share of
+/// these that has to be.
 const STILL_FREE: (usize, f64) = (64, 0.1);
 
-/// The scene with an obstacle moved by some centimetres (even seeds), or with one more, somewhere that the robot comes to and that leaves it free.
+/// The scene with an obstacle moved by some centimetres (even seeds), or with one more, somewhere
+/// that the robot comes to and that leaves it free.
 fn change(model: &Model, seed: u64) -> ChangedScene {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let mut check = CheckScratch::default();
@@ -343,7 +353,7 @@ fn add_ball(scene: &mut Scene, q: &Config, rng: &mut ChaCha8Rng) {
 mod tests {
     use super::*;
     use crate::memory::learn;
-    use extricate::scene::builtin;
+    use extricate::builtin;
 
     #[test]
     fn no_answer_is_wrong_or_missing() {

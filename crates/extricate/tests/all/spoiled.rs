@@ -1,7 +1,6 @@
 //! Answers of which one claim was spoiled: the judge of the soak test notices each.
 
-use extricate::scene::builtin;
-use extricate::{Answer, QueryOptions, QueryScratch};
+use extricate::{Answer, PairId, QueryOptions, QueryScratch, builtin};
 
 use crate::judge::Judge;
 use crate::memory::learn;
@@ -16,7 +15,7 @@ const SPOILS: [Spoil; 22] = [
     ("the witness is out of limits", |a, _| a.witness[0] += 100.0),
     ("free or not, two parts disagree", |a, _| a.colliding.clear()),
     ("a pair that collides is left out", |a, _| a.colliding.clear()),
-    ("a pair is called colliding that keeps the clearance", |a, _| a.colliding = (0..50).collect()),
+    ("a pair is called colliding that keeps the clearance", |a, _| a.colliding = (0..50).map(PairId::new).collect()),
     ("verified or not, against what the effort promises", |a, _| a.verified = false),
     ("the coverage is no share", |a, _| a.coverage = Some(1.5)),
     ("a pair touches that is not told", |a, _| a.touching.clear()),
@@ -30,9 +29,9 @@ const SPOILS: [Spoil; 22] = [
     ("no point moves as far as is told", |a, _| a.max_displacement *= 1.5),
     ("the first exit is not the witness", |a, _| a.exits[0].depth += 1e-6),
     ("two exits are one", |a, _| a.exits.push(a.exits[a.exits.len() - 1].clone())),
-    ("the parts of the way are out of order", |a, _| a.way.as_mut().unwrap().colliding_until = 1.1),
-    ("the way collides where it is proved free", |a, _| {
-        *a.way.as_mut().unwrap() = extricate::Way { colliding_until: 0.0, free_from: 0.0 }
+    ("the parts of the segment are out of order", |a, _| a.segment.as_mut().unwrap().colliding_until = 1.1),
+    ("the segment collides where it is proved free", |a, _| {
+        *a.segment.as_mut().unwrap() = extricate::StraightSegment { colliding_until: 0.0, free_from: 0.0 }
     }),
 ];
 
@@ -41,10 +40,10 @@ fn every_claim_that_is_spoiled_is_noticed() {
     let model = learn(builtin::scene("planar-arm").unwrap(), 6_000, 7);
     let judge = Judge::new(model.scene(), false);
     let mut hearing = judge.hearing();
-    let options = QueryOptions { exits: 3, way: true, ..QueryOptions::default() };
+    let options = QueryOptions { exits: 3, segment: true, ..QueryOptions::default() };
     let mut noticed = [0; SPOILS.len()];
     for q in colliding(&model, 20) {
-        let answer = model.query(&q, &options, &mut QueryScratch::default()).unwrap();
+        let answer = model.view().query_with(&q, &options, &mut QueryScratch::default()).unwrap();
         assert_eq!(hearing.faults(&q, &options, &answer, false), [""; 0]);
         for ((fault, spoil), noticed) in SPOILS.iter().zip(&mut noticed) {
             let mut spoiled = answer.clone();

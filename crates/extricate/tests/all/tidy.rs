@@ -1,4 +1,5 @@
-//! House rules that the compiler does not check: length of files, module docs, who may use whom, no paths of one machine.
+//! House rules that the compiler does not check: length of files, module docs, who may use whom, no
+//! paths of one machine.
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -15,13 +16,13 @@ const MAY_USE: &[(&str, &[&str])] = &[
     ("metric", &["kinematics", "scene", "robot", "cspace", "math", "error"]),
     ("collision", &["kinematics", "scene", "robot", "cspace", "math", "error"]),
     ("learning", &["cspace", "math", "error"]),
-    ("boundary", &["learning", "metric", "cspace", "math", "error"]),
-    ("penetration", &["boundary", "collision", "metric", "kinematics", "scene", "cspace", "math", "error"]),
+    ("samples", &["learning", "metric", "cspace", "math", "error"]),
+    ("query", &["samples", "collision", "metric", "kinematics", "scene", "cspace", "math", "error"]),
     (
         "model",
         &[
-            "penetration",
-            "boundary",
+            "query",
+            "samples",
             "learning",
             "collision",
             "metric",
@@ -34,29 +35,11 @@ const MAY_USE: &[(&str, &[&str])] = &[
         ],
     ),
     (
-        "model_file",
+        "io",
         &[
             "model",
-            "penetration",
-            "boundary",
-            "learning",
-            "collision",
-            "metric",
-            "kinematics",
-            "scene",
-            "cspace",
-            "robot",
-            "math",
-            "error",
-        ],
-    ),
-    (
-        "store",
-        &[
-            "model_file",
-            "model",
-            "penetration",
-            "boundary",
+            "query",
+            "samples",
             "learning",
             "collision",
             "metric",
@@ -72,7 +55,14 @@ const MAY_USE: &[(&str, &[&str])] = &[
 /// The facade may name every module.
 const FACADE: &str = "lib";
 const MOST_LINES: usize = 400;
-/// Beginnings of paths that exist on one machine only, each cut in two so that this file passes its own test.
+/// Files and folders of one folder of sources.
+const MOST_ENTRIES: usize = 14;
+/// Columns of a line that is a comment, but for code and tables in it.
+const MOST_COLUMNS: usize = 100;
+/// Lines of a function, its signature included.
+const MOST_LINES_OF_A_FUNCTION: usize = 80;
+/// Beginnings of paths that exist on one machine only, each cut in two so that this file passes its
+/// own test.
 const MACHINE_PATHS: &[[&str; 2]] = &[["/ho", "me/"], ["/wo", "rk/"], ["/ro", "ot/"], ["/Us", "ers/"]];
 
 #[test]
@@ -100,6 +90,45 @@ fn files_are_short_and_say_what_they_are() {
         }
     }
     assert!(faults.is_empty(), "\n{}", faults.join("\n"));
+}
+
+#[test]
+fn folders_are_small() {
+    let mut folders = vec![repository().join("crates")];
+    let mut faults = Vec::new();
+    while let Some(folder) = folders.pop() {
+        let inside = entries(&folder);
+        if folder.iter().any(|part| part == "src") && inside.len() > MOST_ENTRIES {
+            faults.push(format!("{}: {} entries, at most {MOST_ENTRIES} are allowed", folder.display(), inside.len()));
+        }
+        folders.extend(inside.into_iter().filter(|path| path.is_dir()));
+    }
+    assert!(faults.is_empty(), "\n{}", faults.join("\n"));
+}
+
+#[test]
+fn comments_are_narrow() {
+    let mut faults = Vec::new();
+    for path in files_below(&repository().join("crates"), &["rs"]) {
+        for (number, columns) in wide_comments(&read(&path)) {
+            faults.push(format!("{}:{number}: {columns} columns, at most {MOST_COLUMNS}", path.display()));
+        }
+    }
+    assert!(faults.is_empty(), "\n{}", faults.join("\n"));
+    assert_eq!(wide_comments(&format!("let a = 1;\n    // {}", "ab ".repeat(33))), [(2, 106)]);
+    assert_eq!(wide_comments(&format!("/// ```\n/// {0}\n/// ```\n/// |{0}", "ab ".repeat(40))), []);
+}
+
+#[test]
+fn functions_are_short() {
+    let mut faults = Vec::new();
+    for path in files_below(&repository().join("crates"), &["rs"]) {
+        for (name, lines) in long_functions(&read(&path)) {
+            faults.push(format!("{}: `{name}` has {lines} lines, at most {MOST_LINES_OF_A_FUNCTION}", path.display()));
+        }
+    }
+    assert!(faults.is_empty(), "\n{}", faults.join("\n"));
+    assert_eq!(long_functions(&format!("fn long() {{\n{}}}\n", "    a();\n".repeat(90))), [("long".into(), 92)]);
 }
 
 #[test]
@@ -162,6 +191,48 @@ fn a_forbidden_use_is_seen_in_every_spelling() {
     assert_eq!(faults("use crate::Error;"), 1);
 }
 
+/// Numbers and widths of lines of prose in comments that are too wide.
+fn wide_comments(text: &str) -> Vec<(usize, usize)> {
+    let (mut found, mut is_code) = (Vec::new(), false);
+    for (at, line) in text.lines().enumerate() {
+        let trimmed = line.trim_start();
+        let Some(inside) = trimmed.strip_prefix("//") else {
+            is_code = false;
+            continue;
+        };
+        let inside = inside.trim_start_matches(['/', '!']).trim_start();
+        is_code ^= inside.starts_with("```");
+        let columns = line.chars().count();
+        let is_prose = !is_code && !inside.starts_with('|') && inside.contains(' ');
+        if is_prose && columns > MOST_COLUMNS {
+            found.push((at + 1, columns));
+        }
+    }
+    found
+}
+
+/// Names and lengths of functions that are too long: from `fn` to the brace at its indentation.
+fn long_functions(text: &str) -> Vec<(String, usize)> {
+    let lines: Vec<&str> = text.lines().collect();
+    let indent = |line: &str| line.len() - line.trim_start().len();
+    let mut found = Vec::new();
+    for (at, line) in lines.iter().enumerate() {
+        let words: Vec<&str> = line.split_whitespace().take_while(|word| !word.starts_with("//")).collect();
+        let Some(place) = words.iter().position(|word| *word == "fn") else { continue };
+        let is_signature = words[..place].iter().all(|word| {
+            word.starts_with("pub") || word.starts_with("in") || ["const", "unsafe", "async"].contains(word)
+        });
+        let Some(name) = words.get(place + 1).filter(|_| is_signature) else { continue };
+        let ends = |other: &&str| indent(other) == indent(line) && other.trim_start().starts_with('}');
+        let Some(length) = lines[at..].iter().position(ends) else { continue };
+        if length + 1 > MOST_LINES_OF_A_FUNCTION {
+            let name = name.split(['(', '<']).next().unwrap_or(name);
+            found.push((name.to_string(), length + 1));
+        }
+    }
+    found
+}
+
 fn forbidden_uses(path: &Path, text: &str) -> Vec<String> {
     let own = module_of(path);
     let Some(allowed) = allowed(&own) else {
@@ -196,11 +267,12 @@ fn without_comments_and_tests(text: &str) -> String {
     code.lines().map(|line| line.split("//").next().unwrap_or("")).collect::<Vec<_>>().join("\n")
 }
 
-/// The first name of every path that starts at the crate's root: after `crate::`, each branch of `crate::{..}`, and after
-/// two or more `super::`, which may reach the root.
+/// The first name of every path that starts at the crate's root: after `crate::`, each branch of
+/// `crate::{..}`, and after two or more `super::`, which may reach the root.
 fn names_from_the_root(code: &str) -> Vec<String> {
     let mut names = Vec::new();
-    // A type after `super::super::` is one of the module's own, not one of the facade: only modules count there.
+    // A type after `super::super::` is one of the module's own, not one of the facade: only modules
+    // count there.
     for (prefix, least, types) in [("crate::", 1, true), ("super::", 2, false)] {
         let mut rest = code;
         while let Some(at) = rest.find(prefix) {

@@ -1,7 +1,7 @@
-//! How tight proved bounds are: a change that loosens them fails here, though every bound still holds.
+//! How tight proved bounds are: a change that loosens them fails here, though every bound still
+//! holds.
 
-use extricate::scene::builtin;
-use extricate::{Effort, QueryOptions, QueryScratch};
+use extricate::{Effort, QueryOptions, QueryScratch, builtin};
 
 use crate::memory::learn;
 use crate::query::colliding;
@@ -32,8 +32,9 @@ fn bounds_are_as_tight_as_they_were() {
         let (mut refined, mut nearest) = (0.0, 0.0);
         let queries = colliding(&model, 100);
         for q in &queries {
-            let mut ask =
-                |effort| model.query(q, &QueryOptions { effort, ..QueryOptions::default() }, &mut scratch).unwrap();
+            let mut ask = |effort| {
+                model.view().query_with(q, &QueryOptions { effort, ..QueryOptions::default() }, &mut scratch).unwrap()
+            };
             let answer = ask(Effort::Refined);
             refined += answer.lower_bound / answer.depth / queries.len() as f64;
             nearest += ask(Effort::Nearest).lower_bound / answer.depth / queries.len() as f64;

@@ -6,12 +6,12 @@
 
 use std::sync::Arc;
 
-use super::{Approach, At, ENDLESS, Element};
-use crate::collision::bounds::{Aabb, Relative};
-use crate::collision::bvh::push_sorted;
-use crate::collision::convex::{ConvexCore, ConvexShape};
-use crate::collision::shape::ConvexSolid;
-use crate::collision::triangle::{Triangle, closest_on_triangle};
+use super::tree::{Approach, At, ENDLESS, Element};
+use crate::collision::narrow_phase::triangle::{Triangle, closest_on_triangle};
+use crate::collision::shapes::ConvexSolid;
+use crate::collision::shapes::bounds::{Aabb, Relative};
+use crate::collision::shapes::bvh::push_sorted;
+use crate::collision::shapes::convex::{ConvexCore, ConvexShape};
 use crate::math::Vec3;
 use crate::robot::HeightField;
 

@@ -1,11 +1,13 @@
 //! Convex shapes that stand for scenery where a convex shape is asked for: in proofs they lie
 //! inside it, in proposals about where it is.
 
-use super::{Approach, At, ENDLESS, HalfSpace, Scenery};
-use crate::collision::bounds::{Aabb, Relative};
-use crate::collision::convex::{ConvexCore, ConvexShape};
-use crate::collision::part_pair::Placed;
-use crate::collision::shape::ConvexSolid;
+use super::half_space::HalfSpace;
+use super::kinds::Scenery;
+use super::tree::{Approach, At, ENDLESS};
+use crate::collision::prepared::Placed;
+use crate::collision::shapes::ConvexSolid;
+use crate::collision::shapes::bounds::{Aabb, Relative};
+use crate::collision::shapes::convex::{ConvexCore, ConvexShape};
 use crate::math::{Mat3, Pose, Vec3};
 
 /// What the shapes are for.
@@ -31,13 +33,13 @@ pub fn stand_ins(
     each: &mut dyn FnMut(&ConvexSolid, &Aabb, &Pose),
 ) {
     let relative = Relative::between(pose, other.pose);
-    let (center, radius) = other.shape.ball;
+    let (center, radius) = other.shape().ball;
     let center = relative.pose_a_b.point(&center);
     let mut each = |solid: &ConvexSolid, bounds: &Aabb, own: &Pose| each(solid, bounds, &pose.then(own));
     match scenery {
         Scenery::HalfSpace(half) => below_plane(half, &center, radius, &mut each),
         Scenery::Many(many) => {
-            let approach = scenery.approach(&relative, &other.shape.bounds);
+            let approach = scenery.approach(&relative, &other.shape().bounds);
             for number in deepest(scenery, &approach).into_iter().flatten() {
                 if let Some(element) = many.element(number) {
                     each(element.solid, element.bounds, &Pose::translation(element.place));
@@ -69,7 +71,7 @@ fn cuboid(half_extents: Vec3, pose: &Pose, each: &mut dyn FnMut(&ConvexSolid, &A
     each(&ConvexSolid::without_planes(shape), &Aabb::between(&-half_extents, &half_extents), pose);
 }
 
-/// A box with a face on the plane, below a ball: the ball's way out through that face is the
+/// A box with a face on the plane, below a ball: the ball's exit through that face is the
 /// shortest, and as long as that of the half-space.
 fn below_plane(half: &HalfSpace, center: &Vec3, radius: f64, each: &mut dyn FnMut(&ConvexSolid, &Aabb, &Pose)) {
     let height = half.height(center);

@@ -3,11 +3,11 @@
 
 use super::layers::layers;
 use super::places::PlaceTree;
-use super::{Approach, At, Element};
-use crate::collision::bounds::Aabb;
-use crate::collision::bvh::Cuboid;
-use crate::collision::convex::{ConvexCore, ConvexShape};
-use crate::collision::shape::ConvexSolid;
+use super::tree::{Approach, At, Element};
+use crate::collision::shapes::ConvexSolid;
+use crate::collision::shapes::bounds::Aabb;
+use crate::collision::shapes::bvh::Cuboid;
+use crate::collision::shapes::convex::{ConvexCore, ConvexShape};
 use crate::math::Vec3;
 use crate::robot::{PointCloud, Voxels};
 
@@ -102,7 +102,7 @@ impl Many {
             let Some(number) = at.as_element() else {
                 let start = stack.len();
                 self.tree.open_at(at, point, reach_squared(least), |bound, child| {
-                    crate::collision::bvh::push_sorted(stack, start, (bound, child.0), |entry| entry.0);
+                    crate::collision::shapes::bvh::push_sorted(stack, start, (bound, child.0), |entry| entry.0);
                 });
                 continue;
             };

@@ -1,15 +1,18 @@
 //! Scenery against another shape: whether they keep a distance, and their signed distance.
 
 use super::field::{Field, raised};
-use super::{Approach, At, Element, Planes, Scenery};
-use crate::collision::bounds::{Aabb, ROUNDING, Relative};
-use crate::collision::bvh::push_sorted;
-use crate::collision::convex::ConvexCore;
-use crate::collision::gjk::{self, Separation};
-use crate::collision::mesh_convex;
-use crate::collision::mesh_shape::MeshShape;
-use crate::collision::part_pair::{self, Buffers, Hint};
-use crate::collision::shape::{ConvexSolid, Shape, ShapeKind};
+use super::half_space::HalfSpace;
+use super::kinds::Scenery;
+use super::planes::Planes;
+use super::tree::{Approach, At, Element};
+use crate::collision::convex_distance::{self, Separation};
+use crate::collision::narrow_phase::mesh_solid::mesh_nearer;
+use crate::collision::narrow_phase::{Buffers, SeparatingWitness, mesh_convex};
+use crate::collision::shapes::bounds::{Aabb, ROUNDING, Relative};
+use crate::collision::shapes::bvh::push_sorted;
+use crate::collision::shapes::convex::ConvexCore;
+use crate::collision::shapes::mesh::MeshShape;
+use crate::collision::shapes::{ConvexSolid, Shape, ShapeKind};
 use crate::math::{Pose, Vec3};
 
 /// Whether the signed distance to `other`, which `relative` places in the frame of the scenery, is
@@ -19,20 +22,20 @@ pub fn nearer(
     other: &Shape,
     relative: &Relative,
     limit: f64,
-    hint: &mut Hint,
+    hint: &mut SeparatingWitness,
     buffers: &mut Buffers,
 ) -> bool {
     match scenery {
         Scenery::HalfSpace(half) => {
             return half.lower_bound(relative, &other.bounds) < limit + ROUNDING
-                && half.separation(relative, other).is_some_and(|found| found.distance < limit);
+                && from_half_space(half, relative, other).is_some_and(|found| found.distance < limit);
         }
         Scenery::Field(field) if within(field, other, relative) => return true,
         _ => {}
     }
     let approach = scenery.approach(relative, &other.bounds);
     let mut planes = Planes::default();
-    let mut is_near = |number: u32, hint: &mut Hint, buffers: &mut Buffers| {
+    let mut is_near = |number: u32, hint: &mut SeparatingWitness, buffers: &mut Buffers| {
         let near = |element: Element| element_nearer(&element, other, relative, limit, (hint, &mut planes), buffers);
         scenery.with_element(number, &approach, near).unwrap_or(false)
     };
@@ -107,7 +110,7 @@ fn element_nearer(
     other: &Shape,
     relative: &Relative,
     limit: f64,
-    (hint, planes): (&mut Hint, &mut Planes),
+    (hint, planes): (&mut SeparatingWitness, &mut Planes),
     buffers: &mut Buffers,
 ) -> bool {
     /// More than what a search errs by \[m\].
@@ -120,7 +123,7 @@ fn element_nearer(
             None => {
                 let (mut normal, here) = (Vec3::zeros(), Pose::identity());
                 let shapes = (&element.solid.shape, &solid.shape);
-                let is_near = gjk::nearer_than_from(&mut normal, shapes.0, &here, shapes.1, &pose, limit);
+                let is_near = convex_distance::nearer_than_from(&mut normal, shapes.0, &here, shapes.1, &pose, limit);
                 if !is_near {
                     planes.add(&normal, solid, &relative.pose_a_b);
                 }
@@ -130,7 +133,7 @@ fn element_nearer(
         ShapeKind::Mesh(mesh) => {
             let relative = Relative::new(pose.inverse());
             !relative.apart(&other.bounds, element.bounds, limit)
-                && part_pair::mesh_nearer(mesh, element.bounds, element.solid, &relative, limit, hint, buffers)
+                && mesh_nearer(mesh, element.bounds, element.solid, &relative, limit, hint, buffers)
         }
         ShapeKind::Scenery(_) => false,
     }
@@ -160,7 +163,7 @@ pub fn closest(
     buffers: &mut Buffers,
 ) -> Option<Separation> {
     if let Scenery::HalfSpace(half) = scenery {
-        return half.separation(relative, other).filter(|found| found.distance < cutoff);
+        return from_half_space(half, relative, other).filter(|found| found.distance < cutoff);
     }
     let rise = lift(scenery, other, relative, buffers);
     if rise == 0.0 {
@@ -168,6 +171,25 @@ pub fn closest(
     }
     let found = closest_element(scenery, other, &raised(relative, rise), f64::INFINITY, buffers)?;
     Some(lifted(found, rise)).filter(|found| found.distance < cutoff)
+}
+
+/// The signed distance of a half-space and a shape, with the points that realise it: in closed
+/// form, exact also below 0. `None` for scenery.
+pub fn from_half_space(half: &HalfSpace, relative: &Relative, other: &Shape) -> Option<Separation> {
+    let pose = &relative.pose_a_b;
+    let down = pose.inverse_vector(&-half.normal);
+    let lowest = match &other.kind {
+        ShapeKind::Convex(solid) => solid.shape.core.support(&down) + down * solid.shape.radius,
+        ShapeKind::Mesh(mesh) => {
+            let along = |v: &Vec3| down.dot(v);
+            *mesh.vertices.iter().max_by(|a, b| along(a).total_cmp(&along(b)))?
+        }
+        ShapeKind::Scenery(_) => return None,
+    };
+    let point_second = pose.point(&lowest);
+    let distance = half.height(&point_second);
+    let point_first = point_second - half.normal * distance;
+    Some(Separation { distance, depth_lower: -distance, point_first, point_second, normal: -half.normal })
 }
 
 /// A separation of a shape that was raised by `rise` \[m\], as of where it was before.
@@ -211,7 +233,7 @@ pub fn lift(scenery: &Scenery, other: &Shape, relative: &Relative, buffers: &mut
     let Scenery::Field(field) = scenery else { return 0.0 };
     let low = scenery.approach(relative, &other.bounds).low;
     let highest = field.rise_above(low);
-    if highest < 0.0 || !nearer(scenery, other, relative, 0.0, &mut Hint::default(), buffers) {
+    if highest < 0.0 || !nearer(scenery, other, relative, 0.0, &mut SeparatingWitness::default(), buffers) {
         return 0.0;
     }
     // From above it comes down by what is proved to be free below it.
@@ -252,7 +274,7 @@ pub fn element_closest(
     match &other.kind {
         ShapeKind::Convex(solid) => {
             let place = Pose::translation(element.place);
-            gjk::separation(&element.solid.shape, &place, &solid.shape, &relative.pose_a_b, cutoff)
+            convex_distance::separation(&element.solid.shape, &place, &solid.shape, &relative.pose_a_b, cutoff)
         }
         ShapeKind::Mesh(mesh) => {
             let found = mesh_closest(mesh, &other.bounds, element, relative, cutoff, buffers)?;

@@ -2,10 +2,10 @@
 
 use pulp::{Arch, Simd, WithSimd};
 
-use super::{Approach, At};
-use crate::collision::bounds::{Aabb, EMPTY};
-use crate::collision::bvh::{Boxes, Cuboid, Lanes, below, lanes_of, rounded_up, rounding_at};
-use crate::collision::still::arrange;
+use super::tree::{Approach, At};
+use crate::collision::broad_phase::static_tree::arrange;
+use crate::collision::shapes::bounds::{Aabb, EMPTY};
+use crate::collision::shapes::bvh::{Boxes, Cuboid, Lanes, below, lanes_of, rounded_up, rounding_at};
 use crate::math::{LANES, Vec3};
 
 /// The boxes of a level are those around eight boxes of the level below, in order.
@@ -87,7 +87,7 @@ fn around(boxes: &[Aabb]) -> Aabb {
 }
 
 enum Against<'a> {
-    Box { view: &'a crate::collision::bvh::View, seen: &'a crate::collision::bvh::Seen },
+    Box { view: &'a crate::collision::shapes::bvh::View, seen: &'a crate::collision::shapes::bvh::Seen },
     Point { place: [f32; 3], rounding: f32 },
 }
 

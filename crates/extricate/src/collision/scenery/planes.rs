@@ -3,9 +3,9 @@
 
 use arrayvec::ArrayVec;
 
-use super::Element;
-use crate::collision::convex::ConvexCore;
-use crate::collision::shape::ConvexSolid;
+use super::tree::Element;
+use crate::collision::shapes::ConvexSolid;
+use crate::collision::shapes::convex::ConvexCore;
 use crate::math::{Pose, Vec3};
 
 /// Planes that are remembered; the oldest gives way. A test of one takes a thirtieth of a search.

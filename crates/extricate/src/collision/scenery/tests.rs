@@ -5,9 +5,10 @@ use std::sync::Arc;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-use super::{At, Element, Field, Scenery};
-use crate::collision::bounds::{Aabb, Relative};
-use crate::collision::triangle::{Triangle, closest_on_triangle};
+use super::field::Field;
+use super::{At, Element, Scenery};
+use crate::collision::narrow_phase::triangle::{Triangle, closest_on_triangle};
+use crate::collision::shapes::bounds::{Aabb, Relative};
 use crate::math::{Pose, Vec3};
 use crate::robot::{Geometry, HeightField, PointCloud, Voxels};
 
@@ -25,7 +26,7 @@ fn grid(rng: &mut ChaCha8Rng, rows: usize, columns: usize) -> Arc<HeightField> {
 }
 
 /// All elements below a node whose bounds are below the limit.
-fn found(scenery: &Scenery, approach: &super::Approach, limit: f64) -> Vec<u32> {
+fn found(scenery: &Scenery, approach: &super::tree::Approach, limit: f64) -> Vec<u32> {
     let (mut stack, mut all) = (vec![scenery.root().unwrap()], Vec::new());
     while let Some(at) = stack.pop() {
         match at.as_element() {

@@ -4,25 +4,28 @@
 use std::ops::ControlFlow;
 use std::sync::Arc;
 
-use super::state::{AdaptStage, AdaptState, Judged};
-use super::{BATCHES_A_UNIT, FEW_SEEDS, JUDGED, MARGIN, STREAM, carried_over, configs_at, origin, sort_out};
-use crate::boundary::SampleSet;
-use crate::boundary::trace::{TracePlace, Tracer};
+use super::carried::{carried_over, configs_at, origin, sort_out};
+use super::scene_change::compare;
+use super::state::{AdaptStage, AdaptState, ClassifierAccuracy};
 use crate::collision::Checker;
 use crate::cspace::Label;
 use crate::error::{Error, Result};
 use crate::learning::budget::{BudgetEnd, Spent};
-use crate::learning::explore::{BATCH, Exploration};
-use crate::learning::union::UnionClassifier;
+use crate::learning::exploration::{BATCH, Exploration};
+use crate::learning::obstacle_classifier::ObstacleClassifier;
 use crate::learning::{Budget, LearnOptions};
 use crate::metric::relative::RelativePoses;
-use crate::model::learner::{Report, relative_poses};
-use crate::model::measure::Extent;
-use crate::model::run::{self, Conclusion, Found, Run, RunGround, Work, labels, spent};
-use crate::model::scene_change::compare;
+use crate::model::evaluate::EvaluationBudget;
+use crate::model::learned::Model;
+use crate::model::learner::relative_poses;
+use crate::model::run::ending::finish;
+use crate::model::run::work::{Conclusion, Found, Report, Work, spent};
+use crate::model::run::{self, Run, RunContext, labels};
 use crate::model::solve::SolvePlace;
-use crate::model::solving::Solving;
-use crate::model::{Adapted, EndedBy, Model};
+use crate::model::solve::policy::Solving;
+use crate::model::statistics::{Adapted, EndedBy};
+use crate::samples::SampleSet;
+use crate::samples::trace::{TracePlace, Tracer};
 use crate::scene::Scene;
 
 /// What is learned anew is solved as in a run of many labels, for exits that still hold are there
@@ -30,15 +33,29 @@ use crate::scene::Scene;
 /// measured.
 const SOLVING: Solving = Solving::Thorough;
 
+/// A changed pair is far where it is farther apart than twice what the boundary's gap typically
+/// moves any point.
+const MARGIN: f64 = 2.0;
+/// Uniform configurations that the classifier is judged by.
+const JUDGED: usize = 2000;
+/// Batches of stored samples that are looked at in one unit of work: a tenth of a second or so.
+const BATCHES_A_UNIT: usize = 16;
+/// Seeds below which more are looked for: a small pass, so that passes and exploration share the
+/// budget.
+const FEW_SEEDS: usize = 256;
+/// Turns the seed into another one: what is explored shall not be what the old model was learned
+/// from.
+const STREAM: u64 = 0x61_64_61_70_74;
+
 /// A run between two units of work: a look at some of the stored samples, a pass of tracing or of
-/// solving, and at last measuring; what it does is told at [`adapt`](super::adapt).
+/// solving, and at last measuring; [`adapt`](super::adapt) says what it does.
 ///
 /// ```
 /// use std::ops::ControlFlow;
-/// use extricate::{LearnOptions, Model, model::adapt::Adapter, scene::builtin};
+/// use extricate::{Adapter, LearnOptions, Model, builtin};
 /// let scene = builtin::scene("planar-arm")?;
 /// let options = LearnOptions { labels: 2000, seconds: None, ..LearnOptions::default() };
-/// let model = Model::learn(scene.clone(), &options, &mut |_| ControlFlow::Continue(()))?;
+/// let model = Model::learn(scene.clone(), &options)?;
 /// let wider = extricate::Scene { clearance: 1e-3, ..scene };
 /// let mut adapter = Adapter::new(&model, wider, &options)?;
 /// while adapter.step(&mut |_| ControlFlow::Continue(())) {} // between two steps it can be stored
@@ -56,7 +73,7 @@ struct Adapting<'a> {
     old: &'a Model,
     /// Of the pairs that changed, with a margin.
     near_change: Checker,
-    classifier: Option<UnionClassifier>,
+    classifier: Option<ObstacleClassifier>,
     state: AdaptState,
 }
 
@@ -75,7 +92,7 @@ impl<'a> Adapter<'a> {
         let (pool, scene) = (options.pool()?, Arc::new(scene));
         // Configurations that the last time solved would be solved to the same exits again.
         let times = origin(old.statistics()).times as u64;
-        let ground = RunGround::new(scene.clone(), options, (options.seed ^ STREAM).wrapping_add(times));
+        let ground = RunContext::new(scene.clone(), options, (options.seed ^ STREAM).wrapping_add(times));
         let change = compare(old.scene(), &scene, MARGIN * ground.metric.lever() * ground.gap)?;
         let near_change = Checker::new(Arc::new(change.affected));
         let (classifier, spent) = (carried_over(old, &scene), state.mark.spent.clone());
@@ -93,13 +110,13 @@ impl<'a> Adapter<'a> {
     ///
     /// # Errors
     /// [`Error::Interrupted`] where the caller stopped before every
-    /// stored sample was looked at; [`Error::NothingFree`] where nothing
+    /// stored sample was checked; [`Error::NothingFree`] where nothing
     /// free is known of the new scene.
     pub fn finish(self) -> Result<Model> {
         if self.state().mark.stage == AdaptStage::Verifying {
             return Err(Error::Interrupted);
         }
-        self.0.finish(&mut |_| ControlFlow::Continue(()))
+        finish(self.0, &mut |_| ControlFlow::Continue(()))
     }
 
     /// Memory that the run holds, counted \[bytes\]: lists, indices over them, and on top of these
@@ -147,7 +164,7 @@ impl Work for Adapting<'_> {
         self.state.set_mark(stage, spent);
     }
 
-    fn unit(&mut self, ground: &RunGround, tracer: &mut Option<Tracer>, budget: &mut Budget) -> AdaptStage {
+    fn unit(&mut self, ground: &RunContext, tracer: &mut Option<Tracer>, budget: &mut Budget) -> AdaptStage {
         match self.state.mark.stage.clone() {
             AdaptStage::Verifying => self.verify(ground, budget),
             AdaptStage::Judging => self.judge(ground, budget),
@@ -162,7 +179,7 @@ impl Work for Adapting<'_> {
         Found { free: &known.free, samples, exits: place.solved.exits, apart, bytes, accuracy: None }
     }
 
-    fn solving(&self, _: &RunGround) -> Solving {
+    fn solving(&self, _: &RunContext) -> Solving {
         SOLVING
     }
 
@@ -178,27 +195,30 @@ impl Work for Adapting<'_> {
 
     /// Exits are alike in what they know, also to those of the old model.
     fn bytes_of_two_exits(&self, solver: Option<&SampleSet>) -> usize {
-        let of_one = |set: &SampleSet| set.bytes_of_planes() / set.exits().max(1);
+        let of_one = |set: &SampleSet| set.bytes_of_planes() / set.solved().max(1);
         2 * of_one(self.old.boundary()).max(solver.map_or(0, of_one))
     }
 
-    fn complete(&mut self, ground: &RunGround, _: &mut Spent, _: &mut Report) -> bool {
+    fn complete(&mut self, ground: &RunContext, _: &mut Spent, _: &mut Report) -> bool {
         self.join_exits(ground.nq());
         false
     }
 
-    fn advice(&self, _: &RunGround, _: Option<EndedBy>) -> Option<String> {
+    fn advice(&self, _: &RunContext, _: Option<EndedBy>) -> Option<String> {
         Some("no stored sample is free in the new scene; learn it anew".into())
     }
 
-    fn extent(&self, ground: &RunGround, labels: usize) -> Extent {
-        Extent { known: Some(self.old.statistics().starts_per_dof), ..Extent::after(labels, ground.options.seed) }
+    fn extent(&self, ground: &RunContext, labels: usize) -> EvaluationBudget {
+        EvaluationBudget {
+            known: Some(self.old.statistics().starts_per_dof),
+            ..EvaluationBudget::after(labels, ground.options.seed)
+        }
     }
 
     fn conclude(self) -> Conclusion {
         let from = origin(self.old.statistics());
         let adapted = Some(Adapted { times: from.times + 1, ..from });
-        Conclusion { classifier: self.classifier, judged: self.state.place.judged, looks: 0, adapted }
+        Conclusion { classifier: self.classifier, judged: self.state.place.judged, quality_checks: 0, adapted }
     }
 }
 
@@ -208,13 +228,14 @@ impl Adapting<'_> {
         !self.near_change.scene().pairs.is_empty()
     }
 
-    /// Looks at some of the stored samples: where no changed pair is near, they are what they were.
-    fn verify(&mut self, ground: &RunGround, budget: &mut Budget) -> AdaptStage {
+    /// Looks at some of the stored samples: where no changed pair is near, they are what
+    /// they were.
+    fn verify(&mut self, ground: &RunContext, budget: &mut Budget) -> AdaptStage {
         let (nq, stand_ins) = (ground.nq(), self.old.statistics().stand_ins);
         let Self { old, near_change, state, .. } = self;
         let affects = |configs: &[f64]| labels(near_change, configs);
         let stored = &old.boundary().configs()[stand_ins * nq..];
-        let (total, of_samples) = (stored.len() / nq, old.boundary().len() - old.boundary().exits() - stand_ins);
+        let (total, of_samples) = (stored.len() / nq, old.boundary().len() - old.boundary().solved() - stand_ins);
         for _ in 0..BATCHES_A_UNIT {
             let first = state.place.verified;
             if first == total || budget.end() == Some(BudgetEnd::Interrupted) {
@@ -236,7 +257,7 @@ impl Adapting<'_> {
 
     /// Labels what a change came near, and uniform configurations, by which the old classifier is
     /// judged.
-    fn judge(&mut self, ground: &RunGround, budget: &mut Budget) -> AdaptStage {
+    fn judge(&mut self, ground: &RunContext, budget: &mut Budget) -> AdaptStage {
         let (nq, explores) = (ground.nq(), self.explores());
         let Self { classifier, state, .. } = self;
         let scene = ground.checker.scene_arc();
@@ -261,7 +282,7 @@ impl Adapting<'_> {
         let by_labels = Solving::of(ground.options.labels, ground.metric.kind());
         let solves = explores && (!state.exits.is_empty() || by_labels == Some(SOLVING));
         let place = &mut state.place;
-        place.judged = Judged { accuracy, held_out, colliding_share };
+        place.judged = ClassifierAccuracy { accuracy, held_out, colliding_share };
         (place.kept, place.solves) = (state.samples.len() / nq, solves);
         place.kept_back = if solves { budget.left() / 2 } else { 0 };
         AdaptStage::Tracing(None)
@@ -271,7 +292,7 @@ impl Adapting<'_> {
     /// comes near are labelled before it.
     fn trace(
         &mut self,
-        ground: &RunGround,
+        ground: &RunContext,
         place: Option<TracePlace>,
         tracer: &mut Option<Tracer>,
         budget: &mut Budget,

@@ -2,15 +2,16 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::boundary::trace::TracePlace;
 use crate::learning::budget::Spent;
-use crate::learning::explore::Exploration;
-use crate::model::EndedBy;
-pub use crate::model::quality::Judged;
-use crate::model::run::{Stage, StageKind};
+use crate::learning::exploration::Exploration;
+pub use crate::model::evaluate::figures::ClassifierAccuracy;
+use crate::model::run::work::{Stage, StageKind};
 use crate::model::solve::SolvePlace;
+use crate::model::statistics::EndedBy;
+use crate::samples::trace::TracePlace;
 
-/// Lists of configurations, row major. Within a unit of work they only grow: so their beginnings are the state at its end.
+/// Lists of configurations, row major. Within a unit of work they only grow: so their beginnings
+/// are the state at its end.
 #[derive(Debug, Clone, Default)]
 pub struct AdaptState {
     /// Boundary samples: those that were kept, and new ones; while solving, exits after them.
@@ -35,7 +36,7 @@ pub struct AdaptPlace {
     /// Stored samples and exits that were looked at.
     pub verified: usize,
     /// How right the old classifier is in the new scene.
-    pub judged: Judged,
+    pub judged: ClassifierAccuracy,
     /// Of the samples, how many were kept.
     pub kept: usize,
     /// Labels that tracing leaves to solving.
@@ -71,7 +72,7 @@ pub enum AdaptStage {
     Judging,
     /// The boundary where the scene changed; before the first pass it stands nowhere.
     Tracing(Option<TracePlace>),
-    /// The nearest ways out of colliding configurations.
+    /// The nearest exits of colliding configurations.
     Solving,
     /// What came of it is measured; the run has ended for this reason.
     Measuring(EndedBy),
@@ -141,7 +142,8 @@ impl AdaptState {
         Self { samples, exits, doubtful, known, fresh, place: mark.place.clone(), mark }
     }
 
-    /// Whether everything that a mark counts is there, in rows of `nq` numbers; `stored` is how many samples and exits the old model has.
+    /// Whether everything that a mark counts is there, in rows of `nq` numbers; `stored` is how
+    /// many samples and exits the old model has.
     pub fn is_sound(&self, nq: usize, stored: usize) -> bool {
         let (lists, place) = (self.lists(), &self.place);
         let [samples, exits, _, free, colliding, fresh] = lists.map(|list| list.len() / nq);

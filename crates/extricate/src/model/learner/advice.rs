@@ -1,6 +1,7 @@
 //! What to do with a scene of which nothing free is known.
 
 use crate::collision::{Checker, most_often_colliding};
+use crate::scene::PairId;
 
 /// Configurations below which "collides every time" says nothing.
 const FEW: usize = 100;
@@ -12,11 +13,11 @@ const NAMED: usize = 5;
 pub fn advice(checker: &Checker, colliding: &[f64]) -> String {
     let scene = checker.scene();
     let tried: Vec<Vec<f64>> = colliding.chunks_exact(scene.space.nq()).take(1000).map(<[f64]>::to_vec).collect();
-    let named = |pair: usize| format!("[\"{}\", \"{}\"]", scene.pair_names(pair)[0], scene.pair_names(pair)[1]);
+    let named = |pair: PairId| format!("[\"{}\", \"{}\"]", scene.pair_names(pair)[0], scene.pair_names(pair)[1]);
     let often = most_often_colliding(checker, &tried);
     let always: Vec<String> =
         often.iter().take_while(|(_, count)| *count == tried.len()).map(|(pair, _)| named(*pair)).collect();
-    let share = |(pair, count): &(usize, usize)| format!("{} ({} %)", named(*pair), 100 * count / tried.len());
+    let share = |(pair, count): &(PairId, usize)| format!("{} ({} %)", named(*pair), 100 * count / tried.len());
     let others: Vec<String> = often.iter().skip(always.len()).take(NAMED).map(share).collect();
     let (always, others) = (always.join(", "), others.join(", "));
     if tried.len() < FEW {

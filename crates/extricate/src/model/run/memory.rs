@@ -1,8 +1,9 @@
 //! Memory of a run, counted from the lengths of its lists: so it does not depend on where the run
 //! was stopped and resumed.
 
-use super::{Found, Run, Work};
-use crate::boundary::SampleSet;
+use super::Run;
+use super::work::{Found, Work};
+use crate::samples::SampleSet;
 
 /// How many copies of the lists there are beside them while a checkpoint is written.
 const COPIES_TO_STORE: usize = 2;
@@ -15,7 +16,7 @@ pub fn bytes<W: Work>(run: &Run<W>) -> usize {
     let traced = run.work.traced(run.tracer.as_ref());
     let starts = traced.map_or(0, |place| indexed(place.starts, 0) + indexed(place.indexed, 0));
     let solver = run.solver.as_ref();
-    let solver_bytes = solver.map_or(0, |set| set.bytes_of_planes() + indexed(set.len(), set.exits()));
+    let solver_bytes = solver.map_or(0, |set| set.bytes_of_planes() + indexed(set.len(), set.solved()));
     // Exits are alike in what they know. While it is gathered there are two of it.
     let exits = exits + apart.len() / nq;
     let planes = run.work.bytes_of_two_exits(solver) * exits;

@@ -4,18 +4,18 @@ use std::collections::{HashMap, HashSet};
 
 use roxmltree::Node;
 
-use super::super::tree::NamedMimic;
-use super::super::xml::{child, children, label, numbers_within, own_attribute};
-use super::super::{Joint, JointKind};
-use super::Place;
+use super::place::Place;
 use crate::error::Result;
 use crate::math::{FARTHEST, Vec3};
+use crate::robot::formats::xml::{child, children, label, numbers_within, own_attribute};
+use crate::robot::tree::NamedMimic;
+use crate::robot::{Joint, JointKind};
 
 /// From this version of URDF on, a limit has to be stated.
 const LIMITS_ARE_STATED: f64 = 1.2;
 
 /// All joints in document order, and which follow others.
-pub(super) fn joints(
+pub(crate) fn joints(
     file: &str,
     robot: Node,
     version: f64,

@@ -5,15 +5,15 @@ use std::sync::Arc;
 
 use roxmltree::Node;
 
-use super::super::mesh::is_scale;
-use super::super::xml::{child, numbers, own_attribute};
-use super::super::{Geometry, TriangleMesh};
-use super::{LoadMesh, Place};
+use super::place::{LoadMesh, Place};
 use crate::error::Result;
 use crate::math::Vec3;
+use crate::robot::formats::xml::{child, numbers, own_attribute};
+use crate::robot::mesh::is_scale;
+use crate::robot::{Geometry, TriangleMesh};
 
 /// Meshes, each scaled once however many links use it.
-pub(super) struct Meshes<'a> {
+pub(crate) struct Meshes<'a> {
     pub load: LoadMesh<'a>,
     pub scaled: HashMap<(String, [u64; 3]), Arc<TriangleMesh>>,
 }
@@ -24,7 +24,7 @@ const THIN: f64 = 1e-6;
 
 /// The shape that `node` describes; `None`, with a warning, where it is a point or a segment, which
 /// exporters write where nothing shall collide. A disc or plate is as thin as [`THIN`].
-pub(super) fn geometry(
+pub(crate) fn geometry(
     place: &Place,
     node: Node,
     meshes: &mut Meshes,

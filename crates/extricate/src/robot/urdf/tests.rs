@@ -1,8 +1,10 @@
 //! Robots written here, good and broken.
 
-use super::super::{Geometry, JointKind};
-use super::*;
-use crate::math::Vec3;
+use std::sync::Arc;
+
+use crate::math::{Pose, Vec3};
+use crate::robot::urdf::*;
+use crate::robot::{Geometry, JointKind, TriangleMesh};
 
 const LINKS: &str = "<link name='a'/><link name='b'/><link name='c'/>";
 
@@ -309,6 +311,13 @@ fn mimic_chains_end_at_an_independent_joint() {
     assert_error(&format!("{links}{follower}{middle}{ball}"), "got mimic of the Spherical joint \"l\"");
     let back = joint("l", "continuous", "a", "b", "<mimic joint='f'/>");
     assert_error(&format!("{links}{follower}{middle}{back}"), "in a cycle");
+    let large = |name, of, kind| joint(name, kind, "a", "c", &format!("<mimic joint='{of}' multiplier='1e6'/>"));
+    let [once, twice] = [large("m", "l", "revolute"), large("f", "m", "revolute").replace("'c'", "'d'")];
+    let beyond = format!("{links}{once}{twice}{leader}");
+    assert_error(&beyond, "joint \"f\": got a position of 1000000000000 times that of joint \"l\" and 0 more");
+    let far = joint("l", "prismatic", "a", "b", "<limit lower='0' upper='1e5'/>");
+    let slide = large("f", "l", "prismatic").replace("'c'", "'d'");
+    assert_error(&format!("{links}{middle}{slide}{far}"), "which comes to 100000000000");
 }
 
 #[test]

@@ -1,6 +1,7 @@
 //! `dual-arm`: two 7-joint arms side by side at a table, with a box between them.
 
-use super::{File, seven_joint_arm};
+use super::file::File;
+use super::seven_joint_arm;
 
 /// The scene file and the robots' files.
 pub fn files() -> (String, Vec<File>) {

@@ -3,7 +3,7 @@
 
 use std::fmt::Write;
 
-use super::File;
+use super::file::File;
 use super::loft::End::Round;
 use super::loft::{stl, tube};
 use super::urdf_text::{JointText, Shape, UrdfText};

@@ -1,6 +1,6 @@
 //! `free-box`: a box that flies freely around and through a ring above a floor.
 
-use super::File;
+use super::file::File;
 use super::loft::{stl, torus};
 use super::urdf_text::{Shape, UrdfText};
 

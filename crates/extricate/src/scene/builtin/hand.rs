@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use super::File;
+use super::file::File;
 use super::loft::End::Round;
 use super::loft::{stl, tube};
 use super::urdf_text::{JointText, Shape, UrdfText};
@@ -11,7 +11,8 @@ use super::urdf_text::{JointText, Shape, UrdfText};
 const FINGERS: [(&str, f64, bool); 3] = [("index", 0.9, true), ("middle", -0.9, true), ("thumb", PI, false)];
 /// Distance of the knuckles from the palm's centre \[m\].
 const KNUCKLE_RADIUS: f64 = 0.055;
-/// Height of the knuckles above the palm's centre \[m\]; the lowest finger joint clears the palm by 3 mm.
+/// Height of the knuckles above the palm's centre \[m\]; the lowest finger joint clears the palm by
+/// 3 mm.
 const KNUCKLE_HEIGHT: f64 = 0.027;
 /// From the knuckle to the last joint \[m\].
 const PROXIMAL: f64 = 0.05;

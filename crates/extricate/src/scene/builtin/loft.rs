@@ -34,17 +34,20 @@ const STEPS: usize = 3;
 /// Rings of a half ball between its rim and its pole.
 const CAP_RINGS: usize = 3;
 
-/// A closed tube along the Catmull-Rom curve through `stations` (at least two); the radius follows the same curve.
+/// A closed tube along the Catmull-Rom curve through `stations` (at least two); the radius follows
+/// the same curve.
 ///
 /// # Source
-/// E. Catmull and R. Rom, "A class of local interpolating splines", 1974, doi:10.1016/B978-0-12-079050-0.50020-5; the
-/// uniform variant, with end tangents along the first and last chord.
+/// E. Catmull and R. Rom, "A class of local interpolating splines", 1974,
+/// doi:10.1016/B978-0-12-079050-0.50020-5; the uniform variant, with end tangents along the first
+/// and last chord.
 pub fn tube(stations: &[Station], ends: [End; 2]) -> Surface {
     let line = smooth(stations);
     let last = line.len() - 1;
     let tangents: Vec<Vec3> =
         (0..=last).map(|k| (line[(k + 1).min(last)] - line[k.saturating_sub(1)]).xyz().normalize()).collect();
-    // Rings as center, tangent and radius: the first cap from its pole, the line, the last cap to its pole.
+    // Rings as center, tangent and radius: the first cap from its pole, the line, the last cap to
+    // its pole.
     let mut rings = Vec::new();
     let cap_angles = |end: End| (1..=CAP_RINGS).filter(move |_| end == End::Round).map(|k| k as f64 / 4.0 * FRAC_PI_2);
     let cap = |k: usize, sign: f64, angle: f64| {

@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use super::File;
+use super::file::File;
 use super::urdf_text::{JointText, Shape, UrdfText};
 
 /// Length of a link \[m\].

@@ -1,16 +1,19 @@
-//! A 7-joint arm with a gripper, with the published kinematics of the KUKA LBR iiwa 7 R800 and our own shapes.
+//! A 7-joint arm with a gripper, with the published kinematics of the KUKA LBR iiwa 7 R800 and our
+//! own shapes.
 
-use super::File;
+use super::file::File;
 use super::loft::End::{Flat, Round};
 use super::loft::{Station, stl, tube};
 use super::urdf_text::{JointText, Shape, UrdfText};
 
-/// Height of each joint above the one before it at the zero position \[m\], its axis, and its limit [degrees].
+/// Height of each joint above the one before it at the zero position \[m\], its axis, and its limit
+/// [degrees].
 ///
 /// # Source
-/// KUKA, "LBR iiwa 7 R800, LBR iiwa 14 R820: specification", axis data and principal dimensions: the shoulder is 0.340
-/// above the base, then 0.400 to the elbow, 0.400 to the wrist and 0.126 to the flange. How a distance divides between the
-/// two links that span it has no effect on the motion, and is ours.
+/// KUKA, "LBR iiwa 7 R800, LBR iiwa 14 R820: specification", axis data and principal dimensions:
+/// the shoulder is 0.340 above the base, then 0.400 to the elbow, 0.400 to the wrist and 0.126 to
+/// the flange. How a distance divides between the two links that span it has no effect on the
+/// motion, and is ours.
 const JOINTS: [(f64, [f64; 3], f64); 7] = [
     (0.15, [0.0, 0.0, 1.0], 170.0),
     (0.19, [0.0, 1.0, 0.0], 120.0),
@@ -23,8 +26,8 @@ const JOINTS: [(f64, [f64; 3], f64); 7] = [
 /// From the last joint to the flange \[m\].
 const FLANGE: f64 = 0.045;
 
-/// Middle line and radius of every link, base first. Links alternate sides at the bending joints, as forearm and upper arm
-/// must pass each other there.
+/// Middle line and radius of every link, base first. Links alternate sides at the bending joints,
+/// as forearm and upper arm must pass each other there.
 const LINKS: [&[Station]; 8] = [
     &[[0.0, 0.0, 0.0, 0.105], [0.0, 0.0, 0.07, 0.1], [0.0, 0.0, 0.13, 0.08]],
     &[[0.0, 0.0, -0.015, 0.075], [0.0, 0.0, 0.09, 0.072], [0.0, -0.035, 0.19, 0.06]],
@@ -43,7 +46,8 @@ const GRIPPER: [&[Station]; 3] = [
     &[[0.0, 0.058, 0.03, 0.012], [0.0, 0.062, 0.08, 0.012], [0.0, 0.04, 0.135, 0.008]],
 ];
 
-/// `robot/arm.urdf` and its meshes. Links: `base`, `link_1` to `link_7`, `gripper`; joints: `joint_1` to `joint_7`.
+/// `robot/arm.urdf` and its meshes. Links: `base`, `link_1` to `link_7`, `gripper`; joints:
+/// `joint_1` to `joint_7`.
 pub fn files() -> Vec<File> {
     let mut urdf = UrdfText::new("seven-joint-arm");
     let mut meshes = Vec::new();

@@ -1,6 +1,7 @@
 //! `shelf-arm`: a 7-joint arm on a table, before a shelf and beside a post.
 
-use super::{File, seven_joint_arm};
+use super::file::File;
+use super::seven_joint_arm;
 
 /// The scene file and the robot's files.
 pub fn files() -> (String, Vec<File>) {

@@ -4,10 +4,10 @@ use std::collections::{BTreeSet, HashSet};
 
 use serde_json::Value;
 
-use super::super::Scene;
 use super::objects::Objects;
 use super::value::At;
 use crate::error::Result;
+use crate::scene::Scene;
 
 /// What MoveIt calls its map of occupied cells.
 const OCTOMAP: &str = "<octomap>";

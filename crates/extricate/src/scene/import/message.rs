@@ -3,14 +3,15 @@
 
 use serde_json::Value;
 
-use super::super::{LinkSeat, Scene};
-use super::Imported;
+use super::imported::Imported;
 use super::matrix::allowed;
 use super::message_objects::{object, operation};
-use super::objects::{Objects, Place};
+use super::objects::Objects;
+use super::place::Place;
 use super::value::At;
 use crate::error::{Error, Result};
 use crate::math::Pose;
+use crate::scene::{LinkAttachment, Scene};
 
 /// Fields of a PlanningScene; those that no other place names say nothing of the world.
 const SCENE: &[&str] = &[
@@ -134,7 +135,7 @@ impl Frames<'_> {
     }
 }
 
-fn link<'a>(robots: &'a Scene, name: &str) -> Option<&'a LinkSeat> {
+fn link<'a>(robots: &'a Scene, name: &str) -> Option<&'a LinkAttachment> {
     robots.links.iter().find(|link| link.name == name)
 }
 

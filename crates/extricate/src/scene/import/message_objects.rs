@@ -4,11 +4,12 @@ use std::sync::Arc;
 
 use serde_json::Value;
 
-use super::objects::{Object, Objects, Place, Shape};
+use super::objects::{Object, Objects, Shape};
+use super::place::Place;
 use super::value::At;
 use crate::error::Result;
 use crate::math::Vec3;
-use crate::robot::mesh_file;
+use crate::robot::formats;
 
 /// Fields of a CollisionObject.
 const OBJECT: &[&str] = &[
@@ -138,7 +139,7 @@ fn mesh(at: &At) -> Result<Shape> {
         Ok(indices)
     };
     let triangles = at.list("triangles")?.into_iter().map(triangle).collect::<Result<Vec<_>>>()?;
-    let mesh = mesh_file::from_arrays(&format!("{}: {}", at.file, at.path), vertices.clone(), triangles)?;
+    let mesh = formats::from_arrays(&format!("{}: {}", at.file, at.path), vertices.clone(), triangles)?;
     Ok(Shape::Mesh(Arc::new(mesh)))
 }
 

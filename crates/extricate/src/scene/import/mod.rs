@@ -3,10 +3,12 @@
 //!
 //! What has no place in a scene file is told, never dropped in silence.
 
+mod imported;
 mod matrix;
 mod message;
 mod message_objects;
 mod objects;
+mod place;
 mod scene_text;
 mod toml_text;
 mod value;
@@ -16,17 +18,9 @@ use std::path::Path;
 pub use toml_text::{MeshFile, to_toml};
 
 use super::Scene;
-use super::file::SceneFile;
 use crate::error::{Error, Result};
 
-/// A world that was read.
-#[derive(Debug, Clone, Default)]
-pub struct Imported {
-    /// Its obstacles, attached objects, disabled pairs and padding.
-    pub entries: SceneFile,
-    /// What was taken for something else, or not taken, and why.
-    pub notes: Vec<String>,
-}
+pub use imported::Imported;
 
 /// Whether the name of a file says that it is one of these formats: `.scene`, `.yaml`, `.yml` or
 /// `.json`.

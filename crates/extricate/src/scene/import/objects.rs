@@ -4,38 +4,15 @@ use std::collections::HashSet;
 use std::f64::consts::{PI, TAU};
 use std::sync::Arc;
 
-use super::super::file::{AttachedEntry, ObstacleEntry, PoseEntry, SceneFile, ShapeEntry};
+use super::place::Place;
 use super::value::At;
 use crate::error::{Error, Result};
-use crate::math::{Mat3, Vec3, quaternion_matrix, quaternion_product};
+use crate::math::Vec3;
 use crate::robot::TriangleMesh;
+use crate::scene::file::{AttachedEntry, ObstacleEntry, SceneFile, ShapeEntry};
 
 /// Sides of the pyramid that stands for a cone.
 const SIDES: u32 = 64;
-
-/// A position \[m\] and a unit quaternion x, y, z, w.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Place {
-    pub xyz: [f64; 3],
-    pub quaternion: [f64; 4],
-}
-
-impl Place {
-    /// Where nothing is moved.
-    pub const HERE: Self = Self { xyz: [0.0; 3], quaternion: [0.0, 0.0, 0.0, 1.0] };
-
-    /// `place_a_c` from `place_a_b` (self) and `place_b_c`.
-    pub fn then(&self, other: &Self) -> Self {
-        let rotation: Mat3 = quaternion_matrix(&self.quaternion);
-        let xyz = Vec3::from(self.xyz) + rotation * Vec3::from(other.xyz);
-        Self { xyz: xyz.into(), quaternion: quaternion_product(&self.quaternion, &other.quaternion) }
-    }
-
-    fn entry(&self) -> PoseEntry {
-        let turned = self.quaternion != Self::HERE.quaternion;
-        PoseEntry { xyz: self.xyz, quat_xyzw: turned.then_some(self.quaternion), ..PoseEntry::default() }
-    }
-}
 
 /// A shape as the formats have it.
 #[derive(Debug, Clone)]
@@ -198,7 +175,7 @@ impl Objects {
             Shape::Mesh(mesh) => entry.triangles = Some(mesh),
             Shape::MeshFile(path, scale) => {
                 entry.mesh = Some(path);
-                entry.scale = (scale != [1.0; 3]).then_some(super::super::file::ScaleEntry::Axes(scale));
+                entry.scale = (scale != [1.0; 3]).then_some(crate::scene::file::ScaleEntry::Axes(scale));
             }
         }
         Ok(entry)

@@ -3,12 +3,13 @@
 
 use std::sync::Arc;
 
-use super::Imported;
-use super::objects::{Object, Objects, Place, Shape};
+use super::imported::Imported;
+use super::objects::{Object, Objects, Shape};
+use super::place::Place;
 use super::value::unit;
 use crate::error::{Error, Result};
 use crate::math::Vec3;
-use crate::robot::mesh_file;
+use crate::robot::formats;
 
 /// Most vertices or triangles that a mesh may claim to have.
 const MOST: f64 = 1e8;
@@ -99,7 +100,7 @@ fn shape(words: &mut Words, object: &str) -> Result<Shape> {
             let corner = |_| Ok([words.index(&vertices)?, words.index(&vertices)?, words.index(&vertices)?]);
             let triangles = (0..triangles).map(corner).collect::<Result<Vec<_>>>()?;
             let name = format!("{}: line {line}: mesh of object \"{object}\"", words.file);
-            Shape::Mesh(Arc::new(mesh_file::from_arrays(&name, vertices, triangles)?))
+            Shape::Mesh(Arc::new(formats::from_arrays(&name, vertices, triangles)?))
         }
         other => return Err(words.fault(other, KINDS)),
     })

@@ -2,8 +2,8 @@
 
 use std::path::Path;
 
-use super::super::file::{AttachedEntry, ObstacleEntry};
-use super::*;
+use crate::scene::file::{AttachedEntry, ObstacleEntry};
+use crate::scene::import::*;
 
 /// As rviz exports it: a table at a pose of its own, a cone and a plane in one object, a mesh.
 const SCENE: &str = "(noname)+++\n\
@@ -211,8 +211,8 @@ fn robowflex_writes_lists_and_words() {
 
 #[test]
 fn a_robot_tells_frames_and_which_names_mean_nothing() {
-    use super::super::testing::{PLAIN, chain, scene};
     use crate::robot::JointKind::{Fixed, Revolute};
+    use crate::scene::testing::{PLAIN, chain, scene};
     let robots = scene(PLAIN, &[chain(&[Fixed, Revolute])]).unwrap();
     let ask = |text: &str| import(Path::new("m.yaml"), text, Some(&robots));
     // The first joint is fixed, one metre along x.
@@ -330,7 +330,7 @@ fn what_is_written_is_read_again() {
     for (name, text) in [("a.scene", SCENE), ("m.yaml", MESSAGE)] {
         let imported = read(name, text);
         let (toml, meshes) = to_toml(&imported.entries, &["a \"note\"\nof two lines".into()], "w-meshes");
-        let again = super::super::file::parse("w.toml", &toml).unwrap_or_else(|error| panic!("{error}\n{toml}"));
+        let again = crate::scene::file::parse("w.toml", &toml).unwrap_or_else(|error| panic!("{error}\n{toml}"));
         assert!(toml.starts_with("# a \"note\"\n# of two lines\n"));
         assert_eq!(again.pairs.disable, imported.entries.pairs.disable);
         assert_eq!(again.padding, imported.entries.padding);
@@ -343,7 +343,7 @@ fn what_is_written_is_read_again() {
             assert_eq!((&a.name, &a.link, &a.touch, a.pose), (&b.name, &b.link, &b.touch, b.pose));
         }
         let wedge = meshes.iter().find(|file| file.path == "w-meshes/wedge.obj").unwrap();
-        let read = crate::robot::mesh_file::parse(&wedge.path, wedge.text.as_bytes()).unwrap();
+        let read = crate::robot::formats::parse(&wedge.path, wedge.text.as_bytes()).unwrap();
         assert_eq!(read.triangles.len(), 4);
     }
 }

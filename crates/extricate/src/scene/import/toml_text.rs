@@ -3,8 +3,8 @@
 use std::fmt::Write;
 use std::sync::Arc;
 
-use super::super::file::{PoseEntry, ScaleEntry, SceneFile, ShapeEntry};
 use crate::robot::TriangleMesh;
+use crate::scene::file::{PoseEntry, ScaleEntry, SceneFile, ShapeEntry};
 
 /// A mesh that the text names by this path.
 #[derive(Debug, Clone)]

@@ -2,9 +2,9 @@
 
 use serde_json::{Map, Value};
 
-use super::super::pose_entry::QUATERNION_TOLERANCE;
-use super::objects::Place;
+use super::place::Place;
 use crate::error::{Error, Result};
+use crate::scene::file::pose_entry::QUATERNION_TOLERANCE;
 
 /// Largest YAML that is read: of large meshes every number is a node.
 const MOST_NODES: usize = 50_000_000;

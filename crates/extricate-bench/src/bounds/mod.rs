@@ -1,0 +1,218 @@
+//! Lower bounds against everything that is found below them: searches, and free configurations
+//! drawn within the bound.
+
+mod chains;
+
+use std::io::Write;
+use std::path::Path;
+use std::sync::Arc;
+
+use anyhow::{Context, Result};
+use extricate::internals::cspace::sampling::uniform;
+use extricate::internals::io;
+use extricate::internals::metric::Metric;
+use extricate::{
+    CheckScratch, Config, Effort, Label, MetricKind, QueryOptions, QueryScratch, Scene, Termination, World,
+};
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use rayon::prelude::*;
+use serde_json::{Value, json};
+
+pub use chains::chain;
+
+/// Clearances \[m\] that a scene is queried with, in turn.
+const CLEARANCES: [f64; 3] = [0.0, 1e-4, 0.02];
+/// Configurations drawn within the bound of each query, and uniform draws before it is given up to
+/// find one that collides.
+const WITHIN: usize = 16;
+const MOST_DRAWS: usize = 400;
+/// Relative rounding that a bound may be off by.
+const ROUNDING: f64 = 1e-9;
+/// One query in so many is searched from more starts too, one by branch and bound, one
+/// exhaustively, and one is drawn 1e-9 from contact.
+const MORE_STARTS: usize = 6;
+const PROVED: usize = 50;
+const EXHAUSTIVE: usize = 200;
+const NEAR_CONTACT: usize = 5;
+/// Most checks of the longer searches.
+const MOST_CHECKS: usize = 2000;
+
+/// Queries `count` times a scene file, or as many random chains as `source` (`chains:FROM-TO`)
+/// says, each under every metric, and writes a JSON line for each.
+///
+/// # Errors
+/// For a scene that cannot be read.
+pub fn measure(source: &str, count: usize, seed: u64, mut output: impl Write) -> Result<bool> {
+    let scenes: Vec<(String, Scene)> = match source.strip_prefix("chains:") {
+        Some(range) => {
+            let (from, to) = range.split_once('-').context("expected chains:FROM-TO")?;
+            (from.parse()?..to.parse()?).map(|n: u64| (format!("chain {n}"), chain(n))).collect()
+        }
+        None => vec![(source.to_string(), io::load_scene(Path::new(source))?)],
+    };
+    let mut holds = true;
+    for (name, scene) in scenes {
+        for metric in [MetricKind::Joint, MetricKind::ObjectNorm, MetricKind::MaxDisplacement] {
+            let found = of_scene(&Scene { metric, ..scene.clone() }, count, seed);
+            holds &= found.broken.is_empty();
+            writeln!(output, "{}", found.line(&name, metric))?;
+        }
+    }
+    Ok(holds)
+}
+
+/// What was found of a scene.
+#[derive(Default)]
+struct Found {
+    queries: usize,
+    within: usize,
+    shares: Vec<f64>,
+    /// Queries of which something free is nearer than the bound.
+    broken: Vec<Value>,
+}
+
+impl Found {
+    fn line(mut self, name: &str, metric: MetricKind) -> Value {
+        self.shares.sort_by(f64::total_cmp);
+        let at = |share: f64| self.shares.get((share * self.shares.len() as f64) as usize).copied();
+        json!({
+            "scene": name,
+            "metric": metric,
+            "queries": self.queries,
+            "drawn_within": self.within,
+            "bound_over_best": { "p10": at(0.1), "median": at(0.5) },
+            "broken": self.broken,
+        })
+    }
+
+    fn and(mut self, other: Self) -> Self {
+        self.queries += other.queries;
+        self.within += other.within;
+        self.shares.extend(other.shares);
+        self.broken.extend(other.broken);
+        self
+    }
+}
+
+fn of_scene(scene: &Scene, count: usize, seed: u64) -> Found {
+    let all = CLEARANCES.map(|clearance| World::new(Scene { clearance, ..scene.clone() }));
+    let metrics = all.each_ref().map(|world| Metric::new(Arc::new(world.scene().clone())));
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    if !all.iter().any(|world| has_both(world, &mut rng)) {
+        return Found::default();
+    }
+    let memory = || (QueryScratch::default(), CheckScratch::default());
+    (0..count)
+        .into_par_iter()
+        .with_min_len(16)
+        .map_init(memory, |(scratch, check), number| {
+            let mut rng = ChaCha8Rng::seed_from_u64(seed.wrapping_mul(1_000_003).wrapping_add(number as u64));
+            let at = number % all.len();
+            one(&all[at], &metrics[at], number / all.len(), &mut rng, (scratch, check)).unwrap_or_default()
+        })
+        .reduce(Found::default, Found::and)
+}
+
+/// One colliding configuration; `None` where none was drawn, or nothing free is known.
+fn one(
+    world: &World,
+    metric: &Metric,
+    number: usize,
+    rng: &mut ChaCha8Rng,
+    (scratch, check): (&mut QueryScratch, &mut CheckScratch),
+) -> Option<Found> {
+    let q = colliding(world, number.is_multiple_of(NEAR_CONTACT), rng, check)?;
+    let mut answers = Vec::new();
+    let termination = Termination::after_checks(MOST_CHECKS);
+    let refined = QueryOptions { termination, ..QueryOptions::default() };
+    let mut kinds = vec![refined.clone()];
+    if number.is_multiple_of(MORE_STARTS) {
+        kinds.push(QueryOptions { starts: Some(24), ..refined.clone() });
+    }
+    if number.is_multiple_of(PROVED) {
+        let termination = Termination::after_checks(200);
+        kinds.push(QueryOptions { effort: Effort::Proved, termination, ..refined.clone() });
+    }
+    if number.is_multiple_of(EXHAUSTIVE) {
+        kinds.push(QueryOptions { effort: Effort::Exhaustive, ..refined });
+    }
+    for options in kinds {
+        answers.push(world.view().query_with(&q, &options, scratch)?);
+    }
+    let bound = answers.iter().map(|answer| answer.lower_bound).fold(0.0, f64::max);
+    let mut best = answers.iter().map(|answer| answer.depth).fold(f64::INFINITY, f64::min);
+    let (space, mut other) = (&world.scene().space, vec![0.0; q.len()]);
+    let mut tangent = vec![0.0; space.nv()];
+    let mut within = 0;
+    for _ in 0..WITHIN {
+        tangent.iter_mut().for_each(|step| *step = rng.random_range(-1.0..1.0));
+        // Any length near the bound will do: distances are measured below.
+        let length = tangent.iter().map(|step| step * step).sum::<f64>().sqrt();
+        space.integrate(&q, &tangent, &mut other);
+        let unit = metric.distance(&q, &other).max(1e-300);
+        let factor = bound * rng.random_range(0.5..1.02) / if unit.is_finite() { unit } else { length };
+        tangent.iter_mut().for_each(|step| *step *= factor);
+        space.integrate(&q, &tangent, &mut other);
+        space.clamp(&mut other);
+        let Ok(there) = space.config(&other) else { continue };
+        let distance = metric.distance(&q, &there);
+        within += usize::from(distance < bound);
+        if distance < best && world.checker().label(&there, check) == Label::Free {
+            best = distance;
+        }
+    }
+    let mut found = Found { queries: 1, within, ..Found::default() };
+    if bound > best * (1.0 + ROUNDING) {
+        let clearance = world.scene().clearance;
+        found.broken.push(json!({ "q": q.to_vec(), "clearance": clearance, "bound": bound, "best": best }));
+    }
+    found.shares.push(bound / best);
+    Some(found)
+}
+
+/// Whether some configurations are free and some collide: searches in vain for what there is not
+/// take long.
+fn has_both(world: &World, rng: &mut ChaCha8Rng) -> bool {
+    let (space, mut check) = (&world.scene().space, CheckScratch::default());
+    let mut q = vec![0.0; space.nq()];
+    let labels = (0..MOST_DRAWS).filter_map(|_| {
+        uniform(space, rng, &mut q);
+        Some(world.checker().label(&space.config(&q).ok()?, &mut check))
+    });
+    let found: Vec<Label> = labels.collect();
+    found.contains(&Label::Free) && found.contains(&Label::Colliding)
+}
+
+/// A configuration that collides, drawn uniformly or, by bisection to a free one, next to contact.
+fn colliding(world: &World, near_contact: bool, rng: &mut ChaCha8Rng, check: &mut CheckScratch) -> Option<Config> {
+    let space = &world.scene().space;
+    let draw = |rng: &mut ChaCha8Rng| {
+        let mut q = vec![0.0; space.nq()];
+        uniform(space, rng, &mut q);
+        space.config(&q).ok()
+    };
+    let (mut inside, mut outside) = (None, None);
+    for _ in 0..MOST_DRAWS {
+        let q = draw(rng)?;
+        match world.checker().label(&q, check) {
+            Label::Colliding => inside = Some(q),
+            Label::Free => outside = Some(q),
+        }
+        if inside.is_some() && (outside.is_some() || !near_contact) {
+            break;
+        }
+    }
+    let mut inside = inside?;
+    let Some(mut outside) = outside.filter(|_| near_contact) else { return Some(inside) };
+    let mut middle = vec![0.0; space.nq()];
+    while space.distance(&inside, &outside) > 1e-9 {
+        space.interpolate(&inside, &outside, 0.5, &mut middle);
+        let Ok(q) = space.config(&middle) else { break };
+        match world.checker().label(&q, check) {
+            Label::Colliding => inside = q,
+            Label::Free => outside = q,
+        }
+    }
+    Some(inside)
+}

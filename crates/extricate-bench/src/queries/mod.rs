@@ -1,0 +1,145 @@
+//! Answers to the queries of a file, each timed in processor time: what other programs do meanwhile
+//! is not in it; nor is what only the first queries of a program cost.
+
+pub mod batches;
+pub mod moved;
+pub mod streams;
+pub mod uniform;
+
+use std::io::Write;
+use std::path::Path;
+use std::time::Duration;
+
+use anyhow::{Context, Result, bail};
+use extricate::internals::io;
+use extricate::{
+    ChangedScene, Config, ConfigSpace, Effort, Model, QueryOptions, QueryScratch, Termination, View, World,
+};
+use serde_json::{Value, json};
+
+use crate::clock::ThreadTime;
+
+/// How long other configurations are asked first.
+pub const WARM_UP: Duration = Duration::from_millis(100);
+
+/// Writes a JSON line for each line of `queries` (`{"q": [...]}`), with the keys of `extricate
+/// query --json` that the benchmarks read; `seconds` are those of this thread. `asked` is a model,
+/// which may be asked in another scene, or a scene file (.toml), which is asked without one.
+/// `effort` is one of the names of efforts, or the number of starts of `refined`, or its most
+/// checks, as `50-checks`.
+pub fn answer(asked: &str, other: Option<&str>, queries: &str, effort: &str, mut output: impl Write) -> Result<()> {
+    let text = std::fs::read_to_string(queries).with_context(|| queries.to_string())?;
+    let (asked, options) = (Asked::load(asked, other)?, options(effort)?);
+    let mut scratch = QueryScratch::default();
+    asked.view().warm_up(&options, &mut scratch, WARM_UP);
+    for line in text.lines() {
+        let q = config(&asked.view().scene().space, line).with_context(|| queries.to_string())?;
+        let started = ThreadTime::now();
+        let answer = asked.view().query_with(&q, &options, &mut scratch);
+        let seconds = started.elapsed();
+        let answer = answer.context("nothing free was found")?;
+        let line = json!({
+            "depth": answer.depth,
+            "lower_bound": answer.lower_bound,
+            "witness": answer.witness,
+            "checks": answer.checks,
+            "verified": answer.verified,
+            "seconds": seconds,
+        });
+        writeln!(output, "{line}")?;
+    }
+    Ok(())
+}
+
+/// What is asked.
+enum Asked {
+    World(Box<World>),
+    Model(Box<Model>),
+    Changed(Box<Model>, Box<ChangedScene>),
+}
+
+impl Asked {
+    fn load(asked: &str, other: Option<&str>) -> Result<Self> {
+        let path = Path::new(asked);
+        if path.extension().is_some_and(|extension| extension == "toml") {
+            return Ok(Self::World(Box::new(World::new(io::load_scene(path)?))));
+        }
+        let model = Box::new(io::load_model(path)?);
+        let Some(other) = other else { return Ok(Self::Model(model)) };
+        let changed = ChangedScene::new(model.world(), io::load_scene(Path::new(other))?)?;
+        Ok(Self::Changed(model, Box::new(changed)))
+    }
+
+    fn view(&self) -> View<'_> {
+        match self {
+            Self::World(world) => world.view(),
+            Self::Model(model) => model.view(),
+            Self::Changed(model, changed) => model.in_scene(changed),
+        }
+    }
+}
+
+/// The configuration of a line `{"q": [...]}`.
+pub fn config(space: &ConfigSpace, line: &str) -> Result<Config> {
+    let line: Value = serde_json::from_str(line).with_context(|| line.to_string())?;
+    let numbers = line["q"].as_array().context("a query without `q`")?;
+    let numbers: Vec<f64> = numbers.iter().filter_map(Value::as_f64).collect();
+    Ok(space.config(&numbers)?)
+}
+
+/// `refined` with a number of starts or at most so many checks, or the effort of a name.
+pub fn options(effort: &str) -> Result<QueryOptions> {
+    Ok(match effort {
+        "nearest" => QueryOptions { effort: Effort::Nearest, ..QueryOptions::default() },
+        "refined" => QueryOptions::default(),
+        "proved" => QueryOptions { effort: Effort::Proved, ..QueryOptions::default() },
+        "exhaustive" => QueryOptions { effort: Effort::Exhaustive, ..QueryOptions::default() },
+        _ => match (effort.parse(), effort.strip_suffix("-checks").map(str::parse)) {
+            (Ok(starts), _) => QueryOptions { starts: Some(starts), ..QueryOptions::default() },
+            (_, Some(Ok(checks))) => {
+                let termination = Termination::after_checks(checks);
+                QueryOptions { termination, ..QueryOptions::default() }
+            }
+            _ => bail!(
+                "expected nearest, refined, exhaustive, a number of starts or of checks (50-checks), found {effort}"
+            ),
+        },
+    })
+}
+
+/// A small model of `planar-arm`, as `arm.model` in a new folder for the test of that name.
+#[cfg(test)]
+pub fn learned_arm(test: &str) -> std::path::PathBuf {
+    use extricate::{LearnOptions, builtin};
+    let folder = std::env::temp_dir().join(format!("extricate-bench-{test}-{}", std::process::id()));
+    std::fs::create_dir_all(&folder).unwrap();
+    let options = LearnOptions { labels: 3000, seconds: None, ..LearnOptions::default() };
+    let scene = builtin::scene("planar-arm").unwrap();
+    let model = Model::learn(scene, &options).unwrap();
+    io::save_model(&model, folder.join("arm.model")).unwrap();
+    folder
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_query_has_an_answer_and_nonsense_an_error() {
+        let folder = learned_arm("queries");
+        let at = |name: &str| folder.join(name).to_str().unwrap().to_string();
+        std::fs::write(at("queries"), "{\"q\": [0.5, 0, 0]}\n{\"q\": [0.6, 0.1, 0]}\n").unwrap();
+        let mut out = Vec::new();
+        for effort in ["nearest", "refined", "1", "9-checks"] {
+            answer(&at("arm.model"), None, &at("queries"), effort, &mut out).unwrap();
+        }
+        let lines: Vec<Value> =
+            String::from_utf8(out).unwrap().lines().map(|l| serde_json::from_str(l).unwrap()).collect();
+        assert_eq!(lines.len(), 8);
+        // Proving a bound may take a few more.
+        assert!(lines[6..].iter().all(|l| l["checks"].as_u64().is_some_and(|checks| checks <= 12)));
+        assert!(lines.iter().all(|l| l["lower_bound"].as_f64() <= l["depth"].as_f64() && l["seconds"].is_number()));
+        assert!(answer(&at("arm.model"), None, &at("queries"), "best", Vec::new()).is_err());
+        std::fs::remove_dir_all(folder).unwrap();
+    }
+}

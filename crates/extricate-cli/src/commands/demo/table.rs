@@ -1,0 +1,169 @@
+//! The table of the demo, in words that need no manual.
+
+use extricate::{Scene, Statistics};
+use serde::Serialize;
+
+use crate::commands::learn::held_out_accuracy;
+use crate::commands::query::summary::Figures;
+use crate::report::{count, duration, metric_unit, percent, two_columns};
+
+/// What the demo found.
+#[derive(Serialize)]
+pub struct DemoReport<'a> {
+    /// The built-in scene.
+    pub scene: &'a str,
+    /// Figures of the same queries before anything was learned.
+    pub at_once: Figures,
+    /// Share of those answers that are within 5 % of the model's.
+    pub as_near: f64,
+    /// How the model was learned.
+    pub learned: &'a Statistics,
+    /// Wall time of learning \[s\].
+    pub learning_seconds: f64,
+    /// Figures of the queries.
+    pub queries: Figures,
+    /// The file with the picture.
+    pub picture: String,
+}
+
+impl DemoReport<'_> {
+    /// The table.
+    pub fn text(&self, scene: &Scene) -> String {
+        let (learned, queries, unit) = (self.learned, &self.queries, metric_unit(scene));
+        let obstacles = scene.bodies.iter().filter(|b| b.robot.is_none()).count();
+        let learning = [
+            ("robot", format!("{} degrees of freedom, {} checked pairs", scene.space.nv(), count(scene.pairs.len()))),
+            ("obstacles", obstacles.to_string()),
+            (
+                "labels spent",
+                format!("{} exact collision checks in {}", count(learned.labels), duration(self.learning_seconds)),
+            ),
+            ("held-out accuracy", held_out_accuracy(learned)),
+            ("stored", format!("{} boundary samples, each verified free", count(learned.boundary_samples))),
+        ];
+        let asked = [
+            ("verified", format!("{} of the answers checked collision-free at query time", percent(queries.verified))),
+            ("time", spread(duration(queries.seconds_median), duration(queries.seconds_p95))),
+            ("depth", spread(angle(queries.depth_median, unit), angle(queries.depth_p95, unit))),
+            (
+                "lower bound",
+                format!(
+                    "median {} of the depth: proved, nothing free is nearer",
+                    percent(queries.lower_over_depth_median)
+                ),
+            ),
+            (
+                "moved",
+                format!("median {:.1} cm, the farthest point of the arm", 100.0 * queries.max_displacement_median),
+            ),
+            ("checks", format!("median {:.0} collision and distance evaluations", queries.checks_median)),
+            (
+                "learning buys",
+                format!(
+                    "{:.1} times fewer checks; {} of the answers at once were as near within 5 %",
+                    self.at_once.checks_median / queries.checks_median,
+                    percent(self.as_near)
+                ),
+            ),
+        ];
+        format!(
+            "Scene {}: what was learned\n{}\n\nNearest exit of {} random collisions\n{}\n\nPicture: {}",
+            self.scene,
+            two_columns(&learning),
+            count(queries.queries),
+            two_columns(&asked),
+            self.picture
+        )
+    }
+}
+
+/// What is known before anything was learned.
+pub fn at_once_text(queries: &Figures, scene: &Scene) -> String {
+    let unit = metric_unit(scene);
+    let rows = [
+        ("verified", percent(queries.verified)),
+        ("time", spread(duration(queries.seconds_median), duration(queries.seconds_p95))),
+        ("depth", spread(angle(queries.depth_median, unit), angle(queries.depth_p95, unit))),
+        ("checks", format!("median {:.0}", queries.checks_median)),
+    ];
+    let asked = count(queries.queries);
+    format!("At once, before anything is learned: nearest exit of {asked} random collisions\n{}\n", two_columns(&rows))
+}
+
+fn spread(median: String, p95: String) -> String {
+    format!("median {median}, 95 % within {p95}")
+}
+
+fn angle(depth: f64, unit: &str) -> String {
+    if unit == "rad" { format!("{depth:.3} rad ({:.1} deg)", depth.to_degrees()) } else { format!("{depth:.4} {unit}") }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::picture::tests::small_scene;
+
+    #[test]
+    fn the_table_says_everything_that_was_promised() {
+        let statistics = Statistics {
+            labels: 12345,
+            seed: 0,
+            boundary_samples: 4000,
+            solved_samples: 500,
+            stand_ins: 0,
+            support_vectors: 900,
+            colliding_share: 0.2,
+            accuracy_free: Some(0.97),
+            accuracy_free_interval: Some([0.96, 0.98]),
+            accuracy_colliding: Some(0.95),
+            accuracy_colliding_interval: Some([0.93, 0.96]),
+            boundary_gap: Some(1e-3),
+            density: None,
+            excess: None,
+            gap: None,
+            starts_per_dof: extricate::StartsPerDof { stored: 2.0, around: 0.5 },
+            measuring_checks: 0,
+            ended_by: extricate::internals::model::EndedBy::Seconds,
+            adapted: None,
+        };
+        let queries = Figures {
+            queries: 1000,
+            free: 0,
+            verified: 1.0,
+            far: 0.0,
+            depth_median: 0.2,
+            depth_p95: 0.9,
+            lower_over_depth_median: 0.3,
+            max_displacement_median: 0.12,
+            seconds_median: 3e-4,
+            seconds_p95: 1e-3,
+            checks_median: 80.0,
+        };
+        let at_once = Figures { checks_median: 160.0, ..queries.clone() };
+        assert!(at_once_text(&at_once, &small_scene()).contains("median 160"));
+        let report = DemoReport {
+            scene: "shelf-arm",
+            at_once,
+            as_near: 0.98,
+            learned: &statistics,
+            learning_seconds: 19.9,
+            queries,
+            picture: "a.svg".into(),
+        };
+        let text = report.text(&small_scene());
+        for part in [
+            "12,345",
+            "97 % on free",
+            "1,000 random",
+            "100 %",
+            "0.200 rad (11.5 deg)",
+            "300 us",
+            "30 %",
+            "2.0 times fewer",
+            "98 %",
+            "a.svg",
+        ] {
+            assert!(text.contains(part), "{part} is not in\n{text}");
+        }
+    }
+}

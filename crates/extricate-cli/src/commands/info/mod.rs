@@ -1,0 +1,83 @@
+//! `extricate info`: what a scene or a model file holds.
+
+pub mod scene;
+
+use std::path::PathBuf;
+
+use clap::Args;
+use extricate::Statistics;
+use serde::Serialize;
+
+use super::file_kind::{FileKind, kind_of};
+use super::learn::statistics_rows;
+use super::{load_model, load_scene, pairs_always_colliding, prepare};
+use crate::output::Output;
+use crate::report;
+use scene::{AlwaysColliding, SceneInfo};
+
+/// Configurations in which a pair must collide to be reported.
+const SAMPLES: u64 = 500;
+
+/// Arguments of `info`.
+#[derive(Args)]
+#[command(after_help = "Scene files end in .toml; anything else is recognised by its content.")]
+pub struct InfoArgs {
+    /// Scene file (TOML), URDF or model file
+    #[arg(value_name = "SCENE|MODEL")]
+    file: PathBuf,
+    /// List every checked pair by name (with --json they are always listed)
+    #[arg(long)]
+    pairs: bool,
+}
+
+#[derive(Serialize)]
+struct Info<'a> {
+    kind: FileKind,
+    file: String,
+    #[serde(flatten)]
+    scene: SceneInfo<'a>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    always_colliding: Option<AlwaysColliding<'a>>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    statistics: Option<&'a Statistics>,
+}
+
+/// Runs the command.
+pub fn run(args: &InfoArgs, json: bool) -> anyhow::Result<()> {
+    let file = args.file.display().to_string();
+    match kind_of(&args.file)? {
+        FileKind::Scene => {
+            let checker = prepare(load_scene(&args.file)?);
+            let scene = checker.scene();
+            let pairs = pairs_always_colliding(&checker, SAMPLES);
+            let always_colliding = Some(AlwaysColliding::new(SAMPLES, report::pair_names(scene, &pairs)));
+            let scene = SceneInfo::new(scene);
+            print(&Info { kind: FileKind::Scene, file, scene, always_colliding, statistics: None }, args.pairs, json)
+        }
+        FileKind::Model => {
+            let model = load_model(&args.file)?;
+            let scene = SceneInfo::new(model.scene());
+            let statistics = Some(model.statistics());
+            print(&Info { kind: FileKind::Model, file, scene, always_colliding: None, statistics }, args.pairs, json)
+        }
+    }
+}
+
+fn print(info: &Info, list_pairs: bool, json: bool) -> anyhow::Result<()> {
+    let mut out = Output::new(false);
+    if json {
+        out.json(info)?;
+        return out.finish();
+    }
+    let kind = if info.kind == FileKind::Scene { "scene" } else { "model" };
+    out.line(format_args!("{kind} {}", info.file))?;
+    out.line(info.scene.text(list_pairs))?;
+    if let Some(always) = &info.always_colliding {
+        out.line(always.text())?;
+    }
+    if let Some(statistics) = info.statistics {
+        out.line("learned:")?;
+        out.line(report::two_columns(&statistics_rows(statistics, info.scene.metric_unit())))?;
+    }
+    out.finish()
+}

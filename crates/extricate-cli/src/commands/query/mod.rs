@@ -1,0 +1,324 @@
+//! `extricate query`: the nearest free configuration for each of many.
+
+pub mod asker;
+pub mod constraints;
+pub mod row;
+pub mod summary;
+
+use std::path::PathBuf;
+use std::time::{Duration, Instant};
+
+use anyhow::bail;
+use clap::{Args, ValueEnum};
+use extricate::{Answer, Config, Effort, QueryOptions, Scene, StreamOptions, Termination};
+
+use crate::args::{InputArgs, Limits, exits, positive, seconds, share, threads, whole};
+use crate::input::BadLine;
+use crate::output::Output;
+use crate::progress::Progress;
+use crate::{notice, report};
+use asker::{Asked, Asker};
+use constraints::ConstraintArgs;
+use row::{QueryRow, header};
+use summary::Summary;
+
+/// The keys of `--json`.
+const KEYS: &str = "With --json, one object a line, in the order of the input: depth and lower_bound (in the \
+scene's metric), gap (the share of the depth that is not proved), unproved (why nothing is proved: \"surfaces\" or \
+\"shallow\"; else null), witness, seconds (the library call alone), checks, max_displacement [m], colliding and touching \
+(lists of [name, name]), outside (joints of the query beyond their limits), coverage (null where the query is free), \
+clearance (that the witness keeps [m]), verified, effort, contacts (at the witness: pair, distance [m], point_first, \
+point_second, normal), gradient (of the depth), unique, exits (with --exits: depth, witness, touching), segment (with \
+--segment: colliding_until, free_from, fractions of the straight segment), free_radius (with --free-radius: in the metric, \
+around the witness).";
+
+/// Arguments of `query`.
+#[derive(Args)]
+#[command(after_help = KEYS)]
+pub struct QueryArgs {
+    /// Scene file (TOML) or URDF, queried at once; or a model file that `extricate learn` wrote,
+    /// which takes fewer checks
+    #[arg(value_name = "SCENE|MODEL")]
+    file: PathBuf,
+    #[command(flatten)]
+    input: InputArgs,
+    #[command(flatten)]
+    search: SearchArgs,
+    /// End each query after about this many collision checks and distance evaluations, with the
+    /// best answer so far. With --world, the search for a first free configuration, among the
+    /// nearest stored samples first, is not limited
+    #[arg(long, value_name = "N", value_parser = whole, allow_negative_numbers = true, help_heading = "Budget")]
+    max_checks: Option<usize>,
+    /// End each query after about this many seconds, with the best answer so far; with --world as
+    /// for --max-checks
+    #[arg(long, value_name = "T", value_parser = seconds, allow_negative_numbers = true, help_heading = "Budget")]
+    max_seconds: Option<f64>,
+    /// Answer on this many threads, 0 for one a core; the answers are the same
+    #[arg(long, value_name = "N", value_parser = threads, allow_negative_numbers = true, default_value_t = 1, help_heading = "Budget")]
+    threads: usize,
+    /// Query in this world: a scene file whose obstacles, attached objects and pairs replace those
+    /// of the scene or model, where it names no robot; else a scene of the same joints. Stored
+    /// samples of a model are verified anew as they are needed
+    #[arg(long, visible_alias = "scene", value_name = "WORLD", help_heading = "World and constraints")]
+    world: Option<PathBuf>,
+    #[command(flatten)]
+    constraints: ConstraintArgs,
+    #[command(flatten)]
+    stream: StreamArgs,
+    /// Print the witnesses too, to the last digit, so that they are free as printed (--q and --json
+    /// always do)
+    #[arg(long, help_heading = "Output")]
+    witness: bool,
+    /// Report which part of the straight segment from query to witness collides
+    #[arg(long, help_heading = "Output")]
+    segment: bool,
+    /// With --effort nearest, report every colliding pair, not one alone, and the contacts at the
+    /// witness; the other efforts always do
+    #[arg(long, help_heading = "Output")]
+    contacts: bool,
+}
+
+/// How far the search goes.
+#[derive(Args)]
+#[command(next_help_heading = "Search")]
+struct SearchArgs {
+    /// How hard to try
+    #[arg(long, value_enum, default_value_t = EffortArg::Refined)]
+    effort: EffortArg,
+    /// Find up to K distinct exits, each a local minimum, nearest first; more than one not with
+    /// --effort nearest
+    #[arg(long, value_name = "K", value_parser = exits, allow_negative_numbers = true, default_value_t = 1)]
+    exits: usize,
+    /// Stop as soon as it is proved that no free configuration is nearer by more than this share of
+    /// the depth; --effort proved works for it, by default for 0.05. Not with several exits or
+    /// --toward
+    #[arg(long, value_name = "GAP", value_parser = share, allow_negative_numbers = true)]
+    gap: Option<f64>,
+    /// Run K descents instead of as many as the effort takes: fewer are faster and miss more; not
+    /// with --effort nearest
+    #[arg(long, value_name = "K", value_parser = positive, allow_negative_numbers = true)]
+    starts: Option<usize>,
+    /// What becomes of a query beyond the joint limits, as where a sensor errs: by default it is
+    /// answered, measured from where it is; the witness is within the limits
+    #[arg(long, value_enum, value_name = "LIMITS", default_value_t = Limits::Forgive)]
+    limits: Limits,
+}
+
+/// Queries as frames of a motion.
+#[derive(Args)]
+#[command(next_help_heading = "Stream")]
+struct StreamArgs {
+    /// The lines are frames of a motion: start each from the last answer, which is faster where
+    /// they are near each other
+    #[arg(long, conflicts_with_all = ["threads", "exits"])]
+    stream: bool,
+    /// With --stream: stay with an exit until another is nearer by more than this share of its
+    /// depth
+    #[arg(long, value_name = "SHARE", value_parser = share, allow_negative_numbers = true, default_value_t = 0.0, requires = "stream")]
+    hysteresis: f64,
+    /// With --stream: run this many of the descents of a single query each frame, in turn, beside
+    /// those that cost no check; more notice a nearer exit sooner
+    #[arg(long, value_name = "N", value_parser = whole, allow_negative_numbers = true, default_value_t = StreamOptions::default().starts_per_frame, requires = "stream")]
+    starts_per_frame: usize,
+}
+
+/// [`Effort`] as the command line spells it.
+#[derive(Clone, Copy, ValueEnum)]
+enum EffortArg {
+    /// The nearest stored boundary sample, or in many dimensions one nearly as near; verified when
+    /// learned
+    Nearest,
+    /// Several candidates, each refined by descents along the contact surface; verified now
+    Refined,
+    /// Many starts and long refinement, for ground truth
+    Exhaustive,
+    /// As refined, then branch and bound until --gap is proved or the budget is spent; give
+    /// --max-seconds
+    Proved,
+}
+
+impl From<EffortArg> for Effort {
+    fn from(effort: EffortArg) -> Self {
+        match effort {
+            EffortArg::Nearest => Effort::Nearest,
+            EffortArg::Refined => Effort::Refined,
+            EffortArg::Exhaustive => Effort::Exhaustive,
+            EffortArg::Proved => Effort::Proved,
+        }
+    }
+}
+
+impl QueryArgs {
+    /// What makes no sense together, if anything does.
+    pub fn contradiction(&self) -> Option<&'static str> {
+        match self.search.effort {
+            EffortArg::Nearest if self.search.exits > 1 => {
+                Some("--effort nearest gives one exit, expected --exits 1: others are found by refinement")
+            }
+            EffortArg::Nearest if self.search.starts.is_some() => {
+                Some("--effort nearest refines nothing, expected no --starts: they are what refinement starts from")
+            }
+            EffortArg::Nearest if self.search.gap.is_some() => {
+                Some("--effort nearest searches nothing, expected no --gap: it is where searches stop")
+            }
+            _ if self.constraints.has_goal()
+                && (self.search.gap.is_some() || matches!(self.search.effort, EffortArg::Proved)) =>
+            {
+                Some(
+                    "--gap and --effort proved stop at the nearest exit, expected no --toward: it chooses among several",
+                )
+            }
+            _ if self.search.exits > 1
+                && (self.search.gap.is_some() || matches!(self.search.effort, EffortArg::Proved)) =>
+            {
+                Some("--gap and --effort proved stop at one exit, expected --exits 1")
+            }
+            _ => None,
+        }
+    }
+
+    fn stream_options(&self, options: &QueryOptions) -> Option<StreamOptions> {
+        let of = || StreamOptions {
+            query: options.clone(),
+            hysteresis: self.stream.hysteresis,
+            starts_per_frame: self.stream.starts_per_frame,
+        };
+        self.stream.stream.then(of)
+    }
+
+    fn options(&self) -> QueryOptions {
+        QueryOptions {
+            effort: self.search.effort.into(),
+            exits: self.search.exits,
+            starts: self.search.starts,
+            gap: self.search.gap,
+            termination: Termination { max_checks: self.max_checks, max_seconds: self.max_seconds, stop: None },
+            segment: self.segment,
+            contacts: self.contacts,
+            ..QueryOptions::default()
+        }
+    }
+}
+
+/// How long a program that has just begun asks other configurations first, where loading the model
+/// took longer.
+const LONGEST_WARM_UP: Duration = Duration::from_millis(30);
+
+/// Lines that are read before several threads answer them.
+const BLOCK: usize = 1024;
+
+/// Runs the command.
+pub fn run(args: &QueryArgs, json: bool) -> anyhow::Result<()> {
+    let mut configs = args.input.open()?.with_limits(args.search.limits);
+    let started = Instant::now();
+    let mut asked = Asked::load(&args.file, args.world.as_deref())?;
+    if let Some(scene) = args.constraints.weighted(asked.scene())? {
+        asked = asked.in_scene(scene);
+    }
+    let loaded_in = started.elapsed();
+    let mut options = args.options();
+    args.constraints.apply(asked.scene(), &mut options)?;
+    let aim = options.clearance;
+    let stream = args.stream_options(&options);
+    let mut asker = Asker::new(&asked, options, stream);
+    asker.warm_up(LONGEST_WARM_UP.min(loaded_in));
+    let scene = asked.scene();
+    let mut report = Report::new(scene, configs.is_stream(), json);
+    report.aim = aim;
+    report.tells_witness = args.witness || args.input.input.is_none();
+    let mut progress = Progress::beside_rows("querying");
+    // Whoever waits for each answer gets it at once.
+    let size = if args.threads == 1 || configs.is_stream() { 1 } else { BLOCK };
+    let (mut block, mut unanswered) = (Vec::new(), 0);
+    loop {
+        let entry = configs.next(scene)?;
+        for note in configs.take_notes() {
+            progress.aside(|| notice::warning(note));
+        }
+        let ended = entry.is_none();
+        if let Some(Err(bad)) = &entry {
+            progress.aside(|| configs.report(bad));
+        }
+        block.extend(entry);
+        if block.len() >= size || ended {
+            let queries: Vec<Config> = block.iter().flatten().map(|(_, q)| q.clone()).collect();
+            let mut answers = asker.ask(queries, args.threads).into_iter();
+            for entry in block.drain(..) {
+                match entry {
+                    Err(bad) => report.bad(&bad)?,
+                    Ok((line, _)) => match answers.next() {
+                        Some((Some(answer), seconds)) => report.answer(line, &answer, seconds)?,
+                        _ => {
+                            unanswered += 1;
+                            let bad = BadLine { line, error: NONE_FREE.into() };
+                            progress.aside(|| configs.report(&bad));
+                            report.bad(&bad)?;
+                        }
+                    },
+                }
+            }
+            progress.update(configs.fraction(), || format!("{} answers", report::count(report.summary.queries())));
+        }
+        if ended {
+            break;
+        }
+    }
+    report.finish()?;
+    drop(progress);
+    configs.conclude()?;
+    if unanswered > 0 {
+        bail!("{unanswered} queries have no answer: {NONE_FREE}");
+    }
+    Ok(())
+}
+
+/// Why a query in a changed scene may have no answer.
+const NONE_FREE: &str = "no free configuration was found";
+
+/// Rows on standard output, then the summary.
+struct Report<'a> {
+    scene: &'a Scene,
+    unit: &'static str,
+    out: Output,
+    json: bool,
+    tells_witness: bool,
+    /// The clearance that queries aim at \[m\].
+    aim: Option<f64>,
+    summary: Summary,
+}
+
+impl<'a> Report<'a> {
+    fn new(scene: &'a Scene, flush_lines: bool, json: bool) -> Self {
+        let (unit, out) = (report::metric_unit(scene), Output::new(flush_lines));
+        Self { scene, unit, out, json, tells_witness: false, aim: None, summary: Summary::default() }
+    }
+
+    fn answer(&mut self, line: usize, answer: &Answer, seconds: f64) -> anyhow::Result<()> {
+        if !self.json && self.summary.queries() == 0 {
+            self.out.line(header(self.unit))?;
+        }
+        self.summary.add(answer, seconds);
+        let row = QueryRow::new(answer, seconds, self.scene);
+        if self.json {
+            return self.out.json(&row);
+        }
+        self.out.line(row.text(line))?;
+        if let Some(aim) = self.aim.filter(|aim| *aim != answer.clearance) {
+            self.out
+                .line(format!("{:>6}  keeps {} m: nothing was found that keeps {aim} m", "but", answer.clearance))?;
+        }
+        if self.tells_witness { self.out.line(row.witness_text()) } else { Ok(()) }
+    }
+
+    fn bad(&mut self, bad: &BadLine) -> anyhow::Result<()> {
+        if self.json { self.out.json(bad) } else { Ok(()) }
+    }
+
+    fn finish(mut self) -> anyhow::Result<()> {
+        if !self.json && self.summary.queries() > 0 {
+            self.out.line("")?;
+            self.out.line(report::two_columns(&self.summary.figures().rows(self.unit)))?;
+        }
+        self.out.finish()
+    }
+}

@@ -1,0 +1,48 @@
+"""Options of queries as one object."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Mapping, Optional, Sequence, Tuple, Union
+
+import numpy.typing as npt
+
+
+@dataclass(frozen=True, eq=False)
+class QueryOptions:
+    """Options of `query`, `query_batch` and `stream`, to be given as `options=`. A keyword beside it counts more.
+
+    effort: "nearest" (a stored sample), "refined", "exhaustive" or "proved".
+    exits: how many distinct exits are wanted.
+    gap: share of the depth that need not be proved: the search stops as soon as that much is.
+    starts: starts of descents; None leaves it to the effort.
+    max_checks: end after about this many checks, with the best answer so far.
+    max_seconds: end after about this many seconds, likewise.
+    segment: report where the straight segment to the witness collides.
+    contacts: with effort "nearest", report all colliding pairs and the contacts at the witness.
+    clearance: clearance to aim at, in place of the scene's [m].
+    locked: joints that stay where the query has them.
+    free: the joints that may move, in place of `locked`.
+    weights: by joint, weights of the joint metric.
+    toward: a configuration that the witness is to be near to, among exits about as near as the nearest.
+    toward_share: how much farther than the nearest these may be, as a share of its depth.
+    free_radius: report how far around the witness nothing touches.
+    limits: "forgive" or "refuse" configurations beyond the joint limits.
+    """
+
+    effort: str = "refined"
+    exits: int = 1
+    gap: Optional[float] = None
+    starts: Optional[int] = None
+    max_checks: Optional[int] = None
+    max_seconds: Optional[float] = None
+    segment: bool = False
+    contacts: bool = False
+    clearance: Optional[float] = None
+    locked: Optional[Sequence[str]] = None
+    free: Optional[Sequence[str]] = None
+    weights: Optional[Mapping[str, Union[float, Tuple[float, float]]]] = None
+    toward: Optional[npt.ArrayLike] = None
+    toward_share: float = 0.25
+    free_radius: bool = False
+    limits: str = "forgive"

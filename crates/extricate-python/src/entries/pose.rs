@@ -1,0 +1,81 @@
+//! Poses as Python has them: arrays, or a dict with the keys of a scene file.
+
+use extricate::geometry::Vec3;
+use extricate::internals::scene::file::PoseEntry;
+use numpy::PyUntypedArrayMethods;
+use pyo3::exceptions::PyValueError;
+use pyo3::prelude::*;
+use pyo3::types::PyMapping;
+
+use super::{by_name, unknown};
+use crate::rows::arrays::{floats, numbers, tuple};
+
+/// A rotation matrix may be off an orthonormal one by this much: what arithmetic in `float32`
+/// leaves.
+const ROTATION_TOLERANCE: f64 = 1e-5;
+
+/// `None`, a position `(3,)`, position and roll, pitch, yaw `(6,)`, a homogeneous transform `(4,
+/// 4)`, or a mapping with the keys of a scene file.
+///
+/// # Errors
+/// `TypeError` for what is no array of numbers, `ValueError` for another shape or key.
+pub fn pose(element: &str, value: &Bound<'_, PyAny>) -> PyResult<PoseEntry> {
+    if value.is_none() {
+        return Ok(PoseEntry::default());
+    }
+    if let Ok(mapping) = value.cast::<PyMapping>() {
+        return pose_by_key(element, mapping);
+    }
+    let array = numbers(element, value)?;
+    let x = array.as_slice().expect("checked to be contiguous");
+    let of = |xyz, rpy| PoseEntry { xyz, rpy: Some(rpy), ..PoseEntry::default() };
+    match array.shape() {
+        [3] => Ok(of([x[0], x[1], x[2]], [0.0; 3])),
+        [6] => Ok(of([x[0], x[1], x[2]], [x[3], x[4], x[5]])),
+        [4, 4] => Ok(of([x[3], x[7], x[11]], roll_pitch_yaw(element, x)?)),
+        shape => Err(PyValueError::new_err(format!(
+            "{element}: got shape {}, expected (3,) position, (6,) position and roll, pitch, yaw, (4, 4) transform, or \
+             {{\"xyz\": .., \"quat_xyzw\": ..}}, where the key tells the order of the quaternion",
+            tuple(shape)
+        ))),
+    }
+}
+
+/// `{"xyz": .., "rpy": ..}`, or with `quat_xyzw` or `quat_wxyz`, as in a scene file.
+fn pose_by_key(element: &str, mapping: &Bound<'_, PyMapping>) -> PyResult<PoseEntry> {
+    fn exactly<const N: usize>(element: &str, value: &[f64]) -> PyResult<[f64; N]> {
+        let wrong = |_| PyValueError::new_err(format!("{element}: got {} numbers, expected {N}", value.len()));
+        value.try_into().map_err(wrong)
+    }
+    let mut entry = PoseEntry::default();
+    for (key, value) in by_name(element, mapping, floats)? {
+        let element = format!("{element}[\"{key}\"]");
+        match key.as_str() {
+            "xyz" => entry.xyz = exactly(&element, &value)?,
+            "rpy" => entry.rpy = Some(exactly(&element, &value)?),
+            "quat_xyzw" => entry.quat_xyzw = Some(exactly(&element, &value)?),
+            "quat_wxyz" => entry.quat_wxyz = Some(exactly(&element, &value)?),
+            other => return Err(unknown("pose", other, &["xyz", "rpy", "quat_xyzw", "quat_wxyz"])),
+        }
+    }
+    Ok(entry)
+}
+
+/// Of the rotation in a 4 x 4 transform, row major.
+fn roll_pitch_yaw(element: &str, m: &[f64]) -> PyResult<[f64; 3]> {
+    let column = |k: usize| Vec3::new(m[k], m[4 + k], m[8 + k]);
+    let (x, y, z) = (column(0), column(1), column(2));
+    let off =
+        [x.dot(&x) - 1.0, y.dot(&y) - 1.0, x.dot(&y)].into_iter().fold((x.cross(&y) - z).norm(), |a, b| a.max(b.abs()));
+    let last = [m[12], m[13], m[14], m[15] - 1.0].into_iter().fold(0.0, |a: f64, b| a.max(b.abs()));
+    // Written so that NaN fails.
+    if !(off <= ROTATION_TOLERANCE && last <= ROTATION_TOLERANCE) {
+        return Err(PyValueError::new_err(format!(
+            "{element}: got a 4 x 4 matrix that is no rigid transform, expected a rotation and a last row 0, 0, 0, 1"
+        )));
+    }
+    let cosine = x.x.hypot(x.y);
+    let pitch = (-x.z).atan2(cosine);
+    // Where pitch is a right angle, roll and yaw turn about one axis; all of it is called roll.
+    if cosine < 1e-9 { Ok([(-z.y).atan2(y.y), pitch, 0.0]) } else { Ok([y.z.atan2(z.z), pitch, x.y.atan2(x.x)]) }
+}

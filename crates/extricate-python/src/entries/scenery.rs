@@ -1,0 +1,124 @@
+//! Points, voxels, half-spaces and height fields of Python, and `Scene.robot_filter`.
+
+use std::sync::Arc;
+
+use extricate::geometry::{Geometry, HeightField, PointCloud, Vec3, Voxels};
+use extricate::internals::scene::units;
+use numpy::{PyArray1, PyUntypedArray, PyUntypedArrayMethods};
+use pyo3::exceptions::{PyTypeError, PyValueError};
+use pyo3::prelude::*;
+
+use super::{NAME, kind, rows_of_three};
+use crate::error::exception;
+use crate::rows::arrays::{bad_row, floats, numbers, one_config, tuple};
+use crate::scene::Scene;
+
+/// The shape of an obstacle of one of these classes; `None` of another one. `element` is what
+/// messages call the obstacle.
+///
+/// # Errors
+/// `TypeError` for what is of the wrong kind, `ValueError` for what is of the wrong shape or size.
+pub fn geometry(class: &str, element: &str, given: &Bound<'_, PyAny>) -> PyResult<Option<Geometry>> {
+    let get = |name: &str| given.getattr(name);
+    let number = |name: &str| -> PyResult<f64> {
+        let element = format!("{element}: {name}");
+        match floats(&element, &get(name)?)?[..] {
+            [number] => Ok(number),
+            _ => Err(PyValueError::new_err(format!("{element}: expected one number [m]"))),
+        }
+    };
+    Ok(Some(match class {
+        "Points" => {
+            let points = rows_of_three(&format!("{element}: xyz"), &get("xyz")?)?.into_iter().map(Vec3::from).collect();
+            let cloud = PointCloud::new(NAME, element, number("radius")?, points).map_err(exception)?;
+            Geometry::Points(Arc::new(cloud))
+        }
+        "Voxels" => {
+            let cells = cells(&format!("{element}: occupied"), &get("occupied")?)?;
+            let voxels = Voxels::new(NAME, element, number("size")?, cells).map_err(exception)?;
+            Geometry::Voxels(Arc::new(voxels))
+        }
+        "HalfSpace" => {
+            let of_normal = format!("{element}: normal");
+            let wrong = |_| PyValueError::new_err(format!("{of_normal}: expected three numbers"));
+            let normal = floats(&of_normal, &get("normal")?)?.try_into().map_err(wrong)?;
+            Geometry::half_space(NAME, element, normal, number("offset")?).map_err(exception)?
+        }
+        "HeightField" => {
+            let of_heights = format!("{element}: heights");
+            let heights = numbers(&of_heights, &get("heights")?)?;
+            let &[_, columns] = heights.shape() else {
+                let shape = tuple(heights.shape());
+                return Err(PyValueError::new_err(format!(
+                    "{of_heights}: got shape {shape}, expected (rows, columns)"
+                )));
+            };
+            let values = heights.as_slice().expect("checked to be contiguous").to_vec();
+            let field = HeightField::new(NAME, element, number("size")?, columns, values).map_err(exception)?;
+            Geometry::HeightField(Arc::new(field))
+        }
+        _ => return Ok(None),
+    }))
+}
+
+/// Indices of occupied cells: where a boolean grid of three dimensions is true, or rows of three.
+fn cells(element: &str, occupied: &Bound<'_, PyAny>) -> PyResult<Vec<[i32; 3]>> {
+    let numpy = occupied.py().import("numpy")?;
+    let expected = "expected a boolean grid (nx, ny, nz) or indices (n, 3)";
+    let wrong = |_| PyTypeError::new_err(format!("{element}: got {}, {expected}", kind(occupied)));
+    let array = numpy.call_method1("asarray", (occupied,)).map_err(wrong)?.cast_into::<PyUntypedArray>()?;
+    let is_boolean = numpy::PyArrayDescrMethods::kind(&array.dtype()) == b'b';
+    let rows = match (is_boolean, array.ndim()) {
+        (true, 3) => numpy.call_method1("argwhere", (array,))?,
+        (false, 2) => array.into_any(),
+        (true, _) | (false, _) => {
+            let shape = tuple(array.shape());
+            let found = format!("an array of {} of shape {shape}", array.dtype());
+            return Err(PyValueError::new_err(format!("{element}: got {found}, {expected}")));
+        }
+    };
+    let whole = |x: f64| {
+        let fits = x.fract() == 0.0 && x.abs() <= f64::from(i32::MAX);
+        let wrong = || PyValueError::new_err(format!("{element}: got {x}, expected whole numbers below 2^31"));
+        if fits { Ok(x as i32) } else { Err(wrong()) }
+    };
+    rows_of_three(element, &rows)?.into_iter().map(|[i, j, k]| Ok([whole(i)?, whole(j)?, whole(k)?])).collect()
+}
+
+#[pymethods]
+impl Scene {
+    /// Which points are not the robot's own: those that no link comes nearer to than `padding` at a
+    /// configuration.
+    ///
+    /// points: float64 (n, 3) [m], in the world, such as a camera sees them.
+    /// q: float64 (nq,), within the limits: where the robot stood when they were seen.
+    /// padding: [m], 0 or more.
+    /// Returns bool (n,): `points[scene.robot_filter(points, q, 0.02)]` are those to keep.
+    /// Obstacles do not count.
+    ///
+    /// Raises ValueError for wrong shapes, values that are not finite or beyond a limit.
+    #[pyo3(signature = (points, q, padding = 0.0))]
+    fn robot_filter<'py>(
+        &self,
+        points: &Bound<'py, PyAny>,
+        q: &Bound<'py, PyAny>,
+        padding: f64,
+    ) -> PyResult<Bound<'py, PyArray1<bool>>> {
+        let py = points.py();
+        if !(padding >= 0.0 && padding.is_finite()) {
+            return Err(PyValueError::new_err(format!("padding: got {padding}, expected 0 m or more")));
+        }
+        let points: Vec<Vec3> = rows_of_three("points", points)?.into_iter().map(Vec3::from).collect();
+        if let Some(row) = points.iter().position(|p| !p.iter().all(|x| x.is_finite())) {
+            return Err(PyValueError::new_err(format!("points: row {row}: expected finite coordinates [m]")));
+        }
+        let space = &self.inner().space;
+        let values = one_config("q", q, space)?;
+        let config = units::config(self.inner(), values.values()).map_err(|error| bad_row("q", 0, true, error))?;
+        let keep = py.detach(|| {
+            let filter = |scratch: &mut _| self.checker().robot_filter(&config, &points, padding, scratch);
+            self.scratches().with(filter)
+        });
+        Ok(PyArray1::from_vec(py, keep))
+    }
+}

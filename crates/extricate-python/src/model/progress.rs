@@ -1,0 +1,94 @@
+//! What Python is told of a learning run.
+
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use extricate::LearnProgress;
+use pyo3::exceptions::PyTypeError;
+use pyo3::prelude::*;
+use pyo3::types::PyBool;
+
+/// Where a learning run stands.
+#[pyclass(frozen, get_all, module = "extricate._extricate")]
+pub struct Progress {
+    /// What is being done: "exploring", "training", "tracing the boundary", "solving", "measuring";
+    /// of `Model.adapt` also "verifying samples" and "tracing what changed".
+    stage: &'static str,
+    /// Share of the budget spent, 0 to 1.
+    fraction: f64,
+    /// Labels (exact checks) spent.
+    labels: usize,
+    /// Boundary samples found.
+    boundary_samples: usize,
+    /// Held-out balanced accuracy of the last classifier; None before there is one.
+    accuracy: Option<f64>,
+}
+
+#[pymethods]
+impl Progress {
+    fn __repr__(&self) -> String {
+        let Self { stage, fraction, labels, boundary_samples, accuracy } = self;
+        let accuracy = accuracy.map_or("None".into(), |accuracy| accuracy.to_string());
+        format!(
+            "Progress(stage={stage:?}, fraction={fraction}, labels={labels}, boundary_samples={boundary_samples}, accuracy={accuracy})"
+        )
+    }
+}
+
+impl From<LearnProgress> for Progress {
+    fn from(state: LearnProgress) -> Self {
+        let LearnProgress { stage, fraction, labels, boundary_samples, accuracy, .. } = state;
+        Self { stage, fraction, labels, boundary_samples, accuracy }
+    }
+}
+
+/// Who hears of a run: nobody, a bar, or a function that may end it.
+#[derive(Default)]
+pub struct Listener {
+    function: Option<Py<PyAny>>,
+    /// Whether `function` is a bar of ours, which has to be closed.
+    is_bar: bool,
+    enough: AtomicBool,
+}
+
+impl Listener {
+    /// From the argument `progress`: None, a bool or a callable.
+    ///
+    /// # Errors
+    /// `TypeError` for anything else.
+    pub fn new(progress: Option<&Bound<'_, PyAny>>) -> PyResult<Self> {
+        let Some(progress) = progress else { return Ok(Self::default()) };
+        if let Ok(wanted) = progress.cast::<PyBool>() {
+            let bar = || progress.py().import("extricate._progress")?.getattr("Bar")?.call0();
+            let function = wanted.is_true().then(bar).transpose()?.map(Bound::unbind);
+            return Ok(Self { is_bar: function.is_some(), function, enough: AtomicBool::new(false) });
+        }
+        if progress.is_callable() {
+            return Ok(Self { function: Some(progress.clone().unbind()), ..Self::default() });
+        }
+        let found = progress.get_type().name()?;
+        Err(PyTypeError::new_err(format!("progress: got {found}, expected True, False, None or a function")))
+    }
+
+    /// Passes `state` on; the function ends the run by returning False.
+    pub fn hear(&self, py: Python<'_>, state: LearnProgress) -> PyResult<()> {
+        let Some(function) = &self.function else { return Ok(()) };
+        let said = function.call1(py, (Progress::from(state),))?;
+        if said.extract::<bool>(py).is_ok_and(|go_on| !go_on) {
+            self.enough.store(true, Ordering::Relaxed);
+        }
+        Ok(())
+    }
+
+    /// Whether the function ended the run.
+    pub fn has_enough(&self) -> bool {
+        self.enough.load(Ordering::Relaxed)
+    }
+
+    /// After the run; whether it came to its end.
+    pub fn close(&self, py: Python<'_>, done: bool) -> PyResult<()> {
+        match &self.function {
+            Some(bar) if self.is_bar => bar.call_method1(py, "close", (done,)).map(drop),
+            _ => Ok(()),
+        }
+    }
+}

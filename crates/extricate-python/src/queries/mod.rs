@@ -1,0 +1,86 @@
+//! What is asked, a scene or a model or a model in another scene, and the calls that they share.
+
+pub mod answer;
+pub mod batch;
+pub mod layout;
+pub mod options;
+
+use extricate::{Answer, ChangedScene, Config, Model, QueryOptions, QueryScratch, Scene, Termination, View, World};
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+
+use crate::long_call;
+use batch::{Scratches, answers};
+use options::{Asked, BATCH, QUERY, Weighted};
+
+/// What is asked.
+#[derive(Clone, Copy)]
+pub enum Source<'a> {
+    /// A scene of which nothing was learned.
+    World(&'a World),
+    Model(&'a Model),
+    /// A model in a scene that is not the one that was learned.
+    Changed(&'a Model, &'a ChangedScene),
+}
+
+impl<'a> Source<'a> {
+    /// The scene that is asked in, without what was learned.
+    pub fn world(self) -> &'a World {
+        match self {
+            Self::World(world) => world,
+            Self::Model(model) => model.world(),
+            Self::Changed(_, changed) => changed.world(),
+        }
+    }
+
+    pub fn scene(self) -> &'a Scene {
+        self.world().scene()
+    }
+
+    /// What queries are answered from.
+    pub fn view(self) -> View<'a> {
+        match self {
+            Self::World(world) => world.view(),
+            Self::Model(model) => model.view(),
+            Self::Changed(model, changed) => model.in_scene(changed),
+        }
+    }
+
+    fn ask(self, q: &Config, options: &QueryOptions, scratch: &mut QueryScratch) -> Option<Answer> {
+        self.view().query_with(q, options, scratch)
+    }
+}
+
+/// The answer for one configuration as an object; `None` where nothing free was found.
+pub fn query<'py>(
+    source: Source,
+    q: &Bound<'py, PyAny>,
+    given: Option<&Bound<'py, PyDict>>,
+    (scratches, weighted): (&Scratches, &Weighted),
+) -> PyResult<Option<Bound<'py, PyAny>>> {
+    let (py, scene) = (q.py(), source.scene());
+    let asked = Asked::read(given, scene, QUERY)?;
+    let config = asked.config(q, scene)?;
+    let other = asked.other_weights(py, source, weighted)?;
+    let source = other.as_deref().map_or(source, Source::World);
+    let watch = long_call::Watch::new();
+    let options = QueryOptions {
+        termination: Termination { stop: Some(watch.stop()), ..asked.options.termination.clone() },
+        ..asked.options
+    };
+    let ask = || scratches.with(|scratch| source.ask(&config, &options, scratch));
+    py.detach(|| watch.over(ask))?.map(|answer| answer::object(py, answer, scene)).transpose()
+}
+
+/// The answers for many as a structured array.
+pub fn query_batch<'py>(
+    source: Source,
+    queries: &Bound<'py, PyAny>,
+    given: Option<&Bound<'py, PyDict>>,
+    (scratches, weighted): (&Scratches, &Weighted),
+) -> PyResult<Bound<'py, PyAny>> {
+    let asked = Asked::read(given, source.scene(), BATCH)?;
+    let other = asked.other_weights(queries.py(), source, weighted)?;
+    let source = other.as_deref().map_or(source, Source::World);
+    answers(queries, source.scene(), scratches, asked, &|q, options, scratch| source.ask(q, options, scratch))
+}

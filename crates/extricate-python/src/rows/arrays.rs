@@ -1,0 +1,111 @@
+//! Configurations from Python: arrays as they are where that is possible, else converted once.
+
+use extricate::ConfigSpace;
+use numpy::{
+    PyArrayDescrMethods, PyArrayDyn, PyArrayMethods, PyReadonlyArrayDyn, PyUntypedArray, PyUntypedArrayMethods,
+};
+use pyo3::exceptions::{PyTypeError, PyValueError};
+use pyo3::prelude::*;
+
+use crate::error::exception;
+
+/// Configurations, row major, aligned; borrowed from NumPy.
+pub struct Configs<'py> {
+    array: PyReadonlyArrayDyn<'py, f64>,
+    /// Number of configurations.
+    pub rows: usize,
+    /// Whether one configuration was given, not a list of them.
+    pub single: bool,
+}
+
+impl Configs<'_> {
+    /// All coordinates, `rows x nq`.
+    pub fn values(&self) -> &[f64] {
+        self.array.as_slice().expect("checked to be contiguous and aligned")
+    }
+}
+
+/// Numbers of any shape; contiguous `float64` arrays are not copied. `name` is the argument's.
+///
+/// # Errors
+/// `TypeError` for what is no array of real numbers.
+pub fn numbers<'py>(name: &str, value: &Bound<'py, PyAny>) -> PyResult<PyReadonlyArrayDyn<'py, f64>> {
+    if let Ok(array) = value.cast::<PyArrayDyn<f64>>() {
+        // One that is not aligned, or in Fortran's order, could not be read row by row.
+        let array = array.readonly();
+        if array.is_c_contiguous() && array.as_slice().is_ok() {
+            return Ok(array);
+        }
+    }
+    let numpy = value.py().import("numpy")?;
+    let array = numpy.call_method1("asarray", (value,)).map_err(|error| {
+        PyTypeError::new_err(format!("{name}: expected an array of numbers ({})", error.value(value.py())))
+    })?;
+    let array = array.cast_into::<PyUntypedArray>()?;
+    let kind = array.dtype().kind();
+    if !matches!(kind, b'f' | b'i' | b'u' | b'b') && array.len() > 0 {
+        return Err(PyTypeError::new_err(format!("{name}: got an array of {}, expected numbers", array.dtype())));
+    }
+    let array = numpy.call_method1("require", (array, "f8", ["C", "A"]))?;
+    Ok(array.cast_into::<PyArrayDyn<f64>>()?.readonly())
+}
+
+/// One configuration, shape `(nq,)`, or `n` of them, `(n, nq)`. Values are not checked, see
+/// [`check_rows`].
+///
+/// # Errors
+/// `ValueError` that names the shape found and the one expected.
+pub fn configs<'py>(name: &str, value: &Bound<'py, PyAny>, space: &ConfigSpace) -> PyResult<Configs<'py>> {
+    let array = numbers(name, value)?;
+    let nq = space.nq();
+    let (rows, single) = match array.shape() {
+        &[width] if width == nq => (1, true),
+        &[rows, width] if width == nq => (rows, false),
+        shape => return Err(wrong_shape(name, shape, &format!("({nq},) or (n, {nq})"), nq)),
+    };
+    Ok(Configs { array, rows, single })
+}
+
+fn wrong_shape(name: &str, shape: &[usize], expected: &str, nq: usize) -> PyErr {
+    let found = tuple(shape);
+    PyValueError::new_err(format!("{name}: got shape {found}, expected {expected}: the scene has {nq} coordinates"))
+}
+
+/// One configuration, shape `(nq,)`.
+///
+/// # Errors
+/// `ValueError` that names the shape found and the one expected.
+pub fn one_config<'py>(name: &str, value: &Bound<'py, PyAny>, space: &ConfigSpace) -> PyResult<Configs<'py>> {
+    let (array, nq) = (numbers(name, value)?, space.nq());
+    match array.shape() {
+        &[width] if width == nq => Ok(Configs { array, rows: 1, single: true }),
+        shape => Err(wrong_shape(name, shape, &format!("({nq},)"), nq)),
+    }
+}
+
+/// A number, or a flat sequence of them.
+///
+/// # Errors
+/// `TypeError` for what is no array of numbers, `ValueError` for another shape.
+pub fn floats(element: &str, value: &Bound<'_, PyAny>) -> PyResult<Vec<f64>> {
+    let array = numbers(element, value)?;
+    match array.shape() {
+        [] | [_] => Ok(array.as_slice().expect("checked to be contiguous").to_vec()),
+        shape => Err(PyValueError::new_err(format!("{element}: got shape {}, expected a flat list", tuple(shape)))),
+    }
+}
+
+/// The message for row `row` of `name`, where it is one of several.
+pub fn bad_row(name: &str, row: usize, single: bool, error: extricate::Error) -> PyErr {
+    let message = exception(error);
+    let place = if single { name.to_string() } else { format!("{name}[{row}]") };
+    Python::attach(|py| PyValueError::new_err(format!("{place}: {}", message.value(py))))
+}
+
+/// A shape as Python prints it.
+pub fn tuple(shape: &[usize]) -> String {
+    match shape {
+        [one] => format!("({one},)"),
+        _ => format!("({})", shape.iter().map(usize::to_string).collect::<Vec<_>>().join(", ")),
+    }
+}

@@ -1,0 +1,88 @@
+//! `Scene.check_segments`: whole ways between configurations.
+
+use extricate::internals::scene::units;
+use extricate::{CheckScratch, SegmentOptions, SegmentOutcome};
+use numpy::PyArray1;
+use pyo3::exceptions::PyValueError;
+use pyo3::prelude::*;
+use rayon::prelude::*;
+
+use super::arrays::{Configs, bad_row, configs};
+use crate::long_call;
+use crate::scene::Scene;
+
+/// What is said of the ways from the rows of `from` to those of `to`, as a structured array.
+///
+/// # Errors
+/// `ValueError` that says what was expected; what [`long_call::run`] raises.
+pub fn check<'py>(
+    scene: &Scene,
+    from: &Bound<'py, PyAny>,
+    to: &Bound<'py, PyAny>,
+    resolution: f64,
+    threads: usize,
+) -> PyResult<Bound<'py, PyAny>> {
+    let py = from.py();
+    if !(resolution > 0.0 && resolution.is_finite()) {
+        return Err(PyValueError::new_err(format!("resolution: got {resolution}, expected more than 0 m")));
+    }
+    let space = &scene.inner().space;
+    let (from, to) = (configs("A", from, space)?, configs("B", to, space)?);
+    if from.rows != to.rows {
+        let (a, b) = (from.rows, to.rows);
+        return Err(PyValueError::new_err(format!("B: got {b} configurations, expected as many as in A, {a}")));
+    }
+    let (from, to) = (checked("A", &from, scene.inner())?, checked("B", &to, scene.inner())?);
+    let (pool, options, nq) = (long_call::pool(threads)?, SegmentOptions { resolution }, space.nq());
+    // What a call that was stopped did not look at: nobody will see it.
+    let unseen = SegmentOutcome::Undecided { free_until: 0.0, near_at: 0.0, pair: extricate::PairId::new(0) };
+    let outcomes: Vec<SegmentOutcome> = long_call::run(
+        py,
+        |_, ()| Ok(()),
+        |line| {
+            let checker = scene.checker();
+            let one = |scratch: &mut CheckScratch, (from, to): (&[f64], &[f64])| {
+                if line.stopped() { unseen } else { checker.segment(from, to, &options, scratch) }
+            };
+            let ways = from.par_chunks_exact(nq).zip(to.par_chunks_exact(nq));
+            pool.install(|| ways.map_init(CheckScratch::default, one).collect())
+        },
+    )?;
+    let rows: Vec<Row> = outcomes.into_iter().map(Row::of).collect();
+    let fields = [("free", "?"), ("contact", "?"), ("free_until", "f8"), ("at", "f8"), ("pair", "i8")];
+    let answers = py.import("numpy")?.call_method1("zeros", (rows.len(), fields.to_vec()))?;
+    answers.set_item("free", PyArray1::from_iter(py, rows.iter().map(|row| row.pair.is_none())))?;
+    answers.set_item("contact", PyArray1::from_iter(py, rows.iter().map(|row| row.contact)))?;
+    answers.set_item("free_until", PyArray1::from_iter(py, rows.iter().map(|row| row.free_until)))?;
+    answers.set_item("at", PyArray1::from_iter(py, rows.iter().map(|row| row.at)))?;
+    answers
+        .set_item("pair", PyArray1::from_iter(py, rows.iter().map(|row| row.pair.map_or(-1, |pair| pair as i64))))?;
+    Ok(answers)
+}
+
+struct Row {
+    contact: bool,
+    free_until: f64,
+    at: f64,
+    pair: Option<usize>,
+}
+
+impl Row {
+    fn of(outcome: SegmentOutcome) -> Self {
+        let (contact, free_until, at, pair) = match outcome {
+            SegmentOutcome::Free => (false, 1.0, f64::NAN, None),
+            SegmentOutcome::Contact { free_until, colliding_at, pair } => (true, free_until, colliding_at, Some(pair)),
+            SegmentOutcome::Undecided { free_until, near_at, pair } => (false, free_until, near_at, Some(pair)),
+        };
+        Self { contact, free_until, at, pair: pair.map(extricate::PairId::index) }
+    }
+}
+
+/// The rows as the space keeps them: angles wrapped, quaternions unit.
+fn checked(name: &str, rows: &Configs<'_>, scene: &extricate::Scene) -> PyResult<Vec<f64>> {
+    let mut all = Vec::with_capacity(rows.values().len());
+    for (row, q) in rows.values().chunks_exact(scene.space.nq()).enumerate() {
+        all.extend_from_slice(&units::config(scene, q).map_err(|error| bad_row(name, row, rows.single, error))?);
+    }
+    Ok(all)
+}

@@ -1,0 +1,83 @@
+//! Where the bodies of a scene are, and their triangles: what a viewer needs.
+
+use extricate::internals::kinematics::forward;
+use extricate::internals::scene::drawing::{Seated, mesh_of_body, seat_named, seat_of_body};
+use numpy::{Ix2, PyArray, PyArray1, PyArrayDyn, PyArrayMethods};
+use pyo3::exceptions::PyValueError;
+use pyo3::prelude::*;
+
+use super::Scene;
+use crate::error::{Whole, count};
+use crate::rows::arrays::{bad_row, configs};
+
+/// Vertices and triangles.
+type Triangles<'py> = (Bound<'py, PyArray<f64, Ix2>>, Bound<'py, PyArray<i64, Ix2>>);
+
+#[pymethods]
+impl Scene {
+    /// Where bodies are in the world: forward kinematics.
+    ///
+    /// Q: float64 (n, nq), or (nq,) for one; beyond the limits too.
+    /// of: names of bodies or of links, which need no geometry; all of `bodies` where None.
+    /// Returns float64 (n, len(of), 4, 4), or (len(of), 4, 4) for one: transforms from a body's own
+    /// coordinates [m] to those of the world. Those of a link are the URDF's; of an obstacle or an
+    /// attached object, those of its shape.
+    ///
+    /// Raises ValueError for wrong shapes, names that nothing has, values that are not finite.
+    #[pyo3(signature = (Q, of = None))]
+    #[allow(non_snake_case)]
+    fn poses<'py>(&self, Q: &Bound<'py, PyAny>, of: Option<Vec<String>>) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+        let (py, scene) = (Q.py(), self.inner());
+        let named = |name: &String| {
+            let known = || scene.links.iter().map(|link| &link.name).chain(scene.bodies.iter().map(|body| &body.name));
+            let listed = || known().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ");
+            let unknown = || PyValueError::new_err(format!("of: got `{name}`, expected some of {}", listed()));
+            seat_named(scene, name).ok_or_else(unknown)
+        };
+        let seats: Vec<Seated> = match &of {
+            Some(names) => names.iter().map(named).collect::<PyResult<_>>()?,
+            None => (0..scene.bodies.len()).map(|body| seat_of_body(scene, body)).collect(),
+        };
+        let q = configs("Q", Q, &scene.space)?;
+        let (values, rows, single, nq) = (q.values(), q.rows, q.single, scene.space.nq());
+        let numbers = py.detach(|| {
+            let (mut numbers, mut frames) = (Vec::with_capacity(rows * seats.len() * 16), Vec::new());
+            for (row, q) in values.chunks_exact(nq).enumerate() {
+                let q = scene.space.config_anywhere(q).map_err(|error| bad_row("Q", row, single, error))?;
+                forward(scene, &q, &mut frames);
+                for seat in &seats {
+                    let pose = frames[seat.frame].then(&seat.pose_frame_own);
+                    let (r, t) = (&pose.rotation, &pose.translation);
+                    (0..3).for_each(|i| numbers.extend([r[(i, 0)], r[(i, 1)], r[(i, 2)], t[i]]));
+                    numbers.extend([0.0, 0.0, 0.0, 1.0]);
+                }
+            }
+            Ok::<_, PyErr>(numbers)
+        })?;
+        let shape = if single { vec![seats.len(), 4, 4] } else { vec![rows, seats.len(), 4, 4] };
+        PyArray1::from_vec(py, numbers).reshape(shape)
+    }
+
+    /// The triangles of a body, to be drawn where `poses` says.
+    ///
+    /// body: its name.
+    /// segments: sides of round shapes around their axis, 3 or more.
+    /// Returns (vertices, triangles): float64 (v, 3) [m] in the body's own coordinates, int64 (t,
+    /// 3) indices of them, counterclockwise from outside. Round shapes are inscribed; of a
+    /// half-space it is a square of 10 m.
+    ///
+    /// Raises ValueError for a name that no body has.
+    #[pyo3(signature = (body, segments = Whole::Number(32)), text_signature = "($self, body, segments=32)")]
+    fn mesh<'py>(&self, py: Python<'py>, body: &str, segments: Whole) -> PyResult<Triangles<'py>> {
+        let (scene, segments) = (self.inner(), count("segments", segments, 3)?);
+        let names = || scene.bodies.iter().map(|body| format!("`{}`", body.name)).collect::<Vec<_>>().join(", ");
+        let index = scene.bodies.iter().position(|other| other.name == body);
+        let unknown = || PyValueError::new_err(format!("body: got `{body}`, expected one of {}", names()));
+        let index = index.ok_or_else(unknown)?;
+        let (vertices, triangles) = py.detach(|| mesh_of_body(scene, index, segments));
+        let corners: Vec<i64> = triangles.iter().flatten().map(|corner| i64::from(*corner)).collect();
+        let numbers: Vec<f64> = vertices.iter().flat_map(|vertex| [vertex.x, vertex.y, vertex.z]).collect();
+        let vertices = PyArray1::from_vec(py, numbers).reshape([vertices.len(), 3])?;
+        Ok((vertices, PyArray1::from_vec(py, corners).reshape([triangles.len(), 3])?))
+    }
+}

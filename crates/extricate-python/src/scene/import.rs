@@ -1,0 +1,61 @@
+//! Worlds in files: of scene files, and of other programs.
+
+use std::path::PathBuf;
+
+use extricate::internals::io::{self, worlds};
+use pyo3::prelude::*;
+
+use super::Scene;
+use crate::error::{exception, warn, warned};
+
+#[pymethods]
+impl Scene {
+    /// The robots of this scene in the world of a file.
+    ///
+    /// path: a scene file (TOML) without a robot, whose obstacles take the place of those here, and
+    ///     whose attached objects, disabled pairs and padding come on top; or one that MoveIt
+    ///     wrote: .scene text, or a PlanningScene as .yaml or .json. A UserWarning tells what of
+    ///     that is not taken.
+    ///
+    /// Raises OSError for a file that cannot be read, ValueError for what cannot be used in it.
+    fn in_world(&self, py: Python<'_>, path: PathBuf) -> PyResult<Self> {
+        let scene = py.detach(|| io::load_world(self.inner(), &path)).map_err(exception)?;
+        let came = scene.warnings.iter().filter(|warning| !self.inner().warnings.contains(warning));
+        came.clone().try_for_each(|warning| warn(py, warning))?;
+        Ok(self.changed(scene))
+    }
+}
+
+/// Writes a world of MoveIt as a scene file, meshes into a folder beside it.
+///
+/// path: .scene text, or a PlanningScene as .yaml or .json.
+/// output: the scene file to write (TOML).
+/// robot: the URDF that the scene file then names; or a scene file or a Scene, whose links and
+///     frames are looked up alone. Without it the file is a world for `Scene.in_world`.
+/// Returns the paths that were written, the scene file first. A UserWarning tells what is not
+/// taken, or taken for something else; the head of the scene file tells it too.
+///
+/// Raises OSError for files that cannot be read or written, ValueError for what cannot be used.
+#[pyfunction]
+#[pyo3(signature = (path, output, *, robot = None))]
+pub fn import_world(
+    py: Python<'_>,
+    path: PathBuf,
+    output: PathBuf,
+    robot: Option<&Bound<'_, PyAny>>,
+) -> PyResult<Vec<PathBuf>> {
+    let (mut robots, mut urdf) = (None, None);
+    if let Some(robot) = robot {
+        if let Ok(scene) = robot.cast::<Scene>() {
+            robots = Some(scene.get().inner().clone());
+        } else {
+            let file: PathBuf = robot.extract()?;
+            urdf = worlds::is_urdf(&file).map_err(exception)?.then(|| file.clone());
+            robots = Some(warned(py, py.detach(|| io::load_scene(&file)).map_err(exception)?)?);
+        }
+    }
+    let done = py.detach(|| worlds::import_world(&path, &output, robots.as_deref(), urdf.as_deref()));
+    let done = done.map_err(exception)?;
+    done.notes.iter().try_for_each(|note| warn(py, note))?;
+    Ok([output].into_iter().chain(done.meshes).collect())
+}

@@ -1,0 +1,284 @@
+//! The class `Scene`: what can be asked of a scene before anything is learned.
+
+pub mod check;
+pub mod contacts;
+pub mod edit;
+pub mod geometry;
+pub mod import;
+pub mod joint;
+pub mod positions;
+pub mod query;
+pub mod sampling;
+
+use std::path::PathBuf;
+use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
+
+use extricate::internals::io;
+use extricate::{CheckScratch, Checker, Manifold, World, builtin};
+use numpy::PyArray1;
+use pyo3::exceptions::{PyTypeError, PyValueError};
+use pyo3::prelude::*;
+use pyo3::types::{PyBytes, PyDict, PyMapping};
+
+use crate::entries::clearance::Clearance;
+use crate::entries::{self, Obstacles, Options};
+use crate::error::{exception, warned};
+use crate::long_call;
+use crate::queries::batch::Scratches;
+use crate::queries::options::Weighted;
+use joint::Joint;
+
+/// Robots, obstacles, which pairs of bodies must stay apart, and how far two configurations are
+/// from each other.
+///
+/// Configurations are rows of `nq` numbers in the order of `joints` (angles in rad, lengths in m,
+/// quaternions x, y, z, w). Immutable; may be shared between threads, and pickled.
+///
+/// Scene(robot, obstacles=(), *, clearance=1e-4, metric="joint", weights=None, disable=(),
+/// padding=None, pair_clearance=())
+///
+/// robot: a URDF, as path or as text, a `Robot` with more options, or a list of them.
+/// obstacles: `Box`, `Sphere`, `Cylinder`, `Capsule`, `Mesh`, `Points`, `Voxels`, `HalfSpace` and
+///     `HeightField` objects.
+/// clearance: least distance [m] that every checked pair of a free configuration keeps; or
+///     {"world": .., "self": ..}, of pairs with an obstacle and of others, 1e-4 where one is not
+///     named.
+/// metric: "joint" [rad], "object-norm" [m] or "max-displacement" [m].
+/// weights: by joint, of squared displacements in the joint metric; 1 where a joint is not named.
+/// disable: pairs of names of bodies that need not stay apart.
+/// padding: by name, what a link adds to the clearance toward obstacles, or an obstacle to that of
+///     all its pairs [m].
+/// pair_clearance: (name, name, clearance [m]) of pairs that keep another one, whatever else is
+///     said.
+#[pyclass(frozen, module = "extricate._extricate")]
+pub struct Scene {
+    scene: Arc<extricate::Scene>,
+    world: Arc<OnceLock<World>>,
+    /// Of the scene that this one was made from, to share what did not change; until its own is
+    /// made.
+    before: Mutex<Option<Arc<OnceLock<World>>>>,
+    scratches: Scratches<CheckScratch>,
+    query_scratches: Scratches,
+    weighted: Weighted,
+}
+
+impl Scene {
+    pub fn of(scene: Arc<extricate::Scene>) -> Self {
+        Self::after(scene, None)
+    }
+
+    fn after(scene: Arc<extricate::Scene>, before: Option<Arc<OnceLock<World>>>) -> Self {
+        Self {
+            scene,
+            world: Arc::default(),
+            before: Mutex::new(before),
+            scratches: Scratches::default(),
+            query_scratches: Scratches::default(),
+            weighted: Weighted::default(),
+        }
+    }
+
+    /// This scene with something changed: what is prepared of the rest is shared.
+    pub fn changed(&self, scene: extricate::Scene) -> Self {
+        // Of scenes that were never asked none is kept, or a long row of small changes would keep
+        // all.
+        let before = match self.world.get() {
+            Some(_) => Some(Arc::clone(&self.world)),
+            None => self.before().clone(),
+        };
+        Self::after(Arc::new(scene), before)
+    }
+
+    fn before(&self) -> MutexGuard<'_, Option<Arc<OnceLock<World>>>> {
+        self.before.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    pub fn inner(&self) -> &Arc<extricate::Scene> {
+        &self.scene
+    }
+
+    /// Prepared when it is first needed; call it without the interpreter lock.
+    pub fn world(&self) -> &World {
+        self.world.get_or_init(|| {
+            let before = self.before().take();
+            match before.as_ref().and_then(|before| before.get()) {
+                Some(world) => world.with_scene(self.scene.clone()),
+                None => World::new(self.scene.clone()),
+            }
+        })
+    }
+
+    /// The same of its checker.
+    pub fn checker(&self) -> &Checker {
+        self.world().checker()
+    }
+
+    /// Ready for queries: the convex pieces around meshes are made on threads, which a global pool
+    /// would not survive `fork`.
+    pub fn ready(&self, py: Python<'_>) -> PyResult<&World> {
+        let pool = long_call::pool(0)?;
+        Ok(py.detach(|| {
+            let world = self.world();
+            pool.install(|| world.checker().prepare_proposals());
+            world
+        }))
+    }
+
+    /// Memory of queries.
+    pub fn query_scratches(&self) -> &Scratches {
+        &self.query_scratches
+    }
+
+    /// The scene with the weights that were asked for last.
+    pub fn weighted(&self) -> &Weighted {
+        &self.weighted
+    }
+
+    /// Memory of checks of few configurations.
+    pub fn scratches(&self) -> &Scratches<CheckScratch> {
+        &self.scratches
+    }
+}
+
+#[pymethods]
+impl Scene {
+    #[new]
+    #[pyo3(signature = (robot, obstacles = Obstacles::default(), *, clearance = Clearance::default(), metric = "joint", weights = None, disable = Vec::new(), padding = None, pair_clearance = Vec::new()), text_signature = "(robot, obstacles=(), *, clearance=1e-4, metric='joint', weights=None, disable=(), padding=None, pair_clearance=())")]
+    fn new(
+        py: Python<'_>,
+        robot: &Bound<'_, PyAny>,
+        obstacles: Obstacles<'_>,
+        clearance: Clearance,
+        metric: &str,
+        weights: Option<Bound<'_, PyMapping>>,
+        disable: Vec<[String; 2]>,
+        padding: Option<Bound<'_, PyMapping>>,
+        pair_clearance: Vec<(String, String, f64)>,
+    ) -> PyResult<Self> {
+        let options = Options { clearance, metric: metric.into(), weights, disable, padding, pair_clearance };
+        let described = entries::describe(robot, &obstacles.0, options)?;
+        let assembled = py.detach(|| io::assemble_scene(entries::NAME, &described.entries, &described.texts));
+        warned(py, assembled.map_err(exception)?).map(Self::of)
+    }
+
+    /// Loads a scene file (TOML) and all that it names.
+    #[staticmethod]
+    fn load(py: Python<'_>, path: PathBuf) -> PyResult<Self> {
+        warned(py, py.detach(|| io::load_scene(&path)).map_err(exception)?).map(Self::of)
+    }
+
+    /// A built-in scene: "shelf-arm", "planar-arm", "free-box", "dual-arm", "hand" or "four-legs".
+    #[staticmethod]
+    fn builtin(py: Python<'_>, name: &str) -> PyResult<Self> {
+        Ok(Self::of(Arc::new(py.detach(|| builtin::scene(name)).map_err(exception)?)))
+    }
+
+    /// The files of a built-in scene: contents by path, the scene file first, its URDF and meshes
+    /// after it.
+    #[staticmethod]
+    fn builtin_files<'py>(py: Python<'py>, name: &str) -> PyResult<Bound<'py, PyDict>> {
+        let unknown = || PyValueError::new_err(format!("name: got \"{name}\", expected one of {:?}", builtin::NAMES));
+        let all = PyDict::new(py);
+        for (path, contents) in builtin::files(name).ok_or_else(unknown)? {
+            all.set_item(path, PyBytes::new(py, &contents))?;
+        }
+        Ok(all)
+    }
+
+    /// Number of coordinates of a configuration.
+    #[getter]
+    fn nq(&self) -> usize {
+        self.scene.space.nq()
+    }
+
+    /// Number of degrees of freedom; less than `nq` where there are quaternions.
+    #[getter]
+    fn nv(&self) -> usize {
+        self.scene.space.nv()
+    }
+
+    /// Least distance [m] that every checked pair of a free configuration keeps.
+    #[getter]
+    fn clearance(&self) -> f64 {
+        self.scene.clearance
+    }
+
+    /// "joint", "object-norm" or "max-displacement".
+    #[getter]
+    fn metric(&self) -> &'static str {
+        self.scene.metric.name()
+    }
+
+    /// What the coordinates are, in order.
+    #[getter]
+    fn joints(&self) -> Vec<Joint> {
+        self.scene.joints.iter().map(Joint::of).collect()
+    }
+
+    /// Least value of each coordinate [rad or m], shape (nq,): -pi for full turns, -1 in
+    /// quaternions.
+    #[getter]
+    fn lower<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+        PyArray1::from_vec(py, self.limits(|lower, _| lower))
+    }
+
+    /// Greatest value of each coordinate [rad or m], shape (nq,): pi for full turns, 1 in
+    /// quaternions.
+    #[getter]
+    fn upper<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+        PyArray1::from_vec(py, self.limits(|_, upper| upper))
+    }
+
+    /// Names of the bodies that have geometry: links, then obstacles.
+    #[getter]
+    fn bodies(&self) -> Vec<&str> {
+        self.scene.bodies.iter().map(|body| body.name.as_str()).collect()
+    }
+
+    /// The pairs of bodies that are checked.
+    #[getter]
+    fn pairs(&self) -> Vec<(&str, &str)> {
+        (0..self.scene.pairs.len()).map(|pair| self.scene.pair_names(extricate::PairId::new(pair)).into()).collect()
+    }
+
+    /// What a user should know: meshes that are not closed, defaults that were taken.
+    #[getter]
+    fn warnings(&self) -> Vec<&str> {
+        self.scene.warnings.iter().map(String::as_str).collect()
+    }
+
+    fn __repr__(&self) -> String {
+        let Self { scene, .. } = self;
+        let (nq, bodies, pairs) = (scene.space.nq(), scene.bodies.len(), scene.pairs.len());
+        format!("<Scene of {nq} coordinates, {bodies} bodies, {pairs} checked pairs, metric {}>", self.metric())
+    }
+
+    /// The inverse of pickling.
+    #[staticmethod]
+    fn _from_bytes(py: Python<'_>, data: &[u8]) -> PyResult<Self> {
+        let scene = py.detach(|| postcard::from_bytes(data));
+        let wrong =
+            |error| PyValueError::new_err(format!("got bytes that are no pickled scene of this version ({error})"));
+        Ok(Self::of(Arc::new(scene.map_err(wrong)?)))
+    }
+
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, (Bound<'py, PyBytes>,))> {
+        let bytes = py.detach(|| postcard::to_stdvec(&*self.scene));
+        let bytes = bytes.map_err(|error| PyTypeError::new_err(error.to_string()))?;
+        Ok((py.get_type::<Self>().getattr("_from_bytes")?, (PyBytes::new(py, &bytes),)))
+    }
+}
+
+impl Scene {
+    fn limits(&self, pick: impl Fn(f64, f64) -> f64) -> Vec<f64> {
+        let mut all = Vec::with_capacity(self.scene.space.nq());
+        for factor in self.scene.space.factors() {
+            match factor.manifold {
+                Manifold::Interval { lower, upper } => all.push(pick(lower, upper)),
+                Manifold::Circle => all.push(pick(-std::f64::consts::PI, std::f64::consts::PI)),
+                Manifold::Rotation => all.extend([pick(-1.0, 1.0); 4]),
+            }
+        }
+        all
+    }
+}

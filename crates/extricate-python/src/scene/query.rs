@@ -1,0 +1,57 @@
+//! Queries of a scene of which nothing was learned.
+
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+
+use super::Scene;
+use crate::model::stream::Stream;
+use crate::queries::{self, Source};
+
+#[pymethods]
+impl Scene {
+    /// The nearest free configuration to q, at once: nothing has to be learned. A `Model` of the
+    /// scene takes fewer checks; what is said of the answer holds alike.
+    ///
+    /// q and all keywords: as in `Model.query`. Every effort
+    /// verifies its witness.
+    ///
+    /// None where nothing free was found, not even among 20,000 configurations.
+    ///
+    /// Raises ValueError for a wrong shape, values that are not finite.
+    #[pyo3(signature = (q, **options), text_signature = "($self, q, *, options=None, effort='refined', exits=1, gap=None, starts=None, max_checks=None, max_seconds=None, segment=False, contacts=False, clearance=None, locked=None, free=None, weights=None, toward=None, toward_share=0.25, free_radius=False, limits='forgive')")]
+    fn query<'py>(
+        &self,
+        q: &Bound<'py, PyAny>,
+        options: Option<&Bound<'py, PyDict>>,
+    ) -> PyResult<Option<Bound<'py, PyAny>>> {
+        let source = Source::World(self.ready(q.py())?);
+        queries::query(source, q, options, (self.query_scratches(), self.weighted()))
+    }
+
+    /// The nearest free configuration to each of Q, on many threads, at once: nothing has to be
+    /// learned.
+    ///
+    /// Q and all keywords: as in `Model.query_batch`, which tells what is returned. Where nothing
+    /// free was found, depth is inf, witness, gradient and max_displacement are nan, verified and
+    /// free are False, and there are no exits. coverage is nan.
+    #[pyo3(signature = (Q, **options), text_signature = "($self, Q, *, options=None, effort='refined', exits=1, gap=None, starts=None, max_checks=None, max_seconds=None, segment=False, contacts=False, clearance=None, locked=None, free=None, weights=None, toward=None, toward_share=0.25, free_radius=False, limits='forgive', errors='raise', threads=0)")]
+    #[allow(non_snake_case)]
+    fn query_batch<'py>(
+        &self,
+        Q: &Bound<'py, PyAny>,
+        options: Option<&Bound<'py, PyDict>>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let source = Source::World(self.ready(Q.py())?);
+        queries::query_batch(source, Q, options, (self.query_scratches(), self.weighted()))
+    }
+
+    /// For queries that follow each other closely, as from a simulation: each is warm-started from
+    /// the one before.
+    ///
+    /// All keywords: as in `Model.stream`.
+    #[pyo3(signature = (**options), text_signature = "($self, *, options=None, effort='refined', hysteresis=0.0, starts_per_frame=4, gap=None, starts=None, max_checks=None, max_seconds=None, segment=False, contacts=False, clearance=None, locked=None, free=None, weights=None, free_radius=False, limits='forgive')")]
+    fn stream(slf: Py<Self>, py: Python<'_>, options: Option<&Bound<'_, PyDict>>) -> PyResult<Stream> {
+        slf.get().ready(py)?;
+        Stream::of_scene(slf, py, options)
+    }
+}

@@ -1,0 +1,161 @@
+//! What the checker finds where bodies are near: contacts, pairs that collide often.
+
+use crate::collision::checker::{CheckScratch, Checker};
+use crate::collision::contacts::{self, BEYOND_NEAREST, Contact, ContactQuery, ContactSearch};
+use crate::collision::narrow_phase;
+use crate::scene::PairId;
+
+/// See [`Checker::contacts`].
+pub fn contacts(
+    checker: &Checker,
+    q: &[f64],
+    query: ContactQuery,
+    scratch: &mut CheckScratch,
+    contacts: &mut Vec<Contact>,
+) {
+    checker.place(q, scratch);
+    checker.find_near(query.margin + checker.most_clearance - checker.clearance, scratch);
+    scratch.broad.pairs.sort_unstable();
+    for at in 0..scratch.broad.pairs.len() {
+        let index = scratch.broad.pairs[at] as usize;
+        let start = contacts.len();
+        let (clearance, excess) = (checker.clearance_of(index), checker.excess(index));
+        let query = ContactQuery { margin: query.margin + excess, ..query };
+        for (first, second, parts) in checker.part_pairs(index) {
+            let (a, b) = checker.bodies.placed(&mut scratch.placement, first, second);
+            let place = contacts::PairPlace { pair: PairId::new(index), parts, start, clearance };
+            let hint = &mut scratch.hints[parts];
+            contacts::gather([a, b], query, place, hint, &mut scratch.contact_buffers, contacts);
+        }
+        contacts[start..].iter_mut().for_each(|contact| contact.distance -= excess);
+    }
+}
+
+/// See [`Checker::contacts_are_complete`].
+pub fn contacts_are_complete(checker: &Checker, search: ContactSearch) -> bool {
+    checker.bodies.all_convex || search == ContactSearch::Proposal
+}
+
+/// See [`Checker::exact_within`].
+pub fn exact_within(checker: &Checker, margin: f64) -> f64 {
+    if checker.bodies.all_convex && !checker.bodies.has_scenery { margin } else { BEYOND_NEAREST * margin }
+}
+
+/// Signed distance \[m\] of every checked pair at `q`, by pair: what [`Checker::clearance`] is the
+/// least of, and as exact.
+pub fn signed_distances(checker: &Checker, q: &[f64], scratch: &mut CheckScratch) -> Vec<f64> {
+    checker.place(q, scratch);
+    let distance = |pair: usize| {
+        let mut best = f64::INFINITY;
+        for (first, second, _) in checker.part_pairs(pair) {
+            let (a, b) = checker.bodies.placed(&mut scratch.placement, first, second);
+            best = narrow_phase::signed_distance(a, b, best, &mut scratch.buffers).unwrap_or(best);
+        }
+        best
+    };
+    (0..checker.pairs.len()).map(distance).collect()
+}
+
+/// Appends the contacts of all checked pairs that are nearer than `within` \[m\] at `q`, free or
+/// not, in the order of the pairs. Distances are signed ones between the bodies, whatever
+/// clearances they keep; else as
+/// [`Checker::contacts`].
+pub fn contacts_within(
+    checker: &Checker,
+    q: &[f64],
+    within: f64,
+    scratch: &mut CheckScratch,
+    contacts: &mut Vec<Contact>,
+) {
+    // Those of the checker are less what a pair keeps beyond the scene's clearance.
+    let least = (0..checker.pairs.len()).map(|pair| checker.excess(pair)).fold(0.0, f64::min);
+    let query = ContactQuery { margin: within - least, search: ContactSearch::Exact };
+    let start = contacts.len();
+    self::contacts(checker, q, query, scratch, contacts);
+    contacts[start..].iter_mut().for_each(|contact| contact.distance += checker.excess(contact.pair.index()));
+    let mut at = 0;
+    contacts.retain(|contact| {
+        at += 1;
+        at <= start || contact.distance < within
+    });
+}
+
+/// Indices of the checked pairs that collide at every one of `configs` (none where there are no
+/// configurations): most likely links that overlap by design and should not be checked.
+pub fn always_colliding(checker: &Checker, configs: &[Vec<f64>]) -> Vec<PairId> {
+    let mut scratch = CheckScratch::default();
+    let mut always = Vec::new();
+    let Some((first, others)) = configs.split_first() else { return always };
+    checker.colliding_pairs(first, &mut scratch, &mut always);
+    for q in others {
+        if always.is_empty() {
+            break;
+        }
+        checker.place(q, &mut scratch);
+        always.retain(|&pair| checker.pair_collides(pair.index(), &mut scratch));
+    }
+    always
+}
+
+/// Indices of the checked pairs that collide at any of `configs`, and at how many, the most
+/// frequent first.
+pub fn most_often_colliding(checker: &Checker, configs: &[Vec<f64>]) -> Vec<(PairId, usize)> {
+    let (mut scratch, mut pairs) = (CheckScratch::default(), Vec::new());
+    let mut counts = vec![0; checker.scene().pairs.len()];
+    for q in configs {
+        pairs.clear();
+        checker.colliding_pairs(q, &mut scratch, &mut pairs);
+        pairs.iter().for_each(|pair| counts[pair.index()] += 1);
+    }
+    let counted = counts.into_iter().enumerate().filter(|(_, count)| *count > 0);
+    let mut often: Vec<(PairId, usize)> = counted.map(|(pair, count)| (PairId::new(pair), count)).collect();
+    often.sort_by_key(|(_, count)| std::cmp::Reverse(*count));
+    often
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::{Scene, builtin};
+
+    #[test]
+    fn distances_by_pair_are_those_of_scenes_of_one_pair() {
+        let scene = builtin::scene("shelf-arm").unwrap();
+        let checker = Checker::new(scene.clone().into());
+        let (mut scratch, q) = (CheckScratch::default(), [0.3, -0.4, 0.2, -1.5, 0.1, 1.0, 0.2]);
+        let distances = signed_distances(&checker, &q, &mut scratch);
+        assert_eq!(distances.len(), scene.pairs.len());
+        for (pair, distance) in distances.iter().enumerate().step_by(7) {
+            let alone = Checker::new(Scene { pairs: vec![scene.pairs[pair]], ..scene.clone() }.into());
+            let expected = alone.clearance(&q, &mut CheckScratch::default());
+            assert!((distance - expected).abs() < 1e-9, "{pair}: {distance} {expected}");
+        }
+        let least = distances.iter().copied().fold(f64::INFINITY, f64::min);
+        assert!((least - checker.clearance(&q, &mut scratch)).abs() < 1e-9);
+    }
+
+    #[test]
+    fn contacts_within_are_those_of_the_distances_whatever_pairs_keep() {
+        let mut scene = builtin::scene("shelf-arm").unwrap();
+        let names = scene.pair_names(PairId::new(0)).map(String::from);
+        scene.clearances.pairs.push((names, 0.05));
+        scene.clearance = 0.02;
+        let checker = Checker::new(scene.into());
+        let (mut scratch, q) = (CheckScratch::default(), [0.3, -0.4, 0.2, -1.5, 0.1, 1.0, 0.2]);
+        let distances = signed_distances(&checker, &q, &mut scratch);
+        for within in [0.0, 0.1, 0.6] {
+            let mut contacts = Vec::new();
+            contacts_within(&checker, &q, within, &mut scratch, &mut contacts);
+            for (pair, distance) in distances.iter().enumerate() {
+                let own =
+                    contacts.iter().filter(|contact| contact.pair.index() == pair).map(|contact| contact.distance);
+                let nearest = own.fold(f64::INFINITY, f64::min);
+                // Those of overlapping meshes are estimates.
+                let expected = if *distance < within { *distance } else { f64::INFINITY };
+                let agree =
+                    nearest == expected || (nearest - expected).abs() < 1e-6 || *distance < 0.0 && nearest <= within;
+                assert!(agree, "{within} {pair}: {nearest} {expected}");
+            }
+        }
+    }
+}

@@ -1,0 +1,161 @@
+//! Labels of configurations: of one, of many on one thread, of many on all threads.
+
+use rayon::prelude::*;
+
+use super::recent_pairs::NO_PAIR;
+use crate::collision::checker::{CheckScratch, Checker};
+use crate::cspace::Label;
+use crate::kinematics::LANES;
+use crate::math::Vec3;
+
+/// Configurations that a thread labels before it looks for more: enough to make handing out work
+/// cheap, few enough that no thread ends long after the others.
+const CHUNK: usize = 64;
+
+/// See [`Checker::label`].
+pub fn label(checker: &Checker, q: &[f64], scratch: &mut CheckScratch) -> Label {
+    checker.place(q, scratch);
+    if recent_collides(checker, scratch) {
+        return Label::Colliding;
+    }
+    checker.find_near(checker.most_clearance, scratch);
+    label_found(checker, scratch)
+}
+
+/// See [`Checker::label_batch`].
+pub fn label_batch(checker: &Checker, configs: &[f64], labels: &mut [Label]) {
+    assert_rows(checker, configs, labels);
+    let width = CHUNK * checker.scene.space.nq();
+    configs
+        .par_chunks(width)
+        .zip(labels.par_chunks_mut(CHUNK))
+        .for_each_init(CheckScratch::default, |scratch, (configs, labels)| {
+            label_rows(checker, configs, labels, scratch)
+        });
+}
+
+/// See [`Checker::label_batch_serial`].
+pub fn label_batch_serial(checker: &Checker, configs: &[f64], labels: &mut [Label], scratch: &mut CheckScratch) {
+    assert_rows(checker, configs, labels);
+    label_rows(checker, configs, labels, scratch);
+}
+
+/// Blocks of configurations are placed together; a configuration that the broad phase finds
+/// nothing for needs no more.
+fn label_rows(checker: &Checker, configs: &[f64], labels: &mut [Label], scratch: &mut CheckScratch) {
+    let (scene, nq) = (&*checker.scene, checker.scene.space.nq());
+    checker.adopt(scratch);
+    for (configs, labels) in configs.chunks(LANES * nq).zip(labels.chunks_mut(LANES)) {
+        let ball = |body: usize| (checker.bodies.bodies[body].frame, &checker.bodies.bodies[body].ball.0);
+        scratch.block.place(scene, configs);
+        scratch.block.points(checker.broad.movers().map(ball), &mut scratch.centers);
+        for (lane, label) in labels.iter_mut().enumerate() {
+            for (body, center) in checker.broad.movers().zip(&scratch.centers) {
+                scratch.placement.centers[body] = Vec3::from(center.map(|x| x[lane]));
+            }
+            let recent = scratch.history.recent;
+            let again = recent.iter().any(|&pair| pair != NO_PAIR && balls_near(checker, pair as usize, scratch));
+            if again {
+                checker.bodies.place_lane(&scratch.block, lane, &mut scratch.placement);
+                if recent_collides(checker, scratch) {
+                    *label = Label::Colliding;
+                    continue;
+                }
+            }
+            checker.find_near(checker.most_clearance, scratch);
+            if !again && !scratch.broad.pairs.is_empty() {
+                checker.bodies.place_lane(&scratch.block, lane, &mut scratch.placement);
+            }
+            *label = label_found(checker, scratch);
+        }
+    }
+}
+
+/// Whether one of the pairs that collided last does so again.
+fn recent_collides(checker: &Checker, scratch: &mut CheckScratch) -> bool {
+    for pair in scratch.history.recent {
+        if pair != NO_PAIR
+            && balls_near(checker, pair as usize, scratch)
+            && checker.pair_collides(pair as usize, scratch)
+        {
+            scratch.history.note(pair);
+            return true;
+        }
+    }
+    false
+}
+
+/// Whether any pair collides that the broad phase found and that was not tried as a recent one.
+/// Those that did last come first.
+fn label_found(checker: &Checker, scratch: &mut CheckScratch) -> Label {
+    let recent = scratch.history.recent;
+    scratch.broad.pairs.retain(|pair| !recent.contains(pair));
+    let mut may_have_collided = true;
+    for at in 0..scratch.broad.pairs.len() {
+        if may_have_collided {
+            let (pairs, collided) = (&mut scratch.broad.pairs, &scratch.history.collided);
+            let latest = (at..pairs.len()).max_by_key(|&k| collided[pairs[k] as usize]).expect("not empty");
+            pairs.swap(at, latest);
+            may_have_collided = collided[pairs[at] as usize] > 0;
+        }
+        let pair = scratch.broad.pairs[at];
+        if checker.pair_collides(pair as usize, scratch) {
+            scratch.history.note(pair);
+            return Label::Colliding;
+        }
+    }
+    Label::Free
+}
+
+fn balls_near(checker: &Checker, pair: usize, scratch: &CheckScratch) -> bool {
+    let clearance = checker.clearance_of(pair);
+    let (pair, centers) = (&checker.pairs[pair], &scratch.placement.centers);
+    let reach = pair.radii + clearance;
+    reach >= 0.0 && (centers[pair.first] - centers[pair.second]).norm_squared() <= reach * reach
+}
+
+fn assert_rows(checker: &Checker, configs: &[f64], labels: &[Label]) {
+    let (rows, nq) = (labels.len(), checker.scene.space.nq());
+    assert_eq!(configs.len(), rows * nq, "{rows} labels of configurations of {nq} coordinates");
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::cspace::sampling::Halton;
+    use crate::scene::builtin;
+
+    #[test]
+    fn batches_say_what_single_labels_say_whatever_the_threads() {
+        for name in builtin::NAMES {
+            let checker = Checker::new(builtin::scene(name).unwrap().into());
+            let space = &checker.scene().space;
+            let halton = Halton::new(space.nv(), 8);
+            let count = 1003;
+            let mut configs = vec![0.0; count * space.nq()];
+            for (k, q) in configs.chunks_exact_mut(space.nq()).enumerate() {
+                halton.config(space, k as u64, q);
+            }
+            let fresh = |q: &[f64]| checker.label(q, &mut CheckScratch::default());
+            let single: Vec<Label> = configs.chunks_exact(space.nq()).map(fresh).collect();
+            let mut labels = vec![Label::Free; count];
+            checker.label_batch_serial(&configs, &mut labels, &mut CheckScratch::default());
+            assert_eq!(labels, single, "{name}");
+            for threads in [1, 2, 5] {
+                labels.fill(Label::Colliding);
+                let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+                pool.install(|| checker.label_batch(&configs, &mut labels));
+                assert_eq!(labels, single, "{name}, {threads} threads");
+            }
+            let colliding = single.iter().filter(|label| **label == Label::Colliding).count();
+            assert!((count / 10..count).contains(&colliding), "{name}: {colliding}");
+        }
+    }
+
+    #[test]
+    #[should_panic(expected = "2 labels of configurations of 3 coordinates")]
+    fn a_batch_of_the_wrong_length_is_refused() {
+        let checker = Checker::new(builtin::scene("planar-arm").unwrap().into());
+        checker.label_batch(&[0.0; 7], &mut [Label::Free; 2]);
+    }
+}

@@ -1,0 +1,73 @@
+//! The bodies of a checker: which are the same solid, where their shapes reach, and the making of
+//! their pieces.
+
+use std::sync::Arc;
+
+use rayon::prelude::*;
+
+use crate::collision::checker::Checker;
+use crate::collision::prepared::PreparedBody;
+use crate::collision::shapes::ShapeKind;
+use crate::math::{Pose, Vec3};
+use crate::scene::correspondence::by_name;
+
+/// See [`Checker::same_solids`].
+pub fn same_solids(checker: &Checker, other: &Checker) -> Vec<Option<usize>> {
+    let parts = |checker: &'_ Checker, body: usize| checker.bodies.bodies[body].parts.clone();
+    let is_same = |(body, twin): (usize, Option<usize>)| {
+        let (own, others) = (&checker.bodies.parts[parts(checker, body)], &other.bodies.parts[parts(other, twin?)]);
+        let are_same = own.len() == others.len()
+            && own.iter().zip(others).all(|(a, b)| {
+                let stays = own.len() == 1 || a.pose_frame_part == b.pose_frame_part;
+                Arc::ptr_eq(&a.prepared, &b.prepared) && stays
+            });
+        twin.filter(|_| are_same)
+    };
+    by_name(&other.scene, &checker.scene).into_iter().enumerate().map(is_same).collect()
+}
+
+/// See [`Checker::first_of_equal_solids`].
+pub fn first_of_equal_solids(checker: &Checker) -> Vec<usize> {
+    let mut first = std::collections::HashMap::new();
+    let of_body = |(at, body): (usize, &PreparedBody)| match &checker.bodies.parts[body.parts.clone()] {
+        [part] => *first.entry(Arc::as_ptr(&part.prepared)).or_insert(at),
+        _ => at,
+    };
+    checker.bodies.bodies.iter().enumerate().map(of_body).collect()
+}
+
+/// See [`Checker::pose_frame_solid`].
+pub fn pose_frame_solid(checker: &Checker, body: usize) -> Pose {
+    match &checker.bodies.parts[checker.bodies.bodies[body].parts.clone()] {
+        [part] => part.pose_frame_part,
+        _ => Pose::identity(),
+    }
+}
+
+/// See [`Checker::corners_of`].
+pub fn corners_of(checker: &Checker, body: usize, poses: &[Pose], each: &mut dyn FnMut(Vec3)) {
+    let body = &checker.bodies.bodies[body];
+    for part in &checker.bodies.parts[body.parts.clone()] {
+        let pose = poses[body.frame].then(&part.pose_frame_part);
+        part.shape().bounds.corners().iter().for_each(|corner| each(pose.point(corner)));
+    }
+}
+
+/// See [`Checker::is_convex`].
+pub fn is_convex(checker: &Checker, body: usize) -> bool {
+    let parts = &checker.bodies.parts[checker.bodies.bodies[body].parts.clone()];
+    parts.iter().all(|part| !matches!(part.shape().kind, ShapeKind::Mesh(_)))
+}
+
+/// See [`Checker::prepare_proposals`].
+pub fn prepare_proposals(checker: &Checker) {
+    let parts = |body: usize| &checker.bodies.parts[checker.bodies.bodies[body].parts.clone()];
+    let mut wanted = vec![false; checker.bodies.bodies.len()];
+    for pair in &*checker.pairs {
+        (wanted[pair.first], wanted[pair.second]) = (true, true);
+    }
+    let bodies: Vec<usize> = (0..wanted.len()).filter(|body| wanted[*body]).collect();
+    bodies.par_iter().flat_map(|body| parts(*body)).for_each(|part| {
+        part.prepared.pieces();
+    });
+}

@@ -1,0 +1,208 @@
+//! The checked pairs of a scene and the memory of checks: how both are made, and pairs at a placed
+//! configuration. What is asked of them is elsewhere.
+
+use std::collections::BinaryHeap;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
+
+use crate::collision::answers::recent_pairs::RecentPairs;
+use crate::collision::broad_phase::{Broad, BroadScratch};
+use crate::collision::contacts::ContactBuffers;
+use crate::collision::narrow_phase::best_first::Entry;
+use crate::collision::narrow_phase::{self, Buffers, SeparatingWitness};
+use crate::collision::prepared::{Bodies, Placement};
+use crate::collision::segment::speed_paths::SpeedPaths;
+use crate::collision::segment::stretches::SegmentScratch;
+use crate::kinematics::{LANES, PoseBlock};
+use crate::math::Pose;
+use crate::scene::Scene;
+use crate::scene::clearances::PairClearance;
+
+/// The checked pairs of one scene, with all that makes checks fast. Immutable, shared between
+/// threads.
+pub struct Checker {
+    pub(super) scene: Arc<Scene>,
+    pub(super) bodies: Arc<Bodies>,
+    pub(super) pairs: Arc<[CheckedPair]>,
+    pub(super) broad: Arc<Broad>,
+    pub(super) paths: Arc<SpeedPaths>,
+    hints: usize,
+    /// Of pairs that follow the scene's \[m\].
+    pub(super) clearance: f64,
+    /// Greatest of any pair \[m\].
+    pub(super) most_clearance: f64,
+    /// Tells whose hints a scratch holds.
+    id: u64,
+}
+
+pub(super) struct CheckedPair {
+    pub(super) first: usize,
+    pub(super) second: usize,
+    /// Sum of the radii of the bodies' balls \[m\].
+    pub(super) radii: f64,
+    /// Where the hints of its pairs of parts start.
+    hints: usize,
+    /// What it keeps.
+    clearance: PairClearance,
+}
+
+/// Memory that checks reuse; one per thread.
+///
+/// It remembers when pairs collided last and where, to try those first; no answer depends on it.
+#[derive(Default)]
+pub struct CheckScratch {
+    owner: u64,
+    pub(super) placement: Placement,
+    /// Poses at several configurations, and the centres of moving bodies there.
+    pub(super) block: PoseBlock,
+    pub(super) centers: Vec<[[f64; LANES]; 3]>,
+    pub(super) broad: BroadScratch,
+    pub(super) history: RecentPairs,
+    /// One for every pair of parts.
+    pub(super) hints: Vec<SeparatingWitness>,
+    pub(super) queue: BinaryHeap<Entry>,
+    pub(super) buffers: Buffers,
+    pub(super) contact_buffers: ContactBuffers,
+    pub(super) segment: SegmentScratch,
+}
+
+impl Checker {
+    /// Prepares every checked pair of `scene`.
+    pub fn new(scene: Arc<Scene>) -> Self {
+        Self::prepare(scene, None)
+    }
+
+    /// A checker of another scene, such as one in which an obstacle moved: what this one has
+    /// prepared of equal bodies is shared. It says what [`Checker::new`] would.
+    pub(crate) fn for_scene(&self, scene: Arc<Scene>) -> Self {
+        Self::prepare(scene, Some((&self.scene, &self.bodies)))
+    }
+
+    fn prepare(scene: Arc<Scene>, before: Option<(&Scene, &Bodies)>) -> Self {
+        static NEXT_ID: AtomicU64 = AtomicU64::new(1);
+        let bodies = Bodies::new(&scene, before);
+        let mut hints = 0;
+        let prepare = |(pair, clearance): (&crate::scene::BodyPair, PairClearance)| {
+            let (a, b) = (&bodies.bodies[pair.first], &bodies.bodies[pair.second]);
+            let radii = a.ball.1 + b.ball.1;
+            let start = hints;
+            hints += a.parts.len() * b.parts.len();
+            CheckedPair { first: pair.first, second: pair.second, radii, hints: start, clearance }
+        };
+        let clearances = scene.pair_clearances();
+        let pairs = scene.pairs.iter().zip(clearances).map(prepare).collect();
+        let broad = Broad::new(&scene, &bodies).into();
+        let paths = SpeedPaths::new(&scene).into();
+        let id = NEXT_ID.fetch_add(1, Ordering::Relaxed);
+        let (bodies, clearance) = (bodies.into(), scene.clearance);
+        Self { bodies, pairs, broad, paths, hints, clearance, most_clearance: 0.0, id, scene }.with_clearance(clearance)
+    }
+
+    /// The same pairs, where those that follow the clearance of the scene keep another one \[m\].
+    /// Shares all that is prepared; memory of one serves the other.
+    pub fn with_clearance(&self, clearance: f64) -> Self {
+        let Self { scene, bodies, pairs, broad, paths, hints, id, .. } = self;
+        let most_clearance = pairs.iter().map(|pair| pair.clearance.over(clearance)).fold(0.0, f64::max);
+        Self {
+            scene: Arc::clone(scene),
+            bodies: Arc::clone(bodies),
+            pairs: Arc::clone(pairs),
+            broad: Arc::clone(broad),
+            paths: Arc::clone(paths),
+            hints: *hints,
+            clearance,
+            most_clearance,
+            id: *id,
+        }
+    }
+
+    /// What pairs without a clearance of their own keep \[m\].
+    pub(crate) fn base_clearance(&self) -> f64 {
+        self.clearance
+    }
+
+    /// Least distance \[m\] that a checked pair keeps where it is free.
+    pub(crate) fn clearance_of(&self, pair: usize) -> f64 {
+        self.pairs[pair].clearance.over(self.clearance)
+    }
+
+    /// What a pair keeps beyond [`Checker::base_clearance`] \[m\]; below 0 where it keeps less.
+    pub(crate) fn excess(&self, pair: usize) -> f64 {
+        self.clearance_of(pair) - self.clearance
+    }
+
+    /// The scene.
+    pub fn scene(&self) -> &Scene {
+        &self.scene
+    }
+
+    /// The scene, shared.
+    pub fn scene_arc(&self) -> &Arc<Scene> {
+        &self.scene
+    }
+
+    /// Moves everything to `q`.
+    pub(super) fn place(&self, q: &[f64], scratch: &mut CheckScratch) {
+        self.adopt(scratch);
+        self.bodies.place(&self.scene, q, &mut scratch.placement);
+    }
+
+    /// Prepares a scratch that served another checker, or none.
+    pub(super) fn adopt(&self, scratch: &mut CheckScratch) {
+        if scratch.owner != self.id {
+            scratch.owner = self.id;
+            scratch.placement = self.bodies.placement();
+            scratch.history = RecentPairs::new(self.pairs.len());
+            scratch.hints.clear();
+            scratch.hints.resize(self.hints, SeparatingWitness::default());
+            scratch.contact_buffers.forget();
+        }
+    }
+
+    /// Collects the pairs that may be nearer than `margin` \[m\] where everything is placed.
+    pub(super) fn find_near(&self, margin: f64, scratch: &mut CheckScratch) {
+        let centers = &scratch.placement.centers;
+        self.broad.find(self.broad.movers().map(|body| centers[body]), margin, &mut scratch.broad);
+    }
+
+    /// Whether two placed bodies are nearer than they keep.
+    pub(super) fn pair_collides(&self, pair: usize, scratch: &mut CheckScratch) -> bool {
+        self.pair_nearer(pair, self.clearance_of(pair), scratch)
+    }
+
+    /// Whether two placed bodies are nearer than `limit` \[m\].
+    pub(super) fn pair_nearer(&self, pair: usize, limit: f64, scratch: &mut CheckScratch) -> bool {
+        self.part_pairs(pair).any(|(first, second, hint)| {
+            let (a, b) = self.bodies.placed(&mut scratch.placement, first, second);
+            narrow_phase::nearer(a, b, limit, &mut scratch.hints[hint], &mut scratch.buffers)
+        })
+    }
+
+    /// Whether balls inside two placed bodies prove that they are nearer than the clearance.
+    pub(super) fn pair_seen_to_collide(&self, pair: usize, scratch: &mut CheckScratch) -> bool {
+        self.part_pairs(pair).any(|(first, second, _)| {
+            let (a, b) = self.bodies.placed(&mut scratch.placement, first, second);
+            narrow_phase::proved_nearer(a, b, self.clearance_of(pair))
+        })
+    }
+
+    /// Parts of the first body, parts of the second body, and the places of their hints.
+    pub(super) fn part_pairs(&self, pair: usize) -> impl Iterator<Item = (usize, usize, usize)> + use<'_> {
+        let pair = &self.pairs[pair];
+        let (a, b) = (&self.bodies.bodies[pair.first].parts, &self.bodies.bodies[pair.second].parts);
+        a.clone().flat_map(move |i| b.clone().map(move |j| (i, j))).zip(pair.hints..).map(|((i, j), h)| (i, j, h))
+    }
+}
+
+impl CheckScratch {
+    /// Forgets from where searches for contacts start, so that contacts no longer depend (within
+    /// rounding) on earlier calls.
+    pub fn forget_contacts(&mut self) {
+        self.contact_buffers.forget();
+    }
+
+    /// World poses of the frames at the configuration that was last checked.
+    pub fn poses(&self) -> &[Pose] {
+        &self.placement.poses
+    }
+}

@@ -1,0 +1,151 @@
+//! Contacts of scenery and another shape.
+
+use super::buffers::{BEYOND_NEAREST, ContactBuffers};
+use super::by_pieces::solid;
+use super::contact::{ContactQuery, ContactSearch};
+use super::convex_convex::COARSE;
+use super::sink::{Near, Sink};
+use crate::collision::convex_distance::{self, Separation, Slack};
+use crate::collision::narrow_phase::Buffers;
+use crate::collision::narrow_phase::best_first::Entry;
+use crate::collision::prepared::PreparedShape;
+use crate::collision::scenery::{
+    At, Element, Planes, Scenery, element_closest, element_in, from_half_space, lift, lifted, raised,
+};
+use crate::collision::shapes::bounds::Relative;
+use crate::collision::shapes::{ConvexSolid, ShapeKind};
+use crate::math::{Pose, Vec3};
+
+/// Elements that overlap and are looked at: where a link lies in a wall of cubes hundreds do. With
+/// twice as many, queries end a hundredth farther away and take a fourth longer.
+const MOST_OVERLAPS: usize = 4;
+/// Elements that are looked at until the nearest is told; more only as long as it takes to find
+/// that one.
+const TESTS: usize = 4;
+/// Contacts that are kept though they are not the nearest.
+const ENOUGH: usize = 4;
+
+/// Offers `sink` contacts of scenery (the first, in whose frame they are found) and `other` that
+/// are nearer than the margin, nearest first.
+///
+/// The nearest one is always among them, and none is farther than it by more than half of the
+/// margin. Contacts of a shape that lies in the ground are those that it has where it is raised out
+/// of it, as seen from where it is.
+pub fn by_elements(
+    scenery: &Scenery,
+    other: &PreparedShape,
+    relative: &Relative,
+    query: ContactQuery,
+    buffers: &mut ContactBuffers,
+    sink: &mut Sink,
+) {
+    if let Scenery::HalfSpace(half) = scenery {
+        let found = from_half_space(half, relative, &other.shape).filter(|found| found.distance < query.margin);
+        found.into_iter().for_each(|found| sink.push(&Near::from(found)));
+        return;
+    }
+    let rise = lift(scenery, &other.shape, relative, &mut buffers.shapes);
+    let relative = if rise > 0.0 { &raised(relative, rise) } else { relative };
+    let approach = scenery.approach(relative, &other.shape.bounds);
+    let beyond = BEYOND_NEAREST * query.margin;
+    let (mut limit, mut nearest) = (query.margin, query.margin);
+    let (mut tests, mut overlaps) = (0, 0);
+    let mut measured = Measured { other, relative, search: query.search, planes: Planes::default() };
+    let ContactBuffers { queue, found, shapes, .. } = buffers;
+    queue.clear();
+    found.clear();
+    queue.extend(scenery.root().map(|root| entry(f64::NEG_INFINITY, root)));
+    while let Some(Entry { bound, first, .. }) = queue.pop() {
+        // The nearest is known, or that many overlap.
+        if bound >= limit || overlaps == MOST_OVERLAPS || (tests >= TESTS && bound >= nearest) {
+            break;
+        }
+        // A few that are near each other tell all; after them only a nearer one counts.
+        let cutoff = if found.len() >= ENOUGH { nearest } else { limit };
+        let Some(number) = At(first).as_element() else {
+            scenery.open(At(first), &approach, cutoff, |bound, child| {
+                let is_parted = |element: Element| measured.planes.part(&element, cutoff);
+                let parted = child.as_element().and_then(|number| scenery.with_element(number, &approach, is_parted));
+                if parted != Some(true) {
+                    queue.push(entry(bound, child));
+                }
+            });
+            continue;
+        };
+        tests += 1;
+        let contact = |element: Element| measured.separation(&element, cutoff, shapes);
+        let Some(separation) = scenery.with_element(number, &approach, contact).flatten() else { continue };
+        nearest = nearest.min(separation.distance);
+        limit = limit.min(separation.distance.max(0.0) + beyond);
+        overlaps += usize::from(separation.distance < 0.0);
+        found.push(Near::from(if rise > 0.0 { lifted(separation, rise) } else { separation }));
+    }
+    found.sort_unstable_by(|x, y| x.distance.total_cmp(&y.distance));
+    for near in found.iter().take_while(|near| near.distance < limit) {
+        if !sink.offer(near) {
+            break;
+        }
+    }
+}
+
+fn entry(bound: f64, at: At) -> Entry {
+    Entry { bound, first: at.0, second: 0 }
+}
+
+/// The other shape as elements are measured against it.
+struct Measured<'a> {
+    other: &'a PreparedShape,
+    relative: &'a Relative,
+    search: ContactSearch,
+    planes: Planes,
+}
+
+impl Measured<'_> {
+    /// The separation of an element, if nearer than `limit` \[m\]. In a coarse search a mesh is
+    /// taken for its pieces.
+    fn separation(&mut self, element: &Element, limit: f64, buffers: &mut Buffers) -> Option<Separation> {
+        let Self { other, relative, search, .. } = *self;
+        let found = match &other.shape.kind {
+            ShapeKind::Convex(_) if self.planes.part(element, limit) => None,
+            // Outside of a plane, a ball's middle is not in the shape.
+            ShapeKind::Convex(solid) if self.planes.part(element, -element.solid.shape.radius) => {
+                self.searched(element, solid, limit)
+            }
+            ShapeKind::Convex(solid) => {
+                element_in(element, solid, relative).or_else(|| self.searched(element, solid, limit))
+            }
+            _ if search == ContactSearch::Exact => element_closest(element, &other.shape, relative, limit, buffers),
+            _ => of_pieces(element, other, relative, limit),
+        };
+        found.filter(|found| found.distance < limit)
+    }
+
+    fn searched(&mut self, element: &Element, solid: &ConvexSolid, limit: f64) -> Option<Separation> {
+        let (place, pose) = (Pose::translation(element.place), &self.relative.pose_a_b);
+        let mut normal = Vec3::zeros();
+        let (shapes, poses) = ([&element.solid.shape, &solid.shape], [&place, pose]);
+        let slack = if self.search == ContactSearch::Exact { Slack::NONE } else { COARSE };
+        let found = convex_distance::separation_within(&mut normal, shapes, poses, limit, slack);
+        if found.is_none_or(|found| found.distance > 0.0) {
+            self.planes.add(&normal, solid, pose);
+        }
+        found
+    }
+}
+
+fn of_pieces(element: &Element, other: &PreparedShape, relative: &Relative, mut limit: f64) -> Option<Separation> {
+    let place = Pose::translation(element.place);
+    let from_element = Relative::new(place.inverse().then(&relative.pose_a_b));
+    let mut best = None;
+    for piece in other.pieces().shapes {
+        if from_element.lower_bound(element.bounds, &piece.bounds) >= limit {
+            continue;
+        }
+        let found =
+            convex_distance::separation(&element.solid.shape, &place, &solid(piece).shape, &relative.pose_a_b, limit);
+        if let Some(found) = found.filter(|found| found.distance < limit) {
+            (best, limit) = (Some(found), found.distance);
+        }
+    }
+    best
+}

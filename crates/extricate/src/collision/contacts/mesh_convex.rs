@@ -1,0 +1,78 @@
+//! Contacts of a mesh and a convex solid.
+
+use pulp::{Arch, Simd, WithSimd};
+
+use super::buffers::ContactBuffers;
+use super::overlap::outward;
+use super::sink::{Near, Sink};
+use crate::collision::narrow_phase::best_first::Entry;
+use crate::collision::narrow_phase::mesh_convex::triangle_separation;
+use crate::collision::shapes::ConvexSolid;
+use crate::collision::shapes::bounds::{Aabb, Relative};
+use crate::collision::shapes::bvh::{Boxes, Bvh, Cuboid, Lanes, Ref, Seen, View, below, lanes_of, rounded_up};
+use crate::collision::shapes::mesh::MeshShape;
+
+/// Lower bounds of boxes against one.
+struct LowerBounds<'a> {
+    boxes: &'a Boxes,
+    view: &'a View,
+    seen: &'a Seen,
+}
+
+impl WithSimd for LowerBounds<'_> {
+    type Output = Lanes;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) -> Lanes {
+        self.boxes.lower_bounds(simd, self.view, self.seen)
+    }
+}
+
+/// Offers the contacts of both to `sink`.
+pub fn mesh_with_convex(
+    mesh: &MeshShape,
+    solid: &ConvexSolid,
+    bounds: &Aabb,
+    relative: &Relative,
+    buffers: &mut ContactBuffers,
+    sink: &mut Sink,
+) {
+    let tree: &Bvh = &mesh.tree;
+    let pose = &relative.pose_a_b;
+    let cuboid = Cuboid::around(bounds);
+    let view = View::new(pose, &tree.cuboid, &cuboid);
+    let seen = view.see(&cuboid, 0.0);
+    let lower_bounds = |boxes: &Boxes| Arch::new().dispatch(LowerBounds { boxes, view: &view, seen: &seen });
+    buffers.restart(sink.margin, relative.lower_bound(&tree.bounds, bounds), tree.root.0, 0);
+    let overlap = buffers.run(sink, |buffers, _, at, _| {
+        let limit = buffers.limit;
+        let at = Ref(at);
+        if !at.is_block() {
+            let node = &tree.nodes[at.index()];
+            let bounds = lower_bounds(&node.boxes);
+            for lane in lanes_of(below(&bounds, rounded_up(limit))) {
+                let bound = f64::from(bounds[lane]);
+                buffers.queue.push(Entry { bound, first: node.children[lane].0, second: 0 });
+            }
+            return 0;
+        }
+        let block = &tree.blocks[at.index()];
+        let bounds = lower_bounds(&block.boxes);
+        let mut tests = 0;
+        for lane in lanes_of(below(&bounds, rounded_up(limit))) {
+            tests += 1;
+            let face = block.triangle(lane);
+            let closed = mesh.closed[block.group as usize];
+            let found = triangle_separation(&face, solid, pose, limit);
+            if let Some(separation) = found.filter(|s| s.distance < limit) {
+                buffers.find(outward(Near::from(separation), &face, closed, solid, pose));
+            }
+        }
+        tests
+    });
+    let center = pose.point(&solid.shape.core.center());
+    if !overlap && let Some((depth, surface)) = mesh.depth_inside(&center, 0.0, &mut buffers.nodes) {
+        let normal = (center - surface) / depth;
+        sink.offer(&Near { distance: -depth, point_first: surface, point_second: center, normal });
+    }
+}

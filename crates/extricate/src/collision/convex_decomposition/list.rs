@@ -1,0 +1,71 @@
+//! Convex pieces as contacts ask for them: with boxes around them, eight side by side. How they are
+//! cut is another file's matter.
+
+use pulp::{Arch, Simd, WithSimd};
+
+use crate::collision::shapes::Shape;
+use crate::collision::shapes::bounds::Aabb;
+use crate::collision::shapes::bvh::{Boxes, Cuboid, below, rounded_up, rounding_at};
+use crate::math::{LANES, Vec3};
+
+/// Convex shapes in one frame that together hold a shape.
+#[derive(Debug, Clone, Default)]
+pub struct Pieces {
+    shapes: Vec<Shape>,
+    boxes: Vec<Boxes>,
+}
+
+/// The same, or a convex shape itself.
+#[derive(Debug, Clone, Copy)]
+pub struct PiecesRef<'a> {
+    /// At least one.
+    pub shapes: &'a [Shape],
+    /// Around them, eight at a time; none around a convex shape itself.
+    pub boxes: &'a [Boxes],
+}
+
+impl Pieces {
+    /// With boxes around them.
+    pub fn new(shapes: Vec<Shape>) -> Self {
+        let bounds: Vec<Aabb> = shapes.iter().map(|shape| shape.bounds).collect();
+        Self { boxes: bounds.chunks(LANES).map(Boxes::new).collect(), shapes }
+    }
+
+    /// All of them.
+    pub fn all(&self) -> PiecesRef<'_> {
+        PiecesRef { shapes: &self.shapes, boxes: &self.boxes }
+    }
+}
+
+impl PiecesRef<'_> {
+    /// Whether the box of some piece of a mesh may be within `reach` \[m\] of `point`; `cuboid`
+    /// holds them all.
+    pub fn are_near(&self, point: &Vec3, reach: f64, cuboid: &Cuboid) -> bool {
+        Arch::new().dispatch(AreNear { boxes: self.boxes, point, reach, cuboid })
+    }
+}
+
+struct AreNear<'a> {
+    boxes: &'a [Boxes],
+    point: &'a Vec3,
+    reach: f64,
+    cuboid: &'a Cuboid,
+}
+
+impl WithSimd for AreNear<'_> {
+    type Output = bool;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) -> bool {
+        let place = [self.point.x as f32, self.point.y as f32, self.point.z as f32];
+        let (rounding, limit) = (rounding_at(self.point, self.cuboid), rounded_up(self.reach * self.reach));
+        // A square of 0 is below the limit too, which is above it by rounding at least.
+        self.boxes.iter().any(|boxes| below(&boxes.distances_squared(simd, &place, rounding), limit) != 0)
+    }
+}
+
+impl<'a> From<&'a Shape> for PiecesRef<'a> {
+    fn from(convex: &'a Shape) -> Self {
+        Self { shapes: std::slice::from_ref(convex), boxes: &[] }
+    }
+}

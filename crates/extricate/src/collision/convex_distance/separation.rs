@@ -1,0 +1,201 @@
+//! Signed distances of two convex shapes: the search for their distance, and where they overlap the
+//! one for their depth. No memory of earlier searches.
+
+use super::epa;
+use super::gjk::{Outcome, Settled, descend};
+use super::minkowski::Difference;
+use crate::collision::shapes::convex::ConvexShape;
+use crate::math::{Pose, Vec3};
+
+/// Signed distance and witness of two convex shapes, in the frame that both poses map to.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Separation {
+    /// \[m\]; negative: the least translation that parts them, and moving the first shape along
+    /// `normal` by `-distance` certainly does.
+    pub distance: f64,
+    /// Proved lower bound on the penetration depth `-distance` \[m\]; for shapes apart it is
+    /// negative.
+    pub depth_lower: f64,
+    /// Nearest (deepest) point of the first shape.
+    pub point_first: Vec3,
+    /// Nearest (deepest) point of the second shape.
+    pub point_second: Vec3,
+    /// Unit, from the second toward the first: moving the first along it by `t` changes `distance`
+    /// by `t`.
+    pub normal: Vec3,
+}
+
+/// How far from exact a separation may be.
+#[derive(Debug, Clone, Copy)]
+pub struct Slack {
+    /// An overlap may be this share too deep.
+    pub depth: f64,
+    /// A distance may be this share too small,
+    pub gap: f64,
+    /// where it is larger than this \[m\].
+    pub beyond: f64,
+}
+
+impl Slack {
+    /// Within rounding.
+    pub const NONE: Self = Self { depth: 0.0, gap: 0.0, beyond: f64::INFINITY };
+}
+
+/// Signed distance; `None` as soon as it is proved greater than `cutoff` \[m\].
+///
+/// # Guarantee
+/// Measured against slow twins: within 1e-9 m for polytopes of metre size and 1e-7 m for cylinders,
+/// in contact too. `None` is proved by a plane that parts the shapes by more than `cutoff`. Where
+/// the shapes overlap, `depth_lower <= depth <= -distance`.
+pub fn separation(
+    first: &ConvexShape,
+    pose_first: &Pose,
+    second: &ConvexShape,
+    pose_second: &Pose,
+    cutoff: f64,
+) -> Option<Separation> {
+    separation_from(&mut Vec3::zeros(), first, pose_first, second, pose_second, cutoff)
+}
+
+/// As [`separation`], started from a guess of the normal in the frame of the first shape (zero:
+/// none), which is replaced by the direction found.
+pub fn separation_from(
+    guess: &mut Vec3,
+    first: &ConvexShape,
+    pose_first: &Pose,
+    second: &ConvexShape,
+    pose_second: &Pose,
+    cutoff: f64,
+) -> Option<Separation> {
+    separation_within(guess, [first, second], [pose_first, pose_second], cutoff, Slack::NONE)
+}
+
+/// As [`separation_from`], an overlap as exact as `slack` asks.
+pub fn separation_within(
+    guess: &mut Vec3,
+    [first, second]: [&ConvexShape; 2],
+    [pose_first, pose_second]: [&Pose; 2],
+    cutoff: f64,
+    slack: Slack,
+) -> Option<Separation> {
+    let difference = Difference::new(first, pose_first, second, pose_second);
+    let radii = first.radius + second.radius;
+    let outcome = descend(&difference, guess, cutoff + radii, f64::NEG_INFINITY);
+    separation_of(outcome, &difference, guess, [first.radius, second.radius], pose_first, cutoff, slack)
+}
+
+/// The separation that a descent without a lower end found, the depth of an overlap as exact as
+/// `slack` asks; `guess` becomes its normal.
+pub(super) fn separation_of(
+    outcome: Outcome,
+    difference: &Difference,
+    guess: &mut Vec3,
+    [radius_first, radius_second]: [f64; 2],
+    pose_first: &Pose,
+    cutoff: f64,
+    slack: Slack,
+) -> Option<Separation> {
+    let radii = radius_first + radius_second;
+    let cores = match outcome {
+        Outcome::Apart => return None,
+        Outcome::Nearer(settled) | Outcome::Settled(settled) => apart(difference, &settled),
+        Outcome::Overlapping(simplex) => {
+            let overlap = epa::penetration_within(difference, &simplex, slack.depth);
+            Cores {
+                distance: -overlap.upper,
+                parted: -overlap.upper,
+                depth_lower: overlap.lower,
+                on_first: overlap.first,
+                on_second: overlap.first - overlap.normal * overlap.upper,
+                normal: -overlap.normal,
+            }
+        }
+    };
+    *guess = cores.normal;
+    if cores.parted > cutoff + radii + difference.rounding {
+        return None;
+    }
+    let normal = pose_first.vector(&cores.normal);
+    Some(Separation {
+        distance: cores.distance - radii,
+        depth_lower: cores.depth_lower + radii,
+        point_first: pose_first.point(&cores.on_first) - normal * radius_first,
+        point_second: pose_first.point(&cores.on_second) + normal * radius_second,
+        normal,
+    })
+}
+
+/// A [`Separation`] of the cores in the frame of the first.
+struct Cores {
+    distance: f64,
+    /// What a plane was seen to part the cores by.
+    parted: f64,
+    depth_lower: f64,
+    on_first: Vec3,
+    on_second: Vec3,
+    normal: Vec3,
+}
+
+/// The answer for cores that the descent found apart.
+fn apart(difference: &Difference, settled: &Settled) -> Cores {
+    let Settled { simplex, feature, .. } = settled;
+    let (mut point, mut on_first) = (Vec3::zeros(), Vec3::zeros());
+    for (vertex, weight) in simplex.vertices.iter().zip(feature.weights).take(feature.count) {
+        point += vertex.point * weight;
+        on_first += vertex.first * weight;
+    }
+    let (mut normal, mut parted) = (feature.direction.normalize(), settled.plane);
+    if settled.is_doubtful(difference) {
+        let planes = epa::penetration(difference, simplex, f64::INFINITY, f64::NEG_INFINITY);
+        if -planes.upper > parted {
+            (normal, parted) = (-planes.normal, -planes.upper);
+        }
+    }
+    // The point is of the difference, so that the cores are no farther apart, wherever the search
+    // stopped.
+    let depth_lower = -point.norm() - difference.rounding;
+    let distance = if settled.is_coarse { settled.plane } else { feature.square.sqrt() };
+    Cores { distance, parted, depth_lower, on_first, on_second: on_first - point, normal }
+}
+
+/// Whether the signed distance is below `threshold` \[m\] (which may be 0 or negative), stopping as
+/// soon as that is decided.
+///
+/// # Guarantee
+/// `false` is proved by a plane that parts the shapes by `threshold`, rounding included; where
+/// rounding or the iteration limit leaves it open, `true`.
+pub fn nearer_than(
+    first: &ConvexShape,
+    pose_first: &Pose,
+    second: &ConvexShape,
+    pose_second: &Pose,
+    threshold: f64,
+) -> bool {
+    nearer_than_from(&mut Vec3::zeros(), first, pose_first, second, pose_second, threshold)
+}
+
+/// As [`nearer_than`], started from a guess of the normal in the frame of the first shape (zero:
+/// none), which is replaced by the direction found: a pair that stays apart then costs one support
+/// plane a call.
+pub fn nearer_than_from(
+    guess: &mut Vec3,
+    first: &ConvexShape,
+    pose_first: &Pose,
+    second: &ConvexShape,
+    pose_second: &Pose,
+    threshold: f64,
+) -> bool {
+    let difference = Difference::new(first, pose_first, second, pose_second);
+    let threshold = threshold + first.radius + second.radius;
+    let simplex = match descend(&difference, guess, threshold, threshold) {
+        Outcome::Apart => return false,
+        Outcome::Nearer(_) => return true,
+        Outcome::Settled(settled) if !settled.is_doubtful(&difference) => return true,
+        Outcome::Overlapping(_) if threshold >= 0.0 => return true,
+        Outcome::Settled(Settled { simplex, .. }) | Outcome::Overlapping(simplex) => simplex,
+    };
+    let parted = -threshold - difference.rounding;
+    let overlap = epa::penetration(&difference, &simplex, -threshold, parted);
+    *guess = -overlap.normal;
+    overlap.upper > parted
+}

@@ -1,0 +1,256 @@
+//! The bodies of a scene with their prepared shapes, and where they are at a configuration. No
+//! pairs.
+
+use std::collections::HashMap;
+use std::collections::hash_map::Entry;
+use std::ops::Range;
+use std::sync::Arc;
+
+use super::placed::Placed;
+use super::shape::PreparedShape;
+use crate::collision::shapes::bounds::{Aabb, bounding_ball};
+use crate::collision::shapes::convex::ConvexCore;
+use crate::collision::shapes::{Shape, ShapeKind};
+use crate::kinematics::{self, PoseBlock};
+use crate::math::{Pose, Vec3};
+use crate::robot::{Geometry, TriangleMesh};
+use crate::scene::correspondence::by_name;
+use crate::scene::{Body, Scene};
+
+/// Every body of a scene.
+pub struct Bodies {
+    /// In the order of the scene.
+    pub bodies: Vec<PreparedBody>,
+    /// The shapes of all bodies.
+    pub parts: Vec<PreparedPart>,
+    /// Bodies on frames that move.
+    moving: Vec<usize>,
+    /// Whether there is no mesh: convex shapes, and scenery made of them.
+    pub all_convex: bool,
+    /// Whether there is scenery.
+    pub has_scenery: bool,
+}
+
+/// A body.
+pub struct PreparedBody {
+    /// Its parts; none for a body of empty meshes.
+    pub parts: Range<usize>,
+    /// Centre (frame coordinates) and radius \[m\] of a ball around it; the radius is below 0 for a
+    /// body without parts.
+    pub ball: (Vec3, f64),
+    /// The frame that it is fixed to.
+    pub frame: usize,
+    /// In the axes of the world, around a body that does not move and has parts.
+    pub world_box: Option<Aabb>,
+}
+
+/// A shape on a frame.
+pub struct PreparedPart {
+    /// The shape, shared by scenes that have it.
+    pub prepared: Arc<PreparedShape>,
+    /// Maps shape coordinates to frame coordinates.
+    pub pose_frame_part: Pose,
+    frame: usize,
+}
+
+impl PreparedPart {
+    /// The shape itself.
+    pub fn shape(&self) -> &Shape {
+        &self.prepared.shape
+    }
+}
+
+/// Where frames, bodies and parts are at one configuration.
+#[derive(Debug, Default)]
+pub struct Placement {
+    /// World poses of the frames.
+    pub poses: Vec<Pose>,
+    /// Centres of the bodies' balls in the world \[m\].
+    pub centers: Vec<Vec3>,
+    /// World poses of parts, valid where `part_epochs` is the current epoch (or the part does not
+    /// move).
+    part_poses: Vec<Pose>,
+    part_epochs: Vec<u32>,
+    epoch: u32,
+}
+
+/// Epoch of a part that does not move.
+const ALWAYS: u32 = u32::MAX;
+
+impl Bodies {
+    /// Prepares every shape that `before`, a scene with its prepared bodies, does not have.
+    pub fn new(scene: &Scene, before: Option<(&Scene, &Self)>) -> Self {
+        let known = before.map(|(old, prepared)| (old, prepared, by_name(old, scene)));
+        let mut all =
+            Self { bodies: Vec::new(), parts: Vec::new(), moving: Vec::new(), all_convex: true, has_scenery: false };
+        let mut shapes = HashMap::new();
+        for (index, body) in scene.bodies.iter().enumerate() {
+            let twin = known.as_ref().and_then(|(old, prepared, names)| {
+                let at = names[index]?;
+                Some((&old.bodies[at], *prepared, &prepared.bodies[at]))
+            });
+            all.push(body, twin, &mut shapes);
+        }
+        let kinds = || all.parts.iter().map(|part| &part.shape().kind);
+        let all_convex = !kinds().any(|kind| matches!(kind, ShapeKind::Mesh(_)));
+        let has_scenery = kinds().any(|kind| matches!(kind, ShapeKind::Scenery(_)));
+        (all.all_convex, all.has_scenery) = (all_convex, has_scenery);
+        all
+    }
+
+    /// Adds a body; `twin` is one of the same name in another scene, `shapes` are known by what
+    /// they were made of.
+    fn push(
+        &mut self,
+        body: &Body,
+        twin: Option<(&Body, &Self, &PreparedBody)>,
+        shapes: &mut HashMap<Key, Arc<PreparedShape>>,
+    ) {
+        let start = self.parts.len();
+        // Geometry without a shape has no prepared part.
+        match twin.filter(|(old, _, known)| known.parts.len() == old.parts.len() && have_equal_shapes(old, body)) {
+            Some((_, prepared, known)) => {
+                let prepared = &prepared.parts[known.parts.clone()];
+                self.parts.extend(body.parts.iter().zip(prepared).map(|(part, known)| PreparedPart {
+                    prepared: Arc::clone(&known.prepared),
+                    pose_frame_part: part.pose_frame_part,
+                    frame: body.frame,
+                }));
+            }
+            None => self.parts.extend(prepared_parts(body, shapes)),
+        }
+        let parts = start..self.parts.len();
+        let own = &self.parts[parts.clone()];
+        let (ball, world_box) = match twin.filter(|(old, ..)| *old == body) {
+            Some((.., known)) => (known.ball, known.world_box),
+            None => (ball_around(own), (body.frame == 0 && !own.is_empty()).then(|| box_around(own))),
+        };
+        if body.frame != 0 {
+            self.moving.push(self.bodies.len());
+        }
+        self.bodies.push(PreparedBody { parts, ball, frame: body.frame, world_box });
+    }
+
+    /// A placement whose parts that do not move are in place.
+    pub fn placement(&self) -> Placement {
+        let part_epochs = self.parts.iter().map(|part| if part.frame == 0 { ALWAYS } else { 0 }).collect();
+        Placement {
+            part_poses: self.parts.iter().map(|part| part.pose_frame_part).collect(),
+            part_epochs,
+            centers: self.bodies.iter().map(|body| body.ball.0).collect(),
+            ..Placement::default()
+        }
+    }
+
+    /// Moves everything to configuration `q`.
+    pub fn place(&self, scene: &Scene, q: &[f64], placement: &mut Placement) {
+        kinematics::forward(scene, q, &mut placement.poses);
+        self.begin(placement);
+        for &body in &self.moving {
+            let PreparedBody { ball, frame, .. } = &self.bodies[body];
+            placement.centers[body] = placement.poses[*frame].point(&ball.0);
+        }
+    }
+
+    /// Moves everything to one configuration of a block, but for the centres, which are left where
+    /// they are.
+    pub fn place_lane(&self, block: &PoseBlock, lane: usize, placement: &mut Placement) {
+        placement.poses.clear();
+        placement.poses.extend((0..block.frames()).map(|frame| block.pose(frame, lane)));
+        self.begin(placement);
+    }
+
+    /// Forgets where the parts were.
+    fn begin(&self, placement: &mut Placement) {
+        placement.epoch = (placement.epoch + 1) % ALWAYS;
+        if placement.epoch == 0 {
+            placement.part_epochs.iter_mut().filter(|epoch| **epoch != ALWAYS).for_each(|epoch| *epoch = 0);
+            placement.epoch = 1;
+        }
+    }
+
+    /// Two parts at the placed configuration.
+    pub fn placed<'a>(&'a self, placement: &'a mut Placement, first: usize, second: usize) -> (Placed<'a>, Placed<'a>) {
+        for part in [first, second] {
+            let epoch = placement.part_epochs[part];
+            if epoch != placement.epoch && epoch != ALWAYS {
+                let prepared = &self.parts[part];
+                placement.part_poses[part] = placement.poses[prepared.frame].then(&prepared.pose_frame_part);
+                placement.part_epochs[part] = placement.epoch;
+            }
+        }
+        let at = |part: usize| Placed { prepared: &self.parts[part].prepared, pose: &placement.part_poses[part] };
+        (at(first), at(second))
+    }
+}
+
+/// What geometry is told by that many bodies may have, as a wall of equal boxes: its kind, and its
+/// sizes or the mesh that it shares.
+type Key = (u8, [u64; 3]);
+
+fn key(geometry: &Geometry) -> Option<Key> {
+    let sizes = |sizes: [f64; 3]| sizes.map(f64::to_bits);
+    let shared = |mesh: &Arc<TriangleMesh>| [Arc::as_ptr(mesh) as u64, 0, 0];
+    Some(match geometry {
+        Geometry::Sphere { radius } => (0, sizes([*radius, 0.0, 0.0])),
+        Geometry::Box { half_extents } => (1, sizes([half_extents.x, half_extents.y, half_extents.z])),
+        Geometry::Cylinder { radius, half_length } => (2, sizes([*radius, *half_length, 0.0])),
+        Geometry::Capsule { radius, half_length } => (3, sizes([*radius, *half_length, 0.0])),
+        Geometry::Mesh(mesh) => (4, shared(mesh)),
+        Geometry::ConvexHull(mesh) => (5, shared(mesh)),
+        Geometry::Voxels(voxels) => (6, [Arc::as_ptr(voxels) as u64, 0, 0]),
+        Geometry::Points(points) => (7, [Arc::as_ptr(points) as u64, 0, 0]),
+        Geometry::HeightField(field) => (8, [Arc::as_ptr(field) as u64, 0, 0]),
+        Geometry::HalfSpace { .. } => return None,
+    })
+}
+
+fn prepared_parts(body: &Body, shapes: &mut HashMap<Key, Arc<PreparedShape>>) -> impl Iterator<Item = PreparedPart> {
+    body.parts.iter().filter_map(|part| {
+        let new = || Some(Arc::new(PreparedShape::new(&part.geometry)?));
+        let prepared = match key(&part.geometry).map(|key| shapes.entry(key)) {
+            Some(Entry::Occupied(known)) => Arc::clone(known.get()),
+            Some(Entry::Vacant(place)) => Arc::clone(place.insert(new()?)),
+            None => new()?,
+        };
+        Some(PreparedPart { prepared, pose_frame_part: part.pose_frame_part, frame: body.frame })
+    })
+}
+
+/// Whether two bodies have the same shapes in the same order, wherever they are.
+fn have_equal_shapes(a: &Body, b: &Body) -> bool {
+    a.parts.len() == b.parts.len() && a.parts.iter().zip(&b.parts).all(|(a, b)| a.geometry == b.geometry)
+}
+
+fn box_around(parts: &[PreparedPart]) -> Aabb {
+    let points: Vec<Vec3> = parts.iter().flat_map(points_around).collect();
+    Aabb::around(points.iter())
+}
+
+fn ball_around(parts: &[PreparedPart]) -> (Vec3, f64) {
+    match parts {
+        [] => (Vec3::zeros(), f64::NEG_INFINITY),
+        [part] => (part.pose_frame_part.point(&part.shape().ball.0), part.shape().ball.1 * (1.0 + 1e-12)),
+        _ => {
+            let points: Vec<Vec3> = parts.iter().flat_map(points_around).collect();
+            bounding_ball(&points)
+        }
+    }
+}
+
+/// Points in frame coordinates whose convex hull holds the part.
+fn points_around(part: &PreparedPart) -> impl Iterator<Item = Vec3> {
+    outline(part.shape()).into_iter().map(|p| part.pose_frame_part.point(&p))
+}
+
+/// Points whose convex hull holds the shape.
+fn outline(shape: &Shape) -> Vec<Vec3> {
+    match &shape.kind {
+        ShapeKind::Mesh(mesh) => mesh.vertices.clone(),
+        ShapeKind::Scenery(_) => shape.bounds.corners().to_vec(),
+        ShapeKind::Convex(solid) => match &solid.shape.core {
+            ConvexCore::Hull(hull) => hull.points().to_vec(),
+            _ => shape.bounds.corners().to_vec(),
+        },
+    }
+}

@@ -1,0 +1,107 @@
+//! All kinds of scenery as one type, seen as a tree of elements. No pairs.
+
+use super::field::Field;
+use super::half_space::HalfSpace;
+use super::many::Many;
+use super::tree::{Approach, At, ENDLESS, Element};
+use crate::collision::shapes::bounds::{Aabb, Relative};
+use crate::collision::shapes::bvh::{Cuboid, View};
+use crate::math::Vec3;
+use crate::robot::Geometry;
+
+/// A shape that only obstacles have.
+#[derive(Debug, Clone)]
+pub enum Scenery {
+    /// One convex shape at many places, not turned.
+    Many(Box<Many>),
+    /// All on one side of a plane.
+    HalfSpace(HalfSpace),
+    /// The ground below a grid of heights.
+    Field(Field),
+}
+
+impl Scenery {
+    /// Prepares scenery, with a box and a ball around it; `None` for what holds nothing and for
+    /// shapes of other kinds.
+    pub fn new(geometry: &Geometry) -> Option<(Self, Aabb, (Vec3, f64))> {
+        match geometry {
+            Geometry::Points(cloud) => Many::of_points(cloud).map(with_ball),
+            Geometry::Voxels(voxels) => Many::of_voxels(voxels).map(with_ball),
+            Geometry::HalfSpace { normal, offset } => {
+                let all = Aabb { center: Vec3::zeros(), half: Vec3::repeat(ENDLESS) };
+                let half_space = Self::HalfSpace(HalfSpace { normal: *normal, offset: *offset });
+                Some((half_space, all, (Vec3::zeros(), 2.0 * ENDLESS)))
+            }
+            Geometry::HeightField(field) => {
+                let field = Field::new(field)?;
+                let bounds = field.bounds();
+                Some((Self::Field(field), bounds, (Vec3::zeros(), 4.0 * ENDLESS)))
+            }
+            _ => None,
+        }
+    }
+
+    /// Signed depth \[m\] of `point` where it is above `least`: positive inside, minus the distance
+    /// outside.
+    ///
+    /// Of balls and cubes that in the deepest one, of cubes with what their neighbours add; of a
+    /// height field that below the whole surface, and beside its walls it may be less than it is.
+    pub fn depth_above(&self, point: &Vec3, least: f64, stack: &mut Vec<(f64, u32)>) -> Option<f64> {
+        match self {
+            Self::Many(many) => many.depth_above(point, least, stack),
+            Self::HalfSpace(half) => Some(half.offset - half.normal.dot(point)).filter(|depth| *depth > least),
+            Self::Field(field) => field.depth_above(point, least, stack),
+        }
+    }
+
+    /// How a shape with box `bounds` stands to it.
+    pub fn approach<'a>(&self, relative: &'a Relative, bounds: &'a Aabb) -> Approach<'a> {
+        let pose = &relative.pose_a_b;
+        let seen = match self {
+            Self::Many(many) => {
+                let cuboid = Cuboid::around(bounds);
+                let view = View::new(pose, many.cuboid(), &cuboid);
+                let seen = view.see(&cuboid, 0.0);
+                Some((view, seen))
+            }
+            _ => None,
+        };
+        let reach: f64 = (0..3).map(|k| pose.rotation[(2, k)].abs() * bounds.half[k]).sum();
+        Approach { relative, bounds, seen, low: pose.point(&bounds.center).z - reach }
+    }
+
+    /// The node that holds everything; `None` of a half-space.
+    pub fn root(&self) -> Option<At> {
+        match self {
+            Self::Many(many) => Some(many.root()),
+            Self::HalfSpace(_) => None,
+            Self::Field(field) => Some(field.root()),
+        }
+    }
+
+    /// Calls `each` with what a node is made of and what may be nearer than `limit` \[m\] to the
+    /// other shape, and a lower bound \[m\] on how far it is (negative where boxes overlap).
+    #[inline]
+    pub fn open(&self, at: At, approach: &Approach, limit: f64, each: impl FnMut(f64, At)) {
+        match self {
+            Self::Many(many) => many.open(at, approach, limit, each),
+            Self::HalfSpace(_) => {}
+            Self::Field(field) => field.open(at, approach, limit, each),
+        }
+    }
+
+    /// What `f` makes of an element; `None` where there is none of that number.
+    #[inline]
+    pub fn with_element<R>(&self, number: u32, approach: &Approach, f: impl FnOnce(Element) -> R) -> Option<R> {
+        match self {
+            Self::Many(many) => many.element(number).map(f),
+            Self::HalfSpace(_) => None,
+            Self::Field(field) => field.with_element(number, approach.low, f),
+        }
+    }
+}
+
+fn with_ball(many: Many) -> (Scenery, Aabb, (Vec3, f64)) {
+    let bounds = *many.bounds();
+    (Scenery::Many(Box::new(many)), bounds, (bounds.center, bounds.half.norm() * (1.0 + 1e-12)))
+}

@@ -1,0 +1,214 @@
+//! Whether a whole geodesic between two configurations is free: proved by halving it until every
+//! stretch is shorter than what its middle keeps clear.
+
+pub mod speed_paths;
+pub mod stretches;
+
+use super::checker::{CheckScratch, Checker};
+use crate::kinematics::ball_speeds;
+use crate::scene::{PairId, Scene};
+use stretches::{SegmentScratch, Stretch};
+
+/// How finely a segment is checked.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SegmentOptions {
+    /// Where bodies come nearer than about this \[m\] to losing the clearance, nothing may be
+    /// proved; and a contact is enclosed in a stretch in which bodies that may collide there move
+    /// by about this relative to each other at most. At least [`LEAST_RESOLUTION`]; less counts as
+    /// that.
+    pub resolution: f64,
+}
+
+impl Default for SegmentOptions {
+    /// A tenth of a millimetre.
+    fn default() -> Self {
+        Self { resolution: 1e-4 }
+    }
+}
+
+/// Finest resolution of segments \[m\]: below it, what exact tests err by counts.
+pub const LEAST_RESOLUTION: f64 = 1e-5;
+
+/// What is known of a segment. Fractions are those of [`crate::cspace::ConfigSpace::interpolate`].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum SegmentOutcome {
+    /// Every configuration of the segment is free: proved.
+    Free,
+    /// It meets a collision.
+    Contact {
+        /// Every configuration up to this fraction is free: proved. 0 where the first one collides.
+        free_until: f64,
+        /// [`Checker::label`] says that the configuration at this fraction collides. From
+        /// `free_until` to here the bodies that may collide move by at most about the resolution
+        /// relative to each other.
+        colliding_at: f64,
+        /// A pair that collides there; see [`Scene::pair_names`].
+        pair: PairId,
+    },
+    /// Two bodies come so near to losing the clearance that neither was found: no proof, and no
+    /// collision next to where it ends.
+    Undecided {
+        /// Every configuration up to this fraction is free: proved.
+        free_until: f64,
+        /// Where one pair is within the resolution of losing the clearance.
+        near_at: f64,
+        /// That pair; see [`Scene::pair_names`].
+        pair: PairId,
+    },
+}
+
+/// Least part of the resolution that stretches are cut to. A contact is met at an angle, so the
+/// last proved stretch ends some lengths of a stretch before it: there is room for sixteen.
+const FINEST: f64 = 1.0 / 16.0;
+
+/// More than exact tests err by \[m\]: what is proved here is not called colliding there.
+const SLACK: f64 = 2e-7;
+
+/// See [`Checker::segment`].
+pub fn segment(
+    checker: &Checker,
+    from: &[f64],
+    to: &[f64],
+    options: &SegmentOptions,
+    scratch: &mut CheckScratch,
+) -> SegmentOutcome {
+    let mut own = std::mem::take(&mut scratch.segment);
+    let outcome = Search { checker, from, to, scratch, own: &mut own }.run(options);
+    scratch.segment = own;
+    outcome
+}
+
+struct Search<'a> {
+    checker: &'a Checker,
+    from: &'a [f64],
+    to: &'a [f64],
+    scratch: &'a mut CheckScratch,
+    own: &'a mut SegmentScratch,
+}
+
+impl Search<'_> {
+    fn run(&mut self, options: &SegmentOptions) -> SegmentOutcome {
+        let resolution = options.resolution.max(LEAST_RESOLUTION);
+        let Scene { space, .. } = &*self.checker.scene;
+        self.own.q.resize(space.nq(), 0.0);
+        self.own.rates.resize(space.nv(), 0.0);
+        space.difference(self.from, self.to, &mut self.own.rates);
+        if let Some(pair) = self.colliding(0.0) {
+            return SegmentOutcome::Contact { free_until: 0.0, colliding_at: 0.0, pair: PairId::new(pair) };
+        }
+        let mut colliding = self.colliding(1.0).map(|pair| (1.0, pair));
+
+        let SegmentScratch { stretches, pairs, .. } = &mut *self.own;
+        pairs.clear();
+        pairs.extend(0..self.checker.pairs.len() as u32);
+        stretches.clear();
+        stretches.push(Stretch { from: 0.0, to: 1.0, first: 0, last: pairs.len() });
+        while let Some(stretch) = self.own.stretches.pop() {
+            let Some((pair, speed)) = self.unproved(&stretch) else { continue };
+            let Stretch { from, to, last, .. } = stretch;
+            let middle = 0.5 * (from + to);
+            let found = {
+                let mut unproved = self.own.pairs[last..].iter().map(|&pair| pair as usize);
+                unproved.find(|&pair| self.checker.pair_collides(pair, self.scratch))
+            };
+            if let Some(found) = found {
+                colliding = Some((middle, found));
+                self.own.stretches.clear();
+            }
+            // Motion that no number between the ends can halve any more.
+            let finest = (to - from) * speed <= FINEST * resolution || middle <= from || middle >= to;
+            if finest {
+                return self.end(&stretch, (pair, speed), colliding, resolution);
+            }
+            let (first, last) = (last, self.own.pairs.len());
+            if found.is_none() {
+                self.own.stretches.push(Stretch { from: middle, to, first, last });
+            }
+            self.own.stretches.push(Stretch { from, to: middle, first, last });
+        }
+        SegmentOutcome::Free
+    }
+
+    /// Puts the pairs that are not proved apart all along a stretch behind its own, and everything
+    /// in its middle; gives the one of them that may move fastest, and its speed [m per segment].
+    fn unproved(&mut self, stretch: &Stretch) -> Option<(usize, f64)> {
+        let checker = self.checker;
+        let half = 0.5 * (stretch.to - stretch.from);
+        self.place(0.5 * (stretch.from + stretch.to));
+        let SegmentScratch { rates, speeds, pairs, .. } = &mut *self.own;
+        let placement = &self.scratch.placement;
+        speeds.clear();
+        for (body, center) in checker.bodies.bodies.iter().zip(&placement.centers) {
+            let ball = (body.frame, center, body.ball.1.max(0.0));
+            ball_speeds(&checker.scene, &placement.poses, rates, half, ball, speeds);
+        }
+        pairs.truncate(stretch.last);
+        let mut fastest: Option<(usize, f64)> = None;
+        for at in stretch.first..stretch.last {
+            let index = pairs[at] as usize;
+            let [a, b] = checker.paths.pairs[index];
+            let speed = speeds[a] + speeds[b];
+            // Where the two do not move against each other, the middle stands for all.
+            let need = if speed > 0.0 { half * speed + SLACK } else { 0.0 };
+            let limit = checker.clearance_of(index) + need;
+            let pair = &checker.pairs[index];
+            let centers = &self.scratch.placement.centers;
+            let reach = pair.radii + limit;
+            let far = reach < 0.0 || (centers[pair.first] - centers[pair.second]).norm_squared() > reach * reach;
+            if far || !checker.pair_nearer(index, limit, self.scratch) {
+                continue;
+            }
+            pairs.push(index as u32);
+            if fastest.is_none_or(|(_, most)| speed > most) {
+                fastest = Some((index, speed));
+            }
+        }
+        fastest
+    }
+
+    /// What to say where a stretch of the least length is not proved.
+    fn end(
+        &mut self,
+        stretch: &Stretch,
+        (pair, speed): (usize, f64),
+        colliding: Option<(f64, usize)>,
+        resolution: f64,
+    ) -> SegmentOutcome {
+        let free_until = stretch.from;
+        // The speed is bounded within the stretch; just outside it may grow a little.
+        let reach = free_until + 0.9 * resolution / speed;
+        let contact =
+            |(colliding_at, pair)| SegmentOutcome::Contact { free_until, colliding_at, pair: PairId::new(pair) };
+        if let Some(found) = colliding.filter(|(at, _)| *at <= reach) {
+            return contact(found);
+        }
+        let steps = (1.0 / FINEST) as u32;
+        for step in 1..=steps {
+            let at = free_until + (reach.min(1.0) - free_until) * f64::from(step) / f64::from(steps);
+            if let Some(pair) = self.colliding(at) {
+                return contact((at, pair));
+            }
+        }
+        SegmentOutcome::Undecided { free_until, near_at: 0.5 * (stretch.from + stretch.to), pair: PairId::new(pair) }
+    }
+
+    fn place(&mut self, at: f64) {
+        self.checker.scene.space.interpolate(self.from, self.to, at, &mut self.own.q);
+        self.checker.place(&self.own.q, self.scratch);
+    }
+
+    /// A pair that collides at a fraction of the segment.
+    fn colliding(&mut self, at: f64) -> Option<usize> {
+        self.place(at);
+        self.checker.find_near(self.checker.most_clearance, self.scratch);
+        // In order of the pairs: which one is named does not depend on what was asked before.
+        let mut near = std::mem::take(&mut self.scratch.broad.pairs);
+        near.sort_unstable();
+        let found = near.iter().map(|&p| p as usize).find(|&pair| self.checker.pair_collides(pair, self.scratch));
+        self.scratch.broad.pairs = near;
+        found
+    }
+}
+
+#[cfg(test)]
+pub mod tests;

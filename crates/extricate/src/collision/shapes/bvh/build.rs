@@ -1,0 +1,195 @@
+//! How triangles are sorted into a tree: the surface-area heuristic, eight children at a time.
+
+use super::block::Block;
+use super::boxes::{Boxes, Cuboid};
+use super::tree::{Bvh, Group, Node, Ref};
+use crate::collision::shapes::bounds::{Aabb, EMPTY};
+use crate::math::{LANES, Vec3};
+
+const BINS: usize = 16;
+/// Fewer items than this are sorted along each axis and split behind a multiple of eight, so that
+/// blocks are full.
+const SORTED: usize = 256;
+
+struct Item {
+    lower: Vec3,
+    upper: Vec3,
+    id: u32,
+}
+
+impl Item {
+    fn around(points: &[Vec3], id: usize) -> Self {
+        let (lower, upper) = points.iter().fold(EMPTY, |(lower, upper), p| (lower.inf(p), upper.sup(p)));
+        Self { lower, upper, id: id as u32 }
+    }
+
+    /// Twice its middle.
+    fn middle(&self, axis: usize) -> f64 {
+        self.lower[axis] + self.upper[axis]
+    }
+}
+
+/// Builds the tree of `groups` of triangles, each of which fills a subtree; none may be empty, and
+/// there must be one.
+///
+/// # Source
+/// I. Wald, "On fast construction of SAH-based bounding volume hierarchies", 2007,
+/// doi:10.1109/RT.2007.4342588. Deviation: of up to eight ranges the one with the largest surface
+/// is split next; they become the children of one node.
+pub fn build(groups: &[Vec<[Vec3; 3]>]) -> Bvh {
+    let mut items: Vec<Item> = groups.iter().enumerate().map(|(id, g)| Item::around(g.as_flattened(), id)).collect();
+    let bounds = bounds(&items);
+    let mut tree = Bvh {
+        root: Ref::node(0),
+        bounds,
+        cuboid: Cuboid::around(&bounds),
+        nodes: Vec::new(),
+        blocks: Vec::new(),
+        groups: vec![Group { root: Ref::node(0), blocks: 0..0 }; groups.len()],
+    };
+    tree.root = tree.add_groups(&mut items, groups);
+    tree.nodes.shrink_to_fit();
+    tree.blocks.shrink_to_fit();
+    tree
+}
+
+impl Bvh {
+    fn add_groups(&mut self, items: &mut [Item], groups: &[Vec<[Vec3; 3]>]) -> Ref {
+        let [Item { id, .. }] = items else {
+            return self.add_node(items, 1, |tree, items| tree.add_groups(items, groups));
+        };
+        let group = *id as usize;
+        let mut triangles: Vec<Item> = groups[group].iter().enumerate().map(|(k, t)| Item::around(t, k)).collect();
+        let first = self.blocks.len();
+        let root = self.add_triangles(&mut triangles, &groups[group], group as u32);
+        self.groups[group] = Group { root, blocks: first..self.blocks.len() };
+        root
+    }
+
+    fn add_triangles(&mut self, items: &mut [Item], triangles: &[[Vec3; 3]], group: u32) -> Ref {
+        if items.len() > LANES {
+            return self.add_node(items, LANES, |tree, items| tree.add_triangles(items, triangles, group));
+        }
+        let chosen: Vec<[Vec3; 3]> = items.iter().map(|item| triangles[item.id as usize]).collect();
+        self.blocks.push(Block::new(&chosen, group));
+        Ref::block(self.blocks.len() - 1)
+    }
+
+    /// A node over `items`, more than `whole`; ranges of at most `whole` of them are not split.
+    fn add_node(&mut self, items: &mut [Item], whole: usize, add: impl Fn(&mut Self, &mut [Item]) -> Ref) -> Ref {
+        let around = bounds(items);
+        let mut ranges = vec![(area(&around), items)];
+        while ranges.len() < LANES {
+            let splits = ranges.iter().enumerate().filter(|(_, (_, items))| items.len() > whole);
+            let Some((widest, _)) = splits.max_by(|(_, (a, _)), (_, (b, _))| a.total_cmp(b)) else { break };
+            let (_, items) = ranges.swap_remove(widest);
+            let middle = partition(items);
+            let (left, right) = items.split_at_mut(middle);
+            ranges.push((area(&bounds(left)), left));
+            ranges.push((area(&bounds(right)), right));
+        }
+        let boxes: Vec<Aabb> = ranges.iter().map(|(_, items)| bounds(items)).collect();
+        let index = self.nodes.len();
+        let bounds = Cuboid::around(&around);
+        self.nodes.push(Node { boxes: Boxes::new(&boxes), bounds, children: [Ref::block(0); LANES] });
+        for (lane, (_, items)) in ranges.into_iter().enumerate() {
+            let child = add(self, items);
+            self.nodes[index].children[lane] = child;
+        }
+        Ref::node(index)
+    }
+}
+
+fn bounds(items: &[Item]) -> Aabb {
+    let (lower, upper) = items.iter().fold(EMPTY, |(l, u), item| (l.inf(&item.lower), u.sup(&item.upper)));
+    Aabb::between(&lower, &upper)
+}
+
+fn area(bounds: &Aabb) -> f64 {
+    half_area(&(bounds.half * 2.0))
+}
+
+fn half_area(side: &Vec3) -> f64 {
+    if side.x < 0.0 { 0.0 } else { side.x * side.y + side.y * side.z + side.z * side.x }
+}
+
+/// Sorts `items` (two at least) into two halves by the surface-area heuristic; returns where the
+/// second one starts.
+fn partition(items: &mut [Item]) -> usize {
+    if items.len() < SORTED { sorted_partition(items) } else { binned_partition(items) }
+}
+
+/// Tries all splits behind a multiple of eight (of one, if there are no more than eight) along all
+/// axes.
+fn sorted_partition(items: &mut [Item]) -> usize {
+    let step = if items.len() > LANES { LANES } else { 1 };
+    let mut best = (f64::INFINITY, 0, items.len() / 2);
+    let mut behind = vec![0.0; items.len()];
+    for axis in 0..3 {
+        sort(items, axis);
+        let (mut lower, mut upper) = EMPTY;
+        for (k, item) in items.iter().enumerate().rev() {
+            (lower, upper) = (lower.inf(&item.lower), upper.sup(&item.upper));
+            behind[k] = half_area(&(upper - lower)) * (items.len() - k) as f64;
+        }
+        let (mut lower, mut upper) = EMPTY;
+        for (k, item) in items.iter().enumerate() {
+            let cost = half_area(&(upper - lower)) * k as f64 + behind[k];
+            if k > 0 && k % step == 0 && cost < best.0 {
+                best = (cost, axis, k);
+            }
+            (lower, upper) = (lower.inf(&item.lower), upper.sup(&item.upper));
+        }
+    }
+    sort(items, best.1);
+    best.2
+}
+
+fn sort(items: &mut [Item], axis: usize) {
+    items.sort_by(|a, b| a.middle(axis).total_cmp(&b.middle(axis)).then(a.id.cmp(&b.id)));
+}
+
+/// Tries the splits between [`BINS`] slices along all axes.
+fn binned_partition(items: &mut [Item]) -> usize {
+    let mut best = (f64::INFINITY, 0, 0);
+    let (lower, upper) = items.iter().fold(EMPTY, |(l, u), item| {
+        let middle = item.lower + item.upper;
+        (l.inf(&middle), u.sup(&middle))
+    });
+    for axis in 0..3 {
+        let scale = BINS as f64 / (upper[axis] - lower[axis]);
+        if !scale.is_finite() {
+            continue;
+        }
+        let mut bins = [(EMPTY.0, EMPTY.1, 0usize); BINS];
+        for item in items.iter() {
+            let bin = &mut bins[bin_of(item.middle(axis), lower[axis], scale)];
+            *bin = (bin.0.inf(&item.lower), bin.1.sup(&item.upper), bin.2 + 1);
+        }
+        let join = |a: &(Vec3, Vec3, usize), b: &(Vec3, Vec3, usize)| (a.0.inf(&b.0), a.1.sup(&b.1), a.2 + b.2);
+        let mut right = [(EMPTY.0, EMPTY.1, 0usize); BINS + 1];
+        for k in (0..BINS).rev() {
+            right[k] = join(&bins[k], &right[k + 1]);
+        }
+        let mut left = (EMPTY.0, EMPTY.1, 0);
+        for k in 1..BINS {
+            left = join(&left, &bins[k - 1]);
+            let cost = half_area(&(left.1 - left.0)) * left.2 as f64
+                + half_area(&(right[k].1 - right[k].0)) * right[k].2 as f64;
+            if left.2 > 0 && right[k].2 > 0 && cost < best.0 {
+                best = (cost, axis, k);
+            }
+        }
+    }
+    let (cost, axis, split) = best;
+    if cost.is_infinite() {
+        return items.len() / 2; // all middles coincide
+    }
+    let scale = BINS as f64 / (upper[axis] - lower[axis]);
+    items.sort_by_key(|item| bin_of(item.middle(axis), lower[axis], scale) >= split);
+    items.partition_point(|item| bin_of(item.middle(axis), lower[axis], scale) < split)
+}
+
+fn bin_of(value: f64, lower: f64, scale: f64) -> usize {
+    (((value - lower) * scale) as usize).min(BINS - 1)
+}

@@ -1,0 +1,16 @@
+//! Trees of boxes over the triangles of a mesh, eight children a node and eight triangles a leaf.
+//! Not pairs of trees.
+
+mod block;
+mod boxes;
+mod build;
+mod tree;
+
+pub use crate::math::simd::lanes_of;
+pub use block::Probe;
+pub use boxes::{Boxes, Cuboid, Lanes, Seen, View, below, rounded_up, rounding_at};
+pub use build::build;
+pub use tree::{Bvh, Nearest, Ref, push_sorted};
+
+#[cfg(test)]
+mod tests;

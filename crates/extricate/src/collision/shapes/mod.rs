@@ -1,0 +1,17 @@
+//! A part's geometry prepared for checks: a convex solid, a mesh or scenery, with a box and a ball
+//! around it.
+
+pub mod bounds;
+pub(crate) mod bvh;
+pub mod convex;
+mod convex_solid;
+pub mod inner_spheres;
+pub mod mesh;
+pub mod orient;
+mod shape;
+
+pub use convex_solid::{ConvexSolid, slab_depth};
+pub use shape::{Shape, ShapeKind};
+
+#[cfg(test)]
+pub mod test_mesh;

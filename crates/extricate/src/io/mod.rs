@@ -1,0 +1,306 @@
+//! The one place that touches files: scenes in, models in and out.
+
+mod files;
+pub mod model_file;
+pub mod worlds;
+
+use std::fs;
+use std::io::ErrorKind;
+use std::path::Path;
+
+use crate::collision::convex_parts;
+use crate::error::{Error, Result};
+use crate::model::Model;
+use crate::model::adapt::Adapter;
+use crate::model::learner::Learner;
+use crate::scene::assemble::assemble_entries;
+use crate::scene::file::world_file::{in_world_of_entries, obstacles_of_entries};
+use crate::scene::file::{self, SceneFile};
+use crate::scene::import::is_foreign;
+use crate::scene::{Body, Scene};
+use files::read;
+pub use files::{check_output, write_atomically};
+use model_file::adapt_checkpoint;
+use model_file::checkpoint::{self, CheckpointSummary};
+
+/// Loads a scene file and everything that it names; or a URDF, as a scene of that robot alone.
+///
+/// # Errors
+/// [`crate::Error::Read`] where the file cannot be read, [`crate::Error::Input`] where it, or what
+/// it names, cannot be used.
+pub fn load_scene(path: impl AsRef<Path>) -> Result<Scene> {
+    let path = path.as_ref();
+    match scene_text(path)? {
+        SceneText::Toml(text) => assemble_entries(path, &parsed(path, &text)?, &mut read),
+        SceneText::Urdf => {
+            // Debug quotes a string as TOML does.
+            let file = path.file_name().unwrap_or_default().to_string_lossy();
+            assemble_entries(path, &parsed(path, &format!("[[robot]]\nurdf = {file:?}\n"))?, &mut read)
+        }
+    }
+}
+
+fn parsed(path: &Path, text: &str) -> Result<SceneFile> {
+    Ok(cutting(&file::parse(&path.display().to_string(), text)?))
+}
+
+/// The same entries, with the cutter of the collision checker for the convex parts that they ask
+/// for.
+fn cutting(entries: &SceneFile) -> SceneFile {
+    SceneFile { cut: Some(convex_parts), ..entries.clone() }
+}
+
+/// Loads the scene of the robots of `robots` in the world of a scene file, see
+/// [`crate::scene::file::world_file::in_world`]; or in one that another program wrote, see
+/// [`import`](crate::scene::import::import).
+///
+/// # Errors
+/// As [`load_scene`].
+pub fn load_world(robots: &Scene, path: &Path) -> Result<Scene> {
+    if is_foreign(path) {
+        return worlds::load_foreign(robots, path);
+    }
+    match scene_text(path)? {
+        SceneText::Toml(text) => in_world_of_entries(robots, path, &parsed(path, &text)?, &mut read),
+        SceneText::Urdf => {
+            let problem = "got a URDF, expected a scene file with the world's obstacles (TOML)";
+            Err(Error::input(path.display().to_string(), "file", problem))
+        }
+    }
+}
+
+/// As [`load_world`], of a world that was not written as a file, as [`assemble_scene`] takes it.
+///
+/// # Errors
+/// As [`load_scene`].
+pub fn assemble_world(robots: &Scene, name: &str, entries: &SceneFile) -> Result<Scene> {
+    in_world_of_entries(robots, Path::new(name), &cutting(entries), &mut read)
+}
+
+/// The obstacles of entries that were not written as a file, for [`Scene::with_obstacles`].
+///
+/// # Errors
+/// As [`load_scene`].
+pub fn read_obstacles(name: &str, entries: &SceneFile) -> Result<Vec<Body>> {
+    obstacles_of_entries(Path::new(name), &cutting(entries), &mut read)
+}
+
+/// What a scene can be read from.
+enum SceneText {
+    Toml(String),
+    Urdf,
+}
+
+fn scene_text(path: &Path) -> Result<SceneText> {
+    let bytes = read(path)?;
+    let name = path.display().to_string();
+    if is_foreign(path) {
+        let problem =
+            "got a world without a robot, expected a scene (TOML) or a URDF: give it as the world of one, or import it";
+        return Err(Error::input(name, "file", problem));
+    }
+    if model_file::is_model(&bytes) {
+        return Err(Error::input(name, "file", "got a model file, expected a scene (TOML)"));
+    }
+    // A URDF may be in an encoding that it declares.
+    if bytes.trim_ascii_start().first() == Some(&b'<') {
+        return Ok(SceneText::Urdf);
+    }
+    let text = String::from_utf8(bytes).map_err(|error| {
+        let at = format!("byte {}", error.utf8_error().valid_up_to());
+        Error::input(name, at, "got bytes that are not UTF-8, expected a scene (TOML)")
+    })?;
+    if text.trim_start_matches('\u{feff}').trim_start().starts_with('<') {
+        return Ok(SceneText::Urdf);
+    }
+    Ok(SceneText::Toml(text))
+}
+
+/// Assembles a scene that was not written as a file; `name` is what messages call it. Paths in
+/// `entries` start from the working directory; where one is the first of a pair in `texts`, the
+/// second stands for the file's contents.
+///
+/// # Errors
+/// As [`load_scene`].
+pub fn assemble_scene(name: &str, entries: &SceneFile, texts: &[(String, String)]) -> Result<Scene> {
+    let entries = &cutting(entries);
+    assemble_entries(Path::new(name), entries, &mut |path| match texts.iter().find(|(at, _)| Path::new(at) == path) {
+        Some((_, text)) => Ok(text.clone().into_bytes()),
+        None => read(path),
+    })
+}
+
+/// Loads a model file.
+///
+/// # Errors
+/// [`crate::Error::Model`] where the file is truncated, altered, foreign or of another version.
+pub fn load_model(path: impl AsRef<Path>) -> Result<Model> {
+    let path = path.as_ref();
+    model_file::decode(path, &read(path)?)
+}
+
+/// Writes a model file as [`write_atomically`] does.
+///
+/// # Errors
+/// [`crate::Error::Write`]; the old file, if any, is then untouched.
+pub fn save_model(model: &Model, path: impl AsRef<Path>) -> Result<()> {
+    let path = path.as_ref();
+    write_atomically(path, &model_file::encode(model))
+}
+
+/// Writes the checkpoint of a run, as it was at the end of its last whole unit of work, as
+/// [`write_atomically`] does.
+///
+/// # Errors
+/// [`crate::Error::Write`]; the old file, if any, is then untouched.
+pub fn save_checkpoint(learner: &Learner, path: &Path) -> Result<()> {
+    write_atomically(path, &checkpoint::encode(learner))
+}
+
+/// Goes on with the run that a file is a checkpoint of; its `scene` has to be given again.
+///
+/// # Errors
+/// [`crate::Error::Read`], and [`crate::Error::Checkpoint`] where the file is truncated, altered,
+/// foreign, of another version or of another scene.
+pub fn load_checkpoint(path: &Path, scene: Scene, threads: usize) -> Result<Learner> {
+    checkpoint::decode(path, &read(path)?, scene, threads)
+}
+
+/// What a checkpoint says of its run.
+///
+/// # Errors
+/// As [`load_checkpoint`].
+pub fn checkpoint_summary(path: &Path) -> Result<CheckpointSummary> {
+    checkpoint::summary(path, &read(path)?)
+}
+
+/// [`save_checkpoint`] of a run that adapts a model.
+///
+/// # Errors
+/// [`crate::Error::Write`]; the old file, if any, is then untouched.
+pub fn save_adapt_checkpoint(adapter: &Adapter, path: &Path) -> Result<()> {
+    write_atomically(path, &adapt_checkpoint::encode(adapter))
+}
+
+/// [`load_checkpoint`] of a run that adapts a model; `old` has to be given again too.
+///
+/// # Errors
+/// As [`load_checkpoint`], and where the checkpoint is of another model.
+pub fn load_adapt_checkpoint<'a>(path: &Path, old: &'a Model, scene: Scene, threads: usize) -> Result<Adapter<'a>> {
+    adapt_checkpoint::decode(path, &read(path)?, old, scene, threads)
+}
+
+/// [`checkpoint_summary`] of a run that adapts a model.
+///
+/// # Errors
+/// As [`load_adapt_checkpoint`].
+pub fn adapt_checkpoint_summary(path: &Path) -> Result<CheckpointSummary> {
+    adapt_checkpoint::summary(path, &read(path)?)
+}
+
+/// Removes a checkpoint whose run is over; one that is not there is none.
+///
+/// # Errors
+/// [`crate::Error::Write`].
+pub fn remove_checkpoint(path: &Path) -> Result<()> {
+    match fs::remove_file(path) {
+        Err(error) if error.kind() != ErrorKind::NotFound => Err(Error::Write { path: path.into(), source: error }),
+        _ => Ok(()),
+    }
+}
+
+/// Whether [`save_checkpoint`] can be expected to succeed.
+///
+/// # Errors
+/// As [`check_model_output`].
+pub fn check_checkpoint_output(path: &Path) -> Result<()> {
+    check_output(path, "checkpoint", checkpoint::is_checkpoint)
+}
+
+/// Whether [`save_model`] can be expected to succeed; to be asked before hours of learning.
+///
+/// # Errors
+/// [`crate::Error::Write`] for a directory, a device, a folder that does not exist or takes no
+/// files, and for a file that is there already and no model: a scene given by mistake is not
+/// replaced.
+pub fn check_model_output(path: &Path) -> Result<()> {
+    check_output(path, "model", model_file::is_model)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::io::files::read_at_most;
+    use crate::scene::builtin;
+
+    #[test]
+    fn scenes_load_from_files_as_from_memory() {
+        let folder = tempfile::tempdir().unwrap();
+        let files = builtin::files("shelf-arm").unwrap();
+        for (name, contents) in &files {
+            let path = folder.path().join(name);
+            std::fs::create_dir_all(path.parent().unwrap()).unwrap();
+            std::fs::write(path, contents).unwrap();
+        }
+        let loaded = load_scene(folder.path().join(&files[0].0)).unwrap();
+        let built = builtin::scene("shelf-arm").unwrap();
+        assert_eq!(loaded.pairs, built.pairs);
+        assert_eq!(serde_json::to_string(&loaded).unwrap(), serde_json::to_string(&built).unwrap());
+
+        std::fs::remove_file(folder.path().join("robot/meshes/link_3.stl")).unwrap();
+        let missing = load_scene(folder.path().join(&files[0].0)).unwrap_err().to_string();
+        assert!(missing.contains("package://robot/meshes/link_3.stl") && missing.contains("tried"), "{missing}");
+        assert!(matches!(load_scene(folder.path().join("none.toml")), Err(Error::Read { .. })));
+    }
+
+    #[test]
+    fn scenes_need_no_files() {
+        let urdf = "<robot name='r'><link name='a'/><link name='b'><collision><geometry><sphere radius='1'/></geometry>\
+                    </collision></link><joint name='j' type='prismatic'><parent link='a'/><child link='b'/>\
+                    <axis xyz='1 0 0'/><limit lower='0' upper='9' effort='1' velocity='1'/></joint></robot>";
+        let corners = [[0., 0., 0.], [1., 0., 0.], [0., 1., 0.], [0., 0., 1.]].map(crate::math::Vec3::from).to_vec();
+        let mesh = crate::robot::TriangleMesh::new(corners, vec![[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]]);
+        let text = "[[robot]]\nurdf = 'text'\n[[obstacle]]\nname = 'wedge'\nshape = {}";
+        let mut entries = crate::scene::file::parse("s", text).unwrap();
+        entries.obstacle[0].shape.triangles = Some(mesh.into());
+        let assembled = |entries: &_, at: &str| assemble_scene("s", entries, &[(at.to_string(), urdf.to_string())]);
+        let scene = assembled(&entries, "text").unwrap();
+        assert_eq!((scene.space.nq(), scene.bodies.len(), scene.pairs.len()), (1, 2, 1));
+        assert!(assembled(&entries, "other").unwrap_err().to_string().contains("robot 1: urdf: got text"));
+        entries.clearance = Some(crate::scene::clearances::ClearanceEntry::Uniform(-1.0));
+        assert!(assembled(&entries, "text").unwrap_err().to_string().contains("s: clearance: got -1"));
+    }
+
+    #[test]
+    fn only_files_of_the_same_kind_are_replaced() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = |name: &str| folder.path().join(name);
+        let is_own = |head: &[u8]| head.starts_with(b"own");
+        let refused = |name: &str| check_output(&path(name), "thing", is_own).err().map(|e| e.to_string());
+        fs::write(path("own"), "own 1").unwrap();
+        fs::write(path("empty"), "").unwrap();
+        fs::write(path("scene"), "clearance = 0").unwrap();
+        assert_eq!((refused("own"), refused("empty"), refused("new")), (None, None, None));
+        assert!(refused("scene").unwrap().contains("exists and is no thing"));
+        assert!(refused("").unwrap().contains("is a directory"));
+        assert!(refused("no/new").unwrap().contains("there is no directory"));
+        assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 3, "nothing is left behind");
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn links_are_followed_and_devices_refused() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = |name: &str| folder.path().join(name);
+        fs::create_dir(path("far")).unwrap();
+        fs::write(path("far/file"), "old").unwrap();
+        std::os::unix::fs::symlink(path("far/file"), path("link")).unwrap();
+        write_atomically(&path("link"), b"new").unwrap();
+        assert!(path("link").is_symlink());
+        assert_eq!(fs::read(path("far/file")).unwrap(), b"new");
+        let device = check_output(Path::new("/dev/null"), "thing", |_| true).unwrap_err().to_string();
+        assert!(device.contains("/dev/null: it is a device"), "{device}");
+        let endless = read_at_most(Path::new("/dev/zero"), 100).unwrap_err().to_string();
+        assert_eq!(endless, "it is larger than 100 bytes");
+    }
+}

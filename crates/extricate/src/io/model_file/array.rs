@@ -1,0 +1,11 @@
+//! An array of a model file.
+
+use safetensors::tensor::Dtype;
+
+/// A tensor to be.
+pub struct Array {
+    pub name: &'static str,
+    pub dtype: Dtype,
+    pub shape: Vec<usize>,
+    pub bytes: Vec<u8>,
+}

@@ -1,0 +1,125 @@
+//! What a model file holds though it could be made anew from the rest, because that takes most of
+//! the time of loading a model: the indices of samples and exits, the planes of exits, the convex
+//! pieces of meshes.
+//!
+//! `index.lists`, `index.centres`, `index.margins`, `index.basis` (see [`IndexArrays`]), the same
+//! of `exits`; `planes.counts`, `planes.pairs`, `planes.columns`, `planes.numbers` (see
+//! [`ContactPlaneArrays`]); `pieces.counts`, `pieces.sizes`, `pieces.points` (see [`PieceArrays`]).
+//! No proof and no verification rests on any of it (wrong pieces could lower a bound, never raise
+//! one), and none of it is taken that does not fit the rest.
+
+use safetensors::tensor::{Dtype, SafeTensors};
+
+use super::array::Array;
+use crate::collision::{Checker, PieceArrays};
+use crate::metric::Metric;
+use crate::model::Model;
+use crate::samples::SampleSet;
+use crate::samples::arrays::{IndexArrays, Mismatch, SampleArrays};
+use crate::samples::contact_planes::ContactPlaneArrays;
+
+/// The names of an index: of its lists, centres, margins and basis.
+type Names = [&'static str; 4];
+
+const ALL: Names = ["index.lists", "index.centres", "index.margins", "index.basis"];
+const EXITS: Names = ["exits.lists", "exits.centres", "exits.margins", "exits.basis"];
+
+/// The arrays of a model.
+pub fn arrays(model: &Model) -> Vec<Array> {
+    let SampleArrays { all, solved, tangents } = model.boundary().kept();
+    let ContactPlaneArrays { counts, pairs, columns, numbers } = tangents;
+    let pieces = model.checker().kept_pieces();
+    let mut arrays = Vec::from(of_index(ALL, &all));
+    arrays.extend(solved.iter().flat_map(|solved| of_index(EXITS, solved)));
+    arrays.extend([
+        array("planes.counts", Dtype::U8, &counts, u8::to_le_bytes),
+        // Two bytes are enough as a rule, and a tenth of the file.
+        match pairs.iter().map(|pair| u16::try_from(*pair)).collect::<Result<Vec<u16>, _>>() {
+            Ok(pairs) => array("planes.pairs", Dtype::U16, &pairs, u16::to_le_bytes),
+            Err(_) => array("planes.pairs", Dtype::U32, &pairs, u32::to_le_bytes),
+        },
+        array("planes.columns", Dtype::U8, &columns, u8::to_le_bytes),
+        array("planes.numbers", Dtype::F32, &numbers, f32::to_le_bytes),
+        array("pieces.counts", Dtype::U32, &pieces.counts, u32::to_le_bytes),
+        array("pieces.sizes", Dtype::U32, &pieces.sizes, u32::to_le_bytes),
+        array("pieces.points", Dtype::F64, &pieces.points, f64::to_le_bytes),
+    ]);
+    arrays
+}
+
+fn of_index([lists, centres, margins, basis]: Names, kept: &IndexArrays) -> [Array; 4] {
+    [
+        array(lists, Dtype::U16, &kept.lists, u16::to_le_bytes),
+        array(centres, Dtype::F32, &kept.centres, f32::to_le_bytes),
+        array(margins, Dtype::F32, &kept.margins, f32::to_le_bytes),
+        array(basis, Dtype::F64, &kept.basis, f64::to_le_bytes),
+    ]
+}
+
+fn array<T: Copy, const N: usize>(name: &'static str, dtype: Dtype, numbers: &[T], bytes: fn(T) -> [u8; N]) -> Array {
+    let bytes = numbers.iter().flat_map(|x| bytes(*x)).collect();
+    Array { name, dtype, shape: vec![numbers.len()], bytes }
+}
+
+/// The samples `configs`, of which the last `exits` are exits, with what was kept of them;
+/// `checker` gets the pieces.
+///
+/// # Errors
+/// Which array is missing or does not fit, and what was expected of it.
+pub fn restore(
+    tensors: &SafeTensors,
+    checker: &Checker,
+    metric: &Metric,
+    configs: Vec<f64>,
+    exits: usize,
+) -> Result<SampleSet, String> {
+    let pieces = PieceArrays {
+        counts: numbers(tensors, "pieces.counts", Dtype::U32, u32::from_le_bytes)?,
+        sizes: numbers(tensors, "pieces.sizes", Dtype::U32, u32::from_le_bytes)?,
+        points: numbers(tensors, "pieces.points", Dtype::F64, f64::from_le_bytes)?,
+    };
+    if !checker.take_pieces(&pieces) {
+        return Err("`pieces`: expected hulls in the boxes of the meshes, around all of their vertices".into());
+    }
+    let pairs = match tensors.tensor("planes.pairs").map(|found| found.dtype()) {
+        Ok(Dtype::U16) => {
+            let pairs: Vec<u16> = numbers(tensors, "planes.pairs", Dtype::U16, u16::from_le_bytes)?;
+            pairs.into_iter().map(u32::from).collect()
+        }
+        _ => numbers(tensors, "planes.pairs", Dtype::U32, u32::from_le_bytes)?,
+    };
+    let tangents = ContactPlaneArrays {
+        counts: numbers(tensors, "planes.counts", Dtype::U8, u8::from_le_bytes)?,
+        pairs,
+        columns: numbers(tensors, "planes.columns", Dtype::U8, u8::from_le_bytes)?,
+        numbers: numbers(tensors, "planes.numbers", Dtype::F32, f32::from_le_bytes)?,
+    };
+    let of_solved = (exits > 0).then(|| index(tensors, EXITS)).transpose()?;
+    let kept = SampleArrays { all: index(tensors, ALL)?, solved: of_solved, tangents };
+    let scene = checker.scene();
+    let sizes = [scene.space.nq(), scene.space.nv(), scene.pairs.len()];
+    SampleSet::restored(metric, sizes, configs, exits, &kept)
+        .map_err(|Mismatch { of, array, expected }| format!("`{of}.{array}`: expected {expected}"))
+}
+
+fn index(tensors: &SafeTensors, [lists, centres, margins, basis]: Names) -> Result<IndexArrays, String> {
+    Ok(IndexArrays {
+        lists: numbers(tensors, lists, Dtype::U16, u16::from_le_bytes)?,
+        centres: numbers(tensors, centres, Dtype::F32, f32::from_le_bytes)?,
+        margins: numbers(tensors, margins, Dtype::F32, f32::from_le_bytes)?,
+        basis: numbers(tensors, basis, Dtype::F64, f64::from_le_bytes)?,
+    })
+}
+
+fn numbers<T, const N: usize>(
+    tensors: &SafeTensors,
+    name: &str,
+    dtype: Dtype,
+    number: fn([u8; N]) -> T,
+) -> Result<Vec<T>, String> {
+    let found = tensors.tensor(name).map_err(|_| format!("no tensor `{name}`"))?;
+    if found.dtype() != dtype {
+        return Err(format!("`{name}`: got numbers of type {:?}, expected {dtype:?}", found.dtype()));
+    }
+    Ok(found.data().as_chunks().0.iter().map(|bytes| number(*bytes)).collect())
+}

@@ -1,0 +1,306 @@
+//! The model file: bytes to [`Model`] and back. No file access (see `store`).
+//!
+//! A safetensors container, so that NumPy reads the arrays: `boundary` (f64, samples x nq; the
+//! first `stand_ins` of the statistics are stand-ins, the last `exits` exits), `reaches` (f64,
+//! distances from held-out colliding configurations to their nearest sample, ascending), `scene`
+//! and `classifier` (postcard, u8); and what could be made anew from these, but takes long, as
+//! `derived.rs` describes. Its one metadata entry, `extricate`, is JSON: format version,
+//! statistics, and the BLAKE3 hash of everything else.
+
+pub mod adapt_checkpoint;
+mod array;
+pub mod checkpoint;
+mod derived;
+mod run_file;
+mod scene_bytes;
+
+use std::collections::HashMap;
+use std::path::Path;
+use std::sync::Arc;
+
+use safetensors::tensor::{Dtype, SafeTensors, TensorView, serialize};
+use serde::{Deserialize, Serialize};
+use serde_json::value::RawValue;
+
+use crate::collision::Checker;
+use crate::error::{Error, Result};
+use crate::learning::obstacle_classifier::ObstacleClassifier;
+use crate::metric::Metric;
+use crate::model::{Model, Statistics};
+use crate::query::report::coverage::Coverage;
+use array::Array;
+
+/// Version of the layout; a file of another version is refused, but for 5 to 9.
+pub const FORMAT: u32 = 10;
+/// Versions that are read. In 5 nothing was kept that can be made anew: such a file takes longer to
+/// load. Until 6 a model said in one of four words how widely its queries search. Until 9 solved
+/// samples were called exits.
+const READABLE: [u64; 6] = [5, 6, 7, 8, 9, FORMAT as u64];
+
+const KEY: &str = "extricate";
+
+#[derive(Serialize, Deserialize)]
+struct Header {
+    format: u32,
+    /// As it was written: another version may have other keys.
+    statistics: Box<RawValue>,
+    checksum: String,
+}
+
+/// The bytes of a model file. The same model gives the same bytes.
+pub fn encode(model: &Model) -> Vec<u8> {
+    let mut arrays = learned(model);
+    arrays.extend(derived::arrays(model));
+    container(FORMAT, model.statistics(), arrays)
+}
+
+/// What was learned, and cannot be made anew.
+fn learned(model: &Model) -> Vec<Array> {
+    let in_memory = "plain data serialises into memory";
+    let scene = postcard::to_stdvec(model.scene()).expect(in_memory);
+    let classifier = postcard::to_stdvec(&model.classifier()).expect(in_memory);
+    let boundary: Vec<u8> = model.boundary().configs().iter().flat_map(|x| x.to_le_bytes()).collect();
+    let reaches: Vec<u8> = model.coverage().distances().iter().flat_map(|x| x.to_le_bytes()).collect();
+    let nq = model.scene().space.nq();
+    let array = |name, dtype, shape, bytes| Array { name, dtype, shape, bytes };
+    vec![
+        array("boundary", Dtype::F64, vec![boundary.len() / 8 / nq, nq], boundary),
+        array("classifier", Dtype::U8, vec![classifier.len()], classifier),
+        array("reaches", Dtype::F64, vec![reaches.len() / 8], reaches),
+        array("scene", Dtype::U8, vec![scene.len()], scene),
+    ]
+}
+
+/// What tells models apart: the hash of what was learned, whatever the version of the layout.
+fn identity(model: &Model) -> String {
+    let arrays = learned(model);
+    checksum(&written(model.statistics()), &arrays.iter().map(|array| &array.bytes[..]).collect::<Vec<_>>())
+}
+
+fn written(statistics: &Statistics) -> Box<RawValue> {
+    serde_json::value::to_raw_value(statistics).expect("plain data serialises into memory")
+}
+
+fn container(format: u32, statistics: &Statistics, mut arrays: Vec<Array>) -> Vec<u8> {
+    let in_memory = "plain data serialises into memory";
+    arrays.sort_by_key(|array| array.name);
+    let statistics = written(statistics);
+    let checksum = checksum(&statistics, &arrays.iter().map(|array| &array.bytes[..]).collect::<Vec<_>>());
+    // One entry only: a map of several would be written in random order.
+    let header = serde_json::to_string(&Header { format, statistics, checksum }).expect(in_memory);
+    let metadata = HashMap::from([(KEY.to_string(), header)]);
+    let tensors = arrays.iter().map(|Array { name, dtype, shape, bytes }| {
+        (*name, TensorView::new(*dtype, shape.clone(), bytes).expect("shape and length agree"))
+    });
+    serialize(tensors, Some(metadata)).expect(in_memory)
+}
+
+/// Whether `bytes` begin as a model file does: with the length of the header, and a header that
+/// names this project.
+pub fn is_model(bytes: &[u8]) -> bool {
+    let head = &bytes[..bytes.len().min(4096)];
+    head.get(8) == Some(&b'{') && head.windows(11).any(|at| at == b"\"extricate\"")
+}
+
+/// Reads a model file's bytes; `path` is its name in messages.
+///
+/// # Errors
+/// [`Error::Model`]: foreign, truncated, altered, or of another version.
+pub fn decode(path: &Path, bytes: &[u8]) -> Result<Model> {
+    let fault = |problem: String| Error::Model { path: path.into(), problem };
+    if !bytes.is_empty() && !bytes.contains(&0) && std::str::from_utf8(bytes).is_ok() {
+        return Err(fault("got text, expected a model file, which is learned from a scene".into()));
+    }
+    let (_, metadata) = SafeTensors::read_metadata(bytes)
+        .map_err(|e| fault(format!("not an extricate model, or a truncated one ({e})")))?;
+    let header = metadata.metadata().as_ref().and_then(|m| m.get(KEY));
+    let header = header.ok_or_else(|| fault("a safetensors file, but not an extricate model".into()))?;
+    let format = serde_json::from_str::<serde_json::Value>(header).ok().and_then(|v| v.get("format")?.as_u64());
+    if !format.is_some_and(|format| READABLE.contains(&format)) {
+        let found = format.map_or("an unreadable version".into(), |f| format!("version {f}"));
+        return Err(fault(format!("its format is {found}, expected version {FORMAT}: learn it anew")));
+    }
+    let altered = |what: &str| fault(format!("altered or damaged: {what}"));
+    let header: Header = serde_json::from_str(header).map_err(|e| altered(&format!("unreadable header ({e})")))?;
+    let statistics: Statistics =
+        serde_json::from_str(header.statistics.get()).map_err(|e| altered(&format!("unreadable statistics ({e})")))?;
+    let tensors = SafeTensors::deserialize(bytes).map_err(|e| fault(format!("truncated or damaged ({e})")))?;
+    let data = |name: &str| tensors.tensor(name).map_err(|_| altered(&format!("no tensor `{name}`")));
+    let (boundary, classifier) = (data("boundary")?, data("classifier")?);
+    let (reaches, scene) = (data("reaches")?, data("scene")?);
+    let mut names = tensors.names();
+    names.sort_unstable();
+    let parts = names.iter().map(|name| data(name).map(|tensor| tensor.data())).collect::<Result<Vec<_>>>()?;
+    if checksum(&header.statistics, &parts) != header.checksum {
+        return Err(altered("the checksum does not match"));
+    }
+    let scene = scene_bytes::decode(u64::from(header.format), scene.data());
+    let scene = scene.map_err(|e| altered(&format!("scene ({e})")))?;
+    let classifier: Option<ObstacleClassifier> =
+        postcard::from_bytes(classifier.data()).map_err(|e| altered(&format!("classifier ({e})")))?;
+    let numbers = |bytes: &[u8]| -> Vec<f64> { bytes.as_chunks().0.iter().map(|b| f64::from_le_bytes(*b)).collect() };
+    let (configs, coverage) = (numbers(boundary.data()), Coverage::new(numbers(reaches.data())));
+    let rows = boundary.shape().first().copied().unwrap_or(0);
+    if rows == 0
+        || statistics.solved_samples.saturating_add(statistics.stand_ins) > rows
+        || boundary.shape().get(1) != Some(&scene.space.nq())
+    {
+        return Err(altered("boundary samples do not fit the scene"));
+    }
+    let scene = Arc::new(scene);
+    let (checker, metric) = (Checker::new(scene.clone()), Metric::new(scene));
+    if format == Some(READABLE[0]) {
+        return Ok(Model::from_parts(checker, metric, configs, classifier, coverage, statistics));
+    }
+    let boundary = derived::restore(&tensors, &checker, &metric, configs, statistics.solved_samples);
+    let boundary = boundary.map_err(|problem| altered(&problem))?;
+    Ok(Model::with_boundary(checker, metric, boundary, classifier, coverage, statistics))
+}
+
+fn checksum(statistics: &RawValue, parts: &[&[u8]]) -> String {
+    hash(&[&[statistics.get().as_bytes()], parts].concat())
+}
+
+/// BLAKE3 of the parts, each after its length.
+fn hash(parts: &[&[u8]]) -> String {
+    let mut hasher = blake3::Hasher::new();
+    for part in parts {
+        hasher.update(&(part.len() as u64).to_le_bytes());
+        hasher.update(part);
+    }
+    hasher.finalize().to_hex().to_string()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::learning::LearnOptions;
+    use crate::scene::{MetricKind, builtin};
+
+    fn small(threads: usize) -> Model {
+        let options = LearnOptions { labels: 20_000, seconds: None, seed: 3, threads, ..LearnOptions::default() };
+        Model::learn(builtin::scene("planar-arm").unwrap(), &options).unwrap()
+    }
+
+    #[test]
+    fn bytes_survive_and_do_not_depend_on_threads() {
+        let bytes = encode(&small(1));
+        assert!(bytes == encode(&small(2)), "the bytes depend on the number of threads");
+        let back = decode(Path::new("m"), &bytes).unwrap();
+        assert!(encode(&back) == bytes);
+    }
+
+    /// The answers of two models to the same queries are the same, and so are the models.
+    fn assert_equal(a: &Model, b: &Model) {
+        assert!(encode(a) == encode(b));
+        assert_answers_equal(a, b);
+    }
+
+    fn assert_answers_equal(a: &Model, b: &Model) {
+        for q in crate::model::evaluate::tests::colliding(a, 30) {
+            let [x, y] =
+                [a, b].map(|model| model.view().query_with(&q, &Default::default(), &mut Default::default()).unwrap());
+            assert_eq!((x.witness, x.lower_bound, x.checks), (y.witness, y.lower_bound, y.checks));
+        }
+    }
+
+    /// With exits.
+    fn with_solved(name: &str, metric: Option<MetricKind>) -> Model {
+        let mut scene = builtin::scene(name).unwrap();
+        scene.metric = metric.unwrap_or(scene.metric);
+        let options = LearnOptions { labels: 90_000, seconds: None, seed: 3, ..LearnOptions::default() };
+        let model = Model::learn(scene, &options).unwrap();
+        assert!(model.statistics().solved_samples > 20, "{:?}", model.statistics());
+        model
+    }
+
+    #[test]
+    fn what_is_loaded_answers_as_what_was_learned() {
+        for (name, metric) in [("planar-arm", Some(MetricKind::ObjectNorm)), ("free-box", None)] {
+            let model = with_solved(name, metric);
+            assert_equal(&model, &decode(Path::new("m"), &encode(&model)).unwrap());
+        }
+    }
+
+    #[test]
+    fn statistics_of_versions_before_are_read() {
+        let model = with_solved("planar-arm", None);
+        let now = serde_json::to_string(model.statistics()).unwrap();
+        let before = now.replace("\"solved_samples\"", "\"exits\"");
+        assert_ne!(now, before);
+        assert_eq!(&serde_json::from_str::<Statistics>(&before).unwrap(), model.statistics());
+    }
+
+    #[test]
+    fn a_file_of_the_version_before_becomes_one_of_this() {
+        let model = with_solved("free-box", None);
+        for version in [5, 8] {
+            let mut arrays = learned(&model);
+            if version > 5 {
+                arrays.extend(derived::arrays(&model));
+            }
+            let scene = scene_bytes::encode_old(version.into(), model.scene().clone());
+            let array = arrays.iter_mut().find(|array| array.name == "scene").unwrap();
+            (array.shape, array.bytes) = (vec![scene.len()], scene);
+            let before = container(version, model.statistics(), arrays);
+            let read = decode(Path::new("m"), &before).unwrap();
+            assert_eq!(read.scene().links.is_empty(), version < 8);
+            assert!(read.scene().rigid.is_empty());
+            assert_answers_equal(&model, &read);
+        }
+        let older = container(4, model.statistics(), learned(&model));
+        let message = decode(Path::new("m"), &older).err().unwrap().to_string();
+        assert!(message.contains("m: its format is version 4, expected version 10"), "{message}");
+    }
+
+    /// The checksum of each is right.
+    #[test]
+    fn arrays_that_do_not_fit_are_refused_by_name() {
+        let model = with_solved("free-box", None);
+        let refused = |spoil: &dyn Fn(&mut Vec<Array>)| {
+            let mut arrays = learned(&model);
+            arrays.extend(derived::arrays(&model));
+            spoil(&mut arrays);
+            let bytes = container(FORMAT, model.statistics(), arrays);
+            decode(Path::new("my.model"), &bytes).err().map(|e| e.to_string())
+        };
+        assert_eq!(refused(&|_| ()), None);
+        for Array { name, .. } in derived::arrays(&model) {
+            let message = refused(&|arrays| arrays.retain(|array| array.name != name)).unwrap();
+            assert!(message.contains("my.model") && message.contains(name), "{name}: {message}");
+            let message = refused(&|arrays| {
+                let array = arrays.iter_mut().find(|array| array.name == name).unwrap();
+                (array.dtype, array.shape) = (Dtype::I8, vec![array.bytes.len()]);
+            });
+            assert!(message.unwrap().contains("of type I8"), "{name}");
+            let message = refused(&|arrays| {
+                // One number too few, or too many of none.
+                let array = arrays.iter_mut().find(|array| array.name == name).unwrap();
+                let size = array.dtype.bitsize() / 8;
+                let len = if array.bytes.is_empty() { size } else { array.bytes.len() - size };
+                array.bytes.resize(len, 0);
+                array.shape = vec![len / size];
+            });
+            let of = name.split('.').next().unwrap();
+            assert!(message.as_ref().is_some_and(|message| message.contains(of)), "{name}: {message:?}");
+        }
+    }
+
+    #[test]
+    fn damaged_files_are_refused() {
+        let bytes = encode(&small(0));
+        let refused = |bytes: &[u8]| decode(Path::new("m.extricate"), bytes).err().map(|e| e.to_string());
+        for length in [0, 1, 7, 8, 100, bytes.len() / 2, bytes.len() - 1] {
+            let message = refused(&bytes[..length]).expect("a truncated file is refused");
+            assert!(message.contains("m.extricate"), "{message}");
+        }
+        for at in (0..bytes.len()).step_by(bytes.len() / 300) {
+            let mut altered = bytes.clone();
+            altered[at] ^= 0x10;
+            assert!(refused(&altered).is_some(), "byte {at} altered without notice");
+        }
+        assert!(refused(b"\x89PNG\r\n").unwrap().contains("not an extricate model"));
+        assert!(refused(b"clearance = 1e-4").unwrap().contains("got text, expected a model file"));
+        assert!(is_model(&bytes) && !is_model(&bytes[..20]) && !is_model(b"solid cube"));
+    }
+}

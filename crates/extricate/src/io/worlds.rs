@@ -1,0 +1,127 @@
+//! Worlds that other programs wrote: read as they are, or written anew as scene files.
+
+use std::fs;
+use std::path::{Component, Path, PathBuf};
+
+use super::files::{check_output, read, write_atomically};
+use crate::error::{Error, Result};
+use crate::scene::Scene;
+use crate::scene::file::world_file::{in_world_of_entries, obstacles_of_entries};
+use crate::scene::file::{ObstacleEntry, SceneFile};
+use crate::scene::import::{Imported, import, to_toml};
+
+/// How a scene file begins that was imported: such a one is replaced, no other.
+const MARK: &str = "# Imported by extricate from ";
+
+/// What an import wrote.
+#[derive(Debug, Clone)]
+pub struct ImportReport {
+    /// What the scene file says.
+    pub entries: SceneFile,
+    /// Mesh files beside it.
+    pub meshes: Vec<PathBuf>,
+    /// What was taken for something else, or not taken, and why.
+    pub notes: Vec<String>,
+}
+
+/// Reads a world that another program wrote.
+///
+/// # Errors
+/// As [`import`]; [`Error::Read`].
+pub fn read_foreign(path: &Path, robots: Option<&Scene>) -> Result<Imported> {
+    let text = String::from_utf8(read(path)?).map_err(|error| {
+        let at = format!("byte {}", error.utf8_error().valid_up_to());
+        Error::input(path.display().to_string(), at, "got bytes that are not UTF-8, expected text")
+    })?;
+    import(path, &text, robots)
+}
+
+/// The robots of `robots` in a world that another program wrote; what there is to say of it is
+/// among the scene's warnings.
+pub(crate) fn load_foreign(robots: &Scene, path: &Path) -> Result<Scene> {
+    let Imported { entries, notes } = read_foreign(path, Some(robots))?;
+    let mut scene = in_world_of_entries(robots, path, &entries, &mut read)?;
+    let file = path.display();
+    scene.warnings.extend(notes.into_iter().map(|note| format!("{file}: {note}")));
+    Ok(scene)
+}
+
+/// Writes a world that another program wrote as a scene file at `output`, meshes into a folder
+/// beside it. With `urdf` it is a scene of that robot; `robots` are those that it is checked with.
+///
+/// # Errors
+/// As [`import`], and where the robots have no such links; [`Error::Write`], also where a file is
+/// at `output` that no import wrote.
+pub fn import_world(path: &Path, output: &Path, robots: Option<&Scene>, urdf: Option<&Path>) -> Result<ImportReport> {
+    check_output(output, "scene written by import", |head| head.starts_with(MARK.as_bytes()))?;
+    let Imported { mut entries, mut notes } = read_foreign(path, robots)?;
+    match robots {
+        Some(robots) => {
+            let scene = in_world_of_entries(robots, path, &entries, &mut read)?;
+            notes.extend(scene.warnings.into_iter().filter(|warning| !robots.warnings.contains(warning)));
+        }
+        None => check_shapes(path, &entries)?,
+    }
+    let folder = |path: &Path| path.parent().unwrap_or(Path::new("")).to_path_buf();
+    let (from, to) = (folder(path), folder(output));
+    if let Some(urdf) = urdf {
+        let urdf = moved(urdf, Path::new(""), &to);
+        let robot = toml::to_string(&toml::Table::from_iter([("urdf".to_string(), urdf.into())])).unwrap_or_default();
+        entries.robot = crate::scene::file::parse("import", &format!("[[robot]]\n{robot}"))?.robot;
+    }
+    let obstacles = entries.obstacle.iter_mut().map(|entry| &mut entry.shape);
+    for shape in obstacles.chain(entries.attached.iter_mut().map(|entry| &mut entry.shape)) {
+        shape.mesh = shape.mesh.take().map(|mesh| moved(Path::new(&mesh), &from, &to));
+    }
+    let stem = output.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+    let source = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+    let head: Vec<String> =
+        [format!("{}{source}", MARK.trim_start_matches("# "))].into_iter().chain(notes.iter().cloned()).collect();
+    let (text, files) = to_toml(&entries, &head, &format!("{stem}-meshes"));
+    let mut meshes = Vec::new();
+    for file in &files {
+        let at = to.join(&file.path);
+        let made = fs::create_dir_all(folder(&at));
+        made.map_err(|source| Error::Write { path: at.clone(), source })?;
+        write_atomically(&at, file.text.as_bytes())?;
+        meshes.push(at);
+    }
+    write_atomically(output, text.as_bytes())?;
+    Ok(ImportReport { entries, meshes, notes })
+}
+
+/// Whether a file is XML, as URDFs are.
+///
+/// # Errors
+/// [`Error::Read`].
+pub fn is_urdf(path: &Path) -> Result<bool> {
+    let bytes = read(path)?;
+    let text = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(&bytes);
+    Ok(text.iter().find(|byte| !byte.is_ascii_whitespace()) == Some(&b'<'))
+}
+
+/// Whether every shape is one, held or not.
+fn check_shapes(path: &Path, entries: &SceneFile) -> Result<()> {
+    let held = entries.attached.iter().map(|entry| ObstacleEntry {
+        name: entry.name.clone(),
+        shape: entry.shape.clone(),
+        pose: entry.pose,
+    });
+    let obstacle = entries.obstacle.iter().cloned().chain(held).collect();
+    let all = SceneFile { obstacle, ..SceneFile::default() };
+    obstacles_of_entries(path, &all, &mut read).map(drop)
+}
+
+/// A path that starts from the folder `from`, as one that starts from `to`.
+fn moved(path: &Path, from: &Path, to: &Path) -> String {
+    let here = |folder: &Path| if folder.as_os_str().is_empty() { PathBuf::from(".") } else { folder.to_path_buf() };
+    let (Ok(target), Ok(start)) = (here(&from.join(path)).canonicalize(), here(to).canonicalize()) else {
+        return path.display().to_string();
+    };
+    let (target, start): (Vec<Component>, Vec<Component>) =
+        (target.components().collect(), start.components().collect());
+    let shared = target.iter().zip(&start).take_while(|(a, b)| a == b).count();
+    let up = start[shared..].iter().map(|_| Component::ParentDir);
+    let path: PathBuf = up.chain(target[shared..].iter().copied()).collect();
+    path.display().to_string()
+}

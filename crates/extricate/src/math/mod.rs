@@ -1,0 +1,244 @@
+//! Rigid transforms, the few vector types that everything else shares, and vector instructions. No
+//! robot, no scene.
+
+pub mod linear_algebra;
+pub mod simd;
+
+use serde::{Deserialize, Serialize};
+
+/// Column vector of three `f64`.
+pub type Vec3 = nalgebra::Vector3<f64>;
+/// 3 x 3 matrix of `f64`, column major.
+pub type Mat3 = nalgebra::Matrix3<f64>;
+
+/// Farthest coordinate \[m\] or largest angle \[rad\] that is taken for one: beyond it, products
+/// lose their meaning.
+pub const FARTHEST: f64 = 1e9;
+
+/// Values in one block for vector instructions: the width of an AVX register of `f32`.
+pub const LANES: usize = 8;
+
+/// Runs `f`, and all that is inlined into it, with the widest vector instructions that this
+/// processor has.
+///
+/// A closure has to be marked `#[inline(always)]`, as have the functions that it calls: what is not
+/// inlined has no such instructions.
+///
+/// Results do not depend on which: Rust never fuses a multiplication with an addition unless told
+/// to.
+#[inline(always)]
+pub fn vectorized<R>(f: impl FnOnce() -> R) -> R {
+    pulp::Arch::new().dispatch(f)
+}
+
+/// A rigid transform: `pose_a_b` maps coordinates in frame `b` to coordinates in frame `a`.
+///
+/// Stored as a rotation matrix and a translation \[m\], because forward kinematics multiplies far
+/// more often than it interpolates.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Pose {
+    /// Orthonormal, determinant +1.
+    pub rotation: Mat3,
+    /// Origin of `b` in `a` \[m\].
+    pub translation: Vec3,
+}
+
+impl Default for Pose {
+    fn default() -> Self {
+        Self::identity()
+    }
+}
+
+impl Pose {
+    /// The pose that moves nothing.
+    pub fn identity() -> Self {
+        Self { rotation: Mat3::identity(), translation: Vec3::zeros() }
+    }
+
+    /// A pure translation \[m\].
+    pub fn translation(translation: Vec3) -> Self {
+        Self { rotation: Mat3::identity(), translation }
+    }
+
+    /// From a position \[m\] and roll, pitch, yaw \[rad\] about the fixed axes x, y, z (the URDF
+    /// convention).
+    pub fn from_xyz_rpy(xyz: [f64; 3], rpy: [f64; 3]) -> Self {
+        let rotation = nalgebra::Rotation3::from_euler_angles(rpy[0], rpy[1], rpy[2]).into_inner();
+        Self { rotation, translation: Vec3::from(xyz) }
+    }
+
+    /// `pose_a_c` from `pose_a_b` (self) and `pose_b_c`.
+    pub fn then(&self, other: &Pose) -> Pose {
+        Pose {
+            rotation: self.rotation * other.rotation,
+            translation: self.rotation * other.translation + self.translation,
+        }
+    }
+
+    /// `pose_b_a` from `pose_a_b`.
+    pub fn inverse(&self) -> Pose {
+        let rotation = self.rotation.transpose();
+        Pose { rotation, translation: -(rotation * self.translation) }
+    }
+
+    /// Coordinates in `a` of a point given in `b`.
+    pub fn point(&self, point: &Vec3) -> Vec3 {
+        self.rotation * point + self.translation
+    }
+
+    /// [`Pose::point`] of eight points at once, axis by axis.
+    #[inline(always)]
+    pub fn points(&self, points: &[[f64; LANES]; 3]) -> [[f64; LANES]; 3] {
+        let mut mapped = [[0.0; LANES]; 3];
+        for (row, mapped) in mapped.iter_mut().enumerate() {
+            let [x, y, z] = [self.rotation[(row, 0)], self.rotation[(row, 1)], self.rotation[(row, 2)]];
+            for lane in 0..LANES {
+                mapped[lane] = x * points[0][lane] + y * points[1][lane] + z * points[2][lane] + self.translation[row];
+            }
+        }
+        mapped
+    }
+
+    /// Coordinates in `b` of a point given in `a`.
+    pub fn inverse_point(&self, point: &Vec3) -> Vec3 {
+        self.rotation.tr_mul(&(point - self.translation))
+    }
+
+    /// Coordinates in `a` of a direction given in `b`.
+    pub fn vector(&self, vector: &Vec3) -> Vec3 {
+        self.rotation * vector
+    }
+
+    /// Coordinates in `b` of a direction given in `a`.
+    pub fn inverse_vector(&self, vector: &Vec3) -> Vec3 {
+        self.rotation.tr_mul(vector)
+    }
+}
+
+/// Rotation by `angle` \[rad\] about a unit `axis` (Rodrigues' formula).
+pub fn axis_rotation(axis: &Vec3, angle: f64) -> Mat3 {
+    let (sin, cos) = angle.sin_cos();
+    let cross = axis.cross_matrix();
+    Mat3::identity() + cross * sin + cross * cross * (1.0 - cos)
+}
+
+/// Rotation matrix of a unit quaternion `[x, y, z, w]`.
+pub fn quaternion_matrix(q: &[f64]) -> Mat3 {
+    let (x, y, z, w) = (q[0], q[1], q[2], q[3]);
+    Mat3::new(
+        1.0 - 2.0 * (y * y + z * z),
+        2.0 * (x * y - w * z),
+        2.0 * (x * z + w * y),
+        2.0 * (x * y + w * z),
+        1.0 - 2.0 * (x * x + z * z),
+        2.0 * (y * z - w * x),
+        2.0 * (x * z - w * y),
+        2.0 * (y * z + w * x),
+        1.0 - 2.0 * (x * x + y * y),
+    )
+}
+
+/// Hamilton product of quaternions `[x, y, z, w]`.
+pub fn quaternion_product(a: &[f64], b: &[f64]) -> [f64; 4] {
+    [
+        a[3] * b[0] + a[0] * b[3] + a[1] * b[2] - a[2] * b[1],
+        a[3] * b[1] - a[0] * b[2] + a[1] * b[3] + a[2] * b[0],
+        a[3] * b[2] + a[0] * b[1] - a[1] * b[0] + a[2] * b[3],
+        a[3] * b[3] - a[0] * b[0] - a[1] * b[1] - a[2] * b[2],
+    ]
+}
+
+/// Unit quaternion `[x, y, z, w]` of a rotation vector \[rad\]: angle times axis.
+pub fn quaternion_exp(v: &[f64]) -> [f64; 4] {
+    let angle = (v[0] * v[0] + v[1] * v[1] + v[2] * v[2]).sqrt();
+    let scale = if angle < 1e-6 { 0.5 - angle * angle / 48.0 } else { (0.5 * angle).sin() / angle };
+    [v[0] * scale, v[1] * scale, v[2] * scale, (0.5 * angle).cos()]
+}
+
+/// Rotation vector \[rad\], of length in `[0, pi]`, that [`quaternion_exp`] maps to `q` or `-q`.
+pub fn quaternion_log(q: &[f64]) -> [f64; 3] {
+    let sine = (q[0] * q[0] + q[1] * q[1] + q[2] * q[2]).sqrt();
+    let sign = if q[3] < 0.0 { -1.0 } else { 1.0 };
+    let scale = if sine < 1e-9 { 2.0 } else { 2.0 * sine.atan2(q[3].abs()) / sine };
+    [q[0] * scale * sign, q[1] * scale * sign, q[2] * scale * sign]
+}
+
+/// `angle` \[rad\] wrapped into `[-pi, pi)`.
+pub fn wrap_angle(angle: f64) -> f64 {
+    use std::f64::consts::{PI, TAU};
+    if (-PI..PI).contains(&angle) {
+        return angle;
+    }
+    let wrapped = (angle + PI).rem_euclid(TAU) - PI;
+    if wrapped >= PI { -PI } else { wrapped }
+}
+
+/// `count` unit vectors, evenly spread (a Fibonacci lattice).
+///
+/// # Source
+/// Á. González, "Measurement of areas on a sphere using Fibonacci and latitude-longitude lattices",
+/// Mathematical Geosciences 42, 2010, doi:10.1007/s11004-009-9257-x.
+pub fn sphere(count: usize) -> impl Iterator<Item = Vec3> {
+    let turn = std::f64::consts::PI * (3.0 - 5.0_f64.sqrt());
+    (0..count).map(move |k| {
+        let z = 1.0 - (2 * k + 1) as f64 / count as f64;
+        let (sin, cos) = (turn * k as f64).sin_cos();
+        let radius = (1.0 - z * z).sqrt();
+        Vec3::new(radius * cos, radius * sin, z)
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn quaternion_log_inverts_exp() {
+        for v in [[0.3, -0.2, 1.1], [1e-9, 0.0, 0.0], [0.0, 3.1, 0.0], [0.0; 3]] {
+            let back = quaternion_log(&quaternion_exp(&v));
+            for k in 0..3 {
+                assert!((back[k] - v[k]).abs() < 1e-12, "{v:?} {back:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn rotations_agree() {
+        let axis = Vec3::new(1.0, 2.0, -0.5).normalize();
+        let q = quaternion_exp((axis * 0.7).as_slice());
+        assert!((quaternion_matrix(&q) - axis_rotation(&axis, 0.7)).norm() < 1e-14);
+        let p = quaternion_product(&q, &q);
+        assert!((quaternion_matrix(&p) - axis_rotation(&axis, 1.4)).norm() < 1e-14);
+    }
+
+    #[test]
+    fn pose_inverse_undoes() {
+        let pose = Pose::from_xyz_rpy([0.1, 0.2, 0.3], [0.4, 0.5, 0.6]);
+        let x = Vec3::new(1.0, -2.0, 3.0);
+        assert!((pose.inverse_point(&pose.point(&x)) - x).norm() < 1e-14);
+        assert!((pose.inverse().point(&pose.point(&x)) - x).norm() < 1e-14);
+        assert!((pose.then(&pose.inverse()).translation).norm() < 1e-14);
+        let eight = pose.points(&[[1.0; LANES], [-2.0; LANES], [3.0; LANES]]);
+        assert!((pose.point(&x) - Vec3::from(eight.map(|axis| axis[LANES - 1]))).norm() < 1e-14);
+    }
+
+    #[test]
+    fn directions_are_evenly_spread() {
+        let all: Vec<Vec3> = sphere(64).collect();
+        for (k, n) in all.iter().enumerate() {
+            assert!((n.norm() - 1.0).abs() < 1e-12);
+            let others = all.iter().enumerate().filter(|(l, _)| *l != k);
+            let nearest = others.map(|(_, m)| n.angle(m)).fold(f64::INFINITY, f64::min);
+            // Of 64 equal caps each has an angle of about 0.5 across.
+            assert!((0.3..0.6).contains(&nearest), "{k}: {nearest}");
+        }
+    }
+
+    #[test]
+    fn angles_wrap() {
+        use std::f64::consts::PI;
+        assert_eq!(wrap_angle(PI), -PI);
+        assert!((wrap_angle(7.0) - (7.0 - 2.0 * PI)).abs() < 1e-15);
+        assert!((-PI..PI).contains(&wrap_angle(-PI - 1e-17)));
+    }
+}

@@ -1,0 +1,339 @@
+//! How a point of one body moves against a point of another, to third order: what bounds along a
+//! direction stand on.
+//!
+//! With `x = a - b`, in coordinates of the nearest frame that carries both bodies, and `e` the
+//! tangent vector of a geodesic times the roots of the weights, so that `|e|` is its length in the
+//! joint metric, Taylor's formula says
+//!
+//! `n . (x(e) - x(0)) <= g . e + e' H e / 2 + K |e|^3 / 6`
+//!
+//! with `g` and `H` the gradient and Hessian of `n . x`. For joints `i <= j <= k`, counted from the
+//! common frame outward, the derivatives of a point are `L_k`, `z_j x L_k` and `z_i x (z_j x L_k)`:
+//! `z` is how a joint turns, `L_k` how the point moves by joint `k` alone. All joints keep their
+//! rates along a geodesic, so derivatives there are bounded by how far points may be from axes.
+
+use super::Metric;
+use crate::math::{Pose, Vec3};
+use crate::scene::{MetricKind, Motion, Scene};
+
+/// The joints that move one body against another, and a point of each that is looked at.
+#[derive(Debug, Clone, Default)]
+pub struct PairMotion {
+    frames: [usize; 2],
+    common: usize,
+    /// Of the joint metric: what moves either body, outward from the common frame.
+    chains: [Chain; 2],
+    /// Tangent coordinates that occur.
+    coordinates: Vec<usize>,
+    /// Whether a coordinate moves several joints.
+    is_shared: bool,
+    /// By coordinate: the velocity of `a - b`.
+    columns: Vec<Vec3>,
+    /// Of other metrics: displacement \[m\] along any direction for each metric unit.
+    rate: f64,
+}
+
+/// From a frame outward to a body.
+#[derive(Debug, Clone, Default)]
+struct Chain {
+    joints: Vec<Joint>,
+    /// Of every joint, the largest sum of turns up to it and with it at a geodesic of length 1.
+    turned: Vec<f64>,
+    /// Squared turning rates by coordinate, while they are summed.
+    sums: Vec<f64>,
+    reaches: Vec<f64>,
+}
+
+/// A joint: all rates are those at a unit of `e`.
+#[derive(Debug, Clone, Copy)]
+struct Joint {
+    /// Where its first coordinate is among those that occur.
+    at: usize,
+    /// A ball joint has three.
+    dimensions: usize,
+    /// Axes of turns \[rad\], or of the slide \[m\]; world.
+    axes: [Vec3; 3],
+    is_slide: bool,
+    /// A point of the axis.
+    origin: Vec3,
+    /// Rate about any axis; of a slide its speed \[m\].
+    rate: f64,
+    /// How the point moves by each coordinate.
+    velocities: [Vec3; 3],
+    /// Distance \[m\] of the point from the axis or centre; of a slide 1.
+    lever: f64,
+}
+
+impl Metric {
+    /// Prepares for points of the bodies that `frames` carry, at the configuration with frame poses
+    /// `poses`. Tangent coordinates that `is_locked` stay.
+    pub fn pair_motion(
+        &self,
+        poses: &[Pose],
+        frames: [usize; 2],
+        is_locked: impl Fn(usize) -> bool,
+        motion: &mut PairMotion,
+    ) {
+        (motion.frames, motion.common) = (frames, 0);
+        motion.coordinates.clear();
+        motion.is_shared = false;
+        motion.chains.iter_mut().for_each(|chain| chain.joints.clear());
+        if self.kind() == MetricKind::Joint {
+            let common = common_frame(self.scene(), frames);
+            motion.common = common;
+            for (chain, frame) in motion.chains.iter_mut().zip(frames) {
+                let mut at = frame;
+                while at != common {
+                    chain.push(self, poses, at, &is_locked, (&mut motion.coordinates, &mut motion.is_shared));
+                    at = self.scene().frames[at].parent;
+                }
+                chain.joints.reverse();
+            }
+        }
+        let coordinates = motion.coordinates.len();
+        motion.chains.iter_mut().for_each(|chain| chain.sum_turns(coordinates));
+    }
+
+    /// Looks at point `a` of the first body and `b` of the second (world coordinates
+    /// \[m\]); both have to lie in their bodies' convex hulls.
+    pub fn place_points(&self, poses: &[Pose], [a, b]: [&Vec3; 2], motion: &mut PairMotion) {
+        match self.kind() {
+            MetricKind::Joint => motion.place([a, b]),
+            // Each frame has its share of the mean square, so squares add.
+            MetricKind::ObjectNorm => {
+                let of =
+                    |frame: usize, point: &Vec3| if frame == 0 { 0.0 } else { self.norm_factor(poses, frame, point) };
+                motion.rate = of(motion.frames[0], a).hypot(of(motion.frames[1], b));
+            }
+            // No point that counts moves farther than the distance.
+            MetricKind::MaxDisplacement => {
+                motion.rate = motion.frames.iter().filter(|frame| **frame != 0).count() as f64;
+            }
+        }
+    }
+
+    fn norm_factor(&self, poses: &[Pose], frame: usize, point: &Vec3) -> f64 {
+        let solid = self.solids().frames.iter().find(|solid| solid.frame == frame);
+        solid.map_or(f64::INFINITY, |solid| solid.motion_factor(&poses[frame].inverse_point(point)))
+    }
+}
+
+impl PairMotion {
+    /// Tangent coordinates that move one body against the other: what gradients and Hessians are
+    /// over.
+    pub fn coordinates(&self) -> &[usize] {
+        &self.coordinates
+    }
+
+    /// The frame from which displacements are seen.
+    pub fn common(&self) -> usize {
+        self.common
+    }
+
+    /// Displacement \[m\] along any direction for each metric unit, where the metric is one of
+    /// bodies; derivatives are of the joint metric.
+    pub fn rate(&self) -> f64 {
+        self.rate
+    }
+
+    fn place(&mut self, points: [&Vec3; 2]) {
+        self.columns.clear();
+        self.columns.resize(self.coordinates.len(), Vec3::zeros());
+        for ((chain, point), sign) in self.chains.iter_mut().zip(points).zip([1.0, -1.0]) {
+            for joint in &mut chain.joints {
+                joint.place(point);
+                for (k, velocity) in joint.velocities[..joint.dimensions].iter().enumerate() {
+                    self.columns[joint.at + k] += velocity * sign;
+                }
+            }
+        }
+    }
+
+    /// The velocity of `a - b` by each coordinate, see [`PairMotion::coordinates`]: `n` times them
+    /// is the gradient along `n`.
+    pub fn columns(&self) -> &[Vec3] {
+        &self.columns
+    }
+
+    /// The Hessian of `n . (a - b)`, row major.
+    pub fn hessian(&self, n: &Vec3, hessian: &mut Vec<f64>) {
+        let width = self.coordinates.len();
+        hessian.clear();
+        hessian.resize(width * width, 0.0);
+        for (chain, sign) in self.chains.iter().zip([1.0, -1.0]) {
+            for (i, inner) in chain.joints.iter().enumerate().filter(|(_, joint)| !joint.is_slide) {
+                inner.add_own(&(n * sign), width, hessian);
+                for k in 0..inner.dimensions {
+                    let across = n.cross(&inner.axes[k]) * sign;
+                    for outer in &chain.joints[i + 1..] {
+                        for (l, velocity) in outer.velocities[..outer.dimensions].iter().enumerate() {
+                            let (row, column, entry) = (inner.at + k, outer.at + l, across.dot(velocity));
+                            hessian[row * width + column] += entry;
+                            hessian[column * width + row] += entry;
+                        }
+                    }
+                }
+            }
+        }
+    }
+
+    /// Bound \[m\] on the second derivative of `a - b` here along any geodesic at unit speed.
+    pub fn second(&mut self) -> f64 {
+        self.derivative(0.0, |turned| turned * turned, |turned| 2.0 * turned)
+    }
+
+    /// Bound \[m\] on the mean third derivative of `a - b` along a geodesic of length `distance` at
+    /// unit speed, as far as it counts for the end: that at time `t` counts `(1 - t)^2`.
+    ///
+    /// Bounds on derivatives are convex in `t`, as reaches are: at most `1 - t` times those here
+    /// and `t` times those at the end.
+    pub fn third(&mut self, distance: f64) -> f64 {
+        let at = |motion: &mut Self, distance| {
+            motion.derivative(distance, |turned| turned.powi(3), |turned| 3.0 * turned * turned)
+        };
+        0.75 * at(self, 0.0) + 0.25 * at(self, distance)
+    }
+
+    /// `by_turn` of all turns up to a joint counts what ends in a joint up to it; `by_slide`, what
+    /// ends in a slide.
+    fn derivative(&mut self, distance: f64, by_turn: impl Fn(f64) -> f64, by_slide: impl Fn(f64) -> f64) -> f64 {
+        let of_chains = self.chains.each_mut().map(|chain| chain.derivative(distance, &by_turn, &by_slide));
+        // Of chains that have no coordinate in common, each gets a part of the distance alone.
+        if self.is_shared { of_chains[0] + of_chains[1] } else { of_chains[0].max(of_chains[1]) }
+    }
+}
+
+impl Chain {
+    fn push(
+        &mut self,
+        metric: &Metric,
+        poses: &[Pose],
+        frame: usize,
+        is_locked: &impl Fn(usize) -> bool,
+        (coordinates, is_shared): (&mut Vec<usize>, &mut bool),
+    ) {
+        let pose = &poses[frame];
+        let (v, multiplier, dimensions, axes, is_slide) = match &metric.scene().frames[frame].motion {
+            Motion::World => return,
+            Motion::Revolute { axis, coordinate } => {
+                (coordinate.v, coordinate.multiplier, 1, [pose.vector(axis); 3], false)
+            }
+            Motion::Prismatic { axis, coordinate } => {
+                (coordinate.v, coordinate.multiplier, 1, [pose.vector(axis); 3], true)
+            }
+            Motion::Ball { v, .. } => (*v, 1.0, 3, [0, 1, 2].map(|k| pose.rotation.column(k).into_owned()), false),
+        };
+        if is_locked(v) {
+            return;
+        }
+        let known = coordinates.iter().position(|known| *known == v);
+        *is_shared |= known.is_some();
+        let at = known.unwrap_or(coordinates.len());
+        if known.is_none() {
+            coordinates.extend(v..v + dimensions);
+        }
+        let scale = multiplier / metric.coordinate_uses()[v].weight.sqrt();
+        self.joints.push(Joint {
+            at,
+            dimensions,
+            axes: axes.map(|axis| axis * scale),
+            is_slide,
+            origin: pose.translation,
+            rate: scale.abs(),
+            velocities: [Vec3::zeros(); 3],
+            lever: 1.0,
+        });
+    }
+
+    /// Cauchy and Schwarz: the sum of all turns is at most the norm of their rates by coordinate.
+    fn sum_turns(&mut self, coordinates: usize) {
+        self.sums.clear();
+        self.sums.resize(coordinates, 0.0);
+        self.turned.clear();
+        let mut squared = 0.0;
+        for joint in &self.joints {
+            if !joint.is_slide {
+                squared += add_shared(&mut self.sums[joint.at], joint.rate);
+            }
+            self.turned.push(f64::sqrt(squared));
+        }
+    }
+
+    fn derivative(&mut self, distance: f64, by_turn: impl Fn(f64) -> f64, by_slide: impl Fn(f64) -> f64) -> f64 {
+        self.measure_reaches(distance);
+        // What ends in joint `k` is its reach times `by_turn` of the turns up to it less those
+        // before it. Where no reach is below one farther out, the sum by parts has no negative
+        // term.
+        let (mut sum, mut farthest) = (0.0, 0.0);
+        for (k, joint) in self.joints.iter().enumerate().rev() {
+            if joint.is_slide {
+                sum += joint.rate * by_slide(self.turned[k]);
+            } else if self.reaches[k] > farthest {
+                sum += (self.reaches[k] - farthest) * by_turn(self.turned[k]);
+                farthest = self.reaches[k];
+            }
+        }
+        sum
+    }
+
+    /// How far from a joint's axis the point may be within `distance`: as far as it is, and what
+    /// joints farther out can move it by.
+    fn measure_reaches(&mut self, distance: f64) {
+        let Self { joints, sums, reaches, .. } = self;
+        sums.fill(0.0);
+        reaches.clear();
+        reaches.resize(joints.len(), 0.0);
+        let mut squared = 0.0;
+        for (joint, reach) in joints.iter().zip(reaches).rev() {
+            *reach = if joint.is_slide { 1.0 } else { joint.lever + distance * f64::sqrt(squared) };
+            squared += add_shared(&mut sums[joint.at], joint.rate * *reach);
+        }
+    }
+}
+
+/// Adds a rate to those of a coordinate; returns by how much their square grows.
+fn add_shared(sum: &mut f64, rate: f64) -> f64 {
+    let before = *sum;
+    *sum += rate;
+    *sum * *sum - before * before
+}
+
+impl Joint {
+    fn place(&mut self, point: &Vec3) {
+        if self.is_slide {
+            self.velocities[0] = self.axes[0];
+            return;
+        }
+        let arm = point - self.origin;
+        for k in 0..self.dimensions {
+            self.velocities[k] = self.axes[k].cross(&arm);
+        }
+        let across = if self.dimensions == 1 { self.velocities[0].norm() } else { arm.norm() * self.rate };
+        self.lever = if self.rate > 0.0 { across / self.rate } else { 0.0 };
+    }
+
+    /// Second derivatives by the joint alone, of a ball joint symmetric in its coordinates.
+    fn add_own(&self, n: &Vec3, width: usize, hessian: &mut [f64]) {
+        for k in 0..self.dimensions {
+            let across = n.cross(&self.axes[k]);
+            for l in 0..self.dimensions {
+                let half = 0.5 * across.dot(&self.velocities[l]);
+                hessian[(self.at + k) * width + self.at + l] += half;
+                hessian[(self.at + l) * width + self.at + k] += half;
+            }
+        }
+    }
+}
+
+/// The nearest frame that carries both.
+fn common_frame(scene: &Scene, [mut a, mut b]: [usize; 2]) -> usize {
+    // A parent precedes its children.
+    while a != b {
+        let farther = if a > b { &mut a } else { &mut b };
+        *farther = scene.frames[*farther].parent;
+    }
+    a
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,40 @@
+//! What an adapting run takes over from the old model, and the lists of configurations that it asks
+//! of the new scene.
+
+use crate::cspace::Label;
+use crate::cspace::sampling::Halton;
+use crate::learning::exploration::Exploration;
+use crate::learning::obstacle_classifier::ObstacleClassifier;
+use crate::model::learned::Model;
+use crate::model::statistics::{Adapted, Statistics};
+use crate::scene::{PairId, Scene};
+
+/// Where a model with these statistics comes from, itself if it was learned from nothing.
+pub fn origin(statistics: &Statistics) -> Adapted {
+    statistics.adapted.unwrap_or(Adapted { learned_labels: statistics.labels, times: 0 })
+}
+
+/// `count` low-discrepancy configurations from index `first` on, row major.
+pub fn configs_at(scene: &Scene, halton: &Halton, first: u64, count: usize) -> Vec<f64> {
+    let mut configs = vec![0.0; count * scene.space.nq()];
+    let rows = configs.chunks_exact_mut(scene.space.nq()).enumerate();
+    rows.for_each(|(i, q)| halton.config(&scene.space, first + i as u64, q));
+    configs
+}
+
+/// Adds configurations (row major) to those that are known, by their labels.
+pub fn sort_out(configs: &[f64], labels: Vec<Label>, known: &mut Exploration, nq: usize) {
+    for (q, label) in configs.chunks_exact(nq).zip(labels) {
+        if label == Label::Free { &mut known.free } else { &mut known.colliding }.extend_from_slice(q);
+    }
+}
+
+/// The old classifier's svms of the pairs that the new scene has too. Each sees the pose of one
+/// body relative to the other, so what it learned of an obstacle holds where that has moved.
+pub fn carried_over(model: &Model, scene: &Scene) -> Option<ObstacleClassifier> {
+    let number = |part: u32| {
+        let names = model.scene().pair_names(PairId::new(part as usize));
+        (0..scene.pairs.len()).find(|pair| scene.pair_names(PairId::new(*pair)) == names).map(|pair| pair as u32)
+    };
+    model.classifier().map(|classifier| classifier.renumbered(number))
+}

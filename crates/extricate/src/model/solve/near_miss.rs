@@ -1,0 +1,274 @@
+//! Near misses: free configurations from which a contact that was not seen yet is a few steps away.
+//!
+//! Colliding components that are too small for random configurations to hit are wide open to a
+//! descent along a pair's distance.
+
+use rayon::prelude::*;
+
+use crate::collision::{CheckScratch, Checker, Contact, ContactQuery, ContactSearch};
+use crate::cspace::Label;
+use crate::kinematics::Twists;
+use crate::learning::exploration::Exploration;
+use crate::learning::{Budget, LabelBatch};
+use crate::math::Vec3;
+use crate::metric::Metric;
+
+/// Share of the budget for looking at random configurations, and the same again for descending from
+/// them.
+const SHARE: f64 = 0.05;
+/// Random configurations looked at, at most: which contacts are common is known by then.
+const MOST_LOOKS: usize = 500;
+/// A near miss is at most this share of the space's diameter from contact, as its gradient has it.
+const REACH: f64 = 0.1;
+/// Contacts of a pair are one where both their places on the bodies are nearer than this share of
+/// what [`REACH`] moves a point by.
+const PATCH: f64 = 0.25;
+/// Share of that motion within which contacts of meshes are looked for: a look costs as much as is
+/// near, and far misses come last.
+const MARGIN_OF_MESHES: f64 = 0.2;
+/// Descents of one contact that may fail.
+const ATTEMPTS: usize = 3;
+/// Steps of one descent; where contact can be made, most need two to four.
+const STEPS: usize = 6;
+/// Steps are this much too long, so that they end inside.
+const OVERSHOOT: f64 = 1.05;
+/// Descents made, or configurations looked at, before the budget is asked again.
+const TOGETHER: usize = 32;
+
+/// A place on each of two bodies, where they touch or nearly do.
+#[derive(Debug, Clone, Copy)]
+struct Patch {
+    pair: usize,
+    /// In the bodies' frames \[m\].
+    places: [Vec3; 2],
+}
+
+/// A way to a contact.
+#[derive(Debug, Clone)]
+struct Miss {
+    patch: Patch,
+    from: Vec<f64>,
+    /// Tangent vector to where the distance, linearised, is the clearance.
+    step: Vec<f64>,
+    /// Of the step, in the joint metric.
+    length: f64,
+    distance: f64,
+}
+
+/// What near misses are looked for with.
+pub struct NearMisses<'a> {
+    checker: &'a Checker,
+    /// Contacts of a pair are one where both their places on the bodies are nearer than this \[m\].
+    patch: f64,
+    /// Of contacts \[m\].
+    margin: f64,
+    /// In the joint metric.
+    reach: f64,
+}
+
+impl<'a> NearMisses<'a> {
+    /// For one scene.
+    pub fn new(checker: &'a Checker, metric: &Metric) -> Self {
+        let margin = checker.scene().clearance + REACH * metric.diameter() * metric.lever();
+        let patch = PATCH * margin;
+        // Pieces around meshes propose well enough, for a fraction of the time: labels decide.
+        let margin = if checker.all_convex() { margin } else { MARGIN_OF_MESHES * margin };
+        Self { checker, patch, margin, reach: REACH * checker.scene().space.diameter() }
+    }
+
+    /// Colliding configurations (row major) of contacts that no random one of `known`, whose lists
+    /// have to begin with uniform ones, was seen to make; each contact once. Every evaluation of
+    /// contacts counts as a label.
+    ///
+    /// # Guarantee
+    /// Each was labelled colliding. Does not depend on the number of threads.
+    pub fn seeds(&self, known: &Exploration, label: &LabelBatch, budget: &mut Budget) -> Vec<f64> {
+        self.checker.prepare_proposals();
+        let nq = self.checker.scene().space.nq();
+        let allowed = (SHARE * (budget.spent() + budget.left()) as f64) as usize;
+        let (until, began) = (budget.fraction() + 2.0 * SHARE, budget.spent());
+        let [free, colliding] = [&known.free, &known.colliding].map(|list| list.len() / nq);
+        let looks = allowed.min(MOST_LOOKS).min(free + colliding);
+        let at_colliding = (looks * colliding).div_ceil((free + colliding).max(1)).min(looks);
+        let mut touched: Vec<Patch> = Vec::new();
+        for found in self.look_at(&known.colliding[..at_colliding * nq], until, budget) {
+            touched.extend(found.into_iter().filter(|miss| self.touches(miss)).map(|miss| miss.patch));
+        }
+        let mut misses = self.look_at(&known.free[..(looks - at_colliding) * nq], until, budget).concat();
+        misses.retain(|miss| !self.touches(miss) && !self.is_among(&miss.patch, &touched));
+        misses.sort_by(|a, b| a.length.total_cmp(&b.length));
+        let (mut seeds, mut tried, mut at) = (Vec::new(), Vec::new(), 0);
+        while at < misses.len() && budget.spent() < began + looks + allowed && budget.fraction() <= until {
+            let mut batch: Vec<Miss> = Vec::new();
+            while at < misses.len() && batch.len() < TOGETHER {
+                let miss = &misses[at];
+                at += 1;
+                let attempts = tried.iter().filter(|patch| self.is_same(patch, &miss.patch)).count();
+                if attempts < ATTEMPTS && !self.is_among(&miss.patch, &touched) {
+                    tried.push(miss.patch);
+                    batch.push(miss.clone());
+                }
+            }
+            for (end, patch) in self.descend(batch, label, until, budget) {
+                // Of several descents to one contact the first is enough.
+                if !self.is_among(&patch, &touched) {
+                    touched.push(patch);
+                    seeds.extend(end);
+                }
+            }
+        }
+        seeds
+    }
+
+    /// The ends of those descents that were labelled colliding, and what they aimed at.
+    fn descend(
+        &self,
+        mut misses: Vec<Miss>,
+        label: &LabelBatch,
+        until: f64,
+        budget: &mut Budget,
+    ) -> Vec<(Vec<f64>, Patch)> {
+        let nq = self.checker.scene().space.nq();
+        let (mut ends, mut patches) = (Vec::new(), Vec::new());
+        for _ in 0..STEPS {
+            let trials: Vec<f64> = misses.iter().flat_map(|miss| self.stepped(miss)).collect();
+            if misses.is_empty() || misses.len() > budget.left() {
+                break;
+            }
+            let found = self.look_at(&trials, until, budget);
+            let mut going_on = Vec::new();
+            for ((miss, trial), near) in misses.into_iter().zip(trials.chunks_exact(nq)).zip(found) {
+                let of_pair = near.into_iter().filter(|other| other.patch.pair == miss.patch.pair);
+                match of_pair.min_by(|a, b| a.distance.total_cmp(&b.distance)) {
+                    Some(now) if self.touches(&now) => {
+                        ends.extend_from_slice(trial);
+                        patches.push(now.patch);
+                    }
+                    Some(now) if now.distance < miss.distance => going_on.push(now),
+                    _ => {}
+                }
+            }
+            misses = going_on;
+        }
+        ends.truncate(budget.left().saturating_mul(nq));
+        let labels = if ends.is_empty() { Vec::new() } else { budget.label(label, &ends) };
+        let labelled = ends.chunks_exact(nq).zip(patches).zip(labels);
+        labelled.filter(|(_, label)| *label == Label::Colliding).map(|((q, patch), _)| (q.to_vec(), patch)).collect()
+    }
+
+    fn stepped(&self, miss: &Miss) -> Vec<f64> {
+        let (mut out, scale) = (miss.from.clone(), OVERSHOOT * (self.reach / miss.length.max(1e-300)).min(1.0));
+        let step: Vec<f64> = miss.step.iter().map(|s| s * scale).collect();
+        self.checker.scene().space.integrate(&miss.from, &step, &mut out);
+        out
+    }
+
+    /// What is near contact at every one of `configs`; at the first of them only, where the share
+    /// `until` of the budget is spent before.
+    fn look_at(&self, configs: &[f64], until: f64, budget: &mut Budget) -> Vec<Vec<Miss>> {
+        let nq = self.checker.scene().space.nq();
+        let memory = || (CheckScratch::default(), Vec::new());
+        let mut all = Vec::new();
+        for batch in configs.chunks(TOGETHER * nq) {
+            if budget.end().is_some() || budget.fraction() > until {
+                break;
+            }
+            let found = batch.par_chunks_exact(nq).map_init(memory, |(check, contacts), q| {
+                // What a thread looked at before must not tell.
+                check.forget_contacts();
+                contacts.clear();
+                self.checker.contacts(
+                    q,
+                    ContactQuery { margin: self.margin, search: ContactSearch::Proposal },
+                    check,
+                    contacts,
+                );
+                contacts.iter().filter_map(|contact| self.miss(q, contact, check)).collect()
+            });
+            all.par_extend(found);
+            budget.spend(batch.len() / nq);
+        }
+        all
+    }
+
+    /// `None` where the contact is out of reach; overlaps never are.
+    fn miss(&self, q: &[f64], contact: &Contact, check: &CheckScratch) -> Option<Miss> {
+        let (scene, poses) = (self.checker.scene(), check.poses());
+        let pair = &scene.pairs[contact.pair.index()];
+        let frames = [pair.first, pair.second].map(|body| scene.bodies[body].frame);
+        let points = [contact.point_first, contact.point_second];
+        let (mut twists, mut gradient) = (Twists::default(), vec![0.0; scene.space.nv()]);
+        twists.set(scene, poses);
+        contact.add_gradient(scene, &twists, &mut gradient);
+        // The shortest step, in the joint metric, that the linearised distance asks for.
+        let mut step = gradient.clone();
+        for factor in scene.space.factors() {
+            step[factor.tangents()].iter_mut().for_each(|s| *s /= factor.weight);
+        }
+        let slope = gradient.iter().zip(&step).map(|(g, s)| g * s).sum::<f64>().sqrt();
+        let length = (contact.distance - scene.clearance).max(0.0) / slope;
+        let touches = contact.distance < scene.clearance;
+        if !touches && (length.is_nan() || length > self.reach) {
+            return None;
+        }
+        step.iter_mut().for_each(|s| *s *= -length / slope);
+        let places = [0, 1].map(|side| poses[frames[side]].inverse_point(&points[side]));
+        let patch = Patch { pair: contact.pair.index(), places };
+        Some(Miss { patch, from: q.to_vec(), step, length, distance: contact.distance })
+    }
+
+    fn touches(&self, miss: &Miss) -> bool {
+        miss.distance < self.checker.scene().clearance
+    }
+
+    fn is_same(&self, a: &Patch, b: &Patch) -> bool {
+        a.pair == b.pair && (0..2).all(|side| (a.places[side] - b.places[side]).norm() < self.patch)
+    }
+
+    fn is_among(&self, patch: &Patch, patches: &[Patch]) -> bool {
+        patches.iter().any(|other| self.is_same(patch, other))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::cspace::sampling::Halton;
+    use crate::learning::LearnOptions;
+    use crate::scene::builtin;
+    use std::ops::ControlFlow;
+
+    /// Known are only free configurations, as where everything that collides is too small to be
+    /// hit.
+    #[test]
+    fn descents_end_in_contacts_and_are_counted_whatever_the_threads() {
+        for name in builtin::NAMES {
+            let checker = Checker::new(builtin::scene(name).unwrap().into());
+            let (metric, space) = (Metric::new(checker.scene_arc().clone()), &checker.scene().space);
+            let options = LearnOptions { labels: 4000, seconds: None, ..LearnOptions::default() };
+            let label = |configs: &[f64]| {
+                let mut labels = vec![Label::Free; configs.len() / space.nq()];
+                checker.label_batch(configs, &mut labels);
+                labels
+            };
+            let run = || {
+                let mut report = |_: &_| ControlFlow::Continue(());
+                let (mut budget, mut known) = (Budget::new(&options, &mut report), Exploration::default());
+                known.extend(space, &Halton::new(space.nv(), 4), 800, &label, &mut budget);
+                known.colliding.clear();
+                (NearMisses::new(&checker, &metric).seeds(&known, &label, &mut budget), budget.spent())
+            };
+            let on =
+                |threads: usize| rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap().install(run);
+            let (seeds, spent) = on(1);
+            let count = seeds.len() / space.nq();
+            println!("{name}: {count} contacts for {} checks", spent - 800);
+            assert!(count > 0, "{name}");
+            assert!(label(&seeds).iter().all(|label| *label == Label::Colliding), "{name}");
+            // QualityChecks, and at least a step and a label for every seed; at most what it is
+            // given, and the last batch.
+            assert!(spent >= 900 + 2 * count && spent <= 1200 + 2 * STEPS * TOGETHER, "{name}: {spent}");
+            assert_eq!(on(3), (seeds, spent), "{name}");
+        }
+    }
+}

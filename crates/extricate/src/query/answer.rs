@@ -1,0 +1,174 @@
+//! What a query gives back.
+
+use serde::Serialize;
+
+use super::options::Effort;
+use super::report::coverage::FAR;
+use crate::collision::Contact;
+use crate::cspace::Config;
+use crate::scene::PairId;
+
+/// The nearest free configuration found, and what is known about it.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Answer {
+    /// Distance from the query to the witness, in the scene's metric; 0 where the query is free.
+    pub depth: f64,
+    /// Proved: no free configuration is nearer than this.
+    pub lower_bound: f64,
+    /// Share of the depth that is not proved, `1 - lower_bound / depth`: no free configuration is
+    /// nearer by more than it. 0 where the query is free.
+    pub gap: f64,
+    /// Why nothing is proved, where that is so: `lower_bound` is 0 and the query is not free.
+    pub unproved: Option<Unproved>,
+    /// A free configuration at distance `depth`.
+    pub witness: Vec<f64>,
+    /// What was requested.
+    pub effort: Effort,
+    /// Collision checks and distance evaluations spent.
+    pub checks: usize,
+    /// Largest displacement \[m\] of any point of the moving geometry between the query and the
+    /// witness.
+    pub max_displacement: f64,
+    /// Pairs of the scene that collide at the query; one of them with
+    /// [`Effort::Nearest`], unless contacts were requested.
+    pub colliding: Vec<PairId>,
+    /// The coordinates of the query that lie beyond their limits: it then is not free, whether or
+    /// not anything collides. The witness is within all limits; `depth` is from the query as it is.
+    pub outside: Vec<usize>,
+    /// Pairs of the scene that touch (within [`TOUCHING`] beyond the clearance) at the
+    /// witness; none with [`Effort::Nearest`], unless contacts were requested.
+    pub touching: Vec<PairId>,
+    /// How usual the distance to the sample that the query begins with (the nearest, or the nearest
+    /// exit) is among held-out colliding configurations, in `(0, 1]`, see
+    /// [`Coverage::of`](super::report::coverage::Coverage::of): below [`FAR`] the query lies far
+    /// from what was learned, and a nearer exit is missed more easily. `None` where the query is
+    /// free or nothing was held out.
+    pub coverage: Option<f64>,
+    /// Estimated share of starts that would lead to an exit which this query has not met, in
+    /// `[0, 1]`: near 0 where one descent after the other led to the same few ends, near 1 where
+    /// each led to another. `None` where the query is free, or with [`Effort::Nearest`]. (Boender
+    /// and Rinnooy Kan's estimate for multistart; starts are the nearest samples, not uniform ones,
+    /// so it is no probability of a miss.)
+    pub unseen: Option<f64>,
+    /// Clearance \[m\] that the witness keeps, of pairs without one of their own: that which the
+    /// query aims at, or the scene's where nothing was found that keeps it.
+    pub clearance: f64,
+    /// Whether the exact checker called the witness free during this query; otherwise it did when
+    /// the model was learned.
+    pub verified: bool,
+    /// Where the pairs of `touching` touch at the witness, with normals; several places a pair
+    /// where meshes touch.
+    pub contacts: Vec<Contact>,
+    /// How the distance to the witness changes with the query: a small tangent step `t` at the
+    /// query (length `nv`) changes it by `gradient . t`. Where the witness is the nearest exit,
+    /// this is the gradient of the penetration depth. Zero where the query is free. For the largest
+    /// displacement, which has kinks where several points move equally far, it is a mean over 1e-5
+    /// to both sides.
+    pub gradient: Vec<f64>,
+    /// Unset where a distinct exit (see [`SEPARATION`]) was met that is at most [`RIVAL`] times as
+    /// far: beside such queries the nearest exit changes, and the gradient jumps. Set does not
+    /// prove that there is none.
+    pub unique: bool,
+    /// Where more than one was requested: the nearest distinct exits, by depth, the witness first.
+    /// Each was verified and is the end of a descent, a local minimum of the distance to its
+    /// accuracy; two of them are distinct by [`SEPARATION`]. Fewer where fewer were found.
+    pub exits: Vec<Exit>,
+    /// Proved, where it was requested and the query collides: no two bodies of a checked pair touch
+    /// at any configuration that is nearer to the witness than this, in the scene's metric. Joint
+    /// limits do not matter.
+    pub free_radius: Option<f64>,
+    /// The straight segment to the witness, where it was requested and the query collides.
+    pub segment: Option<StraightSegment>,
+}
+
+impl Answer {
+    /// Whether the query itself is free.
+    pub fn is_free(&self) -> bool {
+        self.colliding.is_empty() && self.outside.is_empty()
+    }
+
+    /// Whether the query lies farther from all samples than nearly all configurations that the
+    /// model was measured on.
+    pub fn is_far(&self) -> bool {
+        self.coverage.is_some_and(|coverage| coverage < FAR)
+    }
+}
+
+/// Why no lower bound above 0 is proved for a query that is not free.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Unproved {
+    /// What collides are surfaces: they enclose nothing, and might pass through each other.
+    Surfaces,
+    /// The bodies overlap by less than rounding, or than the convex sets inside them show.
+    Shallow,
+}
+
+impl Unproved {
+    /// As it is written.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Surfaces => "surfaces",
+            Self::Shallow => "shallow",
+        }
+    }
+}
+
+/// One of several exits.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Exit {
+    /// Distance from the query, in the scene's metric.
+    pub depth: f64,
+    /// A free configuration at that distance; verified.
+    pub witness: Vec<f64>,
+    /// Pairs of the scene that touch there.
+    pub touching: Vec<PairId>,
+}
+
+/// The geodesic from the query to the witness; fractions are those of
+/// [`crate::ConfigSpace::interpolate`].
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct StraightSegment {
+    /// The last fraction at which a collision (or a pair that nearly collides) was found; before it
+    /// the segment may be free in parts.
+    pub colliding_until: f64,
+    /// From this fraction on, every configuration is free: proved.
+    pub free_from: f64,
+}
+
+/// A pair touches where it is nearer than the clearance plus this \[m\].
+pub const TOUCHING: f64 = 1e-4;
+
+/// Two exits are distinct where they are farther apart than this share of the smaller depth, in the
+/// metric's tensor at the query.
+pub const SEPARATION: f64 = 0.25;
+
+/// An exit this many times as far as the witness makes it ambiguous.
+pub const RIVAL: f64 = 1.01;
+
+/// The answer to a free query, and a frame for others.
+pub fn free_answer(q: &Config, nv: usize, effort: Effort, clearance: f64) -> Answer {
+    Answer {
+        depth: 0.0,
+        lower_bound: 0.0,
+        gap: 0.0,
+        unproved: None,
+        witness: q.to_vec(),
+        effort,
+        checks: 1,
+        max_displacement: 0.0,
+        colliding: Vec::new(),
+        outside: Vec::new(),
+        touching: Vec::new(),
+        coverage: None,
+        unseen: None,
+        clearance,
+        verified: true,
+        contacts: Vec::new(),
+        gradient: vec![0.0; nv],
+        unique: true,
+        exits: Vec::new(),
+        free_radius: None,
+        segment: None,
+    }
+}

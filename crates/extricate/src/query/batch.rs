@@ -1,0 +1,104 @@
+//! Many queries on all cores: the answers of one by one, in order.
+
+use std::ops::ControlFlow;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::time::{Duration, Instant};
+
+use super::answer::Answer;
+use super::search::scratch::QueryScratch;
+use crate::cspace::Config;
+
+/// One answer of a batch.
+#[derive(Debug, Clone)]
+pub struct Answered<T = Answer> {
+    /// Which query, from 0.
+    pub index: usize,
+    /// Its answer.
+    pub answer: T,
+    /// How long it took on its core \[s\].
+    pub seconds: f64,
+}
+
+/// How long a block of queries should take: long enough that starting threads costs nothing beside
+/// it, short enough that the caller can interrupt.
+const BLOCK: Duration = Duration::from_millis(60);
+/// Most queries a block, so that memory does not grow with the number of queries.
+const MOST: usize = 4096;
+
+/// Gives what `ask` says of each of `queries`, on `threads` threads (0: one a core), to `each`, in
+/// order, on the calling thread; `Break` ends it. Returns how many were handed over.
+///
+/// # Guarantee
+/// The order, and what is asked with which memory, do not depend on the number of threads. At most
+/// 4096 answers are kept at a time.
+pub fn in_blocks<T: Send>(
+    queries: &mut dyn Iterator<Item = Config>,
+    threads: usize,
+    ask: &(dyn Fn(&Config, &mut QueryScratch) -> T + Sync),
+    each: &mut dyn FnMut(Answered<T>) -> ControlFlow<()>,
+) -> usize {
+    let cores = || std::thread::available_parallelism().map_or(1, |n| n.get());
+    let threads = if threads == 0 { cores() } else { threads };
+    let mut scratches: Vec<QueryScratch> = (0..threads).map(|_| QueryScratch::default()).collect();
+    let (mut block, mut done, mut size) = (Vec::new(), 0, threads);
+    loop {
+        block.clear();
+        block.extend((0..size).map_while(|_| queries.next()));
+        if block.is_empty() {
+            return done;
+        }
+        let started = Instant::now();
+        let answers = answer_block(&block, ask, &mut scratches);
+        for (answer, seconds) in answers {
+            done += 1;
+            if each(Answered { index: done - 1, answer, seconds }).is_break() {
+                return done;
+            }
+        }
+        let taken = started.elapsed();
+        if taken < BLOCK / 2 {
+            size = (2 * size).min(MOST.max(threads));
+        } else if taken > 2 * BLOCK {
+            size = (size / 2).max(threads);
+        }
+    }
+}
+
+/// Threads take the next query as they become free.
+fn answer_block<T: Send>(
+    block: &[Config],
+    ask: &(dyn Fn(&Config, &mut QueryScratch) -> T + Sync),
+    scratches: &mut [QueryScratch],
+) -> Vec<(T, f64)> {
+    let next = AtomicUsize::new(0);
+    let work = |scratch: &mut QueryScratch| {
+        let mut answers = Vec::new();
+        loop {
+            let at = next.fetch_add(1, Ordering::Relaxed);
+            let Some(q) = block.get(at) else { return answers };
+            let started = Instant::now();
+            let answer = ask(q, scratch);
+            answers.push((at, (answer, started.elapsed().as_secs_f64())));
+        }
+    };
+    let Some((own, others)) = scratches.split_first_mut() else { return Vec::new() };
+    let mut answers = std::thread::scope(|scope| {
+        let needed = block.len().saturating_sub(1).min(others.len());
+        let spawned = others[..needed].iter_mut().map(|scratch| {
+            let work = &work;
+            std::thread::Builder::new().spawn_scoped(scope, move || work(scratch))
+        });
+        // Where the system starts no more threads, those that there are do the work.
+        let spawned: Vec<_> = spawned.filter_map(Result::ok).collect();
+        let mut answers = work(own);
+        for thread in spawned {
+            match thread.join() {
+                Ok(more) => answers.extend(more),
+                Err(panic) => std::panic::resume_unwind(panic),
+            }
+        }
+        answers
+    });
+    answers.sort_unstable_by_key(|(at, _)| *at);
+    answers.into_iter().map(|(_, answer)| answer).collect()
+}

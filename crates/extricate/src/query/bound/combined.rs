@@ -1,0 +1,110 @@
+//! What is proved of a query, by all that proves something.
+
+use super::directional::{DirectionalScratch, directional, promise};
+use super::groups::Groups;
+use super::{BoundEffort, raise, raise_by_overlap};
+use crate::collision::{CheckScratch, ConvexOverlap};
+use crate::metric::Anchor;
+use crate::metric::motion_bound::MotionPath;
+use crate::query::context::Context;
+use crate::scene::{MetricKind, PairId};
+
+/// Memory that bounds reuse.
+#[derive(Default)]
+pub struct BoundScratch {
+    path: MotionPath,
+    overlaps: Vec<ConvexOverlap>,
+    directional: DirectionalScratch,
+    groups: Groups,
+    /// Of pairs of convex sets, what they may bound at most, and their numbers.
+    promises: Vec<(f64, usize)>,
+}
+
+/// How closely directions are looked at.
+#[derive(Debug, Clone, Copy)]
+pub struct Splits {
+    /// How many pairs of convex sets are, those that promise most.
+    pub pairs: usize,
+    /// Splits of the cells of each.
+    pub each: usize,
+}
+
+/// A pair is looked at that promises this much more than is proved.
+const WORTH: f64 = 1.1;
+
+/// A distance (metric units) below which no free configuration lies from the anchor, at most
+/// `ceiling`. Directions are not looked at without `splits`.
+///
+/// # Guarantee
+/// Proved: at every configuration within the bound one of the pairs in `colliding` still overlaps;
+/// see [`super`] and `directional`. Pairs that have no joint in common have to part by
+/// themselves: under the joint metric their squares add.
+pub fn lower_bound(
+    context: &Context,
+    anchor: &Anchor,
+    colliding: &[PairId],
+    (splits, ceiling): (Option<Splits>, f64),
+    scratch: &mut BoundScratch,
+    check: &mut CheckScratch,
+) -> f64 {
+    let mut groups = std::mem::take(&mut scratch.groups);
+    groups.split(context, colliding);
+    let mut squared: f64 = 0.0;
+    for pairs in groups.iter() {
+        let bound = of_group(context, anchor, pairs, (splits, ceiling), scratch, check);
+        squared = if context.metric.kind() == MetricKind::Joint {
+            squared + bound * bound
+        } else {
+            squared.max(bound * bound)
+        };
+    }
+    scratch.groups = groups;
+    // Of one group, its bound to the last bit.
+    squared.sqrt().min(ceiling)
+}
+
+fn of_group(
+    context: &Context,
+    anchor: &Anchor,
+    pairs: &[PairId],
+    (splits, ceiling): (Option<Splits>, f64),
+    scratch: &mut BoundScratch,
+    check: &mut CheckScratch,
+) -> f64 {
+    let BoundScratch { path, overlaps, directional: memory, promises, .. } = scratch;
+    let (scene, poses) = (context.checker.scene(), &anchor.poses);
+    let mut bound = 0.0;
+    overlaps.clear();
+    if splits.is_some() {
+        context.checker.convex_overlaps(&anchor.q, pairs, check, overlaps);
+    }
+    for overlap in overlaps.iter() {
+        bound = raise_by_overlap(context, overlap, poses, bound, ceiling, path);
+    }
+    let look = if splits.is_some() { BoundEffort::Close } else { BoundEffort::Quick };
+    for &index in pairs {
+        let (pair, clearance) = (scene.pairs[index.index()], context.checker.clearance_of(index.index()));
+        for roles in [[pair.first, pair.second], [pair.second, pair.first]] {
+            bound = raise(context, (roles, clearance), poses, bound, (look, ceiling), path, check);
+        }
+    }
+    let Some(splits) = splits else { return bound };
+    promises.clear();
+    context.checker.inner_pairs(&anchor.q, pairs, check, &mut |pair| {
+        promises.push((promise(context, poses, pair, ceiling, memory), promises.len()));
+    });
+    promises.sort_unstable_by(|a, b| b.0.total_cmp(&a.0));
+    for &(promise, chosen) in promises.iter().take(splits.pairs) {
+        if bound >= ceiling || promise <= WORTH * bound {
+            break;
+        }
+        let mut number = 0;
+        context.checker.inner_pairs(&anchor.q, pairs, check, &mut |pair| {
+            if number == chosen {
+                bound = bound.max(directional(context, poses, pair, ceiling, splits.each, memory));
+            }
+            number += 1;
+        });
+    }
+    bound
+}

@@ -1,0 +1,229 @@
+//! The proved lower bound on the penetration depth.
+//!
+//! A ball inside a link whose centre lies deep in a solid must travel at least `depth + radius +
+//! clearance` before the pair is clear. And two convex shapes of penetration depth `p` stay in
+//! collision while no point of one moves, relative to the other, by `p + clearance`: a plane that
+//! parts them afterwards, moved back by that much, would part them before. The motion bound turns
+//! these lengths into distances between configurations.
+//!
+//! Read next: `inner_spheres` (the balls), `combined` (what proves what), `directional` (the bound
+//! by directions), `cells`, `reach`, `branch_and_bound`, `groups`.
+
+pub mod branch_and_bound;
+mod cells;
+pub mod combined;
+mod directional;
+pub mod groups;
+mod half_spaces;
+pub mod inner_spheres;
+pub mod proof;
+mod reach;
+
+use std::cmp::Ordering;
+
+use super::context::Context;
+use crate::collision::{CheckScratch, ConvexOverlap};
+use crate::math::{LANES, Pose, vectorized};
+use crate::metric::motion_bound::{BoundedPoint, MotionPath};
+use crate::scene::MetricKind;
+use inner_spheres::{BALLS, Balls, QUICK_BALLS, SURFACE_POINTS};
+
+/// Blocks of balls of a body.
+const MOST_BLOCKS: usize = (BALLS + SURFACE_POINTS).div_ceil(LANES);
+
+/// How closely a bound looks.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum BoundEffort {
+    /// At a few balls of each body; balls inside a mesh tell how deep they lie in it, and one chord
+    /// of the motion bound how far that is.
+    Quick,
+    /// At all balls, and at how deep they lie.
+    Close,
+}
+
+/// Raises `bound` by the penetration depth of two convex shapes. The motion bound is a convex
+/// function of the point, so over a shape it is largest at a corner of any box around it.
+fn raise_by_overlap(
+    context: &Context,
+    overlap: &ConvexOverlap,
+    poses: &[Pose],
+    mut bound: f64,
+    ceiling: f64,
+    path: &mut MotionPath,
+) -> f64 {
+    let scene = context.checker.scene();
+    let pair = scene.pairs[overlap.pair.index()];
+    let frames = [scene.bodies[pair.first].frame, scene.bodies[pair.second].frame];
+    let needed = overlap.depth + context.checker.clearance_of(overlap.pair.index());
+    for (of, relative_to, corners) in
+        [(frames[0], frames[1], overlap.corners[0]), (frames[1], frames[0], overlap.corners[1])]
+    {
+        context.metric.motion_between(poses, of, relative_to, path);
+        // The least of what the corners allow.
+        let mut allowed = ceiling;
+        for position in corners {
+            let point = BoundedPoint { position, of, relative_to, inside_of: true, inside_relative_to: false };
+            context.metric.motion_of(poses, &point, path);
+            if path.bound(allowed) >= needed {
+                let start = bound + STEP * allowed;
+                let low = (start, path.bound(start));
+                allowed =
+                    largest_distance(low, allowed, needed, BoundEffort::Close, |d| path.bound(d)).unwrap_or(bound);
+            }
+            if allowed <= bound {
+                break;
+            }
+        }
+        bound = bound.max(allowed);
+    }
+    bound
+}
+
+/// Raises `bound` by the balls of one body in the solid of another.
+fn raise(
+    context: &Context,
+    ([carrier, solid], clearance): ([usize; 2], f64),
+    poses: &[Pose],
+    mut bound: f64,
+    (look, ceiling): (BoundEffort, f64),
+    path: &mut MotionPath,
+    check: &mut CheckScratch,
+) -> f64 {
+    let scene = context.checker.scene();
+    let (of, relative_to) = (scene.bodies[carrier].frame, scene.bodies[solid].frame);
+    let Balls { all, blocks } = &*context.balls.bodies[carrier];
+    let most_balls = if look == BoundEffort::Quick { QUICK_BALLS } else { usize::MAX };
+    // A look at the triangles of a mesh takes longer than all else; open ones hold no balls.
+    let inside = Some(&*context.balls.bodies[solid])
+        .filter(|inside| look == BoundEffort::Quick && !context.checker.is_convex(solid) && inside.hold_some());
+    let pose_solid_carrier = poses[relative_to].inverse().then(&poses[of]);
+    context.metric.motion_between(poses, of, relative_to, path);
+    let levers = path.levers();
+    let mut start = bound + STEP * ceiling;
+    // Those that may prove most first: the others then seldom need a look.
+    let (mut order, mut count) = ([BallPromise::default(); BALLS + SURFACE_POINTS], 0);
+    vectorized(
+        #[inline(always)]
+        || {
+            let mut depths = [[0.0; LANES]; MOST_BLOCKS];
+            let blocks = &blocks[..most_balls.min(all.len()).div_ceil(LANES)];
+            let (centres, depths) = (blocks.iter().map(|block| &block.centres), &mut depths[..blocks.len()]);
+            match inside {
+                Some(balls) => balls.depths(&pose_solid_carrier, centres, depths),
+                None => context.checker.solid_depth_bounds(solid, &pose_solid_carrier, centres, depths),
+            }
+            for ((first, block), depths) in (0..).step_by(LANES).zip(blocks).zip(depths) {
+                let rates = levers.squared_rates(&poses[of].points(&block.centres));
+                let (mut mosts, mut squares) = ([0.0; LANES], [0.0; LANES]);
+                for lane in 0..LANES {
+                    mosts[lane] = depths[lane] + block.radii[lane] + clearance;
+                    squares[lane] = mosts[lane] * mosts[lane] / rates[lane];
+                }
+                for (lane, (most, square)) in mosts.into_iter().zip(squares).enumerate() {
+                    if most > 0.0 && square > start * start && first + lane < most_balls {
+                        order[count] = BallPromise { square, most, at: first + lane };
+                        count += 1;
+                    }
+                }
+            }
+        },
+    );
+    let order = &mut order[..count];
+    order.sort_unstable_by(BallPromise::greatest_first);
+    for &BallPromise { square, most, at } in order.iter() {
+        let ball = &all[at];
+        if square <= start * start {
+            break;
+        }
+        let (position, point_solid) = (poses[of].point(&ball.centre), pose_solid_carrier.point(&ball.centre));
+        let mut point = BoundedPoint { position, of, relative_to, inside_of: true, inside_relative_to: true };
+        context.metric.motion_of(poses, &point, path);
+        let mut low = (start, path.bound(start));
+        // Too shallow to raise the bound, even if the point moves as little as one inside would.
+        if most <= low.1 {
+            continue;
+        }
+        let besides = ball.radius + clearance;
+        let depth = match inside {
+            Some(_) => Some(most - besides),
+            None => context.checker.solid_depth_above(solid, &point_solid, low.1 - besides, check),
+        };
+        let Some(depth) = depth else { continue };
+        if depth < 0.0 && context.metric.kind() == MetricKind::MaxDisplacement {
+            point.inside_relative_to = false;
+            context.metric.motion_of(poses, &point, path);
+            low.1 = path.bound(start);
+        }
+        let needed = depth + besides;
+        bound = largest_distance(low, ceiling, needed, look, |d| path.bound(d)).unwrap_or(bound);
+        start = bound + STEP * ceiling;
+    }
+    bound
+}
+
+/// What a ball may prove, seen from boxes around solids and from levers alone.
+#[derive(Clone, Copy, Default)]
+struct BallPromise {
+    /// Square of a distance between configurations that the ball proves no more than; infinite
+    /// where levers tell nothing.
+    square: f64,
+    /// Farthest that the ball may have to go \[m\].
+    most: f64,
+    /// Which ball.
+    at: usize,
+}
+
+impl BallPromise {
+    fn greatest_first(&self, other: &Self) -> Ordering {
+        other.square.total_cmp(&self.square).then(other.most.total_cmp(&self.most)).then(self.at.cmp(&other.at))
+    }
+}
+
+/// A bound that can be raised by less than this share of its ceiling is left.
+const STEP: f64 = 1e-4;
+
+/// The largest distance in `[low.0, ceiling]`, up to a little, for which `moved` is below `needed`:
+/// seen, or in a quick look by convexity alone. `None` where there is none. `low.1` is
+/// `moved(low.0)`.
+///
+/// `moved` grows from 0 and is convex, as motion bounds are. So it is at least proportional beyond
+/// `low`, which tells where to stop looking; and a chord lies above it and so meets `needed` on the
+/// safe side. Near-linear ones take two or three steps; a quick look takes the first chord and does
+/// not look there: 0.003 of the bound is lost.
+pub fn largest_distance(
+    mut low: (f64, f64),
+    ceiling: f64,
+    needed: f64,
+    look: BoundEffort,
+    mut moved: impl FnMut(f64) -> f64,
+) -> Option<f64> {
+    if ceiling <= low.0 || low.1 >= needed {
+        return None;
+    }
+    let end = ceiling.min(low.0 * (needed / low.1));
+    let mut high = (end, moved(end));
+    if high.1 < needed {
+        return Some(end);
+    }
+    for _ in 0..20 {
+        let share = (needed - low.1) / (high.1 - low.1);
+        let middle = low.0 + (high.0 - low.0) * (share * (1.0 - 1e-9));
+        if look == BoundEffort::Quick {
+            return Some(middle);
+        }
+        let at = moved(middle);
+        let gained = middle - low.0;
+        if at < needed {
+            low = (middle, at);
+        } else {
+            high = (middle, at);
+        }
+        if gained <= STEP * ceiling {
+            break;
+        }
+    }
+    Some(low.0)
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,145 @@
+//! Indexes samples for queries: the contacts of all exits are looked at once, so that no query has
+//! to before its first step from one.
+
+use rayon::prelude::*;
+
+use super::plan::MARGIN;
+use crate::collision::{CheckScratch, Checker, Contact, ContactQuery, ContactSearch};
+use crate::kinematics::Twists;
+use crate::metric::Metric;
+use crate::samples::SampleSet;
+use crate::samples::contact_planes::ContactPlanes;
+
+/// Most planes an exit, nearest first.
+const MOST: usize = 24;
+/// Exits that a thread looks at before it takes more.
+const CHUNK: usize = 64;
+
+/// The index that queries stand on: of `configs` (row major, each called free by `checker`), whose
+/// last `exits` rows are exits. Their contacts are noted; those of meshes are those of the convex
+/// pieces around them, as descents see them.
+///
+/// # Panics
+/// Where there are fewer rows.
+pub fn index_samples(checker: &Checker, metric: &Metric, configs: Vec<f64>, exits: usize, seed: u64) -> SampleSet {
+    checker.prepare_proposals();
+    let mut samples = SampleSet::with_solved(metric, checker.scene().space.nq(), configs, exits, seed);
+    note_tangents(checker, &mut samples);
+    samples
+}
+
+fn note_tangents(checker: &Checker, samples: &mut SampleSet) {
+    let space = &checker.scene().space;
+    let first = samples.len() - samples.solved();
+    let exits = &samples.configs()[first * space.nq()..];
+    let parts: Vec<ContactPlanes> = exits
+        .par_chunks(CHUNK * space.nq())
+        .map_init(Scratch::default, |scratch, rows| {
+            let mut tangents = ContactPlanes::new(space.nv());
+            for q in rows.chunks_exact(space.nq()) {
+                add(checker, q, scratch, &mut tangents);
+            }
+            tangents
+        })
+        .collect();
+    let mut all = ContactPlanes::new(space.nv());
+    parts.iter().for_each(|part| all.append(part));
+    samples.set_tangents(all);
+}
+
+#[derive(Default)]
+struct Scratch {
+    check: CheckScratch,
+    contacts: Vec<Contact>,
+    twists: Twists,
+}
+
+fn add(checker: &Checker, q: &[f64], scratch: &mut Scratch, tangents: &mut ContactPlanes) {
+    let scene = checker.scene();
+    let Scratch { check, contacts, twists } = scratch;
+    contacts.clear();
+    // Each on its own: what is noted must not depend on how exits were handed out.
+    check.forget_contacts();
+    // A foot that does not know of what descents look at is too near; contacts twice as far turn on
+    // the way there. They are looked at once and followed often; but triangles tell too much.
+    let search = if checker.all_convex() { ContactSearch::Exact } else { ContactSearch::Proposal };
+    let query = ContactQuery { margin: checker.base_clearance() + MARGIN, search };
+    checker.contacts(q, query, check, contacts);
+    twists.set(scene, check.poses());
+    contacts.sort_by(|a, b| a.distance.total_cmp(&b.distance));
+    let mut row = vec![0.0; scene.space.nv()];
+    for contact in contacts.iter().take(MOST) {
+        row.fill(0.0);
+        contact.add_gradient(scene, twists, &mut row);
+        tangents.push(contact.pair.index(), contact.distance - checker.base_clearance(), &row);
+    }
+    tangents.end_sample();
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::cspace::Label;
+    use crate::cspace::sampling::Halton;
+    use crate::scene::builtin;
+
+    /// Any free configurations will do for exits.
+    fn noted(name: &str, threads: usize) -> (Checker, SampleSet) {
+        let scene = std::sync::Arc::new(builtin::scene(name).unwrap());
+        let (checker, metric) = (Checker::new(scene.clone()), Metric::new(scene.clone()));
+        let (space, mut configs) = (&scene.space, Vec::new());
+        let (halton, mut q, mut scratch) = (Halton::new(space.nv(), 3), vec![0.0; space.nq()], CheckScratch::default());
+        for k in 0..4000 {
+            halton.config(space, k, &mut q);
+            if checker.label(&q, &mut scratch) == Label::Free {
+                configs.extend_from_slice(&q);
+            }
+        }
+        let rows = configs.len() / space.nq();
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        let samples = pool.install(|| index_samples(&checker, &metric, configs, rows - 10, 0));
+        (checker, samples)
+    }
+
+    #[test]
+    fn planes_tell_how_distances_change() {
+        for name in ["planar-arm", "hand"] {
+            let (checker, samples) = noted(name, 2);
+            let space = &checker.scene().space;
+            let (mut scratch, mut near, mut looked_at) = (CheckScratch::default(), Vec::new(), 0);
+            assert!(samples.planes(9).is_none(), "no exit");
+            for id in 10..samples.len() as u32 {
+                let q = samples.config(id);
+                let step: Vec<f64> = (0..space.nv()).map(|k| 1e-5 * (f64::from(id) + k as f64).sin()).collect();
+                let mut moved = q.to_vec();
+                space.integrate(q, &step, &mut moved);
+                // The least distance after a step: of all pairs, by their planes.
+                let change =
+                    |gradient: &mut dyn Iterator<Item = f64>| gradient.zip(&step).map(|(g, s)| g * s).sum::<f64>();
+                let planes = samples.planes(id).unwrap();
+                let Some(least) = planes.iter().map(|(room, mut g)| room + change(&mut g)).reduce(f64::min) else {
+                    continue;
+                };
+                near.clear();
+                let query = ContactQuery { margin: 0.1, search: ContactSearch::Exact };
+                checker.contacts(&moved, query, &mut scratch, &mut near);
+                let distance = near.iter().map(|contact| contact.distance).fold(f64::INFINITY, f64::min);
+                let expected = checker.scene().clearance + least;
+                assert!((distance - expected).abs() < 1e-8, "{name} {id}: {distance} {expected}");
+                looked_at += 1;
+            }
+            assert!(looked_at > 30, "{name}: {looked_at}");
+        }
+    }
+
+    #[test]
+    fn planes_do_not_depend_on_the_number_of_threads() {
+        let [(_, one), (_, three)] = [1, 3].map(|threads| noted("hand", threads));
+        let planes = |samples: &SampleSet, id| -> Vec<(f64, Vec<f64>)> {
+            samples.planes(id).unwrap().iter().map(|(room, gradient)| (room, gradient.collect())).collect()
+        };
+        for id in 10..one.len() as u32 {
+            assert_eq!(planes(&one, id), planes(&three, id));
+        }
+    }
+}

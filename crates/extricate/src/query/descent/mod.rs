@@ -1,0 +1,385 @@
+//! Descent: slides a configuration along the contact surface toward the query (sequential quadratic
+//! programming).
+
+mod cuts;
+pub mod qp;
+mod start;
+pub mod subproblem;
+
+use std::ops::ControlFlow;
+
+use super::context::Context;
+use super::search::evaluate::Evaluator;
+use super::search::prune::Pruning;
+use crate::collision::{Contact, ContactQuery, ContactSearch};
+use crate::cspace::Label;
+use crate::kinematics::forward;
+use crate::math::Pose;
+use crate::metric::Anchor;
+use crate::samples::contact_planes::Planes;
+use crate::scene::MetricKind;
+use cuts::{Cut, add_cuts};
+use qp::QpOutcome;
+pub use start::Start;
+use subproblem::Subproblem;
+
+/// What a descent aims at beyond the clearance \[m\], so that a linearised step ends on the free
+/// side.
+///
+/// The depth it costs is this times the slope of depth over clearance, 1e-6 rad for a lever of one
+/// metre.
+const SLACK: f64 = 1e-7;
+/// Along raw meshes, the same as a share of the length that the descent's tolerance stands for.
+const SLACK_SHARE: f64 = 0.05;
+/// Contacts nearer than this are always looked at \[m\].
+const LEAST_MARGIN: f64 = 0.001;
+/// The trust region shrinks to this share of a step that was not taken.
+const SHRINK: f64 = 0.35;
+/// Where contacts overlap and no step longer than this share of the distance to the query makes
+/// that better, a descent is stuck: with 0.01 queries take a tenth fewer checks, and under the
+/// metrics of bodies one in fifty more ends over 1 % farther.
+const STUCK: f64 = 0.001;
+/// A step shorter than this share of the space's diameter is none.
+const NO_STEP: f64 = 1e-12;
+/// What leads to a known end, and not nearer than this share of the incumbent, is left to the last
+/// descent, which goes to every digit.
+const HARDLY_NEARER: f64 = 0.99;
+
+/// How far a descent goes.
+#[derive(Debug, Clone, Copy)]
+pub struct DescentOptions {
+    /// Most iterations; each evaluates the near contacts once.
+    pub iterations: usize,
+    /// Pairs nearer than this are constraints \[m\], where that is not more than `reach` asks for.
+    pub margin: f64,
+    /// The same as a share of the farthest that any point may have to move.
+    pub reach: f64,
+    /// How their contacts are searched for.
+    pub search: ContactSearch,
+    /// First radius of the trust region, as a share of the distance to the query.
+    pub radius: f64,
+    /// Ends when a step would change the depth by less than this share of it.
+    pub tolerance: f64,
+}
+
+/// How a descent came out.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Outcome {
+    /// Given up: it leads beyond what it had to beat.
+    Pruned,
+    /// Given up: it leads to where another one ended.
+    Known,
+    /// It came to an end of its own, or spent what it might.
+    Ended,
+}
+
+/// Memory that descents reuse.
+#[derive(Default)]
+pub struct DescentScratch {
+    /// The nearest configuration of the last descent whose contacts all kept the clearance, where
+    /// there was one.
+    pub best: Vec<f64>,
+    /// Where it stood when it ended.
+    pub end: Vec<f64>,
+    trial: Vec<f64>,
+    subproblem: Subproblem,
+    poses: Vec<Pose>,
+    contacts: Vec<Contact>,
+    /// What a step that was not taken ran into.
+    hit_poses: Vec<Pose>,
+    hit: Vec<Contact>,
+}
+
+/// Minimises the distance to the anchor from `start`, subject to clearance and limits.
+///
+/// Each iteration linearises the signed distances of the near contacts, solves a quadratic program
+/// in a trust region and accepts the step if a merit function (half the squared distance plus a
+/// penalty on the worst violation) falls. A descent that is not expected to beat the incumbent, or
+/// to end elsewhere than another one of the search, is given up.
+///
+/// # Guarantee
+/// `Some(depth)` with a configuration in `scratch.best` whose contacts all kept the clearance; the
+/// caller verifies it with the exact checker. `None` where no such configuration was met.
+pub fn descend(
+    context: &Context,
+    anchor: &Anchor,
+    start: Start,
+    pruning: Pruning,
+    options: &DescentOptions,
+    scratch: &mut DescentScratch,
+    evaluator: &mut Evaluator,
+) -> (Option<f64>, Outcome) {
+    let mut descent = Descent::at(context, anchor, start, pruning, options, scratch, evaluator);
+    if descent.starts_in_vain(&start) {
+        return (None, Outcome::Pruned);
+    }
+    descent.look_at_start();
+    for iteration in 0..options.iterations {
+        if let ControlFlow::Break(outcome) = descent.iterate(iteration) {
+            return (descent.found, outcome);
+        }
+    }
+    (descent.found, Outcome::Ended)
+}
+
+/// One descent.
+struct Descent<'a> {
+    context: &'a Context<'a>,
+    anchor: &'a Anchor,
+    pruning: Pruning<'a>,
+    options: &'a DescentOptions,
+    scratch: &'a mut DescentScratch,
+    evaluator: &'a mut Evaluator,
+    /// Those of the start, until contacts are evaluated.
+    planes: Option<Planes<'a>>,
+    /// Whether contacts below the clearance tell all that collides.
+    is_complete: bool,
+    /// Of the present configuration, in metric units.
+    distance: f64,
+    /// By how much \[m\] its worst contact misses the clearance.
+    violation: f64,
+    /// How far beyond the clearance contacts are evaluated, now and at most \[m\].
+    margin: f64,
+    widest: f64,
+    /// Of the trust region, in metric units.
+    radius: f64,
+    penalty: f64,
+    cut: Option<Cut>,
+    was_rejected: bool,
+    /// Depth of the best.
+    found: Option<f64>,
+}
+
+impl<'a> Descent<'a> {
+    fn at(
+        context: &'a Context<'a>,
+        anchor: &'a Anchor,
+        start: Start<'a>,
+        pruning: Pruning<'a>,
+        options: &'a DescentOptions,
+        scratch: &'a mut DescentScratch,
+        evaluator: &'a mut Evaluator,
+    ) -> Self {
+        for x in [&mut scratch.end, &mut scratch.trial] {
+            x.clear();
+            x.extend_from_slice(start.config);
+        }
+        let (metric, distance) = (context.metric, evaluator.distance(context, anchor, start.config));
+        // The lever is the largest there is and most pairs part or meet at a fraction of it: five
+        // times less finds the same answers, a fourth of it (for a hand, whose fingers are all
+        // within a wide margin of each other) other ones.
+        let widest = (options.reach * distance * metric.lever()).clamp(LEAST_MARGIN, options.margin);
+        let is_complete = context.checker.contacts_are_complete(options.search);
+        scratch.subproblem.slack = SLACK;
+        if !is_complete {
+            // Between triangles the linearised distances are off by micrometres, and one more look
+            // at the meshes takes as long as ten at their pieces.
+            scratch.subproblem.slack = SLACK.max(SLACK_SHARE * options.tolerance * distance * metric.lever());
+        }
+        Self {
+            planes: start.planes.filter(|_| start.are_all),
+            radius: (options.radius * distance).max(1e-3 * context.scale),
+            margin: widest,
+            violation: 0.0,
+            penalty: 0.0,
+            cut: None,
+            was_rejected: false,
+            found: None,
+            context,
+            anchor,
+            pruning,
+            options,
+            scratch,
+            evaluator,
+            is_complete,
+            distance,
+            widest,
+        }
+    }
+
+    /// Whether what is known of the start tells that it leads nowhere. Where its planes are not
+    /// all, others only lead farther.
+    fn starts_in_vain(&mut self, start: &Start) -> bool {
+        let Some(planes) = start.planes else { return false };
+        let Self { context, scratch, .. } = self;
+        let DescentScratch { end, poses, subproblem, .. } = &mut **scratch;
+        let scene = context.checker.scene();
+        if context.metric.kind() != MetricKind::Joint {
+            forward(scene, end, poses);
+        }
+        context.metric.quadratic_model(self.anchor, end, poses, &mut subproblem.quadratic);
+        subproblem.projection_is_of_no_use(&scene.space, end, planes, self.distance, &self.pruning)
+    }
+
+    fn look_at_start(&mut self) {
+        if self.planes.is_none() {
+            self.violation = self.evaluate_here();
+        }
+        if self.violation <= 0.0 {
+            self.scratch.best.clone_from(&self.scratch.end);
+            self.found = Some(self.distance);
+        }
+    }
+
+    /// Contacts of the present configuration, and by how much the worst misses the clearance.
+    fn evaluate_here(&mut self) -> f64 {
+        let query = ContactQuery { margin: self.context.clearance + self.margin, search: self.options.search };
+        let violation = self.evaluator.contacts_at(self.context, &self.scratch.end, query);
+        self.take_evaluated();
+        violation
+    }
+
+    /// Takes over the contacts and poses that were evaluated last.
+    fn take_evaluated(&mut self) {
+        self.planes = None;
+        self.scratch.contacts.clone_from(&self.evaluator.contacts);
+        self.scratch.poses.clear();
+        self.scratch.poses.extend_from_slice(self.evaluator.check.poses());
+    }
+
+    /// Goes back to what was known before the last cut. A deep overlap may tell of a depth and a
+    /// direction that have nothing to do with where the step began; then no way seems to be left,
+    /// though a shorter step would do.
+    fn drops_cut(&mut self) -> bool {
+        let Some(Cut { known_before, shorter }) = self.cut.take() else { return false };
+        self.scratch.contacts.truncate(known_before);
+        self.radius = shorter;
+        true
+    }
+
+    fn iterate(&mut self, iteration: usize) -> ControlFlow<Outcome> {
+        if self.evaluator.is_spent() {
+            return ControlFlow::Break(Outcome::Ended);
+        }
+        let Self { context, scratch, .. } = self;
+        let scene = context.checker.scene();
+        let DescentScratch { end: x, poses, contacts, subproblem, .. } = &mut **scratch;
+        context.metric.quadratic_model(self.anchor, x, poses, &mut subproblem.quadratic);
+        let rows = match self.planes {
+            Some(planes) => subproblem.build_from_planes(&scene.space, x, self.radius, (planes, context.locked)),
+            None => subproblem.build(scene, x, self.radius, (contacts, poses), (context.clearance, context.locked)),
+        };
+        let bends = !subproblem.quadratic.rows.is_empty();
+        // What planes alone say of the first step was looked at before.
+        let limit = if self.planes.is_some() { f64::INFINITY } else { self.pruning.limit(iteration) };
+        let has_looked = iteration > 0 || self.planes.is_some();
+        // Where it overlaps, a model may have no solution, which is not to be taken for a far one.
+        let may_end = has_looked && self.violation <= 0.0 && !bends;
+        let most = if may_end { 0.5 * (limit.powi(2) - self.distance * self.distance) } else { f64::INFINITY };
+        let outcome = subproblem.solve(most);
+        if outcome == QpOutcome::Above {
+            return if self.drops_cut() { ControlFlow::Continue(()) } else { ControlFlow::Break(Outcome::Pruned) };
+        }
+        let length = subproblem.clip_step();
+        let at_rim = subproblem.step_at_rim(self.radius);
+        let wanted = if outcome == QpOutcome::Solved {
+            2.0 * subproblem.qp.multiplier_sum(rows)
+        } else {
+            4.0 * self.distance * self.distance / context.clearance.max(1e-3)
+        };
+        self.penalty = self.penalty.max(wanted);
+        // At the rim of the trust region, a model with rows of its own has not said yet how far it
+        // may lead.
+        if outcome == QpOutcome::Solved
+            && (!at_rim || !bends)
+            && let Some(outcome) = self.is_done(has_looked, limit)
+        {
+            return if self.drops_cut() { ControlFlow::Continue(()) } else { ControlFlow::Break(outcome) };
+        }
+        let least = self.options.tolerance * self.distance.max(1e-6 * self.context.scale);
+        // Contacts whose normals no joint can follow leave an overlap as it is.
+        let leads_nowhere = length <= NO_STEP * self.context.scale;
+        if leads_nowhere || (length <= least && self.violation <= 0.0) {
+            return ControlFlow::Break(Outcome::Ended);
+        }
+        self.try_step(length, at_rim)
+    }
+
+    /// Whether the solution of the program leads beyond the limit, to a known end, or hardly nearer
+    /// than where the descent stands.
+    fn is_done(&mut self, has_looked: bool, limit: f64) -> Option<Outcome> {
+        let DescentScratch { end: x, subproblem, .. } = &mut *self.scratch;
+        let space = &self.context.checker.scene().space;
+        let expected = subproblem.expected(self.distance);
+        if has_looked && expected > limit {
+            return Some(Outcome::Pruned);
+        }
+        if has_looked
+            && expected > HARDLY_NEARER * self.pruning.incumbent
+            && subproblem.leads_to_an_end(space, x, &self.pruning)
+        {
+            return Some(Outcome::Known);
+        }
+        let is_still = self.violation <= 0.0 && expected > (1.0 - self.options.tolerance) * self.distance;
+        is_still.then_some(Outcome::Ended)
+    }
+
+    /// Evaluates the contacts where the step leads, and takes it if it is worth it.
+    fn try_step(&mut self, length: f64, at_rim: bool) -> ControlFlow<Outcome> {
+        let Self { context, scratch, evaluator, .. } = self;
+        let DescentScratch { end: x, trial, best, subproblem, .. } = &mut **scratch;
+        context.checker.scene().space.integrate(x, &subproblem.step, trial);
+        let distance = evaluator.distance(context, self.anchor, trial);
+        let query = ContactQuery { margin: context.clearance + self.margin, search: self.options.search };
+        let mut violation = evaluator.contacts_at(context, trial, query);
+        // Well below what the exact check may differ by from a contact.
+        let sure = if self.is_complete { -0.1 * SLACK } else { 0.0 };
+        if violation <= sure && self.found.is_none_or(|depth| distance < depth) {
+            if !self.is_complete && evaluator.label(context, trial) == Label::Colliding {
+                // Contacts propose, the exact check decides: a body inside another has no near
+                // contact.
+                violation = context.clearance.max(SLACK);
+            } else {
+                best.clone_from(trial);
+                self.found = Some(distance);
+            }
+        }
+        let merit = |d: f64, v: f64| 0.5 * d * d + self.penalty * v.max(0.0);
+        if merit(self.distance, self.violation) > merit(distance, violation) {
+            self.accept(length, at_rim, distance, violation)
+        } else {
+            self.reject(length)
+        }
+    }
+
+    fn accept(&mut self, length: f64, at_rim: bool, distance: f64, violation: f64) -> ControlFlow<Outcome> {
+        std::mem::swap(&mut self.scratch.end, &mut self.scratch.trial);
+        self.take_evaluated();
+        self.cut = None;
+        let change = (self.distance - distance).abs() / self.distance.max(1e-300);
+        let done = change < self.options.tolerance && self.violation <= 0.0 && violation <= 0.0;
+        (self.distance, self.violation) = (distance, violation);
+        self.margin = (length * self.context.metric.lever()).clamp(LEAST_MARGIN, self.widest);
+        if at_rim {
+            self.radius *= 2.0;
+        }
+        self.was_rejected = false;
+        if done { ControlFlow::Break(Outcome::Ended) } else { ControlFlow::Continue(()) }
+    }
+
+    /// Flat on a face, contacts do not tell of all corners and the step turns another one into the
+    /// face: once that is known, a step as long may do.
+    fn reject(&mut self, length: f64) -> ControlFlow<Outcome> {
+        self.scratch.hit.clone_from(&self.evaluator.contacts);
+        self.scratch.hit_poses.clear();
+        self.scratch.hit_poses.extend_from_slice(self.evaluator.check.poses());
+        if self.margin < self.widest || self.planes.is_some() {
+            self.margin = self.widest;
+            self.evaluate_here();
+        }
+        let DescentScratch { contacts, poses, hit, hit_poses, .. } = &mut *self.scratch;
+        let known_before = contacts.len();
+        let learned = add_cuts(self.context.checker, (contacts, poses), (hit, hit_poses));
+        let shorter = SHRINK * length.min(self.radius);
+        // Along smooth contacts and under the metric of the joints dropping it finds nothing
+        // nearer, for up to a twenty-fifth more checks.
+        let may_drop = self.context.metric.kind() != MetricKind::Joint || !self.is_complete;
+        self.cut = (learned && may_drop).then_some(Cut { known_before, shorter });
+        if !learned || self.was_rejected {
+            self.radius = shorter;
+        }
+        self.was_rejected = true;
+        let least = if self.violation > 0.0 { STUCK } else { self.options.tolerance };
+        if self.radius < least * self.distance { ControlFlow::Break(Outcome::Ended) } else { ControlFlow::Continue(()) }
+    }
+}

@@ -1,0 +1,121 @@
+//! What a query is asked to do.
+
+use serde::Serialize;
+
+use super::search::termination::Termination;
+
+/// How hard a query tries.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Effort {
+    /// The nearest stored boundary sample, or in many dimensions one nearly as near (4 % farther in
+    /// the mean on a hand of 16 joints); free as of learning. Its lower bound is that of a few
+    /// balls inside the bodies of one colliding pair, often far below what the other efforts prove.
+    Nearest,
+    /// Diverse candidates, pulled in, slid along the contact surface, verified.
+    #[default]
+    Refined,
+    /// Many starts and long refinement.
+    Exhaustive,
+    /// As refined, and then branch and bound until [`QueryOptions::gap`] is proved or the budget is
+    /// spent: the depth never rises meanwhile, and the lower bound never falls. See
+    /// [`super::bound::branch_and_bound`] for what it can prove.
+    Proved,
+}
+
+impl Effort {
+    /// All, by how hard they try.
+    pub const ALL: [Self; 4] = [Self::Nearest, Self::Refined, Self::Exhaustive, Self::Proved];
+
+    /// As it is written.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Nearest => "nearest",
+            Self::Refined => "refined",
+            Self::Exhaustive => "exhaustive",
+            Self::Proved => "proved",
+        }
+    }
+}
+
+/// Gap that [`Effort::Proved`] works for where none is requested.
+pub const DEFAULT_GAP: f64 = 0.05;
+
+/// Most exits that a shell should let anyone ask for in [`QueryOptions::exits`]: memory is taken
+/// for all of them.
+pub const MAX_EXITS: usize = 100_000;
+
+/// Exits that are looked for where the one nearest to a goal is chosen.
+const TO_CHOOSE: usize = 8;
+
+/// Options of a query. The default is one refined answer without limits.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct QueryOptions {
+    /// How hard to try.
+    pub effort: Effort,
+    /// How many distinct exits are wanted, see [`super::Answer::exits`]; 0 and 1 ask for the
+    /// nearest alone. More than one is found by refinement, so not with [`Effort::Nearest`].
+    pub exits: usize,
+    /// Starts of descents, all in all; `None` leaves it to the effort ([`Effort::Refined`]: what
+    /// the model measured, for as long as they find something nearer). Stored samples come first,
+    /// as many as the effort takes; the rest are around the query. Fewer are faster and find the
+    /// nearest exit less often.
+    pub starts: Option<usize>,
+    /// Share of the depth that need not be proved, in `[0, 1)`: the search stops as soon as
+    /// `lower_bound >= (1 - gap) depth`. [`Effort::Proved`] works for it ([`DEFAULT_GAP`] where it
+    /// is `None`); the other efforts stop where they happen to meet it, and otherwise end as
+    /// without it. Of no effect with several [`QueryOptions::exits`] or a goal
+    /// ([`QueryOptions::toward`]).
+    pub gap: Option<f64>,
+    /// Clearance \[m\] to aim at in place of the scene's, for pairs without one of their own
+    /// ([`crate::scene::clearances`]); where nothing is found that keeps it, the scene's holds. See
+    /// [`super::Answer::clearance`].
+    pub clearance: Option<f64>,
+    /// Joints that stay where the query has them, as indices into [`crate::Scene::joints`]; those
+    /// beyond their limits, or of which a pair in collision alone depends, leave no answer.
+    pub locked: Vec<usize>,
+    /// A configuration that the witness is to be near to, among exits that are nearly as near as
+    /// the nearest.
+    pub toward: Option<Toward>,
+    /// When to stop early.
+    pub termination: Termination,
+    /// Whether to prove how far around the witness nothing touches, see
+    /// [`super::Answer::free_radius`]. Costs as much as many checks.
+    pub free_radius: bool,
+    /// Whether to look at the straight segment to the witness, see [`super::Answer::segment`].
+    /// Costs as much as many checks.
+    pub segment: bool,
+    /// With [`Effort::Nearest`], whether to tell every pair that collides at the query, not one
+    /// alone, and the contacts at the witness; both take longer than to find it. The other efforts
+    /// tell them always.
+    pub contacts: bool,
+}
+
+impl QueryOptions {
+    /// How many exits to look for: several where one of them is chosen.
+    pub(crate) fn wanted(&self) -> usize {
+        let to_choose = if self.toward.is_some() && self.effort != Effort::Nearest { TO_CHOOSE } else { 1 };
+        self.exits.max(to_choose)
+    }
+
+    /// The gap that ends the search.
+    pub(crate) fn wanted_gap(&self) -> Option<f64> {
+        let gap = if self.effort == Effort::Proved { self.gap.or(Some(DEFAULT_GAP)) } else { self.gap };
+        gap.filter(|_| self.effort != Effort::Nearest && self.wanted() == 1)
+    }
+
+    /// Whether contacts are told.
+    pub(crate) fn tells_contacts(&self) -> bool {
+        self.contacts || self.effort != Effort::Nearest
+    }
+}
+
+/// Where the witness is to lie, where several exits are about as near.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Toward {
+    /// A configuration.
+    pub goal: Vec<f64>,
+    /// Exits count that are farther than the nearest one by at most this share of its depth, at
+    /// least 0.
+    pub share: f64,
+}

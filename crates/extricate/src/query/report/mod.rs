@@ -1,0 +1,175 @@
+//! What is said about a witness once it is chosen.
+
+pub mod coverage;
+pub mod free_radius;
+pub mod scratch;
+
+use super::answer::{Answer, Exit, StraightSegment, TOUCHING, Unproved};
+use super::context::Context;
+use super::options::QueryOptions;
+use super::search::Known;
+use super::search::evaluate::Evaluator;
+use super::search::scratch::QueryScratch;
+use super::worlds::beyond_limits;
+use crate::collision::{CheckScratch, SegmentOptions, SegmentOutcome};
+use crate::metric::{Anchor, MetricScratch};
+use crate::scene::{MetricKind, PairId};
+use free_radius::free_radius;
+use scratch::ReportScratch;
+
+/// Step of central differences \[rad or m\]: both the curvature they leave out and the digits they
+/// lose are then about 1e-10.
+const DIFFERENCE: f64 = 1e-5;
+
+/// Fills in all but witness and depth.
+pub fn report(context: &Context, options: &QueryOptions, scratch: &mut QueryScratch, answer: &mut Answer) {
+    let QueryScratch { evaluator, known, report: memory, .. } = scratch;
+    let ReportScratch { far_anchor, .. } = memory;
+    if options.tells_contacts() {
+        let margin = context.clearance + TOUCHING;
+        answer.contacts.extend_from_slice(evaluator.touching(context, &answer.witness, margin));
+        // As they are, where pairs keep other clearances than the scene's.
+        answer.contacts.iter_mut().for_each(|contact| contact.distance += context.checker.excess(contact.pair.index()));
+        answer.touching.extend(answer.contacts.iter().map(|contact| contact.pair));
+        answer.touching.dedup();
+        context.metric.anchor_at(&answer.witness, evaluator.check.poses(), far_anchor);
+    } else {
+        context.metric.anchor(&answer.witness, far_anchor);
+    }
+    let (anchor, proof) = (&known.anchor, &mut known.proof);
+    answer.max_displacement = context.metric.max_displacement_at(anchor, &far_anchor.poses);
+    let bound = proof.bound(context, anchor, (answer.depth, &answer.colliding), &mut evaluator.check);
+    let beyond = beyond_limits::lower_bound(context.metric.kind(), &context.checker.scene().space, &anchor.q);
+    answer.lower_bound = bound.max(beyond).min(answer.depth);
+    answer.gap = if answer.depth > 0.0 { 1.0 - answer.lower_bound / answer.depth } else { 0.0 };
+    if answer.lower_bound == 0.0 {
+        answer.unproved = Some(why_unproved(context, &anchor.q, &answer.colliding, &mut evaluator.check));
+    }
+    gradient(context, anchor, memory, &mut evaluator.metric, answer);
+    if options.exits > 1 {
+        report_exits(context, known, evaluator, answer);
+    }
+    if answer.verified {
+        let space = &context.checker.scene().space;
+        answer.unique = !known.exits.rival(space, &mut known.local, answer.depth, &answer.witness);
+    }
+    if options.free_radius {
+        answer.free_radius = Some(free_radius(context, &answer.witness, evaluator, &mut memory.motion));
+    }
+    if options.segment {
+        answer.segment = Some(segment(context, &known.anchor.q, evaluator, answer));
+    }
+    answer.checks = evaluator.checks;
+}
+
+fn why_unproved(context: &Context, q: &[f64], colliding: &[PairId], check: &mut CheckScratch) -> Unproved {
+    let mut has_inside = false;
+    context.checker.inner_pairs(q, colliding, check, &mut |_| has_inside = true);
+    if has_inside { Unproved::Shallow } else { Unproved::Surfaces }
+}
+
+/// Where the witness stays the best, moving it changes the depth by nothing to first order: what is
+/// left is the gradient of the distance to it.
+fn gradient(
+    context: &Context,
+    anchor: &Anchor,
+    memory: &mut ReportScratch,
+    metric_scratch: &mut MetricScratch,
+    answer: &mut Answer,
+) {
+    let ReportScratch { far_anchor, quadratic, moved, step, .. } = memory;
+    let metric = context.metric;
+    // The distance is symmetric: half its square, seen from the witness, has this gradient at the
+    // query, times the depth.
+    match metric.kind() {
+        MetricKind::Joint => {
+            metric.joint_gradient(far_anchor, &anchor.q, &mut answer.gradient);
+            return answer.gradient.iter_mut().for_each(|slope| *slope /= answer.depth);
+        }
+        MetricKind::ObjectNorm => {
+            metric.quadratic_model(far_anchor, &anchor.q, &anchor.poses, quadratic);
+            let slopes = quadratic.gradient.iter().map(|slope| slope / answer.depth);
+            return answer.gradient.iter_mut().zip(slopes).for_each(|(out, slope)| *out = slope);
+        }
+        MetricKind::MaxDisplacement => {}
+    }
+    // Its model has a few points of each body only; the farthest one need not be among them.
+    let space = &context.checker.scene().space;
+    step.clear();
+    step.resize(space.nv(), 0.0);
+    moved.resize(space.nq(), 0.0);
+    for k in 0..space.nv() {
+        let mut change = 0.0;
+        for sign in [1.0, -1.0] {
+            step[k] = sign * DIFFERENCE;
+            space.integrate(&anchor.q, step, moved);
+            change += sign * metric.distance_from(far_anchor, moved, metric_scratch);
+        }
+        step[k] = 0.0;
+        answer.gradient[k] = change / (2.0 * DIFFERENCE);
+    }
+}
+
+fn report_exits(context: &Context, known: &Known, evaluator: &mut Evaluator, answer: &mut Answer) {
+    let margin = context.clearance + TOUCHING;
+    for (depth, witness) in known.exits.iter() {
+        let mut touching: Vec<PairId> = evaluator.touching(context, witness, margin).iter().map(|c| c.pair).collect();
+        touching.dedup();
+        answer.exits.push(Exit { depth, witness: witness.to_vec(), touching });
+    }
+    if answer.exits.is_empty() {
+        let (witness, touching) = (answer.witness.clone(), answer.touching.clone());
+        answer.exits.push(Exit { depth: answer.depth, witness, touching });
+    }
+}
+
+fn segment(context: &Context, q: &[f64], evaluator: &mut Evaluator, answer: &Answer) -> StraightSegment {
+    evaluator.checks += 1;
+    match context.checker.segment(&answer.witness, q, &SegmentOptions::default(), &mut evaluator.check) {
+        // The query collides, so this is not to be expected; it claims the least.
+        SegmentOutcome::Free => StraightSegment { colliding_until: 1.0, free_from: 1.0 },
+        SegmentOutcome::Contact { free_until, colliding_at: at, .. }
+        | SegmentOutcome::Undecided { free_until, near_at: at, .. } => {
+            StraightSegment { colliding_until: 1.0 - at, free_from: 1.0 - free_until }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::LearnOptions;
+    use crate::collision::{ContactQuery, ContactSearch};
+    use crate::model::Model;
+    use crate::model::evaluate::tests::colliding;
+    use crate::scene::builtin;
+
+    /// What the last descent saw of its end has no effect again; it has to be what a look would
+    /// see.
+    #[test]
+    fn contacts_are_those_of_a_look_at_the_witness_alone() {
+        for name in ["planar-arm", "hand"] {
+            let options = LearnOptions { labels: 30_000, seconds: None, ..LearnOptions::default() };
+            let model = Model::learn(builtin::scene(name).unwrap(), &options).unwrap();
+            let (mut scratch, mut seen) = (QueryScratch::default(), 0);
+            for q in colliding(&model, 100) {
+                let answer = model.view().query_with(&q, &QueryOptions::default(), &mut scratch).unwrap();
+                let margin = model.scene().clearance + TOUCHING;
+                let look = ContactQuery { margin, search: ContactSearch::Exact };
+                let mut contacts = Vec::new();
+                model.checker().contacts(&answer.witness, look, &mut CheckScratch::default(), &mut contacts);
+                contacts.sort_by_key(|contact| contact.pair);
+                assert_eq!(contacts.len(), answer.contacts.len(), "{name} {q:?}");
+                for (told, found) in answer.contacts.iter().zip(&contacts) {
+                    assert_eq!(told.pair, found.pair);
+                    assert!((told.distance - found.distance).abs() < 1e-9, "{name} {q:?}: {told:?} {found:?}");
+                    // Of points 0.1 mm apart on round shapes: searches from elsewhere end 1e-9 m
+                    // from each other.
+                    assert!((told.normal - found.normal).norm() < 1e-4, "{name} {q:?}: {told:?} {found:?}");
+                }
+                seen += contacts.len();
+            }
+            assert!(seen > 100, "{name}: {seen}");
+        }
+    }
+}

@@ -1,0 +1,117 @@
+//! What a query asks of the exact checker, counted; and when it has asked enough.
+
+use super::termination::Deadline;
+use crate::collision::{CheckScratch, Contact, ContactQuery, ContactSearch};
+use crate::cspace::Label;
+use crate::metric::{Anchor, MetricScratch};
+use crate::query::context::Context;
+
+/// Labels, contacts and distances, and what the last of them were of.
+#[derive(Default)]
+pub struct Evaluator {
+    /// For the exact checker.
+    pub check: CheckScratch,
+    /// For distances.
+    pub metric: MetricScratch,
+    /// Exact checks and contact evaluations so far.
+    pub checks: usize,
+    /// Where they end.
+    pub limit: Deadline,
+    /// Of these, how many are kept aside to check exits that are known.
+    pub reserved: usize,
+    /// Of the configuration whose contacts were evaluated last.
+    pub contacts: Vec<Contact>,
+    /// That configuration, where `contacts` are all its exact ones nearer than a margin \[m\]; else
+    /// empty.
+    exact_at: Vec<f64>,
+    exact_within: f64,
+    /// The configuration that a check of this query last called free; else empty.
+    free_at: Vec<f64>,
+}
+
+impl Evaluator {
+    /// Begins a query, which may spend so much; the check of its configuration is counted.
+    pub fn begin(&mut self, limit: Deadline) {
+        // Queries of a batch share who may stop them: counting who holds it, each anew, would have
+        // threads wait for each other.
+        if self.limit.stop == limit.stop {
+            (self.limit.checks, self.limit.deadline) = (limit.checks, limit.deadline);
+        } else {
+            self.limit = limit;
+        }
+        self.check.forget_contacts();
+        (self.checks, self.reserved) = (1, 0);
+        self.exact_at.clear();
+        self.free_at.clear();
+    }
+
+    /// Goes on without a budget until the limit, which is returned, is set again: only who asked
+    /// for the query may end it without a witness.
+    pub fn lift_limit(&mut self) -> Deadline {
+        let stop = self.limit.stop.clone();
+        std::mem::replace(&mut self.limit, Deadline { stop, ..Deadline::default() })
+    }
+
+    /// Whether the budget is spent.
+    pub fn is_spent(&self) -> bool {
+        self.limit.is_reached(self.checks + self.reserved)
+    }
+
+    /// Whether the caller ended the query.
+    pub fn is_stopped(&self) -> bool {
+        self.limit.is_stopped()
+    }
+
+    /// An exact check, counted, unless the last one that found a free configuration was of the
+    /// same.
+    pub fn label(&mut self, context: &Context, q: &[f64]) -> Label {
+        // A descent along meshes has its steps checked; where it ends is then known.
+        if !self.free_at.is_empty() && self.free_at == q {
+            return Label::Free;
+        }
+        self.checks += 1;
+        // The scratch then holds the poses of another configuration.
+        if self.exact_at != q {
+            self.exact_at.clear();
+        }
+        let label = context.checker.label(q, &mut self.check);
+        if label == Label::Free {
+            self.free_at.clear();
+            self.free_at.extend_from_slice(q);
+        }
+        label
+    }
+
+    /// Takes the contacts at `q`; returns by how much \[m\] the worst misses the clearance
+    /// (negative: by how much it keeps it).
+    pub fn contacts_at(&mut self, context: &Context, q: &[f64], query: ContactQuery) -> f64 {
+        self.checks += 1;
+        self.contacts.clear();
+        self.exact_at.clear();
+        if query.search == ContactSearch::Exact {
+            self.exact_at.extend_from_slice(q);
+            self.exact_within = context.checker.exact_within(query.margin);
+        }
+        context.checker.contacts(q, query, &mut self.check, &mut self.contacts);
+        let least = self.contacts.iter().map(|c| c.distance).fold(query.margin, f64::min);
+        context.clearance - least
+    }
+
+    /// Contacts of the pairs nearer than `margin` \[m\] at `q`, ascending by pair; `check` then
+    /// holds its poses.
+    pub fn touching(&mut self, context: &Context, q: &[f64], margin: f64) -> &[Contact] {
+        if self.exact_at == q && self.exact_within >= margin {
+            self.contacts.retain(|contact| contact.distance < margin);
+            self.exact_within = margin;
+        } else {
+            self.contacts_at(context, q, ContactQuery { margin, search: ContactSearch::Exact });
+        }
+        self.contacts.sort_by_key(|contact| contact.pair);
+        &self.contacts
+    }
+
+    /// Distance from the anchor, in metric units.
+    pub fn distance(&mut self, context: &Context, anchor: &Anchor, q: &[f64]) -> f64 {
+        context.metric.distance_from(anchor, q, &mut self.metric)
+    }
+}

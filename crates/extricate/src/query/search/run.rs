@@ -1,0 +1,55 @@
+//! One search from start to end: which starts are tried, one kind after the other. How one is tried
+//! is not here.
+
+use super::{NEAR, Ranks, Search, Turn};
+use crate::query::starts::around::{look_around, try_around};
+use crate::query::starts::directions::try_directions;
+
+/// Tries separating directions, then the stored samples, then starts around the query.
+pub fn run(search: &mut Search) -> Ranks {
+    try_directions(search);
+    try_starts(search);
+    let (by_samples, known) = (search.known.incumbent.depth, &*search.known);
+    let stored = known.round.rank_of(by_samples);
+    look_around(search);
+    let depth = search.known.incumbent.depth;
+    let around = if by_samples <= NEAR * depth { 0 } else { search.known.round.rank_of(depth) };
+    let degrees = search.part.map_or(search.context.checker.scene().space.nv(), |part| part.degrees());
+    Ranks { degrees, stored, around }
+}
+
+/// Tries the starts, nearest first, until the plan's are used up and no further exit is to be
+/// expected; in a stream those whose turn it is.
+fn try_starts(search: &mut Search) {
+    if let Some(turn) = search.turn {
+        return try_some(search, turn);
+    }
+    search.known.round.begin();
+    for rank in 0..search.plan.most_starts {
+        let is_over = search.known.round.is_over(search.plan.starts, search.plan.patience);
+        if is_over || search.evaluator.is_spent() || search.is_proved() {
+            break;
+        }
+        let Some(id) = search.start(rank) else { break };
+        search.try_sample(id);
+    }
+}
+
+fn try_some(search: &mut Search, Turn { next, starts_per_frame: mut left }: Turn) {
+    let (mut place, all) = (next, search.plan.starts + search.plan.around);
+    for rank in 0..all {
+        place = (next + rank) % all;
+        if search.evaluator.is_spent() || left == 0 {
+            break;
+        }
+        let before = search.evaluator.checks;
+        if let Some(around) = place.checked_sub(search.plan.starts) {
+            try_around(search, around);
+        } else if let Some(id) = search.start(place) {
+            search.try_sample(id);
+        }
+        // What its planes gave up cost nothing.
+        left -= usize::from(search.evaluator.checks > before);
+    }
+    search.turn = Some(Turn { next: place, starts_per_frame: left });
+}

@@ -1,0 +1,124 @@
+//! Queries of a scene of which nothing was learned.
+
+pub mod beyond_limits;
+pub mod changed;
+pub mod constraints;
+pub mod delta;
+pub mod view;
+
+use std::sync::Arc;
+
+use super::answer::Answer;
+use super::bound::inner_spheres::InnerBalls;
+use super::context::{Context, Learned};
+use super::options::QueryOptions;
+use super::plan::UNLEARNED;
+use super::report::coverage::Coverage;
+use crate::collision::Checker;
+use crate::cspace::Config;
+use crate::metric::Metric;
+use crate::samples::SampleSet;
+use crate::scene::Scene;
+use delta::Change;
+use view::{Solver, View};
+
+/// A scene that is ready to be queried: nothing has to be learned.
+///
+/// A model of the scene takes fewer checks; the guarantees are the same. Immutable; share it
+/// between threads.
+///
+/// ```
+/// use extricate::{World, builtin};
+/// let world = World::new(builtin::scene("planar-arm")?);
+/// let q = world.scene().config(&[0.0, 0.0, 0.0])?;
+/// let answer = world.query(&q).expect("something is free");
+/// assert!(answer.verified || answer.depth == 0.0);
+/// # extricate::Result::Ok(())
+/// ```
+pub struct World {
+    checker: Checker,
+    metric: Arc<Metric>,
+    balls: InnerBalls,
+    samples: SampleSet,
+    coverage: Coverage,
+}
+
+impl World {
+    /// Prepares a scene: the exact checker, the metric, what bounds stand on.
+    pub fn new(scene: impl Into<Arc<Scene>>) -> Self {
+        let checker = Checker::new(scene.into());
+        let metric = Metric::new(checker.scene_arc().clone());
+        let balls = InnerBalls::new(&checker, None);
+        Self::of_parts(checker, metric.into(), balls)
+    }
+
+    /// Prepares another scene, such as one in which an obstacle moved ([`Scene::moved`]), and
+    /// shares what this one has prepared of equal bodies: it takes as long as what differs.
+    ///
+    /// # Guarantee
+    /// Answers are those of [`World::new`].
+    pub fn with_scene(&self, scene: impl Into<Arc<Scene>>) -> Self {
+        let checker = self.checker.for_scene(scene.into());
+        let scene = checker.scene_arc();
+        let metric = match self.metric.is_of(scene) {
+            true => Arc::clone(&self.metric),
+            false => Metric::new(scene.clone()).into(),
+        };
+        let balls = InnerBalls::new(&checker, Some((&self.checker, &self.balls)));
+        Self::of_parts(checker, metric, balls)
+    }
+
+    /// Of what is prepared already.
+    pub(crate) fn of_parts(checker: Checker, metric: Arc<Metric>, balls: InnerBalls) -> Self {
+        let samples = SampleSet::new(&metric, checker.scene().space.nq(), Vec::new(), 0);
+        Self { checker, metric, balls, samples, coverage: Coverage::default() }
+    }
+
+    /// The scene.
+    pub fn scene(&self) -> &Scene {
+        self.checker.scene()
+    }
+
+    /// Its exact checker.
+    pub fn checker(&self) -> &Checker {
+        &self.checker
+    }
+
+    /// Its metric.
+    pub fn metric(&self) -> &Metric {
+        &self.metric
+    }
+
+    /// What queries are answered from: this scene, and nothing learned.
+    pub fn view(&self) -> View<'_> {
+        View::new(self.context())
+    }
+
+    /// The nearest free configuration to `q`, with default options. `None` where nothing free was
+    /// found, not even among 20,000 configurations. `coverage` of the answer is `None`.
+    ///
+    /// # Guarantee
+    /// That of [`View::query`].
+    pub fn query(&self, q: &Config) -> Option<Answer> {
+        self.view().query(q)
+    }
+
+    /// Answers with these options, and keeps memory between queries. One for each thread.
+    pub fn solver(&self, options: QueryOptions) -> Solver<'_> {
+        self.view().solver(options)
+    }
+
+    /// The same from what a model has learned, of this scene or another one.
+    pub(crate) fn with<'a>(&'a self, learned: &Learned<'a>, change: Option<&'a Change>) -> Context<'a> {
+        let context = Context::new((&self.checker, &self.metric, &self.balls), *learned, change);
+        Context { unlearned: change.map(|_| self.unlearned()), ..context }
+    }
+
+    fn unlearned(&self) -> Learned<'_> {
+        Learned { boundary: &self.samples, coverage: &self.coverage, starts: UNLEARNED }
+    }
+
+    pub(crate) fn context(&self) -> Context<'_> {
+        self.with(&self.unlearned(), None)
+    }
+}

@@ -1,0 +1,138 @@
+//! Mesh files: STL (binary and ASCII), OBJ, COLLADA, PLY and glTF, from bytes to a welded
+//! [`TriangleMesh`].
+
+pub mod collada;
+pub mod gltf;
+pub mod lines;
+pub mod obj;
+pub mod ply;
+mod soup;
+pub mod stl;
+pub mod xml;
+
+use super::TriangleMesh;
+use super::mesh::seams::Welding;
+use crate::error::{Error, Result};
+use crate::math::{FARTHEST, Vec3};
+use soup::Neighbour;
+
+/// Parses by the extension of `file` (its name in messages), in any case: `stl`, `obj`, `dae`,
+/// `ply`, `glb` or `gltf`, the last with all that it needs in it. (See [`parse_among`] for a
+/// `.gltf` that names other files.)
+///
+/// All objects of a file become one mesh. COLLADA: node transforms and `<unit>` are applied,
+/// `<up_axis>` is not, which is what RViz shows. glTF: node transforms are applied, and the axes
+/// stay those of the file.
+///
+/// # Errors
+/// [`Error::Input`] for an unknown extension, text that does not parse, a file cut short, an index
+/// without its vertex, a coordinate that is not finite (or beyond 1e9 m), and a mesh without any
+/// triangle of positive area.
+pub fn parse(file: &str, bytes: &[u8]) -> Result<TriangleMesh> {
+    parse_and_warn(file, bytes, &mut Vec::new())
+}
+
+/// As [`parse`]; appends to `warnings` what was done with the file that its author may not have
+/// meant: faces that cannot be triangulated, seams that were welded.
+///
+/// # Errors
+/// As [`parse`].
+pub fn parse_and_warn(file: &str, bytes: &[u8], warnings: &mut Vec<String>) -> Result<TriangleMesh> {
+    let mut alone = |uri: &str| {
+        let problem = format!("got `{uri}`, expected all in one file: a .glb, or a .gltf with its data in it");
+        Err(Error::input(file, "uri", problem))
+    };
+    parse_among(file, bytes, &mut alone, warnings)
+}
+
+/// As [`parse_and_warn`], with what `neighbour` reads.
+///
+/// # Errors
+/// As [`parse`]; whatever `neighbour` gives.
+pub fn parse_among(file: &str, bytes: &[u8], neighbour: Neighbour, warnings: &mut Vec<String>) -> Result<TriangleMesh> {
+    let extension = file.rsplit_once('.').map_or("", |(_, extension)| extension).to_ascii_lowercase();
+    let soup = match extension.as_str() {
+        "stl" => stl::parse(file, bytes)?,
+        "obj" => obj::parse(file, bytes)?,
+        "dae" => collada::parse(file, bytes)?,
+        "ply" => ply::parse(file, bytes)?,
+        "glb" | "gltf" => gltf::parse(file, bytes, neighbour)?,
+        _ => {
+            let problem = format!(
+                "got `{extension}`, expected stl, obj, dae, ply, glb or gltf; others are to be converted, for instance in \
+                 Python: trimesh.load(PATH, force='mesh').export('x.stl')"
+            );
+            return Err(Error::input(file, "extension", problem));
+        }
+    };
+    warnings.extend(soup.faults.iter().map(|fault| format!("{file}: {fault}")));
+    let (mesh, welding) = checked(file, soup.vertices, soup.triangles)?;
+    warnings.extend(welding.map(|Welding { corners, farthest, closed }| {
+        format!(
+            "{file}: {corners} corners at open edges are welded to others within {farthest:.1e} m, which f32 hardly tells \
+             apart: {closed} of {} components are closed by that",
+            mesh.components.len()
+        )
+    }));
+    Ok(mesh)
+}
+
+/// Checks and welds vertices \[m\] and triangles; `name` is what messages call them.
+///
+/// # Errors
+/// [`Error::Input`] for an index without its vertex, a coordinate that is not finite (or beyond 1e9
+/// m), and where no triangle has a positive area.
+pub fn from_arrays(name: &str, vertices: Vec<Vec3>, triangles: Vec<[u32; 3]>) -> Result<TriangleMesh> {
+    Ok(checked(name, vertices, triangles)?.0)
+}
+
+fn checked(name: &str, vertices: Vec<Vec3>, triangles: Vec<[u32; 3]>) -> Result<(TriangleMesh, Option<Welding>)> {
+    if let Some(index) = vertices.iter().position(|v| !v.iter().all(|x| x.abs() <= FARTHEST)) {
+        let v = vertices[index];
+        let problem = format!("got ({}, {}, {}), expected finite coordinates [m] within 1e9", v.x, v.y, v.z);
+        return Err(Error::input(name, format!("vertex {index}"), problem));
+    }
+    if let Some(index) = triangles.iter().position(|t| t.iter().any(|&corner| corner as usize >= vertices.len())) {
+        let problem = format!("got {:?}, expected indices below the {} vertices", triangles[index], vertices.len());
+        return Err(Error::input(name, format!("triangle {index}"), problem));
+    }
+    let (mesh, welding) = TriangleMesh::welded(vertices, triangles);
+    if mesh.triangles.is_empty() {
+        return Err(Error::input(name, "mesh", "got no triangles of positive area, expected at least one"));
+    }
+    Ok((mesh, welding))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn arrays_are_checked_before_they_are_used() {
+        let corners = || [[0., 0., 0.], [1., 0., 0.], [0., 1., 0.]].map(Vec3::from).to_vec();
+        assert_eq!(from_arrays("m", corners(), vec![[0, 1, 2]]).unwrap().triangles.len(), 1);
+        let refused = |vertices, triangle| from_arrays("m", vertices, vec![triangle]).unwrap_err().to_string();
+        assert!(refused(corners(), [0, 1, 3]).contains("m: triangle 0: got [0, 1, 3], expected indices below the 3"));
+        assert!(refused(corners(), [0, 1, 1]).contains("no triangles of positive area"));
+        let mut broken = corners();
+        broken[1].y = f64::NAN;
+        assert!(refused(broken, [0, 1, 2]).contains("vertex 1: got (1, NaN, 0)"));
+    }
+
+    #[test]
+    fn unknown_extensions_are_named() {
+        for (file, extension) in [("a.off", "off"), ("meshes/noext", ""), ("a.STEP", "step")] {
+            let message = parse(file, b"").unwrap_err().to_string();
+            let expected =
+                format!("{file}: extension: got `{extension}`, expected stl, obj, dae, ply, glb or gltf; others");
+            assert!(message.starts_with(&expected) && message.contains("trimesh.load("), "{message}");
+        }
+    }
+
+    #[test]
+    fn empty_files_are_errors() {
+        for file in ["a.stl", "a.obj", "a.dae", "a.ply", "a.glb", "a.gltf"] {
+            assert!(parse(file, b"").is_err());
+        }
+    }
+}

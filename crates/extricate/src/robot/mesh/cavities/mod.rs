@@ -1,0 +1,142 @@
+//! Cavities: closed parts of a mesh that lie within another one and face the other way. Not what is
+//! inside at a point.
+
+use std::collections::HashSet;
+
+use super::part::Part;
+use crate::math::Vec3;
+
+/// Corners of a part that are asked whether they lie in another one.
+const ASKED: usize = 256;
+/// Meshes of more closed parts that face both ways have no cavities: every part would be compared
+/// with every other one.
+const MOST_PARTS: usize = 20_000;
+/// A cavity encloses more than this share of its area to the power of 3/2: less is the rounding of
+/// flat parts. A ball has 0.09.
+const LEAST: f64 = 1e-9;
+
+/// A closed part.
+struct Shell {
+    /// Index of the part.
+    part: usize,
+    low: Vec3,
+    high: Vec3,
+    volume: f64,
+}
+
+/// Turns cavities to face into the cavity, and puts each behind the solid that it is in.
+///
+/// Winding numbers decide. Every closed part counts 1 in what it encloses, but for those that face
+/// against the outermost part around them: they count -1 where the others around them add up to 1,
+/// so that what they enclose is outside. Where solids overlap that both face outward, nothing
+/// becomes a cavity. A mesh whose parts all face inward is one that is wound the other way.
+pub(crate) fn turn(vertices: &[Vec3], parts: &mut Vec<Part>) {
+    let closed = || parts.iter().filter(|part| part.closed);
+    let inward = closed().filter(|part| part.was_inward).count();
+    let count = closed().count();
+    if inward == 0 || inward == count || count > MOST_PARTS {
+        return;
+    }
+    let mut shells: Vec<Shell> =
+        (0..parts.len()).filter(|&part| parts[part].closed).map(|part| Shell::new(vertices, parts, part)).collect();
+    shells.sort_by(|a, b| b.volume.total_cmp(&a.volume).then(a.part.cmp(&b.part)));
+    let mut counts = vec![1; shells.len()];
+    let mut outermost: Vec<usize> = Vec::with_capacity(shells.len());
+    let mut solid_of: Vec<Option<usize>> = vec![None; parts.len()];
+    for k in 0..shells.len() {
+        // What holds a part is larger.
+        let holds = |other: &usize| shells[*other].holds(&shells[k], vertices, parts);
+        let around: Vec<usize> = (0..k).filter(holds).collect();
+        let side = |shell: usize| parts[shells[shell].part].was_inward;
+        outermost.push(around.first().map_or(k, |first| outermost[*first]));
+        let within: i32 = around.iter().map(|other| counts[*other]).sum();
+        if side(k) != side(outermost[k]) && within == 1 && shells[k].is_spacious(vertices, parts) {
+            counts[k] = -1;
+            let solid = around.iter().rev().find(|other| counts[**other] == 1);
+            solid_of[shells[k].part] = solid.map(|solid| shells[*solid].part);
+        }
+    }
+    let mut cavities: Vec<Vec<usize>> = vec![Vec::new(); parts.len()];
+    (0..parts.len())
+        .filter_map(|part| Some((part, solid_of[part]?)))
+        .for_each(|(part, solid)| cavities[solid].push(part));
+    let mut taken: Vec<Option<Part>> = std::mem::take(parts).into_iter().map(Some).collect();
+    for part in 0..taken.len() {
+        if solid_of[part].is_none() {
+            parts.extend(taken[part].take());
+            for &cavity in &cavities[part] {
+                let mut cavity = taken[cavity].take();
+                cavity.iter_mut().flat_map(|cavity| &mut cavity.triangles).for_each(|triangle| triangle.swap(1, 2));
+                parts.extend(cavity);
+            }
+        }
+    }
+}
+
+impl Shell {
+    fn new(vertices: &[Vec3], parts: &[Part], part: usize) -> Self {
+        let triangles = &parts[part].triangles;
+        let corners = || triangles.as_flattened().iter().map(|&index| &vertices[index as usize]);
+        let first = corners().next().copied().unwrap_or_default();
+        let (low, high) = corners().fold((first, first), |(low, high), v| (low.inf(v), high.sup(v)));
+        Self { part, low, high, volume: volume_and_area(vertices, triangles).0 }
+    }
+
+    /// Whether the whole of `other` lies within, as far as its box and some of its corners tell
+    /// that are not shared with it.
+    fn holds(&self, other: &Shell, vertices: &[Vec3], parts: &[Part]) -> bool {
+        if !(0..3).all(|k| self.low[k] <= other.low[k] && other.high[k] <= self.high[k]) {
+            return false;
+        }
+        let corners = parts[other.part].triangles.as_flattened();
+        let own = &parts[self.part].triangles;
+        let shared: HashSet<u32> = own.as_flattened().iter().copied().collect();
+        let mut asked =
+            corners.iter().step_by(corners.len().div_ceil(ASKED)).filter(|at| !shared.contains(at)).peekable();
+        // Half within is on a face.
+        let is_within = |&at: &u32| winding_number(vertices, own, &vertices[at as usize]).abs() > 0.75;
+        asked.peek().is_some() && asked.all(is_within)
+    }
+
+    fn is_spacious(&self, vertices: &[Vec3], parts: &[Part]) -> bool {
+        encloses(volume_and_area(vertices, &parts[self.part].triangles))
+    }
+}
+
+fn encloses((volume, area): (f64, f64)) -> bool {
+    volume.abs() > LEAST * area.powf(1.5)
+}
+
+/// Whether triangles enclose a cavity, that is, face inward.
+pub(crate) fn face_inward(vertices: &[Vec3], triangles: &[[u32; 3]]) -> bool {
+    let (volume, area) = volume_and_area(vertices, triangles);
+    volume < 0.0 && encloses((volume, area))
+}
+
+/// Signed volume [m^3], positive where triangles face outward, and area [m^2].
+pub(crate) fn volume_and_area(vertices: &[Vec3], triangles: &[[u32; 3]]) -> (f64, f64) {
+    let Some(first) = triangles.first() else { return (0.0, 0.0) };
+    let origin = vertices[first[0] as usize];
+    triangles.iter().fold((0.0, 0.0), |(volume, area), t| {
+        let [a, b, c] = t.map(|index| vertices[index as usize] - origin);
+        (volume + a.dot(&b.cross(&c)) / 6.0, area + 0.5 * (b - a).cross(&(c - a)).norm())
+    })
+}
+
+/// How often triangles wind around a point.
+///
+/// # Source
+/// A. Van Oosterom and J. Strackee, "The solid angle of a plane triangle", 1983,
+/// doi:10.1109/TBME.1983.325207.
+fn winding_number(vertices: &[Vec3], triangles: &[[u32; 3]], point: &Vec3) -> f64 {
+    let angle = |t: &[u32; 3]| {
+        let [a, b, c] = t.map(|index| vertices[index as usize] - point);
+        let (la, lb, lc) = (a.norm(), b.norm(), c.norm());
+        let below = la * lb * lc + a.dot(&b) * lc + b.dot(&c) * la + c.dot(&a) * lb;
+        2.0 * a.dot(&b.cross(&c)).atan2(below)
+    };
+    triangles.iter().map(angle).sum::<f64>() / (4.0 * std::f64::consts::PI)
+}
+
+#[cfg(test)]
+mod tests;

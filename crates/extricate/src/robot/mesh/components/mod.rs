@@ -1,0 +1,65 @@
+//! Connected components of triangles: solids, cavities and surfaces in order. Not welding.
+
+use robust::{Coord, orient2d};
+
+use super::cavities;
+use super::edges::{all_edges_even, connected, edge_connected, same_edge, sorted_sides};
+use super::part::{Component, Part};
+use super::seams::{self, Welding};
+use crate::math::Vec3;
+
+/// Sorts triangles (of three different vertices each) into components in order of appearance,
+/// cavities behind the solids that they are in, drops those that repeat another and those without
+/// area, and turns closed components outward, cavities into the cavity. Says what was welded to
+/// close some.
+pub(crate) fn components(
+    vertices: &[Vec3],
+    triangles: Vec<[u32; 3]>,
+) -> (Vec<[u32; 3]>, Vec<Component>, Option<Welding>) {
+    let groups = edge_connected(triangles, |triangle| *triangle);
+    let solids = groups.into_iter().flat_map(closed_patches);
+    let mut parts: Vec<Part> = solids.map(|group| Part::new(vertices, group)).collect();
+    let welding = if parts.iter().all(|part| part.closed) { None } else { seams::close(vertices, &mut parts) };
+    cavities::turn(vertices, &mut parts);
+    let mut sorted = Vec::new();
+    let mut components = Vec::new();
+    for Part { triangles, closed, .. } in parts {
+        let start = sorted.len();
+        sorted.extend(triangles.into_iter().filter(|t| !on_a_line(t.map(|index| &vertices[index as usize]))));
+        if sorted.len() > start {
+            components.push(Component { triangles: start..sorted.len(), closed });
+        }
+    }
+    (sorted, components, welding)
+}
+
+/// The solids of an edge-connected group that only touch the rest along edges, and that rest.
+///
+/// Where four triangles share an edge, nothing says which two belong together if solids overlap
+/// there: their walls may lie in one plane. So a solid is what edges of two triangles hold
+/// together, if that is closed; the winding of each is then its own matter.
+fn closed_patches(group: Vec<[u32; 3]>) -> Vec<Vec<[u32; 3]>> {
+    if sorted_sides(&group).chunk_by(same_edge).all(|ring| ring.len() == 2) {
+        return vec![group];
+    }
+    let patches = connected(group, |triangle| *triangle, |ring| ring.len() == 2);
+    // Two triangles back to back are a fold, not a solid.
+    let is_solid = |patch: &Vec<[u32; 3]>| patch.len() > 3 && all_edges_even(patch);
+    let (mut solids, others): (Vec<_>, Vec<_>) = patches.into_iter().partition(is_solid);
+    if !others.is_empty() {
+        solids.push(others.concat());
+    }
+    solids
+}
+
+/// Whether three points lie exactly on a line (so do their three projections, and only then).
+fn on_a_line([a, b, c]: [&Vec3; 3]) -> bool {
+    let flat = |i: usize, j: usize| {
+        let at = |p: &Vec3| Coord { x: p[i], y: p[j] };
+        orient2d(at(a), at(b), at(c)) == 0.0
+    };
+    flat(0, 1) && flat(1, 2) && flat(2, 0)
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,78 @@
+//! How far apart the sides of a mesh's openings are. Not welding.
+
+use super::edges::odd_edges;
+use crate::math::Vec3;
+use crate::robot::TriangleMesh;
+
+/// Open edges that are looked at, spread evenly over all.
+const LOOKED_AT: usize = 256;
+/// Cosine below which an edge runs against another one: less than that of the sides of a regular
+/// triangle.
+const AGAINST: f64 = -0.25;
+
+/// The largest distance \[m\] of an open edge of a mesh from the nearest other one that runs
+/// against it, as the other side of a slit or of a hole does; `None` where no edge is open. As up
+/// to 256 of the open edges tell.
+pub fn widest_gap(mesh: &TriangleMesh) -> Option<f64> {
+    let mut edges: Vec<[Vec3; 2]> = Vec::new();
+    for component in mesh.components.iter().filter(|component| !component.closed) {
+        let triangles = &mesh.triangles[component.triangles.clone()];
+        let mut open: Vec<[u32; 2]> = odd_edges(triangles);
+        open.sort_unstable();
+        // As their triangles run along them.
+        for t in triangles {
+            for (from, to) in [(t[0], t[1]), (t[1], t[2]), (t[2], t[0])] {
+                if open.binary_search(&[from.min(to), from.max(to)]).is_ok() {
+                    edges.push([from, to].map(|index| mesh.vertices[index as usize]));
+                }
+            }
+        }
+    }
+    let step = edges.len().div_ceil(LOOKED_AT).max(1);
+    (0..edges.len()).step_by(step).map(|k| gap(&edges, k)).reduce(f64::max)
+}
+
+/// From the middle of an edge to the nearest one that runs against it; the length of the edge where
+/// none does.
+fn gap(edges: &[[Vec3; 2]], at: usize) -> f64 {
+    let [from, to] = edges[at];
+    let (middle, along) = ((from + to) * 0.5, to - from);
+    let against = |[a, b]: &&[Vec3; 2]| (b - a).dot(&along) < AGAINST * (b - a).norm() * along.norm();
+    let distance = |[a, b]: &[Vec3; 2]| {
+        let edge = b - a;
+        let share = ((middle - a).dot(&edge) / edge.norm_squared()).clamp(0.0, 1.0);
+        (a + edge * share - middle).norm()
+    };
+    let others = edges.iter().enumerate().filter(|(k, _)| *k != at).map(|(_, edge)| edge);
+    others.filter(against).map(distance).reduce(f64::min).unwrap_or_else(|| along.norm())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A cube of side 1 without its top; or with a top that is `shift` above the rim and stands
+    /// free.
+    fn cube(shift: Option<f64>) -> TriangleMesh {
+        let corner = |k: u32, up: f64| Vec3::new(f64::from(k & 1), f64::from(k >> 1 & 1), f64::from(k >> 2) + up);
+        let mut vertices: Vec<Vec3> = (0..8).map(|k| corner(k, 0.0)).collect();
+        vertices.extend((4..8).map(|k| corner(k, shift.unwrap_or(0.0))));
+        let mut faces = vec![[0, 2, 3, 1], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
+        faces.extend(shift.map(|_| [8, 9, 11, 10]));
+        let halves = |[a, b, c, d]: [u32; 4]| [[a, b, c], [a, c, d]];
+        TriangleMesh::new(vertices, faces.into_iter().flat_map(halves).collect())
+    }
+
+    #[test]
+    fn gaps_are_as_wide_as_what_is_missing() {
+        assert!((widest_gap(&cube(None)).unwrap() - 1.0).abs() < 1e-12);
+        for shift in [1e-2, 1e-5] {
+            assert!((widest_gap(&cube(Some(shift))).unwrap() / shift - 1.0).abs() < 1e-6, "{shift}");
+        }
+        let closed = cube(Some(0.0));
+        assert!(closed.is_closed() && widest_gap(&closed).is_none());
+        let triangle = TriangleMesh::new(vec![Vec3::zeros(), Vec3::x(), Vec3::y()], vec![[0, 1, 2]]);
+        let gap = widest_gap(&triangle).unwrap();
+        assert!((0.3..=1.5).contains(&gap), "{gap}");
+    }
+}

@@ -1,0 +1,198 @@
+//! Connected triangles: whether they bound a solid, and which way they face.
+
+use std::collections::{HashMap, HashSet};
+use std::f64::consts::TAU;
+
+use super::edges::{Side, all_edges_even, same_edge, sorted_sides};
+use crate::math::Vec3;
+use serde::{Deserialize, Serialize};
+
+/// Triangles around an edge closer than this \[rad\] lie in one plane: files in f32 say no more.
+const SAME_ANGLE: f64 = 1e-6;
+
+/// A connected part of a mesh: triangles that hang together by edges.
+#[derive(Debug, Clone)]
+pub struct Part {
+    /// Of a closed part such that they face outward, as far as they can be oriented.
+    pub triangles: Vec<[u32; 3]>,
+    /// Whether it bounds a solid.
+    pub closed: bool,
+    /// Whether all triangles of a closed part were wound to face into it.
+    pub was_inward: bool,
+}
+
+impl Part {
+    /// Drops triangles that repeat another, and turns what is closed outward.
+    pub fn new(vertices: &[Vec3], triangles: Vec<[u32; 3]>) -> Self {
+        let Boundary { mut triangles, closed, says_its_side } = boundary(triangles);
+        let was_inward = closed && orient(vertices, &mut triangles) && says_its_side;
+        Self { triangles, closed, was_inward }
+    }
+}
+
+/// What to keep of a component in which triangles may be repeated.
+struct Boundary {
+    triangles: Vec<[u32; 3]>,
+    closed: bool,
+    /// Whether all copies of a triangle are wound alike.
+    says_its_side: bool,
+}
+
+/// Whether that is closed, too.
+///
+/// Double-sided files repeat each triangle: one copy says it all. But where two solids share a
+/// wall, both copies are needed to make every edge even; they are kept if more than repeated
+/// triangles makes up the component.
+fn boundary(triangles: Vec<[u32; 3]>) -> Boundary {
+    let key = |t: &[u32; 3]| {
+        let mut key = *t;
+        key.sort_unstable();
+        key
+    };
+    let mut copies: HashMap<[u32; 3], usize> = HashMap::with_capacity(triangles.len());
+    triangles.iter().for_each(|t| *copies.entry(key(t)).or_default() += 1);
+    if copies.len() == triangles.len() {
+        let closed = all_edges_even(&triangles);
+        return Boundary { triangles, closed, says_its_side: true };
+    }
+    let mut seen = HashSet::with_capacity(copies.len());
+    let single: Vec<_> = triangles.iter().filter(|t| seen.insert(key(t))).copied().collect();
+    if all_edges_even(&single) {
+        let turned = |t: &[u32; 3]| {
+            let least = (0..3).min_by_key(|&k| t[k]).unwrap_or(0);
+            [t[least], t[(least + 1) % 3], t[(least + 2) % 3]]
+        };
+        let kinds: HashSet<[u32; 3]> = triangles.iter().map(turned).collect();
+        return Boundary { says_its_side: kinds.len() == single.len(), triangles: single, closed: true };
+    }
+    if copies.values().any(|count| count % 2 == 1) && all_edges_even(&triangles) {
+        return Boundary { triangles, closed: true, says_its_side: true };
+    }
+    Boundary { triangles: single, closed: false, says_its_side: false }
+}
+
+/// Turns the triangles of a closed component to face outward, as far as they can be oriented;
+/// whether all of them faced inward before.
+///
+/// Two triangles that are neighbours around an edge bound one wedge, so they run along the edge in
+/// opposite directions; that holds for edges of more than two triangles too, taken in order of
+/// angle. Each set of triangles that hangs together by edges is then turned as a whole to have a
+/// positive volume. A component that contradicts itself (a Klein bottle, walls that overlap in
+/// part) is turned as a whole only: the file may know better.
+fn orient(vertices: &[Vec3], triangles: &mut [[u32; 3]]) -> bool {
+    let neighbours = neighbours_around_edges(vertices, triangles);
+    let mut turned: Vec<Option<bool>> = vec![None; triangles.len()];
+    let mut sets: Vec<Vec<u32>> = Vec::new();
+    let mut consistent = true;
+    for seed in 0..triangles.len() {
+        if turned[seed].is_some() {
+            continue;
+        }
+        turned[seed] = Some(false);
+        let mut set = vec![seed as u32];
+        let mut next = 0;
+        while next < set.len() {
+            let own = turned[set[next] as usize] == Some(true);
+            for &(other, turn) in &neighbours[set[next] as usize] {
+                match turned[other as usize] {
+                    None => {
+                        turned[other as usize] = Some(own != turn);
+                        set.push(other);
+                    }
+                    Some(there) => consistent &= there == (own != turn),
+                }
+            }
+            next += 1;
+        }
+        sets.push(set);
+    }
+    if !consistent {
+        turned.fill(Some(false));
+        sets = vec![(0..triangles.len() as u32).collect()];
+    }
+    let mut was_inward = consistent && turned.iter().all(|turn| *turn == Some(false));
+    for set in sets {
+        let origin = vertices[triangles[set[0] as usize][0] as usize];
+        let mut volume = 0.0;
+        for &t in &set {
+            let [a, b, c] = triangles[t as usize].map(|index| vertices[index as usize] - origin);
+            let part = a.cross(&b).dot(&c);
+            volume += if turned[t as usize] == Some(true) { -part } else { part };
+        }
+        was_inward &= volume < 0.0;
+        for &t in &set {
+            if (turned[t as usize] == Some(true)) != (volume < 0.0) {
+                triangles[t as usize].swap(1, 2);
+            }
+        }
+    }
+    was_inward
+}
+
+/// For each triangle of a closed component those next to it around its edges, and whether one of
+/// the two has to be turned for both to face the same way.
+fn neighbours_around_edges(vertices: &[Vec3], triangles: &[[u32; 3]]) -> Vec<Vec<(u32, bool)>> {
+    let mut neighbours: Vec<Vec<(u32, bool)>> = vec![Vec::with_capacity(3); triangles.len()];
+    let mut link = |a: &Side, b: &Side| {
+        let turn = a.forward == b.forward;
+        neighbours[a.triangle as usize].push((b.triangle, turn));
+        neighbours[b.triangle as usize].push((a.triangle, turn));
+    };
+    let mut sides = sorted_sides(triangles);
+    let mut single = Vec::new();
+    for ring in sides.chunk_by_mut(same_edge) {
+        if let [a, b] = ring {
+            link(a, b);
+            continue;
+        }
+        // Triangles at one angle are a wall of no thickness: they cancel in pairs, and the rest
+        // does not notice.
+        single.clear();
+        let angles = sort_by_angle(vertices, triangles, ring);
+        let mut pair = None;
+        for (k, side) in ring.iter().enumerate() {
+            match pair.take() {
+                Some(first) if angles[k] - angles[k - 1] < SAME_ANGLE => {
+                    link(first, side);
+                    single.pop();
+                }
+                _ => {
+                    pair = Some(side);
+                    single.push(*side);
+                }
+            }
+        }
+        for k in 0..single.len() {
+            link(&single[k], &single[(k + 1) % single.len()]);
+        }
+    }
+    neighbours
+}
+
+/// Sorts the sides of one edge by the angle of their triangles around it, and gives these angles
+/// \[rad\].
+fn sort_by_angle(vertices: &[Vec3], triangles: &[[u32; 3]], ring: &mut [Side]) -> Vec<f64> {
+    let (low, high) = (ring[0].low, ring[0].high);
+    let base = vertices[low as usize];
+    let axis = vertices[high as usize] - base;
+    let arm = |side: &Side| {
+        let apex = triangles[side.triangle as usize].into_iter().find(|&v| v != low && v != high).unwrap_or(low);
+        vertices[apex as usize] - base
+    };
+    let x = axis.cross(&arm(&ring[0])).cross(&axis).normalize();
+    let y = axis.cross(&x).normalize();
+    // Shifted by a hair, so that no two at one angle end up on both sides of a full turn.
+    let angle = |side: &Side| (y.dot(&arm(side)).atan2(x.dot(&arm(side))) + SAME_ANGLE).rem_euclid(TAU);
+    ring.sort_by(|a, b| angle(a).total_cmp(&angle(b)));
+    ring.iter().map(angle).collect()
+}
+
+/// A connected part of a mesh.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Component {
+    /// Range of its triangles.
+    pub triangles: std::ops::Range<usize>,
+    /// Whether it bounds a solid: every edge is shared by two triangles, or by an even number where
+    /// the surface touches itself (so every ray from afar crosses it an even number of times).
+    pub closed: bool,
+}

@@ -1,0 +1,156 @@
+//! Seams: open edges whose two sides are apart by no more than a file in f32 can say. Not how far
+//! wider ones are open (`openings`).
+
+use std::collections::HashSet;
+
+use super::cavities::volume_and_area;
+use super::edges::{edge_connected, odd_edges};
+use super::part::Part;
+use super::weld::weld_within;
+use crate::math::Vec3;
+
+/// How far two corners may be from each other that a seam joins, as a share of the mesh's size or
+/// of its farthest coordinate: eight units in the last place of f32 for numbers just above a power
+/// of two. Exporters that transform triangle by triangle are off by one or two units in each
+/// coordinate; of 155 meshes of public robots that had open parts, ten are closed by a millionth of
+/// the size.
+const TOLERANCE: f64 = 1.0 / (1 << 20) as f64;
+/// The same where the mesh lies far from its origin: most, as a share of its size.
+const MOST: f64 = 1e-4;
+
+/// What was done to close a mesh.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Welding {
+    /// Corners that were moved onto others.
+    pub corners: usize,
+    /// Farthest of these moves \[m\].
+    pub farthest: f64,
+    /// Parts of the mesh that are closed by that.
+    pub closed: usize,
+}
+
+/// Welds corners of open edges where that closes a part of the mesh: each part by itself, then all
+/// that are left together. What does not become closed stays as it was.
+pub(crate) fn close(vertices: &[Vec3], parts: &mut Vec<Part>) -> Option<Welding> {
+    let tolerance = tolerance(vertices)?;
+    let (mut closed, open): (Vec<Part>, Vec<Part>) = std::mem::take(parts).into_iter().partition(|part| part.closed);
+    let mut welding = Welding { corners: 0, farthest: 0.0, closed: 0 };
+    let mut left = Vec::new();
+    for part in open {
+        // No solid has less than four faces.
+        let found = if part.triangles.len() < 4 { None } else { welded(vertices, &part.triangles, tolerance) };
+        match found.filter(|found| found.left.is_empty()) {
+            Some(found) => {
+                welding.add(&found.welding);
+                closed.extend(found.parts);
+            }
+            None => left.extend(part.triangles),
+        }
+    }
+    if let Some(found) = welded(vertices, &left, tolerance) {
+        welding.add(&found.welding);
+        closed.extend(found.parts);
+        left = found.left;
+    }
+    closed.extend(edge_connected(left, |t| *t).into_iter().map(|group| Part::new(vertices, group)));
+    *parts = closed;
+    (welding.closed > 0).then_some(welding)
+}
+
+fn tolerance(vertices: &[Vec3]) -> Option<f64> {
+    let first = vertices.first()?;
+    let (low, high) = vertices.iter().fold((*first, *first), |(low, high), v| (low.inf(v), high.sup(v)));
+    let size = (high - low).norm();
+    let farthest = low.amax().max(high.amax()).max(size);
+    Some((TOLERANCE * farthest).min(MOST * size)).filter(|tolerance| *tolerance > 0.0 && tolerance.is_finite())
+}
+
+impl Welding {
+    fn add(&mut self, more: &Welding) {
+        self.corners += more.corners;
+        self.farthest = self.farthest.max(more.farthest);
+        self.closed += more.closed;
+    }
+}
+
+struct Closing {
+    parts: Vec<Part>,
+    /// What is in none of the parts.
+    left: Vec<[u32; 3]>,
+    welding: Welding,
+}
+
+/// Corners of open edges, and which others they are welded to.
+struct Seams {
+    /// Ascending.
+    corners: Vec<u32>,
+    to: Vec<u32>,
+}
+
+impl Seams {
+    fn of(vertices: &[Vec3], triangles: &[[u32; 3]], tolerance: f64) -> Self {
+        let mut corners = odd_edges(triangles).concat();
+        corners.sort_unstable();
+        corners.dedup();
+        let points: Vec<Vec3> = corners.iter().map(|&index| vertices[index as usize]).collect();
+        let (kept, map) = weld_within(&points, tolerance);
+        // The first of those that are welded is the one that is kept.
+        let mut first = vec![u32::MAX; kept.len()];
+        corners.iter().zip(&map).rev().for_each(|(&index, &place)| first[place as usize] = index);
+        Self { to: map.into_iter().map(|place| first[place as usize]).collect(), corners }
+    }
+
+    fn moved(&self, index: u32) -> u32 {
+        self.corners.binary_search(&index).map_or(index, |at| self.to[at])
+    }
+}
+
+/// `None` where nothing becomes closed.
+fn welded(vertices: &[Vec3], triangles: &[[u32; 3]], tolerance: f64) -> Option<Closing> {
+    let seams = Seams::of(vertices, triangles, tolerance);
+    if seams.corners == seams.to {
+        return None;
+    }
+    let moved: Vec<[u32; 3]> = triangles.iter().map(|t| t.map(|index| seams.moved(index))).collect();
+    let whole: Vec<usize> = (0..moved.len()).filter(|&t| has_three_corners(&moved[t])).collect();
+    let mut in_solid: HashSet<u32> = HashSet::new();
+    let mut is_closed = vec![false; moved.len()];
+    let mut parts = Vec::new();
+    for group in edge_connected(whole, |&t| moved[t]) {
+        let part = Part::new(vertices, group.iter().map(|&t| moved[t]).collect());
+        if part.closed && is_thick(vertices, &part.triangles, tolerance) {
+            for &t in &group {
+                is_closed[t] = true;
+                in_solid.extend(moved[t]);
+            }
+            parts.push(part);
+        }
+    }
+    // A sliver that shrinks to a line was part of a seam.
+    let shrunk = |t: usize| !has_three_corners(&moved[t]) && moved[t].iter().any(|index| in_solid.contains(index));
+    let left = (0..moved.len()).filter(|&t| !is_closed[t] && !shrunk(t)).map(|t| triangles[t]).collect();
+    let mut ways: Vec<(u32, u32)> = Vec::new();
+    for (from, to) in (0..moved.len()).filter(|&t| is_closed[t]).map(|t| (triangles[t], moved[t])) {
+        ways.extend(from.into_iter().zip(to).filter(|(from, to)| from != to));
+    }
+    ways.sort_unstable();
+    ways.dedup();
+    let way = |(from, to): &(u32, u32)| (vertices[*from as usize] - vertices[*to as usize]).norm();
+    let farthest = ways.iter().map(way).fold(0.0, f64::max);
+    let welding = Welding { corners: ways.len(), farthest, closed: parts.len() };
+    (welding.closed > 0).then_some(Closing { parts, left, welding })
+}
+
+fn has_three_corners([a, b, c]: &[u32; 3]) -> bool {
+    a != b && b != c && c != a
+}
+
+/// Whether what is enclosed is thicker in the mean than what is welded: two sides of one sheet
+/// enclose nothing.
+fn is_thick(vertices: &[Vec3], triangles: &[[u32; 3]], tolerance: f64) -> bool {
+    let (volume, area) = volume_and_area(vertices, triangles);
+    volume.abs() > tolerance * area
+}
+
+#[cfg(test)]
+mod tests;

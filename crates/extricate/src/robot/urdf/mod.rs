@@ -1,0 +1,144 @@
+//! URDF to [`Robot`]: what collides and what moves. Visuals (unless they are asked for), inertias
+//! and plugins are skipped.
+//!
+//! Read from the XML tree itself: a file may have what does not matter here as it likes, and every
+//! message names the link or joint, the value and what was expected.
+
+mod joints;
+mod place;
+mod shapes;
+
+use std::collections::HashMap;
+
+use roxmltree::{Document, Node};
+
+use super::formats::xml::{NEEDS_XACRO, child, children, document, label, own_attribute};
+use super::tree::{resolve_mimics, root};
+use super::{Link, LinkGeometry, Robot};
+use crate::error::{Error, Result};
+
+pub use place::LoadMesh;
+use place::Place;
+
+/// Which shapes of its links a robot collides with.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Shapes {
+    /// Those of `<collision>` elements.
+    Collision,
+    /// Those of `<visual>` elements.
+    Visual,
+}
+
+impl Shapes {
+    fn tag(self) -> &'static str {
+        match self {
+            Shapes::Collision => "collision",
+            Shapes::Visual => "visual",
+        }
+    }
+}
+
+/// Parses URDF `text`; `file` is its name in messages. Warnings are appended to `warnings`.
+///
+/// Joint types are those of URDF and `spherical`; geometries those of URDF, `capsule`, whose length
+/// is that of the cylindrical part, and `plane`, the half-space below it. A mimic joint has no
+/// limits of its own: it goes where the joint it follows takes it; one that follows a fixed joint
+/// stays at its offset. Soft limits (`safety_controller`) are ignored. A lower or upper limit that
+/// is not stated is 0, from URDF version 1.2 on an error.
+///
+/// # Errors
+/// [`Error::Input`], with the link or joint, the value and what was expected: text that is not
+/// plain URDF, names that repeat or do not exist, links that are not one tree, limits or axes that
+/// make no sense, sizes that are negative. Points and segments are left out, discs and plates are
+/// as thin as a micrometre, each with a warning.
+pub fn parse(file: &str, text: &str, shapes: Shapes, load_mesh: LoadMesh, warnings: &mut Vec<String>) -> Result<Robot> {
+    let text = super::formats::xml::with_declared_prefixes(text);
+    let document = document(file, &text, "URDF")?;
+    let robot = document.root_element();
+    check_root(file, &document)?;
+    let mut meshes = shapes::Meshes { load: load_mesh, scaled: HashMap::new() };
+    let mut links = Vec::new();
+    let mut link_of_name = HashMap::new();
+    for node in children(robot, "link") {
+        let place = Place { file, element: label(node) };
+        let link = link(&place, node, shapes, &mut meshes, warnings)?;
+        if link_of_name.insert(link.name.clone(), links.len()).is_some() {
+            return Err(place.error("got a second link of this name, expected unique names"));
+        }
+        links.push(link);
+    }
+    warn_of_visuals(file, robot, shapes, warnings);
+    let version = own_attribute(robot, "version").and_then(|version| version.trim().parse().ok()).unwrap_or(1.0);
+    let (mut joints, mimics) = joints::joints(file, robot, version, &link_of_name, warnings)?;
+    let root = root(file, &links, &joints)?;
+    resolve_mimics(file, &mimics, &mut joints)?;
+    Ok(Robot { name: own_attribute(robot, "name").unwrap_or("robot").into(), links, joints, root })
+}
+
+fn check_root(file: &str, document: &Document) -> Result<()> {
+    let robot = document.root_element();
+    match robot.tag_name().name() {
+        "robot" => {}
+        "mujoco" => return Err(Error::input(file, "root", IS_MJCF)),
+        "sdf" => return Err(Error::input(file, "root", IS_SDF)),
+        other => return Err(Error::input(file, "root", format!("got <{other}>, expected <robot>"))),
+    }
+    let is_macro = |node: &Node| node.tag_name().namespace().is_some_and(|namespace| namespace.contains("xacro"));
+    match robot.descendants().find(is_macro) {
+        Some(node) => {
+            let line = document.text_pos_at(node.range().start).row;
+            Err(Error::input(file, format!("line {line}"), NEEDS_XACRO))
+        }
+        None => Ok(()),
+    }
+}
+
+const IS_MJCF: &str = "got <mujoco>, expected <robot>: this is MJCF; in Python `extricate.Robot.from_mujoco(path)` takes it \
+                       (pip install 'extricate[mujoco]')";
+const IS_SDF: &str = "got <sdf>, expected <robot>: this is SDF; in Python `extricate.Robot.from_sdf(path)` takes it";
+
+fn link(
+    place: &Place,
+    node: Node,
+    shapes: Shapes,
+    meshes: &mut shapes::Meshes,
+    warnings: &mut Vec<String>,
+) -> Result<Link> {
+    let (file, element, tag) = (place.file, &place.element, shapes.tag());
+    let name = place.required(node, "name")?.to_owned();
+    let mut collision = Vec::new();
+    for part in children(node, tag) {
+        let Some(shape) = child(part, "geometry").and_then(|g| g.children().find(Node::is_element)) else {
+            warnings.push(format!("{file}: {element}: a <{tag}> without geometry is ignored"));
+            continue;
+        };
+        let pose_link_geometry = place.origin(part)?;
+        if let Some(geometry) = shapes::geometry(place, shape, meshes, warnings)? {
+            collision.push(LinkGeometry { pose_link_geometry, geometry });
+        }
+    }
+    Ok(Link { name, collision })
+}
+
+/// Links that a warning names.
+const LISTED: usize = 12;
+
+/// Tells of a robot that collides with nothing because all its shapes are visual.
+fn warn_of_visuals(file: &str, robot: Node, shapes: Shapes, warnings: &mut Vec<String>) {
+    let have = |tag: &'static str| children(robot, "link").filter(move |link| child(*link, tag).is_some());
+    if shapes != Shapes::Collision || have("collision").next().is_some() {
+        return;
+    }
+    let seen: Vec<&str> = have("visual").filter_map(|link| own_attribute(link, "name")).collect();
+    if !seen.is_empty() {
+        let more = if seen.len() > LISTED { format!(" and {} more", seen.len() - LISTED) } else { String::new() };
+        warnings.push(format!(
+            "{file}: no link has <collision> geometry, so the robot collides with nothing; <visual> geometry ({}{more}) is \
+             taken with `geometry = \"visual\"`",
+            seen[..seen.len().min(LISTED)].join(", ")
+        ));
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,293 @@
+//! What stored solved know of the free space around them: a plane for each contact near by.
+
+use rayon::prelude::*;
+
+use super::mismatch::Mismatch;
+
+/// Numbers of single precision in one.
+const CACHE_LINE: usize = 16;
+
+/// For each of some samples, the linearised signed distances of its near contacts: a step `t`
+/// (tangent coordinates) from sample `i` keeps contact `k` to first order where `gradient(k) . t >=
+/// -room(k)`.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct ContactPlanes {
+    nv: usize,
+    /// Where the planes of each sample start, and the end of the last.
+    starts: Vec<u32>,
+    /// By how much the distance exceeds the clearance \[m\], then `nv` numbers of the gradient \[m
+    /// per rad or m\], a plane: side by side, as who follows them waits for memory. Single
+    /// precision: they only propose.
+    planes: Vec<f32>,
+    /// The checked pair of each plane, apart from them: only who asks in a changed scene wants to
+    /// know.
+    pairs: Vec<u32>,
+}
+
+/// [`ContactPlanes`] as they are kept: without the coordinates that cannot change the distance of a
+/// pair, of which there are as many as not.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct ContactPlaneArrays {
+    /// Planes of each sample.
+    pub counts: Vec<u8>,
+    /// The checked pair of each plane.
+    pub pairs: Vec<u32>,
+    /// For every checked pair, for every tangent coordinate, whether some gradient of the pair is
+    /// not zero there (1, else 0).
+    pub columns: Vec<u8>,
+    /// Of each plane: its room, and its gradient where that is not zero for its pair.
+    pub numbers: Vec<f32>,
+}
+
+/// Samples whose planes a thread restores before it takes more.
+const CHUNK: usize = 1024;
+
+impl ContactPlanes {
+    /// As they are kept.
+    pub fn kept(&self) -> ContactPlaneArrays {
+        let width = self.nv + 1;
+        let pairs = self.pairs.iter().max().map_or(0, |most| *most as usize + 1);
+        let mut columns = vec![0; pairs * self.nv];
+        let planes = || self.pairs.iter().zip(self.planes.chunks_exact(width));
+        for (pair, plane) in planes() {
+            let columns = &mut columns[*pair as usize * self.nv..][..self.nv];
+            columns.iter_mut().zip(&plane[1..]).for_each(|(column, x)| *column |= u8::from(*x != 0.0));
+        }
+        let mut numbers = Vec::new();
+        for (pair, plane) in planes() {
+            let columns = &columns[*pair as usize * self.nv..][..self.nv];
+            numbers.push(plane[0]);
+            numbers.extend(columns.iter().zip(&plane[1..]).filter(|(column, _)| **column == 1).map(|(_, x)| x));
+        }
+        let counts = self.starts.windows(2).map(|ends| (ends[1] - ends[0]) as u8).collect();
+        ContactPlaneArrays { counts, pairs: self.pairs.clone(), columns, numbers }
+    }
+
+    /// Of `samples` samples with `nv` tangent coordinates, in a scene of so many checked pairs,
+    /// what was kept.
+    ///
+    /// # Errors
+    /// [`Mismatch`] where it was kept of something else, as far as that can be told.
+    pub fn restored(
+        nv: usize,
+        checked_pairs: usize,
+        samples: usize,
+        kept: &ContactPlaneArrays,
+    ) -> Result<Self, Mismatch> {
+        let ContactPlaneArrays { counts, pairs, columns, numbers } = kept;
+        let check =
+            |holds: bool, array, expected| if holds { Ok(()) } else { Err(Mismatch { of: "planes", array, expected }) };
+        check(counts.len() == samples, "counts", "a number for every exit")?;
+        let planes: usize = counts.iter().map(|count| usize::from(*count)).sum();
+        check(pairs.len() == planes, "pairs", "as many as there are planes")?;
+        let known = columns.len() / nv.max(1);
+        let are_columns = columns.len() == known * nv && known <= checked_pairs && columns.iter().all(|x| *x < 2);
+        check(are_columns, "columns", "0 or 1 for every coordinate of checked pairs")?;
+        check(pairs.iter().all(|pair| (*pair as usize) < known), "pairs", "checked pairs with columns")?;
+        let columns = columns.chunks_exact(nv.max(1)).map(|row| (0..nv).filter(|k| row[*k] == 1).collect());
+        let columns: Vec<Vec<usize>> = columns.collect();
+        let width_of = |pair: &u32| 1 + columns[*pair as usize].len();
+        let are_numbers = numbers.len() == pairs.iter().map(width_of).sum::<usize>();
+        check(are_numbers && numbers.iter().all(|x| x.is_finite()), "numbers", "as many finite ones as planes take")?;
+        let mut starts = vec![0];
+        let mut end = 0;
+        starts.extend(counts.iter().map(|count| {
+            end += u32::from(*count);
+            end
+        }));
+        let mut all = vec![0.0; planes * (nv + 1)];
+        let (mut rest, mut tasks) = ((&mut all[..], &pairs[..], &numbers[..]), Vec::new());
+        for counts in counts.chunks(CHUNK) {
+            let count: usize = counts.iter().map(|count| usize::from(*count)).sum();
+            let (of_chunk, pairs) = rest.1.split_at(count);
+            let (planes, dense) = rest.0.split_at_mut(count * (nv + 1));
+            let (numbers, sparse) = rest.2.split_at(of_chunk.iter().map(width_of).sum());
+            tasks.push((planes, of_chunk, numbers));
+            rest = (dense, pairs, sparse);
+        }
+        tasks.into_par_iter().for_each(|(planes, pairs, mut numbers)| {
+            for (plane, pair) in planes.chunks_exact_mut(nv + 1).zip(pairs) {
+                let (of_plane, others) = numbers.split_at(width_of(pair));
+                plane[0] = of_plane[0];
+                columns[*pair as usize].iter().zip(&of_plane[1..]).for_each(|(k, x)| plane[1 + k] = *x);
+                numbers = others;
+            }
+        });
+        Ok(Self { nv, starts, planes: all, pairs: pairs.clone() })
+    }
+
+    /// Of no sample yet, with `nv` tangent coordinates.
+    pub fn new(nv: usize) -> Self {
+        Self { nv, starts: vec![0], ..Self::default() }
+    }
+
+    /// Adds a plane of the checked pair `pair` to the sample that comes next.
+    pub fn push(&mut self, pair: usize, room: f64, gradient: &[f64]) {
+        self.pairs.push(pair as u32);
+        self.planes.push(room as f32);
+        self.planes.extend(gradient.iter().map(|x| *x as f32));
+    }
+
+    /// Ends the sample that comes next.
+    pub fn end_sample(&mut self) {
+        self.starts.push(self.count());
+    }
+
+    /// Appends the samples of `other`.
+    pub fn append(&mut self, other: &Self) {
+        let before = self.count();
+        self.planes.extend_from_slice(&other.planes);
+        self.pairs.extend_from_slice(&other.pairs);
+        self.starts.extend(other.starts.iter().skip(1).map(|end| before + end));
+    }
+
+    /// Planes so far.
+    fn count(&self) -> u32 {
+        (self.planes.len() / (self.nv + 1)) as u32
+    }
+
+    /// Samples so far.
+    pub fn len(&self) -> usize {
+        self.starts.len().saturating_sub(1)
+    }
+
+    /// Memory that they take \[bytes\].
+    pub fn bytes(&self) -> usize {
+        size_of_val(&self.starts[..]) + size_of_val(&self.planes[..]) + size_of_val(&self.pairs[..])
+    }
+
+    /// Whether there is none.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// Of one sample: each plane's room and gradient.
+    pub fn planes(&self, sample: usize) -> Planes<'_> {
+        let width = self.nv + 1;
+        let (first, last) = (self.starts[sample] as usize, self.starts[sample + 1] as usize);
+        let (numbers, pairs) = (&self.planes[first * width..last * width], &self.pairs[first..last]);
+        Planes { width, numbers, pairs, elsewhere: None }
+    }
+}
+
+/// The planes of one sample, see [`ContactPlanes`].
+#[derive(Debug, Clone, Copy)]
+pub struct Planes<'a> {
+    width: usize,
+    numbers: &'a [f32],
+    pairs: &'a [u32],
+    elsewhere: Option<Elsewhere<'a>>,
+}
+
+/// What becomes of planes in another scene.
+#[derive(Debug, Clone, Copy)]
+pub struct Elsewhere<'a> {
+    /// For every checked pair of the scene in which they were noted, whether it is checked here
+    /// too, and its bodies are what they were.
+    pub stays: &'a [bool],
+    /// By how much the clearance is larger here \[m\].
+    pub wider: f64,
+}
+
+impl<'a> Planes<'a> {
+    /// Reads a number of each cache line.
+    pub fn touch(&self) -> f32 {
+        self.numbers.iter().step_by(CACHE_LINE).sum()
+    }
+
+    /// Those that still hold in another scene; what is new there has none.
+    pub fn elsewhere(self, elsewhere: Elsewhere<'a>) -> Self {
+        Self { elsewhere: Some(elsewhere), ..self }
+    }
+
+    /// Room \[m\] and gradient of each.
+    pub fn iter(&self) -> impl Iterator<Item = (f64, impl Iterator<Item = f64> + use<'a>)> + use<'a> {
+        let elsewhere = self.elsewhere;
+        let wider = elsewhere.map_or(0.0, |elsewhere| elsewhere.wider);
+        let holds = move |pair: u32| elsewhere.is_none_or(|at| at.stays.get(pair as usize).is_some_and(|stays| *stays));
+        let planes = self.numbers.chunks_exact(self.width).zip(self.pairs).filter(move |(_, pair)| holds(**pair));
+        planes.map(move |(plane, _)| (f64::from(plane[0]) - wider, plane[1..].iter().map(|x| f64::from(*x))))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn parts_append_to_the_whole() {
+        let planes = |tangents: &ContactPlanes, sample| -> Vec<(f64, Vec<f64>)> {
+            tangents.planes(sample).iter().map(|(room, gradient)| (room, gradient.collect())).collect()
+        };
+        let (mut a, mut b) = (ContactPlanes::new(2), ContactPlanes::new(2));
+        a.push(0, 0.5, &[1.0, 2.0]);
+        a.push(0, 0.25, &[-1.0, 0.0]);
+        a.end_sample();
+        b.end_sample();
+        b.push(0, 0.75, &[3.0, 4.0]);
+        b.end_sample();
+        let mut all = ContactPlanes::new(2);
+        assert!(all.is_empty());
+        all.append(&a);
+        all.append(&b);
+        assert_eq!(all.len(), 3);
+        assert_eq!(planes(&all, 0), [(0.5, vec![1.0, 2.0]), (0.25, vec![-1.0, 0.0])]);
+        assert_eq!(planes(&all, 1), []);
+        assert_eq!(planes(&all, 2), [(0.75, vec![3.0, 4.0])]);
+    }
+
+    fn noted() -> ContactPlanes {
+        let mut tangents = ContactPlanes::new(3);
+        for sample in 0..3000u32 {
+            for pair in [1, 4].into_iter().take((sample % 3) as usize) {
+                // Those of a pair are zero in a column, if not all of them are not.
+                tangents.push(pair, 0.1 * f64::from(sample), &[f64::from(sample % 2), 0.0, 1.0 + pair as f64]);
+            }
+            tangents.end_sample();
+        }
+        tangents
+    }
+
+    #[test]
+    fn what_is_kept_is_all_of_it() {
+        let tangents = noted();
+        let kept = tangents.kept();
+        assert_eq!(kept.numbers.len(), 3 * kept.pairs.len());
+        assert!(ContactPlanes::restored(3, 5, 3000, &kept).unwrap() == tangents);
+        let none = ContactPlanes::new(3);
+        assert!(ContactPlanes::restored(3, 0, 0, &none.kept()).unwrap() == none);
+    }
+
+    #[test]
+    fn what_does_not_fit_is_refused() {
+        let sound = noted().kept();
+        let refused = |spoil: fn(&mut ContactPlaneArrays)| {
+            let mut kept = sound.clone();
+            spoil(&mut kept);
+            ContactPlanes::restored(3, 5, 3000, &kept).err().map(|unfit| unfit.array)
+        };
+        assert_eq!(refused(|kept| kept.counts.truncate(2999)), Some("counts"));
+        assert_eq!(refused(|kept| kept.counts[0] += 1), Some("pairs"));
+        assert_eq!(refused(|kept| kept.pairs[0] = 5), Some("pairs"));
+        assert_eq!(refused(|kept| kept.columns.truncate(13)), Some("columns"));
+        assert_eq!(refused(|kept| kept.columns.resize(18, 0)), Some("columns"));
+        assert_eq!(refused(|kept| kept.columns[0] = 2), Some("columns"));
+        assert_eq!(refused(|kept| kept.columns[3] ^= 1), Some("numbers"));
+        assert_eq!(refused(|kept| kept.numbers[3] = f32::INFINITY), Some("numbers"));
+        assert_eq!(refused(|kept| kept.numbers.truncate(7)), Some("numbers"));
+        assert_eq!(ContactPlanes::restored(3, 4, 3000, &sound).err().map(|unfit| unfit.array), Some("columns"));
+    }
+
+    #[test]
+    fn elsewhere_only_planes_of_pairs_that_stay_hold_and_have_less_room() {
+        let mut tangents = ContactPlanes::new(1);
+        for (pair, room) in [(0, 0.5), (2, 0.25), (7, 0.125)] {
+            tangents.push(pair, room, &[1.0]);
+        }
+        tangents.end_sample();
+        let stays = [true, true, false];
+        let planes = tangents.planes(0).elsewhere(Elsewhere { stays: &stays, wider: 0.0625 });
+        // A pair that is not told of does not stay.
+        assert_eq!(planes.iter().map(|(room, _)| room).collect::<Vec<_>>(), [0.4375]);
+    }
+}

@@ -1,0 +1,252 @@
+//! Tracing the boundary: from colliding configurations to verified free ones right beside the
+//! obstacle region.
+
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+
+use super::{BoundaryScratch, SampleQuery, SampleSet};
+use crate::cspace::sampling::Halton;
+use crate::cspace::{ConfigSpace, Label};
+use crate::learning::exploration::{BATCH, Exploration, ROWS_A_TASK};
+use crate::learning::{Budget, LabelBatch};
+use crate::metric::{Anchor, Metric};
+
+/// What tracing stands on.
+pub struct TraceGround<'a> {
+    /// The configuration space.
+    pub space: &'a ConfigSpace,
+    /// Distances between configurations.
+    pub metric: &'a Metric,
+    /// Exact labels.
+    pub label: &'a LabelBatch<'a>,
+    /// Every sample gets a colliding configuration within this distance (metric units).
+    pub gap: f64,
+    /// For the index.
+    pub seed: u64,
+    /// Whether random configurations are labelled where seeds run out.
+    pub draws_seeds: bool,
+}
+
+/// Most halvings of a segment: enough for any gap above 2^-40 of the space's diameter.
+const MAX_HALVINGS: u32 = 40;
+/// Seeds of the first pass; each later one takes twice as many, up to [`BATCH`]. A short budget is
+/// spent on whole passes.
+const FIRST_SEEDS: usize = 256;
+
+/// How far tracing has come: with the lists of configurations, all that is needed to go on.
+#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct TracePlace {
+    /// Free configurations that are starts: the first of all that are known.
+    pub starts: usize,
+    /// Boundary samples that are starts too: the first so many of those found so far.
+    pub indexed: usize,
+    /// Colliding configurations used as seeds.
+    pub seeds_used: usize,
+    /// Passes made.
+    pub passes: usize,
+}
+
+/// Traces the boundary, one pass at a time.
+///
+/// Every colliding seed is joined to the nearest known free configuration and to the nearest
+/// boundary sample found so far; both segments are halved toward the seed. So the samples lie where
+/// the solved of random colliding configurations are, and each pass starts from better ones. Seeds
+/// that the classifier gets wrong come first (`colliding` is in that order).
+///
+/// # Guarantee
+/// Every sample was labelled free, and some configuration within `gap` of it was labelled
+/// colliding.
+pub struct Tracer {
+    free: SampleSet,
+    traced: Option<SampleSet>,
+    place: TracePlace,
+}
+
+impl Tracer {
+    /// Before the first pass; there has to be a free configuration.
+    pub fn new(ground: &TraceGround, known: &Exploration) -> Self {
+        Self::at(ground, known, &[], Self::first_place(known, ground.space.nq()))
+    }
+
+    /// Where a new tracer stands.
+    pub fn first_place(known: &Exploration, nq: usize) -> TracePlace {
+        TracePlace { starts: (known.free.len() / nq).min(MOST_STARTS), ..TracePlace::default() }
+    }
+
+    /// Where an earlier tracer stood.
+    pub fn at(ground: &TraceGround, known: &Exploration, samples: &[f64], place: TracePlace) -> Self {
+        let nq = ground.space.nq();
+        let set = |configs: &[f64]| SampleSet::new(ground.metric, nq, configs.to_vec(), ground.seed);
+        let traced = (place.indexed > 0).then(|| set(&samples[..place.indexed * nq]));
+        Self { free: set(&known.free[..place.starts * nq]), traced, place }
+    }
+
+    /// Where it stands.
+    pub fn place(&self) -> &TracePlace {
+        &self.place
+    }
+
+    /// Makes a pass of at most `most` labels, which appends to `samples` (row major); whether
+    /// another one could be paid for.
+    ///
+    /// Where time or the caller ended the budget while nothing was traced yet, the pass is made all
+    /// the same: without it nothing would be known of the boundary. The limit in labels always
+    /// holds.
+    pub fn pass(
+        &mut self,
+        ground: &TraceGround,
+        known: &mut Exploration,
+        samples: &mut Vec<f64>,
+        halton: &Halton,
+        most: usize,
+        budget: &mut Budget,
+    ) -> bool {
+        let until = budget.spent().saturating_add(most);
+        let left = |budget: &Budget| budget.left().min(until.saturating_sub(budget.spent()));
+        let (nq, place) = (ground.space.nq(), &mut self.place);
+        let most_seeds = FIRST_SEEDS.checked_shl(place.passes as u32).map_or(BATCH, |seeds| seeds.min(BATCH));
+        if ground.draws_seeds && known.colliding.len() / nq < place.seeds_used + most_seeds {
+            // The last labels are better spent on the seeds that there are.
+            let more = (left(budget) / 4).clamp(1, BATCH);
+            known.extend(ground.space, halton, more, ground.label, budget);
+            // Starts are chosen; further free configurations would only take memory.
+            known.free.truncate(known.free.len().min(MOST_STARTS.max(place.starts) * nq));
+        }
+        let last = (place.seeds_used + most_seeds).min(known.colliding.len() / nq);
+        let seeds = &known.colliding[place.seeds_used * nq..last * nq];
+        (place.seeds_used, place.passes) = (last, place.passes + 1);
+        let sets = [Some(&self.free), self.traced.as_ref()];
+        let starts: Vec<[Option<Vec<f64>>; 2]> = seeds
+            .par_chunks_exact(nq)
+            .map_init(Default::default, |scratch: &mut (BoundaryScratch, Anchor, Vec<(u32, f64)>), seed| {
+                sets.map(|set| nearest(ground.metric, set?, seed, scratch))
+            })
+            .collect();
+        let (mut near, mut far) = (Vec::new(), Vec::new());
+        for (seed, start) in seeds.chunks_exact(nq).zip(&starts) {
+            for start in start.iter().flatten() {
+                near.extend_from_slice(start);
+                far.extend_from_slice(seed);
+            }
+        }
+        let affordable = left(budget);
+        let paid = halve(ground, (&mut near, &mut far), affordable, samples.is_empty(), budget);
+        samples.extend_from_slice(&near);
+        budget.note(samples.len() / nq, None);
+        if self.traced.as_ref().is_none_or(|set| 2 * set.len() <= samples.len() / nq) && !samples.is_empty() {
+            self.traced = Some(SampleSet::new(ground.metric, nq, samples.clone(), ground.seed));
+            place.indexed = samples.len() / nq;
+        }
+        paid && left(budget) > 0
+    }
+}
+
+/// Free configurations kept as starts; more cost search time and gain little once boundary samples
+/// are there.
+const MOST_STARTS: usize = 50_000;
+
+fn nearest(
+    metric: &Metric,
+    set: &SampleSet,
+    seed: &[f64],
+    (scratch, anchor, out): &mut (BoundaryScratch, Anchor, Vec<(u32, f64)>),
+) -> Option<Vec<f64>> {
+    metric.anchor(seed, anchor);
+    set.nearest(SampleQuery::NEAREST, metric, anchor, 1, scratch, out);
+    out.first().map(|(id, _)| set.config(*id).to_vec())
+}
+
+/// Halves every segment from a `free` row to the `colliding` row beside it, in lockstep, until the
+/// longest is below the gap.
+///
+/// Segments that `most` labels cannot pay for are not begun; the answer is whether they could pay
+/// for all. Where the budget ends on the way, those still longer than the gap are dropped; `finish`
+/// has them halved to their end all the same, as far as labels are left.
+fn halve(
+    ground: &TraceGround,
+    (free, colliding): (&mut Vec<f64>, &mut Vec<f64>),
+    most: usize,
+    finish: bool,
+    budget: &mut Budget,
+) -> bool {
+    let nq = ground.space.nq();
+    let affordable = |longest: f64, left: usize| {
+        let halvings = (longest / ground.gap).log2().ceil().max(1.0);
+        if halvings.is_finite() { left / halvings as usize } else { left }
+    };
+    let (mut middles, mut paid) = (Vec::new(), true);
+    for halvings in 0..MAX_HALVINGS {
+        let lengths: Vec<f64> = free
+            .par_chunks_exact(nq)
+            .zip(colliding.par_chunks_exact(nq))
+            .with_min_len(ROWS_A_TASK)
+            .map(|(a, b)| ground.metric.distance(a, b))
+            .collect();
+        let longest = lengths.iter().copied().fold(0.0, f64::max);
+        if longest <= ground.gap {
+            return paid;
+        }
+        if halvings == 0 {
+            let rows = lengths.len().min(affordable(longest, most));
+            paid = rows == lengths.len();
+            free.truncate(rows * nq);
+            colliding.truncate(rows * nq);
+        }
+        let rows = free.len() / nq;
+        if rows > budget.left() || (budget.end().is_some() && !finish) {
+            let kept = lengths.iter().take(rows).map(|length| *length <= ground.gap);
+            let kept = free.chunks_exact(nq).zip(kept).filter(|(_, kept)| *kept);
+            *free = kept.flat_map(|(row, _)| row.iter().copied()).collect();
+            return paid;
+        }
+        middles.resize(free.len(), 0.0);
+        let ends = free.par_chunks_exact(nq).zip(colliding.par_chunks_exact(nq));
+        let halved = ends.zip(middles.par_chunks_exact_mut(nq)).with_min_len(ROWS_A_TASK);
+        halved.for_each(|((a, b), middle)| ground.space.interpolate(a, b, 0.5, middle));
+        for (row, label) in budget.label(ground.label, &middles).into_iter().enumerate() {
+            let side = if label == Label::Free { &mut *free } else { &mut *colliding };
+            side[row * nq..(row + 1) * nq].copy_from_slice(&middles[row * nq..(row + 1) * nq]);
+        }
+    }
+    paid
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::learning::LearnOptions;
+    use crate::scene::builtin;
+    use std::ops::ControlFlow;
+    use std::sync::Arc;
+
+    /// A disc of radius 1 as obstacle region in a square: every sample lies on the circle from
+    /// outside.
+    #[test]
+    fn samples_lie_outside_a_disc_within_the_gap() {
+        let scene = builtin::scene("planar-arm").unwrap();
+        let nq = scene.space.nq();
+        let metric = Metric::new(Arc::new(scene.clone()));
+        let radius = |q: &[f64]| q[..2].iter().map(|x| x * x).sum::<f64>().sqrt();
+        let label = |configs: &[f64]| {
+            let of = |q: &[f64]| if radius(q) < 1.0 { Label::Colliding } else { Label::Free };
+            configs.chunks_exact(nq).map(of).collect()
+        };
+        let mut report = |_: &_| ControlFlow::Continue(());
+        let mut budget =
+            Budget::new(&LearnOptions { labels: 60_000, seconds: None, ..Default::default() }, &mut report);
+        let halton = Halton::new(scene.space.nv(), 1);
+        let mut known = Exploration::default();
+        known.extend(&scene.space, &halton, 8000, &label, &mut budget);
+        let ground =
+            TraceGround { space: &scene.space, metric: &metric, label: &label, gap: 0.01, seed: 1, draws_seeds: true };
+        let (mut tracer, mut samples) = (Tracer::new(&ground, &known), Vec::new());
+        while tracer.pass(&ground, &mut known, &mut samples, &halton, usize::MAX, &mut budget) && budget.end().is_none()
+        {
+        }
+        assert!(samples.len() / nq > 1000, "{}", samples.len() / nq);
+        for q in samples.chunks_exact(nq) {
+            assert!((1.0..1.0101).contains(&radius(q)), "{q:?}");
+        }
+        assert!(budget.spent() <= 60_000, "{}", budget.spent());
+    }
+}

@@ -1,0 +1,175 @@
+//! From links and their seats to bodies, hulls in place of meshes, and what to say about surfaces
+//! that are not solids.
+
+use std::collections::HashMap;
+use std::collections::hash_map::Entry;
+use std::sync::Arc;
+
+use super::frames::FramePlacement;
+use crate::robot::mesh::convex_hull::convex_hull;
+use crate::robot::mesh::openings::widest_gap;
+use crate::robot::{Geometry, LinkGeometry, Robot, TriangleMesh};
+use crate::scene::file::{CutMesh, GeometryKind};
+use crate::scene::{Body, Part};
+
+/// Bodies of the links that have geometry, in document order; `seats` and `names` are by link.
+pub fn link_bodies(robot_index: usize, robot: &Robot, seats: &[FramePlacement], names: &[String]) -> Vec<Body> {
+    let with_geometry = (0..robot.links.len()).filter(|&link| !robot.links[link].collision.is_empty());
+    with_geometry
+        .map(|link| {
+            let part = |shape: &LinkGeometry| Part {
+                pose_frame_part: seats[link].pose_frame_link.then(&shape.pose_link_geometry),
+                geometry: shape.geometry.clone(),
+            };
+            let parts = robot.links[link].collision.iter().map(part).collect();
+            Body { name: names[link].clone(), robot: Some(robot_index), frame: seats[link].frame, parts }
+        })
+        .collect()
+}
+
+/// Replaces the meshes of `robot` by what `kind` says of their link; meshes that links share are
+/// hulled or cut once.
+pub fn replace_meshes(
+    robot: &mut Robot,
+    kind: impl Fn(&str) -> GeometryKind,
+    cut: Option<CutMesh>,
+    warnings: &mut Vec<String>,
+) -> Result<(), String> {
+    let mut done: HashMap<(*const TriangleMesh, GeometryKind), Vec<Geometry>> = HashMap::new();
+    for link in &mut robot.links {
+        let kind = kind(&link.name);
+        let owner = format!("link `{}`", link.name);
+        let mut parts = Vec::with_capacity(link.collision.len());
+        for shape in std::mem::take(&mut link.collision) {
+            let Geometry::Mesh(mesh) = &shape.geometry else {
+                parts.push(shape);
+                continue;
+            };
+            let key = (Arc::as_ptr(mesh), kind);
+            if let Entry::Vacant(place) = done.entry(key) {
+                place.insert(replaced(mesh, kind, cut, &owner, warnings)?);
+            }
+            let pose_link_geometry = shape.pose_link_geometry;
+            parts.extend(
+                done[&key].iter().map(|geometry| LinkGeometry { pose_link_geometry, geometry: geometry.clone() }),
+            );
+        }
+        link.collision = parts;
+    }
+    Ok(())
+}
+
+/// What stands for a mesh.
+pub fn replaced(
+    mesh: &Arc<TriangleMesh>,
+    kind: GeometryKind,
+    cut: Option<CutMesh>,
+    owner: &str,
+    warnings: &mut Vec<String>,
+) -> Result<Vec<Geometry>, String> {
+    match kind {
+        GeometryKind::Mesh | GeometryKind::Visual => Ok(vec![Geometry::Mesh(Arc::clone(mesh))]),
+        GeometryKind::ConvexHull => Ok(vec![hull(mesh, owner, warnings)]),
+        GeometryKind::ConvexParts => {
+            let cut = cut.ok_or("got convex-parts where nothing cuts meshes, expected a scene that `store` loads")?;
+            Ok(cut(mesh).into_iter().map(|hull| Geometry::ConvexHull(Arc::new(hull))).collect())
+        }
+    }
+}
+
+/// The convex hull of a mesh; the mesh itself, with a warning that names `owner`, where it is flat.
+pub fn hull(mesh: &Arc<TriangleMesh>, owner: &str, warnings: &mut Vec<String>) -> Geometry {
+    match convex_hull(&mesh.vertices) {
+        Some(hull) => Geometry::ConvexHull(Arc::new(hull)),
+        None => {
+            warnings.push(format!("{owner}: a mesh is flat and has no convex hull: it is kept as a surface"));
+            Geometry::Mesh(Arc::clone(mesh))
+        }
+    }
+}
+
+/// Warns once of a body whose meshes have components that are not closed, and once of one whose
+/// meshes have cavities.
+pub fn warn_of_surfaces(body: &Body, warnings: &mut Vec<String>) {
+    let meshes = || {
+        body.parts.iter().filter_map(|part| match &part.geometry {
+            Geometry::Mesh(mesh) => Some(mesh),
+            _ => None,
+        })
+    };
+    let (mut open, mut cavities, mut all) = (0, 0, 0);
+    for mesh in meshes() {
+        open += mesh.components.iter().filter(|component| !component.closed).count();
+        cavities += (0..mesh.components.len()).filter(|&component| mesh.is_cavity(component)).count();
+        all += mesh.components.len();
+    }
+    let kind = match (body.robot, body.frame) {
+        (Some(_), _) => "link",
+        (None, 0) => "obstacle",
+        (None, _) => "attached",
+    };
+    if open > 0 {
+        let counted = match (open, all) {
+            (1, 1) => "its mesh is open: it is a surface, not a solid".to_string(),
+            (1, _) => format!("1 of {all} mesh components is open: it is a surface, not a solid"),
+            _ => format!("{open} of {all} mesh components are open: they are surfaces, not solids"),
+        };
+        let gap = meshes().filter_map(|mesh| widest_gap(mesh)).reduce(f64::max);
+        let gap = gap.map_or(String::new(), |gap| format!(" (open edges are up to {gap:.1e} m from each other)"));
+        warnings.push(format!("{kind} `{}`: {counted}{gap}", body.name));
+    }
+    if cavities > 0 {
+        let counted = match cavities {
+            1 => format!("1 of {all} closed mesh components lies within another one and faces inward: it is a cavity"),
+            _ => format!("{cavities} of {all} mesh components lie within others and face inward: they are cavities"),
+        };
+        warnings.push(format!("{kind} `{}`: {counted}, and what is in it collides only with its walls", body.name));
+    }
+}
+
+/// The greatest distance \[m\] of a point of a shape from the shape's own origin.
+pub fn radius(geometry: &Geometry) -> f64 {
+    match geometry {
+        Geometry::Sphere { radius } => *radius,
+        Geometry::Box { half_extents } => half_extents.norm(),
+        Geometry::Cylinder { radius, half_length } => radius.hypot(*half_length),
+        Geometry::Capsule { radius, half_length } => radius + half_length,
+        Geometry::Mesh(mesh) | Geometry::ConvexHull(mesh) => mesh.vertices.iter().map(|v| v.norm()).fold(0.0, f64::max),
+        scenery => scenery.scenery_radius(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::math::{Pose, Vec3};
+
+    fn body(triangles: Vec<[u32; 3]>) -> Body {
+        let near = [Vec3::zeros(), Vec3::x(), Vec3::y(), Vec3::z()];
+        let far = near.map(|v| v + Vec3::new(5.0, 0.0, 0.0));
+        let mesh = TriangleMesh::new(near.into_iter().chain(far).collect(), triangles);
+        let part = Part { pose_frame_part: Pose::identity(), geometry: Geometry::Mesh(Arc::new(mesh)) };
+        Body { name: "a".into(), robot: Some(0), frame: 0, parts: vec![part] }
+    }
+
+    #[test]
+    fn open_components_are_told_once_a_body() {
+        let solid = vec![[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]];
+        let mut warnings = Vec::new();
+        warn_of_surfaces(&body(solid.clone()), &mut warnings);
+        assert!(warnings.is_empty());
+        let mixed: Vec<[u32; 3]> = solid.iter().copied().chain([[4, 5, 6], [4, 6, 7]]).collect();
+        warn_of_surfaces(&body(mixed), &mut warnings);
+        warn_of_surfaces(&body(vec![[0, 1, 2]]), &mut warnings);
+        assert_eq!(warnings.len(), 2);
+        assert!(warnings[0].contains("link `a`: 1 of 2 mesh components"), "{}", warnings[0]);
+    }
+
+    #[test]
+    fn flat_meshes_stay_surfaces() {
+        let mut warnings = Vec::new();
+        let flat = TriangleMesh::new(vec![Vec3::zeros(), Vec3::x(), Vec3::y()], vec![[0, 1, 2]]);
+        assert!(matches!(hull(&Arc::new(flat), "link `a`", &mut warnings), Geometry::Mesh(_)));
+        assert!(warnings[0].contains("link `a`") && warnings[0].contains("flat"));
+    }
+}

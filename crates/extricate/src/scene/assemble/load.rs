@@ -1,0 +1,356 @@
+//! Reads what a scene file names: URDF, SRDF and mesh files, each mesh once. Paths are resolved
+//! here and nowhere else.
+
+use std::collections::{BTreeMap, HashMap};
+use std::io::ErrorKind;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use super::bodies::replace_meshes;
+use super::loaded::{LoadedRobot, ReadFile};
+use crate::error::{Error, Result};
+use crate::robot::formats::xml::{decoded, package_name};
+use crate::robot::srdf::{self, Srdf};
+use crate::robot::urdf::{self, Shapes};
+use crate::robot::{Robot, TriangleMesh, formats};
+use crate::scene::file::{CutMesh, GeometryKind, RobotEntry};
+use crate::scene::names::{robot_names, unknown};
+
+/// The files of one scene.
+pub struct Files<'a> {
+    /// The scene file's name in messages.
+    file: String,
+    /// The folder that paths in the scene file start from.
+    folder: PathBuf,
+    read: ReadFile<'a>,
+    cut: Option<CutMesh>,
+    meshes: HashMap<PathBuf, Arc<TriangleMesh>>,
+    /// By folder, what its `package.xml` calls it.
+    package_names: HashMap<PathBuf, Option<String>>,
+    /// What to say of the meshes, each once.
+    mesh_warnings: Vec<String>,
+}
+
+/// A URDF that a scene file names.
+pub struct Source<'a> {
+    /// What names it, in messages.
+    pub element: &'a str,
+    /// Its path, as the scene file has it.
+    pub urdf: &'a str,
+    /// Folders where `package://` is looked up.
+    pub packages: &'a [String],
+    /// Which shapes, and what becomes of their meshes.
+    pub geometry: GeometryKind,
+    /// The same of single links.
+    pub links: &'a BTreeMap<String, GeometryKind>,
+}
+
+impl<'a> Files<'a> {
+    /// Of the scene file at `path`; `cut` cuts meshes into convex parts.
+    pub fn new(path: &Path, cut: Option<CutMesh>, read: ReadFile<'a>) -> Self {
+        let folder = path.parent().unwrap_or(Path::new("")).to_path_buf();
+        Self {
+            file: path.display().to_string(),
+            folder,
+            read,
+            cut,
+            meshes: HashMap::new(),
+            package_names: HashMap::new(),
+            mesh_warnings: Vec::new(),
+        }
+    }
+
+    /// Parses every robot; names are made unique.
+    pub fn robots<'e>(
+        &mut self,
+        entries: &'e [RobotEntry],
+        warnings: &mut Vec<String>,
+    ) -> Result<Vec<LoadedRobot<'e>>> {
+        let mut robots = Vec::with_capacity(entries.len());
+        for (index, entry) in entries.iter().enumerate() {
+            robots.push(self.robot(index, entry, warnings)?);
+        }
+        let names = robot_names(&self.file, entries, robots.iter().map(|loaded| loaded.robot.name.as_str()))?;
+        for (loaded, name) in robots.iter_mut().zip(names) {
+            loaded.name = name;
+        }
+        Ok(robots)
+    }
+
+    fn robot<'e>(
+        &mut self,
+        index: usize,
+        entry: &'e RobotEntry,
+        warnings: &mut Vec<String>,
+    ) -> Result<LoadedRobot<'e>> {
+        let source = Source {
+            element: &format!("robot {}: urdf", index + 1),
+            urdf: &entry.urdf,
+            packages: &entry.packages,
+            geometry: entry.geometry,
+            links: &entry.links,
+        };
+        let (file, robot) = self.links(&source, warnings)?;
+        let (mut disabled, mut group) = (Vec::new(), None);
+        if let Some(srdf) = &entry.srdf {
+            let path = self.folder.join(srdf);
+            let file = path.display().to_string();
+            let text = self.text(&path, &format!("robot {}: srdf", index + 1))?;
+            let srdf = srdf::parse(&file, &text)?;
+            group = match &entry.group {
+                Some(group) => Some(srdf.group_joints(&file, group, &robot)?),
+                None => None,
+            };
+            disabled = srdf_pairs(srdf, &robot);
+        } else if let Some(group) = &entry.group {
+            let problem = format!("got `{group}` without an SRDF, expected `srdf = ..` that defines it");
+            return Err(Error::input(&self.file, format!("robot \"{}\": group", robot.name), problem));
+        }
+        Ok(LoadedRobot { name: robot.name.clone(), urdf: file, robot, disabled, group, entry })
+    }
+
+    /// The name of a URDF file in messages, and what it describes, its meshes replaced as is asked.
+    pub fn links(&mut self, source: &Source, warnings: &mut Vec<String>) -> Result<(String, Robot)> {
+        let Source { element, urdf, packages, geometry, links } = *source;
+        let path = self.folder.join(urdf);
+        let file = path.display().to_string();
+        let text = self.text(&path, element)?;
+        let folder = path.parent().unwrap_or(Path::new("")).to_path_buf();
+        let packages: Vec<PathBuf> = packages.iter().map(|package| self.folder.join(package)).collect();
+        let shapes = if geometry == GeometryKind::Visual { Shapes::Visual } else { Shapes::Collision };
+        let mut load = |uri: &str| {
+            let mut paths = candidates(uri, &folder, &packages);
+            if paths.iter().all(|path| matches!(self.mesh_at(path), Ok(None))) {
+                paths.extend(self.in_named_packages(uri, &folder, &packages));
+            }
+            self.first_mesh(&file, uri, &paths)
+        };
+        let mut robot = urdf::parse(&file, &text, shapes, &mut load, warnings)?;
+        let fault = |problem: String| Error::input(&self.file, format!("robot \"{}\": links", robot.name), problem);
+        for (name, kind) in links {
+            if *kind == GeometryKind::Visual {
+                return Err(fault(format!("`{name}`: got visual, expected mesh, convex-hull or convex-parts")));
+            }
+            if !robot.links.iter().any(|link| link.name == *name) {
+                let known: Vec<&str> = robot.links.iter().map(|link| link.name.as_str()).collect();
+                return Err(fault(unknown(name, &known)));
+            }
+        }
+        let kind = |link: &str| links.get(link).copied().unwrap_or(geometry);
+        replace_meshes(&mut robot, kind, self.cut, warnings)
+            .map_err(|problem| Error::input(&self.file, "geometry", problem))?;
+        Ok((file, robot))
+    }
+
+    /// What there is to say of the meshes that were read.
+    pub fn into_mesh_warnings(self) -> Vec<String> {
+        self.mesh_warnings
+    }
+
+    /// A mesh by its path as the scene file has it; `element` names it in messages.
+    pub fn mesh(&mut self, element: &str, path: &str) -> Result<Arc<TriangleMesh>> {
+        let path = self.folder.join(path);
+        let found = self.mesh_at(&path).map_err(|error| named(&self.file, element, error))?;
+        found.ok_or_else(|| {
+            Error::not_found(&self.file, element, format!("got {}, expected a file (not found)", path.display()))
+        })
+    }
+
+    /// The name of a file, as messages have it, and its bytes, by its path as the scene file has
+    /// it.
+    pub fn bytes(&mut self, element: &str, path: &str) -> Result<(String, Vec<u8>)> {
+        let path = self.folder.join(path);
+        let bytes = (self.read)(&path).map_err(|error| named(&self.file, element, error))?;
+        Ok((path.display().to_string(), bytes))
+    }
+
+    fn first_mesh(&mut self, file: &str, uri: &str, candidates: &[PathBuf]) -> Result<Arc<TriangleMesh>> {
+        for path in candidates {
+            let found = self.mesh_at(path).map_err(|error| named(file, &format!("mesh \"{uri}\""), error))?;
+            if let Some(mesh) = found {
+                return Ok(mesh);
+            }
+        }
+        let tried: Vec<String> = candidates.iter().map(|path| path.display().to_string()).collect();
+        let advice = match package_of(uri) {
+            Some((package, _)) => format!(
+                "; add the folder that holds `{package}`, or the one whose package.xml calls it so, to `packages` in the scene"
+            ),
+            None => String::new(),
+        };
+        let tried = if tried.is_empty() { "no folder".into() } else { tried.join(", ") };
+        Err(Error::not_found(file, format!("mesh \"{uri}\""), format!("not found, tried {tried}{advice}")))
+    }
+
+    /// Where the file that a URDF calls `uri` may be in a folder whose `package.xml` names the
+    /// package: one of `packages`, or one that the URDF lies in. What a folder is called does not
+    /// matter there, as in ROS.
+    fn in_named_packages(&mut self, uri: &str, folder: &Path, packages: &[PathBuf]) -> Vec<PathBuf> {
+        let Some((package, rest)) = package_of(uri) else { return Vec::new() };
+        let folders = packages.iter().map(PathBuf::as_path).chain(folder.ancestors());
+        let named: Vec<&Path> = folders.filter(|folder| self.package_at(folder).as_deref() == Some(package)).collect();
+        named.into_iter().map(|folder| folder.join(rest)).collect()
+    }
+
+    /// The name that a folder's `package.xml` gives it, if it has one that can be read.
+    fn package_at(&mut self, folder: &Path) -> Option<String> {
+        if let Some(known) = self.package_names.get(folder) {
+            return known.clone();
+        }
+        let name = (self.read)(&folder.join("package.xml")).ok().and_then(|bytes| package_name(&decoded(&bytes)));
+        self.package_names.insert(folder.to_path_buf(), name.clone());
+        name
+    }
+
+    /// `None` where there is no such file.
+    fn mesh_at(&mut self, path: &Path) -> Result<Option<Arc<TriangleMesh>>> {
+        if let Some(mesh) = self.meshes.get(path) {
+            return Ok(Some(Arc::clone(mesh)));
+        }
+        let bytes = match (self.read)(path) {
+            Ok(bytes) => bytes,
+            Err(Error::Read { source, .. }) if source.kind() == ErrorKind::NotFound => return Ok(None),
+            Err(error) => return Err(error),
+        };
+        let name = path.display().to_string();
+        let folder = path.parent().unwrap_or(Path::new(""));
+        let mut neighbour =
+            |uri: &str| (self.read)(&folder.join(uri)).map_err(|error| named(&name, &format!("uri \"{uri}\""), error));
+        let mesh = Arc::new(formats::parse_among(&name, &bytes, &mut neighbour, &mut self.mesh_warnings)?);
+        self.meshes.insert(path.to_path_buf(), Arc::clone(&mesh));
+        Ok(Some(mesh))
+    }
+
+    fn text(&mut self, path: &Path, element: &str) -> Result<String> {
+        let bytes = (self.read)(path).map_err(|error| named(&self.file, element, error))?;
+        Ok(decoded(&bytes))
+    }
+}
+
+/// A file that cannot be read, with what names it: `element` of `file`.
+fn named(file: &str, element: &str, error: Error) -> Error {
+    match error {
+        Error::Read { path, source } => {
+            let problem = format!("got {}, expected a file that can be read ({source})", path.display());
+            Error::Named { file: file.into(), element: element.into(), problem, kind: source.kind() }
+        }
+        other => other,
+    }
+}
+
+/// The pairs that an SRDF disables, with `disable_default_collisions` spelled out for the links of
+/// `robot`.
+fn srdf_pairs(srdf: Srdf, robot: &Robot) -> Vec<[String; 2]> {
+    let mut pairs = srdf.disabled;
+    for name in &srdf.disabled_by_default {
+        let enabled =
+            |other: &str| srdf.enabled.iter().any(|[a, b]| (a == name && b == other) || (a == other && b == name));
+        let others = robot.links.iter().filter(|link| &link.name != name && !enabled(&link.name));
+        pairs.extend(others.map(|link| [name.clone(), link.name.clone()]));
+    }
+    pairs
+}
+
+/// Where the file that a URDF calls `uri` may be, likeliest first.
+fn candidates(uri: &str, folder: &Path, packages: &[PathBuf]) -> Vec<PathBuf> {
+    if let Some((package, rest)) = package_of(uri) {
+        let inside = packages.iter().map(|dir| dir.join(package).join(rest));
+        let itself = packages.iter().filter(|dir| dir.file_name().is_some_and(|name| name == package));
+        return inside.chain(itself.map(|dir| dir.join(rest))).collect();
+    }
+    // `join` replaces the folder where the path is absolute.
+    vec![folder.join(uri.strip_prefix("file://").unwrap_or(uri))]
+}
+
+/// Package and path inside it of a `package://` or `model://` URI; `package:///arm/a.stl`, which
+/// some exporters write, names the package `arm` too.
+fn package_of(uri: &str) -> Option<(&str, &str)> {
+    let path = uri.strip_prefix("package://").or_else(|| uri.strip_prefix("model://"))?;
+    let path = path.trim_start_matches('/');
+    Some(path.split_once('/').unwrap_or((path, "")))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::robot::JointKind;
+    use crate::scene::testing::chain;
+
+    fn paths(uri: &str, packages: &[&str]) -> Vec<String> {
+        let packages: Vec<PathBuf> = packages.iter().map(PathBuf::from).collect();
+        candidates(uri, Path::new("s/urdf"), &packages).iter().map(|path| path.display().to_string()).collect()
+    }
+
+    #[test]
+    fn uris_are_resolved_in_order() {
+        assert_eq!(
+            paths("package://arm/m/a.stl", &["p", "q/arm"]),
+            ["p/arm/m/a.stl", "q/arm/arm/m/a.stl", "q/arm/m/a.stl"]
+        );
+        assert_eq!(paths("model://arm/a.stl", &["p"]), ["p/arm/a.stl"]);
+        assert_eq!(paths("package:///arm/m/a.stl", &["p", "q/arm"]), paths("package://arm/m/a.stl", &["p", "q/arm"]));
+        assert_eq!(paths("file:///m/a.stl", &["p"]), ["/m/a.stl"]);
+        assert_eq!(paths("/m/a.stl", &[]), ["/m/a.stl"]);
+        assert_eq!(paths("../m/a.stl", &["p"]), ["s/urdf/../m/a.stl"]);
+        assert!(paths("package://arm/a.stl", &[]).is_empty());
+    }
+
+    #[test]
+    fn packages_are_called_what_their_package_xml_says() {
+        let obj = b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
+        for (urdf, packages) in [("v/arm/urdf", &["v"][..]), ("v/arm", &[]), ("elsewhere", &["v/arm"])] {
+            let mut read = |path: &Path| match path.to_str() {
+                Some("v/arm/package.xml") => Ok(b"<package format='2'><name> arm_support\n</name></package>".to_vec()),
+                Some("v/package.xml") => Ok(b"not XML".to_vec()),
+                Some("v/arm/meshes/link.obj") => Ok(obj.to_vec()),
+                _ => Err(Error::Read { path: path.to_path_buf(), source: ErrorKind::NotFound.into() }),
+            };
+            let mut files = Files::new(Path::new("s.toml"), None, &mut read);
+            let packages: Vec<PathBuf> = packages.iter().map(PathBuf::from).collect();
+            let found = |files: &mut Files, uri: &str| files.in_named_packages(uri, Path::new(urdf), &packages);
+            let paths = found(&mut files, "package://arm_support/meshes/link.obj");
+            assert_eq!(paths, [PathBuf::from("v/arm/meshes/link.obj")], "{urdf}");
+            assert!(files.first_mesh("r.urdf", "u", &paths).is_ok());
+            assert!(found(&mut files, "package://arm/meshes/link.obj").is_empty());
+            assert!(found(&mut files, "meshes/link.obj").is_empty());
+        }
+    }
+
+    #[test]
+    fn links_without_default_collisions_keep_what_is_enabled() {
+        let name = |name: &str| name.to_string();
+        let srdf = Srdf {
+            disabled: vec![[name("l0"), name("l2")]],
+            disabled_by_default: vec![name("l1")],
+            enabled: vec![[name("l3"), name("l1")]],
+            ..Default::default()
+        };
+        let arm = chain(&[JointKind::Revolute; 3]);
+        let expected = [["l0", "l2"], ["l1", "l0"], ["l1", "l2"]];
+        assert_eq!(srdf_pairs(srdf, &arm), expected.map(|pair| pair.map(String::from)));
+    }
+
+    #[test]
+    fn meshes_are_read_once_and_missing_ones_list_every_path() {
+        let stl = b"solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\nendsolid a\n";
+        let mut reads = Vec::new();
+        let mut read = |path: &Path| {
+            reads.push(path.display().to_string());
+            if path == Path::new("s/b/arm/a.stl") {
+                return Ok(stl.to_vec());
+            }
+            Err(Error::Read { path: path.into(), source: ErrorKind::NotFound.into() })
+        };
+        let mut files = Files::new(Path::new("s/scene.toml"), None, &mut read);
+        let tried = [PathBuf::from("s/a/arm/a.stl"), PathBuf::from("s/b/arm/a.stl")];
+        let first = files.first_mesh("u.urdf", "package://arm/a.stl", &tried).unwrap();
+        let second = files.mesh("obstacle", "b/arm/a.stl").unwrap();
+        assert!(Arc::ptr_eq(&first, &second));
+        let missing = files.first_mesh("u.urdf", "package://arm/a.stl", &tried[..1]).unwrap_err().to_string();
+        assert!(missing.contains("u.urdf: mesh \"package://arm/a.stl\": not found, tried s/a/arm/a.stl"), "{missing}");
+        assert!(missing.contains("`packages`"), "{missing}");
+        let missing = files.mesh("obstacle \"c\": mesh", "c.stl").unwrap_err().to_string();
+        assert_eq!(missing, "s/scene.toml: obstacle \"c\": mesh: got s/c.stl, expected a file (not found)");
+        assert_eq!(reads.iter().filter(|path| *path == "s/b/arm/a.stl").count(), 1);
+    }
+}

@@ -1,0 +1,297 @@
+//! From a scene file and the robots it names to a resolved [`Scene`].
+
+pub mod bodies;
+pub mod clearances;
+pub mod coordinates;
+pub mod fixtures;
+pub mod frames;
+pub mod joint_roles;
+pub mod load;
+pub mod loaded;
+pub mod obstacles;
+pub mod pairs;
+pub mod workspace_radius;
+
+use std::collections::BTreeSet;
+use std::path::Path;
+
+use super::file::{self, SceneFile};
+use super::names::{Named, find, unique};
+use super::units::warn_of_sizes;
+use super::{Body, LinkAttachment, MetricKind, Scene};
+use crate::error::{Error, Result};
+use bodies::{link_bodies, warn_of_surfaces};
+use clearances::clearances_of;
+use coordinates::coordinates;
+use fixtures::read_others;
+use frames::{FramePlacement, Tree};
+use load::Files;
+use loaded::LoadedRobot;
+pub use loaded::ReadFile;
+use obstacles::Others;
+use pairs::{PairName, checked, disabled_by_scene, disabled_by_srdf};
+
+/// What is said of a scene without checked pairs.
+pub const NOTHING_CHECKED: &str = "no pair of bodies is checked: every configuration within the limits is free";
+
+/// Parses the TOML `text` of the scene file at `path` and every file that it names.
+///
+/// # Errors
+/// [`Error::Input`] naming the file, the element, the value found and what was expected; whatever
+/// `read` gives.
+pub fn assemble(path: &Path, text: &str, read: ReadFile) -> Result<Scene> {
+    assemble_entries(path, &file::parse(&path.display().to_string(), text)?, read)
+}
+
+/// As [`assemble`], for a scene that is parsed already or was never written down. Paths in it start
+/// from the folder of `path`.
+///
+/// # Errors
+/// As [`assemble`].
+pub fn assemble_entries(path: &Path, scene: &SceneFile, read: ReadFile) -> Result<Scene> {
+    let name = path.display().to_string();
+    scene.check(&name)?;
+    let mut warnings = Vec::new();
+    let mut files = Files::new(path, scene.cut, read);
+    let robots = files.robots(&scene.robot, &mut warnings)?;
+    let others = read_others(&name, scene, true, &mut files, &mut warnings)?;
+    warnings.extend(files.into_mesh_warnings());
+    build(&name, scene, &robots, others, warnings)
+}
+
+/// Puts parsed robots and obstacles together; `file` is the scene file's name in messages. Reads
+/// nothing.
+pub fn build(
+    file: &str,
+    entry: &SceneFile,
+    robots: &[LoadedRobot],
+    Others { obstacles, attached }: Others,
+    mut warnings: Vec<String>,
+) -> Result<Scene> {
+    if robots.is_empty() {
+        return Err(Error::input(file, "robot", "got none, expected at least one [[robot]]"));
+    }
+    let named: Vec<Named> = robots.iter().flat_map(link_names).collect();
+    let is_link = |body: &&Body| named.iter().any(|link| link.name == body.name);
+    if let Some(body) = obstacles.iter().chain(&attached).find(is_link) {
+        let kind = if obstacles.iter().any(|other| other.name == body.name) { "obstacle" } else { "attached" };
+        let problem = "a link has the same name, expected a name of its own";
+        return Err(Error::input(file, format!("{kind} \"{}\"", body.name), problem));
+    }
+    let metric = entry.metric.clone().unwrap_or_default();
+    let coordinates = coordinates(file, &metric, robots, &obstacles, &mut warnings)?;
+    let mut tree = Tree::default();
+    let mut bodies: Vec<Body> = Vec::new();
+    let mut link_names = unique(&named).into_iter();
+    let mut links: Vec<LinkAttachment> = Vec::new();
+    for (index, loaded) in robots.iter().enumerate() {
+        let mut root =
+            FramePlacement { frame: 0, pose_frame_link: loaded.entry.pose.pose(file, &loaded.element("placement"))? };
+        let own = &coordinates.robots[index];
+        if let Some(base) = &own.base {
+            root = tree.attach(root, &base.mover());
+        }
+        let seats = tree.add_robot(&loaded.robot, root, &own.roles, &own.names, &own.places);
+        let seats = all_seats(loaded, seats)?;
+        let names: Vec<String> = link_names.by_ref().take(seats.len()).collect();
+        refuse_scenery(loaded, &seats)?;
+        bodies.extend(link_bodies(index, &loaded.robot, &seats, &names));
+        links.extend(names.into_iter().zip(seats).map(|(name, seat)| LinkAttachment {
+            name,
+            frame: seat.frame,
+            pose_frame_link: seat.pose_frame_link,
+        }));
+    }
+    bodies.extend(obstacles);
+    for (object, entry) in attached.into_iter().zip(&entry.attached) {
+        bodies.push(held(file, object, &entry.link, &named, &links)?);
+    }
+    bodies.iter().for_each(|body| warn_of_surfaces(body, &mut warnings));
+
+    if metric.kind != MetricKind::Joint && bodies.iter().all(|body| body.frame == 0) {
+        let problem = "no link that moves has geometry whose displacement it could measure, expected kind = \"joint\"";
+        return Err(Error::input(file, "metric", problem));
+    }
+    let names = pair_names(robots, &bodies);
+    let disabled = disabled(file, entry, robots, &names)?;
+    let pairs = checked(&bodies, &tree.carriers, &disabled);
+    let plain: Vec<Named> = names.iter().map(|name| name.named).collect();
+    let clearances = clearances_of(entry, &|element, name| {
+        let body = find(&plain, name).map_err(|problem| Error::input(file, element, problem))?;
+        Ok(names[body].body.map(|body| bodies[body].name.clone()))
+    })?;
+    if pairs.is_empty() {
+        warnings.push(NOTHING_CHECKED.into());
+    }
+    let (clearance, metric) = (entry.clearance.unwrap_or_default().lengths().0, metric.kind);
+    let coordinates::Coordinates { joints, space, rigid, .. } = coordinates;
+    let frames = tree.frames;
+    let mut scene =
+        Scene { clearance, metric, joints, space, frames, bodies, pairs, warnings, links, clearances, rigid };
+    let others: Vec<Body> = scene.bodies.iter().filter(|body| body.robot.is_none()).cloned().collect();
+    let mut warnings = std::mem::take(&mut scene.warnings);
+    warn_of_sizes(&scene, &others, &mut warnings);
+    Ok(Scene { warnings, ..scene })
+}
+
+/// What a link holds, fixed to the link's frame.
+fn held(file: &str, object: Body, link: &str, named: &[Named], links: &[LinkAttachment]) -> Result<Body> {
+    let element = format!("attached \"{}\": link", object.name);
+    let seat = &links[find(named, link).map_err(|problem| Error::input(file, element, problem))?];
+    Ok(object.on(seat))
+}
+
+fn link_names<'a>(loaded: &'a LoadedRobot) -> impl Iterator<Item = Named<'a>> {
+    let robot = Some(loaded.name.as_str());
+    loaded.robot.links.iter().map(move |link| Named { robot, name: &link.name })
+}
+
+/// Planes have no end, and nothing that bounds motion or moments knows them: links that move have
+/// none.
+fn refuse_scenery(loaded: &LoadedRobot, seats: &[FramePlacement]) -> Result<()> {
+    let is_scenery = |link: &crate::robot::Link| link.collision.iter().any(|shape| shape.geometry.is_scenery());
+    let mut links = loaded.robot.links.iter().zip(seats);
+    let Some((link, _)) = links.find(|(link, seat)| seat.frame != 0 && is_scenery(link)) else { return Ok(()) };
+    let problem = "got a <plane> on a link that moves, expected it on one that does not: a plane has no end, and what is \
+                   behind it is solid; a <box> can move";
+    Err(Error::input(&loaded.urdf, format!("link \"{}\"", link.name), problem))
+}
+
+fn all_seats(loaded: &LoadedRobot, seats: Vec<Option<FramePlacement>>) -> Result<Vec<FramePlacement>> {
+    let links = loaded.robot.links.iter().zip(seats);
+    let seat = |(link, seat): (&crate::robot::Link, Option<FramePlacement>)| {
+        seat.ok_or_else(|| {
+            let problem = "no chain of joints leads from the root link to it, expected one tree";
+            Error::input(&loaded.urdf, format!("link \"{}\"", link.name), problem)
+        })
+    };
+    links.map(seat).collect()
+}
+
+/// All that pairs may name. Bodies are in the order of the links that have geometry, then obstacles
+/// and attached objects.
+fn pair_names<'a>(robots: &'a [LoadedRobot], bodies: &'a [Body]) -> Vec<PairName<'a>> {
+    let mut next = 0..bodies.len();
+    let mut all = Vec::new();
+    for loaded in robots {
+        for (link, named) in loaded.robot.links.iter().zip(link_names(loaded)) {
+            all.push(PairName { named, body: if link.collision.is_empty() { None } else { next.next() } });
+        }
+    }
+    all.extend(next.map(|body| PairName { named: Named { robot: None, name: &bodies[body].name }, body: Some(body) }));
+    all
+}
+
+fn disabled(
+    file: &str,
+    entry: &SceneFile,
+    robots: &[LoadedRobot],
+    all: &[PairName],
+) -> Result<BTreeSet<super::BodyPair>> {
+    let by_scene = |element: &str, entries: &[[String; 2]]| disabled_by_scene(file, element, entries, all);
+    let mut disabled: BTreeSet<_> = by_scene("pairs: disable", &entry.pairs.disable)?.into_iter().collect();
+    for object in &entry.attached {
+        let touched: Vec<[String; 2]> = object.touch.iter().map(|other| [object.name.clone(), other.clone()]).collect();
+        disabled.extend(by_scene(&format!("attached {:?}: touch", object.name), &touched)?);
+    }
+    for loaded in robots {
+        disabled.extend(disabled_by_srdf(&loaded.name, &loaded.disabled, all));
+    }
+    Ok(disabled)
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::math::Vec3;
+    use crate::robot::JointKind::*;
+    use crate::robot::{Geometry, Robot};
+    use crate::scene::Scene;
+    use crate::scene::testing::{PLAIN, chain, scene, scene_with};
+
+    const BALL: &str = "[[obstacle]]\nname = 'ball'\nshape = { sphere = 0.5 }\n";
+
+    fn pairs(scene: &Scene) -> Vec<String> {
+        (0..scene.pairs.len()).map(|pair| scene.pair_names(crate::scene::PairId::new(pair)).join(" ")).collect()
+    }
+
+    #[test]
+    fn first_links_are_checked_against_obstacles_but_not_against_the_base() {
+        let arm = chain(&[Revolute, Fixed, Revolute]);
+        let checked = pairs(&scene(&format!("{PLAIN}{BALL}"), std::slice::from_ref(&arm)).unwrap());
+        assert_eq!(checked, ["l0 l3", "l1 ball", "l2 ball", "l3 ball"]);
+        let text = format!("{PLAIN}{BALL}[pairs]\ndisable = [['l3', 'ball'], ['arm/l2', 'ball']]");
+        let srdf = [["l0".to_string(), "l3".into()], ["gone".into(), "l3".into()]];
+        assert_eq!(pairs(&scene_with(&text, &[arm], &srdf, None).unwrap()), ["l1 ball"]);
+    }
+
+    #[test]
+    fn a_moving_base_is_checked_against_obstacles_and_other_robots() {
+        let moving = "base = 'planar'\nbounds = { min = [-1, -1], max = [1, 1] }\n";
+        let text = format!("{PLAIN}name = 'a'\n{moving}{PLAIN}name = 'b'\n{BALL}");
+        let scene = scene(&text, &[chain(&[Revolute]), chain(&[Planar])]).unwrap();
+        let expected = ["a/l0 b/l0", "a/l0 b/l1", "a/l0 ball", "a/l1 b/l0", "a/l1 b/l1", "a/l1 ball", "b/l1 ball"];
+        assert_eq!(pairs(&scene), expected);
+    }
+
+    #[test]
+    fn links_without_geometry_have_names_but_no_body() {
+        let mut arm = chain(&[Revolute, Revolute]);
+        arm.links[1].collision.clear();
+        let text = format!("{PLAIN}{BALL}[pairs]\ndisable = [['l1', 'ball'], ['l2', 'ball']]");
+        assert_eq!(pairs(&scene(&text, &[arm]).unwrap()), ["l0 l2"]);
+    }
+
+    #[test]
+    fn faults_name_element_and_expectation() {
+        let message = |text: &str| scene(text, &[chain(&[Revolute])]).unwrap_err().to_string();
+        assert!(message(BALL).contains("expected at least one [[robot]]"));
+        assert!(message(&format!("{PLAIN}{}", BALL.replace("ball", "l1"))).contains("obstacle \"l1\": a link has"));
+        assert!(message(&format!("{PLAIN}[pairs]\ndisable = [['l1', 'bal']]")).contains("got `bal`, expected one of"));
+        assert!(
+            message(&format!("{PLAIN}pose = {{ rpy = [0, nan, 0] }}"))
+                .contains("robot \"arm\": placement: pose: got NaN")
+        );
+        let mut parted = chain(&[Revolute, Revolute]);
+        parted.joints[1].parent = 2;
+        assert!(scene(PLAIN, &[parted]).unwrap_err().to_string().contains("arm.urdf: link \"l2\": no chain"));
+    }
+
+    #[test]
+    fn a_metric_of_displacements_needs_something_that_is_displaced() {
+        let mut arm = chain(&[Revolute]);
+        arm.links[1].collision.clear();
+        for kind in ["object-norm", "max-displacement"] {
+            let text = format!("metric = {{ kind = '{kind}' }}\n{PLAIN}{BALL}");
+            let message = scene(&text, std::slice::from_ref(&arm)).unwrap_err().to_string();
+            assert!(message.contains("metric: no link that moves has geometry"), "{message}");
+            assert!(scene(&text, &[chain(&[Revolute])]).is_ok());
+        }
+        assert!(scene(&format!("{PLAIN}{BALL}"), &[arm]).is_ok());
+    }
+
+    #[test]
+    fn planes_stand_still() {
+        let mut arm = chain(&[Fixed, Revolute]);
+        let plane = Geometry::HalfSpace { normal: Vec3::z(), offset: 0.0 };
+        arm.links[1].collision[0].geometry = plane.clone();
+        let scene_of = |text: &str, arm: &Robot| scene(text, std::slice::from_ref(arm));
+        assert_eq!(pairs(&scene_of(&format!("{PLAIN}[pairs]\ndisable = [['l0', 'l2']]"), &arm).unwrap()), [""; 0]);
+        assert_eq!(pairs(&scene_of(&format!("{PLAIN}name = 'a'\n{PLAIN}name = 'b'\n"), &arm).unwrap()).len(), 0);
+        let moving = "base = 'planar'\nbounds = { min = [-1, -1], max = [1, 1] }\n";
+        let refused = |message: String, link: &str| {
+            assert!(
+                message.contains(&format!("arm.urdf: link \"{link}\": got a <plane> on a link that moves")),
+                "{message}"
+            );
+        };
+        refused(scene_of(&format!("{PLAIN}{moving}"), &arm).unwrap_err().to_string(), "l1");
+        arm.links[2].collision[0].geometry = plane;
+        refused(scene_of(PLAIN, &arm).unwrap_err().to_string(), "l2");
+    }
+
+    #[test]
+    fn nothing_to_check_is_told() {
+        let scene = scene(PLAIN, &[chain(&[Revolute])]).unwrap();
+        assert!(scene.pairs.is_empty() && scene.warnings[0].contains("no pair of bodies is checked"));
+    }
+}

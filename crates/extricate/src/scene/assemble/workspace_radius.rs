@@ -1,0 +1,47 @@
+//! A length that any body can leave any other by, for translations that nothing else limits.
+
+use super::bodies::radius;
+use super::loaded::LoadedRobot;
+use crate::math::Pose;
+use crate::robot::{Geometry, JointKind};
+use crate::scene::Body;
+use crate::scene::file::limits::LimitsEntry;
+
+/// Twice the radius \[m\] of a ball about the world's origin that holds all geometry in every
+/// configuration, but for the travel of joints without limits; rounded up to a decimetre.
+///
+/// The radius adds the lengths of all joint origins and travels, and the radii of all shapes: a
+/// bound, not the least one. A subtree that moves by twice this radius along any axis has left
+/// everything that does not move with it, but for half-spaces and the ground, which count as far as
+/// their planes and surfaces are: those it leaves on one side.
+pub fn reach(robots: &[LoadedRobot], obstacles: &[Body]) -> f64 {
+    let shape = |pose: &Pose, geometry: &Geometry| pose.translation.norm() + radius(geometry);
+    let of_obstacles: f64 =
+        obstacles.iter().flat_map(|body| &body.parts).map(|part| shape(&part.pose_frame_part, &part.geometry)).sum();
+    let of_robots: f64 = robots
+        .iter()
+        .map(|loaded| {
+            let base: f64 = loaded.entry.pose.xyz.iter().map(|x| x.abs()).sum();
+            let travel: f64 =
+                loaded.entry.bounds.iter().flat_map(|b| b.min.iter().chain(&b.max)).map(|x| x.abs()).sum();
+            let shapes = loaded.robot.links.iter().flat_map(|link| &link.collision);
+            let shapes: f64 = shapes.map(|part| shape(&part.pose_link_geometry, &part.geometry)).sum();
+            base + travel + shapes + (0..loaded.robot.joints.len()).map(|joint| span(loaded, joint)).sum::<f64>()
+        })
+        .sum();
+    ((of_obstacles + of_robots) * 20.0).ceil() / 10.0
+}
+
+/// Length of the joint's origin and of its limited travel \[m\].
+fn span(loaded: &LoadedRobot, joint: usize) -> f64 {
+    let joint = &loaded.robot.joints[joint];
+    let slides = matches!(joint.kind, JointKind::Prismatic | JointKind::Planar | JointKind::Floating);
+    let travel: f64 = match (slides, loaded.entry.limits.get(&joint.name), joint.limits) {
+        (false, ..) => 0.0,
+        (_, Some(LimitsEntry::Interval(limits)), _) => 3.0 * limits.iter().map(|x| x.abs()).sum::<f64>(),
+        (_, Some(LimitsEntry::Bounds(bounds)), _) => bounds.min.iter().chain(&bounds.max).map(|x| x.abs()).sum(),
+        (_, None, Some((lower, upper))) => 3.0 * (lower.abs() + upper.abs()),
+        (_, None, None) => 0.0,
+    };
+    joint.pose_parent_joint.translation.norm() + travel
+}

@@ -1,0 +1,336 @@
+//! The scene file format (TOML), as written by users. Not the resolved scene.
+//!
+//! ```toml
+//! clearance = 1e-4                  # metres, the default | { world = 0.02, self = 1e-4 }: of pairs with obstacles, of others
+//! padding = { LINK = 0.01 }         # added toward obstacles
+//! metric = { kind = "joint" }       # joint | object-norm | max-displacement
+//!                                   # joint takes weights = { JOINT = w or [translation, rotation] }
+//! [[robot]]
+//! urdf = "../robots/panda/panda.urdf"
+//! name = "panda"                    # optional: qualifies names as in panda/link0; default: the URDF's name
+//! srdf = "../robots/panda/panda.srdf"        # optional: its disable_collisions count, its groups can be named
+//! group = "arm"                     # optional: an SRDF group; joints outside it are locked at `locked` or nearest to 0
+//! packages = ["../robots"]          # folders where package:// is looked up
+//! geometry = "mesh"                 # mesh (default) | convex-hull: every mesh of this robot becomes its convex hull
+//!                                   # | convex-parts: convex hulls that together hold it | visual
+//! links = { LINK = "convex-parts" } # mesh, convex-hull or convex-parts for some links
+//! base = "planar"                   # fixed (default) | planar | floating, relative to `pose`
+//! bounds = { min = [-1, -1], max = [1, 1] }  # planar: x, y and optionally yaw; floating: x, y, z
+//! pose = { xyz = [0, 0, 0], rpy = [0, 0, 0] }  # or quat_xyzw = [x, y, z, w], or quat_wxyz = [w,
+//! x, y, z]
+//! locked = { JOINT = 0.02 }         # rad or m
+//! limits = { JOINT = [-1, 1], OTHER = { min = [-1, -1], max = [1, 1] } }  # replace the URDF's
+//!
+//! [[obstacle]]
+//! name = "box"
+//! shape = { box = [0.2, 0.6, 0.4] } # full sides | { sphere = r } | { cylinder = [r, length] } | { capsule = [r, length] }
+//!                                   # | { mesh = "part.stl", scale = 1.0 or [x, y, z], convex = true }, or convex-parts
+//!                                   # | { urdf = "table.urdf", packages = [".."], geometry = "mesh" }: nothing in it moves
+//!                                   # | { points = "cloud.xyz" or [[x, y, z], ..], radius = r }
+//!                                   # | { voxels = "cells.csv" or [[i, j, k], ..], size = s }
+//!                                   # | { half-space = [nx, ny, nz], offset = d }
+//!                                   # | { height-field = "heights.csv" or [[h, ..], ..], size = s }
+//! pose = { xyz = [0.45, 0, 0.45], rpy = [0, 0, 0] }
+//!
+//! [[attached]]                      # held by a link: moves with it
+//! name = "can"
+//! link = "hand"
+//! shape = { cylinder = [0.03, 0.1] }
+//! pose = { xyz = [0, 0, 0.1] }      # in the link's coordinates
+//! touch = ["finger_left", "finger_right"]    # not checked against these
+//!
+//! [pairs]
+//! disable = [["link_a", "link_b"], ["robot/link", "obstacle"]]
+//! clearance = [["link_a", "link_c", 1e-4]]   # of this pair, whatever else is said
+//! ```
+//! Paths are relative to the scene file.
+
+pub mod arrays;
+pub mod limits;
+pub mod pose_entry;
+pub mod shape_entry;
+pub mod toml_errors;
+pub mod world_file;
+
+use std::collections::BTreeMap;
+
+use serde::Deserialize;
+
+use super::clearances::ClearanceEntry;
+use super::metric_kind::MetricKind;
+use crate::error::{Error, Result};
+use crate::math::FARTHEST;
+use crate::robot::TriangleMesh;
+use arrays::{exactly, pairs_of_names};
+use limits::{BoundsEntry, LimitsEntry};
+pub use pose_entry::PoseEntry;
+pub use shape_entry::{RowsEntry, ShapeEntry};
+use toml_errors::explain;
+
+/// A whole scene file.
+#[derive(Debug, Clone, Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct SceneFile {
+    /// Least distance that free configurations keep; 1e-4 m where absent.
+    pub clearance: Option<ClearanceEntry>,
+    /// How far two configurations are from each other; that of the joints where absent.
+    pub metric: Option<MetricEntry>,
+    /// The robots, in the order of their coordinates.
+    #[serde(default)]
+    pub robot: Vec<RobotEntry>,
+    /// What does not move.
+    #[serde(default)]
+    pub obstacle: Vec<ObstacleEntry>,
+    /// What links hold.
+    #[serde(default)]
+    pub attached: Vec<AttachedEntry>,
+    /// Pairs that are not checked, or keep a clearance of their own.
+    #[serde(default)]
+    pub pairs: PairsEntry,
+    /// What links add to the clearance toward obstacles, or obstacles to that of all pairs, by name
+    /// \[m\].
+    #[serde(default)]
+    pub padding: BTreeMap<String, f64>,
+    /// How meshes are cut into convex parts, which is not a matter of scenes; `store` says it.
+    #[serde(skip)]
+    pub cut: Option<CutMesh>,
+}
+
+/// Convex hulls that together hold a mesh.
+pub type CutMesh = fn(&TriangleMesh) -> Vec<TriangleMesh>;
+
+/// `metric = { kind = .., weights = .. }`.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields, expecting = "a table `{ kind = .., weights = .. }`")]
+pub struct MetricEntry {
+    /// Which metric.
+    #[serde(default = "default_metric")]
+    pub kind: MetricKind,
+    /// Weights of squared displacements by joint (1 where not named); only of the joint metric.
+    #[serde(default)]
+    pub weights: BTreeMap<String, WeightEntry>,
+}
+
+fn default_metric() -> MetricKind {
+    MetricKind::Joint
+}
+
+impl Default for MetricEntry {
+    fn default() -> Self {
+        Self { kind: default_metric(), weights: BTreeMap::new() }
+    }
+}
+
+/// The weight of one joint.
+#[derive(Debug, Clone, Copy, Deserialize)]
+#[serde(untagged, expecting = "expected a number, or [translation, rotation] for a joint that has both")]
+pub enum WeightEntry {
+    /// For all its coordinates.
+    Uniform(f64),
+    /// Of its translations and its rotation.
+    Split(#[serde(deserialize_with = "exactly")] [f64; 2]),
+}
+
+/// `[[robot]]`.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct RobotEntry {
+    /// Path of the URDF file.
+    pub urdf: String,
+    /// Qualifies the names of its links and joints; the URDF's name where absent.
+    pub name: Option<String>,
+    /// Path of the SRDF file.
+    pub srdf: Option<String>,
+    /// SRDF group whose joints move; the others are locked.
+    pub group: Option<String>,
+    /// Folders where `package://` is looked up.
+    #[serde(default)]
+    pub packages: Vec<String>,
+    /// What becomes of its meshes.
+    #[serde(default)]
+    pub geometry: GeometryKind,
+    /// What becomes of the meshes of single links.
+    #[serde(default)]
+    pub links: BTreeMap<String, GeometryKind>,
+    /// How its root link may move, relative to `pose`.
+    #[serde(default)]
+    pub base: BaseKind,
+    /// Limits of a moving base [m, rad].
+    pub bounds: Option<BoundsEntry>,
+    /// Where it stands.
+    #[serde(default)]
+    pub pose: PoseEntry,
+    /// Joints that do not move, and where they stand \[rad or m\].
+    #[serde(default)]
+    pub locked: BTreeMap<String, f64>,
+    /// Limits that replace the URDF's or stand in for missing ones.
+    #[serde(default)]
+    pub limits: BTreeMap<String, LimitsEntry>,
+}
+
+/// Which shapes a robot has, and what becomes of their meshes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum GeometryKind {
+    /// They stay as they are.
+    #[default]
+    Mesh,
+    /// Each becomes its convex hull.
+    ConvexHull,
+    /// Each becomes convex hulls that together hold it.
+    ConvexParts,
+    /// They stay as they are, and so do all shapes, but those of `<visual>` elements are taken.
+    Visual,
+}
+
+/// How a robot's root link may move.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum BaseKind {
+    /// Not at all.
+    #[default]
+    Fixed,
+    /// x, y \[m\] and yaw \[rad\].
+    Planar,
+    /// x, y, z \[m\] and a unit quaternion x, y, z, w.
+    Floating,
+}
+
+/// `[[obstacle]]`.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ObstacleEntry {
+    /// Unique among obstacles and links.
+    pub name: String,
+    /// Its shape.
+    pub shape: ShapeEntry,
+    /// Where it stands.
+    #[serde(default)]
+    pub pose: PoseEntry,
+}
+
+/// `[[attached]]`: an object that a link holds.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct AttachedEntry {
+    /// Unique among obstacles, links and attached objects.
+    pub name: String,
+    /// The link, with or without geometry.
+    pub link: String,
+    /// Its shape.
+    pub shape: ShapeEntry,
+    /// Where it is, in the link's coordinates.
+    #[serde(default)]
+    pub pose: PoseEntry,
+    /// Links, obstacles and attached objects that it is not checked against.
+    #[serde(default)]
+    pub touch: Vec<String>,
+}
+
+/// How a mesh is scaled.
+#[derive(Debug, Clone, Copy, Deserialize)]
+#[serde(untagged, expecting = "expected a number or [x, y, z]")]
+pub enum ScaleEntry {
+    /// Along every axis.
+    Uniform(f64),
+    /// Along x, y and z.
+    Axes(#[serde(deserialize_with = "exactly")] [f64; 3]),
+}
+
+/// `[pairs]`.
+#[derive(Debug, Clone, Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct PairsEntry {
+    /// Pairs of names that are not checked, on top of the SRDF's.
+    #[serde(default, deserialize_with = "pairs_of_names")]
+    pub disable: Vec<[String; 2]>,
+    /// What pairs of names keep, whatever else is said \[m\].
+    #[serde(default)]
+    pub clearance: Vec<(String, String, f64)>,
+}
+
+/// Parses the `text` of a scene file; `file` is its name in messages.
+///
+/// # Errors
+/// [`Error::Input`] with line and column where the text is not TOML, has a key that the format does
+/// not know (the known ones are listed) or a value of the wrong type; or where the clearance makes
+/// no sense.
+pub fn parse(file: &str, text: &str) -> Result<SceneFile> {
+    let scene: SceneFile = toml::from_str(text).map_err(|error| explain(file, text, &error))?;
+    scene.check(file)?;
+    Ok(scene)
+}
+
+impl SceneFile {
+    /// Checks what no other part of the scene does.
+    ///
+    /// # Errors
+    /// [`Error::Input`] where a clearance or padding makes no sense.
+    pub fn check(&self, file: &str) -> Result<()> {
+        let (world, own) = self.clearance.unwrap_or_default().lengths();
+        let of_scene = [("clearance", Some(world)), ("clearance: self", own)];
+        let of_scene = of_scene.into_iter().filter_map(|(element, length)| Some((element.to_string(), length?)));
+        let of_pair = |(a, b, length): &(String, String, f64)| (format!("pairs: clearance [{a:?}, {b:?}]"), *length);
+        let padding = self.padding.iter().map(|(name, length)| (format!("padding: {name}"), *length));
+        let mut lengths = of_scene.chain(self.pairs.clearance.iter().map(of_pair)).chain(padding);
+        match lengths.find(|(_, length)| !(0.0..=FARTHEST).contains(length)) {
+            None => Ok(()),
+            Some((element, bad)) => Err(Error::input(file, element, format!("got {bad}, expected 0 to 1e9 [m]"))),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn message(text: &str) -> String {
+        parse("s.toml", text).unwrap_err().to_string()
+    }
+
+    #[test]
+    fn everything_in_the_format_is_read() {
+        let scene = parse(
+            "s.toml",
+            r#"
+            metric = { kind = "joint", weights = { a = 2, base = [1, 0.5] } }
+            [[robot]]
+            urdf = "a.urdf"
+            base = "planar"
+            bounds = { min = [-1, -1], max = [1, 1] }
+            limits = { a = [0, 1], b = { min = [0], max = [1] } }
+            [[obstacle]]
+            name = "part"
+            shape = { mesh = "part.stl", scale = [1, 2, 3], convex = true }
+            [[obstacle]]
+            name = "box"
+            shape = { box = [1, 2, 3] }
+            pose = { xyz = [0, 0, 1] }
+            [pairs]
+            disable = [["a", "b"]]
+            "#,
+        )
+        .unwrap();
+        assert!(scene.clearance.is_none());
+        assert!(matches!(scene.metric.unwrap().weights["base"], WeightEntry::Split([1.0, 0.5])));
+        assert!(matches!(scene.robot[0].limits["a"], LimitsEntry::Interval([0.0, 1.0])));
+        assert!(matches!(scene.obstacle[0].shape.scale, Some(ScaleEntry::Axes([1.0, 2.0, 3.0]))));
+        assert_eq!(scene.obstacle[1].pose.xyz, [0.0, 0.0, 1.0]);
+        assert_eq!(scene.pairs.disable, [["a".to_string(), "b".to_string()]]);
+    }
+
+    #[test]
+    fn messages_name_place_and_alternatives() {
+        let unknown = message("clearance = 0.1\nclerance = 2");
+        assert!(unknown.contains("line 2, column 1") && unknown.contains("`clerance`"), "{unknown}");
+        assert!(unknown.contains("`clearance`") && unknown.contains("`obstacle`"), "{unknown}");
+        assert!(message("[[robot]]\nurdf = 'a'\nbase = 'flying'").contains("`floating`"));
+        assert!(message("metric = { kind = 'euclid' }").contains("`object-norm`"));
+        assert!(message("metric = { weights = { a = 'x' } }").contains("[translation, rotation]"));
+        assert!(message("[[robot]]\nurdf = 'a'\nlimits = { a = 1 }").contains("[lower, upper]"));
+        assert!(message("[[robot]]\nurdf = 'a'\n= 1").contains("line 3"));
+        assert!(message("[[robot]]\nname = 'a'").contains("`urdf`"));
+        assert!(message("clearance = -1").contains("got -1, expected 0 to 1e9"));
+        assert!(message("clearance = nan").contains("NaN"));
+    }
+}

@@ -1,0 +1,356 @@
+//! `shape = { .. }` of an obstacle: what may be written there, and the shapes that lists or files
+//! of numbers describe.
+
+use std::sync::Arc;
+
+use serde::Deserialize;
+
+use super::arrays::exactly_if_any;
+use super::{GeometryKind, ObstacleEntry, ScaleEntry};
+use crate::error::{Error, Result};
+use crate::math::Vec3;
+use crate::robot::{Geometry, HeightField, PointCloud, TriangleMesh, Voxels};
+use crate::scene::Part;
+
+/// `shape = { .. }`: exactly one of the shapes.
+#[derive(Debug, Clone, Default, Deserialize)]
+#[serde(
+    deny_unknown_fields,
+    rename_all = "kebab-case",
+    expecting = "a table with one of box, sphere, cylinder, capsule, mesh, urdf, voxels, points, half-space, height-field"
+)]
+pub struct ShapeEntry {
+    /// Full sides \[m\].
+    #[serde(rename = "box", default, deserialize_with = "exactly_if_any")]
+    pub cuboid: Option<[f64; 3]>,
+    /// Radius \[m\].
+    pub sphere: Option<f64>,
+    /// Radius and length \[m\].
+    #[serde(default, deserialize_with = "exactly_if_any")]
+    pub cylinder: Option<[f64; 2]>,
+    /// Radius and length of the cylindrical part \[m\].
+    #[serde(default, deserialize_with = "exactly_if_any")]
+    pub capsule: Option<[f64; 2]>,
+    /// Path of a mesh file.
+    pub mesh: Option<String>,
+    /// A mesh in place of a path, for scenes that are not written as files.
+    #[serde(skip)]
+    pub triangles: Option<Arc<TriangleMesh>>,
+    /// Of the mesh.
+    pub scale: Option<ScaleEntry>,
+    /// Whether the mesh is replaced by its convex hull.
+    #[serde(default)]
+    pub convex: bool,
+    /// Whether the mesh is replaced by convex hulls that together hold it.
+    #[serde(default)]
+    pub convex_parts: bool,
+    /// Path of a URDF whose joints are all fixed.
+    pub urdf: Option<String>,
+    /// Where its `package://` is looked up.
+    #[serde(default)]
+    pub packages: Vec<String>,
+    /// Which shapes it has, and what becomes of their meshes.
+    pub geometry: Option<GeometryKind>,
+    /// Its shapes, once it is read.
+    #[serde(skip)]
+    pub parts: Option<Vec<Part>>,
+    /// Indices of occupied cells.
+    pub voxels: Option<RowsEntry>,
+    /// Points \[m\].
+    pub points: Option<RowsEntry>,
+    /// The normal of the plane that it lies behind.
+    #[serde(default, deserialize_with = "exactly_if_any")]
+    pub half_space: Option<[f64; 3]>,
+    /// Heights \[m\].
+    pub height_field: Option<RowsEntry>,
+    /// Side of a cell, of voxels or a height field \[m\].
+    pub size: Option<f64>,
+    /// Of the balls about points \[m\].
+    pub radius: Option<f64>,
+    /// Of the plane, along its unit normal \[m\].
+    pub offset: Option<f64>,
+    /// One of the last four shapes as it is, for scenes that are not written as files.
+    #[serde(skip)]
+    pub scenery: Option<Geometry>,
+}
+
+/// The shapes of large worlds, which only obstacles have.
+pub const SCENERY: [&str; 4] = ["voxels", "points", "half-space", "height-field"];
+
+/// Rows of numbers, or the path of a text file that holds them.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(untagged, expecting = "expected rows of numbers or the path of a text file")]
+pub enum RowsEntry {
+    /// The path.
+    File(String),
+    /// The rows.
+    Rows(Vec<Vec<f64>>),
+}
+
+/// Reads a file by the element that names it, for messages, and its path, as the scene file has it;
+/// gives its name, for messages, and its bytes.
+pub type LoadRows<'a> = &'a mut dyn FnMut(&str, &str) -> Result<(String, Vec<u8>)>;
+
+impl ShapeEntry {
+    /// The names of all shapes that are given.
+    pub fn kinds(&self) -> Vec<&'static str> {
+        let kind = |name: &str| match &self.scenery {
+            Some(Geometry::Voxels(_)) => name == "voxels",
+            Some(Geometry::Points(_)) => name == "points",
+            Some(Geometry::HalfSpace { .. }) => name == "half-space",
+            Some(Geometry::HeightField(_)) => name == "height-field",
+            _ => false,
+        };
+        let given = [
+            ("box", self.cuboid.is_some()),
+            ("sphere", self.sphere.is_some()),
+            ("cylinder", self.cylinder.is_some()),
+            ("capsule", self.capsule.is_some()),
+            ("mesh", self.mesh.is_some() || self.triangles.is_some()),
+            ("urdf", self.urdf.is_some()),
+            ("voxels", self.voxels.is_some() || kind("voxels")),
+            ("points", self.points.is_some() || kind("points")),
+            ("half-space", self.half_space.is_some() || kind("half-space")),
+            ("height-field", self.height_field.is_some() || kind("height-field")),
+        ];
+        given.into_iter().filter_map(|(name, given)| given.then_some(name)).collect()
+    }
+
+    /// Numbers that are given, and the shapes that they belong to.
+    fn numbers(&self) -> impl Iterator<Item = (&'static str, &'static [&'static str])> {
+        let all: [(&str, &[&str], Option<f64>); 3] = [
+            ("size", &["voxels", "height-field"], self.size),
+            ("radius", &["points"], self.radius),
+            ("offset", &["half-space"], self.offset),
+        ];
+        all.into_iter().filter(|(_, _, given)| given.is_some()).map(|(name, owners, _)| (name, owners))
+    }
+
+    /// Refuses numbers that belong to another shape.
+    ///
+    /// # Errors
+    /// [`Error::Input`] that names them.
+    pub fn check_numbers(&self, file: &str, element: &str, kind: &str) -> Result<()> {
+        let of_urdf = self.geometry.is_some() || !self.packages.is_empty();
+        if kind != "urdf" && of_urdf {
+            let problem = format!("shape: `packages` and `geometry` belong to a urdf, got them with a {kind}");
+            return Err(Error::input(file, element, problem));
+        }
+        match self.numbers().find(|(_, owners)| !owners.contains(&kind)) {
+            Some((name, owners)) => {
+                let owners = owners.join(" and ");
+                let problem = format!("shape: `{name}` belongs to {owners}, got it with a {kind}");
+                Err(Error::input(file, element, problem))
+            }
+            None => Ok(()),
+        }
+    }
+}
+
+/// The entries, with what lists and files describe read into [`ShapeEntry::scenery`] where that is
+/// the only shape of an entry.
+///
+/// # Errors
+/// [`Error::Input`] that names file, obstacle, row, value and what was expected; whatever `load`
+/// gives.
+pub fn with_scenery(file: &str, entries: &[ObstacleEntry], load: LoadRows) -> Result<Vec<ObstacleEntry>> {
+    let mut all = entries.to_vec();
+    for entry in &mut all {
+        let element = format!("obstacle \"{}\"", entry.name);
+        if let [kind] = entry.shape.kinds()[..]
+            && entry.shape.scenery.is_none()
+        {
+            entry.shape.scenery = scenery(file, &element, kind, &entry.shape, load)?;
+        }
+    }
+    Ok(all)
+}
+
+/// `None` for a shape of another kind.
+fn scenery(file: &str, element: &str, kind: &str, entry: &ShapeEntry, load: LoadRows) -> Result<Option<Geometry>> {
+    let element = &format!("{element}: {kind}");
+    let size = || {
+        let missing =
+            || Error::input(file, element, format!("no `size`, expected it beside {kind}: the side of a cell [m]"));
+        entry.size.ok_or_else(missing)
+    };
+    if let Some(normal) = entry.half_space {
+        return Geometry::half_space(file, element, normal, entry.offset.unwrap_or(0.0)).map(Some);
+    }
+    if let Some(rows) = &entry.points {
+        let (name, rows) = rows_of(file, element, rows, load)?;
+        let points = exact_rows(&name, element, "three coordinates x, y, z [m]", &rows)?.map(Vec3::from).collect();
+        let cloud = PointCloud::new(&name, element, entry.radius.unwrap_or(0.0), points)?;
+        return Ok(Some(Geometry::Points(Arc::new(cloud))));
+    }
+    if let Some(rows) = &entry.voxels {
+        let (name, rows) = rows_of(file, element, rows, load)?;
+        let cells = exact_rows(&name, element, "three indices i, j, k", &rows)?.zip(&rows);
+        let cells = cells.map(|(cell, (row, _))| index(&name, element, row, cell)).collect::<Result<_>>()?;
+        return Ok(Some(Geometry::Voxels(Arc::new(Voxels::new(&name, element, size()?, cells)?))));
+    }
+    if let Some(rows) = &entry.height_field {
+        let (name, rows) = rows_of(file, element, rows, load)?;
+        let columns = rows.first().map_or(0, |(_, first)| first.len());
+        if let Some((row, found)) = rows.iter().find(|(_, row)| row.len() != columns) {
+            let problem = format!("got {} heights, expected {columns} as in the first row", found.len());
+            return Err(Error::input(name, format!("{element}: {row}"), problem));
+        }
+        let heights = rows.into_iter().flat_map(|(_, row)| row).collect();
+        let field = HeightField::new(&name, element, size()?, columns, heights)?;
+        return Ok(Some(Geometry::HeightField(Arc::new(field))));
+    }
+    Ok(None)
+}
+
+/// A cell from three numbers that must be whole.
+fn index(file: &str, element: &str, row: &str, cell: [f64; 3]) -> Result<[i32; 3]> {
+    let most = f64::from(i32::MAX);
+    match cell.into_iter().find(|x| x.fract() != 0.0 || !(-most..=most).contains(x)) {
+        Some(bad) => {
+            let problem = format!("got {bad:?}, expected whole numbers i, j, k");
+            Err(Error::input(file, format!("{element}: {row}"), problem))
+        }
+        None => Ok(cell.map(|x| x as i32)),
+    }
+}
+
+/// Where a row stands, for messages, and its numbers.
+type Row = (String, Vec<f64>);
+
+fn exact_rows<'r>(
+    file: &str,
+    element: &str,
+    expected: &str,
+    rows: &'r [Row],
+) -> Result<impl Iterator<Item = [f64; 3]> + use<'r>> {
+    if let Some((row, found)) = rows.iter().find(|(_, row)| row.len() != 3) {
+        let problem = format!("got {} numbers, expected {expected}", found.len());
+        return Err(Error::input(file, format!("{element}: {row}"), problem));
+    }
+    Ok(rows.iter().map(|(_, row)| [row[0], row[1], row[2]]))
+}
+
+/// The rows, and the name of the file that they stand in.
+fn rows_of(file: &str, element: &str, entry: &RowsEntry, load: LoadRows) -> Result<(String, Vec<Row>)> {
+    match entry {
+        RowsEntry::Rows(rows) => {
+            let rows = rows.iter().enumerate().map(|(k, row)| (format!("row {}", k + 1), row.clone())).collect();
+            Ok((file.to_string(), rows))
+        }
+        RowsEntry::File(path) => {
+            let (name, bytes) = load(element, path)?;
+            let rows = parse_rows(&name, element, &bytes)?;
+            Ok((name, rows))
+        }
+    }
+}
+
+/// One row a line: numbers between blanks, commas or semicolons. Empty lines, what follows a `#`,
+/// and a first line of words are left out.
+fn parse_rows(file: &str, element: &str, bytes: &[u8]) -> Result<Vec<Row>> {
+    let text = std::str::from_utf8(bytes).map_err(|error| {
+        let problem = "not UTF-8, expected a text file with a row of numbers a line";
+        Error::input(file, format!("{element}: byte {}", error.valid_up_to()), problem)
+    })?;
+    let mut rows = Vec::new();
+    let mut is_first = true;
+    for (number, line) in text.lines().enumerate() {
+        let line = line.split('#').next().unwrap_or_default();
+        let words = || line.split(|c: char| c.is_whitespace() || c == ',' || c == ';').filter(|word| !word.is_empty());
+        if words().next().is_none() {
+            continue;
+        }
+        let is_heading = is_first && words().all(|word| word.parse::<f64>().is_err());
+        is_first = false;
+        if is_heading {
+            continue;
+        }
+        let place = format!("line {}", number + 1);
+        let number = |word: &str| {
+            let fault = || {
+                let problem = format!("got `{word}`, expected finite numbers between blanks or commas");
+                Error::input(file, format!("{element}: {place}"), problem)
+            };
+            word.parse::<f64>().ok().filter(|x| x.is_finite()).ok_or_else(fault)
+        };
+        let row = words().map(number).collect::<Result<Vec<f64>>>()?;
+        rows.push((place, row));
+    }
+    Ok(rows)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::assemble::obstacles::others;
+    use crate::scene::file;
+
+    const CLOUD: &str = "x y z\n# metres\n0 0.5 1\n\n1,2, 3 # last\n-1;0;2e-1\n";
+
+    fn one(shape: &str) -> Result<Geometry> {
+        let text = format!("[[obstacle]]\nname = 'a'\nshape = {shape}");
+        let scene = file::parse("s.toml", &text)?;
+        let mut load = |_: &str, path: &str| match path {
+            "cloud.xyz" => Ok(("f/cloud.xyz".to_string(), CLOUD.as_bytes().to_vec())),
+            "heights.csv" => Ok(("f/heights.csv".to_string(), b"0,1,2\n3,4,5\n".to_vec())),
+            text => Ok(("f/text".to_string(), text.as_bytes().to_vec())),
+        };
+        let entries = with_scenery("s.toml", &scene.obstacle, &mut load)?;
+        let bodies = others("s.toml", (&entries, &[]), &mut |_, _| panic!("no mesh"), None, &mut Vec::new())?;
+        Ok(bodies.obstacles[0].parts[0].geometry.clone())
+    }
+
+    #[test]
+    fn lists_and_files_are_read() {
+        let Geometry::Points(cloud) = one("{ points = 'cloud.xyz', radius = 0.1 }").unwrap() else { panic!() };
+        assert_eq!(cloud.points(), [[0.0, 0.5, 1.0], [1.0, 2.0, 3.0], [-1.0, 0.0, 0.2]].map(Vec3::from));
+        assert_eq!(cloud.radius(), 0.1);
+        assert_eq!(
+            one("{ points = [[0, 0.5, 1], [1, 2, 3], [-1, 0, 0.2]], radius = 0.1 }").unwrap(),
+            Geometry::Points(cloud)
+        );
+        let Geometry::Voxels(voxels) = one("{ voxels = [[1, 2, -3]], size = 0.5 }").unwrap() else { panic!() };
+        assert_eq!((voxels.cells(), voxels.size()), (&[[1, 2, -3]][..], 0.5));
+        let Geometry::HeightField(field) = one("{ height-field = 'heights.csv', size = 2 }").unwrap() else { panic!() };
+        assert_eq!((field.shape(), field.heights()), ([2, 3], &[0.0, 1.0, 2.0, 3.0, 4.0, 5.0][..]));
+        let half = Geometry::HalfSpace { normal: Vec3::z(), offset: -1.0 };
+        assert_eq!(one("{ half-space = [0, 0, 4], offset = -1 }").unwrap(), half);
+        assert!(matches!(one("{ points = [] }"), Ok(Geometry::Points(cloud)) if cloud.points().is_empty()));
+    }
+
+    #[test]
+    fn faults_name_file_obstacle_row_value_and_expectation() {
+        for (shape, expected) in [
+            (
+                r#"{ points = "0 1" }"#,
+                "f/text: obstacle \"a\": points: line 1: got 2 numbers, expected three coordinates",
+            ),
+            (
+                r#"{ points = "0 1 2\n0 x 1" }"#,
+                "f/text: obstacle \"a\": points: line 2: got `x`, expected finite numbers",
+            ),
+            (r#"{ points = "0 1 nan" }"#, "line 1: got `nan`"),
+            ("{ points = [[0, 1, 2], [0, 1]] }", "s.toml: obstacle \"a\": points: row 2: got 2 numbers"),
+            ("{ points = [[0, 1, 2e9]] }", "points: row 1: got (0, 1, 2000000000), expected finite coordinates"),
+            ("{ points = 3 }", "expected rows of numbers or the path of a text file"),
+            ("{ points = [[0, 1, 2]], radius = -1 }", "points: radius: got -1.0, expected 0 to 1e9"),
+            ("{ voxels = [[0, 0, 0.5]], size = 1 }", "voxels: row 1: got 0.5, expected whole numbers"),
+            ("{ voxels = [[0, 0, 0]] }", "no `size`, expected it beside voxels"),
+            ("{ voxels = [[0, 0, 0]], size = 0 }", "voxels: size: got 0.0"),
+            ("{ height-field = [[0, 1], [0]], size = 1 }", "height-field: row 2: got 1 heights, expected 2"),
+            ("{ height-field = [[0, 1]], size = 1 }", "expected two full rows and columns"),
+            ("{ half-space = [0, 0] }", "got an array of 2, expected one of 3"),
+            ("{ half-space = [0, 0, 0] }", "expected one that points somewhere"),
+            (
+                "{ half-space = [0, 0, 1], size = 1 }",
+                "`size` belongs to voxels and height-field, got it with a half-space",
+            ),
+            ("{ sphere = 1, offset = 1 }", "`offset` belongs to half-space, got it with a sphere"),
+            ("{ points = [], box = [1, 1, 1] }", "got box and points, expected exactly one of box"),
+        ] {
+            let message = one(shape).unwrap_err().to_string();
+            assert!(message.contains(expected), "{shape}: {message}");
+        }
+    }
+}

@@ -1,0 +1,89 @@
+//! A world for a robot that is there already: a scene file whose obstacles, attached objects and
+//! pairs replace or join those of another scene.
+
+use std::path::Path;
+
+use super::SceneFile;
+use crate::error::{Error, Result};
+use crate::scene::assemble::clearances::clearances_of;
+use crate::scene::assemble::fixtures::read_others;
+use crate::scene::assemble::load::Files;
+use crate::scene::assemble::obstacles::Others;
+use crate::scene::assemble::{NOTHING_CHECKED, ReadFile, assemble_entries};
+use crate::scene::clearances::Clearances;
+use crate::scene::units::warn_of_sizes;
+use crate::scene::{Body, Scene, file};
+
+/// The scene of the robots of `robots` in the world of the TOML `text` of the file at `path`.
+///
+/// Where the file has a `[[robot]]`, it is a scene of its own and all there is. Else its obstacles
+/// take the place of those of `robots`, and its attached objects, disabled pairs, clearances of
+/// pairs and padding come on top; its clearance holds where it gives one.
+///
+/// # Errors
+/// As [`crate::scene::assemble::assemble`]; [`Error::Input`] for a metric, which belongs to robots.
+pub fn in_world(robots: &Scene, path: &Path, text: &str, read: ReadFile) -> Result<Scene> {
+    let name = path.display().to_string();
+    in_world_of_entries(robots, path, &file::parse(&name, text)?, read)
+}
+
+/// As [`in_world`], for a world that is parsed already or was never written down.
+///
+/// # Errors
+/// As [`in_world`].
+pub fn in_world_of_entries(robots: &Scene, path: &Path, world: &SceneFile, read: ReadFile) -> Result<Scene> {
+    let name = path.display().to_string();
+    if !world.robot.is_empty() {
+        return assemble_entries(path, world, read);
+    }
+    world.check(&name)?;
+    if world.metric.is_some() {
+        let problem = "got one in a world without a [[robot]], expected it in the scene of the robot";
+        return Err(Error::input(&name, "metric", problem));
+    }
+    let mut scene = robots.without_obstacles();
+    let mut files = Files::new(path, world.cut, read);
+    let Others { obstacles, attached } = read_others(&name, world, true, &mut files, &mut scene.warnings)?;
+    scene.warnings.extend(files.into_mesh_warnings());
+    let in_file = |error| named(&name, error);
+    scene = scene.with_obstacles(obstacles).map_err(in_file)?;
+    for (object, entry) in attached.into_iter().zip(&world.attached) {
+        let touch: Vec<&str> = entry.touch.iter().map(String::as_str).collect();
+        scene = scene.attached(object, &entry.link, &touch).map_err(in_file)?;
+    }
+    let disabled = world.pairs.disable.iter().map(|[a, b]| [a.as_str(), b.as_str()]);
+    scene = scene.disabled(disabled).map_err(in_file)?;
+    let find = |element: String, wanted: &str| {
+        let body = scene.body_or_link(wanted, &element).map_err(in_file)?;
+        Ok(body.map(|body| scene.bodies[body].name.clone()))
+    };
+    let Clearances { own, pairs, padding } = clearances_of(world, &find)?;
+    if let Some(clearance) = world.clearance {
+        (scene.clearance, scene.clearances.own) = (clearance.lengths().0, own);
+    }
+    scene.clearances.pairs.extend(pairs);
+    scene.clearances.padding.extend(padding);
+    let came: Vec<Body> = scene.bodies.iter().filter(|body| body.robot.is_none()).cloned().collect();
+    let mut warnings = std::mem::take(&mut scene.warnings);
+    // Of a robot alone it may have been true.
+    warnings.retain(|warning| warning != NOTHING_CHECKED || scene.pairs.is_empty());
+    warn_of_sizes(&scene, &came, &mut warnings);
+    Ok(Scene { warnings, ..scene })
+}
+
+/// The obstacles of a world that is parsed already or was never written down.
+///
+/// # Errors
+/// As [`in_world`].
+pub fn obstacles_of_entries(path: &Path, world: &SceneFile, read: ReadFile) -> Result<Vec<Body>> {
+    let mut files = Files::new(path, world.cut, read);
+    Ok(read_others(&path.display().to_string(), world, false, &mut files, &mut Vec::new())?.obstacles)
+}
+
+/// An error of a change to a scene, as one of the file that asks for it.
+fn named(file: &str, error: Error) -> Error {
+    match error {
+        Error::Input { element, problem, .. } => Error::input(file, element, problem),
+        other => other,
+    }
+}

@@ -1,0 +1,26 @@
+//! The name of a metric. Not what it measures.
+
+use serde::{Deserialize, Serialize};
+
+/// Which distance between configurations, see `metric`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum MetricKind {
+    /// `sqrt(sum w_j delta_j^2)`; the weights are in [`crate::ConfigSpace`].
+    Joint,
+    /// Root mean square displacement of the moving volume \[m\].
+    ObjectNorm,
+    /// Largest displacement of any point of the moving geometry \[m\].
+    MaxDisplacement,
+}
+
+impl MetricKind {
+    /// As scene files spell it.
+    pub fn name(self) -> &'static str {
+        match self {
+            MetricKind::Joint => "joint",
+            MetricKind::ObjectNorm => "object-norm",
+            MetricKind::MaxDisplacement => "max-displacement",
+        }
+    }
+}

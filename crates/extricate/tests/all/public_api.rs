@@ -1,0 +1,261 @@
+//! The public interface as a list in `public_api.txt`: whoever changes it sees it in the diff.
+//! Write it anew with `UPDATE_PUBLIC_API=1 cargo test --workspace public_api`.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::{Path, PathBuf};
+
+use quote::ToTokens;
+use syn::{Attribute, Fields, ImplItem, Item, ItemUse, Type, UseTree, Visibility};
+
+/// Names that the facade and its modules export, most.
+const MOST_ITEMS: usize = 160;
+
+#[test]
+fn the_public_interface_is_the_list() {
+    let src = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
+    let exported = exported(&parse(&src.join("lib.rs")).items);
+    let listed: BTreeSet<String> = exported.keys().cloned().collect();
+    assert!(listed.len() <= MOST_ITEMS, "{} items, at most {MOST_ITEMS}", listed.len());
+    let mut found: BTreeSet<String> = BTreeSet::new();
+    let mut files = Vec::new();
+    below(&src, &mut files);
+    for path in files {
+        let top = path.strip_prefix(&src).unwrap().iter().next().unwrap().to_string_lossy();
+        let top = top.trim_end_matches(".rs");
+        for item in parse(&path).items {
+            let is_exported = |name: &str| exported.get(name).is_some_and(|modules| modules.contains(top));
+            describe(&item, &is_exported, &mut found);
+        }
+    }
+    let text: String = found.iter().map(|line| format!("{line}\n")).collect();
+    let names: BTreeSet<&str> = found.iter().filter_map(|line| line.split([' ', ':', '.', '(', '<']).next()).collect();
+    let missing: Vec<&String> = listed.iter().filter(|name| !names.contains(name.as_str())).collect();
+    // A module is a list of its own.
+    assert_eq!(missing, ["builtin"], "exported, but not found in the sources");
+    let golden = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/all/public_api.txt");
+    if std::env::var_os("UPDATE_PUBLIC_API").is_some() {
+        std::fs::write(&golden, &text).unwrap();
+    }
+    let expected = std::fs::read_to_string(&golden).unwrap_or_default();
+    for line in expected.lines().filter(|line| !found.contains(*line)) {
+        println!("- {line}");
+    }
+    for line in text.lines().filter(|line| !expected.lines().any(|other| other == *line)) {
+        println!("+ {line}");
+    }
+    assert!(text == expected, "the public interface is not that of {}", golden.display());
+}
+
+/// The glossary has better ones (docs/reference/glossary.md).
+const RETIRED: &[&str] = &[
+    "way out",
+    "ways out",
+    "looked at",
+    "looks",
+    "asked",
+    "asks",
+    "told",
+    "tells",
+    "foot",
+    "feet",
+    "hope",
+    "lesson",
+    "wander",
+    "lean",
+];
+
+#[test]
+fn public_docs_keep_to_the_words_of_the_glossary() {
+    let src = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
+    let exported = exported(&parse(&src.join("lib.rs")).items);
+    let (mut files, mut faults, mut read) = (Vec::new(), Vec::new(), 0);
+    below(&src, &mut files);
+    for path in files {
+        let top = path.strip_prefix(&src).unwrap().iter().next().unwrap().to_string_lossy();
+        let top = top.trim_end_matches(".rs");
+        for item in parse(&path).items {
+            let is_exported = |name: &str| exported.get(name).is_some_and(|modules| modules.contains(top));
+            for (name, page) in docs(&item, &is_exported) {
+                read += 1;
+                let words = retired(&page);
+                faults.extend(words.into_iter().map(|word| format!("{}: {name}: \"{word}\"", path.display())));
+            }
+        }
+    }
+    assert!(read > 200, "{read}");
+    assert!(faults.is_empty(), "\n{}", faults.join("\n"));
+    assert_eq!(retired("The way out, as told."), ["way out", "told"]);
+    assert!(retired("A mantold footing.").is_empty());
+}
+
+fn retired(page: &str) -> Vec<&'static str> {
+    let is_letter = |at: usize| page[at..].chars().next().is_some_and(char::is_alphabetic);
+    let stands_alone = |(at, word): (usize, &str)| {
+        !is_letter(at + word.len()) && !page[..at].chars().next_back().is_some_and(char::is_alphabetic)
+    };
+    RETIRED.iter().copied().filter(|word| page.match_indices(word).any(stands_alone)).collect()
+}
+
+/// What is public of an exported item, by name, with its page.
+fn docs(item: &Item, is_exported: &dyn Fn(&str) -> bool) -> Vec<(String, String)> {
+    let page = |attributes: &[Attribute]| -> String {
+        attributes.iter().filter(|a| a.path().is_ident("doc")).map(|a| a.to_token_stream().to_string()).collect()
+    };
+    match item {
+        Item::Struct(item) if is_public(&item.vis) && is_exported(&item.ident.to_string()) => {
+            let fields = item.fields.iter().filter(|field| is_public(&field.vis));
+            let of = |field: &syn::Field| field.ident.as_ref().map(ToString::to_string).unwrap_or_default();
+            let inside = fields.map(|field| (format!("{}.{}", item.ident, of(field)), page(&field.attrs)));
+            std::iter::once((item.ident.to_string(), page(&item.attrs))).chain(inside).collect()
+        }
+        Item::Enum(item) if is_public(&item.vis) && is_exported(&item.ident.to_string()) => {
+            let inside = item.variants.iter().map(|v| (format!("{}::{}", item.ident, v.ident), page(&v.attrs)));
+            std::iter::once((item.ident.to_string(), page(&item.attrs))).chain(inside).collect()
+        }
+        Item::Fn(item) if is_public(&item.vis) && is_exported(&item.sig.ident.to_string()) => {
+            vec![(item.sig.ident.to_string(), page(&item.attrs))]
+        }
+        Item::Impl(item) if item.trait_.is_none() => {
+            let name = item.self_ty.to_token_stream().to_string();
+            let name = name.split(' ').next().unwrap_or_default().to_string();
+            let functions = item.items.iter().filter_map(|inside| match inside {
+                ImplItem::Fn(f) if is_public(&f.vis) => Some((format!("{name}::{}", f.sig.ident), page(&f.attrs))),
+                _ => None,
+            });
+            if is_exported(&name) { functions.collect() } else { Vec::new() }
+        }
+        _ => Vec::new(),
+    }
+}
+
+fn parse(path: &Path) -> syn::File {
+    syn::parse_file(&std::fs::read_to_string(path).unwrap()).unwrap_or_else(|e| panic!("{}: {e}", path.display()))
+}
+
+fn below(folder: &Path, files: &mut Vec<PathBuf>) {
+    for entry in std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()) {
+        if entry.is_dir() {
+            below(&entry, files);
+        } else if entry.extension().is_some_and(|e| e == "rs") {
+            files.push(entry);
+        }
+    }
+}
+
+fn is_hidden(attributes: &[Attribute]) -> bool {
+    attributes.iter().any(|a| {
+        let text = a.to_token_stream().to_string();
+        text.contains("hidden") || text.contains("cfg (test)")
+    })
+}
+
+fn is_public(visibility: &Visibility) -> bool {
+    matches!(visibility, Visibility::Public(_))
+}
+
+/// By exported name, the modules of the crate that it may come from.
+fn exported(items: &[Item]) -> BTreeMap<String, BTreeSet<String>> {
+    let mut names = BTreeMap::new();
+    for item in items {
+        match item {
+            Item::Use(ItemUse { vis, attrs, tree, .. }) if is_public(vis) && !is_hidden(attrs) => {
+                leaves(tree, &mut Vec::new(), &mut names);
+            }
+            Item::Mod(module) if is_public(&module.vis) && !is_hidden(&module.attrs) => {
+                let inside = module.content.as_ref().map_or(&[][..], |(_, items)| items);
+                exported(inside).into_iter().for_each(|(name, from)| names.entry(name).or_default().extend(from));
+            }
+            _ => {}
+        }
+    }
+    names
+}
+
+fn leaves(tree: &UseTree, path: &mut Vec<String>, names: &mut BTreeMap<String, BTreeSet<String>>) {
+    match tree {
+        UseTree::Path(segment) => {
+            path.push(segment.ident.to_string());
+            leaves(&segment.tree, path, names);
+            path.pop();
+        }
+        UseTree::Group(group) => group.items.iter().for_each(|tree| leaves(tree, path, names)),
+        UseTree::Name(name) => {
+            let from = path.iter().find(|segment| *segment != "crate").cloned().unwrap_or_default();
+            names.entry(name.ident.to_string()).or_default().insert(from);
+        }
+        other => panic!("the facade names what it exports, found {}", other.to_token_stream()),
+    }
+}
+
+/// Adds lines for what is public of an item.
+fn describe(item: &Item, is_exported: &dyn Fn(&str) -> bool, lines: &mut BTreeSet<String>) {
+    let mut fields = |name: &str, fields: &Fields| {
+        for field in fields.iter().filter(|field| is_public(&field.vis)) {
+            let of = field.ident.as_ref().map_or_else(|| "0".into(), ToString::to_string);
+            lines.insert(format!("{name}.{of}: {}", text(&field.ty)));
+        }
+    };
+    match item {
+        Item::Struct(item) if is_public(&item.vis) && is_exported(&item.ident.to_string()) => {
+            fields(&item.ident.to_string(), &item.fields);
+            lines.insert(item.ident.to_string());
+        }
+        Item::Enum(item) if is_public(&item.vis) && is_exported(&item.ident.to_string()) => {
+            for variant in &item.variants {
+                lines.insert(format!("{}::{}{}", item.ident, variant.ident, text(&variant.fields)));
+            }
+            lines.insert(item.ident.to_string());
+        }
+        Item::Type(item) if is_public(&item.vis) && is_exported(&item.ident.to_string()) => {
+            lines.insert(format!("{} = {}", item.ident, text(&item.ty)));
+        }
+        Item::Fn(item) if is_public(&item.vis) && is_exported(&item.sig.ident.to_string()) => {
+            lines.insert(text(&item.sig).trim_start_matches("fn ").to_string());
+        }
+        Item::Impl(item) if item.trait_.is_none() => {
+            let Type::Path(path) = &*item.self_ty else { return };
+            let Some(name) = path.path.segments.last().map(|segment| segment.ident.to_string()) else { return };
+            if !is_exported(&name) {
+                return;
+            }
+            for inside in &item.items {
+                match inside {
+                    ImplItem::Fn(f) if is_public(&f.vis) && !is_hidden(&f.attrs) => {
+                        lines.insert(format!("{name}::{}", text(&f.sig).trim_start_matches("fn ")));
+                    }
+                    ImplItem::Const(c) if is_public(&c.vis) => {
+                        lines.insert(format!("{name}::{}: {}", c.ident, text(&c.ty)));
+                    }
+                    _ => {}
+                }
+            }
+        }
+        _ => {}
+    }
+}
+
+/// Tokens without the blanks that stand between all of them.
+fn text(tokens: &impl ToTokens) -> String {
+    let mut text = tokens.to_token_stream().to_string();
+    for (from, to) in [
+        (" :: ", "::"),
+        (" < ", "<"),
+        (" >", ">"),
+        ("& ", "&"),
+        (" , ", ", "),
+        (" ,", ","),
+        ("( ", "("),
+        (" )", ")"),
+        (" (", "("),
+        (" : ", ": "),
+        ("[ ", "["),
+        (" ]", "]"),
+        (" ; ", "; "),
+        ("< ", "<"),
+        ("' ", "'"),
+        ("{ ", "{ "),
+    ] {
+        text = text.replace(from, to);
+    }
+    text
+}
