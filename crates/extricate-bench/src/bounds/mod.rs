@@ -165,7 +165,13 @@ fn one(
     let mut found = Found { queries: 1, within, ..Found::default() };
     if bound > best * (1.0 + ROUNDING) {
         let clearance = world.scene().clearance;
-        found.broken.push(json!({ "q": q.to_vec(), "clearance": clearance, "bound": bound, "best": best }));
+        let answers: Vec<Value> = answers
+            .iter()
+            .map(|a| json!({ "effort": a.effort, "depth": a.depth, "lower_bound": a.lower_bound, "at": a.witness }))
+            .collect();
+        found.broken.push(json!({
+            "q": q.to_vec(), "clearance": clearance, "bound": bound, "best": best, "answers": answers,
+        }));
     }
     found.shares.push(bound / best);
     Some(found)

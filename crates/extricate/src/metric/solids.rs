@@ -26,6 +26,12 @@ pub struct FrameSolid {
     pub inverse_second: Option<Mat3>,
 }
 
+/// Second moments of which the least is below this share of the largest are those of something
+/// flat: what rounding leaves of a zero is far less.
+const FLAT: f64 = 1e-12;
+/// Share of the largest eigenvalue that rounding takes from another; taken off, factors are larger.
+const EIGENVALUE_ROUNDING: f64 = 1e-14;
+
 impl Solids {
     /// Moments of all moving geometry: of volumes if every part has one, otherwise of surface areas
     /// throughout.
@@ -73,13 +79,17 @@ impl Solids {
             .map(|(frame, m)| {
                 let eigen = m.second_moment.symmetric_eigen();
                 let roots = eigen.eigenvalues.map(|x| x.max(0.0).sqrt());
-                let flat = roots.min() < 1e-9 * roots.max();
+                let (least, most) = (eigen.eigenvalues.min(), eigen.eigenvalues.max());
                 FrameSolid {
                     frame,
                     share: m.measure / total,
                     centroid: m.centroid,
                     root: eigen.eigenvectors * Mat3::from_diagonal(&roots),
-                    inverse_second: if flat { None } else { m.second_moment.try_inverse() },
+                    // By eigenvalues: other inverses of what is nearly flat need not be positive.
+                    inverse_second: (least > FLAT * most).then(|| {
+                        let inverse = eigen.eigenvalues.map(|x| 1.0 / (x - EIGENVALUE_ROUNDING * most));
+                        eigen.eigenvectors * Mat3::from_diagonal(&inverse) * eigen.eigenvectors.transpose()
+                    }),
                 }
             })
             .collect();
@@ -113,5 +123,39 @@ impl FrameSolid {
             Some(inverse) => ((1.0 + arm.dot(&(inverse * arm)).max(0.0)) / self.share).sqrt(),
             None => f64::INFINITY,
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::math::Pose;
+
+    /// Sheets in any attitude, flat or nearly so: no point moves by more than its factor says.
+    #[test]
+    fn factors_of_sheets_hold() {
+        let (mut finite, mut seen) = (0, 0);
+        for k in 0..2000 {
+            let x = f64::from(k);
+            let turn = |a: f64| Pose::from_xyz_rpy([0.0; 3], [a * 1.3, a * 0.7, a * 2.1]).rotation;
+            let thickness = 10f64.powf(-12.0 * (0.37 * x).fract()) * f64::from(k % 3);
+            let attitude = turn(0.61 * x);
+            let corner = |i: u32| {
+                let side = |bit: u32, half: f64| if i >> bit & 1 == 1 { half } else { -half };
+                attitude * Vec3::new(side(0, 7.0), side(1, 3.0), side(2, thickness))
+            };
+            let points: Vec<Vec3> = (0..8).map(corner).collect();
+            let solids = Solids::of_points(std::iter::once((1, 1.0, &points[..])));
+            let motion = turn(0.29 * x + 0.1) - Mat3::identity();
+            let moves: Vec<Vec3> = points.iter().map(|p| motion * p).collect();
+            let norm = (moves.iter().map(Vec3::norm_squared).sum::<f64>() / 8.0).sqrt();
+            for (point, moved) in points.iter().zip(&moves) {
+                let factor = solids.frames[0].motion_factor(point);
+                finite += usize::from(factor.is_finite());
+                seen += 1;
+                assert!(moved.norm() <= factor * norm * (1.0 + 1e-9), "{k}: {} {factor} {norm}", moved.norm());
+            }
+        }
+        assert!(finite * 4 > seen && finite < seen, "{finite} of {seen}");
     }
 }
