@@ -10,7 +10,7 @@ use extricate::{Error, Scene};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-/// A box's corners and outward faces; the first two faces alone are an open sheet.
+/// A box's corners and outward faces, numbered from 1 as OBJ files do.
 const CORNERS: [[f64; 3]; 8] = [
     [-1., -1., -1.],
     [1., -1., -1.],

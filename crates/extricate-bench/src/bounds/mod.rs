@@ -19,7 +19,7 @@ use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 use serde_json::{Value, json};
 
-pub use chains::chain;
+use chains::chain;
 
 /// Clearances \[m\] that a scene is queried with, in turn.
 const CLEARANCES: [f64; 3] = [0.0, 1e-4, 0.02];
@@ -148,10 +148,9 @@ fn one(
     for _ in 0..WITHIN {
         tangent.iter_mut().for_each(|step| *step = rng.random_range(-1.0..1.0));
         // Any length near the bound will do: distances are measured below.
-        let length = tangent.iter().map(|step| step * step).sum::<f64>().sqrt();
         space.integrate(&q, &tangent, &mut other);
         let unit = metric.distance(&q, &other).max(1e-300);
-        let factor = bound * rng.random_range(0.5..1.02) / if unit.is_finite() { unit } else { length };
+        let factor = bound * rng.random_range(0.5..1.02) / unit;
         tangent.iter_mut().for_each(|step| *step *= factor);
         space.integrate(&q, &tangent, &mut other);
         space.clamp(&mut other);

@@ -13,7 +13,7 @@ use std::time::{Duration, Instant};
 /// proved bound.
 ///
 /// In a changed scene ([`crate::Model::in_scene`]) it is overdrawn by what it takes to find a first
-/// witness: the nearest stored exits and samples are checked until one is free there; where the
+/// witness: the nearest stored samples are checked until one is free there; where the
 /// nearest sixteen samples collide, descents lead out of them, and where those fail all others are
 /// checked, or else other configurations, since an answer is worth more than the budget. So a query
 /// with a budget has an answer wherever one without has, and no descent begins once it is spent.
