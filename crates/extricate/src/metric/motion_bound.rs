@@ -195,6 +195,12 @@ impl MotionPath {
         }
     }
 
+    /// The factor of distances where bounds are proportional to them, as under the metrics of
+    /// displacement.
+    pub fn factor(&self) -> Option<f64> {
+        self.steps.is_empty().then_some(self.rate)
+    }
+
     /// Upper bound \[m\] on the displacement of the point within `distance` (metric units), see
     /// [`Metric::motion_bound`].
     ///

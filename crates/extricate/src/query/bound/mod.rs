@@ -67,8 +67,7 @@ fn raise_by_overlap(
             if path.bound(allowed) >= needed {
                 let start = bound + STEP * allowed;
                 let low = (start, path.bound(start));
-                allowed =
-                    largest_distance(low, allowed, needed, BoundEffort::Close, |d| path.bound(d)).unwrap_or(bound);
+                allowed = distance_along(path, low, allowed, needed, BoundEffort::Close).unwrap_or(bound);
             }
             if allowed <= bound {
                 break;
@@ -155,7 +154,7 @@ fn raise(
             low.1 = path.bound(start);
         }
         let needed = depth + besides;
-        bound = largest_distance(low, ceiling, needed, look, |d| path.bound(d)).unwrap_or(bound);
+        bound = distance_along(path, low, ceiling, needed, look).unwrap_or(bound);
         start = bound + STEP * ceiling;
     }
     bound
@@ -181,6 +180,26 @@ impl BallPromise {
 
 /// A bound that can be raised by less than this share of its ceiling is left.
 const STEP: f64 = 1e-4;
+
+/// Share by which quotients are lowered for rounding.
+const ROUNDING: f64 = 1e-12;
+
+/// The largest distance in `[low.0, ceiling]`, up to a little, within which a path moves by less
+/// than `needed`; see [`largest_distance`]. Where motion is proportional to distance it is their
+/// quotient, from wherever one begins.
+pub fn distance_along(
+    path: &mut MotionPath,
+    low: (f64, f64),
+    ceiling: f64,
+    needed: f64,
+    look: BoundEffort,
+) -> Option<f64> {
+    let Some(factor) = path.factor() else {
+        return largest_distance(low, ceiling, needed, look, |d| path.bound(d));
+    };
+    let quotient = (needed / factor * (1.0 - ROUNDING)).min(ceiling);
+    (quotient > low.0).then_some(quotient)
+}
 
 /// The largest distance in `[low.0, ceiling]`, up to a little, for which `moved` is below `needed`:
 /// seen, or in a quick look by convexity alone. `None` where there is none. `low.1` is

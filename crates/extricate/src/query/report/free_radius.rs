@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use crate::collision::{ContactQuery, ContactSearch};
 use crate::math::Pose;
 use crate::metric::motion_bound::{BoundedPoint, MotionPath};
-use crate::query::bound::{BoundEffort, largest_distance};
+use crate::query::bound::{BoundEffort, distance_along};
 use crate::query::context::Context;
 use crate::query::search::evaluate::Evaluator;
 
@@ -71,7 +71,7 @@ fn keeps(
         if ceiling > 0.0 && path.bound(ceiling) >= needed {
             let least = 1e-9 * ceiling;
             let low = (least, path.bound(least));
-            ceiling = largest_distance(low, ceiling, needed, BoundEffort::Close, |d| path.bound(d)).unwrap_or(0.0);
+            ceiling = distance_along(path, low, ceiling, needed, BoundEffort::Close).unwrap_or(0.0);
         }
     });
     ceiling
