@@ -77,7 +77,8 @@ impl Model {
     }
 
     /// The classifier of the obstacle region, with an SVM for every pair that was seen to collide;
-    /// its parts are indices into [`Scene::pairs`]. `None` where only one label was ever seen.
+    /// its parts are indices into [`Scene::pairs`]. Pairs of a body with many that never move share
+    /// one, that of the first of them. `None` where only one label was ever seen.
     pub fn classifier(&self) -> Option<&ObstacleClassifier> {
         self.classifier.as_ref()
     }

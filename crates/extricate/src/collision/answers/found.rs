@@ -17,18 +17,41 @@ pub fn contacts(
     checker.find_near(query.margin + checker.most_clearance - checker.clearance, scratch);
     scratch.broad.pairs.sort_unstable();
     for at in 0..scratch.broad.pairs.len() {
-        let index = scratch.broad.pairs[at] as usize;
-        let start = contacts.len();
-        let (clearance, excess) = (checker.clearance_of(index), checker.excess(index));
-        let query = ContactQuery { margin: query.margin + excess, ..query };
-        for (first, second, parts) in checker.part_pairs(index) {
-            let (a, b) = checker.bodies.placed(&mut scratch.placement, first, second);
-            let place = contacts::PairPlace { pair: PairId::new(index), parts, start, clearance };
-            let hint = &mut scratch.hints[parts];
-            contacts::gather([a, b], query, place, hint, &mut scratch.contact_buffers, contacts);
-        }
-        contacts[start..].iter_mut().for_each(|contact| contact.distance -= excess);
+        of_pair(checker, scratch.broad.pairs[at] as usize, query, scratch, contacts);
     }
+}
+
+/// See [`Checker::contacts_of`].
+pub fn contacts_of(
+    checker: &Checker,
+    q: &[f64],
+    pair: PairId,
+    query: ContactQuery,
+    scratch: &mut CheckScratch,
+    contacts: &mut Vec<Contact>,
+) {
+    checker.place(q, scratch);
+    of_pair(checker, pair.index(), query, scratch, contacts);
+}
+
+/// Appends the contacts of a pair at the placed configuration.
+fn of_pair(
+    checker: &Checker,
+    index: usize,
+    query: ContactQuery,
+    scratch: &mut CheckScratch,
+    contacts: &mut Vec<Contact>,
+) {
+    let start = contacts.len();
+    let (clearance, excess) = (checker.clearance_of(index), checker.excess(index));
+    let query = ContactQuery { margin: query.margin + excess, ..query };
+    for (first, second, parts) in checker.part_pairs(index) {
+        let (a, b) = checker.bodies.placed(&mut scratch.placement, first, second);
+        let place = contacts::PairPlace { pair: PairId::new(index), parts, start, clearance };
+        let hint = &mut scratch.hints[parts];
+        contacts::gather([a, b], query, place, hint, &mut scratch.contact_buffers, contacts);
+    }
+    contacts[start..].iter_mut().for_each(|contact| contact.distance -= excess);
 }
 
 /// See [`Checker::contacts_are_complete`].

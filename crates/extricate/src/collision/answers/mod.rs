@@ -84,6 +84,18 @@ impl Checker {
         found::contacts(self, q, query, scratch, contacts);
     }
 
+    /// As [`Checker::contacts`], of one checked pair.
+    pub(crate) fn contacts_of(
+        &self,
+        q: &[f64],
+        pair: PairId,
+        query: ContactQuery,
+        scratch: &mut CheckScratch,
+        contacts: &mut Vec<Contact>,
+    ) {
+        found::contacts_of(self, q, pair, query, scratch, contacts);
+    }
+
     /// Whether contacts found in such a search tell of all overlaps, containment included, so that
     /// none below the clearance means free (up to rounding): where all shapes are convex, or are
     /// taken for their pieces.

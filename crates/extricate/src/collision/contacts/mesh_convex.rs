@@ -5,12 +5,15 @@ use pulp::{Arch, Simd, WithSimd};
 use super::buffers::ContactBuffers;
 use super::overlap::outward;
 use super::sink::{Near, Sink};
+use crate::collision::convex_distance;
 use crate::collision::narrow_phase::best_first::Entry;
 use crate::collision::narrow_phase::mesh_convex::triangle_separation;
 use crate::collision::shapes::ConvexSolid;
 use crate::collision::shapes::bounds::{Aabb, Relative};
 use crate::collision::shapes::bvh::{Boxes, Bvh, Cuboid, Lanes, Ref, Seen, View, below, lanes_of, rounded_up};
+use crate::collision::shapes::convex::{ConvexCore, ConvexShape};
 use crate::collision::shapes::mesh::MeshShape;
+use crate::math::{Pose, Vec3};
 
 /// Lower bounds of boxes against one.
 struct LowerBounds<'a> {
@@ -51,7 +54,11 @@ pub fn mesh_with_convex(
             let node = &tree.nodes[at.index()];
             let bounds = lower_bounds(&node.boxes);
             for lane in lanes_of(below(&bounds, rounded_up(limit))) {
-                let bound = f64::from(bounds[lane]);
+                // A box around the solid has corners that the solid does not have: of a cylinder
+                // or a hull, what is near them would all be opened before what is nearest.
+                let cuboid = node.boxes.get(lane);
+                let Some(distance) = distance_of_box(&cuboid, solid, pose, limit) else { continue };
+                let bound = f64::from(bounds[lane]).max(distance);
                 buffers.queue.push(Entry { bound, first: node.children[lane].0, second: 0 });
             }
             return 0;
@@ -75,4 +82,13 @@ pub fn mesh_with_convex(
         let normal = (center - surface) / depth;
         sink.offer(&Near { distance: -depth, point_first: surface, point_second: center, normal });
     }
+}
+
+/// Lower bound \[m\] on the distance of what a box holds from a solid, 0 where they overlap; `None`
+/// beyond `limit`.
+fn distance_of_box(cuboid: &Cuboid, solid: &ConvexSolid, pose: &Pose, limit: f64) -> Option<f64> {
+    let core = ConvexCore::Box { half_extents: Vec3::from(cuboid.half.map(f64::from)) };
+    let shape = ConvexShape { core, radius: 0.0 };
+    let place = Pose::translation(Vec3::from(cuboid.center.map(f64::from)));
+    convex_distance::distance_within([&shape, &solid.shape], [&place, pose], limit)
 }

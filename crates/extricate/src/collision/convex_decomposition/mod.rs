@@ -19,8 +19,12 @@ use cut::{Cut, clip, sketched};
 pub use list::{Pieces, PiecesRef};
 use surface_points::{SurfacePoint, surface_points};
 
-/// Most pieces of a mesh.
-const MOST: usize = 48;
+/// Most pieces of a mesh for proposals of contacts. On 13 robots of raw meshes among obstacles drawn
+/// at random, 48 took a third more time for the same answers; with 12 one query in 40 more ended
+/// over 1 % farther.
+const MOST: usize = 24;
+/// The same of scenes that have them in the place of a mesh.
+const MOST_PARTS: usize = 48;
 /// How far a piece may stand out of the mesh, as a share of the radius of the mesh's ball.
 const TOLERANCE: f64 = 0.004;
 /// Cuts tried at a notch.
@@ -76,7 +80,7 @@ struct Concavity {
 /// as their largest faces and points spread over the mesh tell; and they hold it up to
 /// [`THICKNESS`].
 pub fn pieces(mesh: &MeshShape, bounds: &Aabb) -> Pieces {
-    Pieces::new(cells(mesh, bounds, false).into_iter().map(|cell| solid(&cell.hull.vertices)).collect())
+    Pieces::new(cells(mesh, bounds, MOST, false).into_iter().map(|cell| solid(&cell.hull.vertices)).collect())
 }
 
 /// Convex hulls that together hold a mesh, for scenes that have them in its place: those that the
@@ -84,12 +88,12 @@ pub fn pieces(mesh: &MeshShape, bounds: &Aabb) -> Pieces {
 pub fn convex_parts(mesh: &TriangleMesh) -> Vec<TriangleMesh> {
     let shape = MeshShape::new(mesh);
     let bounds = Aabb::around(shape.vertices.iter());
-    cells(&shape, &bounds, true).into_iter().map(|cell| cell.hull).collect()
+    cells(&shape, &bounds, MOST_PARTS, true).into_iter().map(|cell| cell.hull).collect()
 }
 
 /// `across`: whether cuts across a notch are tried too. Without them bars between whose ends the
 /// nearest face is not the inner one are cut in vain; proposals of contacts do with that.
-fn cells(mesh: &MeshShape, bounds: &Aabb, across: bool) -> Vec<Cell> {
+fn cells(mesh: &MeshShape, bounds: &Aabb, most: usize, across: bool) -> Vec<Cell> {
     let radius = bounds.half.norm();
     let divider = Divider { mesh, thickness: THICKNESS * radius, across };
     let mut stack = Vec::new();
@@ -98,7 +102,7 @@ fn cells(mesh: &MeshShape, bounds: &Aabb, across: bool) -> Vec<Cell> {
     let triangles = mesh.tree.triangles(0..mesh.tree.blocks.len()).map(|t| t.points).collect();
     let mut cells: Vec<Cell> = divider.cell(walls, triangles, &mut stack).into_iter().collect();
     let depth = |cell: &Cell| cell.notch.map_or(0.0, |notch| notch.depth);
-    while cells.len() < MOST {
+    while cells.len() < most {
         let deepest = (0..cells.len()).max_by(|i, j| depth(&cells[*i]).total_cmp(&depth(&cells[*j])));
         let Some(deepest) = deepest.filter(|at| depth(&cells[*at]) > TOLERANCE * radius) else { break };
         let cell = cells.swap_remove(deepest);

@@ -9,7 +9,7 @@ mod separation;
 mod warm_start;
 
 pub use separation::{
-    Separation, Slack, nearer_than, nearer_than_from, separation, separation_from, separation_within,
+    Separation, Slack, distance_within, nearer_than, nearer_than_from, separation, separation_from, separation_within,
 };
 pub use warm_start::{LastFeatures, separation_near};
 

@@ -84,6 +84,24 @@ pub fn separation_within(
     separation_of(outcome, &difference, guess, [first.radius, second.radius], pose_first, cutoff, slack)
 }
 
+/// Lower bound \[m\] on the distance of two convex shapes, nearly the distance itself; 0 where they
+/// touch or overlap, `None` as soon as it is proved greater than `cutoff`.
+pub fn distance_within(
+    [first, second]: [&ConvexShape; 2],
+    [pose_first, pose_second]: [&Pose; 2],
+    cutoff: f64,
+) -> Option<f64> {
+    let difference = Difference::new(first, pose_first, second, pose_second);
+    let radii = first.radius + second.radius;
+    match descend(&difference, &mut Vec3::zeros(), cutoff + radii, f64::NEG_INFINITY) {
+        Outcome::Apart => None,
+        Outcome::Nearer(settled) | Outcome::Settled(settled) => {
+            Some((settled.plane - radii - difference.rounding).max(0.0))
+        }
+        Outcome::Overlapping(_) => Some(0.0),
+    }
+}
+
 /// The separation that a descent without a lower end found, the depth of an overlap as exact as
 /// `slack` asks; `guess` becomes its normal.
 pub(super) fn separation_of(

@@ -73,6 +73,7 @@ struct Adapting<'a> {
     old: &'a Model,
     /// Of the pairs that changed, with a margin.
     near_change: Checker,
+    relative: RelativePoses,
     classifier: Option<ObstacleClassifier>,
     state: AdaptState,
 }
@@ -95,8 +96,9 @@ impl<'a> Adapter<'a> {
         let ground = RunContext::new(scene.clone(), options, (options.seed ^ STREAM).wrapping_add(times));
         let change = compare(old.scene(), &scene, MARGIN * ground.metric.lever() * ground.gap)?;
         let near_change = Checker::new(Arc::new(change.affected));
-        let (classifier, spent) = (carried_over(old, &scene), state.mark.spent.clone());
-        Ok(Self(Run::new(pool, ground, Adapting { old, near_change, classifier, state }, spent)))
+        let relative = RelativePoses::new(scene);
+        let (classifier, spent) = (carried_over(old, &relative), state.mark.spent.clone());
+        Ok(Self(Run::new(pool, ground, Adapting { old, near_change, relative, classifier, state }, spent)))
     }
 
     /// Does one unit of work, a second or so; whether there is more to do. `report` is called after
@@ -259,16 +261,14 @@ impl Adapting<'_> {
     /// judged.
     fn judge(&mut self, ground: &RunContext, budget: &mut Budget) -> AdaptStage {
         let (nq, explores) = (ground.nq(), self.explores());
-        let Self { classifier, state, .. } = self;
-        let scene = ground.checker.scene_arc();
+        let Self { classifier, relative, state, .. } = self;
         let label = |configs: &[f64]| ground.label(configs);
         let doubtful = &state.doubtful[..state.doubtful.len().min(budget.left().saturating_mul(nq))];
         sort_out(doubtful, budget.label(&label, doubtful), &mut state.known, nq);
         let count = JUDGED.min(budget.left() / 8);
-        let configs = configs_at(scene, &ground.halton, 0, count);
+        let configs = configs_at(ground.scene(), &ground.halton, 0, count);
         let truth = budget.label(&label, &configs);
-        let poses = RelativePoses::new(scene.clone());
-        let features = |configs: &[f64], pairs: &[u32]| relative_poses(&poses, nq, configs, pairs);
+        let features = |configs: &[f64], pairs: &[u32]| relative_poses(relative, nq, configs, pairs);
         let accuracy =
             classifier.as_ref().map_or([None; 2], |classifier| classifier.accuracy(nq, &features, &configs, &truth));
         let mut uniform = Exploration::default();

@@ -1,10 +1,13 @@
 //! What an adapting run takes over from the old model, and the lists of configurations that it asks
 //! of the new scene.
 
+use std::collections::HashMap;
+
 use crate::cspace::Label;
 use crate::cspace::sampling::Halton;
 use crate::learning::exploration::Exploration;
 use crate::learning::obstacle_classifier::ObstacleClassifier;
+use crate::metric::relative::RelativePoses;
 use crate::model::learned::Model;
 use crate::model::statistics::{Adapted, Statistics};
 use crate::scene::{PairId, Scene};
@@ -30,11 +33,18 @@ pub fn sort_out(configs: &[f64], labels: Vec<Label>, known: &mut Exploration, nq
 }
 
 /// The old classifier's svms of the pairs that the new scene has too. Each sees the pose of one
-/// body relative to the other, so what it learned of an obstacle holds where that has moved.
-pub fn carried_over(model: &Model, scene: &Scene) -> Option<ObstacleClassifier> {
+/// body relative to the other, so what it learned of an obstacle holds where that has moved. Of
+/// many that never move it holds where they stayed; where they are many in one of the scenes alone,
+/// it is left.
+pub fn carried_over(model: &Model, new: &RelativePoses) -> Option<ObstacleClassifier> {
+    let classifier = model.classifier()?;
+    let old = RelativePoses::new(model.checker().scene_arc().clone());
+    let pairs = (0..new.scene().pairs.len()).map(PairId::new);
+    let numbers: HashMap<[&str; 2], PairId> = pairs.map(|pair| (new.scene().pair_names(pair), pair)).collect();
     let number = |part: u32| {
-        let names = model.scene().pair_names(PairId::new(part as usize));
-        (0..scene.pairs.len()).find(|pair| scene.pair_names(PairId::new(*pair)) == names).map(|pair| pair as u32)
+        let before = PairId::new(part as usize);
+        let part = new.part(*numbers.get(&model.scene().pair_names(before))?);
+        (old.part(before).is_shared == part.is_shared).then_some(part.first)
     };
-    model.classifier().map(|classifier| classifier.renumbered(number))
+    Some(classifier.renumbered(number))
 }

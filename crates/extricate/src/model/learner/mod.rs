@@ -267,7 +267,7 @@ impl Learning {
         let Self { relative, state } = self;
         let label = |configs: &[f64]| ground.label(configs);
         let features = |configs: &[f64], pairs: &[u32]| relative_poses(relative, nq, configs, pairs);
-        let containing = |configs: &[f64]| colliding_pairs(checker, configs);
+        let containing = |configs: &[f64]| colliding_parts(checker, relative, configs);
         let parts = Parts {
             count: checker.scene().pairs.len(),
             nq,
@@ -344,12 +344,15 @@ pub(super) fn relative_poses(poses: &RelativePoses, nq: usize, configs: &[f64], 
     out
 }
 
-/// The pairs that collide at each of many configurations (row major).
-fn colliding_pairs(checker: &Checker, configs: &[f64]) -> Vec<Vec<u32>> {
+/// The parts that each of many configurations (row major) lies in, ascending.
+fn colliding_parts(checker: &Checker, relative: &RelativePoses, configs: &[f64]) -> Vec<Vec<u32>> {
     let of = |scratch: &mut CheckScratch, q: &[f64]| {
         let mut pairs = Vec::new();
         checker.colliding_pairs(q, scratch, &mut pairs);
-        pairs.into_iter().map(|pair| pair.index() as u32).collect()
+        let mut inside: Vec<u32> = pairs.into_iter().map(|pair| relative.part(pair).first).collect();
+        inside.sort_unstable();
+        inside.dedup();
+        inside
     };
     configs.par_chunks_exact(checker.scene().space.nq()).map_init(CheckScratch::default, of).collect()
 }

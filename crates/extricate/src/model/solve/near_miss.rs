@@ -3,6 +3,8 @@
 //! Colliding components that are too small for random configurations to hit are wide open to a
 //! descent along a pair's distance.
 
+use std::collections::HashMap;
+
 use rayon::prelude::*;
 
 use crate::collision::{CheckScratch, Checker, Contact, ContactQuery, ContactSearch};
@@ -12,6 +14,7 @@ use crate::learning::exploration::Exploration;
 use crate::learning::{Budget, LabelBatch};
 use crate::math::Vec3;
 use crate::metric::Metric;
+use crate::scene::PairId;
 
 /// Share of the budget for looking at random configurations, and the same again for descending from
 /// them.
@@ -38,7 +41,7 @@ const TOGETHER: usize = 32;
 /// A place on each of two bodies, where they touch or nearly do.
 #[derive(Debug, Clone, Copy)]
 struct Patch {
-    pair: usize,
+    pair: PairId,
     /// In the bodies' frames \[m\].
     places: [Vec3; 2],
 }
@@ -54,6 +57,20 @@ struct Miss {
     length: f64,
     distance: f64,
 }
+
+/// Memory of a thread that looks at configurations.
+#[derive(Default)]
+struct Look {
+    check: CheckScratch,
+    contacts: Vec<Contact>,
+    twists: Twists,
+    gradient: Vec<f64>,
+    step: Vec<f64>,
+}
+
+/// Patches by their pair: of many small obstacles there are thousands.
+#[derive(Default)]
+struct Patches(HashMap<PairId, Vec<Patch>>);
 
 /// What near misses are looked for with.
 pub struct NearMisses<'a> {
@@ -90,28 +107,28 @@ impl<'a> NearMisses<'a> {
         let [free, colliding] = [&known.free, &known.colliding].map(|list| list.len() / nq);
         let looks = allowed.min(MOST_LOOKS).min(free + colliding);
         let at_colliding = (looks * colliding).div_ceil((free + colliding).max(1)).min(looks);
-        let mut touched: Vec<Patch> = Vec::new();
-        for found in self.look_at(&known.colliding[..at_colliding * nq], until, budget) {
-            touched.extend(found.into_iter().filter(|miss| self.touches(miss)).map(|miss| miss.patch));
+        let mut touched = Patches::default();
+        for found in self.look_at(&known.colliding[..at_colliding * nq], None, until, budget) {
+            found.into_iter().filter(|miss| self.touches(miss)).for_each(|miss| touched.push(miss.patch));
         }
-        let mut misses = self.look_at(&known.free[..(looks - at_colliding) * nq], until, budget).concat();
-        misses.retain(|miss| !self.touches(miss) && !self.is_among(&miss.patch, &touched));
+        let free = &known.free[..(looks - at_colliding) * nq];
+        let mut misses: Vec<Miss> = self.look_at(free, None, until, budget).into_iter().flatten().collect();
+        misses.retain(|miss| !self.touches(miss) && touched.count(&miss.patch, self.patch) == 0);
         misses.sort_by(|a, b| a.length.total_cmp(&b.length));
-        let (mut seeds, mut tried, mut at) = (Vec::new(), Vec::new(), 0);
+        let (mut seeds, mut tried, mut at) = (Vec::new(), Patches::default(), 0);
         while at < misses.len() && budget.spent() < began + looks + allowed && budget.fraction() <= until {
             let mut batch: Vec<Miss> = Vec::new();
             while at < misses.len() && batch.len() < TOGETHER {
                 let miss = &misses[at];
                 at += 1;
-                let attempts = tried.iter().filter(|patch| self.is_same(patch, &miss.patch)).count();
-                if attempts < ATTEMPTS && !self.is_among(&miss.patch, &touched) {
+                if tried.count(&miss.patch, self.patch) < ATTEMPTS && touched.count(&miss.patch, self.patch) == 0 {
                     tried.push(miss.patch);
                     batch.push(miss.clone());
                 }
             }
             for (end, patch) in self.descend(batch, label, until, budget) {
                 // Of several descents to one contact the first is enough.
-                if !self.is_among(&patch, &touched) {
+                if touched.count(&patch, self.patch) == 0 {
                     touched.push(patch);
                     seeds.extend(end);
                 }
@@ -135,11 +152,11 @@ impl<'a> NearMisses<'a> {
             if misses.is_empty() || misses.len() > budget.left() {
                 break;
             }
-            let found = self.look_at(&trials, until, budget);
+            let pairs: Vec<PairId> = misses.iter().map(|miss| miss.patch.pair).collect();
+            let found = self.look_at(&trials, Some(&pairs), until, budget);
             let mut going_on = Vec::new();
             for ((miss, trial), near) in misses.into_iter().zip(trials.chunks_exact(nq)).zip(found) {
-                let of_pair = near.into_iter().filter(|other| other.patch.pair == miss.patch.pair);
-                match of_pair.min_by(|a, b| a.distance.total_cmp(&b.distance)) {
+                match near.into_iter().min_by(|a, b| a.distance.total_cmp(&b.distance)) {
                     Some(now) if self.touches(&now) => {
                         ends.extend_from_slice(trial);
                         patches.push(now.patch);
@@ -163,70 +180,81 @@ impl<'a> NearMisses<'a> {
         out
     }
 
-    /// What is near contact at every one of `configs`; at the first of them only, where the share
-    /// `until` of the budget is spent before.
-    fn look_at(&self, configs: &[f64], until: f64, budget: &mut Budget) -> Vec<Vec<Miss>> {
+    /// What is near contact at every one of `configs`, or what of one pair each is; at the first of
+    /// them only, where the share `until` of the budget is spent before.
+    fn look_at(&self, configs: &[f64], pairs: Option<&[PairId]>, until: f64, budget: &mut Budget) -> Vec<Vec<Miss>> {
         let nq = self.checker.scene().space.nq();
-        let memory = || (CheckScratch::default(), Vec::new());
         let mut all = Vec::new();
-        for batch in configs.chunks(TOGETHER * nq) {
+        for (batch, configs) in configs.chunks(TOGETHER * nq).enumerate() {
             if budget.end().is_some() || budget.fraction() > until {
                 break;
             }
-            let found = batch.par_chunks_exact(nq).map_init(memory, |(check, contacts), q| {
-                // What a thread looked at before must not tell.
-                check.forget_contacts();
-                contacts.clear();
-                self.checker.contacts(
-                    q,
-                    ContactQuery { margin: self.margin, search: ContactSearch::Proposal },
-                    check,
-                    contacts,
-                );
-                contacts.iter().filter_map(|contact| self.miss(q, contact, check)).collect()
+            let found = configs.par_chunks_exact(nq).enumerate().map_init(Look::default, |look, (k, q)| {
+                self.look(q, pairs.map(|pairs| pairs[batch * TOGETHER + k]), look)
             });
             all.par_extend(found);
-            budget.spend(batch.len() / nq);
+            budget.spend(configs.len() / nq);
         }
         all
     }
 
+    fn look(&self, q: &[f64], pair: Option<PairId>, look: &mut Look) -> Vec<Miss> {
+        let query = ContactQuery { margin: self.margin, search: ContactSearch::Proposal };
+        // What a thread looked at before must not tell.
+        look.check.forget_contacts();
+        look.contacts.clear();
+        match pair {
+            Some(pair) => self.checker.contacts_of(q, pair, query, &mut look.check, &mut look.contacts),
+            None => self.checker.contacts(q, query, &mut look.check, &mut look.contacts),
+        }
+        look.twists.set(self.checker.scene(), look.check.poses());
+        let contacts = std::mem::take(&mut look.contacts);
+        let misses = contacts.iter().filter_map(|contact| self.miss(q, contact, look)).collect();
+        look.contacts = contacts;
+        misses
+    }
+
     /// `None` where the contact is out of reach; overlaps never are.
-    fn miss(&self, q: &[f64], contact: &Contact, check: &CheckScratch) -> Option<Miss> {
+    fn miss(&self, q: &[f64], contact: &Contact, look: &mut Look) -> Option<Miss> {
+        let Look { check, twists, gradient, step, .. } = look;
         let (scene, poses) = (self.checker.scene(), check.poses());
-        let pair = &scene.pairs[contact.pair.index()];
-        let frames = [pair.first, pair.second].map(|body| scene.bodies[body].frame);
-        let points = [contact.point_first, contact.point_second];
-        let (mut twists, mut gradient) = (Twists::default(), vec![0.0; scene.space.nv()]);
-        twists.set(scene, poses);
-        contact.add_gradient(scene, &twists, &mut gradient);
+        gradient.clear();
+        gradient.resize(scene.space.nv(), 0.0);
+        contact.add_gradient(scene, twists, gradient);
         // The shortest step, in the joint metric, that the linearised distance asks for.
-        let mut step = gradient.clone();
+        step.clone_from(gradient);
         for factor in scene.space.factors() {
             step[factor.tangents()].iter_mut().for_each(|s| *s /= factor.weight);
         }
-        let slope = gradient.iter().zip(&step).map(|(g, s)| g * s).sum::<f64>().sqrt();
+        let slope = gradient.iter().zip(&*step).map(|(g, s)| g * s).sum::<f64>().sqrt();
         let length = (contact.distance - scene.clearance).max(0.0) / slope;
         let touches = contact.distance < scene.clearance;
         if !touches && (length.is_nan() || length > self.reach) {
             return None;
         }
-        step.iter_mut().for_each(|s| *s *= -length / slope);
+        let step = step.iter().map(|s| s * (-length / slope)).collect();
+        let pair = &scene.pairs[contact.pair.index()];
+        let frames = [pair.first, pair.second].map(|body| scene.bodies[body].frame);
+        let points = [contact.point_first, contact.point_second];
         let places = [0, 1].map(|side| poses[frames[side]].inverse_point(&points[side]));
-        let patch = Patch { pair: contact.pair.index(), places };
+        let patch = Patch { pair: contact.pair, places };
         Some(Miss { patch, from: q.to_vec(), step, length, distance: contact.distance })
     }
 
     fn touches(&self, miss: &Miss) -> bool {
         miss.distance < self.checker.scene().clearance
     }
+}
 
-    fn is_same(&self, a: &Patch, b: &Patch) -> bool {
-        a.pair == b.pair && (0..2).all(|side| (a.places[side] - b.places[side]).norm() < self.patch)
+impl Patches {
+    fn push(&mut self, patch: Patch) {
+        self.0.entry(patch.pair).or_default().push(patch);
     }
 
-    fn is_among(&self, patch: &Patch, patches: &[Patch]) -> bool {
-        patches.iter().any(|other| self.is_same(patch, other))
+    /// How many of them are the same contact: nearer than `within` \[m\] on both bodies.
+    fn count(&self, patch: &Patch, within: f64) -> usize {
+        let is_same = |other: &&Patch| (0..2).all(|side| (patch.places[side] - other.places[side]).norm() < within);
+        self.0.get(&patch.pair).map_or(0, |others| others.iter().filter(is_same).count())
     }
 }
 

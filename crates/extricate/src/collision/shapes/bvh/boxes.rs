@@ -189,7 +189,6 @@ impl Boxes {
     }
 
     /// One of the boxes.
-    #[cfg(test)]
     pub fn get(&self, lane: usize) -> Cuboid {
         Cuboid {
             center: [self.center[0][lane], self.center[1][lane], self.center[2][lane]],
