@@ -3,6 +3,7 @@
 
 pub mod formats;
 pub mod geometry;
+pub mod load_limits;
 pub mod mesh;
 pub mod scenery;
 pub mod srdf;
@@ -10,6 +11,7 @@ mod tree;
 pub mod urdf;
 
 pub use geometry::Geometry;
+pub use load_limits::{LoadLimit, LoadLimits};
 pub use mesh::TriangleMesh;
 pub use mesh::moments::Moments;
 pub use scenery::{HeightField, PointCloud, Voxels};

@@ -186,7 +186,7 @@ pub struct Part {
 }
 
 /// Two bodies that must keep the clearance; `first < second`.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
 pub struct BodyPair {
     /// Index into [`Scene::bodies`].
     pub first: usize,

@@ -16,12 +16,12 @@ fn robot(content: &str) -> Result<Robot> {
     parse("r.urdf", &format!("<robot name='r'>{content}</robot>"), Shapes::Collision, &mut tetrahedron, &mut vec![])
 }
 
-fn tetrahedron(name: &str) -> Result<Arc<TriangleMesh>> {
+fn tetrahedron(name: &str, scale: [f64; 3]) -> Result<Arc<TriangleMesh>> {
     if name != "t.stl" {
         return Err(Error::input(name, "file", "missing"));
     }
     let corners = [Vec3::zeros(), Vec3::x(), Vec3::y(), Vec3::z()].to_vec();
-    Ok(Arc::new(TriangleMesh::new(corners, vec![[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]])))
+    Ok(Arc::new(TriangleMesh::new(corners, vec![[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]]).scaled(scale)))
 }
 
 #[track_caller]

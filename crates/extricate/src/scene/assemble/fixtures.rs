@@ -32,8 +32,8 @@ pub fn read_others(
     for AttachedEntry { name: own, shape, .. } in &mut attached {
         read_parts(&format!("attached \"{own}\""), shape, files, warnings)?;
     }
-    let mut load_mesh = |element: &str, path: &str| files.mesh(element, path);
-    others(name, (&obstacles, &attached), &mut load_mesh, scene.cut, warnings)
+    let mut load_mesh = |element: &str, path: &str, scale: [f64; 3]| files.mesh(element, path, scale);
+    others(name, (&obstacles, &attached), &mut load_mesh, scene, warnings)
 }
 
 fn read_parts(element: &str, shape: &mut ShapeEntry, files: &mut Files, warnings: &mut Vec<String>) -> Result<()> {
