@@ -2,6 +2,7 @@
 //! the configuration space. What a line may say is in `line`.
 
 mod line;
+mod unique;
 
 use std::fs::File;
 use std::io::{BufRead, BufReader, Cursor, Read};

@@ -6,6 +6,7 @@ pub mod edit;
 pub mod geometry;
 pub mod import;
 pub mod joint;
+pub mod load_limits;
 pub mod positions;
 pub mod query;
 pub mod sampling;
@@ -27,6 +28,7 @@ use crate::long_call;
 use crate::queries::batch::Scratches;
 use crate::queries::options::Weighted;
 use joint::Joint;
+use load_limits::{Limits, limits_of};
 
 /// Robots, obstacles, which pairs of bodies must stay apart, and how far two configurations are
 /// from each other.
@@ -162,9 +164,14 @@ impl Scene {
     }
 
     /// Loads a scene file (TOML) and all that it names.
+    ///
+    /// load_limits: other limits of what the files may hold, by name, such as
+    ///     {"triangles": 50_000_000}; docs/reference/limits.md lists them.
     #[staticmethod]
-    fn load(py: Python<'_>, path: PathBuf) -> PyResult<Self> {
-        warned(py, py.detach(|| io::load_scene(&path)).map_err(exception)?).map(Self::of)
+    #[pyo3(signature = (path, *, load_limits = None))]
+    fn load(py: Python<'_>, path: PathBuf, load_limits: Option<Limits>) -> PyResult<Self> {
+        let limits = limits_of(load_limits)?;
+        warned(py, py.detach(|| io::load_scene_within(&path, &limits)).map_err(exception)?).map(Self::of)
     }
 
     /// A built-in scene: "shelf-arm", "planar-arm", "free-box", "dual-arm", "hand" or "four-legs".

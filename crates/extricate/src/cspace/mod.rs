@@ -193,8 +193,10 @@ impl ConfigSpace {
         let mut q: Box<[f64]> = values.into();
         for factor in &self.factors {
             let x = &mut q[factor.coordinates()];
-            if let Some(bad) = x.iter().find(|c| !c.is_finite()) {
-                return Err(factor.fault(bad.to_string(), "a finite number".into()));
+            // An angle of 1e17 rad says nothing: its neighbours among the numbers are turns apart.
+            if let Some(bad) = x.iter().find(|c| c.is_nan() || c.abs() > FARTHEST) {
+                let within = if bad.is_finite() { " within 1e9" } else { "" };
+                return Err(factor.fault(format!("{bad:?}"), format!("a finite number{within}")));
             }
             match factor.manifold {
                 Manifold::Interval { .. } => {}

@@ -20,7 +20,7 @@ use super::units::warn_of_sizes;
 use super::{Body, LinkAttachment, MetricKind, Scene};
 use crate::error::{Error, Result, bounded};
 use crate::robot::LoadLimit;
-use bodies::{link_bodies, warn_of_surfaces};
+use bodies::{OncePerMesh, link_bodies, warn_of_surfaces};
 use clearances::clearances_of;
 use coordinates::coordinates;
 use fixtures::read_others;
@@ -108,7 +108,8 @@ pub fn build(
     for (object, entry) in attached.into_iter().zip(&entry.attached) {
         bodies.push(held(file, object, &entry.link, &linked, &links)?);
     }
-    bodies.iter().for_each(|body| warn_of_surfaces(body, &mut warnings));
+    let mut known = OncePerMesh::default();
+    bodies.iter().for_each(|body| warn_of_surfaces(body, &mut known, &mut warnings));
 
     if metric.kind != MetricKind::Joint && bodies.iter().all(|body| body.frame == 0) {
         let problem = "no link that moves has geometry whose displacement it could measure, expected kind = \"joint\"";

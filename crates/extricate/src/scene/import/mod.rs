@@ -61,9 +61,9 @@ pub fn import(path: &Path, text: &str, robots: Option<&Scene>, limits: &LoadLimi
     limits.check(LoadLimit::TextBytes, text.len(), &file, "file")?;
     limits.check(LoadLimit::Values, most_values(text), &file, "world")?;
     let imported = match kind(path) {
-        Some(Kind::SceneText) => scene_text::read(&file, text),
-        Some(Kind::Yaml) => message::read(&file, &value::of_yaml(&file, text, limits)?, robots),
-        Some(Kind::Json) => message::read(&file, &value::of_json(&file, text)?, robots),
+        Some(Kind::SceneText) => scene_text::read(&file, text, limits),
+        Some(Kind::Yaml) => message::read(&file, &value::of_yaml(&file, text, limits)?, robots, limits),
+        Some(Kind::Json) => message::read(&file, &value::of_json(&file, text)?, robots, limits),
         None => {
             let problem = "got a name that tells no format, expected one that ends in .scene, .yaml, .yml or .json";
             Err(Error::input(file, "name", problem))
