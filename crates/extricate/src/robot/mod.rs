@@ -5,6 +5,7 @@ pub mod formats;
 pub mod geometry;
 pub mod mesh;
 pub mod scenery;
+mod sound;
 pub mod srdf;
 mod tree;
 pub mod urdf;
