@@ -3,8 +3,10 @@
 
 mod rows;
 pub mod sampling;
+mod sound;
 
 pub use rows::Rows;
+pub use sound::WEIGHTS;
 
 use std::f64::consts::PI;
 use std::ops::{Deref, Range};
@@ -12,7 +14,7 @@ use std::ops::{Deref, Range};
 use serde::{Deserialize, Serialize};
 
 use crate::error::{Error, Result};
-use crate::math::{quaternion_exp, quaternion_log, quaternion_product, wrap_angle};
+use crate::math::{FARTHEST, quaternion_exp, quaternion_log, quaternion_product, wrap_angle};
 
 /// How far outside its limits \[rad or m\] a coordinate may lie and still be moved onto them in
 /// silence.
@@ -193,10 +195,9 @@ impl ConfigSpace {
         let mut q: Box<[f64]> = values.into();
         for factor in &self.factors {
             let x = &mut q[factor.coordinates()];
-            // An angle of 1e17 rad says nothing: its neighbours among the numbers are turns apart.
-            if let Some(bad) = x.iter().find(|c| c.is_nan() || c.abs() > FARTHEST) {
-                let within = if bad.is_finite() { " within 1e9" } else { "" };
-                return Err(factor.fault(format!("{bad:?}"), format!("a finite number{within}")));
+            // Beyond, sums and products with it lose their meaning, and an angle its last digits.
+            if let Some(bad) = x.iter().find(|c| !(-FARTHEST..=FARTHEST).contains(*c)) {
+                return Err(factor.fault(bad.to_string(), "a finite number within 1e9".into()));
             }
             match factor.manifold {
                 Manifold::Interval { .. } => {}

@@ -6,6 +6,7 @@ pub mod geometry;
 pub mod load_limits;
 pub mod mesh;
 pub mod scenery;
+mod sound;
 pub mod srdf;
 mod tree;
 pub mod urdf;

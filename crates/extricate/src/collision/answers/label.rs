@@ -86,8 +86,13 @@ fn recent_collides(checker: &Checker, scratch: &mut CheckScratch) -> bool {
 }
 
 /// Whether any pair collides that the broad phase found and that was not tried as a recent one.
-/// Those that did last come first.
+/// Those that did last come first. Where a body is nowhere, because its pose is not finite, nothing
+/// is near, and nothing is free.
 fn label_found(checker: &Checker, scratch: &mut CheckScratch) -> Label {
+    let centers = &scratch.placement.centers;
+    if !checker.broad.movers().all(|body| centers[body].iter().all(|x| x.is_finite())) {
+        return Label::Colliding;
+    }
     let recent = scratch.history.recent;
     scratch.broad.pairs.retain(|pair| !recent.contains(pair));
     let mut may_have_collided = true;

@@ -63,13 +63,17 @@ impl Evaluator {
     }
 
     /// An exact check, counted, unless the last one that found a free configuration was of the
-    /// same.
+    /// same. What lies beyond its limits is not free.
     pub fn label(&mut self, context: &Context, q: &[f64]) -> Label {
         // A descent along meshes has its steps checked; where it ends is then known.
         if !self.free_at.is_empty() && self.free_at == q {
             return Label::Free;
         }
         self.checks += 1;
+        // Steps and stored samples keep the limits; what a witness promises rests on neither.
+        if !context.checker.scene().space.is_within(q) {
+            return Label::Colliding;
+        }
         // The scratch then holds the poses of another configuration.
         if self.exact_at != q {
             self.exact_at.clear();

@@ -5,7 +5,7 @@ use super::frames::{Mover, Place};
 use super::joint_roles::{JointRole, factor_suffixes, roles};
 use super::loaded::LoadedRobot;
 use super::workspace_radius::reach;
-use crate::cspace::{ConfigSpace, Manifold};
+use crate::cspace::{ConfigSpace, Manifold, WEIGHTS};
 use crate::error::{Error, Result};
 use crate::math::Vec3;
 use crate::robot::JointKind;
@@ -192,7 +192,7 @@ fn weights(
                 return Err(fault(format!("`{name}`: got {split:?}, expected a number, as the joint is {kind}")));
             }
         };
-        if let Some(bad) = [translation, rotation].iter().find(|weight| !(1e-9..=1e9).contains(*weight)) {
+        if let Some(bad) = [translation, rotation].iter().find(|weight| !WEIGHTS.contains(*weight)) {
             return Err(fault(format!("`{name}`: got {bad:?}, expected a number from 1e-9 to 1e9")));
         }
         if candidates[index].manifolds.is_empty() {

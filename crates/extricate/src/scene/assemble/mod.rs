@@ -10,6 +10,7 @@ pub mod load;
 pub mod loaded;
 pub mod obstacles;
 pub mod pairs;
+pub mod sound;
 pub mod workspace_radius;
 
 use std::path::Path;
