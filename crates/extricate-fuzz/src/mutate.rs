@@ -46,6 +46,37 @@ pub fn sealed(rng: &mut ChaCha8Rng, input: &[u8], other: &[u8]) -> Vec<u8> {
     file.sealed()
 }
 
+/// Of text or of a mesh: bytes, numbers, and words of other inputs.
+pub fn plain(rng: &mut ChaCha8Rng, input: &[u8], other: &[u8]) -> Vec<u8> {
+    let mut changed = input.to_vec();
+    for _ in 0..rng.random_range(1..=MOST) {
+        match (rng.random_range(0..3), std::str::from_utf8(&changed)) {
+            (0, Ok(known)) => changed = text(rng, known).into(),
+            (1, Ok(known)) => changed = words(rng, known, &String::from_utf8_lossy(other)).into(),
+            _ => change_bytes(rng, &mut changed, other),
+        }
+    }
+    changed
+}
+
+/// A word of a text is left out, said twice, or another one stands in its place.
+fn words(rng: &mut ChaCha8Rng, input: &str, other: &str) -> String {
+    let is_end = |c: char| c.is_whitespace() || "<>=\"',;:/[]{}".contains(c);
+    let mut words: Vec<&str> = input.split_inclusive(is_end).collect();
+    let others: Vec<&str> = other.split_inclusive(is_end).collect();
+    if words.is_empty() || others.is_empty() {
+        return other.to_string();
+    }
+    let at = rng.random_range(0..words.len());
+    match rng.random_range(0..4) {
+        0 => drop(words.remove(at)),
+        1 => words.insert(at, words[rng.random_range(0..words.len())]),
+        2 => words[at] = words[rng.random_range(0..words.len())],
+        _ => words[at] = others[rng.random_range(0..others.len())],
+    }
+    words.concat()
+}
+
 /// Any bytes.
 pub fn bytes(rng: &mut ChaCha8Rng, input: &[u8], other: &[u8]) -> Vec<u8> {
     let mut bytes = input.to_vec();
