@@ -107,13 +107,13 @@ pub struct LoadArgs {
     /// Take files that hold more, or less, than usual, such as `triangles=50000000`. May be given
     /// several times; docs/reference/limits.md lists the names, as does an unknown one
     #[arg(long = "load-limit", value_name = "NAME=N", value_parser = load_limit, help_heading = "Files")]
-    limits: Vec<(LoadLimit, usize)>,
+    load_limits: Vec<(LoadLimit, usize)>,
 }
 
 impl LoadArgs {
     /// The limits.
     pub fn limits(&self) -> LoadLimits {
-        self.limits.iter().fold(LoadLimits::default(), |limits, (limit, most)| limits.with(*limit, *most))
+        self.load_limits.iter().fold(LoadLimits::default(), |limits, (limit, most)| limits.with(*limit, *most))
     }
 }
 

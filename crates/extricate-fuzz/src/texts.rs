@@ -14,7 +14,7 @@ use extricate::internals::scene::import::import;
 use extricate::{CheckScratch, Checker, Error, Label, LoadLimit, LoadLimits, Result, Scene, builtin};
 use extricate_cli::input::Configs;
 
-use crate::seeds::{ARM, GROUPS, TETRAHEDRON};
+use crate::seeds::{self, ARM, GROUPS, TETRAHEDRON};
 
 /// Configurations that a scene is checked at.
 const CHECKED: u64 = 3;
@@ -108,10 +108,9 @@ fn read(path: &Path, fuzzed: &[u8]) -> Result<Vec<u8>> {
         Some("urdf") => Ok(ARM.into()),
         Some("srdf") => Ok(GROUPS.into()),
         Some("obj") => Ok(TETRAHEDRON.into()),
+        Some("stl") => Ok(seeds::stl().swap_remove(0).1),
         Some("csv" | "xyz") => Ok(b"0 0 3\n1 0 3\n".to_vec()),
-        Some(_) => {
-            Err(Error::Read { path: PathBuf::from(path), source: std::io::ErrorKind::NotFound.into() })
-        }
+        Some(_) => Err(Error::Read { path: PathBuf::from(path), source: std::io::ErrorKind::NotFound.into() }),
     }
 }
 
@@ -150,7 +149,6 @@ fn use_scene(scene: Scene) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::seeds;
 
     #[test]
     fn seeds_are_read() {

@@ -162,7 +162,11 @@ impl Error {
     /// Shorthand for [`Error::Input`]; what would make the message longer than some kilobytes is
     /// left out.
     pub fn input(file: impl Into<String>, element: impl Into<String>, problem: impl Into<String>) -> Self {
-        Self::Input { file: name(file), element: part(element, LONGEST_ELEMENT), problem: part(problem, LONGEST_PROBLEM) }
+        Self::Input {
+            file: name(file),
+            element: part(element, LONGEST_ELEMENT),
+            problem: part(problem, LONGEST_PROBLEM),
+        }
     }
 
     /// Shorthand for [`Error::Named`], shortened in the same way.

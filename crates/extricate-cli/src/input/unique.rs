@@ -81,7 +81,17 @@ mod tests {
 
     #[test]
     fn what_is_said_once_is_what_serde_json_reads() {
-        for text in ["null", "true", "-3", "18446744073709551615", "0.1", "1e-300", "\"\\u00e4\"", "[1, [], {}]", "{\"a\": {\"a\": 1}, \"b\": [2]}"] {
+        for text in [
+            "null",
+            "true",
+            "-3",
+            "18446744073709551615",
+            "0.1",
+            "1e-300",
+            "\"\\u00e4\"",
+            "[1, [], {}]",
+            "{\"a\": {\"a\": 1}, \"b\": [2]}",
+        ] {
             assert_eq!(parse(text).unwrap(), serde_json::from_str::<Value>(text).unwrap(), "{text}");
         }
         for text in ["", "{", "[1,]", "nan", "1e999", &"[".repeat(1000)] {

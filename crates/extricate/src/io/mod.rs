@@ -19,8 +19,8 @@ use crate::scene::file::world_file::{in_world_of_entries, obstacles_of_entries};
 use crate::scene::file::{self, SceneFile};
 use crate::scene::import::is_foreign;
 use crate::scene::{Body, Scene};
-use files::{read, read_within};
 pub use files::{check_output, check_regular, write_atomically};
+use files::{read, read_within};
 use model_file::adapt_checkpoint;
 use model_file::checkpoint::{self, CheckpointSummary};
 
@@ -73,9 +73,7 @@ pub fn load_world(robots: &Scene, path: &Path, limits: &LoadLimits) -> Result<Sc
         return worlds::load_foreign(robots, path, limits);
     }
     match scene_text(path, limits)? {
-        SceneText::Toml(text) => {
-            in_world_of_entries(robots, path, &parsed(path, &text, limits)?, &mut reader(limits))
-        }
+        SceneText::Toml(text) => in_world_of_entries(robots, path, &parsed(path, &text, limits)?, &mut reader(limits)),
         SceneText::Urdf => {
             let problem = "got a URDF, expected a scene file with the world's obstacles (TOML)";
             Err(Error::input(path.display().to_string(), "file", problem))

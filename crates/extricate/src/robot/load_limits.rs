@@ -43,8 +43,21 @@ use LoadLimit::*;
 impl LoadLimit {
     /// All of them.
     pub const ALL: [LoadLimit; 15] = [
-        FileBytes, TextBytes, EntityBytes, XmlNodes, XmlAttributes, XmlDepth, Values, MeshNodes, Vertices, Triangles, Links,
-        Shapes, Obstacles, Pairs, NameBytes,
+        FileBytes,
+        TextBytes,
+        EntityBytes,
+        XmlNodes,
+        XmlAttributes,
+        XmlDepth,
+        Values,
+        MeshNodes,
+        Vertices,
+        Triangles,
+        Links,
+        Shapes,
+        Obstacles,
+        Pairs,
+        NameBytes,
     ];
 
     /// How messages and the command line call it.
@@ -70,7 +83,7 @@ impl LoadLimit {
             XmlAttributes => ("xml-attributes", 256, "attributes"),
             XmlDepth => ("xml-depth", 1_000, "elements within each other"),
             Values => ("values", 5_000_000, "values"),
-            MeshNodes => ("mesh-nodes", 1_000_000, "nodes, those shown again counted"),
+            MeshNodes => ("mesh-nodes", 1_000_000, "nodes (those shown again count)"),
             Vertices => ("vertices", 16_000_000, "corners"),
             Triangles => ("triangles", 16_000_000, "triangles"),
             Links => ("links", 10_000, "links"),
@@ -129,7 +142,9 @@ impl LoadLimits {
     pub fn exceeded(&self, limit: LoadLimit, found: usize) -> String {
         let (name, _, what) = limit.row();
         let most = self.get(limit);
-        format!("got {found} {what} or more, expected at most {most}; more are taken with the load limit `{name}={found}`")
+        format!(
+            "got {found} {what} or more, expected at most {most}; more are taken with the load limit `{name}={found}`"
+        )
     }
 }
 
@@ -145,7 +160,10 @@ mod tests {
             let limits = LoadLimits::default().with(limit, 3);
             assert!(limits.check(limit, 3, "f", "e").is_ok());
             let message = limits.check(limit, 4, "f", "e").unwrap_err().to_string();
-            assert!(message.starts_with("f: e: got 4 ") && message.contains(&format!("`{}=4`", limit.name())), "{message}");
+            assert!(
+                message.starts_with("f: e: got 4 ") && message.contains(&format!("`{}=4`", limit.name())),
+                "{message}"
+            );
             assert!(LoadLimits::default().check(limit, limit.default_value(), "f", "e").is_ok());
         }
     }

@@ -186,11 +186,12 @@ impl Group {
     fn add_own(&self, file: &str, lookup: &Lookup, joints: &mut BTreeSet<usize>) -> Result<()> {
         let element = &format!("group \"{}\"", quoted(&self.name));
         let robot = lookup.robot;
-        let link_of = |name: &String| {
-            lookup.links.get(name.as_str()).copied().ok_or_else(|| {
-                unknown(file, element, "link", name, robot.links.iter().map(|link| link.name.as_str()))
-            })
-        };
+        let link_of =
+            |name: &String| {
+                lookup.links.get(name.as_str()).copied().ok_or_else(|| {
+                    unknown(file, element, "link", name, robot.links.iter().map(|link| link.name.as_str()))
+                })
+            };
         for name in self.joints.iter().filter(|name| !lookup.virtual_joints.contains(name.as_str())) {
             let joint = lookup.joints.get(name.as_str()).copied().ok_or_else(|| {
                 unknown(file, element, "joint", name, robot.joints.iter().map(|joint| joint.name.as_str()))

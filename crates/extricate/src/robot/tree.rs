@@ -38,8 +38,7 @@ pub(crate) fn root(file: &str, links: &[Link], joints: &[Joint]) -> Result<usize
         [] if links.is_empty() => return Err(Error::input(file, "robot", "got no links, expected at least one")),
         [] => return Err(Error::input(file, "robot", "got a cycle through all links, expected a tree with one root")),
         _ => {
-            let problem =
-                format!("got {} root links ({}), expected one", roots.len(), names(&roots));
+            let problem = format!("got {} root links ({}), expected one", roots.len(), names(&roots));
             return Err(Error::input(file, "robot", problem));
         }
     };

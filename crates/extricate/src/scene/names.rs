@@ -174,7 +174,7 @@ mod tests {
     #[test]
     fn lookup_takes_plain_and_qualified_names() {
         let index = NameIndex::new(ALL.to_vec());
-        
+
         assert!(index.has_plain("hand") && !index.has_plain("left/hand"));
         assert_eq!(index.find("arm"), Ok(2));
         assert_eq!(index.find("right/arm"), Ok(2));

@@ -17,6 +17,9 @@ const HEADER: usize = 80;
 const COUNT: usize = 4;
 const RECORD: usize = 50;
 
+/// Numbers of a corner.
+const CORNER: usize = 3;
+
 /// Parses either kind. Which one it is, the length decides: many binary files begin with "solid"
 /// too.
 pub(crate) fn parse(file: &str, bytes: &[u8], limits: &LoadLimits) -> Result<Soup> {
@@ -90,9 +93,10 @@ fn plain(text: &str) -> String {
             }
             known @ ("vertex" | "endloop" | "endfacet") => {
                 plain.push_str(known);
-                plain.push_str(&line[keyword.len()..]);
+                // One word too many tells that there are more.
+                words.take(CORNER + 1).for_each(|word| plain.extend([" ", word]));
             }
-            _ => plain.push_str(line),
+            _ => plain.push_str(&quoted(line)),
         }
         plain.push('\n');
     }

@@ -207,7 +207,10 @@ mod tests {
         assert_eq!(links, [None, Some("yes")], "those of the file's own namespaces count");
         assert_eq!(declared.lines().count(), text.lines().count());
         assert!(matches!(with_declared_prefixes("<robot xmlns:k='k'><k:a/></robot>"), Cow::Borrowed(_)));
-        assert!(document("a", &with_declared_prefixes("<robot><xacro:a/></robot>"), "URDF", &LoadLimits::default()).is_err());
+        assert!(
+            document("a", &with_declared_prefixes("<robot><xacro:a/></robot>"), "URDF", &LoadLimits::default())
+                .is_err()
+        );
         for broken in ["", "<", "<!--", "<a:b", "<a:b/>", "<!DOCTYPE [", "<a x:y='1'", "text"] {
             with_declared_prefixes(broken);
         }
@@ -216,7 +219,8 @@ mod tests {
 
     #[test]
     fn broken_documents_name_the_line() {
-        let error = document("a.urdf", "<robot>\n<link>\n</robot>", "URDF", &LoadLimits::default()).unwrap_err().to_string();
+        let error =
+            document("a.urdf", "<robot>\n<link>\n</robot>", "URDF", &LoadLimits::default()).unwrap_err().to_string();
         assert!(error.starts_with("a.urdf: line 3: got text that is not XML"), "{error}");
     }
 }

@@ -59,7 +59,8 @@ impl<'a> Scan<'a> {
     /// # Errors
     /// [`Error::Input`] with the line and the limit.
     pub fn check(&self, file: &str, text: &str, limits: &LoadLimits) -> Result<()> {
-        let line = |at: usize| format!("line {}", text.as_bytes()[..at].iter().filter(|&&byte| byte == b'\n').count() + 1);
+        let line =
+            |at: usize| format!("line {}", text.as_bytes()[..at].iter().filter(|&&byte| byte == b'\n').count() + 1);
         for (limit, (found, at)) in [(LoadLimit::XmlAttributes, self.attributes), (LoadLimit::XmlDepth, self.deepest)] {
             if found > limits.get(limit) {
                 // What is met within an entity has no line.
@@ -149,7 +150,8 @@ impl<'a> Scan<'a> {
                 }
                 quote @ (b'"' | b'\'') => {
                     attributes += 1;
-                    at += bytes[at + 1..].iter().position(|&byte| byte == quote).map_or(bytes.len(), |length| length + 1);
+                    at +=
+                        bytes[at + 1..].iter().position(|&byte| byte == quote).map_or(bytes.len(), |length| length + 1);
                     name_start = None;
                 }
                 b'=' => {
@@ -294,7 +296,9 @@ mod tests {
         assert_eq!(message(taken, &limits), "taken");
         let many = "<r>\n<a x='1' y='2' z='3' w='4'/></r>";
         assert!(message(many, &limits).starts_with("f: line 2: got 4 attributes"), "{}", message(many, &limits));
-        assert!(message("<a><b/>\n<c><d>\n<e><f/>", &limits).starts_with("f: line 3: got 5 elements within each other"));
+        assert!(
+            message("<a><b/>\n<c><d>\n<e><f/>", &limits).starts_with("f: line 3: got 5 elements within each other")
+        );
         let copied = format!("<r {}>{}", " xmlns:a='a' xmlns:b='b' xmlns:c='c'", "<x xmlns='d'/>".repeat(500_001));
         assert!(message(&copied, &limits).contains("namespaces: got 500002 elements"), "{}", message(&copied, &limits));
     }
@@ -307,20 +311,45 @@ mod tests {
             format!("<!DOCTYPE r [<!ENTITY % p 'q'><!-- ' --> <!ENTITY a '{x}'>\n<!ENTITY b \"&a;&a;&a;\">]>{body}")
         };
         assert_eq!(message(&text("<r n='&a;&lt;&#60;&b;'>&b; &c; & a;</r>"), &limits), "taken");
-        assert!(message(&text(&format!("<r>{}</r>", "&a;".repeat(11))), &limits).contains("got 1100 bytes from entities"));
+        assert!(
+            message(&text(&format!("<r>{}</r>", "&a;".repeat(11))), &limits).contains("got 1100 bytes from entities")
+        );
         assert!(message(&text("<r a='&b;'>&b;&b;&b;</r>"), &limits).contains("entity-bytes"));
         let circle = "<!DOCTYPE r [<!ENTITY a '&b;&b;'><!ENTITY b '&a;&a;'>]><r>&a;</r>";
         assert!(message(circle, &LoadLimits::default().with(LoadLimit::EntityBytes, 100)).contains("entity-bytes"));
         let attributes = "<!DOCTYPE r [<!ENTITY a '<x a=\"\" b=\"\" c=\"\"/>'>]><r>&a;</r>";
-        assert!(message(attributes, &LoadLimits::default().with(LoadLimit::XmlAttributes, 2)).contains("xml-attributes"));
+        assert!(
+            message(attributes, &LoadLimits::default().with(LoadLimit::XmlAttributes, 2)).contains("xml-attributes")
+        );
     }
 
     #[test]
     fn broken_texts_end() {
-        for text in ["", "<", "<!", "<!--", "<![CDATA[", "<?", "</", "<a", "<a b", "<a b=", "<a b='", "<!DOCTYPE", "<!DOCTYPE a ["] {
+        for text in [
+            "",
+            "<",
+            "<!",
+            "<!--",
+            "<![CDATA[",
+            "<?",
+            "</",
+            "<a",
+            "<a b",
+            "<a b=",
+            "<a b='",
+            "<!DOCTYPE",
+            "<!DOCTYPE a [",
+        ] {
             assert_eq!(message(text, &LoadLimits::default()), "taken", "{text}");
         }
-        for text in ["<!DOCTYPE a [<", "<!DOCTYPE a [<!ENTITY", "<!DOCTYPE a [<!ENTITY a '", "<!DOCTYPE a [<!ENTITY a ''", "<a &", "&;"] {
+        for text in [
+            "<!DOCTYPE a [<",
+            "<!DOCTYPE a [<!ENTITY",
+            "<!DOCTYPE a [<!ENTITY a '",
+            "<!DOCTYPE a [<!ENTITY a ''",
+            "<a &",
+            "&;",
+        ] {
             assert_eq!(message(text, &LoadLimits::default()), "taken", "{text}");
         }
     }

@@ -122,13 +122,7 @@ const IS_MJCF: &str = "got <mujoco>, expected <robot>: this is MJCF; in Python `
                        (pip install 'extricate[mujoco]')";
 const IS_SDF: &str = "got <sdf>, expected <robot>: this is SDF; in Python `extricate.Robot.from_sdf(path)` takes it";
 
-fn link(
-    place: &Place,
-    node: Node,
-    shapes: Shapes,
-    load_mesh: LoadMesh,
-    warnings: &mut Vec<String>,
-) -> Result<Link> {
+fn link(place: &Place, node: Node, shapes: Shapes, load_mesh: LoadMesh, warnings: &mut Vec<String>) -> Result<Link> {
     let (file, element, tag) = (place.file, &place.element, shapes.tag());
     let name = place.required(node, "name")?.to_owned();
     let mut collision = Vec::new();

@@ -5,9 +5,9 @@ use roxmltree::Node;
 use super::place::{LoadMesh, Place};
 use crate::error::{Result, quoted};
 use crate::math::Vec3;
+use crate::robot::Geometry;
 use crate::robot::formats::xml::{child, numbers, own_attribute};
 use crate::robot::mesh::is_scale;
-use crate::robot::Geometry;
 
 /// What a geometry without volume is taken for \[m\], where it has an area: more than rounding,
 /// less than any clearance in use.

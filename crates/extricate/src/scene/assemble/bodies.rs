@@ -193,7 +193,8 @@ mod tests {
         let solid = vec![[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]];
         let mut warnings = Vec::new();
         let mut known = OncePerMesh::default();
-        let mut warn_of_surfaces = |body: &Body, warnings: &mut Vec<String>| warn_of_surfaces(body, &mut known, warnings);
+        let mut warn_of_surfaces =
+            |body: &Body, warnings: &mut Vec<String>| warn_of_surfaces(body, &mut known, warnings);
         warn_of_surfaces(&body(solid.clone()), &mut warnings);
         assert!(warnings.is_empty());
         let mixed: Vec<[u32; 3]> = solid.iter().copied().chain([[4, 5, 6], [4, 6, 7]]).collect();

@@ -37,6 +37,9 @@ pub struct Files<'a> {
     mesh_warnings: Vec<String>,
 }
 
+/// Folders in which every mesh is looked for, at most.
+const MOST_PACKAGES: usize = 1000;
+
 /// A URDF that a scene file names.
 pub struct Source<'a> {
     /// What names it, in messages.
@@ -126,6 +129,10 @@ impl<'a> Files<'a> {
         let file = path.display().to_string();
         let text = self.text(&path, element)?;
         let folder = path.parent().unwrap_or(Path::new("")).to_path_buf();
+        if packages.len() > MOST_PACKAGES {
+            let problem = format!("got {} packages, expected at most {MOST_PACKAGES}", packages.len());
+            return Err(Error::input(&self.file, element, problem));
+        }
         let packages: Vec<PathBuf> = packages.iter().map(|package| self.folder.join(package)).collect();
         let shapes = if geometry == GeometryKind::Visual { Shapes::Visual } else { Shapes::Collision };
         let limits = self.limits.clone();
@@ -176,10 +183,8 @@ impl<'a> Files<'a> {
 
     /// A mesh that was found, its axes scaled: once, however often it is asked for.
     fn scaled(&mut self, path: &Path, scale: [f64; 3]) -> Result<Arc<TriangleMesh>> {
-        let mesh = self.mesh_at(path)?.ok_or_else(|| Error::Read {
-            path: path.into(),
-            source: ErrorKind::NotFound.into(),
-        })?;
+        let mesh =
+            self.mesh_at(path)?.ok_or_else(|| Error::Read { path: path.into(), source: ErrorKind::NotFound.into() })?;
         if scale == [1.0; 3] {
             return Ok(mesh);
         }
@@ -258,8 +263,9 @@ impl<'a> Files<'a> {
         };
         let name = path.display().to_string();
         let folder = path.parent().unwrap_or(Path::new(""));
-        let mut neighbour =
-            |uri: &str| (self.read)(&folder.join(uri)).map_err(|error| named(&name, &format!("uri \"{}\"", quoted(uri)), error));
+        let mut neighbour = |uri: &str| {
+            (self.read)(&folder.join(uri)).map_err(|error| named(&name, &format!("uri \"{}\"", quoted(uri)), error))
+        };
         let mesh = formats::parse_among(&name, &bytes, &self.limits, &mut neighbour, &mut self.mesh_warnings)?;
         let mesh = Arc::new(mesh);
         self.count_triangles(path, &mesh)?;

@@ -171,8 +171,14 @@ mod tests {
 
     fn assembled(text: &str) -> Result<Vec<Body>> {
         let scene = file::parse("s.toml", text)?;
-        Ok(others("s.toml", (&scene.obstacle, &scene.attached), &mut |_, _, scale| Ok(tetrahedron(scale)), &scene, &mut Vec::new())?
-            .obstacles)
+        Ok(others(
+            "s.toml",
+            (&scene.obstacle, &scene.attached),
+            &mut |_, _, scale| Ok(tetrahedron(scale)),
+            &scene,
+            &mut Vec::new(),
+        )?
+        .obstacles)
     }
 
     fn tetrahedron(scale: [f64; 3]) -> Arc<TriangleMesh> {

@@ -33,7 +33,9 @@ pub fn checked(
         };
         match a.frame {
             // There may be hundreds of thousands of obstacles, none checked against another.
-            0 => pairs.extend(moving[moving.partition_point(|&body| body <= first)..].iter().copied().filter_map(meets)),
+            0 => {
+                pairs.extend(moving[moving.partition_point(|&body| body <= first)..].iter().copied().filter_map(meets))
+            }
             _ => pairs.extend((first + 1..bodies.len()).filter_map(meets)),
         }
         if pairs.len() > most {

@@ -16,8 +16,7 @@ use crate::scene::file::limits::LimitsEntry;
 /// their planes and surfaces are: those it leaves on one side.
 pub fn reach(robots: &[LoadedRobot], obstacles: &[Body]) -> f64 {
     let mut known = OncePerMesh::default();
-    let mut shape =
-        |pose: &Pose, geometry: &Geometry| pose.translation.norm() + known.of(geometry, radius);
+    let mut shape = |pose: &Pose, geometry: &Geometry| pose.translation.norm() + known.of(geometry, radius);
     let of_obstacles: f64 =
         obstacles.iter().flat_map(|body| &body.parts).map(|part| shape(&part.pose_frame_part, &part.geometry)).sum();
     let of_robots: f64 = robots

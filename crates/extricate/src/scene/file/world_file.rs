@@ -52,8 +52,8 @@ pub fn in_world_of_entries(robots: &Scene, path: &Path, world: &SceneFile, read:
     world.limits.check(LoadLimit::Pairs, pairs, &name, "pairs")?;
     scene = scene.with_obstacles(obstacles).map_err(in_file)?;
     let attached = attached.into_iter().zip(&world.attached);
-    let attached = attached
-        .map(|(object, entry)| (object, entry.link.as_str(), entry.touch.iter().map(String::as_str).collect()));
+    let attached =
+        attached.map(|(object, entry)| (object, entry.link.as_str(), entry.touch.iter().map(String::as_str).collect()));
     scene = scene.attached_all(attached, world.limits.get(LoadLimit::Pairs)).map_err(in_file)?;
     world.limits.check(LoadLimit::Pairs, scene.pairs.len(), &name, "pairs")?;
     let disabled = world.pairs.disable.iter().map(|[a, b]| [a.as_str(), b.as_str()]);

@@ -97,12 +97,7 @@ fn defaults<'a>(
     Ok(())
 }
 
-fn write(
-    matrix: &At,
-    pairs: &BTreeSet<[&str; 2]>,
-    robots: Option<&Scene>,
-    objects: &mut Objects,
-) -> Result<()> {
+fn write(matrix: &At, pairs: &BTreeSet<[&str; 2]>, robots: Option<&Scene>, objects: &mut Objects) -> Result<()> {
     let links: Option<HashSet<&str>> =
         robots.map(|robots| robots.links.iter().map(|link| link.name.as_str()).collect());
     let mut unknown = BTreeSet::new();

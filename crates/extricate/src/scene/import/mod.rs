@@ -69,10 +69,8 @@ pub fn import(path: &Path, text: &str, robots: Option<&Scene>, limits: &LoadLimi
             Err(Error::input(file, "name", problem))
         }
     };
-    imported.map(|Imported { entries, notes }| Imported {
-        entries: SceneFile { limits: limits.clone(), ..entries },
-        notes,
-    })
+    imported
+        .map(|Imported { entries, notes }| Imported { entries: SceneFile { limits: limits.clone(), ..entries }, notes })
 }
 
 #[cfg(test)]

@@ -46,7 +46,11 @@ pub(crate) fn parse(file: &str, bytes: &[u8], limits: &LoadLimits) -> Result<Sou
     let document = document(file, &text, "COLLADA", limits)?;
     let root = document.root_element();
     if root.tag_name().name() != "COLLADA" {
-        return Err(Error::input(file, "root", format!("got <{}>, expected <COLLADA>", quoted(root.tag_name().name()))));
+        return Err(Error::input(
+            file,
+            "root",
+            format!("got <{}>, expected <COLLADA>", quoted(root.tag_name().name())),
+        ));
     }
     let unit = child(root, "asset").and_then(|asset| child(asset, "unit"));
     let [meter] = numbers_or(file, "unit", unit, "meter", [1.0])?;
@@ -83,9 +87,9 @@ impl<'a, 'i> Reader<'a, 'i> {
             Some(url) => url,
             None => required(self.file, &label(node), node, attribute)?,
         };
-        url.strip_prefix('#')
-            .and_then(|id| self.by_id.get(id).copied())
-            .ok_or_else(|| self.error(node, format!("got {attribute}=\"{}\", expected `#` and an id in this file", quoted(url))))
+        url.strip_prefix('#').and_then(|id| self.by_id.get(id).copied()).ok_or_else(|| {
+            self.error(node, format!("got {attribute}=\"{}\", expected `#` and an id in this file", quoted(url)))
+        })
     }
 
     fn node(&mut self, node: Node<'a, 'i>, parent: &Matrix4<f64>, depth: usize) -> Result<()> {
@@ -335,7 +339,9 @@ impl<'a, 'i> Reader<'a, 'i> {
         let text = element.text().unwrap_or("");
         let mut values = Vec::with_capacity(text.len() / 8);
         for word in text.split_whitespace() {
-            values.push(word.parse().map_err(|_| self.error(element, format!("got `{}`, expected a number", quoted(word))))?);
+            values.push(
+                word.parse().map_err(|_| self.error(element, format!("got `{}`, expected a number", quoted(word))))?,
+            );
         }
         match count {
             Some(count) if count != values.len() => {

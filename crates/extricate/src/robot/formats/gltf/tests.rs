@@ -73,7 +73,10 @@ fn indices_of_all_sizes_and_buffers_of_all_places_are_read() {
         assert_eq!(uri, "my data.bin");
         Ok(wide())
     };
-    assert_eq!(parse_among("a.gltf", named.as_bytes(), &LoadLimits::default(), &mut neighbour, &mut vec![]).unwrap(), mesh);
+    assert_eq!(
+        parse_among("a.gltf", named.as_bytes(), &LoadLimits::default(), &mut neighbour, &mut vec![]).unwrap(),
+        mesh
+    );
     let message = parse("a.gltf", named.as_bytes()).unwrap_err().to_string();
     assert!(message.contains("a.gltf: uri: got `my data.bin`, expected all in one file"), "{message}");
 }
