@@ -12,8 +12,22 @@ use crate::spoil::{REALS, WHOLES};
 const MOST: usize = 4;
 
 /// What numbers in text are replaced by.
-const WORDS: [&str; 14] =
-    ["0", "1", "-1", "2", "0.5", "-0.0", "1e9", "1e308", "1e-320", "4294967295", "1099511627776", "18446744073709551615", "null", "[]"];
+const WORDS: [&str; 14] = [
+    "0",
+    "1",
+    "-1",
+    "2",
+    "0.5",
+    "-0.0",
+    "1e9",
+    "1e308",
+    "1e-320",
+    "4294967295",
+    "1099511627776",
+    "18446744073709551615",
+    "null",
+    "[]",
+];
 
 /// Of a model file or checkpoint: its parts are changed, and its checksum is made right. What is
 /// none is changed as bytes.

@@ -41,7 +41,8 @@ fn collect(value: &Value, at: &mut String, found: &mut Vec<String>) {
     match value {
         Value::Object(entries) => entries.iter().for_each(|(key, value)| below(key, value, found)),
         Value::Array(entries) => {
-            let is_shown = |k: &usize| *k < 2 || *k + 1 == entries.len() || entries.len() <= 16 && entries[*k].is_object();
+            let is_shown =
+                |k: &usize| *k < 2 || *k + 1 == entries.len() || entries.len() <= 16 && entries[*k].is_object();
             (0..entries.len()).filter(is_shown).for_each(|k| below(&k.to_string(), &entries[k], found));
         }
         Value::Number(_) => found.push(at.clone()),

@@ -49,9 +49,9 @@ impl ConfigSpace {
         if !rows.len().is_multiple_of(self.nq) {
             return Err(format!("got {} numbers, expected rows of {}", rows.len(), self.nq));
         }
-        rows.chunks_exact(self.nq).enumerate().try_for_each(|(row, q)| {
-            self.check_row(q).map_err(|problem| format!("row {row}: {problem}"))
-        })
+        rows.chunks_exact(self.nq)
+            .enumerate()
+            .try_for_each(|(row, q)| self.check_row(q).map_err(|problem| format!("row {row}: {problem}")))
     }
 
     fn check_row(&self, q: &[f64]) -> Result<(), String> {

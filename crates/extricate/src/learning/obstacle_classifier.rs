@@ -135,11 +135,15 @@ impl ObstacleClassifier {
                 return fault(format!("got the part {}, expected one of {parts}, each once", svm.part));
             }
             if !svm.classifier.is_sound(width) {
-                return fault(format!("got lengths or numbers that do not fit, expected finite ones of {width} features"));
+                return fault(format!(
+                    "got lengths or numbers that do not fit, expected finite ones of {width} features"
+                ));
             }
             let (found, expected) = (svm.support.len() / space.nq(), svm.classifier.support_vectors());
             if found != expected {
-                return fault(format!("got {found} configurations, expected one of each of {expected} support vectors"));
+                return fault(format!(
+                    "got {found} configurations, expected one of each of {expected} support vectors"
+                ));
             }
             space.check_rows(&svm.support).or_else(fault)?;
         }

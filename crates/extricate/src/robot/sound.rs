@@ -37,7 +37,8 @@ impl TriangleMesh {
             return Err(format!("vertex {index}: got {found:?}, expected finite coordinates [m] within 1e9"));
         }
         let count = self.vertices.len();
-        let is_one = |t: &[u32; 3]| t.iter().all(|k| (*k as usize) < count) && t[0] != t[1] && t[1] != t[2] && t[2] != t[0];
+        let is_one =
+            |t: &[u32; 3]| t.iter().all(|k| (*k as usize) < count) && t[0] != t[1] && t[1] != t[2] && t[2] != t[0];
         if let Some(index) = self.triangles.iter().position(|t| !is_one(t)) {
             let found = self.triangles[index];
             return Err(format!("triangle {index}: got {found:?}, expected three indices below {count}"));
@@ -47,7 +48,9 @@ impl TriangleMesh {
             let range = component.triangles.clone();
             if range.start != end || range.end <= end || range.end > self.triangles.len() {
                 let all = self.triangles.len();
-                return Err(format!("component {number}: got the triangles {range:?}, expected some from {end} to {all}"));
+                return Err(format!(
+                    "component {number}: got the triangles {range:?}, expected some from {end} to {all}"
+                ));
             }
             end = range.end;
             if component.closed && !all_edges_even(&self.triangles[range]) {

@@ -47,7 +47,7 @@ pub enum SegmentOutcome {
     },
     /// Two bodies come so near to losing the clearance that neither was found: no proof, and no
     /// collision next to where it ends. Or the motion is so long beside the resolution that a
-    /// million stretches did not prove it.
+    /// hundred thousand stretches did not prove it.
     Undecided {
         /// Every configuration up to this fraction is free: proved.
         free_until: f64,
@@ -64,7 +64,7 @@ const FINEST: f64 = 1.0 / 16.0;
 
 /// Stretches after which a proof is given up. Motions of metres take some thousands; bodies of a
 /// million kilometres would take years.
-const MOST_STRETCHES: usize = 1 << 20;
+const MOST_STRETCHES: usize = 1 << 18;
 
 /// More than exact tests err by \[m\]: what is proved here is not called colliding there.
 const SLACK: f64 = 2e-7;

@@ -135,7 +135,8 @@ mod tests {
         let straight = [1.9, 0.0, 0.0];
         assert_eq!(evaluator.label(&context, &straight), Label::Free);
         // The same poses, but for turns that the joint cannot make; and no poses at all.
-        for (at, value) in [(1, std::f64::consts::TAU), (2, -std::f64::consts::TAU), (0, f64::NAN), (2, f64::INFINITY)] {
+        for (at, value) in [(1, std::f64::consts::TAU), (2, -std::f64::consts::TAU), (0, f64::NAN), (2, f64::INFINITY)]
+        {
             let mut q = straight;
             q[at] = value;
             assert_eq!(evaluator.label(&context, &q), Label::Colliding, "{q:?}");

@@ -38,7 +38,11 @@ fn length(what: &str, found: f64) -> Result<(), String> {
 
 /// A number from `least` to 1e9.
 fn within(what: &str, found: f64, least: f64) -> Result<(), String> {
-    if (least..=FARTHEST).contains(&found) { Ok(()) } else { Err(format!("{what}: got {found:?}, expected {least} to 1e9")) }
+    if (least..=FARTHEST).contains(&found) {
+        Ok(())
+    } else {
+        Err(format!("{what}: got {found:?}, expected {least} to 1e9"))
+    }
 }
 
 fn pose(what: &str, found: &Pose) -> Result<(), String> {
@@ -90,7 +94,10 @@ mod tests {
             (|s| revolute(s, |_, at| at.offset = f64::NAN), "offset: got NaN"),
             (|s| s.bodies[0].frame = 9, "body 0 (`link_1`): frame: got 9, expected an index below 4"),
             (|s| s.bodies[1].name = "link_1".into(), "body 1 (`link_1`): got a name that another body has"),
-            (|s| s.bodies[0].parts[1].geometry = Geometry::Sphere { radius: 0.0 }, "body 0 (`link_1`): part 1: got 0.0"),
+            (
+                |s| s.bodies[0].parts[1].geometry = Geometry::Sphere { radius: 0.0 },
+                "body 0 (`link_1`): part 1: got 0.0",
+            ),
             (|s| s.pairs[0] = BodyPair { first: 3, second: 3 }, "pair 0: got 3 and 3"),
             (|s| s.pairs[0].second = usize::MAX, "pair 0: got 0 and 18446744073709551615"),
             (|s| s.links[0].frame = 7, "link 0 (`base`): frame: got 7"),

@@ -24,7 +24,9 @@ pub fn check(scene: &Scene) -> Result<(), String> {
     }
     match frames.first() {
         Some(Frame { parent: 0, motion: Motion::World, .. }) => {}
-        Some(first) => return Err(format!("frame 0: got {:?} below frame {}, expected the world", first.motion, first.parent)),
+        Some(first) => {
+            return Err(format!("frame 0: got {:?} below frame {}, expected the world", first.motion, first.parent));
+        }
         None => return Err("frame 0: got none, expected the world".into()),
     }
     for (number, frame) in frames.iter().enumerate() {
@@ -35,7 +37,9 @@ pub fn check(scene: &Scene) -> Result<(), String> {
         index(&format!("{what}: frame"), link.frame, frames.len())?;
         pose(&format!("{what}: pose"), &link.pose_frame_link)?;
     }
-    let position = |joint: &crate::scene::RigidJoint| within(&format!("joint `{}`: position", joint.name), joint.position, -FARTHEST);
+    let position = |joint: &crate::scene::RigidJoint| {
+        within(&format!("joint `{}`: position", joint.name), joint.position, -FARTHEST)
+    };
     rigid.iter().try_for_each(position)
 }
 
@@ -76,7 +80,9 @@ fn check_axis(axis: &Vec3) -> Result<(), String> {
 fn check_coordinate(scene: &Scene, coordinate: &Coordinate, slides: bool) -> Result<(), String> {
     let Coordinate { q, v, multiplier, offset } = *coordinate;
     let factor = scene.space.factors().iter().find(|factor| factor.q == q && factor.manifold != Manifold::Rotation);
-    let Some(factor) = factor else { return Err(format!("got the coordinate {q}, expected one of an interval or circle")) };
+    let Some(factor) = factor else {
+        return Err(format!("got the coordinate {q}, expected one of an interval or circle"));
+    };
     if factor.v != v {
         return Err(format!("got the tangent coordinate {v}, expected {}", factor.v));
     }
