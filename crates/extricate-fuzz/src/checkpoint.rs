@@ -21,24 +21,34 @@ const UNITS: usize = 2;
 /// Reads a checkpoint of either kind, and goes on with the run; panics where that does, or where a
 /// model comes of it that does not keep its word.
 pub fn run(bytes: &[u8]) {
-    let file = Container::open(bytes);
-    let sealed = file.as_ref().map(Container::sealed);
-    let (bytes, path) = (sealed.as_deref().unwrap_or(bytes), Path::new("c"));
-    let is_adapt = file.is_some_and(|file| file.key.ends_with("adapt"));
+    let sealed = Container::open(bytes).map(|file| file.sealed());
+    let _ = read(sealed.as_deref().unwrap_or(bytes));
+}
+
+/// The same, of a checkpoint whose checksum is right.
+///
+/// # Errors
+/// The message of a checkpoint that is refused.
+pub fn read(bytes: &[u8]) -> Result<(), String> {
+    let path = Path::new("f");
+    let is_adapt = Container::open(bytes).is_some_and(|file| file.key.ends_with("adapt"));
     let model = if is_adapt {
         let _ = adapt_checkpoint::summary(path, bytes);
-        let Ok(mut adapter) = adapt_checkpoint::decode(path, bytes, old(), moved(), 1) else { return };
+        let resumed = adapt_checkpoint::decode(path, bytes, old(), moved(), 1);
+        let mut adapter = resumed.map_err(|error| error.to_string())?;
         step(&mut |report| adapter.step(report));
         assert!(!adapt_checkpoint::encode(&adapter).is_empty());
         adapter.finish()
     } else {
         let _ = checkpoint::summary(path, bytes);
-        let Ok(mut learner) = checkpoint::decode(path, bytes, scenes::scene("few"), 1) else { return };
+        let resumed = checkpoint::decode(path, bytes, scenes::scene("few"), 1);
+        let mut learner = resumed.map_err(|error| error.to_string())?;
         step(&mut |report| learner.step(report));
         assert!(!checkpoint::encode(&learner).is_empty());
         learner.finish(&mut |_| ControlFlow::Break(()))
     };
     model.iter().for_each(query);
+    Ok(())
 }
 
 type Report<'a> = dyn FnMut(&LearnProgress) -> ControlFlow<()> + Send + 'a;
@@ -77,17 +87,20 @@ fn moved() -> Scene {
 
 /// Checkpoints after every unit of a run of each kind.
 pub fn corpus() -> Vec<(String, Vec<u8>)> {
-    let mut all = Vec::new();
+    let (mut all, mut unit) = (Vec::new(), 0);
     let mut learner = Learner::new(scenes::scene("few"), &options()).expect("sound options");
     loop {
-        all.push((format!("learn-{}", all.len()), checkpoint::encode(&learner)));
+        all.push((format!("learn-{unit}"), checkpoint::encode(&learner)));
+        unit += 1;
         if !learner.step(&mut |_| ControlFlow::Continue(())) {
             break;
         }
     }
+    unit = 0;
     let mut adapter = Adapter::new(old(), moved(), &options()).expect("the same robot");
     loop {
-        all.push((format!("adapt-{}", all.len()), adapt_checkpoint::encode(&adapter)));
+        all.push((format!("adapt-{unit}"), adapt_checkpoint::encode(&adapter)));
+        unit += 1;
         if !adapter.step(&mut |_| ControlFlow::Continue(())) {
             return all;
         }

@@ -31,6 +31,10 @@ fn main() -> ExitCode {
     let arguments: Vec<String> = env::args().skip(1).collect();
     let words: Vec<&str> = arguments.iter().map(String::as_str).collect();
     let done = match words[..] {
+        ["replay", name, file] => match target(name) {
+            Some(target) => fs::read(file).map(|bytes| (target.run)(&bytes)).map(|()| true),
+            None => return usage(),
+        },
         ["corpus", folder] => write_corpora(Path::new(folder)).map(|()| true),
         [name, count, seed, ref rest @ ..] if rest.len() < 2 => match (target(name), count.parse(), seed.parse()) {
             (Some(target), Ok(count), Ok(seed)) => {
@@ -38,10 +42,6 @@ fn main() -> ExitCode {
                 fuzz(target, count, seed, Path::new(&folder))
             }
             _ => return usage(),
-        },
-        ["replay", name, file] => match target(name) {
-            Some(target) => fs::read(file).map(|bytes| (target.run)(&bytes)).map(|()| true),
-            None => return usage(),
         },
         _ => return usage(),
     };

@@ -15,6 +15,7 @@ use std::path::PathBuf;
 use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 
 use extricate::internals::io;
+use extricate::internals::scene::assemble::sound;
 use extricate::{CheckScratch, Checker, Manifold, World, builtin};
 use numpy::PyArray1;
 use pyo3::exceptions::{PyTypeError, PyValueError};
@@ -263,10 +264,13 @@ impl Scene {
     /// The inverse of pickling.
     #[staticmethod]
     fn _from_bytes(py: Python<'_>, data: &[u8]) -> PyResult<Self> {
-        let scene = py.detach(|| postcard::from_bytes(data));
+        let read = || {
+            let scene = postcard::from_bytes(data).map_err(|error| error.to_string())?;
+            sound::check(&scene).map(|()| scene)
+        };
         let wrong =
             |error| PyValueError::new_err(format!("got bytes that are no pickled scene of this version ({error})"));
-        Ok(Self::of(Arc::new(scene.map_err(wrong)?)))
+        Ok(Self::of(Arc::new(py.detach(read).map_err(wrong)?)))
     }
 
     fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, (Bound<'py, PyBytes>,))> {

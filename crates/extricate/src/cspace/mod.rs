@@ -359,6 +359,9 @@ mod tests {
         assert!(message(&[0.0; 3]).contains("6 coordinates"));
         assert!(message(&[3.0, 0.0, 0.0, 0.0, 0.0, 1.0]).contains("`a`"));
         assert!(message(&[f64::NAN, 0.0, 0.0, 0.0, 0.0, 1.0]).contains("finite"));
+        // An angle of a number this large is chance.
+        assert!(message(&[0.0, 1e308, 0.0, 0.0, 0.0, 1.0]).contains("`b` (coordinate 1)"));
+        assert!(space.config_anywhere(&[1e308, 0.0, 0.0, 0.0, 0.0, 1.0]).is_err());
         assert!(message(&[0.0, 0.0, 0.0, 0.0, 0.0, 0.5]).contains("unit quaternion"));
     }
 }

@@ -77,7 +77,7 @@ impl ConfigSpace {
 
     /// Whether every coordinate is finite and none lies beyond its limits: what a witness has to
     /// be beside collision-free.
-    pub fn is_within(&self, q: &[f64]) -> bool {
+    pub(crate) fn is_within(&self, q: &[f64]) -> bool {
         q.iter().all(|x| x.is_finite()) && self.outside(q).next().is_none()
     }
 }

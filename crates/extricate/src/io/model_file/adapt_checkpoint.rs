@@ -86,6 +86,7 @@ pub fn decode<'a>(path: &Path, bytes: &[u8], old: &'a Model, scene: Scene, threa
     }
     let lists = LISTS.map(|name| tensors.tensor(name).map(|t| numbers(t.data())).unwrap_or_default());
     let options = run.options(threads);
+    options.check().map_err(|error| fault(&format!("altered or damaged: {error}")))?;
     let state = AdaptState::at(run.mark, lists);
     let stored = old.boundary().len() - old.statistics().stand_ins;
     let sound = state.check(&scene.space, stored);

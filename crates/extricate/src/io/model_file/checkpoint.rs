@@ -111,6 +111,7 @@ pub fn decode(path: &Path, bytes: &[u8], scene: Scene, threads: usize) -> Result
         .and_then(|t| postcard::from_bytes(t.data()).ok())
         .ok_or_else(|| fault("altered or damaged: classifier"))?;
     let options = run.options(threads);
+    options.check().map_err(|error| fault(&format!("altered or damaged: {error}")))?;
     let Run { colliding_share, mark, .. } = run;
     let known = Exploration { free, colliding, next: mark.next };
     let classified = classified.unwrap_or_default();

@@ -119,3 +119,27 @@ impl Evaluator {
         context.metric.distance_from(anchor, q, &mut self.metric)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::query::World;
+    use crate::scene::builtin;
+
+    /// Whoever offers a witness, a stored sample or a step, keeps the limits; this holds if not.
+    #[test]
+    fn what_lies_beyond_limits_is_not_free() {
+        let world = World::new(builtin::scene("planar-arm").unwrap());
+        let (mut evaluator, context) = (Evaluator::default(), world.context());
+        evaluator.begin(Deadline::default());
+        let straight = [1.9, 0.0, 0.0];
+        assert_eq!(evaluator.label(&context, &straight), Label::Free);
+        // The same poses, but for turns that the joint cannot make; and no poses at all.
+        for (at, value) in [(1, std::f64::consts::TAU), (2, -std::f64::consts::TAU), (0, f64::NAN), (2, f64::INFINITY)]
+        {
+            let mut q = straight;
+            q[at] = value;
+            assert_eq!(evaluator.label(&context, &q), Label::Colliding, "{q:?}");
+        }
+    }
+}
