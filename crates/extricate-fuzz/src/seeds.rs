@@ -105,7 +105,7 @@ pub fn srdf() -> Vec<Seed> {
 
 /// Of scene files.
 pub fn scene() -> Vec<Seed> {
-    named([format!("{SCENE}{}", OBSTACLES.replace("LINK", "c")), format!("[[robot]]\nurdf = 'a.urdf'\n"), SCENE.into()])
+    named([format!("{SCENE}{}", OBSTACLES.replace("LINK", "c")), "[[robot]]\nurdf = 'a.urdf'\n".into(), SCENE.into()])
 }
 
 /// Of worlds.

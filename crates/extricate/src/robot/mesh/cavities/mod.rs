@@ -11,7 +11,7 @@ use crate::math::Vec3;
 const ASKED: usize = 256;
 const LEAST_ASKED: usize = 4;
 /// Solid angles that may be computed for one mesh: some seconds.
-const MOST_ANGLES: usize = 100_000_000;
+const MOST_ANGLES: usize = 50_000_000;
 /// Meshes of more closed parts that face both ways have no cavities: every part would be compared
 /// with every other one.
 const MOST_PARTS: usize = 20_000;
