@@ -15,7 +15,8 @@ mod report;
 use std::io::ErrorKind;
 use std::process::ExitCode;
 
-/// Runs the command line of the process. Exit codes: 0 done, 1 the operation failed, 2 (by clap) the command line makes no sense.
+/// Runs the command line of the process. Exit codes: 0 done, 1 the operation failed, 2 (by clap)
+/// the command line makes no sense.
 pub fn run() -> ExitCode {
     let cli = args::Cli::read(std::env::args_os()).unwrap_or_else(|error| error.exit());
     match commands::run(cli) {

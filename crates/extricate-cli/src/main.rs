@@ -1,4 +1,4 @@
-//! The program; all of it is in the library of this package, which the fuzz targets read lines with.
+//! The program; all of it is in the library of this package, which fuzz targets use too.
 
 use std::process::ExitCode;
 

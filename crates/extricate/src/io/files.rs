@@ -25,6 +25,11 @@ pub fn read_within(path: &Path, limits: &LoadLimits, limit: LoadLimit) -> Result
     read_at_most(path, limits.get(limit), too_large).map_err(|source| Error::Read { path: path.into(), source })
 }
 
+/// Reads what scenes name.
+pub fn reader(limits: &LoadLimits) -> impl FnMut(&Path) -> Result<Vec<u8>> + '_ {
+    |path| read_within(path, limits, LoadLimit::FileBytes)
+}
+
 fn read_at_most(path: &Path, most: usize, too_large: impl Fn(usize) -> String) -> io::Result<Vec<u8>> {
     let refused = |length: u64| {
         let length = usize::try_from(length).unwrap_or(usize::MAX);

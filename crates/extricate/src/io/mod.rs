@@ -20,7 +20,7 @@ use crate::scene::file::{self, SceneFile};
 use crate::scene::import::is_foreign;
 use crate::scene::{Body, Scene};
 pub use files::{check_output, check_regular, write_atomically};
-use files::{read, read_within};
+use files::{read, read_within, reader};
 use model_file::adapt_checkpoint;
 use model_file::checkpoint::{self, CheckpointSummary};
 
@@ -49,11 +49,6 @@ pub fn load_scene_within(path: impl AsRef<Path>, limits: &LoadLimits) -> Result<
 
 fn parsed(path: &Path, text: &str, limits: &LoadLimits) -> Result<SceneFile> {
     Ok(cutting(&file::parse_within(&path.display().to_string(), text, limits)?))
-}
-
-/// Reads what scenes name.
-fn reader(limits: &LoadLimits) -> impl FnMut(&Path) -> Result<Vec<u8>> + '_ {
-    |path| read_within(path, limits, LoadLimit::FileBytes)
 }
 
 /// The same entries, with the cutter of the collision checker for the convex parts that they ask

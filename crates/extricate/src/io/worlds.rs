@@ -3,8 +3,7 @@
 use std::fs;
 use std::path::{Component, Path, PathBuf};
 
-use super::files::{check_output, read_within, write_atomically};
-use super::reader;
+use super::files::{check_output, read_within, reader, write_atomically};
 use crate::error::{Error, Result, bounded};
 use crate::robot::{LoadLimit, LoadLimits};
 use crate::scene::Scene;

@@ -1,4 +1,4 @@
-//! How much files may hold: what is larger is refused before it takes memory or time. Reads nothing.
+//! How much files may hold: what is more is refused before it takes memory or time. Reads nothing.
 
 use crate::error::{Error, Result};
 

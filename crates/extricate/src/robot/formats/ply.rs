@@ -240,7 +240,7 @@ mod tests {
             end_header\n0 0 0\n";
         assert!(message(cloud.into()).contains("got points without faces"));
         let huge = ascii().replace("vertex 5", "vertex 4000000000");
-        assert!(message(huge).contains("4000000000 vertexs"));
+        assert!(message(huge).contains("element vertex: got 4000000000 corners"));
     }
 
     #[test]

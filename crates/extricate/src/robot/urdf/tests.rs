@@ -78,7 +78,7 @@ fn every_geometry_is_read() {
     assert!(matches!(parts[2].geometry, Geometry::Cylinder { radius: 1.0, half_length: 1.5 }));
     assert!(matches!(parts[3].geometry, Geometry::Capsule { radius: 1.0, half_length: 1.5 }));
     let (Geometry::Mesh(first), Geometry::Mesh(second)) = (&parts[4].geometry, &parts[5].geometry) else { panic!() };
-    assert!(Arc::ptr_eq(first, second));
+    assert_eq!(first, second);
     let moments = parts[4].geometry.volume_moments().unwrap();
     assert!((moments.measure - 1.0 / 3.0).abs() < 1e-15);
     assert!((moments.centroid - Vec3::new(-0.25, 0.5, 0.25)).norm() < 1e-15);

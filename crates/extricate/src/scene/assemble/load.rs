@@ -169,7 +169,8 @@ impl<'a> Files<'a> {
         self.mesh_warnings
     }
 
-    /// A mesh by its path as the scene file has it, its axes scaled; `element` names it in messages.
+    /// A mesh by its path as the scene file has it, its axes scaled; `element` names it in
+    /// messages.
     pub fn mesh(&mut self, element: &str, path: &str, scale: [f64; 3]) -> Result<Arc<TriangleMesh>> {
         let path = self.folder.join(path);
         match self.mesh_at(&path).map_err(|error| named(&self.file, element, error))? {

@@ -170,7 +170,7 @@ mod tests {
             [body(Some(0), 0), body(Some(0), 1), body(Some(0), 1), body(Some(0), 2), body(Some(1), 3), body(None, 0)];
         let carriers = [0, 0, 1, 0];
         assert_eq!(pairs(&bodies, &carriers), [(0, 3), (0, 4), (1, 4), (1, 5), (2, 4), (2, 5), (3, 4), (3, 5), (4, 5)]);
-        assert_eq!(checked(&bodies, &carriers, &Disabled::default(), 6), Err(7));
+        assert_eq!(checked(&bodies, &carriers, &Disabled::default(), 6), Err(8), "it is counted body by body");
     }
 
     #[test]
