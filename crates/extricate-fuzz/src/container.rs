@@ -112,7 +112,7 @@ impl Array {
         bytes.truncate(bytes.len() / self.size() * self.size());
         let numbers = bytes.len() / self.size();
         let shape = match self.shape[..] {
-            [_, columns] if columns > 0 && numbers % columns == 0 => vec![numbers / columns, columns],
+            [_, columns] if columns > 0 && numbers.is_multiple_of(columns) => vec![numbers / columns, columns],
             _ => vec![numbers],
         };
         Self { name: self.name.clone(), dtype: self.dtype, shape, bytes }
