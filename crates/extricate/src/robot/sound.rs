@@ -82,13 +82,13 @@ mod tests {
         type Spoil = fn(&mut TriangleMesh);
         let spoils: [(Spoil, &str); 10] = [
             (|_| (), ""),
-            (|mesh| mesh.vertices[1].y = f64::INFINITY, "vertex 1: got [1.0, inf, 0.0]"),
+            (|mesh| mesh.vertices[1].y = f64::INFINITY, "vertex 1: got [0.0, inf, 0.0]"),
             (|mesh| mesh.triangles[3][1] = 4, "triangle 3: got"),
             (|mesh| mesh.triangles[2][1] = mesh.triangles[2][0], "triangle 2: got"),
             (|mesh| mesh.triangles.truncate(3), "component 0: got the triangles 0..4"),
             (|mesh| mesh.components[0].triangles.end = 2, "component 0: got an open one"),
             (|mesh| mesh.components[0].triangles.start = 1, "component 0: got the triangles 1..4"),
-            (|mesh| mesh.components[0].triangles = 3..1, "component 0"),
+            (|mesh| mesh.components[0].triangles = std::ops::Range { start: 3, end: 1 }, "component 0"),
             (|mesh| mesh.components.clear(), "got components of 0 triangles"),
             (|mesh| mesh.triangles.swap(0, 1), ""),
         ];
@@ -118,7 +118,7 @@ mod tests {
                 Geometry::Box { half_extents: Vec3::new(1.0, bad, 1.0) },
                 Geometry::Cylinder { radius: 1.0, half_length: bad },
                 Geometry::Capsule { radius: bad, half_length: 1.0 },
-                Geometry::HalfSpace { normal: Vec3::new(0.0, 0.0, bad), offset: 0.0 },
+                Geometry::HalfSpace { normal: Vec3::new(0.3, 0.0, bad), offset: 0.0 },
             ];
             wrong.iter().for_each(|geometry| assert!(geometry.check().unwrap_err().contains("expected"), "{bad}"));
         }

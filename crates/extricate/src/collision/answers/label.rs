@@ -53,6 +53,7 @@ fn label_rows(checker: &Checker, configs: &[f64], labels: &mut [Label], scratch:
             for (body, center) in checker.broad.movers().zip(&scratch.centers) {
                 scratch.placement.centers[body] = Vec3::from(center.map(|x| x[lane]));
             }
+            scratch.nowhere = false;
             let recent = scratch.history.recent;
             let again = recent.iter().any(|&pair| pair != NO_PAIR && balls_near(checker, pair as usize, scratch));
             if again {
@@ -86,13 +87,8 @@ fn recent_collides(checker: &Checker, scratch: &mut CheckScratch) -> bool {
 }
 
 /// Whether any pair collides that the broad phase found and that was not tried as a recent one.
-/// Those that did last come first. Where a body is nowhere, because its pose is not finite, nothing
-/// is near, and nothing is free.
+/// Those that did last come first.
 fn label_found(checker: &Checker, scratch: &mut CheckScratch) -> Label {
-    let centers = &scratch.placement.centers;
-    if !checker.broad.movers().all(|body| centers[body].iter().all(|x| x.is_finite())) {
-        return Label::Colliding;
-    }
     let recent = scratch.history.recent;
     scratch.broad.pairs.retain(|pair| !recent.contains(pair));
     let mut may_have_collided = true;
@@ -177,7 +173,15 @@ mod tests {
         let mut labels = [Label::Free; 3];
         checker.label_batch(&configs, &mut labels);
         assert_eq!(labels, [Label::Colliding; 3]);
+        let mut pairs = Vec::new();
+        checker.colliding_pairs(&configs[..3], &mut CheckScratch::default(), &mut pairs);
+        assert!(!pairs.is_empty() && checker.colliding_pair(&configs[..3], &mut CheckScratch::default()).is_some());
         let single = configs.chunks(3).map(|q| checker.label(q, &mut CheckScratch::default()));
         assert!(single.into_iter().all(|label| label == Label::Colliding));
+        // One scratch forgets it.
+        let (sound, mut scratch) =
+            (Checker::new(builtin::scene("planar-arm").unwrap().into()), CheckScratch::default());
+        assert_eq!(checker.label(&configs[..3], &mut scratch), Label::Colliding);
+        assert_eq!(sound.label(&configs[..3], &mut scratch), Label::Free);
     }
 }
