@@ -22,6 +22,9 @@ pub enum LoadLimit {
     Values,
     /// Nodes that a COLLADA or glTF file shows, those shown again counted.
     MeshNodes,
+    /// Corners that nodes of a COLLADA or glTF file place, beyond those that its bytes can hold: nodes
+    /// may show a geometry as often as they like.
+    Placed,
     /// Corners of a mesh file before equal ones are welded.
     Vertices,
     /// Triangles of the meshes of a scene, scaled copies counted.
@@ -42,7 +45,7 @@ use LoadLimit::*;
 
 impl LoadLimit {
     /// All of them.
-    pub const ALL: [LoadLimit; 15] = [
+    pub const ALL: [LoadLimit; 16] = [
         FileBytes,
         TextBytes,
         EntityBytes,
@@ -51,6 +54,7 @@ impl LoadLimit {
         XmlDepth,
         Values,
         MeshNodes,
+        Placed,
         Vertices,
         Triangles,
         Links,
@@ -84,6 +88,7 @@ impl LoadLimit {
             XmlDepth => ("xml-depth", 1_000, "elements within each other"),
             Values => ("values", 5_000_000, "values"),
             MeshNodes => ("mesh-nodes", 1_000_000, "nodes (those shown again count)"),
+            Placed => ("placed", 500_000, "corners placed by nodes"),
             Vertices => ("vertices", 16_000_000, "corners"),
             Triangles => ("triangles", 16_000_000, "triangles"),
             Links => ("links", 10_000, "links"),

@@ -69,6 +69,16 @@ fn every_limit_refuses_what_is_more_and_names_itself() {
     let entity = format!("<!DOCTYPE robot [<!ENTITY e '{}'>]>{}", "x".repeat(60), two.replace("'r'", "'&e;&e;'"));
     let nodes = DAE.replace("NODES", &"<instance_geometry url='#g'/>".repeat(9));
     let shown = format!("{ROBOT}[[obstacle]]\nname = 'o'\nshape = {{ mesh = 't.dae' }}\n");
+    let often = DAE.replace("NODES", &"<instance_geometry url='#g'/>".repeat(2000));
+    let often = often.replace("<node>", &format!("<node>{}", "<instance_node url='#m'/>".repeat(9)));
+    let often = often.replace(
+        "<library_visual_scenes>",
+        &format!(
+            "<library_nodes><node id='m'>{}</node></library_nodes><library_visual_scenes>",
+            "<instance_geometry url='#g'/>".repeat(2000)
+        ),
+    );
+    let shown_often = shown.replace("t.dae", "often.dae");
     let with_box = format!("{ROBOT}{}", obstacles(3));
     for (limit, most, text, urdf) in [
         (LoadLimit::FileBytes, 10, ROBOT, &mesh),
@@ -79,6 +89,7 @@ fn every_limit_refuses_what_is_more_and_names_itself() {
         (LoadLimit::XmlDepth, 2, ROBOT, &two),
         (LoadLimit::Values, 5, &with_box, &two),
         (LoadLimit::MeshNodes, 9, &shown, &two),
+        (LoadLimit::Placed, 0, &shown_often, &two),
         (LoadLimit::Vertices, 3, ROBOT, &mesh),
         (LoadLimit::Triangles, 7, ROBOT, &mesh),
         (LoadLimit::Links, 1, ROBOT, &two),
@@ -87,7 +98,12 @@ fn every_limit_refuses_what_is_more_and_names_itself() {
         (LoadLimit::Pairs, 2, &with_box, &two),
         (LoadLimit::NameBytes, 1, ROBOT, &two),
     ] {
-        let files = [("r.urdf", urdf.as_bytes()), ("t.obj", TETRAHEDRON.as_bytes()), ("t.dae", nodes.as_bytes())];
+        let files = [
+            ("r.urdf", urdf.as_bytes()),
+            ("t.obj", TETRAHEDRON.as_bytes()),
+            ("t.dae", nodes.as_bytes()),
+            ("often.dae", often.as_bytes()),
+        ];
         let loaded = scene_of(text, &files, &LoadLimits::default());
         assert!(loaded.is_ok(), "{limit:?}: {}", loaded.unwrap_err());
         let message = scene_of(text, &files, &LoadLimits::default().with(limit, most)).unwrap_err().to_string();
@@ -159,6 +175,12 @@ fn time_does_not_grow_with_the_square_of_a_mesh() {
     in_time("primitives of one array", || parse("a.dae", many.replace("NODES", "").as_bytes()).unwrap());
     let shown = many.replace("NODES", &"<instance_geometry url='#g'/>".repeat(1_000));
     in_time("geometries shown again", || parse("a.dae", shown.as_bytes()).unwrap());
+    let corners = (0..27_000).map(|k| format!("{k} {} {} ", k % 7, k % 11)).collect::<String>();
+    let indices = (0..27_000).map(|k| format!("{k} ")).collect::<String>();
+    let large = DAE.replace("0 0 0 1 0 0 0 1 0", &corners).replace("0 1 2", &indices);
+    let large = large.replace("NODES", &"<instance_geometry url='#g'/>".repeat(500));
+    let refused = in_time("a large geometry shown again", || parse("a.dae", large.as_bytes()).unwrap_err().to_string());
+    assert!(refused.contains("`placed="), "{refused}");
 }
 
 #[test]

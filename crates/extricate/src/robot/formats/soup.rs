@@ -14,14 +14,31 @@ pub(crate) struct Soup {
     /// Nodes of a scene graph that were gone through, and what else cost as much.
     nodes: usize,
     more_faults: usize,
+    /// Corners that the bytes of the file can hold.
+    held: usize,
     limits: LoadLimits,
 }
+
+/// Bytes that a corner takes in a file, at least: three numbers and what is between them.
+const CORNER_BYTES: usize = 6;
 
 impl Soup {
     /// Nothing, and how much may come.
     pub fn new(limits: &LoadLimits) -> Self {
         let (vertices, triangles, faults) = Default::default();
-        Self { vertices, triangles, faults, nodes: 0, more_faults: 0, limits: limits.clone() }
+        Self { vertices, triangles, faults, nodes: 0, more_faults: 0, held: 0, limits: limits.clone() }
+    }
+
+    /// As [`Soup::new`], for what the nodes of a file of so many bytes show.
+    pub fn shown(limits: &LoadLimits, bytes: usize) -> Self {
+        Self { held: bytes / CORNER_BYTES, ..Self::new(limits) }
+    }
+
+    /// What is wrong where so many corners and triangles are too many for one more node to place.
+    pub fn may_place(&self, vertices: usize, triangles: usize) -> std::result::Result<(), String> {
+        let placed = self.vertices.len().saturating_add(vertices);
+        self.within(LoadLimit::Placed, placed.saturating_sub(self.held))?;
+        self.has_room(vertices, triangles)
     }
 
     /// Counts a node of a scene graph; what is wrong where there are too many.
@@ -58,7 +75,7 @@ impl Soup {
         place: impl Fn(&Vec3) -> Vec3,
         mirrored: bool,
     ) -> std::result::Result<(), String> {
-        self.has_room(other.vertices.len(), other.triangles.len())?;
+        self.may_place(other.vertices.len(), other.triangles.len())?;
         let first = self.vertices.len() as u32;
         self.vertices.extend(other.vertices.iter().map(place));
         let turned = |[a, b, c]: [u32; 3]| if mirrored { [a, c, b] } else { [a, b, c] };

@@ -59,7 +59,8 @@ pub(crate) fn parse(file: &str, bytes: &[u8], limits: &LoadLimits) -> Result<Sou
     }
     let by_id = root.descendants().filter_map(|node| Some((own_attribute(node, "id")?, node))).collect();
     let (geometries, controllers, arrays) = Default::default();
-    let mut reader = Reader { file, limits, by_id, geometries, controllers, arrays, soup: Soup::new(limits) };
+    let mut reader =
+        Reader { file, limits, by_id, geometries, controllers, arrays, soup: Soup::shown(limits, bytes.len()) };
     let to_metres = Matrix4::new_scaling(meter);
     for instance in children(root, "scene").flat_map(|scene| children(scene, "instance_visual_scene")) {
         let scene = reader.target(instance, "url")?;

@@ -60,7 +60,7 @@ pub(crate) fn parse(file: &str, bytes: &[u8], limits: &LoadLimits, neighbour: Ne
             },
         });
     }
-    let mut reader = Reader { file, buffers, limits, soup: Soup::new(limits) };
+    let mut reader = Reader { file, buffers, limits, soup: Soup::shown(limits, bytes.len() + total) };
     match document.default_scene().or_else(|| document.scenes().next()) {
         Some(scene) => {
             for node in scene.nodes() {
@@ -180,7 +180,7 @@ impl Reader<'_> {
                     .collect::<Result<_>>()?
             }
         };
-        let room = self.soup.has_room(count, corners.len() / 3);
+        let room = self.soup.may_place(count, corners.len() / 3);
         room.map_err(|problem| Error::input(self.file, "meshes", problem))?;
         let corners: Vec<u32> = corners.into_iter().map(|corner| first + corner).collect();
         let place = |p: [f64; 3]| matrix.fixed_view::<3, 3>(0, 0) * Vec3::from(p) + matrix.fixed_view::<3, 1>(0, 3);
