@@ -22,8 +22,8 @@ pub enum LoadLimit {
     Values,
     /// Nodes that a COLLADA or glTF file shows, those shown again counted.
     MeshNodes,
-    /// Corners that nodes of a COLLADA or glTF file place, beyond those that its bytes can hold: nodes
-    /// may show a geometry as often as they like.
+    /// Corners that nodes of a COLLADA or glTF file place, beyond those that its bytes can hold:
+    /// nodes may show a geometry as often as they like.
     Placed,
     /// Corners of a mesh file before equal ones are welded.
     Vertices,
