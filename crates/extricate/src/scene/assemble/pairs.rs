@@ -176,7 +176,7 @@ mod tests {
     #[test]
     fn pairs_are_those_that_comparing_all_finds() {
         for (count, moving) in [(0, 1), (40, 7), (41, 2), (23, 1)] {
-            let frame = |k: usize| if k % 3 == 0 { 0 } else { 1 + k % moving };
+            let frame = |k: usize| if k.is_multiple_of(3) { 0 } else { 1 + k % moving };
             let bodies: Vec<Body> = (0..count).map(|k| body((k % 5 < 2).then_some(k % 2), frame(k))).collect();
             let carriers: Vec<usize> = (0..=moving).map(|frame| frame / 2).collect();
             let mut disabled = Disabled::default();
