@@ -61,7 +61,8 @@ pub fn query(model: &Model) {
 }
 
 /// Whether something of the scene is so large or so far that what double precision leaves of a
-/// distance is coarse beside a clearance: two checkers that remember other checks may then disagree.
+/// distance is coarse beside a clearance: two checkers that remember other checks may then
+/// disagree.
 fn is_vast(scene: &Scene) -> bool {
     let places = scene.frames.iter().map(|frame| &frame.pose_parent_joint);
     let places = places.chain(scene.bodies.iter().flat_map(|body| &body.parts).map(|part| &part.pose_frame_part));

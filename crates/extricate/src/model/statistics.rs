@@ -90,7 +90,7 @@ impl Statistics {
     ///
     /// # Errors
     /// The figure, its value, and what was expected.
-    pub fn check(&self, samples: usize) -> Result<(), String> {
+    pub(crate) fn check(&self, samples: usize) -> Result<(), String> {
         let Self { labels, boundary_samples, solved_samples, stand_ins, support_vectors, .. } = self;
         let origin = self.adapted.unwrap_or(Adapted { learned_labels: 0, times: 0 });
         let of_excess = self.excess.map_or(0, |excess| excess.queries);

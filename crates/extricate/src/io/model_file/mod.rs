@@ -192,7 +192,7 @@ fn restore(stored: Stored, tensors: &SafeTensors) -> std::result::Result<Model, 
         let found = format!("got the shape {:?} of {:?}", boundary.shape(), boundary.dtype());
         return Err(format!("boundary samples do not fit the scene: {found}, expected rows of {} F64", space.nq()));
     }
-    let configs = run_file::numbers(boundary.data());
+    let configs = numbers(tensors, "boundary", Dtype::F64, f64::from_le_bytes)?;
     space.check_rows(&configs).map_err(|problem| format!("`boundary`: {problem}"))?;
     statistics.check(rows).map_err(|problem| format!("statistics: {problem}"))?;
     if let Some(row) = reaches.iter().position(|reach| !(0.0..=FARTHEST_DISTANCE).contains(reach)) {

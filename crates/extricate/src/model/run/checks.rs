@@ -1,5 +1,5 @@
-//! What the places of runs have to hold that were read as bytes: whoever writes a checkpoint can say
-//! anything.
+//! What the places of runs have to hold that were read as bytes: whoever writes a checkpoint can
+//! say anything.
 
 use crate::learning::budget::Spent;
 use crate::model::solve::SolvePlace;

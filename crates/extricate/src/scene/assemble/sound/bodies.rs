@@ -2,7 +2,7 @@
 
 use std::collections::HashSet;
 
-use super::{index, length, pose};
+use super::values::{index, length, pose};
 use crate::scene::{Body, Scene};
 
 /// Most pairs of a moving body and any other: the broad phase keeps a number for each.

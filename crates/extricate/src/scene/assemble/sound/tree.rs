@@ -1,6 +1,6 @@
 //! Frames, joints, links and coordinates.
 
-use super::{index, pose, within};
+use super::values::{index, pose, within};
 use crate::cspace::{Factor, Manifold};
 use crate::math::{FARTHEST, Vec3};
 use crate::scene::{Coordinate, Frame, Motion, Scene};
