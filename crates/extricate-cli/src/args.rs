@@ -7,6 +7,7 @@ use clap::builder::styling::Styles;
 use clap::error::ErrorKind;
 use clap::{Args, CommandFactory, Parser, Subcommand, ValueEnum};
 use extricate::internals::query::options::MAX_EXITS;
+use extricate::{LoadLimit, LoadLimits};
 
 use crate::commands::{adapt, check, demo, import, info, learn, query, sample};
 use crate::input::Configs;
@@ -98,6 +99,33 @@ impl InputArgs {
     pub fn open(&self) -> anyhow::Result<Configs> {
         self.input.as_deref().map_or_else(|| Ok(Configs::of_words(&self.q)), Configs::open)
     }
+}
+
+/// How much files may hold.
+#[derive(Args, Default)]
+pub struct LoadArgs {
+    /// Take files that hold more, or less, than usual, such as `triangles=50000000`. May be given
+    /// several times; docs/reference/limits.md lists the names, as does an unknown one
+    #[arg(long = "load-limit", value_name = "NAME=N", value_parser = load_limit, help_heading = "Files")]
+    load_limits: Vec<(LoadLimit, usize)>,
+}
+
+impl LoadArgs {
+    /// The limits.
+    pub fn limits(&self) -> LoadLimits {
+        self.load_limits.iter().fold(LoadLimits::default(), |limits, (limit, most)| limits.with(*limit, *most))
+    }
+}
+
+/// A name and a number of a limit.
+fn load_limit(text: &str) -> Result<(LoadLimit, usize), String> {
+    let (name, most) = text.split_once('=').unwrap_or((text, ""));
+    let limit = LoadLimit::ALL.into_iter().find(|limit| limit.name() == name);
+    let limit = limit.ok_or_else(|| {
+        let names: Vec<&str> = LoadLimit::ALL.into_iter().map(LoadLimit::name).collect();
+        format!("expected one of {}, then = and a number", names.join(", "))
+    })?;
+    Ok((limit, most.parse().map_err(|_| format!("expected a whole number after {name}="))?))
 }
 
 /// What becomes of a configuration beyond the joint limits.
@@ -202,6 +230,7 @@ mod tests {
             "demo --scene shelf-arm --queries 10 --out a.svg --seed 3 --seconds 2.5 --json",
             "demo --export dir",
             "info scene.toml --pairs",
+            "info scene.toml --load-limit triangles=50000000 --load-limit links=1",
             "import table.scene -o world.toml --robot robot.urdf",
             "check scene.toml --input -",
             "check m.model --q 0,0.3 --q -1,2",
@@ -273,6 +302,9 @@ mod tests {
             "query m.model --input q --max-seconds 0",
             "demo --scene nowhere",
             "demo --queries -1",
+            "info scene.toml --load-limit triangles",
+            "info scene.toml --load-limit triangle=1",
+            "info scene.toml --load-limit triangles=-1",
         ] {
             let words = std::iter::once("extricate").chain(line.split(' ').filter(|w| !w.is_empty()));
             let error = Cli::read(words).err().unwrap_or_else(|| panic!("accepted: {line}"));

@@ -1,69 +1,7 @@
-//! The `extricate` command: arguments in, reports out. All that is computed is computed by the
-//! library.
-#![deny(clippy::print_stdout, clippy::print_stderr)]
+//! The program; all of it is in the library of this package, which fuzz targets use too.
 
-mod args;
-mod commands;
-mod input;
-mod interrupt;
-mod notice;
-mod output;
-mod picture;
-mod progress;
-mod report;
-
-use std::io::ErrorKind;
 use std::process::ExitCode;
 
-/// Exit codes: 0 done, 1 the operation failed, 2 (by clap) the command line makes no sense.
 fn main() -> ExitCode {
-    let cli = args::Cli::read(std::env::args_os()).unwrap_or_else(|error| error.exit());
-    match commands::run(cli) {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(error) if is_broken_pipe(&error) => ExitCode::SUCCESS,
-        Err(error) => {
-            notice::error(in_words(&error));
-            ExitCode::FAILURE
-        }
-    }
-}
-
-/// Whether the reader of standard output went away, as `| head` does: it has what it wanted.
-fn is_broken_pipe(error: &anyhow::Error) -> bool {
-    error.chain().any(|cause| cause.downcast_ref::<std::io::Error>().is_some_and(|e| e.kind() == ErrorKind::BrokenPipe))
-}
-
-/// The error and its causes, leaving out those that the error quotes already.
-fn in_words(error: &anyhow::Error) -> String {
-    let mut text = String::new();
-    for cause in error.chain().map(ToString::to_string) {
-        if text.is_empty() {
-            text = cause;
-        } else if !text.ends_with(&cause) {
-            text = format!("{text}: {cause}");
-        }
-    }
-    text
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn causes_are_told_once() {
-        let source = std::io::Error::from(ErrorKind::NotFound);
-        let said = source.to_string();
-        let read = extricate::Error::Read { path: "a.toml".into(), source };
-        assert_eq!(in_words(&read.into()), format!("cannot read a.toml: {said}"));
-        let context = anyhow::Error::new(std::io::Error::from(ErrorKind::NotFound)).context("cannot read b");
-        assert_eq!(in_words(&context), format!("cannot read b: {said}"));
-    }
-
-    #[test]
-    fn a_closed_pipe_is_told_from_a_failed_write() {
-        let error = |kind| anyhow::Error::new(std::io::Error::from(kind)).context("writing");
-        assert!(is_broken_pipe(&error(ErrorKind::BrokenPipe)));
-        assert!(!is_broken_pipe(&error(ErrorKind::StorageFull)));
-    }
+    extricate_cli::run()
 }

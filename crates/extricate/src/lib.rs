@@ -43,7 +43,7 @@ mod scene;
 pub use collision::{CheckScratch, Checker, Contact, SegmentOptions, SegmentOutcome};
 pub use cspace::{Config, ConfigSpace, Label, Manifold, Rows};
 pub use error::{Error, Result};
-pub use io::{load_model, load_scene, save_model};
+pub use io::{load_model, load_scene, load_scene_within, save_model};
 pub use learning::{LearnOptions, LearnProgress};
 pub use model::adapt::Adapter;
 pub use model::learner::Learner;
@@ -52,6 +52,7 @@ pub use query::{
     Answer, ChangedScene, Effort, Exit, QueryOptions, QueryScratch, Solver, StartsPerDof, Stop, StraightSegment,
     Stream, StreamOptions, Termination, Toward, Unproved, View, World,
 };
+pub use robot::{LoadLimit, LoadLimits};
 pub use scene::{MetricKind, PairId, Scene, builtin};
 
 /// Shapes and where they are, for scenes that are changed in code.

@@ -11,7 +11,7 @@ use serde::Serialize;
 use super::learn::run::{Keep, KeepArgs, Learned, kept_at, memory_in_words, peak_memory, run_with_progress, save};
 use super::learn::statistics_rows;
 use super::{load_model, load_scene, tell_warnings};
-use crate::args::{positive, seconds, seed, threads};
+use crate::args::{LoadArgs, positive, seconds, seed, threads};
 use crate::output::Output;
 use crate::report::{self, duration};
 
@@ -51,6 +51,8 @@ pub struct AdaptArgs {
     memory: Option<usize>,
     #[command(flatten)]
     keep: KeepArgs,
+    #[command(flatten)]
+    load: LoadArgs,
 }
 
 #[derive(Serialize)]
@@ -93,7 +95,7 @@ pub fn run(args: &AdaptArgs, json: bool) -> anyhow::Result<()> {
 
 /// A run from its beginning.
 fn begun<'a>(args: &AdaptArgs, old: &'a Model, keep: &Keep) -> anyhow::Result<Adapter<'a>> {
-    let scene = load_scene(&args.scene)?;
+    let scene = load_scene(&args.scene, &args.load)?;
     tell_warnings(&scene);
     keep.warn_of_another(io::adapt_checkpoint_summary(&keep.path));
     let default = LearnOptions::default();
@@ -117,7 +119,7 @@ fn resumed<'a>(args: &AdaptArgs, old: &'a Model, keep: &Keep) -> anyhow::Result<
         ("seed", args.seed.map(|s| s.to_string()), begun.seed.to_string()),
         ("memory", args.memory.map(|m| m.to_string()), (begun.memory >> 20).to_string()),
     ])?;
-    let scene = load_scene(&args.scene)?;
+    let scene = load_scene(&args.scene, &args.load)?;
     tell_warnings(&scene);
     Ok(io::load_adapt_checkpoint(&keep.path, old, scene, args.threads)?)
 }

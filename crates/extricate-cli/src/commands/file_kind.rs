@@ -5,6 +5,7 @@ use std::io::Read;
 use std::path::Path;
 
 use anyhow::Context;
+use extricate::internals::io::check_regular;
 use serde::Serialize;
 
 /// What a file is.
@@ -25,7 +26,8 @@ pub fn kind_of(path: &Path) -> anyhow::Result<FileKind> {
         return Ok(FileKind::Scene);
     }
     let mut head = Vec::new();
-    File::open(path)
+    check_regular(path)
+        .and_then(|_| File::open(path))
         .and_then(|file| file.take(512).read_to_end(&mut head))
         .with_context(|| format!("cannot read {}", path.display()))?;
     let binary = head.contains(&0) || (head.len() < 8 && extension == Some("model"));

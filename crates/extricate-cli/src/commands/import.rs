@@ -7,6 +7,7 @@ use extricate::internals::io::worlds::{import_world, is_urdf};
 use serde::Serialize;
 
 use super::load_scene;
+use crate::args::LoadArgs;
 use crate::notice;
 use crate::output::Output;
 use crate::report::count;
@@ -31,6 +32,8 @@ pub struct ImportArgs {
     /// and frames are looked up alone
     #[arg(long, value_name = "ROBOT")]
     robot: Option<PathBuf>,
+    #[command(flatten)]
+    load: LoadArgs,
 }
 
 #[derive(Serialize)]
@@ -45,12 +48,12 @@ struct Report {
 
 /// Runs the command.
 pub fn run(args: &ImportArgs, json: bool) -> anyhow::Result<()> {
-    let robots = args.robot.as_deref().map(load_scene).transpose()?;
+    let robots = args.robot.as_deref().map(|robot| load_scene(robot, &args.load)).transpose()?;
     let urdf = match &args.robot {
         Some(path) if is_urdf(path)? => Some(path.as_path()),
         _ => None,
     };
-    let done = import_world(&args.file, &args.output, robots.as_ref(), urdf)?;
+    let done = import_world(&args.file, &args.output, robots.as_ref(), urdf, &args.load.limits())?;
     for note in &done.notes {
         notice::warning(note);
     }

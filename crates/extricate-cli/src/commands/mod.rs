@@ -18,7 +18,7 @@ use extricate::internals::cspace::sampling::Halton;
 use extricate::internals::io;
 use extricate::{Checker, Model, Scene};
 
-use crate::args::{Cli, Command};
+use crate::args::{Cli, Command, LoadArgs};
 use crate::notice;
 use crate::progress::busy;
 use file_kind::{FileKind, kind_of};
@@ -60,19 +60,19 @@ fn disable_line(names: &[[&str; 2]]) -> String {
 }
 
 /// Of a scene file, a URDF or a model file, which holds its scene.
-fn load_scene(path: &Path) -> anyhow::Result<Scene> {
+fn load_scene(path: &Path, load: &LoadArgs) -> anyhow::Result<Scene> {
     if kind_of(path)? == FileKind::Model {
         return Ok(load_model(path)?.scene().clone());
     }
-    Ok(busy(&format!("loading {}", path.display()), || io::load_scene(path))?)
+    Ok(busy(&format!("loading {}", path.display()), || io::load_scene_within(path, &load.limits()))?)
 }
 
 /// The robots of `robots` in the world of a file, or in the scene of a model file.
-fn load_world(robots: &Scene, path: &Path) -> anyhow::Result<Scene> {
+fn load_world(robots: &Scene, path: &Path, load: &LoadArgs) -> anyhow::Result<Scene> {
     if kind_of(path)? == FileKind::Model {
-        return load_scene(path);
+        return load_scene(path, load);
     }
-    Ok(io::load_world(robots, path)?)
+    Ok(io::load_world(robots, path, &load.limits())?)
 }
 
 fn load_model(path: &Path) -> extricate::Result<Model> {

@@ -12,7 +12,7 @@ use rand_chacha::rand_core::SeedableRng;
 use serde::Serialize;
 
 use super::{load_scene, prepare, tell_warnings};
-use crate::args::{seed, whole};
+use crate::args::{LoadArgs, seed, whole};
 use crate::output::Output;
 use crate::progress::Progress;
 use crate::report;
@@ -40,6 +40,8 @@ pub struct SampleArgs {
     /// Only colliding configurations
     #[arg(long)]
     colliding: bool,
+    #[command(flatten)]
+    load: LoadArgs,
 }
 
 /// Draws colliding configurations, uniformly, by rejection.
@@ -87,7 +89,7 @@ impl<'a> CollidingSampler<'a> {
 
 /// Runs the command.
 pub fn run(args: &SampleArgs) -> anyhow::Result<()> {
-    let scene = Arc::new(load_scene(&args.scene)?);
+    let scene = Arc::new(load_scene(&args.scene, &args.load)?);
     tell_warnings(&scene);
     let mut out = Output::new(false);
     let mut q = vec![0.0; scene.space.nq()];

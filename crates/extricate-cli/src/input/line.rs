@@ -7,6 +7,7 @@ use extricate::internals::scene::{named_configs, units};
 use extricate::{Config, Scene};
 use serde_json::{Map, Value};
 
+use super::unique;
 use crate::args::Limits;
 
 /// How lines are read, and what was seen so far.
@@ -51,7 +52,7 @@ const EXPECTED: &str = "an array, an object with \"q\" or with \"name\" and \"po
 pub fn parse_config(text: &str, scene: &Scene, reading: &mut Reading) -> Result<Option<Config>, String> {
     let may_be_heading = std::mem::replace(&mut reading.may_be_heading, false);
     if text.starts_with(['[', '{', '"']) {
-        let value: Value = serde_json::from_str(text).map_err(|error| explain_syntax(text, &error, EXPECTED))?;
+        let value: Value = unique::parse(text).map_err(|error| explain_syntax(text, &error, EXPECTED))?;
         return config_of(&value, scene, reading).map(Some);
     }
     let words: Vec<&str> = text.split([',', ';', ' ', '\t']).filter(|word| !word.is_empty()).collect();
@@ -79,7 +80,7 @@ pub fn parse_config(text: &str, scene: &Scene, reading: &mut Reading) -> Result<
 pub fn parse_segment(text: &str, scene: &Scene, reading: &mut Reading) -> Result<[Config; 2], String> {
     let keys = "\"from\" and \"to\"";
     let expected = format!("an array or an object with {keys}");
-    let value: Value = serde_json::from_str(text).map_err(|error| explain_syntax(text, &error, &expected))?;
+    let value: Value = unique::parse(text).map_err(|error| explain_syntax(text, &error, &expected))?;
     let ends = match value {
         Value::Object(mut map) => match (map.remove("from"), map.remove("to")) {
             (Some(from), Some(to)) => [from, to],
@@ -211,7 +212,7 @@ fn describe(value: &Value) -> String {
 }
 
 /// The beginning of a text, on one line.
-fn shorten(text: &str) -> String {
+pub fn shorten(text: &str) -> String {
     const MOST: usize = 40;
     let printed = |c: char| if c.is_control() { c.escape_default().to_string() } else { c.into() };
     let cut = if text.chars().nth(MOST).is_some() { "..." } else { "" };
@@ -313,6 +314,7 @@ pub mod tests {
             ("[[0, 0], [1, 1]]", "got an array of 2 configurations", "expected one a line"),
             ("{\"p\": [0, 0]}", "an object with \"p\"", "one with \"q\", or with \"name\" and \"position\""),
             ("{}", "no keys", "one with \"q\""),
+            ("{\"q\": [0, 0], \"q\": [1, 1]}", "got the key \"q\" twice", "an object with \"q\""),
             ("{\"q\": 7}", "got 7 (a number)", "array of 2 numbers"),
             ("{\"q\": {\"turn\": 0}}", "got none for `shoulder`", "one for each joint that moves"),
             ("{\"q\": {\"turn\": 0, \"elbow\": 1}}", "got `elbow`", "expected one of `shoulder`, `turn`"),

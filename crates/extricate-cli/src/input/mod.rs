@@ -2,6 +2,7 @@
 //! the configuration space. What a line may say is in `line`.
 
 mod line;
+mod unique;
 
 use std::fs::File;
 use std::io::{BufRead, BufReader, Cursor, Read};
@@ -71,7 +72,8 @@ impl Configs {
         configs
     }
 
-    fn new(reader: Box<dyn BufRead>, name: &str, bytes_total: Option<u64>) -> Self {
+    /// Configurations of any text; `name` is what messages call it.
+    pub fn new(reader: Box<dyn BufRead>, name: &str, bytes_total: Option<u64>) -> Self {
         let reading = Reading::default();
         Self { reader, name: name.into(), line: 0, bytes_read: 0, bytes_total, good: 0, bad: 0, reading }
     }

@@ -117,6 +117,7 @@ pub fn describe(
         attached: Vec::new(),
         pairs: PairsEntry { disable, clearance: options.pair_clearance },
         cut: None,
+        limits: extricate::LoadLimits::default(),
         padding: options.padding.map_or(Ok(BTreeMap::new()), |padding| by_name("padding", &padding, length))?,
     };
     Ok(Description { entries, texts })

@@ -6,6 +6,7 @@ use extricate::internals::io::{self, worlds};
 use pyo3::prelude::*;
 
 use super::Scene;
+use super::load_limits::{Limits, limits_of};
 use crate::error::{exception, warn, warned};
 
 #[pymethods]
@@ -17,9 +18,13 @@ impl Scene {
     ///     wrote: .scene text, or a PlanningScene as .yaml or .json. A UserWarning tells what of
     ///     that is not taken.
     ///
+    /// load_limits: other limits of what the files may hold, as `Scene.load` takes them.
+    ///
     /// Raises OSError for a file that cannot be read, ValueError for what cannot be used in it.
-    fn in_world(&self, py: Python<'_>, path: PathBuf) -> PyResult<Self> {
-        let scene = py.detach(|| io::load_world(self.inner(), &path)).map_err(exception)?;
+    #[pyo3(signature = (path, *, load_limits = None))]
+    fn in_world(&self, py: Python<'_>, path: PathBuf, load_limits: Option<Limits>) -> PyResult<Self> {
+        let limits = limits_of(load_limits)?;
+        let scene = py.detach(|| io::load_world(self.inner(), &path, &limits)).map_err(exception)?;
         let came = scene.warnings.iter().filter(|warning| !self.inner().warnings.contains(warning));
         came.clone().try_for_each(|warning| warn(py, warning))?;
         Ok(self.changed(scene))
@@ -37,13 +42,15 @@ impl Scene {
 ///
 /// Raises OSError for files that cannot be read or written, ValueError for what cannot be used.
 #[pyfunction]
-#[pyo3(signature = (path, output, *, robot = None))]
+#[pyo3(signature = (path, output, *, robot = None, load_limits = None))]
 pub fn import_world(
     py: Python<'_>,
     path: PathBuf,
     output: PathBuf,
     robot: Option<&Bound<'_, PyAny>>,
+    load_limits: Option<Limits>,
 ) -> PyResult<Vec<PathBuf>> {
+    let limits = limits_of(load_limits)?;
     let (mut robots, mut urdf) = (None, None);
     if let Some(robot) = robot {
         if let Ok(scene) = robot.cast::<Scene>() {
@@ -51,10 +58,10 @@ pub fn import_world(
         } else {
             let file: PathBuf = robot.extract()?;
             urdf = worlds::is_urdf(&file).map_err(exception)?.then(|| file.clone());
-            robots = Some(warned(py, py.detach(|| io::load_scene(&file)).map_err(exception)?)?);
+            robots = Some(warned(py, py.detach(|| io::load_scene_within(&file, &limits)).map_err(exception)?)?);
         }
     }
-    let done = py.detach(|| worlds::import_world(&path, &output, robots.as_deref(), urdf.as_deref()));
+    let done = py.detach(|| worlds::import_world(&path, &output, robots.as_deref(), urdf.as_deref(), &limits));
     let done = done.map_err(exception)?;
     done.notes.iter().try_for_each(|note| warn(py, note))?;
     Ok([output].into_iter().chain(done.meshes).collect())

@@ -6,6 +6,7 @@ pub mod edit;
 pub mod geometry;
 pub mod import;
 pub mod joint;
+pub mod load_limits;
 pub mod positions;
 pub mod query;
 pub mod sampling;
@@ -14,6 +15,7 @@ use std::path::PathBuf;
 use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 
 use extricate::internals::io;
+use extricate::internals::scene::assemble::sound;
 use extricate::{CheckScratch, Checker, Manifold, World, builtin};
 use numpy::PyArray1;
 use pyo3::exceptions::{PyTypeError, PyValueError};
@@ -27,6 +29,7 @@ use crate::long_call;
 use crate::queries::batch::Scratches;
 use crate::queries::options::Weighted;
 use joint::Joint;
+use load_limits::{Limits, limits_of};
 
 /// Robots, obstacles, which pairs of bodies must stay apart, and how far two configurations are
 /// from each other.
@@ -162,9 +165,14 @@ impl Scene {
     }
 
     /// Loads a scene file (TOML) and all that it names.
+    ///
+    /// load_limits: other limits of what the files may hold, by name, such as
+    ///     {"triangles": 50_000_000}; docs/reference/limits.md lists them.
     #[staticmethod]
-    fn load(py: Python<'_>, path: PathBuf) -> PyResult<Self> {
-        warned(py, py.detach(|| io::load_scene(&path)).map_err(exception)?).map(Self::of)
+    #[pyo3(signature = (path, *, load_limits = None))]
+    fn load(py: Python<'_>, path: PathBuf, load_limits: Option<Limits>) -> PyResult<Self> {
+        let limits = limits_of(load_limits)?;
+        warned(py, py.detach(|| io::load_scene_within(&path, &limits)).map_err(exception)?).map(Self::of)
     }
 
     /// A built-in scene: "shelf-arm", "planar-arm", "free-box", "dual-arm", "hand" or "four-legs".
@@ -256,10 +264,13 @@ impl Scene {
     /// The inverse of pickling.
     #[staticmethod]
     fn _from_bytes(py: Python<'_>, data: &[u8]) -> PyResult<Self> {
-        let scene = py.detach(|| postcard::from_bytes(data));
+        let read = || {
+            let scene = postcard::from_bytes(data).map_err(|error| error.to_string())?;
+            sound::check(&scene).map(|()| scene)
+        };
         let wrong =
             |error| PyValueError::new_err(format!("got bytes that are no pickled scene of this version ({error})"));
-        Ok(Self::of(Arc::new(scene.map_err(wrong)?)))
+        Ok(Self::of(Arc::new(py.detach(read).map_err(wrong)?)))
     }
 
     fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, (Bound<'py, PyBytes>,))> {

@@ -57,6 +57,9 @@ pub struct CheckScratch {
     pub(super) block: PoseBlock,
     pub(super) centers: Vec<[[f64; LANES]; 3]>,
     pub(super) broad: BroadScratch,
+    /// Whether the pose of a body is not finite: nothing can be said of it, so that all its pairs
+    /// collide.
+    pub(super) nowhere: bool,
     pub(super) history: RecentPairs,
     /// One for every pair of parts.
     pub(super) hints: Vec<SeparatingWitness>,
@@ -144,6 +147,7 @@ impl Checker {
     /// Moves everything to `q`.
     pub(super) fn place(&self, q: &[f64], scratch: &mut CheckScratch) {
         self.adopt(scratch);
+        scratch.nowhere = false;
         self.bodies.place(&self.scene, q, &mut scratch.placement);
     }
 
@@ -159,9 +163,16 @@ impl Checker {
         }
     }
 
-    /// Collects the pairs that may be nearer than `margin` \[m\] where everything is placed.
+    /// Collects the pairs that may be nearer than `margin` \[m\] where everything is placed: all
+    /// of them where a body is nowhere.
     pub(super) fn find_near(&self, margin: f64, scratch: &mut CheckScratch) {
         let centers = &scratch.placement.centers;
+        scratch.nowhere = !self.broad.movers().all(|body| centers[body].iter().all(|x| x.is_finite()));
+        if scratch.nowhere {
+            scratch.broad.pairs.clear();
+            scratch.broad.pairs.extend(0..self.pairs.len() as u32);
+            return;
+        }
         self.broad.find(self.broad.movers().map(|body| centers[body]), margin, &mut scratch.broad);
     }
 
@@ -172,10 +183,11 @@ impl Checker {
 
     /// Whether two placed bodies are nearer than `limit` \[m\].
     pub(super) fn pair_nearer(&self, pair: usize, limit: f64, scratch: &mut CheckScratch) -> bool {
-        self.part_pairs(pair).any(|(first, second, hint)| {
-            let (a, b) = self.bodies.placed(&mut scratch.placement, first, second);
-            narrow_phase::nearer(a, b, limit, &mut scratch.hints[hint], &mut scratch.buffers)
-        })
+        scratch.nowhere
+            || self.part_pairs(pair).any(|(first, second, hint)| {
+                let (a, b) = self.bodies.placed(&mut scratch.placement, first, second);
+                narrow_phase::nearer(a, b, limit, &mut scratch.hints[hint], &mut scratch.buffers)
+            })
     }
 
     /// Whether balls inside two placed bodies prove that they are nearer than the clearance.

@@ -3,8 +3,10 @@
 
 mod rows;
 pub mod sampling;
+mod sound;
 
 pub use rows::Rows;
+pub use sound::WEIGHTS;
 
 use std::f64::consts::PI;
 use std::ops::{Deref, Range};
@@ -12,7 +14,7 @@ use std::ops::{Deref, Range};
 use serde::{Deserialize, Serialize};
 
 use crate::error::{Error, Result};
-use crate::math::{quaternion_exp, quaternion_log, quaternion_product, wrap_angle};
+use crate::math::{FARTHEST, quaternion_exp, quaternion_log, quaternion_product, wrap_angle};
 
 /// How far outside its limits \[rad or m\] a coordinate may lie and still be moved onto them in
 /// silence.
@@ -193,8 +195,9 @@ impl ConfigSpace {
         let mut q: Box<[f64]> = values.into();
         for factor in &self.factors {
             let x = &mut q[factor.coordinates()];
-            if let Some(bad) = x.iter().find(|c| !c.is_finite()) {
-                return Err(factor.fault(bad.to_string(), "a finite number".into()));
+            // Beyond, sums and products with it lose their meaning, and an angle its last digits.
+            if let Some(bad) = x.iter().find(|c| !(-FARTHEST..=FARTHEST).contains(*c)) {
+                return Err(factor.fault(bad.to_string(), "a finite number within 1e9".into()));
             }
             match factor.manifold {
                 Manifold::Interval { .. } => {}
@@ -356,6 +359,9 @@ mod tests {
         assert!(message(&[0.0; 3]).contains("6 coordinates"));
         assert!(message(&[3.0, 0.0, 0.0, 0.0, 0.0, 1.0]).contains("`a`"));
         assert!(message(&[f64::NAN, 0.0, 0.0, 0.0, 0.0, 1.0]).contains("finite"));
+        // An angle of a number this large is chance.
+        assert!(message(&[0.0, 1e308, 0.0, 0.0, 0.0, 1.0]).contains("`b` (coordinate 1)"));
+        assert!(space.config_anywhere(&[1e308, 0.0, 0.0, 0.0, 0.0, 1.0]).is_err());
         assert!(message(&[0.0, 0.0, 0.0, 0.0, 0.0, 0.5]).contains("unit quaternion"));
     }
 }

@@ -15,7 +15,8 @@ pub fn from_unit_cube(space: &ConfigSpace, u: impl Fn(usize) -> f64, out: &mut [
     for factor in space.factors() {
         let (q, v) = (factor.q, factor.v);
         match factor.manifold {
-            Manifold::Interval { lower, upper } => out[q] = lower + u(v) * (upper - lower),
+            // Rounding may lead a hair beyond the limit.
+            Manifold::Interval { lower, upper } => out[q] = (lower + u(v) * (upper - lower)).min(upper),
             Manifold::Circle => out[q] = -PI + TAU * u(v),
             Manifold::Rotation => {
                 let (r, s) = ((1.0 - u(v)).sqrt(), u(v).sqrt());

@@ -5,26 +5,63 @@ use std::io::{self, ErrorKind, Read, Write};
 use std::path::{Path, PathBuf};
 
 use crate::error::{Error, Result};
+use crate::robot::{LoadLimit, LoadLimits};
 
-/// Largest file that is read \[bytes\]: beyond it something else was meant, a disk image or a
-/// device without end.
-const LARGEST: u64 = 2 << 30;
+/// Largest file of ours that is read, a model or a checkpoint \[bytes\]: beyond it something else
+/// was meant, such as a disk image.
+const LARGEST: usize = 2 << 30;
 
 /// How much of a file is looked at to tell what it is \[bytes\].
 pub const HEAD: u64 = 4096;
 
 pub fn read(path: &Path) -> Result<Vec<u8>> {
-    read_at_most(path, LARGEST).map_err(|source| Error::Read { path: path.into(), source })
+    let too_large = |_| format!("it is larger than {LARGEST} bytes");
+    read_at_most(path, LARGEST, too_large).map_err(|source| Error::Read { path: path.into(), source })
 }
 
-pub fn read_at_most(path: &Path, most: u64) -> io::Result<Vec<u8>> {
-    let file = File::open(path)?;
-    let mut bytes = Vec::with_capacity(file.metadata()?.len().min(most) as usize);
-    file.take(most + 1).read_to_end(&mut bytes)?;
-    if bytes.len() as u64 > most {
-        return Err(io::Error::new(ErrorKind::FileTooLarge, format!("it is larger than {most} bytes")));
+/// As [`read`], a file that a limit allows.
+pub fn read_within(path: &Path, limits: &LoadLimits, limit: LoadLimit) -> Result<Vec<u8>> {
+    let too_large = |length| limits.exceeded(limit, length);
+    read_at_most(path, limits.get(limit), too_large).map_err(|source| Error::Read { path: path.into(), source })
+}
+
+/// Reads what scenes name.
+pub fn reader(limits: &LoadLimits) -> impl FnMut(&Path) -> Result<Vec<u8>> + '_ {
+    |path| read_within(path, limits, LoadLimit::FileBytes)
+}
+
+fn read_at_most(path: &Path, most: usize, too_large: impl Fn(usize) -> String) -> io::Result<Vec<u8>> {
+    let refused = |length: u64| {
+        let length = usize::try_from(length).unwrap_or(usize::MAX);
+        Err(io::Error::new(ErrorKind::FileTooLarge, too_large(length)))
+    };
+    let length = check_regular(path)?;
+    if length > most as u64 {
+        return refused(length);
+    }
+    let mut bytes = Vec::with_capacity(length as usize);
+    // It may have grown, and some systems tell no length of some files.
+    File::open(path)?.take((most as u64).saturating_add(1)).read_to_end(&mut bytes)?;
+    if bytes.len() > most {
+        return refused(bytes.len() as u64);
     }
     Ok(bytes)
+}
+
+/// The length of a file \[bytes\]. Devices may have no end, and pipes may never begin.
+///
+/// # Errors
+/// Where it is neither a file nor a link to one.
+pub fn check_regular(path: &Path) -> io::Result<u64> {
+    let found = fs::metadata(path)?;
+    let what = if found.is_file() {
+        return Ok(found.len());
+    } else if found.is_dir() {
+        "a directory"
+    } else {
+        "a device or a pipe"
+    };
+    Err(io::Error::new(ErrorKind::InvalidInput, format!("it is {what}, expected a file")))
 }
 
 /// Whether a file of the kind `what` can be written at `path`; one that is there already has to be

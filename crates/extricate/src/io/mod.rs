@@ -13,13 +13,14 @@ use crate::error::{Error, Result};
 use crate::model::Model;
 use crate::model::adapt::Adapter;
 use crate::model::learner::Learner;
+use crate::robot::{LoadLimit, LoadLimits};
 use crate::scene::assemble::assemble_entries;
 use crate::scene::file::world_file::{in_world_of_entries, obstacles_of_entries};
 use crate::scene::file::{self, SceneFile};
 use crate::scene::import::is_foreign;
 use crate::scene::{Body, Scene};
-use files::read;
-pub use files::{check_output, write_atomically};
+pub use files::{check_output, check_regular, write_atomically};
+use files::{read, read_within, reader};
 use model_file::adapt_checkpoint;
 use model_file::checkpoint::{self, CheckpointSummary};
 
@@ -29,19 +30,25 @@ use model_file::checkpoint::{self, CheckpointSummary};
 /// [`crate::Error::Read`] where the file cannot be read, [`crate::Error::Input`] where it, or what
 /// it names, cannot be used.
 pub fn load_scene(path: impl AsRef<Path>) -> Result<Scene> {
-    let path = path.as_ref();
-    match scene_text(path)? {
-        SceneText::Toml(text) => assemble_entries(path, &parsed(path, &text)?, &mut read),
-        SceneText::Urdf => {
-            // Debug quotes a string as TOML does.
-            let file = path.file_name().unwrap_or_default().to_string_lossy();
-            assemble_entries(path, &parsed(path, &format!("[[robot]]\nurdf = {file:?}\n"))?, &mut read)
-        }
-    }
+    load_scene_within(path, &LoadLimits::default())
 }
 
-fn parsed(path: &Path, text: &str) -> Result<SceneFile> {
-    Ok(cutting(&file::parse(&path.display().to_string(), text)?))
+/// As [`load_scene`], with other limits of what the files may hold.
+///
+/// # Errors
+/// As [`load_scene`].
+pub fn load_scene_within(path: impl AsRef<Path>, limits: &LoadLimits) -> Result<Scene> {
+    let path = path.as_ref();
+    let text = match scene_text(path, limits)? {
+        SceneText::Toml(text) => text,
+        // Debug quotes a string as TOML does.
+        SceneText::Urdf => format!("[[robot]]\nurdf = {:?}\n", path.file_name().unwrap_or_default().to_string_lossy()),
+    };
+    assemble_entries(path, &parsed(path, &text, limits)?, &mut reader(limits))
+}
+
+fn parsed(path: &Path, text: &str, limits: &LoadLimits) -> Result<SceneFile> {
+    Ok(cutting(&file::parse_within(&path.display().to_string(), text, limits)?))
 }
 
 /// The same entries, with the cutter of the collision checker for the convex parts that they ask
@@ -56,12 +63,12 @@ fn cutting(entries: &SceneFile) -> SceneFile {
 ///
 /// # Errors
 /// As [`load_scene`].
-pub fn load_world(robots: &Scene, path: &Path) -> Result<Scene> {
+pub fn load_world(robots: &Scene, path: &Path, limits: &LoadLimits) -> Result<Scene> {
     if is_foreign(path) {
-        return worlds::load_foreign(robots, path);
+        return worlds::load_foreign(robots, path, limits);
     }
-    match scene_text(path)? {
-        SceneText::Toml(text) => in_world_of_entries(robots, path, &parsed(path, &text)?, &mut read),
+    match scene_text(path, limits)? {
+        SceneText::Toml(text) => in_world_of_entries(robots, path, &parsed(path, &text, limits)?, &mut reader(limits)),
         SceneText::Urdf => {
             let problem = "got a URDF, expected a scene file with the world's obstacles (TOML)";
             Err(Error::input(path.display().to_string(), "file", problem))
@@ -74,7 +81,7 @@ pub fn load_world(robots: &Scene, path: &Path) -> Result<Scene> {
 /// # Errors
 /// As [`load_scene`].
 pub fn assemble_world(robots: &Scene, name: &str, entries: &SceneFile) -> Result<Scene> {
-    in_world_of_entries(robots, Path::new(name), &cutting(entries), &mut read)
+    in_world_of_entries(robots, Path::new(name), &cutting(entries), &mut reader(&entries.limits))
 }
 
 /// The obstacles of entries that were not written as a file, for [`Scene::with_obstacles`].
@@ -82,7 +89,7 @@ pub fn assemble_world(robots: &Scene, name: &str, entries: &SceneFile) -> Result
 /// # Errors
 /// As [`load_scene`].
 pub fn read_obstacles(name: &str, entries: &SceneFile) -> Result<Vec<Body>> {
-    obstacles_of_entries(Path::new(name), &cutting(entries), &mut read)
+    obstacles_of_entries(Path::new(name), &cutting(entries), &mut reader(&entries.limits))
 }
 
 /// What a scene can be read from.
@@ -91,8 +98,8 @@ enum SceneText {
     Urdf,
 }
 
-fn scene_text(path: &Path) -> Result<SceneText> {
-    let bytes = read(path)?;
+fn scene_text(path: &Path, limits: &LoadLimits) -> Result<SceneText> {
+    let bytes = read_within(path, limits, LoadLimit::TextBytes)?;
     let name = path.display().to_string();
     if is_foreign(path) {
         let problem =
@@ -126,7 +133,7 @@ pub fn assemble_scene(name: &str, entries: &SceneFile, texts: &[(String, String)
     let entries = &cutting(entries);
     assemble_entries(Path::new(name), entries, &mut |path| match texts.iter().find(|(at, _)| Path::new(at) == path) {
         Some((_, text)) => Ok(text.clone().into_bytes()),
-        None => read(path),
+        None => read_within(path, &entries.limits, LoadLimit::FileBytes),
     })
 }
 
@@ -230,7 +237,6 @@ pub fn check_model_output(path: &Path) -> Result<()> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::io::files::read_at_most;
     use crate::scene::builtin;
 
     #[test]
@@ -300,7 +306,7 @@ mod tests {
         assert_eq!(fs::read(path("far/file")).unwrap(), b"new");
         let device = check_output(Path::new("/dev/null"), "thing", |_| true).unwrap_err().to_string();
         assert!(device.contains("/dev/null: it is a device"), "{device}");
-        let endless = read_at_most(Path::new("/dev/zero"), 100).unwrap_err().to_string();
-        assert_eq!(endless, "it is larger than 100 bytes");
+        let endless = load_scene("/dev/zero").unwrap_err().to_string();
+        assert!(endless.ends_with("it is a device or a pipe, expected a file"), "{endless}");
     }
 }

@@ -3,8 +3,9 @@
 use std::fs;
 use std::path::{Component, Path, PathBuf};
 
-use super::files::{check_output, read, write_atomically};
-use crate::error::{Error, Result};
+use super::files::{check_output, read_within, reader, write_atomically};
+use crate::error::{Error, Result, bounded};
+use crate::robot::{LoadLimit, LoadLimits};
 use crate::scene::Scene;
 use crate::scene::file::world_file::{in_world_of_entries, obstacles_of_entries};
 use crate::scene::file::{ObstacleEntry, SceneFile};
@@ -28,21 +29,22 @@ pub struct ImportReport {
 ///
 /// # Errors
 /// As [`import`]; [`Error::Read`].
-pub fn read_foreign(path: &Path, robots: Option<&Scene>) -> Result<Imported> {
-    let text = String::from_utf8(read(path)?).map_err(|error| {
+pub fn read_foreign(path: &Path, robots: Option<&Scene>, limits: &LoadLimits) -> Result<Imported> {
+    let text = String::from_utf8(read_within(path, limits, LoadLimit::TextBytes)?).map_err(|error| {
         let at = format!("byte {}", error.utf8_error().valid_up_to());
         Error::input(path.display().to_string(), at, "got bytes that are not UTF-8, expected text")
     })?;
-    import(path, &text, robots)
+    import(path, &text, robots, limits)
 }
 
 /// The robots of `robots` in a world that another program wrote; what there is to say of it is
 /// among the scene's warnings.
-pub(crate) fn load_foreign(robots: &Scene, path: &Path) -> Result<Scene> {
-    let Imported { entries, notes } = read_foreign(path, Some(robots))?;
-    let mut scene = in_world_of_entries(robots, path, &entries, &mut read)?;
+pub(crate) fn load_foreign(robots: &Scene, path: &Path, limits: &LoadLimits) -> Result<Scene> {
+    let Imported { entries, notes } = read_foreign(path, Some(robots), limits)?;
+    let mut scene = in_world_of_entries(robots, path, &entries, &mut reader(limits))?;
     let file = path.display();
     scene.warnings.extend(notes.into_iter().map(|note| format!("{file}: {note}")));
+    scene.warnings = bounded(scene.warnings);
     Ok(scene)
 }
 
@@ -52,16 +54,23 @@ pub(crate) fn load_foreign(robots: &Scene, path: &Path) -> Result<Scene> {
 /// # Errors
 /// As [`import`], and where the robots have no such links; [`Error::Write`], also where a file is
 /// at `output` that no import wrote.
-pub fn import_world(path: &Path, output: &Path, robots: Option<&Scene>, urdf: Option<&Path>) -> Result<ImportReport> {
+pub fn import_world(
+    path: &Path,
+    output: &Path,
+    robots: Option<&Scene>,
+    urdf: Option<&Path>,
+    limits: &LoadLimits,
+) -> Result<ImportReport> {
     check_output(output, "scene written by import", |head| head.starts_with(MARK.as_bytes()))?;
-    let Imported { mut entries, mut notes } = read_foreign(path, robots)?;
+    let Imported { mut entries, mut notes } = read_foreign(path, robots, limits)?;
     match robots {
         Some(robots) => {
-            let scene = in_world_of_entries(robots, path, &entries, &mut read)?;
+            let scene = in_world_of_entries(robots, path, &entries, &mut reader(limits))?;
             notes.extend(scene.warnings.into_iter().filter(|warning| !robots.warnings.contains(warning)));
         }
         None => check_shapes(path, &entries)?,
     }
+    let notes = bounded(notes);
     let folder = |path: &Path| path.parent().unwrap_or(Path::new("")).to_path_buf();
     let (from, to) = (folder(path), folder(output));
     if let Some(urdf) = urdf {
@@ -95,7 +104,7 @@ pub fn import_world(path: &Path, output: &Path, robots: Option<&Scene>, urdf: Op
 /// # Errors
 /// [`Error::Read`].
 pub fn is_urdf(path: &Path) -> Result<bool> {
-    let bytes = read(path)?;
+    let bytes = read_within(path, &LoadLimits::default(), LoadLimit::FileBytes)?;
     let text = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(&bytes);
     Ok(text.iter().find(|byte| !byte.is_ascii_whitespace()) == Some(&b'<'))
 }
@@ -108,8 +117,8 @@ fn check_shapes(path: &Path, entries: &SceneFile) -> Result<()> {
         pose: entry.pose,
     });
     let obstacle = entries.obstacle.iter().cloned().chain(held).collect();
-    let all = SceneFile { obstacle, ..SceneFile::default() };
-    obstacles_of_entries(path, &all, &mut read).map(drop)
+    let all = SceneFile { obstacle, limits: entries.limits.clone(), ..SceneFile::default() };
+    obstacles_of_entries(path, &all, &mut reader(&entries.limits)).map(drop)
 }
 
 /// A path that starts from the folder `from`, as one that starts from `to`.

@@ -61,7 +61,7 @@ impl LearnOptions {
 
     /// # Errors
     /// [`Error::Option`] for one that makes no sense.
-    fn check(&self) -> Result<()> {
+    pub(crate) fn check(&self) -> Result<()> {
         if self.labels == 0 {
             return Err(Error::Option { name: "labels", value: "0".into(), expected: "at least 1" });
         }

@@ -5,11 +5,13 @@
 //! alone: fewer numbers, fewer joints and a smoother boundary than those of the whole region, whose
 //! creases are where parts meet.
 
+use std::collections::HashSet;
+
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::svm::{Classifier, FitOptions, Trained};
-use crate::cspace::Label;
+use crate::cspace::{ConfigSpace, Label};
 
 /// The obstacle region as a union of parts: all that learning sees of them.
 pub struct Parts<'a> {
@@ -118,6 +120,34 @@ impl ObstacleClassifier {
         };
         // One at a time: shared out by number, the first share would be most of the work.
         Self { svms: order.par_iter().with_max_len(1).map(fit).collect() }
+    }
+
+    /// Whether one that was read as bytes is of these parts and this space: `parts` there are, each
+    /// decided about by `width` numbers.
+    ///
+    /// # Errors
+    /// The svm, its value, and what was expected.
+    pub fn check(&self, space: &ConfigSpace, parts: usize, width: usize) -> Result<(), String> {
+        let mut seen = HashSet::new();
+        for (number, svm) in self.svms.iter().enumerate() {
+            let fault = |problem: String| Err(format!("svm {number}: {problem}"));
+            if svm.part as usize >= parts || !seen.insert(svm.part) {
+                return fault(format!("got the part {}, expected one of {parts}, each once", svm.part));
+            }
+            if !svm.classifier.is_sound(width) {
+                return fault(format!(
+                    "got lengths or numbers that do not fit, expected finite ones of {width} features"
+                ));
+            }
+            let (found, expected) = (svm.support.len() / space.nq(), svm.classifier.support_vectors());
+            if found != expected {
+                return fault(format!(
+                    "got {found} configurations, expected one of each of {expected} support vectors"
+                ));
+            }
+            space.check_rows(&svm.support).or_else(fault)?;
+        }
+        Ok(())
     }
 
     /// Without what only training on needs.

@@ -16,7 +16,7 @@ use crate::learning::{LearnOptions, LearnProgress};
 use crate::scene::Scene;
 pub use learned::Model;
 use learner::Learner;
-pub use statistics::{Adapted, EndedBy, Statistics};
+pub use statistics::{Adapted, EndedBy, FARTHEST_DISTANCE, Statistics};
 
 impl Model {
     /// Learns `scene` from nothing.

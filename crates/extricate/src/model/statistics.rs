@@ -62,6 +62,98 @@ pub struct Statistics {
     pub adapted: Option<Adapted>,
 }
 
+/// Greatest count that a file may give: beyond what any run can spend, and far from where sums
+/// overflow.
+pub const MOST: u64 = 1 << 48;
+/// Most starts for each degree of freedom. What is measured is below 1,600, which takes ranks of
+/// thousands.
+const MOST_STARTS: f64 = 2_000.0;
+
+/// Whether a count that was read as bytes is one.
+///
+/// # Errors
+/// Its name, its value, and what was expected.
+pub fn check_count(name: &str, count: usize) -> Result<(), String> {
+    if count as u64 <= MOST { Ok(()) } else { Err(format!("{name}: got {count}, expected at most {MOST}")) }
+}
+
+/// Whether a share that was read as bytes is one.
+///
+/// # Errors
+/// Its name, its value, and what was expected.
+pub fn check_share(name: &str, share: f64) -> Result<(), String> {
+    if (0.0..=1.0).contains(&share) { Ok(()) } else { Err(format!("{name}: got {share:?}, expected 0 to 1")) }
+}
+
+impl Statistics {
+    /// Whether what was read as bytes can be of a model with so many samples.
+    ///
+    /// # Errors
+    /// The figure, its value, and what was expected.
+    pub(crate) fn check(&self, samples: usize) -> Result<(), String> {
+        let Self { labels, boundary_samples, solved_samples, stand_ins, support_vectors, .. } = self;
+        let origin = self.adapted.unwrap_or(Adapted { learned_labels: 0, times: 0 });
+        let of_excess = self.excess.map_or(0, |excess| excess.queries);
+        let of_gap = self.gap.map_or(0, |gap| gap.queries);
+        for (name, count) in [
+            ("labels", *labels),
+            ("support_vectors", *support_vectors),
+            ("measuring_checks", self.measuring_checks),
+            ("adapted.learned_labels", origin.learned_labels),
+            ("adapted.times", origin.times),
+            ("excess.queries", of_excess),
+            ("gap.queries", of_gap),
+        ] {
+            check_count(name, count)?;
+        }
+        if *boundary_samples != samples {
+            return Err(format!("boundary_samples: got {boundary_samples}, expected {samples}"));
+        }
+        if solved_samples.saturating_add(*stand_ins) > samples {
+            let found = format!("got {solved_samples} and {stand_ins}");
+            return Err(format!("solved_samples and stand_ins: {found}, expected at most {samples} together"));
+        }
+        let accuracies = [
+            ("accuracy_free", self.accuracy_free, self.accuracy_free_interval),
+            ("accuracy_colliding", self.accuracy_colliding, self.accuracy_colliding_interval),
+        ];
+        check_share("colliding_share", self.colliding_share)?;
+        for (name, share, interval) in accuracies {
+            let mut shares = share.into_iter().chain(interval.into_iter().flatten());
+            shares.try_for_each(|share| check_share(name, share))?;
+        }
+        self.check_figures()?;
+        let StartsPerDof { stored, around } = self.starts_per_dof;
+        match [stored, around].into_iter().find(|starts| !(0.0..=MOST_STARTS).contains(starts)) {
+            Some(bad) => Err(format!("starts_per_dof: got {bad:?}, expected 0 to {MOST_STARTS}")),
+            None => Ok(()),
+        }
+    }
+
+    /// Distances are finite and not negative, excesses and gaps finite.
+    fn check_figures(&self) -> Result<(), String> {
+        let density = self.density.map(|Density { spacing_median, spacing_p95, reach_median, reach_p95 }| {
+            [spacing_median, spacing_p95, reach_median, reach_p95]
+        });
+        let distances = self.boundary_gap.into_iter().chain(density.into_iter().flatten());
+        for distance in distances {
+            if !(0.0..=FARTHEST_DISTANCE).contains(&distance) {
+                let expected = format!("expected distances from 0 to {FARTHEST_DISTANCE:e}");
+                return Err(format!("boundary_gap and density: got {distance:?}, {expected}"));
+            }
+        }
+        if let Some(excess) = self.excess {
+            let [low, high] = excess.within_5pct_interval;
+            [excess.within_5pct, low, high].into_iter().try_for_each(|share| check_share("excess", share))?;
+        }
+        Ok(())
+    }
+}
+
+/// Greatest distance between configurations that a file may give, in metric units: coordinates end
+/// at 1e9, and so do weights.
+pub const FARTHEST_DISTANCE: f64 = 1e18;
+
 /// Where an adapted model comes from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Adapted {

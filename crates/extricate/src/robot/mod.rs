@@ -3,13 +3,16 @@
 
 pub mod formats;
 pub mod geometry;
+pub mod load_limits;
 pub mod mesh;
 pub mod scenery;
+mod sound;
 pub mod srdf;
 mod tree;
 pub mod urdf;
 
 pub use geometry::Geometry;
+pub use load_limits::{LoadLimit, LoadLimits};
 pub use mesh::TriangleMesh;
 pub use mesh::moments::Moments;
 pub use scenery::{HeightField, PointCloud, Voxels};

@@ -11,6 +11,9 @@ use crate::math::{FARTHEST, Vec3};
 /// Most cells, points or heights of one shape.
 pub const MOST: usize = 1 << 26;
 
+/// What messages call scenery that stands in no file of its own.
+const SHAPE: &str = "shape";
+
 /// Solid cubes, the occupied cells of a regular grid: cell `[i, j, k]` fills from `(i, j, k) *
 /// size` to `(i + 1, j + 1, k + 1) * size`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -53,6 +56,17 @@ fn check_count(file: &str, element: &str, count: usize) -> Result<()> {
     Err(Error::input(file, element, format!("got {count} rows, expected at most {MOST}")))
 }
 
+fn check_cells(file: &str, element: &str, size: f64, cells: &[[i32; 3]]) -> Result<()> {
+    check_size(file, element, size)?;
+    check_count(file, element, cells.len())?;
+    let is_far = |cell: &[i32; 3]| cell.iter().any(|i| (f64::from(*i).abs() + 1.0) * size > FARTHEST);
+    if let Some(row) = cells.iter().position(is_far) {
+        let problem = format!("got {:?} of cells of {size} m, expected one within 1e9 m", cells[row]);
+        return Err(Error::input(file, format!("{element}: row {}", row + 1), problem));
+    }
+    Ok(())
+}
+
 impl Voxels {
     /// Cells may be given in any order and more than once; there may be none.
     ///
@@ -60,16 +74,19 @@ impl Voxels {
     /// [`Error::Input`] of `element` in `file`: a side \[m\] that is not positive, a cell farther
     /// out than 1e9 m.
     pub fn new(file: &str, element: &str, size: f64, mut cells: Vec<[i32; 3]>) -> Result<Self> {
-        check_size(file, element, size)?;
-        check_count(file, element, cells.len())?;
-        let is_far = |cell: &[i32; 3]| cell.iter().any(|i| (f64::from(*i).abs() + 1.0) * size > FARTHEST);
-        if let Some(row) = cells.iter().position(is_far) {
-            let problem = format!("got {:?} of cells of {size} m, expected one within 1e9 m", cells[row]);
-            return Err(Error::input(file, format!("{element}: row {}", row + 1), problem));
-        }
+        check_cells(file, element, size, &cells)?;
         cells.sort_unstable();
         cells.dedup();
         Ok(Self { size, cells })
+    }
+
+    /// As [`Voxels::new`] of what has come from elsewhere.
+    fn check(&self) -> Result<()> {
+        check_cells(SHAPE, "voxels", self.size, &self.cells)?;
+        match self.cells.windows(2).position(|two| two[0] >= two[1]) {
+            Some(row) => Err(Error::input(SHAPE, format!("voxels: row {}", row + 2), "expected ascending cells")),
+            None => Ok(()),
+        }
     }
 
     /// Side of a cell \[m\].
@@ -95,7 +112,14 @@ impl PointCloud {
     /// [`Error::Input`] of `element` in `file`: a radius \[m\] that is negative, a coordinate \[m\]
     /// that is not finite or beyond 1e9.
     pub fn new(file: &str, element: &str, radius: f64, points: Vec<Vec3>) -> Result<Self> {
-        if !(0.0..=FARTHEST).contains(&radius) {
+        let cloud = Self { radius, points };
+        cloud.check(file, element)?;
+        Ok(cloud)
+    }
+
+    fn check(&self, file: &str, element: &str) -> Result<()> {
+        let Self { radius, points } = self;
+        if !(0.0..=FARTHEST).contains(radius) {
             let problem = format!("got {radius:?}, expected 0 to 1e9 [m]");
             return Err(Error::input(file, format!("{element}: radius"), problem));
         }
@@ -105,7 +129,7 @@ impl PointCloud {
             let problem = format!("got ({}, {}, {}), expected finite coordinates [m] within 1e9", p.x, p.y, p.z);
             return Err(Error::input(file, format!("{element}: row {}", row + 1), problem));
         }
-        Ok(Self { radius, points })
+        Ok(())
     }
 
     /// \[m\]
@@ -119,6 +143,26 @@ impl PointCloud {
     }
 }
 
+fn check_field(file: &str, element: &str, size: f64, columns: usize, heights: &[f64]) -> Result<()> {
+    check_size(file, element, size)?;
+    check_count(file, element, heights.len())?;
+    let rows = heights.len().checked_div(columns).unwrap_or(0);
+    if rows < 2 || columns < 2 || rows * columns != heights.len() {
+        let found = format!("got {} heights in rows of {columns}", heights.len());
+        return Err(Error::input(file, element, format!("{found}, expected two full rows and columns at least")));
+    }
+    if let Some(at) = heights.iter().position(|h| !(-FARTHEST..=FARTHEST).contains(h)) {
+        let (row, column) = (at / columns + 1, at % columns + 1);
+        let problem = format!("column {column}: got {:?}, expected a finite height [m] within 1e9", heights[at]);
+        return Err(Error::input(file, format!("{element}: row {row}"), problem));
+    }
+    if rows.max(columns) as f64 * size > FARTHEST {
+        let problem = format!("got {rows} x {columns} cells of {size} m, expected a grid within 1e9 m");
+        return Err(Error::input(file, element, problem));
+    }
+    Ok(())
+}
+
 impl HeightField {
     /// `heights` \[m\] row by row, `columns` of them each; `size` is the side of a cell \[m\].
     ///
@@ -126,22 +170,7 @@ impl HeightField {
     /// [`Error::Input`] of `element` in `file`: fewer than two rows or columns, rows of different
     /// lengths, heights that are not finite or beyond 1e9, a side that is not positive.
     pub fn new(file: &str, element: &str, size: f64, columns: usize, heights: Vec<f64>) -> Result<Self> {
-        check_size(file, element, size)?;
-        check_count(file, element, heights.len())?;
-        let rows = heights.len().checked_div(columns).unwrap_or(0);
-        if rows < 2 || columns < 2 || rows * columns != heights.len() {
-            let found = format!("got {} heights in rows of {columns}", heights.len());
-            return Err(Error::input(file, element, format!("{found}, expected two full rows and columns at least")));
-        }
-        if let Some(at) = heights.iter().position(|h| !(-FARTHEST..=FARTHEST).contains(h)) {
-            let (row, column) = (at / columns + 1, at % columns + 1);
-            let problem = format!("column {column}: got {:?}, expected a finite height [m] within 1e9", heights[at]);
-            return Err(Error::input(file, format!("{element}: row {row}"), problem));
-        }
-        if rows.max(columns) as f64 * size > FARTHEST {
-            let problem = format!("got {rows} x {columns} cells of {size} m, expected a grid within 1e9 m");
-            return Err(Error::input(file, element, problem));
-        }
+        check_field(file, element, size, columns, &heights)?;
         Ok(Self { size, columns: columns as u32, heights })
     }
 
@@ -187,6 +216,30 @@ impl Geometry {
         match Vec3::from(normal).try_normalize(1e-9) {
             Some(unit) => Ok(Self::HalfSpace { normal: unit, offset }),
             None => fault(format!("got the normal {normal:?}, expected one that points somewhere")),
+        }
+    }
+
+    /// Whether scenery that has come from elsewhere is as its constructors make it; true of other
+    /// shapes.
+    ///
+    /// # Errors
+    /// [`Error::Input`] that names the row.
+    pub(super) fn check_scenery(&self) -> Result<()> {
+        match self {
+            Self::Voxels(voxels) => voxels.check(),
+            Self::Points(cloud) => cloud.check(SHAPE, "points"),
+            Self::HeightField(field) => {
+                check_field(SHAPE, "height-field", field.size, field.columns as usize, &field.heights)
+            }
+            Self::HalfSpace { normal, offset } => {
+                Self::half_space(SHAPE, "half-space", (*normal).into(), *offset)?;
+                if (normal.norm() - 1.0).abs() > 1e-9 {
+                    let problem = format!("got a normal of length {}, expected length 1", normal.norm());
+                    return Err(Error::input(SHAPE, "half-space", problem));
+                }
+                Ok(())
+            }
+            _ => Ok(()),
         }
     }
 

@@ -1,10 +1,12 @@
 //! SRDF: `disable_collisions` and groups. Everything else in the file is ignored.
 
-use std::collections::{BTreeSet, HashMap};
+use std::collections::{BTreeSet, HashMap, HashSet};
 
-use super::Robot;
-use super::formats::xml::{children, document, elements, label, required, with_declared_prefixes};
-use crate::error::{Error, Result};
+use roxmltree::Node;
+
+use super::formats::xml::{children, document, elements, label, own_attribute, required, with_declared_prefixes};
+use super::{Joint, LoadLimit, LoadLimits, Robot};
+use crate::error::{Error, MOST_LISTED, Result, listed, quoted};
 
 /// Which pairs of links need no check, and named sets of joints.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
@@ -40,25 +42,29 @@ pub struct Group {
 
 /// Parses SRDF `text`; `file` is its name in messages. Names are not looked up: that takes a robot.
 pub fn parse(file: &str, text: &str) -> Result<Srdf> {
+    parse_within(file, text, &LoadLimits::default())
+}
+
+/// As [`parse`], within limits.
+pub fn parse_within(file: &str, text: &str, limits: &LoadLimits) -> Result<Srdf> {
+    limits.check(LoadLimit::TextBytes, text.len(), file, "file")?;
     let text = with_declared_prefixes(text);
-    let document = document(file, &text, "SRDF")?;
+    let document = document(file, &text, "SRDF", limits)?;
     let robot = document.root_element();
     if robot.tag_name().name() != "robot" {
-        return Err(Error::input(file, "root", format!("got <{}>, expected <robot>", robot.tag_name().name())));
+        return Err(Error::input(file, "root", format!("got <{}>, expected <robot>", quoted(robot.tag_name().name()))));
     }
     let mut srdf = Srdf::default();
     for node in elements(robot) {
-        let element = &label(node);
-        let text = |attribute| required(file, element, node, attribute).map(str::to_owned);
+        let text = |attribute| attribute_of(file, node, node, attribute);
         match node.tag_name().name() {
             "disable_collisions" => srdf.disabled.push([text("link1")?, text("link2")?]),
             "enable_collisions" => srdf.enabled.push([text("link1")?, text("link2")?]),
             "disable_default_collisions" => srdf.disabled_by_default.push(text("link")?),
             "virtual_joint" => srdf.virtual_joints.push(text("name")?),
             "group" => {
-                let names = |tag, attribute| {
-                    children(node, tag).map(move |n| required(file, element, n, attribute).map(str::to_owned))
-                };
+                let names =
+                    |tag, attribute| children(node, tag).map(move |child| attribute_of(file, node, child, attribute));
                 srdf.groups.push(Group {
                     name: text("name")?,
                     joints: names("joint", "name").collect::<Result<_>>()?,
@@ -74,6 +80,15 @@ pub fn parse(file: &str, text: &str) -> Result<Srdf> {
         }
     }
     Ok(srdf)
+}
+
+/// An attribute of a child of `node`, or of itself. Most elements have no name, and telling their
+/// line goes through the whole file: only where it is missing.
+fn attribute_of(file: &str, node: Node, child: Node, attribute: &str) -> Result<String> {
+    match own_attribute(child, attribute) {
+        Some(text) => Ok(text.to_owned()),
+        None => required(file, &label(node), child, attribute).map(str::to_owned),
+    }
 }
 
 impl Srdf {
@@ -94,6 +109,7 @@ impl Srdf {
             let known = self.groups.iter().map(|group| group.name.as_str());
             index_of.get(name).copied().ok_or_else(|| unknown(file, asked_by, "group", name, known))
         };
+        let lookup = Lookup::of(robot, &self.virtual_joints);
         let mut joints = BTreeSet::new();
         let mut state = vec![Visit::Ahead; self.groups.len()];
         // Groups on the way to the current one, each with how many of its subgroups are done: a
@@ -103,7 +119,7 @@ impl Srdf {
             let group = &self.groups[*at];
             if *next == 0 {
                 state[*at] = Visit::OnPath;
-                group.add_own(file, &self.virtual_joints, robot, &mut joints)?;
+                group.add_own(file, &lookup, &mut joints)?;
             }
             let Some(subgroup) = group.subgroups.get(*next) else {
                 state[*at] = Visit::Done;
@@ -111,25 +127,22 @@ impl Srdf {
                 continue;
             };
             *next += 1;
-            let element = format!("group \"{}\"", group.name);
+            let element = format!("group \"{}\"", quoted(&group.name));
             let below = find(&element, subgroup)?;
             match state[below] {
                 Visit::Ahead => path.push((below, 0)),
                 Visit::Done => {}
                 Visit::OnPath => {
-                    let names = path.iter().take(SHOWN).map(|(at, _)| self.groups[*at].name.as_str());
+                    let names = path.iter().take(MOST_LISTED).map(|(at, _)| quoted(&self.groups[*at].name));
                     let names = names.collect::<Vec<_>>().join(" > ");
                     let problem = format!("got itself among its subgroups ({names}), expected no cycle");
-                    return Err(Error::input(file, format!("group \"{subgroup}\""), problem));
+                    return Err(Error::input(file, format!("group \"{}\"", quoted(subgroup)), problem));
                 }
             }
         }
         Ok(joints.into_iter().collect())
     }
 }
-
-/// Groups that a message about a cycle names, most.
-const SHOWN: usize = 10;
 
 /// How far the walk through subgroups is with a group.
 #[derive(Clone, Copy)]
@@ -139,51 +152,78 @@ enum Visit {
     Done,
 }
 
+/// Names of a robot, looked up as often as a file has them.
+struct Lookup<'a> {
+    robot: &'a Robot,
+    links: HashMap<&'a str, usize>,
+    joints: HashMap<&'a str, usize>,
+    /// The joint above each link.
+    above: Vec<Option<usize>>,
+    virtual_joints: HashSet<&'a str>,
+}
+
+impl<'a> Lookup<'a> {
+    fn of(robot: &'a Robot, virtual_joints: &'a [String]) -> Self {
+        let mut above = vec![None; robot.links.len()];
+        robot.joints.iter().enumerate().rev().for_each(|(joint, Joint { child, .. })| above[*child] = Some(joint));
+        Self {
+            robot,
+            links: robot.links.iter().enumerate().map(|(index, link)| (link.name.as_str(), index)).collect(),
+            joints: robot.joints.iter().enumerate().map(|(index, joint)| (joint.name.as_str(), index)).collect(),
+            above,
+            virtual_joints: virtual_joints.iter().map(String::as_str).collect(),
+        }
+    }
+
+    /// The joints between a link and the root, nearest first.
+    fn way_up(&self, link: usize) -> impl Iterator<Item = usize> + '_ {
+        std::iter::successors(self.above[link], |joint| self.above[self.robot.joints[*joint].parent])
+    }
+}
+
 impl Group {
     /// Adds the joints that the group names itself.
-    fn add_own(
-        &self,
-        file: &str,
-        virtual_joints: &[String],
-        robot: &Robot,
-        joints: &mut BTreeSet<usize>,
-    ) -> Result<()> {
-        let element = &format!("group \"{}\"", self.name);
+    fn add_own(&self, file: &str, lookup: &Lookup, joints: &mut BTreeSet<usize>) -> Result<()> {
+        let element = &format!("group \"{}\"", quoted(&self.name));
+        let robot = lookup.robot;
         let link_of =
             |name: &String| {
-                robot.links.iter().position(|link| link.name == *name).ok_or_else(|| {
+                lookup.links.get(name.as_str()).copied().ok_or_else(|| {
                     unknown(file, element, "link", name, robot.links.iter().map(|link| link.name.as_str()))
                 })
             };
-        let joint_above = |link: usize| robot.joints.iter().position(|joint| joint.child == link);
-        for name in self.joints.iter().filter(|name| !virtual_joints.contains(name)) {
-            let joint = robot.joints.iter().position(|joint| joint.name == *name).ok_or_else(|| {
+        for name in self.joints.iter().filter(|name| !lookup.virtual_joints.contains(name.as_str())) {
+            let joint = lookup.joints.get(name.as_str()).copied().ok_or_else(|| {
                 unknown(file, element, "joint", name, robot.joints.iter().map(|joint| joint.name.as_str()))
             })?;
             joints.insert(joint);
         }
         for name in &self.links {
-            joints.extend(joint_above(link_of(name)?));
+            joints.extend(lookup.above[link_of(name)?]);
         }
-        for [base, tip] in &self.chains {
-            let way_up = |mut link: usize| {
-                let mut way = BTreeSet::new();
-                while let Some(joint) = joint_above(link) {
-                    way.insert(joint);
-                    link = robot.joints[joint].parent;
-                }
-                way
-            };
-            joints.extend(&way_up(link_of(base)?) ^ &way_up(link_of(tip)?));
+        let chains: HashSet<[usize; 2]> =
+            self.chains.iter().map(|[base, tip]| Ok([link_of(base)?, link_of(tip)?])).collect::<Result<_>>()?;
+        // Joints above only one of the two ends.
+        let mut on_way = vec![false; robot.joints.len()];
+        for [base, tip] in chains {
+            lookup.way_up(base).for_each(|joint| on_way[joint] = true);
+            let mut common = tip;
+            for joint in lookup.way_up(tip).take_while(|joint| !on_way[*joint]) {
+                joints.insert(joint);
+                common = robot.joints[joint].parent;
+            }
+            let above = lookup.above[common];
+            joints.extend(lookup.way_up(base).take_while(|joint| Some(*joint) != above));
+            lookup.way_up(base).for_each(|joint| on_way[joint] = false);
         }
         Ok(())
     }
 }
 
 fn unknown<'a>(file: &str, element: &str, kind: &str, name: &str, known: impl Iterator<Item = &'a str>) -> Error {
-    let known: Vec<&str> = known.collect();
-    let list = if known.is_empty() { "none".into() } else { known.join(", ") };
-    Error::input(file, element, format!("got {kind} \"{name}\", expected one of: {list}"))
+    let list = listed(known);
+    let list = if list.is_empty() { "none".into() } else { list };
+    Error::input(file, element, format!("got {kind} \"{}\", expected one of: {list}", quoted(name)))
 }
 
 #[cfg(test)]
@@ -212,7 +252,7 @@ mod tests {
     #[test]
     fn chains_of_groups_may_be_long() {
         let robot =
-            urdf::parse("r.urdf", ROBOT, urdf::Shapes::Collision, &mut |_| unreachable!(), &mut vec![]).unwrap();
+            urdf::parse("r.urdf", ROBOT, urdf::Shapes::Collision, &mut |_, _| unreachable!(), &mut vec![]).unwrap();
         let mut text = String::from("<robot name='r'>");
         for k in 0..50_000 {
             text += &format!("<group name='g{k}'><group name='g{}'/></group>", k + 1);
@@ -231,7 +271,7 @@ mod tests {
     #[test]
     fn groups_resolve_to_joints() {
         let robot =
-            urdf::parse("r.urdf", ROBOT, urdf::Shapes::Collision, &mut |_| unreachable!(), &mut vec![]).unwrap();
+            urdf::parse("r.urdf", ROBOT, urdf::Shapes::Collision, &mut |_, _| unreachable!(), &mut vec![]).unwrap();
         let srdf = parse("r.srdf", TEXT).unwrap();
         let joints = |group| srdf.group_joints("r.srdf", group, &robot);
         assert_eq!(joints("arm").unwrap(), [0, 2]);

@@ -4,7 +4,7 @@
 use std::collections::HashMap;
 
 use super::{Joint, JointKind, Link, Mimic};
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, listed, quoted};
 use crate::math::FARTHEST;
 
 /// A mimic element before names are resolved: joint index, name of the joint followed, multiplier,
@@ -32,32 +32,28 @@ pub(crate) fn root(file: &str, links: &[Link], joints: &[Joint]) -> Result<usize
         }
     }
     let roots: Vec<usize> = (0..links.len()).filter(|&link| parent_joint[link].is_none()).collect();
-    let names = |links_found: &mut dyn Iterator<Item = usize>| {
-        links_found.map(|link| format!("\"{}\"", links[link].name)).collect::<Vec<_>>().join(", ")
-    };
+    let names = |found: &[usize]| listed(found.iter().map(|link| format!("\"{}\"", links[*link].name)));
     let root = match roots[..] {
         [root] => root,
         [] if links.is_empty() => return Err(Error::input(file, "robot", "got no links, expected at least one")),
         [] => return Err(Error::input(file, "robot", "got a cycle through all links, expected a tree with one root")),
         _ => {
-            let problem =
-                format!("got {} root links ({}), expected one", roots.len(), names(&mut roots.iter().copied()));
+            let problem = format!("got {} root links ({}), expected one", roots.len(), names(&roots));
             return Err(Error::input(file, "robot", problem));
         }
     };
-    // With one parent each, a link that climbs further than there are links is on a cycle, or below
-    // one.
-    let reaches_root = |mut link: usize| {
-        for _ in 0..=links.len() {
-            match parent_joint[link] {
-                None => return true,
-                Some(joint) => link = joints[joint].parent,
-            }
-        }
-        false
-    };
-    let lost = names(&mut (0..links.len()).filter(|&link| !reaches_root(link)));
+    // With one parent each, what the root does not lead to is on a cycle, or below one.
+    let mut children: Vec<Vec<usize>> = vec![Vec::new(); links.len()];
+    joints.iter().for_each(|joint| children[joint.parent].push(joint.child));
+    let mut is_reached = vec![false; links.len()];
+    let mut open = vec![root];
+    while let Some(link) = open.pop() {
+        is_reached[link] = true;
+        open.extend(&children[link]);
+    }
+    let lost: Vec<usize> = (0..links.len()).filter(|&link| !is_reached[link]).collect();
     if !lost.is_empty() {
+        let lost = names(&lost);
         let problem = format!("got a cycle of joints ({lost}), expected every link below \"{}\"", links[root].name);
         return Err(Error::input(file, "robot", problem));
     }
@@ -97,7 +93,7 @@ pub(crate) fn resolve_mimics(file: &str, mimics: &[NamedMimic], joints: &mut [Jo
     for mimic in mimics {
         let element = format!("joint \"{}\"", joints[mimic.joint].name);
         let Some(&followed) = index_of.get(mimic.followed.as_str()) else {
-            let problem = format!("got mimic joint=\"{}\", expected a joint of this robot", mimic.followed);
+            let problem = format!("got mimic joint=\"{}\", expected a joint of this robot", quoted(&mimic.followed));
             return Err(Error::input(file, element, problem));
         };
         for (role, joint) in [("mimic on", mimic.joint), ("mimic of", followed)] {
@@ -111,25 +107,35 @@ pub(crate) fn resolve_mimics(file: &str, mimics: &[NamedMimic], joints: &mut [Jo
         }
         direct.insert(mimic.joint, Mimic { joint: followed, multiplier: mimic.multiplier, offset: mimic.offset });
     }
-    let mut resolved = Vec::with_capacity(mimics.len());
+    let mut resolved: HashMap<usize, Mimic> = HashMap::with_capacity(mimics.len());
     for mimic in mimics {
-        let mut total = direct[&mimic.joint];
-        let mut steps = 0;
-        while let Some(next) = direct.get(&total.joint) {
-            steps += 1;
-            if steps > direct.len() {
-                let problem =
-                    format!("got mimic joint=\"{}\" in a cycle, expected an independent joint", mimic.followed);
+        // Down to a joint that is independent or resolved, then back up.
+        let mut chain = vec![mimic.joint];
+        while let Some(next) = chain.last().and_then(|joint| direct.get(joint)).map(|next| next.joint) {
+            if !direct.contains_key(&next) || resolved.contains_key(&next) {
+                break;
+            }
+            if chain.len() > direct.len() {
+                let problem = format!(
+                    "got mimic joint=\"{}\" in a cycle, expected an independent joint",
+                    quoted(&mimic.followed)
+                );
                 return Err(Error::input(file, format!("joint \"{}\"", joints[mimic.joint].name), problem));
             }
-            total = Mimic {
-                joint: next.joint,
-                multiplier: total.multiplier * next.multiplier,
-                offset: total.multiplier * next.offset + total.offset,
-            };
+            chain.push(next);
         }
-        check_range(file, joints, mimic.joint, &total)?;
-        resolved.push((mimic.joint, total));
+        for joint in chain.into_iter().rev() {
+            let own = direct[&joint];
+            let total = resolved.get(&own.joint).map_or(own, |next| Mimic {
+                joint: next.joint,
+                multiplier: own.multiplier * next.multiplier,
+                offset: own.multiplier * next.offset + own.offset,
+            });
+            resolved.insert(joint, total);
+        }
+    }
+    for mimic in mimics {
+        check_range(file, joints, mimic.joint, &resolved[&mimic.joint])?;
     }
     for (joint, mimic) in resolved {
         joints[joint].mimic = Some(mimic);

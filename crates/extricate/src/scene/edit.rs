@@ -4,12 +4,12 @@
 //! Every function gives another scene, which shares geometry with this one. With
 //! [`crate::World::with_scene`] what is prepared of it is shared as well.
 
-use std::collections::HashSet;
+use std::collections::{HashMap, HashSet};
 
 use super::names::{check_name, unknown};
 use super::{Body, BodyPair, LinkAttachment, MetricKind, Part, Scene};
 use crate::cspace::{ConfigSpace, Factor};
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, quoted};
 use crate::math::{FARTHEST, Pose};
 use crate::robot::Geometry;
 
@@ -43,9 +43,11 @@ impl Scene {
     /// [`Error::Input`] for a name that no obstacle has, and a pose that is none.
     pub fn moved<'a>(&self, poses: impl IntoIterator<Item = (&'a str, Pose)>) -> Result<Self> {
         let mut scene = self.clone();
+        let obstacles = self.index(Body::is_obstacle);
         for (name, pose) in poses {
-            check_pose(&format!("obstacle \"{name}\""), &pose)?;
-            let body = self.obstacle_index(name)?;
+            let element = format!("obstacle \"{}\"", quoted(name));
+            check_pose(&element, &pose)?;
+            let body = found(&obstacles, name, &element)?;
             let Some(first) = self.bodies[body].parts.first() else { continue };
             let by = pose.then(&first.pose_frame_part.inverse());
             for (at, part) in scene.bodies[body].parts.iter_mut().enumerate() {
@@ -63,12 +65,14 @@ impl Scene {
         let mut scene = self.clone();
         let links = self.links.iter().map(|link| link.name.clone());
         let mut taken: HashSet<String> = self.bodies.iter().map(|body| body.name.clone()).chain(links).collect();
+        // Obstacles are not checked against each other, and there may be many of them.
+        let moving: Vec<usize> = (0..self.bodies.len()).filter(|&body| self.bodies[body].frame != 0).collect();
         for obstacle in obstacles {
-            let element = format!("obstacle \"{}\"", obstacle.name);
+            let element = format!("obstacle \"{}\"", quoted(&obstacle.name));
             if !taken.insert(obstacle.name.clone()) {
                 return Err(Error::input(SCENE, element, "the name is taken, expected one of its own"));
             }
-            scene.push(Body { robot: None, frame: 0, ..obstacle }, &element, &[])?;
+            scene.push_among(&moving, Body { robot: None, frame: 0, ..obstacle }, &element)?;
         }
         scene.pairs.sort_unstable();
         Ok(scene)
@@ -80,8 +84,9 @@ impl Scene {
     /// [`Error::Input`] for a name that none of them has.
     pub fn without<'a>(&self, names: impl IntoIterator<Item = &'a str>) -> Result<Self> {
         let mut goes = vec![false; self.bodies.len()];
+        let others = self.index(|body| body.robot.is_none());
         for name in names {
-            goes[self.find(name, |body| body.robot.is_none(), &format!("obstacle \"{name}\""))?] = true;
+            goes[found(&others, name, &format!("obstacle \"{}\"", quoted(name)))?] = true;
         }
         let mut places = Vec::with_capacity(goes.len());
         let mut next = 0;
@@ -105,15 +110,16 @@ impl Scene {
     /// # Errors
     /// [`Error::Input`] for a name that no body and no link has.
     pub fn disabled<'a>(&self, pairs: impl IntoIterator<Item = [&'a str; 2]>) -> Result<Self> {
-        let mut scene = self.clone();
+        let bodies = self.index(|_| true);
+        let mut disabled = HashSet::new();
         for [a, b] in pairs {
-            let body = |name: &str| self.body_or_link(name, &format!("pair [\"{a}\", \"{b}\"]"));
+            let element = || format!("pair [\"{}\", \"{}\"]", quoted(a), quoted(b));
+            let body = |name: &str| self.body_or_link(&bodies, name, element);
             let (Some(a), Some(b)) = (body(a)?, body(b)?) else { continue };
-            let pair = BodyPair { first: a.min(b), second: a.max(b) };
-            if let Ok(at) = scene.pairs.binary_search(&pair) {
-                scene.pairs.remove(at);
-            }
+            disabled.insert(BodyPair { first: a.min(b), second: a.max(b) });
         }
+        let mut scene = self.clone();
+        scene.pairs.retain(|pair| !disabled.contains(pair));
         Ok(scene)
     }
 
@@ -159,60 +165,104 @@ impl Scene {
     /// # Errors
     /// [`Error::Input`] for names that are taken or that nothing has, and a pose that is none.
     pub fn attached(&self, object: Body, link: &str, touch: &[&str]) -> Result<Self> {
-        let element = format!("attached \"{}\"", object.name);
-        let fault = |problem: String| Err(Error::input(SCENE, &element, problem));
-        let mut names = self.bodies.iter().map(|body| &body.name).chain(self.links.iter().map(|link| &link.name));
-        if names.any(|name| *name == object.name) {
-            return fault("the name is taken, expected one of its own".into());
-        }
-        if object.parts.iter().any(|part| part.geometry.is_scenery()) {
-            return fault("shape: got a shape of large worlds, expected one that a link can hold".into());
-        }
-        let Some(seat) = self.links.iter().find(|seat| seat.name == link) else {
-            if self.links.is_empty() {
-                return fault("this model was written by a version that kept no links: learn it anew".into());
-            }
-            let names: Vec<&str> = self.links.iter().map(|seat| seat.name.as_str()).collect();
-            return fault(format!("link: {}", unknown(link, &names)));
-        };
-        let find = |name: &&str| self.body_or_link(name, &format!("{element}: touch")).transpose();
-        let touch = touch.iter().filter_map(find).collect::<Result<Vec<usize>>>()?;
+        self.attached_all([(object, link, touch.to_vec())], usize::MAX)
+    }
+
+    /// [`Scene::attached`] of many objects, one after another, until there are more pairs than
+    /// `most_pairs`.
+    pub(super) fn attached_all<'a>(
+        &self,
+        objects: impl IntoIterator<Item = (Body, &'a str, Vec<&'a str>)>,
+        most_pairs: usize,
+    ) -> Result<Self> {
         let mut scene = self.clone();
-        scene.push(object.on(seat), &element, &touch)?;
+        let mut bodies: HashMap<String, usize> =
+            self.bodies.iter().enumerate().rev().map(|(index, body)| (body.name.clone(), index)).collect();
+        let seats: HashMap<&str, &LinkAttachment> =
+            self.links.iter().rev().map(|seat| (seat.name.as_str(), seat)).collect();
+        for (object, link, touch) in objects {
+            let element = format!("attached \"{}\"", quoted(&object.name));
+            let fault = |problem: String| Err(Error::input(SCENE, &element, problem));
+            if bodies.contains_key(&object.name) || seats.contains_key(object.name.as_str()) {
+                return fault("the name is taken, expected one of its own".into());
+            }
+            if object.parts.iter().any(|part| part.geometry.is_scenery()) {
+                return fault("shape: got a shape of large worlds, expected one that a link can hold".into());
+            }
+            let Some(seat) = seats.get(link) else {
+                if self.links.is_empty() {
+                    return fault("this model was written by a version that kept no links: learn it anew".into());
+                }
+                let names: Vec<&str> = self.links.iter().map(|seat| seat.name.as_str()).collect();
+                return fault(format!("link: {}", unknown(link, &names)));
+            };
+            let mut touched = HashSet::new();
+            for name in touch {
+                match bodies.get(name) {
+                    Some(&body) => drop(touched.insert(body)),
+                    None if seats.contains_key(name) => {}
+                    None => {
+                        let names: Vec<&str> = scene.bodies.iter().map(|body| body.name.as_str()).collect();
+                        return Err(Error::input(SCENE, format!("{element}: touch"), unknown(name, &names)));
+                    }
+                }
+            }
+            bodies.insert(object.name.clone(), scene.bodies.len());
+            scene.push(object.on(seat), &element, &touched)?;
+            if scene.pairs.len() > most_pairs {
+                break;
+            }
+        }
         scene.pairs.sort_unstable();
         Ok(scene)
     }
 
     /// Adds a body and its pairs with all bodies on other frames but those of `touch`.
-    fn push(&mut self, body: Body, element: &str, touch: &[usize]) -> Result<()> {
+    fn push(&mut self, body: Body, element: &str, touch: &HashSet<usize>) -> Result<()> {
+        let meets = |first: &usize| self.bodies[*first].frame != body.frame && !touch.contains(first);
+        let others: Vec<usize> = (0..self.bodies.len()).filter(meets).collect();
+        self.push_among(&others, body, element)
+    }
+
+    /// Adds a body and its pairs with these others.
+    fn push_among(&mut self, others: &[usize], body: Body, element: &str) -> Result<()> {
         check_name(&body.name).map_err(|problem| Error::input(SCENE, element, problem))?;
         body.parts.iter().try_for_each(|part| check_pose(element, &part.pose_frame_part))?;
         let second = self.bodies.len();
-        let meets = |first: &usize| self.bodies[*first].frame != body.frame && !touch.contains(first);
-        self.pairs.extend((0..second).filter(meets).map(|first| BodyPair { first, second }));
+        self.pairs.extend(others.iter().map(|&first| BodyPair { first, second }));
         self.bodies.push(body);
         Ok(())
     }
 
-    fn obstacle_index(&self, name: &str) -> Result<usize> {
-        self.find(name, Body::is_obstacle, &format!("obstacle \"{name}\""))
+    /// The first body of every name, of those that are meant.
+    pub(super) fn index(&self, is_meant: impl Fn(&Body) -> bool) -> HashMap<&str, usize> {
+        let meant = self.bodies.iter().enumerate().filter(|(_, body)| is_meant(body));
+        meant.rev().map(|(index, body)| (body.name.as_str(), index)).collect()
     }
 
     /// The body of this name; `None` for a link without geometry, which touches nothing.
-    pub(super) fn body_or_link(&self, name: &str, element: &str) -> Result<Option<usize>> {
-        match self.find(name, |_| true, element) {
-            Err(_) if self.links.iter().any(|link| link.name == name) => Ok(None),
-            found => found.map(Some),
+    pub(super) fn body_or_link(
+        &self,
+        bodies: &HashMap<&str, usize>,
+        name: &str,
+        element: impl FnOnce() -> String,
+    ) -> Result<Option<usize>> {
+        match bodies.get(name) {
+            Some(body) => Ok(Some(*body)),
+            None if self.links.iter().any(|link| link.name == name) => Ok(None),
+            None => found(bodies, name, &element()).map(Some),
         }
     }
+}
 
-    fn find(&self, name: &str, is_meant: impl Fn(&Body) -> bool, element: &str) -> Result<usize> {
-        let found = self.bodies.iter().position(|body| body.name == name && is_meant(body));
-        found.ok_or_else(|| {
-            let names: Vec<&str> = self.bodies.iter().filter(|b| is_meant(b)).map(|b| b.name.as_str()).collect();
-            Error::input(SCENE, element, unknown(name, &names))
-        })
-    }
+/// The body of this name.
+fn found(bodies: &HashMap<&str, usize>, name: &str, element: &str) -> Result<usize> {
+    bodies.get(name).copied().ok_or_else(|| {
+        let mut names: Vec<(usize, &str)> = bodies.iter().map(|(name, body)| (*body, *name)).collect();
+        names.sort_unstable();
+        let names: Vec<&str> = names.into_iter().map(|(_, name)| name).collect();
+        Error::input(SCENE, element, unknown(name, &names))
+    })
 }
 
 fn check_pose(element: &str, pose: &Pose) -> Result<()> {

@@ -186,7 +186,7 @@ pub struct Part {
 }
 
 /// Two bodies that must keep the clearance; `first < second`.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
 pub struct BodyPair {
     /// Index into [`Scene::bodies`].
     pub first: usize,
@@ -197,7 +197,8 @@ pub struct BodyPair {
 impl Scene {
     /// What every checked pair keeps, in order.
     pub(crate) fn pair_clearances(&self) -> Vec<PairClearance> {
-        let named = |name: &str| self.bodies.iter().position(|body| body.name == name);
+        let bodies = self.index(|_| true);
+        let named = |name: &str| bodies.get(name).copied();
         let mut padding = vec![0.0; self.bodies.len()];
         for (name, added) in &self.clearances.padding {
             named(name).into_iter().for_each(|body| padding[body] += added);

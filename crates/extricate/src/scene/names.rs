@@ -4,7 +4,7 @@
 use std::collections::{HashMap, HashSet};
 
 use super::file::RobotEntry;
-use crate::error::Error;
+use crate::error::{Error, MOST_LISTED, listed, quoted};
 
 /// A link, joint or obstacle as a user may name it: `name`, or `robot/name`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -34,24 +34,49 @@ pub fn unique(all: &[Named]) -> Vec<String> {
     all.iter().map(|named| if counts[named.name] == 1 { named.name.to_string() } else { named.qualified() }).collect()
 }
 
-/// Index of the one entry that `wanted` names, plain or qualified; else what is wrong with it, with
-/// the candidates.
-pub fn find(all: &[Named], wanted: &str) -> Result<usize, String> {
-    let hits: Vec<usize> = (0..all.len()).filter(|&i| all[i].name == wanted || all[i].qualified() == wanted).collect();
-    match hits[..] {
-        [one] => Ok(one),
-        [] => Err(unknown(wanted, &unique(all))),
-        _ => {
-            let candidates: Vec<String> = hits.iter().map(|&i| format!("`{}`", all[i].qualified())).collect();
-            Err(format!("`{wanted}` is ambiguous, expected one of {}", candidates.join(", ")))
+/// Names in an order, looked up as often as a file has them.
+pub struct NameIndex<'a> {
+    all: Vec<Named<'a>>,
+    places: HashMap<String, Vec<usize>>,
+}
+
+impl<'a> NameIndex<'a> {
+    /// Of these names.
+    pub fn new(all: Vec<Named<'a>>) -> Self {
+        let mut places: HashMap<String, Vec<usize>> = HashMap::with_capacity(all.len());
+        for (place, named) in all.iter().enumerate() {
+            let qualified = named.robot.map(|_| named.qualified());
+            for name in std::iter::once(named.name.to_string()).chain(qualified) {
+                places.entry(name).or_default().push(place);
+            }
         }
+        Self { all, places }
+    }
+
+    /// Index of the one entry that `wanted` names, plain or qualified; else what is wrong with it,
+    /// with the candidates.
+    pub fn find(&self, wanted: &str) -> Result<usize, String> {
+        match self.places.get(wanted).map_or(&[][..], Vec::as_slice) {
+            [one] => Ok(*one),
+            [] => Err(unknown(wanted, &unique(&self.all))),
+            hits => {
+                let candidates = hits.iter().map(|&place| format!("`{}`", self.all[place].qualified()));
+                Err(format!("`{}` is ambiguous, expected one of {}", quoted(wanted), listed(candidates)))
+            }
+        }
+    }
+
+    /// Whether one of the names is this one, as its own file has it.
+    pub fn has_plain(&self, wanted: &str) -> bool {
+        let places = self.places.get(wanted).map_or(&[][..], Vec::as_slice);
+        places.iter().any(|&place| self.all[place].name == wanted)
     }
 }
 
 /// Refuses names that are empty or would break a line of a message or of a report.
 pub fn check_name(name: &str) -> Result<(), String> {
     if name.trim().is_empty() || name.chars().any(char::is_control) {
-        return Err(format!("got the name {name:?}, expected one of printed characters"));
+        return Err(format!("got the name {:?}, expected one of printed characters", quoted(name)));
     }
     Ok(())
 }
@@ -74,34 +99,42 @@ pub fn robot_names<'a>(
             return Err(fault(format!("got `{name}`, expected a name that is no other robot's")));
         }
     }
-    let name = |(entry, urdf): (&RobotEntry, &str)| {
+    let mut numbers: HashMap<&str, usize> = HashMap::new();
+    let name = |(entry, urdf): (&RobotEntry, &'a str)| {
         if let Some(name) = &entry.name {
             return name.clone();
         }
-        let numbered = (2..).map(|number| format!("{urdf}-{number}"));
-        let name = std::iter::once(urdf.to_string()).chain(numbered).find(|name| !taken.contains(name));
-        let name = name.unwrap_or_default();
+        let next = numbers.entry(urdf).or_insert(1);
+        let name = loop {
+            let name = if *next == 1 { urdf.to_string() } else { format!("{urdf}-{next}") };
+            *next += 1;
+            if !taken.contains(&name) {
+                break name;
+            }
+        };
         taken.insert(name.clone());
         name
     };
     Ok(entries.iter().zip(urdf_names).map(name).collect())
 }
 
-/// Candidates that a message lists.
-const LISTED: usize = 12;
+/// Candidates that are compared with what was found: the most similar of them are told.
+const COMPARED: usize = 2000;
 
 /// `got x, expected one of ..`: the most similar candidates first where there are many.
 pub fn unknown<S: AsRef<str>>(wanted: &str, candidates: &[S]) -> String {
-    let mut candidates: Vec<&str> = candidates.iter().map(AsRef::as_ref).collect();
-    if candidates.is_empty() {
+    let mut told: Vec<&str> = candidates.iter().map(AsRef::as_ref).collect();
+    let wanted = quoted(wanted);
+    if told.is_empty() {
         return format!("got `{wanted}`, but there is nothing that it could name");
     }
-    let more = candidates.len().saturating_sub(LISTED);
+    let more = told.len().saturating_sub(MOST_LISTED);
     if more > 0 {
-        candidates.sort_by_key(|candidate| edits(wanted, candidate));
-        candidates.truncate(LISTED);
+        told.truncate(COMPARED);
+        told.sort_by_cached_key(|candidate| edits(&wanted, &quoted(candidate)));
+        told.truncate(MOST_LISTED);
     }
-    let listed: Vec<String> = candidates.iter().map(|candidate| format!("`{candidate}`")).collect();
+    let listed: Vec<String> = told.iter().map(|candidate| format!("`{}`", quoted(candidate))).collect();
     let rest = if more > 0 { format!(" or {more} others") } else { String::new() };
     format!("got `{wanted}`, expected one of {}{rest}", listed.join(", "))
 }
@@ -140,13 +173,16 @@ mod tests {
 
     #[test]
     fn lookup_takes_plain_and_qualified_names() {
-        assert_eq!(find(&ALL, "arm"), Ok(2));
-        assert_eq!(find(&ALL, "right/arm"), Ok(2));
-        assert_eq!(find(&ALL, "table"), Ok(3));
-        assert_eq!(find(&ALL, "right/hand"), Ok(1));
-        assert_eq!(find(&ALL, "hand").unwrap_err(), "`hand` is ambiguous, expected one of `left/hand`, `right/hand`");
+        let index = NameIndex::new(ALL.to_vec());
+
+        assert!(index.has_plain("hand") && !index.has_plain("left/hand"));
+        assert_eq!(index.find("arm"), Ok(2));
+        assert_eq!(index.find("right/arm"), Ok(2));
+        assert_eq!(index.find("table"), Ok(3));
+        assert_eq!(index.find("right/hand"), Ok(1));
+        assert_eq!(index.find("hand").unwrap_err(), "`hand` is ambiguous, expected one of `left/hand`, `right/hand`");
         assert_eq!(
-            find(&ALL, "tabel").unwrap_err(),
+            index.find("tabel").unwrap_err(),
             "got `tabel`, expected one of `left/hand`, `right/hand`, `arm`, `table`"
         );
     }

@@ -7,6 +7,7 @@ use super::names::robot_names;
 use super::{Scene, file};
 use crate::error::Result;
 use crate::math::{Pose, Vec3};
+use crate::robot::srdf::Srdf;
 use crate::robot::{Geometry, Joint, JointKind, Link, LinkGeometry, Mimic, Robot};
 
 /// The name of the scene file in messages.
@@ -50,7 +51,7 @@ pub fn scene_with(text: &str, robots: &[Robot], disabled: &[[String; 2]], group:
         name,
         urdf: "arm.urdf".into(),
         robot: robot.clone(),
-        disabled: disabled.to_vec(),
+        srdf: Srdf { disabled: disabled.to_vec(), ..Srdf::default() },
         group: group.clone(),
         entry,
     });
@@ -59,8 +60,8 @@ pub fn scene_with(text: &str, robots: &[Robot], disabled: &[[String; 2]], group:
     let bodies = others(
         FILE,
         (&file.obstacle, &file.attached),
-        &mut |_, path| panic!("no mesh {path} in this test"),
-        None,
+        &mut |_, path, _| panic!("no mesh {path} in this test"),
+        &file,
         &mut warnings,
     )?;
     build(FILE, &file, &loaded, bodies, warnings)

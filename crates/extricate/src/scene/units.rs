@@ -1,6 +1,6 @@
 //! Numbers that are most likely in other units: degrees for radians, millimetres for metres.
 
-use super::assemble::bodies::radius;
+use super::assemble::bodies::{OncePerMesh, radius};
 use super::{Body, Motion, Scene};
 use crate::cspace::{Config, Manifold};
 use crate::error::{Error, Result};
@@ -60,8 +60,9 @@ pub fn look_like_degrees(scene: &Scene, values: &[f64]) -> bool {
 pub fn warn_of_sizes(scene: &Scene, bodies: &[Body], warnings: &mut Vec<String>) {
     let Some([arm, reach]) = reaches(scene) else { return };
     let mut told = 0;
+    let mut known = OncePerMesh::default();
     for body in bodies {
-        let all: Vec<[f64; 2]> = body.parts.iter().filter_map(|part| sides(&part.geometry)).collect();
+        let all: Vec<[f64; 2]> = body.parts.iter().filter_map(|part| known.of(&part.geometry, sides)).collect();
         let Some(shortest) = all.iter().map(|sides| sides[0]).reduce(f64::max) else { continue };
         let longest = all.iter().map(|sides| sides[1]).fold(0.0, f64::max);
         let size = if shortest > TOO_LARGE * reach {
@@ -115,16 +116,17 @@ fn reaches(scene: &Scene) -> Option<[f64; 2]> {
         lengths.push([arm + own, reach + own + travel]);
     }
     let links = scene.bodies.iter().filter(|body| body.robot.is_some());
-    let of_link = |body: &Body| {
-        let far = |part: &super::Part| {
+    let mut known = OncePerMesh::default();
+    let mut of_link = |body: &Body| {
+        let mut far = |part: &super::Part| {
             // A link that stands still is as large as it is, wherever it stands.
             let place = if body.frame == 0 { 0.0 } else { part.pose_frame_part.translation.norm() };
-            place + radius(&part.geometry)
+            place + known.of(&part.geometry, radius)
         };
-        let own = body.parts.iter().map(far).fold(0.0, f64::max);
+        let own = body.parts.iter().map(&mut far).fold(0.0, f64::max);
         lengths[body.frame].map(|length| length + own)
     };
-    links.map(of_link).reduce(|a, b| [a[0].max(b[0]), a[1].max(b[1])])
+    links.map(&mut of_link).reduce(|a, b| [a[0].max(b[0]), a[1].max(b[1])])
 }
 
 fn travel(scene: &Scene, q: usize) -> f64 {

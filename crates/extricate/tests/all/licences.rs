@@ -1,4 +1,5 @@
-//! Every dependency of the build has a licence that `deny.toml` allows.
+//! Every dependency of the build has a licence that `deny.toml` allows, and comes from where it
+//! allows; the other rules of that file are looked at too.
 //!
 //! The list is cargo-deny's, which can check more where it is installed; building it takes longer
 //! than everything else that is checked, and this needs nothing but cargo.
@@ -24,6 +25,66 @@ fn dependencies_have_allowed_licences() {
         }
     }
     assert!(faults.is_empty(), "not allowed by deny.toml:\n{}", faults.join("\n"));
+}
+
+#[test]
+fn dependencies_come_from_allowed_sources() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
+    let deny: toml::Table = std::fs::read_to_string(root.join("deny.toml")).expect("deny.toml").parse().expect("TOML");
+    let rule = |table: &str, key: &str| deny[table][key].as_str().expect("a string").to_string();
+    for key in ["unknown-registry", "unknown-git"] {
+        assert_eq!(rule("sources", key), "deny", "sources.{key}");
+    }
+    assert_eq!(rule("bans", "wildcards"), "deny");
+    let registries: Vec<&str> =
+        deny["sources"]["allow-registry"].as_array().expect("a list").iter().filter_map(|url| url.as_str()).collect();
+    let mut faults = Vec::new();
+    let packages = packages_of_this_build(&root);
+    for package in &packages {
+        let name = package["name"].as_str().expect("name");
+        // Without a source it is a part of this repository.
+        match package["source"].as_str() {
+            Some(source) => {
+                let known = source.strip_prefix("registry+").is_some_and(|url| registries.contains(&url));
+                if !known {
+                    faults.push(format!("{name}: from {source}"));
+                }
+            }
+            None => faults.extend(wildcards(package).map(|other| format!("{name}: any version of {other}"))),
+        }
+    }
+    assert!(faults.is_empty(), "not allowed by deny.toml:\n{}", faults.join("\n"));
+    assert!(packages.iter().any(|package| package["source"].is_null()), "no package of this repository");
+}
+
+/// Dependencies of any version, but for members that are named by their path.
+fn wildcards(package: &Value) -> impl Iterator<Item = &str> {
+    let all = package["dependencies"].as_array().into_iter().flatten();
+    all.filter(|other| other["req"] == "*" && other["path"].is_null()).filter_map(|other| other["name"].as_str())
+}
+
+/// Versions of one crate beside each other, which `deny.toml` warns of: those that are known, and
+/// whom they wait for.
+const KNOWN_TWICE: [(&str, &str); 6] = [
+    ("syn", "2: gltf-derive, nalgebra-macros"),
+    ("heapless", "0.7: postcard; 0.8: rstar"),
+    ("hash32", "with heapless"),
+    ("embedded-io", "postcard names both"),
+    ("hashbrown", "0.16: safetensors, spade"),
+    ("glam", "names of optional parts of nalgebra and parry"),
+];
+
+#[test]
+fn no_more_crates_are_there_twice() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
+    let lock: toml::Table =
+        std::fs::read_to_string(root.join("Cargo.lock")).expect("Cargo.lock").parse().expect("TOML");
+    let names: Vec<&str> =
+        lock["package"].as_array().expect("a list").iter().filter_map(|p| p["name"].as_str()).collect();
+    assert!(names.is_sorted());
+    for twice in names.windows(2).filter(|pair| pair[0] == pair[1]) {
+        assert!(KNOWN_TWICE.iter().any(|(name, _)| *name == twice[0]), "{} is there twice", twice[0]);
+    }
 }
 
 /// What `cargo metadata` resolves for the machine that runs the test: packages of other systems may

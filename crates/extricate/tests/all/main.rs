@@ -8,6 +8,7 @@ mod budgets;
 mod circles;
 mod components;
 mod constraints;
+mod hostile;
 mod judge;
 mod learned_classifier;
 mod licences;

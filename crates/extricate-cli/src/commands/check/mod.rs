@@ -11,7 +11,7 @@ use extricate::{CheckScratch, Checker, Config, Label, SegmentOptions};
 use serde::Serialize;
 
 use super::{load_scene, prepare, tell_warnings};
-use crate::args::InputArgs;
+use crate::args::{InputArgs, LoadArgs};
 use crate::output::Output;
 use crate::progress::Progress;
 use crate::{notice, report};
@@ -43,6 +43,8 @@ pub struct CheckArgs {
     /// this much motion
     #[arg(long, value_name = "METRES", requires = "segments", value_parser = parse_resolution, default_value = "1e-4")]
     resolution: f64,
+    #[command(flatten)]
+    load: LoadArgs,
 }
 
 /// What is said of one configuration.
@@ -56,7 +58,7 @@ struct Verdict<'a> {
 /// Runs the command.
 pub fn run(args: &CheckArgs, json: bool) -> anyhow::Result<()> {
     let mut configs = args.input.open()?;
-    let scene = Arc::new(load_scene(&args.scene)?);
+    let scene = Arc::new(load_scene(&args.scene, &args.load)?);
     tell_warnings(&scene);
     let checker = prepare(scene.clone());
     if args.segments {

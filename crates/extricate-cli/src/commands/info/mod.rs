@@ -11,6 +11,7 @@ use serde::Serialize;
 use super::file_kind::{FileKind, kind_of};
 use super::learn::statistics_rows;
 use super::{load_model, load_scene, pairs_always_colliding, prepare};
+use crate::args::LoadArgs;
 use crate::output::Output;
 use crate::report;
 use scene::{AlwaysColliding, SceneInfo};
@@ -28,6 +29,8 @@ pub struct InfoArgs {
     /// List every checked pair by name (with --json they are always listed)
     #[arg(long)]
     pairs: bool,
+    #[command(flatten)]
+    load: LoadArgs,
 }
 
 #[derive(Serialize)]
@@ -47,7 +50,7 @@ pub fn run(args: &InfoArgs, json: bool) -> anyhow::Result<()> {
     let file = args.file.display().to_string();
     match kind_of(&args.file)? {
         FileKind::Scene => {
-            let checker = prepare(load_scene(&args.file)?);
+            let checker = prepare(load_scene(&args.file, &args.load)?);
             let scene = checker.scene();
             let pairs = pairs_always_colliding(&checker, SAMPLES);
             let always_colliding = Some(AlwaysColliding::new(SAMPLES, report::pair_names(scene, &pairs)));

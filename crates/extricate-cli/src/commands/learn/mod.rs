@@ -12,7 +12,7 @@ use extricate::{LearnOptions, Learner, Scene, Statistics};
 use serde::Serialize;
 
 use super::{disable_line, load_scene, pairs_always_colliding, prepare, tell_warnings};
-use crate::args::{positive, seconds, seed, share, threads};
+use crate::args::{LoadArgs, positive, seconds, seed, share, threads};
 use crate::notice;
 use crate::output::Output;
 use crate::report::{self, count, duration, percent};
@@ -62,6 +62,8 @@ pub struct LearnArgs {
     target_disagreement: Option<f64>,
     #[command(flatten)]
     keep: KeepArgs,
+    #[command(flatten)]
+    load: LoadArgs,
 }
 
 #[derive(Serialize)]
@@ -105,7 +107,7 @@ pub fn run(args: &LearnArgs, json: bool) -> anyhow::Result<()> {
 
 /// A run from nothing.
 fn begun(args: &LearnArgs, keep: &Keep) -> anyhow::Result<Learner> {
-    let scene = load_scene(&args.scene)?;
+    let scene = load_scene(&args.scene, &args.load)?;
     tell_warnings(&scene);
     warn_of_pairs_always_colliding(&scene);
     keep.warn_of_another(io::checkpoint_summary(&keep.path));
@@ -124,7 +126,7 @@ fn resumed(args: &LearnArgs, keep: &Keep) -> anyhow::Result<Learner> {
         ("target-excess", args.target_excess.map(|t| t.to_string()), target(begun.target_excess)),
         ("target-disagreement", args.target_disagreement.map(|t| t.to_string()), target(begun.target_disagreement)),
     ])?;
-    let scene = load_scene(&args.scene)?;
+    let scene = load_scene(&args.scene, &args.load)?;
     tell_warnings(&scene);
     Ok(io::load_checkpoint(&keep.path, scene, args.threads)?)
 }
@@ -281,6 +283,7 @@ mod tests {
             target_excess: None,
             target_disagreement: None,
             keep: KeepArgs::default(),
+            load: LoadArgs::default(),
         }
     }
 

@@ -10,6 +10,7 @@ use extricate::{
     Answer, ChangedScene, Config, Model, QueryOptions, QueryScratch, Scene, Stream, StreamOptions, View, World,
 };
 
+use crate::args::LoadArgs;
 use crate::commands::file_kind::{FileKind, kind_of};
 use crate::commands::{load_model, load_scene, load_world, tell_warnings};
 use crate::progress::busy;
@@ -27,22 +28,22 @@ pub enum Asked {
 
 impl Asked {
     /// Loads a scene or a model; a model may be asked in another scene.
-    pub fn load(file: &Path, other: Option<&Path>) -> anyhow::Result<Self> {
+    pub fn load(file: &Path, other: Option<&Path>, load: &LoadArgs) -> anyhow::Result<Self> {
         match (kind_of(file)?, other) {
             (FileKind::Scene, None) => {
-                let scene = load_scene(file)?;
+                let scene = load_scene(file, load)?;
                 tell_warnings(&scene);
                 Ok(Self::World(busy("preparing the scene", || World::new(scene))))
             }
             (FileKind::Scene, Some(path)) => {
-                let scene = load_world(&load_scene(file)?, path)?;
+                let scene = load_world(&load_scene(file, load)?, path, load)?;
                 tell_warnings(&scene);
                 Ok(Self::World(busy("preparing the scene", || World::new(scene))))
             }
             (FileKind::Model, None) => Ok(Self::Model(load_model(file)?)),
             (FileKind::Model, Some(path)) => {
                 let model = load_model(file)?;
-                let scene = load_world(model.scene(), path)?;
+                let scene = load_world(model.scene(), path, load)?;
                 let changed = busy("preparing the changed scene", || ChangedScene::new(model.world(), scene));
                 let changed = changed.with_context(|| format!("{} does not fit the model", path.display()))?;
                 Ok(Self::Changed(model, changed))

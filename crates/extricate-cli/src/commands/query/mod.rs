@@ -12,7 +12,7 @@ use anyhow::bail;
 use clap::{Args, ValueEnum};
 use extricate::{Answer, Config, Effort, QueryOptions, Scene, StreamOptions, Termination};
 
-use crate::args::{InputArgs, Limits, exits, positive, seconds, share, threads, whole};
+use crate::args::{InputArgs, Limits, LoadArgs, exits, positive, seconds, share, threads, whole};
 use crate::input::BadLine;
 use crate::output::Output;
 use crate::progress::Progress;
@@ -76,6 +76,8 @@ pub struct QueryArgs {
     /// witness; the other efforts always do
     #[arg(long, help_heading = "Output")]
     contacts: bool,
+    #[command(flatten)]
+    load: LoadArgs,
 }
 
 /// How far the search goes.
@@ -211,7 +213,7 @@ const BLOCK: usize = 1024;
 pub fn run(args: &QueryArgs, json: bool) -> anyhow::Result<()> {
     let mut configs = args.input.open()?.with_limits(args.search.limits);
     let started = Instant::now();
-    let mut asked = Asked::load(&args.file, args.world.as_deref())?;
+    let mut asked = Asked::load(&args.file, args.world.as_deref(), &args.load)?;
     if let Some(scene) = args.constraints.weighted(asked.scene())? {
         asked = asked.in_scene(scene);
     }

@@ -53,6 +53,7 @@ fn label_rows(checker: &Checker, configs: &[f64], labels: &mut [Label], scratch:
             for (body, center) in checker.broad.movers().zip(&scratch.centers) {
                 scratch.placement.centers[body] = Vec3::from(center.map(|x| x[lane]));
             }
+            scratch.nowhere = false;
             let recent = scratch.history.recent;
             let again = recent.iter().any(|&pair| pair != NO_PAIR && balls_near(checker, pair as usize, scratch));
             if again {
@@ -123,6 +124,7 @@ fn assert_rows(checker: &Checker, configs: &[f64], labels: &[Label]) {
 mod tests {
     use super::*;
     use crate::cspace::sampling::Halton;
+    use crate::scene::Motion;
     use crate::scene::builtin;
 
     #[test]
@@ -157,5 +159,29 @@ mod tests {
     fn a_batch_of_the_wrong_length_is_refused() {
         let checker = Checker::new(builtin::scene("planar-arm").unwrap().into());
         checker.label_batch(&[0.0; 7], &mut [Label::Free; 2]);
+    }
+
+    /// A scene that was put together in code may lead a body nowhere.
+    #[test]
+    fn what_is_nowhere_is_not_free() {
+        let mut scene = builtin::scene("planar-arm").unwrap();
+        let Motion::Revolute { coordinate, .. } = &mut scene.frames[3].motion else { panic!("it turns") };
+        coordinate.multiplier = f64::INFINITY;
+        let checker = Checker::new(scene.into());
+        // The first two links are free there.
+        let configs = [1.9, 0.0, 0.0, 1.9, 0.0, -1.0, 1.9, 0.0, 2.0];
+        let mut labels = [Label::Free; 3];
+        checker.label_batch(&configs, &mut labels);
+        assert_eq!(labels, [Label::Colliding; 3]);
+        let mut pairs = Vec::new();
+        checker.colliding_pairs(&configs[..3], &mut CheckScratch::default(), &mut pairs);
+        assert!(!pairs.is_empty() && checker.colliding_pair(&configs[..3], &mut CheckScratch::default()).is_some());
+        let single = configs.chunks(3).map(|q| checker.label(q, &mut CheckScratch::default()));
+        assert!(single.into_iter().all(|label| label == Label::Colliding));
+        // One scratch forgets it.
+        let (sound, mut scratch) =
+            (Checker::new(builtin::scene("planar-arm").unwrap().into()), CheckScratch::default());
+        assert_eq!(checker.label(&configs[..3], &mut scratch), Label::Colliding);
+        assert_eq!(sound.label(&configs[..3], &mut scratch), Label::Free);
     }
 }

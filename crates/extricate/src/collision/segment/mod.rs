@@ -46,7 +46,8 @@ pub enum SegmentOutcome {
         pair: PairId,
     },
     /// Two bodies come so near to losing the clearance that neither was found: no proof, and no
-    /// collision next to where it ends.
+    /// collision next to where it ends. Or the motion is so long beside the resolution that a
+    /// hundred thousand stretches did not prove it.
     Undecided {
         /// Every configuration up to this fraction is free: proved.
         free_until: f64,
@@ -60,6 +61,10 @@ pub enum SegmentOutcome {
 /// Least part of the resolution that stretches are cut to. A contact is met at an angle, so the
 /// last proved stretch ends some lengths of a stretch before it: there is room for sixteen.
 const FINEST: f64 = 1.0 / 16.0;
+
+/// Stretches after which a proof is given up. Motions of metres take some thousands; bodies of a
+/// million kilometres would take years.
+const MOST_STRETCHES: usize = 1 << 18;
 
 /// More than exact tests err by \[m\]: what is proved here is not called colliding there.
 const SLACK: f64 = 2e-7;
@@ -103,7 +108,9 @@ impl Search<'_> {
         pairs.extend(0..self.checker.pairs.len() as u32);
         stretches.clear();
         stretches.push(Stretch { from: 0.0, to: 1.0, first: 0, last: pairs.len() });
+        let mut count = 0;
         while let Some(stretch) = self.own.stretches.pop() {
+            count += 1;
             let Some((pair, speed)) = self.unproved(&stretch) else { continue };
             let Stretch { from, to, last, .. } = stretch;
             let middle = 0.5 * (from + to);
@@ -117,7 +124,7 @@ impl Search<'_> {
             }
             // Motion that no number between the ends can halve any more.
             let finest = (to - from) * speed <= FINEST * resolution || middle <= from || middle >= to;
-            if finest {
+            if finest || count >= MOST_STRETCHES {
                 return self.end(&stretch, (pair, speed), colliding, resolution);
             }
             let (first, last) = (last, self.own.pairs.len());

@@ -86,11 +86,11 @@ pub fn decode<'a>(path: &Path, bytes: &[u8], old: &'a Model, scene: Scene, threa
     }
     let lists = LISTS.map(|name| tensors.tensor(name).map(|t| numbers(t.data())).unwrap_or_default());
     let options = run.options(threads);
+    options.check().map_err(|error| fault(&format!("altered or damaged: {error}")))?;
     let state = AdaptState::at(run.mark, lists);
     let stored = old.boundary().len() - old.statistics().stand_ins;
-    if !state.is_sound(scene.space.nq(), stored) {
-        return Err(fault("altered or damaged: its lists are not those that it names"));
-    }
+    let sound = state.check(&scene.space, stored);
+    sound.map_err(|problem| fault(&format!("altered or damaged: {problem}")))?;
     Adapter::resume(old, scene, &options, state)
 }
 

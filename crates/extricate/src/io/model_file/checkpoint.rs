@@ -14,6 +14,7 @@ use crate::error::{Error, Result};
 use crate::learning::LearnOptions;
 use crate::learning::active_learning::Classified;
 use crate::learning::exploration::Exploration;
+use crate::metric::relative;
 use crate::model::learner::Learner;
 use crate::model::run::state::{RunState, Stage, UnitEnd};
 use crate::scene::Scene;
@@ -102,41 +103,23 @@ pub fn decode(path: &Path, bytes: &[u8], scene: Scene, threads: usize) -> Result
     if run.scene != scene_hash(&scene) {
         return Err(fault("it belongs to another scene, or the scene was changed since: learn it from the beginning"));
     }
-    let nq = scene.space.nq();
-    let lists = LISTS.map(|name| tensors.tensor(name).map(|t| numbers(t.data())).unwrap_or_default());
+    let [free, colliding, samples] =
+        LISTS.map(|name| tensors.tensor(name).map(|t| numbers(t.data())).unwrap_or_default());
     let classified: Option<Classified> = tensors
         .tensor("classified")
         .ok()
         .and_then(|t| postcard::from_bytes(t.data()).ok())
         .ok_or_else(|| fault("altered or damaged: classifier"))?;
-    let [free, colliding, samples] = lists;
-    let sound = [&free, &colliding, &samples].iter().enumerate().all(|(i, list)| {
-        list.len() == run.mark.lengths[i] && list.len() % nq == 0 && list.iter().all(|x| x.is_finite())
-    });
-    let place_fits = match &run.mark.stage {
-        Stage::Tracing(place) => {
-            place.starts <= free.len() / nq
-                && place.indexed <= samples.len() / nq
-                && place.seeds_used <= colliding.len() / nq
-        }
-        _ => true,
-    };
-    let solved = &run.mark.solved;
-    let place_fits = place_fits && solved.indexed <= solved.exits && solved.exits <= samples.len() / nq;
-    let place_fits = place_fits && solved.seeds_used <= colliding.len() / nq;
-    if !sound || !place_fits {
-        return Err(fault("altered or damaged: its lists are not those that it names"));
-    }
     let options = run.options(threads);
+    options.check().map_err(|error| fault(&format!("altered or damaged: {error}")))?;
     let Run { colliding_share, mark, .. } = run;
     let known = Exploration { free, colliding, next: mark.next };
     let classified = classified.unwrap_or_default();
     let (checks_of_quality, solved) = (mark.checks_of_quality.clone(), mark.solved.clone());
-    Learner::resume(
-        scene,
-        &options,
-        RunState { known, samples, classified, colliding_share, checks_of_quality, solved, mark },
-    )
+    let state = RunState { known, samples, classified, colliding_share, checks_of_quality, solved, mark };
+    let sound = state.check(&scene, relative::WIDTH);
+    sound.map_err(|problem| fault(&format!("altered or damaged: {problem}")))?;
+    Learner::resume(scene, &options, state)
 }
 
 fn read<'a>(path: &Path, bytes: &'a [u8]) -> Result<(Run, SafeTensors<'a>)> {

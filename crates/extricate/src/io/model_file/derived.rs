@@ -111,7 +111,11 @@ fn index(tensors: &SafeTensors, [lists, centres, margins, basis]: Names) -> Resu
     })
 }
 
-fn numbers<T, const N: usize>(
+/// The numbers of an array.
+///
+/// # Errors
+/// Where it is missing, or of another type.
+pub fn numbers<T, const N: usize>(
     tensors: &SafeTensors,
     name: &str,
     dtype: Dtype,

@@ -6,6 +6,23 @@
 //! and `classifier` (postcard, u8); and what could be made anew from these, but takes long, as
 //! `derived.rs` describes. Its one metadata entry, `extricate`, is JSON: format version,
 //! statistics, and the BLAKE3 hash of everything else.
+//!
+//! The hash tells damage, not harm: anyone can make one. So each structure says itself whether what
+//! was read is what it would have written, before it is used:
+//!
+//! | what is read | who looks at it |
+//! |---|---|
+//! | scene: every field of the tree, bodies, shapes, pairs, clearances | `scene/assemble/sound/`, `cspace/sound.rs`, `robot/sound.rs` |
+//! | scene: names, kinds of joints, warnings | harmless: text that is only shown or compared |
+//! | `boundary`, lists of checkpoints, support configurations | `ConfigSpace::check_rows`: finite, within limits, unit |
+//! | whether stored samples are free | nobody: `nearest` answers say that they are not verified, all others verify |
+//! | `classifier` | `ObstacleClassifier::check` |
+//! | statistics, `reaches` | `Statistics::check`; what they say of quality is believed |
+//! | indices, planes, pieces | `derived.rs`: fitting and finite; radii and codes are measured anew |
+//! | state of a run | `RunState::check`, `AdaptState::check` |
+//!
+//! `reaches` and margins of indices are believed beyond that: wrong ones make coverage wrong and
+//! exits longer, never a witness or a bound.
 
 pub mod adapt_checkpoint;
 mod array;
@@ -25,10 +42,12 @@ use serde_json::value::RawValue;
 use crate::collision::Checker;
 use crate::error::{Error, Result};
 use crate::learning::obstacle_classifier::ObstacleClassifier;
-use crate::metric::Metric;
-use crate::model::{Model, Statistics};
+use crate::metric::{Metric, relative};
+use crate::model::{FARTHEST_DISTANCE, Model, Statistics};
 use crate::query::report::coverage::Coverage;
+use crate::scene::assemble::sound;
 use array::Array;
+use derived::numbers;
 
 /// Version of the layout; a file of another version is refused, but for 5 to 9.
 pub const FORMAT: u32 = 10;
@@ -126,34 +145,65 @@ pub fn decode(path: &Path, bytes: &[u8]) -> Result<Model> {
         serde_json::from_str(header.statistics.get()).map_err(|e| altered(&format!("unreadable statistics ({e})")))?;
     let tensors = SafeTensors::deserialize(bytes).map_err(|e| fault(format!("truncated or damaged ({e})")))?;
     let data = |name: &str| tensors.tensor(name).map_err(|_| altered(&format!("no tensor `{name}`")));
-    let (boundary, classifier) = (data("boundary")?, data("classifier")?);
-    let (reaches, scene) = (data("reaches")?, data("scene")?);
+    let (boundary, classifier, scene) = (data("boundary")?, data("classifier")?, data("scene")?);
     let mut names = tensors.names();
     names.sort_unstable();
     let parts = names.iter().map(|name| data(name).map(|tensor| tensor.data())).collect::<Result<Vec<_>>>()?;
     if checksum(&header.statistics, &parts) != header.checksum {
         return Err(altered("the checksum does not match"));
     }
-    let scene = scene_bytes::decode(u64::from(header.format), scene.data());
-    let scene = scene.map_err(|e| altered(&format!("scene ({e})")))?;
+    let stored = Stored {
+        format: u64::from(header.format),
+        statistics,
+        scene: scene.data(),
+        classifier: classifier.data(),
+        boundary,
+        reaches: numbers(&tensors, "reaches", Dtype::F64, f64::from_le_bytes).map_err(|e| altered(&e))?,
+    };
+    restore(stored, &tensors).map_err(|problem| altered(&problem))
+}
+
+/// What a file holds, of which nothing but the lengths is known yet.
+struct Stored<'a> {
+    format: u64,
+    statistics: Statistics,
+    scene: &'a [u8],
+    classifier: &'a [u8],
+    boundary: TensorView<'a>,
+    reaches: Vec<f64>,
+}
+
+/// The model of what is stored. A checksum without a secret proves nothing: whoever changes a file
+/// can make it right, so that everything is looked at before it is used.
+///
+/// # Errors
+/// The element, its value, and what was expected.
+fn restore(stored: Stored, tensors: &SafeTensors) -> std::result::Result<Model, String> {
+    let Stored { format, statistics, scene, classifier, boundary, reaches } = stored;
+    let scene = scene_bytes::decode(format, scene).map_err(|e| format!("scene ({e})"))?;
+    sound::check(&scene).map_err(|problem| format!("scene: {problem}"))?;
+    let (space, pairs) = (&scene.space, scene.pairs.len());
     let classifier: Option<ObstacleClassifier> =
-        postcard::from_bytes(classifier.data()).map_err(|e| altered(&format!("classifier ({e})")))?;
-    let numbers = |bytes: &[u8]| -> Vec<f64> { bytes.as_chunks().0.iter().map(|b| f64::from_le_bytes(*b)).collect() };
-    let (configs, coverage) = (numbers(boundary.data()), Coverage::new(numbers(reaches.data())));
+        postcard::from_bytes(classifier).map_err(|e| format!("classifier ({e})"))?;
+    let fitting = classifier.iter().try_for_each(|classifier| classifier.check(space, pairs, relative::WIDTH));
+    fitting.map_err(|problem| format!("classifier: {problem}"))?;
     let rows = boundary.shape().first().copied().unwrap_or(0);
-    if rows == 0
-        || statistics.solved_samples.saturating_add(statistics.stand_ins) > rows
-        || boundary.shape().get(1) != Some(&scene.space.nq())
-    {
-        return Err(altered("boundary samples do not fit the scene"));
+    if rows == 0 || boundary.dtype() != Dtype::F64 || boundary.shape().get(1) != Some(&space.nq()) {
+        let found = format!("got the shape {:?} of {:?}", boundary.shape(), boundary.dtype());
+        return Err(format!("boundary samples do not fit the scene: {found}, expected rows of {} F64", space.nq()));
     }
-    let scene = Arc::new(scene);
+    let configs = numbers(tensors, "boundary", Dtype::F64, f64::from_le_bytes)?;
+    space.check_rows(&configs).map_err(|problem| format!("`boundary`: {problem}"))?;
+    statistics.check(rows).map_err(|problem| format!("statistics: {problem}"))?;
+    if let Some(row) = reaches.iter().position(|reach| !(0.0..=FARTHEST_DISTANCE).contains(reach)) {
+        return Err(format!("`reaches`: row {row}: got {:?}, expected 0 to {FARTHEST_DISTANCE:e}", reaches[row]));
+    }
+    let (coverage, scene) = (Coverage::new(reaches), Arc::new(scene));
     let (checker, metric) = (Checker::new(scene.clone()), Metric::new(scene));
-    if format == Some(READABLE[0]) {
+    if format == READABLE[0] {
         return Ok(Model::from_parts(checker, metric, configs, classifier, coverage, statistics));
     }
-    let boundary = derived::restore(&tensors, &checker, &metric, configs, statistics.solved_samples);
-    let boundary = boundary.map_err(|problem| altered(&problem))?;
+    let boundary = derived::restore(tensors, &checker, &metric, configs, statistics.solved_samples)?;
     Ok(Model::with_boundary(checker, metric, boundary, classifier, coverage, statistics))
 }
 

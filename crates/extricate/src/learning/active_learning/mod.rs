@@ -26,6 +26,20 @@ pub struct Classified {
 }
 
 impl Classified {
+    /// Whether one that was read as bytes is of these parts and this space, see
+    /// [`ObstacleClassifier::check`], and its accuracies are shares.
+    ///
+    /// # Errors
+    /// The element, its value, and what was expected.
+    pub fn check(&self, space: &ConfigSpace, parts: usize, width: usize) -> Result<(), String> {
+        for share in [self.accuracy_free, self.accuracy_colliding].into_iter().flatten() {
+            if !(0.0..=1.0).contains(&share) {
+                return Err(format!("accuracy: got {share:?}, expected a share"));
+            }
+        }
+        self.classifier.iter().try_for_each(|classifier| classifier.check(space, parts, width))
+    }
+
     /// Mean of both accuracies; `None` where one was not measured.
     pub fn balanced_accuracy(&self) -> Option<f64> {
         Some(0.5 * (self.accuracy_free? + self.accuracy_colliding?))

@@ -39,6 +39,14 @@ impl PointSet {
         Self { len, dimensions, blocks }
     }
 
+    /// Whether its lengths agree and its numbers are finite, of one that was read as bytes.
+    fn is_sound(&self) -> bool {
+        let rows = self.len.div_ceil(LANES).checked_mul(self.dimensions);
+        self.dimensions > 0
+            && rows == Some(self.blocks.len())
+            && self.blocks.as_flattened().iter().all(|x| x.is_finite())
+    }
+
     /// Number of points.
     pub fn len(&self) -> usize {
         self.len
@@ -166,6 +174,13 @@ impl WeightedPoints {
         let mut padded = vec![[0.0; LANES]; points.block_count()];
         weights.iter().enumerate().for_each(|(i, w)| padded[i / LANES][i % LANES] = *w);
         Self { points, weights: padded }
+    }
+
+    /// Whether there is a finite weight for each of finite points, of what was read as bytes.
+    pub fn is_sound(&self) -> bool {
+        self.points.is_sound()
+            && self.weights.len() == self.points.block_count()
+            && self.weights.as_flattened().iter().all(|x| x.is_finite())
     }
 
     /// The points.

@@ -97,6 +97,18 @@ impl Classifier {
         (classifier, Trained { duals: solution.alphas, steps: solution.iterations, cached: solution.cached })
     }
 
+    /// Whether it decides about so many features without a contradiction, of one that was read as
+    /// bytes.
+    pub(super) fn is_sound(&self, dimensions: usize) -> bool {
+        let Self { standardization, support, bias, gamma, choice } = self;
+        let numbers = [*bias, *gamma, choice.gamma_factor, choice.penalty];
+        standardization.is_sound(dimensions)
+            && support.is_sound()
+            && support.points().dimensions() == standardization.kept()
+            && numbers.iter().all(|x| x.is_finite())
+            && *gamma >= 0.0
+    }
+
     /// Above 0: predicted free. About +1 and -1 at the margins; 0 at the predicted boundary.
     pub fn decision(&self, features: &[f64]) -> f64 {
         let (mut stack, mut heap) = ([0.0; STACK_DIMENSIONS], Vec::new());

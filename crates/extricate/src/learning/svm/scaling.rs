@@ -74,6 +74,22 @@ impl Standardization {
         all
     }
 
+    /// Whether it maps features of so many dimensions to finite numbers, of one that was read as
+    /// bytes.
+    pub fn is_sound(&self, dimensions: usize) -> bool {
+        let Self { varying, basis, .. } = self;
+        let finite = |(k, centre, scale): &(u32, f64, f64)| {
+            (*k as usize) < dimensions && centre.is_finite() && scale.is_finite()
+        };
+        self.dimensions == dimensions
+            && !varying.is_empty()
+            && varying.len() <= dimensions
+            && varying.iter().all(finite)
+            && basis.len().is_multiple_of(varying.len())
+            && basis.len() <= varying.len() * varying.len()
+            && basis.iter().all(|x| x.is_finite())
+    }
+
     /// Dimensions that are left; never 0.
     pub fn kept(&self) -> usize {
         if self.basis.is_empty() { self.varying.len() } else { self.basis.len() / self.varying.len() }

@@ -2,12 +2,14 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::cspace::ConfigSpace;
 use crate::learning::budget::Spent;
 use crate::learning::exploration::Exploration;
 pub use crate::model::evaluate::figures::ClassifierAccuracy;
+use crate::model::run::checks::{check_solved, check_spent, check_traced};
 use crate::model::run::work::{Stage, StageKind};
 use crate::model::solve::SolvePlace;
-use crate::model::statistics::EndedBy;
+use crate::model::statistics::{EndedBy, check_count, check_share};
 use crate::samples::trace::TracePlace;
 
 /// Lists of configurations, row major. Within a unit of work they only grow: so their beginnings
@@ -142,20 +144,37 @@ impl AdaptState {
         Self { samples, exits, doubtful, known, fresh, place: mark.place.clone(), mark }
     }
 
-    /// Whether everything that a mark counts is there, in rows of `nq` numbers; `stored` is how
+    /// Whether a state that was read as bytes can be one of a run in this space; `stored` is how
     /// many samples and exits the old model has.
-    pub fn is_sound(&self, nq: usize, stored: usize) -> bool {
-        let (lists, place) = (self.lists(), &self.place);
-        let [samples, exits, _, free, colliding, fresh] = lists.map(|list| list.len() / nq);
-        let whole = lists.iter().zip(self.mark.lengths).all(|(list, length)| {
-            list.len() == length && list.len().is_multiple_of(nq) && list.iter().all(|x| x.is_finite())
-        });
-        let traced = match &self.mark.stage {
-            AdaptStage::Tracing(Some(at)) => at.starts <= free && at.indexed <= samples && at.seeds_used <= colliding,
-            _ => true,
-        };
-        let SolvePlace { seeds_used, exits: solved, indexed } = place.solved;
-        let solved = indexed <= solved && solved <= samples && seeds_used <= fresh && (solved == 0 || exits == 0);
-        whole && traced && solved && place.verified <= stored && place.kept <= samples
+    ///
+    /// # Errors
+    /// The element, its value, and what was expected.
+    pub fn check(&self, space: &ConfigSpace, stored: usize) -> Result<(), String> {
+        let Self { mark, place, .. } = self;
+        for ((name, list), length) in LISTS.iter().zip(self.lists()).zip(mark.lengths) {
+            if list.len() != length {
+                return Err(format!("`{name}`: got {} numbers, expected {length}", list.len()));
+            }
+            space.check_rows(list).map_err(|problem| format!("`{name}`: {problem}"))?;
+        }
+        let [samples, exits, _, free, colliding, fresh] = mark.lengths.map(|length| length / space.nq());
+        check_spent(&mark.spent, &mark.next)?;
+        if let AdaptStage::Tracing(Some(traced)) = &mark.stage {
+            check_traced(traced, [free, samples, colliding])?;
+        }
+        check_solved(&place.solved, samples, fresh)?;
+        if place.solved.exits > 0 && exits > 0 {
+            return Err(format!("`exits`: got {exits} rows beside {} solved ones, expected none", place.solved.exits));
+        }
+        for (name, count, most) in [("verified", place.verified, stored), ("kept", place.kept, samples)] {
+            if count > most {
+                return Err(format!("{name}: got {count}, expected at most {most}"));
+            }
+        }
+        check_count("kept_back", place.kept_back)?;
+        let ClassifierAccuracy { accuracy, held_out, colliding_share } = &place.judged;
+        held_out.iter().try_for_each(|count| check_count("held_out", *count))?;
+        let shares = accuracy.iter().flatten().chain([colliding_share]);
+        shares.copied().try_for_each(|share| check_share("accuracy", share))
     }
 }

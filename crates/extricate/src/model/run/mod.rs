@@ -1,5 +1,6 @@
 //! A run in units of work: learning and adapting differ only in what their units do.
 
+pub mod checks;
 mod context;
 pub mod ending;
 mod memory;

@@ -2,13 +2,15 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::checks::{check_solved, check_spent, check_traced};
 use super::work::{self, StageKind};
 use crate::learning::active_learning::Classified;
 use crate::learning::budget::Spent;
 use crate::learning::exploration::Exploration;
 use crate::model::solve::SolvePlace;
-use crate::model::statistics::EndedBy;
+use crate::model::statistics::{EndedBy, check_count, check_share};
 use crate::samples::trace::TracePlace;
+use crate::scene::Scene;
 
 /// What a run has found. Within a unit of work the lists only grow (but for free configurations
 /// that no pass will use), and the rest is as the last unit left it: so their beginnings are the
@@ -105,7 +107,41 @@ impl work::Stage for Stage {
     }
 }
 
+impl QualityChecks {
+    fn check(&self) -> Result<(), String> {
+        check_count("checks of quality: samples", self.samples)?;
+        check_count("checks of quality: checks", self.checks)
+    }
+}
+
 impl RunState {
+    /// Whether a state that was read as bytes can be one of a run in this scene, whose parts are
+    /// decided about by `width` numbers.
+    ///
+    /// # Errors
+    /// The element, its value, and what was expected.
+    pub fn check(&self, scene: &Scene, width: usize) -> Result<(), String> {
+        let Self { known, samples, mark, .. } = self;
+        let space = &scene.space;
+        let lists = [("free", &known.free), ("colliding", &known.colliding), ("samples", samples)];
+        for ((name, list), length) in lists.into_iter().zip(mark.lengths) {
+            if list.len() != length {
+                return Err(format!("`{name}`: got {} numbers, expected {length}", list.len()));
+            }
+            space.check_rows(list).map_err(|problem| format!("`{name}`: {problem}"))?;
+        }
+        let [free, colliding, samples] = mark.lengths.map(|length| length / space.nq());
+        check_spent(&mark.spent, &[mark.next])?;
+        self.checks_of_quality.check()?;
+        mark.checks_of_quality.check()?;
+        check_share("colliding_share", self.colliding_share)?;
+        if let Stage::Tracing(place) = &mark.stage {
+            check_traced(place, [free, samples, colliding])?;
+        }
+        check_solved(&mark.solved, samples, colliding)?;
+        let classified = self.classified.check(space, scene.pairs.len(), width);
+        classified.map_err(|problem| format!("classifier: {problem}"))
+    }
     /// The lists as they were at the mark: free, colliding, boundary samples.
     pub fn lists_at_mark(&self) -> [&[f64]; 3] {
         let lists = [&self.known.free, &self.known.colliding, &self.samples];

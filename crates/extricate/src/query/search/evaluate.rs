@@ -63,13 +63,17 @@ impl Evaluator {
     }
 
     /// An exact check, counted, unless the last one that found a free configuration was of the
-    /// same.
+    /// same. What lies beyond its limits is not free.
     pub fn label(&mut self, context: &Context, q: &[f64]) -> Label {
         // A descent along meshes has its steps checked; where it ends is then known.
         if !self.free_at.is_empty() && self.free_at == q {
             return Label::Free;
         }
         self.checks += 1;
+        // Steps and stored samples keep the limits; what a witness promises rests on neither.
+        if !context.checker.scene().space.is_within(q) {
+            return Label::Colliding;
+        }
         // The scratch then holds the poses of another configuration.
         if self.exact_at != q {
             self.exact_at.clear();
@@ -113,5 +117,29 @@ impl Evaluator {
     /// Distance from the anchor, in metric units.
     pub fn distance(&mut self, context: &Context, anchor: &Anchor, q: &[f64]) -> f64 {
         context.metric.distance_from(anchor, q, &mut self.metric)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::query::World;
+    use crate::scene::builtin;
+
+    /// Whoever offers a witness, a stored sample or a step, keeps the limits; this holds if not.
+    #[test]
+    fn what_lies_beyond_limits_is_not_free() {
+        let world = World::new(builtin::scene("planar-arm").unwrap());
+        let (mut evaluator, context) = (Evaluator::default(), world.context());
+        evaluator.begin(Deadline::default());
+        let straight = [1.9, 0.0, 0.0];
+        assert_eq!(evaluator.label(&context, &straight), Label::Free);
+        // The same poses, but for turns that the joint cannot make; and no poses at all.
+        for (at, value) in [(1, std::f64::consts::TAU), (2, -std::f64::consts::TAU), (0, f64::NAN), (2, f64::INFINITY)]
+        {
+            let mut q = straight;
+            q[at] = value;
+            assert_eq!(evaluator.label(&context, &q), Label::Colliding, "{q:?}");
+        }
     }
 }

@@ -9,10 +9,11 @@ pub mod ply;
 mod soup;
 pub mod stl;
 pub mod xml;
+mod xml_scan;
 
-use super::TriangleMesh;
 use super::mesh::seams::Welding;
-use crate::error::{Error, Result};
+use super::{LoadLimit, LoadLimits, TriangleMesh};
+use crate::error::{Error, Result, quoted};
 use crate::math::{FARTHEST, Vec3};
 use soup::Neighbour;
 
@@ -42,30 +43,39 @@ pub fn parse_and_warn(file: &str, bytes: &[u8], warnings: &mut Vec<String>) -> R
         let problem = format!("got `{uri}`, expected all in one file: a .glb, or a .gltf with its data in it");
         Err(Error::input(file, "uri", problem))
     };
-    parse_among(file, bytes, &mut alone, warnings)
+    parse_among(file, bytes, &LoadLimits::default(), &mut alone, warnings)
 }
 
-/// As [`parse_and_warn`], with what `neighbour` reads.
+/// As [`parse_and_warn`], within limits and with what `neighbour` reads.
 ///
 /// # Errors
-/// As [`parse`]; whatever `neighbour` gives.
-pub fn parse_among(file: &str, bytes: &[u8], neighbour: Neighbour, warnings: &mut Vec<String>) -> Result<TriangleMesh> {
+/// As [`parse`]; where the file holds more than is allowed; whatever `neighbour` gives.
+pub fn parse_among(
+    file: &str,
+    bytes: &[u8],
+    limits: &LoadLimits,
+    neighbour: Neighbour,
+    warnings: &mut Vec<String>,
+) -> Result<TriangleMesh> {
+    limits.check(LoadLimit::FileBytes, bytes.len(), file, "file")?;
     let extension = file.rsplit_once('.').map_or("", |(_, extension)| extension).to_ascii_lowercase();
     let soup = match extension.as_str() {
-        "stl" => stl::parse(file, bytes)?,
-        "obj" => obj::parse(file, bytes)?,
-        "dae" => collada::parse(file, bytes)?,
-        "ply" => ply::parse(file, bytes)?,
-        "glb" | "gltf" => gltf::parse(file, bytes, neighbour)?,
+        "stl" => stl::parse(file, bytes, limits)?,
+        "obj" => obj::parse(file, bytes, limits)?,
+        "dae" => collada::parse(file, bytes, limits)?,
+        "ply" => ply::parse(file, bytes, limits)?,
+        "glb" | "gltf" => gltf::parse(file, bytes, limits, neighbour)?,
         _ => {
             let problem = format!(
-                "got `{extension}`, expected stl, obj, dae, ply, glb or gltf; others are to be converted, for instance in \
-                 Python: trimesh.load(PATH, force='mesh').export('x.stl')"
+                "got `{}`, expected stl, obj, dae, ply, glb or gltf; others are to be converted, for instance in \
+                 Python: trimesh.load(PATH, force='mesh').export('x.stl')",
+                quoted(&extension)
             );
             return Err(Error::input(file, "extension", problem));
         }
     };
-    warnings.extend(soup.faults.iter().map(|fault| format!("{file}: {fault}")));
+    soup.has_room(0, 0).map_err(|problem| Error::input(file, "mesh", problem))?;
+    warnings.extend(soup.told().map(|fault| format!("{file}: {fault}")));
     let (mesh, welding) = checked(file, soup.vertices, soup.triangles)?;
     warnings.extend(welding.map(|Welding { corners, farthest, closed }| {
         format!(

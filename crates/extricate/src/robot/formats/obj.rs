@@ -5,18 +5,19 @@ use tobj::{LoadError, LoadOptions, Model};
 
 use super::lines::CountedLines;
 use super::soup::Soup;
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, quoted};
 use crate::math::Vec3;
+use crate::robot::LoadLimits;
 
 /// Parses vertices and faces; all objects and groups become one mesh.
-pub(crate) fn parse(file: &str, bytes: &[u8]) -> Result<Soup> {
+pub(crate) fn parse(file: &str, bytes: &[u8], limits: &LoadLimits) -> Result<Soup> {
     let text = String::from_utf8_lossy(bytes);
     let plain = plain(&text);
     let models = match load(&plain) {
         Ok(models) => models,
         Err((error, line)) => return Err(explain(file, &text, &plain, error, line)),
     };
-    let mut soup = Soup::default();
+    let mut soup = Soup::new(limits);
     for Model { mesh, .. } in models {
         let first = soup.vertices.len() as u32;
         soup.vertices.extend(mesh.positions.chunks_exact(3).map(Vec3::from_column_slice));
@@ -93,7 +94,7 @@ fn explain(file: &str, text: &str, plain: &str, error: LoadError, line: usize) -
         error => (line, format!("an OBJ file ({error})")),
     };
     let got = text.lines().nth(line.saturating_sub(1)).unwrap_or("").split('#').next().unwrap_or("").trim();
-    Error::input(file, format!("line {line}"), format!("got `{got}`, expected {expected}"))
+    Error::input(file, format!("line {line}"), format!("got `{}`, expected {expected}", quoted(got)))
 }
 
 /// The first line with an index that no vertex before it has, and the number of these vertices.

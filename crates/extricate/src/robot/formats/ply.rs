@@ -7,17 +7,19 @@ use ply_rs_bw::parser::{ParseError, Parser, Reader};
 use ply_rs_bw::ply::{ElementDef, Header, Property, PropertyAccess, PropertyAccessResult};
 
 use super::soup::Soup;
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, quoted};
 use crate::math::Vec3;
+use crate::robot::{LoadLimit, LoadLimits};
 
 type Source<'a> = Reader<BufReader<&'a [u8]>>;
 
 /// Parses vertices, faces and triangle strips.
-pub(crate) fn parse(file: &str, bytes: &[u8]) -> Result<Soup> {
+pub(crate) fn parse(file: &str, bytes: &[u8], limits: &LoadLimits) -> Result<Soup> {
     let mut source = Reader::new(BufReader::new(bytes));
     let header = Parser::<Vertex>::new().read_header(&mut source).map_err(|error| explain(file, "header", &error))?;
-    let (mut soup, mut rows) = (Soup::default(), Vec::new());
+    let (mut soup, mut rows) = (Soup::new(limits), Vec::new());
     for element in header.elements.values() {
+        check_count(file, element, bytes.len(), limits)?;
         match element.name.as_str() {
             "vertex" => {
                 for name in ["x", "y", "z"] {
@@ -56,6 +58,19 @@ pub(crate) fn parse(file: &str, bytes: &[u8]) -> Result<Soup> {
     Ok(soup)
 }
 
+/// Refuses elements that the file cannot hold: those without a property take no bytes, however many
+/// there are.
+fn check_count(file: &str, element: &ElementDef, bytes: usize, limits: &LoadLimits) -> Result<()> {
+    let name = quoted(&element.name);
+    let limit = if element.name == "vertex" { LoadLimit::Vertices } else { LoadLimit::Triangles };
+    limits.check(limit, element.count, file, &format!("header: element {name}"))?;
+    if element.count > bytes {
+        let problem = format!("got {} of {name} in {bytes} bytes, expected as many as there are", element.count);
+        return Err(Error::input(file, "header", problem));
+    }
+    Ok(())
+}
+
 /// What stands for the index -1, which ends a strip.
 const END_OF_STRIP: u32 = u32::MAX;
 
@@ -78,13 +93,13 @@ fn elements<E: PropertyAccess>(
     header: &Header,
 ) -> Result<Vec<E>> {
     let read = Parser::<E>::new().read_payload_for_element(source, element, header);
-    read.map_err(|error| explain(file, &format!("{} {}s", element.count, element.name), &error))
+    read.map_err(|error| explain(file, &format!("{} {}s", element.count, quoted(&element.name)), &error))
 }
 
 fn explain(file: &str, what: &str, error: &ParseError) -> Error {
     // It tells of the line, then of its text, in lines of their own.
     let told = error.to_string().split_whitespace().collect::<Vec<_>>().join(" ");
-    Error::input(file, what, format!("got what is no PLY ({told}), expected it as the header has it"))
+    Error::input(file, what, format!("got what is no PLY ({}), expected it as the header has it", quoted(&told)))
 }
 
 #[derive(Default)]
@@ -225,7 +240,7 @@ mod tests {
             end_header\n0 0 0\n";
         assert!(message(cloud.into()).contains("got points without faces"));
         let huge = ascii().replace("vertex 5", "vertex 4000000000");
-        assert!(message(huge).contains("4000000000 vertexs"));
+        assert!(message(huge).contains("element vertex: got 4000000000 corners"));
     }
 
     #[test]

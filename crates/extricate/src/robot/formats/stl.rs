@@ -8,27 +8,33 @@ use std::io::{Cursor, ErrorKind};
 
 use super::lines::CountedLines;
 use super::soup::Soup;
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, quoted};
 use crate::math::Vec3;
+use crate::robot::LoadLimits;
 
 /// What comes before the triangles of a binary file: anything, then their number.
 const HEADER: usize = 80;
 const COUNT: usize = 4;
 const RECORD: usize = 50;
 
+/// Numbers of a corner.
+const CORNER: usize = 3;
+
 /// Parses either kind. Which one it is, the length decides: many binary files begin with "solid"
 /// too.
-pub(crate) fn parse(file: &str, bytes: &[u8]) -> Result<Soup> {
+pub(crate) fn parse(file: &str, bytes: &[u8], limits: &LoadLimits) -> Result<Soup> {
     let start = HEADER + COUNT;
     let count = bytes.get(HEADER..start).map_or(0, |b| u32::from_le_bytes([b[0], b[1], b[2], b[3]]) as usize);
     let needed = start + RECORD * count;
     let text = looks_like_text(bytes);
     if bytes.len() >= start && (bytes.len() == needed || !text && bytes.len() > needed) {
-        return binary(&bytes[..needed])
+        let empty = Soup::new(limits);
+        empty.has_room(3 * count, count).map_err(|problem| Error::input(file, "triangles", problem))?;
+        return binary(&bytes[..needed], empty)
             .map_err(|error| Error::input(file, "triangles", format!("got {error}, expected {count} of them")));
     }
     if text {
-        return ascii(file, &String::from_utf8_lossy(bytes));
+        return ascii(file, &String::from_utf8_lossy(bytes), Soup::new(limits));
     }
     let expected = if bytes.len() < start {
         format!("at least {start} for a binary STL, or text that begins with `solid`")
@@ -43,25 +49,28 @@ fn looks_like_text(bytes: &[u8]) -> bool {
     start.len() >= 5 && start[..5].eq_ignore_ascii_case(b"solid") && !bytes.contains(&0)
 }
 
-fn binary(bytes: &[u8]) -> std::io::Result<Soup> {
+fn binary(bytes: &[u8], empty: Soup) -> std::io::Result<Soup> {
     // Without the header's text, which `stl_io` would look at to tell the kind.
     let mut bytes = bytes.to_vec();
     bytes[..HEADER].fill(0);
     let mut cursor = Cursor::new(bytes);
-    soup(&mut cursor)
+    soup(&mut cursor, empty)
 }
 
-fn ascii(file: &str, text: &str) -> Result<Soup> {
+fn ascii(file: &str, text: &str, empty: Soup) -> Result<Soup> {
     let plain = plain(text);
     let mut lines = CountedLines::new(&plain);
-    soup(&mut lines).map_err(|error| {
+    soup(&mut lines, empty).map_err(|error| {
         let last = text.lines().count();
         let number = lines.line.saturating_sub(1).min(last);
         let (got, expected) = match error.kind() {
             ErrorKind::UnexpectedEof => ("the end of the file", "`endsolid`"),
             _ => (text.lines().nth(number.saturating_sub(1)).unwrap_or("").trim(), "a line of an ASCII STL"),
         };
-        Error::input(file, format!("line {number}"), format!("got `{got}`, expected {expected} ({error})"))
+        // The parser repeats the line, too.
+        let (got, error) = (quoted(got), error.to_string());
+        let problem = format!("got `{got}`, expected {expected} ({})", quoted(&error));
+        Error::input(file, format!("line {number}"), problem)
     })
 }
 
@@ -84,9 +93,10 @@ fn plain(text: &str) -> String {
             }
             known @ ("vertex" | "endloop" | "endfacet") => {
                 plain.push_str(known);
-                plain.push_str(&line[keyword.len()..]);
+                // One word too many tells that there are more.
+                words.take(CORNER + 1).for_each(|word| plain.extend([" ", word]));
             }
-            _ => plain.push_str(line),
+            _ => plain.push_str(&quoted(line)),
         }
         plain.push('\n');
     }
@@ -94,8 +104,7 @@ fn plain(text: &str) -> String {
     plain
 }
 
-fn soup<R: std::io::Read + std::io::Seek>(reader: &mut R) -> std::io::Result<Soup> {
-    let mut soup = Soup::default();
+fn soup<R: std::io::Read + std::io::Seek>(reader: &mut R, mut soup: Soup) -> std::io::Result<Soup> {
     for triangle in stl_io::create_stl_reader(reader)? {
         soup.push_triangle(triangle?.vertices.map(|corner| Vec3::from(corner.0.map(f64::from))));
     }

@@ -5,20 +5,28 @@ use std::borrow::Cow;
 use encoding_rs::Encoding;
 use roxmltree::{Document, Node, ParsingOptions};
 
-use crate::error::{Error, Result};
+use super::xml_scan::Scan;
+use crate::error::{Error, Result, quoted};
 use crate::math::FARTHEST;
+use crate::robot::{LoadLimit, LoadLimits};
 
 /// Parses a document; `what` names the format in the message.
-pub(crate) fn document<'a>(file: &str, text: &'a str, what: &str) -> Result<Document<'a>> {
-    let options = ParsingOptions { allow_dtd: true, ..ParsingOptions::default() };
+pub(crate) fn document<'a>(file: &str, text: &'a str, what: &str, limits: &LoadLimits) -> Result<Document<'a>> {
+    Scan::of(text).check(file, text, limits)?;
+    let nodes_limit = u32::try_from(limits.get(LoadLimit::XmlNodes)).unwrap_or(u32::MAX);
+    let options = ParsingOptions { allow_dtd: true, nodes_limit, ..ParsingOptions::default() };
     Document::parse_with_options(text, options).map_err(|error| match error {
         roxmltree::Error::UnknownNamespace(prefix, position) if prefix == "xacro" => {
             Error::input(file, format!("line {}", position.row), NEEDS_XACRO)
         }
+        roxmltree::Error::NodesLimitReached => {
+            let found = limits.get(LoadLimit::XmlNodes).saturating_add(1);
+            Error::input(file, "elements", limits.exceeded(LoadLimit::XmlNodes, found))
+        }
         error => Error::input(
             file,
             format!("line {}", error.pos().row),
-            format!("got text that is not XML ({error}), expected {what}"),
+            format!("got text that is not XML ({}), expected {what}", quoted(&error.to_string())),
         ),
     })
 }
@@ -38,7 +46,7 @@ pub fn decoded(bytes: &[u8]) -> String {
 
 /// What a ROS `package.xml` calls its package.
 pub fn package_name(text: &str) -> Option<String> {
-    let document = document("package.xml", text, "a package").ok()?;
+    let document = document("package.xml", text, "a package", &LoadLimits::default()).ok()?;
     Some(child(document.root_element(), "name")?.text()?.trim().to_owned())
 }
 
@@ -49,45 +57,15 @@ const UNDECLARED: &str = "undeclared";
 /// such files, and simulators' extensions are full of them. Macros are left for [`document`] to
 /// refuse.
 pub(crate) fn with_declared_prefixes(text: &str) -> Cow<'_, str> {
-    let mut text = Cow::Borrowed(text);
-    // Every parse tells of one.
-    for _ in 0..MOST_PREFIXES {
-        let options = ParsingOptions { allow_dtd: true, ..ParsingOptions::default() };
-        let Err(roxmltree::Error::UnknownNamespace(prefix, _)) = Document::parse_with_options(&text, options) else {
-            break;
-        };
-        let Some(end) = end_of_root_name(&text).filter(|_| prefix != "xacro") else { break };
-        text.to_mut().insert_str(end, &format!(" xmlns:{prefix}=\"{UNDECLARED}\""));
-    }
-    text
+    let scan = Scan::of(text);
+    let Some(end) = scan.end_of_root_name.filter(|_| !scan.undeclared.is_empty()) else { return Cow::Borrowed(text) };
+    let declarations = scan.undeclared.iter().take(MOST_PREFIXES);
+    let declarations: String = declarations.map(|prefix| format!(" xmlns:{prefix}=\"{UNDECLARED}\"")).collect();
+    Cow::Owned([&text[..end], &declarations, &text[end..]].concat())
 }
 
 /// More prefixes than this in one file are not declared.
 const MOST_PREFIXES: usize = 64;
-
-/// Where the name of the first element ends.
-fn end_of_root_name(text: &str) -> Option<usize> {
-    let mut at = 0;
-    loop {
-        at += text[at..].find('<')?;
-        let rest = &text[at..];
-        let length = if rest.starts_with("<!--") {
-            rest.find("-->")? + 3
-        } else if rest.starts_with("<?") {
-            rest.find("?>")? + 2
-        } else if rest.starts_with("<!") {
-            // Declarations of a document type stand in brackets.
-            let end = rest.find('>')?;
-            match rest.find('[').filter(|bracket| *bracket < end) {
-                Some(_) => rest.find("]>").or_else(|| rest.find("] >"))? + 2,
-                None => end + 1,
-            }
-        } else {
-            return Some(at + rest.find(|c: char| c.is_whitespace() || c == '>' || c == '/')?);
-        };
-        at += length;
-    }
-}
 
 /// What to say about a macro that is not expanded.
 pub(crate) const NEEDS_XACRO: &str = "got a xacro macro, expected plain URDF: expand it first, with `xacro robot.urdf.xacro > robot.urdf`, or in Python with \
@@ -97,8 +75,8 @@ pub(crate) const NEEDS_XACRO: &str = "got a xacro macro, expected plain URDF: ex
 pub(crate) fn label(node: Node) -> String {
     let tag = node.tag_name().name();
     match own_attribute(node, "name").or_else(|| own_attribute(node, "id")) {
-        Some(name) => format!("{tag} \"{name}\""),
-        None => format!("<{tag}> in line {}", node.document().text_pos_at(node.range().start).row),
+        Some(name) => format!("{tag} \"{}\"", quoted(name)),
+        None => format!("<{}> in line {}", quoted(tag), node.document().text_pos_at(node.range().start).row),
     }
 }
 
@@ -145,6 +123,7 @@ pub(crate) fn numbers_within<const N: usize>(
     value: &str,
 ) -> Result<[f64; N]> {
     let error = |within: &str| {
+        let value = quoted(value);
         if value.contains("${") || value.contains("$(") {
             return Error::input(file, element, format!("{name}=\"{value}\": {NEEDS_XACRO}"));
         }
@@ -214,7 +193,7 @@ mod tests {
         assert_eq!(decoded(&wide(u16::to_le_bytes)), text("UTF-16"));
         assert_eq!(decoded(&wide(u16::to_be_bytes)), text("UTF-16"));
         // Undeclared bytes in a comment.
-        assert!(document("a", &decoded(b"<!-- 90\xb0 --><r/>"), "URDF").is_ok());
+        assert!(document("a", &decoded(b"<!-- 90\xb0 --><r/>"), "URDF", &LoadLimits::default()).is_ok());
         assert_eq!(decoded(b"\xef\xbb\xbf<r/>"), "<r/>");
     }
 
@@ -223,21 +202,25 @@ mod tests {
         let text = "<?xml version='1.0'?>\n<!-- <a> -->\n<!DOCTYPE robot [<!ENTITY e '<x/>'>]>\n<robot xmlns:k='known'>\n\
             <k:link/><s:link b:c='1'/><link d:name='no' name='yes'/></robot>";
         let declared = with_declared_prefixes(text);
-        let parsed = document("a.urdf", &declared, "URDF").unwrap();
+        let parsed = document("a.urdf", &declared, "URDF", &LoadLimits::default()).unwrap();
         let links: Vec<_> = children(parsed.root_element(), "link").map(|link| own_attribute(link, "name")).collect();
         assert_eq!(links, [None, Some("yes")], "those of the file's own namespaces count");
         assert_eq!(declared.lines().count(), text.lines().count());
         assert!(matches!(with_declared_prefixes("<robot xmlns:k='k'><k:a/></robot>"), Cow::Borrowed(_)));
-        assert!(document("a", &with_declared_prefixes("<robot><xacro:a/></robot>"), "URDF").is_err());
+        assert!(
+            document("a", &with_declared_prefixes("<robot><xacro:a/></robot>"), "URDF", &LoadLimits::default())
+                .is_err()
+        );
         for broken in ["", "<", "<!--", "<a:b", "<a:b/>", "<!DOCTYPE [", "<a x:y='1'", "text"] {
             with_declared_prefixes(broken);
         }
-        assert!(document("a", &with_declared_prefixes("<a:b/>"), "URDF").is_ok());
+        assert!(document("a", &with_declared_prefixes("<a:b/>"), "URDF", &LoadLimits::default()).is_ok());
     }
 
     #[test]
     fn broken_documents_name_the_line() {
-        let error = document("a.urdf", "<robot>\n<link>\n</robot>", "URDF").unwrap_err().to_string();
+        let error =
+            document("a.urdf", "<robot>\n<link>\n</robot>", "URDF", &LoadLimits::default()).unwrap_err().to_string();
         assert!(error.starts_with("a.urdf: line 3: got text that is not XML"), "{error}");
     }
 }

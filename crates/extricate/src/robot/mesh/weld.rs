@@ -9,9 +9,9 @@ use crate::math::Vec3;
 /// looks at what files in f32 leave open.
 const TOLERANCE: f64 = 1e-9;
 
-/// Width of a grid cell in tolerances: wide, so that nearly every vertex has to look into one cell
-/// only.
-const CELL: f64 = 1024.0;
+/// Width of a grid cell in tolerances: wide, so that most vertices have to look into one cell only;
+/// not so wide that a cell could hold more than some thousand, which are all compared.
+const CELL: f64 = 16.0;
 
 /// The representatives of `points`, in order of first appearance, and for each point the index of
 /// its representative.

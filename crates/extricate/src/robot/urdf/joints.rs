@@ -5,7 +5,7 @@ use std::collections::{HashMap, HashSet};
 use roxmltree::Node;
 
 use super::place::Place;
-use crate::error::Result;
+use crate::error::{Result, quoted};
 use crate::math::{FARTHEST, Vec3};
 use crate::robot::formats::xml::{child, children, label, numbers_within, own_attribute};
 use crate::robot::tree::NamedMimic;
@@ -33,8 +33,9 @@ pub(crate) fn joints(
         if let Some(name) = followed.filter(|_| !is_known) {
             let told = "it moves on its own, as other readers have it";
             warnings.push(format!(
-                "{file}: {}: it follows \"{name}\", which is no joint of this robot: {told}",
-                place.element
+                "{file}: {}: it follows \"{}\", which is no joint of this robot: {told}",
+                place.element,
+                quoted(name)
             ));
         }
         let joint = joint(&place, node, version, is_known, (links, warnings))?;
@@ -64,7 +65,7 @@ fn joint(
     let end = |tag: &'static str| {
         let end = child(node, tag).ok_or_else(|| place.error(format!("got no <{tag}>, expected one with a link")))?;
         let name = place.required(end, "link")?;
-        let unknown = || place.error(format!("got {tag} link=\"{name}\", expected a link of this robot"));
+        let unknown = || place.error(format!("got {tag} link=\"{}\", expected a link of this robot", quoted(name)));
         links.get(name).copied().ok_or_else(unknown)
     };
     let (parent, child_link) = (end("parent")?, end("child")?);
@@ -102,7 +103,7 @@ fn kind(place: &Place, name: &str) -> Result<JointKind> {
         "floating" => JointKind::Floating,
         _ => {
             let kinds = "fixed, revolute, continuous, prismatic, planar, spherical or floating";
-            return Err(place.error(format!("got type=\"{name}\", expected {kinds}")));
+            return Err(place.error(format!("got type=\"{}\", expected {kinds}", quoted(name))));
         }
     })
 }

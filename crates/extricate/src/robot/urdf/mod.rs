@@ -14,8 +14,8 @@ use roxmltree::{Document, Node};
 
 use super::formats::xml::{NEEDS_XACRO, child, children, document, label, own_attribute};
 use super::tree::{resolve_mimics, root};
-use super::{Link, LinkGeometry, Robot};
-use crate::error::{Error, Result};
+use super::{Link, LinkGeometry, LoadLimit, LoadLimits, Robot};
+use crate::error::{Error, Result, listed, quoted};
 
 pub use place::LoadMesh;
 use place::Place;
@@ -52,16 +52,36 @@ impl Shapes {
 /// make no sense, sizes that are negative. Points and segments are left out, discs and plates are
 /// as thin as a micrometre, each with a warning.
 pub fn parse(file: &str, text: &str, shapes: Shapes, load_mesh: LoadMesh, warnings: &mut Vec<String>) -> Result<Robot> {
+    parse_within(file, text, shapes, &LoadLimits::default(), load_mesh, warnings)
+}
+
+/// As [`parse`], within limits.
+///
+/// # Errors
+/// As [`parse`]; where the file holds more than is allowed.
+pub fn parse_within(
+    file: &str,
+    text: &str,
+    shapes: Shapes,
+    limits: &LoadLimits,
+    load_mesh: LoadMesh,
+    warnings: &mut Vec<String>,
+) -> Result<Robot> {
+    limits.check(LoadLimit::TextBytes, text.len(), file, "file")?;
     let text = super::formats::xml::with_declared_prefixes(text);
-    let document = document(file, &text, "URDF")?;
+    let document = document(file, &text, "URDF", limits)?;
     let robot = document.root_element();
     check_root(file, &document)?;
-    let mut meshes = shapes::Meshes { load: load_mesh, scaled: HashMap::new() };
     let mut links = Vec::new();
     let mut link_of_name = HashMap::new();
+    let mut shape_count = 0;
     for node in children(robot, "link") {
         let place = Place { file, element: label(node) };
-        let link = link(&place, node, shapes, &mut meshes, warnings)?;
+        let link = link(&place, node, shapes, load_mesh, warnings)?;
+        shape_count += link.collision.len();
+        limits.check(LoadLimit::NameBytes, link.name.len(), file, &place.element)?;
+        limits.check(LoadLimit::Links, links.len() + 1, file, "robot")?;
+        limits.check(LoadLimit::Shapes, shape_count, file, "robot")?;
         if link_of_name.insert(link.name.clone(), links.len()).is_some() {
             return Err(place.error("got a second link of this name, expected unique names"));
         }
@@ -70,9 +90,14 @@ pub fn parse(file: &str, text: &str, shapes: Shapes, load_mesh: LoadMesh, warnin
     warn_of_visuals(file, robot, shapes, warnings);
     let version = own_attribute(robot, "version").and_then(|version| version.trim().parse().ok()).unwrap_or(1.0);
     let (mut joints, mimics) = joints::joints(file, robot, version, &link_of_name, warnings)?;
+    for joint in &joints {
+        limits.check(LoadLimit::NameBytes, joint.name.len(), file, "joint")?;
+    }
     let root = root(file, &links, &joints)?;
     resolve_mimics(file, &mimics, &mut joints)?;
-    Ok(Robot { name: own_attribute(robot, "name").unwrap_or("robot").into(), links, joints, root })
+    let name = own_attribute(robot, "name").unwrap_or("robot");
+    limits.check(LoadLimit::NameBytes, name.len(), file, "robot")?;
+    Ok(Robot { name: name.into(), links, joints, root })
 }
 
 fn check_root(file: &str, document: &Document) -> Result<()> {
@@ -81,7 +106,7 @@ fn check_root(file: &str, document: &Document) -> Result<()> {
         "robot" => {}
         "mujoco" => return Err(Error::input(file, "root", IS_MJCF)),
         "sdf" => return Err(Error::input(file, "root", IS_SDF)),
-        other => return Err(Error::input(file, "root", format!("got <{other}>, expected <robot>"))),
+        other => return Err(Error::input(file, "root", format!("got <{}>, expected <robot>", quoted(other)))),
     }
     let is_macro = |node: &Node| node.tag_name().namespace().is_some_and(|namespace| namespace.contains("xacro"));
     match robot.descendants().find(is_macro) {
@@ -97,13 +122,7 @@ const IS_MJCF: &str = "got <mujoco>, expected <robot>: this is MJCF; in Python `
                        (pip install 'extricate[mujoco]')";
 const IS_SDF: &str = "got <sdf>, expected <robot>: this is SDF; in Python `extricate.Robot.from_sdf(path)` takes it";
 
-fn link(
-    place: &Place,
-    node: Node,
-    shapes: Shapes,
-    meshes: &mut shapes::Meshes,
-    warnings: &mut Vec<String>,
-) -> Result<Link> {
+fn link(place: &Place, node: Node, shapes: Shapes, load_mesh: LoadMesh, warnings: &mut Vec<String>) -> Result<Link> {
     let (file, element, tag) = (place.file, &place.element, shapes.tag());
     let name = place.required(node, "name")?.to_owned();
     let mut collision = Vec::new();
@@ -113,15 +132,12 @@ fn link(
             continue;
         };
         let pose_link_geometry = place.origin(part)?;
-        if let Some(geometry) = shapes::geometry(place, shape, meshes, warnings)? {
+        if let Some(geometry) = shapes::geometry(place, shape, load_mesh, warnings)? {
             collision.push(LinkGeometry { pose_link_geometry, geometry });
         }
     }
     Ok(Link { name, collision })
 }
-
-/// Links that a warning names.
-const LISTED: usize = 12;
 
 /// Tells of a robot that collides with nothing because all its shapes are visual.
 fn warn_of_visuals(file: &str, robot: Node, shapes: Shapes, warnings: &mut Vec<String>) {
@@ -131,11 +147,10 @@ fn warn_of_visuals(file: &str, robot: Node, shapes: Shapes, warnings: &mut Vec<S
     }
     let seen: Vec<&str> = have("visual").filter_map(|link| own_attribute(link, "name")).collect();
     if !seen.is_empty() {
-        let more = if seen.len() > LISTED { format!(" and {} more", seen.len() - LISTED) } else { String::new() };
         warnings.push(format!(
-            "{file}: no link has <collision> geometry, so the robot collides with nothing; <visual> geometry ({}{more}) is \
+            "{file}: no link has <collision> geometry, so the robot collides with nothing; <visual> geometry ({}) is \
              taken with `geometry = \"visual\"`",
-            seen[..seen.len().min(LISTED)].join(", ")
+            listed(seen)
         ));
     }
 }

@@ -54,4 +54,4 @@ impl Place<'_> {
 }
 
 /// Loads an unscaled mesh by the `filename` attribute of a `<mesh>` element.
-pub type LoadMesh<'a> = &'a mut dyn FnMut(&str) -> Result<Arc<TriangleMesh>>;
+pub type LoadMesh<'a> = &'a mut dyn FnMut(&str, [f64; 3]) -> Result<Arc<TriangleMesh>>;

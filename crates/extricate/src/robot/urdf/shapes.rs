@@ -1,22 +1,13 @@
 //! The `<geometry>` of a URDF to [`Geometry`]: sizes checked, those of zero told, meshes scaled.
 
-use std::collections::HashMap;
-use std::sync::Arc;
-
 use roxmltree::Node;
 
 use super::place::{LoadMesh, Place};
-use crate::error::Result;
+use crate::error::{Result, quoted};
 use crate::math::Vec3;
+use crate::robot::Geometry;
 use crate::robot::formats::xml::{child, numbers, own_attribute};
 use crate::robot::mesh::is_scale;
-use crate::robot::{Geometry, TriangleMesh};
-
-/// Meshes, each scaled once however many links use it.
-pub(crate) struct Meshes<'a> {
-    pub load: LoadMesh<'a>,
-    pub scaled: HashMap<(String, [u64; 3]), Arc<TriangleMesh>>,
-}
 
 /// What a geometry without volume is taken for \[m\], where it has an area: more than rounding,
 /// less than any clearance in use.
@@ -27,7 +18,7 @@ const THIN: f64 = 1e-6;
 pub(crate) fn geometry(
     place: &Place,
     node: Node,
-    meshes: &mut Meshes,
+    load_mesh: LoadMesh,
     warnings: &mut Vec<String>,
 ) -> Result<Option<Geometry>> {
     let mut tell = |size: String, has_area: bool| {
@@ -82,33 +73,23 @@ pub(crate) fn geometry(
                 _ => Geometry::Capsule { radius, half_length: 0.5 * positive("length", length)? },
             }
         }
-        "mesh" => mesh(place, node, meshes)?,
+        "mesh" => mesh(place, node, load_mesh)?,
         "plane" => plane(place, node)?,
         tag => {
             let kinds = "box, sphere, cylinder, capsule, mesh or plane";
-            return Err(place.error(format!("got geometry <{tag}>, expected {kinds}")));
+            return Err(place.error(format!("got geometry <{}>, expected {kinds}", quoted(tag))));
         }
     }))
 }
 
-fn mesh(place: &Place, node: Node, meshes: &mut Meshes) -> Result<Geometry> {
+fn mesh(place: &Place, node: Node, load_mesh: LoadMesh) -> Result<Geometry> {
     let filename = place.required(node, "filename")?;
     let scale = place.numbers_or(Some(node), "scale", [1.0; 3])?;
     if !is_scale(&scale) {
         let problem = format!("got mesh scale {scale:?}, expected factors of size 1e-9 to 1e9, not zero");
         return Err(place.error(problem));
     }
-    let key = (filename.to_owned(), scale.map(f64::to_bits));
-    let mesh = match meshes.scaled.get(&key) {
-        Some(mesh) => Arc::clone(mesh),
-        None => {
-            let mesh = (meshes.load)(filename)?;
-            let mesh = if scale == [1.0; 3] { mesh } else { Arc::new(mesh.scaled(scale)) };
-            meshes.scaled.insert(key, Arc::clone(&mesh));
-            mesh
-        }
-    };
-    Ok(Geometry::Mesh(mesh))
+    Ok(Geometry::Mesh(load_mesh(filename, scale)?))
 }
 
 /// All below a plane through the origin. Its normal is an attribute or an element, as readers that

@@ -16,12 +16,12 @@ fn robot(content: &str) -> Result<Robot> {
     parse("r.urdf", &format!("<robot name='r'>{content}</robot>"), Shapes::Collision, &mut tetrahedron, &mut vec![])
 }
 
-fn tetrahedron(name: &str) -> Result<Arc<TriangleMesh>> {
+fn tetrahedron(name: &str, scale: [f64; 3]) -> Result<Arc<TriangleMesh>> {
     if name != "t.stl" {
         return Err(Error::input(name, "file", "missing"));
     }
     let corners = [Vec3::zeros(), Vec3::x(), Vec3::y(), Vec3::z()].to_vec();
-    Ok(Arc::new(TriangleMesh::new(corners, vec![[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]])))
+    Ok(Arc::new(TriangleMesh::new(corners, vec![[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]]).scaled(scale)))
 }
 
 #[track_caller]
@@ -78,7 +78,7 @@ fn every_geometry_is_read() {
     assert!(matches!(parts[2].geometry, Geometry::Cylinder { radius: 1.0, half_length: 1.5 }));
     assert!(matches!(parts[3].geometry, Geometry::Capsule { radius: 1.0, half_length: 1.5 }));
     let (Geometry::Mesh(first), Geometry::Mesh(second)) = (&parts[4].geometry, &parts[5].geometry) else { panic!() };
-    assert!(Arc::ptr_eq(first, second));
+    assert_eq!(first, second);
     let moments = parts[4].geometry.volume_moments().unwrap();
     assert!((moments.measure - 1.0 / 3.0).abs() < 1e-15);
     assert!((moments.centroid - Vec3::new(-0.25, 0.5, 0.25)).norm() < 1e-15);

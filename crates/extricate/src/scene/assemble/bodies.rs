@@ -88,21 +88,58 @@ pub fn hull(mesh: &Arc<TriangleMesh>, owner: &str, warnings: &mut Vec<String>) -
     }
 }
 
-/// Warns once of a body whose meshes have components that are not closed, and once of one whose
-/// meshes have cavities.
-pub fn warn_of_surfaces(body: &Body, warnings: &mut Vec<String>) {
-    let meshes = || {
-        body.parts.iter().filter_map(|part| match &part.geometry {
-            Geometry::Mesh(mesh) => Some(mesh),
-            _ => None,
-        })
-    };
-    let (mut open, mut cavities, mut all) = (0, 0, 0);
-    for mesh in meshes() {
-        open += mesh.components.iter().filter(|component| !component.closed).count();
-        cavities += (0..mesh.components.len()).filter(|&component| mesh.is_cavity(component)).count();
-        all += mesh.components.len();
+/// Something about meshes that takes long to find, once a mesh: many bodies may share one.
+#[derive(Debug)]
+pub struct OncePerMesh<T>(HashMap<*const TriangleMesh, (Arc<TriangleMesh>, T)>);
+
+impl<T> Default for OncePerMesh<T> {
+    fn default() -> Self {
+        Self(HashMap::new())
     }
+}
+
+impl<T: Copy> OncePerMesh<T> {
+    /// What `find` gives for the mesh of a shape, or for a shape that is none.
+    pub fn of(&mut self, geometry: &Geometry, find: impl Fn(&Geometry) -> T) -> T {
+        match geometry {
+            Geometry::Mesh(mesh) | Geometry::ConvexHull(mesh) => {
+                // Kept, so that no other mesh takes its address.
+                self.0.entry(Arc::as_ptr(mesh)).or_insert_with(|| (Arc::clone(mesh), find(geometry))).1
+            }
+            other => find(other),
+        }
+    }
+}
+
+/// What there is to say of a mesh.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Surfaces {
+    open: usize,
+    cavities: usize,
+    all: usize,
+    gap: Option<f64>,
+}
+
+impl Surfaces {
+    fn of(geometry: &Geometry) -> Self {
+        let Geometry::Mesh(mesh) = geometry else { return Self::default() };
+        Self {
+            open: mesh.components.iter().filter(|component| !component.closed).count(),
+            cavities: (0..mesh.components.len()).filter(|&component| mesh.is_cavity(component)).count(),
+            all: mesh.components.len(),
+            gap: widest_gap(mesh),
+        }
+    }
+}
+
+/// Warns once of a body whose meshes have components that are not closed, and once of one whose
+/// meshes have cavities; `known` holds what is known of meshes.
+pub fn warn_of_surfaces(body: &Body, known: &mut OncePerMesh<Surfaces>, warnings: &mut Vec<String>) {
+    let Surfaces { open, cavities, all, gap } = body.parts.iter().fold(Surfaces::default(), |sum, part| {
+        let own = known.of(&part.geometry, Surfaces::of);
+        let gap = [sum.gap, own.gap].into_iter().flatten().reduce(f64::max);
+        Surfaces { open: sum.open + own.open, cavities: sum.cavities + own.cavities, all: sum.all + own.all, gap }
+    });
     let kind = match (body.robot, body.frame) {
         (Some(_), _) => "link",
         (None, 0) => "obstacle",
@@ -114,7 +151,6 @@ pub fn warn_of_surfaces(body: &Body, warnings: &mut Vec<String>) {
             (1, _) => format!("1 of {all} mesh components is open: it is a surface, not a solid"),
             _ => format!("{open} of {all} mesh components are open: they are surfaces, not solids"),
         };
-        let gap = meshes().filter_map(|mesh| widest_gap(mesh)).reduce(f64::max);
         let gap = gap.map_or(String::new(), |gap| format!(" (open edges are up to {gap:.1e} m from each other)"));
         warnings.push(format!("{kind} `{}`: {counted}{gap}", body.name));
     }
@@ -156,6 +192,9 @@ mod tests {
     fn open_components_are_told_once_a_body() {
         let solid = vec![[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]];
         let mut warnings = Vec::new();
+        let mut known = OncePerMesh::default();
+        let mut warn_of_surfaces =
+            |body: &Body, warnings: &mut Vec<String>| warn_of_surfaces(body, &mut known, warnings);
         warn_of_surfaces(&body(solid.clone()), &mut warnings);
         assert!(warnings.is_empty());
         let mixed: Vec<[u32; 3]> = solid.iter().copied().chain([[4, 5, 6], [4, 6, 7]]).collect();

@@ -5,12 +5,12 @@ use super::frames::{Mover, Place};
 use super::joint_roles::{JointRole, factor_suffixes, roles};
 use super::loaded::LoadedRobot;
 use super::workspace_radius::reach;
-use crate::cspace::{ConfigSpace, Manifold};
+use crate::cspace::{ConfigSpace, Manifold, WEIGHTS};
 use crate::error::{Error, Result};
 use crate::math::Vec3;
 use crate::robot::JointKind;
 use crate::scene::file::{BaseKind, MetricEntry, WeightEntry};
-use crate::scene::names::{Named, find, unique};
+use crate::scene::names::{NameIndex, Named, unique};
 use crate::scene::{Body, MetricKind, RigidJoint, SceneJoint};
 
 /// What [`coordinates`] finds.
@@ -179,10 +179,10 @@ fn weights(
     warnings: &mut Vec<String>,
 ) -> Result<Vec<Vec<f64>>> {
     let mut weights: Vec<Vec<f64>> = candidates.iter().map(|candidate| vec![1.0; candidate.manifolds.len()]).collect();
-    let names: Vec<Named> = candidates.iter().map(|candidate| candidate.named).collect();
+    let names = NameIndex::new(candidates.iter().map(|candidate| candidate.named).collect());
     for (name, entry) in &metric.weights {
         let fault = |problem: String| Error::input(file, "metric: weights", problem);
-        let index = find(&names, name).map_err(fault)?;
+        let index = names.find(name).map_err(fault)?;
         let composite = candidates[index].manifolds.len() > 1;
         let [translation, rotation] = match *entry {
             WeightEntry::Uniform(weight) => [weight; 2],
@@ -192,7 +192,7 @@ fn weights(
                 return Err(fault(format!("`{name}`: got {split:?}, expected a number, as the joint is {kind}")));
             }
         };
-        if let Some(bad) = [translation, rotation].iter().find(|weight| !(1e-9..=1e9).contains(*weight)) {
+        if let Some(bad) = [translation, rotation].iter().find(|weight| !WEIGHTS.contains(*weight)) {
             return Err(fault(format!("`{name}`: got {bad:?}, expected a number from 1e-9 to 1e9")));
         }
         if candidates[index].manifolds.is_empty() {

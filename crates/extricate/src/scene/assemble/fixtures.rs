@@ -32,8 +32,8 @@ pub fn read_others(
     for AttachedEntry { name: own, shape, .. } in &mut attached {
         read_parts(&format!("attached \"{own}\""), shape, files, warnings)?;
     }
-    let mut load_mesh = |element: &str, path: &str| files.mesh(element, path);
-    others(name, (&obstacles, &attached), &mut load_mesh, scene.cut, warnings)
+    let mut load_mesh = |element: &str, path: &str, scale: [f64; 3]| files.mesh(element, path, scale);
+    others(name, (&obstacles, &attached), &mut load_mesh, scene, warnings)
 }
 
 fn read_parts(element: &str, shape: &mut ShapeEntry, files: &mut Files, warnings: &mut Vec<String>) -> Result<()> {
@@ -57,6 +57,8 @@ fn parts(file: &str, robot: &Robot) -> Result<Vec<Part>> {
                        `locked` where they shall not";
         return Err(Error::input(file, format!("joint \"{}\"", joint.name), problem));
     }
+    let mut below: Vec<Vec<usize>> = vec![Vec::new(); robot.links.len()];
+    robot.joints.iter().enumerate().for_each(|(index, joint)| below[joint.parent].push(index));
     let mut parts = Vec::new();
     let mut stack = vec![(robot.root, Pose::identity())];
     while let Some((link, pose)) = stack.pop() {
@@ -64,7 +66,7 @@ fn parts(file: &str, robot: &Robot) -> Result<Vec<Part>> {
             pose_frame_part: pose.then(&shape.pose_link_geometry),
             geometry: shape.geometry.clone(),
         }));
-        let below = robot.joints.iter().filter(|joint| joint.parent == link);
+        let below = below[link].iter().map(|joint| &robot.joints[*joint]);
         stack.extend(below.map(|joint| (joint.child, pose.then(&joint.pose_parent_joint))));
     }
     if parts.is_empty() {

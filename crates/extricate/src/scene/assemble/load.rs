@@ -8,11 +8,11 @@ use std::sync::Arc;
 
 use super::bodies::replace_meshes;
 use super::loaded::{LoadedRobot, ReadFile};
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, listed, quoted};
 use crate::robot::formats::xml::{decoded, package_name};
 use crate::robot::srdf::{self, Srdf};
 use crate::robot::urdf::{self, Shapes};
-use crate::robot::{Robot, TriangleMesh, formats};
+use crate::robot::{LoadLimit, LoadLimits, Robot, TriangleMesh, formats};
 use crate::scene::file::{CutMesh, GeometryKind, RobotEntry};
 use crate::scene::names::{robot_names, unknown};
 
@@ -24,12 +24,21 @@ pub struct Files<'a> {
     folder: PathBuf,
     read: ReadFile<'a>,
     cut: Option<CutMesh>,
+    limits: LoadLimits,
     meshes: HashMap<PathBuf, Arc<TriangleMesh>>,
+    /// Meshes with their axes scaled, by the bits of the factors.
+    scaled: HashMap<(PathBuf, [u64; 3]), Arc<TriangleMesh>>,
+    /// Triangles of all of these, and bytes of text that was read.
+    triangles: usize,
+    text_bytes: usize,
     /// By folder, what its `package.xml` calls it.
     package_names: HashMap<PathBuf, Option<String>>,
     /// What to say of the meshes, each once.
     mesh_warnings: Vec<String>,
 }
+
+/// Folders in which every mesh is looked for, at most.
+const MOST_PACKAGES: usize = 1000;
 
 /// A URDF that a scene file names.
 pub struct Source<'a> {
@@ -47,14 +56,18 @@ pub struct Source<'a> {
 
 impl<'a> Files<'a> {
     /// Of the scene file at `path`; `cut` cuts meshes into convex parts.
-    pub fn new(path: &Path, cut: Option<CutMesh>, read: ReadFile<'a>) -> Self {
+    pub fn new(path: &Path, cut: Option<CutMesh>, limits: &LoadLimits, read: ReadFile<'a>) -> Self {
         let folder = path.parent().unwrap_or(Path::new("")).to_path_buf();
         Self {
             file: path.display().to_string(),
             folder,
             read,
             cut,
+            limits: limits.clone(),
             meshes: HashMap::new(),
+            scaled: HashMap::new(),
+            triangles: 0,
+            text_bytes: 0,
             package_names: HashMap::new(),
             mesh_warnings: Vec::new(),
         }
@@ -91,22 +104,22 @@ impl<'a> Files<'a> {
             links: &entry.links,
         };
         let (file, robot) = self.links(&source, warnings)?;
-        let (mut disabled, mut group) = (Vec::new(), None);
+        let (mut of_srdf, mut group) = (Srdf::default(), None);
         if let Some(srdf) = &entry.srdf {
             let path = self.folder.join(srdf);
             let file = path.display().to_string();
             let text = self.text(&path, &format!("robot {}: srdf", index + 1))?;
-            let srdf = srdf::parse(&file, &text)?;
+            let srdf = srdf::parse_within(&file, &text, &self.limits)?;
             group = match &entry.group {
                 Some(group) => Some(srdf.group_joints(&file, group, &robot)?),
                 None => None,
             };
-            disabled = srdf_pairs(srdf, &robot);
+            of_srdf = srdf;
         } else if let Some(group) = &entry.group {
             let problem = format!("got `{group}` without an SRDF, expected `srdf = ..` that defines it");
             return Err(Error::input(&self.file, format!("robot \"{}\": group", robot.name), problem));
         }
-        Ok(LoadedRobot { name: robot.name.clone(), urdf: file, robot, disabled, group, entry })
+        Ok(LoadedRobot { name: robot.name.clone(), urdf: file, robot, srdf: of_srdf, group, entry })
     }
 
     /// The name of a URDF file in messages, and what it describes, its meshes replaced as is asked.
@@ -116,16 +129,25 @@ impl<'a> Files<'a> {
         let file = path.display().to_string();
         let text = self.text(&path, element)?;
         let folder = path.parent().unwrap_or(Path::new("")).to_path_buf();
+        if packages.len() > MOST_PACKAGES {
+            let problem = format!("got {} packages, expected at most {MOST_PACKAGES}", packages.len());
+            return Err(Error::input(&self.file, element, problem));
+        }
         let packages: Vec<PathBuf> = packages.iter().map(|package| self.folder.join(package)).collect();
         let shapes = if geometry == GeometryKind::Visual { Shapes::Visual } else { Shapes::Collision };
-        let mut load = |uri: &str| {
-            let mut paths = candidates(uri, &folder, &packages);
-            if paths.iter().all(|path| matches!(self.mesh_at(path), Ok(None))) {
-                paths.extend(self.in_named_packages(uri, &folder, &packages));
+        let limits = self.limits.clone();
+        let mut found: HashMap<String, PathBuf> = HashMap::new();
+        let mut load = |uri: &str, scale: [f64; 3]| {
+            if !found.contains_key(uri) {
+                let mut paths = candidates(uri, &folder, &packages);
+                if paths.iter().all(|path| matches!(self.mesh_at(path), Ok(None))) {
+                    paths.extend(self.in_named_packages(uri, &folder, &packages));
+                }
+                found.insert(uri.to_owned(), self.first_mesh(&file, uri, &paths)?);
             }
-            self.first_mesh(&file, uri, &paths)
+            self.scaled(&found[uri], scale).map_err(|error| named(&file, &in_mesh(uri), error))
         };
-        let mut robot = urdf::parse(&file, &text, shapes, &mut load, warnings)?;
+        let mut robot = urdf::parse_within(&file, &text, shapes, &limits, &mut load, warnings)?;
         let fault = |problem: String| Error::input(&self.file, format!("robot \"{}\": links", robot.name), problem);
         for (name, kind) in links {
             if *kind == GeometryKind::Visual {
@@ -147,13 +169,40 @@ impl<'a> Files<'a> {
         self.mesh_warnings
     }
 
-    /// A mesh by its path as the scene file has it; `element` names it in messages.
-    pub fn mesh(&mut self, element: &str, path: &str) -> Result<Arc<TriangleMesh>> {
+    /// A mesh by its path as the scene file has it, its axes scaled; `element` names it in
+    /// messages.
+    pub fn mesh(&mut self, element: &str, path: &str, scale: [f64; 3]) -> Result<Arc<TriangleMesh>> {
         let path = self.folder.join(path);
-        let found = self.mesh_at(&path).map_err(|error| named(&self.file, element, error))?;
-        found.ok_or_else(|| {
-            Error::not_found(&self.file, element, format!("got {}, expected a file (not found)", path.display()))
-        })
+        match self.mesh_at(&path).map_err(|error| named(&self.file, element, error))? {
+            Some(_) => self.scaled(&path, scale).map_err(|error| named(&self.file, element, error)),
+            None => {
+                let problem = format!("got {}, expected a file (not found)", path.display());
+                Err(Error::not_found(&self.file, element, problem))
+            }
+        }
+    }
+
+    /// A mesh that was found, its axes scaled: once, however often it is asked for.
+    fn scaled(&mut self, path: &Path, scale: [f64; 3]) -> Result<Arc<TriangleMesh>> {
+        let mesh =
+            self.mesh_at(path)?.ok_or_else(|| Error::Read { path: path.into(), source: ErrorKind::NotFound.into() })?;
+        if scale == [1.0; 3] {
+            return Ok(mesh);
+        }
+        let key = (path.to_path_buf(), scale.map(f64::to_bits));
+        if let Some(scaled) = self.scaled.get(&key) {
+            return Ok(Arc::clone(scaled));
+        }
+        self.count_triangles(path, &mesh)?;
+        let scaled = Arc::new(mesh.scaled(scale));
+        self.scaled.insert(key, Arc::clone(&scaled));
+        Ok(scaled)
+    }
+
+    fn count_triangles(&mut self, path: &Path, mesh: &TriangleMesh) -> Result<()> {
+        self.triangles += mesh.triangles.len();
+        let element = format!("mesh {} and those before it", path.display());
+        self.limits.check(LoadLimit::Triangles, self.triangles, &self.file, &element)
     }
 
     /// The name of a file, as messages have it, and its bytes, by its path as the scene file has
@@ -164,22 +213,23 @@ impl<'a> Files<'a> {
         Ok((path.display().to_string(), bytes))
     }
 
-    fn first_mesh(&mut self, file: &str, uri: &str, candidates: &[PathBuf]) -> Result<Arc<TriangleMesh>> {
+    /// The first path at which there is a mesh.
+    fn first_mesh(&mut self, file: &str, uri: &str, candidates: &[PathBuf]) -> Result<PathBuf> {
         for path in candidates {
-            let found = self.mesh_at(path).map_err(|error| named(file, &format!("mesh \"{uri}\""), error))?;
-            if let Some(mesh) = found {
-                return Ok(mesh);
+            if self.mesh_at(path).map_err(|error| named(file, &in_mesh(uri), error))?.is_some() {
+                return Ok(path.clone());
             }
         }
-        let tried: Vec<String> = candidates.iter().map(|path| path.display().to_string()).collect();
+        let tried = listed(candidates.iter().map(|path| path.display().to_string()));
         let advice = match package_of(uri) {
             Some((package, _)) => format!(
-                "; add the folder that holds `{package}`, or the one whose package.xml calls it so, to `packages` in the scene"
+                "; add the folder that holds `{}`, or the one whose package.xml calls it so, to `packages` in the scene",
+                quoted(package)
             ),
             None => String::new(),
         };
-        let tried = if tried.is_empty() { "no folder".into() } else { tried.join(", ") };
-        Err(Error::not_found(file, format!("mesh \"{uri}\""), format!("not found, tried {tried}{advice}")))
+        let tried = if tried.is_empty() { "no folder".into() } else { tried };
+        Err(Error::not_found(file, in_mesh(uri), format!("not found, tried {tried}{advice}")))
     }
 
     /// Where the file that a URDF calls `uri` may be in a folder whose `package.xml` names the
@@ -214,17 +264,26 @@ impl<'a> Files<'a> {
         };
         let name = path.display().to_string();
         let folder = path.parent().unwrap_or(Path::new(""));
-        let mut neighbour =
-            |uri: &str| (self.read)(&folder.join(uri)).map_err(|error| named(&name, &format!("uri \"{uri}\""), error));
-        let mesh = Arc::new(formats::parse_among(&name, &bytes, &mut neighbour, &mut self.mesh_warnings)?);
+        let mut neighbour = |uri: &str| {
+            (self.read)(&folder.join(uri)).map_err(|error| named(&name, &format!("uri \"{}\"", quoted(uri)), error))
+        };
+        let mesh = formats::parse_among(&name, &bytes, &self.limits, &mut neighbour, &mut self.mesh_warnings)?;
+        let mesh = Arc::new(mesh);
+        self.count_triangles(path, &mesh)?;
         self.meshes.insert(path.to_path_buf(), Arc::clone(&mesh));
         Ok(Some(mesh))
     }
 
     fn text(&mut self, path: &Path, element: &str) -> Result<String> {
         let bytes = (self.read)(path).map_err(|error| named(&self.file, element, error))?;
+        self.text_bytes += bytes.len();
+        self.limits.check(LoadLimit::TextBytes, self.text_bytes, &self.file, element)?;
         Ok(decoded(&bytes))
     }
+}
+
+fn in_mesh(uri: &str) -> String {
+    format!("mesh \"{}\"", quoted(uri))
 }
 
 /// A file that cannot be read, with what names it: `element` of `file`.
@@ -232,23 +291,10 @@ fn named(file: &str, element: &str, error: Error) -> Error {
     match error {
         Error::Read { path, source } => {
             let problem = format!("got {}, expected a file that can be read ({source})", path.display());
-            Error::Named { file: file.into(), element: element.into(), problem, kind: source.kind() }
+            Error::named(file, element, problem, source.kind())
         }
         other => other,
     }
-}
-
-/// The pairs that an SRDF disables, with `disable_default_collisions` spelled out for the links of
-/// `robot`.
-fn srdf_pairs(srdf: Srdf, robot: &Robot) -> Vec<[String; 2]> {
-    let mut pairs = srdf.disabled;
-    for name in &srdf.disabled_by_default {
-        let enabled =
-            |other: &str| srdf.enabled.iter().any(|[a, b]| (a == name && b == other) || (a == other && b == name));
-        let others = robot.links.iter().filter(|link| &link.name != name && !enabled(&link.name));
-        pairs.extend(others.map(|link| [name.clone(), link.name.clone()]));
-    }
-    pairs
 }
 
 /// Where the file that a URDF calls `uri` may be, likeliest first.
@@ -273,8 +319,6 @@ fn package_of(uri: &str) -> Option<(&str, &str)> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::robot::JointKind;
-    use crate::scene::testing::chain;
 
     fn paths(uri: &str, packages: &[&str]) -> Vec<String> {
         let packages: Vec<PathBuf> = packages.iter().map(PathBuf::from).collect();
@@ -305,7 +349,7 @@ mod tests {
                 Some("v/arm/meshes/link.obj") => Ok(obj.to_vec()),
                 _ => Err(Error::Read { path: path.to_path_buf(), source: ErrorKind::NotFound.into() }),
             };
-            let mut files = Files::new(Path::new("s.toml"), None, &mut read);
+            let mut files = Files::new(Path::new("s.toml"), None, &LoadLimits::default(), &mut read);
             let packages: Vec<PathBuf> = packages.iter().map(PathBuf::from).collect();
             let found = |files: &mut Files, uri: &str| files.in_named_packages(uri, Path::new(urdf), &packages);
             let paths = found(&mut files, "package://arm_support/meshes/link.obj");
@@ -314,20 +358,6 @@ mod tests {
             assert!(found(&mut files, "package://arm/meshes/link.obj").is_empty());
             assert!(found(&mut files, "meshes/link.obj").is_empty());
         }
-    }
-
-    #[test]
-    fn links_without_default_collisions_keep_what_is_enabled() {
-        let name = |name: &str| name.to_string();
-        let srdf = Srdf {
-            disabled: vec![[name("l0"), name("l2")]],
-            disabled_by_default: vec![name("l1")],
-            enabled: vec![[name("l3"), name("l1")]],
-            ..Default::default()
-        };
-        let arm = chain(&[JointKind::Revolute; 3]);
-        let expected = [["l0", "l2"], ["l1", "l0"], ["l1", "l2"]];
-        assert_eq!(srdf_pairs(srdf, &arm), expected.map(|pair| pair.map(String::from)));
     }
 
     #[test]
@@ -341,15 +371,18 @@ mod tests {
             }
             Err(Error::Read { path: path.into(), source: ErrorKind::NotFound.into() })
         };
-        let mut files = Files::new(Path::new("s/scene.toml"), None, &mut read);
+        let mut files = Files::new(Path::new("s/scene.toml"), None, &LoadLimits::default(), &mut read);
         let tried = [PathBuf::from("s/a/arm/a.stl"), PathBuf::from("s/b/arm/a.stl")];
-        let first = files.first_mesh("u.urdf", "package://arm/a.stl", &tried).unwrap();
-        let second = files.mesh("obstacle", "b/arm/a.stl").unwrap();
-        assert!(Arc::ptr_eq(&first, &second));
+        assert_eq!(files.first_mesh("u.urdf", "package://arm/a.stl", &tried).unwrap(), tried[1]);
+        let first = files.mesh("obstacle", "b/arm/a.stl", [1.0; 3]).unwrap();
+        assert!(Arc::ptr_eq(&first, &files.mesh("obstacle", "b/arm/a.stl", [1.0; 3]).unwrap()));
+        let scaled = files.mesh("obstacle", "b/arm/a.stl", [2.0, 1.0, 1.0]).unwrap();
+        assert!(Arc::ptr_eq(&scaled, &files.mesh("obstacle", "b/arm/a.stl", [2.0, 1.0, 1.0]).unwrap()));
+        assert_eq!(files.triangles, 2);
         let missing = files.first_mesh("u.urdf", "package://arm/a.stl", &tried[..1]).unwrap_err().to_string();
         assert!(missing.contains("u.urdf: mesh \"package://arm/a.stl\": not found, tried s/a/arm/a.stl"), "{missing}");
         assert!(missing.contains("`packages`"), "{missing}");
-        let missing = files.mesh("obstacle \"c\": mesh", "c.stl").unwrap_err().to_string();
+        let missing = files.mesh("obstacle \"c\": mesh", "c.stl", [1.0; 3]).unwrap_err().to_string();
         assert_eq!(missing, "s/scene.toml: obstacle \"c\": mesh: got s/c.stl, expected a file (not found)");
         assert_eq!(reads.iter().filter(|path| *path == "s/b/arm/a.stl").count(), 1);
     }

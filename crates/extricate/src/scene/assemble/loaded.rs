@@ -4,6 +4,7 @@ use std::path::Path;
 
 use crate::error::Result;
 use crate::robot::Robot;
+use crate::robot::srdf::Srdf;
 use crate::scene::file::RobotEntry;
 
 /// Reads the bytes of a file; the only access that parsing has to the outside. A file that is not
@@ -19,8 +20,8 @@ pub struct LoadedRobot<'a> {
     pub urdf: String,
     /// Its links, joints and geometry, hulled where the entry asks for it.
     pub robot: Robot,
-    /// Pairs of links that the SRDF disables.
-    pub disabled: Vec<[String; 2]>,
+    /// What the SRDF says of pairs of links; nothing where there is none.
+    pub srdf: Srdf,
     /// Joints that may move; `None` where no group was chosen.
     pub group: Option<Vec<usize>>,
     /// What the scene file says of it.

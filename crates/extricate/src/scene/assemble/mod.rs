@@ -10,17 +10,18 @@ pub mod load;
 pub mod loaded;
 pub mod obstacles;
 pub mod pairs;
+pub mod sound;
 pub mod workspace_radius;
 
-use std::collections::BTreeSet;
 use std::path::Path;
 
 use super::file::{self, SceneFile};
-use super::names::{Named, find, unique};
+use super::names::{NameIndex, Named, unique};
 use super::units::warn_of_sizes;
 use super::{Body, LinkAttachment, MetricKind, Scene};
-use crate::error::{Error, Result};
-use bodies::{link_bodies, warn_of_surfaces};
+use crate::error::{Error, Result, bounded};
+use crate::robot::LoadLimit;
+use bodies::{OncePerMesh, link_bodies, warn_of_surfaces};
 use clearances::clearances_of;
 use coordinates::coordinates;
 use fixtures::read_others;
@@ -29,7 +30,7 @@ use load::Files;
 use loaded::LoadedRobot;
 pub use loaded::ReadFile;
 use obstacles::Others;
-use pairs::{PairName, checked, disabled_by_scene, disabled_by_srdf};
+use pairs::{Disabled, PairName, SrdfNames, checked, disabled_by_scene};
 
 /// What is said of a scene without checked pairs.
 pub const NOTHING_CHECKED: &str = "no pair of bodies is checked: every configuration within the limits is free";
@@ -52,7 +53,7 @@ pub fn assemble_entries(path: &Path, scene: &SceneFile, read: ReadFile) -> Resul
     let name = path.display().to_string();
     scene.check(&name)?;
     let mut warnings = Vec::new();
-    let mut files = Files::new(path, scene.cut, read);
+    let mut files = Files::new(path, scene.cut, &scene.limits, read);
     let robots = files.robots(&scene.robot, &mut warnings)?;
     let others = read_others(&name, scene, true, &mut files, &mut warnings)?;
     warnings.extend(files.into_mesh_warnings());
@@ -72,8 +73,10 @@ pub fn build(
         return Err(Error::input(file, "robot", "got none, expected at least one [[robot]]"));
     }
     let named: Vec<Named> = robots.iter().flat_map(link_names).collect();
-    let is_link = |body: &&Body| named.iter().any(|link| link.name == body.name);
-    if let Some(body) = obstacles.iter().chain(&attached).find(is_link) {
+    let limits = &entry.limits;
+    limits.check(LoadLimit::Links, named.len(), file, "robot")?;
+    let linked = NameIndex::new(named.clone());
+    if let Some(body) = obstacles.iter().chain(&attached).find(|body| linked.has_plain(&body.name)) {
         let kind = if obstacles.iter().any(|other| other.name == body.name) { "obstacle" } else { "attached" };
         let problem = "a link has the same name, expected a name of its own";
         return Err(Error::input(file, format!("{kind} \"{}\"", body.name), problem));
@@ -104,20 +107,22 @@ pub fn build(
     }
     bodies.extend(obstacles);
     for (object, entry) in attached.into_iter().zip(&entry.attached) {
-        bodies.push(held(file, object, &entry.link, &named, &links)?);
+        bodies.push(held(file, object, &entry.link, &linked, &links)?);
     }
-    bodies.iter().for_each(|body| warn_of_surfaces(body, &mut warnings));
+    let mut known = OncePerMesh::default();
+    bodies.iter().for_each(|body| warn_of_surfaces(body, &mut known, &mut warnings));
 
     if metric.kind != MetricKind::Joint && bodies.iter().all(|body| body.frame == 0) {
         let problem = "no link that moves has geometry whose displacement it could measure, expected kind = \"joint\"";
         return Err(Error::input(file, "metric", problem));
     }
     let names = pair_names(robots, &bodies);
-    let disabled = disabled(file, entry, robots, &names)?;
-    let pairs = checked(&bodies, &tree.carriers, &disabled);
-    let plain: Vec<Named> = names.iter().map(|name| name.named).collect();
+    let index = NameIndex::new(names.iter().map(|name| name.named).collect());
+    let disabled = disabled(file, entry, robots, &index, &names)?;
+    let pairs = checked(&bodies, &tree.carriers, &disabled, limits.get(LoadLimit::Pairs))
+        .map_err(|found| Error::input(file, "pairs", limits.exceeded(LoadLimit::Pairs, found)))?;
     let clearances = clearances_of(entry, &|element, name| {
-        let body = find(&plain, name).map_err(|problem| Error::input(file, element, problem))?;
+        let body = index.find(name).map_err(|problem| Error::input(file, element, problem))?;
         Ok(names[body].body.map(|body| bodies[body].name.clone()))
     })?;
     if pairs.is_empty() {
@@ -131,13 +136,13 @@ pub fn build(
     let others: Vec<Body> = scene.bodies.iter().filter(|body| body.robot.is_none()).cloned().collect();
     let mut warnings = std::mem::take(&mut scene.warnings);
     warn_of_sizes(&scene, &others, &mut warnings);
-    Ok(Scene { warnings, ..scene })
+    Ok(Scene { warnings: bounded(warnings), ..scene })
 }
 
 /// What a link holds, fixed to the link's frame.
-fn held(file: &str, object: Body, link: &str, named: &[Named], links: &[LinkAttachment]) -> Result<Body> {
+fn held(file: &str, object: Body, link: &str, names: &NameIndex, links: &[LinkAttachment]) -> Result<Body> {
     let element = format!("attached \"{}\": link", object.name);
-    let seat = &links[find(named, link).map_err(|problem| Error::input(file, element, problem))?];
+    let seat = &links[names.find(link).map_err(|problem| Error::input(file, element, problem))?];
     Ok(object.on(seat))
 }
 
@@ -186,16 +191,19 @@ fn disabled(
     file: &str,
     entry: &SceneFile,
     robots: &[LoadedRobot],
+    index: &NameIndex,
     all: &[PairName],
-) -> Result<BTreeSet<super::BodyPair>> {
-    let by_scene = |element: &str, entries: &[[String; 2]]| disabled_by_scene(file, element, entries, all);
-    let mut disabled: BTreeSet<_> = by_scene("pairs: disable", &entry.pairs.disable)?.into_iter().collect();
+) -> Result<Disabled> {
+    let by_scene = |element: &str, entries: &[[String; 2]]| disabled_by_scene(file, element, entries, index, all);
+    let mut disabled = Disabled::default();
+    disabled.extend(by_scene("pairs: disable", &entry.pairs.disable)?);
     for object in &entry.attached {
         let touched: Vec<[String; 2]> = object.touch.iter().map(|other| [object.name.clone(), other.clone()]).collect();
         disabled.extend(by_scene(&format!("attached {:?}: touch", object.name), &touched)?);
     }
-    for loaded in robots {
-        disabled.extend(disabled_by_srdf(&loaded.name, &loaded.disabled, all));
+    let names = SrdfNames::new(all);
+    for (index, loaded) in robots.iter().enumerate() {
+        disabled.add_srdf((index, &loaded.name), &loaded.srdf, &names);
     }
     Ok(disabled)
 }

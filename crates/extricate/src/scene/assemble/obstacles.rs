@@ -7,14 +7,15 @@ use super::bodies::{hull, replaced};
 use crate::error::{Error, Result};
 use crate::math::{FARTHEST, Pose, Vec3};
 use crate::robot::mesh::is_scale;
-use crate::robot::{Geometry, TriangleMesh};
+use crate::robot::{Geometry, LoadLimit, TriangleMesh};
 use crate::scene::file::shape_entry::SCENERY;
-use crate::scene::file::{AttachedEntry, CutMesh, GeometryKind, ObstacleEntry, ScaleEntry, ShapeEntry};
+use crate::scene::file::{AttachedEntry, CutMesh, GeometryKind, ObstacleEntry, ScaleEntry, SceneFile, ShapeEntry};
 use crate::scene::names::check_name;
 use crate::scene::{Body, Part};
 
-/// Reads a mesh by the element that names it, for messages, and its path, as the scene file has it.
-pub type LoadMesh<'a> = &'a mut dyn FnMut(&str, &str) -> Result<Arc<TriangleMesh>>;
+/// Reads a mesh by the element that names it, for messages, its path, as the scene file has it, and
+/// its scale.
+pub type LoadMesh<'a> = &'a mut dyn FnMut(&str, &str, [f64; 3]) -> Result<Arc<TriangleMesh>>;
 
 /// What is no link.
 #[derive(Debug, Clone, Default)]
@@ -26,7 +27,7 @@ pub struct Others {
 }
 
 /// The obstacles and attached objects of a scene file; those of a URDF have their parts already.
-/// `cut` cuts meshes.
+/// `scene` says how meshes are cut, and how much there may be.
 ///
 /// # Errors
 /// [`Error::Input`] for repeated or empty names, shapes that are not exactly one shape, sizes that
@@ -35,9 +36,12 @@ pub fn others(
     file: &str,
     (obstacles, attached): (&[ObstacleEntry], &[AttachedEntry]),
     load_mesh: LoadMesh,
-    cut: Option<CutMesh>,
+    scene: &SceneFile,
     warnings: &mut Vec<String>,
 ) -> Result<Others> {
+    let (cut, limits) = (scene.cut, &scene.limits);
+    limits.check(LoadLimit::Obstacles, obstacles.len() + attached.len(), file, "obstacle")?;
+    let mut part_count = 0;
     let mut seen = HashSet::new();
     let mut others = Others::default();
     let count = obstacles.len();
@@ -46,6 +50,7 @@ pub fn others(
     for (index, (kind, name, form, pose)) in obstacles.chain(attached).enumerate() {
         let number = if kind == "obstacle" { index + 1 } else { index + 1 - count };
         check_name(name).map_err(|problem| Error::input(file, format!("{kind} {number}"), problem))?;
+        limits.check(LoadLimit::NameBytes, name.len(), file, &format!("{kind} {number}"))?;
         let element = format!("{kind} \"{name}\"");
         if !seen.insert(name) {
             return Err(Error::input(file, element, "the name occurs twice, expected every obstacle to have its own"));
@@ -60,6 +65,8 @@ pub fn others(
         if kind == "attached" && parts.iter().any(|part| part.geometry.is_scenery()) {
             return Err(Error::input(file, element, "shape: got a urdf with a <plane>, which no link can hold"));
         }
+        part_count += parts.len();
+        limits.check(LoadLimit::Obstacles, part_count, file, &element)?;
         parts.iter_mut().for_each(|part| part.pose_frame_part = pose.then(&part.pose_frame_part));
         let of_kind = if kind == "obstacle" { &mut others.obstacles } else { &mut others.attached };
         of_kind.push(Body { name: name.clone(), robot: None, frame: 0, parts });
@@ -146,13 +153,11 @@ fn shape(
     if !is_scale(&scale) {
         return Err(fault(format!("scale: got {scale:?}, expected factors of size 1e-9 to 1e9, not zero")));
     }
-    let mut mesh = match &entry.triangles {
-        Some(mesh) => Arc::clone(mesh),
-        None => load_mesh(&format!("{element}: mesh"), entry.mesh.as_deref().unwrap_or_default())?,
+    let mesh = match &entry.triangles {
+        Some(mesh) if scale == [1.0; 3] => Arc::clone(mesh),
+        Some(mesh) => Arc::new(mesh.scaled(scale)),
+        None => load_mesh(&format!("{element}: mesh"), entry.mesh.as_deref().unwrap_or_default(), scale)?,
     };
-    if scale != [1.0; 3] {
-        mesh = Arc::new(mesh.scaled(scale));
-    }
     if !entry.convex {
         return Ok(Some(Geometry::Mesh(mesh)));
     }
@@ -166,13 +171,19 @@ mod tests {
 
     fn assembled(text: &str) -> Result<Vec<Body>> {
         let scene = file::parse("s.toml", text)?;
-        Ok(others("s.toml", (&scene.obstacle, &scene.attached), &mut |_, _| Ok(tetrahedron()), None, &mut Vec::new())?
-            .obstacles)
+        Ok(others(
+            "s.toml",
+            (&scene.obstacle, &scene.attached),
+            &mut |_, _, scale| Ok(tetrahedron(scale)),
+            &scene,
+            &mut Vec::new(),
+        )?
+        .obstacles)
     }
 
-    fn tetrahedron() -> Arc<TriangleMesh> {
+    fn tetrahedron(scale: [f64; 3]) -> Arc<TriangleMesh> {
         let vertices = vec![Vec3::zeros(), Vec3::x(), Vec3::y(), Vec3::z()];
-        Arc::new(TriangleMesh::new(vertices, vec![[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]]))
+        Arc::new(TriangleMesh::new(vertices, vec![[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]]).scaled(scale))
     }
 
     fn one(shape: &str) -> Result<Geometry> {

@@ -1,9 +1,10 @@
 //! Which pairs of bodies are checked.
 
-use std::collections::BTreeSet;
+use std::collections::{HashMap, HashSet};
 
-use crate::error::{Error, Result};
-use crate::scene::names::{Named, find};
+use crate::error::{Error, Result, quoted};
+use crate::robot::srdf::Srdf;
+use crate::scene::names::{NameIndex, Named};
 use crate::scene::{Body, BodyPair};
 
 /// Every pair of bodies, sorted, but for
@@ -11,20 +12,96 @@ use crate::scene::{Body, BodyPair};
 /// - links of one robot whose frames are joined by one joint, where `carriers` names for every
 ///   frame the one that its joint hangs on,
 /// - those that are `disabled`.
-pub fn checked(bodies: &[Body], carriers: &[usize], disabled: &BTreeSet<BodyPair>) -> Vec<BodyPair> {
+///
+/// # Errors
+/// Their number where it is more than `most`, as far as it was counted.
+pub fn checked(
+    bodies: &[Body],
+    carriers: &[usize],
+    disabled: &Disabled,
+    most: usize,
+) -> std::result::Result<Vec<BodyPair>, usize> {
+    let moving: Vec<usize> = (0..bodies.len()).filter(|&body| bodies[body].frame != 0).collect();
     let mut pairs = Vec::new();
-    for first in 0..bodies.len() {
-        for second in first + 1..bodies.len() {
-            let (a, b) = (&bodies[first], &bodies[second]);
+    for (first, a) in bodies.iter().enumerate() {
+        let meets = |second: usize| {
+            let b = &bodies[second];
             let joined = carriers[a.frame] == b.frame || carriers[b.frame] == a.frame;
             let one_robot = a.robot.is_some() && a.robot == b.robot;
             let pair = BodyPair { first, second };
-            if a.frame != b.frame && !(one_robot && joined) && !disabled.contains(&pair) {
-                pairs.push(pair);
+            (a.frame != b.frame && !(one_robot && joined) && !disabled.contains(bodies, pair)).then_some(pair)
+        };
+        match a.frame {
+            // There may be hundreds of thousands of obstacles, none checked against another.
+            0 => {
+                pairs.extend(moving[moving.partition_point(|&body| body <= first)..].iter().copied().filter_map(meets))
             }
+            _ => pairs.extend((first + 1..bodies.len()).filter_map(meets)),
+        }
+        if pairs.len() > most {
+            return Err(pairs.len());
         }
     }
-    pairs
+    Ok(pairs)
+}
+
+/// Pairs of bodies that are not checked.
+#[derive(Debug, Default)]
+pub struct Disabled {
+    pairs: HashSet<BodyPair>,
+    /// Bodies that no link of these robots is checked against but for the pairs in `enabled`.
+    by_default: HashMap<usize, HashSet<usize>>,
+    enabled: HashSet<BodyPair>,
+}
+
+impl Disabled {
+    fn contains(&self, bodies: &[Body], pair: BodyPair) -> bool {
+        let by_default = |one: usize, other: usize| {
+            let robots = self.by_default.get(&one);
+            robots.is_some_and(|robots| bodies[other].robot.is_some_and(|robot| robots.contains(&robot)))
+        };
+        let BodyPair { first, second } = pair;
+        self.pairs.contains(&pair)
+            || (by_default(first, second) || by_default(second, first)) && !self.enabled.contains(&pair)
+    }
+
+    /// More of them.
+    pub fn extend(&mut self, pairs: impl IntoIterator<Item = BodyPair>) {
+        self.pairs.extend(pairs);
+    }
+
+    /// What the SRDF of a robot disables: its own links and obstacles by their plain names. What
+    /// does not exist is ignored, as SRDFs are shared between variants of a robot.
+    pub fn add_srdf(&mut self, (index, robot): (usize, &str), srdf: &Srdf, names: &SrdfNames) {
+        let body = |name: &String| names.body(robot, name);
+        let pairs = |entries: &[[String; 2]]| -> Vec<BodyPair> {
+            entries.iter().filter_map(|[a, b]| ordered(body(a), body(b))).collect()
+        };
+        self.pairs.extend(pairs(&srdf.disabled));
+        self.enabled.extend(pairs(&srdf.enabled));
+        for lonely in srdf.disabled_by_default.iter().filter_map(body) {
+            self.by_default.entry(lonely).or_default().insert(index);
+        }
+    }
+}
+
+/// Bodies by what SRDFs may call them.
+pub struct SrdfNames<'a> {
+    bodies: HashMap<(Option<&'a str>, &'a str), Option<usize>>,
+}
+
+impl<'a> SrdfNames<'a> {
+    /// Of all that pairs may name.
+    pub fn new(all: &[PairName<'a>]) -> Self {
+        let key = |entry: &PairName<'a>| (entry.named.robot, entry.named.name);
+        Self { bodies: all.iter().rev().map(|entry| (key(entry), entry.body)).collect() }
+    }
+
+    /// A link of the robot, else an obstacle.
+    fn body(&self, robot: &str, name: &str) -> Option<usize> {
+        let found = self.bodies.get(&(Some(robot), name)).or_else(|| self.bodies.get(&(None, name)));
+        found.copied().flatten()
+    }
 }
 
 /// Something that `[pairs]` may name, and its body where it has geometry.
@@ -44,34 +121,27 @@ pub fn disabled_by_scene(
     file: &str,
     element: &str,
     entries: &[[String; 2]],
+    names: &NameIndex,
     all: &[PairName],
 ) -> Result<Vec<BodyPair>> {
-    let names: Vec<Named> = all.iter().map(|entry| entry.named).collect();
     let mut pairs = Vec::new();
     for entry in entries {
-        let element = format!("{element} [\"{}\", \"{}\"]", entry[0], entry[1]);
         let body = |name: &String| {
-            let element = element.as_str();
-            find(&names, name).map(|index| all[index].body).map_err(|problem| Error::input(file, element, problem))
+            let fault = |problem| Error::input(file, in_entry(element, entry), problem);
+            names.find(name).map(|index| all[index].body).map_err(fault)
         };
         let (first, second) = (body(&entry[0])?, body(&entry[1])?);
         if first.is_some() && first == second {
             let problem = "got one body twice, expected two bodies";
-            return Err(Error::input(file, element, problem));
+            return Err(Error::input(file, in_entry(element, entry), problem));
         }
         pairs.extend(ordered(first, second));
     }
     Ok(pairs)
 }
 
-/// The pairs that a robot's SRDF disables: its own links and obstacles by their plain names. What
-/// does not exist is ignored, as SRDFs are shared between variants of a robot.
-pub fn disabled_by_srdf(robot: &str, entries: &[[String; 2]], all: &[PairName]) -> Vec<BodyPair> {
-    let body = |name: &String| {
-        let is_meant = |entry: &&PairName| entry.named.name == name && entry.named.robot.is_none_or(|own| own == robot);
-        all.iter().find(is_meant).and_then(|entry| entry.body)
-    };
-    entries.iter().filter_map(|[a, b]| ordered(body(a), body(b))).collect()
+fn in_entry(element: &str, [a, b]: &[String; 2]) -> String {
+    format!("{element} [\"{}\", \"{}\"]", quoted(a), quoted(b))
 }
 
 fn ordered(a: Option<usize>, b: Option<usize>) -> Option<BodyPair> {
@@ -88,7 +158,7 @@ mod tests {
     }
 
     fn pairs(bodies: &[Body], carriers: &[usize]) -> Vec<(usize, usize)> {
-        let pairs = checked(bodies, carriers, &BTreeSet::new());
+        let pairs = checked(bodies, carriers, &Disabled::default(), 9).unwrap();
         pairs.iter().map(|pair| (pair.first, pair.second)).collect()
     }
 
@@ -100,6 +170,51 @@ mod tests {
             [body(Some(0), 0), body(Some(0), 1), body(Some(0), 1), body(Some(0), 2), body(Some(1), 3), body(None, 0)];
         let carriers = [0, 0, 1, 0];
         assert_eq!(pairs(&bodies, &carriers), [(0, 3), (0, 4), (1, 4), (1, 5), (2, 4), (2, 5), (3, 4), (3, 5), (4, 5)]);
+        assert_eq!(checked(&bodies, &carriers, &Disabled::default(), 6), Err(8), "it is counted body by body");
+    }
+
+    #[test]
+    fn pairs_are_those_that_comparing_all_finds() {
+        for (count, moving) in [(0, 1), (40, 7), (41, 2), (23, 1)] {
+            let frame = |k: usize| if k.is_multiple_of(3) { 0 } else { 1 + k % moving };
+            let bodies: Vec<Body> = (0..count).map(|k| body((k % 5 < 2).then_some(k % 2), frame(k))).collect();
+            let carriers: Vec<usize> = (0..=moving).map(|frame| frame / 2).collect();
+            let mut disabled = Disabled::default();
+            disabled.extend((0..count / 2).map(|k| BodyPair { first: k, second: count - 1 - k }));
+            let mut slow = Vec::new();
+            for (first, a) in bodies.iter().enumerate() {
+                for (second, b) in bodies.iter().enumerate().skip(first + 1) {
+                    let joined = carriers[a.frame] == b.frame || carriers[b.frame] == a.frame;
+                    let pair = BodyPair { first, second };
+                    let own = a.robot.is_some() && a.robot == b.robot && joined;
+                    if a.frame != b.frame && !own && !disabled.pairs.contains(&pair) {
+                        slow.push(pair);
+                    }
+                }
+            }
+            assert_eq!(checked(&bodies, &carriers, &disabled, usize::MAX), Ok(slow));
+        }
+    }
+
+    #[test]
+    fn links_without_default_collisions_keep_what_is_enabled() {
+        let names = |pairs: &[[&str; 2]]| pairs.iter().map(|pair| pair.map(String::from)).collect::<Vec<_>>();
+        let srdf = Srdf {
+            disabled: names(&[["l0", "l2"]]),
+            disabled_by_default: vec!["l1".into(), "nowhere".into()],
+            enabled: names(&[["l3", "l1"]]),
+            ..Default::default()
+        };
+        let bodies = [body(Some(0), 1), body(Some(0), 3), body(Some(0), 5), body(Some(0), 7), body(None, 0)];
+        let name = |k: usize| ["l0", "l1", "l2", "l3", "ball"][k];
+        let named = |k: usize| Named { robot: bodies[k].robot.map(|_| "arm"), name: name(k) };
+        let all: Vec<PairName> = (0..5).map(|k| PairName { named: named(k), body: Some(k) }).collect();
+        let mut disabled = Disabled::default();
+        disabled.add_srdf((0, "arm"), &srdf, &SrdfNames::new(&all));
+        let kept = checked(&bodies, &[0; 8], &disabled, 99).unwrap();
+        let kept: Vec<[&str; 2]> = kept.iter().map(|pair| [name(pair.first), name(pair.second)]).collect();
+        let against_ball = [["l0", "ball"], ["l1", "l3"], ["l1", "ball"], ["l2", "l3"], ["l2", "ball"], ["l3", "ball"]];
+        assert_eq!(kept, [&[["l0", "l3"]][..], &against_ball].concat());
     }
 
     #[test]
@@ -119,7 +234,8 @@ mod tests {
             PairName { named: named(None, "box"), body: Some(2) },
         ];
         let strings = |names: [&str; 2]| names.map(String::from);
-        let by_scene = |names| disabled_by_scene("s.toml", "pairs: disable", &[strings(names)], &all);
+        let index = NameIndex::new(all.iter().map(|entry| entry.named).collect());
+        let by_scene = |names| disabled_by_scene("s.toml", "pairs: disable", &[strings(names)], &index, &all);
         assert_eq!(by_scene(["box", "a/hand"]).unwrap(), [BodyPair { first: 0, second: 2 }]);
         assert_eq!(by_scene(["box", "frame"]).unwrap(), []);
         assert!(by_scene(["box", "box"]).unwrap_err().to_string().contains("got one body twice"));
@@ -127,7 +243,9 @@ mod tests {
         assert!(ambiguous.contains("`a/hand`, `b/hand`"), "{ambiguous}");
         let unknown = by_scene(["bux", "frame"]).unwrap_err().to_string();
         assert!(unknown.contains("got `bux`") && unknown.contains("`box`"), "{unknown}");
-        let entries = [strings(["hand", "box"]), strings(["nowhere", "box"]), strings(["hand", "hand"])];
-        assert_eq!(disabled_by_srdf("b", &entries, &all), [BodyPair { first: 1, second: 2 }]);
+        let disabled = vec![strings(["hand", "box"]), strings(["nowhere", "box"]), strings(["hand", "hand"])];
+        let mut found = Disabled::default();
+        found.add_srdf((1, "b"), &Srdf { disabled, ..Srdf::default() }, &SrdfNames::new(&all));
+        assert_eq!(found.pairs, HashSet::from([BodyPair { first: 1, second: 2 }]));
     }
 }

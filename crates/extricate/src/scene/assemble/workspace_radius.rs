@@ -1,6 +1,6 @@
 //! A length that any body can leave any other by, for translations that nothing else limits.
 
-use super::bodies::radius;
+use super::bodies::{OncePerMesh, radius};
 use super::loaded::LoadedRobot;
 use crate::math::Pose;
 use crate::robot::{Geometry, JointKind};
@@ -15,7 +15,8 @@ use crate::scene::file::limits::LimitsEntry;
 /// everything that does not move with it, but for half-spaces and the ground, which count as far as
 /// their planes and surfaces are: those it leaves on one side.
 pub fn reach(robots: &[LoadedRobot], obstacles: &[Body]) -> f64 {
-    let shape = |pose: &Pose, geometry: &Geometry| pose.translation.norm() + radius(geometry);
+    let mut known = OncePerMesh::default();
+    let mut shape = |pose: &Pose, geometry: &Geometry| pose.translation.norm() + known.of(geometry, radius);
     let of_obstacles: f64 =
         obstacles.iter().flat_map(|body| &body.parts).map(|part| shape(&part.pose_frame_part, &part.geometry)).sum();
     let of_robots: f64 = robots

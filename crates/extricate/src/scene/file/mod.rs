@@ -60,7 +60,7 @@ use super::clearances::ClearanceEntry;
 use super::metric_kind::MetricKind;
 use crate::error::{Error, Result};
 use crate::math::FARTHEST;
-use crate::robot::TriangleMesh;
+use crate::robot::{LoadLimit, LoadLimits, TriangleMesh};
 use arrays::{exactly, pairs_of_names};
 use limits::{BoundsEntry, LimitsEntry};
 pub use pose_entry::PoseEntry;
@@ -94,6 +94,9 @@ pub struct SceneFile {
     /// How meshes are cut into convex parts, which is not a matter of scenes; `store` says it.
     #[serde(skip)]
     pub cut: Option<CutMesh>,
+    /// How much the files may hold that are named here; no matter of scenes either.
+    #[serde(skip)]
+    pub limits: LoadLimits,
 }
 
 /// Convex hulls that together hold a mesh.
@@ -256,9 +259,25 @@ pub struct PairsEntry {
 /// not know (the known ones are listed) or a value of the wrong type; or where the clearance makes
 /// no sense.
 pub fn parse(file: &str, text: &str) -> Result<SceneFile> {
+    parse_within(file, text, &LoadLimits::default())
+}
+
+/// As [`parse`], within limits, which hold for the files that the scene names, too.
+///
+/// # Errors
+/// As [`parse`]; where the text holds more than is allowed.
+pub fn parse_within(file: &str, text: &str, limits: &LoadLimits) -> Result<SceneFile> {
+    limits.check(LoadLimit::TextBytes, text.len(), file, "file")?;
+    limits.check(LoadLimit::Values, most_values(text), file, "scene")?;
     let scene: SceneFile = toml::from_str(text).map_err(|error| explain(file, text, &error))?;
     scene.check(file)?;
-    Ok(scene)
+    Ok(SceneFile { limits: limits.clone(), ..scene })
+}
+
+/// Most values that a text in TOML, JSON or YAML can hold: every one is set off from others by one
+/// of these.
+pub fn most_values(text: &str) -> usize {
+    text.bytes().filter(|byte| matches!(byte, b',' | b'=' | b'[' | b'{' | b':')).count()
 }
 
 impl SceneFile {

@@ -7,7 +7,7 @@ use serde::Deserialize;
 
 use super::arrays::exactly_if_any;
 use super::{GeometryKind, ObstacleEntry, ScaleEntry};
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, quoted};
 use crate::math::Vec3;
 use crate::robot::{Geometry, HeightField, PointCloud, TriangleMesh, Voxels};
 use crate::scene::Part;
@@ -178,82 +178,87 @@ fn scenery(file: &str, element: &str, kind: &str, entry: &ShapeEntry, load: Load
         return Geometry::half_space(file, element, normal, entry.offset.unwrap_or(0.0)).map(Some);
     }
     if let Some(rows) = &entry.points {
-        let (name, rows) = rows_of(file, element, rows, load)?;
-        let points = exact_rows(&name, element, "three coordinates x, y, z [m]", &rows)?.map(Vec3::from).collect();
-        let cloud = PointCloud::new(&name, element, entry.radius.unwrap_or(0.0), points)?;
+        let table = table_of(file, element, rows, load)?;
+        let points = table.triples(element, "three coordinates x, y, z [m]")?;
+        let points = points.map(|(_, point)| Vec3::from(point)).collect();
+        let cloud = PointCloud::new(&table.file, element, entry.radius.unwrap_or(0.0), points)?;
         return Ok(Some(Geometry::Points(Arc::new(cloud))));
     }
     if let Some(rows) = &entry.voxels {
-        let (name, rows) = rows_of(file, element, rows, load)?;
-        let cells = exact_rows(&name, element, "three indices i, j, k", &rows)?.zip(&rows);
-        let cells = cells.map(|(cell, (row, _))| index(&name, element, row, cell)).collect::<Result<_>>()?;
-        return Ok(Some(Geometry::Voxels(Arc::new(Voxels::new(&name, element, size()?, cells)?))));
+        let table = table_of(file, element, rows, load)?;
+        let cells = table.triples(element, "three indices i, j, k")?;
+        let cells = cells.map(|(row, cell)| index(&table, element, row, cell)).collect::<Result<_>>()?;
+        return Ok(Some(Geometry::Voxels(Arc::new(Voxels::new(&table.file, element, size()?, cells)?))));
     }
     if let Some(rows) = &entry.height_field {
-        let (name, rows) = rows_of(file, element, rows, load)?;
-        let columns = rows.first().map_or(0, |(_, first)| first.len());
-        if let Some((row, found)) = rows.iter().find(|(_, row)| row.len() != columns) {
+        let table = table_of(file, element, rows, load)?;
+        let columns = table.rows.first().map_or(0, |(_, first)| first.len());
+        if let Some((row, found)) = table.rows.iter().find(|(_, row)| row.len() != columns) {
             let problem = format!("got {} heights, expected {columns} as in the first row", found.len());
-            return Err(Error::input(name, format!("{element}: {row}"), problem));
+            return Err(table.fault(element, *row, problem));
         }
-        let heights = rows.into_iter().flat_map(|(_, row)| row).collect();
-        let field = HeightField::new(&name, element, size()?, columns, heights)?;
+        let heights = table.rows.iter().flat_map(|(_, row)| row.iter().copied()).collect();
+        let field = HeightField::new(&table.file, element, size()?, columns, heights)?;
         return Ok(Some(Geometry::HeightField(Arc::new(field))));
     }
     Ok(None)
 }
 
 /// A cell from three numbers that must be whole.
-fn index(file: &str, element: &str, row: &str, cell: [f64; 3]) -> Result<[i32; 3]> {
+fn index(table: &Table, element: &str, row: usize, cell: [f64; 3]) -> Result<[i32; 3]> {
     let most = f64::from(i32::MAX);
     match cell.into_iter().find(|x| x.fract() != 0.0 || !(-most..=most).contains(x)) {
-        Some(bad) => {
-            let problem = format!("got {bad:?}, expected whole numbers i, j, k");
-            Err(Error::input(file, format!("{element}: {row}"), problem))
-        }
+        Some(bad) => Err(table.fault(element, row, format!("got {bad:?}, expected whole numbers i, j, k"))),
         None => Ok(cell.map(|x| x as i32)),
     }
 }
 
-/// Where a row stands, for messages, and its numbers.
-type Row = (String, Vec<f64>);
-
-fn exact_rows<'r>(
-    file: &str,
-    element: &str,
-    expected: &str,
-    rows: &'r [Row],
-) -> Result<impl Iterator<Item = [f64; 3]> + use<'r>> {
-    if let Some((row, found)) = rows.iter().find(|(_, row)| row.len() != 3) {
-        let problem = format!("got {} numbers, expected {expected}", found.len());
-        return Err(Error::input(file, format!("{element}: {row}"), problem));
-    }
-    Ok(rows.iter().map(|(_, row)| [row[0], row[1], row[2]]))
+/// Rows of numbers, and where they stand.
+struct Table {
+    file: String,
+    /// How messages call a row.
+    word: &'static str,
+    /// Numbers of the rows, from 1, and the rows.
+    rows: Vec<(usize, Vec<f64>)>,
 }
 
-/// The rows, and the name of the file that they stand in.
-fn rows_of(file: &str, element: &str, entry: &RowsEntry, load: LoadRows) -> Result<(String, Vec<Row>)> {
+impl Table {
+    fn fault(&self, element: &str, row: usize, problem: String) -> Error {
+        Error::input(&self.file, format!("{element}: {} {row}", self.word), problem)
+    }
+
+    /// Rows of three numbers.
+    fn triples(&self, element: &str, expected: &str) -> Result<impl Iterator<Item = (usize, [f64; 3])> + '_> {
+        if let Some((row, found)) = self.rows.iter().find(|(_, row)| row.len() != 3) {
+            let problem = format!("got {} numbers, expected {expected}", found.len());
+            return Err(self.fault(element, *row, problem));
+        }
+        Ok(self.rows.iter().map(|(number, row)| (*number, [row[0], row[1], row[2]])))
+    }
+}
+
+/// The rows that an entry holds or names.
+fn table_of(file: &str, element: &str, entry: &RowsEntry, load: LoadRows) -> Result<Table> {
     match entry {
         RowsEntry::Rows(rows) => {
-            let rows = rows.iter().enumerate().map(|(k, row)| (format!("row {}", k + 1), row.clone())).collect();
-            Ok((file.to_string(), rows))
+            let rows = rows.iter().enumerate().map(|(k, row)| (k + 1, row.clone())).collect();
+            Ok(Table { file: file.to_string(), word: "row", rows })
         }
         RowsEntry::File(path) => {
             let (name, bytes) = load(element, path)?;
-            let rows = parse_rows(&name, element, &bytes)?;
-            Ok((name, rows))
+            parse_rows(name, element, &bytes)
         }
     }
 }
 
 /// One row a line: numbers between blanks, commas or semicolons. Empty lines, what follows a `#`,
 /// and a first line of words are left out.
-fn parse_rows(file: &str, element: &str, bytes: &[u8]) -> Result<Vec<Row>> {
+fn parse_rows(file: String, element: &str, bytes: &[u8]) -> Result<Table> {
     let text = std::str::from_utf8(bytes).map_err(|error| {
         let problem = "not UTF-8, expected a text file with a row of numbers a line";
-        Error::input(file, format!("{element}: byte {}", error.valid_up_to()), problem)
+        Error::input(&file, format!("{element}: byte {}", error.valid_up_to()), problem)
     })?;
-    let mut rows = Vec::new();
+    let mut table = Table { file, word: "line", rows: Vec::new() };
     let mut is_first = true;
     for (number, line) in text.lines().enumerate() {
         let line = line.split('#').next().unwrap_or_default();
@@ -266,18 +271,16 @@ fn parse_rows(file: &str, element: &str, bytes: &[u8]) -> Result<Vec<Row>> {
         if is_heading {
             continue;
         }
-        let place = format!("line {}", number + 1);
-        let number = |word: &str| {
-            let fault = || {
-                let problem = format!("got `{word}`, expected finite numbers between blanks or commas");
-                Error::input(file, format!("{element}: {place}"), problem)
-            };
-            word.parse::<f64>().ok().filter(|x| x.is_finite()).ok_or_else(fault)
-        };
-        let row = words().map(number).collect::<Result<Vec<f64>>>()?;
-        rows.push((place, row));
+        let mut row = Vec::with_capacity(words().count());
+        for word in words() {
+            row.push(word.parse::<f64>().ok().filter(|x| x.is_finite()).ok_or_else(|| {
+                let problem = format!("got `{}`, expected finite numbers between blanks or commas", quoted(word));
+                table.fault(element, number + 1, problem)
+            })?);
+        }
+        table.rows.push((number + 1, row));
     }
-    Ok(rows)
+    Ok(table)
 }
 
 #[cfg(test)]
@@ -297,7 +300,7 @@ mod tests {
             text => Ok(("f/text".to_string(), text.as_bytes().to_vec())),
         };
         let entries = with_scenery("s.toml", &scene.obstacle, &mut load)?;
-        let bodies = others("s.toml", (&entries, &[]), &mut |_, _| panic!("no mesh"), None, &mut Vec::new())?;
+        let bodies = others("s.toml", (&entries, &[]), &mut |_, _, _| panic!("no mesh"), &scene, &mut Vec::new())?;
         Ok(bodies.obstacles[0].parts[0].geometry.clone())
     }
 

@@ -4,7 +4,8 @@
 use std::path::Path;
 
 use super::SceneFile;
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, bounded};
+use crate::robot::LoadLimit;
 use crate::scene::assemble::clearances::clearances_of;
 use crate::scene::assemble::fixtures::read_others;
 use crate::scene::assemble::load::Files;
@@ -42,22 +43,28 @@ pub fn in_world_of_entries(robots: &Scene, path: &Path, world: &SceneFile, read:
         return Err(Error::input(&name, "metric", problem));
     }
     let mut scene = robots.without_obstacles();
-    let mut files = Files::new(path, world.cut, read);
+    let mut files = Files::new(path, world.cut, &world.limits, read);
     let Others { obstacles, attached } = read_others(&name, world, true, &mut files, &mut scene.warnings)?;
     scene.warnings.extend(files.into_mesh_warnings());
     let in_file = |error| named(&name, error);
+    let moving = scene.bodies.iter().filter(|body| body.frame != 0).count();
+    let pairs = scene.pairs.len().saturating_add(moving.saturating_mul(obstacles.len()));
+    world.limits.check(LoadLimit::Pairs, pairs, &name, "pairs")?;
     scene = scene.with_obstacles(obstacles).map_err(in_file)?;
-    for (object, entry) in attached.into_iter().zip(&world.attached) {
-        let touch: Vec<&str> = entry.touch.iter().map(String::as_str).collect();
-        scene = scene.attached(object, &entry.link, &touch).map_err(in_file)?;
-    }
+    let attached = attached.into_iter().zip(&world.attached);
+    let attached =
+        attached.map(|(object, entry)| (object, entry.link.as_str(), entry.touch.iter().map(String::as_str).collect()));
+    scene = scene.attached_all(attached, world.limits.get(LoadLimit::Pairs)).map_err(in_file)?;
+    world.limits.check(LoadLimit::Pairs, scene.pairs.len(), &name, "pairs")?;
     let disabled = world.pairs.disable.iter().map(|[a, b]| [a.as_str(), b.as_str()]);
     scene = scene.disabled(disabled).map_err(in_file)?;
+    let bodies = scene.index(|_| true);
     let find = |element: String, wanted: &str| {
-        let body = scene.body_or_link(wanted, &element).map_err(in_file)?;
+        let body = scene.body_or_link(&bodies, wanted, || element).map_err(in_file)?;
         Ok(body.map(|body| scene.bodies[body].name.clone()))
     };
     let Clearances { own, pairs, padding } = clearances_of(world, &find)?;
+    drop(bodies);
     if let Some(clearance) = world.clearance {
         (scene.clearance, scene.clearances.own) = (clearance.lengths().0, own);
     }
@@ -68,7 +75,7 @@ pub fn in_world_of_entries(robots: &Scene, path: &Path, world: &SceneFile, read:
     // Of a robot alone it may have been true.
     warnings.retain(|warning| warning != NOTHING_CHECKED || scene.pairs.is_empty());
     warn_of_sizes(&scene, &came, &mut warnings);
-    Ok(Scene { warnings, ..scene })
+    Ok(Scene { warnings: bounded(warnings), ..scene })
 }
 
 /// The obstacles of a world that is parsed already or was never written down.
@@ -76,7 +83,7 @@ pub fn in_world_of_entries(robots: &Scene, path: &Path, world: &SceneFile, read:
 /// # Errors
 /// As [`in_world`].
 pub fn obstacles_of_entries(path: &Path, world: &SceneFile, read: ReadFile) -> Result<Vec<Body>> {
-    let mut files = Files::new(path, world.cut, read);
+    let mut files = Files::new(path, world.cut, &world.limits, read);
     Ok(read_others(&path.display().to_string(), world, false, &mut files, &mut Vec::new())?.obstacles)
 }
 

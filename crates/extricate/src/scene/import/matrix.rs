@@ -6,7 +6,8 @@ use serde_json::Value;
 
 use super::objects::Objects;
 use super::value::At;
-use crate::error::Result;
+use crate::error::{Result, quoted};
+use crate::robot::LoadLimit;
 use crate::scene::Scene;
 
 /// What MoveIt calls its map of occupied cells.
@@ -50,8 +51,8 @@ pub fn allowed(matrix: &At, robots: Option<&Scene>, objects: &mut Objects) -> Re
         .chain(links.iter().map(String::as_str))
         .collect();
     defaults(matrix, &known, &explicit, &mut pairs, robots.is_some(), objects)?;
-    write(matrix, &pairs, robots, objects);
-    Ok(())
+    objects.entries().limits.check(LoadLimit::Pairs, pairs.len(), matrix.file, &matrix.path)?;
+    write(matrix, &pairs, robots, objects)
 }
 
 /// Names that are allowed to touch all that no entry says something of.
@@ -71,7 +72,10 @@ fn defaults<'a>(
     }
     let names = names.iter().map(At::string).collect::<Result<Vec<&str>>>()?;
     let values = values.iter().map(truth).collect::<Result<Vec<bool>>>()?;
-    let refused = |name: &str| names.iter().zip(&values).any(|(other, allowed)| *other == name && !allowed);
+    let refused: HashSet<&str> =
+        names.iter().zip(&values).filter(|(_, allowed)| !**allowed).map(|(name, _)| *name).collect();
+    let most = objects.entries().limits.get(LoadLimit::Pairs);
+    let mut seen = HashSet::new();
     for (name, _) in names.iter().zip(&values).filter(|(_, allowed)| **allowed) {
         if !has_links && *name != OCTOMAP {
             objects.note(format!(
@@ -80,7 +84,10 @@ fn defaults<'a>(
                 matrix.path
             ));
         }
-        for other in known.iter().filter(|other| *other != name && !refused(other)) {
+        if pairs.len() > most || !seen.insert(*name) {
+            continue;
+        }
+        for other in known.iter().filter(|other| *other != name && !refused.contains(*other)) {
             let pair = ordered(name, other);
             if !explicit.contains(&pair) {
                 pairs.insert(pair);
@@ -90,7 +97,9 @@ fn defaults<'a>(
     Ok(())
 }
 
-fn write(matrix: &At, pairs: &BTreeSet<[&str; 2]>, robots: Option<&Scene>, objects: &mut Objects) {
+fn write(matrix: &At, pairs: &BTreeSet<[&str; 2]>, robots: Option<&Scene>, objects: &mut Objects) -> Result<()> {
+    let links: Option<HashSet<&str>> =
+        robots.map(|robots| robots.links.iter().map(|link| link.name.as_str()).collect());
     let mut unknown = BTreeSet::new();
     for [a, b] in pairs {
         // What cannot move is never checked against each other, and cells are not taken.
@@ -102,20 +111,22 @@ fn write(matrix: &At, pairs: &BTreeSet<[&str; 2]>, robots: Option<&Scene>, objec
             None => vec![name.to_string()],
         };
         let (first, second) = (names(a), names(b));
-        let is_known = |name: &str| {
-            let is_link = |robots: &Scene| robots.links.iter().any(|link| link.name == name);
-            objects.names_of(name).is_some() || robots.is_none_or(is_link)
-        };
+        let is_known =
+            |name: &str| objects.names_of(name).is_some() || links.as_ref().is_none_or(|links| links.contains(name));
         if let Some(name) = [a, b].into_iter().find(|name| !is_known(name)) {
             unknown.insert(name.to_string());
             continue;
         }
+        let entries = objects.entries();
+        let count = entries.pairs.disable.len().saturating_add(first.len().saturating_mul(second.len()));
+        entries.limits.check(LoadLimit::Pairs, count, matrix.file, &matrix.path)?;
         let all = first.iter().flat_map(|a| second.iter().map(move |b| [a.clone(), b.clone()]));
-        objects.entries().pairs.disable.extend(all);
+        entries.pairs.disable.extend(all);
     }
     for name in unknown {
-        objects.note(format!("{}: neither the robot nor the world has `{name}`", matrix.path));
+        objects.note(format!("{}: neither the robot nor the world has `{}`", matrix.path, quoted(&name)));
     }
+    Ok(())
 }
 
 fn truth(at: &At) -> Result<bool> {

@@ -1,6 +1,8 @@
 //! `moveit_msgs/PlanningScene`, as YAML or JSON: the world, attached objects, padding. The matrix
 //! of allowed collisions is read in `matrix`, objects in `message_objects`.
 
+use std::collections::HashMap;
+
 use serde_json::Value;
 
 use super::imported::Imported;
@@ -9,8 +11,9 @@ use super::message_objects::{object, operation};
 use super::objects::Objects;
 use super::place::Place;
 use super::value::At;
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, quoted};
 use crate::math::Pose;
+use crate::robot::LoadLimits;
 use crate::scene::{LinkAttachment, Scene};
 
 /// Fields of a PlanningScene; those that no other place names say nothing of the world.
@@ -36,7 +39,7 @@ const ATTACHED: &[&str] = &["link_name", "object", "touch_links", "detach_postur
 ///
 /// # Errors
 /// [`Error::Input`] that names the field, what is in it and what was expected.
-pub fn read(file: &str, value: &Value, robots: Option<&Scene>) -> Result<Imported> {
+pub fn read(file: &str, value: &Value, robots: Option<&Scene>, limits: &LoadLimits) -> Result<Imported> {
     let mut scene = At::new(file, "", value);
     for wrapper in ["msg", "values", "scene"] {
         if let Some(inner) = scene.get(wrapper)?.filter(|inner| inner.value.is_object()) {
@@ -48,7 +51,7 @@ pub fn read(file: &str, value: &Value, robots: Option<&Scene>) -> Result<Importe
     if world.is_none() && !is_world && scene.get("robot_state")?.is_none() {
         return Err(scene.fault("a PlanningScene (with `world`) or a PlanningSceneWorld (with `collision_objects`)"));
     }
-    let mut objects = Objects::default();
+    let mut objects = Objects::new(limits);
     if is_world && world.is_none() {
         objects.note_unknown(&scene, WORLD)?;
     } else {
@@ -97,7 +100,7 @@ pub fn read(file: &str, value: &Value, robots: Option<&Scene>) -> Result<Importe
 pub struct Frames<'a> {
     robots: Option<&'a Scene>,
     /// By name of the frame.
-    transforms: Vec<(String, Place)>,
+    transforms: HashMap<String, Place>,
     /// The frame that is taken for the world.
     world: Option<String>,
 }
@@ -108,7 +111,7 @@ impl Frames<'_> {
         let Some(header) = at.get("header")? else { return Ok(Place::HERE) };
         let name = header.text("frame_id")?.trim_start_matches('/');
         let fault = |expected: String| {
-            let problem = format!("got the frame `{name}`, expected {expected}");
+            let problem = format!("got the frame `{}`, expected {expected}", quoted(name));
             Err(Error::input(at.file, format!("{}.header.frame_id", at.path), problem))
         };
         if name.is_empty() {
@@ -120,12 +123,12 @@ impl Frames<'_> {
             }
             return Ok(place_of(&seat.pose_frame_link));
         }
-        if let Some((_, place)) = self.transforms.iter().find(|(child, _)| child == name) {
+        if let Some(place) = self.transforms.get(name) {
             return Ok(*place);
         }
         match &self.world {
             Some(world) if world != name => {
-                fault(format!("`{world}` as before: where one is in the other is not said"))
+                fault(format!("`{}` as before: where one is in the other is not said", quoted(world)))
             }
             _ => {
                 self.world = Some(name.to_string());
@@ -145,16 +148,17 @@ fn place_of(pose: &Pose) -> Place {
     Place { xyz: pose.translation.into(), quaternion: quaternion.coords.into() }
 }
 
-fn transforms(scene: &At) -> Result<Vec<(String, Place)>> {
+fn transforms(scene: &At) -> Result<HashMap<String, Place>> {
     let read = |at: At| {
         let place = at.get("transform")?.map_or(Ok(Place::HERE), |transform| transform.as_place())?;
         Ok((at.text("child_frame_id")?.trim_start_matches('/').to_string(), place))
     };
-    scene.list("fixed_frame_transforms")?.into_iter().map(read).collect()
+    // Of two of one name the first counts.
+    scene.list("fixed_frame_transforms")?.into_iter().rev().map(read).collect()
 }
 
 fn standing(at: &At, frames: &mut Frames, objects: &mut Objects) -> Result<()> {
-    let named = At { path: format!("collision object {:?}", at.text("id")?), ..at.clone() };
+    let named = At { path: format!("collision object {:?}", quoted(at.text("id")?)), ..at.clone() };
     if !operation(&named, objects)? {
         return Ok(());
     }
@@ -165,7 +169,7 @@ fn standing(at: &At, frames: &mut Frames, objects: &mut Objects) -> Result<()> {
 
 fn attached(at: &At, frames: &Frames, robots: Option<&Scene>, objects: &mut Objects) -> Result<()> {
     let inner = at.get("object")?.ok_or_else(|| at.fault("a mapping with `link_name` and `object`"))?;
-    let named = At { path: format!("attached object {:?}", inner.text("id")?), ..inner };
+    let named = At { path: format!("attached object {:?}", quoted(inner.text("id")?)), ..inner };
     objects.note_unknown(&At { path: named.path.clone(), ..at.clone() }, ATTACHED)?;
     if !operation(&named, objects)? {
         return Ok(());
@@ -185,6 +189,7 @@ fn attached(at: &At, frames: &Frames, robots: Option<&Scene>, objects: &mut Obje
             place_of(&held.pose_frame_link.inverse().then(&given.pose_frame_link))
         }
         _ => {
+            let (frame, holder) = (quoted(frame), quoted(holder));
             let problem = format!("got the frame `{frame}`, expected `{holder}`, the link that holds it");
             return Err(Error::input(named.file, format!("{}.header.frame_id", named.path), problem));
         }

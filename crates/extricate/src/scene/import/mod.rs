@@ -18,7 +18,9 @@ use std::path::Path;
 pub use toml_text::{MeshFile, to_toml};
 
 use super::Scene;
+use super::file::{SceneFile, most_values};
 use crate::error::{Error, Result};
+use crate::robot::{LoadLimit, LoadLimits};
 
 pub use imported::Imported;
 
@@ -54,17 +56,21 @@ fn kind(path: &Path) -> Option<Kind> {
 /// # Source
 /// The formats are those that MoveIt's `PlanningScene::loadGeometryFromStream` reads, and
 /// `moveit_msgs/PlanningScene` with the messages in it.
-pub fn import(path: &Path, text: &str, robots: Option<&Scene>) -> Result<Imported> {
+pub fn import(path: &Path, text: &str, robots: Option<&Scene>, limits: &LoadLimits) -> Result<Imported> {
     let file = path.display().to_string();
-    match kind(path) {
-        Some(Kind::SceneText) => scene_text::read(&file, text),
-        Some(Kind::Yaml) => message::read(&file, &value::of_yaml(&file, text)?, robots),
-        Some(Kind::Json) => message::read(&file, &value::of_json(&file, text)?, robots),
+    limits.check(LoadLimit::TextBytes, text.len(), &file, "file")?;
+    limits.check(LoadLimit::Values, most_values(text), &file, "world")?;
+    let imported = match kind(path) {
+        Some(Kind::SceneText) => scene_text::read(&file, text, limits),
+        Some(Kind::Yaml) => message::read(&file, &value::of_yaml(&file, text, limits)?, robots, limits),
+        Some(Kind::Json) => message::read(&file, &value::of_json(&file, text)?, robots, limits),
         None => {
             let problem = "got a name that tells no format, expected one that ends in .scene, .yaml, .yml or .json";
             Err(Error::input(file, "name", problem))
         }
-    }
+    };
+    imported
+        .map(|Imported { entries, notes }| Imported { entries: SceneFile { limits: limits.clone(), ..entries }, notes })
 }
 
 #[cfg(test)]

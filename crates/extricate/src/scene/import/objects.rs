@@ -1,14 +1,14 @@
 //! Objects of several shapes and planes, as MoveIt has them, to entries of one shape each.
 
-use std::collections::HashSet;
+use std::collections::{HashMap, HashSet};
 use std::f64::consts::{PI, TAU};
 use std::sync::Arc;
 
 use super::place::Place;
 use super::value::At;
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, quoted};
 use crate::math::Vec3;
-use crate::robot::TriangleMesh;
+use crate::robot::{LoadLimit, LoadLimits, TriangleMesh};
 use crate::scene::file::{AttachedEntry, ObstacleEntry, SceneFile, ShapeEntry};
 
 /// Sides of the pyramid that stands for a cone.
@@ -41,20 +41,33 @@ pub struct Object {
 }
 
 /// Objects on their way into a scene file.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub struct Objects {
     entries: SceneFile,
     notes: Vec<String>,
-    /// By object, the names of its entries.
-    names: Vec<(String, Vec<String>)>,
+    noted: HashSet<String>,
+    /// Objects in order, and by object the names of its entries.
+    all: Vec<String>,
+    names: HashMap<String, Vec<String>>,
+    /// Objects that stand in the world.
+    standing: HashSet<String>,
     taken: HashSet<String>,
+    /// Triangles of the meshes that were made here.
+    triangles: usize,
 }
 
 impl Objects {
+    /// None, and how many there may be.
+    pub fn new(limits: &LoadLimits) -> Self {
+        let (notes, noted, all, names, standing, taken) = Default::default();
+        let entries = SceneFile { limits: limits.clone(), ..SceneFile::default() };
+        Self { entries, notes, noted, all, names, standing, taken, triangles: 0 }
+    }
+
     /// Something that the user should know.
     pub fn note(&mut self, text: impl Into<String>) {
         let text = text.into();
-        if !self.notes.contains(&text) {
+        if self.noted.insert(text.clone()) {
             self.notes.push(text);
         }
     }
@@ -63,25 +76,24 @@ impl Objects {
     pub fn note_unknown(&mut self, at: &At, known: &[&str]) -> Result<()> {
         for key in at.unknown(known)? {
             let place = if at.path.is_empty() { String::new() } else { format!("{}: ", at.path) };
-            self.note(format!("{place}the key `{key}` is not taken, expected {}", known.join(", ")));
+            self.note(format!("{place}the key `{}` is not taken, expected {}", quoted(key), known.join(", ")));
         }
         Ok(())
     }
 
     /// The names of the entries of an object, if there is such an object.
     pub fn names_of(&self, object: &str) -> Option<&[String]> {
-        self.names.iter().find(|(name, _)| name == object).map(|(_, names)| names.as_slice())
+        self.names.get(object).map(Vec::as_slice)
     }
 
     /// Names of all objects.
     pub fn all(&self) -> Vec<String> {
-        self.names.iter().map(|(name, _)| name.clone()).collect()
+        self.all.clone()
     }
 
     /// Whether an object stands in the world.
     pub fn is_obstacle(&self, object: &str) -> bool {
-        let entries = &self.entries.obstacle;
-        self.names_of(object).is_some_and(|own| entries.iter().any(|entry| own.contains(&entry.name)))
+        self.standing.contains(object)
     }
 
     /// All that was read.
@@ -96,6 +108,9 @@ impl Objects {
 
     /// Adds an obstacle.
     pub fn stand(&mut self, file: &str, object: Object) -> Result<()> {
+        if !object.shapes.is_empty() {
+            self.standing.insert(object.name.clone());
+        }
         for (name, shape, place) in self.told(file, object)? {
             self.entries.obstacle.push(ObstacleEntry { name, shape, pose: place.entry() });
         }
@@ -118,8 +133,11 @@ impl Objects {
     /// One entry a shape, with names of their own, and what there is to say of them.
     fn told(&mut self, file: &str, object: Object) -> Result<Vec<(String, ShapeEntry, Place)>> {
         let Object { name: object, shapes } = object;
-        let element = format!("object \"{object}\"");
-        if self.names.iter().any(|(name, _)| *name == object) {
+        let element = format!("object \"{}\"", quoted(&object));
+        let limits = self.entries.limits.clone();
+        limits.check(LoadLimit::NameBytes, object.len(), file, &element)?;
+        limits.check(LoadLimit::Obstacles, self.taken.len() + shapes.len(), file, &element)?;
+        if self.names.contains_key(&object) {
             return Err(Error::input(file, element, "the name occurs twice, expected every object to have its own"));
         }
         if shapes.is_empty() {
@@ -135,7 +153,8 @@ impl Objects {
         if let [first, .., last] = names.as_slice() {
             self.note(format!("{element} has {} shapes: they are `{first}` to `{last}`", names.len()));
         }
-        self.names.push((object, names.clone()));
+        self.all.push(object.clone());
+        self.names.insert(object, names.clone());
         let entry = |(name, (shape, place)): (String, (Shape, Place))| {
             let shape = self.entry(file, &element, shape)?;
             Ok((name, shape, place))
@@ -158,7 +177,10 @@ impl Objects {
                 self.note(format!(
                     "{element}: a cone is taken for the pyramid of {SIDES} sides around it, {beyond:.2} % wider at its corners"
                 ));
-                (entry.triangles, entry.convex) = (Some(Arc::new(cone(radius, height))), true);
+                let cone = cone(radius, height);
+                self.triangles += cone.triangles.len();
+                self.entries.limits.check(LoadLimit::Triangles, self.triangles, file, element)?;
+                (entry.triangles, entry.convex) = (Some(Arc::new(cone)), true);
             }
             Shape::Plane([a, b, c, d]) => {
                 let length = Vec3::new(a, b, c).norm();

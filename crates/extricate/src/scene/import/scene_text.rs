@@ -1,6 +1,8 @@
 //! MoveIt's `.scene` text: a name, then objects of shapes with poses, then a dot. Words between
 //! blanks; in the newer form an object has a pose and subframes of its own.
 
+use std::collections::HashMap;
+use std::collections::hash_map::Entry;
 use std::sync::Arc;
 
 use super::imported::Imported;
@@ -9,7 +11,7 @@ use super::place::Place;
 use super::value::unit;
 use crate::error::{Error, Result};
 use crate::math::Vec3;
-use crate::robot::formats;
+use crate::robot::{LoadLimits, formats};
 
 /// Most vertices or triangles that a mesh may claim to have.
 const MOST: f64 = 1e8;
@@ -18,22 +20,26 @@ const MOST: f64 = 1e8;
 ///
 /// # Errors
 /// [`Error::Input`] with the line and the word that is wrong, and what was expected there.
-pub fn read(file: &str, text: &str) -> Result<Imported> {
+pub fn read(file: &str, text: &str, limits: &LoadLimits) -> Result<Imported> {
     let text = text.trim_start_matches('\u{feff}');
     let mut words = Words { file, lines: text.lines().enumerate(), line: 0, rest: "".split_whitespace() };
     // The name of the scene, which no obstacle has need of.
     words.next_line();
     let is_newer = is_newer(text);
-    let (mut objects, mut found) = (Objects::default(), Vec::<Object>::new());
+    let (mut objects, mut found) = (Objects::new(limits), Vec::<Object>::new());
+    let mut places: HashMap<String, usize> = HashMap::new();
     let mut colours = false;
     loop {
         match words.word("* before an object, or . at the end")? {
             "." => break,
             "*" => {
                 let object = object(&mut words, is_newer, &mut objects, &mut colours)?;
-                match found.iter_mut().find(|other| other.name == object.name) {
-                    Some(other) => other.shapes.extend(object.shapes),
-                    None => found.push(object),
+                match places.entry(object.name.clone()) {
+                    Entry::Occupied(place) => found[*place.get()].shapes.extend(object.shapes),
+                    Entry::Vacant(place) => {
+                        place.insert(found.len());
+                        found.push(object);
+                    }
                 }
             }
             other => return Err(words.fault(other, "* before an object, or . at the end")),

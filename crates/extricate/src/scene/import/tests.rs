@@ -74,11 +74,11 @@ name: another
 "#;
 
 fn read(name: &str, text: &str) -> Imported {
-    import(Path::new(name), text, None).unwrap()
+    import(Path::new(name), text, None, &LoadLimits::default()).unwrap()
 }
 
 fn message(name: &str, text: &str) -> String {
-    import(Path::new(name), text, None).unwrap_err().to_string()
+    import(Path::new(name), text, None, &LoadLimits::default()).unwrap_err().to_string()
 }
 
 fn obstacle<'a>(imported: &'a Imported, name: &str) -> &'a ObstacleEntry {
@@ -156,7 +156,7 @@ fn attached(imported: &Imported) -> &AttachedEntry {
 
 #[test]
 fn a_planning_scene_becomes_obstacles_attached_objects_pairs_and_padding() {
-    let json = value::of_yaml("m", MESSAGE).unwrap();
+    let json = value::of_yaml("m", MESSAGE, &LoadLimits::default()).unwrap();
     let rosbridge = serde_json::json!({"op": "publish", "topic": "/s", "msg": json}).to_string();
     for (name, text) in [("m.yaml", MESSAGE.to_string()), ("m.json", rosbridge)] {
         let imported = read(name, &text);
@@ -214,7 +214,7 @@ fn a_robot_tells_frames_and_which_names_mean_nothing() {
     use crate::robot::JointKind::{Fixed, Revolute};
     use crate::scene::testing::{PLAIN, chain, scene};
     let robots = scene(PLAIN, &[chain(&[Fixed, Revolute])]).unwrap();
-    let ask = |text: &str| import(Path::new("m.yaml"), text, Some(&robots));
+    let ask = |text: &str| import(Path::new("m.yaml"), text, Some(&robots), &LoadLimits::default());
     // The first joint is fixed, one metre along x.
     let imported = ask(&MESSAGE.replace("frame_id: world", "frame_id: l1")).unwrap();
     near(obstacle(&imported, "shelf-2").pose.xyz, [2.0, 0.0, 2.0]);

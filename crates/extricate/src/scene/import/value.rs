@@ -3,24 +3,22 @@
 use serde_json::{Map, Value};
 
 use super::place::Place;
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, quoted};
+use crate::robot::{LoadLimit, LoadLimits};
 use crate::scene::file::pose_entry::QUATERNION_TOLERANCE;
-
-/// Largest YAML that is read: of large meshes every number is a node.
-const MOST_NODES: usize = 50_000_000;
-/// Most bytes in its scalars.
-const MOST_BYTES: usize = 1 << 30;
 
 /// Parses YAML: the first document that says something; `ros2 topic echo` writes one a message.
 ///
 /// # Errors
 /// [`Error::Input`] with the line.
-pub fn of_yaml(file: &str, text: &str) -> Result<Value> {
+pub fn of_yaml(file: &str, text: &str, limits: &LoadLimits) -> Result<Value> {
     let document = first_document(text);
+    // What aliases name counts as often as it is named.
+    let nodes = limits.get(LoadLimit::Values);
     let budget = serde_saphyr::budget! {
-        max_nodes: MOST_NODES,
-        max_events: 2 * MOST_NODES,
-        max_total_scalar_bytes: MOST_BYTES,
+        max_nodes: nodes,
+        max_events: nodes.saturating_mul(2),
+        max_total_scalar_bytes: limits.get(LoadLimit::TextBytes),
     };
     let options = serde_saphyr::options! { budget: budget };
     serde_saphyr::from_str_with_options(document, options).map_err(|error| {
@@ -28,7 +26,7 @@ pub fn of_yaml(file: &str, text: &str) -> Result<Value> {
         let skipped = text[..before].lines().count();
         let line = error.location().map_or(0, |at| at.line() as usize + skipped);
         let said = error.without_snippet().to_string();
-        Error::input(file, format!("line {line}"), format!("YAML: {}", said.lines().next().unwrap_or_default()))
+        Error::input(file, format!("line {line}"), format!("YAML: {}", quoted(said.lines().next().unwrap_or_default())))
     })
 }
 

@@ -11,31 +11,46 @@
 //! and panics on 3.6 % of files with one to three bytes changed.
 
 use std::collections::HashMap;
+use std::rc::Rc;
 
 use nalgebra::{Matrix4, Unit};
-use roxmltree::Node;
+use roxmltree::{Node, NodeId};
 
 use super::soup::Soup;
 use super::xml::{child, children, document, label, numbers_or, own_attribute, required};
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, quoted};
 use crate::math::Vec3;
+use crate::robot::LoadLimits;
 
 /// Nodes may be nested and instanced this deep; more is a cycle of `<instance_node>`.
 const DEEPEST: usize = 64;
+/// Bytes of text that take as long as a node.
+const NODE_BYTES: usize = 256;
 
 struct Reader<'a, 'i> {
     file: &'a str,
+    limits: &'a LoadLimits,
     by_id: HashMap<&'a str, Node<'a, 'i>>,
+    /// Geometries in their own coordinates: nodes may show one as often as they like.
+    geometries: HashMap<NodeId, Rc<Soup>>,
+    /// What controllers show: a geometry, and its matrix.
+    controllers: HashMap<NodeId, Option<(Node<'a, 'i>, Matrix4<f64>)>>,
+    /// Numbers of arrays, which many primitives may share.
+    arrays: HashMap<NodeId, Rc<Vec<f64>>>,
     soup: Soup,
 }
 
 /// Parses what the file's scene shows; where it shows nothing, all its geometries, unplaced.
-pub(crate) fn parse(file: &str, bytes: &[u8]) -> Result<Soup> {
+pub(crate) fn parse(file: &str, bytes: &[u8], limits: &LoadLimits) -> Result<Soup> {
     let text = String::from_utf8_lossy(bytes);
-    let document = document(file, &text, "COLLADA")?;
+    let document = document(file, &text, "COLLADA", limits)?;
     let root = document.root_element();
     if root.tag_name().name() != "COLLADA" {
-        return Err(Error::input(file, "root", format!("got <{}>, expected <COLLADA>", root.tag_name().name())));
+        return Err(Error::input(
+            file,
+            "root",
+            format!("got <{}>, expected <COLLADA>", quoted(root.tag_name().name())),
+        ));
     }
     let unit = child(root, "asset").and_then(|asset| child(asset, "unit"));
     let [meter] = numbers_or(file, "unit", unit, "meter", [1.0])?;
@@ -43,7 +58,9 @@ pub(crate) fn parse(file: &str, bytes: &[u8]) -> Result<Soup> {
         return Err(Error::input(file, "unit", format!("got meter=\"{meter}\", expected a positive number")));
     }
     let by_id = root.descendants().filter_map(|node| Some((own_attribute(node, "id")?, node))).collect();
-    let mut reader = Reader { file, by_id, soup: Soup::default() };
+    let (geometries, controllers, arrays) = Default::default();
+    let mut reader =
+        Reader { file, limits, by_id, geometries, controllers, arrays, soup: Soup::shown(limits, bytes.len()) };
     let to_metres = Matrix4::new_scaling(meter);
     for instance in children(root, "scene").flat_map(|scene| children(scene, "instance_visual_scene")) {
         let scene = reader.target(instance, "url")?;
@@ -71,9 +88,9 @@ impl<'a, 'i> Reader<'a, 'i> {
             Some(url) => url,
             None => required(self.file, &label(node), node, attribute)?,
         };
-        url.strip_prefix('#')
-            .and_then(|id| self.by_id.get(id).copied())
-            .ok_or_else(|| self.error(node, format!("got {attribute}=\"{url}\", expected `#` and an id in this file")))
+        url.strip_prefix('#').and_then(|id| self.by_id.get(id).copied()).ok_or_else(|| {
+            self.error(node, format!("got {attribute}=\"{}\", expected `#` and an id in this file", quoted(url)))
+        })
     }
 
     fn node(&mut self, node: Node<'a, 'i>, parent: &Matrix4<f64>, depth: usize) -> Result<()> {
@@ -82,7 +99,13 @@ impl<'a, 'i> Reader<'a, 'i> {
         }
         self.soup.enter_node().map_err(|problem| self.error(node, problem))?;
         let mut matrix = *parent;
-        for element in node.children().filter(Node::is_element) {
+        for element in node.children() {
+            // A node that is shown again is gone through again, with all that is in it.
+            let cost = 1 + element.text().map_or(0, str::len) / NODE_BYTES;
+            self.soup.enter_nodes(cost).map_err(|problem| self.error(node, problem))?;
+            if !element.is_element() {
+                continue;
+            }
             match element.tag_name().name() {
                 "node" => self.node(element, &matrix, depth + 1)?,
                 "instance_node" => self.node(self.target(element, "url")?, &matrix, depth + 1)?,
@@ -97,13 +120,25 @@ impl<'a, 'i> Reader<'a, 'i> {
 
     /// A skinned geometry in its rest shape.
     fn controller(&mut self, controller: Node<'a, 'i>, matrix: &Matrix4<f64>) -> Result<()> {
-        let Some(skin) = child(controller, "skin") else { return Ok(()) };
+        let shown = match self.controllers.get(&controller.id()) {
+            Some(known) => *known,
+            None => {
+                let shown = self.skin(controller)?;
+                self.controllers.insert(controller.id(), shown);
+                shown
+            }
+        };
+        shown.map_or(Ok(()), |(geometry, shape)| self.geometry(geometry, &(matrix * shape)))
+    }
+
+    fn skin(&self, controller: Node<'a, 'i>) -> Result<Option<(Node<'a, 'i>, Matrix4<f64>)>> {
+        let Some(skin) = child(controller, "skin") else { return Ok(None) };
         let geometry = self.target(skin, "source")?;
         let shape = match child(skin, "bind_shape_matrix") {
             Some(element) => Matrix4::from_row_slice(&self.numbers(element, Some(16))?),
             None => Matrix4::identity(),
         };
-        self.geometry(geometry, &(matrix * shape))
+        Ok(Some((geometry, shape)))
     }
 
     fn transform(&self, element: Node) -> Result<Matrix4<f64>> {
@@ -126,21 +161,41 @@ impl<'a, 'i> Reader<'a, 'i> {
         })
     }
 
+    /// Adds a geometry, placed.
     fn geometry(&mut self, geometry: Node<'a, 'i>, matrix: &Matrix4<f64>) -> Result<()> {
-        let Some(mesh) = child(geometry, "mesh") else { return Ok(()) };
-        for element in mesh.children().filter(Node::is_element) {
-            if matches!(element.tag_name().name(), "triangles" | "polylist" | "polygons" | "trifans" | "tristrips") {
-                self.primitive(element, matrix)?;
+        let local = match self.geometries.get(&geometry.id()) {
+            Some(known) => Rc::clone(known),
+            None => {
+                let local = Rc::new(self.local(geometry)?);
+                self.soup.faults.extend(local.told());
+                self.geometries.insert(geometry.id(), Rc::clone(&local));
+                local
             }
-        }
-        Ok(())
+        };
+        let linear = matrix.fixed_view::<3, 3>(0, 0);
+        let place = |p: &Vec3| linear * p + matrix.fixed_view::<3, 1>(0, 3);
+        // What a node mirrors faces the same way as before only if it is wound the other way.
+        let mirrored = linear.determinant() < 0.0;
+        self.soup.add(&local, place, mirrored).map_err(|problem| self.error(geometry, problem))
     }
 
-    fn primitive(&mut self, primitive: Node<'a, 'i>, matrix: &Matrix4<f64>) -> Result<()> {
+    /// A geometry in its own coordinates.
+    fn local(&mut self, geometry: Node<'a, 'i>) -> Result<Soup> {
+        let mut local = Local { soup: Soup::new(self.limits), known: HashMap::new() };
+        let Some(mesh) = child(geometry, "mesh") else { return Ok(local.soup) };
+        for element in mesh.children().filter(Node::is_element) {
+            if matches!(element.tag_name().name(), "triangles" | "polylist" | "polygons" | "trifans" | "tristrips") {
+                self.primitive(element, &mut local)?;
+            }
+        }
+        Ok(local.soup)
+    }
+
+    fn primitive(&mut self, primitive: Node<'a, 'i>, local: &mut Local) -> Result<()> {
         let mut stride = 1;
         let mut vertex = None;
         for input in children(primitive, "input") {
-            let offset = self.whole(Some(input), "offset", 0.0)?;
+            let offset = self.whole(Some(input), "offset", 0)?;
             stride = stride.max(offset + 1);
             if own_attribute(input, "semantic") == Some("VERTEX") {
                 vertex = Some((input, offset));
@@ -148,79 +203,84 @@ impl<'a, 'i> Reader<'a, 'i> {
         }
         // Exporters write primitives without anything in them.
         let Some((input, offset)) = vertex else { return Ok(()) };
-        let first = self.soup.vertices.len() as u32;
-        let positions = self.positions(self.target(input, "source")?)?;
-        let count = positions.len();
-        let place = |p: Vec3| matrix.fixed_view::<3, 3>(0, 0) * p + matrix.fixed_view::<3, 1>(0, 3);
-        self.soup.vertices.extend(positions.into_iter().map(place));
-        let from = self.soup.triangles.len();
-        self.faces(primitive, (stride, offset), (first, count))?;
-        // What a node mirrors faces the same way as before only if it is wound the other way.
-        if matrix.fixed_view::<3, 3>(0, 0).determinant() < 0.0 {
-            self.soup.triangles[from..].iter_mut().for_each(|triangle| triangle.swap(1, 2));
-        }
-        Ok(())
-    }
-
-    /// The faces of a primitive: `count` vertices begin at `first`; an index of them stands at
-    /// `offset` of every `stride` numbers.
-    fn faces(
-        &mut self,
-        primitive: Node<'a, 'i>,
-        (stride, offset): (usize, usize),
-        (first, count): (u32, usize),
-    ) -> Result<()> {
-        let tag = primitive.tag_name().name();
-        let corners_of = |list: Node| -> Result<Vec<u32>> {
-            let mut corners = Vec::new();
-            for index in self.numbers(list, None)?.into_iter().skip(offset).step_by(stride) {
-                if !(0.0..count as f64).contains(&index) {
-                    return Err(self.error(primitive, format!("got index {index}, expected one of {count} vertices")));
-                }
-                corners.push(first + index as u32);
-            }
-            Ok(corners)
-        };
+        let vertices = self.target(input, "source")?;
+        let points = self.points(vertices)?;
         let mut lists = Vec::new();
+        let mut corners_of = |list: Node| self.corners(list, (stride, offset), vertices.id(), &points, local);
         for list in primitive.children().filter(Node::is_element) {
             match list.tag_name().name() {
                 "p" => lists.push(vec![corners_of(list)?]),
                 // A polygon with holes: its outline is in <p>, each hole in <h>.
                 "ph" => {
                     let rings = children(list, "p").chain(children(list, "h"));
-                    lists.push(rings.map(corners_of).collect::<Result<_>>()?);
+                    lists.push(rings.map(&mut corners_of).collect::<Result<_>>()?);
                 }
                 _ => {}
             }
         }
-        let counts = match child(primitive, "vcount") {
-            Some(element) => self.numbers(element, None)?.into_iter().map(|x| x as u32 as usize).collect(),
-            None => Vec::new(),
+        self.faces(primitive, &lists, &mut local.soup)
+    }
+
+    /// The corners that an element lists: indices into the points of `local`, which get those that
+    /// are used. An index of `points` stands at `offset` of every `stride` numbers.
+    fn corners(
+        &self,
+        list: Node,
+        (stride, offset): (usize, usize),
+        vertices: NodeId,
+        points: &Points,
+        local: &mut Local,
+    ) -> Result<Vec<u32>> {
+        let mut corners = Vec::new();
+        for index in self.numbers(list, None)?.into_iter().skip(offset).step_by(stride) {
+            if !(0.0..points.count as f64).contains(&index) || index.fract() != 0.0 {
+                let problem = format!("got index {index}, expected one of {} vertices", points.count);
+                return Err(self.error(list, problem));
+            }
+            let Local { soup, known } = &mut *local;
+            corners.push(*known.entry((vertices, index as u32)).or_insert_with(|| {
+                soup.vertices.push(points.at(index as usize));
+                soup.vertices.len() as u32 - 1
+            }));
+        }
+        local.soup.has_room(0, corners.len() / 3).map_err(|problem| self.error(list, problem))?;
+        Ok(corners)
+    }
+
+    /// The faces of a primitive, of lists of corners.
+    fn faces(&self, primitive: Node<'a, 'i>, lists: &[Vec<Vec<u32>>], soup: &mut Soup) -> Result<()> {
+        let tag = primitive.tag_name().name();
+        let sizes = match child(primitive, "vcount") {
+            Some(element) if tag == "polylist" => self.counts(element)?,
+            _ => Vec::new(),
         };
-        let place = label(primitive);
+        // Every list would be gone through with all the sizes.
+        if tag == "polylist" && lists.len() > 1 {
+            return Err(self.error(primitive, format!("got {} lists of corners, expected one <p>", lists.len())));
+        }
         let mut faces = 0;
-        for rings in &lists {
-            let [corners, holes @ ..] = &rings[..] else { continue };
+        let mut face = |soup: &mut Soup, rings: &[&[u32]]| {
+            faces += 1;
+            soup.push_face(rings, || format!("{}: face {faces}", label(primitive)));
+        };
+        for rings in lists {
+            let [corners, ..] = &rings[..] else { continue };
             match tag {
-                "trifans" => self.soup.push_fan(corners),
-                "tristrips" => self.soup.push_strip(corners),
-                "polygons" => {
-                    let rings: Vec<&[u32]> = std::iter::once(corners).chain(holes).map(Vec::as_slice).collect();
-                    faces += 1;
-                    self.soup.push_face(&rings, || format!("{place}: face {faces}"));
-                }
+                "trifans" => soup.push_fan(corners),
+                "tristrips" => soup.push_strip(corners),
+                "polygons" => face(soup, &rings.iter().map(Vec::as_slice).collect::<Vec<_>>()),
                 _ => {
-                    let sizes = if tag == "triangles" { vec![3; corners.len().div_ceil(3)] } else { counts.clone() };
-                    if sizes.iter().sum::<usize>() != corners.len() {
-                        let problem =
-                            format!("got {} corners, expected {}", corners.len(), sizes.iter().sum::<usize>());
+                    let expected = if tag == "triangles" { 3 * corners.len().div_ceil(3) } else { sizes.iter().sum() };
+                    if expected != corners.len() {
+                        let problem = format!("got {} corners, expected {expected}", corners.len());
                         return Err(self.error(primitive, problem));
                     }
                     let mut rest = &corners[..];
-                    for size in sizes {
+                    let mut sizes = sizes.iter().copied();
+                    while !rest.is_empty() {
+                        let size = if tag == "triangles" { 3 } else { sizes.next().unwrap_or(rest.len()) };
                         let (polygon, tail) = rest.split_at(size);
-                        faces += 1;
-                        self.soup.push_face(&[polygon], || format!("{place}: face {faces}"));
+                        face(soup, &[polygon]);
                         rest = tail;
                     }
                 }
@@ -229,34 +289,50 @@ impl<'a, 'i> Reader<'a, 'i> {
         Ok(())
     }
 
+    /// Numbers of corners.
+    fn counts(&self, element: Node) -> Result<Vec<usize>> {
+        let count = |count: f64| match (0.0..=f64::from(u32::MAX)).contains(&count) && count.fract() == 0.0 {
+            true => Ok(count as usize),
+            false => Err(self.error(element, format!("got {count}, expected whole numbers of corners"))),
+        };
+        self.numbers(element, None)?.into_iter().map(count).collect()
+    }
+
     /// The points of a `<vertices>` element.
-    fn positions(&self, vertices: Node<'a, 'i>) -> Result<Vec<Vec3>> {
+    fn points(&mut self, vertices: Node<'a, 'i>) -> Result<Points> {
         let input = children(vertices, "input").find(|input| own_attribute(*input, "semantic") == Some("POSITION"));
         let input = input.ok_or_else(|| self.error(vertices, "got no POSITION input, expected one"))?;
         let source = self.target(input, "source")?;
         let accessor = child(source, "technique_common").and_then(|common| child(common, "accessor"));
-        let (stride, offset) = (self.whole(accessor, "stride", 3.0)?, self.whole(accessor, "offset", 0.0)?);
+        let (stride, offset) = (self.whole(accessor, "stride", 3)?, self.whole(accessor, "offset", 0)?);
         let array = match accessor {
             Some(accessor) => self.target(accessor, "source")?,
             None => child(source, "float_array").ok_or_else(|| self.error(source, "got no array, expected one"))?,
         };
-        let values = self.numbers(array, None)?;
         if stride < 3 {
             return Err(self.error(source, format!("got stride {stride}, expected at least 3")));
         }
-        let values = values.get(offset..).unwrap_or(&[]);
-        Ok(values.chunks(stride).filter(|p| p.len() >= 3).map(|p| Vec3::new(p[0], p[1], p[2])).collect())
+        let values = match self.arrays.get(&array.id()) {
+            Some(known) => Rc::clone(known),
+            None => {
+                let values = Rc::new(self.numbers(array, None)?);
+                self.arrays.insert(array.id(), Rc::clone(&values));
+                values
+            }
+        };
+        let rest = values.len().saturating_sub(offset);
+        // The last one may be without what comes between two of them.
+        let count = rest / stride + usize::from(rest % stride >= 3);
+        Ok(Points { values, stride, offset, count })
     }
 
     /// A small whole number in an attribute, or `default`.
-    fn whole(&self, element: Option<Node>, attribute: &str, default: f64) -> Result<usize> {
-        let place = element.map_or("accessor".into(), label);
-        let [value] = numbers_or(self.file, &place, element, attribute, [default])?;
-        if !(0.0..1e6).contains(&value) {
-            let problem = format!("got {attribute}=\"{value}\", expected a small whole number");
-            return Err(Error::input(self.file, place, problem));
-        }
-        Ok(value as usize)
+    fn whole(&self, element: Option<Node>, attribute: &str, default: usize) -> Result<usize> {
+        let Some(element) = element else { return Ok(default) };
+        let Some(text) = own_attribute(element, attribute) else { return Ok(default) };
+        text.trim().parse().ok().filter(|value| *value < 1_000_000).ok_or_else(|| {
+            self.error(element, format!("got {attribute}=\"{}\", expected a small whole number", quoted(text)))
+        })
     }
 
     /// The numbers in an element's text, `count` of them where that is given.
@@ -264,7 +340,9 @@ impl<'a, 'i> Reader<'a, 'i> {
         let text = element.text().unwrap_or("");
         let mut values = Vec::with_capacity(text.len() / 8);
         for word in text.split_whitespace() {
-            values.push(word.parse().map_err(|_| self.error(element, format!("got `{word}`, expected a number")))?);
+            values.push(
+                word.parse().map_err(|_| self.error(element, format!("got `{}`, expected a number", quoted(word))))?,
+            );
         }
         match count {
             Some(count) if count != values.len() => {
@@ -273,6 +351,27 @@ impl<'a, 'i> Reader<'a, 'i> {
             _ => Ok(values),
         }
     }
+}
+
+/// Three of every `stride` numbers.
+struct Points {
+    values: Rc<Vec<f64>>,
+    stride: usize,
+    offset: usize,
+    count: usize,
+}
+
+impl Points {
+    fn at(&self, index: usize) -> Vec3 {
+        Vec3::from_column_slice(&self.values[self.offset + index * self.stride..][..3])
+    }
+}
+
+/// A geometry in its own coordinates.
+struct Local {
+    soup: Soup,
+    /// Places in `soup` of the points of `<vertices>` that are used, by element and index.
+    known: HashMap<(NodeId, u32), u32>,
 }
 
 #[cfg(test)]

@@ -1,20 +1,30 @@
 //! Rows of numbers of a glTF accessor, every range checked: plain, with a stride, normalised,
 //! sparse.
 
+use std::rc::Rc;
+
 use gltf::Accessor;
 use gltf::accessor::DataType;
 use gltf::accessor::sparse::IndexType;
 use gltf::buffer::View;
 
 use crate::error::{Error, Result};
+use crate::robot::{LoadLimit, LoadLimits};
 
 /// All rows of an accessor. One without a view is all zeros, but for what is sparse.
-pub(crate) fn rows<const N: usize>(file: &str, buffers: &[Vec<u8>], accessor: &Accessor) -> Result<Vec<[f64; N]>> {
+pub(crate) fn rows<const N: usize>(
+    file: &str,
+    buffers: &[Rc<[u8]>],
+    limits: &LoadLimits,
+    accessor: &Accessor,
+) -> Result<Vec<[f64; N]>> {
     let fault = |problem: String| Error::input(file, format!("accessors[{}]", accessor.index()), problem);
     if accessor.dimensions().multiplicity() != N {
         return Err(fault(format!("got {:?}, expected {N} numbers a row", accessor.dimensions())));
     }
     let (kind, count) = (accessor.data_type(), accessor.count());
+    // Rows that nothing was written of take no bytes in the file.
+    limits.check(LoadLimit::Vertices, count / if N == 1 { 3 } else { 1 }, file, "accessors")?;
     let row = |bytes: &[u8]| -> [f64; N] {
         std::array::from_fn(|k| number(kind, accessor.normalized(), &bytes[k * kind.size()..]))
     };
@@ -24,8 +34,7 @@ pub(crate) fn rows<const N: usize>(file: &str, buffers: &[Vec<u8>], accessor: &A
             let chunks = chunks(buffers, &view, accessor.offset(), count, N * kind.size()).ok_or_else(cut)?;
             chunks.map(row).collect()
         }
-        // No more than a sparse part may fill.
-        None if accessor.sparse().is_some() && count <= MOST_ZEROS => vec![[0.0; N]; count],
+        None if accessor.sparse().is_some() => vec![[0.0; N]; count],
         None => return Err(fault("got no bufferView, expected one".into())),
     };
     if let Some(sparse) = accessor.sparse() {
@@ -46,13 +55,10 @@ pub(crate) fn rows<const N: usize>(file: &str, buffers: &[Vec<u8>], accessor: &A
     Ok(rows)
 }
 
-/// Rows that need no bytes in the file.
-const MOST_ZEROS: usize = 1 << 24;
-
 /// The bytes of `count` elements of `size` bytes from `offset` of a view; `None` where they are not
 /// all there.
 fn chunks<'a>(
-    buffers: &'a [Vec<u8>],
+    buffers: &'a [Rc<[u8]>],
     view: &View,
     offset: usize,
     count: usize,

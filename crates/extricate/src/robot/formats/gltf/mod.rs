@@ -8,6 +8,9 @@
 
 mod accessor;
 
+use std::collections::HashMap;
+use std::rc::Rc;
+
 use base64::Engine;
 use gltf::json::validation::{Error as Fault, Validate};
 use gltf::json::{Path, Root};
@@ -18,6 +21,7 @@ use nalgebra::{Matrix3, Matrix4, Quaternion, UnitQuaternion};
 use super::soup::{Neighbour, Soup};
 use crate::error::{Error, Result};
 use crate::math::Vec3;
+use crate::robot::{LoadLimit, LoadLimits};
 
 /// Nodes may be nested this deep.
 const DEEPEST: usize = 64;
@@ -27,23 +31,36 @@ const COMPRESSED: [&str; 2] = ["KHR_draco_mesh_compression", "EXT_meshopt_compre
 
 struct Reader<'a> {
     file: &'a str,
-    buffers: Vec<Vec<u8>>,
+    buffers: Vec<Rc<[u8]>>,
+    limits: &'a LoadLimits,
     soup: Soup,
 }
 
 /// Parses the default scene, or the first; where there is none, all meshes, unplaced. `neighbour`
 /// gives the bytes of a file that a `.gltf` names.
-pub(crate) fn parse(file: &str, bytes: &[u8], neighbour: Neighbour) -> Result<Soup> {
-    let (root, blob) = root(file, bytes)?;
+pub(crate) fn parse(file: &str, bytes: &[u8], limits: &LoadLimits, neighbour: Neighbour) -> Result<Soup> {
+    let (root, blob) = root(file, bytes, limits)?;
     let document = Document::from_json_without_validation(root);
-    let mut buffers = Vec::new();
+    let blob: Rc<[u8]> = blob.unwrap_or_default().into();
+    let (mut buffers, mut total) = (Vec::new(), 0);
+    // Many buffers may be one file.
+    let mut known: HashMap<&str, Rc<[u8]>> = HashMap::new();
     for (number, buffer) in document.buffers().enumerate() {
         buffers.push(match buffer.source() {
-            gltf::buffer::Source::Bin => blob.clone().unwrap_or_default(),
-            gltf::buffer::Source::Uri(uri) => self::buffer(file, number, uri, neighbour)?,
+            gltf::buffer::Source::Bin => Rc::clone(&blob),
+            gltf::buffer::Source::Uri(uri) => match known.get(uri) {
+                Some(known) => Rc::clone(known),
+                None => {
+                    let bytes: Rc<[u8]> = self::buffer(file, number, uri, neighbour)?.into();
+                    total += bytes.len();
+                    limits.check(LoadLimit::FileBytes, total, file, "buffers")?;
+                    known.insert(uri, Rc::clone(&bytes));
+                    bytes
+                }
+            },
         });
     }
-    let mut reader = Reader { file, buffers, soup: Soup::default() };
+    let mut reader = Reader { file, buffers, limits, soup: Soup::shown(limits, bytes.len() + total) };
     match document.default_scene().or_else(|| document.scenes().next()) {
         Some(scene) => {
             for node in scene.nodes() {
@@ -60,7 +77,7 @@ pub(crate) fn parse(file: &str, bytes: &[u8], neighbour: Neighbour) -> Result<So
 }
 
 /// What the file says, validated, and the binary part of a `.glb`.
-fn root(file: &str, bytes: &[u8]) -> Result<(Root, Option<Vec<u8>>)> {
+fn root(file: &str, bytes: &[u8], limits: &LoadLimits) -> Result<(Root, Option<Vec<u8>>)> {
     let (json, blob) = if bytes.starts_with(b"glTF") {
         // The crate subtracts the length of the header from this number.
         let length =
@@ -76,6 +93,9 @@ fn root(file: &str, bytes: &[u8]) -> Result<(Root, Option<Vec<u8>>)> {
     } else {
         (bytes.into(), None)
     };
+    // Each becomes a node, an accessor or the like, of hundreds of bytes.
+    let objects = json.iter().filter(|&&byte| byte == b'{').count();
+    limits.check(LoadLimit::MeshNodes, objects, file, "JSON")?;
     let root: Root = serde_json::from_slice(&json)
         .map_err(|error| Error::input(file, "JSON", format!("got what is no glTF 2.0 ({error}), expected it")))?;
     if let Some(name) = root.extensions_required.iter().find(|name| COMPRESSED.contains(&name.as_str())) {
@@ -140,7 +160,7 @@ impl Reader<'_> {
             return Ok(());
         }
         let Some(positions) = primitive.get(&Semantic::Positions) else { return Ok(()) };
-        let positions = accessor::rows::<3>(self.file, &self.buffers, &positions)?;
+        let positions = accessor::rows::<3>(self.file, &self.buffers, self.limits, &positions)?;
         let (first, count) = (self.soup.vertices.len() as u32, positions.len());
         let corners: Vec<u32> = match primitive.indices() {
             None => (0..count as u32).collect(),
@@ -154,12 +174,14 @@ impl Reader<'_> {
                         format!("got index {index}, expected one of {count} vertices"),
                     )),
                 };
-                accessor::rows::<1>(self.file, &self.buffers, &indices)?
+                accessor::rows::<1>(self.file, &self.buffers, self.limits, &indices)?
                     .into_iter()
                     .map(known)
                     .collect::<Result<_>>()?
             }
         };
+        let room = self.soup.may_place(count, corners.len() / 3);
+        room.map_err(|problem| Error::input(self.file, "meshes", problem))?;
         let corners: Vec<u32> = corners.into_iter().map(|corner| first + corner).collect();
         let place = |p: [f64; 3]| matrix.fixed_view::<3, 3>(0, 0) * Vec3::from(p) + matrix.fixed_view::<3, 1>(0, 3);
         self.soup.vertices.extend(positions.into_iter().map(place));

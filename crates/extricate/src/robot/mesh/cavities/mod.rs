@@ -6,8 +6,12 @@ use std::collections::HashSet;
 use super::part::Part;
 use crate::math::Vec3;
 
-/// Corners of a part that are asked whether they lie in another one.
+/// Corners of a part that are asked whether they lie in another one; fewer where parts are many and
+/// large, and where less than [`LEAST_ASKED`] could be asked there are no cavities.
 const ASKED: usize = 256;
+const LEAST_ASKED: usize = 4;
+/// Solid angles that may be computed for one mesh: some seconds.
+const MOST_ANGLES: usize = 50_000_000;
 /// Meshes of more closed parts that face both ways have no cavities: every part would be compared
 /// with every other one.
 const MOST_PARTS: usize = 20_000;
@@ -40,12 +44,13 @@ pub(crate) fn turn(vertices: &[Vec3], parts: &mut Vec<Part>) {
     let mut shells: Vec<Shell> =
         (0..parts.len()).filter(|&part| parts[part].closed).map(|part| Shell::new(vertices, parts, part)).collect();
     shells.sort_by(|a, b| b.volume.total_cmp(&a.volume).then(a.part.cmp(&b.part)));
+    let Some(asked) = corners_to_ask(&shells, parts) else { return };
     let mut counts = vec![1; shells.len()];
     let mut outermost: Vec<usize> = Vec::with_capacity(shells.len());
     let mut solid_of: Vec<Option<usize>> = vec![None; parts.len()];
     for k in 0..shells.len() {
         // What holds a part is larger.
-        let holds = |other: &usize| shells[*other].holds(&shells[k], vertices, parts);
+        let holds = |other: &usize| shells[*other].holds(&shells[k], vertices, parts, asked);
         let around: Vec<usize> = (0..k).filter(holds).collect();
         let side = |shell: usize| parts[shells[shell].part].was_inward;
         outermost.push(around.first().map_or(k, |first| outermost[*first]));
@@ -73,6 +78,19 @@ pub(crate) fn turn(vertices: &[Vec3], parts: &mut Vec<Part>) {
     }
 }
 
+/// How many corners of each part can be asked; `None` where these are too few to tell anything.
+fn corners_to_ask(shells: &[Shell], parts: &[Part]) -> Option<usize> {
+    let mut angles: usize = 0;
+    for (k, shell) in shells.iter().enumerate() {
+        let around = shells[..k].iter().filter(|other| other.may_hold(shell));
+        angles = angles.saturating_add(around.map(|other| parts[other.part].triangles.len()).sum());
+        if angles > MOST_ANGLES / LEAST_ASKED {
+            return None;
+        }
+    }
+    Some((MOST_ANGLES / angles.max(1)).min(ASKED))
+}
+
 impl Shell {
     fn new(vertices: &[Vec3], parts: &[Part], part: usize) -> Self {
         let triangles = &parts[part].triangles;
@@ -82,17 +100,22 @@ impl Shell {
         Self { part, low, high, volume: volume_and_area(vertices, triangles).0 }
     }
 
+    /// Whether the box of `other` lies within the own one.
+    fn may_hold(&self, other: &Shell) -> bool {
+        (0..3).all(|k| self.low[k] <= other.low[k] && other.high[k] <= self.high[k])
+    }
+
     /// Whether the whole of `other` lies within, as far as its box and some of its corners tell
     /// that are not shared with it.
-    fn holds(&self, other: &Shell, vertices: &[Vec3], parts: &[Part]) -> bool {
-        if !(0..3).all(|k| self.low[k] <= other.low[k] && other.high[k] <= self.high[k]) {
+    fn holds(&self, other: &Shell, vertices: &[Vec3], parts: &[Part], most: usize) -> bool {
+        if !self.may_hold(other) {
             return false;
         }
         let corners = parts[other.part].triangles.as_flattened();
         let own = &parts[self.part].triangles;
         let shared: HashSet<u32> = own.as_flattened().iter().copied().collect();
         let mut asked =
-            corners.iter().step_by(corners.len().div_ceil(ASKED)).filter(|at| !shared.contains(at)).peekable();
+            corners.iter().step_by(corners.len().div_ceil(most)).filter(|at| !shared.contains(at)).peekable();
         // Half within is on a face.
         let is_within = |&at: &u32| winding_number(vertices, own, &vertices[at as usize]).abs() > 0.75;
         asked.peek().is_some() && asked.all(is_within)

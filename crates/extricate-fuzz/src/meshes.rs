@@ -1,0 +1,85 @@
+//! Mesh files of every format. What is read has to be a mesh that a scene can be made of.
+
+use std::sync::Arc;
+
+use extricate::geometry::{Body, Geometry, Pose};
+use extricate::internals::robot::formats::parse_among;
+use extricate::{Error, Scene, builtin};
+
+use crate::texts::{limits, use_any};
+
+/// Triangles of a mesh that is checked against a robot; larger ones are only read.
+const MOST_CHECKED: usize = 2_000;
+
+/// STL.
+pub fn stl(bytes: &[u8]) {
+    mesh("a.stl", bytes);
+}
+
+/// Wavefront OBJ.
+pub fn obj(bytes: &[u8]) {
+    mesh("a.obj", bytes);
+}
+
+/// COLLADA.
+pub fn dae(bytes: &[u8]) {
+    mesh("a.dae", bytes);
+}
+
+/// PLY.
+pub fn ply(bytes: &[u8]) {
+    mesh("a.ply", bytes);
+}
+
+/// glTF, binary or not.
+pub fn glb(bytes: &[u8]) {
+    mesh("a.glb", bytes);
+}
+
+fn mesh(name: &str, bytes: &[u8]) {
+    let mut beside = |uri: &str| match uri {
+        "b.bin" => Ok(vec![0; 200]),
+        _ => Err(Error::Read { path: uri.into(), source: std::io::ErrorKind::NotFound.into() }),
+    };
+    let mut warnings = Vec::new();
+    let mesh = match parse_among(name, bytes, &limits(), &mut beside, &mut warnings) {
+        Ok(mesh) => mesh,
+        Err(error) => return use_any(Err(error)),
+    };
+    let corners = mesh.triangles.as_flattened();
+    assert!(corners.iter().all(|&corner| (corner as usize) < mesh.vertices.len()), "a corner without a vertex");
+    assert!(mesh.vertices.iter().all(|vertex| vertex.iter().all(|x| x.abs() <= 1e9)), "a vertex too far away");
+    let parts: usize = mesh.components.iter().map(|component| component.triangles.len()).sum();
+    assert_eq!(parts, mesh.triangles.len(), "triangles in no component, or in several");
+    if mesh.triangles.len() <= MOST_CHECKED {
+        let scene: Scene = builtin::scene("planar-arm").expect("a built-in scene");
+        let body = Body::obstacle("fuzzed", Geometry::Mesh(Arc::new(mesh)), Pose::identity());
+        use_any(scene.with_obstacles([body]));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::seeds;
+
+    #[test]
+    fn seeds_are_read() {
+        let kinds = [
+            ("a.stl", seeds::stl()),
+            ("a.obj", seeds::obj()),
+            ("a.dae", seeds::dae()),
+            ("a.ply", seeds::ply()),
+            ("a.glb", seeds::glb()),
+        ];
+        for (file, seeds) in kinds {
+            for (name, bytes) in seeds {
+                let mut beside = |_: &str| Ok((0..60).collect());
+                let read = parse_among(file, &bytes, &limits(), &mut beside, &mut Vec::new());
+                // The file beside the last glTF holds no numbers in particular.
+                let is_other = file == "a.glb" && name == "seed-1";
+                assert!(read.is_ok() || is_other, "{file} {name}: {}", read.err().unwrap());
+            }
+        }
+    }
+}

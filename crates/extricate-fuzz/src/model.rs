@@ -1,0 +1,93 @@
+//! The target of model files. Whoever writes one can make its checksum right: so the target does,
+//! and what is in the file is all that is left to be refused.
+
+use std::path::Path;
+use std::sync::Arc;
+
+use extricate::internals::cspace::sampling::Halton;
+use extricate::internals::io::model_file;
+use extricate::internals::scene::Motion;
+use extricate::internals::scene::assemble::bodies::radius;
+use extricate::{
+    CheckScratch, Checker, Effort, Label, LearnOptions, Manifold, Model, QueryOptions, QueryScratch, Scene, Termination,
+};
+
+use crate::container::Container;
+use crate::scenes;
+
+/// Configurations that a model is asked about.
+const QUERIES: u64 = 3;
+/// Checks that a query may take: a model may say that it needs any number.
+const CHECKS: usize = 400;
+
+/// Length \[m\] beyond which a scene is vast.
+const VAST: f64 = 1e5;
+
+/// Reads a model file, and asks what can be read; panics where an answer is wrong.
+pub fn run(bytes: &[u8]) {
+    let sealed = Container::open(bytes).map(|file| file.sealed());
+    if let Ok(model) = model_file::decode(Path::new("m"), sealed.as_deref().unwrap_or(bytes)) {
+        query(&model);
+    }
+}
+
+/// Asks a model, and looks at whether what it promises holds.
+///
+/// # Panics
+/// Where it does not.
+pub fn query(model: &Model) {
+    let space = &model.scene().space;
+    // The promise is about the scene: another checker of it has to agree.
+    let checker = Checker::new(Arc::new(model.scene().clone()));
+    let (mut check, mut scratch) = (CheckScratch::default(), QueryScratch::default());
+    let halton = Halton::new(space.nv(), 5);
+    let (mut q, is_vast) = (vec![0.0; space.nq()], is_vast(model.scene()));
+    for index in 0..QUERIES {
+        halton.config(space, index, &mut q);
+        let Ok(q) = space.config(&q) else { panic!("a configuration that was drawn is none: {q:?}") };
+        for effort in [Effort::Nearest, Effort::Refined] {
+            let termination = Termination { max_checks: Some(CHECKS), ..Termination::default() };
+            let options = QueryOptions { effort, termination, segment: !is_vast, ..QueryOptions::default() };
+            let Some(answer) = model.view().query_with(&q, &options, &mut scratch) else { continue };
+            assert!(answer.lower_bound <= answer.depth, "bound {} above {}", answer.lower_bound, answer.depth);
+            if answer.verified {
+                let witness = space.config(&answer.witness).expect("a verified witness is a configuration");
+                assert_eq!(space.outside(&answer.witness).count(), 0, "a verified witness keeps its limits");
+                let is_free = checker.label(&witness, &mut check) == Label::Free;
+                assert!(is_free || is_vast, "a verified witness is free: {:?}", answer.witness);
+            }
+        }
+    }
+}
+
+/// Whether something of the scene is so large or so far that what double precision leaves of a
+/// distance is coarse beside a clearance: two checkers that remember other checks may then
+/// disagree.
+fn is_vast(scene: &Scene) -> bool {
+    let places = scene.frames.iter().map(|frame| &frame.pose_parent_joint);
+    let places = places.chain(scene.bodies.iter().flat_map(|body| &body.parts).map(|part| &part.pose_frame_part));
+    let sizes = scene.bodies.iter().flat_map(|body| &body.parts).map(|part| radius(&part.geometry));
+    let coordinates = scene.frames.iter().map(|frame| match &frame.motion {
+        Motion::Revolute { coordinate, .. } | Motion::Prismatic { coordinate, .. } => {
+            coordinate.multiplier.abs().max(coordinate.offset.abs())
+        }
+        Motion::World | Motion::Ball { .. } => 0.0,
+    });
+    let limits = scene.space.factors().iter().map(|factor| match factor.manifold {
+        Manifold::Interval { lower, upper } => lower.abs().max(upper.abs()),
+        Manifold::Circle | Manifold::Rotation => 0.0,
+    });
+    let mut lengths = places.map(|pose| pose.translation.amax()).chain(sizes).chain(coordinates).chain(limits);
+    lengths.any(|length| length > VAST)
+}
+
+/// Models of small scenes.
+pub fn corpus() -> Vec<(String, Vec<u8>)> {
+    let learned = |name: &str, labels| {
+        let options = LearnOptions { labels, seconds: None, seed: 3, threads: 1, ..LearnOptions::default() };
+        let model = Model::learn(scenes::scene(name), &options).expect("something is free");
+        (format!("{name}-{labels}"), model_file::encode(&model))
+    };
+    // With 12,000 labels some samples are solved.
+    vec![learned("few", 300), learned("few", 12_000), learned("many", 300), learned("free-box", 300)]
+}

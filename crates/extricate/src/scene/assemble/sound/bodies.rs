@@ -1,0 +1,65 @@
+//! Bodies, their shapes, pairs and clearances.
+
+use std::collections::HashSet;
+
+use super::values::{index, length, pose};
+use crate::scene::{Body, Scene};
+
+/// Most pairs of a moving body and any other: the broad phase keeps a number for each.
+const MOST_PAIRS_OF_BODIES: usize = 1 << 27;
+/// Most pairs of parts of checked bodies: a check remembers something of each.
+const MOST_PAIRS_OF_PARTS: usize = 1 << 25;
+
+pub fn check(scene: &Scene) -> Result<(), String> {
+    let Scene { clearance, frames, bodies, pairs, clearances, .. } = scene;
+    length("clearance", *clearance)?;
+    if let Some(own) = clearances.own {
+        length("clearances: own", own)?;
+    }
+    for ([first, second], of_pair) in &clearances.pairs {
+        length(&format!("clearances: of `{first}` and `{second}`"), *of_pair)?;
+    }
+    for (name, added) in &clearances.padding {
+        length(&format!("clearances: padding of `{name}`"), *added)?;
+    }
+    let mut names = HashSet::new();
+    for (number, body) in bodies.iter().enumerate() {
+        let what = format!("body {number} (`{}`)", body.name);
+        index(&format!("{what}: frame"), body.frame, frames.len())?;
+        if !names.insert(&body.name) {
+            return Err(format!("{what}: got a name that another body has"));
+        }
+        check_parts(body).map_err(|problem| format!("{what}: {problem}"))?;
+    }
+    let mut last = None;
+    for (number, pair) in pairs.iter().enumerate() {
+        let (first, second) = (pair.first, pair.second);
+        let parts = first < second && second < bodies.len() && bodies[first].frame != bodies[second].frame;
+        if !parts || last.is_some_and(|last| last >= pair) {
+            let found = format!("got {first} and {second}");
+            let expected = format!("ascending pairs of the {} bodies, on two frames", bodies.len());
+            return Err(format!("pair {number}: {found}, expected {expected}"));
+        }
+        last = Some(pair);
+    }
+    let moving = bodies.iter().filter(|body| body.frame != 0).count();
+    let parts = |body: usize| bodies[body].parts.len();
+    let of_parts = pairs.iter().map(|pair| parts(pair.first).saturating_mul(parts(pair.second)));
+    most("bodies: pairs with one that moves", moving.saturating_mul(bodies.len()), MOST_PAIRS_OF_BODIES)?;
+    most("pairs: pairs of parts", of_parts.fold(0, usize::saturating_add), MOST_PAIRS_OF_PARTS)
+}
+
+fn most(what: &str, found: usize, most: usize) -> Result<(), String> {
+    if found <= most { Ok(()) } else { Err(format!("{what}: got {found}, expected at most {most}")) }
+}
+
+fn check_parts(body: &Body) -> Result<(), String> {
+    for (number, part) in body.parts.iter().enumerate() {
+        pose(&format!("part {number}: pose"), &part.pose_frame_part)?;
+        part.geometry.check().map_err(|problem| format!("part {number}: {problem}"))?;
+        if body.frame != 0 && part.geometry.is_scenery() {
+            return Err(format!("part {number}: got scenery, which does not move, on frame {}", body.frame));
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,4 @@
+//! libFuzzer on the target `queries` of `extricate-fuzz`.
+#![no_main]
+
+libfuzzer_sys::fuzz_target!(|data: &[u8]| extricate_fuzz::texts::queries(data));
