@@ -7,9 +7,13 @@ use crate::math::Pose;
 use rand::{RngExt, SeedableRng};
 
 fn divided(mesh: &TriangleMesh) -> (MeshShape, Vec<Shape>, f64) {
+    divided_into(mesh, MOST)
+}
+
+fn divided_into(mesh: &TriangleMesh, most: usize) -> (MeshShape, Vec<Shape>, f64) {
     let shape = MeshShape::new(mesh);
     let bounds = Aabb::around(shape.vertices.iter());
-    let pieces = pieces(&shape, &bounds).all().shapes.to_vec();
+    let pieces = cells(&shape, &bounds, most, false).iter().map(|cell| solid(&cell.hull.vertices)).collect();
     (shape, pieces, bounds.half.norm())
 }
 
@@ -104,8 +108,8 @@ fn pieces_follow_the_surface() {
     let bracket =
         [cuboid(Vec3::zeros(), Vec3::new(1.0, 0.2, 0.2)), cuboid(Vec3::new(0.8, 0.0, 1.0), Vec3::new(0.2, 0.2, 0.8))];
     let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(4);
-    for (mesh, most, beyond) in [(joined(&bracket), 3, 1e-9), (ring(), MOST, 2.0 * TOLERANCE)] {
-        let (shape, pieces, radius) = divided(&mesh);
+    for (mesh, most, beyond) in [(joined(&bracket), 3, 1e-9), (ring(), MOST_PARTS, 2.0 * TOLERANCE)] {
+        let (shape, pieces, radius) = divided_into(&mesh, MOST_PARTS);
         assert!((2..=most).contains(&pieces.len()), "{}", pieces.len());
         for piece in &pieces {
             let ConvexCore::Hull(hull) = &solid_of(piece).shape.core else { panic!("a hull") };
@@ -156,4 +160,21 @@ fn a_frame_of_bars_stays_open() {
             assert!((apart - expected).abs() < 0.02, "{along}, {welded}: {apart} of {} parts", parts.len());
         }
     }
+}
+
+#[test]
+fn many_small_solids_are_a_piece_each() {
+    let cube = |k: usize| cuboid(Vec3::new(k as f64, (k * k % 7) as f64, (k % 3) as f64), Vec3::repeat(0.2));
+    let cubes = |count: usize| MeshShape::new(&joined(&(0..count).map(cube).collect::<Vec<_>>()));
+    let pieces_of = |mesh: &MeshShape| {
+        let bounds = Aabb::around(mesh.vertices.iter());
+        pieces(mesh, &bounds).all().shapes.to_vec()
+    };
+    let found = pieces_of(&cubes(2 * MOST));
+    assert_eq!(found.len(), 2 * MOST);
+    assert!(found.iter().all(|piece| (piece.bounds.half - Vec3::repeat(0.2)).norm() < 1e-12));
+    // Beside a large body small ones are parts of it.
+    let large = cuboid(Vec3::new(0.0, 20.0, 0.0), Vec3::new(40.0, 1.0, 1.0));
+    let beside = joined(&(0..2 * MOST).map(cube).chain([large]).collect::<Vec<_>>());
+    assert!(pieces_of(&MeshShape::new(&beside)).len() <= MOST);
 }
