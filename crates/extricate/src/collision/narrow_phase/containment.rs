@@ -1,12 +1,11 @@
 //! Whether a point lies in the solid that closed components of a mesh bound.
 
-use std::collections::HashMap;
-
 use pulp::{Arch, Simd, WithSimd};
 
 use super::triangle::Triangle;
 use crate::collision::shapes::bvh::{Bvh, Ref, lanes_of, rounding_at};
 use crate::math::Vec3;
+use crate::robot::mesh::edges::{Side, same_edge, sorted_sides};
 
 /// Directions without relation to any axis or to each other.
 const DIRECTIONS: [[f64; 3]; 4] = [
@@ -39,13 +38,9 @@ impl Inside {
     /// Of triangles with an even number at every edge: they wind where as many run along it either
     /// way.
     pub fn of(triangles: &[[u32; 3]], has_cavities: bool) -> Self {
-        let mut ways: HashMap<[u32; 2], i32> = HashMap::with_capacity(triangles.len() * 3 / 2);
-        for t in triangles {
-            for (from, to) in [(t[0], t[1]), (t[1], t[2]), (t[2], t[0])] {
-                *ways.entry([from.min(to), from.max(to)]).or_default() += if from < to { 1 } else { -1 };
-            }
-        }
-        match ways.values().all(|sum| *sum == 0) {
+        let sides = sorted_sides(triangles);
+        let cancel = |ring: &[Side]| 2 * ring.iter().filter(|side| side.forward).count() == ring.len();
+        match sides.chunk_by(same_edge).all(cancel) {
             true if has_cavities => Self::Hollow,
             true => Self::Wound,
             false => Self::Odd,

@@ -1,8 +1,7 @@
 //! Turns the triangles of a closed component so that all normals point out of the solid.
 
-use std::collections::HashMap;
-
 use crate::math::Vec3;
+use crate::robot::mesh::edges::{same_edge, sorted_sides};
 
 /// The component's triangles, wound so that normals point outward.
 ///
@@ -11,11 +10,12 @@ use crate::math::Vec3;
 /// surface) the result is as near to one as the walk got.
 pub fn outward(triangles: &[[u32; 3]], vertices: &[Vec3]) -> Vec<[u32; 3]> {
     let mut result = triangles.to_vec();
-    let mut neighbours: HashMap<[u32; 2], Vec<usize>> = HashMap::new();
-    for (k, t) in triangles.iter().enumerate() {
-        for (a, b) in edges(t) {
-            neighbours.entry([a.min(b), a.max(b)]).or_default().push(k);
-        }
+    let sides = sorted_sides(triangles);
+    let mut ring_of = vec![0; sides.len()];
+    let mut first = 0;
+    for ring in sides.chunk_by(same_edge) {
+        ring.iter().for_each(|side| ring_of[3 * side.triangle as usize + usize::from(side.edge)] = first);
+        first += ring.len();
     }
     let mut seen = vec![false; triangles.len()];
     let mut stack = Vec::new();
@@ -28,8 +28,11 @@ pub fn outward(triangles: &[[u32; 3]], vertices: &[Vec3]) -> Vec<[u32; 3]> {
         stack.push(start);
         let mut sheet = vec![start];
         while let Some(k) = stack.pop() {
-            for (a, b) in edges(&result[k]) {
-                for &other in &neighbours[&[a.min(b), a.max(b)]] {
+            for ring in &ring_of[3 * k..3 * k + 3] {
+                let edge = &sides[*ring];
+                let (a, b) = runs_along(&result[k], edge.low, edge.high);
+                for side in sides[*ring..].iter().take_while(|side| same_edge(side, edge)) {
+                    let other = side.triangle as usize;
                     if !seen[other] {
                         seen[other] = true;
                         if edges(&result[other]).contains(&(a, b)) {
@@ -51,6 +54,11 @@ pub fn outward(triangles: &[[u32; 3]], vertices: &[Vec3]) -> Vec<[u32; 3]> {
         }
     }
     result
+}
+
+/// The ends of one of its edges, in the direction of a triangle's winding.
+fn runs_along(t: &[u32; 3], low: u32, high: u32) -> (u32, u32) {
+    if edges(t).contains(&(low, high)) { (low, high) } else { (high, low) }
 }
 
 fn edges(t: &[u32; 3]) -> [(u32, u32); 3] {

@@ -1,5 +1,7 @@
 //! Edges of triangles: which triangles hang together by them, and how many share one.
 
+use rayon::prelude::*;
+
 /// Groups in order of appearance of what hangs together by edges of the triangles that `triangle`
 /// gives.
 pub fn edge_connected<T>(all: Vec<T>, triangle: impl Fn(&T) -> [u32; 3]) -> Vec<Vec<T>> {
@@ -45,6 +47,8 @@ pub struct Side {
     pub low: u32,
     pub high: u32,
     pub triangle: u32,
+    /// Which of the triangle's edges it is: that from this corner.
+    pub edge: u8,
     pub forward: bool,
 }
 
@@ -54,10 +58,10 @@ pub fn sorted_sides(triangles: &[[u32; 3]]) -> Vec<Side> {
         for k in 0..3 {
             let (from, to) = (t[k], t[(k + 1) % 3]);
             let (low, high) = (from.min(to), from.max(to));
-            sides.push(Side { low, high, triangle: index as u32, forward: from < to });
+            sides.push(Side { low, high, triangle: index as u32, edge: k as u8, forward: from < to });
         }
     }
-    sides.sort_unstable();
+    sides.par_sort_unstable();
     sides
 }
 

@@ -4,7 +4,7 @@
 pub mod cavities;
 pub mod components;
 pub mod convex_hull;
-pub(super) mod edges;
+pub(crate) mod edges;
 pub mod moments;
 pub mod openings;
 mod part;
