@@ -8,7 +8,6 @@ use std::sync::{Arc, OnceLock};
 use extricate::internals::collision::signed_distances;
 use extricate::internals::cspace::sampling::Halton;
 use extricate::internals::scene::assemble::assemble_entries;
-use extricate::internals::scene::assemble::bodies::radius;
 use extricate::internals::scene::file::world_file::in_world_of_entries;
 use extricate::internals::scene::file::{self, SceneFile};
 use extricate::internals::scene::import::import;
@@ -19,8 +18,6 @@ use crate::seeds::{self, ARM, GROUPS, TETRAHEDRON};
 
 /// Configurations that a scene is checked at.
 const CHECKED: u64 = 3;
-/// Beside larger bodies \[m\] distances are coarse, and labels with them.
-const LARGEST: f64 = 1e5;
 /// A URDF in a scene of its own.
 const ALONE: &str = "[[robot]]\nurdf = 'fuzzed'\npackages = ['.']\n";
 /// Lines of an input that are read.
@@ -132,8 +129,6 @@ pub fn use_any(scene: Result<Scene>) {
 
 fn use_scene(scene: Scene) {
     assert!(scene.warnings.iter().all(|warning| warning.len() < 4000), "a long warning");
-    let parts = scene.bodies.iter().flat_map(|body| &body.parts).filter(|part| !part.geometry.is_scenery());
-    let is_coarse = parts.map(|part| radius(&part.geometry)).any(|radius| radius > LARGEST);
     let checker = Checker::new(Arc::new(scene));
     let space = &checker.scene().space;
     let halton = Halton::new(space.nv(), 1);
@@ -145,7 +140,7 @@ fn use_scene(scene: Scene) {
         let label = checker.label(&config, &mut scratch);
         let clearance = checker.clearance(&config, &mut scratch);
         assert!(!clearance.is_nan(), "a clearance that is no number");
-        assert!(label != Label::Free || clearance > 0.0 || is_coarse, "free, with a clearance of {clearance}");
+        assert!(label != Label::Free || clearance > 0.0, "free, with a clearance of {clearance}");
         if checker.scene().pairs.len() < 50 {
             let distances = signed_distances(&checker, &config, &mut scratch);
             assert!(distances.iter().all(|distance| !distance.is_nan()), "{distances:?}");

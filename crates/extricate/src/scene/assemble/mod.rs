@@ -21,7 +21,7 @@ use super::units::warn_of_sizes;
 use super::{Body, LinkAttachment, MetricKind, Scene};
 use crate::error::{Error, Result, bounded};
 use crate::robot::LoadLimit;
-use bodies::{OncePerMesh, link_bodies, warn_of_surfaces};
+use bodies::{OncePerMesh, link_bodies, refuse_vast, warn_of_surfaces};
 use clearances::clearances_of;
 use coordinates::coordinates;
 use fixtures::read_others;
@@ -109,6 +109,7 @@ pub fn build(
     for (object, entry) in attached.into_iter().zip(&entry.attached) {
         bodies.push(held(file, object, &entry.link, &linked, &links)?);
     }
+    bodies.iter().try_for_each(|body| refuse_vast(file, body))?;
     let mut known = OncePerMesh::default();
     bodies.iter().for_each(|body| warn_of_surfaces(body, &mut known, &mut warnings));
 
@@ -275,6 +276,14 @@ mod tests {
             assert!(scene(&text, &[chain(&[Revolute])]).is_ok());
         }
         assert!(scene(&format!("{PLAIN}{BALL}"), &[arm]).is_ok());
+    }
+
+    #[test]
+    fn vast_bodies_are_refused() {
+        let of = |size: &str| scene(&format!("{PLAIN}{}", BALL.replace("0.5", size)), &[chain(&[Revolute])]);
+        assert!(of("1e5").is_ok());
+        let message = of("1.1e5").unwrap_err().to_string();
+        assert!(message.contains("body \"ball\": got a shape with a radius of 1.1e5 m"), "{message}");
     }
 
     #[test]

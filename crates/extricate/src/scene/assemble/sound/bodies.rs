@@ -3,6 +3,7 @@
 use std::collections::HashSet;
 
 use super::values::{index, length, pose};
+use crate::scene::assemble::bodies::{LARGEST, radius};
 use crate::scene::{Body, Scene};
 
 /// Most pairs of a moving body and any other: the broad phase keeps a number for each.
@@ -57,6 +58,12 @@ fn check_parts(body: &Body) -> Result<(), String> {
     for (number, part) in body.parts.iter().enumerate() {
         pose(&format!("part {number}: pose"), &part.pose_frame_part)?;
         part.geometry.check().map_err(|problem| format!("part {number}: {problem}"))?;
+        if !part.geometry.is_scenery() && radius(&part.geometry) > LARGEST {
+            return Err(format!(
+                "part {number}: got a radius of {:e}, expected at most {LARGEST:e} [m]",
+                radius(&part.geometry)
+            ));
+        }
         if body.frame != 0 && part.geometry.is_scenery() {
             return Err(format!("part {number}: got scenery, which does not move, on frame {}", body.frame));
         }
