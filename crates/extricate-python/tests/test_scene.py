@@ -160,6 +160,23 @@ def test_arrays_of_every_layout_are_read_alike(arm: Scene) -> None:
     assert Scene(SLIDER).distances([[1], [2]]).tolist() == [np.inf, np.inf]
 
 
+def test_what_is_no_fault_of_the_value_is_raised_as_it_is(arm: Scene) -> None:
+    class Interrupted:
+        def __array__(self, *_: object, **__: object) -> object:
+            raise KeyboardInterrupt
+
+    class Exhausted:
+        def __array__(self, *_: object, **__: object) -> object:
+            raise MemoryError
+
+    with pytest.raises(KeyboardInterrupt):
+        arm.check(Interrupted())
+    with pytest.raises(MemoryError):
+        arm.check(Exhausted())
+    with pytest.raises(MemoryError, match="more than memory holds"):
+        arm.sample(10**15)
+
+
 def test_scenes_pickle(arm: Scene) -> None:
     again = pickle.loads(pickle.dumps(arm))
     Q = arm.sample(50)

@@ -9,7 +9,7 @@ use crate::process::{Workspace, exists};
 
 /// Kills of the test below; a thousand take some minutes:
 /// `EXTRICATE_KILLS=1000 cargo test --release -p extricate-cli killed`.
-const KILLS: usize = 24;
+const KILLS: usize = 50;
 /// Three runs of the first kind for one of the second, which is long enough to solve configurations
 /// too.
 const LABELS: [usize; 2] = [30_000, 110_000];
@@ -103,7 +103,26 @@ fn assert_resumes(workspace: &Workspace, lines: &[String; 2]) {
         std::fs::remove_file(&model).unwrap();
         println!("{done} kills, {left_behind} left a checkpoint");
     }
+    let names = std::fs::read_dir(workspace.path(".")).unwrap().map(|entry| entry.unwrap().file_name());
+    let unfinished: Vec<_> = names.filter(|name| name.to_string_lossy().starts_with(".extricate-")).collect();
+    assert!(unfinished.is_empty(), "killed runs left {unfinished:?}, and the next ones let them lie");
     assert!(left_behind * 4 > kills, "only {left_behind} of {kills} kills left a checkpoint: the test tests little");
+}
+
+#[test]
+fn two_runs_do_not_share_an_output() {
+    let workspace = Workspace::new();
+    let line = "learn scene.toml -o a.model --labels 400000 --checkpoint-every 0";
+    let mut first = workspace.command(line).spawn().unwrap();
+    while !exists(&workspace.path("a.model.checkpoint")) {
+        assert!(first.try_wait().unwrap().is_none(), "it ended before another one could begin");
+        sleep(Duration::from_millis(1));
+    }
+    workspace.run(line).expect_failure(&["a.model: another run writes it"]);
+    let by_checkpoint = "learn scene.toml -o b.model --checkpoint a.model.checkpoint";
+    workspace.run(by_checkpoint).expect_failure(&["a.model.checkpoint: another run writes it"]);
+    kill(first);
+    workspace.run("learn scene.toml -o a.model --labels 2000").expect_code(0);
 }
 
 #[cfg(unix)]

@@ -39,7 +39,12 @@ pub fn numbers<'py>(name: &str, value: &Bound<'py, PyAny>) -> PyResult<PyReadonl
     }
     let numpy = value.py().import("numpy")?;
     let array = numpy.call_method1("asarray", (value,)).map_err(|error| {
-        PyTypeError::new_err(format!("{name}: expected an array of numbers ({})", error.value(value.py())))
+        // What is no fault of the value, as Ctrl-C or a lack of memory, is passed on as it is.
+        let py = value.py();
+        if !error.is_instance_of::<PyTypeError>(py) && !error.is_instance_of::<PyValueError>(py) {
+            return error;
+        }
+        PyTypeError::new_err(format!("{name}: expected an array of numbers ({})", error.value(py)))
     })?;
     let array = array.cast_into::<PyUntypedArray>()?;
     let kind = array.dtype().kind();

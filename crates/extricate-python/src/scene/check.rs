@@ -3,7 +3,7 @@
 use extricate::Label;
 use extricate::internals::scene::units;
 use numpy::{Ix2, PyArray, PyArray1, PyArrayDyn, PyArrayMethods};
-use pyo3::exceptions::PyRuntimeError;
+use pyo3::exceptions::{PyMemoryError, PyRuntimeError};
 use pyo3::prelude::*;
 
 use super::{Scene, sampling};
@@ -127,7 +127,8 @@ impl Scene {
     /// threads: 0 for one per core. The configurations do not depend on it.
     /// Returns float64 (n, nq).
     ///
-    /// Raises RuntimeError where a million in a row are not of that kind.
+    /// Raises RuntimeError where a million in a row are not of that kind, MemoryError where n are too
+    /// many to hold.
     #[pyo3(
         signature = (n, *, seed = Seed(0), colliding = None, threads = 0),
         text_signature = "($self, n, *, seed=0, colliding=None, threads=0)"
@@ -142,10 +143,15 @@ impl Scene {
     ) -> PyResult<Bound<'py, PyArray<f64, Ix2>>> {
         let (n, pool) = (count("n", n, 0)?, long_call::pool(thread_count(threads)?)?);
         let wanted = colliding.map(|colliding| if colliding { Label::Colliding } else { Label::Free });
+        let mut found = Vec::new();
+        let reserved = n.checked_mul(self.inner().space.nq()).map(|len| found.try_reserve_exact(len));
+        if !matches!(reserved, Some(Ok(()))) {
+            return Err(PyMemoryError::new_err(format!("n: {n} configurations are more than memory holds")));
+        }
         let drawn = long_call::run(
             py,
             |_, ()| Ok(()),
-            |line| pool.install(|| sampling::sample(self.checker(), n, seed.0, wanted, || line.stopped())),
+            |line| pool.install(|| sampling::sample(self.checker(), n, seed.0, wanted, found, || line.stopped())),
         )?;
         let drawn = drawn.map_err(PyRuntimeError::new_err)?.unwrap_or_default();
         PyArray1::from_vec(py, drawn).reshape([n, self.inner().space.nq()])

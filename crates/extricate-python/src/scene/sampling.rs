@@ -14,8 +14,8 @@ const BATCH: usize = 4096;
 /// drawing.
 const MOST_TRIES: usize = 1_000_000;
 
-/// `count` configurations (row major), of one label where one is wanted; `None` where `stopped`
-/// said so.
+/// `count` configurations (row major) in `found`, of one label where one is wanted; `None` where
+/// `stopped` said so.
 ///
 /// # Errors
 /// What to tell where a million tries in a row found nothing.
@@ -24,12 +24,12 @@ pub fn sample(
     count: usize,
     seed: u64,
     wanted: Option<Label>,
+    mut found: Vec<f64>,
     stopped: impl Fn() -> bool,
 ) -> Result<Option<Vec<f64>>, String> {
     let space = &checker.scene().space;
     let nq = space.nq();
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
-    let mut found = Vec::new();
     let mut in_vain = 0;
     while found.len() < count * nq {
         if stopped() {
@@ -66,7 +66,7 @@ pub fn sample(
 /// said so.
 pub fn always(checker: &Checker, count: usize, seed: u64, stopped: impl Fn() -> bool) -> Vec<PairId> {
     let nq = checker.scene().space.nq();
-    let drawn = sample(checker, count, seed, None, &stopped).ok().flatten().unwrap_or_default();
+    let drawn = sample(checker, count, seed, None, Vec::new(), &stopped).ok().flatten().unwrap_or_default();
     let mut always: Option<Vec<PairId>> = None;
     for rows in drawn.chunks(BATCH * nq).take_while(|_| !stopped()) {
         let rows: Vec<Vec<f64>> = rows.chunks_exact(nq).map(<[f64]>::to_vec).collect();

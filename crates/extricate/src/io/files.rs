@@ -11,6 +11,9 @@ use crate::robot::{LoadLimit, LoadLimits};
 /// was meant, such as a disk image.
 const LARGEST: usize = 2 << 30;
 
+/// Most bytes of an output's name that names of files beside it take over: systems allow 255 in all.
+const MOST_OF_NAME: usize = 100;
+
 /// How much of a file is looked at to tell what it is \[bytes\].
 pub const HEAD: u64 = 4096;
 
@@ -88,7 +91,7 @@ pub fn check_output(path: &Path, what: &str, is_own: fn(&[u8]) -> bool) -> Resul
         if !folder.is_dir() {
             return Err(io::Error::other(format!("there is no directory {}", folder.display())));
         }
-        temporary(&folder).map(drop)
+        temporary(&folder, path).map(drop)
     };
     check().map_err(|source| Error::Write { path: path.into(), source })
 }
@@ -101,10 +104,11 @@ pub fn check_output(path: &Path, what: &str, is_own: fn(&[u8]) -> bool) -> Resul
 pub fn write_atomically(path: &Path, bytes: &[u8]) -> Result<()> {
     let write = || {
         let (folder, target) = destination(path)?;
-        let mut file = temporary(&folder)?;
-        file.write_all(bytes)?;
+        let mut file = temporary(&folder, &target).map_err(|error| without_name(&error))?;
+        file.write_all(bytes).map_err(|error| without_name(&error))?;
         file.as_file().sync_all()?;
-        file.persist(target).map(drop).map_err(|error| error.error)
+        file.persist(target).map(drop).map_err(|error| without_name(&error.error))?;
+        sync_folder(&folder)
     };
     write().map_err(|source| Error::Write { path: path.into(), source })
 }
@@ -116,9 +120,20 @@ pub fn destination(path: &Path) -> io::Result<(PathBuf, PathBuf)> {
     Ok((folder.to_path_buf(), target))
 }
 
-pub fn temporary(folder: &Path) -> io::Result<tempfile::NamedTempFile> {
+/// What names of files begin with that are there while `path` is written.
+pub fn hidden_name(path: &Path) -> String {
+    let name = path.file_name().unwrap_or_default().to_string_lossy();
+    let least = name.len().saturating_sub(MOST_OF_NAME);
+    let start = (least..=name.len()).find(|at| name.is_char_boundary(*at)).unwrap_or_default();
+    format!(".extricate-{}", &name[start..])
+}
+
+/// A file that becomes that at `path`, beside it. Where a run is killed it stays, until the next
+/// run that writes there removes it.
+pub fn temporary(folder: &Path, path: &Path) -> io::Result<tempfile::NamedTempFile> {
+    let prefix = format!("{}-", hidden_name(path));
     let mut builder = tempfile::Builder::new();
-    builder.prefix(".extricate-");
+    builder.prefix(&prefix);
     // Temporary files are private to their owner; what becomes of this one is as public as the
     // user's other files.
     #[cfg(unix)]
@@ -126,6 +141,27 @@ pub fn temporary(folder: &Path) -> io::Result<tempfile::NamedTempFile> {
     let explain =
         |error: io::Error| io::Error::new(error.kind(), format!("cannot create a file there ({})", cause(&error)));
     builder.tempfile_in(folder).map_err(explain)
+}
+
+/// That a file has another name is kept by its folder: without this a new model may be gone after a
+/// power cut, though the old one is too.
+#[cfg(unix)]
+fn sync_folder(folder: &Path) -> io::Result<()> {
+    match File::open(folder)?.sync_all() {
+        // Some file systems keep no folders.
+        Err(error) if error.kind() == ErrorKind::InvalidInput => Ok(()),
+        done => done,
+    }
+}
+
+/// Elsewhere folders cannot be opened, and are kept by the system.
+#[cfg(not(unix))]
+fn sync_folder(_: &Path) -> io::Result<()> {
+    Ok(())
+}
+
+fn without_name(error: &io::Error) -> io::Error {
+    io::Error::new(error.kind(), cause(error))
 }
 
 /// Without the name of the temporary file, which nobody knows.

@@ -1,6 +1,7 @@
 //! The one place that touches files: scenes in, models in and out.
 
 mod files;
+mod lock;
 pub mod model_file;
 pub mod worlds;
 
@@ -21,6 +22,7 @@ use crate::scene::import::is_foreign;
 use crate::scene::{Body, Scene};
 pub use files::{check_output, check_regular, write_atomically};
 use files::{read, read_within, reader};
+pub use lock::OutputLock;
 use model_file::adapt_checkpoint;
 use model_file::checkpoint::{self, CheckpointSummary};
 

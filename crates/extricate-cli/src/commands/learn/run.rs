@@ -6,8 +6,8 @@ use std::time::{Duration, Instant};
 
 use anyhow::bail;
 use clap::Args;
-use extricate::internals::io;
 use extricate::internals::io::model_file::checkpoint::CheckpointSummary;
+use extricate::internals::io::{self, OutputLock};
 use extricate::internals::model::adapt::Adapter;
 use extricate::{LearnProgress, Learner, Model};
 
@@ -43,7 +43,8 @@ impl KeepArgs {
         };
         let path = self.checkpoint.clone().unwrap_or_else(beside);
         io::check_checkpoint_output(&path)?;
-        Ok(Keep { path, every: Duration::from_secs_f64(self.checkpoint_every) })
+        let locks = vec![OutputLock::take(model)?, OutputLock::take(&path)?];
+        Ok(Keep { path, every: Duration::from_secs_f64(self.checkpoint_every), _locks: locks })
     }
 }
 
@@ -53,6 +54,8 @@ pub struct Keep {
     pub path: PathBuf,
     /// Least time between two checkpoints.
     pub every: Duration,
+    /// Of both files: two runs that share one would take turns in spoiling it.
+    _locks: Vec<OutputLock>,
 }
 
 /// A model, and what its file does not hold because it differs from run to run.
