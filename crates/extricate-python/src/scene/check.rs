@@ -127,8 +127,8 @@ impl Scene {
     /// threads: 0 for one per core. The configurations do not depend on it.
     /// Returns float64 (n, nq).
     ///
-    /// Raises RuntimeError where a million in a row are not of that kind, MemoryError where n are too
-    /// many to hold.
+    /// Raises RuntimeError where a million in a row are not of that kind, MemoryError where n are
+    /// too many to hold.
     #[pyo3(
         signature = (n, *, seed = Seed(0), colliding = None, threads = 0),
         text_signature = "($self, n, *, seed=0, colliding=None, threads=0)"

@@ -11,7 +11,7 @@ use crate::robot::{LoadLimit, LoadLimits};
 /// was meant, such as a disk image.
 const LARGEST: usize = 2 << 30;
 
-/// Most bytes of an output's name that names of files beside it take over: systems allow 255 in all.
+/// Most bytes of an output's name that names of files beside it take over: systems allow 255.
 const MOST_OF_NAME: usize = 100;
 
 /// How much of a file is looked at to tell what it is \[bytes\].
