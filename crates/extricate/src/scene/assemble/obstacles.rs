@@ -3,7 +3,7 @@
 use std::collections::HashSet;
 use std::sync::Arc;
 
-use super::bodies::{hull, replaced};
+use super::bodies::{hull, refuse_vast, replaced};
 use crate::error::{Error, Result};
 use crate::math::{FARTHEST, Pose, Vec3};
 use crate::robot::mesh::is_scale;
@@ -69,7 +69,9 @@ pub fn others(
         limits.check(LoadLimit::Obstacles, part_count, file, &element)?;
         parts.iter_mut().for_each(|part| part.pose_frame_part = pose.then(&part.pose_frame_part));
         let of_kind = if kind == "obstacle" { &mut others.obstacles } else { &mut others.attached };
-        of_kind.push(Body { name: name.clone(), robot: None, frame: 0, parts });
+        let body = Body { name: name.clone(), robot: None, frame: 0, parts };
+        refuse_vast(file, &body)?;
+        of_kind.push(body);
     }
     Ok(others)
 }
