@@ -22,7 +22,7 @@ const MANY: usize = 16;
 /// The Euclidean distance between the numbers of two configurations is the root mean square
 /// displacement \[m\] of one body as seen from the other. An obstacle is always the one that is
 /// seen from: so where it moves, the numbers mean what they meant before. Of a body that is checked
-/// against more than [`MANY`] which never move, all those are one: seen from the world, its pose
+/// against more than `MANY` which never move, all those are one: seen from the world, its pose
 /// decides about all of them.
 #[derive(Debug, Clone)]
 pub struct RelativePoses {
