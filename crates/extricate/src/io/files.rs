@@ -57,14 +57,14 @@ fn read_at_most(path: &Path, most: usize, too_large: impl Fn(usize) -> String) -
 /// Where it is neither a file nor a link to one.
 pub fn check_regular(path: &Path) -> io::Result<u64> {
     let found = fs::metadata(path)?;
-    let what = if found.is_file() {
+    let (kind, what) = if found.is_file() {
         return Ok(found.len());
     } else if found.is_dir() {
-        "a directory"
+        (ErrorKind::IsADirectory, "a directory")
     } else {
-        "a device or a pipe"
+        (ErrorKind::InvalidInput, "a device or a pipe")
     };
-    Err(io::Error::new(ErrorKind::InvalidInput, format!("it is {what}, expected a file")))
+    Err(io::Error::new(kind, format!("it is {what}, expected a file")))
 }
 
 /// Whether a file of the kind `what` can be written at `path`; one that is there already has to be
