@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 use std::time::{Duration, Instant};
 
-use extricate::internals::io;
+use extricate::internals::io::{self, OutputLock};
 use extricate::internals::model::adapt::labels_to_adapt;
 use extricate::{Error, LearnOptions, Learner};
 use pyo3::exceptions::{PyRuntimeWarning, PyValueError};
@@ -221,6 +221,8 @@ impl Wanted {
 /// Where a run is kept while it lasts.
 struct Keep {
     path: PathBuf,
+    /// Two runs that share the file would take turns in spoiling it.
+    _lock: OutputLock,
     /// Least time between two checkpoints.
     every: Duration,
     /// What went wrong: a run that cannot be kept is worth going on with all the same.
@@ -234,7 +236,8 @@ impl Keep {
             return Err(PyValueError::new_err(message));
         }
         io::check_checkpoint_output(&path).map_err(exception)?;
-        Ok(Self { path, every: Duration::from_secs_f64(every), failure: Mutex::default() })
+        let lock = OutputLock::take(&path).map_err(exception)?;
+        Ok(Self { path, _lock: lock, every: Duration::from_secs_f64(every), failure: Mutex::default() })
     }
 
     fn save(&self, learner: &Learner) {

@@ -315,7 +315,8 @@ fn normalize(quaternion: &mut [f64]) {
 mod tests {
     use super::*;
 
-    fn space() -> ConfigSpace {
+    /// A factor of every kind.
+    pub fn space() -> ConfigSpace {
         let mut space = ConfigSpace::default();
         space.push("a", Manifold::Interval { lower: -1.0, upper: 2.0 }, 1.0);
         space.push("b", Manifold::Circle, 2.0);

@@ -85,14 +85,7 @@ impl ConfigSpace {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    fn space() -> ConfigSpace {
-        let mut space = ConfigSpace::default();
-        space.push("a", Manifold::Interval { lower: -1.0, upper: 2.0 }, 1.0);
-        space.push("b", Manifold::Circle, 2.0);
-        space.push("c", Manifold::Rotation, 0.5);
-        space
-    }
+    use crate::cspace::tests::space;
 
     #[test]
     fn a_space_that_no_scene_has_is_refused() {

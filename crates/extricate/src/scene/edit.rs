@@ -6,6 +6,7 @@
 
 use std::collections::{HashMap, HashSet};
 
+use super::assemble::bodies::refuse_vast;
 use super::names::{check_name, unknown};
 use super::{Body, BodyPair, LinkAttachment, MetricKind, Part, Scene};
 use crate::cspace::{ConfigSpace, Factor};
@@ -60,7 +61,8 @@ impl Scene {
     /// More obstacles, see [`Body::obstacle`], which everything that moves is checked against.
     ///
     /// # Errors
-    /// [`Error::Input`] for a name that is taken or none, and a pose that is none.
+    /// [`Error::Input`] for a name that is taken or none, a pose that is none, and a radius over
+    /// 1e5 m.
     pub fn with_obstacles(&self, obstacles: impl IntoIterator<Item = Body>) -> Result<Self> {
         let mut scene = self.clone();
         let links = self.links.iter().map(|link| link.name.clone());
@@ -228,6 +230,7 @@ impl Scene {
     fn push_among(&mut self, others: &[usize], body: Body, element: &str) -> Result<()> {
         check_name(&body.name).map_err(|problem| Error::input(SCENE, element, problem))?;
         body.parts.iter().try_for_each(|part| check_pose(element, &part.pose_frame_part))?;
+        refuse_vast(SCENE, &body)?;
         let second = self.bodies.len();
         self.pairs.extend(others.iter().map(|&first| BodyPair { first, second }));
         self.bodies.push(body);

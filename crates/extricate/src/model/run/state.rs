@@ -142,6 +142,7 @@ impl RunState {
         let classified = self.classified.check(space, scene.pairs.len(), width);
         classified.map_err(|problem| format!("classifier: {problem}"))
     }
+
     /// The lists as they were at the mark: free, colliding, boundary samples.
     pub fn lists_at_mark(&self) -> [&[f64]; 3] {
         let lists = [&self.known.free, &self.known.colliding, &self.samples];

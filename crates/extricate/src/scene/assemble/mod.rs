@@ -105,11 +105,11 @@ pub fn build(
             pose_frame_link: seat.pose_frame_link,
         }));
     }
+    bodies.iter().try_for_each(|body| refuse_vast(file, body))?;
     bodies.extend(obstacles);
     for (object, entry) in attached.into_iter().zip(&entry.attached) {
         bodies.push(held(file, object, &entry.link, &linked, &links)?);
     }
-    bodies.iter().try_for_each(|body| refuse_vast(file, body))?;
     let mut known = OncePerMesh::default();
     bodies.iter().for_each(|body| warn_of_surfaces(body, &mut known, &mut warnings));
 
