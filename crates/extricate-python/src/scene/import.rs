@@ -37,6 +37,7 @@ impl Scene {
 /// output: the scene file to write (TOML).
 /// robot: the URDF that the scene file then names; or a scene file or a Scene, whose links and
 ///     frames are looked up alone. Without it the file is a world for `Scene.in_world`.
+/// load_limits: other limits of what the files may hold, as `Scene.load` takes them.
 /// Returns the paths that were written, the scene file first. A UserWarning tells what is not
 /// taken, or taken for something else; the head of the scene file tells it too.
 ///
