@@ -9,7 +9,7 @@ use clap::{Args, CommandFactory, Parser, Subcommand, ValueEnum};
 use extricate::internals::query::options::MAX_EXITS;
 use extricate::{LoadLimit, LoadLimits};
 
-use crate::commands::{adapt, check, demo, import, info, learn, query, sample};
+use crate::commands::{adapt, check, demo, grasp, import, info, learn, query, sample};
 use crate::input::Configs;
 
 /// The globally nearest collision-free configuration of an articulated robot, verified and bounded.
@@ -71,6 +71,8 @@ pub enum Command {
     Adapt(adapt::AdaptArgs),
     /// Find for each configuration the nearest free one
     Query(query::QueryArgs),
+    /// Release a hand whose fingers are inside the object that it holds, and keep its contacts
+    Grasp(grasp::GraspArgs),
 }
 
 /// Where configurations come from.
@@ -249,6 +251,8 @@ mod tests {
             "query scene.toml --q 0,0.3,-1 --q -1,2,3",
             "query robot.urdf --input - --witness --limits refuse",
             "--json query m.model --input q.jsonl",
+            "grasp hand.toml --input g.jsonl --object ball --keep pose --touch 0 --friction 0 --open 0,-1 --locked base",
+            "grasp hand.model --input g.jsonl --objects meshes -o out.jsonl --resume --threads 2 --scene-weights",
         ] {
             let words = std::iter::once("extricate").chain(line.split(' '));
             assert!(Cli::read(words).is_ok(), "{line}");

@@ -29,6 +29,7 @@
 mod collision;
 mod cspace;
 mod error;
+mod grasp;
 mod io;
 mod kinematics;
 mod learning;
@@ -43,6 +44,7 @@ mod scene;
 pub use collision::{CheckScratch, Checker, Contact, SegmentOptions, SegmentOutcome};
 pub use cspace::{Config, ConfigSpace, Label, Manifold, Rows};
 pub use error::{Error, Result};
+pub use grasp::{Grasp, GraspContact, GraspQuality, Hand, Keep, ReleaseOptions};
 pub use io::{load_model, load_scene, load_scene_within, save_model};
 pub use learning::{LearnOptions, LearnProgress};
 pub use model::adapt::Adapter;
@@ -72,6 +74,9 @@ pub mod internals {
     }
     pub mod cspace {
         pub use crate::cspace::*;
+    }
+    pub mod grasp {
+        pub use crate::grasp::*;
     }
     pub mod io {
         pub use crate::io::*;

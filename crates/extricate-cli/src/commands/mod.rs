@@ -4,6 +4,7 @@ pub mod adapt;
 pub mod check;
 pub mod demo;
 mod file_kind;
+pub mod grasp;
 pub mod import;
 pub mod info;
 pub mod learn;
@@ -34,6 +35,7 @@ pub fn run(cli: Cli) -> anyhow::Result<()> {
         Command::Learn(args) => learn::run(&args, cli.json),
         Command::Adapt(args) => adapt::run(&args, cli.json),
         Command::Query(args) => query::run(&args, cli.json),
+        Command::Grasp(args) => grasp::run(&args, cli.json),
     }
 }
 

@@ -46,6 +46,20 @@ impl Reading {
 /// What may stand in a line, for messages.
 const EXPECTED: &str = "an array, an object with \"q\" or with \"name\" and \"position\", or numbers between commas";
 
+/// The object of a grasp: `{"q": [...], "object": "cup.obj", "scale": 0.1}`.
+pub fn parse_object(text: &str) -> Result<(String, f64), String> {
+    let value: Value = unique::parse(text).map_err(|error| explain_syntax(text, &error, EXPECTED))?;
+    let file = value.get("object").and_then(Value::as_str).filter(|file| !file.is_empty());
+    let file = file.ok_or("got no \"object\", expected the name of a mesh file")?;
+    let is_inside = |part| matches!(part, std::path::Component::Normal(_) | std::path::Component::CurDir);
+    if !std::path::Path::new(file).components().all(is_inside) {
+        return Err(format!("\"object\": got {}, expected a file in the folder of --objects", shorten(file)));
+    }
+    let scale = value.get("scale").map_or(Some(1.0), Value::as_f64);
+    let scale = scale.filter(|scale| *scale > 0.0 && scale.is_finite());
+    Ok((file.to_string(), scale.ok_or("\"scale\": expected a positive number")?))
+}
+
 /// One line: `{"q": [...]}` (other keys are ignored), a bare array, positions by joint as
 /// `{"q": {name: position}}` or `{"name": [...], "position": [...]}`, or numbers between commas or
 /// blanks. `None` for a heading that names the joints of the columns below it.

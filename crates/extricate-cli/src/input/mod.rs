@@ -48,6 +48,9 @@ pub type Entry = Result<(usize, Config), BadLine>;
 /// The two ends of a segment and the number of its line.
 pub type SegmentEntry = Result<(usize, [Config; 2]), BadLine>;
 
+/// A grasp, the file and the scale of its object, and the number of the line.
+pub type GraspEntry = Result<(usize, (Config, Option<(String, f64)>)), BadLine>;
+
 impl Configs {
     /// Opens a file, or standard input for `-`.
     pub fn open(path: &Path) -> anyhow::Result<Self> {
@@ -101,6 +104,20 @@ impl Configs {
     pub fn next_segment(&mut self, scene: &Scene) -> anyhow::Result<Option<SegmentEntry>> {
         let expected = format!("two configurations of {} numbers", scene.space.nq());
         self.next_parsed(&expected, |text, reading| parse_segment(text, scene, reading).map(Some))
+    }
+
+    /// As [`Configs::next`], with the object that is held: a file and a scale, where a line has to
+    /// name one.
+    ///
+    /// # Errors
+    /// Where reading fails.
+    pub fn next_grasp(&mut self, scene: &Scene, names_object: bool) -> anyhow::Result<Option<GraspEntry>> {
+        let expected = format!("{} numbers", scene.space.nq());
+        self.next_parsed(&expected, |text, reading| {
+            let Some(q) = parse_config(text, scene, reading)? else { return Ok(None) };
+            let object = if names_object { Some(line::parse_object(text)?) } else { None };
+            Ok(Some((q, object)))
+        })
     }
 
     fn next_parsed<T>(

@@ -157,6 +157,7 @@ pub mod tests {
             touching: vec![extricate::PairId::new(1)],
             coverage: None,
             unseen: Some(0.1),
+            nearest: None,
             clearance: 1e-4,
             free_radius: None,
             verified: true,

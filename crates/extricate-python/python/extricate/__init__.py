@@ -11,6 +11,7 @@ rad, lengths in m, quaternions x, y, z, w. Calls release the interpreter lock; s
 
 from ._answer import Answer, Contact, Exit
 from ._extricate import ChangedScene, Joint, Model, Progress, Scene, Stream, __version__, import_world, learn
+from ._grasp import Grasp, GraspContact
 from ._options import QueryOptions
 from ._parts import (
     Box,
@@ -37,6 +38,8 @@ __all__ = [
     "Cylinder",
     "Exit",
     "Fixture",
+    "Grasp",
+    "GraspContact",
     "HalfSpace",
     "HeightField",
     "Joint",

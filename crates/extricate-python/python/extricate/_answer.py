@@ -77,6 +77,8 @@ class Answer:
         collision was found, and the fraction from which on every configuration is proved free.
     free_radius: where it was asked for and the query collides: proved, no two checked bodies touch at any configuration
         that is nearer to the witness than this, in the scene's metric. Limits are not looked at.
+    nearest: depth of the nearest exit that was found, where the witness is the proxy of a continuous stream, which may be
+        farther: 0 where the query is free; else None.
     checks: collision and distance evaluations spent.
     effort: "nearest", "refined", "exhaustive" or "proved".
     """
@@ -100,6 +102,7 @@ class Answer:
     exits: List[Exit]
     segment: Optional[Tuple[float, float]]
     free_radius: Optional[float]
+    nearest: Optional[float]
     checks: int
     effort: str
 

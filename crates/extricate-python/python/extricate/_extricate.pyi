@@ -173,6 +173,22 @@ class Scene:
         errors: str = "raise",
         threads: int = 0,
     ) -> npt.NDArray[np.void]: ...
+    def release(
+        self,
+        Q: npt.ArrayLike,
+        *,
+        object: Union[str, Obstacle, Sequence[Obstacle]],
+        keep: str = "contacts",
+        touch: float = 2e-3,
+        friction: Optional[float] = 0.8,
+        open: Optional[npt.ArrayLike] = None,
+        clearance: Optional[float] = None,
+        locked: Sequence[str] = ...,
+        weights: Union[_Weights, str, None] = None,
+        max_checks: Optional[int] = None,
+        max_seconds: Optional[float] = None,
+        threads: int = 0,
+    ) -> Any: ...
     def stream(
         self,
         *,
@@ -180,6 +196,7 @@ class Scene:
         effort: str = "refined",
         hysteresis: float = 0.0,
         starts_per_frame: int = 4,
+        continuous: bool = False,
         gap: Optional[float] = None,
         starts: Optional[int] = None,
         max_checks: Optional[int] = None,
@@ -301,6 +318,7 @@ class Model:
         effort: str = "refined",
         hysteresis: float = 0.0,
         starts_per_frame: int = 4,
+        continuous: bool = False,
         gap: Optional[float] = None,
         starts: Optional[int] = None,
         max_checks: Optional[int] = None,

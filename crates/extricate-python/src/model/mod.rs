@@ -264,7 +264,11 @@ impl Model {
     /// share of its depth; 0 always takes the nearest.
     /// starts_per_frame: how many boundary samples are tried each frame for a nearer exit, beside
     /// those that cost no check.
-    #[pyo3(signature = (**options), text_signature = "($self, *, options=None, effort='refined', hysteresis=0.0, starts_per_frame=4, gap=None, starts=None, max_checks=None, max_seconds=None, segment=False, contacts=False, clearance=None, locked=None, free=None, weights=None, free_radius=False, limits='forgive')")]
+    /// continuous: whether the witness never jumps: from frame to frame it only moves where every
+    /// configuration on its way is proved free. It may then be held behind something while another
+    /// exit is nearer (`Answer.nearest`), or while the query is free. It aims at `clearance`, by
+    /// default 0.5 mm more than the scene's; hysteresis has no effect.
+    #[pyo3(signature = (**options), text_signature = "($self, *, options=None, effort='refined', hysteresis=0.0, starts_per_frame=4, continuous=False, gap=None, starts=None, max_checks=None, max_seconds=None, segment=False, contacts=False, clearance=None, locked=None, free=None, weights=None, free_radius=False, limits='forgive')")]
     fn stream(slf: Py<Self>, py: Python<'_>, options: Option<&Bound<'_, PyDict>>) -> PyResult<Stream> {
         Stream::of_model(slf, py, options)
     }

@@ -79,8 +79,8 @@ impl Stream {
             termination: Termination { stop: Some(watch.stop()), ..asked.options.termination.clone() },
             ..asked.options.clone()
         };
-        let options =
-            StreamOptions { query, hysteresis, starts_per_frame: count("starts_per_frame", Whole::Number(starts), 0)? };
+        let starts_per_frame = count("starts_per_frame", Whole::Number(starts), 0)?;
+        let options = StreamOptions { query, hysteresis, starts_per_frame, continuous: asked.continuous };
         let stream = Mutex::new(extricate::Stream::new(options));
         Ok(Self { of, asked, stream, watch, hysteresis, busy: Mutex::default() })
     }

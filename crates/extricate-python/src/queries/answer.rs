@@ -26,7 +26,7 @@ pub fn object<'py>(py: Python<'py>, answer: extricate::Answer, scene: &Scene) ->
         let witness = PyArray1::from_slice(py, &exit.witness);
         EXIT.import(py, HOME, "Exit")?.call1((exit.depth, witness, named(&exit.touching)))
     };
-    let fields: [Bound<'_, PyAny>; 21] = [
+    let fields: [Bound<'_, PyAny>; 22] = [
         answer.depth.into_pyobject(py)?.into_any(),
         answer.lower_bound.into_pyobject(py)?.into_any(),
         answer.gap.into_pyobject(py)?.into_any(),
@@ -46,6 +46,7 @@ pub fn object<'py>(py: Python<'py>, answer: extricate::Answer, scene: &Scene) ->
         answer.exits.iter().map(exit).collect::<PyResult<Vec<_>>>()?.into_pyobject(py)?.into_any(),
         answer.segment.map(|segment| (segment.colliding_until, segment.free_from)).into_pyobject(py)?.into_any(),
         answer.free_radius.into_pyobject(py)?.into_any(),
+        answer.nearest.into_pyobject(py)?.into_any(),
         answer.checks.into_pyobject(py)?.into_any(),
         effort_name(answer.effort).into_pyobject(py)?.into_any(),
     ];

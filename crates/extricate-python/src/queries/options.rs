@@ -21,7 +21,7 @@ pub const QUERY: &[&str] = &["exits", "toward", "toward_share"];
 /// The same of many queries.
 pub const BATCH: &[&str] = &["exits", "toward", "toward_share", "threads", "errors"];
 /// The same of a stream.
-pub const STREAM: &[&str] = &["hysteresis", "starts_per_frame"];
+pub const STREAM: &[&str] = &["hysteresis", "starts_per_frame", "continuous"];
 
 /// The keyword that may hold values of most others.
 const OPTIONS: &str = "options";
@@ -54,6 +54,7 @@ pub struct Asked {
     pub threads: i64,
     pub hysteresis: f64,
     pub starts_per_frame: i64,
+    pub continuous: bool,
     /// By joint, of translations and rotation; empty where none were given.
     pub weights: Vec<(String, [f64; 2])>,
 }
@@ -88,6 +89,7 @@ impl Asked {
             threads: given.or("threads", 0)?,
             hysteresis: given.or("hysteresis", 0.0)?,
             starts_per_frame: given.or("starts_per_frame", 4)?,
+            continuous: given.or("continuous", false)?,
             weights: given.weights()?,
         })
     }
@@ -273,21 +275,29 @@ impl<'py> Given<'_, 'py> {
         let Some(weights) = self.value("weights")? else { return Ok(Vec::new()) };
         let weights =
             weights.cast_into::<PyMapping>().map_err(|_| PyTypeError::new_err("weights: expected a dict by joint"))?;
-        let read = |item: Bound<'_, PyAny>| {
-            let (name, value): (String, Bound<'_, PyAny>) = item.extract()?;
-            let element = format!("weights[\"{name}\"]");
-            match floats(&element, &value)?[..] {
-                [all] => Ok((name, [all; 2])),
-                [translation, rotation] => Ok((name, [translation, rotation])),
-                _ => Err(PyValueError::new_err(format!("{element}: expected a number or (translation, rotation)"))),
-            }
-        };
-        weights.items()?.iter().map(read).collect()
+        weights_of(&weights)
     }
 }
 
 /// By joint, of translations and rotation.
 type Weights = Vec<(String, [f64; 2])>;
+
+/// Weights as they are given: a number, or one of translations and one of the rotation, by joint.
+///
+/// # Errors
+/// `TypeError` for what is no number; `ValueError` for more than two.
+pub fn weights_of(weights: &Bound<'_, PyMapping>) -> PyResult<Weights> {
+    let read = |item: Bound<'_, PyAny>| {
+        let (name, value): (String, Bound<'_, PyAny>) = item.extract()?;
+        let element = format!("weights[\"{name}\"]");
+        match floats(&element, &value)?[..] {
+            [all] => Ok((name, [all; 2])),
+            [translation, rotation] => Ok((name, [translation, rotation])),
+            _ => Err(PyValueError::new_err(format!("{element}: expected a number or (translation, rotation)"))),
+        }
+    };
+    weights.items()?.iter().map(read).collect()
+}
 
 /// The last scene with other weights that was asked.
 #[derive(Default)]

@@ -9,6 +9,7 @@ pub mod joint;
 pub mod load_limits;
 pub mod positions;
 pub mod query;
+pub mod release;
 pub mod sampling;
 
 use std::path::PathBuf;

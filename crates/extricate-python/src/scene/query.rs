@@ -49,7 +49,7 @@ impl Scene {
     /// the one before.
     ///
     /// All keywords: as in `Model.stream`.
-    #[pyo3(signature = (**options), text_signature = "($self, *, options=None, effort='refined', hysteresis=0.0, starts_per_frame=4, gap=None, starts=None, max_checks=None, max_seconds=None, segment=False, contacts=False, clearance=None, locked=None, free=None, weights=None, free_radius=False, limits='forgive')")]
+    #[pyo3(signature = (**options), text_signature = "($self, *, options=None, effort='refined', hysteresis=0.0, starts_per_frame=4, continuous=False, gap=None, starts=None, max_checks=None, max_seconds=None, segment=False, contacts=False, clearance=None, locked=None, free=None, weights=None, free_radius=False, limits='forgive')")]
     fn stream(slf: Py<Self>, py: Python<'_>, options: Option<&Bound<'_, PyDict>>) -> PyResult<Stream> {
         slf.get().ready(py)?;
         Stream::of_scene(slf, py, options)

@@ -107,6 +107,34 @@ pub(super) fn object_norm_model(scene: &Scene, solids: &Solids, poses: &[Pose], 
     }
 }
 
+/// See [`super::Metric::levers`].
+pub(super) fn levers(scene: &Scene, solids: &Solids, poses: &[Pose]) -> Vec<f64> {
+    let (nv, mut twists) = (scene.space.nv(), Twists::default());
+    twists.set(scene, poses);
+    let (mut squares, mut shares) = (vec![0.0; nv], vec![0.0; nv]);
+    for solid in &solids.frames {
+        let pose = &poses[solid.frame];
+        // A cloud of six points with the volume's moments.
+        let (center, arms) = (pose.point(&solid.centroid), pose.rotation * solid.root * 3.0_f64.sqrt());
+        let mut moved = vec![Vec::new(); nv];
+        let mut frame = solid.frame;
+        while frame != 0 {
+            twists.of(frame).iter().for_each(|twist| moved[twist.v].push(*twist));
+            frame = scene.frames[frame].parent;
+        }
+        for (v, own) in moved.iter().enumerate().filter(|(_, own)| !own.is_empty()) {
+            shares[v] += solid.share;
+            for (column, side) in (0..3).flat_map(|column| [(column, 1.0), (column, -1.0)]) {
+                let point = center + arms.column(column) * side;
+                let speed: Vec3 = own.iter().map(|twist| twist.slide + twist.turn.cross(&point)).sum();
+                squares[v] += solid.share / 6.0 * speed.norm_squared();
+            }
+        }
+    }
+    let lever = |(square, share): (f64, f64)| if share > 0.0 { (square / share).sqrt() } else { 0.0 };
+    squares.into_iter().zip(shares).map(lever).collect()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -174,6 +174,14 @@ impl Metric {
         self.lever
     }
 
+    /// How far each tangent coordinate moves what it carries at `q`, root mean square over its
+    /// volume [m per rad, or 1]; 0 where it carries nothing.
+    pub fn levers(&self, q: &[f64]) -> Vec<f64> {
+        let mut poses = Vec::new();
+        forward(&self.scene, q, &mut poses);
+        inertia::levers(&self.scene, &self.solids, &poses)
+    }
+
     fn measure_diameter(&self) -> f64 {
         match self.kind {
             MetricKind::Joint => self.scene.space.diameter(),

@@ -50,6 +50,9 @@ pub struct Answer {
     /// and Rinnooy Kan's estimate for multistart; starts are the nearest samples, not uniform ones,
     /// so it is no probability of a miss.)
     pub unseen: Option<f64>,
+    /// Depth of the nearest exit that was found, where the witness is the proxy of a continuous
+    /// stream, which may be farther: 0 where the query is free.
+    pub nearest: Option<f64>,
     /// Clearance \[m\] that the witness keeps, of pairs without one of their own: that which the
     /// query aims at, or the scene's where nothing was found that keeps it.
     pub clearance: f64,
@@ -156,6 +159,7 @@ pub fn free_answer(q: &Config, nv: usize, effort: Effort, clearance: f64) -> Ans
         witness: q.to_vec(),
         effort,
         checks: 1,
+        nearest: None,
         max_displacement: 0.0,
         colliding: Vec::new(),
         outside: Vec::new(),

@@ -31,6 +31,17 @@ pub struct Context<'a> {
     pub scale: f64,
     /// Of every tangent coordinate, whether it stays where the query has it; empty where none does.
     pub locked: &'a [bool],
+    /// Pairs that are to stay in touch.
+    pub held: Held<'a>,
+}
+
+/// Checked pairs that are to stay as near as they touch, and not only apart.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Held<'a> {
+    /// Which.
+    pub pairs: &'a [PairId],
+    /// The most that their nearest contact may be apart \[m\], above the clearance.
+    pub most: f64,
 }
 
 /// What is known of a scene by learning it.
@@ -61,7 +72,7 @@ impl<'a> Context<'a> {
         change: Option<&'a Change>,
     ) -> Self {
         let (clearance, scale) = (checker.base_clearance(), metric.diameter());
-        Self { checker, metric, balls, learned, change, unlearned: None, clearance, scale, locked: &[] }
+        Self { checker, metric, balls, learned, change, unlearned: None, clearance, scale, locked: &[], held: Held::default() }
     }
 
     /// The same without samples, for a query at which a new one of these pairs collides.

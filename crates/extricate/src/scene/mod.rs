@@ -256,6 +256,18 @@ impl Scene {
         names.into_iter().map(find).collect()
     }
 
+    /// Index of the body of that name.
+    ///
+    /// # Errors
+    /// [`Error::Input`] where no body has it; `element` is what messages call the name.
+    pub fn body_named(&self, element: &str, name: &str) -> Result<usize> {
+        let found = self.bodies.iter().position(|body| body.name == name);
+        found.ok_or_else(|| {
+            let all: Vec<&str> = self.bodies.iter().map(|body| body.name.as_str()).collect();
+            Error::input("scene", element, names::unknown(name, &all))
+        })
+    }
+
     /// Names of the joints that have any of these coordinates, each once.
     pub fn joints_of(&self, coordinates: &[usize]) -> Vec<&str> {
         let has_one = |joint: &&SceneJoint| coordinates.iter().any(|at| joint.q.contains(at));

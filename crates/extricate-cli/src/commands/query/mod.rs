@@ -30,7 +30,7 @@ scene's metric), gap (the share of the depth that is not proved), unproved (why 
 clearance (that the witness keeps [m]), verified, effort, contacts (at the witness: pair, distance [m], point_first, \
 point_second, normal), gradient (of the depth), unique, exits (with --exits: depth, witness, touching), segment (with \
 --segment: colliding_until, free_from, fractions of the straight segment), free_radius (with --free-radius: in the metric, \
-around the witness).";
+around the witness), nearest (with --continuous: depth of the nearest exit that was found).";
 
 /// Arguments of `query`.
 #[derive(Args)]
@@ -122,6 +122,11 @@ struct StreamArgs {
     /// those that cost no check; more notice a nearer exit sooner
     #[arg(long, value_name = "N", value_parser = whole, allow_negative_numbers = true, default_value_t = StreamOptions::default().starts_per_frame, requires = "stream")]
     starts_per_frame: usize,
+    /// With --stream: the witness never jumps; from frame to frame it only moves where every
+    /// configuration on its way is proved free, and it may be held behind something while another
+    /// exit is nearer. Aims at --clearance, by default 0.5 mm more than the scene's
+    #[arg(long, requires = "stream", conflicts_with = "hysteresis")]
+    continuous: bool,
 }
 
 /// [`Effort`] as the command line spells it.
@@ -184,6 +189,7 @@ impl QueryArgs {
             query: options.clone(),
             hysteresis: self.stream.hysteresis,
             starts_per_frame: self.stream.starts_per_frame,
+            continuous: self.stream.continuous,
         };
         self.stream.stream.then(of)
     }

@@ -36,6 +36,9 @@ pub struct QueryRow<'a> {
     pub coverage: Option<f64>,
     /// Estimated share of starts that would lead to an exit which the query has not met.
     pub unseen: Option<f64>,
+    /// With --continuous, depth of the nearest exit that was found.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub nearest: Option<f64>,
     /// That the witness keeps \[m\].
     pub clearance: f64,
     /// Whether the witness was checked during this query.
@@ -107,6 +110,7 @@ impl<'a> QueryRow<'a> {
             touching: pair_names(scene, &answer.touching),
             coverage: answer.coverage,
             unseen: answer.unseen,
+            nearest: answer.nearest,
             clearance: answer.clearance,
             verified: answer.verified,
             effort: answer.effort,
@@ -190,6 +194,7 @@ pub mod tests {
             touching: vec![],
             coverage: Some(0.5),
             unseen: Some(0.1),
+            nearest: None,
             clearance: 1e-4,
             verified,
             contacts: vec![],
@@ -218,6 +223,7 @@ pub mod tests {
             touching: vec![["arm", "shelf"]],
             coverage: answer.coverage,
             unseen: answer.unseen,
+            nearest: answer.nearest,
             clearance: 1e-4,
             verified: true,
             effort: answer.effort,

@@ -21,6 +21,17 @@ pub fn colliding_pairs(checker: &Checker, q: &[f64], scratch: &mut CheckScratch,
     scratch.broad.pairs = near;
 }
 
+/// See [`Checker::collide`].
+pub fn collide(
+    checker: &Checker,
+    q: &[f64],
+    pairs: impl Iterator<Item = PairId>,
+    scratch: &mut CheckScratch,
+) -> Vec<bool> {
+    checker.place(q, scratch);
+    pairs.map(|pair| checker.pair_collides(pair.index(), scratch)).collect()
+}
+
 /// See [`Checker::colliding_pair`].
 pub fn colliding_pair(checker: &Checker, q: &[f64], scratch: &mut CheckScratch) -> Option<PairId> {
     checker.place(q, scratch);

@@ -27,6 +27,16 @@ impl Checker {
         collisions::colliding_pairs(self, q, scratch, pairs);
     }
 
+    /// Of each of these checked pairs, whether it is nearer than it keeps at `q`.
+    pub(crate) fn collide(
+        &self,
+        q: &[f64],
+        pairs: impl Iterator<Item = PairId>,
+        scratch: &mut CheckScratch,
+    ) -> Vec<bool> {
+        collisions::collide(self, q, pairs, scratch)
+    }
+
     /// A checked pair that is nearer than the clearance at `q`, if there is one. Of several, one of
     /// which balls inside the bodies prove it goes before others; among those, the one whose
     /// enclosing balls overlap most.

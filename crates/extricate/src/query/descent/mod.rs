@@ -257,7 +257,7 @@ impl<'a> Descent<'a> {
         context.metric.quadratic_model(self.anchor, x, poses, &mut subproblem.quadratic);
         let rows = match self.planes {
             Some(planes) => subproblem.build_from_planes(&scene.space, x, self.radius, (planes, context.locked)),
-            None => subproblem.build(scene, x, self.radius, (contacts, poses), (context.clearance, context.locked)),
+            None => subproblem.build(context, x, self.radius, (contacts, poses)),
         };
         let bends = !subproblem.quadratic.rows.is_empty();
         // What planes alone say of the first step was looked at before.

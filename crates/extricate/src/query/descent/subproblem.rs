@@ -6,8 +6,8 @@ use crate::cspace::{ConfigSpace, Manifold};
 use crate::kinematics::Twists;
 use crate::math::Pose;
 use crate::metric::quadratic::Quadratic;
+use crate::query::context::Context;
 use crate::samples::contact_planes::Planes;
-use crate::scene::Scene;
 
 /// Half the squared distance as the metric's model has it, subject to linearised contacts, joint
 /// limits and a trust region.
@@ -30,22 +30,30 @@ pub struct Subproblem {
 }
 
 impl Subproblem {
-    /// One row a contact, how many is returned; then the metric's own; the box of limits and trust
-    /// region.
+    /// One row a contact and one more for each pair that is to stay in touch, how many is
+    /// returned; then the metric's own; the box of limits and trust region.
     pub fn build(
         &mut self,
-        scene: &Scene,
+        context: &Context,
         x: &[f64],
         radius: f64,
         (contacts, poses): (&[Contact], &[Pose]),
-        (clearance, locked): (f64, &[bool]),
     ) -> usize {
-        self.begin(&scene.space, x, radius, locked);
+        let scene = context.checker.scene();
+        self.begin(&scene.space, x, radius, context.locked);
         self.twists.set(scene, poses);
         let nv = self.low.len();
         for contact in contacts {
             contact.add_gradient(scene, &self.twists, &mut self.qp.push(0.0)[..nv]);
-            self.bound_last_row(clearance + self.slack - contact.distance);
+            self.bound_last_row(context.clearance + self.slack - contact.distance);
+        }
+        for pair in context.held.pairs {
+            let own = contacts.iter().filter(|contact| contact.pair == *pair);
+            let Some(contact) = own.min_by(|a, b| a.distance.total_cmp(&b.distance)) else { continue };
+            let row = &mut self.qp.push(0.0)[..nv];
+            contact.add_gradient(scene, &self.twists, row);
+            row.iter_mut().for_each(|slope| *slope = -*slope);
+            self.bound_last_row(contact.distance - context.held.most);
         }
         self.end()
     }

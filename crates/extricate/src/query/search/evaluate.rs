@@ -5,6 +5,10 @@ use crate::collision::{CheckScratch, Contact, ContactQuery, ContactSearch};
 use crate::cspace::Label;
 use crate::metric::{Anchor, MetricScratch};
 use crate::query::context::Context;
+use crate::scene::PairId;
+
+/// Contacts of a pair that is to stay in touch are looked for as far as this \[m\].
+const WHEREVER: f64 = 10.0;
 
 /// Labels, contacts and distances, and what the last of them were of.
 #[derive(Default)]
@@ -98,7 +102,24 @@ impl Evaluator {
         }
         context.checker.contacts(q, query, &mut self.check, &mut self.contacts);
         let least = self.contacts.iter().map(|c| c.distance).fold(query.margin, f64::min);
-        context.clearance - least
+        let missed = context.clearance - least;
+        context.held.pairs.iter().fold(missed, |missed, pair| missed.max(self.too_far(context, q, *pair)))
+    }
+
+    /// By how much \[m\] a pair that is to stay in touch is too far apart. Its nearest contact is
+    /// added where it lies beyond the margin.
+    fn too_far(&mut self, context: &Context, q: &[f64], pair: PairId) -> f64 {
+        let known = self.contacts.iter().filter(|contact| contact.pair == pair).map(|contact| contact.distance);
+        let mut nearest = known.fold(f64::INFINITY, f64::min);
+        if nearest.is_infinite() {
+            let (start, query) = (self.contacts.len(), ContactQuery { margin: WHEREVER, search: ContactSearch::Exact });
+            context.checker.contacts_of(q, pair, query, &mut self.check, &mut self.contacts);
+            let found = &mut self.contacts[start..];
+            found.sort_by(|a, b| a.distance.total_cmp(&b.distance));
+            nearest = found.first().map_or(WHEREVER, |contact| contact.distance);
+            self.contacts.truncate(start + 1);
+        }
+        nearest - context.held.most
     }
 
     /// Contacts of the pairs nearer than `margin` \[m\] at `q`, ascending by pair; `check` then

@@ -26,6 +26,10 @@ impl<'a> View<'a> {
         Self { context }
     }
 
+    pub(crate) fn context(&self) -> &Context<'a> {
+        &self.context
+    }
+
     /// The scene that queries are about.
     pub fn scene(&self) -> &'a Scene {
         self.context.checker.scene()

@@ -1,6 +1,8 @@
 //! Queries that come one after the other from nearly the same place, as from a simulation or a
 //! haptic device.
 
+mod proxy;
+
 use super::answer::Answer;
 use super::context::Context;
 use super::descent::Start;
@@ -14,6 +16,7 @@ use super::search::scratch::QueryScratch;
 use super::search::{Known, Search};
 use super::worlds::constraints::under;
 use crate::cspace::{Config, Label};
+use proxy::{Proxy, ROOM};
 
 /// Options of a stream.
 #[derive(Debug, Clone, PartialEq)]
@@ -27,14 +30,23 @@ pub struct StreamOptions {
     /// How many descents start from stored samples each frame: those of a single query, in turn.
     /// Samples that their contact planes rule out cost nothing and do not count.
     pub starts_per_frame: usize,
+    /// Whether the witness is a proxy that never jumps: from frame to frame it only moves where
+    /// every configuration on its way is proved free. It may then be held behind something while
+    /// another exit is nearer, or while the query is free: [`Answer::nearest`] tells. It aims at
+    /// the clearance of `query`, by default 0.5 mm more than the scene's, and `hysteresis` has no
+    /// effect.
+    pub continuous: bool,
 }
 
 impl Default for StreamOptions {
     /// No hysteresis, four starts a frame.
     fn default() -> Self {
-        Self { query: QueryOptions::default(), hysteresis: 0.0, starts_per_frame: 4 }
+        Self { query: QueryOptions::default(), hysteresis: 0.0, starts_per_frame: 4, continuous: false }
     }
 }
+
+/// Least room that a proxy aims at \[m\]: with less, its moves along contacts are not proved.
+const LEAST_ROOM: f64 = 1e-4;
 
 /// What is carried from one query to the next, and memory. It belongs to no model: used with
 /// another one, it begins anew.
@@ -43,6 +55,7 @@ pub struct Stream {
     options: StreamOptions,
     scratch: QueryScratch,
     lead: Lead,
+    proxy: Proxy,
 }
 
 impl Stream {
@@ -55,6 +68,7 @@ impl Stream {
     pub fn restart(&mut self) {
         self.lead.exit.clear();
         self.lead.turn.next = 0;
+        self.proxy.config.clear();
     }
 
     /// The answer for the next frame; `None` only where samples are stale and nothing free was
@@ -69,30 +83,74 @@ impl Stream {
             self.restart();
             self.lead.nq = q.len();
         }
-        under(context, &options, |context| self.ask(context, q, &options))
+        if self.options.continuous {
+            return self.follow(context, q, &options);
+        }
+        under(context, &options, |context| {
+            let mut answer = self.search(context, q, &options)?;
+            if !answer.is_free() {
+                report(context, &options, &mut self.scratch, &mut answer);
+            }
+            Some(answer)
+        })
     }
 
-    fn ask(&mut self, context: &Context, q: &Config, options: &QueryOptions) -> Option<Answer> {
+    /// The exit of this frame, of which nothing is said yet.
+    fn search(&mut self, context: &Context, q: &Config, options: &QueryOptions) -> Option<Answer> {
         self.lead.turn.starts_per_frame = self.options.starts_per_frame;
         self.lead.followed = None;
         let lead = (options.effort == Effort::Refined).then_some(&mut self.lead);
         let plan = Plan::of(options, context);
         let mut answer = find(context, q, (options, plan), lead, &mut self.scratch)?;
-        if answer.is_free() {
-            return Some(answer);
+        if !answer.is_free() {
+            self.keep_to_last(context, options, &mut answer);
+            self.lead.exit.clear();
+            if answer.verified {
+                self.lead.exit.extend_from_slice(&answer.witness);
+            }
         }
-        self.keep_to_last(context, options, &mut answer);
-        self.lead.exit.clear();
-        if answer.verified {
-            self.lead.exit.extend_from_slice(&answer.witness);
-        }
-        report(context, options, &mut self.scratch, &mut answer);
         Some(answer)
+    }
+
+    /// The nearest exit, and where the proxy goes.
+    fn follow(&mut self, context: &Context, q: &Config, options: &QueryOptions) -> Option<Answer> {
+        let aim = options.clearance.unwrap_or(context.clearance + ROOM).max(context.clearance + LEAST_ROOM);
+        let own = QueryOptions { clearance: None, ..options.clone() };
+        under(context, &own, |context| {
+            let mut answer = self.search(context, q, &own)?;
+            answer.nearest = Some(answer.depth);
+            if self.proxy.config.is_empty() || !self.proxy_is_free(context) {
+                self.proxy.config.clone_from(&answer.witness);
+            }
+            let Self { scratch, proxy, .. } = self;
+            let QueryScratch { evaluator, known, .. } = scratch;
+            context.metric.anchor(q, &mut known.anchor);
+            let aimed_checker = context.checker.with_clearance(aim);
+            let aimed = Context { checker: &aimed_checker, clearance: aim, ..*context };
+            proxy.follow(context, &aimed, &known.anchor, evaluator);
+            answer.witness.copy_from_slice(&proxy.config);
+            answer.depth = evaluator.distance(context, &known.anchor, &answer.witness);
+            answer.verified = evaluator.label(context, &answer.witness) == Label::Free;
+            answer.checks = evaluator.checks;
+            if answer.is_free() && answer.depth > 0.0 {
+                let metric = &mut evaluator.metric;
+                answer.max_displacement = context.metric.max_displacement_from(&known.anchor, &answer.witness, metric);
+            } else if answer.depth > 0.0 {
+                report(context, &own, scratch, &mut answer);
+            }
+            Some(answer)
+        })
+    }
+
+    /// Whether the proxy keeps the clearance in this frame's scene, in which something may have
+    /// moved onto it.
+    fn proxy_is_free(&mut self, context: &Context) -> bool {
+        self.scratch.evaluator.label(context, &self.proxy.config) == Label::Free
     }
 
     /// Keeps to the exit of the last frame, unless another is nearer by more than the hysteresis.
     fn keep_to_last(&mut self, context: &Context, options: &QueryOptions, answer: &mut Answer) {
-        let Self { scratch, lead, options: StreamOptions { hysteresis, .. } } = self;
+        let Self { scratch, lead, options: StreamOptions { hysteresis, .. }, .. } = self;
         let QueryScratch { evaluator, descent, boundary, known, .. } = scratch;
         let space = &context.checker.scene().space;
         let Some((depth, witness)) = &lead.followed else { return };

@@ -1,0 +1,60 @@
+"""What `Scene.release` gives back; plain data, so it pickles."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import List, Optional, Tuple
+
+import numpy as np
+import numpy.typing as npt
+
+
+@dataclass(eq=False)
+class GraspContact:
+    """Where a hand touches the object.
+
+    link: name of the link.
+    distance: signed distance [m].
+    point: on the object, (3,), world coordinates [m].
+    normal: unit, (3,), world coordinates, into the object.
+    """
+
+    link: str
+    distance: float
+    point: npt.NDArray[np.float64]
+    normal: npt.NDArray[np.float64]
+
+
+@dataclass(eq=False)
+class Grasp:
+    """A hand that holds an object and penetrates nothing.
+
+    config: the configuration, (nq,).
+    moved: how far it is from the query, in the scene's metric.
+    verified: whether the exact checker called it free during this call: every checked pair keeps the clearance, and joints
+        their limits.
+    contacts: where the hand touches the object.
+    touched: names of the links that touched the object, or were in it, at the query.
+    kept: names of those that still touch it.
+    fingers: how many touched, and how many still do.
+    kept_sides: whether every contact is on its side of the object: its normal is turned by less than 90 degrees from where
+        the finger first touches when it closes from open.
+    depth_before: greatest depth [m] of a link in the object at the query; 0 where none was in it.
+    epsilon: Ferrari and Canny's quality Q1 of the contacts (doi:10.1109/ROBOT.1992.219918), with round friction cones and
+        moments about the centre of the object's bounding box in units of half its longest side; None without friction.
+    force_closure: whether the contacts resist any wrench: epsilon is above 0; None without friction.
+    checks: exact checks and contact evaluations spent.
+    """
+
+    config: npt.NDArray[np.float64]
+    moved: float
+    verified: bool
+    contacts: List[GraspContact]
+    touched: List[str]
+    kept: List[str]
+    fingers: Tuple[int, int]
+    kept_sides: bool
+    depth_before: float
+    epsilon: Optional[float]
+    force_closure: Optional[bool]
+    checks: int

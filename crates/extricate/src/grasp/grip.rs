@@ -1,0 +1,66 @@
+//! What a hand holds at a configuration: which links touch, and on which side.
+
+use super::hand::{Hand, Link};
+use crate::collision::{CheckScratch, Contact, ContactQuery, ContactSearch};
+use crate::math::Vec3;
+use crate::query::Context;
+
+/// How far \[m\] the nearest point of the object is looked for.
+const FAR: f64 = 10.0;
+
+/// The links of a hand against the object, in the order of the hand.
+#[derive(Debug, Clone, Default)]
+pub struct Grip {
+    /// Nearest signed distances beyond the clearance \[m\]; below 0 where a link penetrates.
+    pub gaps: Vec<f64>,
+    /// Unit, from the object toward the link, at the nearest place.
+    pub normals: Vec<Vec3>,
+}
+
+impl Grip {
+    /// Of the hand at `q`. Within `margin` \[m\] beyond the clearance, or however far.
+    pub fn at(hand: &Hand, context: &Context, q: &[f64], margin: Option<f64>, scratch: &mut CheckScratch) -> Self {
+        let (mut grip, mut contacts) = (Self::default(), Vec::new());
+        let margin = context.clearance + margin.unwrap_or(FAR);
+        for link in &hand.links {
+            contacts.clear();
+            let query = ContactQuery { margin, search: ContactSearch::Exact };
+            context.checker.contacts_of(q, link.pair, query, scratch, &mut contacts);
+            let nearest = contacts.iter().min_by(|a, b| a.distance.total_cmp(&b.distance));
+            grip.gaps.push(nearest.map_or(f64::INFINITY, |contact| contact.distance - context.clearance));
+            grip.normals.push(nearest.map_or_else(Vec3::zeros, |contact| toward_link(link, contact)));
+        }
+        // A mesh inside another has no contact.
+        let collide = context.checker.collide(q, hand.links.iter().map(|link| link.pair), scratch);
+        for (gap, collides) in grip.gaps.iter_mut().zip(collide) {
+            *gap = if collides { gap.min(0.0) } else { gap.max(0.0) };
+        }
+        grip
+    }
+
+    /// Of every link, whether it is nearer than that \[m\] beyond the clearance.
+    pub fn touching(&self, touch: f64) -> Vec<bool> {
+        self.gaps.iter().map(|gap| *gap <= touch).collect()
+    }
+
+    /// Of every finger of the hand, whether one of these links is of it.
+    pub fn fingers(hand: &Hand, links: &[bool]) -> Vec<bool> {
+        let mut fingers = vec![false; hand.fingers.len()];
+        for (link, is_one) in hand.links.iter().zip(links) {
+            link.finger.into_iter().filter(|_| *is_one).for_each(|finger| fingers[finger] = true);
+        }
+        fingers
+    }
+
+    /// Of every finger, whether a link of it that touches both here and there has changed the side.
+    pub fn turned(&self, hand: &Hand, other: &Self, links: &[bool]) -> Vec<bool> {
+        let has_turned = |at: usize| links[at] && self.normals[at].dot(&other.normals[at]) < 0.0;
+        let turned: Vec<bool> = (0..hand.links.len()).map(has_turned).collect();
+        Self::fingers(hand, &turned)
+    }
+}
+
+/// The contact's normal, from the object toward the link.
+pub fn toward_link(link: &Link, contact: &Contact) -> Vec3 {
+    if link.is_second { -contact.normal } else { contact.normal }
+}

@@ -1,0 +1,232 @@
+//! What of a scene is the hand: the bodies that can touch the object, and the joints that move a
+//! finger alone.
+
+use std::collections::BTreeSet;
+
+use super::options::ReleaseOptions;
+use super::release::release;
+use super::report::Grasp;
+use super::weights::base_weights;
+use crate::cspace::Config;
+use crate::error::{Error, Result};
+use crate::query::{QueryScratch, View};
+use crate::scene::{Motion, PairId, Scene};
+
+/// A hand and the object that it holds: which bodies can touch it, and which joints move a finger
+/// alone. Made once for a scene.
+///
+/// A finger is what is left of the chains of joints to the outermost links where the joints that
+/// all of them share (base, wrist) are left out.
+///
+/// ```
+/// use extricate::geometry::{Body, Geometry, Pose, Vec3};
+/// use extricate::{Hand, QueryScratch, ReleaseOptions, World, builtin};
+/// let pose = Pose::translation(Vec3::new(0.0, 0.0, 0.08));
+/// let ball = Body::obstacle("ball", Geometry::Sphere { radius: 0.03 }, pose);
+/// let world = World::new(builtin::scene("hand")?.with_obstacles([ball])?);
+/// let hand = Hand::new(world.scene(), "ball")?;
+/// let q = world.scene().config(&[0.0, 0.4, 0.0, 0.4, 0.4])?;     // three fingers in the ball
+/// let options = ReleaseOptions::default();
+/// let grasp = hand.release(&world.view(), &q, &options, &mut QueryScratch::default()).unwrap();
+/// assert!(grasp.verified && grasp.fingers == [3, 3]);
+/// # extricate::Result::Ok(())
+/// ```
+#[derive(Debug, Clone)]
+pub struct Hand {
+    /// Index of the object among the bodies of the scene.
+    pub(super) object: usize,
+    /// Bodies of the hand that are checked against it.
+    pub(super) links: Vec<Link>,
+    pub(super) fingers: Vec<Finger>,
+}
+
+/// A body of the hand that is checked against the object.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Link {
+    /// With the object.
+    pub pair: PairId,
+    /// Index among the bodies of the scene.
+    pub body: usize,
+    /// Whose finger it is part of; of the palm none.
+    pub finger: Option<usize>,
+    /// Whether the object is the first of the pair.
+    pub is_second: bool,
+}
+
+/// Joints that move one finger alone.
+#[derive(Debug, Clone)]
+pub(super) struct Finger {
+    /// Indices of their factors of the configuration space.
+    pub factors: Vec<usize>,
+}
+
+impl Hand {
+    /// The hand of a scene that holds the obstacle `object`.
+    ///
+    /// # Errors
+    /// [`Error::Input`] where no body has that name, it moves, or no moving body is checked against
+    /// it.
+    pub fn new(scene: &Scene, object: &str) -> Result<Self> {
+        let object = scene.body_named("object", object)?;
+        let fault = |problem: &str| {
+            let element = format!("object \"{}\"", scene.bodies[object].name);
+            Err(Error::input("grasp", &element, problem.to_string()))
+        };
+        if scene.bodies[object].frame != 0 {
+            return fault("got a body that moves with the robot, expected an obstacle");
+        }
+        let mut links = Vec::new();
+        for (index, pair) in scene.pairs.iter().enumerate() {
+            let is_second = pair.first == object;
+            let body = if is_second { pair.second } else { pair.first };
+            if (is_second || pair.second == object) && scene.bodies[body].frame != 0 {
+                links.push(Link { pair: PairId::new(index), body, finger: None, is_second });
+            }
+        }
+        if links.is_empty() {
+            return fault("no body that moves is checked against it, expected a hand");
+        }
+        let chains: Vec<BTreeSet<usize>> =
+            links.iter().map(|link| chain(scene, scene.bodies[link.body].frame)).collect();
+        let mut fingers: Vec<BTreeSet<usize>> = Vec::new();
+        for own in own_joints(scene, &chains) {
+            let mut merged = own;
+            fingers.retain(|finger| {
+                let is_other = finger.is_disjoint(&merged);
+                if !is_other {
+                    merged.extend(finger);
+                }
+                is_other
+            });
+            if !merged.is_empty() {
+                fingers.push(merged);
+            }
+        }
+        for (link, chain) in links.iter_mut().zip(&chains) {
+            link.finger = fingers.iter().position(|finger| !finger.is_disjoint(chain));
+        }
+        let factors = scene.space.factors();
+        let of_finger = |tangents: &BTreeSet<usize>| Finger {
+            factors: (0..factors.len()).filter(|at| tangents.contains(&factors[*at].v)).collect(),
+        };
+        Ok(Self { object, links, fingers: fingers.iter().map(of_finger).collect() })
+    }
+
+    /// How many fingers can touch the object.
+    pub fn finger_count(&self) -> usize {
+        self.fingers.len()
+    }
+
+    /// The nearest configuration to `q` at which nothing penetrates and what touched the object
+    /// still does, each finger on its side of it. `None` where nothing free was found. `q` may lie
+    /// beyond limits ([`crate::ConfigSpace::config_anywhere`]). The view has to be of the scene that the hand was made for, or of one with the same bodies and pairs.
+    ///
+    /// # Guarantee
+    /// [`Grasp::verified`]: the exact checker called the configuration free, of every checked pair,
+    /// during this call. Nothing is proved of how near it is.
+    ///
+    /// # Cost
+    /// A few descents: about as much as a query. No model is used.
+    pub fn release(
+        &self,
+        view: &View,
+        q: &Config,
+        options: &ReleaseOptions,
+        scratch: &mut QueryScratch,
+    ) -> Option<Grasp> {
+        release(self, view.context(), q, options, scratch)
+    }
+
+    /// The scene with weights of a floating or planar base that make moving the hand about as dear
+    /// as moving its fingers. `None` where the base is fixed, has weights other than 1, or where
+    /// another metric is, which measures the bodies themselves.
+    ///
+    /// With equal weights a metre counts as a radian, and the base runs away before a finger moves.
+    /// Here moving the base by the length `l` counts as turning a joint by 1 rad, where `l` is how
+    /// far a radian of a joint moves what it carries, root mean square over the volume and the
+    /// joints.
+    pub fn weighted(scene: &Scene) -> Option<Scene> {
+        let weights = base_weights(scene);
+        let named = weights.iter().map(|(name, weights)| (name.as_str(), *weights));
+        if weights.is_empty() { None } else { scene.weighted(named).ok() }
+    }
+}
+
+/// Tangent coordinates that move a frame.
+fn chain(scene: &Scene, mut frame: usize) -> BTreeSet<usize> {
+    let mut tangents = BTreeSet::new();
+    while frame != 0 {
+        match &scene.frames[frame].motion {
+            Motion::World => {}
+            Motion::Revolute { coordinate, .. } | Motion::Prismatic { coordinate, .. } => {
+                tangents.insert(coordinate.v);
+            }
+            Motion::Ball { v, .. } => tangents.extend(*v..v + 3),
+        }
+        frame = scene.frames[frame].parent;
+    }
+    tangents
+}
+
+/// Of each chain, what is not of the base, nor shared by all outermost ones; where that leaves
+/// nothing, as of a gripper with one joint, what is not of the base.
+fn own_joints(scene: &Scene, chains: &[BTreeSet<usize>]) -> Vec<BTreeSet<usize>> {
+    let base = base_tangents(scene);
+    let without_base: Vec<BTreeSet<usize>> = chains.iter().map(|chain| chain - &base).collect();
+    let is_outermost = |chain: &&BTreeSet<usize>| {
+        let goes_on = |other: &BTreeSet<usize>| other.len() > chain.len() && chain.is_subset(other);
+        !without_base.iter().any(goes_on)
+    };
+    let mut outermost = without_base.iter().filter(is_outermost);
+    let first = outermost.next().cloned().unwrap_or_default();
+    let shared = outermost.fold(first, |shared, chain| &shared & chain);
+    let own: Vec<BTreeSet<usize>> = without_base.iter().map(|chain| chain - &shared).collect();
+    if own.iter().all(BTreeSet::is_empty) { without_base } else { own }
+}
+
+/// Tangent coordinates of bases of robots.
+pub(super) fn base_tangents(scene: &Scene) -> BTreeSet<usize> {
+    let is_base = |name: &str| name == "base" || name.ends_with("/base");
+    let bases = || scene.joints.iter().filter(|joint| is_base(&joint.name));
+    let of_base = |q: usize| bases().any(|joint| joint.q.contains(&q));
+    scene.space.factors().iter().filter(|factor| of_base(factor.q)).flat_map(|factor| factor.tangents()).collect()
+}
+
+#[cfg(test)]
+pub mod tests {
+    use super::*;
+    use crate::math::{Pose, Vec3};
+    use crate::robot::Geometry;
+    use crate::scene::{Body, builtin};
+
+    /// The built-in hand around a ball.
+    pub fn with_ball(radius: f64) -> Scene {
+        let pose = Pose::translation(Vec3::new(0.0, 0.0, 0.08));
+        let ball = Body::obstacle("ball", Geometry::Sphere { radius }, pose);
+        builtin::scene("hand").unwrap().with_obstacles([ball]).unwrap()
+    }
+
+    #[test]
+    fn fingers_are_what_chains_do_not_share() {
+        let scene = with_ball(0.03);
+        let hand = Hand::new(&scene, "ball").unwrap();
+        assert_eq!(hand.finger_count(), 3);
+        let mut factors: Vec<usize> = hand.fingers.iter().flat_map(|finger| finger.factors.clone()).collect();
+        factors.sort_unstable();
+        assert_eq!(factors, [0, 1, 2, 3, 4]);
+        assert!(hand.links.iter().all(|link| link.finger.is_some()), "the palm does not move");
+        // An arm is one finger.
+        let arm = builtin::scene("shelf-arm").unwrap();
+        let obstacle = arm.bodies.iter().find(|body| body.is_obstacle()).unwrap();
+        assert_eq!(Hand::new(&arm, &obstacle.name).unwrap().finger_count(), 1);
+    }
+
+    #[test]
+    fn what_is_no_object_is_named() {
+        let scene = with_ball(0.03);
+        let message = |name: &str| Hand::new(&scene, name).unwrap_err().to_string();
+        assert!(message("cup").contains("cup") && message("cup").contains("ball"), "{}", message("cup"));
+        let link = scene.bodies.iter().find(|body| body.frame != 0).unwrap();
+        assert!(message(&link.name).contains("expected an obstacle"), "{}", message(&link.name));
+    }
+}

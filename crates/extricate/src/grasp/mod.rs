@@ -1,0 +1,24 @@
+//! Grasps: the hand that is nearest to one whose fingers are inside the object, which still holds
+//! it; and how good a grasp is.
+//!
+//! Read in this order: `hand` (which bodies and joints are fingers), `options`, `release` (the
+//! steps), `opening` (on which side of the object a finger is), `grip` (what a hand holds),
+//! `report`, `quality` and `wrench_hull` (how well), `weights` (of a floating base),
+//! `batch` (many grasps of many objects).
+
+mod batch;
+mod grip;
+mod hand;
+mod opening;
+mod options;
+mod quality;
+mod release;
+mod report;
+mod weights;
+mod wrench_hull;
+
+pub use batch::{Released, release_batch};
+pub use hand::Hand;
+pub use options::{Keep, ReleaseOptions};
+pub use quality::GraspQuality;
+pub use report::{Grasp, GraspContact};

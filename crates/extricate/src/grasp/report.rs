@@ -1,0 +1,112 @@
+//! What is said of a released grasp.
+
+use serde::Serialize;
+
+use super::grip::{Grip, toward_link};
+use super::hand::Hand;
+use super::options::ReleaseOptions;
+use super::quality::{GraspQuality, quality};
+use crate::collision::contacts_within;
+use crate::math::Vec3;
+use crate::query::Context;
+use crate::query::search::evaluate::Evaluator;
+
+/// A hand that holds an object and penetrates nothing.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Grasp {
+    /// The configuration (length `nq`).
+    pub config: Vec<f64>,
+    /// How far it is from the query, in the scene's metric.
+    pub moved: f64,
+    /// Whether the exact checker called it free during this call: every checked pair keeps the
+    /// clearance, and joints their limits.
+    pub verified: bool,
+    /// Where the hand touches the object, link by link.
+    pub contacts: Vec<GraspContact>,
+    /// Names of the links that touched the object, or were in it, at the query.
+    pub touched: Vec<String>,
+    /// Names of those that still touch it.
+    pub kept: Vec<String>,
+    /// Fingers that touched, and that still do.
+    pub fingers: [usize; 2],
+    /// Whether every contact that was kept is on its side of the object: its normal is turned by
+    /// less than 90 degrees from where the finger first touches when it closes from open.
+    pub kept_sides: bool,
+    /// Greatest signed depth \[m\] of a link in the object at the query; 0 where none was in it.
+    pub depth_before: f64,
+    /// How well the object is held; `None` where no friction was given.
+    pub quality: Option<GraspQuality>,
+    /// Exact checks and contact evaluations.
+    pub checks: usize,
+}
+
+/// A place where the hand touches the object.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct GraspContact {
+    /// Name of the link.
+    pub link: String,
+    /// Distance \[m\].
+    pub distance: f64,
+    /// On the object, world coordinates \[m\].
+    pub point: Vec3,
+    /// Unit, into the object, world coordinates.
+    pub normal: Vec3,
+}
+
+/// Says all that is said of a configuration that was found.
+pub(super) fn report(
+    hand: &Hand,
+    context: &Context,
+    options: &ReleaseOptions,
+    (before, touched): (&Grip, &[bool]),
+    (config, moved, kept_sides): (Vec<f64>, f64, bool),
+    evaluator: &mut Evaluator,
+) -> Grasp {
+    let scene = context.checker.scene();
+    let verified = evaluator.label(context, &config) == crate::cspace::Label::Free;
+    let now = Grip::at(hand, context, &config, Some(options.touch), &mut evaluator.check);
+    let touching = now.touching(options.touch);
+    let kept: Vec<bool> = touching.iter().zip(touched).map(|(now, then)| *now && *then).collect();
+    let names = |links: &[bool]| {
+        let named = hand.links.iter().zip(links).filter(|(_, is_one)| **is_one);
+        named.map(|(link, _)| scene.bodies[link.body].name.clone()).collect()
+    };
+    let count = |links: &[bool]| Grip::fingers(hand, links).iter().filter(|is_one| **is_one).count();
+    let contacts = contacts_of(hand, context, &config, options.touch, evaluator);
+    let quality = options.friction.map(|friction| quality(context, hand.object, &contacts, friction));
+    Grasp {
+        moved,
+        verified,
+        touched: names(touched),
+        kept: names(&kept),
+        fingers: [count(touched), count(&kept)],
+        kept_sides,
+        depth_before: before.gaps.iter().map(|gap| -(gap + context.clearance)).fold(0.0, f64::max),
+        contacts,
+        quality,
+        checks: evaluator.checks,
+        config,
+    }
+}
+
+fn contacts_of(
+    hand: &Hand,
+    context: &Context,
+    config: &[f64],
+    touch: f64,
+    evaluator: &mut Evaluator,
+) -> Vec<GraspContact> {
+    let mut found = Vec::new();
+    contacts_within(context.checker, config, context.clearance + touch, &mut evaluator.check, &mut found);
+    let scene = context.checker.scene();
+    let of_link = |contact: &crate::collision::Contact| {
+        let link = hand.links.iter().find(|link| link.pair == contact.pair)?;
+        Some(GraspContact {
+            link: scene.bodies[link.body].name.clone(),
+            distance: contact.distance,
+            point: if link.is_second { contact.point_first } else { contact.point_second },
+            normal: -toward_link(link, contact),
+        })
+    };
+    found.iter().filter_map(of_link).collect()
+}

@@ -1,0 +1,177 @@
+//! A stream that does not teleport: a proxy that only moves where its whole way is proved free.
+//!
+//! The nearest exit jumps where another becomes nearer, and the straight way there leads through
+//! what collides. A proxy goes toward the query as far as contacts let it: its direction turns
+//! where they change, and what it is held behind is told.
+
+use crate::collision::{ContactQuery, ContactSearch, SegmentOptions, SegmentOutcome};
+use crate::cspace::Label;
+use crate::query::context::Context;
+use crate::query::descent::qp::QpOutcome;
+use crate::query::descent::subproblem::Subproblem;
+use crate::query::search::evaluate::Evaluator;
+use crate::metric::Anchor;
+
+/// What a proxy aims to keep beyond the clearance \[m\], where no clearance is asked for: moves
+/// along a contact are proved in stretches of about this.
+pub const ROOM: f64 = 5e-4;
+/// Most steps of a frame.
+const STEPS: usize = 8;
+/// A step that the first contact cuts to less than this share is tried shorter.
+const CUT: f64 = 0.1;
+/// The trust region shrinks to this share then.
+const SHRINK: f64 = 0.3;
+/// A step that brings the proxy nearer by less than this share of its distance is the last.
+const TOLERANCE: f64 = 1e-3;
+/// Contacts are constraints within this share of the farthest motion, at least some rooms \[m\].
+const REACH: f64 = 1.2;
+
+/// A free configuration that follows the query.
+///
+/// # Source
+/// M. Ortega, S. Redon and S. Coquillart, "A six degree-of-freedom god-object method for haptic
+/// display of rigid bodies with surface properties", IEEE Transactions on Visualization and
+/// Computer Graphics 13(3), 2007, doi:10.1109/TVCG.2007.1028: the proxy moves in the direction that
+/// contacts allow, as far as continuous collision detection finds it free. Deviations: articulated
+/// models; several steps a frame; the motion is proved free by bounds, with the clearance.
+#[derive(Default)]
+pub struct Proxy {
+    /// Where it is; empty before the first frame.
+    pub config: Vec<f64>,
+    target: Vec<f64>,
+    subproblem: Subproblem,
+}
+
+impl Proxy {
+    /// Moves toward the anchor, along what `aimed` (the same scene with a greater clearance) has
+    /// contacts of, so that the straight way from where it was is proved free in `context`.
+    pub fn follow(&mut self, context: &Context, aimed: &Context, anchor: &Anchor, evaluator: &mut Evaluator) {
+        let start = self.config.clone();
+        if evaluator.label(aimed, &anchor.q) == Label::Free
+            && proved(context, aimed, (&start, &anchor.q), evaluator) >= 1.0
+        {
+            self.config.copy_from_slice(&anchor.q);
+            return;
+        }
+        let mut distance = evaluator.distance(context, anchor, &self.config);
+        let (mut radius, mut has_moved) = (distance.max(1e-3 * context.scale), false);
+        for _ in 0..STEPS {
+            if distance <= 0.0 || evaluator.is_spent() {
+                return;
+            }
+            let Some(length) = self.step(aimed, anchor, (distance, radius), evaluator) else { return };
+            let share = proved(context, aimed, (&start, &self.target), evaluator);
+            if share < 1.0 && has_moved {
+                // The way around what is between is not straight: the rest is of the next frame.
+                return;
+            }
+            self.go(context, (&start, share), evaluator);
+            has_moved |= share > 0.0;
+            let now = evaluator.distance(context, anchor, &self.config);
+            if share < CUT {
+                (radius, has_moved) = (SHRINK * length.min(radius), false);
+                self.config.copy_from_slice(&start);
+            } else if share < 1.0 || distance - now < TOLERANCE * distance {
+                return;
+            }
+            if radius < TOLERANCE * distance {
+                return;
+            }
+            distance = if has_moved { now } else { distance };
+        }
+    }
+
+    /// Finds where a step along the contacts leads; how long it is, where there is one.
+    fn step(
+        &mut self,
+        aimed: &Context,
+        anchor: &Anchor,
+        (distance, radius): (f64, f64),
+        evaluator: &mut Evaluator,
+    ) -> Option<f64> {
+        let reach = (REACH * distance.min(radius) * aimed.metric.lever()).max(4.0 * ROOM);
+        let query = ContactQuery { margin: aimed.clearance + reach, search: ContactSearch::Exact };
+        evaluator.contacts_at(aimed, &self.config, query);
+        let poses = evaluator.check.poses();
+        let Self { subproblem, config, target, .. } = self;
+        aimed.metric.quadratic_model(anchor, config, poses, &mut subproblem.quadratic);
+        subproblem.build(aimed, config, radius, (&evaluator.contacts, poses));
+        if subproblem.solve(f64::INFINITY) == QpOutcome::Infeasible {
+            return None;
+        }
+        let length = subproblem.clip_step();
+        target.resize(config.len(), 0.0);
+        aimed.checker.scene().space.integrate(config, &subproblem.step, target);
+        (length > TOLERANCE * TOLERANCE * distance).then_some(length)
+    }
+
+    /// Goes by a proved share of the straight way to the target.
+    fn go(&mut self, context: &Context, (start, share): (&[f64], f64), evaluator: &mut Evaluator) {
+        if share >= 1.0 {
+            self.config.copy_from_slice(&self.target);
+            return;
+        }
+        let mut moved = vec![0.0; start.len()];
+        context.checker.scene().space.interpolate(start, &self.target, share, &mut moved);
+        // What interpolation rounds is not proved.
+        if evaluator.label(context, &moved) == Label::Free {
+            self.config.copy_from_slice(&moved);
+        }
+    }
+}
+
+/// Which share of a straight way is proved free.
+fn proved(context: &Context, aimed: &Context, (from, to): (&[f64], &[f64]), evaluator: &mut Evaluator) -> f64 {
+    let options = SegmentOptions { resolution: 0.5 * (aimed.clearance - context.clearance) };
+    evaluator.checks += 1;
+    match context.checker.segment(from, to, &options, &mut evaluator.check) {
+        SegmentOutcome::Free => 1.0,
+        SegmentOutcome::Contact { free_until, .. } | SegmentOutcome::Undecided { free_until, .. } => free_until,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::collision::CheckScratch;
+    use crate::query::{Stream, StreamOptions, World};
+    use crate::scene::builtin;
+    use rand::{RngExt, SeedableRng};
+
+    /// Motions between random configurations, in small frames: every move of the proxy is proved,
+    /// it is never nearer than the nearest exit, and it follows into the open.
+    #[test]
+    fn a_proxy_never_jumps_and_never_lags_in_the_open() {
+        let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(9);
+        for name in ["planar-arm", "shelf-arm", "free-box"] {
+            let world = World::new(builtin::scene(name).unwrap());
+            let (space, checker) = (&world.scene().space, world.checker());
+            let (mut scratch, options) = (CheckScratch::default(), SegmentOptions { resolution: 2e-5 });
+            let (mut frames, mut behind, mut reached) = (0, 0, 0);
+            for _ in 0..3 {
+                let mut stream = Stream::new(StreamOptions { continuous: true, ..StreamOptions::default() });
+                let halton = crate::cspace::sampling::Halton::new(space.nv(), rng.random());
+                let mut ends = [vec![0.0; space.nq()], vec![0.0; space.nq()]];
+                ends.iter_mut().enumerate().for_each(|(k, q)| halton.config(space, k as u64, q));
+                let (mut before, mut q) = (Vec::new(), vec![0.0; space.nq()]);
+                for frame in 0..40 {
+                    space.interpolate(&ends[0], &ends[1], f64::from(frame) / 200.0, &mut q);
+                    let answer = world.view().query_next(&space.config_anywhere(&q).unwrap(), &mut stream).unwrap();
+                    let nearest = answer.nearest.unwrap();
+                    assert!(answer.verified && answer.depth >= nearest - 1e-9, "{name}: {} {nearest}", answer.depth);
+                    assert!(answer.lower_bound <= nearest + 1e-9, "{name}");
+                    if !before.is_empty() {
+                        let moved = checker.segment(&before, &answer.witness, &options, &mut scratch);
+                        let is_contact = matches!(moved, SegmentOutcome::Contact { .. });
+                        assert!(!is_contact, "{name}, frame {frame}: {moved:?}");
+                        frames += 1;
+                    }
+                    behind += usize::from(answer.depth > 1.05 * nearest + 1e-3);
+                    reached += usize::from(answer.is_free() && answer.depth == 0.0);
+                    before = answer.witness;
+                }
+            }
+            assert!(frames > 100 && reached + behind > 5, "{name}: {frames} frames, {reached} reached, {behind} behind");
+        }
+    }
+}
