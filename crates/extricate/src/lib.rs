@@ -26,10 +26,10 @@
 //! Scenes can be changed ([`Scene::moved`], [`Scene::with_obstacles`], [`Scene::attached`]) and a
 //! model queried there ([`Model::in_scene`]).
 
+mod applications;
 mod collision;
 mod cspace;
 mod error;
-mod grasp;
 mod io;
 mod kinematics;
 mod learning;
@@ -41,10 +41,10 @@ mod robot;
 mod samples;
 mod scene;
 
+pub use applications::grasp::{Grasp, GraspContact, GraspQuality, Hand, Keep, ReleaseOptions};
 pub use collision::{CheckScratch, Checker, Contact, SegmentOptions, SegmentOutcome};
 pub use cspace::{Config, ConfigSpace, Label, Manifold, Rows};
 pub use error::{Error, Result};
-pub use grasp::{Grasp, GraspContact, GraspQuality, Hand, Keep, ReleaseOptions};
 pub use io::{load_model, load_scene, load_scene_within, save_model};
 pub use learning::{LearnOptions, LearnProgress};
 pub use model::adapt::Adapter;
@@ -76,7 +76,7 @@ pub mod internals {
         pub use crate::cspace::*;
     }
     pub mod grasp {
-        pub use crate::grasp::*;
+        pub use crate::applications::grasp::*;
     }
     pub mod io {
         pub use crate::io::*;

@@ -187,7 +187,8 @@ pub fn run(args: &GraspArgs, json: bool) -> anyhow::Result<()> {
 
 fn options(args: &GraspArgs, scene: &Scene) -> anyhow::Result<ReleaseOptions> {
     let locked = scene.joints_named("--locked", args.locked.iter().map(String::as_str))?;
-    let termination = Termination { max_checks: args.max_checks, max_seconds: args.max_seconds, ..Termination::default() };
+    let termination =
+        Termination { max_checks: args.max_checks, max_seconds: args.max_seconds, ..Termination::default() };
     let open = args.open.as_ref().map(|words| {
         let found = Configs::of_words(std::slice::from_ref(words)).next(scene)?.and_then(Result::ok);
         let expected = || format!("--open: got {words}, expected {} numbers within the limits", scene.space.nq());
@@ -352,7 +353,11 @@ fn text(line: usize, grasp: &Grasp) -> String {
     let [touched, kept] = grasp.fingers;
     let side = if grasp.kept_sides { "" } else { "; past the side" };
     let links = grasp.kept.join(", ");
-    format!("{line:>6}  {:>9.5}  {kept:>3}/{touched:<3}  {epsilon:>8}  {:>8}  {links}{side}", grasp.moved, grasp.contacts.len())
+    format!(
+        "{line:>6}  {:>9.5}  {kept:>3}/{touched:<3}  {epsilon:>8}  {:>8}  {links}{side}",
+        grasp.moved,
+        grasp.contacts.len()
+    )
 }
 
 /// The last line that a file answers, and how long it is up to there \[bytes\].

@@ -70,7 +70,7 @@ impl Scene {
                 return Err(PyValueError::new_err(format!("{name}: got {bad}, expected a number, 0 or more")));
             }
         }
-        if let Some(bad) = max_seconds.filter(|seconds| !(*seconds > 0.0)) {
+        if let Some(bad) = max_seconds.filter(|seconds| seconds.is_nan() || *seconds <= 0.0) {
             return Err(PyValueError::new_err(format!("max_seconds: got {bad}, expected more than 0")));
         }
         let locked = scene.joints_named("locked", locked.iter().map(String::as_str)).map_err(exception)?;
@@ -78,7 +78,11 @@ impl Scene {
             keep: match keep {
                 "contacts" => Keep::Contacts,
                 "pose" => Keep::Pose,
-                _ => return Err(PyValueError::new_err(format!("keep: got {keep:?}, expected \"contacts\" or \"pose\""))),
+                _ => {
+                    return Err(PyValueError::new_err(format!(
+                        "keep: got {keep:?}, expected \"contacts\" or \"pose\""
+                    )));
+                }
             },
             touch,
             friction: friction.filter(|friction| *friction > 0.0),
@@ -99,8 +103,7 @@ impl Scene {
             py,
             |_, ()| Ok(()),
             |line| {
-                options.query.termination =
-                    Termination { max_checks, max_seconds, stop: Some(line.stop()), ..Termination::default() };
+                options.query.termination = Termination { max_checks, max_seconds, stop: Some(line.stop()) };
                 let other = own.map(|scene| self.world().with_scene(scene));
                 let world = other.as_ref().unwrap_or_else(|| self.world());
                 pool.install(|| held.release(world, rows, &options))
@@ -111,7 +114,11 @@ impl Scene {
             Err(message) => Err(PyValueError::new_err(format!("object[{row}]: {message}"))),
         };
         let grasps = found.into_iter().enumerate().map(grasp).collect::<PyResult<Vec<_>>>()?;
-        if single { Ok(grasps.into_iter().next().flatten().into_pyobject(py)?) } else { Ok(grasps.into_pyobject(py)?.into_any()) }
+        if single {
+            Ok(grasps.into_iter().next().flatten().into_pyobject(py)?)
+        } else {
+            Ok(grasps.into_pyobject(py)?.into_any())
+        }
     }
 }
 
@@ -167,7 +174,9 @@ impl Held {
                 let object_of = |number: usize| {
                     let own = SceneFile { obstacle: vec![entries.obstacle[number].clone()], ..SceneFile::default() };
                     let mut bodies = io::read_obstacles(entries::NAME, &own)?;
-                    bodies.pop().ok_or_else(|| extricate::Error::input(entries::NAME, "object", "got no shape, expected one"))
+                    bodies
+                        .pop()
+                        .ok_or_else(|| extricate::Error::input(entries::NAME, "object", "got no shape, expected one"))
                 };
                 Ok(release_batch(world, &grasps, &object_of, options))
             }
@@ -187,9 +196,9 @@ fn weighted(weights: Option<&Bound<'_, PyAny>>, scene: &extricate::Scene) -> PyR
     if given.extract::<String>().is_ok_and(|word| word == "scene") {
         return Ok(None);
     }
-    let weights = given.cast::<PyMapping>().map_err(|_| {
-        PyTypeError::new_err("weights: expected weights by name of a joint, \"scene\" or None")
-    })?;
+    let weights = given
+        .cast::<PyMapping>()
+        .map_err(|_| PyTypeError::new_err("weights: expected weights by name of a joint, \"scene\" or None"))?;
     let weights = weights_of(weights)?;
     let named = weights.iter().map(|(name, weights)| (name.as_str(), *weights));
     scene.weighted(named).map(Some).map_err(exception)

@@ -72,7 +72,18 @@ impl<'a> Context<'a> {
         change: Option<&'a Change>,
     ) -> Self {
         let (clearance, scale) = (checker.base_clearance(), metric.diameter());
-        Self { checker, metric, balls, learned, change, unlearned: None, clearance, scale, locked: &[], held: Held::default() }
+        Self {
+            checker,
+            metric,
+            balls,
+            learned,
+            change,
+            unlearned: None,
+            clearance,
+            scale,
+            locked: &[],
+            held: Held::default(),
+        }
     }
 
     /// The same without samples, for a query at which a new one of these pairs collides.

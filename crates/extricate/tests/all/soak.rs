@@ -240,6 +240,7 @@ fn walk(
         query: query.clone(),
         hysteresis: [0.0, 0.1, 0.5][index % 3],
         starts_per_frame: [4, 0, 1, 8][index % 4],
+        ..StreamOptions::default()
     };
     let (mut stream, mut scratch) = (Stream::new(options), QueryScratch::default());
     let (mut answered, mut colliding, mut faults) = (0, 0, Vec::new());

@@ -18,6 +18,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
     ("learning", &["cspace", "math", "error"]),
     ("samples", &["learning", "metric", "cspace", "math", "error"]),
     ("query", &["samples", "collision", "metric", "kinematics", "scene", "cspace", "math", "error"]),
+    ("applications", &["query", "collision", "metric", "scene", "cspace", "robot", "math", "error"]),
     (
         "model",
         &[
@@ -97,7 +98,9 @@ fn folders_are_small() {
     let mut folders = vec![repository().join("crates")];
     let mut faults = Vec::new();
     while let Some(folder) = folders.pop() {
-        let inside = entries(&folder);
+        let mut inside = entries(&folder);
+        // The door of a crate is no room.
+        inside.retain(|path| !path.ends_with("src/lib.rs"));
         if folder.iter().any(|part| part == "src") && inside.len() > MOST_ENTRIES {
             faults.push(format!("{}: {} entries, at most {MOST_ENTRIES} are allowed", folder.display(), inside.len()));
         }

@@ -32,7 +32,7 @@ pub struct StreamOptions {
     pub starts_per_frame: usize,
     /// Whether the witness is a proxy that never jumps: from frame to frame it only moves where
     /// every configuration on its way is proved free. It may then be held behind something while
-    /// another exit is nearer, or while the query is free: [`Answer::nearest`] tells. It aims at
+    /// another exit is nearer ([`Answer::nearest`]), or while the query is free. It aims at
     /// the clearance of `query`, by default 0.5 mm more than the scene's, and `hysteresis` has no
     /// effect.
     pub continuous: bool,

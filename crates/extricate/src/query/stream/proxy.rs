@@ -6,11 +6,11 @@
 
 use crate::collision::{ContactQuery, ContactSearch, SegmentOptions, SegmentOutcome};
 use crate::cspace::Label;
+use crate::metric::Anchor;
 use crate::query::context::Context;
 use crate::query::descent::qp::QpOutcome;
 use crate::query::descent::subproblem::Subproblem;
 use crate::query::search::evaluate::Evaluator;
-use crate::metric::Anchor;
 
 /// What a proxy aims to keep beyond the clearance \[m\], where no clearance is asked for: moves
 /// along a contact are proved in stretches of about this.
@@ -171,7 +171,10 @@ mod tests {
                     before = answer.witness;
                 }
             }
-            assert!(frames > 100 && reached + behind > 5, "{name}: {frames} frames, {reached} reached, {behind} behind");
+            assert!(
+                frames > 100 && reached + behind > 5,
+                "{name}: {frames} frames, {reached} reached, {behind} behind"
+            );
         }
     }
 }

@@ -17,9 +17,9 @@ const NONE: f64 = 1e-9;
 /// Most points that the polytope grows by.
 const MOST: usize = 3000;
 
-/// The radius of the largest ball around the origin in the convex hull of what `support` tells, from
-/// below; 0 where the origin is not inside. `support` gives a point of the set that is farthest
-/// along a direction, `None` of an empty set.
+/// The radius of the largest ball around the origin in the convex hull of what `support` tells,
+/// from below; 0 where the origin is not inside. `support` gives a point of the set that is
+/// farthest along a direction, `None` of an empty set.
 ///
 /// # Source
 /// Y. Zheng, "An efficient algorithm for a grasp quality measure", IEEE Transactions on Robotics
@@ -141,8 +141,7 @@ impl Polytope {
         let (mut seen, mut at, mut horizon) = (vec![facet], 0, Vec::new());
         while at < seen.len() {
             let Facet { vertices, neighbors, .. } = self.facets[seen[at]];
-            for k in 0..SIZE {
-                let other = neighbors[k];
+            for (k, other) in neighbors.into_iter().enumerate() {
                 if self.facets[other].is_gone {
                     continue;
                 }
@@ -250,9 +249,7 @@ mod tests {
     use rand::{RngExt, SeedableRng};
 
     fn of_points(points: &[Wrench]) -> f64 {
-        least_support(|direction| {
-            points.iter().copied().max_by(|a, b| dot(a, direction).total_cmp(&dot(b, direction)))
-        })
+        least_support(|direction| points.iter().copied().max_by(|a, b| dot(a, direction).total_cmp(&dot(b, direction))))
     }
 
     /// The cross-polytope is 1 / sqrt(6) deep, the box 1, a ball its radius.

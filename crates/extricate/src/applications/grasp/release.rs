@@ -13,6 +13,7 @@ use super::hand::Hand;
 use super::opening::first_touch;
 use super::options::{Keep, ReleaseOptions};
 use super::report::{Grasp, report};
+use super::weights::base_weights;
 use crate::cspace::{Config, Label};
 use crate::metric::Anchor;
 use crate::query::descent::{DescentScratch, Start, descend};
@@ -21,8 +22,8 @@ use crate::query::search::evaluate::Evaluator;
 use crate::query::search::prune::{Ends, Pruning};
 use crate::query::search::termination::Deadline;
 use crate::query::worlds::constraints::under;
-use crate::query::{Context, Effort, Held, QueryOptions, QueryScratch, nearest_exit};
-use crate::scene::PairId;
+use crate::query::{Context, Effort, Held, QueryOptions, QueryScratch, View, nearest_exit};
+use crate::scene::{PairId, Scene};
 
 /// What is held may part by this share of a touch: less, and hardly a step is straight enough.
 const BAND: f64 = 0.25;
@@ -31,8 +32,45 @@ const STAGES: usize = 5;
 /// Exits that are looked through where descents from the first touch find nothing.
 const EXITS: usize = 4;
 
+impl Hand {
+    /// The nearest configuration to `q` at which nothing penetrates and what touched the object
+    /// still does, each finger on its side of it. `None` where nothing free was found. `q` may lie
+    /// beyond limits ([`crate::ConfigSpace::config_anywhere`]). The view has to be of the scene
+    /// that the hand was made for, or of one with the same bodies and pairs.
+    ///
+    /// # Guarantee
+    /// [`Grasp::verified`]: the exact checker called the configuration free, of every checked pair,
+    /// during this call. Nothing is proved of how near it is.
+    ///
+    /// # Cost
+    /// A few descents: about as much as a query. No model is used.
+    pub fn release(
+        &self,
+        view: &View,
+        q: &Config,
+        options: &ReleaseOptions,
+        scratch: &mut QueryScratch,
+    ) -> Option<Grasp> {
+        release(self, view.context(), q, options, scratch)
+    }
+
+    /// The scene with weights of a floating or planar base that make moving the hand about as dear
+    /// as moving its fingers. `None` where the base is fixed, has weights other than 1, or where
+    /// another metric is, which measures the bodies themselves.
+    ///
+    /// With equal weights a metre counts as a radian, and the base runs away before a finger moves.
+    /// Here moving the base by the length `l` counts as turning a joint by 1 rad, where `l` is how
+    /// far a radian of a joint moves what it carries, root mean square over the volume and the
+    /// joints.
+    pub fn weighted(scene: &Scene) -> Option<Scene> {
+        let weights = base_weights(scene);
+        let named = weights.iter().map(|(name, weights)| (name.as_str(), *weights));
+        if weights.is_empty() { None } else { scene.weighted(named).ok() }
+    }
+}
+
 /// See [`Hand::release`].
-pub fn release(
+fn release(
     hand: &Hand,
     context: &Context,
     q: &Config,
@@ -165,8 +203,8 @@ impl<'a> Release<'a> {
         self.hand.links.iter().zip(links).filter(|(_, is_one)| **is_one).map(|(link, _)| link.pair).collect()
     }
 
-    /// Step 3, with pairs that may not part; of a stage, toward what is its anchor, with coordinates
-    /// that stay.
+    /// Step 3, with pairs that may not part; of a stage, toward what is its anchor, with
+    /// coordinates that stay.
     fn slide(&mut self, from: &[f64], held: &[PairId], stage: Option<(&Anchor, &[bool])>) -> Option<Candidate> {
         let most = self.context.clearance + BAND * self.options.touch;
         let (anchor, locked) = stage.unwrap_or((&self.anchor, self.context.locked));
@@ -208,7 +246,9 @@ impl<'a> Release<'a> {
             space.interpolate(first, q, stage as f64 / STAGES as f64, &mut goal);
             self.context.metric.anchor(&goal, &mut anchor);
             let mut found = self.slide(&at, &[], Some((&anchor, &locked)));
-            if let Some(turned) = found.as_ref().map(|found| found.turned.clone()).filter(|turned| turned.contains(&true)) {
+            if let Some(turned) =
+                found.as_ref().map(|found| found.turned.clone()).filter(|turned| turned.contains(&true))
+            {
                 let fingers = self.hand.fingers.iter().zip(turned).filter(|(_, turned)| *turned);
                 let factors = fingers.flat_map(|(finger, _)| finger.factors.iter().map(|at| &space.factors()[*at]));
                 factors.flat_map(|factor| factor.tangents()).for_each(|v| locked[v] = true);
@@ -238,7 +278,8 @@ impl<'a> Release<'a> {
     /// kept, the one that keeps most.
     fn nearest_exit(&mut self, q: &Config) -> Option<Vec<f64>> {
         let exits = if self.options.keep == Keep::Contacts { EXITS } else { 1 };
-        let options = QueryOptions { effort: Effort::Refined, exits, toward: None, gap: None, ..self.options.query.clone() };
+        let options =
+            QueryOptions { effort: Effort::Refined, exits, toward: None, gap: None, ..self.options.query.clone() };
         let checks = self.scratch.evaluator.checks;
         let answer = nearest_exit(self.context, q, &options, self.scratch)?;
         self.scratch.evaluator.checks += checks;
@@ -258,8 +299,8 @@ impl<'a> Release<'a> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::applications::grasp::hand::tests::with_ball;
     use crate::collision::{CheckScratch, Checker};
-    use crate::grasp::hand::tests::with_ball;
     use crate::query::World;
     use crate::scene::Scene;
     use rand::{RngExt, SeedableRng};

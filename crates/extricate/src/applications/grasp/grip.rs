@@ -1,5 +1,7 @@
 //! What a hand holds at a configuration: which links touch, and on which side.
 
+use serde::Serialize;
+
 use super::hand::{Hand, Link};
 use crate::collision::{CheckScratch, Contact, ContactQuery, ContactSearch};
 use crate::math::Vec3;
@@ -7,6 +9,19 @@ use crate::query::Context;
 
 /// How far \[m\] the nearest point of the object is looked for.
 const FAR: f64 = 10.0;
+
+/// A place where the hand touches the object.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct GraspContact {
+    /// Name of the link.
+    pub link: String,
+    /// Distance \[m\].
+    pub distance: f64,
+    /// On the object, world coordinates \[m\].
+    pub point: Vec3,
+    /// Unit, into the object, world coordinates.
+    pub normal: Vec3,
+}
 
 /// The links of a hand against the object, in the order of the hand.
 #[derive(Debug, Clone, Default)]

@@ -3,13 +3,7 @@
 
 use std::collections::BTreeSet;
 
-use super::options::ReleaseOptions;
-use super::release::release;
-use super::report::Grasp;
-use super::weights::base_weights;
-use crate::cspace::Config;
 use crate::error::{Error, Result};
-use crate::query::{QueryScratch, View};
 use crate::scene::{Motion, PairId, Scene};
 
 /// A hand and the object that it holds: which bodies can touch it, and which joints move a finger
@@ -115,40 +109,6 @@ impl Hand {
     /// How many fingers can touch the object.
     pub fn finger_count(&self) -> usize {
         self.fingers.len()
-    }
-
-    /// The nearest configuration to `q` at which nothing penetrates and what touched the object
-    /// still does, each finger on its side of it. `None` where nothing free was found. `q` may lie
-    /// beyond limits ([`crate::ConfigSpace::config_anywhere`]). The view has to be of the scene that the hand was made for, or of one with the same bodies and pairs.
-    ///
-    /// # Guarantee
-    /// [`Grasp::verified`]: the exact checker called the configuration free, of every checked pair,
-    /// during this call. Nothing is proved of how near it is.
-    ///
-    /// # Cost
-    /// A few descents: about as much as a query. No model is used.
-    pub fn release(
-        &self,
-        view: &View,
-        q: &Config,
-        options: &ReleaseOptions,
-        scratch: &mut QueryScratch,
-    ) -> Option<Grasp> {
-        release(self, view.context(), q, options, scratch)
-    }
-
-    /// The scene with weights of a floating or planar base that make moving the hand about as dear
-    /// as moving its fingers. `None` where the base is fixed, has weights other than 1, or where
-    /// another metric is, which measures the bodies themselves.
-    ///
-    /// With equal weights a metre counts as a radian, and the base runs away before a finger moves.
-    /// Here moving the base by the length `l` counts as turning a joint by 1 rad, where `l` is how
-    /// far a radian of a joint moves what it carries, root mean square over the volume and the
-    /// joints.
-    pub fn weighted(scene: &Scene) -> Option<Scene> {
-        let weights = base_weights(scene);
-        let named = weights.iter().map(|(name, weights)| (name.as_str(), *weights));
-        if weights.is_empty() { None } else { scene.weighted(named).ok() }
     }
 }
 

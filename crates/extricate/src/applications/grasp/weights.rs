@@ -46,14 +46,14 @@ fn middle(scene: &Scene) -> Vec<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::grasp::Hand;
+    use crate::applications::grasp::Hand;
     use crate::scene::builtin;
 
     /// The hand of the cases: of a floating base, the turn of a radian about its middle is some
     /// finger lengths, and a metre far more.
     #[test]
     fn a_base_is_dearer_than_fingers() {
-        let scene = crate::grasp::hand::tests::with_ball(0.03);
+        let scene = crate::applications::grasp::hand::tests::with_ball(0.03);
         assert!(base_weights(&scene).is_empty());
         let files = builtin::files("hand").unwrap();
         let toml = String::from_utf8(files.iter().find(|(name, _)| name.ends_with("toml")).unwrap().1.clone()).unwrap();

@@ -2,12 +2,11 @@
 
 use serde::Serialize;
 
-use super::grip::{Grip, toward_link};
+use super::grip::{GraspContact, Grip, toward_link};
 use super::hand::Hand;
 use super::options::ReleaseOptions;
 use super::quality::{GraspQuality, quality};
 use crate::collision::contacts_within;
-use crate::math::Vec3;
 use crate::query::Context;
 use crate::query::search::evaluate::Evaluator;
 
@@ -38,19 +37,6 @@ pub struct Grasp {
     pub quality: Option<GraspQuality>,
     /// Exact checks and contact evaluations.
     pub checks: usize,
-}
-
-/// A place where the hand touches the object.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct GraspContact {
-    /// Name of the link.
-    pub link: String,
-    /// Distance \[m\].
-    pub distance: f64,
-    /// On the object, world coordinates \[m\].
-    pub point: Vec3,
-    /// Unit, into the object, world coordinates.
-    pub normal: Vec3,
 }
 
 /// Says all that is said of a configuration that was found.

@@ -73,7 +73,8 @@ fn compose(hand: &Hand, context: &Context, (q, open): (&[f64], &[f64]), shares: 
     let factors = context.checker.scene().space.factors();
     config.copy_from_slice(q);
     for (finger, share) in hand.fingers.iter().zip(shares) {
-        for factor in finger.factors.iter().map(|at| &factors[*at]).filter(|factor| factor.manifold.coordinates() == 1) {
+        for factor in finger.factors.iter().map(|at| &factors[*at]).filter(|factor| factor.manifold.coordinates() == 1)
+        {
             config[factor.q] = q[factor.q] + share * (open[factor.q] - q[factor.q]);
         }
     }

@@ -18,7 +18,8 @@ mod weights;
 mod wrench_hull;
 
 pub use batch::{Released, release_batch};
+pub use grip::GraspContact;
 pub use hand::Hand;
 pub use options::{Keep, ReleaseOptions};
 pub use quality::GraspQuality;
-pub use report::{Grasp, GraspContact};
+pub use report::Grasp;

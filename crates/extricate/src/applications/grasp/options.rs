@@ -11,7 +11,7 @@ pub struct ReleaseOptions {
     pub touch: f64,
     /// Coefficient of friction, for [`super::GraspQuality`]; `None` does not measure it.
     pub friction: Option<f64>,
-    /// A configuration with open fingers, which tells on which side of the object each closes; of
+    /// A configuration with open fingers: from there each closes on its side of the object; of
     /// length `nq`. `None` takes 0 for every joint, or the limit nearest to it.
     pub open: Option<Vec<f64>>,
     /// Clearance, locked joints and budget; the rest has no effect.

@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use super::report::GraspContact;
+use super::grip::GraspContact;
 use super::wrench_hull::{Wrench, least_support};
 use crate::math::Vec3;
 use crate::query::Context;
@@ -103,7 +103,7 @@ mod tests {
             .flat_map(|axis| [1.0, -1.0].map(|side| (axis.map(|x| 0.5 * side * x), axis.map(|x| -side * x))))
             .collect();
         assert_eq!(of(&contacts, 0.0), GraspQuality { epsilon: 0.0, force_closure: false });
-        // The moment about (1, 1, 1) is the hardest: each contact gives friction x sqrt(2 / 3) of it.
+        // The moment about (1, 1, 1) is the hardest: contacts give friction x sqrt(2 / 3) of it.
         let held = of(&contacts, 0.5);
         assert!(held.force_closure && (held.epsilon - 0.5 * (2.0_f64 / 3.0).sqrt()).abs() < 1e-3, "{held:?}");
     }
