@@ -65,6 +65,13 @@ def test_a_mujoco_model_has_its_pairs_and_its_verdicts() -> None:
         data.qpos[:] = qpos
         mujoco.mj_fwdPosition(model, data)
         assert all(contact.dist >= 0 for contact in data.contact[: data.ncon])
+    # The same in MuJoCo's own coordinates; what is free stays.
+    states = robot.qpos(Q[:40])
+    reset, moved = robot.reset(states, scene=scene)
+    assert ((moved > 0) == mine[:40]).all() and (reset[~mine[:40]] == states[~mine[:40]]).all()
+    assert scene.check(robot.q(reset)).all() and not (reset[mine[:40]] == states[mine[:40]]).all(axis=1).any()
+    one, distance = robot.reset(states[0])
+    assert one.shape == states[0].shape and distance.shape == () and (one == reset[0]).all()
 
 
 def test_what_mujoco_has_besides_is_told() -> None:

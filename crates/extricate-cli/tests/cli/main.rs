@@ -6,6 +6,7 @@ mod bad_input;
 mod checkpoints;
 mod demo;
 mod friendly;
+mod grasps;
 mod importing;
 mod no_model;
 mod pipeline;

@@ -143,6 +143,26 @@ class MujocoRobot(Robot):
         out[..., self.qpos_index] = given
         return out
 
+    def reset(
+        self, qpos: npt.ArrayLike, *, scene: Any = None, threads: int = 0
+    ) -> Tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
+        """The nearest states without penetration, as a simulation can start from.
+
+        qpos: MuJoCo's states (n, model.nq), or (model.nq,) for one.
+        scene: where they are; None for `Scene(self)`. Whoever resets often makes it once.
+        threads: 0 for one per core.
+        Returns states of the same shape, and how far each was moved in the scene's metric (n,): 0 where nothing collided, and
+        inf where nothing free was found, which leaves the state as it was. What has no coordinate here stays as given.
+        """
+        from ._extricate import Scene
+
+        given = np.array(qpos, dtype=np.float64)
+        states = given.reshape(-1, given.shape[-1])
+        answers = (Scene(self) if scene is None else scene).query_batch(self.q(states), threads=threads)
+        found = np.isfinite(answers["depth"])
+        states[np.ix_(found, self.qpos_index)] = answers["witness"][found]
+        return states.reshape(given.shape), np.asarray(answers["depth"]).reshape(given.shape[:-1])
+
 
 # The fields of both, as `help` shows them.
 MujocoRobot.__doc__ = f"{MujocoRobot.__doc__}\n    {(Robot.__doc__ or '').split(chr(10), 2)[2].strip()}\n    "

@@ -233,6 +233,17 @@ impl Checker {
         segment::segment(self, from, to, options, scratch)
     }
 
+    /// As [`Checker::segment`], given up after `most` stretches: in bounded time.
+    pub(crate) fn segment_within(
+        &self,
+        ends: (&[f64], &[f64]),
+        options: &SegmentOptions,
+        most: usize,
+        scratch: &mut CheckScratch,
+    ) -> SegmentOutcome {
+        segment::segment_within(self, ends, options, most, scratch)
+    }
+
     /// Appends the overlapping convex shapes among the checked pairs `pairs` at `q`. Convex shapes
     /// inside scenery stand for it: what parts the scenery from another shape parts them from it
     /// too.

@@ -69,6 +69,20 @@ const MOST_STRETCHES: usize = 1 << 18;
 /// More than exact tests err by \[m\]: what is proved here is not called colliding there.
 const SLACK: f64 = 2e-7;
 
+/// See [`Checker::segment`]; given up after so many stretches.
+pub fn segment_within(
+    checker: &Checker,
+    (from, to): (&[f64], &[f64]),
+    options: &SegmentOptions,
+    most: usize,
+    scratch: &mut CheckScratch,
+) -> SegmentOutcome {
+    let mut own = std::mem::take(&mut scratch.segment);
+    let outcome = Search { checker, from, to, most, scratch, own: &mut own }.run(options);
+    scratch.segment = own;
+    outcome
+}
+
 /// See [`Checker::segment`].
 pub fn segment(
     checker: &Checker,
@@ -77,16 +91,14 @@ pub fn segment(
     options: &SegmentOptions,
     scratch: &mut CheckScratch,
 ) -> SegmentOutcome {
-    let mut own = std::mem::take(&mut scratch.segment);
-    let outcome = Search { checker, from, to, scratch, own: &mut own }.run(options);
-    scratch.segment = own;
-    outcome
+    segment_within(checker, (from, to), options, MOST_STRETCHES, scratch)
 }
 
 struct Search<'a> {
     checker: &'a Checker,
     from: &'a [f64],
     to: &'a [f64],
+    most: usize,
     scratch: &'a mut CheckScratch,
     own: &'a mut SegmentScratch,
 }
@@ -124,7 +136,7 @@ impl Search<'_> {
             }
             // Motion that no number between the ends can halve any more.
             let finest = (to - from) * speed <= FINEST * resolution || middle <= from || middle >= to;
-            if finest || count >= MOST_STRETCHES {
+            if finest || count >= self.most {
                 return self.end(&stretch, (pair, speed), colliding, resolution);
             }
             let (first, last) = (last, self.own.pairs.len());

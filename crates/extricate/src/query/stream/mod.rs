@@ -3,13 +3,14 @@
 
 mod proxy;
 
-use super::answer::Answer;
+use super::answer::{Answer, TOUCHING};
 use super::context::Context;
 use super::descent::Start;
 use super::find;
 use super::options::{Effort, QueryOptions};
 use super::plan::Plan;
 use super::report::report;
+use super::search::evaluate::Evaluator;
 use super::search::exits::are_alike;
 use super::search::lead::Lead;
 use super::search::scratch::QueryScratch;
@@ -137,6 +138,8 @@ impl Stream {
                 answer.max_displacement = context.metric.max_displacement_from(&known.anchor, &answer.witness, metric);
             } else if answer.depth > 0.0 {
                 report(context, &own, scratch, &mut answer);
+                // It stands off by what it aims at.
+                touches(&aimed, &mut scratch.evaluator, &mut answer);
             }
             Some(answer)
         })
@@ -173,4 +176,14 @@ impl Stream {
             answer.witness.copy_from_slice(&search.descent.best);
         }
     }
+}
+
+/// Says what touches at the witness under the clearance of `aimed`.
+fn touches(aimed: &Context, evaluator: &mut Evaluator, answer: &mut Answer) {
+    answer.contacts.clear();
+    answer.contacts.extend_from_slice(evaluator.touching(aimed, &answer.witness, aimed.clearance + TOUCHING));
+    answer.contacts.iter_mut().for_each(|contact| contact.distance += aimed.checker.excess(contact.pair.index()));
+    answer.touching.clear();
+    answer.touching.extend(answer.contacts.iter().map(|contact| contact.pair));
+    answer.touching.dedup();
 }

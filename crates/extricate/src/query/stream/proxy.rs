@@ -10,6 +10,7 @@ use crate::metric::Anchor;
 use crate::query::context::Context;
 use crate::query::descent::qp::QpOutcome;
 use crate::query::descent::subproblem::Subproblem;
+use crate::query::plan::MARGIN;
 use crate::query::search::evaluate::Evaluator;
 
 /// What a proxy aims to keep beyond the clearance \[m\], where no clearance is asked for: moves
@@ -17,6 +18,9 @@ use crate::query::search::evaluate::Evaluator;
 pub const ROOM: f64 = 5e-4;
 /// Most steps of a frame.
 const STEPS: usize = 8;
+/// Stretches that a move is proved in, at most: a frame takes a bounded time, and what is left of a
+/// long move is of the next frames.
+const STRETCHES: usize = 64;
 /// A step that the first contact cuts to less than this share is tried shorter.
 const CUT: f64 = 0.1;
 /// The trust region shrinks to this share then.
@@ -54,7 +58,9 @@ impl Proxy {
             return;
         }
         let mut distance = evaluator.distance(context, anchor, &self.config);
-        let (mut radius, mut has_moved) = (distance.max(1e-3 * context.scale), false);
+        // Contacts are known as far as a step may go.
+        let most = MARGIN / context.metric.lever().max(1e-9);
+        let (mut radius, mut has_moved) = (distance.max(1e-3 * context.scale).min(most), false);
         for _ in 0..STEPS {
             if distance <= 0.0 || evaluator.is_spent() {
                 return;
@@ -124,7 +130,7 @@ impl Proxy {
 fn proved(context: &Context, aimed: &Context, (from, to): (&[f64], &[f64]), evaluator: &mut Evaluator) -> f64 {
     let options = SegmentOptions { resolution: 0.5 * (aimed.clearance - context.clearance) };
     evaluator.checks += 1;
-    match context.checker.segment(from, to, &options, &mut evaluator.check) {
+    match context.checker.segment_within((from, to), &options, STRETCHES, &mut evaluator.check) {
         SegmentOutcome::Free => 1.0,
         SegmentOutcome::Contact { free_until, .. } | SegmentOutcome::Undecided { free_until, .. } => free_until,
     }

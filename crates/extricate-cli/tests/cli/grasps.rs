@@ -1,0 +1,89 @@
+//! Hands released from their objects.
+
+use crate::process::Workspace;
+
+/// A gripper of two boxes that slide toward each other along x, and a ball between them.
+const GRIPPER: &str = r#"<robot name="gripper"><link name="palm"/>
+<link name="left"><collision><geometry><box size="0.02 0.02 0.02"/></geometry></collision></link>
+<link name="right"><collision><geometry><box size="0.02 0.02 0.02"/></geometry></collision></link>
+<joint name="close_left" type="prismatic"><parent link="palm"/><child link="left"/><origin xyz="-0.1 0 0"/><axis xyz="1 0 0"/>
+<limit lower="0" upper="0.1" effort="1" velocity="1"/></joint>
+<joint name="close_right" type="prismatic"><parent link="palm"/><child link="right"/><origin xyz="0.1 0 0"/><axis xyz="-1 0 0"/>
+<limit lower="0" upper="0.1" effort="1" velocity="1"/></joint></robot>"#;
+
+const SCENE: &str = "clearance = 1e-4\n[[robot]]\nurdf = 'gripper.urdf'\n";
+const BALL: &str = "[[obstacle]]\nname = 'ball'\nshape = { sphere = 0.03 }\n";
+
+/// A regular tetrahedron around the origin, its faces outward.
+const MESH: &str = "v 1 1 1\nv 1 -1 -1\nv -1 1 -1\nv -1 -1 1\nf 1 2 3\nf 1 4 2\nf 1 3 4\nf 2 4 3\n";
+
+fn workspace() -> Workspace {
+    let workspace = Workspace::new();
+    workspace.write("gripper.urdf", GRIPPER);
+    workspace.write("hand.toml", SCENE);
+    workspace.write("grip.toml", &format!("{SCENE}{BALL}"));
+    std::fs::create_dir(workspace.path("meshes")).unwrap();
+    workspace.write("meshes/cup.obj", MESH);
+    workspace
+}
+
+/// Fingers reach the ball at 0.06; the left one is in it by 0.02 and the right one by 0.005.
+#[test]
+fn fingers_back_out_to_where_they_touch() {
+    let workspace = workspace();
+    let run = workspace.run("grasp grip.toml --q 0.08,0.065 --object ball --json").expect_code(0);
+    let answer: serde_json::Value = serde_json::from_str(run.stdout.trim()).unwrap();
+    let config: Vec<f64> = serde_json::from_value(answer["config"].clone()).unwrap();
+    for x in &config {
+        assert!((x - 0.0599).abs() < 1e-5, "{config:?}");
+    }
+    assert_eq!(answer["fingers"], serde_json::json!([2, 2]));
+    assert_eq!(answer["kept"], serde_json::json!(["left", "right"]));
+    assert!(answer["verified"].as_bool().unwrap() && answer["kept_sides"].as_bool().unwrap());
+    assert!((answer["depth_before"].as_f64().unwrap() - 0.02).abs() < 1e-6, "{answer}");
+    let text = workspace.run("grasp grip.toml --q 0.08,0.065 --object ball").expect_code(0).stdout;
+    assert!(text.contains("2/2") && text.contains("1 grasps, 1 released; 2 of 2 fingers kept (100 %)"), "{text}");
+    let unknown = workspace.run("grasp grip.toml --q 0.08,0.065 --object cup").expect_code(1);
+    assert!(unknown.stderr.contains("got `cup`, expected one of `left`, `right`, `ball`"), "{}", unknown.stderr);
+}
+
+/// A run that was cut in the middle of a line goes on to the bytes of one that never was.
+#[test]
+fn a_run_over_many_objects_resumes() {
+    let workspace = workspace();
+    let line = |k: usize| {
+        format!("{{\"q\": [0.0{}, 0.07], \"object\": \"cup.obj\", \"scale\": 0.0{}}}\n", 5 + k % 4, 2 + k % 2)
+    };
+    let lines: String = (0..40).map(line).collect();
+    workspace.write("g.jsonl", &lines);
+    workspace.run("grasp hand.toml --input g.jsonl --objects meshes -o whole.jsonl").expect_code(0);
+    let whole = std::fs::read_to_string(workspace.path("whole.jsonl")).unwrap();
+    assert_eq!(whole.lines().count(), 40);
+    workspace.write("cut.jsonl", &whole[..whole.len() / 2]);
+    workspace.run("grasp hand.toml --input g.jsonl --objects meshes -o cut.jsonl --resume --threads 1").expect_code(0);
+    assert_eq!(std::fs::read_to_string(workspace.path("cut.jsonl")).unwrap(), whole);
+    // Files that are something else are not gone on with, nor touched.
+    workspace.write("other.jsonl", "{\"a\": 1}\n");
+    let refused =
+        workspace.run("grasp hand.toml --input g.jsonl --objects meshes -o other.jsonl --resume").expect_code(1);
+    assert!(refused.stderr.contains("other.jsonl") && refused.stderr.contains("\"line\""), "{}", refused.stderr);
+    assert_eq!(std::fs::read_to_string(workspace.path("other.jsonl")).unwrap(), "{\"a\": 1}\n");
+}
+
+#[test]
+fn lines_that_name_no_object_in_the_folder_are_told() {
+    let workspace = workspace();
+    let lines = "[0.05, 0.05]\n{\"q\": [0.05, 0.05], \"object\": \"../grip.toml\"}\n{\"q\": [0.05, 0.05], \"object\": \"no.obj\"}\n\
+                 {\"q\": [0.05, 0.05], \"object\": \"cup.obj\", \"scale\": -1}\n";
+    workspace.write("g.jsonl", lines);
+    let run = workspace.run("grasp hand.toml --input g.jsonl --objects meshes --json").expect_code(1);
+    for expected in ["got no \"object\"", "expected a file in the folder", "no.obj", "expected a positive number"] {
+        assert!(
+            run.stderr.contains(expected) || run.stdout.contains(expected),
+            "{expected}: {} {}",
+            run.stderr,
+            run.stdout
+        );
+    }
+    assert_eq!(run.stdout.lines().count(), 4);
+}
