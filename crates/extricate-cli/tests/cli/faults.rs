@@ -66,13 +66,10 @@ fn a_full_disk_leaves_old_files_and_is_told() {
     let before = workspace.files();
     // Nothing fits, or some of it: no writer here has files of less than half a kilobyte alone.
     for blocks in [0, 1] {
-        for (line, file) in WRITERS {
+        // Both files of the import would fit.
+        for (line, file) in WRITERS.into_iter().filter(|(_, file)| blocks == 0 || !file.ends_with(".obj")) {
             let failed = Finished::new(limited(&workspace, &format!("ulimit -f {blocks}"), line).output().unwrap());
             let told = failed.stderr.clone();
-            if blocks == 1 && file.ends_with(".obj") {
-                // Both files of this one fit.
-                continue;
-            }
             let last = told.lines().last().unwrap_or_default();
             let parts = ["extricate: error: cannot write", file, "File too large"];
             assert!(failed.code == Some(1) && parts.iter().all(|part| last.contains(part)), "{line}: {told}");
