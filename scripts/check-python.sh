@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Builds the Python wheel, installs it into an empty virtual environment, and runs there what README.md, the tutorials and the how-to
-# pages show, the tests, the type checks and the recipes. Called by .ci/run; needs cargo, Python 3.9 or newer with pip, and a network.
+# pages show, the tests, the type checks, the recipes, and a few scenes of the differential judge. Called by .ci/run; needs cargo, Python 3.9 or newer with pip, and a network.
 #
 # EXTRICATE_PROGRAM names the program that runs the command lines of the tutorials (default: the one that the tests have built); they
 # are skipped where there is none.
@@ -16,9 +16,11 @@ mkdir -p "$work"
 python=${EXTRICATE_PYTHON:-python3}
 "$python" -m venv "$work/tools"
 "$work/tools/bin/pip" install --quiet --disable-pip-version-check "maturin>=1.9.4,<2"
+# As bench/requirements.txt has them.
+mapfile -t peers < <(grep -E "^(pin|coal)==" bench/requirements.txt)
 # Fetched meanwhile; what is missing afterwards is fetched when it is needed.
 # With what the extras of the package ask for, and a library of meshes.
-asked=(pytest mypy tqdm mujoco trimesh xacrodoc)
+asked=(pytest mypy tqdm mujoco trimesh xacrodoc "${peers[@]}")
 if [ "${EXTRICATE_RECIPES:-1}" = 1 ]; then asked+=(--requirement docs/recipes/requirements.txt); fi
 "$work/tools/bin/pip" download --quiet --disable-pip-version-check --dest "$work/fetched" "${asked[@]}" >/dev/null 2>&1 &
 fetching=$!
@@ -40,6 +42,9 @@ pip install --find-links "$work/fetched" pytest mypy tqdm mujoco trimesh xacrodo
 "$work/venv/bin/python" -m mypy --strict --package extricate
 "$work/venv/bin/python" -m mypy --strict "$crate/tests/typed_user.py"
 "$work/venv/bin/python" -m mypy.stubtest extricate
+
+pip install --find-links "$work/fetched" "${peers[@]}"
+"$work/venv/bin/python" bench/judge --scenes 60 --seconds 30
 
 if [ "${EXTRICATE_RECIPES:-1}" = 1 ]; then
     pip install --find-links "$work/fetched" --requirement docs/recipes/requirements.txt

@@ -1,8 +1,9 @@
 //! Runs a target on inputs that a random number generator makes of its corpus, with any toolchain.
 //!
 //! `extricate-fuzz TARGET COUNT SEED [FOLDER]` reports every place that panics, once, with the
-//! number of inputs that got there; every input that takes longer than 10 s; and how many were
-//! tried. What it reports lies in FOLDER, which is `fuzz/artifacts/TARGET` where none is given.
+//! number of inputs that got there; every input that takes longer than 10 s of the processor; and
+//! how many were tried. What it reports lies in FOLDER, which is `fuzz/artifacts/TARGET` where none
+//! is given.
 //! Nothing stops an input that never ends but a second thread, which keeps it and ends the
 //! program. `extricate-fuzz corpus FOLDER` writes the corpora, a folder each.
 
@@ -17,8 +18,9 @@ use std::{env, fs, io, thread};
 use extricate_fuzz::{TARGETS, Target, target};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
+use rustix::time::{ClockId, clock_gettime};
 
-/// An input that takes longer is reported.
+/// An input that takes longer is reported: time of the processor, since others may use it too.
 const SLOW: Duration = Duration::from_secs(10);
 /// One that takes longer ends the program.
 const ENDLESS: Duration = Duration::from_secs(60);
@@ -73,8 +75,14 @@ fn write_corpora(folder: &Path) -> io::Result<()> {
     Ok(())
 }
 
-/// The input that is being tried, for the thread that watches.
-type Current = Arc<Mutex<Option<(Instant, Vec<u8>)>>>;
+/// The input that is being tried and when it began, for the thread that watches.
+type Current = Arc<Mutex<Option<(Duration, Vec<u8>)>>>;
+
+/// What all threads of this process have taken of the processor.
+fn processor_time() -> Duration {
+    let time = clock_gettime(ClockId::ProcessCPUTime);
+    Duration::new(u64::try_from(time.tv_sec).unwrap_or_default(), u32::try_from(time.tv_nsec).unwrap_or_default())
+}
 
 /// Whether nothing was found.
 fn fuzz(target: &Target, count: u64, seed: u64, folder: &Path) -> io::Result<bool> {
@@ -98,7 +106,7 @@ fn fuzz(target: &Target, count: u64, seed: u64, folder: &Path) -> io::Result<boo
             Some(input) => input.clone(),
             None => (target.mutate)(&mut rng, &inputs[one], &inputs[other]),
         };
-        let began = Instant::now();
+        let began = processor_time();
         *current.lock().unwrap_or_else(|poisoned| poisoned.into_inner()) = Some((began, input.clone()));
         let outcome = panic::catch_unwind(AssertUnwindSafe(|| (target.run)(&input)));
         *current.lock().unwrap_or_else(|poisoned| poisoned.into_inner()) = None;
@@ -113,11 +121,12 @@ fn fuzz(target: &Target, count: u64, seed: u64, folder: &Path) -> io::Result<boo
                 println!("input {number}: {message}\n  kept as {}", folder.join(&name).display());
             }
         }
-        if began.elapsed() > SLOW {
+        let took = processor_time().saturating_sub(began);
+        if took > SLOW {
             slow += 1;
             let name = folder.join(format!("slow-{number}"));
             fs::write(&name, &input)?;
-            println!("input {number}: {:.0} s, kept as {}", began.elapsed().as_secs_f64(), name.display());
+            println!("input {number}: {:.0} s, kept as {}", took.as_secs_f64(), name.display());
         }
         // A change of a change goes further than one of the corpus.
         if outcome.is_ok() && rng.random_range(0..8) == 0 {
@@ -144,8 +153,9 @@ fn watch(current: Current, path: PathBuf) {
         loop {
             thread::sleep(Duration::from_secs(1));
             let held = current.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
-            if let Some((began, input)) = held.as_ref().filter(|(began, _)| began.elapsed() > ENDLESS) {
-                println!("an input of {} bytes takes longer than {:.0} s", input.len(), began.elapsed().as_secs_f64());
+            let endless = |began: &Duration| processor_time().saturating_sub(*began) > ENDLESS;
+            if let Some((_, input)) = held.as_ref().filter(|(began, _)| endless(began)) {
+                println!("an input of {} bytes takes longer than {:.0} s", input.len(), ENDLESS.as_secs_f64());
                 match fs::write(&path, input) {
                     Ok(()) => println!("  kept as {}", path.display()),
                     Err(error) => println!("  not kept: {error}"),

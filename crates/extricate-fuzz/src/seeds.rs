@@ -7,13 +7,13 @@ use extricate::builtin;
 type Seed = (String, Vec<u8>);
 
 /// All kinds of joints, shapes, limits and warnings.
-pub const ARM: &str = "<?xml version='1.0'?><!DOCTYPE robot [<!ENTITY r '0.1'>]><robot name='arm' xmlns:k='k'>\n\
+pub const ARM: &str = "<?xml version='1.0'?><!DOCTYPE robot [<!ELEMENT robot ANY>]><robot name='arm' xmlns:k='k'>\n\
     <link name='base'><collision><origin xyz='0 0 -0.2' rpy='0 0 0.5'/><geometry><box size='0.4 0.4 0.1'/></geometry>\
-    </collision></link><link name='a'><collision><geometry><cylinder radius='&r;' length='0.5'/></geometry></collision>\
+    </collision></link><link name='a'><collision><geometry><cylinder radius='0.1' length='0.5'/></geometry></collision>\
     <visual><geometry><sphere radius='0'/></geometry></visual></link>\n<link name='b'><collision><geometry><mesh \
     filename='t.obj' scale='1 -2 0.5'/></geometry></collision></link><link name='c'><collision><geometry>\
     <capsule radius='0.05' length='0.2'/></geometry></collision></link><link name='d'/><link name='e'><collision><geometry>\
-    <sphere radius='&r;'/></geometry></collision></link>\n<s:x y:z='1'/>\
+    <sphere radius='0.1'/></geometry></collision></link>\n<s:x y:z='1'/>\
     <joint name='j1' type='revolute'><origin xyz='0 0 1'/><parent link='base'/><child link='a'/><axis xyz='0 0 1'/>\
     <limit lower='-2' upper='2' effort='1' velocity='1'/></joint><joint name='j2' type='prismatic'><origin xyz='0.5 0 0'/>\
     <parent link='a'/><child link='b'/><axis xyz='1 0 0'/><limit lower='0' upper='0.4'/></joint>\n<joint name='j3' \

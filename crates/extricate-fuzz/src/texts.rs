@@ -30,7 +30,6 @@ pub fn limits() -> LoadLimits {
         .with(LoadLimit::Vertices, 20_000)
         .with(LoadLimit::Triangles, 20_000)
         .with(LoadLimit::MeshNodes, 2_000)
-        .with(LoadLimit::EntityBytes, 10_000)
         .with(LoadLimit::Links, 100)
         .with(LoadLimit::Shapes, 100)
         .with(LoadLimit::Obstacles, 100)

@@ -1,112 +1,18 @@
-//! Learning and adapting that are killed, interrupted and resumed: what is left behind is whole,
-//! and leads to the same bytes.
+//! Learning and adapting that are interrupted and resumed, and what cannot be: what is left behind
+//! is whole.
 
-use std::process::Child;
 use std::thread::sleep;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
-use crate::process::{Workspace, exists};
-
-/// Kills of the test below; a thousand take some minutes:
-/// `EXTRICATE_KILLS=1000 cargo test --release -p extricate-cli killed`.
-const KILLS: usize = 50;
-/// Three runs of the first kind for one of the second, which is long enough to solve configurations
-/// too.
-const LABELS: [usize; 2] = [30_000, 110_000];
-
-fn learning(labels: usize) -> String {
-    format!("learn scene.toml -o a.model --labels {labels} --seed 5 --checkpoint-every 0")
-}
-
-/// A seeded generator that needs no crate (G. Marsaglia, "Xorshift RNGs", 2003,
-/// doi:10.18637/jss.v008.i14).
-struct Random(u64);
-
-impl Random {
-    /// Uniform in `[0, 1)`.
-    fn next(&mut self) -> f64 {
-        self.0 ^= self.0 << 13;
-        self.0 ^= self.0 >> 7;
-        self.0 ^= self.0 << 17;
-        (self.0 >> 11) as f64 / (1u64 << 53) as f64
-    }
-}
-
-/// Learns without interruption; returns the model's bytes and the time it took.
-fn whole_run(workspace: &Workspace, line: &str) -> (Vec<u8>, Duration) {
-    let started = Instant::now();
-    workspace.run(line).expect_code(0);
-    let bytes = std::fs::read(workspace.path("a.model")).unwrap();
-    assert!(!exists(&workspace.path("a.model.checkpoint")), "a run that is over leaves no checkpoint");
-    std::fs::remove_file(workspace.path("a.model")).unwrap();
-    (bytes, started.elapsed())
-}
-
-fn kill(mut child: Child) {
-    let _ = child.kill();
-    child.wait().unwrap();
-}
-
-#[test]
-fn killed_at_any_moment_it_resumes_to_the_same_bytes() {
-    assert_resumes(&Workspace::new(), &LABELS.map(learning));
-}
-
-/// Three runs in which little is solved for one in which much is.
-#[test]
-fn adapting_that_is_killed_at_any_moment_resumes_to_the_same_bytes() {
-    let workspace = with_an_old_model();
-    let adapting =
-        |labels| format!("adapt old.model moved.toml -o a.model --labels {labels} --seed 5 --checkpoint-every 0");
-    assert_resumes(&workspace, &[30_000, 110_000].map(adapting));
-}
+use crate::process::{Workspace, exists, kill};
 
 /// A model with exits, and a scene whose post has moved.
-fn with_an_old_model() -> Workspace {
+pub fn with_an_old_model() -> Workspace {
     let workspace = Workspace::new();
     workspace.run("learn scene.toml -o old.model --labels 150000 --seed 2").expect_code(0);
     let scene = std::fs::read_to_string(workspace.path("scene.toml")).unwrap();
     workspace.write("moved.toml", scene.replace("0.6, 0.1", "0.63, 0.12"));
     workspace
-}
-
-/// Kills runs of two kinds, which write `a.model`, again and again.
-fn assert_resumes(workspace: &Workspace, lines: &[String; 2]) {
-    let kills = std::env::var("EXTRICATE_KILLS").map_or(KILLS, |n| n.parse().expect("EXTRICATE_KILLS is a number"));
-    let wholes = [0, 1].map(|kind| whole_run(workspace, &lines[kind]));
-    let (model, checkpoint) = (workspace.path("a.model"), workspace.path("a.model.checkpoint"));
-    let mut random = Random(0x9e37_79b9_7f4a_7c15);
-    let (mut left_behind, mut done) = (0, 0);
-    for round in 0.. {
-        if done >= kills {
-            break;
-        }
-        let kind = usize::from(round % 4 == 3);
-        let (line, (whole, duration)) = (&lines[kind], &wholes[kind]);
-        // One to three kills a run: what was resumed is killed too.
-        for _ in 0..1 + (3.0 * random.next()) as usize {
-            let resume = exists(&checkpoint);
-            let child = workspace.command(&format!("{line}{}", if resume { " --resume" } else { "" })).spawn().unwrap();
-            sleep(duration.mul_f64(1.1 * random.next()));
-            kill(child);
-            done += 1;
-            left_behind += usize::from(exists(&checkpoint));
-            if exists(&model) {
-                // It was over before it was killed, or as good as: the model is never half written.
-                assert!(std::fs::read(&model).unwrap() == *whole);
-            }
-        }
-        let resume = if exists(&checkpoint) { " --resume" } else { "" };
-        workspace.run(&format!("{line}{resume}")).expect_code(0);
-        assert!(std::fs::read(&model).unwrap() == *whole, "other bytes after {done} kills");
-        assert!(!exists(&checkpoint));
-        std::fs::remove_file(&model).unwrap();
-        println!("{done} kills, {left_behind} left a checkpoint");
-    }
-    let names = std::fs::read_dir(workspace.path(".")).unwrap().map(|entry| entry.unwrap().file_name());
-    let unfinished: Vec<_> = names.filter(|name| name.to_string_lossy().starts_with(".extricate-")).collect();
-    assert!(unfinished.is_empty(), "killed runs left {unfinished:?}, and the next ones let them lie");
-    assert!(left_behind * 4 > kills, "only {left_behind} of {kills} kills left a checkpoint: the test tests little");
 }
 
 #[test]
@@ -123,6 +29,24 @@ fn two_runs_do_not_share_an_output() {
     workspace.run(by_checkpoint).expect_failure(&["a.model.checkpoint: another run writes it"]);
     kill(first);
     workspace.run("learn scene.toml -o a.model --labels 2000").expect_code(0);
+}
+
+#[test]
+fn a_checkpoint_is_not_the_model() {
+    let workspace = Workspace::new();
+    let learn = "learn scene.toml --labels 500 -o";
+    for model in ["a.model", "./a.model"] {
+        workspace
+            .run(&format!("{learn} {model} --checkpoint a.model"))
+            .expect_failure(&["--checkpoint: got a.model, which is the model to write"]);
+    }
+    workspace.run(&format!("{learn} a.model --checkpoint b.model")).expect_code(0);
+    #[cfg(unix)]
+    std::os::unix::fs::symlink("a.model", workspace.path("link")).unwrap();
+    #[cfg(unix)]
+    workspace
+        .run(&format!("{learn} a.model --checkpoint link"))
+        .expect_failure(&["--checkpoint: got link, which is the model to write"]);
 }
 
 #[cfg(unix)]

@@ -1,8 +1,9 @@
 //! Runs the program on a small scene.
 
+use std::collections::BTreeMap;
 use std::io::Write;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output, Stdio};
+use std::process::{Child, Command, Output, Stdio};
 
 use serde_json::Value;
 use tempfile::TempDir;
@@ -65,6 +66,21 @@ impl Workspace {
         std::fs::write(self.path(name), content).unwrap();
     }
 
+    /// Every file of the directory, and what it holds.
+    pub fn files(&self) -> BTreeMap<PathBuf, Vec<u8>> {
+        let (mut files, mut folders) = (BTreeMap::new(), vec![self.folder.path().to_path_buf()]);
+        while let Some(folder) = folders.pop() {
+            for path in std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()) {
+                if path.is_dir() {
+                    folders.push(path);
+                } else {
+                    files.insert(path.clone(), std::fs::read(path).unwrap());
+                }
+            }
+        }
+        files
+    }
+
     /// Runs `extricate` with the words of `line` in this directory.
     pub fn run(&self, line: &str) -> Finished {
         self.run_with_input(line, "")
@@ -100,7 +116,7 @@ pub struct Finished {
 }
 
 impl Finished {
-    fn new(output: Output) -> Self {
+    pub fn new(output: Output) -> Self {
         let text = |bytes| String::from_utf8(bytes).expect("UTF-8");
         Self { code: output.status.code(), stdout: text(output.stdout), stderr: text(output.stderr) }
     }
@@ -141,4 +157,10 @@ pub fn assert_keys(value: &Value, keys: &[&str]) {
 
 pub fn exists(path: &Path) -> bool {
     path.try_exists().unwrap()
+}
+
+/// Ends a process at once, as a power cut would.
+pub fn kill(mut child: Child) {
+    let _ = child.kill();
+    child.wait().unwrap();
 }

@@ -102,15 +102,40 @@ pub fn check_output(path: &Path, what: &str, is_own: fn(&[u8]) -> bool) -> Resul
 /// # Errors
 /// [`crate::Error::Write`]; the old file, if any, is then untouched.
 pub fn write_atomically(path: &Path, bytes: &[u8]) -> Result<()> {
-    let write = || {
-        let (folder, target) = destination(path)?;
-        let mut file = temporary(&folder, &target).map_err(|error| without_name(&error))?;
-        file.write_all(bytes).map_err(|error| without_name(&error))?;
-        file.as_file().sync_all()?;
-        file.persist(target).map(drop).map_err(|error| without_name(&error.error))?;
-        sync_folder(&folder)
-    };
-    write().map_err(|source| Error::Write { path: path.into(), source })
+    write_together(&[(path.to_path_buf(), bytes)])
+}
+
+/// Writes files that belong together, each as [`write_atomically`] does. All are on the disk before
+/// the first takes its place: where one cannot be written, none is.
+///
+/// # Errors
+/// [`crate::Error::Write`] for the first that cannot be written.
+pub fn write_together(files: &[(PathBuf, impl AsRef<[u8]>)]) -> Result<()> {
+    let in_words = |path: &Path, error: &io::Error| Error::Write { path: path.into(), source: without_name(error) };
+    let unfinished = |(path, bytes): &(PathBuf, _)| unfinished(path, AsRef::<[u8]>::as_ref(bytes));
+    let written = files.iter().map(|file| unfinished(file).map_err(|error| in_words(&file.0, &error)));
+    let written: Vec<Unfinished> = written.collect::<Result<_>>()?;
+    for ((path, _), Unfinished { file, folder, target }) in files.iter().zip(written) {
+        let place = || file.persist(target).map_err(|error| error.error).and_then(|()| sync_folder(&folder));
+        place().map_err(|error| in_words(path, &error))?;
+    }
+    Ok(())
+}
+
+/// A file that is whole, beside that which it replaces.
+struct Unfinished {
+    /// Removed where it does not get its name.
+    file: tempfile::TempPath,
+    folder: PathBuf,
+    target: PathBuf,
+}
+
+fn unfinished(path: &Path, bytes: &[u8]) -> io::Result<Unfinished> {
+    let (folder, target) = destination(path)?;
+    let mut file = temporary(&folder, &target)?;
+    file.write_all(bytes)?;
+    file.as_file().sync_all()?;
+    Ok(Unfinished { file: file.into_temp_path(), folder, target })
 }
 
 /// The folder that a file is written in, and the path there.
@@ -118,6 +143,15 @@ pub fn destination(path: &Path) -> io::Result<(PathBuf, PathBuf)> {
     let target = if path.exists() { path.canonicalize()? } else { path.to_path_buf() };
     let folder = target.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
     Ok((folder.to_path_buf(), target))
+}
+
+/// Whether what is written at two paths ends in one file, be it there or not.
+pub fn is_same_output(a: &Path, b: &Path) -> bool {
+    let place = |path: &Path| {
+        let (folder, target) = destination(path).ok()?;
+        Some((folder.canonicalize().ok()?, target.file_name()?.to_owned()))
+    };
+    matches!((place(a), place(b)), (Some(a), Some(b)) if a == b)
 }
 
 /// What names of files begin with that are there while `path` is written.

@@ -43,6 +43,14 @@ impl OutputLock {
         };
         take().map_err(|source| Error::Write { path: output.into(), source })
     }
+
+    /// Removes what killed runs left unfinished in a folder that only this output has.
+    pub fn clear(&self, folder: &Path) {
+        remove_where(folder, |name| {
+            let rest = name.strip_prefix(&hidden_name(Path::new(""))).and_then(|rest| rest.rsplit_once('-'));
+            is_random(rest.map(|(_, rest)| rest))
+        });
+    }
 }
 
 impl Drop for OutputLock {
@@ -68,14 +76,18 @@ fn is_at(_: &File, _: &Path) -> bool {
 /// Removes what writers left under names that begin with `hidden`: nobody else writes that output
 /// while it is locked.
 fn remove_unfinished(folder: &Path, hidden: &str) {
-    let start = format!("{hidden}-");
-    let is_unfinished = |found: &str| {
-        found
-            .strip_prefix(&start)
-            .is_some_and(|rest| rest.len() == 6 && rest.bytes().all(|b| b.is_ascii_alphanumeric()))
-    };
+    let of_this = |found: &str| found.strip_prefix(hidden).is_some_and(|rest| is_random(rest.strip_prefix('-')));
+    remove_where(folder, of_this);
+}
+
+/// What temporary names end with.
+fn is_random(rest: Option<&str>) -> bool {
+    rest.is_some_and(|rest| rest.len() == 6 && rest.bytes().all(|b| b.is_ascii_alphanumeric()))
+}
+
+fn remove_where(folder: &Path, is_unfinished: impl Fn(&str) -> bool) {
     for entry in fs::read_dir(folder).into_iter().flatten().flatten() {
-        if entry.file_name().to_str().is_some_and(is_unfinished) {
+        if entry.file_name().to_str().is_some_and(&is_unfinished) {
             let _ = fs::remove_file(entry.path());
         }
     }

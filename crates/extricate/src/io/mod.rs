@@ -20,7 +20,7 @@ use crate::scene::file::world_file::{in_world_of_entries, obstacles_of_entries};
 use crate::scene::file::{self, SceneFile};
 use crate::scene::import::is_foreign;
 use crate::scene::{Body, Scene};
-pub use files::{check_output, check_regular, write_atomically};
+pub use files::{check_output, check_regular, is_same_output, write_atomically, write_together};
 use files::{read, read_within, reader};
 pub use lock::OutputLock;
 use model_file::adapt_checkpoint;

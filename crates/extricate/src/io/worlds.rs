@@ -1,9 +1,11 @@
 //! Worlds that other programs wrote: read as they are, or written anew as scene files.
 
+use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Component, Path, PathBuf};
 
-use super::files::{check_output, read_within, reader, write_atomically};
+use super::files::{check_output, read_within, reader, write_together};
+use super::lock::OutputLock;
 use crate::error::{Error, Result, bounded};
 use crate::robot::{LoadLimit, LoadLimits};
 use crate::scene::Scene;
@@ -53,7 +55,7 @@ pub(crate) fn load_foreign(robots: &Scene, path: &Path, limits: &LoadLimits) -> 
 ///
 /// # Errors
 /// As [`import`], and where the robots have no such links; [`Error::Write`], also where a file is
-/// at `output` that no import wrote.
+/// at `output` that no import wrote, and where another import writes it.
 pub fn import_world(
     path: &Path,
     output: &Path,
@@ -62,6 +64,7 @@ pub fn import_world(
     limits: &LoadLimits,
 ) -> Result<ImportReport> {
     check_output(output, "scene written by import", |head| head.starts_with(MARK.as_bytes()))?;
+    let lock = OutputLock::take(output)?;
     let Imported { mut entries, mut notes } = read_foreign(path, robots, limits)?;
     match robots {
         Some(robots) => {
@@ -87,16 +90,26 @@ pub fn import_world(
     let head: Vec<String> =
         [format!("{}{source}", MARK.trim_start_matches("# "))].into_iter().chain(notes.iter().cloned()).collect();
     let (text, files) = to_toml(&entries, &head, &format!("{stem}-meshes"));
-    let mut meshes = Vec::new();
-    for file in &files {
-        let at = to.join(&file.path);
-        let made = fs::create_dir_all(folder(&at));
-        made.map_err(|source| Error::Write { path: at.clone(), source })?;
-        write_atomically(&at, file.text.as_bytes())?;
-        meshes.push(at);
-    }
-    write_atomically(output, text.as_bytes())?;
+    let meshes: Vec<PathBuf> = files.iter().map(|file| to.join(&file.path)).collect();
+    let texts = files.into_iter().map(|file| file.text).chain([text]);
+    write_scene(&lock, &meshes.iter().cloned().chain([output.to_path_buf()]).zip(texts).collect::<Vec<_>>())?;
     Ok(ImportReport { entries, meshes, notes })
+}
+
+/// Writes meshes, and the scene file that names them, which is the last.
+fn write_scene(lock: &OutputLock, files: &[(PathBuf, String)]) -> Result<()> {
+    let [meshes @ .., _] = files else { return Ok(()) };
+    let folders: BTreeSet<&Path> = meshes.iter().filter_map(|(path, _)| path.parent()).collect();
+    for folder in &folders {
+        fs::create_dir_all(folder).map_err(|source| Error::Write { path: folder.to_path_buf(), source })?;
+        lock.clear(folder);
+    }
+    let written = write_together(files);
+    if written.is_err() {
+        // Of folders those alone go that are empty.
+        folders.iter().for_each(|folder| drop(fs::remove_dir(folder)));
+    }
+    written
 }
 
 /// Whether a file is XML, as URDFs are.

@@ -10,8 +10,6 @@ pub enum LoadLimit {
     FileBytes,
     /// Bytes of scene file, URDFs and SRDFs of a scene, or of a world.
     TextBytes,
-    /// Bytes that the entities of an XML file add where they are referred to.
-    EntityBytes,
     /// Elements, texts and comments of an XML file.
     XmlNodes,
     /// Attributes of an element of an XML file.
@@ -45,10 +43,9 @@ use LoadLimit::*;
 
 impl LoadLimit {
     /// All of them.
-    pub const ALL: [LoadLimit; 16] = [
+    pub const ALL: [LoadLimit; 15] = [
         FileBytes,
         TextBytes,
-        EntityBytes,
         XmlNodes,
         XmlAttributes,
         XmlDepth,
@@ -82,7 +79,6 @@ impl LoadLimit {
         match self {
             FileBytes => ("file-bytes", 1 << 30, "bytes"),
             TextBytes => ("text-bytes", 1 << 28, "bytes of text"),
-            EntityBytes => ("entity-bytes", 1 << 24, "bytes from entities"),
             XmlNodes => ("xml-nodes", 2_000_000, "XML nodes"),
             XmlAttributes => ("xml-attributes", 256, "attributes"),
             XmlDepth => ("xml-depth", 1_000, "elements within each other"),

@@ -48,7 +48,7 @@ pub fn parse(file: &str, text: &str) -> Result<Srdf> {
 /// As [`parse`], within limits.
 pub fn parse_within(file: &str, text: &str, limits: &LoadLimits) -> Result<Srdf> {
     limits.check(LoadLimit::TextBytes, text.len(), file, "file")?;
-    let text = with_declared_prefixes(text);
+    let text = with_declared_prefixes(file, text, limits)?;
     let document = document(file, &text, "SRDF", limits)?;
     let robot = document.root_element();
     if robot.tag_name().name() != "robot" {

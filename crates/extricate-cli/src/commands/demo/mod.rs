@@ -10,7 +10,7 @@ use std::time::Instant;
 use anyhow::{Context, bail};
 use clap::Args;
 use clap::builder::PossibleValuesParser;
-use extricate::internals::io;
+use extricate::internals::io::{self, OutputLock};
 use extricate::{Answer, Config, LearnOptions, Learner, Model, QueryOptions, QueryScratch, World, builtin};
 
 use super::learn::run::{Learned, run_with_progress};
@@ -67,6 +67,7 @@ pub fn run(args: &DemoArgs, json: bool) -> anyhow::Result<()> {
         return export(&args.scene, folder, json);
     }
     io::check_output(&args.out, "picture (SVG)", |head| head.starts_with(b"<svg"))?;
+    let _lock = OutputLock::take(&args.out)?;
     let scene = builtin::scene(&args.scene)?;
     tell_warnings(&scene);
     let world = World::new(scene.clone());
@@ -171,16 +172,15 @@ fn export(name: &str, folder: &Path, json: bool) -> anyhow::Result<()> {
     if let Some((path, _)) = files.iter().find(|(path, _)| folder.join(path).exists()) {
         bail!("{} exists; nothing was written", folder.join(path).display());
     }
-    for (path, content) in &files {
-        let path = folder.join(path);
-        let parent = path.parent().unwrap_or(folder);
-        fs::create_dir_all(parent).with_context(|| format!("cannot create {}", parent.display()))?;
-        io::write_atomically(&path, content)?;
-    }
     let scene = folder.join(&files[0].0).display().to_string();
+    let files: Vec<_> = files.into_iter().map(|(path, content)| (folder.join(path), content)).collect();
+    for parent in files.iter().filter_map(|(path, _)| path.parent()) {
+        fs::create_dir_all(parent).with_context(|| format!("cannot create {}", parent.display()))?;
+    }
+    io::write_together(&files)?;
     let mut out = Output::new(false);
     if json {
-        let written: Vec<_> = files.iter().map(|(path, _)| folder.join(path).display().to_string()).collect();
+        let written: Vec<_> = files.iter().map(|(path, _)| path.display().to_string()).collect();
         out.json(&serde_json::json!({ "scene": scene, "files": written }))?;
     } else {
         out.line(format_args!("wrote {} files; the scene is {scene}", count(files.len())))?;

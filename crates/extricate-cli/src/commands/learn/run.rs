@@ -35,13 +35,16 @@ pub struct KeepArgs {
 
 impl KeepArgs {
     /// Where the run that writes `model` is kept.
-    pub fn keep(&self, model: &Path) -> extricate::Result<Keep> {
+    pub fn keep(&self, model: &Path) -> anyhow::Result<Keep> {
         let beside = || {
             let mut name = model.as_os_str().to_os_string();
             name.push(".checkpoint");
             name.into()
         };
         let path = self.checkpoint.clone().unwrap_or_else(beside);
+        if io::is_same_output(model, &path) {
+            bail!("--checkpoint: got {}, which is the model to write, expected another file", path.display());
+        }
         io::check_checkpoint_output(&path)?;
         let locks = vec![OutputLock::take(model)?, OutputLock::take(&path)?];
         Ok(Keep { path, every: Duration::from_secs_f64(self.checkpoint_every), _locks: locks })

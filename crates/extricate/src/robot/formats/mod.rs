@@ -9,7 +9,6 @@ pub mod ply;
 mod soup;
 pub mod stl;
 pub mod xml;
-mod xml_scan;
 
 use super::mesh::seams::Welding;
 use super::{LoadLimit, LoadLimits, TriangleMesh};

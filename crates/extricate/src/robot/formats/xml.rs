@@ -1,23 +1,29 @@
 //! Reading of XML attributes with messages that say where, what and what instead. Knows no format.
 
 use std::borrow::Cow;
+use std::collections::HashSet;
 
 use encoding_rs::Encoding;
 use roxmltree::{Document, Node, ParsingOptions};
 
-use super::xml_scan::Scan;
 use crate::error::{Error, Result, quoted};
 use crate::math::FARTHEST;
 use crate::robot::{LoadLimit, LoadLimits};
 
+/// Namespaces that the parser may copy: it hands all that are in scope to each element that
+/// declares one.
+const MOST_COPIES: usize = 2_000_000;
+
 /// Parses a document; `what` names the format in the message.
 pub(crate) fn document<'a>(file: &str, text: &'a str, what: &str, limits: &LoadLimits) -> Result<Document<'a>> {
-    Scan::of(text).check(file, text, limits)?;
-    let nodes_limit = u32::try_from(limits.get(LoadLimit::XmlNodes)).unwrap_or(u32::MAX);
-    let options = ParsingOptions { allow_dtd: true, nodes_limit, ..ParsingOptions::default() };
-    Document::parse_with_options(text, options).map_err(|error| match error {
+    check_before(file, text, limits)?;
+    let document = parsed(text, limits).map_err(|error| match error {
         roxmltree::Error::UnknownNamespace(prefix, position) if prefix == "xacro" => {
             Error::input(file, format!("line {}", position.row), NEEDS_XACRO)
+        }
+        roxmltree::Error::DtdDetected => {
+            let problem = "got a declaration of XML entities, expected XML without: write in their place what they are";
+            Error::input(file, "document type", problem)
         }
         roxmltree::Error::NodesLimitReached => {
             let found = limits.get(LoadLimit::XmlNodes).saturating_add(1);
@@ -28,7 +34,58 @@ pub(crate) fn document<'a>(file: &str, text: &'a str, what: &str, limits: &LoadL
             format!("line {}", error.pos().row),
             format!("got text that is not XML ({}), expected {what}", quoted(&error.to_string())),
         ),
-    })
+    })?;
+    check_depth(file, &document, limits)?;
+    Ok(document)
+}
+
+fn parsed<'a>(text: &'a str, limits: &LoadLimits) -> std::result::Result<Document<'a>, roxmltree::Error> {
+    let nodes_limit = u32::try_from(limits.get(LoadLimit::XmlNodes)).unwrap_or(u32::MAX);
+    // Entities would be parsed as often as they are named.
+    let allow_dtd = !text.contains("<!ENTITY");
+    Document::parse_with_options(text, ParsingOptions { allow_dtd, nodes_limit, ..ParsingOptions::default() })
+}
+
+/// Refuses what takes the parser time or memory that grows with a square: it compares every
+/// attribute of an element with all others, and copies namespaces from element to element.
+fn check_before(file: &str, text: &str, limits: &LoadLimits) -> Result<()> {
+    let mut line = 1;
+    // No attribute holds this sign; comments and the like begin with others.
+    for piece in text.split('<') {
+        let is_value = |rest: &&str| rest.trim_start().starts_with(['"', '\'']);
+        if !piece.starts_with(['!', '?']) {
+            let attributes = piece.split('=').skip(1).filter(is_value).count();
+            if attributes > limits.get(LoadLimit::XmlAttributes) {
+                let problem = limits.exceeded(LoadLimit::XmlAttributes, attributes);
+                return Err(Error::input(file, format!("line {line}"), problem));
+            }
+        }
+        line += piece.bytes().filter(|&byte| byte == b'\n').count();
+    }
+    let declared = || text.split("xmlns").skip(1);
+    let names: HashSet<&str> = declared().filter_map(|rest| rest.split('=').next()).collect();
+    let count = declared().count();
+    if count.saturating_mul(names.len()) > MOST_COPIES {
+        let problem =
+            format!("got {count} declarations of {}, expected less than {MOST_COPIES} pairs of both", names.len());
+        return Err(Error::input(file, "namespaces", problem));
+    }
+    Ok(())
+}
+
+fn check_depth(file: &str, document: &Document, limits: &LoadLimits) -> Result<()> {
+    let most = limits.get(LoadLimit::XmlDepth);
+    // Parents come first.
+    let mut depths: Vec<usize> = Vec::new();
+    for node in document.descendants() {
+        let depth = node.parent().map_or(0, |parent| depths[parent.id().get_usize()] + 1);
+        if depth > most && node.is_element() {
+            let line = format!("line {}", document.text_pos_at(node.range().start).row);
+            return Err(Error::input(file, line, limits.exceeded(LoadLimit::XmlDepth, depth)));
+        }
+        depths.push(depth);
+    }
+    Ok(())
 }
 
 /// The text of an XML file in the encoding that its byte order mark or its first line declares;
@@ -54,18 +111,44 @@ pub fn package_name(text: &str) -> Option<String> {
 const UNDECLARED: &str = "undeclared";
 
 /// `text` with the namespaces declared that it uses without: readers that know no namespaces take
-/// such files, and simulators' extensions are full of them. Macros are left for [`document`] to
-/// refuse.
-pub(crate) fn with_declared_prefixes(text: &str) -> Cow<'_, str> {
-    let scan = Scan::of(text);
-    let Some(end) = scan.end_of_root_name.filter(|_| !scan.undeclared.is_empty()) else { return Cow::Borrowed(text) };
-    let declarations = scan.undeclared.iter().take(MOST_PREFIXES);
-    let declarations: String = declarations.map(|prefix| format!(" xmlns:{prefix}=\"{UNDECLARED}\"")).collect();
-    Cow::Owned([&text[..end], &declarations, &text[end..]].concat())
+/// such files, and simulators' extensions are full of them. What else is wrong is left for
+/// [`document`] to tell, macros too.
+///
+/// # Errors
+/// Where it is too much to be looked at.
+pub(crate) fn with_declared_prefixes<'a>(file: &str, text: &'a str, limits: &LoadLimits) -> Result<Cow<'a, str>> {
+    check_before(file, text, limits)?;
+    let (mut declared, mut known) = (Cow::Borrowed(text), HashSet::new());
+    let Some(end) = end_of_root_name(text) else { return Ok(declared) };
+    while known.len() < MOST_PREFIXES {
+        let Err(roxmltree::Error::UnknownNamespace(prefix, _)) = parsed(&declared, limits) else { break };
+        if prefix == "xacro" || known.contains(&prefix) {
+            break;
+        }
+        declared.to_mut().insert_str(end, &format!(" xmlns:{prefix}=\"{UNDECLARED}\""));
+        known.insert(prefix);
+    }
+    Ok(declared)
 }
 
-/// More prefixes than this in one file are not declared.
-const MOST_PREFIXES: usize = 64;
+/// More prefixes than this in one file are not declared: the parser finds one at a time.
+const MOST_PREFIXES: usize = 32;
+
+/// Where the name of the first element ends.
+fn end_of_root_name(text: &str) -> Option<usize> {
+    let mut at = 0;
+    loop {
+        at += text[at..].find('<')?;
+        let rest = &text[at..];
+        at += match rest.as_bytes().get(1)? {
+            b'?' => rest.find("?>")?,
+            b'!' if rest.starts_with("<!--") => rest.find("-->")?,
+            // What is declared within brackets begins with this sign again.
+            b'!' => 2,
+            _ => return Some(at + rest.find(|c: char| c.is_ascii_whitespace() || matches!(c, '>' | '/'))?),
+        };
+    }
+}
 
 /// What to say about a macro that is not expanded.
 pub(crate) const NEEDS_XACRO: &str = "got a xacro macro, expected plain URDF: expand it first, with `xacro robot.urdf.xacro > robot.urdf`, or in Python with \
@@ -197,24 +280,50 @@ mod tests {
         assert_eq!(decoded(b"\xef\xbb\xbf<r/>"), "<r/>");
     }
 
+    fn declared(text: &str) -> Cow<'_, str> {
+        with_declared_prefixes("a", text, &LoadLimits::default()).unwrap()
+    }
+
     #[test]
     fn prefixes_may_be_undeclared() {
-        let text = "<?xml version='1.0'?>\n<!-- <a> -->\n<!DOCTYPE robot [<!ENTITY e '<x/>'>]>\n<robot xmlns:k='known'>\n\
-            <k:link/><s:link b:c='1'/><link d:name='no' name='yes'/></robot>";
-        let declared = with_declared_prefixes(text);
-        let parsed = document("a.urdf", &declared, "URDF", &LoadLimits::default()).unwrap();
+        let text = "<?xml version='1.0'?>\n<!-- <a> -->\n<!DOCTYPE robot [<!ELEMENT robot ANY><?p <q> ?><!-- <b> -->]>\n\
+            <robot xmlns:k='known'>\n<k:link/><s:link b:c='1'/><link d:name='no' name='yes'/></robot>";
+        let with = declared(text);
+        let parsed = document("a.urdf", &with, "URDF", &LoadLimits::default()).unwrap();
         let links: Vec<_> = children(parsed.root_element(), "link").map(|link| own_attribute(link, "name")).collect();
         assert_eq!(links, [None, Some("yes")], "those of the file's own namespaces count");
-        assert_eq!(declared.lines().count(), text.lines().count());
-        assert!(matches!(with_declared_prefixes("<robot xmlns:k='k'><k:a/></robot>"), Cow::Borrowed(_)));
-        assert!(
-            document("a", &with_declared_prefixes("<robot><xacro:a/></robot>"), "URDF", &LoadLimits::default())
-                .is_err()
-        );
-        for broken in ["", "<", "<!--", "<a:b", "<a:b/>", "<!DOCTYPE [", "<a x:y='1'", "text"] {
-            with_declared_prefixes(broken);
+        assert_eq!(with.lines().count(), text.lines().count());
+        assert!(matches!(declared("<robot xmlns:k='k'><k:a/></robot>"), Cow::Borrowed(_)));
+        assert!(document("a", &declared("<robot><xacro:a/></robot>"), "URDF", &LoadLimits::default()).is_err());
+        for broken in ["", "<", "<!--", "<a:b", "<a:b/>", "<!DOCTYPE [", "<a x:y='1'", "text", "<xmlns:a/>"] {
+            declared(broken);
         }
-        assert!(document("a", &with_declared_prefixes("<a:b/>"), "URDF", &LoadLimits::default()).is_ok());
+        assert!(document("a", &declared("<a:b/>"), "URDF", &LoadLimits::default()).is_ok());
+        let many: String = (0..MOST_PREFIXES + 1).map(|k| format!("<p{k}:a/>")).collect();
+        assert!(document("a", &declared(&format!("<r>{many}</r>")), "URDF", &LoadLimits::default()).is_err());
+    }
+
+    #[test]
+    fn attributes_depth_namespaces_and_entities_are_limited() {
+        let limits = LoadLimits::default().with(LoadLimit::XmlAttributes, 3).with(LoadLimit::XmlDepth, 4);
+        let message =
+            |text: &str| document("f", text, "XML", &limits).map_or_else(|error| error.to_string(), |_| "taken".into());
+        let taken = "<?xml version='1.0'?><!-- a='' b='' c='' d='' --><r><a x='1' y=\"'>\" z = '='/><b><![CDATA[<<<<<]]>\
+            <c><d/></c></b></r>";
+        assert_eq!(message(taken), "taken");
+        for many in ["<r>\n<a x='1' y='2' z =\n\"\" w= '4'/></r>", "<r>\n<a x='>' y='>' z='>' w='>'/></r>"] {
+            assert!(message(many).starts_with("f: line 2: got 4 attributes"), "{}", message(many));
+        }
+        let deep = message("<a><b/>\n<c><d>\n<e/></d></c></a>");
+        assert_eq!(deep, "taken");
+        let deep = message("<a><b/>\n<c><d>\n<e><f/></e></d></c></a>");
+        assert!(deep.starts_with("f: line 3: got 5 elements within each other"), "{deep}");
+        let copied = format!("<r {}>{}</r>", " xmlns:a='a' xmlns:b='b' xmlns:c='c'", "<x xmlns='d'/>".repeat(500_001));
+        let copied = message(&copied);
+        assert!(copied.contains("namespaces: got 500004 declarations of 4"), "{copied}");
+        let entity = message("<!DOCTYPE r [<!ENTITY e 'x'>]><r/>");
+        assert!(entity.contains("document type: got a declaration of XML entities"), "{entity}");
+        assert_eq!(message("<!DOCTYPE r SYSTEM 'r.dtd'><r/>"), "taken");
     }
 
     #[test]

@@ -68,7 +68,7 @@ pub fn parse_within(
     warnings: &mut Vec<String>,
 ) -> Result<Robot> {
     limits.check(LoadLimit::TextBytes, text.len(), file, "file")?;
-    let text = super::formats::xml::with_declared_prefixes(text);
+    let text = super::formats::xml::with_declared_prefixes(file, text, limits)?;
     let document = document(file, &text, "URDF", limits)?;
     let robot = document.root_element();
     check_root(file, &document)?;

@@ -1,0 +1,175 @@
+"""One drawn scene, judged: distances by pair, verdicts, and what queries of every effort answer."""
+import dataclasses
+import tempfile
+import warnings
+
+import numpy as np
+
+import extricate
+
+from drawn import draw, write
+from oracle import TOLERANCE, Oracle
+
+# Distances farther from each other than TOLERANCE plus this share of them are a fault.
+RELATIVE = 1e-5
+# Draws before a scene is left that never collides, or always.
+MOST_DRAWS = 60
+# Configurations drawn within the bound of every query.
+WITHIN = 12
+# What a query may spend, so that one scene takes no minutes.
+EFFORTS = {"nearest": {}, "refined": {}, "exhaustive": {"max_checks": 3000}, "proved": {"max_checks": 3000}}
+
+
+# What a judge that is worth something notices: an answer or a distance that was spoiled, and the fault that it has to find.
+SPOILED = {
+    "distance": "distance",
+    "witness": "witness collides",
+    "depth": "depth",
+    "bound": "bound above the best known",
+    "colliding": "colliding pairs",
+}
+
+
+class Judged:
+    def __init__(self, seed, configs, queries, labels, spoiled=None):
+        self.spoiled = spoiled
+        self.faults, self.counts = [], dict.fromkeys(["scenes", "distances", "verdicts", "near contact", "answers", "bounds above 0", "within bounds"], 0)
+        self.seed = seed
+        drawn = draw(seed)
+        rng = np.random.default_rng([seed, 1])
+        with tempfile.TemporaryDirectory() as folder, warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            self.scene = extricate.Scene.load(write(drawn, folder))
+        if self.scene.nq == 0:
+            return
+        self.drawn, self.oracle = drawn, Oracle(drawn, self.scene.joints)
+        own = sorted(tuple(sorted((self.oracle.names[a], self.oracle.names[b]))) for a, b in self.oracle.pairs)
+        theirs = sorted(tuple(sorted(pair)) for pair in self.scene.pairs)
+        if own != theirs:
+            return self.fault("pairs", expected=own, got=theirs)
+        if not own:
+            return
+        self.counts["scenes"] = 1
+        order = {tuple(sorted(pair)): k for k, pair in enumerate(self.scene.pairs)}
+        self.order = [order[tuple(sorted((self.oracle.names[a], self.oracle.names[b])))] for a, b in self.oracle.pairs]
+        colliding = self.compare(configs, rng)
+        views = [self.scene]
+        if labels and colliding:
+            try:
+                views.append(extricate.learn(self.scene, labels=labels, seed=seed))
+            except (ValueError, RuntimeError) as error:
+                # Where nothing is free, nothing is learned.
+                if "free" not in str(error):
+                    raise
+        for q in colliding[:queries]:
+            self.query(q, views, rng)
+
+    def fault(self, what, **more):
+        self.faults.append({"seed": self.seed, "what": what, **{k: v.tolist() if isinstance(v, np.ndarray) else v for k, v in more.items()}})
+
+    def compare(self, configs, rng):
+        """Distances and verdicts of random configurations; those that collide beyond doubt."""
+        s, clearance = self.drawn.scale, self.drawn.clearance
+        colliding = []
+        for number in range(max(configs, MOST_DRAWS)):
+            if number >= configs and colliding:
+                break
+            q = self.oracle.draw(rng)
+            own = self.oracle.distances(q)
+            theirs = self.scene.pair_distances(q)[self.order] / s + (1e-3 if self.spoiled == "distance" else 0.0)
+            off = np.abs(np.maximum(own, 0) - np.maximum(theirs, 0)) > TOLERANCE + RELATIVE * np.abs(own)
+            self.counts["distances"] += len(own)
+            for k in np.flatnonzero(off):
+                pair = [self.oracle.names[n] for n in self.oracle.pairs[k]]
+                self.fault("distance", q=q, pair=pair, expected=float(own[k]), got=float(theirs[k]), scale=s)
+            margin = own.min() - clearance
+            if abs(margin) < 2 * TOLERANCE:
+                self.counts["near contact"] += 1
+                continue
+            self.counts["verdicts"] += 1
+            free = bool(self.scene.check(q))
+            if free != (margin > 0):
+                self.fault("verdict", q=q, expected=margin > 0, got=free)
+            if margin < 0:
+                colliding.append(q)
+        return colliding
+
+    def query(self, q, views, rng):
+        self.spoiled_witness = q
+        best, bounds = np.inf, []
+        for view in views:
+            for effort, options in EFFORTS.items():
+                if effort == "nearest" and view is self.scene:
+                    continue
+                answer = view.query(q, effort=effort, contacts=True, **options)
+                if answer is None:
+                    continue
+                answer = self.spoil(answer)
+                self.counts["answers"] += 1
+                if not self.judge(q, answer, effort, rng):
+                    continue
+                best = min(best, answer.depth)
+                bounds.append((answer.lower_bound, effort))
+        bound, effort = max(bounds, default=(0.0, ""))
+        self.counts["bounds above 0"] += bound > 0
+        if bound > best * (1 + 1e-9):
+            self.fault("bound above the best known", q=q, effort=effort, bound=bound, best=best)
+        self.draw_within(q, bound, effort, rng)
+
+    def spoil(self, answer):
+        changes = {
+            "witness": {"witness": self.spoiled_witness},
+            "depth": {"depth": 1.2 * answer.depth},
+            "bound": {"lower_bound": 1.1 * answer.depth},
+            "colliding": {"colliding": []},
+        }
+        return dataclasses.replace(answer, **changes.get(self.spoiled, {}))
+
+    def judge(self, q, answer, effort, rng):
+        """Whether nothing is wrong with a witness, and with what is said of the query."""
+        faults = len(self.faults)
+        said = dict(q=q, effort=effort, witness=answer.witness, depth=answer.depth)
+        low, high = self.oracle.limits()
+        # Of the nearest stored sample it was verified when that was learned.
+        if not answer.verified and effort != "nearest":
+            self.fault("not verified", **said)
+        if (answer.witness < low - 1e-9 * (1 + np.abs(low))).any() or (answer.witness > high + 1e-9 * (1 + np.abs(high))).any():
+            self.fault("witness outside limits", **said)
+        least = float(self.oracle.distances(answer.witness).min())
+        if least < min(answer.clearance / self.drawn.scale, self.drawn.clearance) - TOLERANCE - (self.drawn.clearance == 0) * TOLERANCE:
+            self.fault("witness collides", least=least, **said)
+        if self.drawn.metric == "joint":
+            distance = self.oracle.distance(q, answer.witness)
+            # A small angle of a rotation is known no better than the root of what numbers are rounded to.
+            if abs(distance - answer.depth) > 1e-6 * max(1.0, distance):
+                self.fault("depth", expected=distance, **said)
+        elif self.drawn.metric == "max-displacement":
+            least = self.oracle.least_displacement(q, answer.witness, rng)
+            if not least * (1 - 1e-9) <= answer.depth <= 1.1 * least + 1e-9 * self.drawn.scale:
+                self.fault("depth", expected=least, **said)
+        own = self.oracle.distances(q) - self.drawn.clearance
+        pairs = [frozenset(self.oracle.names[n] for n in pair) for pair in self.oracle.pairs]
+        told = {frozenset(pair) for pair in answer.colliding}
+        surely = {pair for pair, d in zip(pairs, own) if d < -TOLERANCE}
+        perhaps = {pair for pair, d in zip(pairs, own) if d < TOLERANCE}
+        if not surely <= told <= perhaps:
+            self.fault("colliding pairs", expected=sorted(map(sorted, surely)), got=sorted(map(sorted, told)), **said)
+        return len(self.faults) == faults
+
+    def draw_within(self, q, bound, effort, rng):
+        """Nothing free is nearer than the bound."""
+        if bound == 0 or self.drawn.metric == "object-norm":
+            return
+        length = bound
+        for _ in range(WITHIN):
+            there = self.oracle.near(q, length * rng.uniform(0.3, 1.0), rng)
+            if self.drawn.metric == "joint":
+                distance = self.oracle.distance(q, there)
+            else:
+                distance = 1.1 * self.oracle.least_displacement(q, there, rng)
+                length *= 0.9 * bound / max(distance, 1e-300) if distance > bound else 1.0
+            if not 0 < distance < bound * (1 - 1e-6):
+                continue
+            self.counts["within bounds"] += 1
+            if self.oracle.distances(there).min() > self.drawn.clearance + TOLERANCE:
+                self.fault("free within the bound", q=q, effort=effort, bound=bound, free=there, distance=distance)

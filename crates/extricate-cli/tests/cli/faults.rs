@@ -1,0 +1,141 @@
+//! Writers that meet a full disk, and little memory: an error that names the file, old files whole,
+//! nothing left behind.
+//!
+//! Here the disk is full because of a limit on the size of files, which every system lets everybody
+//! set; `scripts/check-full-disk.sh` fills one.
+#![cfg(unix)]
+
+use std::collections::BTreeMap;
+use std::os::unix::process::ExitStatusExt;
+use std::path::PathBuf;
+use std::process::{Command, Stdio};
+
+use crate::checkpoints::with_an_old_model;
+use crate::process::{Finished, Workspace, kill};
+
+const WORLD: &str = r#"{"world": {"collision_objects": [{"header": {"frame_id": "w"}, "id": "tray", "meshes": [{"vertices":
+    [{"x": 0, "y": 0, "z": 0}, {"x": 1, "y": 0, "z": 0}, {"x": 0, "y": 1, "z": 0}, {"x": 0, "y": 0, "z": SIZE}],
+    "triangles": [{"vertex_indices": [0, 2, 1]}, {"vertex_indices": [0, 1, 3]}, {"vertex_indices": [1, 2, 3]}, {"vertex_indices": [2, 0, 3]}]}],
+    "mesh_poses": [{"position": {"x": 1, "y": 0, "z": 0}, "orientation": {"x": 0, "y": 0, "z": 0, "w": 1}}]}]}}"#;
+
+/// Runs a line where `limit`, in the words of a shell, holds. Files that grow beyond a limit send a
+/// signal, which is ignored: then writing fails, as on a full disk.
+fn limited(workspace: &Workspace, limit: &str, line: &str) -> Command {
+    let mut command = Command::new("sh");
+    command.arg("-c").arg(format!("trap '' XFSZ; {limit} || exit 99; exec \"$0\" \"$@\""));
+    command.arg(env!("CARGO_BIN_EXE_extricate")).args(line.split_whitespace());
+    command.current_dir(workspace.path(".")).stdin(Stdio::null());
+    command
+}
+
+/// A workspace in which every writer has an old file to replace.
+fn with_old_files() -> Workspace {
+    let workspace = with_an_old_model();
+    workspace.write("tray.json", WORLD.replace("SIZE", "1"));
+    workspace.run("import tray.json -o tray.toml").expect_code(0);
+    workspace.write("tray.json", WORLD.replace("SIZE", "2"));
+    workspace.run("learn scene.toml -o a.model --labels 3000 --seed 1").expect_code(0);
+    workspace.run("demo --scene planar-arm --queries 1 --seconds 0.05 --out demo.svg").expect_code(0);
+    let mut child =
+        workspace.command("learn scene.toml -o left.model --labels 9000000 --checkpoint-every 0").spawn().unwrap();
+    while !workspace.path("left.model.checkpoint").exists() {
+        assert!(child.try_wait().unwrap().is_none());
+    }
+    kill(child);
+    // What was killed may have left a file unfinished, which the next run at its output removes.
+    workspace.run("learn scene.toml -o left.model --labels 9000000 --resume --seed 3").expect_failure(&["--seed"]);
+    workspace
+}
+
+/// Lines that write, and the file that each writes first.
+const WRITERS: [(&str, &str); 6] = [
+    ("learn scene.toml -o a.model --labels 5000 --checkpoint-every 1000", "a.model"),
+    (
+        "learn scene.toml -o new.model --labels 5000 --checkpoint left.model.checkpoint --checkpoint-every 0",
+        "new.model",
+    ),
+    ("adapt old.model moved.toml -o a.model --labels 20000 --checkpoint-every 0", "a.model"),
+    ("import tray.json -o tray.toml", "tray-meshes/tray.obj"),
+    ("demo --scene planar-arm --queries 1 --seconds 0.05 --out demo.svg", "demo.svg"),
+    ("demo --scene planar-arm --export there", "there/"),
+];
+
+#[test]
+fn a_full_disk_leaves_old_files_and_is_told() {
+    let workspace = with_old_files();
+    let before = workspace.files();
+    // Nothing fits, or some of it: no writer here has files of less than half a kilobyte alone.
+    for blocks in [0, 1] {
+        // Both files of the import would fit.
+        for (line, file) in WRITERS.into_iter().filter(|(_, file)| blocks == 0 || !file.ends_with(".obj")) {
+            let failed = Finished::new(limited(&workspace, &format!("ulimit -f {blocks}"), line).output().unwrap());
+            let told = failed.stderr.clone();
+            let last = told.lines().last().unwrap_or_default();
+            let parts = ["extricate: error: cannot write", file, "File too large"];
+            assert!(failed.code == Some(1) && parts.iter().all(|part| last.contains(part)), "{line}: {told}");
+            if line.contains("--checkpoint-every 0") {
+                assert!(told.contains("warning: no checkpoint: cannot write"), "{told}");
+            }
+            let after = workspace.files();
+            let changed = |path: &&PathBuf| before.get(*path) != after.get(*path);
+            let changed: Vec<_> = before.keys().chain(after.keys()).filter(changed).collect();
+            assert!(changed.is_empty(), "{line}: {changed:?}");
+        }
+    }
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn standard_output_on_a_full_disk_is_told() {
+    let workspace = Workspace::new();
+    for line in [
+        "query scene.toml --q 0.1,0 --json",
+        "check scene.toml --q 0.1,0",
+        "sample scene.toml -n 5",
+        "info scene.toml",
+        "learn scene.toml -o a.model --labels 500",
+    ] {
+        let full = std::fs::OpenOptions::new().write(true).open("/dev/full").unwrap();
+        let output = workspace.command(line).stdout(full).output().unwrap();
+        let told = String::from_utf8(output.stderr).unwrap();
+        assert_eq!(output.status.code(), Some(1), "{line}: {told}");
+        assert!(told.contains("error: cannot write to standard output"), "{line}: {told}");
+    }
+}
+
+/// With little memory every command ends: it is done, refuses, or is aborted by what asked for
+/// memory in vain. Files stay whole whatever it was. With less than the least of these the system
+/// cannot load the program.
+#[cfg(target_os = "linux")]
+#[test]
+fn little_memory_ends_in_an_error_or_an_abort_and_leaves_files_whole() {
+    let workspace = with_old_files();
+    let kept = |files: BTreeMap<PathBuf, Vec<u8>>| -> BTreeMap<PathBuf, Vec<u8>> {
+        let is_kept = |path: &PathBuf| {
+            let name = path.file_name().unwrap().to_string_lossy();
+            // A checkpoint is replaced by that of the next run; the rest is what an abort leaves.
+            !name.ends_with(".checkpoint") && !name.starts_with(".extricate-")
+        };
+        files.into_iter().filter(|(path, _)| is_kept(path)).collect()
+    };
+    let (mut done, mut refused, mut aborted) = (0, 0, 0);
+    for (line, _) in WRITERS {
+        for kibibytes in [24_000, 32_000, 48_000, 4_000_000] {
+            let _ = std::fs::remove_dir_all(workspace.path("there"));
+            let before = kept(workspace.files());
+            let output = limited(&workspace, &format!("ulimit -c 0; ulimit -v {kibibytes}"), line).output().unwrap();
+            let told = String::from_utf8_lossy(&output.stderr);
+            match output.status.code() {
+                Some(0) => done += 1,
+                Some(1) if told.contains("extricate: error: ") => refused += 1,
+                None if output.status.signal() == Some(6) && told.contains("memory allocation of") => aborted += 1,
+                _ => panic!("{line} within {kibibytes} KiB: {:?}\n{told}", output.status),
+            }
+            assert!(output.status.success() || kept(workspace.files()) == before, "{line} within {kibibytes} KiB");
+        }
+    }
+    assert!(done > 0 && refused + aborted > 0, "{done} done, {refused} refused, {aborted} aborted");
+    for line in ["info a.model", "info there/planar-arm.toml", "query scene.toml --world tray.toml --q 0.1,0"] {
+        workspace.run(line).expect_code(0);
+    }
+}

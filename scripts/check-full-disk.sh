@@ -1,0 +1,103 @@
+#!/usr/bin/env bash
+# Every writer of the command line on a disk that is full: a small tmpfs, mounted where nobody else sees it. Each has to end with an
+# error that names the file, leave what was there as it was, and leave nothing else behind. Called by .ci/run.
+#
+# scripts/check-full-disk.sh [PROGRAM]; needs Linux, and root or user namespaces. Where neither is to be had it fails, and says so;
+# EXTRICATE_NO_TMPFS=1 goes on without, and says that too. The tests of the command line (faults.rs) need neither: they limit the
+# size of files.
+set -euo pipefail
+cd "$(dirname "$0")/.."
+program=$(realpath "${1:-${CARGO_TARGET_DIR:-target}/debug/extricate}")
+
+if [ "${IN_NAMESPACE:-}" != 1 ]; then
+    as_root=()
+    if [ "$(id -u)" != 0 ]; then as_root=(--map-root-user); fi
+    if ! unshare "${as_root[@]}" --mount true 2>/dev/null; then
+        echo "full disk: NOT CHECKED: this system lets no tmpfs be mounted (it takes Linux, and root or user namespaces)" >&2
+        [ "${EXTRICATE_NO_TMPFS:-}" = 1 ] && exit 0
+        echo "set EXTRICATE_NO_TMPFS=1 to go on without" >&2
+        exit 1
+    fi
+    export IN_NAMESPACE=1
+    exec unshare "${as_root[@]}" --mount "$0" "$program"
+fi
+
+work=$(mktemp -d)
+trap 'umount "$work/full" 2>/dev/null; rm -rf "$work"' EXIT
+mkdir "$work/full"
+mount -t tmpfs -o size=2m tmpfs "$work/full"
+cd "$work"
+"$program" demo --scene planar-arm --export scenes >/dev/null
+scene=$(echo scenes/*.toml)
+learn() { "$program" learn "$scene" --labels 20000 "$@" >/dev/null; }
+world() {
+    printf '{"world": {"collision_objects": [{"header": {"frame_id": "w"}, "id": "tray", "meshes": [{"vertices":
+      [{"x": 0, "y": 0, "z": 0}, {"x": 1, "y": 0, "z": 0}, {"x": 0, "y": 1, "z": 0}, {"x": 0, "y": 0, "z": %s}],
+      "triangles": [{"vertex_indices": [0, 2, 1]}, {"vertex_indices": [0, 1, 3]}, {"vertex_indices": [1, 2, 3]},
+      {"vertex_indices": [2, 0, 3]}]}], "mesh_poses": [{"position": {"x": 1, "y": 0, "z": 0},
+      "orientation": {"x": 0, "y": 0, "z": 0, "w": 1}}]}]}}' "$1" >world.json
+}
+
+# What there is to replace.
+learn -o full/a.model --seed 1 2>/dev/null
+world 1
+"$program" import world.json -o full/world.toml >/dev/null
+world 2
+"$program" demo --scene planar-arm --queries 1 --seconds 0.1 --out full/demo.svg >/dev/null 2>&1
+"$program" learn "$scene" -o full/left.model --labels 9000000 --checkpoint-every 0 >/dev/null 2>&1 &
+until [ -s full/left.model.checkpoint ]; do sleep 0.01; done
+kill -9 $!
+wait $! 2>/dev/null || true
+rm -f full/.extricate-*
+cp full/a.model old.model
+
+# Fills the disk but for some bytes, runs a command there, and compares.
+fails() {
+    local room=$1 file=$2
+    shift 2
+    rm -f full/filling
+    head -c 4m /dev/zero >full/filling 2>/dev/null || true
+    truncate -s "-$room" full/filling
+    local before
+    before=$(find full -type f -exec sha256sum {} + | sort)
+    if "$@" >told 2>&1; then
+        echo "full disk: '$*' said that it was done, with room for $room bytes" >&2
+        exit 1
+    fi
+    if ! grep -q "extricate: error: cannot write .*$file.*No space left on device" told; then
+        echo "full disk: '$*' said:" >&2
+        cat told >&2
+        exit 1
+    fi
+    if [ "$before" != "$(find full -type f -exec sha256sum {} + | sort)" ]; then
+        echo "full disk: '$*' changed files:" >&2
+        diff <(echo "$before") <(find full -type f -exec sha256sum {} + | sort) >&2
+        exit 1
+    fi
+    checked=$((checked + 1))
+}
+
+checked=0
+# No room, and room for a part; a page is the least that a tmpfs gives.
+for room in 0 4096 8192; do
+    fails "$room" full/a.model "$program" learn "$scene" -o full/a.model --labels 20000 --checkpoint-every 0
+    fails "$room" full/new.model "$program" learn "$scene" -o full/new.model --labels 20000 --checkpoint full/left.model.checkpoint --checkpoint-every 0
+    grep -q "warning: no checkpoint: cannot write full/left.model.checkpoint: No space left" told || { cat told >&2; exit 1; }
+    fails "$room" full/b.model "$program" adapt old.model "$scene" -o full/b.model --labels 20000 --checkpoint-every 0
+    fails "$room" full/there "$program" demo --scene shelf-arm --export full/there
+done
+fails 0 full/world-meshes/tray.obj "$program" import world.json -o full/world.toml
+# Room for the mesh alone: the old one stays, since it belongs to the old scene.
+fails 4096 full/world.toml "$program" import world.json -o full/world.toml
+fails 0 full/demo.svg "$program" demo --scene planar-arm --queries 1 --seconds 0.1 --out full/demo.svg
+
+# With room again, all goes on.
+rm full/filling
+"$program" learn "$scene" -o full/left.model --resume --labels 9000000 >/dev/null 2>&1 &
+sleep 0.2
+kill -INT $!
+wait $!
+"$program" import world.json -o full/world.toml >/dev/null
+"$program" info full/left.model full/a.model >/dev/null 2>&1 || "$program" info full/a.model >/dev/null
+if find full -name '.extricate-*' | grep .; then exit 1; fi
+echo "full disk: $checked commands ended rightly"
