@@ -9,7 +9,7 @@ use clap::{Args, CommandFactory, Parser, Subcommand, ValueEnum};
 use extricate::internals::query::options::MAX_EXITS;
 use extricate::{LoadLimit, LoadLimits};
 
-use crate::commands::{adapt, check, demo, import, info, learn, query, sample};
+use crate::commands::{adapt, check, demo, import, info, learn, query, sample, shell};
 use crate::input::Configs;
 
 /// The globally nearest collision-free configuration of an articulated robot, verified and bounded.
@@ -71,6 +71,10 @@ pub enum Command {
     Adapt(adapt::AdaptArgs),
     /// Find for each configuration the nearest free one
     Query(query::QueryArgs),
+    /// Print a script with which a shell completes the command line
+    Completions(shell::CompletionsArgs),
+    /// Write manual pages, one a command, to a folder
+    Man(shell::ManArgs),
 }
 
 /// Where configurations come from.

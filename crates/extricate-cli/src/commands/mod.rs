@@ -9,6 +9,7 @@ pub mod info;
 pub mod learn;
 pub mod query;
 pub mod sample;
+pub mod shell;
 
 use std::path::Path;
 use std::sync::Arc;
@@ -34,6 +35,8 @@ pub fn run(cli: Cli) -> anyhow::Result<()> {
         Command::Learn(args) => learn::run(&args, cli.json),
         Command::Adapt(args) => adapt::run(&args, cli.json),
         Command::Query(args) => query::run(&args, cli.json),
+        Command::Completions(args) => shell::completions(&args),
+        Command::Man(args) => shell::man(&args),
     }
 }
 
