@@ -66,7 +66,8 @@ def run(
     else:
         pool = _local.Pool(kind, workers, threads)
     bar = Bar() if progress is True else None
-    tell: Optional[Callable[[Progress], Any]] = bar if bar else progress if callable(progress) else None
+    # A bar wants no more of a state than its fraction and its stage.
+    tell: Any = bar or (progress if callable(progress) else None)
     done = failed = 0
     finished = False
     try:
