@@ -18,7 +18,7 @@ if ! cmp -s docs/requirements.txt "$venv/installed"; then
 fi
 
 NO_MKDOCS_2_WARNING=1 "$venv/bin/mkdocs" build --strict --quiet --site-dir "$site"
-"$python" scripts/check-links.py README.md crates/extricate-python/README.md ARCHITECTURE.md CHANGELOG.md
+"$python" scripts/check-links.py README.md CONTRIBUTING.md crates/*/README.md ARCHITECTURE.md CHANGELOG.md
 
 # Readable offline: nothing that a page loads comes from elsewhere. (Links that people follow may lead anywhere.)
 if grep -rnoE --include='*.html' '<(script|img|iframe|link rel="(stylesheet|preconnect|icon)")[^>]* (src|href)="(https?:)?//[^"]*"' "$site"; then

@@ -10,6 +10,7 @@ use extricate::internals::query::options::MAX_EXITS;
 use extricate::{LoadLimit, LoadLimits};
 
 use crate::commands::{adapt, check, demo, grasp, import, info, learn, query, sample};
+use crate::commands::{adapt, check, demo, import, info, learn, query, sample, shell};
 use crate::input::Configs;
 
 /// The globally nearest collision-free configuration of an articulated robot, verified and bounded.
@@ -73,6 +74,10 @@ pub enum Command {
     Query(query::QueryArgs),
     /// Release a hand whose fingers are inside the object that it holds, and keep its contacts
     Grasp(grasp::GraspArgs),
+    /// Print a script with which a shell completes the command line
+    Completions(shell::CompletionsArgs),
+    /// Write manual pages, one a command, to a folder
+    Man(shell::ManArgs),
 }
 
 /// Where configurations come from.

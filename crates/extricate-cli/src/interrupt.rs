@@ -9,6 +9,7 @@ const LEARNING: u8 = 1;
 const STOP_ASKED: u8 = 2;
 const WRITING: u8 = 3;
 /// What a shell reports for a process that SIGINT ended.
+#[cfg(not(target_family = "wasm"))]
 const EXIT_INTERRUPTED: i32 = 130;
 
 static STATE: AtomicU8 = AtomicU8::new(IDLE);
@@ -23,6 +24,7 @@ impl StopOnInterrupt {
     pub fn new() -> Self {
         INSTALL.call_once(|| {
             // Where no handler can be installed Ctrl-C keeps its usual meaning, which is no worse.
+            #[cfg(not(target_family = "wasm"))]
             let _ = ctrlc::set_handler(|| {
                 match STATE.compare_exchange(LEARNING, STOP_ASKED, Ordering::SeqCst, Ordering::SeqCst) {
                     Ok(_) | Err(WRITING) => {}

@@ -10,6 +10,7 @@ pub mod info;
 pub mod learn;
 pub mod query;
 pub mod sample;
+pub mod shell;
 
 use std::path::Path;
 use std::sync::Arc;
@@ -36,6 +37,8 @@ pub fn run(cli: Cli) -> anyhow::Result<()> {
         Command::Adapt(args) => adapt::run(&args, cli.json),
         Command::Query(args) => query::run(&args, cli.json),
         Command::Grasp(args) => grasp::run(&args, cli.json),
+        Command::Completions(args) => shell::completions(&args),
+        Command::Man(args) => shell::man(&args),
     }
 }
 

@@ -9,6 +9,7 @@ Configurations are float64 arrays of shape (nq,), lists of them (n, nq), coordin
 rad, lengths in m, quaternions x, y, z, w. Calls release the interpreter lock; scenes and models may be shared between threads.
 """
 
+from . import fleet
 from ._answer import Answer, Contact, Exit
 from ._extricate import ChangedScene, Joint, Model, Progress, Scene, Stream, __version__, import_world, learn
 from ._grasp import Grasp, GraspContact
@@ -55,6 +56,7 @@ __all__ = [
     "Stream",
     "Voxels",
     "__version__",
+    "fleet",
     "import_world",
     "learn",
     "spheres",

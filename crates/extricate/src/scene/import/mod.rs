@@ -4,6 +4,7 @@
 //! What has no place in a scene file is told, never dropped in silence.
 
 mod imported;
+mod joint_state;
 mod matrix;
 mod message;
 mod message_objects;
@@ -23,6 +24,7 @@ use crate::error::{Error, Result};
 use crate::robot::{LoadLimit, LoadLimits};
 
 pub use imported::Imported;
+pub use joint_state::joint_positions;
 
 /// Whether the name of a file says that it is one of these formats: `.scene`, `.yaml`, `.yml` or
 /// `.json`.

@@ -1,0 +1,226 @@
+/* MoveIt's messages as text, and a start in collision repaired: no ROS is needed to build or test this.
+ *
+ *     extricate::moveit::StartFixer fixer(extricate::moveit::robot(urdf, srdf, packages));
+ *     auto start = fixer.fix(planning_scene_yaml, "scene.yaml", {{"joint1", 0.3}, ...}, limits);
+ *     if (start.fixed) use(start.positions);
+ *
+ * A PlanningScene is YAML or JSON, as `ros2 topic echo`, rosbridge and the to_block_style_yaml() of every message
+ * write it. Its world, attached objects, allowed collisions and padding are taken; what is not is in `notes`. */
+#ifndef EXTRICATE_MOVEIT_HPP
+#define EXTRICATE_MOVEIT_HPP
+
+#include <algorithm>
+#include <cstdio>
+#include <cstdlib>
+#include <map>
+#include <mutex>
+#include <sstream>
+
+#include "extricate.hpp"
+
+namespace extricate {
+namespace moveit {
+
+/// Joints and where they stand [rad or m].
+using Positions = std::vector<std::pair<std::string, double>>;
+
+/// What may be done to a start.
+struct FixLimits {
+    /// Most that any point of the robot, or of what it holds, may be displaced [m].
+    double max_displacement = HUGE_VAL;
+    /// Most time [s].
+    double max_seconds = 1.0;
+    /// Clearance to aim at [m]; nan for that of the scene.
+    double clearance = std::nan("");
+    /// Joints that may move, such as those of the planning group; all where empty.
+    std::vector<std::string> joints;
+};
+
+/// What became of a start.
+struct FixedStart {
+    /// Whether it needed no repair.
+    bool was_free = false;
+    /// Whether there is a free start, within what was allowed.
+    bool fixed = false;
+    /// Where the joints of one coordinate stand in it; of a start that was not fixed, where they stood.
+    Positions positions;
+    /// From the old start to the new one, in the scene's metric; and what is proved: none is nearer.
+    double depth = 0, lower_bound = 0;
+    /// Share of the depth that is not proved.
+    double gap = 0;
+    /// Largest displacement of any point from the old start to the new one [m].
+    double max_displacement = 0;
+    /// What collided.
+    std::vector<std::pair<std::string, std::string>> colliding;
+    /// Joints that were beyond their limits.
+    std::vector<std::string> outside;
+    /// What of the message is not taken.
+    std::vector<std::string> notes;
+    /// All of this in a line, for a log.
+    std::string summary;
+};
+
+namespace detail {
+inline std::string quoted(const std::string& text) {
+    std::string out = "\"";
+    for (char c : text) {
+        const unsigned char code = static_cast<unsigned char>(c);
+        char escaped[8];
+        if (c == '"' || c == '\\') out += '\\';
+        if (code < 0x20 || code == 0x7f) {
+            std::snprintf(escaped, sizeof escaped, "\\u%04x", code);
+            out += escaped;
+        } else {
+            out += c;
+        }
+    }
+    return out + "\"";
+}
+}  // namespace detail
+
+/// Folders that hold packages, where `package://` is looked up: those that ROS 2 has sourced.
+inline std::vector<std::string> sourced_packages() {
+    std::vector<std::string> folders;
+    const char* prefixes = std::getenv("AMENT_PREFIX_PATH");
+    std::istringstream all(prefixes ? prefixes : "");
+    for (std::string prefix; std::getline(all, prefix, ':');)
+        if (!prefix.empty()) folders.push_back(prefix + "/share");
+    return folders;
+}
+
+/// A robot alone, of the texts of its URDF and SRDF (empty for none). `metric` is "joint", or "max-displacement",
+/// which repairs with the least displacement [m] of any point.
+inline Scene robot(const std::string& urdf, const std::string& srdf = "",
+                   const std::vector<std::string>& packages = sourced_packages(), const std::string& metric = "joint") {
+    std::string text = "metric = { kind = " + detail::quoted(metric) + " }\n[[robot]]\nurdf = \"robot.urdf\"\npackages = [";
+    for (const std::string& folder : packages) text += detail::quoted(folder) + ", ";
+    text += "]\n";
+    std::vector<std::pair<std::string, std::string>> files = {{"robot.urdf", urdf}};
+    if (!srdf.empty()) {
+        text += "srdf = \"robot.srdf\"\n";
+        files.emplace_back("robot.srdf", srdf);
+    }
+    return Scene::from_text(text, "", files);
+}
+
+/// Repairs starts of one robot. Any number of threads may use it.
+class StartFixer {
+public:
+    /// A robot, or a model of it, which takes fewer checks.
+    explicit StartFixer(Scene robot) : robot_(std::move(robot)) {}
+
+    /// Repairs a start in the world of a message. The end of `name` tells what it is (.yaml, .json); messages repeat it. Joints
+    /// that the robot does not have are left out.
+    FixedStart fix(const std::string& planning_scene, const std::string& name, const Positions& start,
+                   const FixLimits& limits = FixLimits()) {
+        const Scene world = in_world(planning_scene, name);
+        const std::map<std::string, std::size_t> known = coordinates(world);
+        std::vector<std::string> names;
+        std::vector<double> values;
+        for (const auto& [joint, position] : start) {
+            if (!known.count(joint)) continue;
+            names.push_back(joint);
+            values.push_back(position);
+        }
+        return fixed(world, world.config(names, values), limits);
+    }
+
+    /// The same where the joints' positions are in the message, or in another one.
+    FixedStart fix(const std::string& planning_scene, const std::string& name, const std::string& state,
+                   const std::string& state_name, const FixLimits& limits = FixLimits()) {
+        const Scene world = in_world(planning_scene, name);
+        return fixed(world, world.config_text(state_name, state), limits);
+    }
+
+    const Scene& robot() const { return robot_; }
+
+private:
+    /// The last world is kept: planners ask again and again in the same one.
+    Scene in_world(const std::string& text, const std::string& name) {
+        const std::lock_guard<std::mutex> lock(mutex_);
+        if (!world_ || text != text_) {
+            world_ = robot_.in_world_text(name, text);
+            text_ = text;
+        }
+        return world_;
+    }
+
+    /// Joints of one coordinate, and which that is.
+    static std::map<std::string, std::size_t> coordinates(const Scene& world) {
+        std::map<std::string, std::size_t> known;
+        const std::vector<std::string> joints = world.joints();
+        for (std::size_t k = 0; k < joints.size(); ++k) {
+            std::size_t first = 0, count = 0;
+            extricate_scene_joint_coordinates(world.get(), k, &first, &count);
+            if (count == 1) known[joints[k]] = first;
+        }
+        return known;
+    }
+
+    static Options options(const Scene& world, const FixLimits& limits) {
+        Options options;
+        options.max_seconds = limits.max_seconds;
+        options.clearance = limits.clearance;
+        if (limits.joints.empty()) return options;
+        for (const std::string& joint : world.joints()) {
+            bool may_move = false;
+            for (const std::string& other : limits.joints) may_move = may_move || other == joint;
+            if (!may_move) options.locked.push_back(joint);
+        }
+        return options;
+    }
+
+    FixedStart fixed(const Scene& world, const std::vector<double>& q, const FixLimits& limits) const {
+        FixedStart start;
+        const std::vector<std::string> known = robot_.warnings();
+        for (const std::string& warning : world.warnings())
+            if (std::find(known.begin(), known.end(), warning) == known.end()) start.notes.push_back(warning);
+        Solver solver(world, options(world, limits));
+        const Answer answer = solver.query(q);
+        const std::map<std::string, std::size_t> joints = coordinates(world);
+        const bool is_allowed = answer && answer.max_displacement() <= limits.max_displacement;
+        for (const auto& [joint, at] : joints)
+            start.positions.emplace_back(joint, is_allowed ? answer.witness()[at] : q[at]);
+        if (!answer) {
+            start.summary = "the start is in collision, and no free state was found for the joints that may move";
+            return start;
+        }
+        start.was_free = answer.is_free();
+        start.fixed = is_allowed;
+        start.depth = answer.depth();
+        start.lower_bound = answer.lower_bound();
+        start.gap = answer.gap();
+        start.max_displacement = answer.max_displacement();
+        for (const ExtricatePair& pair : answer.colliding()) start.colliding.push_back(world.names(pair));
+        for (std::size_t at : answer.outside())
+            for (const auto& [joint, coordinate] : joints)
+                if (coordinate == at) start.outside.push_back(joint);
+        start.summary = summary(start, limits);
+        return start;
+    }
+
+    static std::string summary(const FixedStart& start, const FixLimits& limits) {
+        if (start.was_free) return "the start is free";
+        std::string text = "the start";
+        if (!start.colliding.empty()) text += " has " + start.colliding[0].first + " in collision with " + start.colliding[0].second;
+        if (start.colliding.size() > 1) text += " and " + std::to_string(start.colliding.size() - 1) + " more pairs";
+        if (!start.outside.empty()) text += std::string(start.colliding.empty() ? "" : ", and") + " is beyond a limit of " + start.outside[0];
+        char rest[160];
+        std::snprintf(rest, sizeof rest, "; %s is %.4f away (at least %.4f) and moves points by up to %.4f m",
+                      start.fixed ? "its repair" : "the nearest free state", start.depth, start.lower_bound, start.max_displacement);
+        text += rest;
+        if (start.fixed) return text;
+        std::snprintf(rest, sizeof rest, ", more than the %.4f m that are allowed", limits.max_displacement);
+        return text + rest;
+    }
+
+    Scene robot_;
+    std::mutex mutex_;
+    std::string text_;
+    Scene world_;
+};
+
+}  // namespace moveit
+}  // namespace extricate
+
+#endif

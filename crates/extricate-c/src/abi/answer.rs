@@ -1,0 +1,110 @@
+//! What an answer holds. Pointers live as long as the answer.
+
+#![allow(unsafe_code)]
+
+use super::handles::ExtricateAnswer;
+use super::types::{ExtricateContact, ExtricateExit, ExtricatePair, ExtricateSummary};
+use crate::raw;
+use crate::status::guarded;
+
+/// Depth, bound and the other numbers; null for null.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn extricate_answer_summary(answer: *const ExtricateAnswer) -> *const ExtricateSummary {
+    // SAFETY: the contract of this module.
+    unsafe { raw::shared(answer, "answer") }.map_or(std::ptr::null(), |answer| &raw const answer.summary)
+}
+
+/// The free configuration, as many numbers as the query; null for null.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn extricate_answer_witness(answer: *const ExtricateAnswer) -> *const f64 {
+    // SAFETY: the contract of this module.
+    unsafe { raw::shared(answer, "answer") }.map_or(std::ptr::null(), |answer| answer.witness.as_ptr())
+}
+
+/// How the depth changes with the query: `nv` numbers, in tangent coordinates; null for null.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn extricate_answer_gradient(answer: *const ExtricateAnswer) -> *const f64 {
+    // SAFETY: the contract of this module.
+    unsafe { raw::shared(answer, "answer") }.map_or(std::ptr::null(), |answer| answer.gradient.as_ptr())
+}
+
+/// Pairs that collide at the query: returns how many, and writes where they are.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn extricate_answer_colliding(
+    answer: *const ExtricateAnswer,
+    pairs: *mut *const ExtricatePair,
+) -> usize {
+    // SAFETY: the contract of this module.
+    unsafe { list(answer, pairs, |answer| &answer.colliding) }
+}
+
+/// Pairs that touch at the witness: returns how many, and writes where they are.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn extricate_answer_touching(
+    answer: *const ExtricateAnswer,
+    pairs: *mut *const ExtricatePair,
+) -> usize {
+    // SAFETY: the contract of this module.
+    unsafe { list(answer, pairs, |answer| &answer.touching) }
+}
+
+/// Coordinates of the query beyond their limits: returns how many, and writes where their indices
+/// are.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn extricate_answer_outside(
+    answer: *const ExtricateAnswer,
+    coordinates: *mut *const usize,
+) -> usize {
+    // SAFETY: the contract of this module.
+    unsafe { list(answer, coordinates, |answer| &answer.outside) }
+}
+
+/// Where bodies touch at the witness: returns how many contacts, and writes where they are.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn extricate_answer_contacts(
+    answer: *const ExtricateAnswer,
+    contacts: *mut *const ExtricateContact,
+) -> usize {
+    // SAFETY: the contract of this module.
+    unsafe { list(answer, contacts, |answer| &answer.contacts) }
+}
+
+/// The distinct exits, nearest first, where more than one was asked for: returns how many, and
+/// writes where they are.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn extricate_answer_exits(
+    answer: *const ExtricateAnswer,
+    exits: *mut *const ExtricateExit,
+) -> usize {
+    // SAFETY: the contract of this module.
+    unsafe { list(answer, exits, |answer| &answer.exits) }
+}
+
+/// Frees an answer.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn extricate_answer_free(answer: *mut ExtricateAnswer) {
+    guarded(|| {
+        // SAFETY: the contract of this module.
+        unsafe { raw::take_back(answer) };
+        Ok(())
+    });
+}
+
+/// # Safety
+/// That of [`crate::raw`].
+unsafe fn list<T>(
+    answer: *const ExtricateAnswer,
+    at: *mut *const T,
+    of: impl FnOnce(&ExtricateAnswer) -> &Vec<T>,
+) -> usize {
+    // SAFETY: the contract of this function.
+    let (answer, at) = unsafe { (raw::shared(answer, "answer"), raw::place(at, "list")) };
+    match (answer, at) {
+        (Ok(answer), Ok(at)) => {
+            let all = of(answer);
+            at.put(all.as_ptr());
+            all.len()
+        }
+        _ => 0,
+    }
+}

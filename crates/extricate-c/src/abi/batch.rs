@@ -1,0 +1,157 @@
+//! Many queries or checks on many threads.
+
+#![allow(unsafe_code)]
+
+use std::ops::ControlFlow;
+
+use extricate::{CheckScratch, Checker, Config, Label};
+
+use super::describe;
+use super::handles::ExtricateScene;
+use super::types::{ExtricateOptions, ExtricateStatus, ExtricateSummary};
+use crate::asked::Asked;
+use crate::options::{Wanted, threads as thread_count};
+use crate::raw::{self, Places};
+use crate::status::{Fault, Result, guarded};
+
+/// The nearest free configurations to `count` queries, one after another in `q`, of `nq` numbers
+/// each. Writes `count` witnesses in the same order and `count` summaries; of where nothing free
+/// was found, `found` is false and the witness nan. Each answer is that of extricate_query() alone,
+/// whatever the number of threads (0: one a core). One wrong row fails the call before anything is
+/// queried.
+#[unsafe(no_mangle)]
+#[allow(clippy::too_many_arguments)]
+pub unsafe extern "C" fn extricate_query_batch(
+    scene: *const ExtricateScene,
+    options: *const ExtricateOptions,
+    q: *const f64,
+    count: usize,
+    nq: usize,
+    threads: usize,
+    witnesses: *mut f64,
+    summaries: *mut ExtricateSummary,
+) -> ExtricateStatus {
+    let all = count.saturating_mul(nq);
+    // SAFETY: the contract of this module.
+    let (scene, q) = unsafe { (raw::shared(scene, "scene"), raw::slice(q, all, "q")) };
+    // SAFETY: the same.
+    let (witnesses, summaries) =
+        unsafe { (raw::places(witnesses, all, "witnesses"), raw::places(summaries, count, "summaries")) };
+    guarded(|| {
+        let (asked, q, witnesses, summaries) = (&scene?.0, q?, witnesses?, summaries?);
+        // SAFETY: the same.
+        let wanted = unsafe { Wanted::read(options, asked.scene()) }?;
+        let configs = configs(asked, (q, count, nq), wanted.refuse_outside)?;
+        let mut rows = witnesses.parts(nq).zip(summaries.parts(1));
+        let (threads, view) = (thread_count(threads)?, asked.view()?);
+        view.query_batch(configs, &wanted.options, threads, &mut |answered| {
+            let Some((mut witness, mut summary)) = rows.next() else { return ControlFlow::Break(()) };
+            match answered.answer {
+                Some(answer) => {
+                    summary.fill([describe::summary(&answer)]);
+                    witness.fill(answer.witness);
+                }
+                None => {
+                    summary.fill([describe::NOTHING]);
+                    witness.fill(std::iter::repeat(f64::NAN));
+                }
+            }
+            ControlFlow::Continue(())
+        });
+        Ok(())
+    })
+}
+
+/// Whether `count` configurations are free: within all limits, and every checked pair keeps the
+/// clearance.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn extricate_check_batch(
+    scene: *const ExtricateScene,
+    q: *const f64,
+    count: usize,
+    nq: usize,
+    threads: usize,
+    is_free: *mut bool,
+) -> ExtricateStatus {
+    // SAFETY: the contract of this module.
+    let (scene, q) = unsafe { (raw::shared(scene, "scene"), raw::slice(q, count.saturating_mul(nq), "q")) };
+    // SAFETY: the same.
+    let is_free = unsafe { raw::places(is_free, count, "is_free") };
+    guarded(|| {
+        let (asked, q, is_free) = (&scene?.0, q?, is_free?);
+        let configs = configs(asked, (q, count, nq), false)?;
+        let checker = asked.view()?.checker();
+        map(&configs, thread_count(threads)?, is_free, |q, scratch| is_free_at(checker, q, scratch));
+        Ok(())
+    })
+}
+
+/// Least signed distances of any checked pair at `count` configurations \[m\]: negative where two
+/// bodies overlap, infinity where no pair is checked.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn extricate_distance_batch(
+    scene: *const ExtricateScene,
+    q: *const f64,
+    count: usize,
+    nq: usize,
+    threads: usize,
+    distances: *mut f64,
+) -> ExtricateStatus {
+    // SAFETY: the contract of this module.
+    let (scene, q) = unsafe { (raw::shared(scene, "scene"), raw::slice(q, count.saturating_mul(nq), "q")) };
+    // SAFETY: the same.
+    let distances = unsafe { raw::places(distances, count, "distances") };
+    guarded(|| {
+        let (asked, q, distances) = (&scene?.0, q?, distances?);
+        let configs = configs(asked, (q, count, nq), false)?;
+        let checker = asked.view()?.checker();
+        map(&configs, thread_count(threads)?, distances, |q, scratch| checker.clearance(q, scratch));
+        Ok(())
+    })
+}
+
+/// Free by the glossary's word: within the limits, and nothing collides.
+pub fn is_free_at(checker: &Checker, q: &Config, scratch: &mut CheckScratch) -> bool {
+    checker.scene().space.outside(q).next().is_none() && checker.label(q, scratch) == Label::Free
+}
+
+/// All rows, or the first that is no configuration.
+fn configs(asked: &Asked, (q, count, nq): (&[f64], usize, usize), refuse_outside: bool) -> Result<Vec<Config>> {
+    let own = asked.scene().space.nq();
+    if nq != own && count > 0 {
+        return Err(Fault::argument(format!("nq: got {nq}, expected {own}")));
+    }
+    let rows = q.chunks_exact(own.max(1)).enumerate();
+    let named = |row: usize, fault: Fault| Fault { message: format!("row {row}: {}", fault.message), ..fault };
+    rows.map(|(row, q)| asked.config(q, refuse_outside).map_err(|fault| named(row, fault))).collect()
+}
+
+/// Rows that a thread takes at once.
+const PART: usize = 256;
+
+/// What `of` says of each configuration, on so many threads (0: one a core).
+fn map<T: Copy + Send>(
+    configs: &[Config],
+    threads: usize,
+    out: Places<'_, T>,
+    of: impl Fn(&Config, &mut CheckScratch) -> T + Sync,
+) {
+    let cores = || std::thread::available_parallelism().map_or(1, |cores| cores.get());
+    let threads = if threads == 0 { cores() } else { threads };
+    let parts = std::sync::Mutex::new(configs.chunks(PART).zip(out.parts(PART)));
+    let work = || {
+        let mut scratch = CheckScratch::default();
+        loop {
+            let part = parts.lock().unwrap_or_else(std::sync::PoisonError::into_inner).next();
+            let Some((configs, mut out)) = part else { return };
+            out.fill(configs.iter().map(|q| of(q, &mut scratch)));
+        }
+    };
+    std::thread::scope(|scope| {
+        for _ in 1..threads.min(configs.len().div_ceil(PART)) {
+            // Where the system starts no more threads, those that there are do the work.
+            let _ = std::thread::Builder::new().spawn_scoped(scope, work);
+        }
+        work();
+    });
+}

@@ -1,0 +1,250 @@
+//! What a scene holds: coordinates, joints, bodies, pairs, warnings.
+
+#![allow(unsafe_code)]
+
+use std::ffi::{CString, c_char};
+use std::path::Path;
+
+use extricate::internals::scene::import::joint_positions;
+use extricate::internals::scene::named_configs::config_of;
+use extricate::{LoadLimits, Manifold, MetricKind};
+
+use super::handles::ExtricateScene;
+use super::types::{
+    EXTRICATE_ABI, EXTRICATE_METRIC_JOINT, EXTRICATE_METRIC_MAX_DISPLACEMENT, EXTRICATE_METRIC_OBJECT_NORM,
+    ExtricatePair, ExtricateStatus,
+};
+use crate::raw;
+use crate::status::{Fault, guarded, last_error};
+
+/// What the last call that failed on this thread says is wrong: file or argument, value, and what
+/// was expected. Empty where none failed. It stays until the next call on this thread fails.
+#[unsafe(no_mangle)]
+pub extern "C" fn extricate_last_error() -> *const c_char {
+    last_error(|text| text.as_ptr())
+}
+
+/// Version of the library, such as "0.2.0".
+#[unsafe(no_mangle)]
+pub extern "C" fn extricate_version() -> *const c_char {
+    concat!(env!("CARGO_PKG_VERSION"), "\0").as_ptr().cast()
+}
+
+/// EXTRICATE_ABI of the library; a program that was compiled with another one must not go on.
+#[unsafe(no_mangle)]
+pub extern "C" fn extricate_abi() -> u32 {
+    EXTRICATE_ABI
+}
+
+/// Coordinates of a configuration; 0 for null.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn extricate_scene_nq(scene: *const ExtricateScene) -> usize {
+    // SAFETY: the contract of this module.
+    unsafe { raw::shared(scene, "scene") }.map_or(0, |scene| scene.0.scene().space.nq())
+}
+
+/// Tangent coordinates: one a coordinate, three for a rotation; 0 for null.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn extricate_scene_nv(scene: *const ExtricateScene) -> usize {
+    // SAFETY: the contract of this module.
+    unsafe { raw::shared(scene, "scene") }.map_or(0, |scene| scene.0.scene().space.nv())
+}
+
+/// Joints that have coordinates, in the order of these; 0 for null.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn extricate_scene_joint_count(scene: *const ExtricateScene) -> usize {
+    // SAFETY: the contract of this module.
+    unsafe { raw::shared(scene, "scene") }.map_or(0, |scene| scene.0.scene().joints.len())
+}
+
+/// Name of a joint, which lives as long as the scene; null where there is none.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn extricate_scene_joint_name(scene: *const ExtricateScene, index: usize) -> *const c_char {
+    // SAFETY: the contract of this module.
+    unsafe { raw::shared(scene, "scene") }.map_or(std::ptr::null(), |scene| nth(&scene.0.names().joints, index))
+}
+
+/// The first coordinate of a joint and how many it has; 0 and 0 where there is no such joint.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn extricate_scene_joint_coordinates(
+    scene: *const ExtricateScene,
+    index: usize,
+    first: *mut usize,
+    count: *mut usize,
+) -> ExtricateStatus {
+    // SAFETY: the contract of this module.
+    let (scene, first, count) =
+        unsafe { (raw::shared(scene, "scene"), raw::place(first, "first"), raw::place(count, "count")) };
+    guarded(|| {
+        let (first, count) = (first?, count?);
+        let range = scene?.0.scene().joints.get(index).map_or(0..0, |joint| joint.q.clone());
+        first.put(range.start);
+        count.put(range.len());
+        Ok(())
+    })
+}
+
+/// Limits of all coordinates: `nq` lower and `nq` upper ones. Angles of continuous joints have
+/// minus and plus pi, which are the same place; quaternions minus and plus 1.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn extricate_scene_limits(
+    scene: *const ExtricateScene,
+    lower: *mut f64,
+    upper: *mut f64,
+    nq: usize,
+) -> ExtricateStatus {
+    // SAFETY: the contract of this module.
+    let scene = unsafe { raw::shared(scene, "scene") };
+    // SAFETY: the same.
+    let (lower, upper) = unsafe { (raw::places(lower, nq, "lower"), raw::places(upper, nq, "upper")) };
+    guarded(|| {
+        let (space, mut lower, mut upper) = (&scene?.0.scene().space, lower?, upper?);
+        let own = space.nq();
+        if nq != own {
+            return Err(Fault::argument(format!("nq: got {nq}, expected {own}")));
+        }
+        let limits: Vec<[f64; 2]> = space
+            .factors()
+            .iter()
+            .flat_map(|factor| match factor.manifold {
+                Manifold::Interval { lower, upper } => vec![[lower, upper]],
+                Manifold::Circle => vec![[-std::f64::consts::PI, std::f64::consts::PI]],
+                Manifold::Rotation => vec![[-1.0, 1.0]; 4],
+            })
+            .collect();
+        lower.fill(limits.iter().map(|limit| limit[0]));
+        upper.fill(limits.iter().map(|limit| limit[1]));
+        Ok(())
+    })
+}
+
+/// The configuration in which the joints of these names have these positions, one number each \[rad
+/// or m\]. Locked, mimic and fixed joints may be among them, as robots report them.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn extricate_scene_config(
+    scene: *const ExtricateScene,
+    names: *const *const c_char,
+    positions: *const f64,
+    count: usize,
+    q: *mut f64,
+    nq: usize,
+) -> ExtricateStatus {
+    // SAFETY: the contract of this module.
+    let scene = unsafe { raw::shared(scene, "scene") };
+    // SAFETY: the same.
+    let (names, positions) = unsafe { (raw::texts(names, count, "names"), raw::slice(positions, count, "positions")) };
+    // SAFETY: the same.
+    let q = unsafe { raw::places(q, nq, "q") };
+    guarded(|| {
+        let (scene, names, positions, mut q) = (scene?.0.scene(), names?, positions?, q?);
+        let own = scene.space.nq();
+        if nq != own {
+            return Err(Fault::argument(format!("nq: got {nq}, expected {own}")));
+        }
+        q.fill(config_of(scene, names.into_iter().zip(positions.chunks_exact(1)))?.values);
+        Ok(())
+    })
+}
+
+/// The same of a message as text: a JointState, alone or in a RobotState, a PlanningScene or a
+/// request to plan. The end of `name` tells what it is: .yaml or .json; messages repeat the name.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn extricate_scene_config_text(
+    scene: *const ExtricateScene,
+    name: *const c_char,
+    text: *const c_char,
+    q: *mut f64,
+    nq: usize,
+) -> ExtricateStatus {
+    // SAFETY: the contract of this module.
+    let scene = unsafe { raw::shared(scene, "scene") };
+    // SAFETY: the same.
+    let (name, text, q) = unsafe { (raw::text(name, "name"), raw::text(text, "text"), raw::places(q, nq, "q")) };
+    guarded(|| {
+        let (scene, mut q) = (scene?.0.scene(), q?);
+        let own = scene.space.nq();
+        if nq != own {
+            return Err(Fault::argument(format!("nq: got {nq}, expected {own}")));
+        }
+        let positions = joint_positions(Path::new(name?), text?, &LoadLimits::default())?;
+        let named = positions.iter().map(|(name, position)| (name.as_str(), std::slice::from_ref(position)));
+        q.fill(config_of(scene, named)?.values);
+        Ok(())
+    })
+}
+
+/// Bodies: links with geometry, obstacles, attached objects; 0 for null.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn extricate_scene_body_count(scene: *const ExtricateScene) -> usize {
+    // SAFETY: the contract of this module.
+    unsafe { raw::shared(scene, "scene") }.map_or(0, |scene| scene.0.scene().bodies.len())
+}
+
+/// Name of a body, which lives as long as the scene; null where there is none.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn extricate_scene_body_name(scene: *const ExtricateScene, index: usize) -> *const c_char {
+    // SAFETY: the contract of this module.
+    unsafe { raw::shared(scene, "scene") }.map_or(std::ptr::null(), |scene| nth(&scene.0.names().bodies, index))
+}
+
+/// Checked pairs; 0 for null.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn extricate_scene_pair_count(scene: *const ExtricateScene) -> usize {
+    // SAFETY: the contract of this module.
+    unsafe { raw::shared(scene, "scene") }.map_or(0, |scene| scene.0.scene().pairs.len())
+}
+
+/// A checked pair; both indices are SIZE_MAX where there is none.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn extricate_scene_pair(scene: *const ExtricateScene, index: usize) -> ExtricatePair {
+    // SAFETY: the contract of this module.
+    let scene = unsafe { raw::shared(scene, "scene") };
+    let pair = scene.ok().and_then(|scene| scene.0.scene().pairs.get(index).copied());
+    pair.map_or(super::describe::NO_PAIR, |pair| ExtricatePair { first: pair.first, second: pair.second })
+}
+
+/// Least distance that free configurations keep, but for pairs with one of their own \[m\]; nan for
+/// null.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn extricate_scene_clearance(scene: *const ExtricateScene) -> f64 {
+    // SAFETY: the contract of this module.
+    unsafe { raw::shared(scene, "scene") }.map_or(f64::NAN, |scene| scene.0.scene().clearance)
+}
+
+/// EXTRICATE_METRIC_JOINT and so on, which distances are measured by.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn extricate_scene_metric(scene: *const ExtricateScene) -> u32 {
+    // SAFETY: the contract of this module.
+    let scene = unsafe { raw::shared(scene, "scene") };
+    scene.map_or(EXTRICATE_METRIC_JOINT, |scene| match scene.0.scene().metric {
+        MetricKind::Joint => EXTRICATE_METRIC_JOINT,
+        MetricKind::ObjectNorm => EXTRICATE_METRIC_OBJECT_NORM,
+        MetricKind::MaxDisplacement => EXTRICATE_METRIC_MAX_DISPLACEMENT,
+    })
+}
+
+/// Whether there is a model, of this scene or of the one that it was made from.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn extricate_scene_is_learned(scene: *const ExtricateScene) -> bool {
+    // SAFETY: the contract of this module.
+    unsafe { raw::shared(scene, "scene") }.is_ok_and(|scene| scene.0.model().is_some())
+}
+
+/// Things to know of the scene: open meshes, defaults taken, what a message of MoveIt says that is
+/// not taken; 0 for null.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn extricate_scene_warning_count(scene: *const ExtricateScene) -> usize {
+    // SAFETY: the contract of this module.
+    unsafe { raw::shared(scene, "scene") }.map_or(0, |scene| scene.0.scene().warnings.len())
+}
+
+/// A warning, which lives as long as the scene; null where there is none.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn extricate_scene_warning(scene: *const ExtricateScene, index: usize) -> *const c_char {
+    // SAFETY: the contract of this module.
+    unsafe { raw::shared(scene, "scene") }.map_or(std::ptr::null(), |scene| nth(&scene.0.names().warnings, index))
+}
+
+fn nth(texts: &[CString], index: usize) -> *const c_char {
+    texts.get(index).map_or(std::ptr::null(), |text| text.as_ptr())
+}

@@ -1,0 +1,186 @@
+//! Scenes and models in and out.
+
+#![allow(unsafe_code)]
+
+use std::ffi::c_char;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use extricate::internals::io;
+use extricate::internals::scene::file;
+use extricate::{LearnOptions, Model, builtin, save_model};
+
+use super::handles::ExtricateScene;
+use super::types::{ExtricateStatus, ExtricateText};
+use crate::asked::Asked;
+use crate::options::threads as thread_count;
+use crate::raw;
+use crate::status::{Fault, Result, guarded};
+
+/// Loads a scene file (TOML), a URDF, as a scene of that robot alone, or a model file.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn extricate_load(path: *const c_char, scene: *mut *mut ExtricateScene) -> ExtricateStatus {
+    // SAFETY: the contract of this module.
+    let (path, scene) = unsafe { (raw::text(path, "path"), raw::place(scene, "scene")) };
+    guarded(|| {
+        let (path, scene) = (path?, scene?);
+        scene.hand_over(ExtricateScene(Arc::new(Asked::load(Path::new(path))?)));
+        Ok(())
+    })
+}
+
+/// Makes a scene of the text of a scene file (TOML) or of a URDF, without a file.
+///
+/// Paths in it start from `folder`, null for the working directory. Where a path in the text is one
+/// of `texts`, that text stands for the file: so a URDF that a program holds needs no file either.
+/// Meshes are read from files.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn extricate_scene_from_text(
+    text: *const c_char,
+    folder: *const c_char,
+    texts: *const ExtricateText,
+    text_count: usize,
+    scene: *mut *mut ExtricateScene,
+) -> ExtricateStatus {
+    // SAFETY: the contract of this module.
+    let (text, folder) = unsafe { (raw::text(text, "text"), raw::optional_text(folder, "folder")) };
+    // SAFETY: the same.
+    let (texts, scene) = unsafe { (named_texts(texts, text_count), raw::place(scene, "scene")) };
+    guarded(|| {
+        let (text, folder, texts, scene) = (text?, folder?, texts?, scene?);
+        scene.hand_over(ExtricateScene(Arc::new(of_text(text, Path::new(folder.unwrap_or_default()), &texts)?)));
+        Ok(())
+    })
+}
+
+/// Makes one of the scenes that come with the library, such as "shelf-arm" or "planar-arm".
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn extricate_scene_builtin(
+    name: *const c_char,
+    scene: *mut *mut ExtricateScene,
+) -> ExtricateStatus {
+    // SAFETY: the contract of this module.
+    let (name, scene) = unsafe { (raw::text(name, "name"), raw::place(scene, "scene")) };
+    guarded(|| {
+        let (name, scene) = (name?, scene?);
+        scene.hand_over(ExtricateScene(Arc::new(Asked::of_scene(builtin::scene(name)?))));
+        Ok(())
+    })
+}
+
+/// Learns a model of the scene, which takes fewer checks a query: seconds for most cells.
+///
+/// `labels` are the exact checks to spend, 0 for the usual number; `seconds` is the most time,
+/// infinity for no limit; `threads` is 0 for one a core. The model depends on scene, labels and
+/// seed alone, unless time ended it.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn extricate_learn(
+    scene: *const ExtricateScene,
+    labels: usize,
+    seconds: f64,
+    seed: u64,
+    threads: usize,
+    model: *mut *mut ExtricateScene,
+) -> ExtricateStatus {
+    // SAFETY: the contract of this module.
+    let (scene, model) = unsafe { (raw::shared(scene, "scene"), raw::place(model, "model")) };
+    guarded(|| {
+        let (scene, model) = (scene?, model?);
+        let usual = LearnOptions::default();
+        let labels = if labels == 0 { usual.labels } else { labels };
+        let seconds = (seconds != f64::INFINITY).then_some(seconds);
+        let options = LearnOptions { labels, seconds, seed, threads: thread_count(threads)?, ..usual };
+        let learned = Model::learn(scene.0.scene().clone(), &options)?;
+        model.hand_over(ExtricateScene(Arc::new(Asked::of_model(learned))));
+        Ok(())
+    })
+}
+
+/// Writes a learned model to a file; extricate_load() reads it.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn extricate_save(model: *const ExtricateScene, path: *const c_char) -> ExtricateStatus {
+    // SAFETY: the contract of this module.
+    let (model, path) = unsafe { (raw::shared(model, "model"), raw::text(path, "path")) };
+    guarded(|| {
+        let (model, path) = (model?, Path::new(path?));
+        let nothing = || Fault::argument("model: got a scene of which nothing was learned, expected a learned model");
+        let learned = model.0.learned().ok_or_else(nothing)?;
+        io::check_model_output(path)?;
+        Ok(save_model(learned, path)?)
+    })
+}
+
+/// Prepares the scene for queries: what the first solver or check would do. Takes milliseconds to
+/// seconds, the longest for meshes.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn extricate_scene_prepare(scene: *const ExtricateScene) -> ExtricateStatus {
+    // SAFETY: the contract of this module.
+    let scene = unsafe { raw::shared(scene, "scene") };
+    guarded(|| scene?.0.view().map(drop))
+}
+
+/// Frees a scene; solvers, streams and answers that were made of it stay.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn extricate_scene_free(scene: *mut ExtricateScene) {
+    guarded(|| {
+        // SAFETY: the contract of this module.
+        unsafe { raw::take_back(scene) };
+        Ok(())
+    });
+}
+
+/// # Safety
+/// That of [`crate::raw`].
+unsafe fn named_texts<'a>(texts: *const ExtricateText, count: usize) -> Result<Vec<(&'a str, &'a str)>> {
+    // SAFETY: the contract of this function.
+    let texts = unsafe { raw::slice(texts, count, "texts") }?;
+    let named = |(at, given): (usize, &ExtricateText)| {
+        // SAFETY: the same.
+        let path = unsafe { raw::text(given.path, &format!("texts[{at}].path")) }?;
+        // SAFETY: the same.
+        Ok((path, unsafe { raw::text(given.text, &format!("texts[{at}].text")) }?))
+    };
+    texts.iter().enumerate().map(named).collect()
+}
+
+/// Name of a scene that was no file.
+const NAME: &str = "scene";
+/// Name of a URDF that was no file.
+const URDF: &str = "robot.urdf";
+
+fn of_text(text: &str, folder: &Path, texts: &[(&str, &str)]) -> Result<Asked> {
+    let path = |name: &str| folder.join(name).display().to_string();
+    let mut known: Vec<(String, String)> = texts.iter().map(|(at, text)| (path(at), text.to_string())).collect();
+    let is_urdf = text.trim_start_matches('\u{feff}').trim_start().starts_with('<');
+    let entries = if is_urdf {
+        known.push((path(URDF), text.to_string()));
+        format!("[[robot]]\nurdf = \"{URDF}\"\n")
+    } else {
+        text.to_string()
+    };
+    let name: PathBuf = folder.join(NAME);
+    let entries = file::parse(NAME, &entries)?;
+    Ok(Asked::of_scene(io::assemble_scene(&name.display().to_string(), &entries, &known)?))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const ROBOT: &str = "<robot name='r'><link name='a'/><link name='b'><collision><geometry><sphere radius='0.1'/>\
+         </geometry></collision></link><joint name='j' type='prismatic'><parent link='a'/><child link='b'/>\
+         <axis xyz='1 0 0'/><limit lower='0' upper='9' effort='1' velocity='1'/></joint></robot>";
+
+    #[test]
+    fn texts_stand_for_files() {
+        let alone = of_text(ROBOT, Path::new(""), &[]).unwrap();
+        assert_eq!(alone.scene().space.nq(), 1);
+        let scene = "[[robot]]\nurdf = 'arm.urdf'\n[[obstacle]]\nname = 'box'\nshape = { box = [1, 1, 1] }";
+        let both = of_text(scene, Path::new("some/folder"), &[("arm.urdf", ROBOT)]).unwrap();
+        assert_eq!(both.scene().pairs.len(), 1);
+        let missing = of_text(scene, Path::new("some/folder"), &[]).map(drop).unwrap_err();
+        assert!(missing.message.contains("arm.urdf"), "{missing:?}");
+        let wrong = of_text("[[robot]]\nurd = 'a'", Path::new(""), &[]).map(drop).unwrap_err();
+        assert!(wrong.message.starts_with("scene: line 2"), "{wrong:?}");
+    }
+}

@@ -1,0 +1,210 @@
+//! Scenes with something changed. Each is another one; what did not change is shared, and a model
+//! stays usable.
+
+#![allow(unsafe_code)]
+
+use std::ffi::c_char;
+use std::path::Path;
+use std::sync::Arc;
+
+use extricate::internals::io;
+use extricate::internals::scene::file::SceneFile;
+use extricate::internals::scene::file::{self};
+use extricate::internals::scene::import::{Imported, import, is_foreign};
+use extricate::{LoadLimits, Scene};
+
+use super::handles::ExtricateScene;
+use super::types::{ExtricateObstacle, ExtricatePose, ExtricateStatus};
+use crate::raw::{self, Place};
+use crate::shapes;
+use crate::status::{Fault, Result, guarded};
+
+/// Obstacles elsewhere: `count` names and their poses in the world.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn extricate_scene_moved(
+    scene: *const ExtricateScene,
+    names: *const *const c_char,
+    poses: *const ExtricatePose,
+    count: usize,
+    changed: *mut *mut ExtricateScene,
+) -> ExtricateStatus {
+    // SAFETY: the contract of this module.
+    let (scene, changed) = unsafe { (raw::shared(scene, "scene"), raw::place(changed, "changed")) };
+    // SAFETY: the same.
+    let (names, poses) = unsafe { (raw::texts(names, count, "names"), raw::slice(poses, count, "poses")) };
+    change(scene, changed, |scene| {
+        let moved = |(name, given): (&'_ &str, &ExtricatePose)| {
+            Ok((name.to_string(), shapes::pose(&format!("obstacle \"{name}\""), given)?))
+        };
+        let moved = names?.iter().zip(poses?).map(moved).collect::<Result<Vec<_>>>()?;
+        Ok(scene.moved(moved.iter().map(|(name, pose)| (name.as_str(), *pose)))?)
+    })
+}
+
+/// More obstacles.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn extricate_scene_with_obstacles(
+    scene: *const ExtricateScene,
+    obstacles: *const ExtricateObstacle,
+    count: usize,
+    changed: *mut *mut ExtricateScene,
+) -> ExtricateStatus {
+    // SAFETY: the contract of this module.
+    let (scene, changed) = unsafe { (raw::shared(scene, "scene"), raw::place(changed, "changed")) };
+    // SAFETY: the same.
+    let obstacles = unsafe { raw::slice(obstacles, count, "obstacles") };
+    change(scene, changed, |scene| {
+        // SAFETY: the same.
+        let bodies = unsafe { shapes::bodies(obstacles?) }?;
+        Ok(scene.with_obstacles(bodies)?)
+    })
+}
+
+/// Fewer obstacles, or objects that links hold, by their names.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn extricate_scene_without(
+    scene: *const ExtricateScene,
+    names: *const *const c_char,
+    count: usize,
+    changed: *mut *mut ExtricateScene,
+) -> ExtricateStatus {
+    // SAFETY: the contract of this module.
+    let (scene, changed) = unsafe { (raw::shared(scene, "scene"), raw::place(changed, "changed")) };
+    // SAFETY: the same.
+    let names = unsafe { raw::texts(names, count, "names") };
+    change(scene, changed, |scene| Ok(scene.without(names?)?))
+}
+
+/// Without any obstacle; objects that links hold stay.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn extricate_scene_without_obstacles(
+    scene: *const ExtricateScene,
+    changed: *mut *mut ExtricateScene,
+) -> ExtricateStatus {
+    // SAFETY: the contract of this module.
+    let (scene, changed) = unsafe { (raw::shared(scene, "scene"), raw::place(changed, "changed")) };
+    change(scene, changed, |scene| Ok(scene.without_obstacles()))
+}
+
+/// Pairs of bodies that are no longer checked: two names a pair, one after the other.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn extricate_scene_disabled(
+    scene: *const ExtricateScene,
+    names: *const *const c_char,
+    pair_count: usize,
+    changed: *mut *mut ExtricateScene,
+) -> ExtricateStatus {
+    // SAFETY: the contract of this module.
+    let (scene, changed) = unsafe { (raw::shared(scene, "scene"), raw::place(changed, "changed")) };
+    // SAFETY: the same; what has no length that memory can have is refused.
+    let names = unsafe { raw::texts(names, pair_count.saturating_mul(2), "names") };
+    change(scene, changed, |scene| {
+        let names = names?;
+        Ok(scene.disabled(names.chunks_exact(2).map(|pair| [pair[0], pair[1]]))?)
+    })
+}
+
+/// An object that a link holds, such as a can in a gripper. Its pose is in the link's coordinates;
+/// it is checked against everything but what is fixed to the link and the bodies named in `touch`.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn extricate_scene_attached(
+    scene: *const ExtricateScene,
+    object: *const ExtricateObstacle,
+    link: *const c_char,
+    touch: *const *const c_char,
+    touch_count: usize,
+    changed: *mut *mut ExtricateScene,
+) -> ExtricateStatus {
+    // SAFETY: the contract of this module.
+    let (scene, changed) = unsafe { (raw::shared(scene, "scene"), raw::place(changed, "changed")) };
+    // SAFETY: the same.
+    let (object, link) = unsafe { (raw::slice(object, 1, "object"), raw::text(link, "link")) };
+    // SAFETY: the same.
+    let touch = unsafe { raw::texts(touch, touch_count, "touch") };
+    change(scene, changed, |scene| {
+        // SAFETY: the same.
+        let object = unsafe { shapes::bodies(object?) }?.pop();
+        let object = object.ok_or_else(|| Fault::argument("object: got none"))?;
+        Ok(scene.attached(object, link?, &touch?)?)
+    })
+}
+
+/// The robots of the scene in the world of a file: a scene file (TOML) without a robot, MoveIt's
+/// .scene text, or a PlanningScene message as .yaml or .json.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn extricate_scene_in_world(
+    scene: *const ExtricateScene,
+    path: *const c_char,
+    changed: *mut *mut ExtricateScene,
+) -> ExtricateStatus {
+    // SAFETY: the contract of this module.
+    let (scene, changed) = unsafe { (raw::shared(scene, "scene"), raw::place(changed, "changed")) };
+    // SAFETY: the same.
+    let path = unsafe { raw::text(path, "path") };
+    change(scene, changed, |scene| Ok(io::load_world(scene, Path::new(path?), &LoadLimits::default())?))
+}
+
+/// The same of a text. The end of `name` tells what it is: .toml, .scene, .yaml or .json; messages
+/// repeat the name.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn extricate_scene_in_world_text(
+    scene: *const ExtricateScene,
+    name: *const c_char,
+    text: *const c_char,
+    changed: *mut *mut ExtricateScene,
+) -> ExtricateStatus {
+    // SAFETY: the contract of this module.
+    let (scene, changed) = unsafe { (raw::shared(scene, "scene"), raw::place(changed, "changed")) };
+    // SAFETY: the same.
+    let (name, text) = unsafe { (raw::text(name, "name"), raw::text(text, "text")) };
+    change(scene, changed, |scene| in_world_of_text(scene, name?, text?))
+}
+
+/// Hands over `scene` as `work` changes it.
+fn change(
+    scene: Result<&ExtricateScene>,
+    changed: Result<Place<*mut ExtricateScene>>,
+    work: impl FnOnce(&Scene) -> Result<Scene>,
+) -> ExtricateStatus {
+    guarded(|| {
+        let (scene, changed) = (scene?, changed?);
+        let other = scene.0.changed(work(scene.0.scene())?);
+        changed.hand_over(ExtricateScene(Arc::new(other)));
+        Ok(())
+    })
+}
+
+fn in_world_of_text(scene: &Scene, name: &str, text: &str) -> Result<Scene> {
+    let path = Path::new(name);
+    if !is_foreign(path) {
+        return Ok(io::assemble_world(scene, name, &file::parse(name, text)?)?);
+    }
+    let Imported { entries, notes } = import(path, text, Some(scene), &LoadLimits::default())?;
+    let entries: SceneFile = entries;
+    let mut world = io::assemble_world(scene, name, &entries)?;
+    world.warnings.extend(notes.into_iter().map(|note| format!("{name}: {note}")));
+    Ok(world)
+}
+
+#[cfg(test)]
+mod tests {
+    use extricate::builtin;
+
+    use super::*;
+
+    #[test]
+    fn texts_are_worlds() {
+        let scene = builtin::scene("planar-arm").unwrap();
+        let toml = "[[obstacle]]\nname = 'ball'\nshape = { sphere = 0.1 }\npose = { xyz = [0.5, 0, 0] }";
+        let ball = in_world_of_text(&scene, "w.toml", toml).unwrap();
+        let json = r#"{"world": {"collision_objects": [{"id": "ball", "header": {"frame_id": "world"},
+            "pose": {"position": {"x": 0.5, "y": 0, "z": 0}, "orientation": {"x": 0, "y": 0, "z": 0, "w": 1}},
+            "primitives": [{"type": 2, "dimensions": [0.1]}],
+            "primitive_poses": [{"position": {"x": 0, "y": 0, "z": 0}, "orientation": {"w": 1, "x": 0, "y": 0, "z": 0}}],
+            "operation": 0}]}, "object_colors": [{"id": "ball"}]}"#;
+        let message = in_world_of_text(&scene, "w.json", json).unwrap();
+        assert_eq!(ball.pairs, message.pairs);
+        assert!(message.warnings.iter().any(|warning| warning.starts_with("w.json: colours")));
+        assert!(in_world_of_text(&scene, "w.json", "{").unwrap_err().message.starts_with("w.json"));
+    }
+}

@@ -1,0 +1,227 @@
+//! Pointers of the caller, as references and slices. Nothing else here dereferences any.
+//!
+//! All functions have one safety contract, that of `include/extricate.h`: a pointer is null, or
+//! points to as many live values of its type as was said, which nobody writes meanwhile; those that
+//! are written to are used by nobody else meanwhile. What can be seen is checked: null, alignment,
+//! and lengths that no memory has.
+
+#![allow(unsafe_code)]
+
+use std::ffi::{CStr, c_char, c_void};
+use std::mem::MaybeUninit;
+
+use crate::status::{Fault, Result};
+
+/// Memory of the caller for one value; what is there is not read.
+pub struct Place<'a, T>(&'a mut MaybeUninit<T>);
+
+impl<T> Place<'_, T> {
+    /// Writes the value.
+    pub fn put(self, value: T) {
+        self.0.write(value);
+    }
+}
+
+impl<T> Place<'_, *mut T> {
+    /// Hands a new handle to the caller.
+    pub fn hand_over(self, value: T) {
+        self.put(Box::into_raw(Box::new(value)));
+    }
+}
+
+/// Memory of the caller for values in a row.
+pub struct Places<'a, T>(&'a mut [MaybeUninit<T>]);
+
+impl<'a, T: Copy> Places<'a, T> {
+    /// Writes value after value; never beyond the end.
+    pub fn fill(&mut self, values: impl IntoIterator<Item = T>) {
+        self.0.iter_mut().zip(values).for_each(|(place, value)| {
+            place.write(value);
+        });
+    }
+
+    /// In parts of `size` places.
+    pub fn parts(self, size: usize) -> impl Iterator<Item = Places<'a, T>> {
+        self.0.chunks_mut(size.max(1)).map(Places)
+    }
+}
+
+/// A handle that is only read.
+///
+/// # Safety
+/// That of this module.
+pub unsafe fn shared<'a, T>(at: *const T, name: &str) -> Result<&'a T> {
+    check(at, 1, name)?;
+    // SAFETY: not null and aligned, and live by the contract.
+    Ok(unsafe { &*at })
+}
+
+/// A handle that nobody else uses meanwhile.
+///
+/// # Safety
+/// That of this module.
+pub unsafe fn exclusive<'a, T>(at: *mut T, name: &str) -> Result<&'a mut T> {
+    check(at, 1, name)?;
+    // SAFETY: not null and aligned, live and unshared by the contract.
+    Ok(unsafe { &mut *at })
+}
+
+/// Values in a row; null where there are none.
+///
+/// # Safety
+/// That of this module.
+pub unsafe fn slice<'a, T>(at: *const T, count: usize, name: &str) -> Result<&'a [T]> {
+    if count == 0 {
+        return Ok(&[]);
+    }
+    check(at, count, name)?;
+    // SAFETY: not null, aligned, of a length that memory can have, and live by the contract.
+    Ok(unsafe { std::slice::from_raw_parts(at, count) })
+}
+
+/// Where one value is to be written.
+///
+/// # Safety
+/// That of this module.
+pub unsafe fn place<'a, T>(at: *mut T, name: &str) -> Result<Place<'a, T>> {
+    check(at, 1, name)?;
+    // SAFETY: as in `exclusive`; what is there may be uninitialised.
+    Ok(Place(unsafe { &mut *at.cast::<MaybeUninit<T>>() }))
+}
+
+/// Where values are to be written.
+///
+/// # Safety
+/// That of this module.
+pub unsafe fn places<'a, T>(at: *mut T, count: usize, name: &str) -> Result<Places<'a, T>> {
+    if count == 0 {
+        return Ok(Places(&mut []));
+    }
+    check(at, count, name)?;
+    // SAFETY: as in `slice`; unshared by the contract, and what is there may be uninitialised.
+    Ok(Places(unsafe { std::slice::from_raw_parts_mut(at.cast::<MaybeUninit<T>>(), count) }))
+}
+
+/// Text in UTF-8.
+///
+/// # Safety
+/// That of this module; a zero ends it.
+pub unsafe fn text<'a>(at: *const c_char, name: &str) -> Result<&'a str> {
+    check(at, 1, name)?;
+    // SAFETY: not null, and ended by a zero by the contract.
+    let text = unsafe { CStr::from_ptr(at) };
+    text.to_str().map_err(|error| {
+        let at = error.valid_up_to();
+        Fault::argument(format!("{name}: byte {at}: got bytes that are not UTF-8, expected text in UTF-8"))
+    })
+}
+
+/// The same, where null stands for none.
+///
+/// # Safety
+/// That of [`text`].
+pub unsafe fn optional_text<'a>(at: *const c_char, name: &str) -> Result<Option<&'a str>> {
+    // SAFETY: the same contract.
+    if at.is_null() { Ok(None) } else { unsafe { text(at, name) }.map(Some) }
+}
+
+/// Texts in a row.
+///
+/// # Safety
+/// That of [`slice`], and of [`text`] for each.
+pub unsafe fn texts<'a>(at: *const *const c_char, count: usize, name: &str) -> Result<Vec<&'a str>> {
+    // SAFETY: the same contracts.
+    let all = unsafe { slice(at, count, name) }?;
+    // SAFETY: the same contracts.
+    all.iter().enumerate().map(|(k, at)| unsafe { text(*at, &format!("{name}[{k}]")) }).collect()
+}
+
+/// Takes a handle back; null is none.
+///
+/// # Safety
+/// It came from [`Place::hand_over`], and is used no more.
+pub unsafe fn take_back<T>(at: *mut T) {
+    if !at.is_null() {
+        // SAFETY: made by `Box::into_raw`, and given back once by the contract.
+        drop(unsafe { Box::from_raw(at) });
+    }
+}
+
+/// A question of the caller, with what it is asked about.
+#[derive(Clone, Copy)]
+pub struct Callback {
+    function: unsafe extern "C" fn(*mut c_void) -> bool,
+    data: *mut c_void,
+}
+
+// SAFETY: the header says that the function is called on any thread, at the same time on several.
+unsafe impl Send for Callback {}
+// SAFETY: as above.
+unsafe impl Sync for Callback {}
+
+impl Callback {
+    /// # Safety
+    /// The function may be called with `data`, on any thread, for as long as this or a copy lives.
+    pub unsafe fn new(function: unsafe extern "C" fn(*mut c_void) -> bool, data: *mut c_void) -> Self {
+        Self { function, data }
+    }
+
+    /// What the caller says.
+    pub fn ask(&self) -> bool {
+        // SAFETY: by the contract of `new`.
+        unsafe { (self.function)(self.data) }
+    }
+}
+
+fn check<T>(at: *const T, count: usize, name: &str) -> Result<()> {
+    if at.is_null() {
+        return Err(Fault::argument(format!("{name}: got a null pointer")));
+    }
+    if !at.is_aligned() {
+        return Err(Fault::argument(format!("{name}: got a pointer that is not aligned")));
+    }
+    let bytes = count.checked_mul(size_of::<T>()).filter(|bytes| isize::try_from(*bytes).is_ok());
+    bytes.map(drop).ok_or_else(|| Fault::argument(format!("{name}: got a count of {count}, more than memory has")))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_can_be_seen_is_refused() {
+        let numbers = [1.0, 2.0, 3.0];
+        let at = numbers.as_ptr();
+        // SAFETY: the array is live; what is refused is not dereferenced.
+        unsafe {
+            assert_eq!(slice(at, 3, "q"), Ok(&numbers[..]));
+            assert_eq!(slice::<f64>(std::ptr::null(), 0, "q"), Ok(&[][..]));
+            let fault = |result: Result<&[f64]>| result.unwrap_err().message;
+            assert_eq!(fault(slice(std::ptr::null(), 3, "q")), "q: got a null pointer");
+            assert!(fault(slice(at.byte_add(1), 1, "q")).contains("not aligned"));
+            assert!(fault(slice(at, usize::MAX, "q")).contains("more than memory has"));
+            assert!(text(c"\xff".as_ptr(), "path").unwrap_err().message.contains("path: byte 0: got bytes"));
+            assert_eq!(optional_text(std::ptr::null(), "folder"), Ok(None));
+            let names = [c"a".as_ptr(), std::ptr::null()];
+            assert_eq!(texts(names.as_ptr(), 2, "names").unwrap_err().message, "names[1]: got a null pointer");
+        }
+    }
+
+    #[test]
+    fn handles_are_given_and_taken_back() {
+        let mut out = MaybeUninit::<*mut String>::uninit();
+        // SAFETY: `out` is live; the handle is used as long as it is.
+        unsafe {
+            place(out.as_mut_ptr(), "out").unwrap().hand_over("a".to_string());
+            let handle = out.assume_init();
+            assert_eq!(shared(handle, "handle").unwrap(), "a");
+            exclusive(handle, "handle").unwrap().push('b');
+            assert_eq!(shared(handle, "handle").unwrap(), "ab");
+            take_back(handle);
+            take_back::<String>(std::ptr::null_mut());
+            let mut row = [0.0; 4];
+            places(row.as_mut_ptr(), 3, "row").unwrap().fill([1.0; 9]);
+            assert_eq!(row, [1.0, 1.0, 1.0, 0.0]);
+        }
+    }
+}

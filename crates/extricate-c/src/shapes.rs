@@ -1,0 +1,92 @@
+//! Obstacles, as C describes them, through the library's own checks.
+
+#![allow(unsafe_code)]
+
+use std::sync::Arc;
+
+use extricate::geometry::{Body, Geometry, PointCloud, Pose, Vec3, Voxels};
+use extricate::internals::io::read_obstacles;
+use extricate::internals::robot::formats;
+use extricate::internals::scene::file::{ObstacleEntry, PoseEntry, SceneFile, ShapeEntry};
+
+use crate::abi::types::{
+    EXTRICATE_BOX, EXTRICATE_CAPSULE, EXTRICATE_CYLINDER, EXTRICATE_HALF_SPACE, EXTRICATE_MESH, EXTRICATE_POINTS,
+    EXTRICATE_SPHERE, EXTRICATE_VOXELS, ExtricateObstacle, ExtricatePose, ExtricateShape,
+};
+use crate::raw;
+use crate::status::{Fault, Result};
+
+/// What messages call what did not come from a file.
+const NAME: &str = "scene";
+
+/// A pose, or why it is none.
+pub fn pose(element: &str, given: &ExtricatePose) -> Result<Pose> {
+    Ok(entry(given).pose(NAME, element)?)
+}
+
+fn entry(given: &ExtricatePose) -> PoseEntry {
+    PoseEntry { xyz: given.position, quat_xyzw: Some(given.quaternion), ..PoseEntry::default() }
+}
+
+/// The bodies of obstacles.
+///
+/// # Safety
+/// That of [`crate::raw`].
+///
+/// # Errors
+/// Names the obstacle, what is wrong and what was expected.
+pub unsafe fn bodies(given: &[ExtricateObstacle]) -> Result<Vec<Body>> {
+    let read = |(at, given): (usize, &ExtricateObstacle)| -> Result<ObstacleEntry> {
+        // SAFETY: the contract of this function.
+        let name = unsafe { raw::text(given.name, &format!("obstacle {at}: name")) }?;
+        // SAFETY: the same.
+        let shape = unsafe { shape(&format!("obstacle \"{name}\""), &given.shape) }?;
+        Ok(ObstacleEntry { name: name.to_string(), shape, pose: entry(&given.pose) })
+    };
+    let obstacle = given.iter().enumerate().map(read).collect::<Result<_>>()?;
+    Ok(read_obstacles(NAME, &SceneFile { obstacle, ..SceneFile::default() })?)
+}
+
+/// # Safety
+/// That of [`crate::raw`].
+unsafe fn shape(element: &str, given: &ExtricateShape) -> Result<ShapeEntry> {
+    let [x, y, z] = given.size;
+    let none = ShapeEntry::default();
+    // SAFETY: the contract of this function: three numbers a point.
+    let points = || unsafe { rows(given.points, given.point_count, &format!("{element}: points")) };
+    let corners = || Ok::<Vec<Vec3>, Fault>(points()?.into_iter().map(Vec3::from).collect());
+    Ok(match given.kind {
+        EXTRICATE_BOX => ShapeEntry { cuboid: Some([x, y, z]), ..none },
+        EXTRICATE_SPHERE => ShapeEntry { sphere: Some(x), ..none },
+        EXTRICATE_CYLINDER => ShapeEntry { cylinder: Some([x, y]), ..none },
+        EXTRICATE_CAPSULE => ShapeEntry { capsule: Some([x, y]), ..none },
+        EXTRICATE_MESH => {
+            // SAFETY: the same: three indices a triangle.
+            let triangles = unsafe { rows(given.triangles, given.triangle_count, &format!("{element}: triangles")) }?;
+            let mesh = formats::from_arrays(element, corners()?, triangles)?;
+            ShapeEntry { triangles: Some(Arc::new(mesh)), convex: given.convex != 0, ..none }
+        }
+        EXTRICATE_POINTS => scenery(Geometry::Points(Arc::new(PointCloud::new(NAME, element, x, corners()?)?))),
+        EXTRICATE_VOXELS => {
+            // SAFETY: the same: three indices a cell.
+            let cells = unsafe { rows(given.cells, given.cell_count, &format!("{element}: cells")) }?;
+            scenery(Geometry::Voxels(Arc::new(Voxels::new(NAME, element, x, cells)?)))
+        }
+        EXTRICATE_HALF_SPACE => scenery(Geometry::half_space(NAME, element, given.size, given.offset)?),
+        other => {
+            let expected = "EXTRICATE_BOX or another of the kinds in extricate.h";
+            return Err(Fault::argument(format!("{element}: kind: got {other}, expected {expected}")));
+        }
+    })
+}
+
+fn scenery(geometry: Geometry) -> ShapeEntry {
+    ShapeEntry { scenery: Some(geometry), ..ShapeEntry::default() }
+}
+
+/// # Safety
+/// That of [`crate::raw`], for three values a row.
+unsafe fn rows<T: Copy>(at: *const T, count: usize, name: &str) -> Result<Vec<[T; 3]>> {
+    // SAFETY: the contract of this function; an array is laid out as its values.
+    Ok(unsafe { raw::slice(at.cast::<[T; 3]>(), count, name) }?.to_vec())
+}

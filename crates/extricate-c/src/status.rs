@@ -1,0 +1,107 @@
+//! What went wrong, as a number and a message that the thread remembers; and the fence that no
+//! panic passes.
+
+use std::cell::RefCell;
+use std::ffi::{CStr, CString};
+use std::panic::{AssertUnwindSafe, catch_unwind};
+
+use extricate::Error;
+
+use crate::abi::types::{
+    EXTRICATE_ARGUMENT, EXTRICATE_CONFIGURATION, EXTRICATE_FILE, EXTRICATE_INPUT, EXTRICATE_INTERNAL, EXTRICATE_MODEL,
+    EXTRICATE_NOTHING_FREE, EXTRICATE_OK, ExtricateStatus,
+};
+
+/// A failure on its way to the caller.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Fault {
+    /// One of the `EXTRICATE_*` codes.
+    pub status: ExtricateStatus,
+    /// Element, value and what was expected.
+    pub message: String,
+}
+
+/// `Result` with a [`Fault`].
+pub type Result<T> = std::result::Result<T, Fault>;
+
+impl Fault {
+    /// An argument that makes no sense.
+    pub fn argument(message: impl Into<String>) -> Self {
+        Self { status: EXTRICATE_ARGUMENT, message: message.into() }
+    }
+}
+
+impl From<Error> for Fault {
+    fn from(error: Error) -> Self {
+        let status = match &error {
+            Error::Read { .. } | Error::Write { .. } | Error::Named { .. } => EXTRICATE_FILE,
+            Error::Config { .. } => EXTRICATE_CONFIGURATION,
+            Error::Option { .. } => EXTRICATE_ARGUMENT,
+            Error::Model { .. } | Error::Checkpoint { .. } => EXTRICATE_MODEL,
+            Error::NothingFree { .. } => EXTRICATE_NOTHING_FREE,
+            _ => EXTRICATE_INPUT,
+        };
+        Self { status, message: error.to_string() }
+    }
+}
+
+thread_local! {
+    static LAST: RefCell<CString> = RefCell::default();
+}
+
+/// Does `work`, remembers the message where it fails, and stops panics, which are faults of this
+/// library: the caller could not unwind.
+pub fn guarded(work: impl FnOnce() -> Result<()>) -> ExtricateStatus {
+    let fault = match catch_unwind(AssertUnwindSafe(work)) {
+        Ok(Ok(())) => return EXTRICATE_OK,
+        Ok(Err(fault)) => fault,
+        Err(panic) => {
+            let text = panic.downcast_ref::<&str>().map(ToString::to_string);
+            let text = text.or_else(|| panic.downcast_ref::<String>().cloned()).unwrap_or_default();
+            Fault { status: EXTRICATE_INTERNAL, message: format!("internal error, please report it: {text}") }
+        }
+    };
+    LAST.set(c_string(&fault.message));
+    fault.status
+}
+
+/// The message of the last failure on this thread, to `read`.
+pub fn last_error<T>(read: impl FnOnce(&CStr) -> T) -> T {
+    LAST.with_borrow(|last| read(last))
+}
+
+/// As C has text: up to the first zero, which names of files cannot hold but messages might.
+pub fn c_string(text: &str) -> CString {
+    let text: Vec<u8> = text.bytes().take_while(|byte| *byte != 0).collect();
+    CString::new(text).unwrap_or_default()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn message() -> String {
+        last_error(|text| text.to_string_lossy().into_owned())
+    }
+
+    #[test]
+    fn panics_stop_here() {
+        let hook = std::panic::take_hook();
+        std::panic::set_hook(Box::new(|_| {}));
+        let status = guarded(|| panic!("a {}", "fault"));
+        std::panic::set_hook(hook);
+        assert_eq!(status, EXTRICATE_INTERNAL);
+        assert_eq!(message(), "internal error, please report it: a fault");
+    }
+
+    #[test]
+    fn messages_are_those_of_the_library_and_of_this_thread() {
+        let failing = || Err(extricate::load_scene("none.toml").map(drop).unwrap_err().into());
+        assert_eq!(guarded(failing), EXTRICATE_FILE);
+        assert!(message().starts_with("cannot read none.toml: "), "{}", message());
+        std::thread::spawn(|| assert_eq!(message(), "")).join().unwrap();
+        assert_eq!(guarded(|| Ok(())), EXTRICATE_OK);
+        assert!(!message().is_empty(), "a success changes nothing");
+        assert_eq!(c_string("a\0b").to_str(), Ok("a"));
+    }
+}

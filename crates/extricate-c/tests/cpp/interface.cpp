@@ -1,0 +1,317 @@
+// What extricate.hpp promises, on a scene file and queries, one a line, numbers between blanks.
+//
+//     interface SCENE QUERIES            checks everything, and prints depth, bound and witness of each
+//                                        query as hexadecimal numbers, which scripts/check-c.sh compares
+//                                        with those of `extricate query --json`
+#if __has_include(<Eigen/Core>)
+#define EXTRICATE_WITH_EIGEN
+#endif
+#include <extricate.hpp>
+
+#include <array>
+#include <atomic>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <fstream>
+#include <iterator>
+#include <sstream>
+#include <thread>
+
+using extricate::Answer;
+using extricate::Options;
+using extricate::Pose;
+using extricate::Scene;
+using extricate::Shape;
+using extricate::Solver;
+using Rows = std::vector<std::vector<double>>;
+
+static int checks = 0;
+#define CHECK(condition)                                                             \
+    do {                                                                             \
+        ++checks;                                                                    \
+        if (!(condition)) {                                                          \
+            std::fprintf(stderr, "%s:%d: %s\n", __FILE__, __LINE__, #condition);     \
+            std::exit(1);                                                            \
+        }                                                                            \
+    } while (false)
+
+/// The message of what `work` throws, and that its code is this one.
+template <class Work>
+static std::string refused(extricate::Status status, Work work) {
+    try {
+        work();
+    } catch (const extricate::Error& error) {
+        CHECK(error.status() == status);
+        CHECK(extricate::last_status() == status);
+        return error.what();
+    }
+    std::fprintf(stderr, "nothing was refused\n");
+    std::exit(1);
+}
+
+static bool contains(const std::string& text, const char* part) {
+    if (text.find(part) != std::string::npos) return true;
+    std::fprintf(stderr, "got: %s\n", text.c_str());
+    return false;
+}
+
+static Rows read(const char* path) {
+    Rows rows;
+    std::ifstream file(path);
+    for (std::string line; std::getline(file, line);) {
+        std::istringstream numbers(line);
+        rows.emplace_back(std::istream_iterator<double>(numbers), std::istream_iterator<double>());
+    }
+    return rows;
+}
+
+static bool same(const Answer& a, const Answer& b) {
+    return std::memcmp(&a.summary(), &b.summary(), offsetof(ExtricateSummary, unique)) == 0 && a.config() == b.config();
+}
+
+static void print(const Answer& answer) {
+    std::printf("%a %a", answer.depth(), answer.lower_bound());
+    for (double x : answer.witness()) std::printf(" %a", x);
+    std::printf("\n");
+}
+
+/// Eight threads share one scene; each has its solver, and every answer is that of one thread.
+static void threads_share(const Scene& scene, const Rows& rows, const std::vector<Answer>& answers) {
+    std::atomic<int> equal{0};
+    std::vector<std::thread> threads;
+    for (int thread = 0; thread < 8; ++thread) {
+        threads.emplace_back([&, thread] {
+            Solver solver(scene);
+            for (std::size_t k = 0; k < rows.size(); ++k) {
+                const std::size_t at = (k + 3 * static_cast<std::size_t>(thread)) % rows.size();
+                equal += same(solver.query(rows[at]), answers[at]);
+            }
+        });
+    }
+    for (std::thread& thread : threads) thread.join();
+    CHECK(equal == 8 * static_cast<int>(rows.size()));
+}
+
+static void batches(const Scene& scene, const Rows& rows, const std::vector<Answer>& answers) {
+    std::vector<double> flat;
+    for (const auto& q : rows) flat.insert(flat.end(), q.begin(), q.end());
+    const extricate::Batch batch = extricate::query_batch(scene, flat, Options(), 2);
+    const std::vector<bool> free = scene.check(batch.witnesses, 2);
+    const std::vector<double> distances = scene.distances(batch.witnesses);
+    Solver solver(scene);
+    for (std::size_t k = 0; k < rows.size(); ++k) {
+        CHECK(batch.summaries[k].depth == answers[k].depth() && batch.summaries[k].found);
+        CHECK(std::equal(answers[k].witness().begin(), answers[k].witness().end(), &batch.witnesses[k * scene.nq()]));
+        CHECK(free[k] && distances[k] >= scene.clearance() * (1 - 1e-9));
+        CHECK(solver.distance(answers[k].witness()) == distances[k]);
+        const double measured = scene.metric_distance(rows[k], answers[k].witness());
+        CHECK(std::abs(measured - answers[k].depth()) <= 1e-9 * (1 + measured));
+    }
+    flat.back() = std::nan("");
+    CHECK(contains(refused(EXTRICATE_CONFIGURATION, [&] { extricate::query_batch(scene, flat); }), "row"));
+    flat.pop_back();
+    CHECK(contains(refused(EXTRICATE_ARGUMENT, [&] { extricate::query_batch(scene, flat); }), "whole configurations"));
+}
+
+static void options(const Scene& scene, const std::vector<double>& q) {
+    Options wanted;
+    wanted.exits = 3;
+    wanted.segment = wanted.free_radius = true;
+    Solver solver(scene, wanted);
+    const Answer answer = solver.query(q);
+    CHECK(!answer.exits().empty() && answer.exits()[0].depth == answer.depth());
+    CHECK(std::equal(answer.witness().begin(), answer.witness().end(), answer.exits()[0].witness));
+    CHECK(answer.summary().segment_free_from > 0 && answer.summary().free_radius >= 0);
+    CHECK(!answer.colliding().empty() && answer.verified() && answer.lower_bound() <= answer.depth());
+    CHECK(!scene.names(answer.colliding()[0]).first.empty() && answer.gradient().size() == scene.nv());
+
+    Options proved;
+    proved.effort = EXTRICATE_PROVED;
+    proved.gap = 0.5;
+    CHECK(solver.set_options(proved));
+    CHECK(solver.query(q).gap() <= 1);
+
+    Options locked;
+    locked.locked = {scene.joints()[0]};
+    CHECK(solver.set_options(locked));
+    if (const Answer kept = solver.query(q)) CHECK(kept.witness()[0] == q[0]);
+    locked.locked = {"no such joint"};
+    CHECK(contains(refused(EXTRICATE_INPUT, [&] { solver.set_options(locked); }), "no such joint"));
+
+    Options toward;
+    toward.toward = answer.config();
+    CHECK(solver.set_options(toward) && solver.query(q));
+    toward.toward.pop_back();
+    CHECK(contains(refused(EXTRICATE_CONFIGURATION, [&] { solver.set_options(toward); }), "coordinates"));
+
+    int asked = 0;
+    Options stopped;
+    stopped.stop = [&asked] { return ++asked > 1; };
+    CHECK(solver.set_options(stopped));
+    solver.query(q);
+    CHECK(asked > 0);
+
+    Options wrong;
+    wrong.gap = 2;
+    CHECK(contains(refused(EXTRICATE_ARGUMENT, [&] { Solver(scene, wrong); }), "options.gap: got 2"));
+    CHECK(solver.warm_up(0.001));
+
+    const std::vector<double> short_q(q.begin(), q.end() - 1);
+    CHECK(contains(refused(EXTRICATE_CONFIGURATION, [&] { solver.query(short_q); }), "expected"));
+    std::vector<double> beyond = q;
+    beyond[0] = scene.limits().second[0] + 0.01;
+    Solver usual(scene);
+    CHECK(usual.query(beyond).outside().size() == 1 && !usual.check(beyond));
+    Options strict;
+    strict.refuse_outside = true;
+    CHECK(contains(refused(EXTRICATE_CONFIGURATION, [&] { Solver(scene, strict).query(beyond); }), "within"));
+}
+
+static void streams(const Scene& scene, const std::vector<double>& q) {
+    extricate::Stream stream(scene);
+    const Answer first = stream.query(q), second = stream.query(q);
+    CHECK(second.depth() <= first.depth() * (1 + 1e-12));
+    CHECK(stream.restart() && same(stream.query(q), first));
+    CHECK(stream.set_scene(scene.without_obstacles()) && stream.query(q));
+    CHECK(contains(refused(EXTRICATE_ARGUMENT, [&] { extricate::Stream(scene, Options(), 1.0); }), "hysteresis: got 1"));
+    CHECK(contains(refused(EXTRICATE_ARGUMENT, [&] { stream.set_scene(Scene::builtin("planar-arm")); }), "coordinates"));
+}
+
+/// Whether some body overlaps the one of this name at `q`.
+static bool overlaps(const Scene& scene, const std::vector<double>& q, const char* name) {
+    Solver solver(scene);
+    const std::vector<double> distances = solver.pair_distances(q);
+    for (std::size_t k = 0; k < distances.size(); ++k) {
+        const auto [first, second] = scene.names(extricate_scene_pair(scene.get(), k));
+        if ((first == name || second == name) && distances[k] < 0) return true;
+    }
+    return false;
+}
+
+static void worlds(const Scene& scene, const std::vector<double>& q) {
+    const Scene empty = scene.without_obstacles();
+    const Scene ball = empty.with_obstacles({{"ball", Shape::sphere(0.5), Pose(0.0, 0.0, 0.4)}});
+    CHECK(ball.bodies().size() == empty.bodies().size() + 1 && ball.pair_count() > empty.pair_count());
+    CHECK(overlaps(ball, q, "ball"));
+    CHECK(!overlaps(ball.moved({{"ball", Pose(0, 0, 9)}}), q, "ball"));
+    CHECK(ball.without({"ball"}).pair_count() == empty.pair_count());
+    const std::string link = empty.bodies().back();
+    CHECK(ball.disabled({{link, "ball"}}).pair_count() + 1 == ball.pair_count());
+    const Scene held = ball.attached({"can", Shape::cylinder(0.03, 0.1), Pose(0, 0, 0.1)}, link, {"ball"});
+    CHECK(held.bodies().back() == "can" && held.pair_count() > ball.pair_count());
+    CHECK(contains(refused(EXTRICATE_INPUT, [&] { ball.attached({"can", Shape::sphere(0.1)}, "no link"); }), "no link"));
+    CHECK(contains(refused(EXTRICATE_INPUT, [&] { ball.moved({{"bal", Pose()}}); }), "ball"));
+    CHECK(contains(refused(EXTRICATE_INPUT, [&] { ball.moved({{"ball", Pose(0, 0, 0, 0, 0, 0, 2)}}); }), "quaternion"));
+
+    const std::vector<double> corners = {0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1};
+    const std::vector<std::uint32_t> triangles = {0, 2, 1, 0, 1, 3, 0, 3, 2, 1, 2, 3};
+    const Scene many = empty.with_obstacles({{"wedge", Shape::mesh(corners, triangles)},
+                                             {"hull", Shape::mesh(corners, triangles, true), Pose(3, 0, 0)},
+                                             {"cloud", Shape::points({1, 1, 1, 2, 2, 2}, 0.1)},
+                                             {"cells", Shape::voxels({1, 2, 3}, 0.1)},
+                                             {"floor", Shape::half_space(0, 0, 1, -5)},
+                                             {"box", Shape::box(1, 2, 3), Pose(5, 0, 0)},
+                                             {"pill", Shape::capsule(0.1, 1), Pose(7, 0, 0)}});
+    CHECK(many.bodies().size() == empty.bodies().size() + 7);
+    const auto broken = [&] { empty.with_obstacles({{"wedge", Shape::mesh(corners, {0, 1, 9})}}); };
+    CHECK(contains(refused(EXTRICATE_INPUT, broken), "wedge"));
+
+    const std::string world = "[[obstacle]]\nname = 'ball'\nshape = { sphere = 0.2 }\npose = { xyz = [0.5, 0, 0.5] }\n";
+    const Scene told = scene.in_world_text("world.toml", world);
+    Solver here(empty.with_obstacles({{"ball", Shape::sphere(0.2), Pose(0.5, 0.0, 0.5)}})), there(told);
+    CHECK(same(here.query(q), there.query(q)));
+    CHECK(contains(refused(EXTRICATE_INPUT, [&] { scene.in_world_text("world.toml", "x = 1"); }), "world.toml"));
+    CHECK(contains(refused(EXTRICATE_FILE, [&] { scene.in_world("none.scene"); }), "none.scene"));
+
+#ifdef EXTRICATE_WITH_EIGEN
+    Eigen::Isometry3d place = Eigen::Isometry3d::Identity();
+    place.translation() << 0, 0, 9;
+    place.rotate(Eigen::AngleAxisd(0.5, Eigen::Vector3d::UnitY()));
+    CHECK(!overlaps(ball.moved({{"ball", place}}), q, "ball"));
+    const Eigen::VectorXd vector = Eigen::Map<const Eigen::VectorXd>(q.data(), static_cast<Eigen::Index>(q.size()));
+    const Answer answer = here.query(vector);
+    CHECK(answer.vector().size() == vector.size() && answer.vector()[0] == answer.witness()[0]);
+#endif
+}
+
+static void models(const Scene& scene, const std::vector<double>& q, const std::string& folder) {
+    CHECK(!scene.is_learned());
+    CHECK(contains(refused(EXTRICATE_ARGUMENT, [&] { scene.save(folder + "/none.model"); }), "nothing was learned"));
+    const Scene model = scene.learn(2000, HUGE_VAL, 1, 1);
+    CHECK(model.is_learned() && model.save(folder + "/arm.model"));
+    const Scene loaded(folder + "/arm.model");
+    Solver first(model), second(loaded), changed(loaded.without_obstacles());
+    CHECK(same(first.query(q), second.query(q)));
+    CHECK(first.query(q).summary().coverage > 0 && changed.query(q));
+    CHECK(contains(refused(EXTRICATE_FILE, [&] { Scene("none.model"); }), "none.model"));
+}
+
+static void texts() {
+    const std::string robot =
+        "<robot name='r'><link name='a'/><link name='b'><collision><geometry><sphere radius='0.1'/></geometry></collision>"
+        "</link><joint name='j' type='prismatic'><parent link='a'/><child link='b'/><axis xyz='1 0 0'/>"
+        "<limit lower='0' upper='9' effort='1' velocity='1'/></joint></robot>";
+    CHECK(Scene::from_text(robot).nq() == 1);
+    const std::string scene = "[[robot]]\nurdf = 'r.urdf'\n[[obstacle]]\nname = 'box'\nshape = { box = [1, 1, 1] }\n";
+    const Scene both = Scene::from_text(scene, "", {{"r.urdf", robot}});
+    Solver solver(both);
+    const Answer answer = solver.query({0.0});
+    CHECK(std::abs(answer.depth() - 0.6001) < 1e-4 && answer.lower_bound() <= answer.depth());
+    CHECK(std::abs(solver.distance({5.0}) - 4.4) < 1e-9 && solver.pair_distances({5.0}).size() == 1);
+    CHECK(solver.check_segment({1.0}, {9.0}).is_free);
+    const ExtricateSegment hits = solver.check_segment({1.0}, {0.0});
+    CHECK(hits.collides && hits.free_until < hits.at && both.names(hits.pair).second == "box");
+    CHECK(both.config({"j"}, {0.5}) == std::vector<double>{0.5});
+    CHECK(contains(refused(EXTRICATE_FILE, [&] { Scene::from_text(scene); }), "r.urdf"));
+    CHECK(contains(refused(EXTRICATE_INPUT, [&] { Scene::from_text("x"); }), "line 1"));
+    CHECK(contains(refused(EXTRICATE_ARGUMENT, [&] { Scene::from_text("\xff"); }), "UTF-8"));
+    CHECK(contains(refused(EXTRICATE_ARGUMENT, [&] { Scene().moved({}); }), "scene: got a null pointer"));
+}
+
+/// What C++ hides: null pointers, and handles that outlive the scene that they were made of.
+static void pointers() {
+    ExtricateScene* scene = nullptr;
+    ExtricateSolver* solver = nullptr;
+    ExtricateAnswer* answer = nullptr;
+    CHECK(extricate_load(nullptr, &scene) == EXTRICATE_ARGUMENT && extricate_load("a", nullptr) == EXTRICATE_ARGUMENT);
+    CHECK(extricate_scene_builtin("none", &scene) != EXTRICATE_OK && scene == nullptr);
+    CHECK(extricate_scene_builtin("planar-arm", &scene) == EXTRICATE_OK);
+    CHECK(extricate_solver_new(scene, nullptr, &solver) == EXTRICATE_OK);
+    extricate_scene_free(scene);
+    const double q[3] = {0.4, 0, 0};
+    CHECK(extricate_query(solver, nullptr, 3, &answer) == EXTRICATE_ARGUMENT);
+    CHECK(extricate_query(solver, q, SIZE_MAX, &answer) == EXTRICATE_ARGUMENT);
+    CHECK(extricate_query(solver, q, 3, &answer) == EXTRICATE_OK);
+    extricate_solver_free(solver);
+    const ExtricatePair* pairs = nullptr;
+    CHECK(extricate_answer_colliding(answer, &pairs) > 0 && pairs != nullptr);
+    CHECK(extricate_answer_colliding(nullptr, &pairs) == 0 && extricate_answer_summary(nullptr) == nullptr);
+    extricate_answer_free(answer);
+    extricate_scene_free(nullptr);
+    extricate_solver_free(nullptr);
+    extricate_answer_free(nullptr);
+    extricate_stream_free(nullptr);
+    CHECK(extricate_scene_nq(nullptr) == 0 && extricate_scene_joint_name(nullptr, 0) == nullptr);
+    CHECK(extricate_scene_pair(nullptr, 0).first == SIZE_MAX && std::isnan(extricate_scene_clearance(nullptr)));
+}
+
+int main(int argc, char** argv) {
+    if (argc != 4) return std::fprintf(stderr, "usage: interface SCENE QUERIES FOLDER\n"), 2;
+    const Scene scene(argv[1]);
+    const Rows rows = read(argv[2]);
+    CHECK(!rows.empty() && extricate_abi() == EXTRICATE_ABI && std::strlen(extricate_version()) >= 5);
+    Solver solver(scene);
+    std::vector<Answer> answers;
+    for (const auto& q : rows) answers.push_back(solver.query(q));
+    threads_share(scene, rows, answers);
+    batches(scene, rows, answers);
+    options(scene, rows[0]);
+    streams(scene, rows[0]);
+    worlds(scene, rows[0]);
+    models(scene, rows[0], argv[3]);
+    texts();
+    pointers();
+    for (const Answer& answer : answers) print(answer);
+    std::fprintf(stderr, "%d checks passed\n", checks);
+}

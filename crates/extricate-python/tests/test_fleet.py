@@ -1,0 +1,152 @@
+"""Fleets: many scenes at once, on processes of this machine and, where Ray is installed, on two nodes of a cluster."""
+
+import importlib.util
+import os
+import pathlib
+import signal
+import subprocess
+import sys
+import threading
+import time
+from typing import Any, Dict, Iterator, List
+
+import numpy as np
+import pytest
+
+import extricate
+from extricate import Scene, fleet
+
+LABELS = 2000
+GRIPPER = """<robot name="gripper"><link name="palm"><collision><geometry><box size="0.08 0.16 0.03"/></geometry></collision></link>
+<link name="finger"><collision><origin xyz="0 0 0.04"/><geometry><box size="0.02 0.015 0.08"/></geometry></collision></link>
+<joint name="j" type="prismatic"><parent link="palm"/><child link="finger"/><axis xyz="0 1 0"/>
+<limit lower="0.01" upper="0.06" effort="1" velocity="1"/></joint></robot>"""
+
+
+def objects(count: int) -> Dict[str, Scene]:
+    """Grippers that float among boxes of different sizes."""
+    robot = extricate.Robot(GRIPPER, base="planar", bounds=((-0.3, -0.3), (0.3, 0.3)))
+    return {f"box{k}": Scene(robot, [extricate.Box([0.03 + 0.01 * k, 0.05, 0.1], name="box")]) for k in range(count)}
+
+
+def by_key(results: Iterator[Any]) -> Dict[str, Any]:
+    return {result.key: result for result in results}
+
+
+def test_scenes_are_learned_once_and_a_bad_one_ends_nothing(tmp_path: pathlib.Path) -> None:
+    scenes: Dict[str, Any] = dict(objects(2))
+    scenes["again"] = scenes["box0"]
+    scenes["lazy"] = lambda: Scene.builtin("planar-arm")
+    scenes["missing"] = tmp_path / "none.toml"
+    scenes["stuck"] = lambda: 1 / 0
+    told: List[fleet.Progress] = []
+    done = by_key(fleet.learn(scenes, tmp_path / "models", labels=LABELS, seed=1, workers=2, progress=told.append))
+    assert set(done) == set(scenes) and told[-1].failed == 2 and told[-1].total == 6
+    assert "none.toml" in done["missing"].error and done["missing"].path is None
+    assert done["stuck"].error == "ZeroDivisionError: division by zero"
+    for key in ("box0", "box1", "lazy"):
+        assert done[key].error is None and done[key].statistics["labels"] > 0 and not done[key].cached and done[key].seconds > 0
+    assert done["again"].path == done["box0"].path and done["again"].cached
+    local = extricate.learn(scenes["box1"], labels=LABELS, seed=1)
+    assert done["box1"].path.read_bytes() == local.to_bytes()
+    assert not list((tmp_path / "models").glob("*.checkpoint"))
+
+    second = by_key(fleet.learn(scenes, tmp_path / "models", labels=LABELS, seed=1))
+    assert all(result.cached for key, result in second.items() if key not in ("missing", "stuck"))
+    other = by_key(fleet.learn({"box0": scenes["box0"]}, tmp_path / "models", labels=LABELS, seed=2))
+    assert not other["box0"].cached, "another seed is another model"
+
+    models = fleet.open(tmp_path / "models", memory=1)
+    assert sorted(models) == ["again", "box0", "box1", "lazy"] and len(models) == 4 and "stuck" not in models
+    assert models["box1"] is models["box1"] and models.statistics("box1") == done["box1"].statistics
+    assert set(models.errors()) == {"missing", "stuck"}
+    with pytest.raises(KeyError, match="stuck: no model in .*ZeroDivisionError"):
+        models["stuck"]
+
+    rows = {key: models[key].scene.sample(5, seed=3, colliding=True) for key in models}
+    queries: Dict[str, Any] = {**rows, "box1": rows["box1"][:, :2], "none": rows["box0"]}
+    answers = by_key(fleet.query(tmp_path / "models", queries, workers=2, exits=2))
+    assert "shape" in answers["box1"].error and "never learned" in answers["none"].error
+    expected = models["lazy"].query_batch(rows["lazy"], exits=2)
+    assert np.array_equal(answers["lazy"].answers, expected) or answers["lazy"].answers.tobytes() == expected.tobytes()
+
+
+def test_arguments_are_checked_before_work(tmp_path: pathlib.Path) -> None:
+    with pytest.raises(TypeError, match="unexpected keyword argument 'label'"):
+        fleet.learn({}, tmp_path, label=3)
+    with pytest.raises(ValueError, match="on: got 'slurm', expected None or \"ray\""):
+        list(fleet.learn({}, tmp_path, on="slurm"))
+    with pytest.raises(ValueError, match="threads: got 0"):
+        list(fleet.learn({}, tmp_path, threads=0))
+    (tmp_path / "manifest.json").write_text("{}")
+    with pytest.raises(ValueError, match="manifest.json: got no manifest"):
+        fleet.open(tmp_path)
+    with pytest.raises(OSError):
+        fleet.open(tmp_path / "none")
+
+
+def children() -> List[int]:
+    """Processes that do a job for this one."""
+    found = subprocess.run(["ps", "-o", "pid=,args=", "--ppid", str(os.getpid())], capture_output=True, text=True).stdout
+    return [int(line.split()[0]) for line in found.splitlines() if "extricate.fleet._work" in line]
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="looks for processes as Linux has them")
+def test_a_worker_that_dies_is_begun_again(tmp_path: pathlib.Path) -> None:
+    killed: List[int] = []
+
+    def kill() -> None:
+        while not killed:
+            for pid in children():
+                os.kill(pid, signal.SIGKILL)
+                killed.append(pid)
+            time.sleep(0.01)
+
+    threading.Thread(target=kill, daemon=True).start()
+    done = by_key(fleet.learn(objects(2), tmp_path, labels=LABELS, workers=1))
+    assert killed and all(result.error is None for result in done.values())
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="looks for processes as Linux has them")
+def test_a_run_that_is_left_ends_its_workers_and_goes_on(tmp_path: pathlib.Path) -> None:
+    scene = Scene.builtin("planar-arm")
+    run = fleet.learn({"quick": objects(1)["box0"], "long": scene}, tmp_path, labels=60_000, seed=4, workers=2, checkpoint_every=0)
+    next(run)
+    run.close()
+    assert not children()
+    done = by_key(fleet.learn({"long": scene}, tmp_path, labels=60_000, seed=4))
+    assert done["long"].path.read_bytes() == extricate.learn(scene, labels=60_000, seed=4).to_bytes()
+    assert not list(tmp_path.glob("*.checkpoint"))
+
+
+@pytest.mark.skipif(importlib.util.find_spec("ray") is None, reason="ray is not installed")
+def test_a_cluster_loses_a_node(tmp_path: pathlib.Path) -> None:
+    import ray
+    from ray.cluster_utils import Cluster
+
+    node = {"num_cpus": 1, "object_store_memory": 150 * 2**20}
+    cluster = Cluster(initialize_head=True, head_node_args={**node, "include_dashboard": False})
+    lost = cluster.add_node(**node)
+    ray.init(address=cluster.address, log_to_driver=False)
+    try:
+        scenes: Dict[str, Any] = dict(objects(12))
+        scenes["box5"] = tmp_path / "spoiled.urdf"
+        scenes["box5"].write_text("<robot")
+        done: Dict[str, Any] = {}
+        for result in fleet.learn(scenes, tmp_path / "models", on="ray", labels=10 * LABELS, seed=1):
+            done[result.key] = result
+            if len(done) == 3:
+                cluster.remove_node(lost)
+        assert set(done) == set(scenes) and done.pop("box5").error.startswith("ValueError")
+        assert all(result.error is None for result in done.values())
+        local = extricate.learn(scenes["box7"], labels=10 * LABELS, seed=1)
+        assert done["box7"].path.read_bytes() == local.to_bytes()
+        del scenes["box5"]
+        assert all(result.cached for result in fleet.learn(scenes, tmp_path / "models", on="ray", labels=10 * LABELS, seed=1))
+        rows = {"box7": local.scene.sample(5, seed=3, colliding=True)}
+        (answered,) = fleet.query(tmp_path / "models", rows, on="ray")
+        assert answered.error is None and answered.answers is not None
+        assert answered.answers.tobytes() == local.query_batch(rows["box7"]).tobytes()
+    finally:
+        ray.shutdown()
+        cluster.shutdown()

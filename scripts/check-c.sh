@@ -1,0 +1,94 @@
+#!/usr/bin/env bash
+# The C and C++ interface: installs it into an empty folder, builds what is in crates/extricate-c/examples and tests/cpp as users do
+# (pkg-config, CMake), under AddressSanitizer and UndefinedBehaviorSanitizer, and runs it. Answers are compared with those of the
+# program, to the last bit.
+#
+# Needs a C++17 compiler, pkg-config and Python 3; for the rest CMake, Eigen and OMPL (Debian: cmake libeigen3-dev libompl-dev and some of boost), which
+# are installed in CI, and elsewhere used where they are there. EXTRICATE_PROGRAM is as in check-python.sh. EXTRICATE_VALGRIND=1 runs
+# the tests under valgrind as well, which takes minutes.
+set -euo pipefail
+cd "$(dirname "$0")/.."
+work=target/c
+crate=crates/extricate-c
+rm -rf "$work"
+mkdir -p "$work"
+work=$(cd "$work" && pwd)
+
+missing=()
+for package in cmake libeigen3-dev libompl-dev libboost-serialization-dev libboost-filesystem-dev libboost-system-dev; do
+    dpkg -s "$package" >/dev/null 2>&1 || missing+=("$package")
+done
+if [ ${#missing[@]} -gt 0 ] && [ -n "${CI:-}" ]; then
+    apt-get update -qq
+    DEBIAN_FRONTEND=noninteractive apt-get -o DPkg::Lock::Timeout=300 install -y -qq --no-install-recommends "${missing[@]}" >"$work/apt.log"
+fi
+
+# What the tests have built is taken, as with the program: on its own it would be built anew, with other features of its dependencies.
+built=${CARGO_TARGET_DIR:-target}/debug
+if [ -e "$built/deps/libextricate_c.so" ]; then built=$built/deps; fi
+if [ ! -e "$built/libextricate_c.so" ]; then cargo build --quiet --locked --package extricate-c; fi
+scripts/install-c.sh "$work/prefix" "$built"
+export PKG_CONFIG_PATH=$work/prefix/lib/pkgconfig LD_LIBRARY_PATH=$work/prefix/lib
+flags=$(pkg-config --cflags --libs extricate)
+warnings="-Wall -Wextra -Wpedantic -Werror"
+sanitized="-O1 -g -fsanitize=address,undefined -fno-sanitize-recover=undefined"
+eigen=$(pkg-config --cflags eigen3 2>/dev/null | sed 's/-I/-isystem /' || true)
+
+echo "plain C, and C++ without exceptions"
+# shellcheck disable=SC2086
+${CC:-cc} -std=c11 $warnings "$crate/examples/first_query.c" $flags -o "$work/first_query_c"
+"$work/first_query_c"
+# shellcheck disable=SC2086
+${CXX:-c++} -std=c++17 -fno-exceptions $warnings "$crate/tests/cpp/no_exceptions.cpp" $flags -o "$work/no_exceptions"
+(cd "$work" && ./no_exceptions)
+
+program=${EXTRICATE_PROGRAM:-${CARGO_TARGET_DIR:-target}/debug/extricate}
+echo "C++ under AddressSanitizer, beside $program"
+"$program" demo --export "$work/cell" >/dev/null
+scene=$work/cell/shelf-arm.toml
+"$program" sample "$scene" -n 12 --colliding --seed 5 >"$work/q.jsonl"
+python3 -c 'import json, sys; [print(*map(repr, json.loads(line)["q"])) for line in sys.stdin]' <"$work/q.jsonl" >"$work/q.txt"
+# shellcheck disable=SC2086
+${CXX:-c++} -std=c++17 $warnings $sanitized $eigen "$crate/tests/cpp/interface.cpp" $flags -pthread -o "$work/interface"
+"$work/interface" "$scene" "$work/q.txt" "$work" >"$work/answers.txt"
+"$program" query "$scene" --input "$work/q.jsonl" --json >"$work/answers.jsonl"
+python3 - "$work/answers.txt" "$work/answers.jsonl" <<'PY'
+import json, sys
+ours = [[float.fromhex(x) for x in line.split()] for line in open(sys.argv[1])]
+rows = [json.loads(line) for line in open(sys.argv[2])]
+theirs = [[row["depth"], row["lower_bound"], *row["witness"]] for row in rows if "depth" in row]
+assert len(ours) == 12 and ours == theirs, (ours, theirs)
+print(f"{len(ours)} answers, equal to those of `query --json` in every bit")
+PY
+if [ -n "${EXTRICATE_VALGRIND:-}" ]; then
+    # shellcheck disable=SC2086
+    ${CXX:-c++} -std=c++17 -O1 -g "$crate/tests/cpp/interface.cpp" $flags -pthread -o "$work/interface_plain"
+    valgrind --quiet --error-exitcode=9 --leak-check=full --errors-for-leak-kinds=definite \
+        "$work/interface_plain" "$scene" <(head -n 2 "$work/q.txt") "$work" >/dev/null
+fi
+
+echo "messages of MoveIt, and the adapter with stubs in the place of MoveIt and ROS"
+# shellcheck disable=SC2086
+${CXX:-c++} -std=c++17 $warnings $sanitized "$crate/tests/cpp/moveit.cpp" $flags -pthread -o "$work/moveit"
+"$work/moveit" "$crate/tests/messages"
+mkdir -p "$work/cell/install"
+ln -sfn .. "$work/cell/install/share"
+# shellcheck disable=SC2086
+${CXX:-c++} -std=c++17 $warnings $sanitized -Iros/stubs ros/extricate_moveit/src/fix_start_state.cpp ros/stubs/run_adapter.cpp $flags \
+    -pthread -o "$work/run_adapter"
+"$work/run_adapter" "$work/cell" "$crate/tests/messages/planning_scene.yaml"
+
+if command -v cmake >/dev/null; then
+    echo "the examples, by CMake, under AddressSanitizer"
+    cmake -S "$crate/examples" -B "$work/examples" -DCMAKE_PREFIX_PATH="$work/prefix" -DCMAKE_C_FLAGS="$sanitized" \
+        -DCMAKE_CXX_FLAGS="$sanitized" >"$work/cmake.log"
+    cmake --build "$work/examples" --parallel 2 >>"$work/cmake.log" || { tail -n 40 "$work/cmake.log"; exit 1; }
+    "$work/examples/first_query_c"
+    "$work/examples/first_query_cpp"
+    if [ -x "$work/examples/ompl_start_repair" ]; then
+        "$work/examples/ompl_start_repair"
+    else
+        echo "OMPL is not there: its example was not built"
+        [ -z "${CI:-}" ]
+    fi
+fi

@@ -1,0 +1,59 @@
+#!/usr/bin/env bash
+# What would be published: crates, sdist and what belongs into them. Nothing is uploaded. Called by .ci/run; needs cargo, Python 3.9 or
+# newer with pip, and a network. EXTRICATE_PROGRAM and EXTRICATE_PYTHON are as in check-python.sh.
+#
+# EXTRICATE_PACKAGES_BUILT=1 builds the packed crates, as `cargo publish` does, which takes minutes.
+set -euo pipefail
+cd "$(dirname "$0")/.."
+work=target/packages
+rm -rf "$work"
+mkdir -p "$work"
+python=${EXTRICATE_PYTHON:-python3}
+program=${EXTRICATE_PROGRAM:-${CARGO_TARGET_DIR:-target}/debug/extricate}
+
+echo "crates"
+verify=(--no-verify)
+if [ -n "${EXTRICATE_PACKAGES_BUILT:-}" ]; then verify=(); fi
+crates=(--package extricate --package extricate-cli --package extricate-c)
+# Of a working tree that was not committed, too.
+cargo publish --dry-run --locked --allow-dirty "${verify[@]}" "${crates[@]}" 2>&1 | tee "$work/crates.log" | grep -vE "^ *(Packaging|Packaged|Updating|Verifying|Uploading|Downloaded|Downloading|Compiling|Finished)" | tee "$work/warnings.log" || true
+if grep -vE "aborting upload due to dry run" "$work/warnings.log" | grep -E "^(warning|error)"; then
+    echo "cargo publish has something to say" >&2
+    exit 1
+fi
+grep -q "Packaged" "$work/crates.log" || { cat "$work/crates.log" >&2; exit 1; }
+for crate in extricate extricate-cli extricate-c; do
+    cargo package --quiet --locked --allow-dirty --list --package "$crate" >"$work/files"
+    for name in LICENSE-MIT LICENSE-APACHE README.md; do
+        grep -qx "$name" "$work/files" || { echo "$crate has no $name" >&2; exit 1; }
+    done
+done
+
+echo "sdist"
+"$python" -m venv "$work/tools"
+"$work/tools/bin/pip" install --quiet --disable-pip-version-check "maturin>=1.9.4,<2" twine cffconvert
+"$work/tools/bin/maturin" sdist --manifest-path crates/extricate-python/Cargo.toml --out "$work/dist" >"$work/sdist.log" 2>&1 || { cat "$work/sdist.log" >&2; exit 1; }
+# Metadata without a wheel: check-python.sh builds one, and looks for its licences.
+"$work/tools/bin/twine" check --strict "$work"/dist/*
+"$python" - "$work"/dist/*.tar.gz <<'PY'
+import sys, tarfile
+names = tarfile.open(sys.argv[1]).getnames()
+root = names[0].split("/")[0]
+wanted = ["LICENSE-MIT", "LICENSE-APACHE", "PKG-INFO", "pyproject.toml"]
+missing = [name for name in wanted if f"{root}/{name}" not in names]
+assert not missing, (missing, names[:20])
+text = tarfile.open(sys.argv[1]).extractfile(f"{root}/PKG-INFO").read().decode()
+assert "License-Expression: MIT OR Apache-2.0" in text and text.count("License-File:") == 2, text[:800]
+PY
+
+echo "citation, completions, manual pages"
+"$work/tools/bin/cffconvert" --validate --infile CITATION.cff >/dev/null
+version=$(grep -m1 '^version = ' Cargo.toml | cut -d'"' -f2)
+grep -qx "version: $version" CITATION.cff || { echo "CITATION.cff is not of version $version" >&2; exit 1; }
+for shell in bash elvish fish powershell zsh; do
+    "$program" completions "$shell" >"$work/completion.$shell"
+    [ -s "$work/completion.$shell" ]
+done
+bash -n "$work/completion.bash"
+"$program" man "$work/man"
+[ -s "$work/man/extricate-query.1" ]
