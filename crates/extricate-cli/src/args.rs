@@ -9,7 +9,7 @@ use clap::{Args, CommandFactory, Parser, Subcommand, ValueEnum};
 use extricate::internals::query::options::MAX_EXITS;
 use extricate::{LoadLimit, LoadLimits};
 
-use crate::commands::{adapt, check, demo, import, info, learn, query, sample};
+use crate::commands::{adapt, check, demo, import, info, learn, query, sample, view};
 use crate::input::Configs;
 
 /// The globally nearest collision-free configuration of an articulated robot, verified and bounded.
@@ -35,12 +35,12 @@ impl Cli {
     /// Of clap, also where values contradict each other in a way that it cannot be told of.
     pub fn read(words: impl IntoIterator<Item = impl Into<OsString> + Clone>) -> Result<Self, clap::Error> {
         let cli = Self::try_parse_from(words)?;
-        if let Command::Query(args) = &cli.command
-            && let Some(problem) = args.contradiction()
-        {
-            return Err(refused("query", problem));
-        }
-        Ok(cli)
+        let problem = match &cli.command {
+            Command::Query(args) => args.contradiction().map(|problem| ("query", problem)),
+            Command::View(args) => args.contradiction().map(|problem| ("view", problem)),
+            _ => None,
+        };
+        problem.map_or(Ok(cli), |(command, problem)| Err(refused(command, problem)))
     }
 }
 
@@ -71,6 +71,8 @@ pub enum Command {
     Adapt(adapt::AdaptArgs),
     /// Find for each configuration the nearest free one
     Query(query::QueryArgs),
+    /// Show a scene, configurations and their answers as a page for a browser
+    View(view::ViewArgs),
 }
 
 /// Where configurations come from.
@@ -249,6 +251,10 @@ mod tests {
             "query scene.toml --q 0,0.3,-1 --q -1,2,3",
             "query robot.urdf --input - --witness --limits refuse",
             "--json query m.model --input q.jsonl",
+            "view robot.urdf",
+            "view m.model --q 0,0.3 --q -1,2 --exits 4 --effort exhaustive -o page.html",
+            "view scene.toml --input q.jsonl --answers a.jsonl --serve",
+            "view scene.toml -n 20 --seed 3 --world world.toml --effort proved --serve 8000",
         ] {
             let words = std::iter::once("extricate").chain(line.split(' '));
             assert!(Cli::read(words).is_ok(), "{line}");
@@ -300,6 +306,15 @@ mod tests {
             "query m.model --input q --exits 2 --gap 0.1",
             "query m.model --input q --gap 1",
             "query m.model --input q --max-seconds 0",
+            "view",
+            "view scene.toml --count 0",
+            "view scene.toml --q 0 --input q.jsonl",
+            "view scene.toml --answers a.jsonl",
+            "view scene.toml --effort nearest --exits 2",
+            "view scene.toml --serve 8000 -o page.html",
+            "view scene.toml --serve 70000",
+            "view scene.toml --wasm x.wasm",
+            "view scene.toml --q 0 --answers a.jsonl --live",
             "demo --scene nowhere",
             "demo --queries -1",
             "info scene.toml --load-limit triangles",

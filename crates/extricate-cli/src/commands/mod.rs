@@ -9,6 +9,7 @@ pub mod info;
 pub mod learn;
 pub mod query;
 pub mod sample;
+pub mod view;
 
 use std::path::Path;
 use std::sync::Arc;
@@ -34,6 +35,7 @@ pub fn run(cli: Cli) -> anyhow::Result<()> {
         Command::Learn(args) => learn::run(&args, cli.json),
         Command::Adapt(args) => adapt::run(&args, cli.json),
         Command::Query(args) => query::run(&args, cli.json),
+        Command::View(args) => view::run(&args, cli.json),
     }
 }
 
