@@ -208,6 +208,11 @@ pub fn exits(text: &str) -> Result<usize, String> {
 /// Most threads that may be asked for: starting more takes longer than they could save anywhere.
 const MOST_THREADS: usize = 1024;
 
+/// A port of a computer; 0 for any that is free.
+pub fn port(text: &str) -> Result<u16, String> {
+    text.parse().map_err(|_| format!("expected a whole number from 0 to {}", u16::MAX))
+}
+
 /// A number of threads.
 pub fn threads(text: &str) -> Result<usize, String> {
     match text.parse::<usize>() {

@@ -4,9 +4,10 @@
 const PLAY_TIME = 2200;
 
 class Controls {
-    // `show` is called after every change.
-    constructor(answers, show) {
-        Object.assign(this, { answers, show, query: 0, exit: 0, percent: 0, playing: null });
+    // `show` is called after every change, `onReset` where the picture may be turned back, and has to be where it is given
+    // `true`.
+    constructor(answers, show, onReset) {
+        Object.assign(this, { answers, show, onReset, query: 0, exit: 0, percent: 0, playing: null });
         this.makeQueries();
         this.makeMove();
         addEventListener("keydown", event => this.key(event));
@@ -50,6 +51,7 @@ class Controls {
     choose(query) {
         this.query = Math.max(0, Math.min(this.answers.length - 1, query));
         this.exit = 0;
+        this.onReset(false);
         this.refresh();
         if (this.onChoose) this.onChoose();
     }
@@ -119,7 +121,7 @@ class Controls {
             ArrowRight: () => this.go(this.percent + (event.shiftKey ? 10 : 1)),
             Home: () => this.go(0), End: () => this.go(100), " ": () => this.toggle(),
             n: () => this.choose(this.query + 1), p: () => this.choose(this.query - 1),
-            r: () => this.onReset && this.onReset(),
+            r: () => this.onReset(true),
         };
         const pressesButton = event.key === " " && event.target.tagName === "BUTTON";
         const action = /^[1-9]$/.test(event.key) ? () => this.pick(Number(event.key) - 1) : actions[event.key];

@@ -84,10 +84,13 @@ function hitAt(shown) {
     return middles.length ? [0, 1, 2].map(k => middles.reduce((sum, m) => sum + m[k], 0) / middles.length) : null;
 }
 
-function frameAll() {
+// Turns the picture to the query that is shown, unless someone has turned it and it need not be.
+function frameAll(always) {
+    if (!stage || (stage.isTurned && !always)) return;
+    stage.isTurned = false;
     const { shown } = controls;
     const ends = [shown.q, ...shown.exits.map(exit => exit.witness)];
-    if (stage) stage.frameAll(ends.map(q => placed(SCENE, q)), hitAt(shown));
+    stage.frameAll(ends.map(q => placed(SCENE, q)), hitAt(shown));
 }
 
 function makeLegend() {
@@ -117,8 +120,7 @@ function makeLayers() {
 }
 
 const layers = makeLayers();
-const controls = new Controls(DATA.answers, show);
-controls.onReset = frameAll;
+const controls = new Controls(DATA.answers, show, frameAll);
 document.title = `${DATA.title} \u2013 extricate`;
 byId("title").textContent = DATA.title;
 byId("made").textContent = DATA.made;
@@ -127,7 +129,7 @@ listOfWords();
 if (kinematicError(SCENE) > 1e-6) console.error("the page places links elsewhere than the library");
 if (stage) stage.resize();
 if (DATA.answers.length) {
-    frameAll();
+    frameAll(true);
     controls.refresh();
 }
 // For scripts that drive the page.

@@ -36,9 +36,9 @@ function namesOfCoordinates(coordinates) {
     return joints.map(joint => joint.name);
 }
 
-// Rows of what is known of the answer, for the exit that is chosen.
+// What is asked first, for the exit that is chosen.
 function rowsOf(shown, chosen) {
-    const { answer, exits, seconds } = shown;
+    const { answer, exits } = shown;
     const [exit, unit] = [exits[chosen], SCENE.unit];
     const rows = [
         ["depth", chosen ? number("exit_depth", exit.depth, `${digits(exit.depth)} ${unit}`)
@@ -52,10 +52,17 @@ function rowsOf(shown, chosen) {
         ["in collision", pairList("colliding", shown, answer.colliding)],
         ["touching", pairList(chosen ? "exit_touching" : "touching", shown, exit.touching)]);
     if (answer.outside.length) rows.push(["outside", namesOfCoordinates(answer.outside).join(", ")]);
-    rows.push(
+    return rows;
+}
+
+// What else is known of the answer.
+function moreRowsOf({ answer, seconds }) {
+    const unit = SCENE.unit;
+    const rows = [
         ["verified", number("verified", answer.verified, answer.verified ? "yes" : "when the model was learned")],
         ["clearance", number("clearance", answer.clearance, lengthInWords(answer.clearance))],
-        ["unique", number("unique", answer.unique, answer.unique ? "yes" : "no: another exit is about as near")]);
+        ["unique", number("unique", answer.unique, answer.unique ? "yes" : "no: another exit is about as near")],
+    ];
     if (answer.free_radius !== null) {
         rows.push(["free radius", number("free_radius", answer.free_radius, `${digits(answer.free_radius)} ${unit}`)]);
     }
@@ -82,7 +89,7 @@ function proofBar(answer) {
     };
     return element("div", { id: "proof" },
         part("proved", share, `nothing free: proved for ${digits(100 * share, 3)} %`),
-        part("open", 1 - share, share < 1 ? "not proved" : ""));
+        part("open", 1 - share, share < 0.75 ? "not proved" : ""));
 }
 
 function showNumbers(shown, chosen) {
@@ -95,9 +102,11 @@ function showNumbers(shown, chosen) {
     }
     const row = ([name, value]) => element("tr", {}, element("td", {}, word(name, 2)), element("td", {}, value));
     const bar = chosen ? [] : [element("small", {}, "From the query (left) to the nearest exit (right):"), proofBar(answer)];
+    const table = rows => element("table", {}, element("tbody", {}, ...rows.map(row)));
+    const wasOpen = !!host.querySelector("details[open]");
     host.replaceChildren(element("h2", {}, chosen ? `Exit ${chosen + 1}` : "The answer, and its proof"), ...bar,
-        element("table", {}, element("tbody", {}, ...rowsOf(shown, chosen).map(row))),
-        element("small", {}, "Press a word to read what it means."));
+        table(rowsOf(shown, chosen)), element("small", {}, "Press a word to read what it means."),
+        element("details", { open: wasOpen }, element("summary", {}, "More numbers"), table(moreRowsOf(shown))));
 }
 
 // Angles of a joint in degrees as well; lengths in metres alone.
@@ -120,12 +129,13 @@ function jointRow(at, now, shown, chosen) {
     const exit = shown.exits[chosen];
     const inUnit = x => (isAngle(at) ? `${fixed(x * 180 / Math.PI, 1)}\u00b0` : "");
     const change = exit ? exit.witness[at] - shown.q[at] : 0;
-    const cell = (key, text, value) => element("td", { className: "n", "data-joint": key, "data-value": String(value) }, text);
+    const cell = (key, text, value) =>
+        element("td", { className: "n", title: String(value), "data-joint": key, "data-value": String(value) }, text);
     return element("tr", {}, element("td", {}, nameOfCoordinate(at)),
         cell("now", fixed(now[at], 4), now[at]), cell("degrees", inUnit(now[at]), now[at] * 180 / Math.PI),
-        cell("query", fixed(shown.q[at], 4), shown.q[at]),
-        cell("exit", exit ? fixed(exit.witness[at], 4) : "", exit ? exit.witness[at] : ""),
-        cell("change", exit ? inUnit(change) || fixed(change, 4) : "", change));
+        cell("query", fixed(shown.q[at], 3), shown.q[at]),
+        cell("exit", exit ? fixed(exit.witness[at], 3) : "", exit ? exit.witness[at] : ""),
+        cell("change", exit ? inUnit(change) || fixed(change, 3) : "", change));
 }
 
 function showJoints(shown, chosen, now) {

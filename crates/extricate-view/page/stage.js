@@ -43,6 +43,8 @@ class Stage {
         host.append(this.renderer.domElement);
         this.orbit = new THREE.OrbitControls(this.camera, this.renderer.domElement);
         this.orbit.addEventListener("change", () => this.render());
+        // Whoever has turned the picture keeps it as it is.
+        this.orbit.addEventListener("start", () => { this.isTurned = true; });
         const sun = new THREE.DirectionalLight(0xffffff, 1.9);
         sun.position.set(0.5, -0.6, 1.4);
         this.world.add(new THREE.HemisphereLight(0xffffff, 0x9aa3b0, 1.9), sun);
@@ -73,7 +75,7 @@ class Stage {
             made.ghost = add(this.layers.ghost, COLOURS.ghost, 0.2);
             made.target = add(this.layers.target, COLOURS.free, 0.2);
         } else {
-            made.solid = add(this.layers.obstacles, COLOURS.obstacle, 0.5);
+            made.solid = add(this.layers.obstacles, COLOURS.obstacle, 0.42);
             const edges = new THREE.EdgesGeometry(geometry, 30);
             made.edges = new THREE.LineSegments(edges, new THREE.LineBasicMaterial({ color: COLOURS.edge }));
             made.edges.matrixAutoUpdate = false;
@@ -85,17 +87,19 @@ class Stage {
     // Bodies at these poses of frames, in one of the layers `solid`, `ghost` and `target`.
     place(layer, poses) {
         for (const made of this.bodies) {
-            if (made && made[layer]) setPose(made[layer], poses[made.body.frame]);
+            if (made && made.moves) setPose(made[layer], poses[made.body.frame]);
         }
         this.render();
     }
 
-    // Colours of the solid robot: what collides, and whether nothing does.
+    // Colours of the solid robot: what collides, and whether nothing does. Of obstacles the edges change, so that links
+    // that are inside of them stand out.
     colour(hit, isFree) {
         for (const made of this.bodies) {
             if (!made) continue;
-            const own = made.moves ? (isFree ? COLOURS.free : COLOURS.plain) : COLOURS.obstacle;
-            made.solid.material.color.set(hit.has(made.at) ? COLOURS.hit : own);
+            const isHit = hit.has(made.at);
+            if (made.moves) made.solid.material.color.set(isHit ? COLOURS.hit : isFree ? COLOURS.free : COLOURS.plain);
+            else made.edges.material.color.set(isHit ? COLOURS.hit : COLOURS.edge);
         }
     }
 
@@ -117,8 +121,11 @@ class Stage {
                 new THREE.Vector3(...normal), new THREE.Vector3(...from), size, COLOURS.contact, 0.3 * size, 0.16 * size);
             const ball = new THREE.Mesh(new THREE.SphereGeometry(0.09 * size, 12, 8), material(COLOURS.contact, 1));
             ball.position.set(...from);
-            for (const part of [arrow.line, arrow.cone, ball]) part.material.depthTest = false;
-            for (const part of [arrow.line, arrow.cone, ball]) part.renderOrder = 2;
+            for (const part of [arrow.line, arrow.cone, ball]) {
+                // After what is translucent, and through everything: contacts are mostly hidden between two bodies.
+                Object.assign(part.material, { depthTest: false, transparent: true });
+                part.renderOrder = 2;
+            }
             this.layers.contacts.add(arrow, ball);
         }
     }

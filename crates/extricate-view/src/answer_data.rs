@@ -177,11 +177,23 @@ fn between(space: &ConfigSpace, from: &[f64], to: &[f64], t: f64, out: &mut [f64
 #[cfg(test)]
 mod tests {
     use super::*;
+    use extricate::internals::cspace::sampling::Halton;
     use extricate::{QueryOptions, World, builtin};
 
-    fn asked(values: &[f64]) -> (AnswerData, World) {
+    /// What is shown of the first configuration that `wanted` takes, moved by `by` in its last
+    /// joint.
+    fn shown(wanted: impl Fn(bool) -> bool, by: f64) -> (AnswerData, World) {
         let world = World::new(builtin::scene("planar-arm").unwrap());
-        let q = world.scene().space.config_anywhere(values).unwrap();
+        let (space, mut scratch) = (&world.scene().space, CheckScratch::default());
+        let (halton, mut q) = (Halton::new(space.nv(), 0), vec![0.0; space.nq()]);
+        for index in 1.. {
+            halton.config(space, index, &mut q);
+            if wanted(world.checker().colliding_pair(&q, &mut scratch).is_none()) {
+                break;
+            }
+        }
+        *q.last_mut().unwrap() += by;
+        let q = space.config_anywhere(&q).unwrap();
         let answer = world.solver(QueryOptions { exits: 4, ..QueryOptions::default() }).query(&q);
         let data = Inspector::new(world.checker(), Detail { slice_cells: 24 }).answer_data(&q, answer, Some(1e-3));
         (data, world)
@@ -189,7 +201,7 @@ mod tests {
 
     #[test]
     fn an_exit_begins_in_collision_and_ends_free() {
-        let (data, world) = asked(&[0.0, 0.1, 0.2]);
+        let (data, world) = shown(|is_free| !is_free, 0.0);
         let answer = data.answer.as_ref().unwrap();
         assert_eq!(data.exits[0].witness, answer.witness);
         assert!((data.exits[0].max_displacement - answer.max_displacement).abs() < 1e-12);
@@ -210,24 +222,10 @@ mod tests {
 
     #[test]
     fn a_free_query_has_no_exit_and_one_beyond_the_limits_is_outside_at_first() {
-        let (free, world) = asked(&[1.5, 0.0, 0.0]);
+        let (free, _) = shown(|is_free| is_free, 0.0);
         assert!(free.answer.as_ref().unwrap().is_free() && free.exits.is_empty() && free.slice.is_none());
-        let mut beyond = vec![0.0, 0.1, 0.2];
-        let limits: Vec<f64> = world
-            .scene()
-            .space
-            .factors()
-            .iter()
-            .filter_map(|f| match f.manifold {
-                Manifold::Interval { upper, .. } => Some(upper),
-                _ => None,
-            })
-            .collect();
-        if let Some(upper) = limits.last() {
-            beyond[2] = upper + 0.1;
-            let (data, _) = asked(&beyond);
-            assert!(data.exits[0].stretches[0].outside);
-            assert!(!data.exits[0].stretches.last().unwrap().outside);
-        }
+        let (beyond, _) = shown(|is_free| is_free, 7.0);
+        assert!(!beyond.answer.as_ref().unwrap().outside.is_empty());
+        assert!(beyond.exits[0].stretches[0].outside && !beyond.exits[0].stretches.last().unwrap().outside);
     }
 }

@@ -137,12 +137,25 @@ fn view<'a>(base: &'a Base, changed: Option<&'a Changed>) -> View<'a> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use extricate::builtin;
+    use extricate::internals::cspace::sampling::Halton;
+    use extricate::{CheckScratch, Checker, builtin};
     use serde_json::{Value, json};
 
     fn opened() -> (Session, Scene) {
         let scene = builtin::scene("planar-arm").unwrap();
         (Session::open(&postcard::to_stdvec(&scene).unwrap()).unwrap(), scene)
+    }
+
+    /// A configuration in collision.
+    fn colliding(scene: &Scene) -> Vec<f64> {
+        let checker = Checker::new(Arc::new(scene.clone()));
+        let (halton, mut q) = (Halton::new(scene.space.nv(), 0), vec![0.0; scene.space.nq()]);
+        let first = (1..).find(|&index| {
+            halton.config(&scene.space, index, &mut q);
+            checker.colliding_pair(&q, &mut CheckScratch::default()).is_some()
+        });
+        assert!(first.is_some());
+        q
     }
 
     fn call(session: &mut Session, request: &Value) -> Value {
@@ -152,10 +165,11 @@ mod tests {
     #[test]
     fn a_request_is_answered_as_the_library_does() {
         let (mut session, scene) = opened();
-        let found = call(&mut session, &json!({ "do": "query", "q": [0.0, 0.1, 0.2], "exits": 3, "cells": 16 }));
+        let q = colliding(&scene);
+        let found = call(&mut session, &json!({ "do": "query", "q": q, "exits": 3, "cells": 16 }));
         let world = World::new(scene);
         let options = QueryOptions { exits: 3, ..QueryOptions::default() };
-        let expected = world.solver(options).query(&world.scene().config(&[0.0, 0.1, 0.2]).unwrap());
+        let expected = world.solver(options).query(&world.scene().config(&q).unwrap());
         assert_eq!(found["answer"], serde_json::to_value(expected).unwrap());
         assert_eq!(found["slice"]["cells"], 16);
     }
@@ -163,7 +177,7 @@ mod tests {
     #[test]
     fn an_obstacle_that_was_moved_stays_there() {
         let (mut session, scene) = opened();
-        let query = json!({ "do": "query", "q": [0.0, 0.1, 0.2], "exits": 1, "cells": 0 });
+        let query = json!({ "do": "query", "q": colliding(&scene), "exits": 1, "cells": 0 });
         let before = call(&mut session, &query);
         let names: Vec<&str> = scene.bodies.iter().filter(|b| b.is_obstacle()).map(|b| b.name.as_str()).collect();
         let far = [1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 50.0, 50.0, 50.0];

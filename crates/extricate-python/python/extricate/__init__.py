@@ -12,6 +12,7 @@ rad, lengths in m, quaternions x, y, z, w. Calls release the interpreter lock; s
 from ._answer import Answer, Contact, Exit
 from ._extricate import ChangedScene, Joint, Model, Progress, Scene, Stream, __version__, import_world, learn
 from ._options import QueryOptions
+from ._page import Page
 from ._parts import (
     Box,
     Capsule,
@@ -43,6 +44,7 @@ __all__ = [
     "Mesh",
     "Model",
     "MujocoRobot",
+    "Page",
     "Points",
     "Progress",
     "QueryOptions",

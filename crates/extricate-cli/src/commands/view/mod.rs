@@ -6,23 +6,23 @@
 mod answers;
 mod serve;
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use anyhow::{Context, bail};
 use clap::Args;
 use extricate::internals::io;
 use extricate::{Config, Effort, QueryOptions};
-use extricate_view::{AnswerData, Detail, Inspector, Live, Page, is_page};
-use rayon::prelude::*;
+use extricate_view::{Live, is_page};
 use serde_json::json;
 
 use super::query::asker::{Asked, Asker, Timed};
 use super::query::{EffortArg, exits_contradiction};
 use super::sample::CollidingSampler;
-use crate::args::{Limits, LoadArgs, exits, positive, seed};
+use crate::args::{Limits, LoadArgs, exits, port, positive, seed};
 use crate::input::Configs;
 use crate::notice;
 use crate::output::Output;
+use crate::pages::{self, About, name_of};
 use crate::progress::{Progress, busy};
 use crate::report::count;
 use answers::Answers;
@@ -31,10 +31,6 @@ use answers::Answers;
 const MOST_QUERIES: usize = 1000;
 /// Exits that are looked for where the effort finds several.
 const USUAL_EXITS: usize = 3;
-/// Queries from which on slices have fewer cells.
-const MANY_QUERIES: usize = 40;
-/// Cells to each side of their slices.
-const FEW_CELLS: usize = 64;
 
 /// Why a page cannot be live.
 const NOT_BUILT_IN: &str = "--live: this program was built without the library as WebAssembly; \
@@ -77,7 +73,7 @@ pub struct ViewArgs {
     output: PathBuf,
     /// Write no file: give the page to browsers of this computer, until Ctrl-C. Without a port one
     /// is chosen
-    #[arg(long, value_name = "PORT", num_args = 0..=1, default_missing_value = "0", conflicts_with = "output")]
+    #[arg(long, value_name = "PORT", value_parser = port, num_args = 0..=1, default_missing_value = "0", conflicts_with = "output")]
     serve: Option<u16>,
     /// Put the library into the page, so that joints and obstacles can be dragged and the answer
     /// follows
@@ -192,25 +188,14 @@ fn answer(args: &ViewArgs, asked: &Asked, queries: &[Config]) -> Vec<Timed> {
 }
 
 fn page(args: &ViewArgs, asked: &Asked, queries: Vec<Config>, answers: Vec<Timed>) -> anyhow::Result<String> {
-    let cells = if queries.len() > MANY_QUERIES { FEW_CELLS } else { Detail::default().slice_cells };
-    let inspector = Inspector::new(asked.view().checker(), Detail { slice_cells: cells });
-    let pairs: Vec<(Config, Timed)> = queries.into_iter().zip(answers).collect();
-    let shown: Vec<AnswerData> = busy("drawing the page", || {
-        let inspect = |inspector: &mut Inspector, (q, (answer, seconds)): (Config, Timed)| {
-            inspector.answer_data(&q, answer, (seconds > 0.0).then_some(seconds))
-        };
-        pairs.into_par_iter().map_init(|| inspector.another(), inspect).collect()
-    });
-    let name = |path: &Path| path.file_name().map_or(String::new(), |name| name.to_string_lossy().into_owned());
-    let title = name(args.world.as_deref().unwrap_or(&args.file));
-    let of = match &args.answers {
-        Some(path) => format!("the answers of {}", name(path)),
+    let command = match &args.answers {
+        Some(path) => format!("the answers of {}", name_of(path)),
         None => format!("extricate query --effort {} --exits {}", Effort::from(args.effort).name(), args.exits()),
     };
-    let made = format!("extricate {}; numbers as in {of} --json", env!("CARGO_PKG_VERSION"));
+    let title = name_of(args.world.as_deref().unwrap_or(&args.file));
     let live = args.live.then(|| live(args, asked)).transpose()?;
-    let page = Page { title: &title, made: &made, answers: &shown, live: live.as_ref() };
-    page.html(asked.scene()).context("cannot write the page")
+    let about = About { title: &title, command: &command, live: live.as_ref() };
+    pages::html(asked.view().checker(), queries.into_iter().zip(answers).collect(), &about)
 }
 
 /// The library for the page, and what it opens there.
