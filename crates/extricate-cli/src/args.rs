@@ -9,7 +9,7 @@ use clap::{Args, CommandFactory, Parser, Subcommand, ValueEnum};
 use extricate::internals::query::options::MAX_EXITS;
 use extricate::{LoadLimit, LoadLimits};
 
-use crate::commands::{adapt, check, demo, import, info, learn, query, sample, view};
+use crate::commands::{adapt, check, demo, import, info, learn, query, report, sample, view};
 use crate::input::Configs;
 
 /// The globally nearest collision-free configuration of an articulated robot, verified and bounded.
@@ -71,6 +71,8 @@ pub enum Command {
     Adapt(adapt::AdaptArgs),
     /// Find for each configuration the nearest free one
     Query(query::QueryArgs),
+    /// Measure a model and draw what was found, as a page to look at before it is trusted
+    Report(report::ReportArgs),
     /// Show a scene, configurations and their answers as a page for a browser
     View(view::ViewArgs),
 }
@@ -256,6 +258,7 @@ mod tests {
             "query scene.toml --q 0,0.3,-1 --q -1,2,3",
             "query robot.urdf --input - --witness --limits refuse",
             "--json query m.model --input q.jsonl",
+            "report m.model -o report.html -n 50 --seed 2",
             "view robot.urdf",
             "view m.model --q 0,0.3 --q -1,2 --exits 4 --effort exhaustive -o page.html",
             "view scene.toml --input q.jsonl --answers a.jsonl --serve",
@@ -311,6 +314,8 @@ mod tests {
             "query m.model --input q --exits 2 --gap 0.1",
             "query m.model --input q --gap 1",
             "query m.model --input q --max-seconds 0",
+            "report",
+            "report m.model -n 0",
             "view",
             "view scene.toml --count 0",
             "view scene.toml --q 0 --input q.jsonl",

@@ -71,6 +71,31 @@ impl Page<'_> {
     }
 }
 
+/// What a page without a picture looks like.
+const PLAIN_STYLE: &str = "body { font: 15px/1.5 system-ui, sans-serif; color: #1b2430; max-width: 940px; margin: 24px auto; \
+    padding: 0 16px } h1 { font-size: 22px } h2 { font-size: 16px; margin: 18px 0 4px } .verdict { font-size: 17px } \
+    .plots { display: grid; grid-template-columns: repeat(auto-fit, minmax(340px, 1fr)); gap: 12px 28px } figure { margin: 0 } \
+    figcaption { color: #55606e; font-size: 13px } svg { width: 100% } table { border-collapse: collapse } \
+    th { text-align: left; font-weight: 600; padding-right: 16px; vertical-align: top } td, th { padding-top: 3px }";
+
+/// A page of text and plots: `body` is HTML, in which names stand as [`escaped`] gives them.
+pub fn document(title: &str, body: &str) -> String {
+    let title = escaped(title);
+    format!(
+        "{HEAD}\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
+         <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
+         <meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; style-src 'unsafe-inline'; img-src data:\">\n\
+         <link rel=\"icon\" href=\"data:,\">\n<title>{title} \u{2013} extricate</title>\n<style>{PLAIN_STYLE}</style>\n</head>\n\
+         <body>\n{body}<footer>extricate {}</footer>\n</body>\n</html>\n",
+        env!("CARGO_PKG_VERSION")
+    )
+}
+
+/// Text that no browser takes for markup.
+pub fn escaped(text: &str) -> String {
+    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
+}
+
 /// Whether a file that begins with `head` is a page of this crate.
 pub fn is_page(head: &[u8]) -> bool {
     head.starts_with(HEAD.as_bytes())

@@ -15,7 +15,7 @@ mod triangles;
 mod unit;
 
 pub use answer_data::{AnswerData, Detail, Inspector};
-pub use html::{Page, is_page};
+pub use html::{Page, document, escaped, is_page};
 pub use live::Live;
 pub use scene_data::{SceneData, scene_data};
 pub use unit::metric_unit;

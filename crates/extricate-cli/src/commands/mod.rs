@@ -8,6 +8,7 @@ pub mod import;
 pub mod info;
 pub mod learn;
 pub mod query;
+pub mod report;
 pub mod sample;
 pub mod view;
 
@@ -35,6 +36,7 @@ pub fn run(cli: Cli) -> anyhow::Result<()> {
         Command::Learn(args) => learn::run(&args, cli.json),
         Command::Adapt(args) => adapt::run(&args, cli.json),
         Command::Query(args) => query::run(&args, cli.json),
+        Command::Report(args) => report::run(&args, cli.json),
         Command::View(args) => view::run(&args, cli.json),
     }
 }

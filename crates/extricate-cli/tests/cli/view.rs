@@ -121,3 +121,29 @@ fn a_served_page_is_given_to_this_computer_alone() {
     assert!(other.starts_with("HTTP/1.1 403"), "{other}");
     assert!(!exists(&workspace.path("extricate-view.html")), "a served page is no file");
 }
+
+#[test]
+fn a_report_measures_a_model() {
+    let workspace = Workspace::learned();
+    let line = "report small.model -n 20 -o report.html --json";
+    let measured = &workspace.run(line).expect_code(0).json()[0]["measured"];
+    assert_eq!(measured["queries"], 20);
+    let shares: Vec<f64> =
+        measured["budgets"].as_array().unwrap().iter().map(|b| b["within_5pct"].as_f64().unwrap()).collect();
+    assert!(
+        shares.iter().all(|share| (0.0..=1.0).contains(share))
+            && measured["refined"]["within_5pct"].as_f64() >= Some(0.9)
+    );
+    assert_eq!(measured["depths"].as_array().unwrap().len(), 20);
+    assert_eq!(measured["touching"][0][0][1], "post");
+    let page = std::fs::read_to_string(workspace.path("report.html")).unwrap();
+    assert!(
+        page.contains("random collisions are within 5 %")
+            && page.contains("fore &ndash; post")
+            && page.matches("<svg").count() == 4
+    );
+    assert!(!page.contains("NaN"));
+    let text = workspace.run("report small.model -n 5 -o report.html").expect_code(0).stdout;
+    assert!(text.contains("of 5 random collisions within 5 % of the best found"), "{text}");
+    workspace.run("report scene.toml").expect_code(1);
+}
