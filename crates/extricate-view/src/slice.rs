@@ -7,6 +7,8 @@
 
 use std::f64::consts::TAU;
 
+// Not those of the standard library, so that a slice in a browser has the same bits.
+use extricate::internals::math::elementary::{hypot, sin_cos};
 use extricate::internals::metric::{Anchor, Metric, MetricScratch};
 use extricate::{CheckScratch, Checker, Config, ConfigSpace, Label, Manifold};
 use serde::Serialize;
@@ -124,7 +126,7 @@ impl<'a> PlaneFrame<'a> {
 
     /// From the query to the sides.
     fn half(&self) -> f64 {
-        let length = |exit: &[f64; 2]| exit[0].hypot(exit[1]);
+        let length = |exit: &[f64; 2]| hypot(exit[0], exit[1]);
         let nearest = self.exits.first().map_or(1.0, length);
         let second = self.exits.get(1).filter(|_| self.up.is_none()).map_or(0.0, length);
         MARGIN * nearest.max(second.min(FARTHEST * nearest))
@@ -146,7 +148,8 @@ fn states(checker: &Checker, frame: &PlaneFrame, half: f64, cells: usize, scratc
     let mut q = vec![0.0; frame.q.len()];
     let (mut inside, mut row, mut labels) = (Vec::new(), Vec::new(), Vec::new());
     for y in 0..cells {
-        (inside.clear(), row.clear());
+        inside.clear();
+        row.clear();
         for x in 0..cells {
             frame.config(middle(x), middle(y), &mut q);
             inside.push(frame.space.outside(&q).next().is_none());
@@ -180,7 +183,7 @@ fn ring(metric: &Metric, frame: &PlaneFrame, half: f64, radius: f64) -> Vec<[f32
     let mut q = vec![0.0; frame.q.len()];
     let mut ring = Vec::with_capacity(RAYS);
     for ray in 0..RAYS {
-        let (sine, cosine) = (TAU * ray as f64 / RAYS as f64).sin_cos();
+        let (sine, cosine) = sin_cos(TAU * ray as f64 / RAYS as f64);
         let mut is_beyond = |length: f64| {
             frame.config(length * cosine, length * sine, &mut q);
             metric.distance_from(&anchor, &q, &mut scratch) >= radius
