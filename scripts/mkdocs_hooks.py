@@ -15,12 +15,22 @@ from mkdocs.structure.files import File
 
 ROOT = Path(__file__).resolve().parent.parent
 SHOWN = {"ARCHITECTURE.md": "internals/architecture.md", "CHANGELOG.md": "changelog.md"}
+# What scripts/write-live-page.sh wrote: the page that the first page of the site shows.
+LIVE = ROOT / "target/live-demo.html"
+NOT_LIVE = """<!doctype html><html lang="en"><meta charset="utf-8"><title>extricate</title>
+<p style="font: 16px sans-serif; margin: 40px">This copy of the documentation was built without the live demo
+(<code>scripts/write-live-page.sh</code>). <code>extricate demo</code> writes a page like it.</p></html>
+"""
 LINK = re.compile(r"(?<!!)\[([^\]]*)\]\(([^)\s#]+)(#[^)\s]*)?\)")
 
 
 def on_files(files: Any, config: Any, **_: Any) -> Any:
     for name, uri in SHOWN.items():
         files.append(File.generated(config, uri, abs_src_path=str(ROOT / name)))
+    if LIVE.exists():
+        files.append(File.generated(config, "live/demo.html", abs_src_path=str(LIVE)))
+    else:
+        files.append(File.generated(config, "live/demo.html", content=NOT_LIVE))
     return files
 
 

@@ -14,6 +14,7 @@ import pinocchio_projection
 import plot_plane
 import pytest
 import start_outside
+import viser_sliders
 
 
 def test_ompl_plans_from_the_repaired_start() -> None:
@@ -32,6 +33,11 @@ def test_nothing_penetrates_in_mujoco_any_more() -> None:
     before, after, qpos, answer = mujoco_penetration.main()
     assert before > 1e-3 and after == 0
     assert qpos == pytest.approx(answer.witness)
+
+
+def test_viser_shows_the_nearest_exit() -> None:
+    answer = viser_sliders.main(0)
+    assert answer.depth > 0 and answer.verified
 
 
 def test_the_plane_is_drawn(tmp_path: pathlib.Path) -> None:

@@ -11,6 +11,7 @@ use extricate::{LoadLimit, LoadLimits};
 
 use crate::commands::{adapt, check, demo, grasp, import, info, learn, query, sample};
 use crate::commands::{adapt, check, demo, import, info, learn, query, sample, shell};
+use crate::commands::{adapt, check, demo, import, info, learn, query, report, sample, view};
 use crate::input::Configs;
 
 /// The globally nearest collision-free configuration of an articulated robot, verified and bounded.
@@ -36,12 +37,12 @@ impl Cli {
     /// Of clap, also where values contradict each other in a way that it cannot be told of.
     pub fn read(words: impl IntoIterator<Item = impl Into<OsString> + Clone>) -> Result<Self, clap::Error> {
         let cli = Self::try_parse_from(words)?;
-        if let Command::Query(args) = &cli.command
-            && let Some(problem) = args.contradiction()
-        {
-            return Err(refused("query", problem));
-        }
-        Ok(cli)
+        let problem = match &cli.command {
+            Command::Query(args) => args.contradiction().map(|problem| ("query", problem)),
+            Command::View(args) => args.contradiction().map(|problem| ("view", problem)),
+            _ => None,
+        };
+        problem.map_or(Ok(cli), |(command, problem)| Err(refused(command, problem)))
     }
 }
 
@@ -78,6 +79,10 @@ pub enum Command {
     Completions(shell::CompletionsArgs),
     /// Write manual pages, one a command, to a folder
     Man(shell::ManArgs),
+    /// Measure a model and draw what was found, as a page to look at before it is trusted
+    Report(report::ReportArgs),
+    /// Show a scene, configurations and their answers as a page for a browser
+    View(view::ViewArgs),
 }
 
 /// Where configurations come from.
@@ -213,6 +218,11 @@ pub fn exits(text: &str) -> Result<usize, String> {
 /// Most threads that may be asked for: starting more takes longer than they could save anywhere.
 const MOST_THREADS: usize = 1024;
 
+/// A port of a computer; 0 for any that is free.
+pub fn port(text: &str) -> Result<u16, String> {
+    text.parse().map_err(|_| format!("expected a whole number from 0 to {}", u16::MAX))
+}
+
 /// A number of threads.
 pub fn threads(text: &str) -> Result<usize, String> {
     match text.parse::<usize>() {
@@ -258,6 +268,11 @@ mod tests {
             "--json query m.model --input q.jsonl",
             "grasp hand.toml --input g.jsonl --object ball --keep pose --touch 0 --friction 0 --open 0,-1 --locked base",
             "grasp hand.model --input g.jsonl --objects meshes -o out.jsonl --resume --threads 2 --scene-weights",
+            "report m.model -o report.html -n 50 --seed 2",
+            "view robot.urdf",
+            "view m.model --q 0,0.3 --q -1,2 --exits 4 --effort exhaustive -o page.html",
+            "view scene.toml --input q.jsonl --answers a.jsonl --serve",
+            "view scene.toml -n 20 --seed 3 --world world.toml --effort proved --serve 8000",
         ] {
             let words = std::iter::once("extricate").chain(line.split(' '));
             assert!(Cli::read(words).is_ok(), "{line}");
@@ -309,6 +324,17 @@ mod tests {
             "query m.model --input q --exits 2 --gap 0.1",
             "query m.model --input q --gap 1",
             "query m.model --input q --max-seconds 0",
+            "report",
+            "report m.model -n 0",
+            "view",
+            "view scene.toml --count 0",
+            "view scene.toml --q 0 --input q.jsonl",
+            "view scene.toml --answers a.jsonl",
+            "view scene.toml --effort nearest --exits 2",
+            "view scene.toml --serve 8000 -o page.html",
+            "view scene.toml --serve 70000",
+            "view scene.toml --wasm x.wasm",
+            "view scene.toml --q 0 --answers a.jsonl --live",
             "demo --scene nowhere",
             "demo --queries -1",
             "info scene.toml --load-limit triangles",

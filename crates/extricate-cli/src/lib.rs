@@ -8,6 +8,7 @@ pub mod input;
 mod interrupt;
 mod notice;
 mod output;
+mod pages;
 mod picture;
 mod progress;
 mod report;

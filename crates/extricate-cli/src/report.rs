@@ -1,6 +1,7 @@
 //! Numbers as people read them, and tables of them.
 
-use extricate::{MetricKind, PairId, Scene};
+use extricate::{PairId, Scene};
+pub use extricate_view::metric_unit;
 
 /// The `share` quantile of `values` (which it sorts), linear between neighbours; `NaN` of nothing.
 pub fn quantile(values: &mut [f64], share: f64) -> f64 {
@@ -41,21 +42,6 @@ pub fn count(n: usize) -> String {
         out.push(digit);
     }
     out
-}
-
-/// What distances of the scene's metric are measured in (the joint metric adds what its joints are
-/// measured in).
-pub fn metric_unit(scene: &Scene) -> &'static str {
-    if scene.metric != MetricKind::Joint {
-        return "m";
-    }
-    let turns = scene.joints.iter().any(|j| j.kind != "prismatic");
-    let slides = scene.joints.iter().any(|j| matches!(j.kind.as_str(), "prismatic" | "planar" | "floating"));
-    match (turns, slides) {
-        (true, true) => "rad, m",
-        (false, true) => "m",
-        _ => "rad",
-    }
 }
 
 /// Names of pairs, as two bodies each.

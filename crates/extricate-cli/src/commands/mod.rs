@@ -9,8 +9,10 @@ pub mod import;
 pub mod info;
 pub mod learn;
 pub mod query;
+pub mod report;
 pub mod sample;
 pub mod shell;
+pub mod view;
 
 use std::path::Path;
 use std::sync::Arc;
@@ -39,6 +41,8 @@ pub fn run(cli: Cli) -> anyhow::Result<()> {
         Command::Grasp(args) => grasp::run(&args, cli.json),
         Command::Completions(args) => shell::completions(&args),
         Command::Man(args) => shell::man(&args),
+        Command::Report(args) => report::run(&args, cli.json),
+        Command::View(args) => view::run(&args, cli.json),
     }
 }
 

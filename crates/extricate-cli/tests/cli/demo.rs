@@ -7,7 +7,7 @@ fn the_demo_learns_answers_and_draws() {
     let workspace = Workspace::new();
     let line = "demo --seconds 2 --queries 20 --out way-out.svg --json";
     let report = &workspace.run(line).expect_code(0).json()[0];
-    assert_keys(report, &["scene", "at_once", "as_near", "learned", "learning_seconds", "queries", "picture"]);
+    assert_keys(report, &["scene", "at_once", "as_near", "learned", "learning_seconds", "queries", "picture", "page"]);
     assert_eq!((&report["at_once"]["queries"], &report["at_once"]["verified"]), (&20.into(), &1.0.into()));
     assert!(report["as_near"].as_f64().unwrap() >= 0.9);
     assert_eq!(report["queries"]["queries"], 20);
@@ -16,6 +16,9 @@ fn the_demo_learns_answers_and_draws() {
     let picture = std::fs::read_to_string(workspace.path("way-out.svg")).unwrap();
     assert!(picture.starts_with("<svg") && picture.contains("nearest exit"));
     assert!(picture.len() < 1_500_000, "{} bytes", picture.len());
+    assert_eq!(report["page"], "way-out.html");
+    let page = std::fs::read_to_string(workspace.path("way-out.html")).unwrap();
+    assert!(page.ends_with("</html>\n") && page.len() < 4_000_000, "{} bytes", page.len());
 }
 
 #[test]

@@ -14,4 +14,5 @@ mod no_model;
 mod pipeline;
 mod process;
 mod streams;
+mod view;
 mod worlds;

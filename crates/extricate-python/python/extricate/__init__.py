@@ -14,6 +14,7 @@ from ._answer import Answer, Contact, Exit
 from ._extricate import ChangedScene, Joint, Model, Progress, Scene, Stream, __version__, import_world, learn
 from ._grasp import Grasp, GraspContact
 from ._options import QueryOptions
+from ._page import Page
 from ._parts import (
     Box,
     Capsule,
@@ -47,6 +48,7 @@ __all__ = [
     "Mesh",
     "Model",
     "MujocoRobot",
+    "Page",
     "Points",
     "Progress",
     "QueryOptions",

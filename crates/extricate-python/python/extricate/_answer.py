@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import List, Optional, Tuple
+from typing import Any, ClassVar, Dict, List, Optional, Tuple
 
 import numpy as np
 import numpy.typing as npt
+
+from ._page import Page, PathLike
 
 NamePair = Tuple[str, str]
 
@@ -105,6 +107,27 @@ class Answer:
     nearest: Optional[float]
     checks: int
     effort: str
+
+    # Who was asked what, for `show`. Not kept where it is pickled: it holds a whole scene.
+    _asked: ClassVar[Any] = None
+
+    def __getstate__(self) -> Dict[str, Any]:
+        return {name: value for name, value in self.__dict__.items() if name != "_asked"}
+
+    def show(self, *, path: Optional[PathLike] = None, open: Optional[bool] = None, live: bool = False) -> Page:
+        """Shows the query and this answer as a page, in a browser or a notebook; as `Scene.show`, which asks once more.
+
+        Raises RuntimeError for an answer that was unpickled, or is one of a stream.
+        """
+        asked: Any = self._asked
+        if asked is None:
+            raise RuntimeError("this answer does not know its scene: show the configuration, scene.show(q)")
+        source, q, options = asked
+        given = dict(options or {})
+        if "options" not in given:
+            given.setdefault("exits", max(1, len(self.exits)))
+        page: Page = source.show(q, path=path, open=open, live=live, **given)
+        return page
 
     @property
     def free(self) -> bool:

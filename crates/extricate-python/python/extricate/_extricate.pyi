@@ -9,6 +9,7 @@ import numpy.typing as npt
 
 from ._answer import Answer
 from ._options import QueryOptions
+from ._page import Page
 from ._parts import Obstacle, Pose, Robot
 
 _Path = Union[str, PathLike[str]]
@@ -149,6 +150,10 @@ class Scene:
         free_radius: bool = False,
         limits: str = "forgive",
     ) -> Optional[Answer]: ...
+    def show(
+        self, Q: Optional[npt.ArrayLike] = None, *, path: Optional[_Path] = None, open: Optional[bool] = None,
+        live: bool = False, **options: Any,
+    ) -> Page: ...
     def query_batch(
         self,
         Q: npt.ArrayLike,
@@ -275,6 +280,10 @@ class Model:
         free_radius: bool = False,
         limits: str = "forgive",
     ) -> Optional[Answer]: ...
+    def show(
+        self, Q: Optional[npt.ArrayLike] = None, *, path: Optional[_Path] = None, open: Optional[bool] = None,
+        live: bool = False, **options: Any,
+    ) -> Page: ...
     def query_batch(
         self,
         Q: npt.ArrayLike,
@@ -362,6 +371,10 @@ class ChangedScene:
         free_radius: bool = False,
         limits: str = "forgive",
     ) -> Optional[Answer]: ...
+    def show(
+        self, Q: Optional[npt.ArrayLike] = None, *, path: Optional[_Path] = None, open: Optional[bool] = None,
+        live: bool = False, **options: Any,
+    ) -> Page: ...
     def query_batch(
         self,
         Q: npt.ArrayLike,

@@ -1,6 +1,7 @@
 //! The class `ChangedScene`: a model that is asked in another scene than the one it was learned
 //! for.
 
+use std::path::PathBuf;
 use std::sync::Arc;
 
 use pyo3::prelude::*;
@@ -11,6 +12,7 @@ use crate::error::exception;
 use crate::long_call;
 use crate::queries::batch::Scratches;
 use crate::queries::options::Weighted;
+use crate::queries::page::{self, Shown};
 use crate::queries::{self, Source};
 use crate::scene::Scene;
 
@@ -78,12 +80,40 @@ impl ChangedScene {
     /// nearest stored sample that is still free, without which there is no answer.
     #[pyo3(signature = (q, **options), text_signature = "($self, q, *, options=None, effort='refined', exits=1, gap=None, starts=None, max_checks=None, max_seconds=None, segment=False, contacts=False, clearance=None, locked=None, free=None, weights=None, toward=None, toward_share=0.25, free_radius=False, limits='forgive')")]
     fn query<'py>(
-        &self,
+        slf: &Bound<'py, Self>,
         q: &Bound<'py, PyAny>,
         options: Option<&Bound<'py, PyDict>>,
     ) -> PyResult<Option<Bound<'py, PyAny>>> {
-        let source = Source::Changed(self.model.get().inner(), &self.changed);
-        queries::query(source, q, options, (&self.scratches, &self.weighted))
+        let Self { model, changed, scratches, weighted } = slf.get();
+        queries::query(Source::Changed(model.get().inner(), changed), q, options, (scratches, weighted), slf)
+    }
+
+    /// Shows configurations and their answers as a page, in a browser; see `Scene.show`.
+    ///
+    /// Q: float64 (n, nq), or (nq,) for one; 5 random ones in collision where None.
+    /// path: the file that is written; a temporary one where None.
+    /// open: whether a browser opens it; where None, unless this is a notebook, which shows the
+    ///     page that is returned.
+    /// live: whether joints can be dragged in the page.
+    /// All other keywords: as in `Model.query`; exits is 3 where the effort finds several.
+    #[pyo3(signature = (Q = None, *, path = None, open = None, live = false, **options))]
+    #[allow(non_snake_case)]
+    fn show<'py>(
+        &self,
+        py: Python<'py>,
+        Q: Option<&Bound<'py, PyAny>>,
+        path: Option<PathBuf>,
+        open: Option<bool>,
+        live: bool,
+        options: Option<&Bound<'py, PyDict>>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        page::show(
+            py,
+            Source::Changed(self.model.get().inner(), &self.changed),
+            Q,
+            options,
+            (Shown { path, open, live }, &self.weighted),
+        )
     }
 
     /// As `Model.query_batch`, in this scene. Where nothing free was found, depth is inf, witness,

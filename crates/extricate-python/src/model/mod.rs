@@ -19,6 +19,7 @@ use crate::error::{Seed, Whole, exception};
 use crate::long_call;
 use crate::queries::batch::Scratches;
 use crate::queries::options::Weighted;
+use crate::queries::page::{self, Shown};
 use crate::queries::{self, Source};
 use crate::scene::{Scene, edit};
 use changed::ChangedScene;
@@ -162,11 +163,34 @@ impl Model {
     /// Raises ValueError for a wrong shape, values that are not finite.
     #[pyo3(signature = (q, **options), text_signature = "($self, q, *, options=None, effort='refined', exits=1, gap=None, starts=None, max_checks=None, max_seconds=None, segment=False, contacts=False, clearance=None, locked=None, free=None, weights=None, toward=None, toward_share=0.25, free_radius=False, limits='forgive')")]
     fn query<'py>(
-        &self,
+        slf: &Bound<'py, Self>,
         q: &Bound<'py, PyAny>,
         options: Option<&Bound<'py, PyDict>>,
     ) -> PyResult<Option<Bound<'py, PyAny>>> {
-        queries::query(Source::Model(&self.model), q, options, (&self.scratches, &self.weighted))
+        let Self { model, scratches, weighted } = slf.get();
+        queries::query(Source::Model(model), q, options, (scratches, weighted), slf)
+    }
+
+    /// Shows configurations and their answers as a page, in a browser; see `Scene.show`.
+    ///
+    /// Q: float64 (n, nq), or (nq,) for one; 5 random ones in collision where None.
+    /// path: the file that is written; a temporary one where None.
+    /// open: whether a browser opens it; where None, unless this is a notebook, which shows the
+    ///     page that is returned.
+    /// live: whether joints can be dragged in the page.
+    /// All other keywords: as in `Model.query`; exits is 3 where the effort finds several.
+    #[pyo3(signature = (Q = None, *, path = None, open = None, live = false, **options))]
+    #[allow(non_snake_case)]
+    fn show<'py>(
+        &self,
+        py: Python<'py>,
+        Q: Option<&Bound<'py, PyAny>>,
+        path: Option<PathBuf>,
+        open: Option<bool>,
+        live: bool,
+        options: Option<&Bound<'py, PyDict>>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        page::show(py, Source::Model(&self.model), Q, options, (Shown { path, open, live }, &self.weighted))
     }
 
     /// The nearest free configuration to each of Q, on many threads.

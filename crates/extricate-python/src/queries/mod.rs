@@ -4,8 +4,10 @@ pub mod answer;
 pub mod batch;
 pub mod layout;
 pub mod options;
+pub mod page;
 
 use extricate::{Answer, ChangedScene, Config, Model, QueryOptions, QueryScratch, Scene, Termination, View, World};
+use numpy::PyArray1;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
@@ -51,12 +53,13 @@ impl<'a> Source<'a> {
     }
 }
 
-/// The answer for one configuration as an object; `None` where nothing free was found.
+/// The answer of `owner` for one configuration as an object; `None` where nothing free was found.
 pub fn query<'py>(
     source: Source,
     q: &Bound<'py, PyAny>,
     given: Option<&Bound<'py, PyDict>>,
     (scratches, weighted): (&Scratches, &Weighted),
+    owner: &Bound<'py, PyAny>,
 ) -> PyResult<Option<Bound<'py, PyAny>>> {
     let (py, scene) = (q.py(), source.scene());
     let asked = Asked::read(given, scene, QUERY)?;
@@ -69,7 +72,11 @@ pub fn query<'py>(
         ..asked.options
     };
     let ask = || scratches.with(|scratch| source.ask(&config, &options, scratch));
-    py.detach(|| watch.over(ask))?.map(|answer| answer::object(py, answer, scene)).transpose()
+    let Some(answer) = py.detach(|| watch.over(ask))? else { return Ok(None) };
+    let object = answer::object(py, answer, scene)?;
+    // For `Answer.show`, which asks once more.
+    object.setattr("_asked", (owner, PyArray1::from_slice(py, &config), given))?;
+    Ok(Some(object))
 }
 
 /// The answers for many as a structured array.

@@ -1,10 +1,13 @@
 //! Queries of a scene of which nothing was learned.
 
+use std::path::PathBuf;
+
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
 use super::Scene;
 use crate::model::stream::Stream;
+use crate::queries::page::{self, Shown};
 use crate::queries::{self, Source};
 
 #[pymethods]
@@ -20,12 +23,37 @@ impl Scene {
     /// Raises ValueError for a wrong shape, values that are not finite.
     #[pyo3(signature = (q, **options), text_signature = "($self, q, *, options=None, effort='refined', exits=1, gap=None, starts=None, max_checks=None, max_seconds=None, segment=False, contacts=False, clearance=None, locked=None, free=None, weights=None, toward=None, toward_share=0.25, free_radius=False, limits='forgive')")]
     fn query<'py>(
-        &self,
+        slf: &Bound<'py, Self>,
         q: &Bound<'py, PyAny>,
         options: Option<&Bound<'py, PyDict>>,
     ) -> PyResult<Option<Bound<'py, PyAny>>> {
-        let source = Source::World(self.ready(q.py())?);
-        queries::query(source, q, options, (self.query_scratches(), self.weighted()))
+        let scene = slf.get();
+        let source = Source::World(scene.ready(q.py())?);
+        queries::query(source, q, options, (scene.query_scratches(), scene.weighted()), slf)
+    }
+
+    /// Shows configurations and their answers as a page, in a browser or a notebook: robot, ghost of
+    /// the query, contacts, the slider to each exit, the numbers and the proof, and a slice of the
+    /// space.
+    ///
+    /// Q: float64 (n, nq), or (nq,) for one; 5 random ones in collision where None.
+    /// path: the file that is written; a temporary one where None.
+    /// open: whether a browser opens it; where None, unless this is a notebook, which shows the
+    ///     page that is returned.
+    /// live: whether joints can be dragged in the page.
+    /// All other keywords: as in `Model.query`; exits is 3 where the effort finds several.
+    #[pyo3(signature = (Q = None, *, path = None, open = None, live = false, **options))]
+    #[allow(non_snake_case)]
+    fn show<'py>(
+        &self,
+        py: Python<'py>,
+        Q: Option<&Bound<'py, PyAny>>,
+        path: Option<PathBuf>,
+        open: Option<bool>,
+        live: bool,
+        options: Option<&Bound<'py, PyDict>>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        page::show(py, Source::World(self.ready(py)?), Q, options, (Shown { path, open, live }, self.weighted()))
     }
 
     /// The nearest free configuration to each of Q, on many threads, at once: nothing has to be

@@ -5,6 +5,7 @@ use std::f64::consts::{PI, TAU};
 use rand::{Rng, RngExt};
 
 use super::{ConfigSpace, Manifold};
+use crate::math::elementary::sin_cos;
 
 /// Maps a point of the unit cube `[0, 1)^nv` to a configuration, uniform in the space's own
 /// measure.
@@ -20,8 +21,8 @@ pub fn from_unit_cube(space: &ConfigSpace, u: impl Fn(usize) -> f64, out: &mut [
             Manifold::Circle => out[q] = -PI + TAU * u(v),
             Manifold::Rotation => {
                 let (r, s) = ((1.0 - u(v)).sqrt(), u(v).sqrt());
-                let (sin_a, cos_a) = (TAU * u(v + 1)).sin_cos();
-                let (sin_b, cos_b) = (TAU * u(v + 2)).sin_cos();
+                let (sin_a, cos_a) = sin_cos(TAU * u(v + 1));
+                let (sin_b, cos_b) = sin_cos(TAU * u(v + 2));
                 out[q..q + 4].copy_from_slice(&[r * sin_a, r * cos_a, s * sin_b, s * cos_b]);
             }
         }

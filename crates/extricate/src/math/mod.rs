@@ -1,6 +1,7 @@
 //! Rigid transforms, the few vector types that everything else shares, and vector instructions. No
 //! robot, no scene.
 
+pub mod elementary;
 pub mod linear_algebra;
 pub mod simd;
 
@@ -117,7 +118,7 @@ impl Pose {
 
 /// Rotation by `angle` \[rad\] about a unit `axis` (Rodrigues' formula).
 pub fn axis_rotation(axis: &Vec3, angle: f64) -> Mat3 {
-    let (sin, cos) = angle.sin_cos();
+    let (sin, cos) = elementary::sin_cos(angle);
     let cross = axis.cross_matrix();
     Mat3::identity() + cross * sin + cross * cross * (1.0 - cos)
 }
@@ -151,15 +152,16 @@ pub fn quaternion_product(a: &[f64], b: &[f64]) -> [f64; 4] {
 /// Unit quaternion `[x, y, z, w]` of a rotation vector \[rad\]: angle times axis.
 pub fn quaternion_exp(v: &[f64]) -> [f64; 4] {
     let angle = (v[0] * v[0] + v[1] * v[1] + v[2] * v[2]).sqrt();
-    let scale = if angle < 1e-6 { 0.5 - angle * angle / 48.0 } else { (0.5 * angle).sin() / angle };
-    [v[0] * scale, v[1] * scale, v[2] * scale, (0.5 * angle).cos()]
+    let (sine, cosine) = elementary::sin_cos(0.5 * angle);
+    let scale = if angle < 1e-6 { 0.5 - angle * angle / 48.0 } else { sine / angle };
+    [v[0] * scale, v[1] * scale, v[2] * scale, cosine]
 }
 
 /// Rotation vector \[rad\], of length in `[0, pi]`, that [`quaternion_exp`] maps to `q` or `-q`.
 pub fn quaternion_log(q: &[f64]) -> [f64; 3] {
     let sine = (q[0] * q[0] + q[1] * q[1] + q[2] * q[2]).sqrt();
     let sign = if q[3] < 0.0 { -1.0 } else { 1.0 };
-    let scale = if sine < 1e-9 { 2.0 } else { 2.0 * sine.atan2(q[3].abs()) / sine };
+    let scale = if sine < 1e-9 { 2.0 } else { 2.0 * elementary::atan2(sine, q[3].abs()) / sine };
     [q[0] * scale * sign, q[1] * scale * sign, q[2] * scale * sign]
 }
 
@@ -182,7 +184,7 @@ pub fn sphere(count: usize) -> impl Iterator<Item = Vec3> {
     let turn = std::f64::consts::PI * (3.0 - 5.0_f64.sqrt());
     (0..count).map(move |k| {
         let z = 1.0 - (2 * k + 1) as f64 / count as f64;
-        let (sin, cos) = (turn * k as f64).sin_cos();
+        let (sin, cos) = elementary::sin_cos(turn * k as f64);
         let radius = (1.0 - z * z).sqrt();
         Vec3::new(radius * cos, radius * sin, z)
     })

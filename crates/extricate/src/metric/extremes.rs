@@ -6,6 +6,7 @@
 
 use std::f64::consts::TAU;
 
+use crate::math::elementary::sin_cos;
 use crate::math::{LANES, Mat3, Pose, Vec3, vectorized};
 use crate::robot::Geometry;
 use crate::robot::mesh::convex_hull::convex_hull;
@@ -231,7 +232,8 @@ fn displacement(from: &Pose, to: &Pose) -> Pose {
 }
 
 fn circle_point(centre: &Vec3, x: &Vec3, y: &Vec3, angle: f64) -> Vec3 {
-    centre + x * angle.cos() + y * angle.sin()
+    let (sin, cos) = sin_cos(angle);
+    centre + x * cos + y * sin
 }
 
 /// Largest `|move_centre + turn y|^2` over `|y| = radius`, where `turn` is a difference of two
@@ -334,7 +336,7 @@ fn circle_displacement_squared(c: &Vec3, x: &Vec3, y: &Vec3) -> f64 {
         }
     }
     for _ in 0..8 {
-        let (sin, cos) = best.0.sin_cos();
+        let (sin, cos) = sin_cos(best.0);
         let (point, first) = (c + x * cos + y * sin, y * cos - x * sin);
         let slope = point.dot(&first);
         let curvature = first.norm_squared() - point.dot(&(x * cos + y * sin));

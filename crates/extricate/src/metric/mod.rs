@@ -19,6 +19,7 @@ use crate::cspace::sampling::Halton;
 use crate::cspace::{Factor, Manifold};
 use crate::kinematics::forward;
 use crate::math::Pose;
+use crate::math::elementary::sin_cos;
 use crate::scene::{MetricKind, Scene};
 use coordinate_use::{CoordinateUse, coordinate_uses};
 use extremes::Extremes;
@@ -138,7 +139,7 @@ impl Metric {
             match factor.manifold {
                 Manifold::Interval { .. } => out[at] = scale * q[factor.q],
                 Manifold::Circle => {
-                    let (sin, cos) = q[factor.q].sin_cos();
+                    let (sin, cos) = sin_cos(q[factor.q]);
                     out[at] = scale * cos;
                     out[at + 1] = scale * sin;
                 }

@@ -3,6 +3,7 @@
 
 use super::Metric;
 use super::coordinate_use::CoordinateUse;
+use crate::math::elementary::hypot;
 use crate::math::{LANES, Mat3, Pose, Vec3};
 use crate::scene::{MetricKind, Motion, Scene};
 
@@ -105,7 +106,7 @@ impl Metric {
         };
         let a = of_frame(point.of, point.inside_of);
         let b = of_frame(point.relative_to, point.inside_relative_to);
-        if largest { a + b } else { a.hypot(b) }
+        if largest { a + b } else { hypot(a, b) }
     }
 }
 

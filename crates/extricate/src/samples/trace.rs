@@ -9,6 +9,7 @@ use crate::cspace::sampling::Halton;
 use crate::cspace::{ConfigSpace, Label};
 use crate::learning::exploration::{BATCH, Exploration, ROWS_A_TASK};
 use crate::learning::{Budget, LabelBatch};
+use crate::math::elementary::log2;
 use crate::metric::{Anchor, Metric};
 
 /// What tracing stands on.
@@ -171,7 +172,7 @@ fn halve(
 ) -> bool {
     let nq = ground.space.nq();
     let affordable = |longest: f64, left: usize| {
-        let halvings = (longest / ground.gap).log2().ceil().max(1.0);
+        let halvings = log2(longest / ground.gap).ceil().max(1.0);
         if halvings.is_finite() { left / halvings as usize } else { left }
     };
     let (mut middles, mut paid) = (Vec::new(), true);

@@ -12,6 +12,7 @@ use clap::Args;
 use clap::builder::PossibleValuesParser;
 use extricate::internals::io::{self, OutputLock};
 use extricate::{Answer, Config, LearnOptions, Learner, Model, QueryOptions, QueryScratch, World, builtin};
+use extricate_view::{Live, is_page};
 
 use super::learn::run::{Learned, run_with_progress};
 use super::query::summary::{Figures, Summary};
@@ -19,6 +20,7 @@ use super::sample::CollidingSampler;
 use super::tell_warnings;
 use crate::args::{positive, seconds, seed};
 use crate::output::Output;
+use crate::pages::{self, About};
 use crate::picture;
 use crate::progress::Progress;
 use crate::report::count;
@@ -26,6 +28,11 @@ use table::{DemoReport, at_once_text};
 
 /// Turns the seed into another one: no query shall be a configuration that the learner drew.
 const QUERY_STREAM: u64 = 0x71_75_65_72_69_65_73;
+
+/// Queries of the page, most.
+const PAGE_QUERIES: usize = 8;
+/// Exits of each.
+const PAGE_EXITS: usize = 3;
 
 /// Arguments of `demo`.
 #[derive(Args)]
@@ -39,6 +46,10 @@ pub struct DemoArgs {
     /// Picture to write; an existing one is replaced
     #[arg(long, value_name = "PICTURE.svg", default_value = "extricate-demo.svg")]
     out: PathBuf,
+    /// Page of some of the answers to write, for a browser; an existing one is replaced. By default
+    /// beside the picture, under its name
+    #[arg(long, value_name = "PAGE.html")]
+    page: Option<PathBuf>,
     /// Only write the scene's files into this directory, for the other commands to use; replaces
     /// nothing
     #[arg(long, value_name = "DIR")]
@@ -68,6 +79,8 @@ pub fn run(args: &DemoArgs, json: bool) -> anyhow::Result<()> {
     }
     io::check_output(&args.out, "picture (SVG)", |head| head.starts_with(b"<svg"))?;
     let _lock = OutputLock::take(&args.out)?;
+    let page = args.page.clone().unwrap_or_else(|| args.out.with_extension("html"));
+    io::check_output(&page, "page of this program", is_page)?;
     let scene = builtin::scene(&args.scene)?;
     tell_warnings(&scene);
     let world = World::new(scene.clone());
@@ -87,8 +100,9 @@ pub fn run(args: &DemoArgs, json: bool) -> anyhow::Result<()> {
     let answers = answer_all("querying", &queries, |q, scratch| {
         model.view().query_with(q, &QueryOptions::default(), scratch).context("nothing free was found")
     })?;
-    let shown = &answers[most_instructive(&model, &answers)];
-    picture::write(model.scene(), &shown.query, &shown.answer, &args.out)?;
+    let shown = most_instructive(&model, &answers);
+    picture::write(model.scene(), &answers[shown].query, &answers[shown].answer, &args.out)?;
+    write_page(&model, &args.scene, &queries, shown, &page)?;
 
     let is_as_near = |(a, b): &(&Answered, &Answered)| a.answer.depth <= 1.05 * b.answer.depth;
     let as_near = at_once.iter().zip(&answers).filter(is_as_near).count();
@@ -100,6 +114,7 @@ pub fn run(args: &DemoArgs, json: bool) -> anyhow::Result<()> {
         learning_seconds,
         queries: figures(&answers),
         picture: args.out.display().to_string(),
+        page: page.display().to_string(),
     };
     if json {
         out.json(&report)?
@@ -107,6 +122,25 @@ pub fn run(args: &DemoArgs, json: bool) -> anyhow::Result<()> {
         out.line(report.text(model.scene()))?
     }
     out.finish()
+}
+
+/// The page of the query at `shown` and of those after it, with several exits each; live where the
+/// library is built in.
+fn write_page(model: &Model, name: &str, queries: &[Config], shown: usize, path: &Path) -> anyhow::Result<()> {
+    let options = QueryOptions { exits: PAGE_EXITS, ..QueryOptions::default() };
+    let mut scratch = QueryScratch::default();
+    let chosen = (0..PAGE_QUERIES.min(queries.len())).map(|at| &queries[(shown + at) % queries.len()]);
+    let answers = chosen.map(|q| {
+        let started = Instant::now();
+        let answer = model.view().query_with(q, &options, &mut scratch);
+        (q.clone(), (answer, started.elapsed().as_secs_f64()))
+    });
+    let answers = answers.collect();
+    let live = Live::built_in().map(|program| Live::of_model(program, model));
+    let command = format!("extricate query --exits {PAGE_EXITS}");
+    let about = About { title: name, command: &command, live: live.as_ref() };
+    let html = pages::html(model.checker(), answers, &about)?;
+    Ok(io::write_atomically(path, html.as_bytes())?)
 }
 
 fn figures(answers: &[Answered]) -> Figures {

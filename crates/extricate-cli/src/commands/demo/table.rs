@@ -24,6 +24,8 @@ pub struct DemoReport<'a> {
     pub queries: Figures,
     /// The file with the picture.
     pub picture: String,
+    /// The page of some answers, for a browser.
+    pub page: String,
 }
 
 impl DemoReport<'_> {
@@ -67,12 +69,13 @@ impl DemoReport<'_> {
             ),
         ];
         format!(
-            "Scene {}: what was learned\n{}\n\nNearest exit of {} random collisions\n{}\n\nPicture: {}",
+            "Scene {}: what was learned\n{}\n\nNearest exit of {} random collisions\n{}\n\nPicture: {}\nPage: {} (open it in a browser)",
             self.scene,
             two_columns(&learning),
             count(queries.queries),
             two_columns(&asked),
-            self.picture
+            self.picture,
+            self.page
         )
     }
 }
@@ -149,6 +152,7 @@ mod tests {
             learning_seconds: 19.9,
             queries,
             picture: "a.svg".into(),
+            page: "a.html".into(),
         };
         let text = report.text(&small_scene());
         for part in [

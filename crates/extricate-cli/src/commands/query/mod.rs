@@ -131,7 +131,7 @@ struct StreamArgs {
 
 /// [`Effort`] as the command line spells it.
 #[derive(Clone, Copy, ValueEnum)]
-enum EffortArg {
+pub enum EffortArg {
     /// The nearest stored boundary sample, or in many dimensions one nearly as near; verified when
     /// learned
     Nearest,
@@ -155,13 +155,22 @@ impl From<EffortArg> for Effort {
     }
 }
 
+/// Why an effort cannot find so many exits, if it cannot.
+pub fn exits_contradiction(effort: EffortArg, exits: usize) -> Option<&'static str> {
+    match effort {
+        EffortArg::Nearest if exits > 1 => {
+            Some("--effort nearest gives one exit, expected --exits 1: others are found by refinement")
+        }
+        EffortArg::Proved if exits > 1 => Some("--gap and --effort proved stop at one exit, expected --exits 1"),
+        _ => None,
+    }
+}
+
 impl QueryArgs {
     /// What makes no sense together, if anything does.
     pub fn contradiction(&self) -> Option<&'static str> {
         match self.search.effort {
-            EffortArg::Nearest if self.search.exits > 1 => {
-                Some("--effort nearest gives one exit, expected --exits 1: others are found by refinement")
-            }
+            EffortArg::Nearest if self.search.exits > 1 => exits_contradiction(EffortArg::Nearest, self.search.exits),
             EffortArg::Nearest if self.search.starts.is_some() => {
                 Some("--effort nearest refines nothing, expected no --starts: they are what refinement starts from")
             }
@@ -175,12 +184,10 @@ impl QueryArgs {
                     "--gap and --effort proved stop at the nearest exit, expected no --toward: it chooses among several",
                 )
             }
-            _ if self.search.exits > 1
-                && (self.search.gap.is_some() || matches!(self.search.effort, EffortArg::Proved)) =>
-            {
-                Some("--gap and --effort proved stop at one exit, expected --exits 1")
+            effort => {
+                let stops = self.search.gap.is_some();
+                exits_contradiction(if stops { EffortArg::Proved } else { effort }, self.search.exits)
             }
-            _ => None,
         }
     }
 

@@ -14,6 +14,7 @@ use super::shapes::convex::{ConvexCore, ConvexShape, HullPoints};
 use super::shapes::mesh::MeshShape;
 use super::shapes::{ConvexSolid, Shape, ShapeKind};
 use crate::math::Vec3;
+use crate::math::elementary::sin_cos;
 use crate::robot::TriangleMesh;
 use crate::robot::mesh::convex_hull::convex_hull;
 use cut::{Cut, clip, sketched};
@@ -230,7 +231,7 @@ impl Divider<'_> {
         let across = notch.outward.cross(&Vec3::ith(notch.outward.iamin(), 1.0)).normalize();
         let other = notch.outward.cross(&across);
         let turned = (0..CUTS).map(|k| {
-            let (sine, cosine) = (std::f64::consts::PI * k as f64 / CUTS as f64).sin_cos();
+            let (sine, cosine) = sin_cos(std::f64::consts::PI * k as f64 / CUTS as f64);
             across * cosine + other * sine
         });
         let size = Aabb::around(cell.hull.vertices.iter()).half.norm();

@@ -5,6 +5,7 @@ use pulp::{Arch, Simd, WithSimd};
 use super::triangle::Triangle;
 use crate::collision::shapes::bvh::{Bvh, Ref, lanes_of, rounding_at};
 use crate::math::Vec3;
+use crate::math::elementary::atan2;
 use crate::robot::mesh::edges::{Side, same_edge, sorted_sides};
 
 /// Directions without relation to any axis or to each other.
@@ -165,7 +166,7 @@ fn winding_number(triangles: impl Iterator<Item = Triangle>, point: &Vec3) -> f6
         let [a, b, c] = triangle.points.map(|p| p - point);
         let (la, lb, lc) = (a.norm(), b.norm(), c.norm());
         let denominator = la * lb * lc + a.dot(&b) * lc + b.dot(&c) * la + c.dot(&a) * lb;
-        2.0 * a.dot(&b.cross(&c)).atan2(denominator)
+        2.0 * atan2(a.dot(&b.cross(&c)), denominator)
     };
     triangles.map(angle).sum::<f64>() / (4.0 * std::f64::consts::PI)
 }

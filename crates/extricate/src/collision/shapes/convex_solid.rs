@@ -3,6 +3,7 @@
 
 use super::convex::{ConvexCore, ConvexShape};
 use crate::collision::convex_distance;
+use crate::math::elementary::hypot;
 use crate::math::{Pose, Vec3};
 
 /// A convex solid.
@@ -45,7 +46,7 @@ impl ConvexSolid {
             }
             ConvexCore::Box { half_extents } => slab_depth(point.abs() - half_extents),
             ConvexCore::Cylinder { radius, half_length } => {
-                slab_depth(Vec3::new(point.x.hypot(point.y) - radius, point.z.abs() - half_length, f64::NEG_INFINITY))
+                slab_depth(Vec3::new(hypot(point.x, point.y) - radius, point.z.abs() - half_length, f64::NEG_INFINITY))
             }
             ConvexCore::Triangle(_) | ConvexCore::Hull(_) | ConvexCore::Prism { .. } => {
                 let outside = self.planes.iter().map(|(n, offset)| n.dot(point) - offset).fold(f64::MIN, f64::max);
@@ -66,7 +67,7 @@ impl ConvexSolid {
                 (below[axis], along(axis))
             }
             ConvexCore::Cylinder { radius, half_length } => {
-                let across = point.x.hypot(point.y);
+                let across = hypot(point.x, point.y);
                 let (side, end) = (radius - across, half_length - point.z.abs());
                 let out = if across > 0.0 { Vec3::new(point.x, point.y, 0.0) / across } else { Vec3::x() };
                 if side < end { (side, out) } else { (end, along(2)) }

@@ -8,6 +8,7 @@ use super::mesh::MeshShape;
 use crate::collision::narrow_phase::triangle::Triangle;
 use crate::collision::scenery::{HalfSpace, Scenery};
 use crate::math::Vec3;
+use crate::math::elementary::hypot;
 use crate::robot::{Geometry, TriangleMesh};
 
 /// A shape in its own frame.
@@ -59,7 +60,7 @@ impl Shape {
             Geometry::Sphere { radius } => (radius, Vec3::repeat(radius)),
             Geometry::Box { half_extents } => (half_extents.norm(), half_extents),
             Geometry::Cylinder { radius, half_length } => {
-                (radius.hypot(half_length), Vec3::new(radius, radius, half_length))
+                (hypot(radius, half_length), Vec3::new(radius, radius, half_length))
             }
             Geometry::Capsule { radius, half_length } => {
                 (radius + half_length, Vec3::new(radius, radius, radius + half_length))

@@ -13,6 +13,7 @@
 //! rates along a geodesic, so derivatives there are bounded by how far points may be from axes.
 
 use super::Metric;
+use crate::math::elementary::hypot;
 use crate::math::{Pose, Vec3};
 use crate::scene::{MetricKind, Motion, Scene};
 
@@ -103,7 +104,7 @@ impl Metric {
             MetricKind::ObjectNorm => {
                 let of =
                     |frame: usize, point: &Vec3| if frame == 0 { 0.0 } else { self.norm_factor(poses, frame, point) };
-                motion.rate = of(motion.frames[0], a).hypot(of(motion.frames[1], b));
+                motion.rate = hypot(of(motion.frames[0], a), of(motion.frames[1], b));
             }
             // No point that counts moves farther than the distance.
             MetricKind::MaxDisplacement => {

@@ -4,6 +4,7 @@
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
+use crate::math::elementary::{ln, sin_cos};
 use crate::query::descent::Start;
 use crate::query::search::Search;
 
@@ -61,5 +62,5 @@ fn direction(search: &Search, rng: &mut ChaCha8Rng, step: &mut [f64]) {
 /// A standard normal number (Box and Muller).
 fn normal(rng: &mut ChaCha8Rng) -> f64 {
     let (u, v): (f64, f64) = (1.0 - rng.random::<f64>(), rng.random());
-    (-2.0 * u.ln()).sqrt() * (std::f64::consts::TAU * v).cos()
+    (-2.0 * ln(u)).sqrt() * sin_cos(std::f64::consts::TAU * v).1
 }

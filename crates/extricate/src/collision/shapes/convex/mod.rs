@@ -5,6 +5,7 @@ mod hull;
 pub use hull::HullPoints;
 
 use crate::math::Vec3;
+use crate::math::elementary::hypot;
 
 /// A convex core in its own frame, swept by a ball of `radius` \[m\].
 ///
@@ -106,11 +107,11 @@ impl ConvexCore {
             Self::Point => 0.0,
             Self::Segment { half_length } => *half_length,
             Self::Box { half_extents } => half_extents.norm(),
-            Self::Cylinder { radius, half_length } => radius.hypot(*half_length),
+            Self::Cylinder { radius, half_length } => hypot(*radius, *half_length),
             Self::Triangle(corners) => corners.iter().map(|corner| corner.norm()).fold(0.0, f64::max),
             Self::Hull(hull) => hull.reach(),
             Self::Prism { top, bottom } => {
-                top.iter().map(|p| p.norm().max(p.x.hypot(p.y).hypot(*bottom))).fold(0.0, f64::max)
+                top.iter().map(|p| p.norm().max(hypot(hypot(p.x, p.y), *bottom))).fold(0.0, f64::max)
             }
         }
     }

@@ -1,0 +1,218 @@
+//! `extricate view`: a scene, configurations in it and their answers as one page for a browser.
+//!
+//! Then `answers`, which reads answers that `query --json` gave, and `serve`, which gives the page
+//! to a browser of this computer.
+
+mod answers;
+mod serve;
+
+use std::path::PathBuf;
+
+use anyhow::{Context, bail};
+use clap::Args;
+use extricate::internals::io;
+use extricate::{Config, Effort, QueryOptions};
+use extricate_view::{Live, is_page};
+use serde_json::json;
+
+use super::query::asker::{Asked, Asker, Timed};
+use super::query::{EffortArg, exits_contradiction};
+use super::sample::CollidingSampler;
+use crate::args::{Limits, LoadArgs, exits, port, positive, seed};
+use crate::input::Configs;
+use crate::notice;
+use crate::output::Output;
+use crate::pages::{self, About, name_of};
+use crate::progress::{Progress, busy};
+use crate::report::count;
+use answers::Answers;
+
+/// Queries of a page, most: it holds them all.
+const MOST_QUERIES: usize = 1000;
+/// Exits that are looked for where the effort finds several.
+const USUAL_EXITS: usize = 3;
+
+/// Why a page cannot be live.
+const NOT_BUILT_IN: &str = "--live: this program was built without the library as WebAssembly; \
+                            scripts/build-wasm.sh makes it, then give it with --wasm";
+
+/// Arguments of `view`.
+#[derive(Args)]
+pub struct ViewArgs {
+    /// Scene file (TOML), URDF or model file
+    #[arg(value_name = "SCENE|MODEL")]
+    file: PathBuf,
+    /// A configuration to show, its coordinates between commas. May be given several times
+    #[arg(long, value_name = "Q", allow_hyphen_values = true, conflicts_with = "input")]
+    q: Vec<String>,
+    /// Configurations to show, one a line, in every spelling that `query` takes; `-` reads standard
+    /// input
+    #[arg(long, value_name = "FILE")]
+    input: Option<PathBuf>,
+    /// Where none are given: show this many random ones in collision
+    #[arg(short = 'n', long = "count", value_name = "N", default_value_t = 5, value_parser = positive, allow_negative_numbers = true)]
+    count: usize,
+    /// Seed of the random ones
+    #[arg(long, value_name = "S", default_value_t = 0, value_parser = seed, allow_negative_numbers = true)]
+    seed: u64,
+    /// Show these answers, lines of `query --json` for the same configurations, in place of new
+    /// ones
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["exits", "effort"])]
+    answers: Option<PathBuf>,
+    /// How hard to try, as for `query`
+    #[arg(long, value_enum, default_value_t = EffortArg::Refined)]
+    effort: EffortArg,
+    /// Show up to K distinct exits, at most 9; by default 3, or 1 with an effort that finds one
+    #[arg(long, value_name = "K", value_parser = exits, allow_negative_numbers = true)]
+    exits: Option<usize>,
+    /// Show another world, as for `query`
+    #[arg(long, visible_alias = "scene", value_name = "WORLD")]
+    world: Option<PathBuf>,
+    /// Page to write; an existing one is replaced
+    #[arg(short, long, value_name = "FILE.html", default_value = "extricate-view.html")]
+    output: PathBuf,
+    /// Write no file: give the page to browsers of this computer, until Ctrl-C. Without a port one
+    /// is chosen
+    #[arg(long, value_name = "PORT", value_parser = port, num_args = 0..=1, default_missing_value = "0", conflicts_with = "output")]
+    serve: Option<u16>,
+    /// Put the library into the page, so that joints and obstacles can be dragged and the answer
+    /// follows
+    #[arg(long, conflicts_with = "answers")]
+    live: bool,
+    /// With --live: the library as WebAssembly, in place of the one that was built in
+    #[arg(long, value_name = "FILE.wasm", requires = "live")]
+    wasm: Option<PathBuf>,
+    #[command(flatten)]
+    load: LoadArgs,
+}
+
+impl ViewArgs {
+    /// What makes no sense together, if anything does.
+    pub fn contradiction(&self) -> Option<&'static str> {
+        if self.answers.is_some() && self.q.is_empty() && self.input.is_none() {
+            return Some("--answers are those of configurations, expected --q or --input beside it");
+        }
+        exits_contradiction(self.effort, self.exits())
+    }
+
+    fn exits(&self) -> usize {
+        let usual = match self.effort {
+            EffortArg::Refined | EffortArg::Exhaustive => USUAL_EXITS,
+            EffortArg::Nearest | EffortArg::Proved => 1,
+        };
+        self.exits.unwrap_or(usual)
+    }
+}
+
+/// Runs the command.
+pub fn run(args: &ViewArgs, json: bool) -> anyhow::Result<()> {
+    if args.serve.is_none() {
+        io::check_output(&args.output, "page of this program", is_page)?;
+    }
+    let mut input = match (&args.input, args.q.is_empty()) {
+        (Some(path), _) => Some(Configs::open(path)?),
+        (None, false) => Some(Configs::of_words(&args.q)),
+        (None, true) => None,
+    }
+    .map(|configs| configs.with_limits(Limits::Forgive));
+    let asked = Asked::load(&args.file, args.world.as_deref(), &args.load)?;
+    let queries = match &mut input {
+        Some(configs) => read(configs, &asked)?,
+        None => draw(args, &asked)?,
+    };
+    let answers = match &args.answers {
+        Some(path) => Answers::open(path)?.read(asked.scene(), queries.len())?,
+        None => answer(args, &asked, &queries),
+    };
+    let html = page(args, &asked, queries, answers)?;
+    let mut out = Output::new(true);
+    match args.serve {
+        Some(port) => serve::serve(html.as_bytes(), port, |address| {
+            let text = format!("http://{address}/ shows the page until Ctrl-C");
+            if json { out.json(&json!({ "address": format!("http://{address}/") })) } else { out.line(text) }
+        })?,
+        None => {
+            io::write_atomically(&args.output, html.as_bytes())?;
+            let (page, bytes) = (args.output.display().to_string(), html.len());
+            match json {
+                true => out.json(&json!({ "page": page, "bytes": bytes }))?,
+                false => out.line(format_args!("wrote {page} ({} kB); any browser shows it", count(bytes / 1000)))?,
+            }
+            out.finish()?;
+        }
+    }
+    input.map_or(Ok(()), |configs| configs.conclude())
+}
+
+/// All configurations of an input; those that cannot be used are reported.
+fn read(configs: &mut Configs, asked: &Asked) -> anyhow::Result<Vec<Config>> {
+    let mut queries = Vec::new();
+    while let Some(entry) = configs.next(asked.scene())? {
+        configs.take_notes().into_iter().for_each(notice::warning);
+        match entry {
+            Ok((line, _)) if queries.len() == MOST_QUERIES => {
+                bail!("line {line}: got more than {MOST_QUERIES} configurations, expected fewer: a page holds them all")
+            }
+            Ok((_, q)) => queries.push(q),
+            Err(bad) => configs.report(&bad),
+        }
+    }
+    Ok(queries)
+}
+
+fn draw(args: &ViewArgs, asked: &Asked) -> anyhow::Result<Vec<Config>> {
+    if args.count > MOST_QUERIES {
+        bail!("--count: got {}, expected at most {MOST_QUERIES}: a page holds them all", args.count);
+    }
+    let space = &asked.scene().space;
+    let mut sampler = CollidingSampler::new(asked.view().checker(), args.seed);
+    let mut q = vec![0.0; space.nq()];
+    let mut next = |_| {
+        sampler.next(&mut q, |_, _| {})?;
+        Ok(space.config(&q)?)
+    };
+    busy("drawing configurations", || (0..args.count).map(&mut next).collect())
+}
+
+fn answer(args: &ViewArgs, asked: &Asked, queries: &[Config]) -> Vec<Timed> {
+    let effort = Effort::from(args.effort);
+    let options = QueryOptions { effort, exits: args.exits(), contacts: true, ..QueryOptions::default() };
+    let mut asker = Asker::new(asked, options, None);
+    let mut progress = Progress::new("querying");
+    let mut answers = Vec::with_capacity(queries.len());
+    for (at, q) in queries.iter().enumerate() {
+        answers.extend(asker.ask(vec![q.clone()], 1));
+        progress.update(Some(at as f64 / queries.len() as f64), || format!("{} answers", count(at)));
+    }
+    answers
+}
+
+fn page(args: &ViewArgs, asked: &Asked, queries: Vec<Config>, answers: Vec<Timed>) -> anyhow::Result<String> {
+    let command = match &args.answers {
+        Some(path) => format!("the answers of {}", name_of(path)),
+        None => format!("extricate query --effort {} --exits {}", Effort::from(args.effort).name(), args.exits()),
+    };
+    let title = name_of(args.world.as_deref().unwrap_or(&args.file));
+    let live = args.live.then(|| live(args, asked)).transpose()?;
+    let about = About { title: &title, command: &command, live: live.as_ref() };
+    pages::html(asked.view().checker(), queries.into_iter().zip(answers).collect(), &about)
+}
+
+/// The library for the page, and what it opens there.
+fn live(args: &ViewArgs, asked: &Asked) -> anyhow::Result<Live> {
+    let program = match &args.wasm {
+        Some(path) => std::fs::read(path).with_context(|| format!("cannot read {}", path.display()))?,
+        None => Live::built_in().context(NOT_BUILT_IN)?.to_vec(),
+    };
+    // WebAssembly begins with these four bytes, gzip with those two.
+    if !program.starts_with(b"\0asm") && !program.starts_with(&[0x1f, 0x8b]) {
+        bail!("--wasm: got a file that is no WebAssembly, expected what scripts/build-wasm.sh makes");
+    }
+    match asked {
+        Asked::Model(model) => Ok(Live::of_model(&program, model)),
+        // In another world the page asks without the model, as its scene is not the one learned.
+        Asked::World(_) | Asked::Changed(..) => {
+            Live::of_scene(&program, asked.scene()).context("cannot write the scene into the page")
+        }
+    }
+}

@@ -1,0 +1,66 @@
+"""Pages of answers: what `show` gives back."""
+
+from __future__ import annotations
+
+import html
+import os
+import sys
+import tempfile
+import webbrowser
+from pathlib import Path
+from typing import Any, Optional, Union
+
+PathLike = Union[str, "os.PathLike[str]"]
+
+# Height of a page in a notebook [px].
+_HEIGHT = 680
+
+
+class Page:
+    """One self-contained HTML page. Notebooks show it; `save` writes it, `open` shows it in a browser.
+
+    html: its text.
+    """
+
+    def __init__(self, text: str) -> None:
+        self.html = text
+
+    def save(self, path: PathLike) -> Path:
+        """Writes the page, and gives back where it is."""
+        written = Path(path)
+        written.write_text(self.html, encoding="utf-8")
+        return written
+
+    def open(self, path: Optional[PathLike] = None) -> Path:
+        """Writes the page, to a temporary file where no path is given, and opens it in the browser of this computer."""
+        if path is None:
+            handle, path = tempfile.mkstemp(prefix="extricate-", suffix=".html")
+            os.close(handle)
+        written = self.save(path)
+        webbrowser.open(written.resolve().as_uri())
+        return written
+
+    def _repr_html_(self) -> str:
+        # Without a name of its own origin it reaches nothing of the notebook.
+        text = html.escape(self.html)
+        return f'<iframe srcdoc="{text}" sandbox="allow-scripts" style="width: 100%; height: {_HEIGHT}px; border: 0"></iframe>'
+
+    def __repr__(self) -> str:
+        return f"<Page of {len(self.html.encode()):,} bytes>"
+
+
+def shown(text: str, path: Optional[PathLike], open_it: Optional[bool]) -> Page:
+    """Writes and opens a page as `show` is asked to."""
+    page = Page(text)
+    if open_it if open_it is not None else not _in_notebook():
+        page.open(path)
+    elif path is not None:
+        page.save(path)
+    return page
+
+
+def _in_notebook() -> bool:
+    """Whether what is returned is shown beside what was typed."""
+    ipython: Any = sys.modules.get("IPython")
+    shell = ipython.get_ipython() if ipython is not None else None
+    return shell is not None and hasattr(shell, "kernel")

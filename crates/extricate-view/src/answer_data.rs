@@ -1,0 +1,231 @@
+//! An answer as the page reads it, with what the exact checker says along its exits.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use extricate::internals::collision::contacts_within;
+use extricate::internals::metric::{Anchor, Metric, MetricScratch};
+use extricate::internals::query::answer::TOUCHING;
+use extricate::{Answer, CheckScratch, Checker, Config, ConfigSpace, Contact, Exit, Manifold, PairId};
+use serde::Serialize;
+
+use crate::slice::{Slice, slice};
+
+/// Parts that the straight segment to an exit is shown in: its ends and what lies between are
+/// checked at every percent.
+const STEPS: usize = 100;
+/// Exits of one answer that are shown, the nearest.
+const MOST_EXITS: usize = 9;
+/// Contacts of one exit that are drawn.
+const MOST_CONTACTS: usize = 64;
+
+/// How much is added to answers.
+#[derive(Debug, Clone, Copy)]
+pub struct Detail {
+    /// Cells of a slice to each side; 0 for no slice.
+    pub slice_cells: usize,
+}
+
+impl Default for Detail {
+    fn default() -> Self {
+        Self { slice_cells: 112 }
+    }
+}
+
+/// Asks the exact checker what is shown beside answers.
+pub struct Inspector<'a> {
+    checker: &'a Checker,
+    metric: Arc<Metric>,
+    detail: Detail,
+    scratch: CheckScratch,
+}
+
+/// A query and its answer.
+#[derive(Debug, Serialize)]
+pub struct AnswerData {
+    q: Vec<f64>,
+    /// Every number of the answer, under the names of the library; pairs and coordinates are
+    /// numbers. `None` where nothing free was found.
+    answer: Option<Answer>,
+    /// Time of the library call \[s\], where it was taken.
+    seconds: Option<f64>,
+    /// The witness, then other distinct exits; none where the query is free.
+    exits: Vec<ExitData>,
+    /// Bodies of every pair that is named.
+    pairs: BTreeMap<usize, [usize; 2]>,
+    slice: Option<Slice>,
+}
+
+#[derive(Debug, Serialize)]
+struct ExitData {
+    depth: f64,
+    witness: Vec<f64>,
+    /// \[m\]
+    max_displacement: f64,
+    touching: Vec<PairId>,
+    contacts: Vec<Contact>,
+    stretches: Vec<Stretch>,
+}
+
+/// What collides from a percent of the straight segment on.
+#[derive(Debug, PartialEq, Serialize)]
+struct Stretch {
+    from: usize,
+    pairs: Vec<PairId>,
+    /// Whether a joint is beyond its limits.
+    outside: bool,
+}
+
+impl<'a> Inspector<'a> {
+    /// Asks `checker`.
+    pub fn new(checker: &'a Checker, detail: Detail) -> Self {
+        Self::with_metric(checker, Arc::new(Metric::new(checker.scene_arc().clone())), detail)
+    }
+
+    /// As [`Inspector::new`], with a metric that was made before.
+    pub fn with_metric(checker: &'a Checker, metric: Arc<Metric>, detail: Detail) -> Self {
+        Self { checker, metric, detail, scratch: CheckScratch::default() }
+    }
+
+    /// Another one that asks the same, for another thread.
+    pub fn another(&self) -> Self {
+        Self::with_metric(self.checker, self.metric.clone(), self.detail)
+    }
+
+    /// What is shown of an answer to the query `q`; `seconds` is the time of the library call.
+    pub fn answer_data(&mut self, q: &Config, answer: Option<Answer>, seconds: Option<f64>) -> AnswerData {
+        let exits = answer.as_ref().map_or(Vec::new(), |answer| self.exits(q, answer));
+        let mut named: Vec<PairId> = exits.iter().flat_map(ExitData::pairs).collect();
+        named.extend(answer.iter().flat_map(|a| a.colliding.iter().chain(&a.touching)));
+        let bodies = |pair: &PairId| {
+            let pair = (pair.index(), self.checker.scene().pairs[pair.index()]);
+            (pair.0, [pair.1.first, pair.1.second])
+        };
+        let pairs = named.iter().map(bodies).collect();
+        let slice = answer.as_ref().filter(|_| self.detail.slice_cells > 0).and_then(|answer| {
+            let witnesses: Vec<&[f64]> = exits.iter().map(|exit| &*exit.witness).collect();
+            let radii = [answer.lower_bound, answer.depth];
+            slice(self.checker, &self.metric, q, &witnesses, radii, self.detail.slice_cells, &mut self.scratch)
+        });
+        AnswerData { q: q.to_vec(), answer, seconds, exits, pairs, slice }
+    }
+
+    fn exits(&mut self, q: &Config, answer: &Answer) -> Vec<ExitData> {
+        if answer.is_free() {
+            return Vec::new();
+        }
+        let (depth, witness, touching) = (answer.depth, answer.witness.clone(), answer.touching.clone());
+        let nearest = [Exit { depth, witness, touching }];
+        let all = if answer.exits.is_empty() { &nearest[..] } else { &answer.exits };
+        let mut anchor = Anchor::default();
+        self.metric.anchor(q, &mut anchor);
+        let mut of_exit = |exit: &Exit| ExitData {
+            depth: exit.depth,
+            witness: exit.witness.clone(),
+            max_displacement: self.metric.max_displacement_from(&anchor, &exit.witness, &mut MetricScratch::default()),
+            touching: exit.touching.clone(),
+            contacts: self.contacts(&exit.witness, answer.clearance),
+            stretches: self.stretches(q, &exit.witness),
+        };
+        let mut exits: Vec<ExitData> = all.iter().take(MOST_EXITS).map(&mut of_exit).collect();
+        if let Some(nearest) = exits.first_mut() {
+            (nearest.max_displacement, nearest.contacts) = (answer.max_displacement, answer.contacts.clone());
+        }
+        exits.iter_mut().for_each(|exit| exit.contacts.truncate(MOST_CONTACTS));
+        exits
+    }
+
+    fn contacts(&mut self, q: &[f64], clearance: f64) -> Vec<Contact> {
+        let mut contacts = Vec::new();
+        contacts_within(self.checker, q, clearance + TOUCHING, &mut self.scratch, &mut contacts);
+        contacts
+    }
+
+    fn stretches(&mut self, q: &[f64], witness: &[f64]) -> Vec<Stretch> {
+        let space = &self.checker.scene().space;
+        let (mut at, mut stretches) = (vec![0.0; q.len()], Vec::<Stretch>::new());
+        for step in 0..=STEPS {
+            between(space, q, witness, step as f64 / STEPS as f64, &mut at);
+            let mut pairs = Vec::new();
+            self.checker.colliding_pairs(&at, &mut self.scratch, &mut pairs);
+            let outside = space.outside(&at).next().is_some();
+            if stretches.last().is_none_or(|last| (&last.pairs, last.outside) != (&pairs, outside)) {
+                stretches.push(Stretch { from: step, pairs, outside });
+            }
+        }
+        stretches
+    }
+}
+
+impl ExitData {
+    fn pairs(&self) -> impl Iterator<Item = PairId> + '_ {
+        let of_stretches = self.stretches.iter().flat_map(|stretch| &stretch.pairs);
+        of_stretches.chain(&self.touching).copied().chain(self.contacts.iter().map(|contact| contact.pair))
+    }
+}
+
+/// The point at fraction `t` of the straight segment, also where an end is beyond the limits.
+fn between(space: &ConfigSpace, from: &[f64], to: &[f64], t: f64, out: &mut [f64]) {
+    if t == 1.0 {
+        return out.copy_from_slice(to);
+    }
+    space.interpolate(from, to, t, out);
+    let intervals = space.factors().iter().filter(|f| matches!(f.manifold, Manifold::Interval { .. }));
+    intervals.for_each(|f| out[f.q] = from[f.q] + t * (to[f.q] - from[f.q]));
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use extricate::internals::cspace::sampling::Halton;
+    use extricate::{QueryOptions, World, builtin};
+
+    /// What is shown of the first configuration that `wanted` takes, moved by `by` in its last
+    /// joint.
+    fn shown(wanted: impl Fn(bool) -> bool, by: f64) -> (AnswerData, World) {
+        let world = World::new(builtin::scene("planar-arm").unwrap());
+        let (space, mut scratch) = (&world.scene().space, CheckScratch::default());
+        let (halton, mut q) = (Halton::new(space.nv(), 0), vec![0.0; space.nq()]);
+        for index in 1.. {
+            halton.config(space, index, &mut q);
+            if wanted(world.checker().colliding_pair(&q, &mut scratch).is_none()) {
+                break;
+            }
+        }
+        *q.last_mut().unwrap() += by;
+        let q = space.config_anywhere(&q).unwrap();
+        let answer = world.solver(QueryOptions { exits: 4, ..QueryOptions::default() }).query(&q);
+        let data = Inspector::new(world.checker(), Detail { slice_cells: 24 }).answer_data(&q, answer, Some(1e-3));
+        (data, world)
+    }
+
+    #[test]
+    fn an_exit_begins_in_collision_and_ends_free() {
+        let (data, world) = shown(|is_free| !is_free, 0.0);
+        let answer = data.answer.as_ref().unwrap();
+        assert_eq!(data.exits[0].witness, answer.witness);
+        assert!((data.exits[0].max_displacement - answer.max_displacement).abs() < 1e-12);
+        for exit in &data.exits {
+            let (first, last) = (&exit.stretches[0], exit.stretches.last().unwrap());
+            assert_eq!((first.from, &first.pairs), (0, &answer.colliding));
+            assert!(last.pairs.is_empty() && !last.outside && last.from <= STEPS);
+            assert!(!exit.contacts.is_empty(), "an exit touches something");
+        }
+        assert!(data.pairs.iter().all(|(pair, bodies)| {
+            let found = world.scene().pairs[*pair];
+            *bodies == [found.first, found.second]
+        }));
+        // What is shown is what the library gave, digit for digit.
+        let text = serde_json::to_value(&data).unwrap();
+        assert_eq!(text["answer"], serde_json::to_value(answer).unwrap());
+    }
+
+    #[test]
+    fn a_free_query_has_no_exit_and_one_beyond_the_limits_is_outside_at_first() {
+        let (free, _) = shown(|is_free| is_free, 0.0);
+        assert!(free.answer.as_ref().unwrap().is_free() && free.exits.is_empty() && free.slice.is_none());
+        let (beyond, _) = shown(|is_free| is_free, 7.0);
+        assert!(!beyond.answer.as_ref().unwrap().outside.is_empty());
+        assert!(beyond.exits[0].stretches[0].outside && !beyond.exits[0].stretches.last().unwrap().outside);
+    }
+}

@@ -1,0 +1,158 @@
+//! The page as a file: what runs in the browser, and its data, in one HTML.
+
+use extricate::Scene;
+use serde::Serialize;
+
+use crate::answer_data::AnswerData;
+use crate::live::Live;
+use crate::scene_data::{SceneData, scene_data};
+
+const SKELETON: &str = include_str!("../page/page.html");
+const STYLE: &str = include_str!("../page/style.css");
+const THREE: &str = include_str!("../page/three/three.min.js");
+const THREE_LICENCE: &str = include_str!("../page/three/LICENSE");
+/// In the order in which they need each other.
+const SCRIPTS: [&str; 8] = [
+    include_str!("../page/words.js"),
+    include_str!("../page/kinematics.js"),
+    include_str!("../page/stage.js"),
+    include_str!("../page/slice.js"),
+    include_str!("../page/panel.js"),
+    include_str!("../page/controls.js"),
+    include_str!("../page/live.js"),
+    include_str!("../page/main.js"),
+];
+/// What every page begins with, so that it is known again.
+const HEAD: &str = "<!doctype html><!-- a page of extricate -->";
+
+/// What a page shows.
+pub struct Page<'a> {
+    /// Its heading.
+    pub title: &'a str,
+    /// How it was made, in words.
+    pub made: &'a str,
+    /// Queries in order.
+    pub answers: &'a [AnswerData],
+    /// What makes it live, where it is.
+    pub live: Option<&'a Live>,
+}
+
+/// What the scripts are given.
+#[derive(Serialize)]
+struct Data<'a> {
+    title: &'a str,
+    made: &'a str,
+    scene: SceneData<'a>,
+    answers: &'a [AnswerData],
+    live: Option<&'a Live>,
+}
+
+impl Page<'_> {
+    /// The page: one HTML file that loads nothing from elsewhere.
+    ///
+    /// # Errors
+    /// Where the data cannot be written as JSON, which no value of this crate causes.
+    pub fn html(&self, scene: &Scene) -> serde_json::Result<String> {
+        let data = Data {
+            title: self.title,
+            made: self.made,
+            scene: scene_data(scene),
+            answers: self.answers,
+            live: self.live,
+        };
+        let filled = [
+            ("{{style}}", STYLE.to_string()),
+            ("{{licence}}", THREE_LICENCE.to_string()),
+            ("{{three}}", in_script(THREE)),
+            ("{{data}}", json_in_script(&serde_json::to_string(&data)?)),
+            ("{{scripts}}", in_script(&SCRIPTS.concat())),
+        ];
+        Ok(format!("{HEAD}\n{}", fill(SKELETON, &filled)))
+    }
+}
+
+/// What a page without a picture looks like.
+const PLAIN_STYLE: &str = "body { font: 15px/1.5 system-ui, sans-serif; color: #1b2430; max-width: 940px; margin: 24px auto; \
+    padding: 0 16px } h1 { font-size: 22px } h2 { font-size: 16px; margin: 18px 0 4px } .verdict { font-size: 17px } \
+    .plots { display: grid; grid-template-columns: repeat(auto-fit, minmax(340px, 1fr)); gap: 12px 28px } figure { margin: 0 } \
+    figcaption { color: #55606e; font-size: 13px } svg { width: 100% } table { border-collapse: collapse } \
+    th { text-align: left; font-weight: 600; padding-right: 16px; vertical-align: top } td, th { padding-top: 3px }";
+
+/// A page of text and plots: `body` is HTML, in which names stand as [`escaped`] gives them.
+pub fn document(title: &str, body: &str) -> String {
+    let title = escaped(title);
+    format!(
+        "{HEAD}\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
+         <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
+         <meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; style-src 'unsafe-inline'; img-src data:\">\n\
+         <link rel=\"icon\" href=\"data:,\">\n<title>{title} \u{2013} extricate</title>\n<style>{PLAIN_STYLE}</style>\n</head>\n\
+         <body>\n{body}<footer>extricate {}</footer>\n</body>\n</html>\n",
+        env!("CARGO_PKG_VERSION")
+    )
+}
+
+/// Text that no browser takes for markup.
+pub fn escaped(text: &str) -> String {
+    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
+}
+
+/// Whether a file that begins with `head` is a page of this crate.
+pub fn is_page(head: &[u8]) -> bool {
+    head.starts_with(HEAD.as_bytes())
+}
+
+/// The skeleton with each of its places filled; what fills one place is not looked into for others.
+fn fill(skeleton: &str, places: &[(&str, String)]) -> String {
+    let mut out = String::new();
+    let mut rest = skeleton;
+    while let Some((at, name, text)) =
+        places.iter().filter_map(|(name, text)| Some((rest.find(name)?, *name, text))).min_by_key(|found| found.0)
+    {
+        out.push_str(&rest[..at]);
+        out.push_str(text);
+        rest = &rest[at + name.len()..];
+    }
+    out + rest
+}
+
+/// No text of a script ends it.
+fn in_script(text: &str) -> String {
+    text.replace("</script", "<\\/script").replace("<!--", "<\\!--")
+}
+
+/// JSON that means the same and that no browser takes for HTML, whatever names are in it.
+fn json_in_script(json: &str) -> String {
+    json.replace('<', "\\u003c").replace('>', "\\u003e").replace('&', "\\u0026")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn places_are_filled_once() {
+        let places = [("{{a}}", "{{b}}".to_string()), ("{{b}}", "1".to_string())];
+        assert_eq!(fill("x {{a}} y {{b}} z {{a}}", &places), "x {{b}} y 1 z {{b}}");
+    }
+
+    #[test]
+    fn names_cannot_end_the_script_that_holds_them() {
+        let name = "</script><script>alert(1)</script><!--";
+        let text = json_in_script(&serde_json::to_string(name).unwrap());
+        assert!(!text.contains('<'), "{text}");
+        assert_eq!(serde_json::from_str::<String>(&text).unwrap(), name);
+    }
+
+    #[test]
+    fn a_page_is_whole_and_asks_for_nothing() {
+        let scene = extricate::builtin::scene("planar-arm").unwrap();
+        let page = Page { title: "<b>", made: "by a test", answers: &[], live: None }.html(&scene).unwrap();
+        assert!(is_page(page.as_bytes()) && page.ends_with("</html>\n"));
+        assert!(!page.contains("{{"), "a place is empty");
+        assert!(page.contains("Copyright") && page.contains("three.js authors"));
+        let own = page.replace(&in_script(THREE), "");
+        for word in ["src=", "http://", "https://", "@import", "fetch(", "url("] {
+            assert!(!own.contains(word), "{word}");
+        }
+    }
+}

@@ -1,0 +1,158 @@
+//! A scene as the page reads it: what it takes to place and draw every body at any configuration.
+
+use extricate::Scene;
+use extricate::geometry::Pose;
+use extricate::internals::cspace::Factor;
+use extricate::internals::kinematics::forward;
+use extricate::internals::scene::drawing::seat_of_body;
+use extricate::internals::scene::{Frame, Motion};
+use serde::Serialize;
+
+use crate::triangles::{Encoded, Surface, shares};
+use crate::unit::metric_unit;
+
+/// Triangles of a page, most: about 0.6 MB of text.
+const MOST_TRIANGLES: usize = 50_000;
+
+/// A scene for the page.
+#[derive(Debug, Serialize)]
+pub struct SceneData<'a> {
+    /// What distances of the metric are measured in.
+    unit: &'static str,
+    /// Name of the metric.
+    metric: &'static str,
+    /// \[m\]
+    clearance: f64,
+    joints: Vec<JointData<'a>>,
+    factors: &'a [Factor],
+    frames: Vec<FrameData>,
+    bodies: Vec<BodyData<'a>>,
+    probe: Probe,
+}
+
+#[derive(Debug, Serialize)]
+struct JointData<'a> {
+    name: &'a str,
+    kind: &'a str,
+    /// First coordinate, and how many.
+    first: usize,
+    count: usize,
+}
+
+#[derive(Debug, Serialize)]
+struct FrameData {
+    parent: usize,
+    /// Columns of the rotation, then the translation \[m\].
+    pose: [f64; 12],
+    #[serde(flatten)]
+    motion: MotionData,
+}
+
+#[derive(Debug, Serialize)]
+#[serde(tag = "motion", rename_all = "lowercase")]
+enum MotionData {
+    World,
+    Revolute { axis: [f64; 3], q: usize, factor: f64, offset: f64 },
+    Prismatic { axis: [f64; 3], q: usize, factor: f64, offset: f64 },
+    Ball { q: usize },
+}
+
+#[derive(Debug, Serialize)]
+struct BodyData<'a> {
+    name: &'a str,
+    frame: usize,
+    /// Unset of obstacles and attached objects.
+    link: bool,
+    /// Where an obstacle is: what moving it replaces.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    seat: Option<[f64; 12]>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    surface: Option<Encoded>,
+}
+
+/// Where frames are at a configuration, so that the page can check its kinematics.
+#[derive(Debug, Serialize)]
+struct Probe {
+    q: Vec<f64>,
+    origins: Vec<[f64; 3]>,
+}
+
+/// What the page needs to know of a scene.
+pub fn scene_data(scene: &Scene) -> SceneData<'_> {
+    let surfaces: Vec<Surface> = scene.bodies.iter().map(Surface::of).collect();
+    let counts: Vec<usize> = surfaces.iter().map(|surface| surface.triangles.len()).collect();
+    let shares = shares(&counts, MOST_TRIANGLES);
+    let body = |at: usize| {
+        let body = &scene.bodies[at];
+        BodyData {
+            name: &body.name,
+            frame: body.frame,
+            link: body.robot.is_some(),
+            seat: body.is_obstacle().then(|| numbers(&seat_of_body(scene, at).pose_frame_own)),
+            surface: surfaces[at].encode(shares[at]),
+        }
+    };
+    let joint = |joint: &'_ extricate::internals::scene::SceneJoint| (joint.q.start, joint.q.len());
+    SceneData {
+        unit: metric_unit(scene),
+        metric: scene.metric.name(),
+        clearance: scene.clearance,
+        joints: scene
+            .joints
+            .iter()
+            .map(|j| JointData { name: &j.name, kind: &j.kind, first: joint(j).0, count: joint(j).1 })
+            .collect(),
+        factors: scene.space.factors(),
+        frames: scene.frames.iter().map(frame_data).collect(),
+        bodies: (0..scene.bodies.len()).map(body).collect(),
+        probe: probe(scene),
+    }
+}
+
+fn frame_data(frame: &Frame) -> FrameData {
+    let motion = match &frame.motion {
+        Motion::World => MotionData::World,
+        Motion::Revolute { axis, coordinate: c } => {
+            MotionData::Revolute { axis: (*axis).into(), q: c.q, factor: c.multiplier, offset: c.offset }
+        }
+        Motion::Prismatic { axis, coordinate: c } => {
+            MotionData::Prismatic { axis: (*axis).into(), q: c.q, factor: c.multiplier, offset: c.offset }
+        }
+        Motion::Ball { q, .. } => MotionData::Ball { q: *q },
+    };
+    FrameData { parent: frame.parent, pose: numbers(&frame.pose_parent_joint), motion }
+}
+
+/// The columns of the rotation, then the translation.
+fn numbers(pose: &Pose) -> [f64; 12] {
+    let (rotation, translation) = (pose.rotation.as_slice(), pose.translation.as_slice());
+    std::array::from_fn(|k| if k < 9 { rotation[k] } else { translation[k - 9] })
+}
+
+/// At a configuration in which every joint is away from 0.
+fn probe(scene: &Scene) -> Probe {
+    let mut q = vec![0.0; scene.space.nq()];
+    extricate::internals::cspace::sampling::Halton::new(scene.space.nv(), 0).config(&scene.space, 1, &mut q);
+    let mut poses = Vec::new();
+    forward(scene, &q, &mut poses);
+    Probe { q, origins: poses.iter().map(|pose| pose.translation.into()).collect() }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_frame_and_body_of_the_built_in_scenes_is_there() {
+        for name in extricate::builtin::NAMES {
+            let scene = extricate::builtin::scene(name).unwrap();
+            let value = serde_json::to_value(scene_data(&scene)).unwrap();
+            assert_eq!(value["frames"].as_array().unwrap().len(), scene.frames.len(), "{name}");
+            assert_eq!(value["frames"][0]["motion"], "world");
+            let bodies = value["bodies"].as_array().unwrap();
+            assert!(bodies.iter().all(|body| !body["surface"].is_null()), "{name}");
+            assert_eq!(value["probe"]["origins"].as_array().unwrap().len(), scene.frames.len());
+            assert!(value.to_string().len() < 900_000, "{name}: {}", value.to_string().len());
+        }
+    }
+}

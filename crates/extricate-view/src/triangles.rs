@@ -1,0 +1,197 @@
+//! Surfaces as short as they can be told: few triangles, vertices as whole numbers, bytes as text.
+
+use std::collections::HashMap;
+
+use base64::Engine;
+use base64::prelude::BASE64_STANDARD;
+use extricate::geometry::{Body, Vec3};
+use serde::Serialize;
+
+/// Segments around a round shape.
+const SEGMENTS: usize = 32;
+/// Points and cells of scenery are many: each is drawn as coarsely as can be.
+const SCENERY_SEGMENTS: usize = 4;
+/// Shapes of a body from which on its round ones are drawn as those of scenery.
+const MANY_PARTS: usize = 200;
+/// Steps of a coordinate across a body: two bytes, an error below 0.01 mm in a metre.
+const STEPS: f64 = 65535.0;
+/// Cells across a body's longest side, finest first, that vertices are merged in.
+const GRIDS: [f64; 9] = [512.0, 256.0, 160.0, 100.0, 64.0, 40.0, 24.0, 12.0, 6.0];
+
+/// A surface in the coordinates of a body's frame.
+pub struct Surface {
+    /// \[m\]
+    pub vertices: Vec<Vec3>,
+    /// Counterclockwise seen from outside.
+    pub triangles: Vec<[u32; 3]>,
+}
+
+/// A surface as the page reads it.
+#[derive(Debug, Serialize)]
+pub struct Encoded {
+    /// Least corner of the box around it \[m\].
+    low: [f64; 3],
+    /// Sides of the box \[m\]; a coordinate is `low + side * number / 65535`.
+    side: [f64; 3],
+    /// Three numbers of two bytes a vertex, little endian, in base64.
+    vertices: String,
+    /// Three numbers a triangle, of two bytes, or of four where `wide`.
+    triangles: String,
+    wide: bool,
+    /// Vertices nearer to each other than about this were merged \[m\]; 0 where none were.
+    merged: f64,
+}
+
+impl Surface {
+    /// All shapes of a body.
+    pub fn of(body: &Body) -> Self {
+        let segments =
+            |is_scenery| if is_scenery || body.parts.len() > MANY_PARTS { SCENERY_SEGMENTS } else { SEGMENTS };
+        let mut surface = Self { vertices: Vec::new(), triangles: Vec::new() };
+        for part in &body.parts {
+            use extricate::geometry::Geometry::{Points, Voxels};
+            let mesh = part.geometry.tessellate(segments(matches!(part.geometry, Points(_) | Voxels(_))));
+            let first = surface.vertices.len() as u32;
+            surface.vertices.extend(mesh.vertices.iter().map(|vertex| part.pose_frame_part.point(vertex)));
+            surface.triangles.extend(mesh.triangles.iter().map(|triangle| triangle.map(|corner| corner + first)));
+        }
+        surface
+    }
+
+    /// Corners of the box around it; `None` where it is empty.
+    fn bounds(&self) -> Option<(Vec3, Vec3)> {
+        let first = *self.vertices.first()?;
+        Some(self.vertices.iter().fold((first, first), |(low, high), v| (low.inf(v), high.sup(v))))
+    }
+
+    /// The surface with fewer triangles: vertices in one cell of a grid become one, and triangles
+    /// without area go.
+    ///
+    /// # Source
+    /// Rossignac, Borrel, Multi-resolution 3D approximations for rendering complex scenes (1993),
+    /// doi:10.1007/978-3-642-78114-8_29.
+    fn merged(&self, cell: f64, low: &Vec3) -> Self {
+        let mut of_cell: HashMap<[i64; 3], u32> = HashMap::new();
+        let mut vertices = Vec::new();
+        let place = |v: &Vec3| -> [i64; 3] { ((v - low) / cell).map(|x| x.floor() as i64).into() };
+        let number: Vec<u32> = self
+            .vertices
+            .iter()
+            .map(|v| {
+                *of_cell.entry(place(v)).or_insert_with(|| {
+                    vertices.push(*v);
+                    vertices.len() as u32 - 1
+                })
+            })
+            .collect();
+        let renumbered = self.triangles.iter().map(|triangle| triangle.map(|corner| number[corner as usize]));
+        let mut triangles: Vec<[u32; 3]> = renumbered.filter(|[a, b, c]| a != b && b != c && c != a).collect();
+        // Of the same three corners one is enough; the least corner first, the sense kept.
+        for triangle in &mut triangles {
+            let least = (0..3).min_by_key(|&at| triangle[at]).unwrap_or(0);
+            triangle.rotate_left(least);
+        }
+        triangles.sort_unstable();
+        triangles.dedup();
+        Self { vertices, triangles }
+    }
+
+    /// As text, with at most about `most` triangles; `None` where there is nothing to draw, or
+    /// where a vertex is not finite.
+    pub fn encode(&self, most: usize) -> Option<Encoded> {
+        let (low, high) = self.bounds()?;
+        let longest = (high - low).max();
+        if !longest.is_finite() || self.triangles.is_empty() {
+            return None;
+        }
+        if self.triangles.len() <= most {
+            return Some(self.as_text(&low, &(high - low), 0.0));
+        }
+        let coarsest = longest / GRIDS[GRIDS.len() - 1];
+        let fits = |cell: &f64| *cell >= coarsest || self.merged(*cell, &low).triangles.len() <= most;
+        let cell = GRIDS.iter().map(|cells| longest / cells).find(fits)?;
+        Some(self.merged(cell, &low).as_text(&low, &(high - low), cell))
+    }
+
+    fn as_text(&self, low: &Vec3, side: &Vec3, merged: f64) -> Encoded {
+        let step = |x: f64, k: usize| if side[k] > 0.0 { (STEPS * (x - low[k]) / side[k]).round() as u16 } else { 0 };
+        let vertices = self.vertices.iter().flat_map(|v| (0..3).map(move |k| step(v[k], k)));
+        let vertices: Vec<u8> = vertices.flat_map(u16::to_le_bytes).collect();
+        let wide = self.vertices.len() > usize::from(u16::MAX);
+        let corners = self.triangles.iter().flatten();
+        let triangles: Vec<u8> = match wide {
+            true => corners.flat_map(|corner| corner.to_le_bytes()).collect(),
+            false => corners.flat_map(|corner| (*corner as u16).to_le_bytes()).collect(),
+        };
+        Encoded {
+            low: (*low).into(),
+            side: (*side).into(),
+            vertices: BASE64_STANDARD.encode(vertices),
+            triangles: BASE64_STANDARD.encode(triangles),
+            wide,
+            merged,
+        }
+    }
+}
+
+/// How many triangles each of several surfaces may have, so that all have at most about `most`:
+/// small ones keep theirs, large ones share the rest.
+pub fn shares(counts: &[usize], most: usize) -> Vec<usize> {
+    let mut order: Vec<usize> = (0..counts.len()).collect();
+    order.sort_by_key(|&at| counts[at]);
+    let (mut left, mut shares) = (most, vec![0; counts.len()]);
+    for (done, &at) in order.iter().enumerate() {
+        let share = (left / (counts.len() - done)).max(1);
+        shares[at] = share;
+        left = left.saturating_sub(counts[at].min(share));
+    }
+    shares
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use extricate::geometry::{Geometry, Pose};
+
+    /// A ball of many triangles.
+    fn ball() -> Surface {
+        let mesh = Geometry::Sphere { radius: 0.5 }.tessellate(64);
+        Surface { vertices: mesh.vertices.clone(), triangles: mesh.triangles.clone() }
+    }
+
+    #[test]
+    fn small_surfaces_keep_their_triangles_and_large_ones_share_the_rest() {
+        assert_eq!(shares(&[10, 5000, 20], 1000), [333, 970, 495]);
+        assert_eq!(shares(&[], 10), Vec::<usize>::new());
+        let ball = ball();
+        let all = ball.encode(usize::MAX).unwrap();
+        assert_eq!(all.merged, 0.0);
+        let few = ball.encode(300).unwrap();
+        assert!(few.merged > 0.0 && few.merged < 0.2, "{}", few.merged);
+        assert!(few.triangles.len() < all.triangles.len() / 4);
+    }
+
+    #[test]
+    fn coordinates_come_back_to_a_hundredth_of_a_millimetre() {
+        let text = ball().encode(usize::MAX).unwrap();
+        let bytes = BASE64_STANDARD.decode(text.vertices).unwrap();
+        let numbers: Vec<f64> = bytes.chunks(2).map(|b| f64::from(u16::from_le_bytes([b[0], b[1]]))).collect();
+        for (read, vertex) in numbers.chunks(3).zip(&ball().vertices) {
+            for k in 0..3 {
+                let x = text.low[k] + text.side[k] * read[k] / STEPS;
+                assert!((x - vertex[k]).abs() < 1e-5, "{x} {}", vertex[k]);
+            }
+        }
+    }
+
+    #[test]
+    fn what_cannot_be_drawn_is_left_out() {
+        let body = |parts| Body { name: "b".into(), robot: None, frame: 0, parts };
+        assert!(Surface::of(&body(vec![])).encode(10).is_none());
+        let part = extricate::internals::scene::Part {
+            pose_frame_part: Pose::identity(),
+            geometry: Geometry::Box { half_extents: Vec3::new(f64::INFINITY, 1.0, 1.0) },
+        };
+        assert!(Surface::of(&body(vec![part])).encode(10).is_none());
+    }
+}

@@ -1,0 +1,16 @@
+//! What the live page asks its WebAssembly, asked of the library as it is: one request a line of
+//! standard input, one reply a line. The argument is a file with the bytes that the page opens.
+#![allow(clippy::print_stdout)]
+
+use std::io::BufRead;
+
+use extricate_wasm::Session;
+
+fn main() -> Result<(), Box<dyn std::error::Error>> {
+    let path = std::env::args().nth(1).ok_or("expected a file")?;
+    let mut session = Session::open(&std::fs::read(path)?)?;
+    for line in std::io::stdin().lock().lines() {
+        println!("{}", session.call(line?.as_bytes())?);
+    }
+    Ok(())
+}
