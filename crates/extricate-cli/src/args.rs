@@ -9,9 +9,7 @@ use clap::{Args, CommandFactory, Parser, Subcommand, ValueEnum};
 use extricate::internals::query::options::MAX_EXITS;
 use extricate::{LoadLimit, LoadLimits};
 
-use crate::commands::{adapt, check, demo, grasp, import, info, learn, query, sample};
-use crate::commands::{adapt, check, demo, import, info, learn, query, sample, shell};
-use crate::commands::{adapt, check, demo, import, info, learn, query, report, sample, view};
+use crate::commands::{adapt, check, demo, grasp, import, info, learn, query, report, sample, shell, view};
 use crate::input::Configs;
 
 /// The globally nearest collision-free configuration of an articulated robot, verified and bounded.
