@@ -65,7 +65,12 @@ pub unsafe extern "C" fn extricate_stream_query(
         let q = stream.asked.config(q?, stream.wanted.refuse_outside)?;
         let begin = || {
             let (query, hysteresis) = (stream.wanted.options.clone(), stream.hysteresis);
-            Stream::new(StreamOptions { query, hysteresis, starts_per_frame: stream.starts_per_frame })
+            Stream::new(StreamOptions {
+                query,
+                hysteresis,
+                starts_per_frame: stream.starts_per_frame,
+                ..StreamOptions::default()
+            })
         };
         // Taken, so that a fault leaves no half written memory behind.
         let mut frames = stream.stream.take().unwrap_or_else(begin);

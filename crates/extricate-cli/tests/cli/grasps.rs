@@ -21,7 +21,7 @@ fn workspace() -> Workspace {
     let workspace = Workspace::new();
     workspace.write("gripper.urdf", GRIPPER);
     workspace.write("hand.toml", SCENE);
-    workspace.write("grip.toml", &format!("{SCENE}{BALL}"));
+    workspace.write("grip.toml", format!("{SCENE}{BALL}"));
     std::fs::create_dir(workspace.path("meshes")).unwrap();
     workspace.write("meshes/cup.obj", MESH);
     workspace

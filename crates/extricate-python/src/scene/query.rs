@@ -32,7 +32,8 @@ impl Scene {
         queries::query(source, q, options, (scene.query_scratches(), scene.weighted()), slf)
     }
 
-    /// Shows configurations and their answers as a page, in a browser or a notebook: robot, ghost of
+    /// Shows configurations and their answers as a page, in a browser or a notebook: robot, ghost
+    /// of
     /// the query, contacts, the slider to each exit, the numbers and the proof, and a slice of the
     /// space.
     ///

@@ -171,6 +171,7 @@ impl<'a> Names<'a> {
             outside: outside.map(|joint| joint.q.start).collect(),
             touching: self.pairs(&row.touching)?,
             coverage: row.coverage,
+            nearest: None,
             unseen: row.unseen,
             clearance: row.clearance,
             free_radius: row.free_radius,
