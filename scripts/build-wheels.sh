@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Wheels as they would be published: manylinux2014, for x86-64 and aarch64, by zig; and proof that the one for this machine installs into
-# empty environments. Takes some ten minutes; .ci/run does not call it.
+# empty environments. Takes long; .ci/run does not call it.
 #
 #     scripts/build-wheels.sh [FOLDER]          default: target/wheels
 #
