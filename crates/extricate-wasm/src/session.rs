@@ -31,7 +31,6 @@ enum Base {
     Model(Model),
 }
 
-#[expect(clippy::large_enum_variant, reason = "there is one")]
 enum Changed {
     World(World),
     Model(ChangedScene),
