@@ -32,9 +32,9 @@ impl Scene {
         queries::query(source, q, options, (scene.query_scratches(), scene.weighted()), slf)
     }
 
-    /// Shows configurations and their answers as a page, in a browser or a notebook: robot, ghost of
-    /// the query, contacts, the slider to each exit, the numbers and the proof, and a slice of the
-    /// space.
+    /// Shows configurations and their answers as a page, in a browser or a notebook: robot, ghost
+    /// of the query, contacts, the slider to each exit, the numbers and the proof, and a slice of
+    /// the space.
     ///
     /// Q: float64 (n, nq), or (nq,) for one; 5 random ones in collision where None.
     /// path: the file that is written; a temporary one where None.
