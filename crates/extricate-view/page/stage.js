@@ -150,13 +150,13 @@ class Stage {
         return box.low[0] <= box.high[0] ? box : { low: [-0.5, -0.5, 0], high: [0.5, 0.5, 1] };
     }
 
-    // Looks at what moves from the side, so that it stands before or beside the obstacle that is hit.
+    // Looks at what moves from the side and from behind, so that it stands before what it hits.
     frameAll(places, hitAt) {
         const { low, high } = this.corners(places);
         const centre = low.map((x, k) => (x + high[k]) / 2);
         this.radius = Math.max(1e-3, Math.hypot(...high.map((x, k) => x - low[k])) / 2);
         const toward = hitAt ? Math.atan2(hitAt[1] - centre[1], hitAt[0] - centre[0]) : 0;
-        const azimuth = toward - 1.15;
+        const azimuth = toward + 2.2;
         const half = this.camera.fov * Math.PI / 360;
         const narrow = Math.atan(Math.tan(half) * Math.min(1, this.camera.aspect));
         const distance = 1.02 * this.radius / Math.sin(narrow);

@@ -6,7 +6,7 @@ use svg::node::element::{Line, Polyline, Rectangle, Text};
 /// Size of a plot \[px\].
 const SIZE: [f64; 2] = [420.0, 240.0];
 /// Room for the axes: left, right, top, bottom \[px\].
-const ROOM: [f64; 4] = [48.0, 12.0, 14.0, 40.0];
+const ROOM: [f64; 4] = [48.0, 22.0, 14.0, 40.0];
 /// Bars of a histogram.
 const BINS: usize = 20;
 const INK: &str = "#1b2430";

@@ -52,9 +52,8 @@ fn check_before(file: &str, text: &str, limits: &LoadLimits) -> Result<()> {
     let mut line = 1;
     // No attribute holds this sign; comments and the like begin with others.
     for piece in text.split('<') {
-        let is_value = |rest: &&str| rest.trim_start().starts_with(['"', '\'']);
         if !piece.starts_with(['!', '?']) {
-            let attributes = piece.split('=').skip(1).filter(is_value).count();
+            let attributes = attributes_in(piece);
             if attributes > limits.get(LoadLimit::XmlAttributes) {
                 let problem = limits.exceeded(LoadLimit::XmlAttributes, attributes);
                 return Err(Error::input(file, format!("line {line}"), problem));
@@ -71,6 +70,21 @@ fn check_before(file: &str, text: &str, limits: &LoadLimits) -> Result<()> {
         return Err(Error::input(file, "namespaces", problem));
     }
     Ok(())
+}
+
+/// Attributes of the tag that a piece of text between two `<` begins with: its quoted values.
+fn attributes_in(piece: &str) -> usize {
+    let (mut quote, mut count) = (None, 0);
+    for byte in piece.bytes() {
+        match quote {
+            Some(open) if byte == open => quote = None,
+            Some(_) => {}
+            None if byte == b'"' || byte == b'\'' => (quote, count) = (Some(byte), count + 1),
+            None if byte == b'>' => break,
+            None => {}
+        }
+    }
+    count
 }
 
 fn check_depth(file: &str, document: &Document, limits: &LoadLimits) -> Result<()> {
