@@ -33,14 +33,8 @@ impl Scene {
     }
 
     /// Shows configurations and their answers as a page, in a browser or a notebook: robot, ghost
-<<<<<<< HEAD
-    /// of
-    /// the query, contacts, the slider to each exit, the numbers and the proof, and a slice of the
-    /// space.
-=======
     /// of the query, contacts, the slider to each exit, the numbers and the proof, and a slice of
     /// the space.
->>>>>>> d1172d263ed972b28805cca5389b29052d0af538
     ///
     /// Q: float64 (n, nq), or (nq,) for one; 5 random ones in collision where None.
     /// path: the file that is written; a temporary one where None.
