@@ -5,13 +5,18 @@ set -euo pipefail
 cd "$(dirname "$0")/.."
 native=(aarch64-unknown-linux-gnu aarch64-apple-darwin x86_64-pc-windows-msvc)
 wasm=wasm32-unknown-unknown
-if command -v rustup >/dev/null; then
-    installed=$(rustup target list --installed)
-    for target in "${native[@]}" "$wasm"; do
-        grep -qx "$target" <<<"$installed" || rustup target add "$target"
-    done
-fi
+there=()
+for target in "${native[@]}" "$wasm"; do
+    if rustup target list --installed | grep -qx "$target" || rustup target add "$target"; then
+        there+=("$target")
+    else
+        echo "NOT CHECKED: $target, because it cannot be installed here" >&2
+    fi
+done
 export RUSTFLAGS="-D warnings"
-cargo check --quiet --locked --package extricate --package extricate-cli --package extricate-c "${native[@]/#/--target=}"
-cargo check --quiet --locked --package extricate --package extricate-cli --target "$wasm"
-echo "checked for ${native[*]} $wasm"
+for target in "${there[@]}"; do
+    packages=(--package extricate --package extricate-cli)
+    [ "$target" = "$wasm" ] || packages+=(--package extricate-c)
+    cargo check --quiet --locked "${packages[@]}" --target "$target"
+done
+echo "checked for ${there[*]:-none}"
