@@ -9,7 +9,7 @@ use clap::{Args, CommandFactory, Parser, Subcommand, ValueEnum};
 use extricate::internals::query::options::MAX_EXITS;
 use extricate::{LoadLimit, LoadLimits};
 
-use crate::commands::{adapt, check, demo, import, info, learn, query, sample};
+use crate::commands::{adapt, check, demo, escape, import, info, learn, plan, query, repair, sample};
 use crate::input::Configs;
 
 /// The globally nearest collision-free configuration of an articulated robot, verified and bounded.
@@ -71,6 +71,12 @@ pub enum Command {
     Adapt(adapt::AdaptArgs),
     /// Find for each configuration the nearest free one
     Query(query::QueryArgs),
+    /// Find for each configuration a path out of collision, on which nothing gets worse
+    Escape(escape::EscapeArgs),
+    /// Find a path between two free configurations, also through narrow passages
+    Plan(plan::PlanArgs),
+    /// Make a path that collides free, as near to the old one as can be
+    Repair(repair::RepairArgs),
 }
 
 /// Where configurations come from.
@@ -247,6 +253,10 @@ mod tests {
             "query m.model --input q.jsonl --world world.toml --clearance 0.01 --locked a,b --free-radius",
             "query s.toml --q 1,2 --free a --weights a=4,b=0.5 --toward 0,0 --toward-share 0.5",
             "query scene.toml --q 0,0.3,-1 --q -1,2,3",
+            "escape scene.toml --q 0,0.3,-1 --aim 0.01 --tolerance 0 --exits 3 --max-checks 100",
+            "escape m.model --input - --world w.toml --seed 3",
+            "plan scene.toml --from 0,0.3 --to -1,2 --roadmap r --max-seconds 3 --no-shortcut",
+            "repair m.model --path p.jsonl --world w.toml --aim 0.02 --max-deviation 0.5",
             "query robot.urdf --input - --witness --limits refuse",
             "--json query m.model --input q.jsonl",
         ] {
@@ -300,6 +310,9 @@ mod tests {
             "query m.model --input q --exits 2 --gap 0.1",
             "query m.model --input q --gap 1",
             "query m.model --input q --max-seconds 0",
+            "escape scene.toml --q 0 --exits 0",
+            "escape scene.toml --q 0 --tolerance -1",
+            "plan scene.toml --from 0",
             "demo --scene nowhere",
             "demo --queries -1",
             "info scene.toml --load-limit triangles",

@@ -35,6 +35,7 @@ mod learning;
 mod math;
 mod metric;
 mod model;
+mod motion;
 mod query;
 mod robot;
 mod samples;
@@ -48,6 +49,7 @@ pub use learning::{LearnOptions, LearnProgress};
 pub use model::adapt::Adapter;
 pub use model::learner::Learner;
 pub use model::{Model, Statistics};
+pub use motion::{Escape, EscapeMethod, EscapeOptions, Plan, PlanMethod, PlanOptions, RepairOptions, Repaired, Roadmap};
 pub use query::{
     Answer, ChangedScene, Effort, Exit, QueryOptions, QueryScratch, Solver, StartsPerDof, Stop, StraightSegment,
     Stream, StreamOptions, Termination, Toward, Unproved, View, World,
@@ -93,6 +95,9 @@ pub mod internals {
     }
     pub mod model {
         pub use crate::model::*;
+    }
+    pub mod motion {
+        pub use crate::motion::*;
     }
     pub mod query {
         pub use crate::query::*;

@@ -3,11 +3,14 @@
 pub mod adapt;
 pub mod check;
 pub mod demo;
+pub mod escape;
 mod file_kind;
 pub mod import;
 pub mod info;
 pub mod learn;
+pub mod plan;
 pub mod query;
+pub mod repair;
 pub mod sample;
 
 use std::path::Path;
@@ -34,6 +37,9 @@ pub fn run(cli: Cli) -> anyhow::Result<()> {
         Command::Learn(args) => learn::run(&args, cli.json),
         Command::Adapt(args) => adapt::run(&args, cli.json),
         Command::Query(args) => query::run(&args, cli.json),
+        Command::Escape(args) => escape::run(&args, cli.json),
+        Command::Plan(args) => plan::run(&args, cli.json),
+        Command::Repair(args) => repair::run(&args, cli.json),
     }
 }
 

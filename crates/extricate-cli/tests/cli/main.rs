@@ -7,6 +7,7 @@ mod checkpoints;
 mod demo;
 mod friendly;
 mod importing;
+mod motions;
 mod no_model;
 mod pipeline;
 mod process;

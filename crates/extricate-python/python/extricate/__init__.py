@@ -10,7 +10,8 @@ rad, lengths in m, quaternions x, y, z, w. Calls release the interpreter lock; s
 """
 
 from ._answer import Answer, Contact, Exit
-from ._extricate import ChangedScene, Joint, Model, Progress, Scene, Stream, __version__, import_world, learn
+from ._extricate import ChangedScene, Joint, Model, Progress, Roadmap, Scene, Stream, __version__, import_world, learn
+from ._motion import Escape, Plan, Repaired
 from ._options import QueryOptions
 from ._parts import (
     Box,
@@ -35,6 +36,7 @@ __all__ = [
     "ChangedScene",
     "Contact",
     "Cylinder",
+    "Escape",
     "Exit",
     "Fixture",
     "HalfSpace",
@@ -43,9 +45,12 @@ __all__ = [
     "Mesh",
     "Model",
     "MujocoRobot",
+    "Plan",
     "Points",
     "Progress",
     "QueryOptions",
+    "Repaired",
+    "Roadmap",
     "Robot",
     "Scene",
     "Sphere",

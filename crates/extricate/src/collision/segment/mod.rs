@@ -1,12 +1,14 @@
 //! Whether a whole geodesic between two configurations is free: proved by halving it until every
 //! stretch is shorter than what its middle keeps clear.
 
+mod proved;
 pub mod speed_paths;
 pub mod stretches;
 
 use super::checker::{CheckScratch, Checker};
 use crate::kinematics::ball_speeds;
 use crate::scene::{PairId, Scene};
+pub(crate) use proved::prove;
 use stretches::{SegmentScratch, Stretch};
 
 /// How finely a segment is checked.
@@ -97,20 +99,18 @@ impl Search<'_> {
         let Scene { space, .. } = &*self.checker.scene;
         self.own.q.resize(space.nq(), 0.0);
         self.own.rates.resize(space.nv(), 0.0);
+        self.own.checks = 0;
         space.difference(self.from, self.to, &mut self.own.rates);
         if let Some(pair) = self.colliding(0.0) {
             return SegmentOutcome::Contact { free_until: 0.0, colliding_at: 0.0, pair: PairId::new(pair) };
         }
         let mut colliding = self.colliding(1.0).map(|pair| (1.0, pair));
 
-        let SegmentScratch { stretches, pairs, .. } = &mut *self.own;
-        pairs.clear();
-        pairs.extend(0..self.checker.pairs.len() as u32);
-        stretches.clear();
-        stretches.push(Stretch { from: 0.0, to: 1.0, first: 0, last: pairs.len() });
+        self.begin();
         let mut count = 0;
         while let Some(stretch) = self.own.stretches.pop() {
             count += 1;
+            self.own.pairs.truncate(stretch.last);
             let Some((pair, speed)) = self.unproved(&stretch) else { continue };
             let Stretch { from, to, last, .. } = stretch;
             let middle = 0.5 * (from + to);
@@ -136,7 +136,16 @@ impl Search<'_> {
         SegmentOutcome::Free
     }
 
-    /// Puts the pairs that are not proved apart all along a stretch behind its own, and everything
+    /// One stretch, and all pairs.
+    fn begin(&mut self) {
+        let SegmentScratch { stretches, pairs, .. } = &mut *self.own;
+        pairs.clear();
+        pairs.extend(0..self.checker.pairs.len() as u32);
+        stretches.clear();
+        stretches.push(Stretch { from: 0.0, to: 1.0, first: 0, last: pairs.len() });
+    }
+
+    /// Puts the pairs that are not proved apart all along a stretch behind all others, and everything
     /// in its middle; gives the one of them that may move fastest, and its speed [m per segment].
     fn unproved(&mut self, stretch: &Stretch) -> Option<(usize, f64)> {
         let checker = self.checker;
@@ -149,7 +158,6 @@ impl Search<'_> {
             let ball = (body.frame, center, body.ball.1.max(0.0));
             ball_speeds(&checker.scene, &placement.poses, rates, half, ball, speeds);
         }
-        pairs.truncate(stretch.last);
         let mut fastest: Option<(usize, f64)> = None;
         for at in stretch.first..stretch.last {
             let index = pairs[at] as usize;
@@ -200,6 +208,7 @@ impl Search<'_> {
     }
 
     fn place(&mut self, at: f64) {
+        self.own.checks += 1;
         self.checker.scene.space.interpolate(self.from, self.to, at, &mut self.own.q);
         self.checker.place(&self.own.q, self.scratch);
     }

@@ -26,6 +26,11 @@ impl<'a> View<'a> {
         Self { context }
     }
 
+    /// What queries stand on.
+    pub(crate) fn context(&self) -> &Context<'a> {
+        &self.context
+    }
+
     /// The scene that queries are about.
     pub fn scene(&self) -> &'a Scene {
         self.context.checker.scene()

@@ -1,0 +1,68 @@
+//! Whether a segment whose first end is free can be proved free, for callers who try many: what
+//! fails is to fail soon, wherever it meets a collision.
+
+use super::stretches::Stretch;
+use super::{FINEST, LEAST_RESOLUTION, MOST_STRETCHES, Search};
+use crate::collision::checker::{CheckScratch, Checker};
+
+/// What a proof came to.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Proved {
+    /// Whether every configuration of the segment is free: proved.
+    pub is_free: bool,
+    /// Configurations at which distances or collisions were evaluated.
+    pub checks: usize,
+}
+
+/// Whether every configuration of the geodesic is free, where the first is known to be.
+///
+/// # Guarantee
+/// That of [`Checker::segment`] where it says free. `false` says nothing: a collision was met, or
+/// two bodies come within about `resolution` \[m\] of losing the clearance.
+///
+/// # Cost
+/// Stretches are halved breadth first, so a collision in the middle of a long segment costs a few
+/// evaluations, not a proof of all that is before it.
+pub fn prove(checker: &Checker, from: &[f64], to: &[f64], resolution: f64, scratch: &mut CheckScratch) -> Proved {
+    let mut own = std::mem::take(&mut scratch.segment);
+    let mut search = Search { checker, from, to, scratch, own: &mut own };
+    let is_free = search.run_breadth_first(resolution.max(LEAST_RESOLUTION));
+    let checks = own.checks;
+    scratch.segment = own;
+    Proved { is_free, checks }
+}
+
+impl Search<'_> {
+    fn run_breadth_first(&mut self, resolution: f64) -> bool {
+        let space = &self.checker.scene.space;
+        self.own.q.resize(space.nq(), 0.0);
+        self.own.rates.resize(space.nv(), 0.0);
+        self.own.checks = 0;
+        space.difference(self.from, self.to, &mut self.own.rates);
+        if self.colliding(1.0).is_some() {
+            return false;
+        }
+        self.begin();
+        let mut at = 0;
+        while let Some(&stretch) = self.own.stretches.get(at) {
+            at += 1;
+            let before = self.own.pairs.len();
+            let Some((_, speed)) = self.unproved(&stretch) else { continue };
+            let Stretch { from, to, .. } = stretch;
+            let middle = 0.5 * (from + to);
+            let after = self.own.pairs.len();
+            let collides = (before..after).any(|k| {
+                let pair = self.own.pairs[k] as usize;
+                self.checker.pair_collides(pair, self.scratch)
+            });
+            let finest = (to - from) * speed <= FINEST * resolution || middle <= from || middle >= to;
+            if collides || finest || at >= MOST_STRETCHES {
+                return false;
+            }
+            let (first, last) = (before, after);
+            self.own.stretches.push(Stretch { from, to: middle, first, last });
+            self.own.stretches.push(Stretch { from: middle, to, first, last });
+        }
+        true
+    }
+}

@@ -1,0 +1,164 @@
+//! Repair: a path that collides becomes one that is proved free, as near to the old one as can be.
+//!
+//! Read in this order: `options` (what is asked and answered), `old_path` (where the old path is
+//! free), `mod` (the steps), `push`, `gaps`, `pull`.
+//!
+//! 1. *Stretches*: the old path is proved free up to here and from there on; what is between is to
+//!    be replaced (`old_path`).
+//! 2. *Push*: configurations along a stretch are brought to free ones that keep the clearance that
+//!    is aimed at, each begun from the last one; where the edge between two is not proved, so is
+//!    its middle (`push`).
+//! 3. *Gaps* that are left, as where the nearest exit jumps: RRT-Connect near the old path, in a
+//!    tube that grows (`gaps`).
+//! 4. *Pull*: points are moved back toward the old path, and those that are not needed go (`pull`).
+//!
+//! # Source
+//! Pushing configurations of a path out at a larger clearance than the one that is proved follows
+//! small-step retraction: M. Saha, J.-C. Latombe, Y.-C. Chang and F. Prinz, "Finding narrow passages
+//! with probabilistic roadmaps: the small-step retraction method", Autonomous Robots 19(3), 2005,
+//! doi:10.1007/s10514-005-4748-1. Deviation: exits are found by queries, not by shrinking bodies.
+
+mod gaps;
+mod old_path;
+mod options;
+mod pull;
+mod push;
+
+pub use options::{RepairOptions, Repaired};
+
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+
+use super::path;
+use super::prover::Prover;
+use crate::cspace::{Config, Rows};
+use crate::error::{Error, Result};
+use crate::query::{Context, Deadline, QueryOptions, QueryScratch, Stream, StreamOptions, Termination, View};
+use old_path::OldPath;
+
+/// Share by which another exit has to be nearer for the stream to leave the last one: a path that
+/// jumps from exit to exit has gaps.
+const HYSTERESIS: f64 = 0.5;
+
+impl View<'_> {
+    /// A path that is proved free, as near to the path of `points` (rows, one or more) as is found:
+    /// what of it is free stays as it is. An end that collides is moved too.
+    ///
+    /// # Guarantee
+    /// Every configuration of the result is free: proved. Where no such path is found,
+    /// [`Repaired::points`] is empty; that proves nothing. The same view, points and options give
+    /// the same result, unless a limit in seconds ends it.
+    ///
+    /// # Errors
+    /// [`Error::Input`] where there is no row, or one is no configuration of the scene within its
+    /// limits: the row is named. [`Error::Option`] for an option that makes no sense.
+    pub fn repair(&self, points: Rows, options: &RepairOptions) -> Result<Repaired> {
+        options.check()?;
+        let space = &self.scene().space;
+        let config = |(row, q): (usize, &[f64])| {
+            space.config(q).map_err(|error| Error::input("path", format!("row {row}"), error.to_string()))
+        };
+        let old: Vec<Config> = points.iter().enumerate().map(config).collect::<Result<_>>()?;
+        if old.is_empty() {
+            return Err(Error::input("path", "rows", "got none, expected one or more"));
+        }
+        Ok(Repairer::new(self.context(), &old, options).repair())
+    }
+}
+
+/// A point of a new path: the place on the old one that it stands for, as [`OldPath::at`] has it,
+/// and a configuration.
+type Point = (f64, Vec<f64>);
+
+/// What a path is repaired with.
+struct Repairer<'a> {
+    context: &'a Context<'a>,
+    options: &'a RepairOptions,
+    old: OldPath<'a>,
+    prover: Prover<'a>,
+    stream: Stream,
+    query: QueryScratch,
+    rng: ChaCha8Rng,
+    /// Stretches that pushing did not close.
+    gaps: usize,
+}
+
+impl<'a> Repairer<'a> {
+    fn new(context: &'a Context<'a>, points: &'a [Config], options: &'a RepairOptions) -> Self {
+        let limit = Deadline::of(&options.termination);
+        let query = QueryOptions { clearance: Some(options.aim_over(context)), ..QueryOptions::default() };
+        let stream = StreamOptions { query, hysteresis: HYSTERESIS, ..StreamOptions::default() };
+        Self {
+            context,
+            options,
+            old: OldPath::new(context.metric, points),
+            prover: Prover::new(context.checker, options.resolution, limit),
+            stream: Stream::new(stream),
+            query: QueryScratch::default(),
+            rng: ChaCha8Rng::seed_from_u64(options.seed),
+            gaps: 0,
+        }
+    }
+
+    fn repair(mut self) -> Repaired {
+        let stretches = self.old.colliding(push::STEP * self.context.metric.diameter(), &mut self.prover);
+        let mut new: Vec<Point> = Vec::new();
+        let mut from = 0.0;
+        for stretch in &stretches {
+            self.old.copy(from, stretch.from, &mut new);
+            let Some(points) = self.replace(stretch.from, stretch.to) else { return self.none() };
+            new.extend(points);
+            from = stretch.to;
+        }
+        self.old.copy(from, self.old.end(), &mut new);
+        new.dedup_by(|a, b| a.1 == b.1);
+        self.answer(new, stretches.len())
+    }
+
+    /// New points for the stretch between two places, both included.
+    fn replace(&mut self, from: f64, to: f64) -> Option<Vec<Point>> {
+        let pushed = self.push(from, to)?;
+        let closed = self.close(pushed)?;
+        Some(self.pull(closed))
+    }
+
+    fn answer(mut self, new: Vec<Point>, stretches: usize) -> Repaired {
+        // Nothing is taken on trust: each edge is proved once more, as it is returned.
+        let is_free = self.prover.holds(&new[0].1)
+            && new.iter().zip(new.iter().skip(1)).all(|(a, b)| self.prover.proves(&a.1, &b.1));
+        let deviation = new.iter().map(|point| self.deviation(point)).fold(0.0, f64::max);
+        if !is_free || self.options.max_deviation.is_some_and(|most| deviation > most) {
+            return self.none();
+        }
+        let (metric, nq) = (self.context.metric, new[0].1.len());
+        let flat: Vec<f64> = new.iter().flat_map(|(_, q)| q.iter().copied()).collect();
+        Repaired {
+            length: path::length(metric, &flat, nq),
+            length_before: self.old.length(),
+            places: new.iter().map(|(place, _)| *place).collect(),
+            points: new.into_iter().map(|(_, q)| q).collect(),
+            deviation,
+            stretches,
+            gaps: self.gaps,
+            checks: self.prover.checks,
+        }
+    }
+
+    fn none(&self) -> Repaired {
+        Repaired { checks: self.prover.checks, length_before: self.old.length(), ..Repaired::default() }
+    }
+
+    /// How far a new point is from the old one that it stands for, in metric units.
+    fn deviation(&self, (place, q): &Point) -> f64 {
+        self.context.metric.distance(&self.old.at(*place), q)
+    }
+
+    /// What queries may still spend.
+    fn left(&self) -> Termination {
+        let Termination { max_checks, max_seconds, stop } = self.options.termination.clone();
+        Termination { max_checks: max_checks.map(|most| most.saturating_sub(self.prover.checks)), max_seconds, stop }
+    }
+}
+
+#[cfg(test)]
+mod tests;
