@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 use super::{MOST_COUNTED, Roadmap, RoadmapContext};
 use crate::cspace::Label;
 use crate::cspace::sampling::{Halton, uniform};
-use crate::query::{Effort, QueryOptions, QueryScratch, nearest_exit_under};
+use crate::query::{Effort, QueryOptions, QueryScratch, Termination, nearest_exit_under};
 
 /// A source of configurations.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -40,6 +40,9 @@ pub const SAMPLERS: [Sampler; 7] = [
 /// moving body: nobody says how wide a passage is, so three sizes are tried, each a third of the
 /// last.
 pub const AIMS: [f64; 3] = [0.03, 0.01, 0.003];
+
+/// Checks after which a retraction ends; the first exit is found whatever it takes.
+const RETRACTION_CHECKS: usize = 1;
 
 /// Checks that drawing and joining a configuration takes, until it was measured.
 const FIRST_COST: f64 = 20.0;
@@ -159,7 +162,9 @@ fn retracted(
     let Ok(q) = context.query.checker.scene().space.config(q) else { return Drawn { config: None, checks: 0 } };
     let aim = context.query.clearance + aim * context.radius;
     let starts = (effort != Effort::Nearest).then_some(1);
-    let options = QueryOptions { effort, starts, clearance: Some(aim), ..QueryOptions::default() };
+    // The first exit that is found will do: that it is the nearest is not worth its checks.
+    let termination = Termination::after_checks(RETRACTION_CHECKS);
+    let options = QueryOptions { effort, starts, clearance: Some(aim), termination, ..QueryOptions::default() };
     let answer = nearest_exit_under(&context.query, &q, &options, memory);
     let mut checks = memory.checks();
     let config = answer.and_then(|answer| {
