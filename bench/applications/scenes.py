@@ -72,8 +72,8 @@ def rings(scale):
         pitch = np.arctan2(axis[0], axis[2])
         obstacles.append(extricate.Capsule(tube, float(np.linalg.norm(b - a)), [*((a + b) / 2), 0, pitch, 0], name=f"fixed_{at}"))
     scene = extricate.Scene(robot, obstacles, metric="object-norm")
-    # Turned by a quarter about x, its middle on the tube of the other, opposite to the gap.
-    return scene, [-1, 0, 0, HALF, 0, 0, HALF], [3, 2, 0, 0, 0, 0, 1]
+    # Across the other, through its middle, the gap on the far side.
+    return scene, [-1, 0, 0, 0, HALF, HALF, 0], [3, 2, 0, 0, 0, 0, 1]
 
 
 def frame(opening):

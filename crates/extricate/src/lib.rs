@@ -49,7 +49,9 @@ pub use learning::{LearnOptions, LearnProgress};
 pub use model::adapt::Adapter;
 pub use model::learner::Learner;
 pub use model::{Model, Statistics};
-pub use motion::{Escape, EscapeMethod, EscapeOptions, Plan, PlanMethod, PlanOptions, RepairOptions, Repaired, Roadmap};
+pub use motion::{
+    Escape, EscapeMethod, EscapeOptions, Plan, PlanMethod, PlanOptions, RepairOptions, Repaired, Roadmap,
+};
 pub use query::{
     Answer, ChangedScene, Effort, Exit, QueryOptions, QueryScratch, Solver, StartsPerDof, Stop, StraightSegment,
     Stream, StreamOptions, Termination, Toward, Unproved, View, World,

@@ -93,7 +93,10 @@ impl<'a> Row<'a> {
 
 fn header(unit: &str) -> String {
     let length = format!("[{unit}]");
-    format!("{:>6}  {:<8}  {:>6}  {:>9}  {length:>10}  {:>9}  {:>8}", "line", "found by", "points", "free from", "moved [m]", "checks")
+    format!(
+        "{:>6}  {:<8}  {:>6}  {:>9}  {length:>10}  {:>9}  {:>8}",
+        "line", "found by", "points", "free from", "moved [m]", "checks"
+    )
 }
 
 /// Runs the command.

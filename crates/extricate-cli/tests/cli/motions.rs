@@ -21,8 +21,7 @@ fn a_plan_is_a_path_that_check_calls_free() {
     let line = "plan scene.toml --from 2.5,0 --to -2.5,0 --roadmap kept --json";
     let plan = &workspace.run(line).expect_code(0).json()[0];
     let points = plan["points"].as_array().unwrap();
-    let segments: Vec<String> =
-        points.iter().zip(&points[1..]).map(|(a, b)| format!("[{a},{b}]\n")).collect();
+    let segments: Vec<String> = points.iter().zip(&points[1..]).map(|(a, b)| format!("[{a},{b}]\n")).collect();
     workspace.write("segments", segments.concat());
     for verdict in workspace.run("check scene.toml --input segments --segments --json").expect_code(0).json() {
         assert_eq!(verdict["outcome"], "free");

@@ -15,8 +15,7 @@ use crate::queries::Source;
 static PLAN: PyOnceLock<Py<PyType>> = PyOnceLock::new();
 
 /// Keywords of `plan`, in the order of its signature.
-pub type Keywords<'py> =
-    (Option<Bound<'py, Roadmap>>, f64, bool, u64, usize, Option<usize>, Option<f64>);
+pub type Keywords<'py> = (Option<Bound<'py, Roadmap>>, f64, bool, u64, usize, Option<usize>, Option<f64>);
 
 /// See `Scene.plan`.
 pub fn plan<'py>(

@@ -218,10 +218,11 @@ impl Checker {
         // Balls inside may overlap by more than the measured depth of a mesh, which is one from
         // below.
         let may_tell = self.clearance_of(pair) >= 0.0;
-        may_tell && self.part_pairs(pair).any(|(first, second, _)| {
-            let (a, b) = self.bodies.placed(&mut scratch.placement, first, second);
-            narrow_phase::proved_nearer(a, b, self.clearance_of(pair))
-        })
+        may_tell
+            && self.part_pairs(pair).any(|(first, second, _)| {
+                let (a, b) = self.bodies.placed(&mut scratch.placement, first, second);
+                narrow_phase::proved_nearer(a, b, self.clearance_of(pair))
+            })
     }
 
     /// Parts of the first body, parts of the second body, and the places of their hints.

@@ -91,7 +91,8 @@ pub fn encode(roadmap: &Roadmap) -> Vec<u8> {
 /// [`Error::Input`]: foreign, truncated, altered, of another version, or of other coordinates.
 pub fn decode(path: &Path, bytes: &[u8], space: &ConfigSpace) -> Result<Roadmap> {
     let fault = |element: &str, problem: String| Error::input(path.display().to_string(), element, problem);
-    let not_one = |error| fault("file", format!("got no roadmap, or a truncated one ({error}), expected a roadmap file"));
+    let not_one =
+        |error| fault("file", format!("got no roadmap, or a truncated one ({error}), expected a roadmap file"));
     let (_, metadata) = SafeTensors::read_metadata(bytes).map_err(not_one)?;
     let header = metadata.metadata().as_ref().and_then(|entries| entries.get(KEY));
     let header = header.ok_or_else(|| fault("file", "got another safetensors file, expected a roadmap file".into()))?;
@@ -108,7 +109,8 @@ pub fn decode(path: &Path, bytes: &[u8], space: &ConfigSpace) -> Result<Roadmap>
         }
         Ok(tensor.data().to_vec())
     };
-    let (configs, edges, narrow) = (data("configs", Dtype::F64)?, data("edges", Dtype::U32)?, data("narrow", Dtype::U32)?);
+    let (configs, edges, narrow) =
+        (data("configs", Dtype::F64)?, data("edges", Dtype::U32)?, data("narrow", Dtype::U32)?);
     if hash(&[header.roadmap.as_bytes(), &configs, &edges, &narrow]) != header.checksum {
         return Err(damaged("checksum", "it does not match".into()));
     }

@@ -15,8 +15,8 @@ pub mod path;
 pub mod plan;
 mod prover;
 pub mod repair;
-mod rrt_connect;
 pub mod roadmap;
+mod rrt_connect;
 mod shortcut;
 #[cfg(test)]
 mod testing;

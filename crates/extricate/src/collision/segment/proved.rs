@@ -66,3 +66,68 @@ impl Search<'_> {
         true
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::collision::{SegmentOptions, SegmentOutcome, signed_distances};
+    use crate::cspace::Label;
+    use crate::cspace::sampling::Halton;
+    use crate::scene::{PairId, builtin};
+
+    #[test]
+    fn what_is_proved_is_what_segments_prove() {
+        let (mut both, mut neither) = (0, 0);
+        for name in builtin::NAMES {
+            let checker = Checker::new(builtin::scene(name).unwrap().into());
+            let space = &checker.scene().space;
+            let (halton, mut scratch) = (Halton::new(space.nv(), 2), CheckScratch::default());
+            let [mut a, mut b, mut far] = [(); 3].map(|()| vec![0.0; space.nq()]);
+            for index in 0..200 {
+                halton.config(space, 2 * index, &mut a);
+                halton.config(space, 2 * index + 1, &mut far);
+                space.interpolate(&a, &far, [0.3, 0.03][index as usize % 2], &mut b);
+                if checker.label(&a, &mut scratch) == Label::Colliding {
+                    continue;
+                }
+                let proved = prove(&checker, &a, &b, 1e-4, &mut scratch);
+                let outcome = checker.segment(&a, &b, &SegmentOptions::default(), &mut scratch);
+                assert_eq!(proved.is_free, outcome == SegmentOutcome::Free, "{name} {index}: {outcome:?}");
+                assert!(proved.checks > 0 && scratch.segment_checks() > 0);
+                both += usize::from(proved.is_free);
+                neither += usize::from(!proved.is_free);
+            }
+        }
+        assert!(both > 100 && neither > 100, "{both} {neither}");
+    }
+
+    /// Where pairs may overlap as deeply as at one configuration, that is all that is free there
+    /// and is not elsewhere.
+    #[test]
+    fn floors_below_zero_are_depths() {
+        for name in builtin::NAMES {
+            let checker = Checker::new(builtin::scene(name).unwrap().into());
+            let space = &checker.scene().space;
+            let (halton, mut scratch) = (Halton::new(space.nv(), 6), CheckScratch::default());
+            let [mut q, mut far] = [(); 2].map(|()| vec![0.0; space.nq()]);
+            for index in 0..60 {
+                halton.config(space, 2 * index, &mut q);
+                halton.config(space, 2 * index + 1, &mut far);
+                let all = |q: &[f64], scratch: &mut CheckScratch| signed_distances(&checker, q, scratch);
+                let floors: Vec<(PairId, f64)> = all(&q, &mut scratch)
+                    .iter()
+                    .enumerate()
+                    .map(|(k, d)| (PairId::new(k), d.min(0.0) - 0.01))
+                    .collect();
+                let relaxed = checker.with_floors(&floors);
+                assert_eq!(relaxed.label(&q, &mut scratch), Label::Free, "{name} {index}");
+                let mut p = q.clone();
+                for step in 1..=20 {
+                    space.interpolate(&q, &far, f64::from(step) / 20.0, &mut p);
+                    let keeps = all(&p, &mut scratch).iter().zip(&floors).all(|(d, (_, floor))| *d >= *floor);
+                    assert_eq!(relaxed.label(&p, &mut scratch) == Label::Free, keeps, "{name} {index} {step}");
+                }
+            }
+        }
+    }
+}

@@ -7,13 +7,15 @@ use crate::motion::path;
 use crate::motion::prover::Prover;
 use crate::query::Deadline;
 
+/// Where the free part begins is looked for this many times as coarsely as edges are proved.
+const COARSE: f64 = 10.0;
 /// Configurations of an edge at which depths are measured.
 const SAMPLES: usize = 4;
 
 /// Cuts the path where its free part begins, and measures it.
 pub fn finish(search: Search, mut points: Vec<Vec<f64>>, method: EscapeMethod) -> Escape {
     let Search { context, q, options, relaxed, prover: mut inside, .. } = search;
-    let mut outside = Prover::new(context.checker, options.resolution, Deadline::default());
+    let mut outside = Prover::new(context.checker, COARSE * options.resolution, Deadline::default());
     let space = &context.checker.scene().space;
     let mut first = points.len() - 1;
     // Whatever the set says, the end is free because the scene's own checker says so.
@@ -26,9 +28,8 @@ pub fn finish(search: Search, mut points: Vec<Vec<f64>>, method: EscapeMethod) -
             let mut border = vec![0.0; q.len()];
             space.interpolate(&points[first], &points[first - 1], free, &mut border);
             // The halves of a proved edge are proved up to rounding, so they are proved anew.
-            let is_cut = free > 0.0
-                && outside.proves(&points[first], &border)
-                && inside.proves(&points[first - 1], &border);
+            let is_cut =
+                free > 0.0 && outside.proves(&points[first], &border) && inside.proves(&points[first - 1], &border);
             if is_cut {
                 points.insert(first, border);
             }

@@ -19,7 +19,8 @@ impl Relaxed {
         checker.colliding_pairs(q, scratch, &mut pairs);
         let distances = signed_distances_of(checker, q, &pairs, scratch);
         let colliding: Vec<(PairId, f64)> = pairs.into_iter().zip(distances).collect();
-        let floors: Vec<(PairId, f64)> = colliding.iter().map(|(pair, distance)| (*pair, distance - tolerance)).collect();
+        let floors: Vec<(PairId, f64)> =
+            colliding.iter().map(|(pair, distance)| (*pair, distance - tolerance)).collect();
         Self { checker: checker.with_floors(&floors), colliding }
     }
 

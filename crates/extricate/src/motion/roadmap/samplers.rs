@@ -153,12 +153,7 @@ pub fn draw(
 }
 
 /// The configuration itself where it is free, else the nearest exit that one start finds.
-fn retracted(
-    q: &[f64],
-    (aim, effort): (f64, Effort),
-    context: &RoadmapContext,
-    memory: &mut QueryScratch,
-) -> Drawn {
+fn retracted(q: &[f64], (aim, effort): (f64, Effort), context: &RoadmapContext, memory: &mut QueryScratch) -> Drawn {
     let Ok(q) = context.query.checker.scene().space.config(q) else { return Drawn { config: None, checks: 0 } };
     let aim = context.query.clearance + aim * context.radius;
     let starts = (effort != Effort::Nearest).then_some(1);
