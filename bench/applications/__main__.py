@@ -2,7 +2,7 @@
 """The benchmark of motions: escapes, plans and repairs beside OMPL, checks counted alike, in one run.
 
     python3 bench/applications escape        colliding starts of built-in scenes: straight to the nearest exit, one of six, ours
-    python3 bench/applications plan          narrow passages of our own (scenes.py), beside OMPL's planners
+    python3 bench/applications plan          narrow passages of our own (passages.py), beside OMPL's planners
     python3 bench/applications open          open scenes, beside OMPL's RRTConnect
     python3 bench/applications repair        straight paths that collide, and planned paths after an obstacle moved
     ... --quick                              few of each; writes nothing
@@ -34,6 +34,7 @@ def main():
     parser.add_argument("--quick", action="store_true")
     parser.add_argument("--count", type=int, help="starts, seeds or paths a scene")
     parser.add_argument("--checks", type=float, default=1e6, help="that a planner may spend")
+    parser.add_argument("--planners", nargs="+", default=["ours", "RRTConnect", "BKPIECE1", "PRM"], help="of `plan`")
     parser.add_argument("--scenes", nargs="+", metavar="NAME", help="only these")
     options = parser.parse_args()
     np.set_printoptions(precision=4, suppress=True)

@@ -5,7 +5,7 @@ import numpy as np
 
 import extricate
 import peers
-import scenes
+import passages
 from page import number, table
 
 OPEN = ("planar-arm", "shelf-arm", "dual-arm", "hand")
@@ -17,10 +17,10 @@ def narrow(options):
     """Passages that trees do not find: what share is solved, and with how many checks."""
     seeds = options.count or (2 if options.quick else 20)
     rows = []
-    for name in options.scenes or scenes.SCENES:
-        scene, start, goal = scenes.SCENES[name]()
+    for name in options.scenes or passages.SCENES:
+        scene, start, goal = passages.SCENES[name]()
         start, goal = np.array(start, float), np.array(goal, float)
-        for side in ("ours", "RRTConnect", "BKPIECE1", "PRM"):
+        for side in options.planners:
             solved, checks, wrong, began = 0, [], 0, time.process_time()
             for seed in range(seeds):
                 if side == "ours":

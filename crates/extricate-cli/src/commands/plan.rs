@@ -37,7 +37,8 @@ pub struct PlanArgs {
     /// Where it ends
     #[arg(long, value_name = "Q", allow_hyphen_values = true)]
     to: String,
-    /// Begin with the roadmap in this file, where there is one, and leave what was added to it there
+    /// Begin with the roadmap in this file, where there is one, and leave what was added to it
+    /// there
     #[arg(long, value_name = "FILE")]
     roadmap: Option<PathBuf>,
     /// How finely edges are proved, in metres: what passes something nearer than about this is not

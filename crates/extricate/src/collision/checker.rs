@@ -121,8 +121,8 @@ impl Checker {
     }
 
     /// The same, where each of `floors` says what a pair keeps \[m\], whatever its clearance: below
-    /// 0 the depth to which its bodies may overlap, as [`Checker::clearance`] measures it. Memory of
-    /// one serves the other.
+    /// 0 the depth to which its bodies may overlap, as [`Checker::clearance`] measures it. Memory
+    /// of one serves the other.
     pub(crate) fn with_floors(&self, floors: &[(PairId, f64)]) -> Self {
         let mut pairs = self.pairs.to_vec();
         for (pair, floor) in floors {

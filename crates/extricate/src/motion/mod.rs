@@ -1,8 +1,8 @@
 //! Motions: paths whose every edge is proved, from what queries and the exact checker say.
 //!
 //! Read in this order: `prover` (what is proved, counted and limited), `nodes` (configurations and
-//! which are nearest), `rrt_connect`, `shortcut`, `path`; then the questions: `escape`, `roadmap` with
-//! `plan`, and `repair`.
+//! which are nearest), `rrt_connect`, `shortcut`, `path`; then the questions: `escape`, `roadmap`
+//! with `plan`, and `repair`.
 //!
 //! An edge is the geodesic between two configurations ([`crate::ConfigSpace::interpolate`]). It is
 //! proved free by [`crate::Checker::segment`]'s argument, never by samples. A *check* is one

@@ -1,8 +1,8 @@
 //! Whether a segment whose first end is free can be proved free, for callers who try many: what
 //! fails is to fail soon, wherever it meets a collision.
 
+use super::search::{FINEST, LEAST_RESOLUTION, MOST_STRETCHES, Search};
 use super::stretches::Stretch;
-use super::{FINEST, LEAST_RESOLUTION, MOST_STRETCHES, Search};
 use crate::collision::checker::{CheckScratch, Checker};
 
 /// What a proof came to.

@@ -1,7 +1,7 @@
 //! From where on a path is free, and what is told of it.
 
-use super::options::{Escape, EscapeMethod};
-use super::{Search, found_nothing};
+use super::options::{Escape, EscapeMethod, found_nothing};
+use super::search::Search;
 use crate::collision::signed_distances_of;
 use crate::motion::path;
 use crate::motion::prover::Prover;

@@ -3,7 +3,7 @@
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-use super::Search;
+use super::search::Search;
 use crate::cspace::sampling::uniform;
 use crate::motion::rrt_connect::RrtConnect;
 

@@ -1,7 +1,7 @@
 //! Escape: from a colliding configuration a path to a free one, along which nothing gets worse.
 //!
 //! Read in this order: `options` (what is asked and answered), `relaxed` (the set that the path
-//! stays in), `mod` (the steps), `push`, `grow`, `finish`.
+//! stays in), `search`, `mod` (the steps), `push`, `grow`, `finish`.
 //!
 //! 1. *Set*: what collides at `q` may overlap as deeply as there; everything else keeps its
 //!    clearance (`relaxed`).
@@ -18,21 +18,19 @@ mod grow;
 mod options;
 mod push;
 mod relaxed;
+mod search;
 
 pub use options::{Escape, EscapeMethod, EscapeOptions};
 
-use rand::SeedableRng;
-use rand_chacha::ChaCha8Rng;
-
 use super::prover::Prover;
-use super::shortcut::shortcut;
 use crate::collision::CheckScratch;
 use crate::cspace::Config;
 use crate::error::{Error, Result};
-use crate::query::{Answer, Context, Deadline, QueryOptions, QueryScratch, Termination, View, query};
+use crate::query::{Context, Deadline, QueryScratch, View};
 use finish::finish;
 use options::found_nothing;
 use relaxed::Relaxed;
+use search::Search;
 
 impl View<'_> {
     /// A path out of collision: from `q` to a free configuration, such that on the way no pair
@@ -61,17 +59,6 @@ impl View<'_> {
         }
         Ok(escape(self.context(), q, options))
     }
-}
-
-/// What an escape is looked for with.
-struct Search<'a> {
-    context: &'a Context<'a>,
-    q: &'a Config,
-    options: &'a EscapeOptions,
-    relaxed: &'a Relaxed,
-    /// In the set of `relaxed`.
-    prover: Prover<'a>,
-    query: QueryScratch,
 }
 
 fn escape(context: &Context, q: &Config, options: &EscapeOptions) -> Escape {
@@ -114,42 +101,6 @@ impl Search<'_> {
         }
         let grown = grow::grow(self, &pushed.points, &exits)?;
         Some((self.shorter(grown), EscapeMethod::Grown))
-    }
-
-    /// Exits, nearest first, that keep the clearance that is aimed at, or the scene's.
-    fn query(&mut self, count: usize) -> Option<Answer> {
-        let options = QueryOptions {
-            exits: count,
-            clearance: Some(self.aim()),
-            termination: self.left(),
-            ..QueryOptions::default()
-        };
-        let answer = query(self.context, self.q, &options, &mut self.query)?;
-        self.prover.checks += answer.checks;
-        Some(answer)
-    }
-
-    /// The first of some configurations that a proved edge leads to.
-    fn straight(&mut self, exits: &[Vec<f64>]) -> Option<Vec<Vec<f64>>> {
-        let found = exits.iter().find(|exit| !self.prover.is_spent() && self.prover.proves(self.q, exit))?;
-        Some(vec![self.q.to_vec(), found.clone()])
-    }
-
-    fn shorter(&mut self, mut points: Vec<Vec<f64>>) -> Vec<Vec<f64>> {
-        let mut rng = ChaCha8Rng::seed_from_u64(self.options.seed);
-        shortcut(&mut self.prover, &mut points, &mut rng);
-        points
-    }
-
-    /// Clearance \[m\] that the end of the path is to keep.
-    fn aim(&self) -> f64 {
-        self.options.aim.unwrap_or(self.context.clearance + options::AIM)
-    }
-
-    /// What queries may still spend.
-    fn left(&self) -> Termination {
-        let Termination { max_checks, max_seconds, stop } = self.options.termination.clone();
-        Termination { max_checks: max_checks.map(|most| most.saturating_sub(self.prover.checks)), max_seconds, stop }
     }
 }
 

@@ -125,13 +125,13 @@ impl Escape {
 }
 
 /// What is said of a query that is free.
-pub(super) fn is_free_already(q: &Config) -> Escape {
+pub fn is_free_already(q: &Config) -> Escape {
     let points = vec![q.to_vec()];
     Escape { points, method: Some(EscapeMethod::Free), ..found_nothing(&[], 1) }
 }
 
 /// What is said where nothing was found.
-pub(super) fn found_nothing(colliding: &[(PairId, f64)], checks: usize) -> Escape {
+pub fn found_nothing(colliding: &[(PairId, f64)], checks: usize) -> Escape {
     Escape {
         points: Vec::new(),
         free_from: 0,

@@ -1,7 +1,7 @@
 //! Parting the colliding pairs little by little: each step is the nearest exit from a set that is a
 //! little smaller than the last, so the path bends around what stands beside it.
 
-use super::Search;
+use super::search::Search;
 use crate::query::worlds::Unlearned;
 use crate::query::{QueryOptions, QueryScratch, nearest_exit};
 

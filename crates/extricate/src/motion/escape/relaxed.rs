@@ -12,8 +12,8 @@ pub struct Relaxed {
 }
 
 impl Relaxed {
-    /// That of `q`. An edge in it is proved as one in free space is: a signed distance changes by no
-    /// more than points of one body move, seen from the other, whether it is above 0 or below.
+    /// That of `q`. An edge in it is proved as one in free space is: a signed distance changes by
+    /// no more than points of one body move, seen from the other, whether it is above 0 or below.
     pub fn at(checker: &Checker, q: &[f64], tolerance: f64, scratch: &mut CheckScratch) -> Self {
         let mut pairs = Vec::new();
         checker.colliding_pairs(q, scratch, &mut pairs);

@@ -4,7 +4,7 @@ use super::*;
 use crate::collision::{Checker, signed_distances_of};
 use crate::cspace::Label;
 use crate::motion::testing::{along, labelled};
-use crate::query::World;
+use crate::query::{Termination, World};
 use crate::scene::{PairId, builtin};
 
 /// Asserts what is promised of a path, by samples.

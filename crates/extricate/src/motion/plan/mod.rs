@@ -1,8 +1,8 @@
 //! Plan: a proved path between two free configurations, also through narrow passages.
 //!
-//! A straight edge, then RRT-Connect, which solves most open scenes in some hundred checks; while it
-//! does not, a roadmap grows beside it ([`super::roadmap`]), with four checks for each of the trees,
-//! and twice as many in every round.
+//! A straight edge, then RRT-Connect, which solves most open scenes in some hundred checks; while
+//! it does not, a roadmap grows beside it ([`super::roadmap`]), with four checks for each of the
+//! trees, and twice as many in every round.
 
 mod options;
 
@@ -44,7 +44,7 @@ impl View<'_> {
     /// option that makes no sense.
     pub fn plan(&self, from: &Config, to: &Config, options: &PlanOptions) -> Result<Plan> {
         let mut roadmap = Roadmap::new(&self.scene().space, options.seed);
-        self.plan_with(from, to, options, &mut roadmap)
+        self.plan_in(&mut roadmap, false, [from, to], options)
     }
 
     /// As [`View::plan`], with a roadmap of earlier calls, which it adds to: queries of one scene
@@ -54,18 +54,23 @@ impl View<'_> {
     /// # Errors
     /// As [`View::plan`]; [`Error::Input`] where the roadmap is one of other coordinates.
     pub fn plan_with(&self, from: &Config, to: &Config, options: &PlanOptions, roadmap: &mut Roadmap) -> Result<Plan> {
+        self.plan_in(roadmap, true, [from, to], options)
+    }
+
+    fn plan_in(&self, roadmap: &mut Roadmap, keeps: bool, ends: [&Config; 2], options: &PlanOptions) -> Result<Plan> {
         options.check()?;
         let scene = self.scene();
         roadmap.check(&scene.space).map_err(|problem| Error::input("roadmap", "contents", problem))?;
         let limit = Deadline::of(&options.termination);
         let mut prover = Prover::new(self.checker(), options.resolution, limit.clone());
-        for (name, end) in [("from", from), ("to", to)] {
+        for (name, end) in ["from", "to"].into_iter().zip(ends) {
             if !prover.holds(end) {
                 return Err(not_free(self.context(), name, end));
             }
         }
         let pool = options.pool()?;
-        Ok(pool.install(|| Planner { context: self.context(), ends: [from, to], options, prover, limit }.plan(roadmap)))
+        let planner = Planner { context: self.context(), ends, keeps, options, prover, limit };
+        Ok(pool.install(|| planner.plan(roadmap)))
     }
 }
 
@@ -107,6 +112,8 @@ fn not_free(context: &Context, name: &str, end: &Config) -> Error {
 struct Planner<'a> {
     context: &'a Context<'a>,
     ends: [&'a Config; 2],
+    /// Whether the roadmap is for later plans too.
+    keeps: bool,
     options: &'a PlanOptions,
     prover: Prover<'a>,
     limit: Deadline,
@@ -155,6 +162,9 @@ impl Planner<'_> {
             let path = trees.grow(&mut self.prover, &mut sample, &mut rng);
             self.prover.unlimit(limited);
             if let Some(path) = path {
+                if self.keeps {
+                    grower.keep(&path);
+                }
                 return Some((path, PlanMethod::Trees));
             }
             let [a, b] = *nodes.get_or_insert_with(|| [grower.add(&from), grower.add(&to)]);

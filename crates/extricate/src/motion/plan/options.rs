@@ -9,8 +9,8 @@ use crate::query::Termination;
 /// Options of a plan.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PlanOptions {
-    /// How finely edges are proved \[m\], see [`crate::SegmentOptions::resolution`]: edges that pass
-    /// something by less than about this are not found.
+    /// How finely edges are proved \[m\], see [`crate::SegmentOptions::resolution`]: edges that
+    /// pass something by less than about this are not found.
     pub resolution: f64,
     /// Whether to remove points that are not needed.
     pub shortcut: bool,

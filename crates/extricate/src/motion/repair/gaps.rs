@@ -2,12 +2,14 @@
 
 use rand::RngExt;
 
+use super::old_path::Point;
 use super::push::Pushed;
-use super::{Point, Repairer};
+use super::repairer::Repairer;
 use crate::cspace::sampling::uniform;
 use crate::motion::rrt_connect::RrtConnect;
 
-/// Checks of the first round of trees; each further one has twice as many, and a tube twice as wide.
+/// Checks of the first round of trees; each further one has twice as many, and a tube twice as
+/// wide.
 const FIRST_ROUND: usize = 500;
 /// Radius of the first tube, as a share of the metric's diameter, and longest edge in a tube, as a
 /// share of its radius.

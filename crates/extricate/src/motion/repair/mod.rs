@@ -1,7 +1,8 @@
 //! Repair: a path that collides becomes one that is proved free, as near to the old one as can be.
 //!
 //! Read in this order: `options` (what is asked and answered), `old_path` (where the old path is
-//! free), `mod` (the steps), `push`, `gaps`, `pull`.
+//! free), `repairer`, `mod` (the steps), `push`,
+//! `gaps`, `pull`.
 //!
 //! 1. *Stretches*: the old path is proved free up to here and from there on; what is between is to
 //!    be replaced (`old_path`).
@@ -14,31 +15,26 @@
 //!
 //! # Source
 //! Pushing configurations of a path out at a larger clearance than the one that is proved follows
-//! small-step retraction: M. Saha, J.-C. Latombe, Y.-C. Chang and F. Prinz, "Finding narrow passages
-//! with probabilistic roadmaps: the small-step retraction method", Autonomous Robots 19(3), 2005,
-//! doi:10.1007/s10514-005-4748-1. Deviation: exits are found by queries, not by shrinking bodies.
+//! small-step retraction: M. Saha, J.-C. Latombe, Y.-C. Chang and F. Prinz, "Finding narrow
+//! passages with probabilistic roadmaps: the small-step retraction method", Autonomous Robots
+//! 19(3), 2005, doi:10.1007/s10514-005-4748-1. Deviation: exits are found by queries, not by
+//! shrinking bodies.
 
 mod gaps;
 mod old_path;
 mod options;
 mod pull;
 mod push;
+mod repairer;
 
 pub use options::{RepairOptions, Repaired};
 
-use rand::SeedableRng;
-use rand_chacha::ChaCha8Rng;
-
 use super::path;
-use super::prover::Prover;
 use crate::cspace::{Config, Rows};
 use crate::error::{Error, Result};
-use crate::query::{Context, Deadline, QueryOptions, QueryScratch, Stream, StreamOptions, Termination, View};
-use old_path::OldPath;
-
-/// Share by which another exit has to be nearer for the stream to leave the last one: a path that
-/// jumps from exit to exit has gaps.
-const HYSTERESIS: f64 = 0.5;
+use crate::query::View;
+use old_path::Point;
+use repairer::Repairer;
 
 impl View<'_> {
     /// A path that is proved free, as near to the path of `points` (rows, one or more) as is found:
@@ -66,40 +62,7 @@ impl View<'_> {
     }
 }
 
-/// A point of a new path: the place on the old one that it stands for, as [`OldPath::at`] has it,
-/// and a configuration.
-type Point = (f64, Vec<f64>);
-
-/// What a path is repaired with.
-struct Repairer<'a> {
-    context: &'a Context<'a>,
-    options: &'a RepairOptions,
-    old: OldPath<'a>,
-    prover: Prover<'a>,
-    stream: Stream,
-    query: QueryScratch,
-    rng: ChaCha8Rng,
-    /// Stretches that pushing did not close.
-    gaps: usize,
-}
-
-impl<'a> Repairer<'a> {
-    fn new(context: &'a Context<'a>, points: &'a [Config], options: &'a RepairOptions) -> Self {
-        let limit = Deadline::of(&options.termination);
-        let query = QueryOptions { clearance: Some(options.aim_over(context)), ..QueryOptions::default() };
-        let stream = StreamOptions { query, hysteresis: HYSTERESIS, ..StreamOptions::default() };
-        Self {
-            context,
-            options,
-            old: OldPath::new(context.metric, points),
-            prover: Prover::new(context.checker, options.resolution, limit),
-            stream: Stream::new(stream),
-            query: QueryScratch::default(),
-            rng: ChaCha8Rng::seed_from_u64(options.seed),
-            gaps: 0,
-        }
-    }
-
+impl Repairer<'_> {
     fn repair(mut self) -> Repaired {
         let stretches = self.old.colliding(push::STEP * self.context.metric.diameter(), &mut self.prover);
         let mut new: Vec<Point> = Vec::new();
@@ -146,17 +109,6 @@ impl<'a> Repairer<'a> {
 
     fn none(&self) -> Repaired {
         Repaired { checks: self.prover.checks, length_before: self.old.length(), ..Repaired::default() }
-    }
-
-    /// How far a new point is from the old one that it stands for, in metric units.
-    fn deviation(&self, (place, q): &Point) -> f64 {
-        self.context.metric.distance(&self.old.at(*place), q)
-    }
-
-    /// What queries may still spend.
-    fn left(&self) -> Termination {
-        let Termination { max_checks, max_seconds, stop } = self.options.termination.clone();
-        Termination { max_checks: max_checks.map(|most| most.saturating_sub(self.prover.checks)), max_seconds, stop }
     }
 }
 

@@ -1,9 +1,11 @@
 //! The path that is repaired: its places, and where it is not free.
 
-use super::Point;
 use crate::cspace::{Config, ConfigSpace};
 use crate::metric::Metric;
 use crate::motion::prover::Prover;
+
+/// A point of a new path: the place on the old one that it stands for, and a configuration.
+pub type Point = (f64, Vec<f64>);
 
 /// The rows of the old path. A place is a number: row 2 is at 2, the middle of the edge after it at
 /// 2.5.
@@ -66,9 +68,9 @@ impl<'a> OldPath<'a> {
         }
     }
 
-    /// The stretches that are not proved free, in order, and `margin` (metric units) of the free part
-    /// of their edges on both sides: right beside a collision nothing leads elsewhere. Where edges one after the other are not,
-    /// and the row between them collides, they are one.
+    /// The stretches that are not proved free, in order, and `margin` (metric units) of the free
+    /// part of their edges on both sides: right beside a collision nothing leads elsewhere. Where
+    /// edges one after the other are not, and the row between them collides, they are one.
     pub fn colliding(&self, margin: f64, prover: &mut Prover) -> Vec<Stretch> {
         let mut stretches: Vec<Stretch> = Vec::new();
         let mut add = |from: f64, to: f64| match stretches.last_mut() {

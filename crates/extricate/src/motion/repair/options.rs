@@ -5,16 +5,16 @@ use serde::Serialize;
 use crate::error::{Error, Result};
 use crate::query::{Context, Termination};
 
-/// What pushed configurations keep beyond the scene's clearance where no aim is given, as a share of
-/// the radius of the smallest moving body: an edge between two of them may bend by as much.
+/// What pushed configurations keep beyond the scene's clearance where no aim is given, as a share
+/// of the radius of the smallest moving body: an edge between two of them may bend by as much.
 const AIM: f64 = 0.1;
 
 /// Options of a repair.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RepairOptions {
     /// Clearance \[m\] that configurations are pushed out to, for pairs without one of their own;
-    /// where nothing is found that keeps it, that of the scene. `None`: a tenth of the radius of the
-    /// smallest moving body beyond the scene's.
+    /// where nothing is found that keeps it, that of the scene. `None`: a tenth of the radius of
+    /// the smallest moving body beyond the scene's.
     pub aim: Option<f64>,
     /// Most that a point may be from the old path, in metric units; `None` for no limit.
     pub max_deviation: Option<f64>,
@@ -51,7 +51,7 @@ impl RepairOptions {
 
     /// The clearance that is aimed at \[m\].
     pub(super) fn aim_over(&self, context: &Context) -> f64 {
-        self.aim.unwrap_or(context.clearance + AIM * context.checker.moving_radius())
+        self.aim.unwrap_or(context.clearance + AIM * context.checker.moving_radius()).max(context.clearance)
     }
 }
 

@@ -1,6 +1,7 @@
 //! Points moved back toward the old path, and those removed that are not needed.
 
-use super::{Point, Repairer};
+use super::old_path::Point;
+use super::repairer::Repairer;
 
 /// Shares of the way back to the old path that are tried, the whole of it first.
 const SHARES: [f64; 3] = [1.0, 0.5, 0.25];
@@ -41,8 +42,8 @@ impl Repairer<'_> {
         }
     }
 
-    /// Removes points whose neighbours a proved edge joins that is no farther from the old path than
-    /// they are.
+    /// Removes points whose neighbours a proved edge joins that is no farther from the old path
+    /// than they are.
     fn drop_points(&mut self, points: &mut Vec<Point>) {
         let mut at = 1;
         while at + 1 < points.len() && !self.prover.is_spent() {

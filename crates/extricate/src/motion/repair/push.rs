@@ -1,6 +1,7 @@
 //! Configurations of a stretch, brought to free ones beside it.
 
-use super::{Point, Repairer};
+use super::old_path::Point;
+use super::repairer::Repairer;
 use crate::query::{QueryOptions, nearest_exit_under};
 
 /// Configurations of a stretch are at most this far apart, as a share of the metric's diameter, and

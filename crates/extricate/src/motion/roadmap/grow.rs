@@ -4,8 +4,10 @@
 use rayon::prelude::*;
 
 use super::components::Components;
-use super::samplers::{Drawn, SAMPLERS, Sampler, Yield, draw, shares};
-use super::{Roadmap, RoadmapContext};
+use super::context::RoadmapContext;
+use super::kept::Roadmap;
+use super::samplers::{Drawn, draw};
+use super::yields::{SAMPLERS, Sampler, Yield, shares};
 use crate::motion::nodes::Nodes;
 use crate::motion::prover::Prover;
 use crate::query::{Deadline, QueryScratch};
@@ -74,6 +76,17 @@ impl<'a, 'b> Grower<'a, 'b> {
         self.join(node, &neighbours);
         self.roadmap.narrow.push(node as u32);
         node
+    }
+
+    /// Adds a path that was proved elsewhere.
+    pub fn keep(&mut self, path: &[Vec<f64>]) {
+        let Some((first, others)) = path.split_first() else { return };
+        let mut last = self.add(first);
+        for q in others {
+            let node = self.push(q);
+            self.join(node, &[last]);
+            last = node;
+        }
     }
 
     /// Samplers of a batch of so many checks, by index.

@@ -2,8 +2,9 @@
 
 use std::collections::VecDeque;
 
-use super::Roadmap;
-use super::grow::Grower;
+use super::components::Components;
+use super::grow::{Grower, NEIGHBOURS};
+use super::kept::Roadmap;
 
 impl Grower<'_, '_> {
     /// Whether two nodes are joined.
@@ -41,12 +42,12 @@ impl Grower<'_, '_> {
             bad.contains(&edge) || bad.contains(&[edge[1], edge[0]])
         };
         self.roadmap.edges.retain(|edge| !is_bad(edge));
-        self.components = super::components::Components::new(self.roadmap.len(), &self.roadmap.edges);
+        self.components = Components::new(self.roadmap.len(), &self.roadmap.edges);
         let mut prover = self.prover();
         for node in bad.iter().flatten() {
             let q = self.roadmap.config(*node).to_vec();
             if prover.holds(&q) {
-                let mut near = self.nodes.near(&q, super::grow::NEIGHBOURS + 1);
+                let mut near = self.nodes.near(&q, NEIGHBOURS + 1);
                 near.retain(|other| !self.are_joined(*node, *other));
                 let joinable = self.joinable(&q, &near, &mut prover);
                 self.join(*node, &joinable);
