@@ -68,12 +68,17 @@ impl Repairer<'_> {
         let mut new: Vec<Point> = Vec::new();
         let mut from = 0.0;
         for stretch in &stretches {
-            self.old.copy(from, stretch.from, &mut new);
+            // An end that collides is no part of the new path.
+            if stretch.from > from {
+                self.old.copy(from, stretch.from, &mut new);
+            }
             let Some(points) = self.replace(stretch.from, stretch.to) else { return self.none() };
             new.extend(points);
             from = stretch.to;
         }
-        self.old.copy(from, self.old.end(), &mut new);
+        if from < self.old.end() || stretches.is_empty() {
+            self.old.copy(from, self.old.end(), &mut new);
+        }
         new.dedup_by(|a, b| a.1 == b.1);
         self.answer(new, stretches.len())
     }

@@ -42,7 +42,10 @@ fn ends_that_collide_are_moved() {
     let world = World::new(builtin::scene("shelf-arm").unwrap());
     let nq = world.scene().space.nq();
     let colliding = labelled(world.checker(), Label::Colliding, 2, 3);
-    let flat = [&colliding[0][..], &colliding[1][..]].concat();
+    // Half a hundredth of the way to another one.
+    let mut near = colliding[0].to_vec();
+    world.scene().space.interpolate(&colliding[0], &colliding[1], 0.005, &mut near);
+    let flat = [&colliding[0][..], &near].concat();
     let repaired = world.view().repair(Rows::new(&flat, nq).unwrap(), &RepairOptions::default()).unwrap();
     assert!(repaired.is_found() && repaired.deviation > 0.0);
     let one = world.view().repair(Rows::new(&colliding[0], nq).unwrap(), &RepairOptions::default()).unwrap();
