@@ -139,14 +139,37 @@ pub(crate) fn with_declared_prefixes<'a>(file: &str, text: &'a str, limits: &Loa
         if prefix == "xacro" || known.contains(&prefix) {
             break;
         }
-        declared.to_mut().insert_str(end, &format!(" xmlns:{prefix}=\"{UNDECLARED}\""));
-        known.insert(prefix);
+        // The parser finds one at a time: those of elements are declared with the first.
+        let of_elements = if known.is_empty() { undeclared_prefixes(text) } else { Vec::new() };
+        for prefix in of_elements.into_iter().chain([prefix]) {
+            if known.len() < MOST_PREFIXES && known.insert(prefix.clone()) {
+                declared.to_mut().insert_str(end, &format!(" xmlns:{prefix}=\"{UNDECLARED}\""));
+            }
+        }
     }
     Ok(declared)
 }
 
-/// More prefixes than this in one file are not declared: the parser finds one at a time.
-const MOST_PREFIXES: usize = 32;
+/// More prefixes than this in one file are not declared.
+const MOST_PREFIXES: usize = 128;
+
+/// Prefixes of names of elements that are declared nowhere, as far as a glance tells; in order.
+fn undeclared_prefixes(text: &str) -> Vec<String> {
+    let names =
+        text.split('<').skip(1).map(|piece| piece.split([' ', '\t', '\r', '\n', '/', '>']).next().unwrap_or(""));
+    let mut prefixes: Vec<&str> = Vec::new();
+    let mut seen = HashSet::new();
+    for (prefix, _) in names.filter_map(|name| name.split_once(':')) {
+        let is_name = prefix.starts_with(char::is_alphabetic)
+            && prefix.chars().all(|c| c.is_alphanumeric() || ['_', '-', '.'].contains(&c));
+        let is_ours = is_name && !["xacro", "xml", "xmlns"].contains(&prefix);
+        if is_ours && prefixes.len() < MOST_PREFIXES && seen.insert(prefix) {
+            prefixes.push(prefix);
+        }
+    }
+    prefixes.retain(|prefix| !text.contains(&format!("xmlns:{prefix}")));
+    prefixes.into_iter().map(String::from).collect()
+}
 
 /// Where the name of the first element ends.
 fn end_of_root_name(text: &str) -> Option<usize> {
