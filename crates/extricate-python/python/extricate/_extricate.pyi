@@ -20,7 +20,7 @@ _Weights = Mapping[str, Union[float, Tuple[float, float]]]
 _Floats = npt.NDArray[np.float64]
 _Tell = Union[bool, Callable[[Progress], Optional[bool]]]
 
-__all__ = ["ChangedScene", "Joint", "Model", "Progress", "Scene", "Stream", "__version__", "import_world", "learn"]
+__all__ = ["ChangedScene", "Joint", "Model", "Progress", "Roadmap", "Scene", "Stream", "__version__", "import_world", "learn"]
 
 __version__: str
 

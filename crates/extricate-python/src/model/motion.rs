@@ -28,7 +28,7 @@ impl Model {
     }
 
     /// A path between two free configurations, as `Scene.plan`, which says what all keywords mean.
-    #[pyo3(signature = (start, goal, *, roadmap = None, resolution = 1e-4, shortcut = true, seed = 0, threads = 0, max_checks = Some(1_000_000), max_seconds = None))]
+    #[pyo3(signature = (start, goal, *, roadmap = None, resolution = 1e-4, shortcut = true, seed = 0, threads = 0, max_checks = Some(1_000_000), max_seconds = None), text_signature = "($self, start, goal, *, roadmap=None, resolution=1e-4, shortcut=True, seed=0, threads=0, max_checks=1000000, max_seconds=None)")]
     fn plan<'py>(
         &self,
         start: &Bound<'py, PyAny>,
@@ -47,7 +47,7 @@ impl Model {
 
     /// A path that collides as one that is proved free, as `Scene.repair`, which says what all
     /// keywords mean.
-    #[pyo3(signature = (path, *, aim = None, max_deviation = None, resolution = 1e-4, seed = 0, max_checks = Some(100_000), max_seconds = None))]
+    #[pyo3(signature = (path, *, aim = None, max_deviation = None, resolution = 1e-4, seed = 0, max_checks = Some(100_000), max_seconds = None), text_signature = "($self, path, *, aim=None, max_deviation=None, resolution=1e-4, seed=0, max_checks=100000, max_seconds=None)")]
     fn repair<'py>(
         &self,
         path: &Bound<'py, PyAny>,

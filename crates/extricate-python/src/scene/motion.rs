@@ -58,7 +58,7 @@ impl Scene {
     ///
     /// Raises ValueError for a wrong shape, ends that are not free (start and goal are "from" and
     /// "to" in the message), options that make no sense.
-    #[pyo3(signature = (start, goal, *, roadmap = None, resolution = 1e-4, shortcut = true, seed = 0, threads = 0, max_checks = Some(1_000_000), max_seconds = None))]
+    #[pyo3(signature = (start, goal, *, roadmap = None, resolution = 1e-4, shortcut = true, seed = 0, threads = 0, max_checks = Some(1_000_000), max_seconds = None), text_signature = "($self, start, goal, *, roadmap=None, resolution=1e-4, shortcut=True, seed=0, threads=0, max_checks=1000000, max_seconds=None)")]
     fn plan<'py>(
         &self,
         start: &Bound<'py, PyAny>,
@@ -89,7 +89,7 @@ impl Scene {
     /// Returns a `Repaired`; its `points` are None where no path was found.
     ///
     /// Raises ValueError for a wrong shape, rows beyond limits, options that make no sense.
-    #[pyo3(signature = (path, *, aim = None, max_deviation = None, resolution = 1e-4, seed = 0, max_checks = Some(100_000), max_seconds = None))]
+    #[pyo3(signature = (path, *, aim = None, max_deviation = None, resolution = 1e-4, seed = 0, max_checks = Some(100_000), max_seconds = None), text_signature = "($self, path, *, aim=None, max_deviation=None, resolution=1e-4, seed=0, max_checks=100000, max_seconds=None)")]
     fn repair<'py>(
         &self,
         path: &Bound<'py, PyAny>,

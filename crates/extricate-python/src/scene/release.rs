@@ -46,7 +46,7 @@ impl Scene {
     /// Returns a `Grasp` for one, else a list; None where nothing free was found.
     ///
     /// Raises ValueError for wrong shapes, names and values, and objects that cannot be used.
-    #[pyo3(signature = (Q, *, object, keep = "contacts", touch = 2e-3, friction = Some(0.8), open = None, clearance = None, locked = Vec::new(), weights = None, max_checks = None, max_seconds = None, threads = 0))]
+    #[pyo3(signature = (Q, *, object, keep = "contacts", touch = 2e-3, friction = Some(0.8), open = None, clearance = None, locked = Vec::new(), weights = None, max_checks = None, max_seconds = None, threads = 0), text_signature = "($self, Q, *, object, keep='contacts', touch=2e-3, friction=0.8, open=None, clearance=None, locked=(), weights=None, max_checks=None, max_seconds=None, threads=0)")]
     #[allow(non_snake_case)]
     fn release<'py>(
         &self,
