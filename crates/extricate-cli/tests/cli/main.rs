@@ -10,7 +10,6 @@ mod friendly;
 mod grasps;
 mod importing;
 mod kills;
-mod motions;
 mod no_model;
 mod pipeline;
 mod process;

@@ -2,7 +2,6 @@
 
 pub mod changed;
 pub mod learning;
-pub mod motion;
 pub mod progress;
 pub mod statistics;
 pub mod stream;

@@ -39,7 +39,6 @@ const MAY_USE: &[(&str, &[&str])] = &[
         "io",
         &[
             "model",
-            "applications",
             "query",
             "samples",
             "learning",

@@ -1,4 +1,0 @@
-//! Commands that write pages for a browser.
-
-pub mod report;
-pub mod view;
