@@ -126,16 +126,16 @@ def walk(scene, path, side, row):
         began = time.thread_time()
         answer = scene.query(q) if stream is None else stream.query(q)
         row["us"].append(1e6 * (time.thread_time() - began))
-        row["frames"] += answer.depth > 0
+        row["frames"] += int(answer.depth > 0)
         push, touching = answer.witness - q, set(answer.touching)
         if last is not None:
             before, pushed, touched = last
             row["moves"] += 1
-            row["jumps"] += np.linalg.norm(answer.witness - before) > JUMP
+            row["jumps"] += int(np.linalg.norm(answer.witness - before) > JUMP)
             row["unproved"] += bool(scene.check_segments([before], [answer.witness], resolution=2e-5)[0]["contact"])
             deep = min(np.linalg.norm(push), np.linalg.norm(pushed))
             if deep > DEEP and touching == touched:
-                row["turns"] += push @ pushed < TURN * np.linalg.norm(push) * np.linalg.norm(pushed)
+                row["turns"] += int(push @ pushed < TURN * np.linalg.norm(push) * np.linalg.norm(pushed))
         if answer.nearest:
             row["behind"].append(answer.depth / answer.nearest - 1)
         last = (answer.witness, push, touching)

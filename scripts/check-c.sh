@@ -4,7 +4,7 @@
 # program, to the last bit.
 #
 # Needs a C++17 compiler, pkg-config and Python 3; for the rest CMake, Eigen and OMPL (Debian: cmake libeigen3-dev libompl-dev and some of boost), which
-# are installed in CI, and elsewhere used where they are there. EXTRICATE_PROGRAM is as in check-python.sh. EXTRICATE_VALGRIND=1 runs
+# are installed where CI is set, and elsewhere used where they are there. EXTRICATE_PROGRAM is as in check-python.sh. EXTRICATE_VALGRIND=1 runs
 # the tests under valgrind as well, which takes minutes.
 set -euo pipefail
 cd "$(dirname "$0")/.."

@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# What would be published: crates, sdist and what belongs into them. Nothing is uploaded. Called by .ci/run; needs cargo, Python 3.9 or
+# What would be published: crates, sdist and what belongs into them. Nothing is uploaded. Called by check-long.sh; needs cargo, Python 3.9 or
 # newer with pip, and a network. EXTRICATE_PROGRAM and EXTRICATE_PYTHON are as in check-python.sh.
 #
 # EXTRICATE_PACKAGES_BUILT=1 builds the packed crates, as `cargo publish` does, which takes minutes.

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Library and command line for other platforms, checked without building: aarch64 Linux, macOS, Windows, and the library for WebAssembly
-# too. Called by .ci/run; needs rustup and a network.
+# too. Called by check-long.sh; needs rustup and a network.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 native=(aarch64-unknown-linux-gnu aarch64-apple-darwin x86_64-pc-windows-msvc)
