@@ -81,6 +81,7 @@ pub fn run(args: &DemoArgs, json: bool) -> anyhow::Result<()> {
     let _lock = OutputLock::take(&args.out)?;
     let page = args.page.clone().unwrap_or_else(|| args.out.with_extension("html"));
     io::check_output(&page, "page of this program", is_page)?;
+    let _page_lock = OutputLock::take(&page)?;
     let scene = builtin::scene(&args.scene)?;
     tell_warnings(&scene);
     let world = World::new(scene.clone());
