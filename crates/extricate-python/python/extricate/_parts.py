@@ -159,7 +159,8 @@ class MujocoRobot(Robot):
         given = np.array(qpos, dtype=np.float64)
         states = given.reshape(-1, given.shape[-1])
         answers = (Scene(self) if scene is None else scene).query_batch(self.q(states), threads=threads)
-        found = np.isfinite(answers["depth"])
+        # What is free stays to the last bit.
+        found = np.isfinite(answers["depth"]) & ~answers["free"]
         states[np.ix_(found, self.qpos_index)] = answers["witness"][found]
         return states.reshape(given.shape), np.asarray(answers["depth"]).reshape(given.shape[:-1])
 
