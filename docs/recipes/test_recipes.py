@@ -9,6 +9,7 @@ import mujoco_penetration
 import numpy as np
 import object_in_gripper
 import octomap_file
+import ompl_sampler
 import ompl_start
 import pinocchio_projection
 import plot_plane
@@ -22,6 +23,12 @@ def test_ompl_plans_from_the_repaired_start() -> None:
     assert not scene.check(start) and answer.depth > 0 and answer.verified
     assert path[0] == pytest.approx(answer.witness) and path[-1] == pytest.approx(goal)
     assert scene.check(path).all()
+
+
+def test_ompl_samples_by_retraction() -> None:
+    scene, start, goal, path = ompl_sampler.main()
+    assert path[0] == pytest.approx(start) and path[-1] == pytest.approx(goal)
+    assert scene.check_segments(path[:-1], path[1:])["free"].all()
 
 
 def test_coal_agrees_that_the_projection_is_free() -> None:

@@ -9,7 +9,9 @@ use clap::{Args, CommandFactory, Parser, Subcommand, ValueEnum};
 use extricate::internals::query::options::MAX_EXITS;
 use extricate::{LoadLimit, LoadLimits};
 
-use crate::commands::{adapt, check, demo, grasp, import, info, learn, query, report, sample, shell, view};
+use crate::commands::{
+    adapt, check, demo, escape, grasp, import, info, learn, plan, query, repair, report, sample, shell, view,
+};
 use crate::input::Configs;
 
 /// The globally nearest collision-free configuration of an articulated robot, verified and bounded.
@@ -81,6 +83,12 @@ pub enum Command {
     Report(report::ReportArgs),
     /// Show a scene, configurations and their answers as a page for a browser
     View(view::ViewArgs),
+    /// Find for each configuration a path out of collision, on which nothing gets worse
+    Escape(escape::EscapeArgs),
+    /// Find a path between two free configurations, also through narrow passages
+    Plan(plan::PlanArgs),
+    /// Make a path that collides free, as near to the old one as can be
+    Repair(repair::RepairArgs),
 }
 
 /// Where configurations come from.
@@ -262,6 +270,10 @@ mod tests {
             "query m.model --input q.jsonl --world world.toml --clearance 0.01 --locked a,b --free-radius",
             "query s.toml --q 1,2 --free a --weights a=4,b=0.5 --toward 0,0 --toward-share 0.5",
             "query scene.toml --q 0,0.3,-1 --q -1,2,3",
+            "escape scene.toml --q 0,0.3,-1 --aim 0.01 --tolerance 0 --exits 3 --max-checks 100",
+            "escape m.model --input - --world w.toml --seed 3",
+            "plan scene.toml --from 0,0.3 --to -1,2 --roadmap r --max-seconds 3 --no-shortcut",
+            "repair m.model --path p.jsonl --world w.toml --aim 0.02 --max-deviation 0.5",
             "query robot.urdf --input - --witness --limits refuse",
             "--json query m.model --input q.jsonl",
             "grasp hand.toml --input g.jsonl --object ball --keep pose --touch 0 --friction 0 --open 0,-1 --locked base",
@@ -333,6 +345,9 @@ mod tests {
             "view scene.toml --serve 70000",
             "view scene.toml --wasm x.wasm",
             "view scene.toml --q 0 --answers a.jsonl --live",
+            "escape scene.toml --q 0 --exits 0",
+            "escape scene.toml --q 0 --tolerance -1",
+            "plan scene.toml --from 0",
             "demo --scene nowhere",
             "demo --queries -1",
             "info scene.toml --load-limit triangles",

@@ -8,6 +8,7 @@ mod entries;
 mod error;
 mod long_call;
 mod model;
+mod motion;
 mod queries;
 mod rows;
 mod scene;
@@ -25,6 +26,8 @@ mod _extricate {
     use super::model::progress::Progress;
     #[pymodule_export]
     use super::model::stream::Stream;
+    #[pymodule_export]
+    use super::motion::roadmap::Roadmap;
     #[pymodule_export]
     use super::scene::Scene;
     #[pymodule_export]

@@ -42,6 +42,9 @@ mod samples;
 mod scene;
 
 pub use applications::grasp::{Grasp, GraspContact, GraspQuality, Hand, Keep, ReleaseOptions};
+pub use applications::motion::{
+    Escape, EscapeMethod, EscapeOptions, Plan, PlanMethod, PlanOptions, RepairOptions, Repaired, Roadmap,
+};
 pub use collision::{CheckScratch, Checker, Contact, SegmentOptions, SegmentOutcome};
 pub use cspace::{Config, ConfigSpace, Label, Manifold, Rows};
 pub use error::{Error, Result};
@@ -98,6 +101,9 @@ pub mod internals {
     }
     pub mod model {
         pub use crate::model::*;
+    }
+    pub mod motion {
+        pub use crate::applications::motion::*;
     }
     pub mod query {
         pub use crate::query::*;

@@ -8,11 +8,11 @@ pub mod grasp;
 pub mod import;
 pub mod info;
 pub mod learn;
+pub mod motion;
+pub mod pages;
 pub mod query;
-pub mod report;
 pub mod sample;
 pub mod shell;
-pub mod view;
 
 use std::path::Path;
 use std::sync::Arc;
@@ -26,6 +26,8 @@ use crate::args::{Cli, Command, LoadArgs};
 use crate::notice;
 use crate::progress::busy;
 use file_kind::{FileKind, kind_of};
+pub use motion::{escape, plan, repair};
+pub use pages::{report, view};
 
 /// Runs the command.
 pub fn run(cli: Cli) -> anyhow::Result<()> {
@@ -43,6 +45,9 @@ pub fn run(cli: Cli) -> anyhow::Result<()> {
         Command::Man(args) => shell::man(&args),
         Command::Report(args) => report::run(&args, cli.json),
         Command::View(args) => view::run(&args, cli.json),
+        Command::Escape(args) => escape::run(&args, cli.json),
+        Command::Plan(args) => plan::run(&args, cli.json),
+        Command::Repair(args) => repair::run(&args, cli.json),
     }
 }
 

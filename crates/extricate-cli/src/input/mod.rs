@@ -75,6 +75,13 @@ impl Configs {
         configs
     }
 
+    /// One configuration as it stands on the command line; `name` is the option's.
+    pub fn of_word(name: &str, word: &str) -> Self {
+        let mut configs = Self::new(Box::new(Cursor::new(word.replace('\n', " "))), name, None);
+        configs.reading.may_be_heading = false;
+        configs
+    }
+
     /// Configurations of any text; `name` is what messages call it.
     pub fn new(reader: Box<dyn BufRead>, name: &str, bytes_total: Option<u64>) -> Self {
         let reading = Reading::default();

@@ -10,6 +10,7 @@ mod friendly;
 mod grasps;
 mod importing;
 mod kills;
+mod motions;
 mod no_model;
 mod pipeline;
 mod process;

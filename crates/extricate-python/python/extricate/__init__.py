@@ -13,6 +13,8 @@ from . import fleet
 from ._answer import Answer, Contact, Exit
 from ._extricate import ChangedScene, Joint, Model, Progress, Scene, Stream, __version__, import_world, learn
 from ._grasp import Grasp, GraspContact
+from ._extricate import ChangedScene, Joint, Model, Progress, Roadmap, Scene, Stream, __version__, import_world, learn
+from ._motion import Escape, Plan, Repaired
 from ._options import QueryOptions
 from ._page import Page
 from ._parts import (
@@ -38,6 +40,7 @@ __all__ = [
     "ChangedScene",
     "Contact",
     "Cylinder",
+    "Escape",
     "Exit",
     "Fixture",
     "Grasp",
@@ -49,9 +52,12 @@ __all__ = [
     "Model",
     "MujocoRobot",
     "Page",
+    "Plan",
     "Points",
     "Progress",
     "QueryOptions",
+    "Repaired",
+    "Roadmap",
     "Robot",
     "Scene",
     "Sphere",

@@ -8,6 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ._answer import Answer
+from ._motion import Escape, Plan, Repaired
 from ._options import QueryOptions
 from ._page import Page
 from ._parts import Obstacle, Pose, Robot
@@ -19,7 +20,7 @@ _Weights = Mapping[str, Union[float, Tuple[float, float]]]
 _Floats = npt.NDArray[np.float64]
 _Tell = Union[bool, Callable[[Progress], Optional[bool]]]
 
-__all__ = ["ChangedScene", "Joint", "Model", "Progress", "Scene", "Stream", "__version__", "import_world", "learn"]
+__all__ = ["ChangedScene", "Joint", "Model", "Progress", "Roadmap", "Scene", "Stream", "__version__", "import_world", "learn"]
 
 __version__: str
 
@@ -215,9 +216,58 @@ class Scene:
         free_radius: bool = False,
         limits: str = "forgive",
     ) -> Stream: ...
+    def escape(
+        self,
+        q: npt.ArrayLike,
+        *,
+        aim: Optional[float] = None,
+        tolerance: float = 1e-3,
+        exits: int = 6,
+        resolution: float = 1e-4,
+        tree_checks: int = 20_000,
+        seed: int = 0,
+        max_checks: Optional[int] = None,
+        max_seconds: Optional[float] = None,
+    ) -> Escape: ...
+    def plan(
+        self,
+        start: npt.ArrayLike,
+        goal: npt.ArrayLike,
+        *,
+        roadmap: Optional[Roadmap] = None,
+        resolution: float = 1e-4,
+        shortcut: bool = True,
+        seed: int = 0,
+        threads: int = 0,
+        max_checks: Optional[int] = 1_000_000,
+        max_seconds: Optional[float] = None,
+    ) -> Plan: ...
+    def repair(
+        self,
+        path: npt.ArrayLike,
+        *,
+        aim: Optional[float] = None,
+        max_deviation: Optional[float] = None,
+        resolution: float = 1e-4,
+        seed: int = 0,
+        max_checks: Optional[int] = 100_000,
+        max_seconds: Optional[float] = None,
+    ) -> Repaired: ...
     @staticmethod
     def _from_bytes(data: bytes) -> Scene: ...
     def __reduce__(self) -> Tuple[Any, ...]: ...
+
+@final
+class Roadmap:
+    def __new__(cls, scene: Scene, *, seed: int = 0) -> Roadmap: ...
+    @staticmethod
+    def load(path: _Path, scene: Scene) -> Roadmap: ...
+    def save(self, path: _Path) -> None: ...
+    def __len__(self) -> int: ...
+    @property
+    def edges(self) -> int: ...
+    @property
+    def checks(self) -> int: ...
 
 @final
 class Model:
@@ -229,6 +279,43 @@ class Model:
     def to_bytes(self) -> bytes: ...
     @property
     def scene(self) -> Scene: ...
+    def escape(
+        self,
+        q: npt.ArrayLike,
+        *,
+        aim: Optional[float] = None,
+        tolerance: float = 1e-3,
+        exits: int = 6,
+        resolution: float = 1e-4,
+        tree_checks: int = 20_000,
+        seed: int = 0,
+        max_checks: Optional[int] = None,
+        max_seconds: Optional[float] = None,
+    ) -> Escape: ...
+    def plan(
+        self,
+        start: npt.ArrayLike,
+        goal: npt.ArrayLike,
+        *,
+        roadmap: Optional[Roadmap] = None,
+        resolution: float = 1e-4,
+        shortcut: bool = True,
+        seed: int = 0,
+        threads: int = 0,
+        max_checks: Optional[int] = 1_000_000,
+        max_seconds: Optional[float] = None,
+    ) -> Plan: ...
+    def repair(
+        self,
+        path: npt.ArrayLike,
+        *,
+        aim: Optional[float] = None,
+        max_deviation: Optional[float] = None,
+        resolution: float = 1e-4,
+        seed: int = 0,
+        max_checks: Optional[int] = 100_000,
+        max_seconds: Optional[float] = None,
+    ) -> Repaired: ...
     @property
     def boundary(self) -> _Floats: ...
     @property

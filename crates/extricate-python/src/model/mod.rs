@@ -2,6 +2,7 @@
 
 pub mod changed;
 pub mod learning;
+pub mod motion;
 pub mod progress;
 pub mod statistics;
 pub mod stream;

@@ -7,6 +7,7 @@ pub mod geometry;
 pub mod import;
 pub mod joint;
 pub mod load_limits;
+pub mod motion;
 pub mod positions;
 pub mod query;
 pub mod release;

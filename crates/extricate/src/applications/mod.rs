@@ -1,3 +1,4 @@
 //! What queries are used for: one folder an application.
 
 pub mod grasp;
+pub mod motion;

@@ -15,8 +15,8 @@ use crate::collision::segment::speed_paths::SpeedPaths;
 use crate::collision::segment::stretches::SegmentScratch;
 use crate::kinematics::{LANES, PoseBlock};
 use crate::math::Pose;
-use crate::scene::Scene;
 use crate::scene::clearances::PairClearance;
+use crate::scene::{PairId, Scene};
 
 /// The checked pairs of one scene, with all that makes checks fast. Immutable, shared between
 /// threads.
@@ -35,6 +35,7 @@ pub struct Checker {
     id: u64,
 }
 
+#[derive(Clone, Copy)]
 pub(super) struct CheckedPair {
     pub(super) first: usize,
     pub(super) second: usize,
@@ -119,6 +120,25 @@ impl Checker {
         }
     }
 
+    /// The same, where each of `floors` says what a pair keeps \[m\], whatever its clearance: below
+    /// 0 the depth to which its bodies may overlap, as [`Checker::clearance`] measures it. Memory
+    /// of one serves the other.
+    pub(crate) fn with_floors(&self, floors: &[(PairId, f64)]) -> Self {
+        let mut pairs = self.pairs.to_vec();
+        for (pair, floor) in floors {
+            pairs[pair.index()].clearance = PairClearance { own: Some(*floor), padding: 0.0 };
+        }
+        Self { pairs: pairs.into(), ..self.with_clearance(self.clearance) }.with_clearance(self.clearance)
+    }
+
+    /// Radius of the ball around the smallest body of a robot \[m\]: a length that tells how large
+    /// what moves is.
+    pub(crate) fn moving_radius(&self) -> f64 {
+        let radii = self.broad.movers().map(|body| self.bodies.bodies[body].ball.1);
+        let least = radii.filter(|radius| *radius > 0.0).fold(f64::INFINITY, f64::min);
+        if least.is_finite() { least } else { 1.0 }
+    }
+
     /// What pairs without a clearance of their own keep \[m\].
     pub(crate) fn base_clearance(&self) -> f64 {
         self.clearance
@@ -186,16 +206,23 @@ impl Checker {
         scratch.nowhere
             || self.part_pairs(pair).any(|(first, second, hint)| {
                 let (a, b) = self.bodies.placed(&mut scratch.placement, first, second);
+                if limit < 0.0 {
+                    return narrow_phase::signed_distance(a, b, limit, &mut scratch.buffers).is_some();
+                }
                 narrow_phase::nearer(a, b, limit, &mut scratch.hints[hint], &mut scratch.buffers)
             })
     }
 
     /// Whether balls inside two placed bodies prove that they are nearer than the clearance.
     pub(super) fn pair_seen_to_collide(&self, pair: usize, scratch: &mut CheckScratch) -> bool {
-        self.part_pairs(pair).any(|(first, second, _)| {
-            let (a, b) = self.bodies.placed(&mut scratch.placement, first, second);
-            narrow_phase::proved_nearer(a, b, self.clearance_of(pair))
-        })
+        // Balls inside may overlap by more than the measured depth of a mesh, which is one from
+        // below.
+        let may_tell = self.clearance_of(pair) >= 0.0;
+        may_tell
+            && self.part_pairs(pair).any(|(first, second, _)| {
+                let (a, b) = self.bodies.placed(&mut scratch.placement, first, second);
+                narrow_phase::proved_nearer(a, b, self.clearance_of(pair))
+            })
     }
 
     /// Parts of the first body, parts of the second body, and the places of their hints.
@@ -211,6 +238,11 @@ impl CheckScratch {
     /// rounding) on earlier calls.
     pub fn forget_contacts(&mut self) {
         self.contact_buffers.forget();
+    }
+
+    /// Configurations at which the segment that was checked last was evaluated.
+    pub(crate) fn segment_checks(&self) -> usize {
+        self.segment.checks
     }
 
     /// World poses of the frames at the configuration that was last checked.

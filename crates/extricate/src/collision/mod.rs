@@ -18,13 +18,14 @@ mod scenery;
 mod segment;
 pub mod shapes;
 
-pub use answers::{always_colliding, contacts_within, most_often_colliding, signed_distances};
+pub use answers::{always_colliding, contacts_within, most_often_colliding, signed_distances, signed_distances_of};
 pub use checker::{CheckScratch, Checker};
 pub use contacts::{Contact, ContactQuery, ContactSearch};
 pub use convex_decomposition::convex_parts;
 pub use narrow_phase::shape_pair::PairScratch;
 pub use overlap::{ConvexOverlap, ConvexPair};
 pub use prepared::{PieceArrays, PreparedShape};
+pub(crate) use segment::prove;
 pub use segment::{LEAST_RESOLUTION, SegmentOptions, SegmentOutcome};
 pub use shapes::inner_spheres::largest_balls;
 

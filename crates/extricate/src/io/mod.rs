@@ -3,6 +3,7 @@
 mod files;
 mod lock;
 pub mod model_file;
+pub mod roadmap_file;
 pub mod worlds;
 
 use std::fs;
@@ -25,6 +26,7 @@ use files::{read, read_within, reader};
 pub use lock::OutputLock;
 use model_file::adapt_checkpoint;
 use model_file::checkpoint::{self, CheckpointSummary};
+pub use roadmap_file::{check_roadmap_output, load_roadmap, save_roadmap};
 
 /// Loads a scene file and everything that it names; or a URDF, as a scene of that robot alone.
 ///

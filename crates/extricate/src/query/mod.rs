@@ -41,6 +41,7 @@ pub use options::{DEFAULT_GAP, Effort, QueryOptions, Toward};
 pub use search::Ranks;
 pub use search::parts::IndependentParts;
 pub use search::scratch::QueryScratch;
+pub(crate) use search::termination::Deadline;
 pub use search::termination::{Stop, Termination};
 pub use stream::{Stream, StreamOptions};
 pub use worlds::World;
@@ -59,7 +60,6 @@ use search::parts::search_parts;
 use search::polish::polish;
 use search::prove::prove;
 use search::run::run;
-use search::termination::Deadline;
 use starts::begins_among;
 use starts::first_witness::first_witness;
 use worlds::constraints::under;
@@ -89,6 +89,16 @@ pub fn nearest_exit(
 ) -> Option<Answer> {
     let plan = Plan::of(options, context);
     find(context, q, (options, plan), None, scratch)
+}
+
+/// The same under the constraints of the options, as [`query`] has them.
+pub(crate) fn nearest_exit_under(
+    context: &Context,
+    q: &Config,
+    options: &QueryOptions,
+    scratch: &mut QueryScratch,
+) -> Option<Answer> {
+    under(context, options, |context| nearest_exit(context, q, options, scratch))
 }
 
 /// How late starts find the nearest exit of `q`, of each part, and the checks that it took to tell.

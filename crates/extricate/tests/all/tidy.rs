@@ -39,6 +39,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
         "io",
         &[
             "model",
+            "applications",
             "query",
             "samples",
             "learning",

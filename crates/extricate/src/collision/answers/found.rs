@@ -67,16 +67,22 @@ pub fn exact_within(checker: &Checker, margin: f64) -> f64 {
 /// Signed distance \[m\] of every checked pair at `q`, by pair: what [`Checker::clearance`] is the
 /// least of, and as exact.
 pub fn signed_distances(checker: &Checker, q: &[f64], scratch: &mut CheckScratch) -> Vec<f64> {
+    let pairs: Vec<PairId> = (0..checker.pairs.len()).map(PairId::new).collect();
+    signed_distances_of(checker, q, &pairs, scratch)
+}
+
+/// The same of some of the pairs, in their order.
+pub fn signed_distances_of(checker: &Checker, q: &[f64], pairs: &[PairId], scratch: &mut CheckScratch) -> Vec<f64> {
     checker.place(q, scratch);
-    let distance = |pair: usize| {
+    let distance = |pair: &PairId| {
         let mut best = f64::INFINITY;
-        for (first, second, _) in checker.part_pairs(pair) {
+        for (first, second, _) in checker.part_pairs(pair.index()) {
             let (a, b) = checker.bodies.placed(&mut scratch.placement, first, second);
             best = narrow_phase::signed_distance(a, b, best, &mut scratch.buffers).unwrap_or(best);
         }
         best
     };
-    (0..checker.pairs.len()).map(distance).collect()
+    pairs.iter().map(distance).collect()
 }
 
 /// Appends the contacts of all checked pairs that are nearer than `within` \[m\] at `q`, free or

@@ -8,7 +8,7 @@ mod label;
 pub mod recent_pairs;
 mod solids;
 
-pub use found::{always_colliding, contacts_within, most_often_colliding, signed_distances};
+pub use found::{always_colliding, contacts_within, most_often_colliding, signed_distances, signed_distances_of};
 
 use crate::collision::checker::{CheckScratch, Checker};
 use crate::collision::contacts::{Contact, ContactQuery, ContactSearch};

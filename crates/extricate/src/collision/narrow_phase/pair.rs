@@ -154,19 +154,30 @@ pub fn signed_distance(first: Placed, second: Placed, cutoff: f64, buffers: &mut
             let mut depth = (-cutoff).max(0.0);
             let mut deeper = false;
             let stack = &mut buffers.nodes;
-            let (of_x, of_y) =
-                if crosses { (&x.vertices, &y.vertices) } else { (&x.representatives, &y.representatives) };
-            for p in of_y.iter().map(|p| pose.point(p)) {
-                if let Some((deepest, _)) = a.bounds.contains(&p).then(|| x.depth_inside(&p, depth, stack)).flatten() {
-                    (depth, deeper) = (deepest, true);
+            // One vertex of a component tells whether it is inside; how deep, all of them, as where
+            // surfaces cross: else the depth would jump where a body goes in.
+            let is_inside = !crosses && holds_other(x, y, pose, stack);
+            if crosses || is_inside {
+                for p in y.vertices.iter().map(|p| pose.point(p)) {
+                    if let Some((deepest, _)) =
+                        a.bounds.contains(&p).then(|| x.depth_inside(&p, depth, stack)).flatten()
+                    {
+                        (depth, deeper) = (deepest, true);
+                    }
+                }
+                for p in x.vertices.iter().map(|p| pose.inverse_point(p)) {
+                    if let Some((deepest, _)) =
+                        b.bounds.contains(&p).then(|| y.depth_inside(&p, depth, stack)).flatten()
+                    {
+                        (depth, deeper) = (deepest, true);
+                    }
                 }
             }
-            for p in of_x.iter().map(|p| pose.inverse_point(p)) {
-                if let Some((deepest, _)) = b.bounds.contains(&p).then(|| y.depth_inside(&p, depth, stack)).flatten() {
-                    (depth, deeper) = (deepest, true);
-                }
+            match (deeper, is_inside) {
+                (true, _) => Some(-depth),
+                (false, true) => Some(0.0),
+                (false, false) => found,
             }
-            if deeper { Some(-depth) } else { found }
         }
     }
     .filter(|distance| *distance < cutoff)

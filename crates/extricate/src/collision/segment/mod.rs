@@ -1,13 +1,17 @@
 //! Whether a whole geodesic between two configurations is free: proved by halving it until every
 //! stretch is shorter than what its middle keeps clear.
 
+mod proved;
+mod search;
 pub mod speed_paths;
 pub mod stretches;
 
 use super::checker::{CheckScratch, Checker};
-use crate::kinematics::ball_speeds;
 use crate::scene::{PairId, Scene};
-use stretches::{SegmentScratch, Stretch};
+pub(crate) use proved::prove;
+pub use search::LEAST_RESOLUTION;
+use search::{FINEST, MOST_STRETCHES, Search};
+use stretches::Stretch;
 
 /// How finely a segment is checked.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -25,9 +29,6 @@ impl Default for SegmentOptions {
         Self { resolution: 1e-4 }
     }
 }
-
-/// Finest resolution of segments \[m\]: below it, what exact tests err by counts.
-pub const LEAST_RESOLUTION: f64 = 1e-5;
 
 /// What is known of a segment. Fractions are those of [`crate::cspace::ConfigSpace::interpolate`].
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -58,31 +59,6 @@ pub enum SegmentOutcome {
     },
 }
 
-/// Least part of the resolution that stretches are cut to. A contact is met at an angle, so the
-/// last proved stretch ends some lengths of a stretch before it: there is room for sixteen.
-const FINEST: f64 = 1.0 / 16.0;
-
-/// Stretches after which a proof is given up. Motions of metres take some thousands; bodies of a
-/// million kilometres would take years.
-const MOST_STRETCHES: usize = 1 << 18;
-
-/// More than exact tests err by \[m\]: what is proved here is not called colliding there.
-const SLACK: f64 = 2e-7;
-
-/// See [`Checker::segment`]; given up after so many stretches.
-pub fn segment_within(
-    checker: &Checker,
-    (from, to): (&[f64], &[f64]),
-    options: &SegmentOptions,
-    most: usize,
-    scratch: &mut CheckScratch,
-) -> SegmentOutcome {
-    let mut own = std::mem::take(&mut scratch.segment);
-    let outcome = Search { checker, from, to, most, scratch, own: &mut own }.run(options);
-    scratch.segment = own;
-    outcome
-}
-
 /// See [`Checker::segment`].
 pub fn segment(
     checker: &Checker,
@@ -94,35 +70,38 @@ pub fn segment(
     segment_within(checker, (from, to), options, MOST_STRETCHES, scratch)
 }
 
-struct Search<'a> {
-    checker: &'a Checker,
-    from: &'a [f64],
-    to: &'a [f64],
+/// See [`Checker::segment`]; given up after so many stretches.
+pub fn segment_within(
+    checker: &Checker,
+    (from, to): (&[f64], &[f64]),
+    options: &SegmentOptions,
     most: usize,
-    scratch: &'a mut CheckScratch,
-    own: &'a mut SegmentScratch,
+    scratch: &mut CheckScratch,
+) -> SegmentOutcome {
+    let mut own = std::mem::take(&mut scratch.segment);
+    let outcome = Search { checker, from, to, scratch, own: &mut own }.run(options, most);
+    scratch.segment = own;
+    outcome
 }
 
 impl Search<'_> {
-    fn run(&mut self, options: &SegmentOptions) -> SegmentOutcome {
+    fn run(&mut self, options: &SegmentOptions, most: usize) -> SegmentOutcome {
         let resolution = options.resolution.max(LEAST_RESOLUTION);
         let Scene { space, .. } = &*self.checker.scene;
         self.own.q.resize(space.nq(), 0.0);
         self.own.rates.resize(space.nv(), 0.0);
+        self.own.checks = 0;
         space.difference(self.from, self.to, &mut self.own.rates);
         if let Some(pair) = self.colliding(0.0) {
             return SegmentOutcome::Contact { free_until: 0.0, colliding_at: 0.0, pair: PairId::new(pair) };
         }
         let mut colliding = self.colliding(1.0).map(|pair| (1.0, pair));
 
-        let SegmentScratch { stretches, pairs, .. } = &mut *self.own;
-        pairs.clear();
-        pairs.extend(0..self.checker.pairs.len() as u32);
-        stretches.clear();
-        stretches.push(Stretch { from: 0.0, to: 1.0, first: 0, last: pairs.len() });
+        self.begin();
         let mut count = 0;
         while let Some(stretch) = self.own.stretches.pop() {
             count += 1;
+            self.own.pairs.truncate(stretch.last);
             let Some((pair, speed)) = self.unproved(&stretch) else { continue };
             let Stretch { from, to, last, .. } = stretch;
             let middle = 0.5 * (from + to);
@@ -136,7 +115,7 @@ impl Search<'_> {
             }
             // Motion that no number between the ends can halve any more.
             let finest = (to - from) * speed <= FINEST * resolution || middle <= from || middle >= to;
-            if finest || count >= self.most {
+            if finest || count >= most {
                 return self.end(&stretch, (pair, speed), colliding, resolution);
             }
             let (first, last) = (last, self.own.pairs.len());
@@ -146,43 +125,6 @@ impl Search<'_> {
             self.own.stretches.push(Stretch { from, to: middle, first, last });
         }
         SegmentOutcome::Free
-    }
-
-    /// Puts the pairs that are not proved apart all along a stretch behind its own, and everything
-    /// in its middle; gives the one of them that may move fastest, and its speed [m per segment].
-    fn unproved(&mut self, stretch: &Stretch) -> Option<(usize, f64)> {
-        let checker = self.checker;
-        let half = 0.5 * (stretch.to - stretch.from);
-        self.place(0.5 * (stretch.from + stretch.to));
-        let SegmentScratch { rates, speeds, pairs, .. } = &mut *self.own;
-        let placement = &self.scratch.placement;
-        speeds.clear();
-        for (body, center) in checker.bodies.bodies.iter().zip(&placement.centers) {
-            let ball = (body.frame, center, body.ball.1.max(0.0));
-            ball_speeds(&checker.scene, &placement.poses, rates, half, ball, speeds);
-        }
-        pairs.truncate(stretch.last);
-        let mut fastest: Option<(usize, f64)> = None;
-        for at in stretch.first..stretch.last {
-            let index = pairs[at] as usize;
-            let [a, b] = checker.paths.pairs[index];
-            let speed = speeds[a] + speeds[b];
-            // Where the two do not move against each other, the middle stands for all.
-            let need = if speed > 0.0 { half * speed + SLACK } else { 0.0 };
-            let limit = checker.clearance_of(index) + need;
-            let pair = &checker.pairs[index];
-            let centers = &self.scratch.placement.centers;
-            let reach = pair.radii + limit;
-            let far = reach < 0.0 || (centers[pair.first] - centers[pair.second]).norm_squared() > reach * reach;
-            if far || !checker.pair_nearer(index, limit, self.scratch) {
-                continue;
-            }
-            pairs.push(index as u32);
-            if fastest.is_none_or(|(_, most)| speed > most) {
-                fastest = Some((index, speed));
-            }
-        }
-        fastest
     }
 
     /// What to say where a stretch of the least length is not proved.
@@ -209,23 +151,6 @@ impl Search<'_> {
             }
         }
         SegmentOutcome::Undecided { free_until, near_at: 0.5 * (stretch.from + stretch.to), pair: PairId::new(pair) }
-    }
-
-    fn place(&mut self, at: f64) {
-        self.checker.scene.space.interpolate(self.from, self.to, at, &mut self.own.q);
-        self.checker.place(&self.own.q, self.scratch);
-    }
-
-    /// A pair that collides at a fraction of the segment.
-    fn colliding(&mut self, at: f64) -> Option<usize> {
-        self.place(at);
-        self.checker.find_near(self.checker.most_clearance, self.scratch);
-        // In order of the pairs: which one is named does not depend on what was asked before.
-        let mut near = std::mem::take(&mut self.scratch.broad.pairs);
-        near.sort_unstable();
-        let found = near.iter().map(|&p| p as usize).find(|&pair| self.checker.pair_collides(pair, self.scratch));
-        self.scratch.broad.pairs = near;
-        found
     }
 }
 

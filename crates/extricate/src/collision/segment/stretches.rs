@@ -13,6 +13,8 @@ pub struct SegmentScratch {
     pub stretches: Vec<Stretch>,
     /// Pairs of stretches, those of later ones after those of earlier ones.
     pub pairs: Vec<u32>,
+    /// Configurations at which the last segment was evaluated.
+    pub checks: usize,
 }
 
 /// A part of the segment and the pairs that are not yet proved apart all along it.

@@ -212,7 +212,7 @@ fn checksum(statistics: &RawValue, parts: &[&[u8]]) -> String {
 }
 
 /// BLAKE3 of the parts, each after its length.
-fn hash(parts: &[&[u8]]) -> String {
+pub(super) fn hash(parts: &[&[u8]]) -> String {
     let mut hasher = blake3::Hasher::new();
     for part in parts {
         hasher.update(&(part.len() as u64).to_le_bytes());

@@ -43,6 +43,25 @@ pub struct World {
     coverage: Coverage,
 }
 
+/// Nothing learned: for queries under a checker that no model knows.
+pub(crate) struct Unlearned {
+    samples: SampleSet,
+    coverage: Coverage,
+}
+
+impl Unlearned {
+    /// Of a scene's coordinates.
+    pub(crate) fn new(metric: &Metric, nq: usize) -> Self {
+        Self { samples: SampleSet::new(metric, nq, Vec::new(), 0), coverage: Coverage::default() }
+    }
+
+    /// What queries stand on that are asked of `checker` in the scene of `context`.
+    pub(crate) fn context<'a>(&'a self, context: &Context<'a>, checker: &'a Checker) -> Context<'a> {
+        let learned = Learned { boundary: &self.samples, coverage: &self.coverage, starts: UNLEARNED };
+        Context::new((checker, context.metric, context.balls), learned, None)
+    }
+}
+
 impl World {
     /// Prepares a scene: the exact checker, the metric, what bounds stand on.
     pub fn new(scene: impl Into<Arc<Scene>>) -> Self {

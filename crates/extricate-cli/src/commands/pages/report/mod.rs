@@ -13,8 +13,8 @@ use clap::Args;
 use extricate::internals::io;
 use extricate_view::is_page;
 
-use super::load_model;
 use crate::args::{positive, seed};
+use crate::commands::load_model;
 use crate::output::Output;
 use crate::pages::name_of;
 use crate::report::percent;

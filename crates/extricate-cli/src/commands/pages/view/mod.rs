@@ -15,10 +15,10 @@ use extricate::{Config, Effort, QueryOptions};
 use extricate_view::{Live, is_page};
 use serde_json::json;
 
-use super::query::asker::{Asked, Asker, Timed};
-use super::query::{EffortArg, exits_contradiction};
-use super::sample::CollidingSampler;
 use crate::args::{Limits, LoadArgs, exits, port, positive, seed};
+use crate::commands::query::asker::{Asked, Asker, Timed};
+use crate::commands::query::{EffortArg, exits_contradiction};
+use crate::commands::sample::CollidingSampler;
 use crate::input::Configs;
 use crate::notice;
 use crate::output::Output;

@@ -1,0 +1,154 @@
+"""Scenes with narrow passages, made of boxes and capsules: name -> (scene, start, goal). None is anybody else's.
+
+The number in a name is how wide the passage is beside what has to go through it.
+"""
+import numpy as np
+
+import extricate
+
+HALF = np.sqrt(0.5)
+
+
+def capsule_link(radius, points):
+    """Collision elements of a polyline of capsules."""
+    parts = []
+    for a, b in zip(points[:-1], points[1:]):
+        a, b = np.asarray(a, float), np.asarray(b, float)
+        axis, length = b - a, float(np.linalg.norm(b - a))
+        pitch, yaw = np.arccos(axis[2] / length), np.arctan2(axis[1], axis[0])
+        middle = " ".join(f"{x:.9g}" for x in (a + b) / 2)
+        parts.append(
+            f'<collision><origin xyz="{middle}" rpy="0 {pitch:.12g} {yaw:.12g}"/>'
+            f'<geometry><capsule radius="{radius}" length="{length:.12g}"/></geometry></collision>'
+        )
+    return "".join(parts)
+
+
+def box_part(size, xyz):
+    return f'<collision><origin xyz="{xyz[0]} {xyz[1]} {xyz[2]}"/><geometry><box size="{size[0]} {size[1]} {size[2]}"/></geometry></collision>'
+
+
+def flying(name, collisions, bounds):
+    """A rigid part that may be anywhere within bounds."""
+    urdf = f'<robot name="{name}"><link name="{name}">{collisions}</link></robot>'
+    return extricate.Robot(urdf, base="floating", bounds=bounds)
+
+
+def plate_with_hole(width, depth, size, thickness, at=(0, 0, 0)):
+    """Four boxes around a rectangular hole of width x depth in a plate of size x size."""
+    x, y, z = at
+    side, end = (size - width) / 2, (size - depth) / 2
+    return [
+        extricate.Box([side, size, thickness], [x - (width + side) / 2, y, z], name="plate_left"),
+        extricate.Box([side, size, thickness], [x + (width + side) / 2, y, z], name="plate_right"),
+        extricate.Box([width, end, thickness], [x, y - (depth + end) / 2, z], name="plate_front"),
+        extricate.Box([width, end, thickness], [x, y + (depth + end) / 2, z], name="plate_back"),
+    ]
+
+
+def peg(hole):
+    """A peg of 1 x 1 x 4.5 m and a square hole in a plate 3 m thick that fills the bounds."""
+    robot = flying("peg", box_part((1, 1, 4.5), (0, 0, 0)), ([-4, -4, -6], [4, 4, 6]))
+    scene = extricate.Scene(robot, plate_with_hole(hole, hole, 10, 3), metric="object-norm")
+    return scene, [2, 2, 4.8, 0, 0, 0, 1], [-2, -2, -4.8, HALF, 0, 0, HALF]
+
+
+def ring_points(gap, radius=1.0, pieces=10):
+    """An arc of a circle in the xz plane that leaves a gap at +x."""
+    half = np.arcsin(gap / 2 / radius)
+    angles = np.linspace(half, 2 * np.pi - half, pieces + 1)
+    return [(radius * np.cos(t), 0.0, radius * np.sin(t)) for t in angles]
+
+
+def rings(scale):
+    """Two open rings of a bent tube, one through the other: the tube just passes the gaps, `scale` times its thickness."""
+    tube = 0.15
+    points = ring_points(2 * tube * (scale + 1))
+    robot = flying("ring", capsule_link(tube, points), ([-4, -4, -4], [4, 4, 4]))
+    obstacles = []
+    for at, (a, b) in enumerate(zip(points[:-1], points[1:])):
+        a, b = np.array(a), np.array(b)
+        axis = (b - a) / np.linalg.norm(b - a)
+        pitch = np.arctan2(axis[0], axis[2])
+        obstacles.append(extricate.Capsule(tube, float(np.linalg.norm(b - a)), [*((a + b) / 2), 0, pitch, 0], name=f"fixed_{at}"))
+    scene = extricate.Scene(robot, obstacles, metric="object-norm")
+    # Across the other, through its middle, the gap on the far side.
+    return scene, [-1, 0, 0, 0, HALF, HALF, 0], [3, 2, 0, 0, 0, 0, 1]
+
+
+def frame(opening):
+    """A Z-shaped bar of 0.3 m to be threaded through a window that is `opening` times its thickness higher than it."""
+    parts = box_part((2.4, 0.3, 0.3), (0, 0, 0)) + box_part((0.3, 0.3, 1.0), (1.05, 0, 0.5)) + box_part((0.3, 0.3, 1.0), (-1.05, 0, -0.5))
+    robot = flying("bar", parts, ([-3, -4, -3], [3, 4, 3]))
+    window = plate_with_hole(1.4, 0.3 * (1 + opening), 12, 0.4)
+    turned = [extricate.Box(list(np.array(box.size)[[0, 2, 1]]), [box.pose[0], 0, box.pose[1]], name=box.name) for box in window]
+    scene = extricate.Scene(robot, turned, metric="object-norm")
+    return scene, [0, 2.6, 0, 0, 0, 0, 1], [0, -2.6, 0, 0, 0, 0, 1]
+
+
+def hook(play):
+    """A hook of 0.2 m in a slot that holds its head: it comes out turned only. `play` is the slot over the thickness."""
+    parts = box_part((0.2, 0.2, 1.6), (0, 0, 0)) + box_part((0.7, 0.2, 0.2), (0.25, 0, -0.7))
+    robot = flying("hook", parts, ([-3, -3, -3], [3, 3, 3]))
+    slot = plate_with_hole(0.2 * play + 0.35, 0.2 * play, 8, 0.3, (0, 0, 0))
+    scene = extricate.Scene(robot, slot, metric="object-norm")
+    return scene, [0, 0, -1.6, 0, 0, 0, 1], [0, 0, 1.8, 0, 0, 0, 1]
+
+
+def planar_arm(gap):
+    """Five links of 0.5 m in the plane, and a wall with a gap that is `gap` times as wide as a link is thick."""
+    thick = 0.1
+    links, joints = ['<link name="base"/>'], []
+    for k in range(5):
+        links.append(f'<link name="link{k}">{box_part((0.5, thick, thick), (0.25, 0, 0))}</link>')
+        parent, x = ("base", 0) if k == 0 else (f"link{k - 1}", 0.5)
+        joints.append(
+            f'<joint name="joint{k}" type="revolute"><parent link="{parent}"/><child link="link{k}"/><origin xyz="{x} 0 0"/>'
+            f'<axis xyz="0 0 1"/><limit lower="-2.6" upper="2.6" effort="1" velocity="1"/></joint>'
+        )
+    urdf = '<robot name="arm">' + "".join(links) + "".join(joints) + "</robot>"
+    width = gap * thick
+    walls = [
+        extricate.Box([0.2, 4, 0.5], [1.2, 2 + width / 2, 0], name="wall_above"),
+        extricate.Box([0.2, 4, 0.5], [1.2, -2 - width / 2, 0], name="wall_below"),
+    ]
+    scene = extricate.Scene(extricate.Robot(urdf), walls)
+    return scene, [2.2, -0.5, -0.5, 0.8, 0.4], [0, 0, 0, 0.9, 0.9]
+
+
+def gripper(slit):
+    """A seven-joint arm with a flat hand of 2 cm that reaches into the slit of a box, `slit` times as high as the hand."""
+    hand = 0.02
+    axes = ["0 0 1", "0 1 0", "0 0 1", "0 1 0", "0 0 1", "0 1 0", "0 0 1"]
+    lengths = [0.3, 0.15, 0.3, 0.15, 0.25, 0.1, 0.05]
+    links, joints = ['<link name="base"/>'], []
+    for k, (axis, length) in enumerate(zip(axes, lengths)):
+        body = capsule_link(0.05, [(0, 0, 0.0), (0, 0, length)]) if k < 6 else box_part((0.08, hand, 0.2), (0, 0, 0.15))
+        links.append(f'<link name="link{k}">{body}</link>')
+        parent, z = ("base", 0) if k == 0 else (f"link{k - 1}", lengths[k - 1])
+        joints.append(
+            f'<joint name="joint{k}" type="revolute"><parent link="{parent}"/><child link="link{k}"/><origin xyz="0 0 {z}"/>'
+            f'<axis xyz="{axis}"/><limit lower="-2.8" upper="2.8" effort="1" velocity="1"/></joint>'
+        )
+    disable = [(f"link{a}", f"link{b}") for a in range(7) for b in range(a + 1, 7) if b - a < 3]
+    urdf = '<robot name="reach">' + "".join(links) + "".join(joints) + "</robot>"
+    height = slit * hand
+    box = [
+        extricate.Box([0.3, 0.6, 0.3], [0.75, 0, 0.6 + height / 2 + 0.15], name="box_above"),
+        extricate.Box([0.3, 0.6, 0.6], [0.75, 0, 0.3 - height / 2], name="box_below"),
+    ]
+    scene = extricate.Scene(extricate.Robot(urdf), box, disable=disable)
+    return scene, [0, -0.5, 0, 1.0, 0, 0.5, 0], None
+
+
+SCENES = {
+    "peg-1.5": lambda: peg(1.5),
+    "peg-1.3": lambda: peg(1.3),
+    "peg-1.15": lambda: peg(1.15),
+    "rings-1.5": lambda: rings(1.5),
+    "rings-1.2": lambda: rings(1.2),
+    "rings-1.1": lambda: rings(1.1),
+    "frame-1.5": lambda: frame(1.5),
+    "hook-1.5": lambda: hook(1.5),
+    "arm-1.5": lambda: planar_arm(1.5),
+}

@@ -1,0 +1,148 @@
+//! `extricate escape`: a path out of collision for each of many configurations.
+
+use std::path::PathBuf;
+
+use anyhow::bail;
+use clap::Args;
+use extricate::{Escape, EscapeMethod, EscapeOptions, Scene, Termination};
+use serde::Serialize;
+
+use crate::args::{InputArgs, LoadArgs, length, positive, seconds, seed, whole};
+use crate::commands::query::asker::Asked;
+use crate::input::BadLine;
+use crate::output::Output;
+use crate::progress::Progress;
+use crate::{notice, report};
+
+/// The keys of `--json`.
+const KEYS: &str = "No pair of bodies collides on the way that does not at the query, and none that does gets deeper by \
+more than the tolerance: proved. With --json, one object a line, in the order of the input: points (configurations, the \
+query first; empty where no path was found), free_from (the path is proved free from this point on, an index into points), \
+method (\"free\", \"nearest\": straight to the nearest exit, \"exit\": straight to another one, \"pushed\": parted little by \
+little, \"grown\": trees; null where no path was found), colliding (list of [name, name], signed distance [m]), deepening \
+(most that one of these was found deeper than at the query [m]), length (in the scene's metric), max_displacement [m], \
+checks.";
+
+/// Arguments of `escape`.
+#[derive(Args)]
+#[command(after_help = KEYS)]
+pub struct EscapeArgs {
+    /// Scene file (TOML) or URDF, or a model file
+    #[arg(value_name = "SCENE|MODEL")]
+    file: PathBuf,
+    #[command(flatten)]
+    input: InputArgs,
+    /// Clearance in metres that the end of a path is to keep; where nothing is found that keeps it,
+    /// the scene's. By default the scene's and 1 mm
+    #[arg(long, value_name = "METRES", value_parser = length, allow_negative_numbers = true)]
+    aim: Option<f64>,
+    /// By how much, in metres, a pair that collides at the query may get deeper on the way
+    #[arg(long, value_name = "METRES", value_parser = length, allow_negative_numbers = true, default_value = "1e-3")]
+    tolerance: f64,
+    /// Try straight edges to up to K exits
+    #[arg(long, value_name = "K", value_parser = positive, allow_negative_numbers = true, default_value_t = 6)]
+    exits: usize,
+    /// Spend at most N checks on the trees that grow where nothing simpler leads out
+    #[arg(long, value_name = "N", value_parser = whole, allow_negative_numbers = true, default_value_t = 20_000)]
+    tree_checks: usize,
+    /// Seed of the random numbers
+    #[arg(long, value_name = "S", default_value_t = 0, value_parser = seed, allow_negative_numbers = true)]
+    seed: u64,
+    /// Give a query up after about this many checks
+    #[arg(long, value_name = "N", value_parser = whole, allow_negative_numbers = true)]
+    max_checks: Option<usize>,
+    /// Give a query up after about this many seconds
+    #[arg(long, value_name = "T", value_parser = seconds, allow_negative_numbers = true)]
+    max_seconds: Option<f64>,
+    /// Move in this world, as for `query`
+    #[arg(long, visible_alias = "scene", value_name = "WORLD")]
+    world: Option<PathBuf>,
+    #[command(flatten)]
+    load: LoadArgs,
+}
+
+/// What is said of one path.
+#[derive(Serialize)]
+struct Row<'a> {
+    points: &'a [Vec<f64>],
+    free_from: usize,
+    method: Option<EscapeMethod>,
+    colliding: Vec<([&'a str; 2], f64)>,
+    deepening: f64,
+    length: f64,
+    max_displacement: f64,
+    checks: usize,
+}
+
+impl<'a> Row<'a> {
+    fn new(escape: &'a Escape, scene: &'a Scene) -> Self {
+        let colliding = escape.colliding.iter().map(|(pair, distance)| (scene.pair_names(*pair), *distance)).collect();
+        let Escape { points, free_from, method, deepening, length, max_displacement, checks, .. } = escape;
+        let (free_from, method, deepening, length) = (*free_from, *method, *deepening, *length);
+        let (max_displacement, checks) = (*max_displacement, *checks);
+        Self { points, free_from, method, colliding, deepening, length, max_displacement, checks }
+    }
+
+    fn text(&self, line: usize) -> String {
+        let method = self.method.map_or("none", EscapeMethod::name);
+        let (points, from) = (self.points.len(), self.free_from);
+        let (length, moved, checks) = (self.length, self.max_displacement, report::count(self.checks));
+        format!("{line:>6}  {method:<8}  {points:>6}  {from:>9}  {length:>10.4}  {moved:>9.4}  {checks:>8}")
+    }
+}
+
+fn header(unit: &str) -> String {
+    let length = format!("[{unit}]");
+    format!(
+        "{:>6}  {:<8}  {:>6}  {:>9}  {length:>10}  {:>9}  {:>8}",
+        "line", "found by", "points", "free from", "moved [m]", "checks"
+    )
+}
+
+/// Runs the command.
+pub fn run(args: &EscapeArgs, json: bool) -> anyhow::Result<()> {
+    let mut configs = args.input.open()?;
+    let asked = Asked::load(&args.file, args.world.as_deref(), &args.load)?;
+    let termination = Termination { max_checks: args.max_checks, max_seconds: args.max_seconds, stop: None };
+    let (aim, tolerance, exits, tree_checks, seed) =
+        (args.aim, args.tolerance, args.exits, args.tree_checks, args.seed);
+    let options = EscapeOptions { aim, tolerance, exits, tree_checks, seed, termination, ..EscapeOptions::default() };
+    let scene = asked.scene();
+    let mut out = Output::new(configs.is_stream());
+    let mut progress = Progress::beside_rows("escaping");
+    let (mut total, mut found) = (0, 0);
+    while let Some(entry) = configs.next(scene)? {
+        for note in configs.take_notes() {
+            progress.aside(|| notice::warning(note));
+        }
+        let answered = entry.and_then(|(line, q)| {
+            let escape = asked.view().escape(&q, &options);
+            escape.map(|escape| (line, escape)).map_err(|error| BadLine { line, error: error.to_string() })
+        });
+        match answered {
+            Ok((line, escape)) => {
+                if !json && total == 0 {
+                    out.line(header(report::metric_unit(scene)))?;
+                }
+                total += 1;
+                found += usize::from(escape.is_found());
+                let row = Row::new(&escape, scene);
+                if json { out.json(&row)? } else { out.line(row.text(line))? }
+            }
+            Err(bad) => {
+                progress.aside(|| configs.report(&bad));
+                if json {
+                    out.json(&bad)?;
+                }
+            }
+        }
+        progress.update(configs.fraction(), || format!("{} paths", report::count(total)));
+    }
+    out.finish()?;
+    drop(progress);
+    configs.conclude()?;
+    if found < total {
+        bail!("{} of {} queries have no path: none was found", report::count(total - found), report::count(total));
+    }
+    Ok(())
+}

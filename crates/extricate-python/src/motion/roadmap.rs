@@ -1,0 +1,93 @@
+//! The class `Roadmap`: what plans of one scene share.
+
+use std::path::PathBuf;
+use std::sync::{Mutex, MutexGuard, PoisonError};
+
+use extricate::internals::io;
+use pyo3::prelude::*;
+
+use crate::error::exception;
+use crate::scene::Scene;
+
+/// Free configurations and proved edges between them, which `plan` adds to and reuses.
+///
+/// It belongs to the scene for which it was made. In another scene with the same coordinates it is
+/// a guess that saves checks: every returned path is proved in the scene that is planned in.
+///
+/// Roadmap(scene, *, seed=0)
+///
+/// scene: the `Scene` whose coordinates it has.
+/// seed: of all random numbers.
+#[pyclass(frozen, module = "extricate._extricate")]
+pub struct Roadmap(Mutex<Option<extricate::Roadmap>>);
+
+impl Roadmap {
+    fn of(roadmap: extricate::Roadmap) -> Self {
+        Self(Mutex::new(Some(roadmap)))
+    }
+
+    fn inner(&self) -> MutexGuard<'_, Option<extricate::Roadmap>> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// The roadmap, until it is given back; `None` while another call has it.
+    pub fn take(&self) -> Option<extricate::Roadmap> {
+        self.inner().take()
+    }
+
+    /// See [`Roadmap::take`].
+    pub fn give_back(&self, roadmap: extricate::Roadmap) {
+        *self.inner() = Some(roadmap);
+    }
+
+    fn tell(&self, number: impl Fn(&extricate::Roadmap) -> usize) -> usize {
+        self.inner().as_ref().map_or(0, number)
+    }
+}
+
+#[pymethods]
+impl Roadmap {
+    #[new]
+    #[pyo3(signature = (scene, *, seed = 0))]
+    fn new(scene: &Scene, seed: u64) -> Self {
+        Self::of(extricate::Roadmap::new(&scene.inner().space, seed))
+    }
+
+    /// Reads a roadmap file, for `scene`.
+    ///
+    /// Raises ValueError where it is no roadmap of the scene's coordinates.
+    #[staticmethod]
+    fn load(py: Python<'_>, path: PathBuf, scene: &Scene) -> PyResult<Self> {
+        let inner = scene.inner();
+        Ok(Self::of(py.detach(|| io::load_roadmap(&path, inner)).map_err(exception)?))
+    }
+
+    /// Writes a roadmap file: another reader sees the old one or the whole new one.
+    /// Replaces nothing but roadmaps.
+    fn save(&self, py: Python<'_>, path: PathBuf) -> PyResult<()> {
+        let kept = self.inner().clone();
+        let Some(roadmap) = kept else { return Ok(()) };
+        py.detach(|| io::save_roadmap(&roadmap, &path)).map_err(exception)
+    }
+
+    /// Number of configurations.
+    fn __len__(&self) -> usize {
+        self.tell(extricate::Roadmap::len)
+    }
+
+    /// Number of proved edges.
+    #[getter]
+    fn edges(&self) -> usize {
+        self.tell(extricate::Roadmap::edges)
+    }
+
+    /// Configurations that were evaluated to make it.
+    #[getter]
+    fn checks(&self) -> usize {
+        self.tell(extricate::Roadmap::checks)
+    }
+
+    fn __repr__(&self) -> String {
+        format!("<Roadmap of {} configurations, {} edges>", self.__len__(), self.edges())
+    }
+}

@@ -1,0 +1,42 @@
+//! Trees in the set of the escape: one from the query and what was pushed, one from the exits.
+
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
+use super::search::Search;
+use crate::applications::motion::rrt_connect::RrtConnect;
+use crate::cspace::sampling::uniform;
+
+/// Longest edge, as a share of the distance to the nearest exit; and of samples, how far from the
+/// query half of them are.
+const RANGE: f64 = 0.5;
+const NEAR: f64 = 4.0;
+
+/// A path in the set from the query to one of the exits, by trees.
+pub fn grow(search: &mut Search, pushed: &[Vec<f64>], exits: &[Vec<f64>]) -> Option<Vec<Vec<f64>>> {
+    let context = search.context;
+    let (metric, space) = (context.metric, &context.checker.scene().space);
+    let (q, mut far) = (search.q, vec![0.0; search.q.len()]);
+    let mut rng = ChaCha8Rng::seed_from_u64(search.options.seed);
+    let inside: Vec<Vec<f64>> = exits.iter().filter(|exit| search.prover.holds(exit)).cloned().collect();
+    let nearest = inside.iter().map(|exit| metric.distance(q, exit)).fold(f64::INFINITY, f64::min);
+    if inside.is_empty() {
+        return None;
+    }
+    let mut sample = |rng: &mut ChaCha8Rng, out: &mut [f64]| {
+        uniform(space, rng, out);
+        if rng.random::<bool>() {
+            far.copy_from_slice(out);
+            let share = (NEAR * nearest / metric.distance(q, &far)).min(1.0);
+            space.interpolate(q, &far, share * rng.random::<f64>(), out);
+        }
+    };
+    let limited = search.prover.limited(search.options.tree_checks);
+    let mut trees = RrtConnect::new(metric, [pushed, &inside], RANGE * nearest);
+    let path = trees.grow(&mut search.prover, &mut sample, &mut rng);
+    search.prover.unlimit(limited);
+    let path = path?;
+    // The first tree has the pushed points as roots, which proved edges join.
+    let root = pushed.iter().position(|point| *point == path[0])?;
+    Some(pushed[..root].iter().cloned().chain(path).collect())
+}

@@ -1,0 +1,108 @@
+//! Escape: from a colliding configuration a path to a free one, along which nothing gets worse.
+//!
+//! Read in this order: `options` (what is asked and answered), `relaxed` (the set that the path
+//! stays in), `search`, `mod` (the steps), `push`, `grow`, `finish`.
+//!
+//! 1. *Set*: what collides at `q` may overlap as deeply as there; everything else keeps its
+//!    clearance (`relaxed`).
+//! 2. *Straight* to the nearest exit, then to others that the query met: proved to stay in the set,
+//!    or not.
+//! 3. *Push*: the pairs that collide are parted little by little, each step from where the last one
+//!    ended (`push`).
+//! 4. *Grow*: straight to more exits; RRT-Connect in the set, between what was pushed and the exits
+//!    (`grow`).
+//! 5. *Finish*: shortcuts; from where on the path is proved free; what is told (`finish`).
+
+mod finish;
+mod grow;
+mod options;
+mod push;
+mod relaxed;
+mod search;
+
+pub use options::{Escape, EscapeMethod, EscapeOptions};
+
+use super::prover::Prover;
+use crate::collision::CheckScratch;
+use crate::cspace::Config;
+use crate::error::{Error, Result};
+use crate::query::{Context, Deadline, QueryScratch, View};
+use finish::finish;
+use options::found_nothing;
+use relaxed::Relaxed;
+use search::Search;
+
+impl View<'_> {
+    /// A path out of collision: from `q` to a free configuration, such that on the way no pair
+    /// collides that does not at `q`, and none that does gets deeper by more than
+    /// [`EscapeOptions::tolerance`]. From [`Escape::free_from`] on it is free.
+    ///
+    /// # Guarantee
+    /// All of this is proved for every configuration of the path, not for samples. Depths are those
+    /// of [`crate::Checker::clearance`]: exact for convex shapes, from below for meshes; surfaces
+    /// that cross have a depth of 0, whatever of them is beyond. Where no such path is found,
+    /// [`Escape::points`] is empty; that proves nothing. The same view, `q` and options give the
+    /// same answer, unless a limit in seconds ends it.
+    ///
+    /// # Errors
+    /// [`Error::Config`] where `q` lies beyond a limit: a path cannot begin there. Move it onto its
+    /// limits first. [`Error::Option`] for an option that makes no sense.
+    pub fn escape(&self, q: &Config, options: &EscapeOptions) -> Result<Escape> {
+        options.check()?;
+        let space = &self.scene().space;
+        if let Some(at) = space.outside(q).next() {
+            return Err(Error::Config {
+                element: format!("coordinate {at}"),
+                value: q[at].to_string(),
+                expected: "a value within its limits: a path cannot begin beyond them".into(),
+            });
+        }
+        Ok(escape(self.context(), q, options))
+    }
+}
+
+fn escape(context: &Context, q: &Config, options: &EscapeOptions) -> Escape {
+    let mut check = CheckScratch::default();
+    let relaxed = Relaxed::at(context.checker, q, options.tolerance, &mut check);
+    if relaxed.colliding.is_empty() {
+        return options::is_free_already(q);
+    }
+    let prover = Prover::new(&relaxed.checker, options.resolution, Deadline::of(&options.termination));
+    let mut search = Search { context, q, options, relaxed: &relaxed, prover, query: QueryScratch::default() };
+    search.prover.checks += 1;
+    let Some((points, method)) = search.find() else {
+        return found_nothing(&search.relaxed.colliding, search.prover.checks);
+    };
+    finish(search, points, method)
+}
+
+impl Search<'_> {
+    fn find(&mut self) -> Option<(Vec<Vec<f64>>, EscapeMethod)> {
+        let answer = self.query(1)?;
+        let nearest = [answer.witness.clone()];
+        if let Some(path) = self.straight(&nearest) {
+            return Some((path, EscapeMethod::Nearest));
+        }
+        let met = self.query.other_exits(&self.context.checker.scene().space, &answer);
+        let met: Vec<Vec<f64>> = met.into_iter().map(|(_, exit)| exit).collect();
+        if let Some(path) = self.straight(&met) {
+            return Some((path, EscapeMethod::Exit));
+        }
+        let pushed = push::push(self);
+        if pushed.is_out {
+            return Some((self.shorter(pushed.points), EscapeMethod::Pushed));
+        }
+        let exits: Vec<Vec<f64>> = match self.options.exits {
+            0 | 1 => nearest.to_vec(),
+            several => self.query(several)?.exits.into_iter().map(|exit| exit.witness).collect(),
+        };
+        if let Some(path) = self.straight(&exits) {
+            return Some((path, EscapeMethod::Exit));
+        }
+        let grown = grow::grow(self, &pushed.points, &exits)?;
+        Some((self.shorter(grown), EscapeMethod::Grown))
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,145 @@
+//! What an escape is asked to be, and what is answered.
+
+use serde::Serialize;
+
+use crate::cspace::Config;
+use crate::error::{Error, Result};
+use crate::query::Termination;
+use crate::scene::PairId;
+
+/// What the end of a path keeps beyond the scene's clearance where no aim is given \[m\]: ten times
+/// what a proof cannot tell, so that the last edge is proved and another can begin there.
+pub const AIM: f64 = 1e-3;
+
+/// Options of an escape.
+#[derive(Debug, Clone, PartialEq)]
+pub struct EscapeOptions {
+    /// Clearance \[m\] that the end of the path is to keep, for pairs without one of their own;
+    /// where nothing is found that keeps it, that of the scene. `None`: that of the scene and 1 mm.
+    pub aim: Option<f64>,
+    /// By how much \[m\] a pair that collides at the query may get deeper on the way.
+    pub tolerance: f64,
+    /// Exits that straight edges are tried to, the nearest first.
+    pub exits: usize,
+    /// How finely edges are proved \[m\], see [`crate::SegmentOptions::resolution`].
+    pub resolution: f64,
+    /// Checks of the trees that grow where nothing simpler leads out.
+    pub tree_checks: usize,
+    /// Of all random numbers.
+    pub seed: u64,
+    /// When to give up.
+    pub termination: Termination,
+}
+
+impl Default for EscapeOptions {
+    /// 1 mm of tolerance, six exits, trees of 20,000 checks.
+    fn default() -> Self {
+        Self {
+            aim: None,
+            tolerance: 1e-3,
+            exits: 6,
+            resolution: 1e-4,
+            tree_checks: 20_000,
+            seed: 0,
+            termination: Termination::default(),
+        }
+    }
+}
+
+impl EscapeOptions {
+    /// Whether lengths are lengths.
+    ///
+    /// # Errors
+    /// [`Error::Option`], which names the option.
+    pub(super) fn check(&self) -> Result<()> {
+        let is_length = |length: f64| (0.0..=1e9).contains(&length);
+        let lengths =
+            [("aim", self.aim.unwrap_or(0.0)), ("tolerance", self.tolerance), ("resolution", self.resolution)];
+        match lengths.into_iter().find(|(_, length)| !is_length(*length)) {
+            Some((name, length)) => {
+                Err(Error::Option { name, value: length.to_string(), expected: "a length in metres, 0 to 1e9" })
+            }
+            None => Ok(()),
+        }
+    }
+}
+
+/// Which step found the path.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum EscapeMethod {
+    /// The query is free.
+    Free,
+    /// A straight edge to the nearest exit.
+    Nearest,
+    /// A straight edge to another exit.
+    Exit,
+    /// The colliding pairs were parted little by little.
+    Pushed,
+    /// Trees that grew toward each other.
+    Grown,
+}
+
+impl EscapeMethod {
+    /// As it is written.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Free => "free",
+            Self::Nearest => "nearest",
+            Self::Exit => "exit",
+            Self::Pushed => "pushed",
+            Self::Grown => "grown",
+        }
+    }
+}
+
+/// A path out of collision, see [`crate::View::escape`].
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Escape {
+    /// Configurations, the query first; between two of them the geodesic. Empty where no path was
+    /// found.
+    pub points: Vec<Vec<f64>>,
+    /// The path is proved free from this point on: an index into `points`.
+    pub free_from: usize,
+    /// Which step found it; `None` where none did.
+    pub method: Option<EscapeMethod>,
+    /// The pairs that collide at the query, and their signed distances \[m\] there.
+    pub colliding: Vec<(PairId, f64)>,
+    /// Most \[m\] that any of these was found deeper than at the query, at the points and between;
+    /// at most the tolerance, which is proved. 0 where none was.
+    pub deepening: f64,
+    /// Length of the path in the scene's metric.
+    pub length: f64,
+    /// Largest displacement \[m\] of any point of the moving geometry between the query and any of
+    /// `points`.
+    pub max_displacement: f64,
+    /// Configurations at which the exact checker evaluated anything.
+    pub checks: usize,
+}
+
+impl Escape {
+    /// Whether a path was found.
+    pub fn is_found(&self) -> bool {
+        self.method.is_some()
+    }
+}
+
+/// What is said of a query that is free.
+pub fn is_free_already(q: &Config) -> Escape {
+    let points = vec![q.to_vec()];
+    Escape { points, method: Some(EscapeMethod::Free), ..found_nothing(&[], 1) }
+}
+
+/// What is said where nothing was found.
+pub fn found_nothing(colliding: &[(PairId, f64)], checks: usize) -> Escape {
+    Escape {
+        points: Vec::new(),
+        free_from: 0,
+        method: None,
+        colliding: colliding.to_vec(),
+        deepening: 0.0,
+        length: 0.0,
+        max_displacement: 0.0,
+        checks,
+    }
+}

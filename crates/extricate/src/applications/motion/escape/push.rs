@@ -1,0 +1,49 @@
+//! Parting the colliding pairs little by little: each step is the nearest exit from a set that is a
+//! little smaller than the last, so the path bends around what stands beside it.
+
+use super::search::Search;
+use crate::query::worlds::Unlearned;
+use crate::query::{QueryOptions, QueryScratch, nearest_exit};
+
+/// Share of the way out that the first step goes, and the least: a step whose edge is not proved is
+/// halved, one that is, doubled.
+const FIRST_STEP: f64 = 0.25;
+const LEAST_STEP: f64 = 1.0 / 64.0;
+/// Descents of a step: the nearest exit of a set that is a little smaller is near.
+const STARTS: usize = 2;
+
+/// How far it came.
+pub struct Pushed {
+    /// The query, and a configuration for every step; every edge is proved to stay in the set.
+    pub points: Vec<Vec<f64>>,
+    /// Whether the last one is free.
+    pub is_out: bool,
+}
+
+/// Pushes the colliding pairs of the query apart until they keep their clearance, or a step fails.
+pub fn push(search: &mut Search) -> Pushed {
+    let nq = search.q.len();
+    let unlearned = Unlearned::new(search.context.metric, nq);
+    let (mut points, mut memory) = (vec![search.q.to_vec()], QueryScratch::default());
+    let (mut share, mut step) = (0.0, FIRST_STEP);
+    let space = &search.context.checker.scene().space;
+    while share < 1.0 && step >= LEAST_STEP && !search.prover.is_spent() {
+        let next = f64::min(1.0, share + step);
+        let checker = search.relaxed.raised(search.context.checker, search.aim(), next);
+        let context = unlearned.context(search.context, &checker);
+        let options = QueryOptions { starts: Some(STARTS), termination: search.left(), ..QueryOptions::default() };
+        let here = &points[points.len() - 1];
+        let Ok(from) = space.config(here) else { break };
+        let answer = nearest_exit(&context, &from, &options, &mut memory);
+        search.prover.checks += memory.checks();
+        let there = answer.map(|answer| answer.witness);
+        match there.filter(|there| search.prover.proves(here, there)) {
+            Some(there) => {
+                points.push(there);
+                (share, step) = (next, 2.0 * step);
+            }
+            None => step *= 0.5,
+        }
+    }
+    Pushed { points, is_out: share >= 1.0 }
+}

@@ -1,0 +1,101 @@
+//! Configurations that are added one by one, and which of them are nearest.
+
+use kdtree::KdTree;
+use kdtree::distance::squared_euclidean;
+
+use crate::metric::{Metric, MetricScratch};
+
+/// Points of a leaf of the tree.
+const LEAF: usize = 32;
+
+/// Configurations, found by the embedding of the scene's metric: nearest means nearest there, where
+/// distances are at most those of the metric.
+pub struct Nodes<'a> {
+    metric: &'a Metric,
+    nq: usize,
+    configs: Vec<f64>,
+    tree: KdTree<f64, usize, Vec<f64>>,
+}
+
+impl<'a> Nodes<'a> {
+    /// None.
+    pub fn new(metric: &'a Metric) -> Self {
+        let nq = metric.scene().space.nq();
+        let tree = KdTree::with_capacity(metric.embedding_len(), LEAF);
+        Self { metric, nq, configs: Vec::new(), tree }
+    }
+
+    /// What is measured by.
+    pub fn metric(&self) -> &'a Metric {
+        self.metric
+    }
+
+    /// How many there are.
+    pub fn len(&self) -> usize {
+        self.configs.len() / self.nq
+    }
+
+    /// One of them.
+    pub fn config(&self, index: usize) -> &[f64] {
+        &self.configs[index * self.nq..][..self.nq]
+    }
+
+    /// Adds one, which is finite, and gives its index.
+    pub fn push(&mut self, q: &[f64]) -> usize {
+        let (index, point) = (self.len(), self.embedded(q));
+        self.configs.extend_from_slice(q);
+        // The tree refuses points that are not finite or of another length; configurations are
+        // neither.
+        let added = self.tree.add(point, index);
+        debug_assert!(added.is_ok(), "{added:?}");
+        index
+    }
+
+    /// The nearest to `q`; `None` where there are none.
+    pub fn nearest(&self, q: &[f64]) -> Option<usize> {
+        self.near(q, 1).first().copied()
+    }
+
+    /// The `count` nearest to `q`, nearest first.
+    pub fn near(&self, q: &[f64], count: usize) -> Vec<usize> {
+        let point = self.embedded(q);
+        let found = self.tree.nearest(&point, count, &squared_euclidean).unwrap_or_default();
+        found.into_iter().map(|(_, index)| *index).collect()
+    }
+
+    fn embedded(&self, q: &[f64]) -> Vec<f64> {
+        let mut point = vec![0.0; self.metric.embedding_len()];
+        self.metric.embed(q, &mut MetricScratch::default(), &mut point);
+        point
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::cspace::sampling::Halton;
+    use crate::query::World;
+    use crate::scene::builtin;
+
+    #[test]
+    fn the_nearest_are_those_of_a_scan() {
+        let world = World::new(builtin::scene("free-box").unwrap());
+        let (metric, space) = (world.metric(), &world.scene().space);
+        let (mut nodes, halton) = (Nodes::new(metric), Halton::new(space.nv(), 4));
+        let mut q = vec![0.0; space.nq()];
+        assert_eq!(nodes.nearest(&q), None);
+        for index in 0..300 {
+            halton.config(space, index, &mut q);
+            assert_eq!(nodes.push(&q), index as usize);
+        }
+        for index in 300..330 {
+            halton.config(space, index, &mut q);
+            let mut all: Vec<usize> = (0..nodes.len()).collect();
+            all.sort_by(|a, b| {
+                let distance = |i: usize| metric.distance(nodes.config(i), &q);
+                distance(*a).total_cmp(&distance(*b))
+            });
+            assert_eq!(nodes.near(&q, 5), all[..5]);
+        }
+    }
+}

@@ -1,0 +1,194 @@
+//! Plan: a proved path between two free configurations, also through narrow passages.
+//!
+//! A straight edge, then RRT-Connect, which solves most open scenes in some hundred checks; while
+//! it does not, a roadmap grows beside it ([`super::roadmap`]), with four checks for each of the
+//! trees, and twice as many in every round.
+
+mod options;
+
+pub use options::{Plan, PlanMethod, PlanOptions};
+
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+
+use super::path;
+use super::prover::Prover;
+use super::roadmap::{Grower, Roadmap, RoadmapContext};
+use super::rrt_connect::RrtConnect;
+use super::shortcut::shortcut;
+use crate::cspace::Config;
+use crate::cspace::sampling::uniform;
+use crate::error::{Error, Result};
+use crate::query::{Context, Deadline, View};
+
+/// Checks of the trees in the first round: scenes that are open need a tenth.
+const FIRST_ROUND: usize = 2_000;
+/// Times as many go to the roadmap: what trees find at all, they find early.
+const MORE: usize = 4;
+/// Most checks of one batch of the roadmap: what it finds is known to the next one only.
+const MOST_OF_A_BATCH: usize = 20_000;
+/// Longest edge of a tree, as a share of the metric's diameter; a half takes twice the checks in
+/// open scenes (`bench/applications open`).
+const RANGE: f64 = 0.2;
+
+impl View<'_> {
+    /// A path between two free configurations, every edge of it proved free.
+    ///
+    /// # Guarantee
+    /// Every configuration of the path is free: proved. Where none is found [`Plan::points`] is
+    /// empty, which proves nothing. The same view, ends and options give the same path whatever the
+    /// number of threads, unless a limit in seconds ends it.
+    ///
+    /// # Errors
+    /// [`Error::Config`] where an end is not free, named `from` or `to`; [`Error::Option`] for an
+    /// option that makes no sense.
+    pub fn plan(&self, from: &Config, to: &Config, options: &PlanOptions) -> Result<Plan> {
+        let mut roadmap = Roadmap::new(&self.scene().space, options.seed);
+        self.plan_in(&mut roadmap, false, [from, to], options)
+    }
+
+    /// As [`View::plan`], with a roadmap of earlier calls, which it adds to: queries of one scene
+    /// that share it become cheaper. One that was made for another scene with the same coordinates
+    /// is of use where the two are alike; the guarantee is the same.
+    ///
+    /// # Errors
+    /// As [`View::plan`]; [`Error::Input`] where the roadmap is one of other coordinates.
+    pub fn plan_with(&self, from: &Config, to: &Config, options: &PlanOptions, roadmap: &mut Roadmap) -> Result<Plan> {
+        self.plan_in(roadmap, true, [from, to], options)
+    }
+
+    fn plan_in(&self, roadmap: &mut Roadmap, keeps: bool, ends: [&Config; 2], options: &PlanOptions) -> Result<Plan> {
+        options.check()?;
+        let scene = self.scene();
+        roadmap.check(&scene.space).map_err(|problem| Error::input("roadmap", "contents", problem))?;
+        let limit = Deadline::of(&options.termination);
+        let mut prover = Prover::new(self.checker(), options.resolution, limit.clone());
+        for (name, end) in ["from", "to"].into_iter().zip(ends) {
+            if !prover.holds(end) {
+                return Err(not_free(self.context(), name, end));
+            }
+        }
+        let pool = options.pool()?;
+        let planner = Planner { context: self.context(), ends, keeps, options, prover, limit };
+        Ok(pool.install(|| planner.plan(roadmap)))
+    }
+}
+
+impl View<'_> {
+    /// Adds to a roadmap, for plans to come, by spending about so many checks.
+    ///
+    /// # Errors
+    /// [`Error::Option`] and [`Error::Input`] as [`View::plan_with`].
+    pub fn grow_roadmap(&self, roadmap: &mut Roadmap, checks: usize, options: &PlanOptions) -> Result<()> {
+        options.check()?;
+        roadmap.check(&self.scene().space).map_err(|problem| Error::input("roadmap", "contents", problem))?;
+        let limit = Deadline::of(&options.termination);
+        options.pool()?.install(|| {
+            let context = RoadmapContext::new(self.context(), options.resolution);
+            let mut grower = Grower::new(context, roadmap);
+            let until = grower.roadmap.checks().saturating_add(checks);
+            while grower.roadmap.checks() < until && !limit.is_reached(0) {
+                grower.grow((until - grower.roadmap.checks()).min(MOST_OF_A_BATCH), &limit);
+            }
+        });
+        Ok(())
+    }
+}
+
+fn not_free(context: &Context, name: &str, end: &Config) -> Error {
+    let scene = context.checker.scene();
+    if let Some(at) = scene.space.outside(end).next() {
+        let expected = "a value within its limits".into();
+        return Error::Config { element: format!("{name}: coordinate {at}"), value: end[at].to_string(), expected };
+    }
+    let pair = context.checker.colliding_pair(end, &mut Default::default());
+    let value = pair.map_or("a collision".into(), |pair| {
+        let [a, b] = scene.pair_names(pair);
+        format!("a collision of {a} and {b}")
+    });
+    Error::Config { element: name.into(), value, expected: "a free configuration; `escape` leads to one".into() }
+}
+
+struct Planner<'a> {
+    context: &'a Context<'a>,
+    ends: [&'a Config; 2],
+    /// Whether the roadmap is for later plans too.
+    keeps: bool,
+    options: &'a PlanOptions,
+    prover: Prover<'a>,
+    limit: Deadline,
+}
+
+impl Planner<'_> {
+    fn plan(mut self, roadmap: &mut Roadmap) -> Plan {
+        let before = roadmap.checks();
+        let found = self.find(roadmap);
+        let (grown, nodes) = (roadmap.checks() - before, roadmap.len());
+        let Some((mut points, method)) = found else { return Plan::none(self.prover.checks + grown, nodes) };
+        if self.options.shortcut {
+            let mut rng = ChaCha8Rng::seed_from_u64(self.options.seed);
+            shortcut(&mut self.prover, &mut points, &mut rng);
+        }
+        let length = path::length(self.context.metric, &points.concat(), self.ends[0].len());
+        Plan { points, method: Some(method), length, checks: self.prover.checks + grown, nodes }
+    }
+
+    fn find(&mut self, roadmap: &mut Roadmap) -> Option<(Vec<Vec<f64>>, PlanMethod)> {
+        let [from, to] = self.ends.map(|end| end.to_vec());
+        if self.prover.proves(&from, &to) {
+            return Some((vec![from, to], PlanMethod::Straight));
+        }
+        let context = RoadmapContext::new(self.context, self.options.resolution);
+        let mut grower = Grower::new(context, roadmap);
+        let (before, mut nodes) = (grower.roadmap.checks(), None);
+        if !grower.roadmap.is_empty() {
+            let [a, b] = [grower.add(&from), grower.add(&to)];
+            nodes = Some([a, b]);
+            if let Some(path) = grower.solve(a, b) {
+                return Some((path, PlanMethod::Roadmap));
+            }
+        }
+        let (metric, space) = (self.context.metric, &self.context.checker.scene().space);
+        let mut rng = ChaCha8Rng::seed_from_u64(self.options.seed);
+        let mut trees = RrtConnect::new(
+            metric,
+            [std::slice::from_ref(&from), std::slice::from_ref(&to)],
+            RANGE * metric.diameter(),
+        );
+        let mut sample = |rng: &mut ChaCha8Rng, out: &mut [f64]| uniform(space, rng, out);
+        let mut round = FIRST_ROUND;
+        loop {
+            let limited = self.prover.limited(self.left(&grower, before).min(round));
+            let path = trees.grow(&mut self.prover, &mut sample, &mut rng);
+            self.prover.unlimit(limited);
+            if let Some(path) = path {
+                if self.keeps {
+                    grower.keep(&path);
+                }
+                return Some((path, PlanMethod::Trees));
+            }
+            let [a, b] = *nodes.get_or_insert_with(|| [grower.add(&from), grower.add(&to)]);
+            let begun = grower.roadmap.checks();
+            while grower.roadmap.checks() - begun < MORE * round {
+                let left = self.left(&grower, before);
+                if left == 0 || self.limit.is_reached(0) {
+                    return None;
+                }
+                grower.grow(left.min(round).min(MOST_OF_A_BATCH), &self.limit);
+                if let Some(path) = grower.solve(a, b) {
+                    return Some((path, PlanMethod::Roadmap));
+                }
+            }
+            round *= 2;
+        }
+    }
+
+    /// Checks that may still be spent, where the roadmap had spent `before`.
+    fn left(&self, grower: &Grower, before: usize) -> usize {
+        let spent = self.prover.checks + grower.roadmap.checks() - before;
+        self.limit.checks.map_or(usize::MAX, |most| most.saturating_sub(spent))
+    }
+}
+
+#[cfg(test)]
+mod tests;

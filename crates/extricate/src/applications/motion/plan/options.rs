@@ -1,0 +1,100 @@
+//! What a path is asked to be, and what is answered.
+
+use rayon::{ThreadPool, ThreadPoolBuilder};
+use serde::Serialize;
+
+use crate::error::{Error, Result};
+use crate::query::Termination;
+
+/// Options of a plan.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PlanOptions {
+    /// How finely edges are proved \[m\], see [`crate::SegmentOptions::resolution`]: edges that
+    /// pass something by less than about this are not found.
+    pub resolution: f64,
+    /// Whether to remove points that are not needed.
+    pub shortcut: bool,
+    /// Of all random numbers.
+    pub seed: u64,
+    /// Threads that grow the roadmap, 0 for one a core; the path is the same.
+    pub threads: usize,
+    /// When to give up.
+    pub termination: Termination,
+}
+
+impl Default for PlanOptions {
+    /// Proofs to 0.1 mm, a million checks.
+    fn default() -> Self {
+        let termination = Termination::after_checks(1_000_000);
+        Self { resolution: 1e-4, shortcut: true, seed: 0, threads: 0, termination }
+    }
+}
+
+impl PlanOptions {
+    pub(super) fn check(&self) -> Result<()> {
+        if (0.0..=1e9).contains(&self.resolution) {
+            return Ok(());
+        }
+        let value = self.resolution.to_string();
+        Err(Error::Option { name: "resolution", value, expected: "a length in metres, 0 to 1e9" })
+    }
+
+    pub(super) fn pool(&self) -> Result<ThreadPool> {
+        let refused = |_| Error::Option {
+            name: "threads",
+            value: self.threads.to_string(),
+            expected: "a number that the system can start",
+        };
+        ThreadPoolBuilder::new().num_threads(self.threads).build().map_err(refused)
+    }
+}
+
+/// Which step found the path.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum PlanMethod {
+    /// The straight edge.
+    Straight,
+    /// Trees from both ends (RRT-Connect).
+    Trees,
+    /// The roadmap.
+    Roadmap,
+}
+
+impl PlanMethod {
+    /// As it is written.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Straight => "straight",
+            Self::Trees => "trees",
+            Self::Roadmap => "roadmap",
+        }
+    }
+}
+
+/// A path between two free configurations, see [`crate::View::plan`].
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Plan {
+    /// Configurations from the first end to the last; between two of them the geodesic. Empty where
+    /// no path was found.
+    pub points: Vec<Vec<f64>>,
+    /// Which step found it; `None` where none did.
+    pub method: Option<PlanMethod>,
+    /// Length of the path in the scene's metric.
+    pub length: f64,
+    /// Configurations at which the exact checker evaluated anything.
+    pub checks: usize,
+    /// Configurations of the roadmap.
+    pub nodes: usize,
+}
+
+impl Plan {
+    /// Whether a path was found.
+    pub fn is_found(&self) -> bool {
+        self.method.is_some()
+    }
+
+    pub(super) fn none(checks: usize, nodes: usize) -> Self {
+        Self { points: Vec::new(), method: None, length: 0.0, checks, nodes }
+    }
+}

@@ -1,0 +1,58 @@
+//! Plans against samples along them, and a passage that trees do not find.
+
+use super::*;
+use crate::applications::motion::testing::{along, labelled, peg};
+use crate::collision::CheckScratch;
+use crate::cspace::Label;
+use crate::query::{Termination, World};
+use crate::scene::builtin;
+
+/// Asserts that a path leads from one end to the other and that samples of it are free.
+fn assert_path(world: &World, [from, to]: [&Config; 2], plan: &Plan) {
+    assert_eq!((&plan.points[0], &plan.points[plan.points.len() - 1]), (&from.to_vec(), &to.to_vec()));
+    let mut scratch = CheckScratch::default();
+    along(world.checker(), &plan.points, |p| assert_eq!(world.checker().label(p, &mut scratch), Label::Free));
+}
+
+#[test]
+fn paths_are_free_and_do_not_depend_on_threads() {
+    for name in builtin::NAMES {
+        let world = World::new(builtin::scene(name).unwrap());
+        let free = labelled(world.checker(), Label::Free, 6, 3);
+        for (seed, ends) in free.chunks_exact(2).enumerate() {
+            let termination = Termination::after_checks(20_000);
+            let options = PlanOptions { seed: seed as u64, threads: 1, termination, ..PlanOptions::default() };
+            let plan = world.view().plan(&ends[0], &ends[1], &options).unwrap();
+            let again = world.view().plan(&ends[0], &ends[1], &PlanOptions { threads: 2, ..options }).unwrap();
+            assert_eq!(plan, again, "{name}");
+            if plan.is_found() {
+                assert_path(&world, [&ends[0], &ends[1]], &plan);
+            }
+        }
+    }
+}
+
+#[test]
+fn a_roadmap_leads_through_a_hole_and_is_kept() {
+    let (world, ends) = peg(2.0);
+    let options = PlanOptions { resolution: 1e-3, ..PlanOptions::default() };
+    let mut roadmap = Roadmap::new(&world.scene().space, 0);
+    let plan = world.view().plan_with(&ends[0], &ends[1], &options, &mut roadmap).unwrap();
+    assert!(plan.is_found());
+    assert_path(&world, [&ends[0], &ends[1]], &plan);
+    let again = world.view().plan_with(&ends[1], &ends[0], &options, &mut roadmap).unwrap();
+    assert!(again.method == Some(PlanMethod::Roadmap) && again.checks < plan.checks / 4, "{}", again.checks);
+    assert_path(&world, [&ends[1], &ends[0]], &again);
+}
+
+#[test]
+fn ends_that_are_not_free_are_named() {
+    let world = World::new(builtin::scene("planar-arm").unwrap());
+    let free = &labelled(world.checker(), Label::Free, 1, 3)[0];
+    let colliding = &labelled(world.checker(), Label::Colliding, 1, 3)[0];
+    let message = |from, to| world.view().plan(from, to, &PlanOptions::default()).unwrap_err().to_string();
+    assert!(message(free, colliding).contains("to: got a collision of"), "{}", message(free, colliding));
+    assert!(message(colliding, free).contains("from: got a collision of"));
+    let options = PlanOptions { resolution: f64::NAN, ..PlanOptions::default() };
+    assert!(world.view().plan(free, free, &options).unwrap_err().to_string().contains("resolution"));
+}

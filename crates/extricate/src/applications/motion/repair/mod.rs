@@ -1,0 +1,118 @@
+//! Repair: a path that collides becomes one that is proved free, as near to the old one as can be.
+//!
+//! Read in this order: `options` (what is asked and answered), `old_path` (where the old path is
+//! free), `repairer`, `mod` (the steps), `push`,
+//! `gaps`, `pull`.
+//!
+//! 1. *Stretches*: the old path is proved free up to here and from there on; what is between is to
+//!    be replaced (`old_path`).
+//! 2. *Push*: configurations along a stretch are brought to free ones that keep the clearance that
+//!    is aimed at, each begun from the last one; where the edge between two is not proved, so is
+//!    its middle (`push`).
+//! 3. *Gaps* that are left, as where the nearest exit jumps: RRT-Connect near the old path, in a
+//!    tube that grows (`gaps`).
+//! 4. *Pull*: points are moved back toward the old path, and those that are not needed go (`pull`).
+//!
+//! # Source
+//! Pushing configurations of a path out at a larger clearance than the one that is proved follows
+//! small-step retraction: M. Saha, J.-C. Latombe, Y.-C. Chang and F. Prinz, "Finding narrow
+//! passages with probabilistic roadmaps: the small-step retraction method", Autonomous Robots
+//! 19(3), 2005, doi:10.1007/s10514-005-4748-1. Deviation: exits are found by queries, not by
+//! shrinking bodies.
+
+mod gaps;
+mod old_path;
+mod options;
+mod pull;
+mod push;
+mod repairer;
+
+pub use options::{RepairOptions, Repaired};
+
+use super::path;
+use crate::cspace::{Config, Rows};
+use crate::error::{Error, Result};
+use crate::query::View;
+use old_path::Point;
+use repairer::Repairer;
+
+impl View<'_> {
+    /// A path that is proved free, as near to the path of `points` (rows, one or more) as is found:
+    /// what of it is free stays as it is. An end that collides is moved too.
+    ///
+    /// # Guarantee
+    /// Every configuration of the result is free: proved. Where no such path is found,
+    /// [`Repaired::points`] is empty; that proves nothing. The same view, points and options give
+    /// the same result, unless a limit in seconds ends it.
+    ///
+    /// # Errors
+    /// [`Error::Input`] where there is no row, or one is no configuration of the scene within its
+    /// limits: the row is named. [`Error::Option`] for an option that makes no sense.
+    pub fn repair(&self, points: Rows, options: &RepairOptions) -> Result<Repaired> {
+        options.check()?;
+        let space = &self.scene().space;
+        let config = |(row, q): (usize, &[f64])| {
+            space.config(q).map_err(|error| Error::input("path", format!("row {row}"), error.to_string()))
+        };
+        let old: Vec<Config> = points.iter().enumerate().map(config).collect::<Result<_>>()?;
+        if old.is_empty() {
+            return Err(Error::input("path", "rows", "got none, expected one or more"));
+        }
+        Ok(Repairer::new(self.context(), &old, options).repair())
+    }
+}
+
+impl Repairer<'_> {
+    fn repair(mut self) -> Repaired {
+        let stretches = self.old.colliding(push::STEP * self.context.metric.diameter(), &mut self.prover);
+        let mut new: Vec<Point> = Vec::new();
+        let mut from = 0.0;
+        for stretch in &stretches {
+            // An end that collides is no part of the new path.
+            if stretch.from > from {
+                self.old.copy(from, stretch.from, &mut new);
+            }
+            let Some(points) = self.replace(stretch.from, stretch.to) else { return self.none() };
+            new.extend(points);
+            from = stretch.to;
+        }
+        if from < self.old.end() || stretches.is_empty() {
+            self.old.copy(from, self.old.end(), &mut new);
+        }
+        new.dedup_by(|a, b| a.1 == b.1);
+        self.answer(new, stretches.len())
+    }
+
+    /// New points for the stretch between two places, both included.
+    fn replace(&mut self, from: f64, to: f64) -> Option<Vec<Point>> {
+        let pushed = self.push(from, to)?;
+        let closed = self.close(pushed)?;
+        Some(self.pull(closed))
+    }
+
+    fn answer(self, new: Vec<Point>, stretches: usize) -> Repaired {
+        let deviation = new.iter().map(|point| self.deviation(point)).fold(0.0, f64::max);
+        if self.options.max_deviation.is_some_and(|most| deviation > most) {
+            return self.none();
+        }
+        let (metric, nq) = (self.context.metric, new[0].1.len());
+        let flat: Vec<f64> = new.iter().flat_map(|(_, q)| q.iter().copied()).collect();
+        Repaired {
+            length: path::length(metric, &flat, nq),
+            length_before: self.old.length(),
+            places: new.iter().map(|(place, _)| *place).collect(),
+            points: new.into_iter().map(|(_, q)| q).collect(),
+            deviation,
+            stretches,
+            gaps: self.gaps,
+            checks: self.prover.checks,
+        }
+    }
+
+    fn none(&self) -> Repaired {
+        Repaired { checks: self.prover.checks, length_before: self.old.length(), ..Repaired::default() }
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,93 @@
+//! The path that is repaired: its places, and where it is not free.
+
+use crate::applications::motion::prover::Prover;
+use crate::cspace::{Config, ConfigSpace};
+use crate::metric::Metric;
+
+/// A point of a new path: the place on the old one that it stands for, and a configuration.
+pub type Point = (f64, Vec<f64>);
+
+/// The rows of the old path. A place is a number: row 2 is at 2, the middle of the edge after it at
+/// 2.5.
+pub struct OldPath<'a> {
+    rows: &'a [Config],
+    metric: &'a Metric,
+    space: &'a ConfigSpace,
+}
+
+/// What is to be replaced, between two places. The old path is free at both, or ends there.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Stretch {
+    /// Where it begins.
+    pub from: f64,
+    /// Where it ends.
+    pub to: f64,
+}
+
+impl<'a> OldPath<'a> {
+    /// Of one row or more.
+    pub fn new(metric: &'a Metric, rows: &'a [Config]) -> Self {
+        Self { rows, metric, space: &metric.scene().space }
+    }
+
+    /// The place of the last row.
+    pub fn end(&self) -> f64 {
+        (self.rows.len() - 1) as f64
+    }
+
+    /// The configuration at a place.
+    pub fn at(&self, place: f64) -> Vec<f64> {
+        let row = (place.floor().max(0.0) as usize).min(self.rows.len() - 1);
+        let share = place - row as f64;
+        let mut q = self.rows[row].to_vec();
+        if share > 0.0 && row + 1 < self.rows.len() {
+            self.space.interpolate(&self.rows[row], &self.rows[row + 1], share, &mut q);
+        }
+        q
+    }
+
+    /// Length in the metric.
+    pub fn length(&self) -> f64 {
+        self.length_between(0.0, self.end())
+    }
+
+    /// Length between two places.
+    pub fn length_between(&self, from: f64, to: f64) -> f64 {
+        let mut points = Vec::new();
+        self.copy(from, to, &mut points);
+        points.iter().zip(points.iter().skip(1)).map(|(a, b)| self.metric.distance(&a.1, &b.1)).sum()
+    }
+
+    /// Appends the path from one place to another: both ends and all rows between.
+    pub fn copy(&self, from: f64, to: f64, into: &mut Vec<Point>) {
+        into.push((from, self.at(from)));
+        let rows = (from.floor() as usize + 1..self.rows.len()).take_while(|row| (*row as f64) < to);
+        into.extend(rows.map(|row| (row as f64, self.rows[row].to_vec())));
+        if to > from {
+            into.push((to, self.at(to)));
+        }
+    }
+
+    /// The stretches that are not proved free, in order, and `margin` (metric units) of the free
+    /// part of their edges on both sides: right beside a collision nothing leads elsewhere. Where
+    /// edges one after the other are not, and the row between them collides, they are one.
+    pub fn colliding(&self, margin: f64, prover: &mut Prover) -> Vec<Stretch> {
+        let mut stretches: Vec<Stretch> = Vec::new();
+        let mut add = |from: f64, to: f64| match stretches.last_mut() {
+            Some(last) if last.to >= from => last.to = to,
+            _ => stretches.push(Stretch { from, to }),
+        };
+        if self.rows.len() == 1 && !prover.holds(&self.rows[0]) {
+            add(0.0, 0.0);
+        }
+        for (at, (a, b)) in self.rows.iter().zip(self.rows.iter().skip(1)).enumerate() {
+            let free = prover.proved_until(a, b);
+            if free < 1.0 {
+                let back = prover.proved_until(b, a);
+                let margin = margin / self.metric.distance(a, b);
+                add(at as f64 + (free - margin).max(0.0), at as f64 + 1.0 - (back - margin).max(0.0));
+            }
+        }
+        stretches
+    }
+}

@@ -1,0 +1,86 @@
+//! What a repair is asked to be, and what is answered.
+
+use serde::Serialize;
+
+use crate::error::{Error, Result};
+use crate::query::{Context, Termination};
+
+/// What pushed configurations keep beyond the scene's clearance where no aim is given, as a share
+/// of the radius of the smallest moving body: an edge between two of them may bend by as much.
+const AIM: f64 = 0.1;
+
+/// Options of a repair.
+#[derive(Debug, Clone, PartialEq)]
+pub struct RepairOptions {
+    /// Clearance \[m\] that configurations are pushed out to, for pairs without one of their own;
+    /// where nothing is found that keeps it, that of the scene. `None`: a tenth of the radius of
+    /// the smallest moving body beyond the scene's.
+    pub aim: Option<f64>,
+    /// Most that a point may be from the old path, in metric units; `None` for no limit.
+    pub max_deviation: Option<f64>,
+    /// How finely edges are proved \[m\], see [`crate::SegmentOptions::resolution`].
+    pub resolution: f64,
+    /// Of all random numbers.
+    pub seed: u64,
+    /// When to give up.
+    pub termination: Termination,
+}
+
+impl Default for RepairOptions {
+    /// Proofs to 0.1 mm, 100,000 checks.
+    fn default() -> Self {
+        let termination = Termination::after_checks(100_000);
+        Self { aim: None, max_deviation: None, resolution: 1e-4, seed: 0, termination }
+    }
+}
+
+impl RepairOptions {
+    pub(super) fn check(&self) -> Result<()> {
+        let lengths = [
+            ("aim", self.aim.unwrap_or(0.0)),
+            ("max_deviation", self.max_deviation.unwrap_or(0.0)),
+            ("resolution", self.resolution),
+        ];
+        match lengths.into_iter().find(|(_, length)| !(0.0..=1e9).contains(length)) {
+            Some((name, value)) => {
+                Err(Error::Option { name, value: value.to_string(), expected: "a number from 0 to 1e9" })
+            }
+            None => Ok(()),
+        }
+    }
+
+    /// The clearance that is aimed at \[m\].
+    pub(super) fn aim_over(&self, context: &Context) -> f64 {
+        self.aim.unwrap_or(context.clearance + AIM * context.checker.moving_radius()).max(context.clearance)
+    }
+}
+
+/// A repaired path, see [`crate::View::repair`].
+#[derive(Debug, Clone, PartialEq, Default, Serialize)]
+pub struct Repaired {
+    /// Configurations; between two of them the geodesic. Empty where no path was found.
+    pub points: Vec<Vec<f64>>,
+    /// Of each point, the place on the old path that it stands for: 2.25 is a quarter of the edge
+    /// from row 2 to row 3. Time stamps of rows give those of points. Ascending; whole numbers for
+    /// rows that stay.
+    pub places: Vec<f64>,
+    /// Largest distance, in metric units, of a point from that place.
+    pub deviation: f64,
+    /// Length of the path in the scene's metric.
+    pub length: f64,
+    /// That of the old one.
+    pub length_before: f64,
+    /// Stretches of the old path that were replaced.
+    pub stretches: usize,
+    /// Gaps in them that trees had to close.
+    pub gaps: usize,
+    /// Configurations at which the exact checker evaluated anything.
+    pub checks: usize,
+}
+
+impl Repaired {
+    /// Whether a path was found.
+    pub fn is_found(&self) -> bool {
+        !self.points.is_empty()
+    }
+}

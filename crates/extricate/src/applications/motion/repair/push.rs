@@ -1,0 +1,97 @@
+//! Configurations of a stretch, brought to free ones beside it.
+
+use super::old_path::Point;
+use super::repairer::Repairer;
+use crate::query::{QueryOptions, nearest_exit_under};
+
+/// Configurations of a stretch are at most this far apart, as a share of the metric's diameter, and
+/// there are at least so many.
+pub const STEP: f64 = 0.02;
+const LEAST: usize = 2;
+/// How often the middle of an edge that is not proved is pushed out.
+const LEVELS: usize = 4;
+
+/// The new points of a stretch, and of each whether the edge from the one before is proved.
+pub struct Pushed {
+    pub points: Vec<Point>,
+    pub is_joined: Vec<bool>,
+}
+
+impl Repairer<'_> {
+    /// Points from one place to another. The first and the last are the old ones where these are
+    /// free. `None` where nothing free was found, or the budget is spent.
+    pub(super) fn push(&mut self, from: f64, to: f64) -> Option<Pushed> {
+        let length = self.old.length_between(from, to);
+        let steps = (length / (STEP * self.context.metric.diameter())).ceil() as usize;
+        let count = if to > from { steps.max(LEAST) } else { 0 };
+        self.stream.restart();
+        let mut pushed = Pushed { points: Vec::new(), is_joined: Vec::new() };
+        for k in 0..=count {
+            let place = if k == count { to } else { from + (to - from) * k as f64 / count as f64 };
+            let is_end = k == 0 || k == count;
+            let Some(q) = self.beside(place, is_end) else {
+                // What lies between two free ends may be left to trees, an end may not.
+                if is_end || self.prover.is_spent() {
+                    return None;
+                }
+                continue;
+            };
+            match pushed.points.last().cloned() {
+                None => pushed.add((place, q), true),
+                Some(last) => self.join(last, (place, q), LEVELS, &mut pushed),
+            }
+        }
+        Some(pushed)
+    }
+
+    /// The old configuration at a place, or the free one that the stream leads to.
+    fn beside(&mut self, place: f64, is_end: bool) -> Option<Vec<f64>> {
+        let q = self.old.at(place);
+        if self.prover.is_spent() {
+            return None;
+        }
+        if self.prover.holds(&q) {
+            if !is_end {
+                self.stream.restart();
+            }
+            return Some(q);
+        }
+        let config = self.context.checker.scene().space.config(&q).ok()?;
+        let answer = self.stream.query(self.context, &config)?;
+        self.prover.checks += answer.checks;
+        Some(answer.witness)
+    }
+
+    /// Adds a point; where the edge to it is not proved, first what its middle is pushed out to.
+    fn join(&mut self, last: Point, next: Point, levels: usize, pushed: &mut Pushed) {
+        let is_joined = self.prover.proves(&last.1, &next.1);
+        if is_joined || levels == 0 || self.prover.is_spent() {
+            return pushed.add(next, is_joined);
+        }
+        let mut middle = last.1.clone();
+        self.context.checker.scene().space.interpolate(&last.1, &next.1, 0.5, &mut middle);
+        let middle = if self.prover.holds(&middle) { Some(middle) } else { self.nearest(&middle) };
+        let Some(middle) = middle else { return pushed.add(next, false) };
+        let place = 0.5 * (last.0 + next.0);
+        self.join(last, (place, middle.clone()), levels - 1, pushed);
+        self.join((place, middle), next, levels - 1, pushed);
+    }
+
+    /// The exit that one start finds: one on the side where the edge is.
+    fn nearest(&mut self, q: &[f64]) -> Option<Vec<f64>> {
+        let config = self.context.checker.scene().space.config(q).ok()?;
+        let aim = Some(self.options.aim_over(self.context));
+        let options =
+            QueryOptions { starts: Some(1), clearance: aim, termination: self.left(), ..QueryOptions::default() };
+        let answer = nearest_exit_under(self.context, &config, &options, &mut self.query);
+        self.prover.checks += self.query.checks();
+        answer.map(|answer| answer.witness)
+    }
+}
+
+impl Pushed {
+    fn add(&mut self, point: Point, is_joined: bool) {
+        self.points.push(point);
+        self.is_joined.push(is_joined);
+    }
+}
