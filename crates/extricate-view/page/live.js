@@ -12,11 +12,12 @@ async function unpacked(text) {
 
 // Requests and replies of the library: JSON for JSON, so numbers keep all of their digits.
 class Library {
-    static async open({ program, scene }) {
+    static async open({ program, scene, world }) {
         const { instance } = await WebAssembly.instantiate(await unpacked(program), {});
         const library = new Library();
         library.exports = instance.exports;
         library.send(await unpacked(scene), "extricate_open");
+        if (world) library.send(await unpacked(world), "extricate_enter");
         return library;
     }
 
