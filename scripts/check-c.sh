@@ -15,7 +15,9 @@ mkdir -p "$work"
 work=$(cd "$work" && pwd)
 
 missing=()
-for package in cmake libeigen3-dev libompl-dev libboost-serialization-dev libboost-filesystem-dev libboost-system-dev; do
+checker=()
+if [ -n "${EXTRICATE_VALGRIND:-}" ]; then checker=(valgrind); fi
+for package in "${checker[@]}" cmake libeigen3-dev libompl-dev libboost-serialization-dev libboost-filesystem-dev libboost-system-dev; do
     dpkg -s "$package" >/dev/null 2>&1 || missing+=("$package")
 done
 if [ ${#missing[@]} -gt 0 ] && [ -n "${CI:-}" ]; then
@@ -63,7 +65,8 @@ PY
 if [ -n "${EXTRICATE_VALGRIND:-}" ]; then
     # shellcheck disable=SC2086
     ${CXX:-c++} -std=c++17 -O1 -g "$crate/tests/cpp/interface.cpp" $flags -pthread -o "$work/interface_plain"
-    valgrind --quiet --error-exitcode=9 --leak-check=full --errors-for-leak-kinds=definite \
+    echo "C++ under valgrind"
+    valgrind --quiet --error-exitcode=9 --leak-check=full --show-leak-kinds=definite --errors-for-leak-kinds=definite \
         "$work/interface_plain" "$scene" <(head -n 2 "$work/q.txt") "$work" >/dev/null
 fi
 

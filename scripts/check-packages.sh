@@ -2,7 +2,8 @@
 # What would be published: crates, sdist and what belongs into them. Nothing is uploaded. Called by check-long.sh; needs cargo, Python 3.9 or
 # newer with pip, and a network. EXTRICATE_PROGRAM and EXTRICATE_PYTHON are as in check-python.sh.
 #
-# EXTRICATE_PACKAGES_BUILT=1 builds the packed crates, as `cargo publish` does, which takes minutes.
+# EXTRICATE_PACKAGES_BUILT=1 builds the packed crates, as `cargo publish` does, and installs the sdist as pip does where there is no wheel,
+# which takes minutes. The second is held to a limit of processor time: three minutes on two cores.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 work=target/packages
@@ -14,7 +15,7 @@ program=${EXTRICATE_PROGRAM:-${CARGO_TARGET_DIR:-target}/debug/extricate}
 echo "crates"
 verify=(--no-verify)
 if [ -n "${EXTRICATE_PACKAGES_BUILT:-}" ]; then verify=(); fi
-crates=(--package extricate --package extricate-cli --package extricate-c)
+crates=(--package extricate --package extricate-view --package extricate-cli --package extricate-c)
 # Of a working tree that was not committed, too.
 cargo publish --dry-run --locked --allow-dirty "${verify[@]}" "${crates[@]}" 2>&1 | tee "$work/crates.log" | grep -vE "^ *(Packaging|Packaged|Updating|Verifying|Uploading|Downloaded|Downloading|Compiling|Finished)" | tee "$work/warnings.log" || true
 if grep -vE "aborting upload due to dry run" "$work/warnings.log" | grep -E "^(warning|error)"; then
@@ -22,7 +23,7 @@ if grep -vE "aborting upload due to dry run" "$work/warnings.log" | grep -E "^(w
     exit 1
 fi
 grep -q "Packaged" "$work/crates.log" || { cat "$work/crates.log" >&2; exit 1; }
-for crate in extricate extricate-cli extricate-c; do
+for crate in extricate extricate-view extricate-cli extricate-c; do
     cargo package --quiet --locked --allow-dirty --list --package "$crate" >"$work/files"
     for name in LICENSE-MIT LICENSE-APACHE README.md; do
         grep -qx "$name" "$work/files" || { echo "$crate has no $name" >&2; exit 1; }
@@ -45,6 +46,18 @@ assert not missing, (missing, names[:20])
 text = tarfile.open(sys.argv[1]).extractfile(f"{root}/PKG-INFO").read().decode()
 assert "License-Expression: MIT OR Apache-2.0" in text and text.count("License-File:") == 2, text[:800]
 PY
+
+if [ -n "${EXTRICATE_PACKAGES_BUILT:-}" ]; then
+    echo "sdist, installed from source"
+    "$python" -m venv "$work/source"
+    # Of pip and all that it starts; the computer may be busy with other things.
+    TIMEFORMAT="%R %U %S"
+    { time env -u CARGO_TARGET_DIR "$work/source/bin/pip" install --quiet --disable-pip-version-check "$work"/dist/*.tar.gz >"$work/source.log" 2>&1; } 2>"$work/times" ||
+        { cat "$work/source.log" >&2; exit 1; }
+    awk '{ printf "%.0f s on the clock, %.0f s of processor time\n", $1, $2 + $3; exit $2 + $3 > 2 * 180 }' "$work/times" ||
+        { echo "expected at most 360 s of processor time" >&2; exit 1; }
+    (cd "$work" && source/bin/python -c 'import extricate; print("installed", extricate.__version__)')
+fi
 
 echo "citation, completions, manual pages"
 "$work/tools/bin/cffconvert" --validate --infile CITATION.cff >/dev/null

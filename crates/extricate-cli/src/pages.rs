@@ -1,10 +1,10 @@
-//! Pages of answers, as `view` and `demo` write them.
+//! Pages of answers and of what is played back, as `view` and `demo` write them.
 
 use std::path::Path;
 
 use anyhow::Context;
 use extricate::{Checker, Config};
-use extricate_view::{AnswerData, Detail, Inspector, Live, Page};
+use extricate_view::{AnswerData, Detail, GraspData, Inspector, Live, Page};
 use rayon::prelude::*;
 
 use crate::commands::query::asker::Timed;
@@ -19,24 +19,44 @@ const FEW_CELLS: usize = 64;
 pub struct About<'a> {
     /// Its heading.
     pub title: &'a str,
-    /// With which command the numbers are those of the program.
-    pub command: &'a str,
+    /// What has the same numbers: a command, or a file.
+    pub source: &'a str,
+    /// Whether the answers are frames of a motion.
+    pub is_stream: bool,
     /// The library for the page.
     pub live: Option<&'a Live>,
 }
 
-/// The page of some answers; the exact checker is asked on all cores what else is shown of them.
-pub fn html(checker: &Checker, answers: Vec<(Config, Timed)>, about: &About) -> anyhow::Result<String> {
-    let cells = if answers.len() > MANY_QUERIES { FEW_CELLS } else { Detail::default().slice_cells };
+/// What a page shows at a time.
+pub enum Shown {
+    /// A query and its answer.
+    Answer(Config, Timed),
+    /// The first waypoint of a path, and the others.
+    Path(Config, Vec<Config>),
+    /// A query, and the grasp that was released from it.
+    Grasp(Config, GraspData),
+}
+
+/// The page; the exact checker is asked on all cores what else is shown.
+///
+/// # Errors
+/// Where a grasp is of another hand, or the page cannot be written.
+pub fn html(checker: &Checker, shown: Vec<Shown>, about: &About) -> anyhow::Result<String> {
+    let cells = if shown.len() > MANY_QUERIES { FEW_CELLS } else { Detail::default().slice_cells };
     let inspector = Inspector::new(checker, Detail { slice_cells: cells });
-    let shown: Vec<AnswerData> = busy("drawing the page", || {
-        let inspect = |inspector: &mut Inspector, (q, (answer, seconds)): (Config, Timed)| {
-            inspector.answer_data(&q, answer, (seconds > 0.0).then_some(seconds))
+    let shown: Result<Vec<AnswerData>, String> = busy("drawing the page", || {
+        let inspect = |inspector: &mut Inspector, shown: Shown| match shown {
+            Shown::Answer(q, (answer, seconds)) => {
+                Ok(inspector.answer_data(&q, answer, (seconds > 0.0).then_some(seconds)))
+            }
+            Shown::Path(first, rest) => Ok(inspector.path_data(&first, &rest)),
+            Shown::Grasp(q, grasp) => inspector.grasp_data(&q, grasp),
         };
-        answers.into_par_iter().map_init(|| inspector.another(), inspect).collect()
+        shown.into_par_iter().map_init(|| inspector.another(), inspect).collect()
     });
-    let made = format!("extricate {}; numbers as in {} --json", env!("CARGO_PKG_VERSION"), about.command);
-    let page = Page { title: about.title, made: &made, answers: &shown, live: about.live };
+    let shown = shown.map_err(anyhow::Error::msg)?;
+    let made = format!("extricate {}; numbers as in {}", env!("CARGO_PKG_VERSION"), about.source);
+    let page = Page { title: about.title, made: &made, answers: &shown, is_stream: about.is_stream, live: about.live };
     page.html(checker.scene()).context("cannot write the page")
 }
 

@@ -129,24 +129,36 @@ def test_a_cluster_loses_a_node(tmp_path: pathlib.Path) -> None:
     lost = cluster.add_node(**node)
     ray.init(address=cluster.address, log_to_driver=False)
     try:
-        scenes: Dict[str, Any] = dict(objects(12))
+        good = objects(12)
+        scenes: Dict[str, Any] = dict(good)
         scenes["box5"] = tmp_path / "spoiled.urdf"
         scenes["box5"].write_text("<robot")
+        learn = {"on": "ray", "labels": 10 * LABELS, "seed": 1}
         done: Dict[str, Any] = {}
-        for result in fleet.learn(scenes, tmp_path / "models", on="ray", labels=10 * LABELS, seed=1):
+        for result in fleet.learn(scenes, tmp_path / "models", **learn):
             done[result.key] = result
             if len(done) == 3:
-                cluster.remove_node(lost)
+                # As a machine that loses its power.
+                cluster.remove_node(lost, allow_graceful=False)
+        # The cluster notices it late, when heartbeats are missed.
+        until = time.monotonic() + 60
+        while sum(node["Alive"] for node in ray.nodes()) > 1:
+            assert time.monotonic() < until, "the node was never lost"
+            time.sleep(0.5)
         assert set(done) == set(scenes) and done.pop("box5").error.startswith("ValueError")
-        assert all(result.error is None for result in done.values())
-        local = extricate.learn(scenes["box7"], labels=10 * LABELS, seed=1)
-        assert done["box7"].path.read_bytes() == local.to_bytes()
-        del scenes["box5"]
-        assert all(result.cached for result in fleet.learn(scenes, tmp_path / "models", on="ray", labels=10 * LABELS, seed=1))
-        rows = {"box7": local.scene.sample(5, seed=3, colliding=True)}
+        assert len(done) == 11 and all(result.error is None for result in done.values())
+
+        # The scene is mended: it alone is learned.
+        second = by_key(fleet.learn(good, tmp_path / "models", **learn))
+        assert [key for key, result in second.items() if not result.cached] == ["box5"]
+        assert all(result.cached for result in fleet.learn(good, tmp_path / "models", **learn))
+        local = {key: extricate.learn(scene, labels=10 * LABELS, seed=1) for key, scene in good.items()}
+        assert {key: result.path.read_bytes() for key, result in second.items()} == {key: model.to_bytes() for key, model in local.items()}
+
+        rows = {"box7": local["box7"].scene.sample(5, seed=3, colliding=True)}
         (answered,) = fleet.query(tmp_path / "models", rows, on="ray")
         assert answered.error is None and answered.answers is not None
-        assert answered.answers.tobytes() == local.query_batch(rows["box7"]).tobytes()
+        assert answered.answers.tobytes() == local["box7"].query_batch(rows["box7"]).tobytes()
     finally:
         ray.shutdown()
         cluster.shutdown()

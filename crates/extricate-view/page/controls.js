@@ -19,9 +19,8 @@ class Controls {
 
     makeQueries() {
         const choose = element("select", { "aria-label": "query" });
-        this.answers.forEach(({ answer, exits }, at) => {
-            const depth = !answer ? "no answer" : exits.length ? `depth ${digits(answer.depth, 3)} ${SCENE.unit}` : "free";
-            choose.append(element("option", { value: String(at) }, `query ${at + 1} of ${this.answers.length}: ${depth}`));
+        this.answers.forEach((shown, at) => {
+            choose.append(element("option", { value: String(at) }, this.nameOf(shown, at)));
         });
         choose.onchange = () => this.choose(Number(choose.value));
         this.list = choose;
@@ -32,6 +31,16 @@ class Controls {
         };
         const buttons = [step("\u2039", "previous query (P)", -1), choose, step("\u203a", "next query (N)", 1)];
         byId("queries").append(element("div", { className: "row", hidden: this.answers.length < 2 }, ...buttons));
+    }
+
+    nameOf({ answer, exits, played }, at) {
+        const place = `${at + 1} of ${this.answers.length}`;
+        if (played) {
+            const [kind, what] = played.path ? ["path", "length"] : ["grasp", "moved"];
+            return `${kind} ${place}: ${what} ${digits(exits[0].depth, 3)} ${SCENE.unit}`;
+        }
+        const depth = !answer ? "no answer" : exits.length ? `depth ${digits(answer.depth, 3)} ${SCENE.unit}` : "free";
+        return `query ${place}: ${depth}`;
     }
 
     makeMove() {
@@ -51,8 +60,10 @@ class Controls {
     choose(query) {
         this.query = Math.max(0, Math.min(this.answers.length - 1, query));
         this.exit = 0;
-        this.onReset(false);
+        // While a motion plays, the picture stands still.
+        if (!this.player || !this.player.isStream) this.onReset(false);
         this.refresh();
+        if (this.player) this.player.follow();
         if (this.onChoose) this.onChoose();
     }
 
@@ -70,7 +81,8 @@ class Controls {
     // What depends on the query and the exit alone.
     refresh() {
         this.list.value = String(this.query);
-        const { exits } = this.shown;
+        const { exits, played } = this.shown;
+        this.exits.hidden = !!played;
         byId("move").hidden = !exits.length;
         this.exits.replaceChildren(...exits.map(({ depth }, at) => {
             const text = `exit ${at + 1}: ${digits(depth, 3)} ${SCENE.unit}`;
@@ -119,7 +131,7 @@ class Controls {
         const actions = {
             ArrowLeft: () => this.go(this.percent - (event.shiftKey ? 10 : 1)),
             ArrowRight: () => this.go(this.percent + (event.shiftKey ? 10 : 1)),
-            Home: () => this.go(0), End: () => this.go(100), " ": () => this.toggle(),
+            Home: () => this.go(0), End: () => this.go(100), " ": () => this.toggle(), a: () => this.player.toggle(),
             n: () => this.choose(this.query + 1), p: () => this.choose(this.query - 1),
             r: () => this.onReset(true),
         };

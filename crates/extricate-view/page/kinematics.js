@@ -80,6 +80,16 @@ function between(scene, from, to, t) {
     return out;
 }
 
+// The configuration at a fraction of the way to an exit: straight, or from waypoint to waypoint.
+function along(scene, from, { way = [], witness }, t) {
+    let [low, start] = [0, from];
+    for (const { at, q } of [...way, { at: 1, q: witness }]) {
+        if (t <= at) return between(scene, start, q, at > low ? (t - low) / (at - low) : 1);
+        [low, start] = [at, q];
+    }
+    return witness.slice();
+}
+
 // The farthest that a frame is from where the library has it [m]: 0 but for rounding.
 function kinematicError(scene) {
     const poses = placed(scene, scene.probe.q);

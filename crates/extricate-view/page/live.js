@@ -1,6 +1,7 @@
 // The library itself, in the page: joints and obstacles are moved, and the answer follows.
 
-const LIVE_CELLS = { least: 24, most: 112, patience: 22 };
+// Cells to each side of a slice; a step of dragging is to take as many milliseconds, so that some are left for the picture.
+const LIVE_CELLS = { least: 24, most: 112, patience: 24 };
 
 // What a gzip file holds, or the bytes themselves where they are none.
 async function unpacked(text) {
@@ -12,11 +13,12 @@ async function unpacked(text) {
 
 // Requests and replies of the library: JSON for JSON, so numbers keep all of their digits.
 class Library {
-    static async open({ program, scene }) {
+    static async open({ program, scene, world }) {
         const { instance } = await WebAssembly.instantiate(await unpacked(program), {});
         const library = new Library();
         library.exports = instance.exports;
         library.send(await unpacked(scene), "extricate_open");
+        if (world) library.send(await unpacked(world), "extricate_enter");
         return library;
     }
 
@@ -132,16 +134,15 @@ class Live {
     ask(q, cells) {
         const began = performance.now();
         const reply = this.library.call({ do: "query", q, exits: this.exits, cells });
-        const took = performance.now() - began;
-        if (cells <= this.cells) {
-            const better = this.cells * Math.sqrt(LIVE_CELLS.patience / Math.max(1, took));
-            this.cells = Math.round(Math.max(LIVE_CELLS.least, Math.min(LIVE_CELLS.most, 0.5 * (this.cells + better))));
-        }
         const { controls } = this;
         controls.answers[controls.query] = JSON.parse(reply);
         controls.exit = Math.min(controls.exit, Math.max(0, controls.shown.exits.length - 1));
         controls.refresh();
         this.showJoints();
+        if (cells <= this.cells) {
+            const better = this.cells * Math.sqrt(LIVE_CELLS.patience / Math.max(1, performance.now() - began));
+            this.cells = Math.round(Math.max(LIVE_CELLS.least, Math.min(LIVE_CELLS.most, 0.5 * (this.cells + better))));
+        }
         return reply;
     }
 

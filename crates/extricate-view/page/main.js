@@ -24,6 +24,11 @@ function bodiesOf(shown, pairs) {
     return new Set(pairs.flatMap(pair => shown.pairs[pair]));
 }
 
+// Pairs that collide at the query.
+function collidingAt({ answer, exits, played }) {
+    return answer ? answer.colliding : played ? exits[0].stretches[0].pairs : [];
+}
+
 // What collides at a percent of the segment: that of the last percent that was checked.
 function stretchAt(exit, percent) {
     const at = Math.floor(percent + 1e-9);
@@ -43,16 +48,18 @@ function stateInWords(shown, stretch) {
 function show() {
     const { shown, exit: chosen, percent } = controls;
     const exit = shown.exits[chosen];
-    const now = exit ? between(SCENE, shown.q, exit.witness, percent / 100) : shown.q;
-    const colliding = shown.answer ? bodiesOf(shown, shown.answer.colliding) : new Set();
+    const now = exit ? along(SCENE, shown.q, exit, percent / 100) : shown.q;
+    const [begins, ends] = endsOf(shown, chosen);
+    const colliding = bodiesOf(shown, collidingAt(shown));
     const stretch = exit ? stretchAt(exit, percent) : { pairs: [], outside: false };
     controls.slider.value = String(Math.round(percent));
-    controls.place.textContent = percent <= 0 ? "at the query" : percent >= 100 ? `at exit ${chosen + 1}`
-        : `${Math.round(percent)} % of the straight segment`;
+    const course = exit && exit.way ? "path" : "straight segment";
+    controls.place.textContent = percent <= 0 ? `at the ${begins}` : percent >= 100 ? `at ${shown.played ? "the " : ""}${ends}`
+        : `${Math.round(percent)} % of the ${course}`;
     controls.state.replaceChildren(...stateInWords(shown, stretch));
     if (stage) {
         stage.place("solid", placed(SCENE, now));
-        stage.colour(bodiesOf(shown, stretch.pairs), !stretch.pairs.length && !stretch.outside && !!shown.answer);
+        stage.colour(bodiesOf(shown, stretch.pairs), !stretch.pairs.length && !stretch.outside && !!(shown.answer || shown.played));
         stage.place("ghost", placed(SCENE, shown.q));
         stage.colourGhost(colliding);
         stage.place("target", placed(SCENE, exit ? exit.witness : shown.q));
@@ -72,9 +79,9 @@ function show() {
 
 // Where what collides at the query is: the mean of its obstacles' or links' middles.
 function hitAt(shown) {
-    if (!stage || !shown.answer) return null;
+    if (!stage) return null;
     const poses = placed(SCENE, shown.q);
-    const middles = [...bodiesOf(shown, shown.answer.colliding)].filter(body => stage.bodies[body]).map(body => {
+    const middles = [...bodiesOf(shown, collidingAt(shown))].filter(body => stage.bodies[body]).map(body => {
         const { geometry } = stage.bodies[body];
         geometry.computeBoundingBox();
         const middle = geometry.boundingBox.getCenter(new THREE.Vector3());
@@ -89,7 +96,10 @@ function frameAll(always) {
     if (!stage || (stage.isTurned && !always)) return;
     stage.isTurned = false;
     const { shown } = controls;
-    const ends = [shown.q, ...shown.exits.map(exit => exit.witness)];
+    // Of a motion, some twenty of its frames.
+    const step = Math.ceil(DATA.answers.length / 20);
+    const all = DATA.stream ? DATA.answers.filter((_, at) => at % step === 0) : [shown];
+    const ends = all.flatMap(({ q, exits }) => [q, ...exits.flatMap(({ way = [], witness }) => [...way.map(point => point.q), witness])]);
     stage.frameAll(ends.map(q => placed(SCENE, q)), hitAt(shown));
 }
 
@@ -121,6 +131,7 @@ function makeLayers() {
 
 const layers = makeLayers();
 const controls = new Controls(DATA.answers, show, frameAll);
+const player = new Player(controls, DATA.stream);
 document.title = `${DATA.title} \u2013 extricate`;
 byId("title").textContent = DATA.title;
 byId("made").textContent = DATA.made;
@@ -133,5 +144,5 @@ if (DATA.answers.length) {
     controls.refresh();
 }
 // For scripts that drive the page.
-window.extricate = { controls, stage, data: DATA, ready: performance.now() };
+window.extricate = { controls, player, stage, data: DATA, ready: performance.now() };
 if (DATA.live && DATA.answers.length) startLive();

@@ -95,14 +95,18 @@ function proofBar(answer) {
 function showNumbers(shown, chosen) {
     const host = byId("numbers");
     const { answer, exits } = shown;
+    const row = ([name, value]) => element("tr", {}, element("td", {}, word(name, 2)), element("td", {}, value));
+    const table = rows => element("table", {}, element("tbody", {}, ...rows.map(row)));
+    if (shown.played) {
+        const [heading, rows] = playedInWords(shown);
+        return host.replaceChildren(element("h2", {}, heading), table(rows), element("small", {}, "Press a word to read what it means."));
+    }
     if (!answer) return host.replaceChildren(element("p", {}, "No free configuration was found."));
     if (!exits.length) {
         return host.replaceChildren(element("p", {}, "This configuration is free: nothing collides, and the depth is ",
             number("depth", answer.depth, "0"), "."));
     }
-    const row = ([name, value]) => element("tr", {}, element("td", {}, word(name, 2)), element("td", {}, value));
     const bar = chosen ? [] : [element("small", {}, "From the query (left) to the nearest exit (right):"), proofBar(answer)];
-    const table = rows => element("table", {}, element("tbody", {}, ...rows.map(row)));
     const wasOpen = !!host.querySelector("details[open]");
     host.replaceChildren(element("h2", {}, chosen ? `Exit ${chosen + 1}` : "The answer, and its proof"), ...bar,
         table(rowsOf(shown, chosen)), element("small", {}, "Press a word to read what it means."),
@@ -139,7 +143,8 @@ function jointRow(at, now, shown, chosen) {
 }
 
 function showJoints(shown, chosen, now) {
-    const heads = ["joint", "now", "", "query", "exit", "change"];
+    const ends = shown.played ? endsOf(shown, chosen) : ["query", "exit"];
+    const heads = ["joint", "now", "", ...ends, "change"];
     const head = element("tr", {}, ...heads.map((name, at) => element("th", { className: at ? "n" : "" }, name)));
     const rows = now.map((_, at) => jointRow(at, now, shown, chosen));
     byId("joints").replaceChildren(element("h2", {}, "Joints, in rad and degrees, or m"),

@@ -26,6 +26,18 @@ const WORDS = {
     "metric": "How far two configurations are from each other. joint: the root of the sum of squared changes of the "
         + "joints. object-norm: how far the robot's volume moves in the mean. max-displacement: how far any point moves.",
     "contact": "Where two bodies touch at the exit, with the direction in which they part.",
+    "waypoints": "Configurations of the path; between two of them it is straight.",
+    "length": "From waypoint to waypoint, in the metric of the scene.",
+    "proved free": "Segments between waypoints at every configuration of which nothing collides: proved, not sampled.",
+    "undecided": "Segments that come so near to a contact that nothing is proved of them.",
+    "first collision": "Where along the path something is known to collide for the first time.",
+    "moved": "How far the released hand is from the query, in the metric of the scene.",
+    "depth before": "How deep a link was inside the object at the query.",
+    "touched": "Links that touched the object at the query, or were in it.",
+    "kept": "Those of them that still touch it.",
+    "kept sides": "Whether every contact is on the side of the object where its finger first touches as it closes.",
+    "epsilon": "How well the object is held: the radius of the greatest ball of wrenches that the contacts resist.",
+    "force closure": "Whether the contacts resist every wrench: proved where it says yes.",
     "slice": "A plane cut out of the space of all configurations. Each of its points is a configuration of all joints.",
 };
 
@@ -64,7 +76,7 @@ function listOfWords() {
         list.append(element("dt", {}, name), element("dd", {}, meaning));
     }
     const keys = [
-        ["\u2190 \u2192", "along the exit"], ["Home End", "query, exit"], ["Space", "play"], ["1 to 9", "choose an exit"],
+        ["\u2190 \u2192", "along the exit"], ["Home End", "query, exit"], ["Space", "play"], ["A", "play all, or the motion"], ["1 to 9", "choose an exit"],
         ["N P", "next and previous query"], ["R", "turn the picture back"],
     ];
     const rows = keys.map(([key, does]) => element("p", {}, element("kbd", {}, key), " " + does));

@@ -9,6 +9,7 @@ use extricate::internals::query::answer::TOUCHING;
 use extricate::{Answer, CheckScratch, Checker, Config, ConfigSpace, Contact, Exit, Manifold, PairId};
 use serde::Serialize;
 
+use crate::played::{Played, Waypoint, leg};
 use crate::slice::{Slice, slice};
 
 /// Parts that the straight segment to an exit is shown in: its ends and what lies between are
@@ -54,11 +55,17 @@ pub struct AnswerData {
     /// Bodies of every pair that is named.
     pairs: BTreeMap<usize, [usize; 2]>,
     slice: Option<Slice>,
+    /// What is played back in place of an answer.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    played: Option<Played>,
 }
 
 #[derive(Debug, Serialize)]
-struct ExitData {
+pub(crate) struct ExitData {
     depth: f64,
+    /// Waypoints between the query and the witness; none where the segment is straight.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    way: Vec<Waypoint>,
     witness: Vec<f64>,
     /// \[m\]
     max_displacement: f64,
@@ -97,17 +104,57 @@ impl<'a> Inspector<'a> {
         let exits = answer.as_ref().map_or(Vec::new(), |answer| self.exits(q, answer));
         let mut named: Vec<PairId> = exits.iter().flat_map(ExitData::pairs).collect();
         named.extend(answer.iter().flat_map(|a| a.colliding.iter().chain(&a.touching)));
-        let bodies = |pair: &PairId| {
-            let pair = (pair.index(), self.checker.scene().pairs[pair.index()]);
-            (pair.0, [pair.1.first, pair.1.second])
-        };
-        let pairs = named.iter().map(bodies).collect();
+        let pairs = named.iter().map(|pair| self.bodies(*pair)).collect();
         let slice = answer.as_ref().filter(|_| self.detail.slice_cells > 0).and_then(|answer| {
             let witnesses: Vec<&[f64]> = exits.iter().map(|exit| &*exit.witness).collect();
             let radii = [answer.lower_bound, answer.depth];
             slice(self.checker, &self.metric, q, &witnesses, radii, self.detail.slice_cells, &mut self.scratch)
         });
-        AnswerData { q: q.to_vec(), answer, seconds, exits, pairs, slice }
+        AnswerData { q: q.to_vec(), answer, seconds, exits, pairs, slice, played: None }
+    }
+
+    pub(crate) fn checker(&self) -> &'a Checker {
+        self.checker
+    }
+
+    pub(crate) fn metric(&self) -> &Metric {
+        &self.metric
+    }
+
+    /// What is shown of something else than an answer, which leads from `q` to an exit.
+    pub(crate) fn played_data(&self, q: &Config, exit: ExitData, played: Played) -> AnswerData {
+        let pairs = exit.pairs().map(|pair| self.bodies(pair)).collect();
+        let (q, exits) = (q.to_vec(), vec![exit]);
+        AnswerData { q, answer: None, seconds: None, exits, pairs, slice: None, played: Some(played) }
+    }
+
+    /// What is shown of a way that no query found; contacts are those within `reach` \[m\] too, and
+    /// none without it.
+    pub(crate) fn exit_by_way(
+        &mut self,
+        q: &Config,
+        way: Vec<Waypoint>,
+        witness: Vec<f64>,
+        depth: f64,
+        reach: Option<f64>,
+    ) -> ExitData {
+        let mut anchor = Anchor::default();
+        self.metric.anchor(q, &mut anchor);
+        let ends = way.iter().map(|point| &point.q).chain([&witness]);
+        let moved = |q: &Vec<f64>| self.metric.max_displacement_from(&anchor, q, &mut MetricScratch::default());
+        let max_displacement = ends.map(moved).fold(0.0, f64::max);
+        let stretches = self.stretches(q, &way, &witness);
+        let clearance = self.checker.scene().clearance;
+        let mut contacts = reach.map_or(Vec::new(), |reach| self.contacts(&witness, clearance.max(reach)));
+        contacts.truncate(MOST_CONTACTS);
+        let touching = contacts.iter().map(|contact| contact.pair).collect();
+        ExitData { depth, way, witness, max_displacement, touching, contacts, stretches }
+    }
+
+    /// A pair, and its bodies.
+    fn bodies(&self, pair: PairId) -> (usize, [usize; 2]) {
+        let found = self.checker.scene().pairs[pair.index()];
+        (pair.index(), [found.first, found.second])
     }
 
     fn exits(&mut self, q: &Config, answer: &Answer) -> Vec<ExitData> {
@@ -121,11 +168,12 @@ impl<'a> Inspector<'a> {
         self.metric.anchor(q, &mut anchor);
         let mut of_exit = |exit: &Exit| ExitData {
             depth: exit.depth,
+            way: Vec::new(),
             witness: exit.witness.clone(),
             max_displacement: self.metric.max_displacement_from(&anchor, &exit.witness, &mut MetricScratch::default()),
             touching: exit.touching.clone(),
             contacts: self.contacts(&exit.witness, answer.clearance),
-            stretches: self.stretches(q, &exit.witness),
+            stretches: self.stretches(q, &[], &exit.witness),
         };
         let mut exits: Vec<ExitData> = all.iter().take(MOST_EXITS).map(&mut of_exit).collect();
         if let Some(nearest) = exits.first_mut() {
@@ -141,11 +189,12 @@ impl<'a> Inspector<'a> {
         contacts
     }
 
-    fn stretches(&mut self, q: &[f64], witness: &[f64]) -> Vec<Stretch> {
+    fn stretches(&mut self, q: &[f64], way: &[Waypoint], witness: &[f64]) -> Vec<Stretch> {
         let space = &self.checker.scene().space;
         let (mut at, mut stretches) = (vec![0.0; q.len()], Vec::<Stretch>::new());
         for step in 0..=STEPS {
-            between(space, q, witness, step as f64 / STEPS as f64, &mut at);
+            let (from, to, share) = leg(q, way, witness, step as f64 / STEPS as f64);
+            between(space, from, to, share, &mut at);
             let mut pairs = Vec::new();
             self.checker.colliding_pairs(&at, &mut self.scratch, &mut pairs);
             let outside = space.outside(&at).next().is_some();

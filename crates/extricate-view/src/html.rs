@@ -12,12 +12,13 @@ const STYLE: &str = include_str!("../page/style.css");
 const THREE: &str = include_str!("../page/three/three.min.js");
 const THREE_LICENCE: &str = include_str!("../page/three/LICENSE");
 /// In the order in which they need each other.
-const SCRIPTS: [&str; 8] = [
+const SCRIPTS: [&str; 9] = [
     include_str!("../page/words.js"),
     include_str!("../page/kinematics.js"),
     include_str!("../page/stage.js"),
     include_str!("../page/slice.js"),
     include_str!("../page/panel.js"),
+    include_str!("../page/play.js"),
     include_str!("../page/controls.js"),
     include_str!("../page/live.js"),
     include_str!("../page/main.js"),
@@ -33,6 +34,8 @@ pub struct Page<'a> {
     pub made: &'a str,
     /// Queries in order.
     pub answers: &'a [AnswerData],
+    /// Whether they are frames of a motion, which are played one after the other.
+    pub is_stream: bool,
     /// What makes it live, where it is.
     pub live: Option<&'a Live>,
 }
@@ -44,6 +47,7 @@ struct Data<'a> {
     made: &'a str,
     scene: SceneData<'a>,
     answers: &'a [AnswerData],
+    stream: bool,
     live: Option<&'a Live>,
 }
 
@@ -58,6 +62,7 @@ impl Page<'_> {
             made: self.made,
             scene: scene_data(scene),
             answers: self.answers,
+            stream: self.is_stream,
             live: self.live,
         };
         let filled = [
@@ -146,7 +151,8 @@ mod tests {
     #[test]
     fn a_page_is_whole_and_asks_for_nothing() {
         let scene = extricate::builtin::scene("planar-arm").unwrap();
-        let page = Page { title: "<b>", made: "by a test", answers: &[], live: None }.html(&scene).unwrap();
+        let page =
+            Page { title: "<b>", made: "by a test", answers: &[], is_stream: false, live: None }.html(&scene).unwrap();
         assert!(is_page(page.as_bytes()) && page.ends_with("</html>\n"));
         assert!(!page.contains("{{"), "a place is empty");
         assert!(page.contains("Copyright") && page.contains("three.js authors"));

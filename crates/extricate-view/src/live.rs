@@ -16,6 +16,9 @@ pub struct Live {
     program: String,
     /// Bytes of a model file, or of a scene, in base64.
     scene: String,
+    /// Bytes of the scene that a model is asked in, where it is not the one that was learned.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    world: Option<String>,
 }
 
 impl Live {
@@ -37,7 +40,16 @@ impl Live {
         Self::new(program, &model_file::encode(model))
     }
 
+    /// A page that asks a model in another scene than the one that was learned.
+    ///
+    /// # Errors
+    /// As [`Live::of_scene`].
+    pub fn of_model_in(program: &[u8], model: &Model, scene: &Scene) -> postcard::Result<Self> {
+        let world = BASE64_STANDARD.encode(postcard::to_stdvec(scene)?);
+        Ok(Self { world: Some(world), ..Self::of_model(program, model) })
+    }
+
     fn new(program: &[u8], scene: &[u8]) -> Self {
-        Self { program: BASE64_STANDARD.encode(program), scene: BASE64_STANDARD.encode(scene) }
+        Self { program: BASE64_STANDARD.encode(program), scene: BASE64_STANDARD.encode(scene), world: None }
     }
 }

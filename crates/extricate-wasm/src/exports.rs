@@ -1,5 +1,6 @@
-//! Five functions of plain numbers. JavaScript writes a request where `extricate_input` says, calls
-//! `extricate_open` or `extricate_call`, and reads the reply at `extricate_output`.
+//! Six functions of plain numbers. JavaScript writes a request where `extricate_input` says, calls
+//! `extricate_open`, `extricate_enter` or `extricate_call`, and reads the reply at
+//! `extricate_output`.
 //!
 //! The only unsafe thing is that their names are not mangled; memory is that of two vectors.
 #![allow(unsafe_code)]
@@ -36,6 +37,17 @@ pub extern "C" fn extricate_open() -> u32 {
         }
         Err(error) => reply(Err(error)),
     }
+}
+
+/// Goes into another scene, whose bytes are those of `postcard`; a model stays. 0, or 1 where they
+/// cannot be used; the reply then says why.
+#[unsafe(no_mangle)]
+pub extern "C" fn extricate_enter() -> u32 {
+    let bytes = INPUT.take();
+    SESSION.with_borrow_mut(|session| match session {
+        Some(session) => reply(session.enter(&bytes).map(|()| String::new())),
+        None => reply(Err("nothing is open".into())),
+    })
 }
 
 /// Does what the request, a JSON object, asks for. 0, or 1 where it cannot be done; the reply then

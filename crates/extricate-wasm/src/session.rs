@@ -63,13 +63,21 @@ impl Session {
             let model = model_file::decode(Path::new("the page's model"), bytes).map_err(|error| error.to_string())?;
             Base::Model(model)
         } else {
-            let wrong = |error: String| format!("got bytes that are no scene of this version ({error})");
-            let scene: Scene = postcard::from_bytes(bytes).map_err(|error| wrong(error.to_string()))?;
-            sound::check(&scene).map_err(wrong)?;
-            Base::World(World::new(scene))
+            Base::World(World::new(scene_of(bytes)?))
         };
         let metric = Arc::new(Metric::new(base.view().checker().scene_arc().clone()));
         Ok(Self { base, changed: None, metric, scratch: QueryScratch::default() })
+    }
+
+    /// Asks in another scene, whose bytes are those of `postcard`; what a model has learned stays.
+    ///
+    /// # Errors
+    /// What is wrong with the bytes, or why the scene does not fit the model.
+    pub fn enter(&mut self, bytes: &[u8]) -> Result<(), String> {
+        self.change(scene_of(bytes)?)?;
+        let entered = view(&self.base, self.changed.as_ref());
+        self.metric = Arc::new(Metric::new(entered.checker().scene_arc().clone()));
+        Ok(())
     }
 
     /// Answers a request, JSON for JSON.
@@ -102,6 +110,11 @@ impl Session {
         let poses = obstacles.iter().map(|(name, numbers)| (name.as_str(), pose(numbers)));
         let here = view(&self.base, self.changed.as_ref()).scene();
         let scene = here.moved(poses).map_err(|error| error.to_string())?;
+        self.change(scene)?;
+        Ok("{}".into())
+    }
+
+    fn change(&mut self, scene: Scene) -> Result<(), String> {
         self.changed = Some(match (&self.base, &self.changed) {
             (_, Some(Changed::World(world))) => Changed::World(world.with_scene(scene)),
             (Base::World(world), _) => Changed::World(world.with_scene(scene)),
@@ -112,8 +125,15 @@ impl Session {
         });
         // What was remembered of pairs means nothing where they are elsewhere.
         self.scratch = QueryScratch::default();
-        Ok("{}".into())
+        Ok(())
     }
+}
+
+fn scene_of(bytes: &[u8]) -> Result<Scene, String> {
+    let wrong = |error: String| format!("got bytes that are no scene of this version ({error})");
+    let scene: Scene = postcard::from_bytes(bytes).map_err(|error| wrong(error.to_string()))?;
+    sound::check(&scene).map_err(wrong)?;
+    Ok(scene)
 }
 
 impl Base {
@@ -137,7 +157,7 @@ fn view<'a>(base: &'a Base, changed: Option<&'a Changed>) -> View<'a> {
 mod tests {
     use super::*;
     use extricate::internals::cspace::sampling::Halton;
-    use extricate::{CheckScratch, Checker, builtin};
+    use extricate::{CheckScratch, Checker, LearnOptions, builtin};
     use serde_json::{Value, json};
 
     fn opened() -> (Session, Scene) {
@@ -185,6 +205,33 @@ mod tests {
         let after = call(&mut session, &query);
         assert!(before["answer"]["depth"].as_f64() > Some(0.0));
         assert_eq!(after["answer"]["depth"], 0.0);
+    }
+
+    #[test]
+    fn a_model_is_asked_in_another_world_as_the_library_does() {
+        let scene = builtin::scene("planar-arm").unwrap();
+        let learned = Model::learn(scene.clone(), &LearnOptions { labels: 2000, ..LearnOptions::default() }).unwrap();
+        let elsewhere = Pose { rotation: Mat3::identity(), translation: Vec3::new(0.57, 0.27, 0.0) };
+        let other = scene.moved([("cylinder_1", elsewhere)]).unwrap();
+        let mut session = Session::open(&model_file::encode(&learned)).unwrap();
+        session.enter(&postcard::to_stdvec(&other).unwrap()).unwrap();
+        let q = colliding(&other);
+        let found = call(&mut session, &json!({ "do": "query", "q": q, "exits": 2, "cells": 0 }));
+        let changed = ChangedScene::new(learned.world(), other).unwrap();
+        let options = QueryOptions { exits: 2, ..QueryOptions::default() };
+        let view = learned.in_scene(&changed);
+        let expected = view.query_with(&view.scene().config(&q).unwrap(), &options, &mut QueryScratch::default());
+        assert_eq!(found["answer"], serde_json::to_value(expected).unwrap());
+        // The stored samples are used: without a model the same query takes other checks.
+        let world = World::new(changed.scene().clone()).view().query_with(
+            &view.scene().config(&q).unwrap(),
+            &options,
+            &mut QueryScratch::default(),
+        );
+        assert_ne!(found["answer"]["checks"], world.unwrap().checks);
+        assert!(session.enter(b"nothing").unwrap_err().contains("no scene of this version"));
+        let hand = postcard::to_stdvec(&builtin::scene("hand").unwrap()).unwrap();
+        assert!(!session.enter(&hand).unwrap_err().is_empty());
     }
 
     #[test]

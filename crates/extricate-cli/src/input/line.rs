@@ -112,7 +112,7 @@ pub fn parse_segment(text: &str, scene: &Scene, reading: &mut Reading) -> Result
     Ok([from, to])
 }
 
-fn config_of(found: &Value, scene: &Scene, reading: &mut Reading) -> Result<Config, String> {
+pub(super) fn config_of(found: &Value, scene: &Scene, reading: &mut Reading) -> Result<Config, String> {
     let Value::Object(map) = found else { return coordinates(found, scene, reading) };
     match (map.get("q"), map.get("name"), map.get("position")) {
         (Some(Value::Object(positions)), ..) => {
@@ -154,7 +154,7 @@ fn coordinates(found: &Value, scene: &Scene, reading: &mut Reading) -> Result<Co
     checked(&numbers(elements, "coordinate")?, scene, reading)
 }
 
-fn numbers(elements: &[Value], what: &str) -> Result<Vec<f64>, String> {
+pub(super) fn numbers(elements: &[Value], what: &str) -> Result<Vec<f64>, String> {
     let number = |(index, element): (usize, &Value)| {
         let wrong = || format!("{what} {index}: got {}, expected a finite number", describe(element));
         element.as_f64().ok_or_else(wrong)
@@ -162,7 +162,7 @@ fn numbers(elements: &[Value], what: &str) -> Result<Vec<f64>, String> {
     elements.iter().enumerate().map(number).collect()
 }
 
-fn strings(elements: &[Value]) -> Result<Vec<&str>, String> {
+pub(super) fn strings(elements: &[Value]) -> Result<Vec<&str>, String> {
     let string = |(index, element): (usize, &'_ Value)| {
         let wrong = || format!("name {index}: got {}, expected the name of a joint", describe(element));
         elements[index].as_str().ok_or_else(wrong)
@@ -170,7 +170,7 @@ fn strings(elements: &[Value]) -> Result<Vec<&str>, String> {
     elements.iter().enumerate().map(string).collect()
 }
 
-fn by_name<'a>(
+pub(super) fn by_name<'a>(
     positions: impl Iterator<Item = (&'a str, &'a [f64])>,
     scene: &Scene,
     reading: &mut Reading,
@@ -192,7 +192,7 @@ fn checked(values: &[f64], scene: &Scene, reading: &mut Reading) -> Result<Confi
     Ok(config)
 }
 
-fn list_keys(map: &Map<String, Value>) -> String {
+pub(super) fn list_keys(map: &Map<String, Value>) -> String {
     let keys: Vec<_> = map.keys().map(|k| format!("\"{}\"", shorten(k))).take(MOST_KEYS).collect();
     let more = if map.len() > MOST_KEYS { " and more" } else { "" };
     let keys = if keys.is_empty() { "no keys".into() } else { keys.join(", ") + more };
@@ -203,7 +203,7 @@ fn list_keys(map: &Map<String, Value>) -> String {
 const MOST_KEYS: usize = 4;
 
 /// JSON has no NaN and no infinities; the parser only says that it expected a value.
-fn explain_syntax(text: &str, error: &serde_json::Error, expected: &str) -> String {
+pub(super) fn explain_syntax(text: &str, error: &serde_json::Error, expected: &str) -> String {
     let word = text.split(|c: char| !c.is_ascii_alphanumeric() && c != '+' && c != '-').find(|word| {
         matches!(word.trim_start_matches(['+', '-']).to_ascii_lowercase().as_str(), "nan" | "inf" | "infinity")
     });
@@ -213,7 +213,7 @@ fn explain_syntax(text: &str, error: &serde_json::Error, expected: &str) -> Stri
     }
 }
 
-fn describe(value: &Value) -> String {
+pub(super) fn describe(value: &Value) -> String {
     let kind = match value {
         Value::Null => return "null".into(),
         Value::Bool(_) => "a boolean",

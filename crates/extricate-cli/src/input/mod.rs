@@ -1,7 +1,8 @@
 //! Configurations from a file, standard input or the command line, one a line, each checked against
-//! the configuration space. What a line may say is in `line`.
+//! the configuration space. What a line may say is in `line`, and of paths in `path`.
 
 mod line;
+mod path;
 mod unique;
 
 use std::fs::File;
@@ -47,6 +48,9 @@ pub struct BadLine {
 pub type Entry = Result<(usize, Config), BadLine>;
 /// The two ends of a segment and the number of its line.
 pub type SegmentEntry = Result<(usize, [Config; 2]), BadLine>;
+
+/// The first waypoint of a path, those behind it, and the number of the line.
+pub type PathEntry = Result<(usize, (Config, Vec<Config>)), BadLine>;
 
 /// A grasp, the file and the scale of its object, and the number of the line.
 pub type GraspEntry = Result<(usize, (Config, Option<(String, f64)>)), BadLine>;
@@ -125,6 +129,15 @@ impl Configs {
             let object = if names_object { Some(line::parse_object(text)?) } else { None };
             Ok(Some((q, object)))
         })
+    }
+
+    /// As [`Configs::next`], for paths: the first waypoint and those behind it.
+    ///
+    /// # Errors
+    /// Where reading fails.
+    pub fn next_path(&mut self, scene: &Scene) -> anyhow::Result<Option<PathEntry>> {
+        let expected = format!("configurations of {} numbers", scene.space.nq());
+        self.next_parsed(&expected, |text, reading| path::parse_path(text, scene, reading).map(Some))
     }
 
     fn next_parsed<T>(

@@ -17,7 +17,7 @@ const BALL: &str = "[[obstacle]]\nname = 'ball'\nshape = { sphere = 0.03 }\n";
 /// A regular tetrahedron around the origin, its faces outward.
 const MESH: &str = "v 1 1 1\nv 1 -1 -1\nv -1 1 -1\nv -1 -1 1\nf 1 2 3\nf 1 4 2\nf 1 3 4\nf 2 4 3\n";
 
-fn workspace() -> Workspace {
+pub fn workspace() -> Workspace {
     let workspace = Workspace::new();
     workspace.write("gripper.urdf", GRIPPER);
     workspace.write("hand.toml", SCENE);

@@ -99,6 +99,92 @@ fn answers_of_a_file_are_shown_as_they_are() {
 }
 
 #[test]
+fn frames_of_a_motion_are_answered_as_query_stream_does() {
+    let workspace = Workspace::new();
+    let frames: String =
+        (0..12).map(|k| format!("[{}, {}]\n", 0.1 + 0.01 * f64::from(k), 0.02 * f64::from(k))).collect();
+    workspace.write("q.jsonl", &frames);
+    workspace.run("view scene.toml --input q.jsonl --stream -o page.html").expect_code(0);
+    let answers = workspace.run("query scene.toml --input q.jsonl --stream --json").expect_code(0).stdout;
+    workspace.write("a.jsonl", answers);
+    workspace.run("view scene.toml --input q.jsonl --stream --answers a.jsonl -o given.html").expect_code(0);
+    let page = |name: &str| data_of(&std::fs::read_to_string(workspace.path(name)).unwrap());
+    let [asked, given] = ["page.html", "given.html"].map(page);
+    assert!(asked["stream"] == true && given["stream"] == true);
+    let depths = |page: &Value| -> Vec<Value> {
+        page["answers"].as_array().unwrap().iter().map(|shown| shown["answer"]["depth"].clone()).collect()
+    };
+    assert_eq!(depths(&asked).len(), 12);
+    assert_eq!(depths(&asked), depths(&given));
+    workspace.run("view scene.toml --q 0,0 --stream").expect_code(2);
+}
+
+#[test]
+fn paths_are_judged_along_the_way() {
+    let workspace = Workspace::new();
+    workspace.write(
+        "paths.jsonl",
+        format!("[{FREE}, {COLLIDING}, {FREE}]\n{{\"path\": [{FREE}, [-2.0, 0.1]]}}\n[{FREE}]\n"),
+    );
+    let failed = workspace.run("view scene.toml --paths paths.jsonl -o page.html").expect_code(1);
+    assert!(failed.stderr.contains("line 3: got 1 waypoints"), "{}", failed.stderr);
+    let data = data_of(&std::fs::read_to_string(workspace.path("page.html")).unwrap());
+    let played: Vec<&Value> =
+        data["answers"].as_array().unwrap().iter().map(|shown| &shown["played"]["path"]).collect();
+    assert_eq!(played.len(), 2);
+    assert_eq!((&played[0]["waypoints"], &played[0]["colliding_segments"]), (&json!(3), &json!(2)));
+    assert!(played[0]["first_collision"].as_f64().unwrap() < 0.5);
+    assert_eq!((&played[1]["free_segments"], &played[1]["first_collision"]), (&json!(1), &Value::Null));
+    // As `check --segments` has it.
+    workspace.write("s.jsonl", format!("[{FREE}, [-2.0, 0.1]]\n"));
+    let verdict = workspace.run("check scene.toml --segments --input s.jsonl --json").expect_code(0).json();
+    assert_eq!(verdict[0]["outcome"], "free");
+    workspace.run("view scene.toml --paths paths.jsonl --q 0,0").expect_code(2);
+}
+
+#[test]
+fn grasps_are_shown_from_the_query_to_the_release() {
+    let workspace = crate::grasps::workspace();
+    workspace.write("g.jsonl", "[0.08, 0.065]\n[0.07, 0.07]\n");
+    let answers = workspace.run("grasp grip.toml --input g.jsonl --object ball --json").expect_code(0);
+    let rows = answers.json();
+    workspace.run("grasp grip.toml --input g.jsonl --object ball -o a.jsonl").expect_code(0);
+    workspace.run("view grip.toml --input g.jsonl --answers a.jsonl -o page.html").expect_code(0);
+    let data = data_of(&std::fs::read_to_string(workspace.path("page.html")).unwrap());
+    for (shown, row) in data["answers"].as_array().unwrap().iter().zip(&rows) {
+        let grasp = &shown["played"]["grasp"];
+        for key in ["config", "moved", "verified", "touched", "kept", "fingers", "depth_before", "quality"] {
+            assert_eq!(grasp[key], row[key], "{key}");
+        }
+        assert_eq!(shown["exits"][0]["witness"], row["config"]);
+        assert!(shown["exits"][0]["contacts"].as_array().unwrap().len() >= 2);
+    }
+    workspace.write(
+        "a.jsonl",
+        std::fs::read_to_string(workspace.path("a.jsonl")).unwrap().replace("\"config\":[", "\"config\":[1,"),
+    );
+    let line = "view grip.toml --input g.jsonl --answers a.jsonl -o page.html";
+    workspace.run(line).expect_failure(&["a.jsonl: line 1", "expected 2"]);
+}
+
+#[test]
+fn a_live_page_in_another_world_keeps_the_model() {
+    let workspace = Workspace::learned();
+    let world = "[[obstacle]]\nname = 'ball'\nshape = { sphere = 0.1 }\npose = { xyz = [0.8, 0.3, 0] }\n";
+    workspace.write("world.toml", world);
+    workspace.write("lib.wasm", b"\0asm of a test");
+    let live = |line: &str| {
+        workspace.run(&format!("{line} -n 1 --live --wasm lib.wasm -o page.html")).expect_code(0);
+        data_of(&std::fs::read_to_string(workspace.path("page.html")).unwrap())["live"].clone()
+    };
+    let (alone, moved) = (live("view small.model"), live("view small.model --world world.toml"));
+    assert!(alone["world"].is_null() && moved["world"].is_string());
+    assert_eq!(alone["scene"], moved["scene"], "the model is the same");
+    let scene = live("view scene.toml --world world.toml");
+    assert!(scene["world"].is_null() && scene["scene"] != moved["scene"]);
+}
+
+#[test]
 fn a_served_page_is_given_to_this_computer_alone() {
     let workspace = Workspace::new();
     let mut serving = workspace.command("view scene.toml --q 0.1,0 --serve --json").spawn().unwrap();

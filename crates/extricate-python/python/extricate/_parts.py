@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 import os
 from dataclasses import dataclass, field
 from typing import Any, List, Mapping, Optional, Protocol, Sequence, Tuple, Union
@@ -166,7 +167,8 @@ class MujocoRobot(Robot):
 
 
 # The fields of both, as `help` shows them.
-MujocoRobot.__doc__ = f"{MujocoRobot.__doc__}\n    {(Robot.__doc__ or '').split(chr(10), 2)[2].strip()}\n    "
+_FIELDS = inspect.cleandoc(Robot.__doc__ or "").partition("\n\n")[2]
+MujocoRobot.__doc__ = f"{inspect.cleandoc(MujocoRobot.__doc__ or '')}\n{_FIELDS}"
 
 
 @dataclass(frozen=True, eq=False)

@@ -106,10 +106,11 @@ fn live(source: Source, wanted: bool) -> PyResult<Option<Live>> {
     let missing = "live: got True, expected False: this package was built without the library as WebAssembly";
     let program = Live::built_in().ok_or_else(|| PyValueError::new_err(missing))?;
     let live = match source {
-        Source::Model(model) => Live::of_model(program, model),
-        _ => Live::of_scene(program, source.scene()).map_err(|error| PyRuntimeError::new_err(error.to_string()))?,
+        Source::Model(model) => Ok(Live::of_model(program, model)),
+        Source::Changed(model, changed) => Live::of_model_in(program, model, changed.scene()),
+        Source::World(world) => Live::of_scene(program, world.scene()),
     };
-    Ok(Some(live))
+    live.map(Some).map_err(|error| PyRuntimeError::new_err(error.to_string()))
 }
 
 fn html(source: Source, configs: &[Config], options: &QueryOptions, live: Option<&Live>) -> Result<String, String> {
@@ -123,6 +124,6 @@ fn html(source: Source, configs: &[Config], options: &QueryOptions, live: Option
         |(q, (answer, seconds)): (&Config, (Option<Answer>, f64))| inspector.answer_data(q, answer, Some(seconds));
     let shown: Vec<_> = configs.iter().zip(answers).map(inspect).collect();
     let made = format!("extricate {}, from Python; effort {}", env!("CARGO_PKG_VERSION"), options.effort.name());
-    let page = Page { title: "extricate", made: &made, answers: &shown, live };
+    let page = Page { title: "extricate", made: &made, answers: &shown, is_stream: false, live };
     page.html(source.scene()).map_err(|error| error.to_string())
 }

@@ -20,7 +20,7 @@ use super::sample::CollidingSampler;
 use super::tell_warnings;
 use crate::args::{positive, seconds, seed};
 use crate::output::Output;
-use crate::pages::{self, About};
+use crate::pages::{self, About, Shown};
 use crate::picture;
 use crate::progress::Progress;
 use crate::report::count;
@@ -134,12 +134,12 @@ fn write_page(model: &Model, name: &str, queries: &[Config], shown: usize, path:
     let answers = chosen.map(|q| {
         let started = Instant::now();
         let answer = model.view().query_with(q, &options, &mut scratch);
-        (q.clone(), (answer, started.elapsed().as_secs_f64()))
+        Shown::Answer(q.clone(), (answer, started.elapsed().as_secs_f64()))
     });
     let answers = answers.collect();
     let live = Live::built_in().map(|program| Live::of_model(program, model));
-    let command = format!("extricate query --exits {PAGE_EXITS}");
-    let about = About { title: name, command: &command, live: live.as_ref() };
+    let command = format!("extricate query --exits {PAGE_EXITS} --json");
+    let about = About { title: name, source: &command, is_stream: false, live: live.as_ref() };
     let html = pages::html(model.checker(), answers, &about)?;
     Ok(io::write_atomically(path, html.as_bytes())?)
 }

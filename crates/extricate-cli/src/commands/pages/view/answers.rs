@@ -1,5 +1,5 @@
-//! Answers from lines of `query --json`, names back to numbers. What they say is shown, not
-//! judged; that they fit the scene is checked.
+//! Answers from lines of `query --json` and `grasp --json`, names back to numbers. What they say is
+//! shown, not judged; that they fit the scene is checked.
 
 use std::collections::HashMap;
 use std::path::Path;
@@ -7,6 +7,7 @@ use std::path::Path;
 use anyhow::{Context, bail};
 use extricate::geometry::Vec3;
 use extricate::{Answer, Contact, Effort, Exit, PairId, Scene, StraightSegment, Unproved};
+use extricate_view::GraspData;
 use serde::Deserialize;
 
 use crate::commands::query::asker::Timed;
@@ -17,10 +18,19 @@ pub struct Answers {
     text: String,
 }
 
+/// What a line says of its configuration.
+pub enum Given {
+    /// What was answered, and how long it took \[s\].
+    Answer(Timed),
+    /// What was released.
+    Grasp(GraspData),
+}
+
 #[derive(Deserialize)]
 #[serde(untagged)]
 enum Line {
     Answer(Box<Row>),
+    Grasp(Box<GraspData>),
     Error { error: String },
 }
 
@@ -87,8 +97,8 @@ impl Answers {
         Ok(Self { name, text })
     }
 
-    /// The answers, and how long each took \[s\]: as many as there are queries.
-    pub fn read(&self, scene: &Scene, queries: usize) -> anyhow::Result<Vec<Timed>> {
+    /// What the lines say: as many as there are queries.
+    pub fn read(&self, scene: &Scene, queries: usize) -> anyhow::Result<Vec<Given>> {
         let names = Names::of(scene);
         let mut answers = Vec::new();
         let lines = self.text.lines().enumerate().filter(|(_, line)| !line.trim().is_empty());
@@ -98,12 +108,19 @@ impl Answers {
                 Ok(Line::Answer(row)) => {
                     let seconds = row.seconds;
                     let answer = names.answer(*row).map_err(|fault| anyhow::anyhow!("{}: {fault}", place()))?;
-                    answers.push((Some(answer), seconds));
+                    answers.push(Given::Answer((Some(answer), seconds)));
+                }
+                Ok(Line::Grasp(grasp)) => {
+                    let config = names.witness(grasp.config.clone());
+                    config.map_err(|fault| anyhow::anyhow!("{}: {fault}", place()))?;
+                    answers.push(Given::Grasp(*grasp));
                 }
                 // Configurations that could not be used are left out of the queries too.
-                Ok(Line::Error { error }) if error.starts_with("no free") => answers.push((None, 0.0)),
+                Ok(Line::Error { error }) if error.starts_with("no free") => answers.push(Given::Answer((None, 0.0))),
                 Ok(Line::Error { .. }) => {}
-                Err(_) => bail!("{}: expected an answer as `extricate query --json` prints it", place()),
+                Err(_) => {
+                    bail!("{}: expected an answer as `extricate query --json` or `grasp --json` prints it", place())
+                }
             }
         }
         if answers.len() != queries {

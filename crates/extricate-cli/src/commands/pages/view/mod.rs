@@ -11,7 +11,7 @@ use std::path::PathBuf;
 use anyhow::{Context, bail};
 use clap::Args;
 use extricate::internals::io;
-use extricate::{Config, Effort, QueryOptions};
+use extricate::{Config, Effort, QueryOptions, StreamOptions};
 use extricate_view::{Live, is_page};
 use serde_json::json;
 
@@ -22,13 +22,15 @@ use crate::commands::sample::CollidingSampler;
 use crate::input::Configs;
 use crate::notice;
 use crate::output::Output;
-use crate::pages::{self, About, name_of};
+use crate::pages::{self, About, Shown, name_of};
 use crate::progress::{Progress, busy};
 use crate::report::count;
-use answers::Answers;
+use answers::{Answers, Given};
 
 /// Queries of a page, most: it holds them all.
 const MOST_QUERIES: usize = 1000;
+/// Waypoints of the paths of a page, most.
+const MOST_WAYPOINTS: usize = 20_000;
 /// Exits that are looked for where the effort finds several.
 const USUAL_EXITS: usize = 3;
 
@@ -55,10 +57,18 @@ pub struct ViewArgs {
     /// Seed of the random ones
     #[arg(long, value_name = "S", default_value_t = 0, value_parser = seed, allow_negative_numbers = true)]
     seed: u64,
-    /// Show these answers, lines of `query --json` for the same configurations, in place of new
-    /// ones
+    /// Show these answers, lines of `query --json` or `grasp --json` for the same configurations, in
+    /// place of new ones
     #[arg(long, value_name = "FILE", conflicts_with_all = ["exits", "effort"])]
     answers: Option<PathBuf>,
+    /// The configurations are frames of a motion, which the page plays. They are answered as
+    /// `query --stream` does
+    #[arg(long, conflicts_with = "exits")]
+    stream: bool,
+    /// Show paths in place of configurations, one a line: an array of waypoints, {"path": [...]} or a
+    /// JointTrajectory. The exact checker says what is free
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["q", "input", "answers", "stream", "exits", "effort", "live"])]
+    paths: Option<PathBuf>,
     /// How hard to try, as for `query`
     #[arg(long, value_enum, default_value_t = EffortArg::Refined)]
     effort: EffortArg,
@@ -92,10 +102,16 @@ impl ViewArgs {
         if self.answers.is_some() && self.q.is_empty() && self.input.is_none() {
             return Some("--answers are those of configurations, expected --q or --input beside it");
         }
+        if self.stream && self.input.is_none() {
+            return Some("--stream plays the frames of a motion, expected --input beside it");
+        }
         exits_contradiction(self.effort, self.exits())
     }
 
     fn exits(&self) -> usize {
+        if self.stream {
+            return 1;
+        }
         let usual = match self.effort {
             EffortArg::Refined | EffortArg::Exhaustive => USUAL_EXITS,
             EffortArg::Nearest | EffortArg::Proved => 1,
@@ -109,22 +125,15 @@ pub fn run(args: &ViewArgs, json: bool) -> anyhow::Result<()> {
     if args.serve.is_none() {
         io::check_output(&args.output, "page of this program", is_page)?;
     }
-    let mut input = match (&args.input, args.q.is_empty()) {
-        (Some(path), _) => Some(Configs::open(path)?),
-        (None, false) => Some(Configs::of_words(&args.q)),
-        (None, true) => None,
-    }
-    .map(|configs| configs.with_limits(Limits::Forgive));
     let asked = Asked::load(&args.file, args.world.as_deref(), &args.load)?;
-    let queries = match &mut input {
-        Some(configs) => read(configs, &asked)?,
-        None => draw(args, &asked)?,
+    let (shown, input) = match &args.paths {
+        Some(path) => {
+            let mut lines = Configs::open(path)?.with_limits(Limits::Forgive);
+            (paths(&mut lines, &asked)?, Some(lines))
+        }
+        None => answered(args, &asked)?,
     };
-    let answers = match &args.answers {
-        Some(path) => Answers::open(path)?.read(asked.scene(), queries.len())?,
-        None => answer(args, &asked, &queries),
-    };
-    let html = page(args, &asked, queries, answers)?;
+    let html = page(args, &asked, shown)?;
     let mut out = Output::new(true);
     match args.serve {
         Some(port) => serve::serve(html.as_bytes(), port, |address| {
@@ -142,6 +151,51 @@ pub fn run(args: &ViewArgs, json: bool) -> anyhow::Result<()> {
         }
     }
     input.map_or(Ok(()), |configs| configs.conclude())
+}
+
+/// Configurations and their answers, and the input that they are of.
+fn answered(args: &ViewArgs, asked: &Asked) -> anyhow::Result<(Vec<Shown>, Option<Configs>)> {
+    let input = match (&args.input, args.q.is_empty()) {
+        (Some(path), _) => Some(Configs::open(path)?),
+        (None, false) => Some(Configs::of_words(&args.q)),
+        (None, true) => None,
+    };
+    let mut input = input.map(|configs| configs.with_limits(Limits::Forgive));
+    let queries = match &mut input {
+        Some(configs) => read(configs, asked)?,
+        None => draw(args, asked)?,
+    };
+    let given = match &args.answers {
+        Some(path) => Answers::open(path)?.read(asked.scene(), queries.len())?,
+        None => answer(args, asked, &queries).into_iter().map(Given::Answer).collect(),
+    };
+    let shown = queries.into_iter().zip(given).map(|(q, given)| match given {
+        Given::Answer(timed) => Shown::Answer(q, timed),
+        Given::Grasp(grasp) => Shown::Grasp(q, grasp),
+    });
+    Ok((shown.collect(), input))
+}
+
+/// All paths of an input; those that cannot be used are reported.
+fn paths(lines: &mut Configs, asked: &Asked) -> anyhow::Result<Vec<Shown>> {
+    let (mut shown, mut waypoints) = (Vec::new(), 0);
+    while let Some(entry) = lines.next_path(asked.scene())? {
+        lines.take_notes().into_iter().for_each(notice::warning);
+        match entry {
+            Ok((line, (first, rest))) => {
+                waypoints += 1 + rest.len();
+                if shown.len() == MOST_QUERIES || waypoints > MOST_WAYPOINTS {
+                    bail!(
+                        "line {line}: got more than {MOST_QUERIES} paths or {MOST_WAYPOINTS} waypoints, \
+                         expected fewer: a page holds them all"
+                    )
+                }
+                shown.push(Shown::Path(first, rest));
+            }
+            Err(bad) => lines.report(&bad),
+        }
+    }
+    Ok(shown)
 }
 
 /// All configurations of an input; those that cannot be used are reported.
@@ -177,7 +231,8 @@ fn draw(args: &ViewArgs, asked: &Asked) -> anyhow::Result<Vec<Config>> {
 fn answer(args: &ViewArgs, asked: &Asked, queries: &[Config]) -> Vec<Timed> {
     let effort = Effort::from(args.effort);
     let options = QueryOptions { effort, exits: args.exits(), contacts: true, ..QueryOptions::default() };
-    let mut asker = Asker::new(asked, options, None);
+    let stream = args.stream.then(|| StreamOptions { query: options.clone(), ..StreamOptions::default() });
+    let mut asker = Asker::new(asked, options, stream);
     let mut progress = Progress::new("querying");
     let mut answers = Vec::with_capacity(queries.len());
     for (at, q) in queries.iter().enumerate() {
@@ -187,15 +242,18 @@ fn answer(args: &ViewArgs, asked: &Asked, queries: &[Config]) -> Vec<Timed> {
     answers
 }
 
-fn page(args: &ViewArgs, asked: &Asked, queries: Vec<Config>, answers: Vec<Timed>) -> anyhow::Result<String> {
-    let command = match &args.answers {
-        Some(path) => format!("the answers of {}", name_of(path)),
-        None => format!("extricate query --effort {} --exits {}", Effort::from(args.effort).name(), args.exits()),
+fn page(args: &ViewArgs, asked: &Asked, shown: Vec<Shown>) -> anyhow::Result<String> {
+    let effort = Effort::from(args.effort).name();
+    let source = match (&args.paths, &args.answers) {
+        (Some(path), _) => name_of(path),
+        (None, Some(path)) => format!("the answers of {}", name_of(path)),
+        _ if args.stream => format!("extricate query --effort {effort} --stream --json"),
+        _ => format!("extricate query --effort {effort} --exits {} --json", args.exits()),
     };
     let title = name_of(args.world.as_deref().unwrap_or(&args.file));
     let live = args.live.then(|| live(args, asked)).transpose()?;
-    let about = About { title: &title, command: &command, live: live.as_ref() };
-    pages::html(asked.view().checker(), queries.into_iter().zip(answers).collect(), &about)
+    let about = About { title: &title, source: &source, is_stream: args.stream, live: live.as_ref() };
+    pages::html(asked.view().checker(), shown, &about)
 }
 
 /// The library for the page, and what it opens there.
@@ -208,11 +266,10 @@ fn live(args: &ViewArgs, asked: &Asked) -> anyhow::Result<Live> {
     if !program.starts_with(b"\0asm") && !program.starts_with(&[0x1f, 0x8b]) {
         bail!("--wasm: got a file that is no WebAssembly, expected what scripts/build-wasm.sh makes");
     }
-    match asked {
+    let live = match asked {
         Asked::Model(model) => Ok(Live::of_model(&program, model)),
-        // In another world the page asks without the model, as its scene is not the one learned.
-        Asked::World(_) | Asked::Changed(..) => {
-            Live::of_scene(&program, asked.scene()).context("cannot write the scene into the page")
-        }
-    }
+        Asked::Changed(model, changed) => Live::of_model_in(&program, model, changed.scene()),
+        Asked::World(_) => Live::of_scene(&program, asked.scene()),
+    };
+    live.context("cannot write the scene into the page")
 }

@@ -1,0 +1,253 @@
+//! What is played back and no query answered: paths from elsewhere, and grasps that were released.
+
+use extricate::{CheckScratch, Config, SegmentOptions, SegmentOutcome};
+use serde::{Deserialize, Serialize};
+
+use crate::answer_data::{AnswerData, Inspector};
+
+/// What is played back.
+#[derive(Debug, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub(crate) enum Played {
+    Path(PathData),
+    Grasp(GraspData),
+}
+
+/// What the exact checker says of a path.
+#[derive(Debug, Serialize)]
+pub(crate) struct PathData {
+    waypoints: usize,
+    /// In the scene's metric, from waypoint to waypoint.
+    length: f64,
+    /// Segments that are proved free all along.
+    free_segments: usize,
+    /// Segments on which something collides; of the others nothing is known.
+    colliding_segments: usize,
+    /// Share of the way where the first collision is; `None` where none is known.
+    first_collision: Option<f64>,
+}
+
+/// A grasp, under the names of `extricate grasp --json`.
+#[derive(Debug, Clone, Deserialize, Serialize)]
+pub struct GraspData {
+    /// The configuration that was found.
+    pub config: Vec<f64>,
+    /// How far it is from the query, in the scene's metric.
+    pub moved: f64,
+    /// Whether the exact checker called it free.
+    pub verified: bool,
+    /// Links that touched at the query.
+    pub touched: Vec<String>,
+    /// Those that still do.
+    pub kept: Vec<String>,
+    /// Fingers that touched, and that still do.
+    pub fingers: [usize; 2],
+    /// Whether every contact is on its side of the object.
+    pub kept_sides: bool,
+    /// How deep a link was in the object \[m\].
+    pub depth_before: f64,
+    /// How well the object is held.
+    pub quality: Option<Quality>,
+    /// Where the hand touches the object.
+    #[serde(skip_serializing)]
+    pub contacts: Vec<Touch>,
+    /// Exact checks and contact evaluations.
+    pub checks: usize,
+}
+
+/// How well an object is held.
+#[derive(Debug, Clone, Deserialize, Serialize)]
+pub struct Quality {
+    /// Radius of the greatest ball of wrenches that the contacts resist.
+    pub epsilon: f64,
+    /// Whether they resist every wrench.
+    pub force_closure: bool,
+}
+
+/// A contact of a grasp, as far as the page needs it.
+#[derive(Debug, Clone, Deserialize)]
+pub struct Touch {
+    /// \[m\]
+    pub distance: f64,
+}
+
+/// A waypoint behind the first.
+#[derive(Debug, Serialize)]
+pub(crate) struct Waypoint {
+    /// Share of the way up to it.
+    pub(crate) at: f64,
+    pub(crate) q: Vec<f64>,
+}
+
+impl Inspector<'_> {
+    /// What is shown of a path: straight segments from waypoint to waypoint.
+    pub fn path_data(&mut self, first: &Config, rest: &[Config]) -> AnswerData {
+        let all: Vec<&Config> = std::iter::once(first).chain(rest).collect();
+        let lengths: Vec<f64> = all.windows(2).map(|ends| self.metric().distance(ends[0], ends[1])).collect();
+        let shares = shares(&lengths);
+        let mut way: Vec<Waypoint> = rest.iter().zip(&shares).map(|(q, &at)| Waypoint { at, q: q.to_vec() }).collect();
+        let path = self.judged(&all, &lengths, &shares);
+        // The last waypoint is the witness.
+        let last = way.pop().map_or_else(|| first.to_vec(), |last| last.q);
+        // Where a path ends nothing has to touch; what overlaps there is in its colour.
+        let exit = self.exit_by_way(first, way, last, path.length, None);
+        self.played_data(first, exit, Played::Path(path))
+    }
+
+    /// What is shown of a grasp that was released from the query `q`.
+    ///
+    /// # Errors
+    /// Where the grasp is of another hand.
+    pub fn grasp_data(&mut self, q: &Config, grasp: GraspData) -> Result<AnswerData, String> {
+        let found = self.checker().scene().space.config_anywhere(&grasp.config);
+        let found = found.map_err(|error| format!("config: {error}"))?;
+        // Contacts of a grasp are within its own reach, which is mostly above the clearance.
+        let reach = grasp.contacts.iter().map(|contact| contact.distance).fold(0.0, f64::max);
+        let exit = self.exit_by_way(q, Vec::new(), found.to_vec(), grasp.moved, Some(reach));
+        Ok(self.played_data(q, exit, Played::Grasp(grasp)))
+    }
+
+    fn judged(&self, waypoints: &[&Config], lengths: &[f64], shares: &[f64]) -> PathData {
+        let (checker, mut scratch) = (self.checker(), CheckScratch::default());
+        let mut path = PathData {
+            waypoints: waypoints.len(),
+            length: lengths.iter().sum(),
+            free_segments: 0,
+            colliding_segments: 0,
+            first_collision: None,
+        };
+        for (at, ends) in waypoints.windows(2).enumerate() {
+            let begins = if at == 0 { 0.0 } else { shares[at - 1] };
+            match checker.segment(ends[0], ends[1], &SegmentOptions::default(), &mut scratch) {
+                SegmentOutcome::Free => path.free_segments += 1,
+                SegmentOutcome::Contact { colliding_at, .. } => {
+                    path.colliding_segments += 1;
+                    path.first_collision.get_or_insert(begins + colliding_at * (shares[at] - begins));
+                }
+                SegmentOutcome::Undecided { .. } => {}
+            }
+        }
+        path
+    }
+}
+
+/// Where each of some lengths ends, as a share of their sum; equal shares where that is 0.
+fn shares(lengths: &[f64]) -> Vec<f64> {
+    let (sum, count) = (lengths.iter().sum::<f64>(), lengths.len() as f64);
+    let mut until = 0.0;
+    let mut shares: Vec<f64> = lengths
+        .iter()
+        .map(|length| {
+            until += if sum > 0.0 { length / sum } else { 1.0 / count };
+            until.min(1.0)
+        })
+        .collect();
+    // Not but for rounding.
+    shares.last_mut().into_iter().for_each(|last| *last = 1.0);
+    shares
+}
+
+/// The configuration at fraction `t` of the way from `from` by `way` to `to`.
+pub(crate) fn leg<'a>(from: &'a [f64], way: &'a [Waypoint], to: &'a [f64], t: f64) -> (&'a [f64], &'a [f64], f64) {
+    let (mut low, mut start) = (0.0, from);
+    for point in way {
+        if t <= point.at {
+            let share = if point.at > low { (t - low) / (point.at - low) } else { 1.0 };
+            return (start, &point.q, share);
+        }
+        (low, start) = (point.at, &point.q);
+    }
+    (start, to, if low < 1.0 { (t - low) / (1.0 - low) } else { 1.0 })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::answer_data::Detail;
+    use extricate::{World, builtin};
+
+    fn world() -> World {
+        World::new(builtin::scene("planar-arm").unwrap())
+    }
+
+    /// A free and a colliding configuration of the planar arm.
+    fn ends(world: &World) -> [Config; 2] {
+        let (space, mut scratch) = (&world.scene().space, CheckScratch::default());
+        let halton = extricate::internals::cspace::sampling::Halton::new(space.nv(), 0);
+        let mut first = |is_free: bool| {
+            let mut q = vec![0.0; space.nq()];
+            let found = (1..1000).find(|&index| {
+                halton.config(space, index, &mut q);
+                world.checker().colliding_pair(&q, &mut scratch).is_none() == is_free
+            });
+            assert!(found.is_some());
+            space.config(&q).unwrap()
+        };
+        [first(true), first(false)]
+    }
+
+    fn value(data: &AnswerData) -> serde_json::Value {
+        serde_json::to_value(data).unwrap()
+    }
+
+    #[test]
+    fn a_path_through_a_collision_is_judged_and_shown_by_its_waypoints() {
+        let world = world();
+        let [free, hit] = ends(&world);
+        let mut inspector = Inspector::new(world.checker(), Detail::default());
+        let data = value(&inspector.path_data(&free, &[hit.clone(), free.clone()]));
+        let path = &data["played"]["path"];
+        assert_eq!((&path["waypoints"], &path["colliding_segments"]), (&3.into(), &2.into()), "{path}");
+        assert!(path["first_collision"].as_f64().unwrap() <= 0.5);
+        let exit = &data["exits"][0];
+        let length = 2.0 * inspector.metric().distance(&free, &hit);
+        assert!((exit["depth"].as_f64().unwrap() - length).abs() < 1e-12);
+        assert_eq!(exit["way"][0], serde_json::json!({ "at": 0.5, "q": hit.to_vec() }));
+        assert_eq!(exit["witness"], serde_json::json!(free.to_vec()));
+        // Free at both ends, in collision in the middle.
+        let stretches = exit["stretches"].as_array().unwrap();
+        let is_free = |at: usize| stretches[at]["pairs"].as_array().unwrap().is_empty();
+        assert!(stretches.len() >= 3 && is_free(0) && is_free(stretches.len() - 1) && !is_free(1), "{stretches:?}");
+        // A path that stays where it is.
+        let still = value(&inspector.path_data(&free, &[free.clone(), free.clone()]));
+        assert_eq!(still["played"]["path"]["free_segments"], 2);
+        assert_eq!(still["exits"][0]["way"][0]["at"], 0.5);
+    }
+
+    #[test]
+    fn a_way_is_walked_leg_by_leg() {
+        let way = [Waypoint { at: 0.25, q: vec![1.0] }, Waypoint { at: 0.25, q: vec![2.0] }];
+        for (t, from, to, share) in
+            [(0.0, 0.0, 1.0, 0.0), (0.125, 0.0, 1.0, 0.5), (0.25, 0.0, 1.0, 1.0), (1.0, 2.0, 3.0, 1.0)]
+        {
+            assert_eq!(leg(&[0.0], &way, &[3.0], t), (&[from][..], &[to][..], share), "{t}");
+        }
+        assert_eq!(shares(&[0.0, 0.0]), [0.5, 1.0]);
+        assert_eq!(shares(&[1.0, 3.0]), [0.25, 1.0]);
+    }
+
+    #[test]
+    fn a_grasp_of_another_hand_is_refused() {
+        let world = world();
+        let [free, hit] = ends(&world);
+        let grasp = GraspData {
+            config: free.to_vec(),
+            moved: 0.3,
+            verified: true,
+            touched: vec!["tip".into()],
+            kept: Vec::new(),
+            fingers: [1, 0],
+            kept_sides: true,
+            depth_before: 0.01,
+            quality: None,
+            contacts: Vec::new(),
+            checks: 7,
+        };
+        let mut inspector = Inspector::new(world.checker(), Detail::default());
+        let data = value(&inspector.grasp_data(&hit, grasp.clone()).unwrap());
+        assert_eq!((&data["played"]["grasp"]["moved"], &data["exits"][0]["depth"]), (&0.3.into(), &0.3.into()));
+        assert!(!data["exits"][0]["stretches"][0]["pairs"].as_array().unwrap().is_empty());
+        let short = GraspData { config: vec![0.0], ..grasp };
+        assert!(inspector.grasp_data(&hit, short).unwrap_err().contains("config"));
+    }
+}
