@@ -14,6 +14,7 @@ mod learned_classifier;
 mod licences;
 mod memory;
 mod meshes;
+mod motions;
 mod no_model;
 mod other_robots;
 mod property;

@@ -55,6 +55,15 @@ impl<'a> RrtConnect<'a> {
         None
     }
 
+    /// Of each tree the nodes that grew, and the node each of them grew from, roots counted first.
+    pub fn grown(&self) -> [Vec<(Vec<f64>, usize)>; 2] {
+        [0, 1].map(|side| {
+            let tree = &self.trees[side];
+            let grown = tree.parents.iter().enumerate();
+            grown.filter_map(|(node, parent)| parent.map(|from| (tree.nodes.config(node).to_vec(), from))).collect()
+        })
+    }
+
     /// The branch to a node of the first tree, then that from a node of the second, where both
     /// stand at the same configuration.
     fn joined(&self, [first, second]: [usize; 2]) -> Vec<Vec<f64>> {

@@ -13,7 +13,7 @@ use rand_chacha::ChaCha8Rng;
 
 use super::path;
 use super::prover::Prover;
-use super::roadmap::{Grower, Roadmap, RoadmapContext};
+use super::roadmap::{Grower, Roadmap, RoadmapContext, grow};
 use super::rrt_connect::RrtConnect;
 use super::shortcut::shortcut;
 use crate::cspace::Config;
@@ -88,7 +88,8 @@ impl View<'_> {
             let mut grower = Grower::new(context, roadmap);
             let until = grower.roadmap.checks().saturating_add(checks);
             while grower.roadmap.checks() < until && !limit.is_reached(0) {
-                grower.grow((until - grower.roadmap.checks()).min(MOST_OF_A_BATCH), &limit);
+                let left = until - grower.roadmap.checks();
+                grow(&mut grower, left.min(MOST_OF_A_BATCH), &limit);
             }
         });
         Ok(())
@@ -174,7 +175,7 @@ impl Planner<'_> {
                 if left == 0 || self.limit.is_reached(0) {
                     return None;
                 }
-                grower.grow(left.min(round).min(MOST_OF_A_BATCH), &self.limit);
+                grow(&mut grower, left.min(round).min(MOST_OF_A_BATCH), &self.limit);
                 if let Some(path) = grower.solve(a, b) {
                     return Some((path, PlanMethod::Roadmap));
                 }

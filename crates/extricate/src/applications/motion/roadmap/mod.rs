@@ -1,8 +1,8 @@
 //! A roadmap: free configurations, most of them from where it is narrow, and proved edges.
 //!
 //! Read in this order: `kept` (the roadmap), `components`, `yields` and `samplers` (where
-//! configurations come from), `grow` (batches: draw, join, measure what each sampler yields),
-//! `solve` (a path).
+//! configurations come from), `grower`, `islands` (trees), `grow` (batches: draw, join, measure
+//! what each sampler yields), `solve` (a path).
 //!
 //! Free configurations drawn uniformly hardly ever lie in a narrow passage; the nearest free ones
 //! to colliding ones do, but cost more checks each. Which is worth its checks depends on the scene,
@@ -20,11 +20,14 @@
 mod components;
 mod context;
 mod grow;
+mod grower;
+mod islands;
 mod kept;
 mod samplers;
 mod solve;
 mod yields;
 
 pub use context::RoadmapContext;
-pub(super) use grow::Grower;
+pub(super) use grow::grow;
+pub(super) use grower::Grower;
 pub use kept::{Roadmap, RoadmapParts};

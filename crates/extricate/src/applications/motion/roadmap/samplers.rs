@@ -59,6 +59,8 @@ pub fn draw(
             retracted(&q, (AIMS[0], Effort::Nearest), context, memory)
         }
         Sampler::Bridge => bridge(q, &mut rng, context, memory),
+        // They draw no single configuration, see `islands`.
+        Sampler::Trees => Drawn { config: None, checks: 0 },
         Sampler::Around => {
             let node = roadmap.narrow[rng.random_range(0..roadmap.narrow.len())] as usize;
             uniform(space, &mut rng, &mut q);

@@ -3,7 +3,7 @@
 use std::collections::VecDeque;
 
 use super::components::Components;
-use super::grow::{Grower, NEIGHBOURS};
+use super::grower::{Grower, NEIGHBOURS};
 use super::kept::Roadmap;
 
 impl Grower<'_, '_> {

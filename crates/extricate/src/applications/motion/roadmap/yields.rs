@@ -16,10 +16,12 @@ pub enum Sampler {
     Bridge,
     /// Near a node that was useful, brought to the nearest exit where it collides.
     Around,
+    /// Trees between a component and what is around it.
+    Trees,
 }
 
 /// All, in the order of their yields in a roadmap.
-pub const SAMPLERS: [Sampler; 7] = [
+pub const SAMPLERS: [Sampler; 8] = [
     Sampler::Uniform,
     Sampler::Retracted(0),
     Sampler::Retracted(1),
@@ -27,6 +29,7 @@ pub const SAMPLERS: [Sampler; 7] = [
     Sampler::Stored,
     Sampler::Bridge,
     Sampler::Around,
+    Sampler::Trees,
 ];
 
 /// Checks that drawing and joining a configuration takes, until it was measured.

@@ -1,0 +1,90 @@
+//! A roadmap while it grows: its nodes by place, and what is joined.
+
+use super::components::Components;
+use super::context::RoadmapContext;
+use super::kept::Roadmap;
+use super::yields::{SAMPLERS, Yield};
+use crate::applications::motion::nodes::Nodes;
+use crate::applications::motion::prover::Prover;
+use crate::query::Deadline;
+
+/// Neighbours that a new node is tried to be joined to. Of `frame-1.5` (`bench/applications plan`,
+/// three seeds) the median took 240,000 checks with these, 450,000 with 12, over 1,000,000 with 6.
+pub const NEIGHBOURS: usize = 24;
+/// A roadmap while it grows.
+pub struct Grower<'a, 'b> {
+    pub context: RoadmapContext<'a>,
+    pub roadmap: &'b mut Roadmap,
+    pub nodes: Nodes<'a>,
+    pub components: Components,
+}
+
+impl<'a, 'b> Grower<'a, 'b> {
+    /// Goes on with a roadmap.
+    pub fn new(context: RoadmapContext<'a>, roadmap: &'b mut Roadmap) -> Self {
+        let mut nodes = Nodes::new(context.query.metric);
+        roadmap.configs.chunks_exact(roadmap.nq).for_each(|q| {
+            nodes.push(q);
+        });
+        roadmap.yields.resize(SAMPLERS.len(), Yield::default());
+        let components = Components::new(roadmap.len(), &roadmap.edges);
+        Self { context, roadmap, nodes, components }
+    }
+
+    /// Adds a free configuration and joins it to what it can be joined to; its node.
+    pub fn add(&mut self, q: &[f64]) -> usize {
+        let mut prover = self.prover();
+        let neighbours = self.joinable(q, &self.nodes.near(q, NEIGHBOURS), &mut prover);
+        self.roadmap.checks += prover.checks;
+        let node = self.push(q);
+        self.join(node, &neighbours);
+        self.roadmap.narrow.push(node as u32);
+        node
+    }
+
+    /// Adds a path that was proved elsewhere.
+    pub fn keep(&mut self, path: &[Vec<f64>]) {
+        let Some((first, others)) = path.split_first() else { return };
+        let mut last = self.add(first);
+        for q in others {
+            let node = self.push(q);
+            self.join(node, &[last]);
+            last = node;
+        }
+    }
+
+    pub(super) fn prover(&self) -> Prover<'a> {
+        Prover::new(self.context.query.checker, self.context.resolution, Deadline::default())
+    }
+
+    /// Which of `near`, no two of them joined, proved edges lead to from a free configuration.
+    pub(super) fn joinable(&self, q: &[f64], near: &[usize], prover: &mut Prover) -> Vec<usize> {
+        let (mut joined, mut roots) = (Vec::new(), Vec::new());
+        for node in near {
+            let root = self.components.root(*node);
+            if !roots.contains(&root) && prover.proves(q, self.nodes.config(*node)) {
+                roots.push(root);
+                joined.push(*node);
+            }
+        }
+        joined
+    }
+
+    pub(super) fn push(&mut self, q: &[f64]) -> usize {
+        self.roadmap.configs.extend_from_slice(q);
+        self.components.push();
+        self.nodes.push(q)
+    }
+
+    /// Joins a node to others; how many of them it was apart from.
+    pub(super) fn join(&mut self, node: usize, others: &[usize]) -> usize {
+        let mut joins = 0;
+        for other in others {
+            if self.components.join(node, *other) {
+                self.roadmap.edges.push([*other as u32, node as u32]);
+                joins += 1;
+            }
+        }
+        joins
+    }
+}

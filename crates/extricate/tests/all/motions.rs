@@ -1,0 +1,98 @@
+//! Paths of every kind against another library: samples along their edges keep the clearance.
+//!
+//! `EXTRICATE_EDGES=100000 cargo test --release -p extricate --test all motions` judges as many
+//! edges.
+
+use extricate::{Config, EscapeOptions, Label, PlanOptions, RepairOptions, Rows, Termination, World};
+
+use crate::recheck::{Recheck, SLACK};
+
+/// Scenes whose clearance another library can tell from contact, and that plan in few checks.
+const SCENES: [&str; 4] = ["planar-arm", "shelf-arm", "free-box", "hand"];
+/// Samples of an edge.
+const SAMPLES: usize = 16;
+
+/// Edges that are judged.
+fn wanted() -> usize {
+    std::env::var("EXTRICATE_EDGES").map_or(400, |text| text.parse().expect("EXTRICATE_EDGES is a number"))
+}
+
+struct Judge<'a> {
+    world: &'a World,
+    recheck: Recheck<'a>,
+    edges: usize,
+}
+
+impl Judge<'_> {
+    /// Asserts that another library finds every sample free, from the point `first` on.
+    fn judge(&mut self, points: &[Vec<f64>], first: usize) {
+        let (scene, mut q) = (self.world.scene(), points[0].clone());
+        for (a, b) in points.iter().zip(points.iter().skip(1)).skip(first) {
+            self.edges += 1;
+            for sample in 0..=SAMPLES {
+                scene.space.interpolate(a, b, sample as f64 / SAMPLES as f64, &mut q);
+                let distances = self.recheck.distances(&q, 0.01);
+                let nearest = distances.into_iter().fold(f64::INFINITY, f64::min);
+                assert!(nearest >= scene.clearance - SLACK, "{nearest} at {q:?}, between {a:?} and {b:?}");
+            }
+        }
+    }
+
+    /// Three configurations give one path of each kind.
+    fn paths_of(&mut self, rows: &[Config; 3], seed: u64) {
+        let view = self.world.view();
+        let termination = Termination::after_checks(20_000);
+        let [colliding, from, to] = rows;
+        let options = EscapeOptions { tree_checks: 2_000, seed, ..EscapeOptions::default() };
+        let escape = view.escape(colliding, &options).unwrap();
+        if escape.is_found() {
+            self.judge(&escape.points, escape.free_from);
+        }
+        let options = PlanOptions { seed, termination: termination.clone(), threads: 1, ..PlanOptions::default() };
+        let plan = view.plan(from, to, &options).unwrap();
+        if plan.is_found() {
+            assert_eq!([&plan.points[0][..], &plan.points[plan.points.len() - 1]], [&from[..], &to[..]]);
+            self.judge(&plan.points, 0);
+        }
+        let old = [&from[..], colliding, to].concat();
+        let rows = Rows::new(&old, from.len()).unwrap();
+        let options = RepairOptions { seed, termination, ..RepairOptions::default() };
+        let repaired = view.repair(rows, &options).unwrap();
+        if repaired.is_found() {
+            assert_eq!([&repaired.points[0][..], &repaired.points[repaired.points.len() - 1]], [&from[..], &to[..]]);
+            self.judge(&repaired.points, 0);
+        }
+    }
+}
+
+#[test]
+fn another_library_finds_every_edge_free() {
+    let (wanted, mut edges) = (wanted(), 0);
+    for name in SCENES {
+        let world = World::new(extricate::builtin::scene(name).unwrap());
+        let mut judge = Judge { world: &world, recheck: Recheck::new(world.scene()), edges: 0 };
+        let mut seed = 0;
+        while judge.edges < wanted / SCENES.len() {
+            let drawn = |label, index| crate::motions::nth(&world, label, index);
+            let rows = [drawn(Label::Colliding, seed), drawn(Label::Free, 2 * seed), drawn(Label::Free, 2 * seed + 1)];
+            judge.paths_of(&rows, seed);
+            seed += 1;
+        }
+        edges += judge.edges;
+    }
+    assert!(edges >= wanted, "{edges}");
+}
+
+/// The first configuration with this label, of a random sequence of this number.
+fn nth(world: &World, label: Label, number: u64) -> Config {
+    use rand::SeedableRng;
+    let space = &world.scene().space;
+    let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(number);
+    let (mut scratch, mut q) = (Default::default(), vec![0.0; space.nq()]);
+    loop {
+        extricate::internals::cspace::sampling::uniform(space, &mut rng, &mut q);
+        if world.checker().label(&q, &mut scratch) == label {
+            return space.config(&q).unwrap();
+        }
+    }
+}
