@@ -57,16 +57,16 @@ pub struct ViewArgs {
     /// Seed of the random ones
     #[arg(long, value_name = "S", default_value_t = 0, value_parser = seed, allow_negative_numbers = true)]
     seed: u64,
-    /// Show these answers, lines of `query --json` or `grasp --json` for the same configurations, in
-    /// place of new ones
+    /// Show these answers, lines of `query --json` or `grasp --json` for the same configurations,
+    /// in place of new ones
     #[arg(long, value_name = "FILE", conflicts_with_all = ["exits", "effort"])]
     answers: Option<PathBuf>,
     /// The configurations are frames of a motion, which the page plays. They are answered as
     /// `query --stream` does
     #[arg(long, conflicts_with = "exits")]
     stream: bool,
-    /// Show paths in place of configurations, one a line: an array of waypoints, {"path": [...]} or a
-    /// JointTrajectory. The exact checker says what is free
+    /// Show paths in place of configurations, one a line: an array of waypoints, {"path": [...]} or
+    /// a JointTrajectory. The exact checker says what is free
     #[arg(long, value_name = "FILE", conflicts_with_all = ["q", "input", "answers", "stream", "exits", "effort", "live"])]
     paths: Option<PathBuf>,
     /// How hard to try, as for `query`
