@@ -2,13 +2,16 @@
 # Builds the site, strictly, and checks what mkdocs does not: links of README.md, remote parts of pages, and the prose. Needs Python 3.9 or newer
 # with pip, and a network.
 #
-# EXTRICATE_PYTHON names the interpreter (default: python3).
+# EXTRICATE_PYTHON names the interpreter (default: python3). EXTRICATE_SITE names a folder that the site is left in.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 python=${EXTRICATE_PYTHON:-python3}
 venv=target/docs-venv
-site=$(mktemp -d)
-trap 'rm -rf "$site"' EXIT
+site=${EXTRICATE_SITE:-}
+if [ -z "$site" ]; then
+    site=$(mktemp -d)
+    trap 'rm -rf "$site"' EXIT
+fi
 
 if ! cmp -s docs/requirements.txt "$venv/installed"; then
     rm -rf "$venv"
@@ -17,7 +20,7 @@ if ! cmp -s docs/requirements.txt "$venv/installed"; then
     cp docs/requirements.txt "$venv/installed"
 fi
 
-NO_MKDOCS_2_WARNING=1 "$venv/bin/mkdocs" build --strict --quiet --site-dir "$site"
+NO_MKDOCS_2_WARNING=1 "$venv/bin/mkdocs" build --strict --quiet --site-dir "$(realpath -m "$site")"
 "$python" scripts/check-links.py README.md CONTRIBUTING.md crates/*/README.md ARCHITECTURE.md CHANGELOG.md
 
 # Readable offline: nothing that a page loads comes from elsewhere. (Links that people follow may lead anywhere.)

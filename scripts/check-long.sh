@@ -1,25 +1,56 @@
 #!/usr/bin/env bash
-# What takes too long for every change, and is run before a release: live pages, C and C++, packages, other platforms. Needs what
-# .ci/run has built, rustup, a C++17 compiler, Python 3.9 or newer with pip, and a network.
+# What takes too long for every change, and is run before a release. Needs what .ci/run has built, rustup, a C++17 compiler, Chromium, Python
+# 3.9 or newer with pip, and a network. Nothing is left out silently.
+#
+#     scripts/check-long.sh [STEP...]           all of: live c packages platforms wheels fleet
 set -euo pipefail
 cd "$(dirname "$0")/.."
 program="${CARGO_TARGET_DIR:-target}/debug/extricate"
+wheels=target/wheels
 
 step() { printf '\n== %s\n' "$*"; }
 
-step "live pages: the library in a browser, and its size"
-wasm=target/extricate.wasm.gz
-scripts/build-wasm.sh "$wasm"
-python3 scripts/check-view.py "$program" --live "$wasm" "$(dirname "$program")/examples/native"
-scripts/write-live-page.sh "$program" "$wasm"
+live() {
+    step "live pages: the library in a browser, its size, and the page that the documentation begins with"
+    local wasm=target/extricate.wasm.gz site=target/site
+    scripts/build-wasm.sh "$wasm"
+    scripts/write-live-page.sh "$program" "$wasm"
+    EXTRICATE_SITE=$site scripts/check-docs.sh
+    python3 scripts/fetch-robots.py panda_description
+    python3 scripts/check-view.py "$program" --live "$wasm" "$(dirname "$program")/examples/native" --robots robots --site "$site"
+}
 
-step "C and C++: installed, under sanitizers, with OMPL"
-scripts/check-c.sh
+c() {
+    step "C and C++: installed, under sanitizers and valgrind, with OMPL"
+    # As where CI is set, what is missing is installed.
+    CI=1 EXTRICATE_VALGRIND=1 scripts/check-c.sh
+}
 
-step "what would be published"
-scripts/check-packages.sh
+packages() {
+    step "what would be published, built as its users build it"
+    EXTRICATE_PACKAGES_BUILT=1 scripts/check-packages.sh
+}
 
-step "other platforms"
-scripts/check-platforms.sh
+platforms() {
+    step "other platforms"
+    scripts/check-platforms.sh
+}
 
-step "all passed"
+wheels() {
+    step "wheels: manylinux2014, installed into empty environments"
+    scripts/build-wheels.sh "$wheels"
+}
+
+fleet() {
+    step "learning of many scenes on a cluster that loses a node"
+    scripts/check-fleet.sh "$wheels"
+}
+
+[ $# -gt 0 ] || set -- live c packages platforms wheels fleet
+for name in "$@"; do
+    case $name in
+        live | c | packages | platforms | wheels | fleet) "$name" ;;
+        *) echo "got the step $name, expected live, c, packages, platforms, wheels or fleet" >&2; exit 2 ;;
+    esac
+done
+step "all passed: $*"

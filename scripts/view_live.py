@@ -77,11 +77,20 @@ def check_live_page(page: chromium.Browser, name: str, folder: Path, native: Pat
     expect(len(depths) > MOVES // 2, f"{name}: only {len(depths)} depths were seen")
     shown = page.run("Number(document.querySelector('#numbers [data-key=depth]').dataset.value)")
     expect(shown == json.loads(recorded[-1][1])["answer"]["depth"], f"{name}: the page does not show what the library replied")
+    check_left(page, name)
     check_clean(page, name, path.as_uri())
     expect(step <= MOST_STEP, f"{name}: a step takes {step:.1f} ms in the median, at most {MOST_STEP}")
     print(f"{name}: {path.stat().st_size / 1e6:.2f} MB, dragging after {ready:.2f} s, {len(recorded)} replies equal byte for byte; a step with "
           f"a slice of {page.run('extricate.live.cells')} cells takes {step:.1f} ms in the median, {drawn:.1f} ms with "
           "the picture drawn by software")
+
+
+def check_left(page: chromium.Browser, name: str) -> None:
+    """Whoever goes to another query while one is dragged finds the other as it was."""
+    other = page.run("extricate.controls.answers[1].q")
+    page.run("extricate.live.want(extricate.controls.shown.q); extricate.controls.choose(1)")
+    page.run("new Promise(done => setTimeout(done, 700))")
+    expect(page.run("extricate.controls.shown.q") == other, f"{name}: what was dragged of one query is shown of another")
 
 
 def dragged(page: chromium.Browser, name: str, turn: str) -> float:

@@ -45,7 +45,11 @@ class Live {
         this.makeJoints();
         this.makeObstacles();
         if (stage) this.followPointer();
-        controls.onChoose = () => this.showJoints();
+        controls.onChoose = () => {
+            // What was dragged is of the query before.
+            this.forget();
+            this.showJoints();
+        };
         this.showJoints();
     }
 
@@ -128,6 +132,12 @@ class Live {
         });
         clearTimeout(this.later);
         this.later = setTimeout(() => this.ask(this.wanted, LIVE_CELLS.most), 350);
+    }
+
+    forget() {
+        cancelAnimationFrame(this.due);
+        clearTimeout(this.later);
+        this.due = null;
     }
 
     // The answer to a query, shown; its reply is the library's, word for word.
