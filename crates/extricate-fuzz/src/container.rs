@@ -1,4 +1,4 @@
-//! Model files and checkpoints taken apart, and put together again with a checksum that is right:
+//! Model files, checkpoints and roadmaps taken apart, and put together again with a checksum that is right:
 //! as whoever wants to do harm would.
 //!
 //! The integration tests of the library use this file too.
@@ -11,10 +11,12 @@ use serde_json::value::RawValue;
 
 /// Where a model says what it is.
 const MODEL: &str = "extricate";
-/// Where checkpoints do, and the order of their arrays under the checksum.
-const CHECKPOINTS: [(&str, &[&str]); 2] = [
-    ("extricate-checkpoint", &["free", "colliding", "samples", "classified"]),
-    ("extricate-checkpoint-adapt", &["samples", "exits", "doubtful", "free", "colliding", "fresh"]),
+/// Where other files do, the order of their arrays under the checksum, and the entry of the header
+/// that holds the text.
+const OTHERS: [(&str, &[&str], &str); 3] = [
+    ("extricate-checkpoint", &["free", "colliding", "samples", "classified"], "run"),
+    ("extricate-checkpoint-adapt", &["samples", "exits", "doubtful", "free", "colliding", "fresh"], "run"),
+    ("extricate-roadmap", &["configs", "edges", "narrow"], "roadmap"),
 ];
 
 /// A file taken apart.
@@ -44,15 +46,14 @@ pub struct Array {
 }
 
 impl Container {
-    /// Takes a file apart, whatever its checksum says. `None` where it is neither a model nor a
-    /// checkpoint.
+    /// Takes a file apart, whatever its checksum says. `None` where it is none of these.
     pub fn open(file: &[u8]) -> Option<Self> {
         let (_, metadata) = SafeTensors::read_metadata(file).ok()?;
         let (key, header) = metadata.metadata().as_ref()?.iter().next()?;
         let parts: HashMap<String, Box<RawValue>> = serde_json::from_str(header).ok()?;
         let format = parts.get("format")?.get().parse().ok()?;
-        let text = match parts.get("run") {
-            Some(run) => serde_json::from_str(run.get()).ok()?,
+        let text = match ["run", "roadmap"].iter().find_map(|entry| parts.get(*entry)) {
+            Some(text) => serde_json::from_str(text.get()).ok()?,
             None => parts.get("statistics")?.get().to_string(),
         };
         let tensors = SafeTensors::deserialize(file).ok()?;
@@ -72,8 +73,11 @@ impl Container {
         let arrays: Vec<Array> = self.arrays.iter().map(Array::whole).collect();
         let named = |name: &str| arrays.iter().find(|array| array.name == name);
         let mut parts = vec![self.text.as_bytes()];
-        match CHECKPOINTS.iter().find(|(key, _)| *key == self.key) {
-            Some((_, names)) => parts.extend(names.iter().filter_map(|name| named(name)).map(|array| &array.bytes[..])),
+        let other = OTHERS.iter().find(|(key, ..)| *key == self.key);
+        match other {
+            Some((_, names, _)) => {
+                parts.extend(names.iter().filter_map(|name| named(name)).map(|array| &array.bytes[..]))
+            }
             None => parts.extend(arrays.iter().map(|array| &array.bytes[..])),
         }
         let mut hasher = blake3::Hasher::new();
@@ -85,7 +89,8 @@ impl Container {
         let header = if self.key == MODEL {
             format!(r#"{{"format":{},"statistics":{},"checksum":"{checksum}"}}"#, self.format, self.text)
         } else {
-            json!({"format": self.format, "checksum": checksum, "run": self.text}).to_string()
+            let entry = other.map_or("run", |(_, _, entry)| *entry);
+            json!({"format": self.format, "checksum": checksum, entry: self.text}).to_string()
         };
         let view = |array| {
             let Array { name, dtype, shape, bytes }: &Array = array;

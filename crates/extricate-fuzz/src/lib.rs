@@ -4,13 +4,14 @@
 //!
 //! A target returns for every input that is answered rightly or refused with an error, and panics
 //! for all else. Reading order: `container`, `spoil`, `scenes`, `model`, `checkpoint`,
-//! `mutate`; then `seeds`, `texts`, `meshes`.
+//! `roadmap`, `mutate`; then `seeds`, `texts`, `meshes`.
 
 pub mod checkpoint;
 pub mod container;
 pub mod meshes;
 pub mod model;
 pub mod mutate;
+pub mod roadmap;
 pub mod scenes;
 pub mod seeds;
 pub mod spoil;
@@ -34,6 +35,7 @@ pub struct Target {
 pub const TARGETS: &[Target] = &[
     Target { name: "model", run: model::run, corpus: model::corpus, mutate: mutate::sealed },
     Target { name: "checkpoint", run: checkpoint::run, corpus: checkpoint::corpus, mutate: mutate::sealed },
+    Target { name: "roadmap", run: roadmap::run, corpus: roadmap::corpus, mutate: mutate::sealed },
     plain("urdf", texts::urdf, seeds::urdf),
     plain("srdf", texts::srdf, seeds::srdf),
     plain("scene", texts::scene, seeds::scene),

@@ -90,7 +90,7 @@ pub fn encode(roadmap: &Roadmap) -> Vec<u8> {
 /// # Errors
 /// [`Error::Input`]: foreign, truncated, altered, of another version, or of other coordinates.
 pub fn decode(path: &Path, bytes: &[u8], space: &ConfigSpace) -> Result<Roadmap> {
-    let fault = |element: &str, problem: String| Error::input(path.display().to_string(), element, problem);
+    let fault = |element: &str, problem: String| Error::input(format!("roadmap {}", path.display()), element, problem);
     let not_one =
         |error| fault("file", format!("got no roadmap, or a truncated one ({error}), expected a roadmap file"));
     let (_, metadata) = SafeTensors::read_metadata(bytes).map_err(not_one)?;

@@ -1,0 +1,81 @@
+//! The target of roadmap files: what can be read leads plans, and grows.
+
+use std::path::Path;
+use std::sync::OnceLock;
+
+use extricate::internals::io::roadmap_file::{decode, encode};
+use extricate::{CheckScratch, Config, Label, PlanOptions, Roadmap, Termination, World};
+
+use crate::container::Container;
+use crate::scenes;
+
+/// Checks of a plan.
+const CHECKS: usize = 300;
+/// Samples of an edge of a path.
+const SAMPLES: usize = 8;
+
+/// Reads a roadmap and plans with it; panics where a path is not free.
+pub fn run(bytes: &[u8]) {
+    let sealed = Container::open(bytes).map(|file| file.sealed());
+    let _ = read(sealed.as_deref().unwrap_or(bytes));
+}
+
+/// The same, of a roadmap whose checksum is right.
+///
+/// # Errors
+/// The message of a roadmap that is refused.
+pub fn read(bytes: &[u8]) -> Result<(), String> {
+    let (world, [from, to]) = world();
+    let mut roadmap = decode(Path::new("f"), bytes, &world.scene().space).map_err(|error| error.to_string())?;
+    let options = options();
+    let plan = world.view().plan_with(from, to, &options, &mut roadmap).map_err(|error| error.to_string())?;
+    let (mut scratch, mut q) = (CheckScratch::default(), from.to_vec());
+    for (a, b) in plan.points.iter().zip(plan.points.iter().skip(1)) {
+        for sample in 0..=SAMPLES {
+            world.scene().space.interpolate(a, b, sample as f64 / SAMPLES as f64, &mut q);
+            assert_eq!(world.checker().label(&q, &mut scratch), Label::Free, "{q:?}");
+        }
+    }
+    // What was read can be written, and read again.
+    let again = decode(Path::new("f"), &encode(&roadmap), &world.scene().space);
+    assert_eq!(again.map_err(|error| error.to_string()).as_ref(), Ok(&roadmap));
+    Ok(())
+}
+
+fn options() -> PlanOptions {
+    PlanOptions { threads: 1, termination: Termination::after_checks(CHECKS), ..PlanOptions::default() }
+}
+
+/// A small world, and two free configurations of it.
+fn world() -> &'static (World, [Config; 2]) {
+    static WORLD: OnceLock<(World, [Config; 2])> = OnceLock::new();
+    WORLD.get_or_init(|| {
+        let world = World::new(scenes::scene("few"));
+        let space = &world.scene().space;
+        let halton = extricate::internals::cspace::sampling::Halton::new(space.nv(), 3);
+        let (mut scratch, mut q, mut free) = (CheckScratch::default(), vec![0.0; space.nq()], Vec::new());
+        for index in 0..1_000 {
+            halton.config(space, index, &mut q);
+            if world.checker().label(&q, &mut scratch) == Label::Free {
+                free.push(space.config(&q).expect("a configuration that was drawn"));
+            }
+        }
+        let ends = [free[0].clone(), free[free.len() / 2].clone()];
+        (world, ends)
+    })
+}
+
+/// Roadmaps of some sizes.
+pub fn corpus() -> Vec<(String, Vec<u8>)> {
+    let (world, [from, to]) = world();
+    let mut all = Vec::new();
+    for checks in [0, 100, 3_000] {
+        let mut roadmap = Roadmap::new(&world.scene().space, checks as u64);
+        world.view().grow_roadmap(&mut roadmap, checks, &options()).expect("sound options");
+        all.push((format!("grown-{checks}"), encode(&roadmap)));
+    }
+    let mut roadmap = Roadmap::new(&world.scene().space, 1);
+    world.view().plan_with(from, to, &options(), &mut roadmap).expect("free ends");
+    all.push(("planned".into(), encode(&roadmap)));
+    all
+}
