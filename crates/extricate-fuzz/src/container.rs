@@ -1,5 +1,5 @@
-//! Model files, checkpoints and roadmaps taken apart, and put together again with a checksum that is right:
-//! as whoever wants to do harm would.
+//! Model files, checkpoints and roadmaps taken apart, and put together again with a checksum that
+//! is right: as whoever wants to do harm would.
 //!
 //! The integration tests of the library use this file too.
 

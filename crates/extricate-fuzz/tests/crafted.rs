@@ -40,8 +40,8 @@ impl Tried {
         }
     }
 
-    /// Panics where any file did, or where too few were tried, or less than one in `of` refused, for
-    /// the test to mean something.
+    /// Panics where any file did, or where too few were tried, or less than one in `of` refused,
+    /// for the test to mean something.
     fn judge(&self, least: usize, of: usize) {
         println!("{} files, {} refused", self.files, self.refused);
         assert!(self.panicked.is_empty(), "panicked:\n{}", self.panicked.join("\n"));

@@ -11,6 +11,7 @@ const BINS: usize = 16;
 /// blocks are full.
 const SORTED: usize = 256;
 
+#[derive(Clone, Copy)]
 struct Item {
     lower: Vec3,
     upper: Vec3,
@@ -123,30 +124,45 @@ fn partition(items: &mut [Item]) -> usize {
 /// axes.
 fn sorted_partition(items: &mut [Item]) -> usize {
     let step = if items.len() > LANES { LANES } else { 1 };
-    let mut best = (f64::INFINITY, 0, items.len() / 2);
+    let mut best = (f64::INFINITY, items.len() / 2);
+    let [mut order, mut chosen] = [0, 1].map(|_| Vec::with_capacity(items.len()));
     let mut behind = vec![0.0; items.len()];
     for axis in 0..3 {
-        sort(items, axis);
+        sort(items, axis, &mut order);
+        if axis == 0 {
+            chosen.clone_from(&order);
+        }
+        let ordered = order.iter().map(|(_, _, k)| &items[*k]);
         let (mut lower, mut upper) = EMPTY;
-        for (k, item) in items.iter().enumerate().rev() {
+        for (k, item) in ordered.clone().enumerate().rev() {
             (lower, upper) = (lower.inf(&item.lower), upper.sup(&item.upper));
             behind[k] = half_area(&(upper - lower)) * (items.len() - k) as f64;
         }
         let (mut lower, mut upper) = EMPTY;
-        for (k, item) in items.iter().enumerate() {
+        let mut is_best = false;
+        for (k, item) in ordered.enumerate() {
             let cost = half_area(&(upper - lower)) * k as f64 + behind[k];
             if k > 0 && k % step == 0 && cost < best.0 {
-                best = (cost, axis, k);
+                best = (cost, k);
+                is_best = true;
             }
             (lower, upper) = (lower.inf(&item.lower), upper.sup(&item.upper));
         }
+        if is_best {
+            std::mem::swap(&mut order, &mut chosen);
+        }
     }
-    sort(items, best.1);
-    best.2
+    let sorted: Vec<Item> = chosen.iter().map(|(_, _, k)| items[*k]).collect();
+    items.copy_from_slice(&sorted);
+    best.1
 }
 
-fn sort(items: &mut [Item], axis: usize) {
-    items.sort_by(|a, b| a.middle(axis).total_cmp(&b.middle(axis)).then(a.id.cmp(&b.id)));
+/// The order of items along an axis: by twice their middles, then by number, with their places.
+/// Keys are sorted, since items are large.
+fn sort(items: &[Item], axis: usize, order: &mut Vec<(f64, u32, usize)>) {
+    order.clear();
+    order.extend(items.iter().enumerate().map(|(k, item)| (item.middle(axis), item.id, k)));
+    order.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
 }
 
 /// Tries the splits between [`BINS`] slices along all axes.
@@ -186,8 +202,22 @@ fn binned_partition(items: &mut [Item]) -> usize {
         return items.len() / 2; // all middles coincide
     }
     let scale = BINS as f64 / (upper[axis] - lower[axis]);
-    items.sort_by_key(|item| bin_of(item.middle(axis), lower[axis], scale) >= split);
-    items.partition_point(|item| bin_of(item.middle(axis), lower[axis], scale) < split)
+    split_by(items, |item| bin_of(item.middle(axis), lower[axis], scale) >= split)
+}
+
+/// Puts those of the second half behind all others, in the order that they have; where these begin.
+fn split_by(items: &mut [Item], is_second: impl Fn(&Item) -> bool) -> usize {
+    let (mut second, mut at) = (Vec::new(), 0);
+    for k in 0..items.len() {
+        if is_second(&items[k]) {
+            second.push(items[k]);
+        } else {
+            items[at] = items[k];
+            at += 1;
+        }
+    }
+    items[at..].copy_from_slice(&second);
+    at
 }
 
 fn bin_of(value: f64, lower: f64, scale: f64) -> usize {
