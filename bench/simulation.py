@@ -186,7 +186,7 @@ def followed(scene, path, row):
 
 def long_page(rows):
     total = {key: sum(r[key] for r in rows) for key in rows[0] if key not in ("scene", "median_us", "most_us")}
-    rows = [[r["scene"], f"{r['moves']:,}", f"{r['frames']:,}", r["collide"], r["unproved"], r["jumps"], r["turns"], r["short"],
+    rows = [[r["scene"], f"{r['moves']:,}", f"{r['frames']:,}", r["collide"], r["unproved"], f"{r['jumps']:,}", r["turns"], r["short"],
              number(r.get("median_us")), number(r.get("most_us"))] for r in [*rows, {"scene": "all"} | total]]
     head = ["scene", "moves", "frames in collision", "moves that collide", "moves not proved free", f"moves over {JUMP} rad",
             "turns over 30 degrees, contacts the same", "of these in shorter moves", "frame, median [us]", "99.9 % [us]"]
