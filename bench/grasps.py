@@ -46,8 +46,8 @@ class HandOf:
         for _ in joints:
             kept |= {j.find("child").get("link") for j in joints if j.find("parent").get("link") in kept}
         for element in list(robot):
-            inside = element.get("name") in kept if element.tag == "link" else element.tag == "joint" and element.find("parent").get("link") in kept
-            if not inside:
+            link = element.find("parent").get("link") if element.tag == "joint" else element.get("name")
+            if element.tag not in ("link", "joint") or link not in kept:
                 robot.remove(element)
         path = folder / f"{self.name}.urdf"
         path.write_bytes(ET.tostring(robot))
