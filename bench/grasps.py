@@ -3,13 +3,15 @@
     python3 -m venv target/peers && target/peers/bin/pip install -r bench/requirements.txt example-robot-data extricate
     target/peers/bin/python bench/grasps.py                     # the Allegro hand, twelve objects, 200 grasps each: an hour
     target/peers/bin/python bench/grasps.py --grasps 20 --objects ball,box
+    target/peers/bin/python bench/grasps.py --hand dex3         # the three-fingered hand of Unitree's G1
 
 A good grasp is made by closing the fingers of a random posture until they touch; its flexion joints are then squeezed by 0.05,
 0.15 and 0.3 rad. Each side gets the same squeezed hands. Penetration is judged by pinocchio + coal, on the same geometry.
-Writes target/bench/grasps.json and the tables of docs/benchmarks/grasps.md (`--write` only the latter)."""
+Writes target/bench/grasps-HAND.json and the tables of docs/benchmarks/grasps.md (`--write` only the latter)."""
 import argparse
 import json
 import time
+import xml.etree.ElementTree as ET
 from pathlib import Path
 
 import numpy as np
@@ -25,22 +27,42 @@ TOUCH, CLEARANCE = 2e-3, 1e-4
 
 
 class HandOf:
-    """A hand: its file, which joints flex, and how a grasp begins."""
+    """A hand: its file, which joints flex and in which sense, and how a grasp begins.
 
-    def __init__(self, name, urdf, center, flex, open_, spread):
-        self.name, self.urdf, self.center = name, urdf, center
+    root: of a larger robot, the link that the hand begins with.
+    turns: of objects that fit the hand only so, roll, pitch and yaw.
+    finger: of a link's name, which finger it is of; None for the palm."""
+
+    def __init__(self, name, urdf, center, flex, open_, spread, finger, root=None, turns=()):
+        self.name, self.urdf, self.center, self.finger, self.root, self.turns = name, urdf, center, finger, root, dict(turns)
         self.flex, self.open, self.spread = np.array(flex, float), np.array(open_, float), np.array(spread, float)
+
+    def file(self, folder, robots):
+        """The URDF of the hand alone."""
+        if self.root is None:
+            return robots / self.urdf
+        robot = ET.parse(robots / self.urdf).getroot()
+        kept, joints = {self.root}, robot.findall("joint")
+        for _ in joints:
+            kept |= {j.find("child").get("link") for j in joints if j.find("parent").get("link") in kept}
+        for element in list(robot):
+            link = element.find("parent").get("link") if element.tag == "joint" else element.get("name")
+            if element.tag not in ("link", "joint") or link not in kept:
+                robot.remove(element)
+        path = folder / f"{self.name}.urdf"
+        path.write_bytes(ET.tostring(robot))
+        return path
 
     def scene_file(self, folder, title, shape, robots):
         text = f"""clearance = {CLEARANCE}
 [[robot]]
-urdf = "{robots / self.urdf}"
+urdf = "{self.file(folder, robots)}"
 packages = ["{robots.parent.parent}"]
 geometry = "convex-hull"
 [[obstacle]]
 name = "object"
 shape = {shape}
-pose = {{ xyz = [{", ".join(map(str, self.center))}] }}
+pose = {{ xyz = {list(self.center)}, rpy = {list(self.turns.get(title, (0, 0, 0)))} }}
 """
         path = folder / f"{self.name}-{title}.toml"
         path.write_text(text)
@@ -54,10 +76,26 @@ pose = {{ xyz = [{", ".join(map(str, self.center))}] }}
         return path, scene
 
 
+def allegro_finger(link):
+    """Four links a finger, numbered one after another."""
+    words = link.replace("_tip", "").split("_")
+    return int(float(words[-1])) // 4 if words[0] == "link" else None
+
+
+def dex3_finger(link):
+    return next((name for name in ("thumb", "middle", "index") if name in link), None)
+
+
 HANDS = {
     "allegro": HandOf("allegro", "allegro_hand_description/urdf/allegro_right_hand.urdf", (0.09, 0, 0.08),
-                      [0, 1, 1, 1] * 3 + [0, 0, 1, 1], [0.0] * 12 + [1.1, 0.5, 0.0, 0.0], [0.15, 0, 0, 0] * 3 + [0.3, 0.3, 0, 0]),
+                      [0, 1, 1, 1] * 3 + [0, 0, 1, 1], [0.0] * 12 + [1.1, 0.5, 0.0, 0.0], [0.15, 0, 0, 0] * 3 + [0.3, 0.3, 0, 0],
+                      allegro_finger),
+    # Thumb, middle, index; the thumb closes by negative angles.
+    "dex3": HandOf("dex3", "g1_description/urdf/g1_29dof_with_hand_rev_1_0.urdf", (0.09, 0.06, 0),
+                   [0, -1, -1, 1, 1, 1, 1], [0, 0.6, 0, 0, 0, 0, 0], [0.3, 0.3, 0.3, 0.1, 0.1, 0.1, 0.1],
+                   dex3_finger, "right_hand_palm_link", {"box": (np.pi / 2, 0, 0), "torus": (np.pi / 2, 0, 0)}),
 }
+TITLES = {"allegro": "Allegro", "dex3": "Dex3-1 (Unitree G1)"}
 
 
 def objects():
@@ -126,12 +164,12 @@ class Trial:
 
     def close(self, q, most=1.2, steps=40):
         """Closes flexion joints one after another until each touches."""
-        q, moving = q.copy(), self.hand.flex > 0
+        q, moving = q.copy(), self.hand.flex != 0
         step = self.hand.flex * most / steps
         for _ in range(steps):
             for joint in np.flatnonzero(moving):
                 ahead = q.copy()
-                ahead[joint] = min(self.high[joint], q[joint] + step[joint])
+                ahead[joint] = np.clip(q[joint] + step[joint], self.low[joint], self.high[joint])
                 if ahead[joint] == q[joint]:
                     moving[joint] = False
                 elif self.free(ahead):
@@ -151,7 +189,7 @@ class Trial:
     def touching(self, q):
         contacts = self.scene.contacts(q, within=CLEARANCE + TOUCH, threads=1)
         pairs = [self.scene.pairs[k] for k in contacts["pair"]]
-        return {finger(name) for pair in pairs if "object" in pair for name in pair if name != "object"} - {None}
+        return {self.hand.finger(name) for pair in pairs if "object" in pair for name in pair if name != "object"} - {None}
 
     def good(self):
         """A random grasp of at least three fingers, or None."""
@@ -177,12 +215,6 @@ def bisect(holds, good, bad, times=8):
         middle = 0.5 * (good + bad)
         good, bad = (middle, bad) if holds(middle) else (good, middle)
     return good
-
-
-def finger(link):
-    """Of Allegro: four links a finger, numbered one after another."""
-    words = link.replace("_tip", "").split("_")
-    return int(float(words[-1])) // 4 if words[0] == "link" else None
 
 
 def run(hand, title, shape, grasps, seed, robots):
@@ -266,21 +298,23 @@ def is_mesh(title):
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--grasps", type=int, default=200, help="of each hand and object")
+    parser.add_argument("--hand", choices=HANDS, default="allegro")
     parser.add_argument("--objects", help="some of them, between commas")
     parser.add_argument("--robots", type=Path, default=ROOT / "robots" / "example-robot-data" / "robots")
     parser.add_argument("--write", action="store_true", help="only write the page again")
     args = parser.parse_args()
     BUILD.mkdir(parents=True, exist_ok=True)
-    figures = BUILD / "grasps.json"
+    figures = BUILD / f"grasps-{args.hand}.json"
     if not args.write:
         chosen = args.objects.split(",") if args.objects else None
         made = {title: shape for title, shape in objects().items() if chosen is None or title in chosen}
         rows = [row for seed, (title, shape) in enumerate(made.items())
-                for row in run(HANDS["allegro"], title, shape, args.grasps, seed, args.robots)]
+                for row in run(HANDS[args.hand], title, shape, args.grasps, seed, args.robots)]
         figures.write_text(json.dumps(rows))
     text = tables(json.loads(figures.read_text()))
     print(text)
-    put(ROOT / "docs" / "benchmarks" / "grasps.md", "bench/grasps.py", text, "Grasps released")
+    part = "bench/grasps.py" + ("" if args.hand == "allegro" else f" --hand {args.hand}")
+    put(ROOT / "docs" / "benchmarks" / "grasps.md", part, f"## {TITLES[args.hand]}\n\n{text}", "Grasps released")
 
 
 if __name__ == "__main__":

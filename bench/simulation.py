@@ -2,6 +2,7 @@
 
     pip install extricate mujoco numpy
     python3 bench/simulation.py                    # some minutes; --states 200 --paths 4: less
+    python3 bench/simulation.py --long 3600        # as many moves of continuous streams as fit in an hour
 
 *Reset*: random colliding states of four MuJoCo models at rest, without gravity; how much kinetic energy appears within half a
 second, as they are and after `MujocoRobot.reset`. *Stream*: frames of 4 mrad through obstacles; how often the answer jumps, and
@@ -20,6 +21,8 @@ from page import number, put, table
 
 ROOT = Path(__file__).resolve().parent.parent
 BUILD = ROOT / "target" / "bench"
+PAGE = ROOT / "docs" / "benchmarks" / "simulation.md"
+SCENES = ("planar-arm", "shelf-arm", "dual-arm")
 STEP = 4e-3
 JUMP, TURN = 0.04, np.cos(np.deg2rad(30))
 DEEP = 0.02
@@ -90,9 +93,9 @@ def resets(count):
     return rows
 
 
-def frames(scene, count):
+def frames(scene, count, seed=5):
     """Straight segments between free configurations through what collides, in frames of 4 mrad."""
-    free = scene.sample(40 * count, seed=5, colliding=False)
+    free = scene.sample(40 * count, seed=seed, colliding=False)
     paths = []
     for a, b in zip(free[::2], free[1::2]):
         if scene.check_segments([a], [b])[0]["contact"]:
@@ -104,7 +107,7 @@ def frames(scene, count):
 
 def streams(count):
     rows = []
-    for name in ("planar-arm", "shelf-arm", "dual-arm"):
+    for name in SCENES:
         scene = extricate.Scene.builtin(name)
         paths = frames(scene, count)
         for side in ("single", "hysteresis 0.5", "continuous"):
@@ -141,6 +144,55 @@ def walk(scene, path, side, row):
         last = (answer.witness, push, touching)
 
 
+def long(seconds):
+    """Continuous streams alone, for `seconds` shared evenly by the scenes."""
+    rows = []
+    for name in SCENES:
+        scene, began, seed = extricate.Scene.builtin(name), time.monotonic(), 100
+        row = {"scene": name, "frames": 0, "moves": 0, "jumps": 0, "collide": 0, "unproved": 0, "turns": 0, "short": 0, "us": []}
+        while time.monotonic() - began < seconds / len(SCENES):
+            for path in frames(scene, 1, seed=seed):
+                followed(scene, path, row)
+            seed += 1
+        us = np.array(row.pop("us"))
+        rows.append(row | {"median_us": float(np.median(us)), "most_us": float(np.quantile(us, 0.999))})
+        print(rows[-1], flush=True)
+    return rows
+
+
+def followed(scene, path, row):
+    """One path, whose moves are judged at the end, all at once."""
+    stream, asked = scene.stream(continuous=True), []
+    for q in path:
+        began = time.thread_time()
+        asked.append(stream.query(q))
+        row["us"].append(1e6 * (time.thread_time() - began))
+    proxies = np.array([answer.witness for answer in asked])
+    proved = scene.check_segments(proxies[:-1], proxies[1:], resolution=2e-5, threads=1)
+    pushes, touching = proxies - path, [set(answer.touching) for answer in asked]
+    lengths = np.linalg.norm(pushes, axis=1)
+    same = np.array([a == b for a, b in zip(touching, touching[1:])])
+    deep = np.minimum(lengths[1:], lengths[:-1]) > DEEP
+    row["frames"] += sum(answer.depth > 0 for answer in asked)
+    row["moves"] += len(proved)
+    jumps = np.linalg.norm(np.diff(proxies, axis=0), axis=1) > JUMP
+    turns = same & deep & ((pushes[1:] * pushes[:-1]).sum(1) < TURN * lengths[1:] * lengths[:-1])
+    row["jumps"] += int(jumps.sum())
+    row["collide"] += int(proved["contact"].sum())
+    row["unproved"] += int((~proved["free"]).sum())
+    row["turns"] += int(turns.sum())
+    row["short"] += int((turns & ~jumps).sum())
+
+
+def long_page(rows):
+    total = {key: sum(r[key] for r in rows) for key in rows[0] if key not in ("scene", "median_us", "most_us")}
+    rows = [[r["scene"], f"{r['moves']:,}", f"{r['frames']:,}", r["collide"], r["unproved"], f"{r['jumps']:,}", r["turns"], r["short"],
+             number(r.get("median_us")), number(r.get("most_us"))] for r in [*rows, {"scene": "all"} | total]]
+    head = ["scene", "moves", "frames in collision", "moves that collide", "moves not proved free", f"moves over {JUMP} rad",
+            "turns over 30 degrees, contacts the same", "of these in shorter moves", "frame, median [us]", "99.9 % [us]"]
+    return "## Continuous streams, many moves\n\n" + table(head, rows)
+
+
 def page(found):
     quantile = lambda values, q: number(float(np.quantile(values, q)))
     calm = lambda values: f"{100 * np.mean(np.array(values) < 1e-6):.2f} %"
@@ -159,13 +211,19 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--states", type=int, default=2500, help="of each model")
     parser.add_argument("--paths", type=int, default=20, help="of each scene")
+    parser.add_argument("--long", type=float, metavar="SECONDS", help="only the continuous streams, for about this long")
     parser.add_argument("--write", action="store_true", help="only write the page again")
     args = parser.parse_args()
     BUILD.mkdir(parents=True, exist_ok=True)
+    if args.long:
+        rows = long(args.long)
+        (BUILD / "simulation-long.json").write_text(json.dumps(rows))
+        put(PAGE, "bench/simulation.py --long", long_page(rows), "Simulations and devices")
+        return
     figures = BUILD / "simulation.json"
     if not args.write:
         figures.write_text(json.dumps({"resets": resets(args.states), "streams": streams(args.paths)}))
-    put(ROOT / "docs" / "benchmarks" / "simulation.md", "bench/simulation.py", page(json.loads(figures.read_text())), "Simulations and devices")
+    put(PAGE, "bench/simulation.py", page(json.loads(figures.read_text())), "Simulations and devices")
 
 
 if __name__ == "__main__":

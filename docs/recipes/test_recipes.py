@@ -11,6 +11,7 @@ import object_in_gripper
 import octomap_file
 import ompl_sampler
 import ompl_start
+import penalty_force
 import pinocchio_projection
 import plot_plane
 import pytest
@@ -94,3 +95,12 @@ def test_a_depth_image_is_one_obstacle() -> None:
     assert world.bodies[-1] == "seen" and len(cloud) > 10_000
     assert cloud[:, 0] == pytest.approx(0.45) and any("seen" in pair for pair in answer.colliding)
     assert answer.verified and world.check(answer.witness)
+
+
+def test_a_penalty_force_makes_little_energy_along_closed_loops() -> None:
+    shares = {name: np.array(share) for name, share in penalty_force.main().items()}
+    asked, continuous = shares["query"], shares["continuous stream"]
+    assert len(asked) == len(continuous) == 10
+    assert np.median(asked) < 0.01 and asked.max() < 0.05
+    # A proxy that is held behind something remembers its path: this force has no potential.
+    assert continuous.max() > 0.05

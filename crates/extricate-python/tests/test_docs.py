@@ -24,7 +24,8 @@ def test_everything_is_described(name: str) -> None:
 @pytest.mark.parametrize("function", [extricate.learn, extricate.Model.query, extricate.Model.query_batch, extricate.Model.adapt, extricate.Model.stream,
                                       extricate.ChangedScene.query, extricate.ChangedScene.query_batch, extricate.Scene.check, extricate.Scene.check_segments, extricate.Scene.sample,
                                       extricate.Scene.config, extricate.Scene.positions, extricate.Scene.poses, extricate.Scene.mesh, extricate.Scene.contacts,
-                                      extricate.Scene.pair_distances, extricate.Scene.in_world, extricate.import_world, extricate.Scene.colliding_pairs, extricate.Scene.always_colliding])
+                                      extricate.Scene.pair_distances, extricate.Scene.in_world, extricate.import_world, extricate.Scene.colliding_pairs, extricate.Scene.always_colliding,
+                                      extricate.grasps.from_arrays, extricate.grasps.to_arrays])
 def test_arguments_are_described_with_their_defaults(function) -> None:  # type: ignore[no-untyped-def]
     page = inspect.getdoc(function) or ""
     for parameter in inspect.signature(function).parameters.values():

@@ -60,9 +60,20 @@ def drawn(scene: extricate.Scene) -> int:
     return corners
 
 
+def mirrored(scene: extricate.Scene, Q: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+    arrays: extricate.grasps.Arrays = extricate.grasps.to_arrays(scene, Q, rotation_as="quat_wxyz")
+    places = arrays.translation * [1, -1, 1]
+    return extricate.grasps.from_arrays(
+        scene, places, arrays.rotation, dict(zip(arrays.names, arrays.joints.T)), rotation_as="quat_wxyz"
+    )
+
+
 def test_what_is_typed_runs(tmp_path: pathlib.Path) -> None:
     scene = extricate.Scene.builtin("planar-arm")
     assert first_exits(scene, 5000, tmp_path).shape == (scene.nq,)
     model = extricate.learn(scene, labels=5000)
     assert elsewhere(model, scene, tmp_path / "c") >= 0
     assert len(obstacles()) == 3 and drawn(scene) > 0
+    urdf = '<robot name="box"><link name="a"><collision><geometry><box size="1 1 1"/></geometry></collision></link></robot>'
+    afloat = extricate.Scene(extricate.Robot(urdf, base="floating", bounds=([-1] * 3, [1] * 3)), [extricate.Sphere(1)])
+    assert mirrored(afloat, np.array([[0, 0.5, 0, 0, 0, 0, 1.0]])).tolist() == [[0, -0.5, 0, 0, 0, 0, 1]]

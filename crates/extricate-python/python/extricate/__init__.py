@@ -9,9 +9,8 @@ Configurations are float64 arrays of shape (nq,), lists of them (n, nq), coordin
 rad, lengths in m, quaternions x, y, z, w. Calls release the interpreter lock; scenes and models may be shared between threads.
 """
 
-from . import fleet
+from . import fleet, grasps
 from ._answer import Answer, Contact, Exit
-from ._extricate import ChangedScene, Joint, Model, Progress, Scene, Stream, __version__, import_world, learn
 from ._grasp import Grasp, GraspContact
 from ._extricate import ChangedScene, Joint, Model, Progress, Roadmap, Scene, Stream, __version__, import_world, learn
 from ._motion import Escape, Plan, Repaired
@@ -65,6 +64,7 @@ __all__ = [
     "Voxels",
     "__version__",
     "fleet",
+    "grasps",
     "import_world",
     "learn",
     "spheres",
