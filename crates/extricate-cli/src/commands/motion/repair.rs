@@ -72,10 +72,10 @@ pub fn run(args: &RepairArgs, json: bool) -> anyhow::Result<()> {
         configs.take_notes().iter().for_each(notice::warning);
         match entry {
             Ok((_, q)) => points.extend_from_slice(&q),
-            Err(bad) => configs.report(&bad),
+            // A path without one of its rows is another path.
+            Err(bad) => bail!("{}: line {}: {}", args.path.display(), bad.line, bad.error),
         }
     }
-    // A path without one of its rows is another path.
     configs.conclude()?;
     let termination = Termination { max_checks: Some(args.max_checks), max_seconds: args.max_seconds, stop: None };
     let (aim, max_deviation, seed) = (args.aim, args.max_deviation, args.seed);
