@@ -35,7 +35,7 @@ def work(loop, query, stiffness):
     return done, 0.5 * stiffness * max(answer.depth for answer in answers) ** 2
 
 
-def main(count=10, steps=3000, stiffness=1000.0):
+def main(count=10, steps=1000, stiffness=1000.0):
     scene = extricate.Scene.builtin("planar-arm")
     model = extricate.learn(scene, labels=50_000)
     shares = {"query": [], "continuous stream": []}
