@@ -132,13 +132,15 @@ pub fn busy<T>(what: &str, work: impl FnOnce() -> T) -> T {
     let started = Instant::now();
     let (done, until_done) = mpsc::channel::<()>();
     thread::scope(|scope| {
-        scope.spawn(move || {
+        let tell = move || {
             let mut interval = SILENT;
             while until_done.recv_timeout(interval) == Err(RecvTimeoutError::Timeout) {
                 notice::note(format_args!("{what}: {:.0} s so far", started.elapsed().as_secs_f64()));
                 interval = PLAIN_INTERVAL;
             }
-        });
+        };
+        // Where the system starts no more threads, the work is done in silence.
+        let _ = thread::Builder::new().spawn_scoped(scope, tell);
         let result = work();
         drop(done);
         result

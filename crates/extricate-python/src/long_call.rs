@@ -8,7 +8,7 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use extricate::Stop;
-use pyo3::exceptions::PyOSError;
+use pyo3::exceptions::{PyOSError, PyRuntimeError};
 use pyo3::prelude::*;
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
@@ -49,7 +49,7 @@ impl<News> Line<News> {
 ///
 /// # Errors
 /// The exception of a signal handler (`KeyboardInterrupt`) or of `hear`, once the work has ended;
-/// it is asked to.
+/// it is asked to. RuntimeError where the system starts no thread.
 pub fn run<T: Send, News: Send>(
     py: Python<'_>,
     hear: impl Fn(Python<'_>, News) -> PyResult<()> + Sync,
@@ -61,10 +61,11 @@ pub fn run<T: Send, News: Send>(
             // Never sent on: it closes when the work is done, also where that panics.
             let (open, done) = mpsc::channel::<()>();
             let line = &line;
-            let worker = scope.spawn(move || {
+            let worker = thread::Builder::new().spawn_scoped(scope, move || {
                 let _open = open;
                 work(line)
             });
+            let worker = worker.map_err(|error| PyRuntimeError::new_err(format!("cannot start a thread: {error}")))?;
             let mut failure = None;
             loop {
                 let waiting = done.recv_timeout(PERIOD) == Err(RecvTimeoutError::Timeout);
