@@ -3,7 +3,7 @@
 //! A safetensors container, so that NumPy reads the arrays: `configs` (f64, nodes x nq), `edges`
 //! (u32, edges x 2, indices of nodes), `narrow` (u32, indices of nodes). Its one metadata entry,
 //! `extricate-roadmap`, is JSON: format version, what else the roadmap says of itself, and the
-//! BLAKE3 hash of everything. The hash tells damage, not harm: [`Roadmap::of_parts`] looks at every
+//! BLAKE3 hash of everything. The hash tells damage, not harm: `Roadmap::of_parts` looks at every
 //! field. No proof rests on what the file says: a path is proved before it is returned.
 
 use std::collections::HashMap;
