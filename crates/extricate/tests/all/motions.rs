@@ -72,10 +72,9 @@ fn another_library_finds_every_edge_free() {
         let world = World::new(extricate::builtin::scene(name).unwrap());
         let mut judge = Judge { world: &world, recheck: Recheck::new(world.scene()), edges: 0 };
         let mut seed = 0;
-        while judge.edges < wanted / SCENES.len() {
-            let drawn = |label, index| crate::motions::nth(&world, label, index);
-            let rows = [drawn(Label::Colliding, seed), drawn(Label::Free, 2 * seed), drawn(Label::Free, 2 * seed + 1)];
-            judge.paths_of(&rows, seed);
+        while judge.edges < wanted.div_ceil(SCENES.len()) {
+            let [from, to] = [2 * seed, 2 * seed + 1].map(|number| nth(&world, Label::Free, number));
+            judge.paths_of(&[nth(&world, Label::Colliding, seed), from, to], seed);
             seed += 1;
         }
         edges += judge.edges;
