@@ -28,6 +28,9 @@ const ENDLESS: Duration = Duration::from_secs(60);
 const BETWEEN_LINES: u64 = 20_000;
 /// Inputs that are kept to be changed again, beside the corpus.
 const KEPT: usize = 64;
+/// After so many inputs the kept ones are forgotten: changes of changes end as noise that is refused
+/// at the first byte.
+const GENERATION: u64 = 5_000;
 
 fn main() -> ExitCode {
     let arguments: Vec<String> = env::args().skip(1).collect();
@@ -100,6 +103,9 @@ fn fuzz(target: &Target, count: u64, seed: u64, folder: &Path) -> io::Result<boo
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let (mut found, mut slow, started) = (BTreeMap::<String, u64>::new(), 0, Instant::now());
     for number in 0..count {
+        if number % GENERATION == 0 {
+            inputs.truncate(corpus);
+        }
         let [one, other] = [(); 2].map(|()| rng.random_range(0..inputs.len()));
         // The corpus itself comes first.
         let input = match inputs.get(number as usize).filter(|_| number < corpus as u64) {

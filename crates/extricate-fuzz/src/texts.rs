@@ -140,7 +140,8 @@ fn use_scene(scene: Scene) {
         let clearance = checker.clearance(&config, &mut scratch);
         assert!(!clearance.is_nan(), "a clearance that is no number");
         assert!(label != Label::Free || clearance > 0.0, "free, with a clearance of {clearance}");
-        if checker.scene().pairs.len() < 50 {
+        // Depths of meshes take longer than all else together.
+        if index == 0 && checker.scene().pairs.len() < 50 {
             let distances = signed_distances(&checker, &config, &mut scratch);
             assert!(distances.iter().all(|distance| !distance.is_nan()), "{distances:?}");
         }

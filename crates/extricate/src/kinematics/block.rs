@@ -87,8 +87,7 @@ impl WithSimd for Place<'_> {
             };
             for half in 0..LANES / S::F64_LANES {
                 let load = |lanes: &Lanes| S::as_simd_f64s(lanes).0[half];
-                let parent = |k: usize| load(&before[frame.parent][k]);
-                let parent = (frame.parent != 0).then(|| -> Numbers<S> { std::array::from_fn(parent) });
+                let parent = if frame.parent == 0 { None } else { Some(numbers(simd, &before[frame.parent], half)) };
                 let joint = match &frame.motion {
                     Motion::World => Joint::Prismatic { axis: &Vec3::zeros(), length: load(&first) },
                     Motion::Revolute { axis, .. } => {
@@ -96,8 +95,9 @@ impl WithSimd for Place<'_> {
                     }
                     Motion::Prismatic { axis, .. } => Joint::Prismatic { axis, length: load(&first) },
                     Motion::Ball { q, .. } => {
-                        let quaternion = std::array::from_fn(|k| load(&coordinates[q + k]));
-                        Joint::Ball { quaternion }
+                        let [x, y, z, w] =
+                            [&coordinates[*q], &coordinates[q + 1], &coordinates[q + 2], &coordinates[q + 3]];
+                        Joint::Ball { quaternion: [load(x), load(y), load(z), load(w)] }
                     }
                 };
                 let pose = joint_pose(simd, parent.as_ref(), &frame.pose_parent_joint, joint);
@@ -107,6 +107,16 @@ impl WithSimd for Place<'_> {
             }
         }
     }
+}
+
+/// One register of each number of a frame.
+#[inline(always)]
+fn numbers<S: Simd>(simd: S, frame: &[Lanes; 12], half: usize) -> Numbers<S> {
+    let mut numbers = [simd.splat_f64s(0.0); 12];
+    for (number, lanes) in numbers.iter_mut().zip(frame) {
+        *number = S::as_simd_f64s(lanes).0[half];
+    }
+    numbers
 }
 
 struct Points<'a, I> {
@@ -121,10 +131,9 @@ impl<'a, I: Iterator<Item = (usize, &'a Vec3)>> WithSimd for Points<'_, I> {
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
         for (frame, point) in self.points {
-            let numbers = &self.block.frames[frame];
             let mut world = [[0.0; LANES]; 3];
             for half in 0..LANES / S::F64_LANES {
-                let pose: Numbers<S> = std::array::from_fn(|k| S::as_simd_f64s(&numbers[k]).0[half]);
+                let pose = numbers(simd, &self.block.frames[frame], half);
                 let turned = image(simd, &pose, point);
                 for r in 0..3 {
                     S::as_mut_simd_f64s(&mut world[r]).0[half] = simd.add_f64s(turned[r], pose[9 + r]);

@@ -37,10 +37,9 @@ pub fn joint_pose<S: Simd>(simd: S, parent: Option<&Numbers<S>>, fixed: &Pose, j
             turn(simd, &mut pose, &axis_rotation(simd, axis, sine, cosine));
         }
         Joint::Prismatic { axis, length } => {
+            let unit = image(simd, &pose, axis);
             for r in 0..3 {
-                let along = |k: usize| simd.mul_f64s(pose[3 * k + r], simd.splat_f64s(axis[k]));
-                let unit = simd.add_f64s(simd.add_f64s(along(0), along(1)), along(2));
-                pose[9 + r] = simd.add_f64s(pose[9 + r], simd.mul_f64s(unit, length));
+                pose[9 + r] = simd.add_f64s(pose[9 + r], simd.mul_f64s(unit[r], length));
             }
         }
         Joint::Ball { quaternion } => turn(simd, &mut pose, &quaternion_matrix(simd, quaternion)),
@@ -50,8 +49,11 @@ pub fn joint_pose<S: Simd>(simd: S, parent: Option<&Numbers<S>>, fixed: &Pose, j
 
 #[inline(always)]
 fn constant<S: Simd>(simd: S, pose: &Pose) -> Numbers<S> {
-    let (r, t) = (pose.rotation.as_slice(), pose.translation.as_slice());
-    std::array::from_fn(|k| simd.splat_f64s(if k < 9 { r[k] } else { t[k - 9] }))
+    let mut out = [simd.splat_f64s(0.0); 12];
+    for (number, x) in out.iter_mut().zip(pose.rotation.as_slice().iter().chain(pose.translation.as_slice())) {
+        *number = simd.splat_f64s(*x);
+    }
+    out
 }
 
 #[inline(always)]
@@ -68,13 +70,17 @@ fn then<S: Simd>(simd: S, parent: &Numbers<S>, fixed: &Pose) -> Numbers<S> {
     out
 }
 
-/// The rotation applied to a constant vector.
+/// The rotation applied to a constant vector. Loops, here and above: what `array::from_fn` calls
+/// knows nothing of the processor's vectors, and every operation in it would be a call.
 #[inline(always)]
 pub fn image<S: Simd>(simd: S, pose: &Numbers<S>, vector: &Vec3) -> [S::f64s; 3] {
-    std::array::from_fn(|r| {
-        let of = |k: usize| simd.mul_f64s(pose[3 * k + r], simd.splat_f64s(vector[k]));
-        simd.add_f64s(simd.add_f64s(of(0), of(1)), of(2))
-    })
+    let [x, y, z] = [simd.splat_f64s(vector.x), simd.splat_f64s(vector.y), simd.splat_f64s(vector.z)];
+    let mut out = [x; 3];
+    for r in 0..3 {
+        let sum = simd.add_f64s(simd.mul_f64s(pose[r], x), simd.mul_f64s(pose[3 + r], y));
+        out[r] = simd.add_f64s(sum, simd.mul_f64s(pose[6 + r], z));
+    }
+    out
 }
 
 /// A turn about the third axis of the frame, in cyclic order: mixes the columns `i` and `j`.
@@ -103,7 +109,8 @@ fn turn<S: Simd>(simd: S, pose: &mut Numbers<S>, rotation: &[[S::f64s; 3]; 3]) {
 #[inline(always)]
 fn axis_rotation<S: Simd>(simd: S, axis: &Vec3, sine: S::f64s, cosine: S::f64s) -> [[S::f64s; 3]; 3] {
     let versine = simd.sub_f64s(simd.splat_f64s(1.0), cosine);
-    let scaled = [0, 1, 2].map(|k| simd.mul_f64s(sine, simd.splat_f64s(axis[k])));
+    let [x, y, z] = [simd.splat_f64s(axis.x), simd.splat_f64s(axis.y), simd.splat_f64s(axis.z)];
+    let scaled = [simd.mul_f64s(sine, x), simd.mul_f64s(sine, y), simd.mul_f64s(sine, z)];
     let square = |r: usize, c: usize| simd.mul_f64s(versine, simd.splat_f64s(axis[r] * axis[c]));
     let plus = |a: S::f64s, b: S::f64s| simd.add_f64s(a, b);
     let minus = |a: S::f64s, b: S::f64s| simd.sub_f64s(a, b);
