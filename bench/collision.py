@@ -3,7 +3,8 @@
 
     python3 -m venv target/peers && target/peers/bin/pip install -r bench/requirements.txt
     sudo apt-get install g++ libeigen3-dev libfcl-dev                     # what is absent is left out and said to be
-    python3 scripts/fetch-robots.py panda_description ur_description z1_description talos_data b1_description go1_description
+    python3 scripts/fetch-robots.py panda_description ur_description z1_description talos_data b1_description go1_description \
+        xarm_description baxter_description
     target/peers/bin/python bench/collision.py                            # about ten minutes; --quick: about two
 
 Writes target/bench/collision.json, and from that the tables and plots of docs/benchmarks/collision.md (`--write` does only the
@@ -54,6 +55,28 @@ pose = { xyz = [0.45, 0, 0.5], rpy = [0, 1.5707963, 0] }
 name = "table"
 shape = { box = [1.2, 1.6, 0.05] }
 pose = { xyz = [0.3, 0, -0.03] }
+"""
+
+
+# Bars around the arm: [size], [place].
+CAGE = [([0.04, 0.04, 1.2], [x, y, 0.6]) for x in (-0.5, 0.7) for y in (-0.6, 0, 0.6)]
+CAGE += [([1.24, 0.04, 0.04], [0.1, y, z]) for y in (-0.6, 0.6) for z in (0.7, 1.2)]
+CAGE += [([0.04, 1.24, 0.04], [x, 0, z]) for x in (-0.5, 0.7) for z in (0.7, 1.2)]
+XARM = """clearance = 1e-4
+[[robot]]
+urdf = "{robots}/xarm_description/urdf/xarm7.urdf"
+packages = ["{packages}"]
+[[obstacle]]
+name = "ring"
+shape = {{ mesh = "torus.stl" }}
+pose = {{ xyz = [0.3, 0, 0.35], rpy = [0, 1.5707963, 0] }}
+"""
+BAXTER = """clearance = 1e-4
+[[robot]]
+urdf = "{robots}/baxter_description/urdf/baxter.urdf"
+srdf = "{robots}/baxter_description/srdf/baxter_manipulation.srdf"
+packages = ["{packages}"]
+locked = {{ head_pan = 0, l_gripper_l_finger_joint = 0, l_gripper_r_finger_joint = 0, r_gripper_l_finger_joint = 0, r_gripper_r_finger_joint = 0 }}
 """
 
 
@@ -145,10 +168,13 @@ def growth(sides, rounds, count, levels):
 
 
 def robots(ours, rounds, count):
-    """Labels and near pairs of two scenes of a whole arm."""
+    """Labels and near pairs of whole robots: hulls among boxes, raw meshes and a ring, two arms of raw meshes alone."""
     ours("make", "torus", 0.18, 0.06, 48, 48, BUILD / "torus.stl")
     panda = {"robots": ROBOTS, "packages": ROBOTS.parent.parent}
-    scenes = {"panda-box": PANDA.format(geometry="convex-hull", **panda) + BOX, "panda-torus": PANDA.format(geometry="mesh", **panda) + RING}
+    hulls, meshes = (PANDA.format(geometry=geometry, **panda) for geometry in ("convex-hull", "mesh"))
+    bars = "".join(f'[[obstacle]]\nname = "bar{k}"\nshape = {{ box = {size} }}\npose = {{ xyz = {at} }}\n' for k, (size, at) in enumerate(CAGE))
+    scenes = {"panda-box": hulls + BOX, "panda-cage": hulls + bars, "panda-torus": meshes + RING, "xarm7-ring": XARM.format(**panda),
+              "baxter-self": BAXTER.format(**panda)}
     return {name: robot(ours, name, text, rounds, count) for name, text in scenes.items()}
 
 

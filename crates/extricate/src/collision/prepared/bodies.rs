@@ -6,6 +6,8 @@ use std::collections::hash_map::Entry;
 use std::ops::Range;
 use std::sync::Arc;
 
+use rayon::prelude::*;
+
 use super::placed::Placed;
 use super::shape::PreparedShape;
 use crate::collision::shapes::bounds::{Aabb, bounding_ball};
@@ -83,12 +85,15 @@ impl Bodies {
         let known = before.map(|(old, prepared)| (old, prepared, by_name(old, scene)));
         let mut all =
             Self { bodies: Vec::new(), parts: Vec::new(), moving: Vec::new(), all_convex: true, has_scenery: false };
-        let mut shapes = HashMap::new();
-        for (index, body) in scene.bodies.iter().enumerate() {
-            let twin = known.as_ref().and_then(|(old, prepared, names)| {
-                let at = names[index]?;
-                Some((&old.bodies[at], *prepared, &prepared.bodies[at]))
-            });
+        let twin = |(index, body): (usize, &Body)| {
+            let (old, prepared, names) = known.as_ref()?;
+            let at = names[index]?;
+            Some(Twin::of(body, &old.bodies[at], prepared, &prepared.bodies[at]))
+        };
+        let twins: Vec<Option<Twin>> = scene.bodies.iter().enumerate().map(twin).collect();
+        let is_new = |(_, twin): &(&Body, &Option<Twin>)| !twin.as_ref().is_some_and(|twin| twin.has_equal_shapes);
+        let mut shapes = prepared_meshes(scene.bodies.iter().zip(&twins).filter(is_new).map(|(body, _)| body));
+        for (body, twin) in scene.bodies.iter().zip(twins) {
             all.push(body, twin, &mut shapes);
         }
         let kinds = || all.parts.iter().map(|part| &part.shape().kind);
@@ -98,18 +103,11 @@ impl Bodies {
         all
     }
 
-    /// Adds a body; `twin` is one of the same name in another scene, `shapes` are known by what
-    /// they were made of.
-    fn push(
-        &mut self,
-        body: &Body,
-        twin: Option<(&Body, &Self, &PreparedBody)>,
-        shapes: &mut HashMap<Key, Arc<PreparedShape>>,
-    ) {
+    /// Adds a body; `shapes` are known by what they were made of.
+    fn push(&mut self, body: &Body, twin: Option<Twin>, shapes: &mut HashMap<Key, Arc<PreparedShape>>) {
         let start = self.parts.len();
-        // Geometry without a shape has no prepared part.
-        match twin.filter(|(old, _, known)| known.parts.len() == old.parts.len() && have_equal_shapes(old, body)) {
-            Some((_, prepared, known)) => {
+        match twin.as_ref().filter(|twin| twin.has_equal_shapes) {
+            Some(Twin { prepared, known, .. }) => {
                 let prepared = &prepared.parts[known.parts.clone()];
                 self.parts.extend(body.parts.iter().zip(prepared).map(|(part, known)| PreparedPart {
                     prepared: Arc::clone(&known.prepared),
@@ -121,8 +119,8 @@ impl Bodies {
         }
         let parts = start..self.parts.len();
         let own = &self.parts[parts.clone()];
-        let (ball, world_box) = match twin.filter(|(old, ..)| *old == body) {
-            Some((.., known)) => (known.ball, known.world_box),
+        let (ball, world_box) = match twin.filter(|twin| twin.body == body) {
+            Some(Twin { known, .. }) => (known.ball, known.world_box),
             None => (ball_around(own), (body.frame == 0 && !own.is_empty()).then(|| box_around(own))),
         };
         if body.frame != 0 {
@@ -184,6 +182,25 @@ impl Bodies {
     }
 }
 
+/// A body of the same name in another scene, with what was prepared of it.
+struct Twin<'a> {
+    body: &'a Body,
+    prepared: &'a Bodies,
+    known: &'a PreparedBody,
+    /// Whether it has the same shapes in the same order, wherever they are.
+    has_equal_shapes: bool,
+}
+
+impl<'a> Twin<'a> {
+    fn of(body: &Body, twin: &'a Body, prepared: &'a Bodies, known: &'a PreparedBody) -> Self {
+        let (ours, theirs) = (&body.parts, &twin.parts);
+        let are_equal = ours.len() == theirs.len() && ours.iter().zip(theirs).all(|(a, b)| a.geometry == b.geometry);
+        // Geometry without a shape has no prepared part.
+        let has_equal_shapes = known.parts.len() == theirs.len() && are_equal;
+        Self { body: twin, prepared, known, has_equal_shapes }
+    }
+}
+
 /// What geometry is told by that many bodies may have, as a wall of equal boxes: its kind, and its
 /// sizes or the mesh that it shares.
 type Key = (u8, [u64; 3]);
@@ -205,6 +222,15 @@ fn key(geometry: &Geometry) -> Option<Key> {
     })
 }
 
+/// The meshes of bodies, each once, prepared on all threads of the current pool: what takes long.
+fn prepared_meshes<'a>(bodies: impl Iterator<Item = &'a Body>) -> HashMap<Key, Arc<PreparedShape>> {
+    let is_mesh = |geometry: &&Geometry| matches!(geometry, Geometry::Mesh(_) | Geometry::ConvexHull(_));
+    let geometries = bodies.flat_map(|body| body.parts.iter().map(|part| &part.geometry)).filter(is_mesh);
+    let unique: HashMap<Key, &Geometry> = geometries.filter_map(|geometry| Some((key(geometry)?, geometry))).collect();
+    let prepared = |(key, geometry)| Some((key, Arc::new(PreparedShape::new(geometry)?)));
+    unique.into_par_iter().filter_map(prepared).collect()
+}
+
 fn prepared_parts(body: &Body, shapes: &mut HashMap<Key, Arc<PreparedShape>>) -> impl Iterator<Item = PreparedPart> {
     body.parts.iter().filter_map(|part| {
         let new = || Some(Arc::new(PreparedShape::new(&part.geometry)?));
@@ -215,11 +241,6 @@ fn prepared_parts(body: &Body, shapes: &mut HashMap<Key, Arc<PreparedShape>>) ->
         };
         Some(PreparedPart { prepared, pose_frame_part: part.pose_frame_part, frame: body.frame })
     })
-}
-
-/// Whether two bodies have the same shapes in the same order, wherever they are.
-fn have_equal_shapes(a: &Body, b: &Body) -> bool {
-    a.parts.len() == b.parts.len() && a.parts.iter().zip(&b.parts).all(|(a, b)| a.geometry == b.geometry)
 }
 
 fn box_around(parts: &[PreparedPart]) -> Aabb {
