@@ -2,7 +2,7 @@
 # What takes too long for every change, and is run before a release. Needs what .ci/run has built, rustup, a C++17 compiler, Chromium, Python
 # 3.9 or newer with pip, and a network. Nothing is left out silently.
 #
-#     scripts/check-long.sh [STEP...]           all of: live c packages platforms wheels fleet
+#     scripts/check-long.sh [STEP...]           all of: live c packages platforms wheels fleet fuzz
 set -euo pipefail
 cd "$(dirname "$0")/.."
 program="${CARGO_TARGET_DIR:-target}/debug/extricate"
@@ -46,11 +46,16 @@ fleet() {
     scripts/check-fleet.sh "$wheels"
 }
 
-[ $# -gt 0 ] || set -- live c packages platforms wheels fleet
+fuzz() {
+    step "fuzz targets under libFuzzer"
+    scripts/check-fuzz.sh
+}
+
+[ $# -gt 0 ] || set -- live c packages platforms wheels fleet fuzz
 for name in "$@"; do
     case $name in
-        live | c | packages | platforms | wheels | fleet) "$name" ;;
-        *) echo "got the step $name, expected live, c, packages, platforms, wheels or fleet" >&2; exit 2 ;;
+        live | c | packages | platforms | wheels | fleet | fuzz) "$name" ;;
+        *) echo "got the step $name, expected live, c, packages, platforms, wheels, fleet or fuzz" >&2; exit 2 ;;
     esac
 done
 step "all passed: $*"
