@@ -28,8 +28,8 @@ const ENDLESS: Duration = Duration::from_secs(60);
 const BETWEEN_LINES: u64 = 20_000;
 /// Inputs that are kept to be changed again, beside the corpus.
 const KEPT: usize = 64;
-/// After so many inputs the kept ones are forgotten: changes of changes end as noise that is refused
-/// at the first byte.
+/// After so many inputs the kept ones are forgotten: changes of changes end as noise that is
+/// refused at the first byte.
 const GENERATION: u64 = 5_000;
 
 fn main() -> ExitCode {
