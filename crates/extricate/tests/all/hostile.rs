@@ -7,7 +7,9 @@ use extricate::internals::robot::formats::{parse, parse_among};
 use extricate::internals::scene::assemble::assemble_entries;
 use extricate::internals::scene::file;
 use extricate::internals::scene::import::import;
-use extricate::{Error, LoadLimit, LoadLimits, Result, Scene, builtin, load_scene};
+use extricate::{Checker, Error, LoadLimit, LoadLimits, Result, Scene, builtin, load_scene};
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
 
 /// What is read in time takes less, on a machine that does other things as well.
 const IN_TIME: Duration = Duration::from_secs(20);
@@ -179,6 +181,30 @@ fn time_does_not_grow_with_the_square_of_a_mesh() {
     let large = large.replace("NODES", &"<instance_geometry url='#g'/>".repeat(500));
     let refused = in_time("a large geometry shown again", || parse("a.dae", large.as_bytes()).unwrap_err().to_string());
     assert!(refused.contains("`placed="), "{refused}");
+}
+
+/// Corners and triangles that lie anywhere: nothing near in a file is near in space, and everything
+/// overlaps.
+#[test]
+fn time_does_not_grow_with_the_disorder_of_a_mesh() {
+    let mut rng = ChaCha8Rng::seed_from_u64(3);
+    let mut corners = |count: usize, height: f64| -> String {
+        let mut line = |_| {
+            let [x, y, z]: [f64; 3] = rng.random();
+            format!("v {x} {y} {}\n", height * z)
+        };
+        (0..count).map(&mut line).collect()
+    };
+    let (flat, few) = (corners(300_000, 0.0), corners(1_000, 1.0));
+    let outline: String = (1..=300_000).map(|k| format!(" {k}")).collect();
+    let face = format!("{flat}f{outline}\n");
+    in_time("a face of many corners", || parse("a.obj", face.as_bytes()).unwrap());
+    let mut corner = || rng.random_range(1..=1_000);
+    let soup: String = (0..500_000).map(|_| format!("f {} {} {}\n", corner(), corner(), corner())).collect();
+    let (soup, robot) = (format!("{few}{soup}"), chain(2, false).replace(BALL, "<mesh filename='t.obj'/>"));
+    let files = [("r.urdf", robot.as_bytes()), ("t.obj", soup.as_bytes())];
+    let scene = in_time("a soup of triangles", || scene_of(ROBOT, &files, &LoadLimits::default()).unwrap());
+    in_time("a soup of triangles, prepared", || Checker::new(scene.into()));
 }
 
 #[test]

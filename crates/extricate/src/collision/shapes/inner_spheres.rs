@@ -29,7 +29,7 @@ impl InnerSpheres {
     /// QualityChecks for balls in a shape, on a grid. Surfaces have none.
     pub fn of(shape: &Shape) -> Self {
         let (bounds, stack) = (&shape.bounds, &mut Vec::new());
-        let depth = |point: &Vec3| shape.depth(point, stack);
+        let depth = |point: &Vec3| shape.depth_above(point, 0.0, stack).unwrap_or(0.0);
         let found = largest_balls(&(bounds.center - bounds.half), &(bounds.center + bounds.half), LANES, depth);
         let mut balls = Self { count: found.len(), ..Self::default() };
         for (lane, (center, radius)) in found.into_iter().enumerate() {

@@ -6,6 +6,10 @@ use crate::robot::TriangleMesh;
 
 /// Open edges that are looked at, spread evenly over all.
 const LOOKED_AT: usize = 256;
+/// Of so many pairs of edges at most, but for [`LEAST`] of them.
+const PAIRS: usize = 20_000_000;
+/// Edges that are looked at, however many there are.
+const LEAST: usize = 8;
 /// Cosine below which an edge runs against another one: less than that of the sides of a regular
 /// triangle.
 const AGAINST: f64 = -0.25;
@@ -28,7 +32,8 @@ pub fn widest_gap(mesh: &TriangleMesh) -> Option<f64> {
             }
         }
     }
-    let step = edges.len().div_ceil(LOOKED_AT).max(1);
+    let looked_at = (PAIRS / edges.len().max(1)).clamp(LEAST, LOOKED_AT);
+    let step = edges.len().div_ceil(looked_at).max(1);
     (0..edges.len()).step_by(step).map(|k| gap(&edges, k)).reduce(f64::max)
 }
 

@@ -9,7 +9,7 @@ use std::collections::{HashMap, HashSet};
 
 use robust::{Coord, orient2d};
 use spade::handles::FixedVertexHandle;
-use spade::{ConstrainedDelaunayTriangulation, HasPosition, Point2, Triangulation};
+use spade::{ConstrainedDelaunayTriangulation, HasPosition, HierarchyHintGenerator, Point2, Triangulation};
 
 use crate::math::Vec3;
 
@@ -162,7 +162,8 @@ impl HasPosition for Corner {
     }
 }
 
-type Plane = ConstrainedDelaunayTriangulation<Corner>;
+/// Finds where a corner lies in logarithmic time, also where corners jump to and fro.
+type Plane = ConstrainedDelaunayTriangulation<Corner, (), (), (), HierarchyHintGenerator<f64>>;
 
 /// The sides of a face in a triangulation of its corners.
 struct Outlines {
