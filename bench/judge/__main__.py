@@ -14,6 +14,9 @@ from concurrent.futures import ProcessPoolExecutor, as_completed
 
 from judged import SPOILED, Judged
 
+# Seconds between two lines that say how far a long run is.
+BETWEEN_LINES = 30
+
 
 def judged(seed, configs, queries, labels):
     done = Judged(seed, configs, queries, labels)
@@ -42,6 +45,11 @@ def main():
     if args.self_test:
         return self_test()
     started, counts, faults = time.monotonic(), {}, 0
+    told = started
+
+    def summary():
+        return ", ".join(f"{n} {name}" for name, n in counts.items()) + f", {faults} faults, {time.monotonic() - started:.0f} s"
+
     with ProcessPoolExecutor(args.processes) as pool:
         seeds = iter(range(args.first, args.first + args.scenes))
         running = set()
@@ -57,7 +65,10 @@ def main():
             for fault in wrong:
                 print(json.dumps(fault), flush=True)
             faults += len(wrong)
-    print(", ".join(f"{n} {name}" for name, n in counts.items()) + f", {faults} faults, {time.monotonic() - started:.0f} s")
+            if time.monotonic() - told > BETWEEN_LINES:
+                told = time.monotonic()
+                print(summary(), file=sys.stderr, flush=True)
+    print(summary())
     if not counts.get("answers") or not counts.get("verdicts"):
         sys.exit("nothing was judged")
     sys.exit(1 if faults else 0)

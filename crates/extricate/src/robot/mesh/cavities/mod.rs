@@ -105,6 +105,12 @@ impl Shell {
         (0..3).all(|k| self.low[k] <= other.low[k] && other.high[k] <= self.high[k])
     }
 
+    /// Whether the box of a triangle meets the own one.
+    fn may_meet(&self, [a, b, c]: [&Vec3; 3]) -> bool {
+        let (low, high) = (a.inf(b).inf(c), a.sup(b).sup(c));
+        (0..3).all(|k| low[k] <= self.high[k] && self.low[k] <= high[k])
+    }
+
     /// Whether the whole of `other` lies within, as far as its box and some of its corners tell
     /// that are not shared with it.
     fn holds(&self, other: &Shell, vertices: &[Vec3], parts: &[Part], most: usize) -> bool {
@@ -113,11 +119,15 @@ impl Shell {
         }
         let corners = parts[other.part].triangles.as_flattened();
         let own = &parts[self.part].triangles;
+        // Half within is on a face.
+        let is_within = |&at: &u32| winding_number(vertices, own, &vertices[at as usize]).abs() > 0.75;
+        if !own.iter().any(|t| other.may_meet(t.map(|index| &vertices[index as usize]))) {
+            // All of the box of the other one is within, or none of it.
+            return corners.first().is_some_and(is_within);
+        }
         let shared: HashSet<u32> = own.as_flattened().iter().copied().collect();
         let mut asked =
             corners.iter().step_by(corners.len().div_ceil(most)).filter(|at| !shared.contains(at)).peekable();
-        // Half within is on a face.
-        let is_within = |&at: &u32| winding_number(vertices, own, &vertices[at as usize]).abs() > 0.75;
         asked.peek().is_some() && asked.all(is_within)
     }
 
