@@ -49,7 +49,7 @@ def about(found):
     absent = [p for p in ("coal", "fcl") if p not in found["sides"]]
     missing = f" Not installed, so left out: {', '.join(absent)}." if absent else ""
     quick = " A short run (`--quick`)." if found["quick"] else ""
-    return f"Machine: {found['machine']}, shared and noisy. Medians over {found['rounds']} rounds; in a round all sides take their turns " \
+    return f"Machine: {found['machine']}. Medians over {found['rounds']} rounds; in a round all sides take their turns " \
            f"one after another, and ratios are medians of ratios within a round. Means are in processor time of the thread (what other programs do meanwhile is " \
            f"not in them); medians over single calls, and batches on threads, are in wall time.{missing}{quick}"
 
