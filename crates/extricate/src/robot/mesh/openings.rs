@@ -6,9 +6,9 @@ use crate::robot::TriangleMesh;
 
 /// Open edges that are looked at, spread evenly over all.
 const LOOKED_AT: usize = 256;
-/// Of so many pairs of edges at most, but for [`LEAST`] of them.
+/// Pairs of edges that are compared: fewer edges are looked at where there are many in all,
 const PAIRS: usize = 20_000_000;
-/// Edges that are looked at, however many there are.
+/// but so many at least.
 const LEAST: usize = 8;
 /// Cosine below which an edge runs against another one: less than that of the sides of a regular
 /// triangle.
