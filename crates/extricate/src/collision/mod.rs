@@ -23,7 +23,7 @@ pub use checker::{CheckScratch, Checker};
 pub use contacts::{Contact, ContactQuery, ContactSearch};
 pub use convex_decomposition::convex_parts;
 pub use narrow_phase::shape_pair::PairScratch;
-pub use overlap::{ConvexOverlap, ConvexPair};
+pub use overlap::{ConvexOverlap, ConvexPair, OverlappingPieces};
 pub use prepared::{PieceArrays, PreparedShape};
 pub(crate) use segment::prove;
 pub use segment::{LEAST_RESOLUTION, SegmentOptions, SegmentOutcome};

@@ -12,7 +12,7 @@ pub use found::{always_colliding, contacts_within, most_often_colliding, signed_
 
 use crate::collision::checker::{CheckScratch, Checker};
 use crate::collision::contacts::{Contact, ContactQuery, ContactSearch};
-use crate::collision::overlap::{self, ConvexOverlap, ConvexPair};
+use crate::collision::overlap::{self, ConvexOverlap, ConvexPair, OverlappingPieces};
 use crate::collision::prepared::{self, PieceArrays};
 use crate::collision::segment::{self, SegmentOptions, SegmentOutcome};
 use crate::cspace::Label;
@@ -258,16 +258,16 @@ impl Checker {
     }
 
     /// Calls `each` with the convex shapes of the checked pairs `pairs` at `q` that may be nearer
-    /// than they keep; of a mesh, with the pieces around it that overlap most; of scenery, with its
-    /// elements that do, or with a box that ends where it does.
-    pub(crate) fn convex_pairs(
+    /// than they keep; of meshes, with all pieces around them that are; of scenery, with its
+    /// elements that overlap most, or with a box that ends where it does.
+    pub(crate) fn overlapping_pieces(
         &self,
         q: &[f64],
         pairs: &[PairId],
         scratch: &mut CheckScratch,
-        each: &mut dyn FnMut(&ConvexPair),
+        each: &mut dyn FnMut(&OverlappingPieces),
     ) {
-        overlap::convex_pairs(self, q, pairs, scratch, each);
+        overlap::overlapping_pieces(self, q, pairs, scratch, each);
     }
 
     /// Calls `each` with convex sets inside the bodies of the checked pairs `pairs` at `q`, of

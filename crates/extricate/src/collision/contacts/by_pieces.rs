@@ -122,7 +122,7 @@ fn pair_count([of_a, of_b]: [PiecesRef; 2]) -> usize {
 
 /// Fills `candidates` with the pairs of pieces that may be nearer than `margin` \[m\], as boxes and
 /// balls tell.
-fn find_candidates(
+pub fn find_candidates(
     [a, b]: [&PreparedShape; 2],
     [of_a, of_b]: [PiecesRef; 2],
     relative: &Relative,

@@ -15,6 +15,8 @@ pub struct Buffers {
     pub nodes: Vec<(f64, u32)>,
     /// Of scenery and another shape.
     pub places: Vec<(f64, u32)>,
+    /// Of two shapes that overlap: which of their pieces do.
+    pub pieces: [Vec<u32>; 2],
 }
 
 /// What decided the last check of a pair, to be tried first in the next one. Never decides by

@@ -25,7 +25,7 @@ pub fn inner_pairs(
 ) {
     checker.place(q, scratch);
     for &pair in pairs {
-        let of = (pair, checker.clearance_of(pair.index()), checker.excess(pair.index()));
+        let of = (pair, checker.clearance_of(pair.index()));
         for (first, second, _) in checker.part_pairs(pair.index()) {
             let (a, b) = checker.bodies.placed(&mut scratch.placement, first, second);
             of_parts(of, [first, second], [a, b], &mut scratch.buffers.places, each);
@@ -34,7 +34,7 @@ pub fn inner_pairs(
 }
 
 fn of_parts(
-    of: (PairId, f64, f64),
+    of: (PairId, f64),
     parts: [usize; 2],
     [a, b]: [Placed; 2],
     stack: &mut Vec<(f64, u32)>,

@@ -1,6 +1,6 @@
 //! Along which directions one pair of bodies may part, and how far it has to move for each.
 
-use crate::collision::{Contact, ConvexPair};
+use crate::collision::{Contact, OverlappingPieces};
 use crate::kinematics::Twists;
 use crate::math::Vec3;
 use crate::query::search::local_metric::LocalMetric;
@@ -54,7 +54,7 @@ impl Choices {
 
     /// Measures the directions of a pair; none where it is apart, or has to move no farther than
     /// `floor` for one of them.
-    pub fn set(&mut self, pair: &ConvexPair, by: &Measure, floor: f64) {
+    pub fn set(&mut self, pair: &OverlappingPieces, by: &Measure, floor: f64) {
         self.clear();
         let nv = by.limits.0.len();
         let mut least = f64::INFINITY;

@@ -128,7 +128,7 @@ impl Directions {
         let distance = context.clearance + SLACK;
         let by = Measure { sphere, scene, twists, local, limits, distance };
         farthest.clear();
-        context.checker.convex_pairs(config, colliding, check, &mut |pair| {
+        context.checker.overlapping_pieces(config, colliding, check, &mut |pair| {
             measured.set(pair, &by, farthest.least);
             if measured.least > farthest.least {
                 std::mem::swap(measured, farthest);

@@ -1,0 +1,255 @@
+//! The convex pieces of two bodies that overlap, and how far all of them do along a direction.
+
+use crate::collision::contacts::{ContactBuffers, find_candidates};
+use crate::collision::convex_distance::nearer_than;
+use crate::collision::prepared::Placed;
+use crate::collision::scenery::{Stands, stand_ins};
+use crate::collision::shapes::bounds::Relative;
+use crate::collision::shapes::convex::ConvexShape;
+use crate::collision::shapes::{Shape, ShapeKind};
+use crate::collision::{CheckScratch, Checker, Contact};
+use crate::math::{Pose, Vec3};
+use crate::scene::PairId;
+
+/// The pieces of two shapes of a checked pair that overlap any of the other: what parts all of them
+/// at once parts the two for good, and what parts one pair of them mostly leaves others where they
+/// are.
+pub struct OverlappingPieces<'a> {
+    pair: PairId,
+    /// What the pair keeps beyond the clearance of the scene \[m\].
+    excess: f64,
+    first: Side<'a>,
+    second: Side<'a>,
+}
+
+/// Some of the pieces of a shape, in place.
+#[derive(Clone, Copy)]
+struct Side<'a> {
+    pieces: Pieces<'a>,
+    pose: &'a Pose,
+}
+
+#[derive(Clone, Copy)]
+enum Pieces<'a> {
+    Alone(&'a ConvexShape),
+    Of(&'a [Shape], &'a [u32]),
+}
+
+impl OverlappingPieces<'_> {
+    /// The axes of either shape's frame, both ways (unit, world): what the faces of boxes and the
+    /// ends of cylinders look along.
+    pub fn axes(&self) -> impl Iterator<Item = Vec3> {
+        let rotations = [self.first.pose.rotation, self.second.pose.rotation];
+        let signed = (0..12).map(|k| (k / 6, k % 3, if k % 6 < 3 { 1.0 } else { -1.0 }));
+        signed.map(move |(shape, axis, sign)| rotations[shape].column(axis) * sign)
+    }
+
+    /// The place where the first pieces reach farthest against `direction` (unit, world) and the
+    /// second farthest along it: by the negative of its distance they overlap along the direction.
+    /// The distance is less what the pair keeps beyond the clearance of the scene.
+    pub fn across(&self, direction: &Vec3) -> Contact {
+        let (point_first, point_second) = (self.first.farthest(-direction), self.second.farthest(*direction));
+        let distance = direction.dot(&(point_first - point_second)) - self.excess;
+        Contact { pair: self.pair, distance, point_first, point_second, normal: *direction }
+    }
+}
+
+impl Side<'_> {
+    /// The point (world) that reaches farthest along a direction (unit, world).
+    fn farthest(&self, along: Vec3) -> Vec3 {
+        let local = self.pose.inverse_vector(&along);
+        let reaching = |shape: &ConvexShape| shape.core.support(&local) + local * shape.radius;
+        let farthest = match self.pieces {
+            Pieces::Alone(shape) => reaching(shape),
+            Pieces::Of(all, some) => {
+                let points = some.iter().map(|k| reaching(convex(&all[*k as usize])));
+                let farther = |a: Vec3, b: Vec3| if b.dot(&local) > a.dot(&local) { b } else { a };
+                points.reduce(farther).unwrap_or_default()
+            }
+        };
+        self.pose.point(&farthest)
+    }
+}
+
+/// See [`Checker::overlapping_pieces`].
+pub fn overlapping_pieces(
+    checker: &Checker,
+    q: &[f64],
+    pairs: &[PairId],
+    scratch: &mut CheckScratch,
+    each: &mut dyn FnMut(&OverlappingPieces),
+) {
+    checker.place(q, scratch);
+    let CheckScratch { placement, buffers, contact_buffers, .. } = scratch;
+    for &pair in pairs {
+        let (clearance, excess) = (checker.clearance_of(pair.index()), checker.excess(pair.index()));
+        for (first, second, _) in checker.part_pairs(pair.index()) {
+            let (a, b) = checker.bodies.placed(placement, first, second);
+            let (is_first, is_second) = (is_scenery(a), is_scenery(b));
+            if !is_first && !is_second {
+                let [xs, ys] = &mut buffers.pieces;
+                if find_overlapping([a, b], clearance, contact_buffers, [&mut *xs, &mut *ys]) {
+                    let (first, second) = (Side::of(a, xs), Side::of(b, ys));
+                    each(&OverlappingPieces { pair, excess, first, second });
+                }
+                continue;
+            }
+            let (all, one) = if is_first { (a, b) } else { (b, a) };
+            let ShapeKind::Scenery(scenery) = &all.shape().kind else { continue };
+            let found = &mut buffers.pieces[0];
+            stand_ins(scenery, all.pose, one, Stands::Near, &mut buffers.places, &mut |part, _, pose| {
+                find_near((&part.shape, pose), one, clearance, found);
+                let (alone, of_one) = (Side { pieces: Pieces::Alone(&part.shape), pose }, Side::of(one, found));
+                let (first, second) = if is_first { (alone, of_one) } else { (of_one, alone) };
+                if !found.is_empty() {
+                    each(&OverlappingPieces { pair, excess, first, second });
+                }
+            });
+        }
+    }
+}
+
+impl<'a> Side<'a> {
+    fn of(shape: Placed<'a>, some: &'a [u32]) -> Self {
+        Self { pieces: Pieces::Of(shape.prepared.pieces().shapes, some), pose: shape.pose }
+    }
+}
+
+fn is_scenery(shape: Placed) -> bool {
+    matches!(shape.shape().kind, ShapeKind::Scenery(_))
+}
+
+/// Which pieces of two shapes are nearer than `within` \[m\] to any of the other; whether any are.
+/// Where each has but one, these.
+fn find_overlapping(
+    [a, b]: [Placed; 2],
+    within: f64,
+    contact_buffers: &mut ContactBuffers,
+    [xs, ys]: [&mut Vec<u32>; 2],
+) -> bool {
+    xs.clear();
+    ys.clear();
+    let (of_a, of_b) = (a.prepared.pieces(), b.prepared.pieces());
+    if [of_a, of_b].iter().all(|pieces| pieces.shapes.len() == 1) {
+        xs.push(0);
+        ys.push(0);
+        return true;
+    }
+    let relative = Relative::between(a.pose, b.pose);
+    find_candidates([a.prepared, b.prepared], [of_a, of_b], &relative, within, contact_buffers);
+    for &(_, i, j) in &contact_buffers.candidates {
+        let (x, y) = (convex(&of_a.shapes[i]), convex(&of_b.shapes[j]));
+        let is_known = [xs.contains(&(i as u32)), ys.contains(&(j as u32))];
+        if is_known != [true; 2] && nearer_than(x, &Pose::identity(), y, &relative.pose_a_b, within) {
+            xs.extend((!is_known[0]).then_some(i as u32));
+            ys.extend((!is_known[1]).then_some(j as u32));
+        }
+    }
+    !xs.is_empty()
+}
+
+/// Which pieces of `one` are nearer than `within` \[m\] to a shape; else the one whose ball is
+/// nearest to the shape's middle.
+fn find_near((part, pose): (&ConvexShape, &Pose), one: Placed, within: f64, found: &mut Vec<u32>) {
+    let (pieces, pose_part_one) = (one.prepared.pieces().shapes, pose.inverse().then(one.pose));
+    let is_near = |piece: &Shape| nearer_than(part, &Pose::identity(), convex(piece), &pose_part_one, within);
+    found.clear();
+    found.extend((0_u32..).zip(pieces).filter(|(_, piece)| is_near(piece)).map(|(k, _)| k));
+    if found.is_empty() {
+        let gap = |piece: &Shape| pose_part_one.point(&piece.ball.0).norm() - piece.ball.1;
+        let nearest = (0_u32..).zip(pieces).min_by(|x, y| gap(x.1).total_cmp(&gap(y.1)));
+        found.extend(nearest.map(|(k, _)| k));
+    }
+}
+
+fn convex(shape: &Shape) -> &ConvexShape {
+    match &shape.kind {
+        ShapeKind::Convex(solid) => &solid.shape,
+        ShapeKind::Mesh(_) | ShapeKind::Scenery(_) => unreachable!("pieces are convex"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::collision::prepared::PreparedShape;
+    use crate::collision::shapes::test_mesh::{bumpy, cuboid, joined, placed};
+    use crate::cspace::sampling::Halton;
+    use crate::math::sphere;
+    use crate::robot::Geometry;
+    use crate::scene::builtin;
+    use rand::{RngExt, SeedableRng};
+    use std::sync::Arc;
+
+    /// Along every direction two overlapping shapes overlap at least as far as the shortest
+    /// translation that parts them, and along some direction hardly farther.
+    #[test]
+    fn overlaps_along_directions_are_as_deep_as_the_depth() {
+        let scene = Arc::new(builtin::scene("planar-arm").unwrap());
+        let checker = Checker::new(scene.clone());
+        let (mut scratch, mut q, mut seen) = (CheckScratch::default(), vec![0.0; scene.space.nq()], 0);
+        for k in 0..200 {
+            Halton::new(scene.space.nv(), 3).config(&scene.space, k, &mut q);
+            let mut pairs = Vec::new();
+            checker.colliding_pairs(&q, &mut scratch, &mut pairs);
+            for pair in pairs {
+                let (mut overlaps, mut found) = (Vec::new(), Vec::new());
+                checker.convex_overlaps(&q, &[pair], &mut scratch, &mut overlaps);
+                checker.overlapping_pieces(&q, &[pair], &mut scratch, &mut |shapes| {
+                    let along = sphere(2000).map(|n| -shapes.across(&n).distance);
+                    found.push(along.fold(f64::INFINITY, f64::min));
+                });
+                let deepest = |all: &mut dyn Iterator<Item = f64>| all.fold(f64::NEG_INFINITY, f64::max);
+                let depth = deepest(&mut overlaps.iter().map(|overlap| overlap.depth));
+                let least = deepest(&mut found.into_iter());
+                assert!(least >= depth - 1e-12 && least < 1.3 * depth + 0.02, "{least} {depth}");
+                seen += 1;
+            }
+        }
+        assert!(seen > 50, "{seen}");
+    }
+
+    /// A bracket and a lumpy body: the pieces that overlap are those that do one by one, and a
+    /// translation by their overlap along a direction parts every pair of them.
+    #[test]
+    fn a_translation_along_a_direction_parts_all_pieces_that_overlap() {
+        let bracket = [
+            cuboid(Vec3::zeros(), Vec3::new(0.2, 0.05, 0.05)),
+            cuboid(Vec3::new(0.15, 0.0, 0.2), Vec3::new(0.05, 0.05, 0.15)),
+        ];
+        let meshes = [joined(&bracket), placed(bumpy(3, 2, 0.3), 0.15, Vec3::zeros())];
+        let [first, second] = meshes.map(|mesh| PreparedShape::new(&Geometry::Mesh(Arc::new(mesh))).unwrap());
+        let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(5);
+        let (mut xs, mut ys, mut several) = (Vec::new(), Vec::new(), 0);
+        let mut buffers = ContactBuffers::default();
+        for _ in 0..600 {
+            let mut vector = |scale: f64| Vec3::from_fn(|_, _| scale * (rng.random::<f64>() - 0.5));
+            let pose = Pose::from_xyz_rpy(vector(0.7).into(), vector(6.0).into());
+            let at = Pose::identity();
+            let (a, b) = (Placed { prepared: &first, pose: &at }, Placed { prepared: &second, pose: &pose });
+            let overlap = find_overlapping([a, b], 0.0, &mut buffers, [&mut xs, &mut ys]);
+            let nearer =
+                |x: &Shape, moved: &Pose, y: &Shape, than: f64| nearer_than(convex(x), moved, convex(y), &pose, than);
+            let (all, every) = (first.pieces().shapes, second.pieces().shapes);
+            let of_first = |x: &Shape| every.iter().any(|y| nearer(x, &at, y, 0.0));
+            let of_second = |y: &Shape| all.iter().any(|x| nearer(x, &at, y, 0.0));
+            let expected: Vec<u32> = (0..).zip(all).filter(|(_, x)| of_first(x)).map(|(k, _)| k).collect();
+            xs.sort_unstable();
+            assert_eq!((&xs, overlap), (&expected, !expected.is_empty()));
+            ys.sort_unstable();
+            assert_eq!(ys, (0..).zip(every).filter(|(_, y)| of_second(y)).map(|(k, _)| k).collect::<Vec<u32>>());
+            several += usize::from(xs.len() > 1);
+            if !overlap {
+                continue;
+            }
+            let (pair, excess, first, second) = (PairId::new(0), 0.0, Side::of(a, &xs), Side::of(b, &ys));
+            for n in sphere(20) {
+                let distance = OverlappingPieces { pair, excess, first, second }.across(&n).distance;
+                let moved = Pose::translation(n * (1e-9 - distance));
+                let are_near = |k: &u32| ys.iter().any(|l| nearer(&all[*k as usize], &moved, &every[*l as usize], 0.0));
+                assert!(!xs.iter().any(are_near), "{n:?} {distance}");
+            }
+        }
+        assert!(several > 30, "{several}");
+    }
+}
