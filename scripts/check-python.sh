@@ -26,8 +26,10 @@ if [ "${EXTRICATE_RECIPES:-1}" = 1 ]; then asked+=(--requirement docs/recipes/re
 fetching=$!
 "$work/tools/bin/maturin" build --quiet --locked --profile dev --manifest-path "$crate/Cargo.toml" --out "$work/wheels"
 
+# Into a file: `grep -q` ends at once, and who still writes to it fails.
+"$python" -m zipfile --list "$work"/wheels/extricate-*.whl > "$work/listed"
 for name in LICENSE-MIT LICENSE-APACHE; do
-    "$python" -m zipfile --list "$work"/wheels/extricate-*.whl | grep -q "licenses/$name" || { echo "the wheel has no $name" >&2; exit 1; }
+    grep -q "licenses/$name" "$work/listed" || { echo "the wheel has no $name" >&2; exit 1; }
 done
 
 "$python" -m venv "$work/venv"
