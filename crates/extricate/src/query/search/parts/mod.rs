@@ -5,16 +5,18 @@
 //! is searched on its own, from the query in its joints and a free configuration in the others,
 //! which any sample whose coordinates of the part are near may start.
 
+mod idle;
+
 use super::coordinates::{coordinates, own};
 use super::run::run;
 use super::{Incumbent, Known, Search};
 use crate::collision::{ContactQuery, ContactSearch};
-use crate::cspace::Label;
 use crate::query::answer::TOUCHING;
 use crate::query::context::Context;
 use crate::query::starts::{Ask, PartOf};
 use crate::samples::contact_planes::Elsewhere;
 use crate::scene::{Motion, PairId, Scene};
+use idle::return_idle;
 
 /// Which joints belong together, and memory for the search over one part.
 #[derive(Default)]
@@ -45,7 +47,7 @@ pub fn search_parts(whole: &mut Search, parts: &mut IndependentParts) {
     {
         whole.try_sample(first);
     }
-    return_idle(whole, parts);
+    return_idle(whole, &parts.is_moved, &mut parts.base);
     let mut seen = 1.0;
     loop {
         for root in 0..scene.space.nv() {
@@ -55,30 +57,12 @@ pub fn search_parts(whole: &mut Search, parts: &mut IndependentParts) {
             }
         }
         // What stood in their way may be out of it now.
-        return_idle(whole, parts);
+        return_idle(whole, &parts.is_moved, &mut parts.base);
         if whole.evaluator.is_spent() || !parts.join_touching(whole) {
             break;
         }
     }
     whole.known.unseen_in_parts = Some(1.0 - seen);
-}
-
-/// Brings the joints of no part back to where the query has them, if that is free.
-fn return_idle(whole: &mut Search, parts: &mut IndependentParts) {
-    let context = whole.context;
-    parts.base.clone_from(&whole.known.incumbent.config);
-    for factor in context.checker.scene().space.factors().iter().filter(|factor| !parts.is_moved[factor.v]) {
-        let coordinates = factor.coordinates();
-        parts.base[coordinates.clone()].copy_from_slice(&whole.known.anchor.q[coordinates]);
-    }
-    context.checker.scene().space.clamp(&mut parts.base);
-    if parts.base != whole.known.incumbent.config
-        && !whole.evaluator.is_spent()
-        && whole.evaluator.label(context, &parts.base) == Label::Free
-    {
-        let depth = whole.evaluator.distance(context, &whole.known.anchor, &parts.base);
-        whole.known.take(depth, &parts.base, true);
-    }
 }
 
 /// Searches the part of a root, the others where the incumbent has them; the share of starts that
@@ -283,4 +267,96 @@ impl IndependentParts {
 }
 
 #[cfg(test)]
-mod tests;
+mod tests {
+
+    use std::path::Path;
+
+    use super::*;
+    use crate::learning::LearnOptions;
+    use crate::model::Model;
+    use crate::query::{Effort, QueryOptions, QueryScratch};
+    use crate::scene::assemble::assemble;
+    use crate::scene::{MetricKind, builtin};
+
+    /// Carts on rails of their own, each before a wall: of `n` that collide, one is free where it
+    /// is 0.6 and the clearance from its wall's middle.
+    fn carts(n: usize, metric: MetricKind) -> Model {
+        let (mut urdf, mut toml) = (String::from("<robot name='carts'><link name='base'/>"), String::new());
+        for k in 0..n {
+            urdf += &format!(
+                "<link name='c{k}'><collision><geometry><box size='0.2 0.2 0.2'/></geometry></collision></link>\
+                 <joint name='j{k}' type='prismatic'><parent link='base'/><child link='c{k}'/><origin xyz='0 {k} 0'/>\
+                 <axis xyz='1 0 0'/><limit lower='-1' upper='1' effort='1' velocity='1'/></joint>"
+            );
+            toml += &format!(
+                "[[obstacle]]\nname = 'w{k}'\nshape = {{ box = [1, 0.2, 0.2] }}\npose = {{ xyz = [0, {k}, 0] }}\n"
+            );
+        }
+        urdf += "</robot>";
+        let toml = format!("[[robot]]\nurdf = 'carts.urdf'\n{toml}");
+        let mut scene =
+            assemble(Path::new("scene.toml"), &toml, &mut |_: &Path| Ok(urdf.clone().into_bytes())).unwrap();
+        scene.metric = metric;
+        let options = LearnOptions { labels: 30_000, seconds: None, ..LearnOptions::default() };
+        Model::learn(scene, &options).unwrap()
+    }
+
+    #[test]
+    fn the_nearest_exit_of_many_limbs_combines_those_of_each() {
+        for (n, metric) in
+            [(4, MetricKind::Joint), (8, MetricKind::Joint), (16, MetricKind::Joint), (6, MetricKind::ObjectNorm)]
+        {
+            let model = carts(n, metric);
+            let (mut scratch, clear) = (QueryScratch::default(), 0.6 + model.scene().clearance);
+            let (mut found, mut checks, all) = (0, 0, 60);
+            for at in 0..all {
+                let x = |k: usize| 2.0 * (0.618_034 * (at * n + k + 1) as f64).fract() - 1.0;
+                let q = model.scene().space.config(&(0..n).map(x).collect::<Vec<_>>()).unwrap();
+                let mut to = q.to_vec();
+                to.iter_mut().filter(|x| x.abs() < clear).for_each(|x| *x = clear.copysign(*x));
+                let exact = model.metric().distance(&q, &to);
+                let answer = model.view().query_with(&q, &QueryOptions::default(), &mut scratch).unwrap();
+                let unlearned = model.world().view().query_with(&q, &QueryOptions::default(), &mut scratch).unwrap();
+                assert!(unlearned.verified && unlearned.depth > exact - 1e-6 && unlearned.depth <= 1.05 * exact + 1e-6);
+                assert!(answer.verified && answer.depth > exact - 1e-6 && answer.lower_bound <= answer.depth);
+                found += usize::from(answer.depth <= 1.05 * exact + 1e-6);
+                checks += answer.checks;
+                let exhaustive = QueryOptions { effort: Effort::Exhaustive, ..QueryOptions::default() };
+                assert!(
+                    at > 3 || model.view().query_with(&q, &exhaustive, &mut scratch).unwrap().depth <= answer.depth
+                );
+            }
+            println!("{n} carts, {metric:?}: {found} of {all}, {checks} checks");
+            assert!(found * 100 >= 95 * all, "{n} {metric:?}: {found} of {all}");
+            assert!(checks <= 8 * n * all, "{n} {metric:?}: {checks}");
+        }
+    }
+
+    #[test]
+    fn pairs_that_share_a_joint_are_of_one_part() {
+        let scene = builtin::scene("dual-arm").unwrap();
+        let joints = |pair: PairId| {
+            let mut found = Vec::new();
+            coordinates(&scene, pair, &mut |v| found.push(v));
+            found
+        };
+        let of_arm = |arm: usize| {
+            let is_of_arm = |pair: &PairId| {
+                let joints = joints(*pair);
+                !joints.is_empty() && joints.iter().all(|v| v / 7 == arm)
+            };
+            (0..scene.pairs.len()).map(PairId::new).filter(is_of_arm).collect::<Vec<_>>()
+        };
+        let (left, right) = (of_arm(0), of_arm(1));
+        let both = (0..scene.pairs.len())
+            .map(PairId::new)
+            .find(|pair| joints(*pair).iter().any(|v| *v < 7) && joints(*pair).iter().any(|v| *v > 6));
+        let mut parts = IndependentParts::default();
+        parts.split(&scene, &[left[0], right[0]]);
+        assert_eq!(parts.count(), 2);
+        parts.split(&scene, &[left[0], right[0], both.unwrap()]);
+        assert_eq!(parts.count(), 1);
+        parts.split(&scene, &[]);
+        assert_eq!(parts.count(), 0);
+    }
+}
