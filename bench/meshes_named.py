@@ -2,7 +2,7 @@
 """Queries of five named scenes of raw meshes, with models, beside their hulls and what is aimed at, for docs/benchmarks/meshes.md.
 
     python3 scripts/fetch-robots.py all
-    python3 bench/meshes_named.py [--labels 100000] [--queries 60]     a quarter of an hour
+    python3 bench/meshes_named.py [--labels 100000] [--queries 60]     a few minutes
     python3 bench/meshes_named.py --programs OTHER/target/release      built programs; else cargo builds them
     python3 bench/meshes_named.py --write                              and write the page
 

@@ -213,7 +213,7 @@ fn beyond_box(x: &Shape, point: &Vec3) -> Vec3 {
 }
 
 /// What a piece is.
-pub(crate) fn solid(piece: &Shape) -> &ConvexSolid {
+pub fn solid(piece: &Shape) -> &ConvexSolid {
     match &piece.kind {
         ShapeKind::Convex(solid) => solid,
         ShapeKind::Mesh(_) | ShapeKind::Scenery(_) => unreachable!("pieces are convex"),

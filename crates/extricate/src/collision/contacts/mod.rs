@@ -14,6 +14,6 @@ mod overlap;
 mod sink;
 
 pub use buffers::{BEYOND_NEAREST, ContactBuffers, PairPlace};
-pub use by_pieces::find_candidates;
+pub use by_pieces::{find_candidates, solid};
 pub use contact::{Contact, ContactQuery, ContactSearch};
 pub use gather::gather;

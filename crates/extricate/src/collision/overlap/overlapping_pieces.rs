@@ -1,6 +1,6 @@
 //! The convex pieces of two bodies that overlap, and how far all of them do along a direction.
 
-use crate::collision::contacts::{ContactBuffers, find_candidates};
+use crate::collision::contacts::{ContactBuffers, find_candidates, solid};
 use crate::collision::convex_distance::nearer_than;
 use crate::collision::prepared::Placed;
 use crate::collision::scenery::{Stands, stand_ins};
@@ -11,9 +11,8 @@ use crate::collision::{CheckScratch, Checker, Contact};
 use crate::math::{Pose, Vec3};
 use crate::scene::PairId;
 
-/// The pieces of two shapes of a checked pair that overlap any of the other: what parts all of them
-/// at once parts the two for good, and what parts one pair of them mostly leaves others where they
-/// are.
+/// The pieces of two shapes of a checked pair that overlap any of the other. What parts all of them
+/// at once mostly parts the two; what parts one pair of them mostly leaves others where they are.
 pub struct OverlappingPieces<'a> {
     pair: PairId,
     /// What the pair keeps beyond the clearance of the scene \[m\].
@@ -62,7 +61,7 @@ impl Side<'_> {
         let farthest = match self.pieces {
             Pieces::Alone(shape) => reaching(shape),
             Pieces::Of(all, some) => {
-                let points = some.iter().map(|k| reaching(convex(&all[*k as usize])));
+                let points = some.iter().map(|k| reaching(&solid(&all[*k as usize]).shape));
                 let farther = |a: Vec3, b: Vec3| if b.dot(&local) > a.dot(&local) { b } else { a };
                 points.reduce(farther).unwrap_or_default()
             }
@@ -138,7 +137,7 @@ fn find_overlapping(
     let relative = Relative::between(a.pose, b.pose);
     find_candidates([a.prepared, b.prepared], [of_a, of_b], &relative, within, contact_buffers);
     for &(_, i, j) in &contact_buffers.candidates {
-        let (x, y) = (convex(&of_a.shapes[i]), convex(&of_b.shapes[j]));
+        let (x, y) = (&solid(&of_a.shapes[i]).shape, &solid(&of_b.shapes[j]).shape);
         let is_known = [xs.contains(&(i as u32)), ys.contains(&(j as u32))];
         if is_known != [true; 2] && nearer_than(x, &Pose::identity(), y, &relative.pose_a_b, within) {
             xs.extend((!is_known[0]).then_some(i as u32));
@@ -152,20 +151,13 @@ fn find_overlapping(
 /// nearest to the shape's middle.
 fn find_near((part, pose): (&ConvexShape, &Pose), one: Placed, within: f64, found: &mut Vec<u32>) {
     let (pieces, pose_part_one) = (one.prepared.pieces().shapes, pose.inverse().then(one.pose));
-    let is_near = |piece: &Shape| nearer_than(part, &Pose::identity(), convex(piece), &pose_part_one, within);
+    let is_near = |piece: &Shape| nearer_than(part, &Pose::identity(), &solid(piece).shape, &pose_part_one, within);
     found.clear();
     found.extend((0_u32..).zip(pieces).filter(|(_, piece)| is_near(piece)).map(|(k, _)| k));
     if found.is_empty() {
         let gap = |piece: &Shape| pose_part_one.point(&piece.ball.0).norm() - piece.ball.1;
         let nearest = (0_u32..).zip(pieces).min_by(|x, y| gap(x.1).total_cmp(&gap(y.1)));
         found.extend(nearest.map(|(k, _)| k));
-    }
-}
-
-fn convex(shape: &Shape) -> &ConvexShape {
-    match &shape.kind {
-        ShapeKind::Convex(solid) => &solid.shape,
-        ShapeKind::Mesh(_) | ShapeKind::Scenery(_) => unreachable!("pieces are convex"),
     }
 }
 
@@ -228,8 +220,9 @@ mod tests {
             let at = Pose::identity();
             let (a, b) = (Placed { prepared: &first, pose: &at }, Placed { prepared: &second, pose: &pose });
             let overlap = find_overlapping([a, b], 0.0, &mut buffers, [&mut xs, &mut ys]);
-            let nearer =
-                |x: &Shape, moved: &Pose, y: &Shape, than: f64| nearer_than(convex(x), moved, convex(y), &pose, than);
+            let nearer = |x: &Shape, moved: &Pose, y: &Shape, than: f64| {
+                nearer_than(&solid(x).shape, moved, &solid(y).shape, &pose, than)
+            };
             let (all, every) = (first.pieces().shapes, second.pieces().shapes);
             let of_first = |x: &Shape| every.iter().any(|y| nearer(x, &at, y, 0.0));
             let of_second = |y: &Shape| all.iter().any(|x| nearer(x, &at, y, 0.0));
