@@ -54,8 +54,8 @@ name = "hull"
 shape = { mesh = "tetra.obj", scale = 0.2, convex = true }
 pose = { xyz = [0.0, 0.6, 0] }
 [[obstacle]]
-name = "tent"
-shape = { mesh = "tetra.obj", scale = 0.2 }
+name = "star"
+shape = { mesh = "star.obj", scale = 0.2 }
 pose = { xyz = [0.0, -0.6, 0] }
 [[obstacle]]
 name = "cloud"
@@ -74,6 +74,21 @@ shape = { height-field = [[-0.3, -0.3], [-0.3, -0.02]], size = 0.6 }
 /// Names of all of them.
 pub const NAMES: [&str; 3] = ["few", "many", "free-box"];
 
+/// A solid of 24 triangles that is not convex, and beside it a tetrahedron without one side: a mesh
+/// that needs a tree and convex pieces.
+fn star() -> String {
+    let mut text = String::from("v 0 0 0.5\nv 0 0 -0.5\n");
+    for k in 0..12 {
+        let (angle, radius) = (f64::from(k) * 0.5236, if k % 2 == 0 { 1.0 } else { 0.4 });
+        text += &format!("v {:.4} {:.4} 0\n", radius * angle.cos(), radius * angle.sin());
+    }
+    for k in 0..12 {
+        let (one, next) = (k + 3, (k + 1) % 12 + 3);
+        text += &format!("f 1 {one} {next}\nf 2 {next} {one}\n");
+    }
+    text + "v 2 0 0\nv 3 0 0\nv 2 1 0\nv 2 0 1\nf 15 17 16\nf 15 16 18\nf 15 18 17\n"
+}
+
 /// One of them.
 ///
 /// # Panics
@@ -87,6 +102,7 @@ pub fn scene(name: &str) -> Scene {
     let mut read = |path: &Path| match path.to_str() {
         Some("arm.urdf") => Ok(ARM.as_bytes().to_vec()),
         Some("tetra.obj") => Ok(TETRAHEDRON.as_bytes().to_vec()),
+        Some("star.obj") => Ok(star().into_bytes()),
         _ => Err(Error::Read { path: path.into(), source: ErrorKind::NotFound.into() }),
     };
     assemble(Path::new("scene.toml"), text, &mut read).expect("a scene without faults")

@@ -10,7 +10,7 @@ use crate::collision::broad_phase::{Broad, BroadScratch};
 use crate::collision::contacts::ContactBuffers;
 use crate::collision::narrow_phase::best_first::Entry;
 use crate::collision::narrow_phase::{self, Buffers, SeparatingWitness};
-use crate::collision::prepared::{Bodies, Placement};
+use crate::collision::prepared::{Bodies, Placement, TreeArrays};
 use crate::collision::segment::speed_paths::SpeedPaths;
 use crate::collision::segment::stretches::SegmentScratch;
 use crate::kinematics::{LANES, PoseBlock};
@@ -73,18 +73,27 @@ pub struct CheckScratch {
 impl Checker {
     /// Prepares every checked pair of `scene`.
     pub fn new(scene: Arc<Scene>) -> Self {
-        Self::prepare(scene, None)
+        let bodies = Bodies::new(&scene, None);
+        Self::prepare(scene, bodies)
+    }
+
+    /// The same, with the trees of triangles that another checker of the same scene had; `None`
+    /// where they cannot be those. They say in which order triangles are looked at, never which, so
+    /// that no answer depends on them.
+    pub(crate) fn with_trees(scene: Arc<Scene>, kept: &TreeArrays) -> Option<Self> {
+        let bodies = Bodies::with_layouts(&scene, kept.layouts()?)?;
+        Some(Self::prepare(scene, bodies))
     }
 
     /// A checker of another scene, such as one in which an obstacle moved: what this one has
     /// prepared of equal bodies is shared. It says what [`Checker::new`] would.
     pub(crate) fn for_scene(&self, scene: Arc<Scene>) -> Self {
-        Self::prepare(scene, Some((&self.scene, &self.bodies)))
+        let bodies = Bodies::new(&scene, Some((&self.scene, &self.bodies)));
+        Self::prepare(scene, bodies)
     }
 
-    fn prepare(scene: Arc<Scene>, before: Option<(&Scene, &Bodies)>) -> Self {
+    fn prepare(scene: Arc<Scene>, bodies: Bodies) -> Self {
         static NEXT_ID: AtomicU64 = AtomicU64::new(1);
-        let bodies = Bodies::new(&scene, before);
         let mut hints = 0;
         let prepare = |(pair, clearance): (&crate::scene::BodyPair, PairClearance)| {
             let (a, b) = (&bodies.bodies[pair.first], &bodies.bodies[pair.second]);

@@ -13,7 +13,7 @@ pub use found::{always_colliding, contacts_within, most_often_colliding, signed_
 use crate::collision::checker::{CheckScratch, Checker};
 use crate::collision::contacts::{Contact, ContactQuery, ContactSearch};
 use crate::collision::overlap::{self, ConvexOverlap, ConvexPair, OverlappingPieces};
-use crate::collision::prepared::{self, PieceArrays};
+use crate::collision::prepared::{self, PieceArrays, TreeArrays};
 use crate::collision::segment::{self, SegmentOptions, SegmentOutcome};
 use crate::cspace::Label;
 use crate::kinematics::LANES;
@@ -288,6 +288,11 @@ impl Checker {
     #[doc(hidden)]
     pub fn prepare_proposals(&self) {
         solids::prepare_proposals(self);
+    }
+
+    /// The trees of triangles, for [`Checker::with_trees`].
+    pub(crate) fn kept_trees(&self) -> TreeArrays {
+        TreeArrays::of(&self.bodies.parts)
     }
 
     /// The pieces that were made.

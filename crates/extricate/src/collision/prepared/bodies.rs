@@ -3,6 +3,7 @@
 
 use std::collections::HashMap;
 use std::collections::hash_map::Entry;
+use std::iter::repeat;
 use std::ops::Range;
 use std::sync::Arc;
 
@@ -11,6 +12,7 @@ use rayon::prelude::*;
 use super::placed::Placed;
 use super::shape::PreparedShape;
 use crate::collision::shapes::bounds::{Aabb, bounding_ball};
+use crate::collision::shapes::bvh::TreeLayout;
 use crate::collision::shapes::convex::ConvexCore;
 use crate::collision::shapes::{Shape, ShapeKind};
 use crate::kinematics::{self, PoseBlock};
@@ -82,6 +84,21 @@ const ALWAYS: u32 = u32::MAX;
 impl Bodies {
     /// Prepares every shape that `before`, a scene with its prepared bodies, does not have.
     pub fn new(scene: &Scene, before: Option<(&Scene, &Self)>) -> Self {
+        Self::prepare(scene, before, repeat(None)).expect("no tree is given that might not fit")
+    }
+
+    /// Prepares every shape; `layouts` are of the meshes and convex hulls, body after body. `None`
+    /// where one does not fit, or there are more or fewer of them.
+    pub fn with_layouts(scene: &Scene, layouts: Vec<Option<TreeLayout>>) -> Option<Self> {
+        let fits = meshes(scene.bodies.iter()).count() == layouts.len();
+        fits.then(|| Self::prepare(scene, None, layouts.into_iter())).flatten()
+    }
+
+    fn prepare(
+        scene: &Scene,
+        before: Option<(&Scene, &Self)>,
+        layouts: impl Iterator<Item = Option<TreeLayout>>,
+    ) -> Option<Self> {
         let known = before.map(|(old, prepared)| (old, prepared, by_name(old, scene)));
         let mut all =
             Self { bodies: Vec::new(), parts: Vec::new(), moving: Vec::new(), all_convex: true, has_scenery: false };
@@ -92,7 +109,8 @@ impl Bodies {
         };
         let twins: Vec<Option<Twin>> = scene.bodies.iter().enumerate().map(twin).collect();
         let is_new = |(_, twin): &(&Body, &Option<Twin>)| !twin.as_ref().is_some_and(|twin| twin.has_equal_shapes);
-        let mut shapes = prepared_meshes(scene.bodies.iter().zip(&twins).filter(is_new).map(|(body, _)| body));
+        let new = scene.bodies.iter().zip(&twins).filter(is_new).map(|(body, _)| body);
+        let mut shapes = prepared_meshes(meshes(new).zip(layouts))?;
         for (body, twin) in scene.bodies.iter().zip(twins) {
             all.push(body, twin, &mut shapes);
         }
@@ -100,7 +118,7 @@ impl Bodies {
         let all_convex = !kinds().any(|kind| matches!(kind, ShapeKind::Mesh(_)));
         let has_scenery = kinds().any(|kind| matches!(kind, ShapeKind::Scenery(_)));
         (all.all_convex, all.has_scenery) = (all_convex, has_scenery);
-        all
+        Some(all)
     }
 
     /// Adds a body; `shapes` are known by what they were made of.
@@ -222,13 +240,29 @@ fn key(geometry: &Geometry) -> Option<Key> {
     })
 }
 
-/// The meshes of bodies, each once, prepared on all threads of the current pool: what takes long.
-fn prepared_meshes<'a>(bodies: impl Iterator<Item = &'a Body>) -> HashMap<Key, Arc<PreparedShape>> {
-    let is_mesh = |geometry: &&Geometry| matches!(geometry, Geometry::Mesh(_) | Geometry::ConvexHull(_));
-    let geometries = bodies.flat_map(|body| body.parts.iter().map(|part| &part.geometry)).filter(is_mesh);
-    let unique: HashMap<Key, &Geometry> = geometries.filter_map(|geometry| Some((key(geometry)?, geometry))).collect();
-    let prepared = |(key, geometry)| Some((key, Arc::new(PreparedShape::new(geometry)?)));
-    unique.into_par_iter().filter_map(prepared).collect()
+/// The geometries that are made of triangles.
+fn meshes<'a>(bodies: impl Iterator<Item = &'a Body>) -> impl Iterator<Item = &'a Geometry> {
+    bodies.flat_map(|body| body.parts.iter().map(|part| &part.geometry)).filter(|geometry| match geometry {
+        Geometry::Mesh(mesh) | Geometry::ConvexHull(mesh) => !mesh.triangles.is_empty(),
+        _ => false,
+    })
+}
+
+/// `meshes`, each once, with their trees as far as these are known, prepared on all threads of the
+/// current pool: what takes long. `None` where a tree does not fit.
+fn prepared_meshes<'a>(
+    meshes: impl Iterator<Item = (&'a Geometry, Option<TreeLayout>)>,
+) -> Option<HashMap<Key, Arc<PreparedShape>>> {
+    let keyed = meshes.filter_map(|(geometry, layout)| Some((key(geometry)?, (geometry, layout))));
+    let unique: HashMap<Key, (&Geometry, Option<TreeLayout>)> = keyed.collect();
+    let prepared = |(key, (geometry, layout))| {
+        let shape = match layout {
+            Some(layout) => PreparedShape::of(Shape::with_layout(geometry, layout)?),
+            None => PreparedShape::new(geometry)?,
+        };
+        Some((key, Arc::new(shape)))
+    };
+    unique.into_par_iter().map(prepared).collect()
 }
 
 fn prepared_parts(body: &Body, shapes: &mut HashMap<Key, Arc<PreparedShape>>) -> impl Iterator<Item = PreparedPart> {

@@ -5,8 +5,10 @@ mod bodies;
 mod piece_arrays;
 mod placed;
 mod shape;
+mod tree_arrays;
 
 pub use bodies::{Bodies, Placement, PreparedBody, PreparedPart};
 pub use piece_arrays::{PieceArrays, kept_pieces, take_pieces};
 pub use placed::Placed;
 pub use shape::PreparedShape;
+pub use tree_arrays::TreeArrays;

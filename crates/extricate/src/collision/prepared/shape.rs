@@ -37,12 +37,16 @@ impl PreparedShape {
     /// # Cost
     /// For a mesh that of sorting its triangles a few times over.
     pub fn new(geometry: &Geometry) -> Option<Self> {
-        let shape = Shape::new(geometry)?;
+        Some(Self::of(Shape::new(geometry)?))
+    }
+
+    /// Prepares what else there is of `shape`.
+    pub(super) fn of(shape: Shape) -> Self {
         let inner = match &shape.kind {
             ShapeKind::Scenery(_) => InnerSpheres::default(),
             _ => InnerSpheres::of(&shape),
         };
-        Some(Self { shape, inner, pieces: OnceLock::new(), inner_pieces: OnceLock::new() })
+        Self { shape, inner, pieces: OnceLock::new(), inner_pieces: OnceLock::new() }
     }
 
     /// [`PreparedShape::pieces`], unless they would first have to be made.

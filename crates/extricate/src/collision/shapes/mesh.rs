@@ -1,7 +1,7 @@
 //! A mesh prepared for checks: its tree, and which of its components bound a solid. One mesh, no
 //! pairs.
 
-use super::bvh::{Bvh, Nearest, build};
+use super::bvh::{Bvh, Nearest, TreeLayout, build};
 use super::orient::outward;
 use crate::collision::narrow_phase::containment::{Inside, is_inside};
 use crate::math::Vec3;
@@ -28,6 +28,15 @@ pub struct MeshShape {
 impl MeshShape {
     /// Prepares `mesh`, which must have a triangle.
     pub fn new(mesh: &TriangleMesh) -> Self {
+        Self::with_tree(mesh, |groups| Some(build(groups))).expect("a tree can be built of any triangles")
+    }
+
+    /// The same, with a tree as `layout` has it; `None` where that does not fit the mesh.
+    pub fn with_layout(mesh: &TriangleMesh, layout: TreeLayout) -> Option<Self> {
+        Self::with_tree(mesh, |groups| Bvh::with_layout(groups, layout))
+    }
+
+    fn with_tree(mesh: &TriangleMesh, tree: impl FnOnce(&[Vec<[Vec3; 3]>]) -> Option<Bvh>) -> Option<Self> {
         let components = || mesh.components.iter().filter(|c| !c.triangles.is_empty());
         let corners = |t: &[u32; 3]| t.map(|v| mesh.vertices[v as usize]);
         let mut solids: Vec<(Vec<[u32; 3]>, bool)> = Vec::new();
@@ -57,13 +66,13 @@ impl MeshShape {
         }
         let mut used = vec![false; mesh.vertices.len()];
         mesh.triangles.iter().flatten().for_each(|v| used[*v as usize] = true);
-        Self {
-            tree: build(&groups),
+        Some(Self {
+            tree: tree(&groups)?,
             closed,
             insides,
             representatives: components().map(|c| corners(&mesh.triangles[c.triangles.start])[0]).collect(),
             vertices: mesh.vertices.iter().zip(used).filter_map(|(v, used)| used.then_some(*v)).collect(),
-        }
+        })
     }
 
     /// Whether `point` lies inside a solid.

@@ -2,6 +2,7 @@
 //! ball around it. Nothing that is derived from it for proposals.
 
 use super::bounds::{Aabb, bounding_ball};
+use super::bvh::TreeLayout;
 use super::convex::{ConvexCore, ConvexShape, HullPoints};
 use super::convex_solid::ConvexSolid;
 use super::mesh::MeshShape;
@@ -9,7 +10,7 @@ use crate::collision::narrow_phase::triangle::Triangle;
 use crate::collision::scenery::{HalfSpace, Scenery};
 use crate::math::Vec3;
 use crate::math::elementary::hypot;
-use crate::robot::{Geometry, TriangleMesh};
+use crate::robot::Geometry;
 
 /// A shape in its own frame.
 #[derive(Debug, Clone)]
@@ -55,7 +56,7 @@ impl Shape {
         };
         let (radius, reach) = match *geometry {
             Geometry::Mesh(ref mesh) | Geometry::ConvexHull(ref mesh) => {
-                return (!mesh.triangles.is_empty()).then(|| Self::from_mesh(mesh, geometry));
+                return (!mesh.triangles.is_empty()).then(|| Self::of_mesh(MeshShape::new(mesh), geometry));
             }
             Geometry::Sphere { radius } => (radius, Vec3::repeat(radius)),
             Geometry::Box { half_extents } => (half_extents.norm(), half_extents),
@@ -78,8 +79,14 @@ impl Shape {
         Some(Self { kind, bounds, ball: (Vec3::zeros(), radius * (1.0 + 1e-12)) })
     }
 
-    fn from_mesh(mesh: &TriangleMesh, geometry: &Geometry) -> Self {
-        let shape = MeshShape::new(mesh);
+    /// Prepares a mesh or the hull of one, with a tree as `layout` has it; `None` where that does
+    /// not fit.
+    pub fn with_layout(geometry: &Geometry, layout: TreeLayout) -> Option<Self> {
+        let (Geometry::Mesh(mesh) | Geometry::ConvexHull(mesh)) = geometry else { return None };
+        Some(Self::of_mesh(MeshShape::with_layout(mesh, layout)?, geometry))
+    }
+
+    fn of_mesh(shape: MeshShape, geometry: &Geometry) -> Self {
         let (bounds, ball) = (Aabb::around(shape.vertices.iter()), bounding_ball(&shape.vertices));
         let kind = if matches!(geometry, Geometry::ConvexHull(_)) || is_convex(&shape, bounds.half.max()) {
             ShapeKind::Convex(hull(shape))

@@ -1,22 +1,26 @@
 //! What a model file holds though it could be made anew from the rest, because that takes most of
-//! the time of loading a model: the indices of samples and exits, the planes of exits, the convex
-//! pieces of meshes.
+//! the time of loading a model: the indices of samples and exits, the planes of exits, the trees
+//! and the convex pieces of meshes.
 //!
 //! `index.lists`, `index.centres`, `index.margins`, `index.basis` (see [`IndexArrays`]), the same
 //! of `exits`; `planes.counts`, `planes.pairs`, `planes.columns`, `planes.numbers` (see
-//! [`ContactPlaneArrays`]); `pieces.counts`, `pieces.sizes`, `pieces.points` (see [`PieceArrays`]).
-//! No proof and no verification rests on any of it (wrong pieces could lower a bound, never raise
-//! one), and none of it is taken that does not fit the rest.
+//! [`ContactPlaneArrays`]); `pieces.counts`, `pieces.sizes`, `pieces.points` (see [`PieceArrays`]);
+//! `trees.counts`, `trees.elements`, `trees.order` (see [`TreeArrays`]). No proof and no
+//! verification rests on any of it (wrong pieces could lower a bound, never raise one), and none of
+//! it is taken that does not fit the rest.
+
+use std::sync::Arc;
 
 use safetensors::tensor::{Dtype, SafeTensors};
 
 use super::array::Array;
-use crate::collision::{Checker, PieceArrays};
+use crate::collision::{Checker, PieceArrays, TreeArrays};
 use crate::metric::Metric;
 use crate::model::Model;
 use crate::samples::SampleSet;
 use crate::samples::arrays::{IndexArrays, Mismatch, SampleArrays};
 use crate::samples::contact_planes::ContactPlaneArrays;
+use crate::scene::Scene;
 
 /// The names of an index: of its lists, centres, margins and basis.
 type Names = [&'static str; 4];
@@ -29,6 +33,7 @@ pub fn arrays(model: &Model) -> Vec<Array> {
     let SampleArrays { all, solved, tangents } = model.boundary().kept();
     let ContactPlaneArrays { counts, pairs, columns, numbers } = tangents;
     let pieces = model.checker().kept_pieces();
+    let trees = model.checker().kept_trees();
     let mut arrays = Vec::from(of_index(ALL, &all));
     arrays.extend(solved.iter().flat_map(|solved| of_index(EXITS, solved)));
     arrays.extend([
@@ -43,6 +48,9 @@ pub fn arrays(model: &Model) -> Vec<Array> {
         array("pieces.counts", Dtype::U32, &pieces.counts, u32::to_le_bytes),
         array("pieces.sizes", Dtype::U32, &pieces.sizes, u32::to_le_bytes),
         array("pieces.points", Dtype::F64, &pieces.points, f64::to_le_bytes),
+        array("trees.counts", Dtype::U32, &trees.counts, u32::to_le_bytes),
+        array("trees.elements", Dtype::U8, &trees.elements, u8::to_le_bytes),
+        array("trees.order", Dtype::U32, &trees.order, u32::to_le_bytes),
     ]);
     arrays
 }
@@ -59,6 +67,20 @@ fn of_index([lists, centres, margins, basis]: Names, kept: &IndexArrays) -> [Arr
 fn array<T: Copy, const N: usize>(name: &'static str, dtype: Dtype, numbers: &[T], bytes: fn(T) -> [u8; N]) -> Array {
     let bytes = numbers.iter().flat_map(|x| bytes(*x)).collect();
     Array { name, dtype, shape: vec![numbers.len()], bytes }
+}
+
+/// The checker of `scene` with the trees that were kept of it.
+///
+/// # Errors
+/// Which array is missing or does not fit, and what was expected of it.
+pub fn checker(tensors: &SafeTensors, scene: Arc<Scene>) -> Result<Checker, String> {
+    let trees = TreeArrays {
+        counts: numbers(tensors, "trees.counts", Dtype::U32, u32::from_le_bytes)?,
+        elements: numbers(tensors, "trees.elements", Dtype::U8, u8::from_le_bytes)?,
+        order: numbers(tensors, "trees.order", Dtype::U32, u32::from_le_bytes)?,
+    };
+    let expected = "`trees`: expected of every mesh a tree with each of its triangles once, of convex ones none";
+    Checker::with_trees(scene, &trees).ok_or_else(|| expected.into())
 }
 
 /// The samples `configs`, of which the last `exits` are exits, with what was kept of them;

@@ -19,6 +19,7 @@
 //! | `classifier` | `ObstacleClassifier::check` |
 //! | statistics, `reaches` | `Statistics::check`; what they say of quality is believed |
 //! | indices, planes, pieces | `derived.rs`: fitting and finite; radii and codes are measured anew |
+//! | trees | `TreeLayout`: every triangle once; boxes are measured anew |
 //! | state of a run | `RunState::check`, `AdaptState::check` |
 //!
 //! `reaches` and margins of indices are believed beyond that: wrong ones make coverage wrong and
@@ -49,12 +50,14 @@ use crate::scene::assemble::sound;
 use array::Array;
 use derived::numbers;
 
-/// Version of the layout; a file of another version is refused, but for 5 to 9.
-pub const FORMAT: u32 = 10;
+/// Version of the layout; a file of another version is refused, but for 5 to 10.
+pub const FORMAT: u32 = 11;
 /// Versions that are read. In 5 nothing was kept that can be made anew: such a file takes longer to
 /// load. Until 6 a model said in one of four words how widely its queries search. Until 9 solved
-/// samples were called exits.
-const READABLE: [u64; 6] = [5, 6, 7, 8, 9, FORMAT as u64];
+/// samples were called exits. Until 10 no trees were kept.
+const READABLE: [u64; 7] = [5, 6, 7, 8, 9, 10, FORMAT as u64];
+/// The version that began to keep the trees of meshes.
+const WITH_TREES: u64 = 11;
 
 const KEY: &str = "extricate";
 
@@ -199,7 +202,8 @@ fn restore(stored: Stored, tensors: &SafeTensors) -> std::result::Result<Model, 
         return Err(format!("`reaches`: row {row}: got {:?}, expected 0 to {FARTHEST_DISTANCE:e}", reaches[row]));
     }
     let (coverage, scene) = (Coverage::new(reaches), Arc::new(scene));
-    let (checker, metric) = (Checker::new(scene.clone()), Metric::new(scene));
+    let metric = Metric::new(scene.clone());
+    let checker = if format < WITH_TREES { Checker::new(scene) } else { derived::checker(tensors, scene)? };
     if format == READABLE[0] {
         return Ok(Model::from_parts(checker, metric, configs, classifier, coverage, statistics));
     }
@@ -300,7 +304,7 @@ mod tests {
         }
         let older = container(4, model.statistics(), learned(&model));
         let message = decode(Path::new("m"), &older).err().unwrap().to_string();
-        assert!(message.contains("m: its format is version 4, expected version 10"), "{message}");
+        assert!(message.contains("m: its format is version 4, expected version 11"), "{message}");
     }
 
     /// The checksum of each is right.
@@ -334,6 +338,28 @@ mod tests {
             let of = name.split('.').next().unwrap();
             assert!(message.as_ref().is_some_and(|message| message.contains(of)), "{name}: {message:?}");
         }
+    }
+
+    /// A mesh is the one thing that the scenes above do not have.
+    #[test]
+    fn trees_are_kept_made_anew_or_refused() {
+        let options = LearnOptions { labels: 3_000, seconds: None, seed: 3, ..LearnOptions::default() };
+        let model = Model::learn(builtin::scene("shelf-arm").unwrap(), &options).unwrap();
+        let with = |version: u32, change: &dyn Fn(&mut Vec<Array>)| {
+            let mut arrays = learned(&model);
+            arrays.extend(derived::arrays(&model));
+            change(&mut arrays);
+            decode(Path::new("my.model"), &container(version, model.statistics(), arrays))
+        };
+        assert_equal(&model, &with(FORMAT, &|_| ()).unwrap());
+        assert_equal(&model, &with(10, &|arrays| arrays.retain(|array| !array.name.starts_with("trees"))).unwrap());
+        let twice = |arrays: &mut Vec<Array>| {
+            let order = arrays.iter_mut().find(|array| array.name == "trees.order").unwrap();
+            assert!(order.bytes.len() > 400, "{} bytes", order.bytes.len());
+            order.bytes.copy_within(0..4, 4);
+        };
+        let message = with(FORMAT, &twice).err().unwrap().to_string();
+        assert!(message.contains("my.model: altered or damaged: `trees`: expected of every mesh"), "{message}");
     }
 
     #[test]

@@ -1,8 +1,6 @@
 //! How triangles are sorted into a tree: the surface-area heuristic, eight children at a time.
 
-use super::block::Block;
-use super::boxes::{Boxes, Cuboid};
-use super::tree::{Bvh, Group, Node, Ref};
+use super::tree::{Bvh, TreeLayout};
 use crate::collision::shapes::bounds::{Aabb, EMPTY};
 use crate::math::{LANES, Vec3};
 
@@ -32,54 +30,51 @@ impl Item {
 
 /// Builds the tree of `groups` of triangles, each of which fills a subtree; none may be empty, and
 /// there must be one.
+pub fn build(groups: &[Vec<[Vec3; 3]>]) -> Bvh {
+    Bvh::with_layout(groups, sorted(groups)).expect("every triangle is sorted into one block of its group")
+}
+
+/// The layout that is best for searches.
 ///
 /// # Source
 /// I. Wald, "On fast construction of SAH-based bounding volume hierarchies", 2007,
 /// doi:10.1109/RT.2007.4342588. Deviation: of up to eight ranges the one with the largest surface
 /// is split next; they become the children of one node.
-pub fn build(groups: &[Vec<[Vec3; 3]>]) -> Bvh {
+pub(super) fn sorted(groups: &[Vec<[Vec3; 3]>]) -> TreeLayout {
     let mut items: Vec<Item> = groups.iter().enumerate().map(|(id, g)| Item::around(g.as_flattened(), id)).collect();
-    let bounds = bounds(&items);
-    let mut tree = Bvh {
-        root: Ref::node(0),
-        bounds,
-        cuboid: Cuboid::around(&bounds),
-        nodes: Vec::new(),
-        blocks: Vec::new(),
-        groups: vec![Group { root: Ref::node(0), blocks: 0..0 }; groups.len()],
-    };
-    tree.root = tree.add_groups(&mut items, groups);
-    tree.nodes.shrink_to_fit();
-    tree.blocks.shrink_to_fit();
-    tree
+    let starts = groups.iter().scan(0, |next, group| Some(std::mem::replace(next, *next + group.len()))).collect();
+    let mut sorting = Sorting { groups, starts, layout: TreeLayout::default() };
+    sorting.add_groups(&mut items);
+    sorting.layout
 }
 
-impl Bvh {
-    fn add_groups(&mut self, items: &mut [Item], groups: &[Vec<[Vec3; 3]>]) -> Ref {
+struct Sorting<'a> {
+    groups: &'a [Vec<[Vec3; 3]>],
+    /// Where the triangles of each group begin among those of all.
+    starts: Vec<usize>,
+    layout: TreeLayout,
+}
+
+impl Sorting<'_> {
+    fn add_groups(&mut self, items: &mut [Item]) {
         let [Item { id, .. }] = items else {
-            return self.add_node(items, 1, |tree, items| tree.add_groups(items, groups));
+            return self.add_node(items, 1, &|sorting, items| sorting.add_groups(items));
         };
-        let group = *id as usize;
-        let mut triangles: Vec<Item> = groups[group].iter().enumerate().map(|(k, t)| Item::around(t, k)).collect();
-        let first = self.blocks.len();
-        let root = self.add_triangles(&mut triangles, &groups[group], group as u32);
-        self.groups[group] = Group { root, blocks: first..self.blocks.len() };
-        root
+        let (group, start) = (&self.groups[*id as usize], self.starts[*id as usize]);
+        let mut triangles: Vec<Item> = group.iter().zip(start..).map(|(t, number)| Item::around(t, number)).collect();
+        self.add_triangles(&mut triangles);
     }
 
-    fn add_triangles(&mut self, items: &mut [Item], triangles: &[[Vec3; 3]], group: u32) -> Ref {
+    fn add_triangles(&mut self, items: &mut [Item]) {
         if items.len() > LANES {
-            return self.add_node(items, LANES, |tree, items| tree.add_triangles(items, triangles, group));
+            return self.add_node(items, LANES, &|sorting, items| sorting.add_triangles(items));
         }
-        let chosen: Vec<[Vec3; 3]> = items.iter().map(|item| triangles[item.id as usize]).collect();
-        self.blocks.push(Block::new(&chosen, group));
-        Ref::block(self.blocks.len() - 1)
+        self.layout.push_block(items.iter().map(|item| item.id));
     }
 
     /// A node over `items`, more than `whole`; ranges of at most `whole` of them are not split.
-    fn add_node(&mut self, items: &mut [Item], whole: usize, add: impl Fn(&mut Self, &mut [Item]) -> Ref) -> Ref {
-        let around = bounds(items);
-        let mut ranges = vec![(area(&around), items)];
+    fn add_node(&mut self, items: &mut [Item], whole: usize, add: &dyn Fn(&mut Self, &mut [Item])) {
+        let mut ranges = vec![(area(&bounds(items)), items)];
         while ranges.len() < LANES {
             let splits = ranges.iter().enumerate().filter(|(_, (_, items))| items.len() > whole);
             let Some((widest, _)) = splits.max_by(|(_, (a, _)), (_, (b, _))| a.total_cmp(b)) else { break };
@@ -89,15 +84,10 @@ impl Bvh {
             ranges.push((area(&bounds(left)), left));
             ranges.push((area(&bounds(right)), right));
         }
-        let boxes: Vec<Aabb> = ranges.iter().map(|(_, items)| bounds(items)).collect();
-        let index = self.nodes.len();
-        let bounds = Cuboid::around(&around);
-        self.nodes.push(Node { boxes: Boxes::new(&boxes), bounds, children: [Ref::block(0); LANES] });
-        for (lane, (_, items)) in ranges.into_iter().enumerate() {
-            let child = add(self, items);
-            self.nodes[index].children[lane] = child;
+        self.layout.push_node(ranges.len());
+        for (_, items) in ranges {
+            add(self, items);
         }
-        Ref::node(index)
     }
 }
 

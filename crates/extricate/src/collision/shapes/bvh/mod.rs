@@ -1,6 +1,7 @@
 //! Trees of boxes over the triangles of a mesh, eight children a node and eight triangles a leaf.
 //! Not pairs of trees.
 
+mod assemble;
 mod block;
 mod boxes;
 mod build;
@@ -10,7 +11,7 @@ pub use crate::math::simd::lanes_of;
 pub use block::Probe;
 pub use boxes::{Boxes, Cuboid, Lanes, Seen, View, below, rounded_up, rounding_at};
 pub use build::build;
-pub use tree::{Bvh, Nearest, Ref, push_sorted};
+pub use tree::{Bvh, Nearest, Ref, TreeLayout, push_sorted};
 
 #[cfg(test)]
 mod tests;

@@ -58,6 +58,27 @@ pub struct Group {
     pub blocks: Range<usize>,
 }
 
+/// How the triangles of a tree are grouped, apart from where they are.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct TreeLayout {
+    /// Every node before what is below it. Of a block the number of its triangles, 1 to 8; of a
+    /// node 8 more than the number of its children, 10 to 16.
+    pub elements: Vec<u8>,
+    /// The triangles of the blocks, each a place among those of all groups, group after group.
+    pub order: Vec<u32>,
+}
+
+impl TreeLayout {
+    pub(super) fn push_node(&mut self, children: usize) {
+        self.elements.push((LANES + children) as u8);
+    }
+
+    pub(super) fn push_block(&mut self, triangles: impl ExactSizeIterator<Item = u32>) {
+        self.elements.push(triangles.len() as u8);
+        self.order.extend(triangles);
+    }
+}
+
 /// Triangles sorted into a tree.
 ///
 /// A triangle is known by eight times its block plus its lane.
@@ -75,6 +96,8 @@ pub struct Bvh {
     pub blocks: Vec<Block>,
     /// Of every group its subtree.
     pub groups: Vec<Group>,
+    /// What it was made of beside the triangles.
+    pub layout: TreeLayout,
 }
 
 /// A point of a tree's triangles near a given one.
