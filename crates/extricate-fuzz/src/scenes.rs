@@ -79,7 +79,7 @@ pub const NAMES: [&str; 3] = ["few", "many", "free-box"];
 fn star() -> String {
     let mut text = String::from("v 0 0 0.5\nv 0 0 -0.5\n");
     for k in 0..12 {
-        let (angle, radius) = (f64::from(k) * 0.5236, if k % 2 == 0 { 1.0 } else { 0.4 });
+        let (angle, radius) = (f64::from(30 * k).to_radians(), if k % 2 == 0 { 1.0 } else { 0.4 });
         text += &format!("v {:.4} {:.4} 0\n", radius * angle.cos(), radius * angle.sin());
     }
     for k in 0..12 {
