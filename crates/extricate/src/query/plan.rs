@@ -32,6 +32,8 @@ pub struct Plan {
     more: usize,
     /// See [`super::search::prune::Pruning::factor`].
     pub prune_factor: f64,
+    /// Stored samples farther than this times the incumbent are not started from.
+    pub farthest_start: f64,
     /// A start is too like a chosen one within this share of its own distance from the query.
     pub spread: f64,
     /// Of the search for the nearest samples.
@@ -65,6 +67,8 @@ const STARTS_AN_EXIT: usize = 4;
 /// Of a refined query; see [`Plan::prune_factor`]. Planes mislead where exits lead around edges:
 /// with 1.5 one query in a hundred more misses, for a sixth fewer checks.
 const PRUNE_FACTOR: f64 = 2.0;
+/// See [`Plan::farthest_start`].
+const FARTHEST_START: f64 = 10.0;
 /// See [`Plan::spread`].
 const SPREAD: f64 = 0.4;
 /// The same of an exhaustive query.
@@ -129,6 +133,7 @@ impl Plan {
             patience: PATIENCE,
             is_fixed: false,
             prune_factor: PRUNE_FACTOR,
+            farthest_start: FARTHEST_START,
             spread: SPREAD,
             care: Probes::Quick,
             descent: DescentOptions {
@@ -196,6 +201,7 @@ impl Plan {
             most_around: around,
             is_fixed: false,
             prune_factor: EXHAUSTIVE_PRUNE_FACTOR,
+            farthest_start: f64::INFINITY,
             spread: EXHAUSTIVE_SPREAD,
             care: Probes::Exact,
             descent,

@@ -21,7 +21,7 @@ const TIMES_THE_CHECKS: usize = 2;
 const ASKED_AT_ONCE: usize = 16;
 /// Starts for each unit of the mean logarithm.
 const STORED_A_LOG: f64 = 75.0;
-const AROUND_A_LOG: f64 = 180.0;
+const AROUND_A_LOG: f64 = 120.0;
 /// What is taken for the means before anything is measured, and for how many configurations that
 /// counts.
 const BEFORE: Means = Means { stored: 0.06, around: 0.003 };

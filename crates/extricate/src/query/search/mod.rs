@@ -242,24 +242,39 @@ impl Search<'_> {
         incumbent.verified && proof.is_enough(self.context, anchor, incumbent.depth, &mut self.evaluator.check)
     }
 
-    /// The start of a rank.
+    /// The stored sample of a rank, unless it is too far for a descent to be worth its checks.
     pub fn start(&mut self, rank: usize) -> Option<u32> {
         let Known { starts, anchor, local, .. } = &mut *self.known;
         let ask = Ask { context: self.context, plan: &self.plan, anchor, part: self.part };
-        starts.get(rank, &ask, local, self.boundary)
+        let id = starts.get(rank, &ask, local, self.boundary)?;
+        let farthest = self.plan.farthest_start * self.known.ceiling();
+        let config = self.compose(id);
+        let distance = self.evaluator.distance(self.context, &self.known.anchor, &config);
+        self.known.composed = config;
+        (distance <= farthest).then_some(id)
+    }
+
+    /// A stored sample, or its coordinates of the part with the others where they stay; in memory
+    /// of `known` that has to be given back.
+    fn compose(&mut self, id: u32) -> Vec<f64> {
+        let mut composed = std::mem::take(&mut self.known.composed);
+        let sample = self.context.samples().config(id);
+        match self.part {
+            Some(part) => part.compose(sample, &mut composed),
+            None => sample.clone_into(&mut composed),
+        }
+        composed
     }
 
     /// A descent from a stored sample.
     pub fn try_sample(&mut self, id: u32) {
-        let Some(part) = self.part else {
-            self.try_start(Start::of(self.context, id));
-            return;
+        let config = self.compose(id);
+        let start = match self.part {
+            Some(part) => Start::known(self.context, id, Some(part.holding)),
+            None => Start::of(self.context, id),
         };
-        let mut composed = std::mem::take(&mut self.known.composed);
-        part.compose(self.context.samples().config(id), &mut composed);
-        let known = Start::known(self.context, id, Some(part.holding));
-        self.try_start(Start { config: &composed, ..known });
-        self.known.composed = composed;
+        self.try_start(Start { config: &config, ..start });
+        self.known.composed = config;
     }
 
     /// A descent that has to beat the incumbent; how deep it came, where it did.

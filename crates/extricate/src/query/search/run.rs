@@ -53,3 +53,33 @@ fn try_some(search: &mut Search, Turn { next, starts_per_frame: mut left }: Turn
     }
     search.turn = Some(Turn { next: place, starts_per_frame: left });
 }
+
+#[cfg(test)]
+mod tests {
+    use crate::learning::LearnOptions;
+    use crate::model::Model;
+    use crate::model::evaluate::tests::colliding;
+    use crate::query::worlds::World;
+    use crate::scene::builtin;
+
+    /// \[rad\].
+    const SHALLOW: f64 = 0.05;
+
+    /// Of a shallow collision all samples of a small model are far: they may not make the query
+    /// dearer than it is without a model.
+    #[test]
+    fn samples_that_are_far_cost_no_checks() {
+        let options = LearnOptions { labels: 4_000, seconds: None, seed: 3, ..LearnOptions::default() };
+        let model = Model::learn(builtin::scene("four-legs").unwrap(), &options).unwrap();
+        let alone = World::new(builtin::scene("four-legs").unwrap());
+        let [mut with, mut without, mut shallow] = [0; 3];
+        for q in colliding(&model, 300) {
+            let [a, b] = [model.view(), alone.view()]
+                .map(|view| view.query_with(&q, &Default::default(), &mut Default::default()).unwrap());
+            if b.depth < SHALLOW {
+                (with, without, shallow) = (with + a.checks, without + b.checks, shallow + 1);
+            }
+        }
+        assert!(shallow > 20 && with < without, "{shallow} queries, {with} checks with a model, {without} without");
+    }
+}

@@ -26,7 +26,7 @@ impl Below {
         Aabb::between(&self.lower, &self.upper)
     }
 
-    /// The node `at` over `children`, of which there is one at least.
+    /// The node `at` over `children`, of which there are two at least.
     fn over(at: Ref, children: &[Self]) -> Self {
         let (lower, upper) = children.iter().fold(EMPTY, |(l, u), child| (l.inf(&child.lower), u.sup(&child.upper)));
         let [first, .., last] = children else { unreachable!("a node has two children at least") };
