@@ -13,9 +13,10 @@ pub struct TreeArrays {
     /// Of every mesh and convex hull, body after body, how many elements its tree has: 0 for one
     /// that needs no tree, since it is convex.
     pub counts: Vec<u32>,
-    /// Of every tree its elements (see [`TreeLayout`]).
+    /// Of every tree its nodes and blocks, each node before what is below it: of a block the number
+    /// of its triangles, of a node 8 more than that of its children.
     pub elements: Vec<u8>,
-    /// Of every tree the order of its triangles.
+    /// Of every tree the triangles of its blocks.
     pub order: Vec<u32>,
 }
 
