@@ -43,13 +43,17 @@ fn try_some(search: &mut Search, Turn { next, starts_per_frame: mut left }: Turn
             break;
         }
         let before = search.evaluator.checks;
+        let mut is_far = false;
         if let Some(around) = place.checked_sub(search.plan.starts) {
             try_around(search, around);
         } else if let Some(id) = search.start(place) {
             search.try_sample(id);
+        } else {
+            is_far = true;
         }
-        // What its planes gave up cost nothing.
-        left -= usize::from(search.evaluator.checks > before);
+        // What its planes gave up cost nothing. What is far has its turn, lest those that cost the
+        // most have theirs more often.
+        left -= usize::from(is_far || search.evaluator.checks > before);
     }
     search.turn = Some(Turn { next: place, starts_per_frame: left });
 }

@@ -29,7 +29,8 @@ pub struct StreamOptions {
     /// between two exits that are about as near.
     pub hysteresis: f64,
     /// How many descents start from stored samples each frame: those of a single query, in turn.
-    /// Samples that their contact planes rule out cost nothing and do not count.
+    /// Samples that their contact planes rule out cost nothing and do not count; those that are too
+    /// far for a descent count.
     pub starts_per_frame: usize,
     /// Whether the witness is a proxy that never jumps: from frame to frame it only moves where
     /// every configuration on its way is proved free. It may then be held behind something while
