@@ -2,13 +2,12 @@
 //! pairs.
 
 use super::bvh::{Bvh, Nearest, TreeLayout, build};
-use super::orient::outward;
 use crate::collision::narrow_phase::containment::{Inside, is_inside};
 use crate::math::Vec3;
 use crate::robot::TriangleMesh;
 
-/// A mesh with its tree. Components without triangles are dropped; triangles of closed ones have
-/// normals that lead out of the solid.
+/// A mesh with its tree. Components without triangles are dropped; triangles of closed ones face
+/// out of the solid, as those of the mesh do.
 #[derive(Debug, Clone)]
 pub struct MeshShape {
     /// One group for each solid, which is a closed component with its cavities, and one for all
@@ -42,14 +41,13 @@ impl MeshShape {
         let mut solids: Vec<(Vec<[u32; 3]>, bool)> = Vec::new();
         for (index, component) in mesh.components.iter().enumerate() {
             if component.closed && !component.triangles.is_empty() {
-                let mut triangles = outward(&mesh.triangles[component.triangles.clone()], &mesh.vertices);
+                let triangles = &mesh.triangles[component.triangles.clone()];
                 match solids.last_mut().filter(|_| mesh.is_cavity(index)) {
                     Some((solid, has_cavities)) => {
-                        triangles.iter_mut().for_each(|t| t.swap(1, 2));
                         solid.extend(triangles);
                         *has_cavities = true;
                     }
-                    None => solids.push((triangles, false)),
+                    None => solids.push((triangles.to_vec(), false)),
                 }
             }
         }

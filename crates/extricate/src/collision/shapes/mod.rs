@@ -7,7 +7,6 @@ pub mod convex;
 mod convex_solid;
 pub mod inner_spheres;
 pub mod mesh;
-pub mod orient;
 mod shape;
 
 pub use convex_solid::{ConvexSolid, slab_depth};

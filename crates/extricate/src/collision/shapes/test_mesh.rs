@@ -28,7 +28,7 @@ pub fn bumpy(seed: u64, level: u32, bumps: f64) -> TriangleMesh {
     }
     let mut rng: rand_chacha::ChaCha8Rng = rand::SeedableRng::seed_from_u64(seed);
     vertices.iter_mut().for_each(|v| *v *= 1.0 + bumps * (rand::RngExt::random::<f64>(&mut rng) - 0.5));
-    one(vertices, triangles, true)
+    TriangleMesh::new(vertices, triangles)
 }
 
 /// A closed box.
@@ -36,13 +36,14 @@ pub fn cuboid(center: Vec3, half: Vec3) -> TriangleMesh {
     let corner = |k: u32| Vec3::from_fn(|i, _| if k >> i & 1 == 1 { half[i] } else { -half[i] }) + center;
     let faces = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
     let triangles = faces.iter().flat_map(|[a, b, c, d]| [[*a, *b, *c], [*a, *c, *d]]).collect();
-    one((0..8).map(corner).collect(), triangles, true)
+    TriangleMesh::new((0..8).map(corner).collect(), triangles)
 }
 
 /// A mesh without its last `count` triangles: open.
 pub fn opened(mut mesh: TriangleMesh, count: usize) -> TriangleMesh {
     mesh.triangles.truncate(mesh.triangles.len() - count);
-    one(mesh.vertices, mesh.triangles, false)
+    mesh.components = vec![Component { triangles: 0..mesh.triangles.len(), closed: false }];
+    mesh
 }
 
 /// All components of all `meshes` in one.
@@ -64,9 +65,4 @@ pub fn joined(meshes: &[TriangleMesh]) -> TriangleMesh {
 pub fn placed(mut mesh: TriangleMesh, scale: f64, shift: Vec3) -> TriangleMesh {
     mesh.vertices.iter_mut().for_each(|v| *v = *v * scale + shift);
     mesh
-}
-
-fn one(vertices: Vec<Vec3>, triangles: Vec<[u32; 3]>, closed: bool) -> TriangleMesh {
-    let components = vec![Component { triangles: 0..triangles.len(), closed }];
-    TriangleMesh { vertices, triangles, components }
 }
