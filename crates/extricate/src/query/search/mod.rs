@@ -242,16 +242,20 @@ impl Search<'_> {
         incumbent.verified && proof.is_enough(self.context, anchor, incumbent.depth, &mut self.evaluator.check)
     }
 
-    /// The stored sample of a rank, unless it is too far for a descent to be worth its checks.
+    /// The stored sample of a rank, if there are so many.
     pub fn start(&mut self, rank: usize) -> Option<u32> {
         let Known { starts, anchor, local, .. } = &mut *self.known;
         let ask = Ask { context: self.context, plan: &self.plan, anchor, part: self.part };
-        let id = starts.get(rank, &ask, local, self.boundary)?;
+        starts.get(rank, &ask, local, self.boundary)
+    }
+
+    /// Whether a stored sample is too far for a descent to be worth its checks.
+    pub fn is_far(&mut self, id: u32) -> bool {
         let farthest = self.plan.farthest_start * self.known.ceiling();
         let config = self.compose(id);
         let distance = self.evaluator.distance(self.context, &self.known.anchor, &config);
         self.known.composed = config;
-        (distance <= farthest).then_some(id)
+        distance > farthest
     }
 
     /// A stored sample, or its coordinates of the part with the others where they stay; in memory

@@ -31,6 +31,9 @@ fn try_starts(search: &mut Search) {
             break;
         }
         let Some(id) = search.start(rank) else { break };
+        if search.is_far(id) {
+            break;
+        }
         search.try_sample(id);
     }
 }
@@ -47,9 +50,10 @@ fn try_some(search: &mut Search, Turn { next, starts_per_frame: mut left }: Turn
         if let Some(around) = place.checked_sub(search.plan.starts) {
             try_around(search, around);
         } else if let Some(id) = search.start(place) {
-            search.try_sample(id);
-        } else {
-            is_far = true;
+            is_far = search.is_far(id);
+            if !is_far {
+                search.try_sample(id);
+            }
         }
         // What its planes gave up cost nothing. What is far has its turn, lest those that cost the
         // most have theirs more often.

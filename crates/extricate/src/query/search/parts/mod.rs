@@ -44,6 +44,7 @@ pub fn search_parts(whole: &mut Search, parts: &mut IndependentParts) {
     // stays is hardly stored.
     if whole.context.locked.is_empty()
         && let Some(first) = whole.start(0)
+        && !whole.is_far(first)
     {
         whole.try_sample(first);
     }
