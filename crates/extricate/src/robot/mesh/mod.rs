@@ -34,8 +34,8 @@ pub struct TriangleMesh {
     /// Indices into `vertices`; triangles of one component are contiguous, in the order of
     /// `components`.
     pub triangles: Vec<[u32; 3]>,
-    /// Connected components (triangles that share an edge). Closed ones face outward; a cavity comes
-    /// behind the solid that it is in, and faces into it.
+    /// Connected components (triangles that share an edge). Closed ones face outward; a cavity
+    /// comes behind the solid that it is in, and faces into it.
     pub components: Vec<Component>,
 }
 
