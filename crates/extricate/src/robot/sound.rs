@@ -1,6 +1,7 @@
 //! Whether shapes that were read as bytes are what files of robots and scenes can say. What is
 //! wrong is said, not repaired.
 
+use super::mesh::cavities::face_inward;
 use super::mesh::edges::all_edges_even;
 use super::{Geometry, TriangleMesh};
 use crate::math::FARTHEST;
@@ -53,8 +54,14 @@ impl TriangleMesh {
                 ));
             }
             end = range.end;
-            if component.closed && !all_edges_even(&self.triangles[range]) {
+            let triangles = &self.triangles[range];
+            if component.closed && !all_edges_even(triangles) {
                 return Err(format!("component {number}: got an open one that is said to be closed"));
+            }
+            if component.closed && !self.is_cavity(number) && face_inward(&self.vertices, triangles) {
+                return Err(format!(
+                    "component {number}: got a solid that faces inward, expected one that faces outward"
+                ));
             }
         }
         if end == 0 || end != self.triangles.len() {
@@ -80,7 +87,7 @@ mod tests {
     #[test]
     fn meshes_that_contradict_themselves_are_refused() {
         type Spoil = fn(&mut TriangleMesh);
-        let spoils: [(Spoil, &str); 10] = [
+        let spoils: [(Spoil, &str); 11] = [
             (|_| (), ""),
             (|mesh| mesh.vertices[1].y = f64::INFINITY, "vertex 1: got [0.0, inf, 0.0]"),
             (|mesh| mesh.triangles[3][1] = 4, "triangle 3: got"),
@@ -91,6 +98,7 @@ mod tests {
             (|mesh| mesh.components[0].triangles = std::ops::Range { start: 3, end: 1 }, "component 0"),
             (|mesh| mesh.components.clear(), "got components of 0 triangles"),
             (|mesh| mesh.triangles.swap(0, 1), ""),
+            (|mesh| mesh.triangles.iter_mut().for_each(|t| t.swap(0, 1)), "component 0: got a solid that faces inward"),
         ];
         for (spoil, expected) in spoils {
             let mut mesh = tetrahedron();

@@ -117,7 +117,22 @@ impl MeshShape {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::collision::shapes::test_mesh::{cuboid, joined, opened};
+    use crate::collision::shapes::test_mesh::{bumpy, cuboid, joined, opened};
+
+    #[test]
+    fn shuffled_windings_are_mended() {
+        let mesh = bumpy(1, 3, 0.2);
+        for flip in [1, 2, 3] {
+            let mut triangles = mesh.triangles.clone();
+            triangles.iter_mut().step_by(flip).for_each(|t| t.swap(0, 1));
+            let shape = MeshShape::new(&TriangleMesh::new(mesh.vertices.clone(), triangles));
+            assert_eq!(shape.tree.triangles(0..shape.tree.blocks.len()).count(), mesh.triangles.len());
+            for triangle in shape.tree.triangles(0..shape.tree.blocks.len()) {
+                let [a, b, c] = triangle.points;
+                assert!((b - a).cross(&(c - a)).dot(&(a + b + c)) > 0.0);
+            }
+        }
+    }
 
     #[test]
     fn depth_is_that_of_the_deepest_component() {

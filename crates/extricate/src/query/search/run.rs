@@ -31,6 +31,7 @@ fn try_starts(search: &mut Search) {
             break;
         }
         let Some(id) = search.start(rank) else { break };
+        // Those after it are no nearer.
         if search.is_far(id) {
             break;
         }
