@@ -4,8 +4,9 @@
     python bench/judge --first 17 --scenes 1              # scene 17 again
     python bench/judge --self-test                        # answers that were spoiled have to be noticed
 
-Distances by pair, verdicts, witnesses and bounds of every effort, with a model and without. Every fault is printed as a line of
-JSON; the exit status is 1 where there is one."""
+Distances by pair, verdicts, witnesses, displacements and bounds of every effort, with a model and without; frames of streams; every
+edge of continuous streams, escapes, plans and repairs; releases. Every fault is printed as a line of JSON; the exit status is 1 if
+there is one."""
 import argparse
 import json
 import sys

@@ -16,6 +16,11 @@ RELATIVE = 1e-5
 MOST_DRAWS = 60
 # Configurations drawn within the bound of every query.
 WITHIN = 12
+# Configurations of every edge of a path that are looked at, and frames of a stream.
+ALONG = 8
+FRAMES = 6
+# What a path may spend.
+MOTION = {"max_checks": 2000}
 # What a query may spend, so that one scene takes no minutes.
 EFFORTS = {"nearest": {}, "refined": {}, "exhaustive": {"max_checks": 3000}, "proved": {"max_checks": 3000}}
 
@@ -27,13 +32,15 @@ SPOILED = {
     "depth": "depth",
     "bound": "bound above the best known",
     "colliding": "colliding pairs",
+    "displacement": "displacement",
+    "path": "edge collides",
 }
 
 
 class Judged:
     def __init__(self, seed, configs, queries, labels, spoiled=None):
         self.spoiled = spoiled
-        self.faults, self.counts = [], dict.fromkeys(["scenes", "distances", "verdicts", "near contact", "answers", "bounds above 0", "within bounds"], 0)
+        self.faults, self.counts = [], dict.fromkeys(["scenes", "distances", "verdicts", "near contact", "answers", "bounds above 0", "within bounds", "frames", "edges", "releases"], 0)
         self.seed = seed
         drawn = draw(seed)
         rng = np.random.default_rng([seed, 1])
@@ -63,6 +70,11 @@ class Judged:
                     raise
         for q in colliding[:queries]:
             self.query(q, views, rng)
+        for q in colliding[:1]:
+            for view in views:
+                self.streams(q, view, rng)
+                self.motions(q, view, rng)
+            self.release(q)
 
     def fault(self, what, **more):
         self.faults.append({"seed": self.seed, "what": what, **{k: v.tolist() if isinstance(v, np.ndarray) else v for k, v in more.items()}})
@@ -122,6 +134,7 @@ class Judged:
             "depth": {"depth": 1.2 * answer.depth},
             "bound": {"lower_bound": 1.1 * answer.depth},
             "colliding": {"colliding": []},
+            "displacement": {"max_displacement": 0.5 * answer.max_displacement},
         }
         return dataclasses.replace(answer, **changes.get(self.spoiled, {}))
 
@@ -147,6 +160,11 @@ class Judged:
             least = self.oracle.least_displacement(q, answer.witness, rng)
             if not least * (1 - 1e-9) <= answer.depth <= 1.1 * least + 1e-9 * self.drawn.scale:
                 self.fault("depth", expected=least, **said)
+        # Points that are looked at move no farther than what is told; under the metric of displacement that is the depth.
+        moved = self.oracle.least_displacement(q, answer.witness, rng)
+        is_depth = self.drawn.metric != "max-displacement" or abs(answer.max_displacement - answer.depth) <= 1e-6 * self.drawn.scale
+        if answer.max_displacement < moved * (1 - 1e-6) - 1e-9 * self.drawn.scale or not is_depth:
+            self.fault("displacement", told=answer.max_displacement, expected=moved, **said)
         own = self.oracle.distances(q) - self.drawn.clearance
         pairs = [frozenset(self.oracle.names[n] for n in pair) for pair in self.oracle.pairs]
         told = {frozenset(pair) for pair in answer.colliding}
@@ -155,6 +173,71 @@ class Judged:
         if not surely <= told <= perhaps:
             self.fault("colliding pairs", expected=sorted(map(sorted, surely)), got=sorted(map(sorted, told)), **said)
         return len(self.faults) == faults
+
+    def streams(self, q, view, rng):
+        """Frames toward a random configuration: every answer, and every move of a continuous stream."""
+        goal = self.oracle.draw(rng)
+        for continuous in (False, True):
+            stream, last = view.stream(continuous=continuous), None
+            for frame in range(FRAMES):
+                here = self.oracle.between(q, goal, 0.02 * frame)
+                answer = stream.query(here)
+                if answer is None:
+                    continue
+                self.counts["frames"] += 1
+                self.judge(here, answer, "continuous" if continuous else "stream", rng)
+                if continuous and last is not None:
+                    self.edge(last, answer.witness, set(), "continuous")
+                last = answer.witness
+
+    def motions(self, q, view, rng):
+        """Every edge of an escape, a plan and a repair."""
+        escape = view.escape(q, tree_checks=500, **MOTION)
+        if escape.points is not None:
+            points = self.spoil_path(escape.points, q)
+            may_collide = {frozenset(pair) for pair, _ in escape.colliding}
+            for k, (a, b) in enumerate(zip(points, points[1:])):
+                self.edge(a, b, may_collide if k < escape.free_from else set(), "escape")
+        ends = [answer.witness for answer in (view.query(p) for p in (q, self.oracle.draw(rng))) if answer is not None and answer.verified]
+        if len(ends) < 2 or not all(self.scene.check(end) for end in ends):
+            return
+        plan = view.plan(*ends, **MOTION)
+        repaired = view.repair(np.array([ends[0], q, ends[1]]), **MOTION)
+        for path, how in ((plan, "plan"), (repaired, "repair")):
+            if path.points is None:
+                continue
+            points = self.spoil_path(path.points, q)
+            for a, b in zip(points, points[1:]):
+                self.edge(a, b, set(), how)
+
+    def spoil_path(self, points, q):
+        return [points[0], q, points[-1]] if self.spoiled == "path" else points
+
+    def edge(self, a, b, may_collide, how):
+        """No pair collides along an edge but those that may."""
+        self.counts["edges"] += 1
+        for k in range(ALONG + 1):
+            p = self.oracle.between(a, b, k / ALONG)
+            least = self.oracle.distances(p) - self.drawn.clearance
+            for pair in np.flatnonzero(least < -TOLERANCE * (1 + (self.drawn.clearance == 0))):
+                names = [self.oracle.names[n] for n in self.oracle.pairs[pair]]
+                if frozenset(names) not in may_collide:
+                    return self.fault("edge collides", how=how, a=np.asarray(a), b=np.asarray(b), at=k / ALONG, pair=names, least=float(least[pair]))
+
+    def release(self, q):
+        """A robot that holds an obstacle lets go of it: nothing penetrates."""
+        for name in (self.oracle.names[k] for k in range(len(self.oracle.seat), len(self.oracle.names))):
+            try:
+                grasp = self.scene.release(q, object=name, **MOTION)
+            except ValueError:
+                # No link of it can touch that obstacle.
+                continue
+            if grasp is None:
+                continue
+            self.counts["releases"] += 1
+            least = float(self.oracle.distances(grasp.config).min())
+            if not grasp.verified or least < self.drawn.clearance - TOLERANCE * (1 + (self.drawn.clearance == 0)):
+                self.fault("release collides", q=q, object=name, config=grasp.config, least=least)
 
     def draw_within(self, q, bound, effort, rng):
         """Nothing free is nearer than the bound."""

@@ -202,6 +202,20 @@ class Oracle:
             total += w * float(d @ d)
         return total**0.5
 
+    def between(self, a, b, share):
+        """The configuration at a share of the geodesic from a to b."""
+        a, b = np.array(a, float), np.array(b, float)
+        out = a + share * (b - a)
+        for name, where in self.coordinates.items():
+            kind = self.moving[name][1]
+            if kind in ("continuous", "planar"):
+                turn = where.stop - 1
+                out[turn] = a[turn] + share * ((b[turn] - a[turn] + np.pi) % (2 * np.pi) - np.pi)
+        for turn in self.rotations():
+            p, r = (pin.Quaternion(x[turn]) for x in (a, b))
+            out[turn] = p.slerp(share, r).normalized().coeffs()
+        return out
+
     def near(self, q, length, rng):
         """A configuration within limits, at most about `length` from q in the joint metric, in a random direction."""
         low, high = self.limits()

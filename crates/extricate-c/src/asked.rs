@@ -154,11 +154,6 @@ impl Asked {
                 }
             }
         };
-        match &prepared {
-            Prepared::World(world) => world.checker().prepare_proposals(),
-            Prepared::Learned(model) => model.checker().prepare_proposals(),
-            Prepared::Changed(_, changed) => changed.checker().prepare_proposals(),
-        }
         Ok(prepared)
     }
 

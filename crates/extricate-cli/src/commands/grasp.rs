@@ -15,11 +15,11 @@ use extricate::{Config, Grasp, Hand, Keep, QueryOptions, ReleaseOptions, Scene, 
 use rayon::prelude::*;
 use serde::Serialize;
 
-use super::{load_scene, tell_warnings};
+use super::{load_scene, tell_warnings, world_of};
 use crate::args::{InputArgs, Limits, LoadArgs, length, seconds, share_or_more, threads, whole};
 use crate::input::{BadLine, Configs};
 use crate::output::Output;
-use crate::progress::{Progress, busy};
+use crate::progress::Progress;
 use crate::{notice, report};
 
 /// The keys of `--json`.
@@ -140,7 +140,7 @@ pub fn run(args: &GraspArgs, json: bool) -> anyhow::Result<()> {
     tell_warnings(&scene);
     let options = options(args, &scene)?;
     let weighted = if args.scene_weights { None } else { Hand::weighted(&scene) };
-    let world = busy("preparing the scene", || World::new(weighted.unwrap_or(scene)));
+    let world = world_of(weighted.unwrap_or(scene));
     let hand = args.object.object.as_deref().map(|name| Hand::new(world.scene(), name)).transpose()?;
     let pool = rayon::ThreadPoolBuilder::new().num_threads(args.threads).build().context("cannot start threads")?;
     let mut rows = Rows::open(&args.output, json, configs.is_stream())?;

@@ -20,7 +20,7 @@ use std::sync::Arc;
 use extricate::internals::collision::always_colliding;
 use extricate::internals::cspace::sampling::Halton;
 use extricate::internals::io;
-use extricate::{Checker, Model, Scene};
+use extricate::{Checker, Model, Scene, World};
 
 use crate::args::{Cli, Command, LoadArgs};
 use crate::notice;
@@ -96,6 +96,15 @@ fn load_model(path: &Path) -> extricate::Result<Model> {
 /// Builds the exact checker, which takes a while where meshes are large.
 fn prepare(scene: impl Into<Arc<Scene>>) -> Checker {
     busy("preparing the collision checker", || Checker::new(scene.into()))
+}
+
+/// Prepares a scene for queries, which then take no time for that.
+fn world_of(scene: Scene) -> World {
+    busy("preparing the scene", || {
+        let world = World::new(scene);
+        world.view();
+        world
+    })
 }
 
 fn tell_warnings(scene: &Scene) {

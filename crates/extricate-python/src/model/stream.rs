@@ -61,7 +61,7 @@ impl Stream {
     /// As [`Stream::of_model`].
     pub fn of_scene(scene: Py<Scene>, py: Python<'_>, given: Option<&Bound<'_, PyDict>>) -> PyResult<Self> {
         let asked = Asked::read(given, scene.get().inner(), STREAM)?;
-        let source = Source::World(scene.get().world());
+        let source = Source::World(scene.get().ready(py)?);
         let of = match asked.other_weights(py, source, &Weighted::default())? {
             Some(world) => Of::World(world),
             None => Of::Scene(scene),

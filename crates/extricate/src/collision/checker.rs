@@ -3,7 +3,7 @@
 
 use std::collections::BinaryHeap;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
 use crate::collision::answers::recent_pairs::RecentPairs;
 use crate::collision::broad_phase::{Broad, BroadScratch};
@@ -26,6 +26,8 @@ pub struct Checker {
     pub(super) pairs: Arc<[CheckedPair]>,
     pub(super) broad: Arc<Broad>,
     pub(super) paths: Arc<SpeedPaths>,
+    /// Whether all pieces of meshes were made; shared by all that share the bodies.
+    pub(super) is_prepared: Arc<AtomicBool>,
     hints: usize,
     /// Of pairs that follow the scene's \[m\].
     pub(super) clearance: f64,
@@ -108,13 +110,15 @@ impl Checker {
         let paths = SpeedPaths::new(&scene).into();
         let id = NEXT_ID.fetch_add(1, Ordering::Relaxed);
         let (bodies, clearance) = (bodies.into(), scene.clearance);
-        Self { bodies, pairs, broad, paths, hints, clearance, most_clearance: 0.0, id, scene }.with_clearance(clearance)
+        let is_prepared = Arc::default();
+        Self { bodies, pairs, broad, paths, is_prepared, hints, clearance, most_clearance: 0.0, id, scene }
+            .with_clearance(clearance)
     }
 
     /// The same pairs, where those that follow the clearance of the scene keep another one \[m\].
     /// Shares all that is prepared; memory of one serves the other.
     pub fn with_clearance(&self, clearance: f64) -> Self {
-        let Self { scene, bodies, pairs, broad, paths, hints, id, .. } = self;
+        let Self { scene, bodies, pairs, broad, paths, is_prepared, hints, id, .. } = self;
         let most_clearance = pairs.iter().map(|pair| pair.clearance.over(clearance)).fold(0.0, f64::max);
         Self {
             scene: Arc::clone(scene),
@@ -122,6 +126,7 @@ impl Checker {
             pairs: Arc::clone(pairs),
             broad: Arc::clone(broad),
             paths: Arc::clone(paths),
+            is_prepared: Arc::clone(is_prepared),
             hints: *hints,
             clearance,
             most_clearance,

@@ -25,8 +25,8 @@ pub use convex_decomposition::convex_parts;
 pub use narrow_phase::shape_pair::PairScratch;
 pub use overlap::{ConvexOverlap, ConvexPair, OverlappingPieces};
 pub use prepared::{PieceArrays, PreparedShape, TreeArrays};
-pub(crate) use segment::prove;
 pub use segment::{LEAST_RESOLUTION, SegmentOptions, SegmentOutcome};
+pub(crate) use segment::{SegmentBudget, prove};
 pub use shapes::inner_spheres::largest_balls;
 
 #[cfg(test)]

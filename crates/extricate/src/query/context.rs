@@ -23,7 +23,8 @@ pub struct Context<'a> {
     pub learned: Learned<'a>,
     /// Set where that was in another scene: samples may collide, and be far from any boundary.
     pub change: Option<&'a Change>,
-    /// What queries in a changed scene stand on that meet what came: samples know nothing of it.
+    /// What queries stand on where samples are of no use: in a changed scene those that meet what
+    /// came, and all whose samples turn out to collide.
     pub unlearned: Option<Learned<'a>>,
     /// Least distance \[m\] of a free pair.
     pub clearance: f64,
@@ -91,6 +92,12 @@ impl<'a> Context<'a> {
         let (learned, change) = (self.unlearned?, self.change?);
         let meets_new = colliding.iter().any(|pair| change.is_new(*pair));
         meets_new.then_some(Self { learned, change: None, ..*self })
+    }
+
+    /// The same without samples; `None` if there are none.
+    pub fn without_samples(&self) -> Option<Self> {
+        let learned = self.unlearned.filter(|_| !self.samples().is_empty())?;
+        Some(Self { learned, change: None, unlearned: None, ..*self })
     }
 
     /// Whether no sample is what a query begins with: there is none, or nearly every one has joints

@@ -109,8 +109,26 @@ pub fn measure_ranks(context: &Context, q: &Config, scratch: &mut QueryScratch) 
     (std::mem::take(&mut scratch.known.ranks), scratch.evaluator.checks)
 }
 
-/// Steps 1 to 8. A stream's lead is tried before the stored samples.
+/// Steps 1 to 8. A stream's lead is tried before the stored samples. If all that is found collides,
+/// stored samples do that were said to be free: then it is searched anew as without a model.
 fn find(
+    context: &Context,
+    q: &Config,
+    asked: (&QueryOptions, Plan),
+    lead: Option<&mut Lead>,
+    scratch: &mut QueryScratch,
+) -> Option<Answer> {
+    let answer = find_once(context, q, asked, lead, scratch)?;
+    let believes = answer.is_free() || answer.verified || asked.0.effort == Effort::Nearest;
+    let (false, Some(unlearned)) = (believes, context.without_samples()) else { return Some(answer) };
+    let checks = scratch.evaluator.checks;
+    let plan = Plan::of(asked.0, &unlearned);
+    let answer = find_once(&unlearned, q, (asked.0, plan), None, scratch);
+    scratch.evaluator.checks += checks;
+    answer
+}
+
+fn find_once(
     context: &Context,
     q: &Config,
     (options, plan): (&QueryOptions, Plan),
@@ -208,4 +226,45 @@ fn search_all(search: &mut Search, parts: &mut IndependentParts) {
 pub fn begins_with(context: &Context) -> SampleQuery {
     let plan = Plan::of(&QueryOptions::default(), context);
     SampleQuery { among: begins_among(context, plan.starts), care: plan.care, ..SampleQuery::NEAREST }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::collision::{CheckScratch, Checker};
+    use crate::cspace::Label;
+    use crate::cspace::sampling::Halton;
+    use crate::learning::LearnOptions;
+    use crate::metric::Metric;
+    use crate::model::Model;
+    use crate::scene::builtin;
+
+    /// A model file may hold anything: no answer that is to be verified rests on its samples.
+    #[test]
+    fn stored_samples_that_collide_make_no_answer() {
+        let options = LearnOptions { labels: 3_000, seconds: None, ..LearnOptions::default() };
+        let model = Model::learn(builtin::scene("planar-arm").unwrap(), &options).unwrap();
+        let (scene, space) = (model.checker().scene_arc(), &model.scene().space);
+        let (halton, mut q, mut scratch) = (Halton::new(space.nv(), 8), vec![0.0; space.nq()], CheckScratch::default());
+        let drawn = (0..).filter_map(|index| {
+            halton.config(space, index, &mut q);
+            (model.checker().label(&q, &mut scratch) == Label::Colliding).then(|| q.clone())
+        });
+        let colliding: Vec<Vec<f64>> = drawn.take(400).collect();
+        let statistics = crate::model::Statistics { solved_samples: 200, ..model.statistics().clone() };
+        let (checker, metric) = (Checker::new(scene.clone()), Metric::new(scene.clone()));
+        let crafted =
+            Model::from_parts(checker, metric, colliding.concat(), None, model.coverage().clone(), statistics);
+        for q in colliding.iter().step_by(20).map(|q| space.config(q).unwrap()) {
+            for effort in [Effort::Refined, Effort::Exhaustive, Effort::Proved] {
+                for termination in [Termination::after_checks(1), Termination::after_checks(300)] {
+                    let options = QueryOptions { effort, termination, ..QueryOptions::default() };
+                    let answer = crafted.view().query_with(&q, &options, &mut QueryScratch::default()).unwrap();
+                    assert!(answer.verified && answer.depth > 0.0, "{effort:?}: {answer:?}");
+                    assert_eq!(model.checker().label(&answer.witness, &mut scratch), Label::Free);
+                    assert!(answer.lower_bound <= answer.depth);
+                }
+            }
+        }
+    }
 }

@@ -12,7 +12,7 @@ use extricate::{
 
 use crate::args::LoadArgs;
 use crate::commands::file_kind::{FileKind, kind_of};
-use crate::commands::{load_model, load_scene, load_world, tell_warnings};
+use crate::commands::{load_model, load_scene, load_world, tell_warnings, world_of};
 use crate::progress::busy;
 
 /// What is asked.
@@ -33,18 +33,22 @@ impl Asked {
             (FileKind::Scene, None) => {
                 let scene = load_scene(file, load)?;
                 tell_warnings(&scene);
-                Ok(Self::World(busy("preparing the scene", || World::new(scene))))
+                Ok(Self::World(world_of(scene)))
             }
             (FileKind::Scene, Some(path)) => {
                 let scene = load_world(&load_scene(file, load)?, path, load)?;
                 tell_warnings(&scene);
-                Ok(Self::World(busy("preparing the scene", || World::new(scene))))
+                Ok(Self::World(world_of(scene)))
             }
             (FileKind::Model, None) => Ok(Self::Model(load_model(file)?)),
             (FileKind::Model, Some(path)) => {
                 let model = load_model(file)?;
                 let scene = load_world(model.scene(), path, load)?;
-                let changed = busy("preparing the changed scene", || ChangedScene::new(model.world(), scene));
+                let changed = busy("preparing the changed scene", || {
+                    ChangedScene::new(model.world(), scene).inspect(|changed| {
+                        changed.world().view();
+                    })
+                });
                 let changed = changed.with_context(|| format!("{} does not fit the model", path.display()))?;
                 Ok(Self::Changed(model, changed))
             }

@@ -1,8 +1,8 @@
 //! Labels and proofs of edges in one set of configurations, counted, until a budget is spent.
 
-use crate::collision::{CheckScratch, Checker, SegmentOptions, SegmentOutcome, prove};
+use crate::collision::{CheckScratch, Checker, SegmentBudget, SegmentOptions, SegmentOutcome, prove};
 use crate::cspace::Label;
-use crate::query::Deadline;
+use crate::query::{Deadline, Termination};
 
 /// What may be asked of a set: of the free configurations, or of those that a checker with other
 /// clearances of its pairs ([`Checker::with_floors`]) calls so.
@@ -28,6 +28,11 @@ impl<'a> Prover<'a> {
         self.limit.is_reached(self.checks)
     }
 
+    /// What of the budget is left, for a query that is part of the same work.
+    pub fn left(&self) -> Termination {
+        self.limit.left(self.checks)
+    }
+
     /// Lets no more than so many further checks be spent, until [`Prover::unlimit`] has what is
     /// returned.
     pub fn limited(&mut self, checks: usize) -> Option<usize> {
@@ -48,18 +53,23 @@ impl<'a> Prover<'a> {
         self.checker.scene().space.is_within(q) && self.checker.label(q, &mut self.scratch) == Label::Free
     }
 
-    /// Whether the whole edge from `a`, which is in the set, is proved to be in it.
+    /// Whether the whole edge from `a`, which is in the set, is proved to be in it before the
+    /// budget is spent.
     pub fn proves(&mut self, a: &[f64], b: &[f64]) -> bool {
-        let proved = prove(self.checker, a, b, self.resolution, &mut self.scratch);
+        let (limit, spent) = (&self.limit, self.checks);
+        let budget = SegmentBudget { is_spent: &|checks| limit.is_reached(spent + checks), ..SegmentBudget::UNLIMITED };
+        let proved = prove(self.checker, (a, b), self.resolution, &budget, &mut self.scratch);
         self.checks += proved.checks;
         proved.is_free
     }
 
-    /// The fraction of the edge from `a` up to which it is proved to be in the set: 1 where all of
-    /// it is.
+    /// The fraction of the edge from `a` up to which it is proved to be in the set before the budget
+    /// is spent: 1 where all of it is.
     pub fn proved_until(&mut self, a: &[f64], b: &[f64]) -> f64 {
         let options = SegmentOptions { resolution: self.resolution };
-        let outcome = self.checker.segment(a, b, &options, &mut self.scratch);
+        let (limit, spent) = (&self.limit, self.checks);
+        let budget = SegmentBudget { is_spent: &|checks| limit.is_reached(spent + checks), ..SegmentBudget::UNLIMITED };
+        let outcome = self.checker.segment_within((a, b), &options, &budget, &mut self.scratch);
         self.checks += self.scratch.segment_checks();
         match outcome {
             SegmentOutcome::Free => 1.0,

@@ -14,7 +14,7 @@ use crate::collision::checker::{CheckScratch, Checker};
 use crate::collision::contacts::{Contact, ContactQuery, ContactSearch};
 use crate::collision::overlap::{self, ConvexOverlap, ConvexPair, OverlappingPieces};
 use crate::collision::prepared::{self, PieceArrays, TreeArrays};
-use crate::collision::segment::{self, SegmentOptions, SegmentOutcome};
+use crate::collision::segment::{self, SegmentBudget, SegmentOptions, SegmentOutcome};
 use crate::cspace::Label;
 use crate::kinematics::LANES;
 use crate::math::{Pose, Vec3};
@@ -233,15 +233,15 @@ impl Checker {
         segment::segment(self, from, to, options, scratch)
     }
 
-    /// As [`Checker::segment`], given up after `most` stretches: in bounded time.
+    /// As [`Checker::segment`], given up where the budget ends.
     pub(crate) fn segment_within(
         &self,
         ends: (&[f64], &[f64]),
         options: &SegmentOptions,
-        most: usize,
+        budget: &SegmentBudget,
         scratch: &mut CheckScratch,
     ) -> SegmentOutcome {
-        segment::segment_within(self, ends, options, most, scratch)
+        segment::segment_within(self, ends, options, budget, scratch)
     }
 
     /// Appends the overlapping convex shapes among the checked pairs `pairs` at `q`. Convex shapes
@@ -283,11 +283,17 @@ impl Checker {
         overlap::inner_pairs(self, q, pairs, scratch, each);
     }
 
-    /// Makes now the convex pieces of every mesh that is part of a checked pair, on all threads of
-    /// the current pool; else the first to need them does.
+    /// Makes the convex pieces of every mesh that is part of a checked pair, on all threads of the
+    /// current pool, unless that was done before.
     #[doc(hidden)]
     pub fn prepare_proposals(&self) {
         solids::prepare_proposals(self);
+    }
+
+    /// Whether [`Checker::prepare_proposals`] was called.
+    #[doc(hidden)]
+    pub fn has_pieces(&self) -> bool {
+        self.is_prepared.load(std::sync::atomic::Ordering::Acquire)
     }
 
     /// The trees of triangles, for [`Checker::with_trees`].

@@ -2,11 +2,12 @@
 //! their pieces.
 
 use std::sync::Arc;
+use std::sync::atomic::Ordering;
 
 use rayon::prelude::*;
 
 use crate::collision::checker::Checker;
-use crate::collision::prepared::PreparedBody;
+use crate::collision::prepared::{PreparedBody, PreparedShape};
 use crate::collision::shapes::ShapeKind;
 use crate::math::{Pose, Vec3};
 use crate::scene::correspondence::by_name;
@@ -61,13 +62,22 @@ pub fn is_convex(checker: &Checker, body: usize) -> bool {
 
 /// See [`Checker::prepare_proposals`].
 pub fn prepare_proposals(checker: &Checker) {
+    if checker.has_pieces() {
+        return;
+    }
     let parts = |body: usize| &checker.bodies.parts[checker.bodies.bodies[body].parts.clone()];
     let mut wanted = vec![false; checker.bodies.bodies.len()];
     for pair in &*checker.pairs {
         (wanted[pair.first], wanted[pair.second]) = (true, true);
     }
-    let bodies: Vec<usize> = (0..wanted.len()).filter(|body| wanted[*body]).collect();
-    bodies.par_iter().flat_map(|body| parts(*body)).for_each(|part| {
-        part.prepared.pieces();
-    });
+    let bodies = (0..wanted.len()).filter(|body| wanted[*body]);
+    let missing: Vec<&PreparedShape> =
+        bodies.flat_map(parts).map(|part| &*part.prepared).filter(|shape| !shape.has_pieces()).collect();
+    // A pool that a process has lost in a fork is not needed where nothing is to be made.
+    if !missing.is_empty() {
+        missing.par_iter().for_each(|shape| shape.make_pieces());
+    }
+    // Two threads that come at once both do it: one that waits for its parts in a pool may be given
+    // this very work.
+    checker.is_prepared.store(true, Ordering::Release);
 }

@@ -79,6 +79,18 @@ impl PreparedShape {
         self.inner_pieces.get_or_init(|| inner_pieces(mesh, &self.shape.bounds).into())
     }
 
+    /// Whether all pieces are made that there are.
+    pub fn has_pieces(&self) -> bool {
+        let is_mesh = matches!(self.shape.kind, ShapeKind::Mesh(_));
+        !is_mesh || (self.pieces.get().is_some() && self.inner_pieces.get().is_some())
+    }
+
+    /// Makes those that are not.
+    pub fn make_pieces(&self) {
+        self.pieces();
+        self.inner_pieces();
+    }
+
     /// Takes the pieces of a mesh over from where they were made before; not where it has some.
     pub fn set_pieces(&self, pieces: Pieces) {
         self.pieces.get_or_init(|| Arc::new(pieces));

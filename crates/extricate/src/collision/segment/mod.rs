@@ -10,7 +10,8 @@ use super::checker::{CheckScratch, Checker};
 use crate::scene::{PairId, Scene};
 pub(crate) use proved::prove;
 pub use search::LEAST_RESOLUTION;
-use search::{FINEST, MOST_STRETCHES, Search};
+pub(crate) use search::SegmentBudget;
+use search::{FINEST, Search};
 use stretches::Stretch;
 
 /// How finely a segment is checked.
@@ -48,7 +49,7 @@ pub enum SegmentOutcome {
     },
     /// Two bodies come so near to losing the clearance that neither was found: no proof, and no
     /// collision next to where it ends. Or the motion is so long beside the resolution that a
-    /// hundred thousand stretches did not prove it.
+    /// hundred thousand stretches did not prove it, or a budget ended the proof.
     Undecided {
         /// Every configuration up to this fraction is free: proved.
         free_until: f64,
@@ -67,25 +68,25 @@ pub fn segment(
     options: &SegmentOptions,
     scratch: &mut CheckScratch,
 ) -> SegmentOutcome {
-    segment_within(checker, (from, to), options, MOST_STRETCHES, scratch)
+    segment_within(checker, (from, to), options, &SegmentBudget::UNLIMITED, scratch)
 }
 
-/// See [`Checker::segment`]; given up after so many stretches.
+/// See [`Checker::segment`]; given up where the budget ends.
 pub fn segment_within(
     checker: &Checker,
     (from, to): (&[f64], &[f64]),
     options: &SegmentOptions,
-    most: usize,
+    budget: &SegmentBudget,
     scratch: &mut CheckScratch,
 ) -> SegmentOutcome {
     let mut own = std::mem::take(&mut scratch.segment);
-    let outcome = Search { checker, from, to, scratch, own: &mut own }.run(options, most);
+    let outcome = Search { checker, from, to, scratch, own: &mut own, budget }.run(options);
     scratch.segment = own;
     outcome
 }
 
 impl Search<'_> {
-    fn run(&mut self, options: &SegmentOptions, most: usize) -> SegmentOutcome {
+    fn run(&mut self, options: &SegmentOptions) -> SegmentOutcome {
         let resolution = options.resolution.max(LEAST_RESOLUTION);
         let Scene { space, .. } = &*self.checker.scene;
         self.own.q.resize(space.nq(), 0.0);
@@ -115,7 +116,10 @@ impl Search<'_> {
             }
             // Motion that no number between the ends can halve any more.
             let finest = (to - from) * speed <= FINEST * resolution || middle <= from || middle >= to;
-            if finest || count >= most {
+            if self.is_spent() {
+                return SegmentOutcome::Undecided { free_until: from, near_at: middle, pair: PairId::new(pair) };
+            }
+            if finest || count >= self.budget.stretches {
                 return self.end(&stretch, (pair, speed), colliding, resolution);
             }
             let (first, last) = (last, self.own.pairs.len());

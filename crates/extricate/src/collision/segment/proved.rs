@@ -1,7 +1,7 @@
 //! Whether a segment whose first end is free can be proved free, for callers who try many: what
 //! fails is to fail soon, wherever it meets a collision.
 
-use super::search::{FINEST, LEAST_RESOLUTION, MOST_STRETCHES, Search};
+use super::search::{FINEST, LEAST_RESOLUTION, Search, SegmentBudget};
 use super::stretches::Stretch;
 use crate::collision::checker::{CheckScratch, Checker};
 
@@ -17,15 +17,21 @@ pub struct Proved {
 /// Whether every configuration of the geodesic is free, where the first is known to be.
 ///
 /// # Guarantee
-/// That of [`Checker::segment`] where it says free. `false` says nothing: a collision was met, or
-/// two bodies come within about `resolution` \[m\] of losing the clearance.
+/// That of [`Checker::segment`] where it says free. `false` says nothing: a collision was met, two
+/// bodies come within about `resolution` \[m\] of losing the clearance, or the budget ended.
 ///
 /// # Cost
 /// Stretches are halved breadth first, so a collision in the middle of a long segment costs a few
 /// evaluations, not a proof of all that is before it.
-pub fn prove(checker: &Checker, from: &[f64], to: &[f64], resolution: f64, scratch: &mut CheckScratch) -> Proved {
+pub fn prove(
+    checker: &Checker,
+    (from, to): (&[f64], &[f64]),
+    resolution: f64,
+    budget: &SegmentBudget,
+    scratch: &mut CheckScratch,
+) -> Proved {
     let mut own = std::mem::take(&mut scratch.segment);
-    let mut search = Search { checker, from, to, scratch, own: &mut own };
+    let mut search = Search { checker, from, to, scratch, own: &mut own, budget };
     let is_free = search.run_breadth_first(resolution.max(LEAST_RESOLUTION));
     let checks = own.checks;
     scratch.segment = own;
@@ -56,7 +62,7 @@ impl Search<'_> {
                 self.checker.pair_collides(pair, self.scratch)
             });
             let finest = (to - from) * speed <= FINEST * resolution || middle <= from || middle >= to;
-            if collides || finest || at >= MOST_STRETCHES {
+            if collides || finest || at >= self.budget.stretches || self.is_spent() {
                 return false;
             }
             let (first, last) = (before, after);
@@ -90,7 +96,7 @@ mod tests {
                 if checker.label(&a, &mut scratch) == Label::Colliding {
                     continue;
                 }
-                let proved = prove(&checker, &a, &b, 1e-4, &mut scratch);
+                let proved = prove(&checker, (&a, &b), 1e-4, &SegmentBudget::UNLIMITED, &mut scratch);
                 let outcome = checker.segment(&a, &b, &SegmentOptions::default(), &mut scratch);
                 assert_eq!(proved.is_free, outcome == SegmentOutcome::Free, "{name} {index}: {outcome:?}");
                 assert!(proved.checks > 0 && scratch.segment_checks() > 0);
@@ -99,6 +105,27 @@ mod tests {
             }
         }
         assert!(both > 40 && neither > 40, "{both} {neither}");
+    }
+
+    /// A long edge takes many evaluations; a budget ends it after those that it allows.
+    #[test]
+    fn a_budget_ends_a_proof() {
+        let checker = Checker::new(builtin::scene("planar-arm").unwrap().into());
+        let (a, b, mut scratch) = ([1.9, 0.0, 0.0], [2.4, 0.6, -0.6], CheckScratch::default());
+        let whole = prove(&checker, (&a, &b), 1e-5, &SegmentBudget::UNLIMITED, &mut scratch);
+        assert!(whole.is_free && whole.checks > 8, "{whole:?}");
+        for most in [1, 3, whole.checks - 1] {
+            let budget = SegmentBudget { is_spent: &|checks| checks >= most, ..SegmentBudget::UNLIMITED };
+            let proved = prove(&checker, (&a, &b), 1e-5, &budget, &mut scratch);
+            assert!(!proved.is_free && proved.checks <= most + 1, "{most}: {proved:?}");
+            let options = SegmentOptions { resolution: 1e-5 };
+            let SegmentOutcome::Undecided { free_until, .. } =
+                checker.segment_within((&a, &b), &options, &budget, &mut scratch)
+            else {
+                panic!("a proof that a budget ends says neither")
+            };
+            assert!(free_until < 1.0 && scratch.segment_checks() <= most + 2);
+        }
     }
 
     /// Where pairs may overlap as deeply as at one configuration, that is all that is free there

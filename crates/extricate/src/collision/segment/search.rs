@@ -19,6 +19,19 @@ pub const MOST_STRETCHES: usize = 1 << 18;
 /// More than exact tests err by \[m\]: what is proved here is not called colliding there.
 const SLACK: f64 = 2e-7;
 
+/// How long a proof goes on.
+pub struct SegmentBudget<'a> {
+    /// Stretches after which it is given up.
+    pub stretches: usize,
+    /// Whether the caller's budget is spent, if the proof has evaluated so many configurations.
+    pub is_spent: &'a dyn Fn(usize) -> bool,
+}
+
+impl SegmentBudget<'_> {
+    /// As long as a proof takes.
+    pub const UNLIMITED: Self = Self { stretches: MOST_STRETCHES, is_spent: &|_| false };
+}
+
 /// One search along a segment.
 pub struct Search<'a> {
     pub checker: &'a Checker,
@@ -26,9 +39,15 @@ pub struct Search<'a> {
     pub to: &'a [f64],
     pub scratch: &'a mut CheckScratch,
     pub own: &'a mut SegmentScratch,
+    pub budget: &'a SegmentBudget<'a>,
 }
 
 impl Search<'_> {
+    /// Whether the caller's budget ends the proof here.
+    pub fn is_spent(&self) -> bool {
+        (self.budget.is_spent)(self.own.checks)
+    }
+
     /// One stretch, and all pairs.
     pub fn begin(&mut self) {
         let SegmentScratch { stretches, pairs, .. } = &mut *self.own;

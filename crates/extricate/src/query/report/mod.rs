@@ -32,10 +32,10 @@ pub fn report(context: &Context, options: &QueryOptions, scratch: &mut QueryScra
         answer.contacts.iter_mut().for_each(|contact| contact.distance += context.checker.excess(contact.pair.index()));
         answer.touching.extend(answer.contacts.iter().map(|contact| contact.pair));
         answer.touching.dedup();
-        context.metric.anchor_at(&answer.witness, evaluator.check.poses(), far_anchor);
-    } else {
-        context.metric.anchor(&answer.witness, far_anchor);
     }
+    // The contacts may have been known before: the checker's poses are then those of whatever it
+    // saw last.
+    context.metric.anchor(&answer.witness, far_anchor);
     let (anchor, proof) = (&known.anchor, &mut known.proof);
     answer.max_displacement = context.metric.max_displacement_at(anchor, &far_anchor.poses);
     let bound = proof.bound(context, anchor, (answer.depth, &answer.colliding), &mut evaluator.check);

@@ -78,10 +78,6 @@ impl Evaluator {
         if !context.checker.scene().space.is_within(q) {
             return Label::Colliding;
         }
-        // The scratch then holds the poses of another configuration.
-        if self.exact_at != q {
-            self.exact_at.clear();
-        }
         let label = context.checker.label(q, &mut self.check);
         if label == Label::Free {
             self.free_at.clear();
@@ -122,8 +118,8 @@ impl Evaluator {
         nearest - context.held.most
     }
 
-    /// Contacts of the pairs nearer than `margin` \[m\] at `q`, ascending by pair; `check` then
-    /// holds its poses.
+    /// Contacts of the pairs nearer than `margin` \[m\] at `q`, ascending by pair. Where they were
+    /// known before, `check` holds the poses of whatever it saw last.
     pub fn touching(&mut self, context: &Context, q: &[f64], margin: f64) -> &[Contact] {
         if self.exact_at == q && self.exact_within >= margin {
             self.contacts.retain(|contact| contact.distance < margin);

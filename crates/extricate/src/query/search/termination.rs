@@ -95,6 +95,16 @@ impl Deadline {
         Self { checks: *max_checks, deadline: max_seconds.and_then(until), stop: stop.clone() }
     }
 
+    /// What is left of it after so many `checks`, for a query that begins now.
+    pub fn left(&self, checks: usize) -> Termination {
+        let until = |deadline: Instant| deadline.saturating_duration_since(Instant::now()).as_secs_f64();
+        Termination {
+            max_checks: self.checks.map(|most| most.saturating_sub(checks)),
+            max_seconds: self.deadline.map(until),
+            stop: self.stop.clone(),
+        }
+    }
+
     /// Whether it is reached after so many `checks`.
     pub fn is_reached(&self, checks: usize) -> bool {
         self.checks.is_some_and(|most| checks >= most)

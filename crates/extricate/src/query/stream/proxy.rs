@@ -4,7 +4,7 @@
 //! what collides. A proxy goes toward the query as far as contacts let it: its direction turns
 //! where they change, and what it is held behind is told.
 
-use crate::collision::{ContactQuery, ContactSearch, SegmentOptions, SegmentOutcome};
+use crate::collision::{ContactQuery, ContactSearch, SegmentBudget, SegmentOptions, SegmentOutcome};
 use crate::cspace::Label;
 use crate::metric::Anchor;
 use crate::query::context::Context;
@@ -130,7 +130,8 @@ impl Proxy {
 fn proved(context: &Context, aimed: &Context, (from, to): (&[f64], &[f64]), evaluator: &mut Evaluator) -> f64 {
     let options = SegmentOptions { resolution: 0.5 * (aimed.clearance - context.clearance) };
     evaluator.checks += 1;
-    match context.checker.segment_within((from, to), &options, STRETCHES, &mut evaluator.check) {
+    let budget = SegmentBudget { stretches: STRETCHES, ..SegmentBudget::UNLIMITED };
+    match context.checker.segment_within((from, to), &options, &budget, &mut evaluator.check) {
         SegmentOutcome::Free => 1.0,
         SegmentOutcome::Contact { free_until, .. } | SegmentOutcome::Undecided { free_until, .. } => free_until,
     }

@@ -63,7 +63,8 @@ impl Unlearned {
 }
 
 impl World {
-    /// Prepares a scene: the exact checker, the metric, what bounds stand on.
+    /// Prepares a scene: the exact checker, the metric, what bounds stand on. Convex pieces of its
+    /// meshes are made by the first [`World::view`].
     pub fn new(scene: impl Into<Arc<Scene>>) -> Self {
         let checker = Checker::new(scene.into());
         let metric = Metric::new(checker.scene_arc().clone());
@@ -109,6 +110,10 @@ impl World {
     }
 
     /// What queries are answered from: this scene, and nothing learned.
+    ///
+    /// # Cost
+    /// The first call makes the convex pieces of all meshes, on all threads of the current pool:
+    /// some tenths of a second for a robot of raw meshes. Later ones cost nothing.
     pub fn view(&self) -> View<'_> {
         View::new(self.context())
     }
@@ -127,10 +132,13 @@ impl World {
         self.view().solver(options)
     }
 
-    /// The same from what a model has learned, of this scene or another one.
+    /// The same from what a model has learned, of this scene or another one. All that queries need
+    /// of meshes is made by then: no answer depends on what was asked before, and no query spends
+    /// its time on it.
     pub(crate) fn with<'a>(&'a self, learned: &Learned<'a>, change: Option<&'a Change>) -> Context<'a> {
+        self.checker.prepare_proposals();
         let context = Context::new((&self.checker, &self.metric, &self.balls), *learned, change);
-        Context { unlearned: change.map(|_| self.unlearned()), ..context }
+        Context { unlearned: Some(self.unlearned()), ..context }
     }
 
     fn unlearned(&self) -> Learned<'_> {

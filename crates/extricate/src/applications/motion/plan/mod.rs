@@ -85,11 +85,10 @@ impl View<'_> {
         let limit = Deadline::of(&options.termination);
         options.pool()?.install(|| {
             let context = RoadmapContext::new(self.context(), options.resolution);
-            let mut grower = Grower::new(context, roadmap);
-            let until = grower.roadmap.checks().saturating_add(checks);
-            while grower.roadmap.checks() < until && !limit.is_reached(0) {
-                let left = until - grower.roadmap.checks();
-                grow(&mut grower, left.min(MOST_OF_A_BATCH), &limit);
+            let mut grower = Grower::new(context, roadmap, &limit, checks);
+            while !grower.is_spent() {
+                let left = grower.left;
+                grow(&mut grower, left.min(MOST_OF_A_BATCH));
             }
         });
         Ok(())
@@ -128,6 +127,7 @@ impl Planner<'_> {
         let Some((mut points, method)) = found else { return Plan::none(self.prover.checks + grown, nodes) };
         if self.options.shortcut {
             let mut rng = ChaCha8Rng::seed_from_u64(self.options.seed);
+            self.prover.limited(self.left(grown));
             shortcut(&mut self.prover, &mut points, &mut rng);
         }
         let length = path::length(self.context.metric, &points.concat(), self.ends[0].len());
@@ -140,7 +140,7 @@ impl Planner<'_> {
             return Some((vec![from, to], PlanMethod::Straight));
         }
         let context = RoadmapContext::new(self.context, self.options.resolution);
-        let mut grower = Grower::new(context, roadmap);
+        let mut grower = Grower::new(context, roadmap, &self.limit, self.left(0));
         let (before, mut nodes) = (grower.roadmap.checks(), None);
         if !grower.roadmap.is_empty() {
             let [a, b] = [grower.add(&from), grower.add(&to)];
@@ -159,7 +159,7 @@ impl Planner<'_> {
         let mut sample = |rng: &mut ChaCha8Rng, out: &mut [f64]| uniform(space, rng, out);
         let mut round = FIRST_ROUND;
         loop {
-            let limited = self.prover.limited(self.left(&grower, before).min(round));
+            let limited = self.prover.limited(self.left(grower.roadmap.checks() - before).min(round));
             let path = trees.grow(&mut self.prover, &mut sample, &mut rng);
             self.prover.unlimit(limited);
             if let Some(path) = path {
@@ -168,14 +168,15 @@ impl Planner<'_> {
                 }
                 return Some((path, PlanMethod::Trees));
             }
+            grower.left = self.left(grower.roadmap.checks() - before);
             let [a, b] = *nodes.get_or_insert_with(|| [grower.add(&from), grower.add(&to)]);
             let begun = grower.roadmap.checks();
             while grower.roadmap.checks() - begun < MORE * round {
-                let left = self.left(&grower, before);
-                if left == 0 || self.limit.is_reached(0) {
+                if grower.is_spent() {
                     return None;
                 }
-                grow(&mut grower, left.min(round).min(MOST_OF_A_BATCH), &self.limit);
+                let left = grower.left;
+                grow(&mut grower, left.min(round).min(MOST_OF_A_BATCH));
                 if let Some(path) = grower.solve(a, b) {
                     return Some((path, PlanMethod::Roadmap));
                 }
@@ -184,10 +185,9 @@ impl Planner<'_> {
         }
     }
 
-    /// Checks that may still be spent, where the roadmap had spent `before`.
-    fn left(&self, grower: &Grower, before: usize) -> usize {
-        let spent = self.prover.checks + grower.roadmap.checks() - before;
-        self.limit.checks.map_or(usize::MAX, |most| most.saturating_sub(spent))
+    /// Checks that may still be spent, where growing the roadmap took so many.
+    fn left(&self, grown: usize) -> usize {
+        self.limit.checks.map_or(usize::MAX, |most| most.saturating_sub(self.prover.checks + grown))
     }
 }
 

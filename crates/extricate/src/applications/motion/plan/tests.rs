@@ -56,3 +56,16 @@ fn ends_that_are_not_free_are_named() {
     let options = PlanOptions { resolution: f64::NAN, ..PlanOptions::default() };
     assert!(world.view().plan(free, free, &options).unwrap_err().to_string().contains("resolution"));
 }
+
+/// Trees, roadmaps, the proofs inside of batches and shortcuts together.
+#[test]
+fn plans_keep_to_their_budget() {
+    let (world, ends) = peg(1.05);
+    for checks in [100, 3_000, 12_000] {
+        let options = PlanOptions { termination: Termination::after_checks(checks), ..PlanOptions::default() };
+        let plan = world.view().plan(&ends[0], &ends[1], &options).unwrap();
+        let most = checks + checks / 10;
+        assert!(plan.is_found() || (checks..=most).contains(&plan.checks), "{} of {checks}", plan.checks);
+        assert!(plan.checks <= most, "{} of {checks}", plan.checks);
+    }
+}

@@ -51,7 +51,6 @@ impl<'a> Repairer<'a> {
 
     /// What queries may still spend.
     pub fn left(&self) -> Termination {
-        let Termination { max_checks, max_seconds, stop } = self.options.termination.clone();
-        Termination { max_checks: max_checks.map(|most| most.saturating_sub(self.prover.checks)), max_seconds, stop }
+        self.prover.left()
     }
 }

@@ -8,10 +8,13 @@ use super::islands::{Trees, grow_trees, islands, take_trees};
 use super::samplers::{Drawn, draw};
 use super::yields::{SAMPLERS, Sampler, shares};
 use crate::applications::motion::prover::Prover;
-use crate::query::{Deadline, QueryScratch};
+use crate::query::QueryScratch;
 
 /// Most configurations of one sampler in a batch: what a batch finds is known to the next one only.
 const MOST: usize = 2048;
+
+/// Jobs that run side by side before what is left is counted again.
+const TOGETHER: usize = 64;
 
 /// What one job of a batch found.
 enum Found {
@@ -21,35 +24,59 @@ enum Found {
     Trees(Option<Trees>),
 }
 
-/// One batch of about so many checks. Ends early where the caller stops it, or time does: then
-/// less is drawn, and what is drawn depends on when.
-pub fn grow(grower: &mut Grower, checks: usize, limit: &Deadline) {
+/// One batch of about so many checks, and of no more than are left. Ends early where the caller
+/// stops it, or time does: then less is drawn, and what is drawn depends on when.
+pub fn grow(grower: &mut Grower, checks: usize) {
     let islands = islands(grower);
     let jobs = jobs(grower, checks, !islands.is_empty());
-    let first = grower.roadmap.drawn;
-    grower.roadmap.drawn += jobs.len() as u64;
-    let this = &*grower;
-    let find = |(memory, prover): &mut (QueryScratch, Prover), (at, sampler): (usize, &usize)| {
-        let (sampler, index, before) = (SAMPLERS[*sampler], first + at as u64, prover.checks);
-        if limit.is_reached(0) {
-            return (Found::Trees(None), 0);
+    let until = grower.left.saturating_sub(checks);
+    let mut found: Vec<(Found, usize)> = Vec::with_capacity(jobs.len());
+    for some in jobs.chunks(TOGETHER) {
+        if grower.left <= until || grower.is_spent() {
+            break;
         }
-        if sampler == Sampler::Trees {
-            let trees = grow_trees(this, &islands, index, prover);
-            return (Found::Trees(trees), prover.checks - before);
-        }
-        let drawn = draw(sampler, index, this.roadmap, &this.context, memory);
-        let old = |q: &Vec<f64>| this.joinable(q, &this.nodes.near(q, NEIGHBOURS), prover);
-        let neighbours = drawn.config.as_ref().map_or(Vec::new(), old);
-        let checks = drawn.checks + prover.checks - before;
-        (Found::Node(drawn, neighbours), checks)
-    };
-    let scratch = || (QueryScratch::default(), this.prover());
-    let found: Vec<(Found, usize)> = jobs.par_iter().enumerate().map_init(scratch, find).collect();
+        let (this, first) = (&*grower, grower.roadmap.drawn);
+        // What each may spend does not depend on what the others do at the same time.
+        let share = this.left / some.len();
+        let find = |(memory, prover): &mut (QueryScratch, Prover), (at, sampler): (usize, &usize)| {
+            let (limited, before) = (prover.limited(share), prover.checks);
+            let (sampler, index) = (SAMPLERS[*sampler], first + at as u64);
+            let (found, drawn) = find(this, (sampler, index), &islands, memory, prover);
+            prover.unlimit(limited);
+            (found, drawn + prover.checks - before)
+        };
+        let scratch = || (QueryScratch::default(), this.prover());
+        let more: Vec<(Found, usize)> = some.par_iter().enumerate().map_init(scratch, find).collect();
+        grower.roadmap.drawn += some.len() as u64;
+        grower.spend(more.iter().map(|(_, checks)| checks).sum());
+        found.extend(more);
+    }
     take(grower, &jobs, found);
 }
 
-/// Samplers of a batch of so many checks, by index.
+/// What one job finds, and the checks that drawing took.
+fn find(
+    grower: &Grower,
+    (sampler, index): (Sampler, u64),
+    islands: &[Vec<usize>],
+    memory: &mut QueryScratch,
+    prover: &mut Prover,
+) -> (Found, usize) {
+    if prover.is_spent() {
+        return (Found::Trees(None), 0);
+    }
+    if sampler == Sampler::Trees {
+        return (Found::Trees(grow_trees(grower, islands, index, prover)), 0);
+    }
+    let drawn = draw(sampler, index, grower.roadmap, &grower.context, memory);
+    let old = |q: &Vec<f64>| grower.joinable(q, &grower.nodes.near(q, NEIGHBOURS), prover);
+    let neighbours = drawn.config.as_ref().map_or(Vec::new(), old);
+    let checks = drawn.checks;
+    (Found::Node(drawn, neighbours), checks)
+}
+
+/// Samplers of a batch of so many checks, by index; those of each are spread evenly over it, so that
+/// a batch that ends early has drawn of all.
 fn jobs(grower: &Grower, checks: usize, has_islands: bool) -> Vec<usize> {
     let has_samples = !grower.context.query.samples().is_empty();
     let is_of_use = |sampler: Sampler| match sampler {
@@ -63,7 +90,11 @@ fn jobs(grower: &Grower, checks: usize, has_islands: bool) -> Vec<usize> {
         let count = (share * checks as f64 / of.cost()).ceil() as usize;
         count.min(MOST)
     });
-    counts.enumerate().flat_map(|(sampler, count)| std::iter::repeat_n(sampler, count)).collect()
+    let place = |at: usize, count: usize| (at as f64 + 0.5) / count as f64;
+    let placed = counts.enumerate().flat_map(|(sampler, n)| (0..n).map(move |at| (place(at, n), sampler)));
+    let mut placed: Vec<(f64, usize)> = placed.collect();
+    placed.sort_by(|a, b| a.0.total_cmp(&b.0));
+    placed.into_iter().map(|(_, sampler)| sampler).collect()
 }
 
 /// Adds what a batch found. What cannot be joined to what was there is tried with what else is
@@ -74,7 +105,6 @@ fn take(grower: &mut Grower, jobs: &[usize], found: Vec<(Found, usize)>) {
     for (sampler, (found, checks)) in jobs.iter().zip(found) {
         let of = &mut grower.roadmap.yields[*sampler];
         (of.drawn, of.checks) = (of.drawn + 1, of.checks + checks as u64);
-        grower.roadmap.checks += checks;
         match found {
             Found::Node(Drawn { config: Some(q), .. }, neighbours) => {
                 new.push((*sampler, grower.push(&q), neighbours));
@@ -87,18 +117,22 @@ fn take(grower: &mut Grower, jobs: &[usize], found: Vec<(Found, usize)>) {
         }
     }
     let this = &*grower;
+    let share = this.left / new.len().max(1);
     let among_new = |prover: &mut Prover, (_, node, neighbours): &(usize, usize, Vec<usize>)| {
         if !neighbours.is_empty() {
             return (Vec::new(), 0);
         }
+        let limited = prover.limited(share);
         let (q, before) = (this.nodes.config(*node), prover.checks);
         let near = this.nodes.near(q, NEIGHBOURS);
         let near: Vec<usize> = near.into_iter().filter(|other| *other >= old && other != node).collect();
-        (this.joinable(q, &near, prover), prover.checks - before)
+        let joinable = this.joinable(q, &near, prover);
+        prover.unlimit(limited);
+        (joinable, prover.checks - before)
     };
     let more: Vec<(Vec<usize>, usize)> = new.par_iter().map_init(|| this.prover(), among_new).collect();
     for ((sampler, node, neighbours), (others, checks)) in new.into_iter().zip(more) {
-        grower.roadmap.checks += checks;
+        grower.spend(checks);
         grower.roadmap.yields[sampler].checks += checks as u64;
         let joins = grower.join(node, &neighbours) + grower.join(node, &others);
         if joins != 1 {

@@ -11,31 +11,47 @@ use crate::query::Deadline;
 /// Neighbours that a new node is tried to be joined to. Of `frame-1.5` (`bench/applications plan`,
 /// three seeds) the median took 240,000 checks with these, 450,000 with 12, over 1,000,000 with 6.
 pub const NEIGHBOURS: usize = 24;
+
 /// A roadmap while it grows.
 pub struct Grower<'a, 'b> {
     pub context: RoadmapContext<'a>,
+    /// When time or the caller ends it; its checks are those left.
+    limit: Deadline,
+    /// Checks that may still be spent.
+    pub left: usize,
     pub roadmap: &'b mut Roadmap,
     pub nodes: Nodes<'a>,
     pub components: Components,
 }
 
 impl<'a, 'b> Grower<'a, 'b> {
-    /// Goes on with a roadmap.
-    pub fn new(context: RoadmapContext<'a>, roadmap: &'b mut Roadmap) -> Self {
+    /// Goes on with a roadmap, and spends at most `left` checks.
+    pub fn new(context: RoadmapContext<'a>, roadmap: &'b mut Roadmap, limit: &Deadline, left: usize) -> Self {
         let mut nodes = Nodes::new(context.query.metric);
         roadmap.configs.chunks_exact(roadmap.nq).for_each(|q| {
             nodes.push(q);
         });
         roadmap.yields.resize(SAMPLERS.len(), Yield::default());
         let components = Components::new(roadmap.len(), &roadmap.edges);
-        Self { context, roadmap, nodes, components }
+        Self { context, limit: limit.clone(), left, roadmap, nodes, components }
+    }
+
+    /// Whether no more is to be asked.
+    pub fn is_spent(&self) -> bool {
+        self.left == 0 || self.limit.is_reached(0)
+    }
+
+    /// Counts checks.
+    pub(super) fn spend(&mut self, checks: usize) {
+        self.roadmap.checks += checks;
+        self.left = self.left.saturating_sub(checks);
     }
 
     /// Adds a free configuration and joins it to what it can be joined to; its node.
     pub fn add(&mut self, q: &[f64]) -> usize {
         let mut prover = self.prover();
         let neighbours = self.joinable(q, &self.nodes.near(q, NEIGHBOURS), &mut prover);
-        self.roadmap.checks += prover.checks;
+        self.spend(prover.checks);
         let node = self.push(q);
         self.join(node, &neighbours);
         self.roadmap.narrow.push(node as u32);
@@ -53,8 +69,10 @@ impl<'a, 'b> Grower<'a, 'b> {
         }
     }
 
+    /// A prover that may spend all that is left.
     pub(super) fn prover(&self) -> Prover<'a> {
-        Prover::new(self.context.query.checker, self.context.resolution, Deadline::default())
+        let limit = Deadline { checks: Some(self.left), ..self.limit.clone() };
+        Prover::new(self.context.query.checker, self.context.resolution, limit)
     }
 
     /// Which of `near`, no two of them joined, proved edges lead to from a free configuration.

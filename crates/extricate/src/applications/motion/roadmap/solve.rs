@@ -12,7 +12,8 @@ impl Grower<'_, '_> {
         self.components.root(a) == self.components.root(b)
     }
 
-    /// The path between two nodes; `None` where they are not joined.
+    /// The path between two nodes; `None` where they are not joined, or the budget ends before all
+    /// of it is proved.
     ///
     /// # Guarantee
     /// Every edge is proved now, whatever the roadmap was made for: edges that are not are
@@ -27,9 +28,14 @@ impl Grower<'_, '_> {
             };
             let bad: Vec<[usize; 2]> =
                 path.windows(2).filter(|pair| !is_proved(pair)).map(|pair| [pair[0], pair[1]]).collect();
-            self.roadmap.checks += prover.checks;
+            let is_spent = prover.is_spent();
+            self.spend(prover.checks);
             if bad.is_empty() {
                 return Some(path.iter().map(|node| self.roadmap.config(*node).to_vec()).collect());
+            }
+            // What was not proved for want of checks may well be free.
+            if is_spent {
+                return None;
             }
             self.forget(&bad);
         }
@@ -53,7 +59,7 @@ impl Grower<'_, '_> {
                 self.join(*node, &joinable);
             }
         }
-        self.roadmap.checks += prover.checks;
+        self.spend(prover.checks);
     }
 }
 

@@ -34,6 +34,11 @@ const NO_BOX: f32 = -1e30;
 /// 20 roundings of 2^-24 each.
 const ROUNDING: f64 = 4e-6;
 
+/// A limit is wide if it is more than this share of the half sides of the box seen.
+const WIDE: f32 = 0.1;
+/// Limits \[m\] beyond this one count as it: its square is finite.
+const MOST_LIMIT: f32 = 1e15;
+
 /// How the frame of one tree lies in that of another, for tests of boxes.
 #[derive(Debug, Clone)]
 pub struct View {
@@ -53,6 +58,10 @@ pub struct View {
 /// the limit.
 #[derive(Debug, Clone, Copy)]
 pub struct Seen {
+    /// The limit alone, without what rounding may take.
+    limit: f32,
+    /// Whether the limit is so large beside the box that gaps along single axes tell little.
+    is_wide: bool,
     center: [f32; 4],
     /// Along this frame's axes.
     face: [f32; 4],
@@ -119,8 +128,10 @@ impl View {
     #[inline(always)]
     pub fn see(&self, other: &Cuboid, limit: f32) -> Seen {
         let (r, m, c, h) = (&self.columns, &self.absolute, &other.center, &other.half);
-        let limit = limit + self.rounding;
+        let (alone, limit) = (limit.min(MOST_LIMIT), limit + self.rounding);
         let mut seen = Seen {
+            limit: alone,
+            is_wide: alone > WIDE * other.size(),
             center: self.translation,
             own: [h[0] + limit, h[1] + limit, h[2] + limit],
             face: [limit; 4],
@@ -221,7 +232,10 @@ impl Boxes {
             let widest = own[0].max(own[1]).max(own[2]).max(other[0].max(other[1]).max(other[2]));
             widest.store(&mut gaps, at);
         }
-        let mask = negative(&gaps);
+        let mut mask = negative(&gaps);
+        if mask != 0 && seen.is_wide {
+            mask &= self.within(simd, view, seen);
+        }
         if mask == 0 {
             return (0, gaps);
         }
@@ -230,6 +244,25 @@ impl Boxes {
             self.part(simd, seen, at).widest_edge_gap(simd, view, seen).store(&mut edges, at);
         }
         (mask & negative(&edges), gaps)
+    }
+
+    /// Which boxes may be nearer than the limit, by the distances that gaps along three axes at
+    /// right angles add up to.
+    #[inline(always)]
+    fn within<S: Simd>(&self, simd: S, view: &View, seen: &Seen) -> u32 {
+        let limit = F32s::splat(simd, seen.limit);
+        // Sums round relative to themselves.
+        let less = F32s::splat(simd, 1.0 - 2e-6);
+        let mut rest = [0.0; LANES];
+        for at in 0..F32s::<S>::COUNT {
+            let [mut own, mut other] = self.part(simd, seen, at).face_gaps(simd, view, seen);
+            for k in 0..3 {
+                (own[k], other[k]) = (own[k] + limit, other[k] + limit);
+            }
+            let squares = squared(simd, &own).max(squared(simd, &other)) * less;
+            (squares - limit * limit).store(&mut rest, at);
+        }
+        negative(&rest)
     }
 
     /// Lower bounds \[m\] on the distances between what the boxes hold and what the one seen (with

@@ -1,0 +1,201 @@
+//! Equal questions have equal answers, to the last bit: whatever was asked before, in whatever
+//! order, with whatever memory, of raw meshes too.
+
+use std::fmt::Debug;
+
+use extricate::internals::cspace::sampling::Halton;
+use extricate::internals::io;
+use extricate::{
+    CheckScratch, Config, Effort, EscapeOptions, Hand, Label, LearnOptions, Model, PlanOptions, QueryOptions,
+    QueryScratch, ReleaseOptions, RepairOptions, Rows, Scene, SegmentOptions, Stream, StreamOptions, Termination, View,
+    World,
+};
+
+/// Two fingers of two links each, all of them brackets of triangles, and a ring of triangles between
+/// them.
+pub fn gripper() -> Scene {
+    let folder = tempfile::tempdir().unwrap();
+    let write = |name: &str, text: &str| std::fs::write(folder.path().join(name), text).unwrap();
+    // An L, extruded.
+    let corners = [[0.0, 0.0], [0.02, 0.0], [0.02, 0.05], [0.045, 0.05], [0.045, 0.07], [0.0, 0.07]];
+    let mut bracket = String::new();
+    for y in [-0.01, 0.01] {
+        corners.iter().for_each(|[x, z]| bracket += &format!("v {x} {y} {z}\n"));
+    }
+    bracket += "f 1 2 3\nf 1 3 6\nf 3 4 5\nf 3 5 6\nf 9 8 7\nf 12 9 7\nf 11 10 9\nf 12 11 9\n";
+    for at in 1..=6 {
+        let next = at % 6 + 1;
+        bracket += &format!("f {at} {} {} {next}\n", at + 6, next + 6);
+    }
+    write("bracket.obj", &bracket);
+    write("ring.obj", &ring(12, [0.018, 0.03], 0.02));
+    let link = |name: &str| {
+        format!("<link name='{name}'><collision><geometry><mesh filename='bracket.obj'/></geometry></collision></link>")
+    };
+    let joint = |child: &str, parent: &str, at: &str| {
+        format!(
+            "<joint name='j_{child}' type='revolute'><parent link='{parent}'/><child link='{child}'/>\
+             <origin xyz='{at}'/><axis xyz='0 1 0'/><limit lower='-1.6' upper='1.6' effort='1' velocity='1'/></joint>"
+        )
+    };
+    let mut urdf = String::from(
+        "<robot name='g'><link name='palm'><collision><origin xyz='0 0 -0.02'/><geometry><box size='0.14 0.03 0.02'/>\
+         </geometry></collision></link>",
+    );
+    for (finger, x) in [("left", "-0.05"), ("right", "0.05")] {
+        let (near, far) = (format!("{finger}_near"), format!("{finger}_far"));
+        urdf += &(link(&near) + &link(&far));
+        urdf += &(joint(&near, "palm", &format!("{x} 0 0")) + &joint(&far, &near, "0 0 0.075"));
+    }
+    write("g.urdf", &(urdf + "</robot>"));
+    write(
+        "s.toml",
+        "[[robot]]\nurdf = 'g.urdf'\n[[obstacle]]\nname = 'ring'\nshape = { mesh = 'ring.obj' }\n\
+         pose = { xyz = [0.0, 0.0, 0.09] }\n",
+    );
+    io::load_scene(&folder.path().join("s.toml")).unwrap()
+}
+
+/// A ring around y of so many sides, as an OBJ.
+fn ring(sides: usize, radii: [f64; 2], half: f64) -> String {
+    let mut text = String::new();
+    for side in 0..sides {
+        let (sine, cosine) = (std::f64::consts::TAU * side as f64 / sides as f64).sin_cos();
+        for (radius, y) in [(radii[0], -half), (radii[1], -half), (radii[1], half), (radii[0], half)] {
+            text += &format!("v {} {y} {}\n", radius * cosine, radius * sine);
+        }
+    }
+    for side in 0..sides {
+        let (here, next) = (4 * side + 1, 4 * ((side + 1) % sides) + 1);
+        for k in 0..4 {
+            let l = (k + 1) % 4;
+            text += &format!("f {} {} {} {}\n", here + k, next + k, next + l, here + l);
+        }
+    }
+    text
+}
+
+/// What is asked, each with memory that it shares with the others.
+type Question = fn(&View, &Config, &mut Memory) -> String;
+
+#[derive(Default)]
+struct Memory {
+    query: QueryScratch,
+    check: CheckScratch,
+}
+
+fn text(answer: impl Debug) -> String {
+    format!("{answer:?}")
+}
+
+fn query(view: &View, q: &Config, memory: &mut Memory, options: &QueryOptions) -> String {
+    text(view.query_with(q, options, &mut memory.query))
+}
+
+/// The configuration of the arms is one of four joints.
+const QUESTIONS: [(&str, Question); 10] = [
+    ("refined", |view, q, memory| query(view, q, memory, &QueryOptions::default())),
+    ("exits", |view, q, memory| {
+        query(view, q, memory, &QueryOptions { exits: 3, segment: true, free_radius: true, ..QueryOptions::default() })
+    }),
+    ("proved", |view, q, memory| {
+        let termination = Termination::after_checks(150);
+        query(view, q, memory, &QueryOptions { effort: Effort::Proved, termination, ..QueryOptions::default() })
+    }),
+    ("clearance", |view, q, memory| {
+        query(view, q, memory, &QueryOptions { clearance: Some(0.003), ..QueryOptions::default() })
+    }),
+    ("escape", |view, q, _| text(view.escape(q, &EscapeOptions { tree_checks: 500, ..EscapeOptions::default() }))),
+    ("release", |view, q, memory| {
+        let hand = Hand::new(view.scene(), "ring").unwrap();
+        text(hand.release(view, q, &ReleaseOptions::default(), &mut memory.query))
+    }),
+    ("repair", |view, q, _| {
+        let rows = [&[0.0; 4][..], q, &[0.4, 0.0, -0.4, 0.0]].concat();
+        let options = RepairOptions { termination: Termination::after_checks(1_000), ..RepairOptions::default() };
+        text(view.repair(Rows::new(&rows, 4).unwrap(), &options))
+    }),
+    ("plan", |view, q, _| {
+        let answer = view.query(q).unwrap();
+        let [from, to] = [&answer.witness[..], &[-1.2, 0.0, 1.2, 0.0]].map(|q| view.scene().config(q).unwrap());
+        let options = PlanOptions { termination: Termination::after_checks(2_000), ..PlanOptions::default() };
+        text(view.plan(&from, &to, &options))
+    }),
+    ("checks", |view, q, memory| {
+        let checker = view.checker();
+        let middle = vec![0.1; q.len()];
+        let label = checker.label(q, &mut memory.check);
+        let clearance = checker.clearance(q, &mut memory.check);
+        text((label, clearance, checker.segment(q, &middle, &SegmentOptions::default(), &mut memory.check)))
+    }),
+    ("stream", |view, q, _| {
+        let mut stream = Stream::new(StreamOptions { continuous: true, ..StreamOptions::default() });
+        text([0, 1].map(|_| view.query_next(q, &mut stream)))
+    }),
+];
+
+/// Colliding configurations of the gripper.
+fn colliding(world: &World, count: usize) -> Vec<Config> {
+    let space = &world.scene().space;
+    let (halton, mut q, mut scratch) = (Halton::new(space.nv(), 5), vec![0.0; space.nq()], CheckScratch::default());
+    let drawn = (0..).filter_map(|index| {
+        halton.config(space, index, &mut q);
+        let is_colliding = world.checker().label(&q, &mut scratch) == Label::Colliding;
+        is_colliding.then(|| space.config(&q).unwrap())
+    });
+    drawn.take(count).collect()
+}
+
+/// All questions of all configurations, in this order of the questions.
+fn asked<'a>(view: &View, configs: &[Config], order: impl Iterator<Item = &'a usize> + Clone) -> Vec<Vec<String>> {
+    let (mut memory, mut answers) = (Memory::default(), vec![vec![String::new(); configs.len()]; QUESTIONS.len()]);
+    for question in order {
+        for (at, q) in configs.iter().enumerate() {
+            answers[*question][at] = QUESTIONS[*question].1(view, q, &mut memory);
+        }
+    }
+    answers
+}
+
+fn assert_equal(expected: &[Vec<String>], found: &[Vec<String>], how: &str) {
+    for ((expected, found), (name, _)) in expected.iter().zip(found).zip(QUESTIONS) {
+        for (at, (expected, found)) in expected.iter().zip(found).enumerate() {
+            assert_eq!(expected, found, "{name}, {how}, configuration {at}");
+        }
+    }
+}
+
+#[test]
+fn answers_do_not_depend_on_what_was_asked_before() {
+    let scene = gripper();
+    let configs = colliding(&World::new(scene.clone()), 6);
+    let forward: Vec<usize> = (0..QUESTIONS.len()).collect();
+    let world = World::new(scene.clone());
+    let expected = asked(&world.view(), &configs, forward.iter());
+    assert_equal(&expected, &asked(&world.view(), &configs, forward.iter()), "asked again");
+    let other = World::new(scene.clone());
+    assert_equal(&expected, &asked(&other.view(), &configs, forward.iter().rev()), "the last question first");
+    for question in &forward {
+        let alone = World::new(scene.clone());
+        let found = asked(&alone.view(), &configs, std::iter::once(question));
+        assert_equal(&expected[*question..=*question], &found[*question..=*question], "asked alone");
+    }
+    // Prepared for another scene, which shares the pieces of links.
+    let moved = world.with_scene(scene.with_obstacles([]).unwrap());
+    moved.view();
+    assert_equal(&expected, &asked(&moved.with_scene(scene).view(), &configs, forward.iter()), "shared bodies");
+}
+
+#[test]
+fn with_a_model_neither() {
+    let options = LearnOptions { labels: 4_000, seconds: None, ..LearnOptions::default() };
+    let model = Model::learn(gripper(), &options).unwrap();
+    let configs = colliding(model.world(), 6);
+    let forward: Vec<usize> = (0..QUESTIONS.len()).collect();
+    let expected = asked(&model.view(), &configs, forward.iter());
+    assert_equal(&expected, &asked(&model.view(), &configs, forward.iter().rev()), "the last question first");
+    let file = tempfile::NamedTempFile::new().unwrap();
+    io::save_model(&model, file.path()).unwrap();
+    let again = io::load_model(file.path()).unwrap();
+    assert_equal(&expected, &asked(&again.view(), &configs, forward.iter()), "written and read");
+}
