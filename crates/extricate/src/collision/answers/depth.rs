@@ -84,7 +84,7 @@ fn may_be_deeper(prepared: &PreparedShape, point: &Vec3, least: f64) -> bool {
         // ones would lose depth, so that bounds become lower, never too high.
         ShapeKind::Mesh(mesh) => {
             let reach = (-least).max(0.0);
-            prepared.known_pieces().is_none_or(|pieces| pieces.are_near(point, reach, &mesh.tree.cuboid))
+            prepared.known_cover().is_none_or(|pieces| pieces.are_near(point, reach, &mesh.tree.cuboid))
         }
         ShapeKind::Scenery(_) => true,
     }

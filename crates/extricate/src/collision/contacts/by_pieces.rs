@@ -94,8 +94,8 @@ fn sort_by_blocks(candidates: &mut [Candidate], at: usize) {
     }
 }
 
-/// Whether the pieces around two shapes prove, where they are known, that the shapes are no nearer
-/// than the margin.
+/// Whether the pieces around two shapes prove, if they are known and hold all of them, that the
+/// shapes are no nearer than the margin.
 pub fn are_parted(
     [a, b]: [&PreparedShape; 2],
     relative: &Relative,
@@ -103,7 +103,7 @@ pub fn are_parted(
     place: PairPlace,
     buffers: &mut ContactBuffers,
 ) -> bool {
-    let (Some(of_a), Some(of_b)) = (a.known_pieces(), b.known_pieces()) else { return false };
+    let (Some(of_a), Some(of_b)) = (a.known_cover(), b.known_cover()) else { return false };
     find_candidates([a, b], [of_a, of_b], relative, margin, buffers);
     let ContactBuffers { memory, candidates, .. } = buffers;
     let query = ContactQuery { margin, search: ContactSearch::Proposal };

@@ -8,11 +8,13 @@ use crate::collision::shapes::bounds::Aabb;
 use crate::collision::shapes::bvh::{Boxes, Cuboid, below, rounded_up, rounding_at};
 use crate::math::{LANES, Vec3};
 
-/// Convex shapes in one frame that together hold a shape.
+/// Convex shapes in one frame that together hold a shape, or its surface.
 #[derive(Debug, Clone, Default)]
 pub struct Pieces {
     shapes: Vec<Shape>,
     boxes: Vec<Boxes>,
+    /// Whether they hold the surface alone, and not all of a solid.
+    pub is_skin: bool,
 }
 
 /// The same, or a convex shape itself.
@@ -22,18 +24,25 @@ pub struct PiecesRef<'a> {
     pub shapes: &'a [Shape],
     /// Around them, eight at a time; none around a convex shape itself.
     pub boxes: &'a [Boxes],
+    /// Whether they hold the surface alone, and not all of a solid.
+    pub is_skin: bool,
 }
 
 impl Pieces {
     /// With boxes around them.
     pub fn new(shapes: Vec<Shape>) -> Self {
         let bounds: Vec<Aabb> = shapes.iter().map(|shape| shape.bounds).collect();
-        Self { boxes: bounds.chunks(LANES).map(Boxes::new).collect(), shapes }
+        Self { boxes: bounds.chunks(LANES).map(Boxes::new).collect(), shapes, is_skin: false }
+    }
+
+    /// Those of a surface.
+    pub fn skin(shapes: Vec<Shape>) -> Self {
+        Self { is_skin: true, ..Self::new(shapes) }
     }
 
     /// All of them.
     pub fn all(&self) -> PiecesRef<'_> {
-        PiecesRef { shapes: &self.shapes, boxes: &self.boxes }
+        PiecesRef { shapes: &self.shapes, boxes: &self.boxes, is_skin: self.is_skin }
     }
 }
 
@@ -66,6 +75,6 @@ impl WithSimd for AreNear<'_> {
 
 impl<'a> From<&'a Shape> for PiecesRef<'a> {
     fn from(convex: &'a Shape) -> Self {
-        Self { shapes: std::slice::from_ref(convex), boxes: &[] }
+        Self { shapes: std::slice::from_ref(convex), boxes: &[], is_skin: false }
     }
 }

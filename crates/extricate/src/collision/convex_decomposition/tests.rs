@@ -13,8 +13,13 @@ fn divided(mesh: &TriangleMesh) -> (MeshShape, Vec<Shape>, f64) {
 fn divided_into(mesh: &TriangleMesh, most: usize) -> (MeshShape, Vec<Shape>, f64) {
     let shape = MeshShape::new(mesh);
     let bounds = Aabb::around(shape.vertices.iter());
-    let pieces = cells(&shape, &bounds, most, false).iter().map(|cell| solid(&cell.hull.vertices)).collect();
+    let (all, radius) = (mesh_triangles(mesh), bounds.half.norm());
+    let pieces = cells(&shape, all, radius, most, false).iter().map(|cell| solid(&cell.hull.vertices)).collect();
     (shape, pieces, bounds.half.norm())
+}
+
+fn mesh_triangles(mesh: &TriangleMesh) -> Vec<[Vec3; 3]> {
+    corners(mesh).collect()
 }
 
 fn solid_of(piece: &Shape) -> &ConvexSolid {

@@ -88,8 +88,14 @@ pub fn overlapping_pieces(
             if !is_first && !is_second {
                 let [xs, ys] = &mut buffers.pieces;
                 if find_overlapping([a, b], clearance, contact_buffers, [&mut *xs, &mut *ys]) {
-                    let (first, second) = (Side::of(a, xs), Side::of(b, ys));
-                    each(&OverlappingPieces { pair, excess, first, second });
+                    // Patches of a surface face several ways: no direction parts all of them.
+                    let together = |shape: Placed, count: usize| if is_skin(shape) { 1 } else { count };
+                    for xs in xs.chunks(together(a, xs.len())) {
+                        for ys in ys.chunks(together(b, ys.len())) {
+                            let (first, second) = (Side::of(a, xs), Side::of(b, ys));
+                            each(&OverlappingPieces { pair, excess, first, second });
+                        }
+                    }
                 }
                 continue;
             }
@@ -116,6 +122,10 @@ impl<'a> Side<'a> {
 
 fn is_scenery(shape: Placed) -> bool {
     matches!(shape.shape().kind, ShapeKind::Scenery(_))
+}
+
+fn is_skin(shape: Placed) -> bool {
+    shape.prepared.pieces().is_skin
 }
 
 /// Which pieces of two shapes are nearer than `within` \[m\] to any of the other; whether any are.

@@ -14,6 +14,8 @@ use crate::math::Vec3;
 pub struct PieceArrays {
     /// Of every shape, body after body: 0 for one that has no pieces, or none yet.
     pub counts: Vec<u32>,
+    /// Of every shape, 1 if its pieces hold its surface alone, else 0.
+    pub skins: Vec<u8>,
     /// Of every piece, how many points it is the hull of.
     pub sizes: Vec<u32>,
     /// Of every point, three numbers in the frame of its shape \[m\].
@@ -27,6 +29,7 @@ pub fn kept_pieces(parts: &[PreparedPart]) -> PieceArrays {
         let known = part.prepared.known_pieces().filter(|_| matches!(part.shape().kind, ShapeKind::Mesh(_)));
         let shapes = known.map_or(&[][..], |pieces| pieces.shapes);
         kept.counts.push(shapes.len() as u32);
+        kept.skins.push(u8::from(known.is_some_and(|pieces| pieces.is_skin)));
         for piece in shapes {
             let ShapeKind::Convex(solid) = &piece.kind else { continue };
             let ConvexCore::Hull(hull) = &solid.shape.core else { continue };
@@ -41,7 +44,7 @@ pub fn kept_pieces(parts: &[PreparedPart]) -> PieceArrays {
 pub fn take_pieces(parts: &[PreparedPart], kept: &PieceArrays) -> bool {
     let (mut sizes, mut points) = (&kept.sizes[..], &kept.points[..]);
     let mut of_parts = Vec::new();
-    for (part, count) in parts.iter().zip(&kept.counts) {
+    for ((part, count), is_skin) in parts.iter().zip(&kept.counts).zip(&kept.skins) {
         let mut pieces = Vec::new();
         for _ in 0..*count {
             let Some((size, others)) = sizes.split_first() else { return false };
@@ -57,16 +60,16 @@ pub fn take_pieces(parts: &[PreparedPart], kept: &PieceArrays) -> bool {
             ShapeKind::Convex(_) | ShapeKind::Scenery(_) if *count == 0 => {}
             _ => return false,
         }
-        of_parts.push((&part.prepared, pieces));
+        of_parts.push((&part.prepared, pieces, *is_skin != 0));
     }
-    if of_parts.len() != parts.len() || kept.counts.len() != of_parts.len() || !(sizes.is_empty() && points.is_empty())
-    {
+    let counts = [kept.counts.len(), kept.skins.len()];
+    if of_parts.len() != parts.len() || counts != [of_parts.len(); 2] || !(sizes.is_empty() && points.is_empty()) {
         return false;
     }
-    let those = of_parts.into_par_iter().filter(|(_, pieces)| !pieces.is_empty());
-    those.for_each(|(prepared, pieces)| {
+    let those = of_parts.into_par_iter().filter(|(_, pieces, _)| !pieces.is_empty());
+    those.for_each(|(prepared, pieces, is_skin)| {
         let solids = pieces.par_iter().map(|points: &Vec<Vec3>| solid(points)).collect();
-        prepared.set_pieces(Pieces::new(solids));
+        prepared.set_pieces(if is_skin { Pieces::skin(solids) } else { Pieces::new(solids) });
     });
     true
 }

@@ -58,8 +58,13 @@ impl PreparedShape {
         }
     }
 
-    /// Convex shapes in the same frame whose union holds it: itself, or those of [`pieces`]; none
-    /// of scenery, which is requested its elements.
+    /// [`PreparedShape::known_pieces`], if they hold all of the shape.
+    pub fn known_cover(&self) -> Option<PiecesRef<'_>> {
+        self.known_pieces().filter(|pieces| !pieces.is_skin)
+    }
+
+    /// Convex shapes in the same frame whose union holds it, or its surface: itself, or those of
+    /// [`pieces`]; none of scenery, which is requested its elements.
     pub fn pieces(&self) -> PiecesRef<'_> {
         match &self.shape.kind {
             ShapeKind::Convex(_) => (&self.shape).into(),
@@ -69,7 +74,7 @@ impl PreparedShape {
                 let made = self.pieces.get().is_none().then(|| Arc::new(pieces(mesh, &self.shape.bounds)));
                 self.pieces.get_or_init(|| made.unwrap_or_default()).all()
             }
-            ShapeKind::Scenery(_) => PiecesRef { shapes: &[], boxes: &[] },
+            ShapeKind::Scenery(_) => PiecesRef { shapes: &[], boxes: &[], is_skin: false },
         }
     }
 

@@ -4,7 +4,8 @@
 //!
 //! `index.lists`, `index.centres`, `index.margins`, `index.basis` (see [`IndexArrays`]), the same
 //! of `exits`; `planes.counts`, `planes.pairs`, `planes.columns`, `planes.numbers` (see
-//! [`ContactPlaneArrays`]); `pieces.counts`, `pieces.sizes`, `pieces.points` (see [`PieceArrays`]);
+//! [`ContactPlaneArrays`]); `pieces.counts`, `pieces.skins`, `pieces.sizes`, `pieces.points`
+//! (see [`PieceArrays`]);
 //! `trees.counts`, `trees.elements`, `trees.order` (see [`TreeArrays`]). No proof and no
 //! verification rests on any of it (wrong pieces could lower a bound, never raise one), and none of
 //! it is taken that does not fit the rest.
@@ -46,6 +47,7 @@ pub fn arrays(model: &Model) -> Vec<Array> {
         array("planes.columns", Dtype::U8, &columns, u8::to_le_bytes),
         array("planes.numbers", Dtype::F32, &numbers, f32::to_le_bytes),
         array("pieces.counts", Dtype::U32, &pieces.counts, u32::to_le_bytes),
+        array("pieces.skins", Dtype::U8, &pieces.skins, u8::to_le_bytes),
         array("pieces.sizes", Dtype::U32, &pieces.sizes, u32::to_le_bytes),
         array("pieces.points", Dtype::F64, &pieces.points, f64::to_le_bytes),
         array("trees.counts", Dtype::U32, &trees.counts, u32::to_le_bytes),
@@ -95,13 +97,17 @@ pub fn restore(
     configs: Vec<f64>,
     exits: usize,
 ) -> Result<SampleSet, String> {
-    let pieces = PieceArrays {
-        counts: numbers(tensors, "pieces.counts", Dtype::U32, u32::from_le_bytes)?,
-        sizes: numbers(tensors, "pieces.sizes", Dtype::U32, u32::from_le_bytes)?,
-        points: numbers(tensors, "pieces.points", Dtype::F64, f64::from_le_bytes)?,
-    };
-    if !checker.take_pieces(&pieces) {
-        return Err("`pieces`: expected hulls in the boxes of the meshes, around all of their vertices".into());
+    // Older files do not have them.
+    if tensors.tensor("pieces.skins").is_ok() {
+        let pieces = PieceArrays {
+            counts: numbers(tensors, "pieces.counts", Dtype::U32, u32::from_le_bytes)?,
+            skins: numbers(tensors, "pieces.skins", Dtype::U8, u8::from_le_bytes)?,
+            sizes: numbers(tensors, "pieces.sizes", Dtype::U32, u32::from_le_bytes)?,
+            points: numbers(tensors, "pieces.points", Dtype::F64, f64::from_le_bytes)?,
+        };
+        if !checker.take_pieces(&pieces) {
+            return Err("`pieces`: expected hulls in the boxes of the meshes, around all of their vertices".into());
+        }
     }
     let pairs = match tensors.tensor("planes.pairs").map(|found| found.dtype()) {
         Ok(Dtype::U16) => {

@@ -50,12 +50,13 @@ use crate::scene::assemble::sound;
 use array::Array;
 use derived::numbers;
 
-/// Version of the layout; a file of another version is refused, but for 5 to 10.
-pub const FORMAT: u32 = 11;
+/// Version of the layout; a file of another version is refused, but for 5 to 11.
+pub const FORMAT: u32 = 12;
 /// Versions that are read. In 5 nothing was kept that can be made anew: such a file takes longer to
 /// load. Until 6 a model said in one of four words how widely its queries search. Until 9 solved
-/// samples were called exits. Until 10 no trees were kept.
-const READABLE: [u64; 7] = [5, 6, 7, 8, 9, 10, FORMAT as u64];
+/// samples were called exits. Until 10 no trees were kept. Until 11 nothing said which pieces of
+/// meshes hold a surface alone: they are made anew.
+const READABLE: [u64; 8] = [5, 6, 7, 8, 9, 10, 11, FORMAT as u64];
 /// The version that began to keep the trees of meshes.
 const WITH_TREES: u64 = 11;
 
@@ -304,7 +305,7 @@ mod tests {
         }
         let older = container(4, model.statistics(), learned(&model));
         let message = decode(Path::new("m"), &older).err().unwrap().to_string();
-        assert!(message.contains("m: its format is version 4, expected version 11"), "{message}");
+        assert!(message.contains("m: its format is version 4, expected version 12"), "{message}");
     }
 
     /// The checksum of each is right.
