@@ -312,8 +312,9 @@ struct AtTheEnd {
     }
 };
 
+static thread_local AtTheEnd end;
+
 static void thread_ends() {
-    static thread_local AtTheEnd end;
     std::atomic<bool> passed{false};
     std::thread([&passed] {
         end.passed = &passed;
