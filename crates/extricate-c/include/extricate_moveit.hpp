@@ -5,7 +5,10 @@
  *     if (start.fixed) use(start.positions);
  *
  * A PlanningScene is YAML or JSON, as `ros2 topic echo`, rosbridge and the to_block_style_yaml() of every message
- * write it. Its world, attached objects, allowed collisions and padding are taken; what is not is in `notes`. */
+ * write it. Its world, attached objects, allowed collisions and padding are taken; what is not is in `notes`.
+ *
+ * Built without exceptions, a repair that fails gives a start that is empty and not fixed, and
+ * extricate::last_status() and last_error() say why. */
 #ifndef EXTRICATE_MOVEIT_HPP
 #define EXTRICATE_MOVEIT_HPP
 
@@ -26,7 +29,7 @@ using Positions = std::vector<std::pair<std::string, double>>;
 
 /// What may be done to a start.
 struct FixLimits {
-    /// Most that any point of the robot, or of what it holds, may be displaced [m].
+    /// Most that any point of the robot, or of what it holds, may be displaced [m], 0 or more.
     double max_displacement = HUGE_VAL;
     /// Most time [s].
     double max_seconds = 1.0;
@@ -114,6 +117,7 @@ public:
     FixedStart fix(const std::string& planning_scene, const std::string& name, const Positions& start,
                    const FixLimits& limits = FixLimits()) {
         const Scene world = in_world(planning_scene, name);
+        if (!world) return FixedStart();
         const std::map<std::string, std::size_t> known = coordinates(world);
         std::vector<std::string> names;
         std::vector<double> values;
@@ -122,14 +126,17 @@ public:
             names.push_back(joint);
             values.push_back(position);
         }
-        return fixed(world, world.config(names, values), limits);
+        const std::vector<double> q = world.config(names, values);
+        return last_status() == EXTRICATE_OK ? fixed(world, q, limits) : FixedStart();
     }
 
     /// The same where the joints' positions are in the message, or in another one.
     FixedStart fix(const std::string& planning_scene, const std::string& name, const std::string& state,
                    const std::string& state_name, const FixLimits& limits = FixLimits()) {
         const Scene world = in_world(planning_scene, name);
-        return fixed(world, world.config_text(state_name, state), limits);
+        if (!world) return FixedStart();
+        const std::vector<double> q = world.config_text(state_name, state);
+        return last_status() == EXTRICATE_OK ? fixed(world, q, limits) : FixedStart();
     }
 
     const Scene& robot() const { return robot_; }
@@ -172,11 +179,18 @@ private:
 
     FixedStart fixed(const Scene& world, const std::vector<double>& q, const FixLimits& limits) const {
         FixedStart start;
+        if (!(limits.max_displacement >= 0)) {
+            extricate::detail::refuse("limits.max_displacement: got " + std::to_string(limits.max_displacement) +
+                                      ", expected 0 or more [m]");
+            return start;
+        }
+        Solver solver(world, options(world, limits));
+        if (!solver) return start;
+        const Answer answer = solver.query(q);
+        if (!answer && last_status() != EXTRICATE_NOTHING_FREE) return start;
         const std::vector<std::string> known = robot_.warnings();
         for (const std::string& warning : world.warnings())
             if (std::find(known.begin(), known.end(), warning) == known.end()) start.notes.push_back(warning);
-        Solver solver(world, options(world, limits));
-        const Answer answer = solver.query(q);
         const std::map<std::string, std::size_t> joints = coordinates(world);
         const bool is_allowed = answer && answer.max_displacement() <= limits.max_displacement;
         for (const auto& [joint, at] : joints)

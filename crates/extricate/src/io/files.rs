@@ -4,7 +4,7 @@ use std::fs::{self, File};
 use std::io::{self, ErrorKind, Read, Write};
 use std::path::{Path, PathBuf};
 
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, shown};
 use crate::robot::{LoadLimit, LoadLimits};
 
 /// Largest file of ours that is read, a model or a checkpoint \[bytes\]: beyond it something else
@@ -89,7 +89,7 @@ pub fn check_output(path: &Path, what: &str, is_own: fn(&[u8]) -> bool) -> Resul
         }
         let (folder, _) = destination(path)?;
         if !folder.is_dir() {
-            return Err(io::Error::other(format!("there is no directory {}", folder.display())));
+            return Err(io::Error::other(format!("there is no directory {}", shown(&folder))));
         }
         temporary(&folder, path).map(drop)
     };
