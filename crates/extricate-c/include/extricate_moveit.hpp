@@ -13,6 +13,7 @@
 #define EXTRICATE_MOVEIT_HPP
 
 #include <algorithm>
+#include <chrono>
 #include <cstdio>
 #include <cstdlib>
 #include <map>
@@ -33,7 +34,8 @@ struct FixLimits {
     double max_displacement = HUGE_VAL;
     /// Most time [s].
     double max_seconds = 1.0;
-    /// Clearance to aim at [m]; nan for that of the scene.
+    /// Clearance to aim at [m]; nan for that of the scene. A start that keeps less of it, at least the scene's, is
+    /// taken before one that is farther than allowed.
     double clearance = std::nan("");
     /// Joints that may move, such as those of the planning group; all where empty.
     std::vector<std::string> joints;
@@ -53,6 +55,8 @@ struct FixedStart {
     double gap = 0;
     /// Largest displacement of any point from the old start to the new one [m].
     double max_displacement = 0;
+    /// What it keeps [m]: the clearance that was aimed at, or less where that would be far.
+    double clearance = 0;
     /// What collided.
     std::vector<std::pair<std::string, std::string>> colliding;
     /// Joints that were beyond their limits.
@@ -184,15 +188,27 @@ private:
                                       ", expected 0 or more [m]");
             return start;
         }
-        Solver solver(world, options(world, limits));
+        const auto began = std::chrono::steady_clock::now();
+        Options asked = options(world, limits);
+        Solver solver(world, asked);
         if (!solver) return start;
-        const Answer answer = solver.query(q);
+        Answer answer = solver.query(q);
         if (!answer && last_status() != EXTRICATE_NOTHING_FREE) return start;
         const std::vector<std::string> known = robot_.warnings();
         for (const std::string& warning : world.warnings())
             if (std::find(known.begin(), known.end(), warning) == known.end()) start.notes.push_back(warning);
+        const auto is_far = [&] { return !answer || answer.max_displacement() > limits.max_displacement; };
+        // What keeps the scene's clearance alone may be near where nothing is that keeps more.
+        if (is_far() && limits.clearance > world.clearance()) {
+            asked.clearance = std::nan("");
+            const std::chrono::duration<double> spent = std::chrono::steady_clock::now() - began;
+            // A solver takes no limit of 0.
+            asked.max_seconds = std::max(1e-3, limits.max_seconds - spent.count());
+            solver.set_options(asked);
+            if (const Answer near = solver.query(q)) answer = near;
+        }
         const std::map<std::string, std::size_t> joints = coordinates(world);
-        const bool is_allowed = answer && answer.max_displacement() <= limits.max_displacement;
+        const bool is_allowed = !is_far();
         for (const auto& [joint, at] : joints)
             start.positions.emplace_back(joint, is_allowed ? answer.witness()[at] : q[at]);
         if (!answer) {
@@ -205,6 +221,7 @@ private:
         start.lower_bound = answer.lower_bound();
         start.gap = answer.gap();
         start.max_displacement = answer.max_displacement();
+        start.clearance = answer.summary().clearance;
         for (const ExtricatePair& pair : answer.colliding()) start.colliding.push_back(world.names(pair));
         for (std::size_t at : answer.outside())
             for (const auto& [joint, coordinate] : joints)
@@ -219,9 +236,10 @@ private:
         if (!start.colliding.empty()) text += " has " + start.colliding[0].first + " in collision with " + start.colliding[0].second;
         if (start.colliding.size() > 1) text += " and " + std::to_string(start.colliding.size() - 1) + " more pairs";
         if (!start.outside.empty()) text += std::string(start.colliding.empty() ? "" : ", and") + " is beyond a limit of " + start.outside[0];
-        char rest[160];
-        std::snprintf(rest, sizeof rest, "; %s is %.4f away (at least %.4f) and moves points by up to %.4f m",
-                      start.fixed ? "its repair" : "the nearest free state", start.depth, start.lower_bound, start.max_displacement);
+        char rest[240];
+        std::snprintf(rest, sizeof rest, "; %s is %.4f away (at least %.4f), moves points by up to %.4f m and keeps %g m",
+                      start.fixed ? "its repair" : "the nearest free state", start.depth, start.lower_bound,
+                      start.max_displacement, start.clearance);
         text += rest;
         if (start.fixed) return text;
         std::snprintf(rest, sizeof rest, ", more than the %.4f m that are allowed", limits.max_displacement);

@@ -149,7 +149,8 @@ impl Model {
     /// the contacts at the witness; both take longer than to find it. The other efforts always tell
     /// them.
     /// clearance: aim at this one [m] in place of the scene's, for pairs without one of their own;
-    ///     where nothing is found that keeps it, the scene's holds, see `Answer.clearance`.
+    ///     a witness that would be more than ten times as far as the nearest at the scene's
+    ///     clearance keeps less, see `Answer.clearance`.
     /// locked: names of joints that stay where q has them; or free: the names of those that may
     ///     move. None is then returned where nothing free was found.
     /// weights: by joint, of squared displacements, in place of the scene's, in the metric of the

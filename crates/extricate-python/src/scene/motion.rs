@@ -13,8 +13,8 @@ impl Scene {
     /// bodies collides that does not at q, and none that does gets deeper by more than `tolerance`.
     ///
     /// q: a configuration within its limits, (nq,).
-    /// aim: clearance that the end is to keep [m]; where nothing is found that keeps it, the
-    ///     scene's. None: the scene's and 1 mm.
+    /// aim: clearance that the end is to keep [m]; a near end that keeps less, at least the
+    ///     scene's, is preferred to a far one. None: the scene's and 1 mm.
     /// tolerance: by how much a pair that collides at q may get deeper [m].
     /// exits: how many exits straight edges are tried to.
     /// resolution: how finely edges are proved [m].
@@ -79,9 +79,10 @@ impl Scene {
     /// it is free stays.
     ///
     /// path: configurations one after the other, (n, nq).
-    /// aim: clearance that configurations are pushed out to [m]; where nothing is found that keeps
-    ///     it, the scene's. None: a tenth of the radius of the smallest moving body beyond it.
-    /// max_deviation: most that a point may be from the old path, in the scene's metric.
+    /// aim: clearance that configurations are pushed out to [m], or as much of it as is kept
+    ///     nearby. None: the scene's and a tenth of the radius of the smallest moving body.
+    /// max_deviation: most that the new path may be from the old one, and rows that are cut off
+    ///     from the new one, in the scene's metric.
     /// resolution: how finely edges are proved [m].
     /// seed: of all random numbers.
     /// max_checks, max_seconds: when to give up.

@@ -68,8 +68,10 @@ pub struct QueryOptions {
     /// ([`QueryOptions::toward`]).
     pub gap: Option<f64>,
     /// Clearance \[m\] to aim at in place of the scene's, for pairs without one of their own
-    /// ([`crate::scene::clearances`]); where nothing is found that keeps it, the scene's holds. See
-    /// [`super::Answer::clearance`].
+    /// ([`crate::scene::clearances`]). If nothing is found that keeps it, or only what is more than
+    /// ten times as far as the nearest exit at the scene's clearance (and what the difference moves
+    /// at least), the witness keeps as much of it as halving the difference finds near that exit,
+    /// at least the scene's. See [`super::Answer::clearance`].
     pub clearance: Option<f64>,
     /// Joints that stay where the query has them, as indices into [`crate::Scene::joints`]; those
     /// beyond their limits, or of which a pair in collision alone depends, leave no answer.

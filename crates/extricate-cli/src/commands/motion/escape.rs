@@ -32,8 +32,8 @@ pub struct EscapeArgs {
     file: PathBuf,
     #[command(flatten)]
     input: InputArgs,
-    /// Clearance in metres that the end of a path is to keep; where nothing is found that keeps it,
-    /// the scene's. By default the scene's and 1 mm
+    /// Clearance in metres that the end of a path is to keep; a near end that keeps less, at least
+    /// the scene's, is preferred to a far one. By default the scene's and 1 mm
     #[arg(long, value_name = "METRES", value_parser = length, allow_negative_numbers = true)]
     aim: Option<f64>,
     /// By how much, in metres, a pair that collides at the query may get deeper on the way

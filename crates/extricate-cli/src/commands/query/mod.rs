@@ -290,6 +290,9 @@ pub fn run(args: &QueryArgs, json: bool) -> anyhow::Result<()> {
 /// Why a query in a changed scene may have no answer.
 const NONE_FREE: &str = "no free configuration was found";
 
+/// Share of the clearance aimed at that counts as all of it.
+const NEARLY: f64 = 0.99;
+
 /// Rows on standard output, then the summary.
 struct Report<'a> {
     scene: &'a Scene,
@@ -318,9 +321,10 @@ impl<'a> Report<'a> {
             return self.out.json(&row);
         }
         self.out.line(row.text(line))?;
-        if let Some(aim) = self.aim.filter(|aim| *aim != answer.clearance) {
-            self.out
-                .line(format!("{:>6}  keeps {} m: nothing was found that keeps {aim} m", "but", answer.clearance))?;
+        // The proxy of a continuous stream keeps what it aims at up to what linear steps miss.
+        if let Some(aim) = self.aim.filter(|aim| answer.clearance < NEARLY * aim) {
+            let keeps = format!("keeps {} m: nothing was found that keeps {aim} m nearby", answer.clearance);
+            self.out.line(format!("{:>6}  {keeps}", "but"))?;
         }
         if self.tells_witness { self.out.line(row.witness_text()) } else { Ok(()) }
     }

@@ -21,7 +21,7 @@ use crate::query::plan::Plan;
 use crate::query::search::evaluate::Evaluator;
 use crate::query::search::prune::{Ends, Pruning};
 use crate::query::search::termination::Deadline;
-use crate::query::worlds::constraints::under;
+use crate::query::worlds::constraints::{Found, under};
 use crate::query::{Context, Effort, Held, QueryOptions, QueryScratch, View, nearest_exit};
 use crate::scene::{PairId, Scene};
 
@@ -77,7 +77,8 @@ fn release(
     options: &ReleaseOptions,
     scratch: &mut QueryScratch,
 ) -> Option<Grasp> {
-    under(context, &options.query, |context| {
+    let mut grasp = under(context, q, &options.query, scratch, |context, query, scratch| {
+        let options = &ReleaseOptions { query: query.clone(), ..options.clone() };
         let mut release = Release::begin(hand, context, q, options, scratch);
         let found = match options.keep {
             _ if release.is_free(q) => Some(q.to_vec()),
@@ -98,7 +99,15 @@ fn release(
         });
         let found = (config, moved, kept_sides);
         Some(report(hand, context, options, (&before, &touched), found, &mut scratch.evaluator))
-    })
+    })?;
+    grasp.checks = scratch.checks();
+    Some(grasp)
+}
+
+impl Found for Grasp {
+    fn place(&self) -> (f64, &[f64]) {
+        (self.moved, &self.config)
+    }
 }
 
 /// One release.

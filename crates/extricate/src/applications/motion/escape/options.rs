@@ -14,8 +14,9 @@ pub const AIM: f64 = 1e-3;
 /// Options of an escape.
 #[derive(Debug, Clone, PartialEq)]
 pub struct EscapeOptions {
-    /// Clearance \[m\] that the end of the path is to keep, for pairs without one of their own;
-    /// where nothing is found that keeps it, that of the scene. `None`: that of the scene and 1 mm.
+    /// Clearance \[m\] that the end of the path is to keep, for pairs without one of their own. A
+    /// near end that keeps less of it, at least the scene's, is taken before one that is far.
+    /// `None`: that of the scene and 1 mm.
     pub aim: Option<f64>,
     /// By how much \[m\] a pair that collides at the query may get deeper on the way.
     pub tolerance: f64,
