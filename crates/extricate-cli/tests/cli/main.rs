@@ -14,6 +14,7 @@ mod motions;
 mod no_model;
 mod pipeline;
 mod process;
+mod readers;
 mod streams;
 mod view;
 mod worlds;
