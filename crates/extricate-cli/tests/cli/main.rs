@@ -15,6 +15,7 @@ mod no_model;
 mod pipeline;
 mod process;
 mod repeatable;
+mod readers;
 mod streams;
 mod view;
 mod worlds;

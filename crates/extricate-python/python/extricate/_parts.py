@@ -281,7 +281,7 @@ class Points:
 
     What a check costs is that of the points near the robot, not of all.
 
-    xyz: (n, 3) [m]; n may be 0.
+    xyz: (n, 3) [m]; n may be 0. Rows with NaN, where a camera saw nothing, are left out; a warning counts them.
     radius: of every ball [m]; with 0, distances are those to the points.
     pose: of the frame that the points are given in: position (3,) [m], position and roll, pitch, yaw (6,) [m, rad], or a
         transform (4, 4).

@@ -255,11 +255,11 @@ fn obstacle_entry(number: usize, given: &Bound<'_, PyAny>, taken: &[String]) -> 
         "Mesh" => mesh(&format!("obstacle \"{name}\""), given, &mut shape)?,
         "Fixture" => fixture(&format!("obstacle \"{name}\""), given, &mut shape)?,
         _ => {
-            shape.scenery = scenery::geometry(&class, &format!("obstacle \"{name}\""), given)?;
-            if shape.scenery.is_none() {
+            let Some((scenery, left_out)) = scenery::geometry(&class, &format!("obstacle \"{name}\""), given)? else {
                 let problem = format!("obstacle \"{name}\": got {class}, expected Box, Sphere, ...");
                 return Err(PyTypeError::new_err(problem));
-            }
+            };
+            (shape.scenery, shape.left_out) = (Some(scenery), left_out);
         }
     }
     let pose = pose(&format!("obstacle \"{name}\": pose"), &given.getattr("pose")?)?;

@@ -13,12 +13,12 @@ use crate::error::exception;
 use crate::rows::arrays::{bad_row, floats, numbers, one_config, tuple};
 use crate::scene::Scene;
 
-/// The shape of an obstacle of one of these classes; `None` of another one. `element` is what
-/// messages call the obstacle.
+/// The shape of an obstacle of one of these classes, and how many points of it are left out because
+/// they are NaN; `None` of another class. `element` is what messages call the obstacle.
 ///
 /// # Errors
 /// `TypeError` for what is of the wrong kind, `ValueError` for what is of the wrong shape or size.
-pub fn geometry(class: &str, element: &str, given: &Bound<'_, PyAny>) -> PyResult<Option<Geometry>> {
+pub fn geometry(class: &str, element: &str, given: &Bound<'_, PyAny>) -> PyResult<Option<(Geometry, usize)>> {
     let get = |name: &str| given.getattr(name);
     let number = |name: &str| -> PyResult<f64> {
         let element = format!("{element}: {name}");
@@ -27,10 +27,12 @@ pub fn geometry(class: &str, element: &str, given: &Bound<'_, PyAny>) -> PyResul
             _ => Err(PyValueError::new_err(format!("{element}: expected one number [m]"))),
         }
     };
-    Ok(Some(match class {
+    let mut left_out = 0;
+    let geometry = match class {
         "Points" => {
             let points = rows_of_three(&format!("{element}: xyz"), &get("xyz")?)?.into_iter().map(Vec3::from).collect();
-            let cloud = PointCloud::new(NAME, element, number("radius")?, points).map_err(exception)?;
+            let (cloud, lost) = PointCloud::seen(NAME, element, number("radius")?, points).map_err(exception)?;
+            left_out = lost;
             Geometry::Points(Arc::new(cloud))
         }
         "Voxels" => {
@@ -58,7 +60,8 @@ pub fn geometry(class: &str, element: &str, given: &Bound<'_, PyAny>) -> PyResul
             Geometry::HeightField(Arc::new(field))
         }
         _ => return Ok(None),
-    }))
+    };
+    Ok(Some((geometry, left_out)))
 }
 
 /// Indices of occupied cells: where a boolean grid of three dimensions is true, or rows of three.

@@ -6,7 +6,7 @@ use pyo3::sync::PyOnceLock;
 use pyo3::types::PyType;
 
 use super::{HOME, config, rows, termination};
-use crate::error::exception;
+use crate::error::{exception, warn_if_never_free};
 use crate::long_call;
 use crate::queries::Source;
 
@@ -27,6 +27,9 @@ pub fn escape<'py>(source: Source, q: &Bound<'py, PyAny>, keywords: Keywords) ->
     let Escape { points, free_from, method, colliding, deepening, length, max_displacement, checks } = found;
     let colliding: Vec<((&str, &str), f64)> =
         colliding.into_iter().map(|(pair, depth)| (scene.pair_names(pair).into(), depth)).collect();
+    if points.is_empty() {
+        warn_if_never_free(py, source.view().checker())?;
+    }
     let points = if points.is_empty() { None } else { Some(rows(py, &points)?) };
     let method = method.map(EscapeMethod::name);
     let fields = (points, free_from, method, colliding, deepening, length, max_displacement, checks);

@@ -22,8 +22,9 @@ impl Scene {
     /// seed: of all random numbers.
     /// max_checks, max_seconds: when to give up.
     ///
-    /// Returns an `Escape`; its `points` are None where no path was found. All that it says of the
-    /// path is proved for every configuration between, not for samples.
+    /// Returns an `Escape`; its `points` are None where no path was found, with a warning as of
+    /// `Scene.query`. All that it says of the path is proved for every configuration between, not
+    /// for samples.
     ///
     /// Raises ValueError for a wrong shape, values beyond limits, options that make no sense.
     #[pyo3(signature = (q, *, aim = None, tolerance = 1e-3, exits = 6, resolution = 1e-4, tree_checks = 20_000, seed = 0, max_checks = None, max_seconds = None))]

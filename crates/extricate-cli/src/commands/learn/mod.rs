@@ -5,13 +5,14 @@ pub mod run;
 use std::path::PathBuf;
 
 use clap::Args;
+use extricate::internals::collision::pairs_always_colliding;
 use extricate::internals::io;
 use extricate::internals::model::EndedBy;
 use extricate::internals::model::evaluate::figures::Density;
 use extricate::{LearnOptions, Learner, Scene, Statistics};
 use serde::Serialize;
 
-use super::{disable_line, load_scene, pairs_always_colliding, prepare, tell_warnings};
+use super::{disable_line, load_scene, prepare, tell_warnings};
 use crate::args::{LoadArgs, positive, seconds, seed, share, threads};
 use crate::notice;
 use crate::output::Output;

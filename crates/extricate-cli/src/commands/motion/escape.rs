@@ -1,5 +1,6 @@
 //! `extricate escape`: a path out of collision for each of many configurations.
 
+use std::cell::OnceCell;
 use std::path::PathBuf;
 
 use anyhow::bail;
@@ -9,6 +10,7 @@ use serde::Serialize;
 
 use crate::args::{InputArgs, LoadArgs, length, positive, seconds, seed, whole};
 use crate::commands::query::asker::Asked;
+use crate::commands::with_advice;
 use crate::input::BadLine;
 use crate::output::Output;
 use crate::progress::Progress;
@@ -21,7 +23,7 @@ query first; empty where no path was found), free_from (the path is proved free 
 method (\"free\", \"nearest\": straight to the nearest exit, \"exit\": straight to another one, \"pushed\": parted little by \
 little, \"grown\": trees; null where no path was found), colliding (list of [name, name], signed distance [m]), deepening \
 (most that one of these was found deeper than at the query [m]), length (in the scene's metric), max_displacement [m], \
-checks.";
+checks, error (only where no path was found: that, and which pairs collide wherever one looks, if any do).";
 
 /// Arguments of `escape`.
 #[derive(Args)]
@@ -72,15 +74,18 @@ struct Row<'a> {
     length: f64,
     max_displacement: f64,
     checks: usize,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    error: Option<&'a str>,
 }
 
 impl<'a> Row<'a> {
-    fn new(escape: &'a Escape, scene: &'a Scene) -> Self {
+    /// `error` says why there is no path, if there is none.
+    fn new(escape: &'a Escape, scene: &'a Scene, error: Option<&'a str>) -> Self {
         let colliding = escape.colliding.iter().map(|(pair, distance)| (scene.pair_names(*pair), *distance)).collect();
         let Escape { points, free_from, method, deepening, length, max_displacement, checks, .. } = escape;
         let (free_from, method, deepening, length) = (*free_from, *method, *deepening, *length);
         let (max_displacement, checks) = (*max_displacement, *checks);
-        Self { points, free_from, method, colliding, deepening, length, max_displacement, checks }
+        Self { points, free_from, method, colliding, deepening, length, max_displacement, checks, error }
     }
 
     fn text(&self, line: usize) -> String {
@@ -108,6 +113,8 @@ pub fn run(args: &EscapeArgs, json: bool) -> anyhow::Result<()> {
         (args.aim, args.tolerance, args.exits, args.tree_checks, args.seed);
     let options = EscapeOptions { aim, tolerance, exits, tree_checks, seed, termination, ..EscapeOptions::default() };
     let scene = asked.scene();
+    let told = OnceCell::new();
+    let no_path = || told.get_or_init(|| with_advice("no path was found", asked.view().checker())).as_str();
     let mut out = Output::new(configs.is_stream());
     let mut progress = Progress::beside_rows("escaping");
     let (mut total, mut found) = (0, 0);
@@ -126,7 +133,7 @@ pub fn run(args: &EscapeArgs, json: bool) -> anyhow::Result<()> {
                 }
                 total += 1;
                 found += usize::from(escape.is_found());
-                let row = Row::new(&escape, scene);
+                let row = Row::new(&escape, scene, (!escape.is_found()).then(&no_path));
                 if json { out.json(&row)? } else { out.line(row.text(line))? }
             }
             Err(bad) => {
@@ -142,7 +149,8 @@ pub fn run(args: &EscapeArgs, json: bool) -> anyhow::Result<()> {
     drop(progress);
     configs.conclude()?;
     if found < total {
-        bail!("{} of {} queries have no path: none was found", report::count(total - found), report::count(total));
+        let (lost, total) = (report::count(total - found), report::count(total));
+        bail!("{lost} of {total} queries have no path: {}", with_advice("none was found", asked.view().checker()));
     }
     Ok(())
 }

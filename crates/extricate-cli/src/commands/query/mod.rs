@@ -5,6 +5,7 @@ pub mod constraints;
 pub mod row;
 pub mod summary;
 
+use std::cell::OnceCell;
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
@@ -13,6 +14,7 @@ use clap::{Args, ValueEnum};
 use extricate::{Answer, Config, Effort, QueryOptions, Scene, StreamOptions, Termination};
 
 use crate::args::{InputArgs, Limits, LoadArgs, exits, positive, seconds, share, threads, whole};
+use crate::commands::with_advice;
 use crate::input::BadLine;
 use crate::output::Output;
 use crate::progress::Progress;
@@ -238,6 +240,8 @@ pub fn run(args: &QueryArgs, json: bool) -> anyhow::Result<()> {
     let mut asker = Asker::new(&asked, options, stream);
     asker.warm_up(LONGEST_WARM_UP.min(loaded_in));
     let scene = asked.scene();
+    let told = OnceCell::new();
+    let none_free = || told.get_or_init(|| with_advice(NONE_FREE, asked.view().checker())).as_str();
     let mut report = Report::new(scene, configs.is_stream(), json);
     report.aim = aim;
     report.tells_witness = args.witness || args.input.input.is_none();
@@ -265,9 +269,8 @@ pub fn run(args: &QueryArgs, json: bool) -> anyhow::Result<()> {
                         Some((Some(answer), seconds)) => report.answer(line, &answer, seconds)?,
                         _ => {
                             unanswered += 1;
-                            let bad = BadLine { line, error: NONE_FREE.into() };
-                            progress.aside(|| configs.report(&bad));
-                            report.bad(&bad)?;
+                            progress.aside(|| configs.report(&BadLine { line, error: NONE_FREE.into() }));
+                            report.bad(&BadLine { line, error: none_free().into() })?;
                         }
                     },
                 }
@@ -282,7 +285,7 @@ pub fn run(args: &QueryArgs, json: bool) -> anyhow::Result<()> {
     drop(progress);
     configs.conclude()?;
     if unanswered > 0 {
-        bail!("{unanswered} queries have no answer: {NONE_FREE}");
+        bail!("{unanswered} queries have no answer: {}", none_free());
     }
     Ok(())
 }
