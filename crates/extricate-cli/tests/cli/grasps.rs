@@ -43,6 +43,12 @@ pub fn grasps_of_a_mesh(count: usize) -> String {
     (0..count).map(line).collect()
 }
 
+/// As many grasps, up to a thousand, each of a mesh of its own size, which takes longer.
+pub fn grasps_of_meshes(count: usize) -> String {
+    let line = |k: usize| format!("{{\"q\": [0.05, 0.07], \"object\": \"cup.obj\", \"scale\": 0.02{k:03}}}\n");
+    (0..count).map(line).collect()
+}
+
 /// Fingers reach the ball at 0.06; the left one is in it by 0.02 and the right one by 0.005.
 #[test]
 fn fingers_back_out_to_where_they_touch() {
@@ -140,9 +146,8 @@ fn an_output_replaces_grasps_alone_and_when_it_is_whole() {
 #[test]
 fn answers_are_written_when_they_are_known() {
     let workspace = workspace();
-    // Less than is read at a time, each of an object of its own.
-    let line = |k: usize| format!("{{\"q\": [0.05, 0.07], \"object\": \"cup.obj\", \"scale\": 0.02{k:03}}}\n");
-    workspace.write("g.jsonl", (0..1000).map(line).collect::<String>());
+    // Less than is read at a time.
+    workspace.write("g.jsonl", grasps_of_meshes(1000));
     for output in ["", " -o o.jsonl"] {
         let line = format!("grasp hand.toml --input g.jsonl --objects meshes --json --threads 1{output}");
         let started = Instant::now();

@@ -264,7 +264,7 @@ fn grasps_that_are_killed_at_any_moment_keep_the_old_file_and_resume() {
     workspace.write("g.jsonl", crate::grasps::grasps_of_a_mesh(3));
     workspace.run(line).expect_code(0);
     let old = output();
-    workspace.write("g.jsonl", crate::grasps::grasps_of_a_mesh(400));
+    workspace.write("g.jsonl", crate::grasps::grasps_of_meshes(100));
     let started = Instant::now();
     workspace.run(line).expect_code(0);
     let (whole, duration) = (output(), started.elapsed());
@@ -273,7 +273,7 @@ fn grasps_that_are_killed_at_any_moment_keep_the_old_file_and_resume() {
     for _ in 0..kills() {
         workspace.write("o.jsonl", &old);
         let child = workspace.command(line).spawn().unwrap();
-        sleep(duration.mul_f64(1.1 * random.next()));
+        sleep(duration.mul_f64(0.2 + 0.8 * random.next()));
         kill(child);
         let found = output();
         if found != whole {
@@ -285,7 +285,7 @@ fn grasps_that_are_killed_at_any_moment_keep_the_old_file_and_resume() {
         }
         assert!(output() == whole && !exists(&workspace.path("o.jsonl.part")));
     }
-    assert!(parts * 4 > kills(), "only {parts} of {} kills left a part: the test tests little", kills());
+    assert!(parts * 10 > kills(), "only {parts} of {} kills left a part: the test tests little", kills());
     workspace.run(line).expect_code(0);
     assert_no_unfinished(&workspace);
     println!("{} kills of {line:?}, {parts} left a part", kills());

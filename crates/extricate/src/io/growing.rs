@@ -14,7 +14,7 @@ use crate::error::{Error, Result};
 pub struct GrowingFile {
     output: PathBuf,
     part: PathBuf,
-    from: From,
+    origin: Origin,
     /// Nothing is touched before the first line.
     file: Option<File>,
     /// Of all whole lines \[bytes\].
@@ -24,7 +24,7 @@ pub struct GrowingFile {
 
 /// What the part begins with.
 #[derive(Debug)]
-enum From {
+enum Origin {
     Nothing,
     Part,
     Output,
@@ -56,16 +56,16 @@ impl GrowingFile {
     ) -> Result<Self> {
         let mut growing = Self::held(output)?;
         let source = if growing.part.exists() {
-            growing.from = From::Part;
+            growing.origin = Origin::Part;
             growing.part.clone()
         } else if output.exists() {
-            growing.from = From::Output;
+            growing.origin = Origin::Output;
             output.to_path_buf()
         } else {
             check_output(output, what, is_own)?;
             return Ok(growing);
         };
-        if matches!(growing.from, From::Part) {
+        if matches!(growing.origin, Origin::Part) {
             check_output(output, what, is_own)?;
         }
         growing.length = whole_lines(&source, line).map_err(|error| Error::Read { path: source, source: error })?;
@@ -80,7 +80,7 @@ impl GrowingFile {
         part.push(".part");
         let part = PathBuf::from(part);
         let locks = [OutputLock::take(output)?, OutputLock::take(&part)?];
-        Ok(Self { output: target, part, from: From::Nothing, file: None, length: 0, _locks: locks })
+        Ok(Self { output: target, part, origin: Origin::Nothing, file: None, length: 0, _locks: locks })
     }
 
     /// Where lines are until the end.
@@ -120,8 +120,9 @@ impl GrowingFile {
 
     fn opened(&mut self) -> io::Result<&mut File> {
         if self.file.is_none() {
-            if matches!(self.from, From::Output) {
-                fs::copy(&self.output, &self.part)?;
+            if matches!(self.origin, Origin::Output) {
+                let copied = fs::copy(&self.output, &self.part);
+                copied.inspect_err(|_| drop(fs::remove_file(&self.part)))?;
             }
             let mut file = OpenOptions::new().create(true).truncate(false).write(true).open(&self.part)?;
             file.set_len(self.length)?;
