@@ -165,8 +165,8 @@ fn an_import_that_is_killed_at_any_moment_leaves_whole_files() {
     assert_replaces(&workspace, ["import old.json -o world.toml", "import new.json -o world.toml"]);
 }
 
-/// Runs a line to its end, then again and again, and kills it about where it writes; `is_whole` looks
-/// at what is there, and what was left unfinished goes with the last run.
+/// Runs a line to its end, then again and again, and kills it about where it writes; `is_whole`
+/// looks at what is there, and what was left unfinished goes with the last run.
 fn assert_stays_whole(workspace: &Workspace, line: &str, is_whole: impl Fn(&BTreeMap<PathBuf, Vec<u8>>) -> bool) {
     let started = Instant::now();
     workspace.run(line).expect_code(0);
@@ -184,8 +184,8 @@ fn assert_stays_whole(workspace: &Workspace, line: &str, is_whole: impl Fn(&BTre
     println!("{} kills of {line:?}", kills());
 }
 
-/// How much is learned in so little time differs from run to run, and the picture with it; pages hold
-/// times. So files are looked at, not compared.
+/// How much is learned in so little time differs from run to run, and the picture with it; pages
+/// hold times. So files are looked at, not compared.
 fn is_page(bytes: &[u8]) -> bool {
     bytes.starts_with(b"<!doctype html>") && bytes.ends_with(b"</html>\n")
 }
@@ -291,8 +291,8 @@ fn grasps_that_are_killed_at_any_moment_keep_the_old_file_and_resume() {
     println!("{} kills of {line:?}, {parts} left a part", kills());
 }
 
-/// Whatever the moment of a kill was: every writer removes what one left where it writes, and nothing
-/// else.
+/// Whatever the moment of a kill was: every writer removes what one left where it writes, and
+/// nothing else.
 #[test]
 fn every_writer_removes_what_was_left() {
     let workspace = Workspace::learned();

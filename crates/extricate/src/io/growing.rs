@@ -43,8 +43,8 @@ impl GrowingFile {
         Ok(growing)
     }
 
-    /// Goes on with the part that an earlier run left, or else with its output. `line` is given each
-    /// of its whole lines and says what is wrong with it; half a line at the end is left out.
+    /// Goes on with the part that an earlier run left, or else with its output. `line` is given
+    /// each of its whole lines and says what is wrong with it; half a line at the end is left out.
     ///
     /// # Errors
     /// As [`GrowingFile::begin`], and [`Error::Read`] with what `line` says.

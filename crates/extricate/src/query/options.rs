@@ -45,8 +45,8 @@ pub const DEFAULT_GAP: f64 = 0.05;
 /// for all of them.
 pub const MAX_EXITS: usize = 100_000;
 
-/// Most starts that a query makes of [`QueryOptions::starts`], and that a shell lets anyone ask for:
-/// each takes a descent, and millions would never end.
+/// Most starts that a query makes of [`QueryOptions::starts`], and that a shell lets anyone ask
+/// for: each takes a descent, and millions would never end.
 pub const MAX_STARTS: usize = 100_000;
 
 /// Exits that are looked for where the one nearest to a goal is chosen.

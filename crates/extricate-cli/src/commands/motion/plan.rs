@@ -77,7 +77,7 @@ pub fn run(args: &PlanArgs, json: bool) -> anyhow::Result<()> {
     let asked = Asked::load(&args.file, args.world.as_deref(), &args.load)?;
     let scene = asked.scene();
     let (from, to) = (config("--from", &args.from, scene)?, config("--to", &args.to, scene)?);
-    // Held from before it is read until it is written: else what another run adds meanwhile is lost.
+    // Held from before it is read until it is written: else what another run adds is lost.
     let _lock = args.roadmap.as_deref().map(|path| hold(path, args)).transpose()?;
     let mut roadmap = match &args.roadmap {
         Some(path) if path.exists() => load_roadmap(path, scene)?,
