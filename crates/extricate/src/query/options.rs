@@ -45,6 +45,10 @@ pub const DEFAULT_GAP: f64 = 0.05;
 /// for all of them.
 pub const MAX_EXITS: usize = 100_000;
 
+/// Most starts that a query makes of [`QueryOptions::starts`], and that a shell lets anyone ask
+/// for: each takes a descent, and millions would never end.
+pub const MAX_STARTS: usize = 100_000;
+
 /// Exits that are looked for where the one nearest to a goal is chosen.
 const TO_CHOOSE: usize = 8;
 
@@ -59,7 +63,7 @@ pub struct QueryOptions {
     /// Starts of descents, all in all; `None` leaves it to the effort ([`Effort::Refined`]: what
     /// the model measured, for as long as they find something nearer). Stored samples come first,
     /// as many as the effort takes; the rest are around the query. Fewer are faster and find the
-    /// nearest exit less often.
+    /// nearest exit less often. More than [`MAX_STARTS`] are as many.
     pub starts: Option<usize>,
     /// Share of the depth that need not be proved, in `[0, 1)`: the search stops as soon as
     /// `lower_bound >= (1 - gap) depth`. [`Effort::Proved`] works for it ([`DEFAULT_GAP`] where it
@@ -98,6 +102,11 @@ impl QueryOptions {
     pub(crate) fn wanted(&self) -> usize {
         let to_choose = if self.toward.is_some() && self.effort != Effort::Nearest { TO_CHOOSE } else { 1 };
         self.exits.max(to_choose)
+    }
+
+    /// How many starts to make, if the effort does not say.
+    pub(crate) fn wanted_starts(&self) -> Option<usize> {
+        self.starts.map(|starts| starts.min(MAX_STARTS))
     }
 
     /// The gap that ends the search.

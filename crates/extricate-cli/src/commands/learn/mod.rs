@@ -82,7 +82,7 @@ struct Report<'a> {
 /// Runs the command.
 pub fn run(args: &LearnArgs, json: bool) -> anyhow::Result<()> {
     io::check_model_output(&args.output)?;
-    let keep = args.keep.keep(&args.output)?;
+    let keep = args.keep.keep(&args.output, &[&args.scene])?;
     let learner = if args.keep.resume { resumed(args, &keep)? } else { begun(args, &keep)? };
     let unit = report::metric_unit(learner.scene());
     let learned = run_with_progress(learner, Some(&keep))?;

@@ -8,7 +8,7 @@ use clap::Args;
 use extricate::{Escape, EscapeMethod, EscapeOptions, Scene, Termination};
 use serde::Serialize;
 
-use crate::args::{InputArgs, LoadArgs, length, positive, seconds, seed, whole};
+use crate::args::{self, InputArgs, LoadArgs, length, seconds, seed, whole};
 use crate::commands::query::asker::Asked;
 use crate::commands::with_advice;
 use crate::input::BadLine;
@@ -42,7 +42,7 @@ pub struct EscapeArgs {
     #[arg(long, value_name = "METRES", value_parser = length, allow_negative_numbers = true, default_value = "1e-3")]
     tolerance: f64,
     /// Try straight edges to up to K exits
-    #[arg(long, value_name = "K", value_parser = positive, allow_negative_numbers = true, default_value_t = 6)]
+    #[arg(long, value_name = "K", value_parser = args::exits, allow_negative_numbers = true, default_value_t = 6)]
     exits: usize,
     /// Spend at most N checks on the trees that grow where nothing simpler leads out
     #[arg(long, value_name = "N", value_parser = whole, allow_negative_numbers = true, default_value_t = 20_000)]
@@ -115,7 +115,8 @@ pub fn run(args: &EscapeArgs, json: bool) -> anyhow::Result<()> {
     let scene = asked.scene();
     let told = OnceCell::new();
     let no_path = || told.get_or_init(|| with_advice("no path was found", asked.view().checker())).as_str();
-    let mut out = Output::new(configs.is_stream());
+    // A path may take minutes; those that were found are not to be lost with the next.
+    let mut out = Output::new(true);
     let mut progress = Progress::beside_rows("escaping");
     let (mut total, mut found) = (0, 0);
     while let Some(entry) = configs.next(scene)? {
@@ -145,12 +146,18 @@ pub fn run(args: &EscapeArgs, json: bool) -> anyhow::Result<()> {
         }
         progress.update(configs.fraction(), || format!("{} paths", report::count(total)));
     }
-    out.finish()?;
     drop(progress);
-    configs.conclude()?;
-    if found < total {
-        let (lost, total) = (report::count(total - found), report::count(total));
-        bail!("{lost} of {total} queries have no path: {}", with_advice("none was found", asked.view().checker()));
+    let (missing, all) = (report::count(total - found), report::count(total));
+    if !json && total > 0 {
+        let share = report::percent(found as f64 / total as f64);
+        out.line(format_args!("\n{} of {all} queries have a path ({share})", report::count(found)))?;
     }
-    Ok(())
+    out.finish()?;
+    let none = || with_advice("none was found", asked.view().checker());
+    match (configs.conclude(), found < total) {
+        (Ok(()), false) => Ok(()),
+        (Ok(()), true) => bail!("{missing} of {all} queries have no path: {}", none()),
+        (Err(bad), false) => Err(bad),
+        (Err(bad), true) => bail!("{bad}; {missing} of {all} queries have no path: {}", none()),
+    }
 }
