@@ -83,7 +83,7 @@ impl<'py> FromPyObject<'_, 'py> for Whole {
 }
 
 /// `value` as a count, where it is at least `least`.
-pub fn count(name: &'static str, value: Whole, least: u32) -> Result<usize, PyErr> {
+pub fn count(name: &str, value: Whole, least: u32) -> Result<usize, PyErr> {
     match value {
         Whole::Number(number) => match usize::try_from(number) {
             Ok(count) if count >= least as usize => Ok(count),

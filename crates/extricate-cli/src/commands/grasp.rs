@@ -309,7 +309,7 @@ fn mesh_object(path: &Path, scale: f64, load: &LoadArgs) -> extricate::Result<Bo
     let read = |error: serde_json::Error| extricate::Error::input(name.clone(), "object", error.to_string());
     let mut entries: SceneFile = serde_json::from_value(entry).map_err(read)?;
     entries.limits = load.limits();
-    let mut bodies = io::read_obstacles("objects", &entries)?;
+    let (mut bodies, _) = io::read_obstacles("objects", &entries)?;
     bodies.pop().ok_or_else(|| extricate::Error::input(name, "object", "got no shape, expected a mesh"))
 }
 

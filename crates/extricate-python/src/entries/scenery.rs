@@ -10,8 +10,12 @@ use pyo3::prelude::*;
 
 use super::{NAME, kind, rows_of_three};
 use crate::error::exception;
+use crate::long_call;
 use crate::rows::arrays::{bad_row, floats, numbers, one_config, tuple};
 use crate::scene::Scene;
+
+/// Points after which `Scene.robot_filter` looks whether to stop.
+const AT_ONCE: usize = 1024;
 
 /// The shape of an obstacle of one of these classes, and how many points of it are left out because
 /// they are NaN; `None` of another class. `element` is what messages call the obstacle.
@@ -118,10 +122,13 @@ impl Scene {
         let space = &self.inner().space;
         let values = one_config("q", q, space)?;
         let config = units::config(self.inner(), values.values()).map_err(|error| bad_row("q", 0, true, error))?;
-        let keep = py.detach(|| {
-            let filter = |scratch: &mut _| self.checker().robot_filter(&config, &points, padding, scratch);
-            self.scratches().with(filter)
-        });
+        let watch = long_call::Watch::new();
+        let stop = watch.stop();
+        let filter = |scratch: &mut _| {
+            let parts = points.chunks(AT_ONCE).take_while(|_| !stop.is_asked());
+            parts.flat_map(|part| self.checker().robot_filter(&config, part, padding, scratch)).collect::<Vec<bool>>()
+        };
+        let keep = py.detach(|| watch.over(|| self.scratches().with(filter)))?;
         Ok(PyArray1::from_vec(py, keep))
     }
 }

@@ -51,9 +51,12 @@ impl Model {
     }
 
     /// Reading a model uses threads, for which a global pool would not survive `fork`.
-    fn read(py: Python<'_>, read: impl FnOnce() -> extricate::Result<extricate::Model> + Send) -> PyResult<Self> {
+    fn read(
+        py: Python<'_>,
+        read: impl FnOnce() -> extricate::Result<extricate::Model> + Send + 'static,
+    ) -> PyResult<Self> {
         let pool = long_call::pool(0)?;
-        Ok(Self::of(py.detach(|| pool.install(read)).map_err(exception)?))
+        Ok(Self::of(long_call::apart(py, move || pool.install(read))?.map_err(exception)?))
     }
 }
 
@@ -62,7 +65,7 @@ impl Model {
     /// Loads a model file.
     #[staticmethod]
     fn load(py: Python<'_>, path: PathBuf) -> PyResult<Self> {
-        Self::read(py, || io::load_model(&path))
+        Self::read(py, move || io::load_model(&path))
     }
 
     /// Writes a model file: another reader sees the old one or the whole new one. Replaces nothing
@@ -75,7 +78,8 @@ impl Model {
     /// The model from the bytes of its file.
     #[staticmethod]
     fn from_bytes(py: Python<'_>, data: &[u8]) -> PyResult<Self> {
-        Self::read(py, || model_file::decode(IN_MEMORY.as_ref(), data))
+        let data = data.to_vec();
+        Self::read(py, move || model_file::decode(IN_MEMORY.as_ref(), &data))
     }
 
     /// The bytes of the model's file; the same model gives the same bytes.

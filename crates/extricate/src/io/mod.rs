@@ -90,11 +90,12 @@ pub fn assemble_world(robots: &Scene, name: &str, entries: &SceneFile) -> Result
     in_world_of_entries(robots, Path::new(name), &cutting(entries), &mut reader(&entries.limits))
 }
 
-/// The obstacles of entries that were not written as a file, for [`Scene::with_obstacles`].
+/// The obstacles of entries that were not written as a file, for [`Scene::with_obstacles`], and
+/// what is to be said of the files that they are read from.
 ///
 /// # Errors
 /// As [`load_scene`].
-pub fn read_obstacles(name: &str, entries: &SceneFile) -> Result<Vec<Body>> {
+pub fn read_obstacles(name: &str, entries: &SceneFile) -> Result<(Vec<Body>, Vec<String>)> {
     obstacles_of_entries(Path::new(name), &cutting(entries), &mut reader(&entries.limits))
 }
 
