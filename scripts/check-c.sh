@@ -41,7 +41,7 @@ echo "plain C, and C++ without exceptions"
 ${CC:-cc} -std=c11 $warnings "$crate/examples/first_query.c" $flags -o "$work/first_query_c"
 "$work/first_query_c"
 # shellcheck disable=SC2086
-${CXX:-c++} -std=c++17 -fno-exceptions $warnings "$crate/tests/cpp/no_exceptions.cpp" $flags -o "$work/no_exceptions"
+${CXX:-c++} -std=c++17 -fno-exceptions $warnings "$crate/tests/cpp/no_exceptions.cpp" $flags -pthread -o "$work/no_exceptions"
 (cd "$work" && ./no_exceptions)
 
 program=${EXTRICATE_PROGRAM:-${CARGO_TARGET_DIR:-target}/debug/extricate}

@@ -25,7 +25,7 @@ fi
 work=$(mktemp -d)
 trap 'umount "$work/full" 2>/dev/null; rm -rf "$work"' EXIT
 mkdir "$work/full"
-mount -t tmpfs -o size=2m tmpfs "$work/full"
+mount -t tmpfs -o size=4m tmpfs "$work/full"
 cd "$work"
 "$program" demo --scene planar-arm --export scenes >/dev/null
 scene=$(echo scenes/*.toml)
@@ -44,6 +44,16 @@ world 1
 "$program" import world.json -o full/world.toml >/dev/null
 world 2
 "$program" demo --scene planar-arm --queries 1 --seconds 0.1 --out full/demo.svg >/dev/null 2>&1
+"$program" plan "$scene" --from 1.9,0,0 --to -1.9,0,0 --roadmap full/kept >/dev/null 2>&1
+"$program" view "$scene" -n 1 -o full/view.html >/dev/null
+"$program" report full/a.model -n 2 -o full/report.html >/dev/null
+"$program" man full/man
+"$program" demo --scene hand --export hand >/dev/null
+printf '\n[[obstacle]]\nname = "ball"\nshape = { sphere = 0.03 }\npose = { xyz = [0, 0, 0.08] }\n' >>hand/hand.toml
+"$program" sample hand/hand.toml -n 40 --seed 1 >grasps.jsonl
+grasp() { "$program" grasp hand/hand.toml --input "$1" --object ball -o full/grasps.jsonl "${@:2}"; }
+head -n 1 grasps.jsonl >one.jsonl
+grasp one.jsonl >/dev/null 2>&1 || true
 "$program" learn "$scene" -o full/left.model --labels 9000000 --checkpoint-every 0 >/dev/null 2>&1 &
 until [ -s full/left.model.checkpoint ]; do sleep 0.01; done
 kill -9 $!
@@ -56,7 +66,7 @@ fails() {
     local room=$1 file=$2
     shift 2
     rm -f full/filling
-    head -c 4m /dev/zero >full/filling 2>/dev/null || true
+    head -c 8m /dev/zero >full/filling 2>/dev/null || true
     truncate -s "-$room" full/filling
     local before
     before=$(find full -type f -exec sha256sum {} + | sort)
@@ -89,10 +99,27 @@ done
 fails 0 full/world-meshes/tray.obj "$program" import world.json -o full/world.toml
 # Room for the mesh alone: the old one stays, since it belongs to the old scene.
 fails 4096 full/world.toml "$program" import world.json -o full/world.toml
+fails 0 full/kept "$program" plan "$scene" --from 1.9,0,0 --to -1.9,0,0.1 --roadmap full/kept
+fails 0 full/view.html "$program" view "$scene" -n 1 -o full/view.html
+fails 4096 full/view.html "$program" view "$scene" -n 1 -o full/view.html
+fails 0 full/report.html "$program" report full/a.model -n 2 -o full/report.html
+fails 0 full/man/extricate "$program" man full/man
+fails 4096 full/man/extricate "$program" man full/man
+fails 0 full/grasps.jsonl.part grasp grasps.jsonl
 fails 0 full/demo.svg "$program" demo --scene planar-arm --queries 1 --seconds 0.1 --out full/demo.svg
+
+# Grasps that fit stay beside the old file, for --resume.
+before=$(sha256sum full/grasps.jsonl)
+truncate -s -4096 full/filling
+if grasp grasps.jsonl >told 2>&1; then exit 1; fi
+grep -q "cannot write full/grasps.jsonl.part: No space left on device" told || { cat told >&2; exit 1; }
+[ -s full/grasps.jsonl.part ] && [ "$before" = "$(sha256sum full/grasps.jsonl)" ]
+checked=$((checked + 1))
 
 # With room again, all goes on.
 rm full/filling
+grasp grasps.jsonl --resume >/dev/null 2>&1 || true
+[ "$(wc -l <full/grasps.jsonl)" = 40 ] && [ ! -e full/grasps.jsonl.part ]
 "$program" learn "$scene" -o full/left.model --resume --labels 9000000 >/dev/null 2>&1 &
 sleep 0.2
 kill -INT $!

@@ -291,8 +291,13 @@ extern "C" {
 #endif // __cplusplus
 
 // What the last call that failed on this thread says is wrong: file or argument, value, and what
-// was expected. Empty where none failed. It stays until the next call on this thread fails.
+// was expected. Empty where none failed. It stays until the next call on this thread fails, or the
+// thread ends: destructors of its variables may find that messages are gone.
 const char *extricate_last_error(void);
+
+// Fails with this message and EXTRICATE_ARGUMENT. A layer on top of this interface calls it to
+// refuse an argument as the functions here do: extricate_last_error() then gives the message.
+ExtricateStatus extricate_refuse(const char *message);
 
 // Version of the library, such as "0.2.0".
 const char *extricate_version(void);
@@ -390,9 +395,9 @@ ExtricateStatus extricate_scene_builtin(const char *name, struct ExtricateScene 
 
 // Learns a model of the scene, which takes fewer checks a query: seconds for most cells.
 //
-// `labels` are the exact checks to spend, 0 for the usual number; `seconds` is the most time,
-// infinity for no limit; `threads` is 0 for one a core. The model depends on scene, labels and
-// seed alone, unless time ended it.
+// `labels` are the exact checks to spend, 0 for the usual number; `seconds` is the most time, more
+// than 0, infinity for no limit; `threads` is 0 for one a core. The model depends on scene, labels
+// and seed alone, unless time ended it.
 ExtricateStatus extricate_learn(const struct ExtricateScene *scene,
                                 size_t labels,
                                 double seconds,

@@ -9,8 +9,8 @@
  * EXTRICATE_WITH_EIGEN defined, poses are made of Eigen's isometries, and witnesses can be read as
  * Eigen's vectors.
  *
- * Where a call fails, extricate::Error is thrown. Without exceptions (-fno-exceptions) the call gives an
- * empty object or false, and extricate::last_status() and last_error() say why; they belong to the
+ * If a call fails, it throws extricate::Error. Without exceptions (-fno-exceptions) it gives an empty
+ * object, nan or false, and extricate::last_status() and last_error() say why; they belong to the
  * thread.
  *
  * Scene, Answer: never change, cheap to copy, used by any number of threads. Solver, Stream: moved, not
@@ -75,16 +75,34 @@ private:
 
 namespace detail {
 /// Throws what is no success; without exceptions, remembers it and says so.
-inline bool succeeded(Status status, const char* message = nullptr) {
+inline bool succeeded(Status status) {
     detail::status() = status;
 #if EXTRICATE_HAS_EXCEPTIONS
-    if (status != EXTRICATE_OK) throw Error(status, message ? message : extricate_last_error());
-#else
-    (void)message;
+    if (status != EXTRICATE_OK) throw Error(status, extricate_last_error());
 #endif
     return status == EXTRICATE_OK;
 }
-inline bool refuses(const char* message) { return succeeded(EXTRICATE_ARGUMENT, message); }
+/// Fails as a call of C does, so that last_status() and last_error() agree. Callers return at once:
+/// another call would hide it. Always false.
+inline bool refuse(const std::string& message) { return succeeded(extricate_refuse(message.c_str())); }
+/// A name as messages repeat it: 200 bytes at most, and no part of a character.
+inline std::string shown(const std::string& name) {
+    if (name.size() <= 200) return name;
+    std::size_t end = 200;
+    while (end > 0 && (static_cast<unsigned char>(name[end]) & 0xc0) == 0x80) --end;
+    return name.substr(0, end) + " ..";
+}
+/// Refuses a text that C would read to its first zero alone, and lengths that differ.
+inline bool is_whole(const std::string& name, const std::string& text) {
+    const std::size_t zero = text.find('\0');
+    if (zero == std::string::npos) return true;
+    return refuse(shown(name) + ": byte " + std::to_string(zero) + ": got a zero, expected text");
+}
+inline bool are_as_many(const char* names, std::size_t first, std::size_t second) {
+    if (first == second) return true;
+    return refuse(std::string(names) + ": got " + std::to_string(first) + " and " + std::to_string(second) +
+                  ", expected the same number of both");
+}
 
 template <class T>
 struct Range {
@@ -165,6 +183,17 @@ public:
         shape.offset_ = offset;
         return shape;
     }
+    /// What is wrong with its numbers; empty if nothing is.
+    std::string problem() const {
+        const auto rest = [](const char* name, std::size_t count) {
+            if (count % 3 == 0) return std::string();
+            return std::string(name) + ": got " + std::to_string(count) + " numbers, expected three each";
+        };
+        for (const std::string& found :
+             {rest("points", points_.size()), rest("triangles", triangles_.size()), rest("cells", cells_.size())})
+            if (!found.empty()) return found;
+        return "";
+    }
     /// As C has it, for as long as this lives.
     ExtricateShape raw() const {
         return ExtricateShape{kind_,           {size_[0], size_[1], size_[2]}, offset_,        points_.data(),
@@ -197,6 +226,11 @@ inline std::vector<const char*> pointers(const std::vector<std::string>& texts) 
     for (const std::string& text : texts) all.push_back(text.c_str());
     return all;
 }
+/// Refuses an obstacle of a shape whose last point, triangle or cell is not whole.
+inline bool is_whole(const Obstacle& obstacle) {
+    const std::string problem = obstacle.shape.problem();
+    return problem.empty() || refuse("obstacle \"" + shown(obstacle.name) + "\": " + problem);
+}
 }  // namespace detail
 
 /// A scene, or what was learned of one, in that scene or in a changed one.
@@ -212,8 +246,12 @@ public:
     /// is not read.
     static Scene from_text(const std::string& text, const std::string& folder = "",
                            const std::vector<std::pair<std::string, std::string>>& texts = {}) {
+        if (!detail::is_whole("text", text)) return Scene();
         std::vector<ExtricateText> all;
-        for (const auto& [path, content] : texts) all.push_back(ExtricateText{path.c_str(), content.c_str()});
+        for (const auto& [path, content] : texts) {
+            if (!detail::is_whole(path, content)) return Scene();
+            all.push_back(ExtricateText{path.c_str(), content.c_str()});
+        }
         return made([&](ExtricateScene** out) {
             return extricate_scene_from_text(text.c_str(), folder.empty() ? nullptr : folder.c_str(), all.data(), all.size(), out);
         });
@@ -244,7 +282,10 @@ public:
     /// More obstacles.
     Scene with_obstacles(const std::vector<Obstacle>& obstacles) const {
         std::vector<ExtricateObstacle> all;
-        for (const Obstacle& obstacle : obstacles) all.push_back(obstacle.raw());
+        for (const Obstacle& obstacle : obstacles) {
+            if (!detail::is_whole(obstacle)) return Scene();
+            all.push_back(obstacle.raw());
+        }
         return made([&](ExtricateScene** out) { return extricate_scene_with_obstacles(get(), all.data(), all.size(), out); });
     }
     /// Fewer obstacles, or objects that links hold.
@@ -264,6 +305,7 @@ public:
     }
     /// An object that a link holds, which may touch these bodies.
     Scene attached(const Obstacle& object, const std::string& link, const std::vector<std::string>& touch = {}) const {
+        if (!detail::is_whole(object)) return Scene();
         const ExtricateObstacle held = object.raw();
         const auto all = detail::pointers(touch);
         return made([&](ExtricateScene** out) {
@@ -276,6 +318,7 @@ public:
     }
     /// The same of a text; the end of `name` (.toml, .scene, .yaml, .json) tells what it is.
     Scene in_world_text(const std::string& name, const std::string& text) const {
+        if (!detail::is_whole("text", text)) return Scene();
         return made([&](ExtricateScene** out) {
             return extricate_scene_in_world_text(get(), name.c_str(), text.c_str(), out);
         });
@@ -301,49 +344,63 @@ public:
     /// Lower and upper limits of all coordinates.
     std::pair<std::vector<double>, std::vector<double>> limits() const {
         std::vector<double> lower(nq()), upper(nq());
-        detail::succeeded(extricate_scene_limits(get(), lower.data(), upper.data(), nq()));
+        if (!detail::succeeded(extricate_scene_limits(get(), lower.data(), upper.data(), nq()))) return {};
         return {lower, upper};
     }
     /// The configuration in which these joints have these positions.
     std::vector<double> config(const std::vector<std::string>& joints, const std::vector<double>& positions) const {
         std::vector<double> q(nq());
         const auto all = detail::pointers(joints);
-        if (joints.size() != positions.size()) return void(detail::refuses("joints, positions: expected as many")), q;
-        detail::succeeded(extricate_scene_config(get(), all.data(), positions.data(), all.size(), q.data(), q.size()));
-        return q;
+        if (!detail::are_as_many("joints, positions", joints.size(), positions.size())) return {};
+        const Status status = extricate_scene_config(get(), all.data(), positions.data(), all.size(), q.data(), q.size());
+        return detail::succeeded(status) ? q : std::vector<double>();
     }
     /// The configuration of a message: a JointState, RobotState or PlanningScene; the end of `name` is .yaml or .json.
     std::vector<double> config_text(const std::string& name, const std::string& text) const {
+        if (!detail::is_whole("text", text)) return {};
         std::vector<double> q(nq());
-        detail::succeeded(extricate_scene_config_text(get(), name.c_str(), text.c_str(), q.data(), q.size()));
-        return q;
+        const Status status = extricate_scene_config_text(get(), name.c_str(), text.c_str(), q.data(), q.size());
+        return detail::succeeded(status) ? q : std::vector<double>();
     }
     /// How far two configurations are from each other, in the scene's metric.
     double metric_distance(Config from, Config to) const {
         double distance = std::nan("");
-        if (from.size() != to.size()) return void(detail::refuses("from, to: expected the same length")), distance;
+        if (!detail::are_as_many("from, to", from.size(), to.size())) return distance;
         detail::succeeded(extricate_metric_distance(get(), from.data(), to.data(), to.size(), &distance));
         return distance;
     }
     /// Whether configurations, one after another, are free.
     std::vector<bool> check(Config rows, std::size_t threads = 0) const {
-        const std::size_t count = rows_of(rows);
+        std::size_t count = 0;
+        if (!counts(rows, count)) return {};
         std::unique_ptr<bool[]> free(new bool[count ? count : 1]());
-        detail::succeeded(extricate_check_batch(get(), rows.data(), count, nq(), threads, free.get()));
+        if (!detail::succeeded(extricate_check_batch(get(), rows.data(), count, nq(), threads, free.get()))) return {};
         return std::vector<bool>(free.get(), free.get() + count);
     }
     /// Least signed distances at configurations, one after another [m].
     std::vector<double> distances(Config rows, std::size_t threads = 0) const {
-        std::vector<double> all(rows_of(rows), std::nan(""));
-        detail::succeeded(extricate_distance_batch(get(), rows.data(), all.size(), nq(), threads, all.data()));
-        return all;
+        std::size_t count = 0;
+        if (!counts(rows, count)) return {};
+        std::vector<double> all(count);
+        const Status status = extricate_distance_batch(get(), rows.data(), count, nq(), threads, all.data());
+        return detail::succeeded(status) ? all : std::vector<double>();
     }
 
-    /// How many configurations stand in a row of numbers.
+    /// How many configurations stand in a row of numbers; 0 of one that is refused.
     std::size_t rows_of(Config rows) const {
+        std::size_t count = 0;
+        counts(rows, count);
+        return count;
+    }
+    /// Writes how many; false if they are refused.
+    bool counts(Config rows, std::size_t& count) const {
         const std::size_t size = nq();
-        if (size == 0 || rows.size() % size != 0) return void(detail::refuses("rows: expected whole configurations")), 0;
-        return rows.size() / size;
+        if (!scene_) return detail::refuse("scene: got none, expected one that was made");
+        count = size ? rows.size() / size : 0;
+        if (count * size == rows.size()) return true;
+        count = 0;
+        return detail::refuse("rows: got " + std::to_string(rows.size()) + " numbers, expected whole configurations of " +
+                              std::to_string(size));
     }
     explicit operator bool() const { return scene_ != nullptr; }
     /// For the functions of extricate.h.
@@ -517,14 +574,14 @@ public:
     }
     /// Signed distances of all checked pairs [m].
     std::vector<double> pair_distances(Config q) {
-        std::vector<double> all(scene_.pair_count(), std::nan(""));
-        detail::succeeded(extricate_pair_distances(solver_.get(), q.data(), q.size(), all.data(), all.size()));
-        return all;
+        std::vector<double> all(scene_.pair_count());
+        const Status status = extricate_pair_distances(solver_.get(), q.data(), q.size(), all.data(), all.size());
+        return detail::succeeded(status) ? all : std::vector<double>();
     }
     /// Whether the whole segment is free: proved.
     ExtricateSegment check_segment(Config from, Config to, double resolution = 1e-4) {
         ExtricateSegment segment{};
-        if (from.size() != to.size()) return void(detail::refuses("from, to: expected the same length")), segment;
+        if (!detail::are_as_many("from, to", from.size(), to.size())) return segment;
         detail::succeeded(extricate_check_segment(solver_.get(), from.data(), to.data(), to.size(), resolution, &segment));
         return segment;
     }
@@ -550,14 +607,16 @@ struct Batch {
 /// Queries configurations, one after another in `rows`, on many threads (0: one a core).
 inline Batch query_batch(const Scene& scene, Config rows, const Options& options = Options(), std::size_t threads = 0) {
     Batch batch;
-    const std::size_t nq = scene.nq(), count = scene.rows_of(rows);
+    const std::size_t nq = scene.nq();
+    std::size_t count = 0;
+    if (!scene.counts(rows, count)) return batch;
     batch.witnesses.resize(count * nq);
     batch.summaries.resize(count);
     const detail::Stop stop = detail::kept(options);
     const detail::RawOptions raw(options, stop.get());
-    detail::succeeded(extricate_query_batch(scene.get(), raw.get(), rows.data(), count, nq, threads, batch.witnesses.data(),
-                                            batch.summaries.data()));
-    return batch;
+    const Status status = extricate_query_batch(scene.get(), raw.get(), rows.data(), count, nq, threads, batch.witnesses.data(),
+                                                batch.summaries.data());
+    return detail::succeeded(status) ? batch : Batch();
 }
 
 /// Queries that follow each other closely. One for each thread.

@@ -5,11 +5,15 @@
  *     if (start.fixed) use(start.positions);
  *
  * A PlanningScene is YAML or JSON, as `ros2 topic echo`, rosbridge and the to_block_style_yaml() of every message
- * write it. Its world, attached objects, allowed collisions and padding are taken; what is not is in `notes`. */
+ * write it. Its world, attached objects, allowed collisions and padding are taken; what is not is in `notes`.
+ *
+ * Built without exceptions, a repair that fails gives a start that is empty and not fixed, and
+ * extricate::last_status() and last_error() say why. */
 #ifndef EXTRICATE_MOVEIT_HPP
 #define EXTRICATE_MOVEIT_HPP
 
 #include <algorithm>
+#include <chrono>
 #include <cstdio>
 #include <cstdlib>
 #include <map>
@@ -26,11 +30,12 @@ using Positions = std::vector<std::pair<std::string, double>>;
 
 /// What may be done to a start.
 struct FixLimits {
-    /// Most that any point of the robot, or of what it holds, may be displaced [m].
+    /// Most that any point of the robot, or of what it holds, may be displaced [m], 0 or more.
     double max_displacement = HUGE_VAL;
     /// Most time [s].
     double max_seconds = 1.0;
-    /// Clearance to aim at [m]; nan for that of the scene.
+    /// Clearance to aim at [m]; nan for that of the scene. A start that keeps less of it, at least the scene's, is
+    /// taken before one that is farther than allowed.
     double clearance = std::nan("");
     /// Joints that may move, such as those of the planning group; all where empty.
     std::vector<std::string> joints;
@@ -50,6 +55,8 @@ struct FixedStart {
     double gap = 0;
     /// Largest displacement of any point from the old start to the new one [m].
     double max_displacement = 0;
+    /// What it keeps [m]: the clearance that was aimed at, or less where that would be far.
+    double clearance = 0;
     /// What collided.
     std::vector<std::pair<std::string, std::string>> colliding;
     /// Joints that were beyond their limits.
@@ -114,6 +121,7 @@ public:
     FixedStart fix(const std::string& planning_scene, const std::string& name, const Positions& start,
                    const FixLimits& limits = FixLimits()) {
         const Scene world = in_world(planning_scene, name);
+        if (!world) return FixedStart();
         const std::map<std::string, std::size_t> known = coordinates(world);
         std::vector<std::string> names;
         std::vector<double> values;
@@ -122,14 +130,17 @@ public:
             names.push_back(joint);
             values.push_back(position);
         }
-        return fixed(world, world.config(names, values), limits);
+        const std::vector<double> q = world.config(names, values);
+        return last_status() == EXTRICATE_OK ? fixed(world, q, limits) : FixedStart();
     }
 
     /// The same where the joints' positions are in the message, or in another one.
     FixedStart fix(const std::string& planning_scene, const std::string& name, const std::string& state,
                    const std::string& state_name, const FixLimits& limits = FixLimits()) {
         const Scene world = in_world(planning_scene, name);
-        return fixed(world, world.config_text(state_name, state), limits);
+        if (!world) return FixedStart();
+        const std::vector<double> q = world.config_text(state_name, state);
+        return last_status() == EXTRICATE_OK ? fixed(world, q, limits) : FixedStart();
     }
 
     const Scene& robot() const { return robot_; }
@@ -172,13 +183,32 @@ private:
 
     FixedStart fixed(const Scene& world, const std::vector<double>& q, const FixLimits& limits) const {
         FixedStart start;
+        if (!(limits.max_displacement >= 0)) {
+            extricate::detail::refuse("limits.max_displacement: got " + std::to_string(limits.max_displacement) +
+                                      ", expected 0 or more [m]");
+            return start;
+        }
+        const auto began = std::chrono::steady_clock::now();
+        Options asked = options(world, limits);
+        Solver solver(world, asked);
+        if (!solver) return start;
+        Answer answer = solver.query(q);
+        if (!answer && last_status() != EXTRICATE_NOTHING_FREE) return start;
         const std::vector<std::string> known = robot_.warnings();
         for (const std::string& warning : world.warnings())
             if (std::find(known.begin(), known.end(), warning) == known.end()) start.notes.push_back(warning);
-        Solver solver(world, options(world, limits));
-        const Answer answer = solver.query(q);
+        const auto is_far = [&] { return !answer || answer.max_displacement() > limits.max_displacement; };
+        // What keeps the scene's clearance alone may be near where nothing is that keeps more.
+        if (is_far() && limits.clearance > world.clearance()) {
+            asked.clearance = std::nan("");
+            const std::chrono::duration<double> spent = std::chrono::steady_clock::now() - began;
+            // A solver takes no limit of 0.
+            asked.max_seconds = std::max(1e-3, limits.max_seconds - spent.count());
+            solver.set_options(asked);
+            if (const Answer near = solver.query(q)) answer = near;
+        }
         const std::map<std::string, std::size_t> joints = coordinates(world);
-        const bool is_allowed = answer && answer.max_displacement() <= limits.max_displacement;
+        const bool is_allowed = !is_far();
         for (const auto& [joint, at] : joints)
             start.positions.emplace_back(joint, is_allowed ? answer.witness()[at] : q[at]);
         if (!answer) {
@@ -191,6 +221,7 @@ private:
         start.lower_bound = answer.lower_bound();
         start.gap = answer.gap();
         start.max_displacement = answer.max_displacement();
+        start.clearance = answer.summary().clearance;
         for (const ExtricatePair& pair : answer.colliding()) start.colliding.push_back(world.names(pair));
         for (std::size_t at : answer.outside())
             for (const auto& [joint, coordinate] : joints)
@@ -205,9 +236,10 @@ private:
         if (!start.colliding.empty()) text += " has " + start.colliding[0].first + " in collision with " + start.colliding[0].second;
         if (start.colliding.size() > 1) text += " and " + std::to_string(start.colliding.size() - 1) + " more pairs";
         if (!start.outside.empty()) text += std::string(start.colliding.empty() ? "" : ", and") + " is beyond a limit of " + start.outside[0];
-        char rest[160];
-        std::snprintf(rest, sizeof rest, "; %s is %.4f away (at least %.4f) and moves points by up to %.4f m",
-                      start.fixed ? "its repair" : "the nearest free state", start.depth, start.lower_bound, start.max_displacement);
+        char rest[240];
+        std::snprintf(rest, sizeof rest, "; %s is %.4f away (at least %.4f), moves points by up to %.4f m and keeps %g m",
+                      start.fixed ? "its repair" : "the nearest free state", start.depth, start.lower_bound,
+                      start.max_displacement, start.clearance);
         text += rest;
         if (start.fixed) return text;
         std::snprintf(rest, sizeof rest, ", more than the %.4f m that are allowed", limits.max_displacement);

@@ -2,7 +2,7 @@
 
 #![allow(unsafe_code)]
 
-use extricate::internals::query::options::MAX_EXITS;
+use extricate::internals::query::options::{MAX_EXITS, MAX_STARTS};
 use extricate::{Effort, QueryOptions, Scene, Stop, Termination, Toward};
 
 use crate::abi::types::{
@@ -98,6 +98,9 @@ impl Wanted {
         if given.exits > 1 && (is_nearest || proves) {
             return fault("exits", &given.exits, "1 with EXTRICATE_NEAREST or a gap to prove");
         }
+        if given.starts > MAX_STARTS {
+            return fault("starts", &given.starts, &format!("0 to {MAX_STARTS}"));
+        }
         if given.starts > 0 && is_nearest {
             return fault("starts", &given.starts, "0 with EXTRICATE_NEAREST, which refines nothing");
         }
@@ -178,6 +181,9 @@ mod tests {
         let goal = [0.0; 3];
         let refused = |change: &dyn Fn(&mut ExtricateOptions)| read(change).map(drop).unwrap_err().message;
         assert!(refused(&|o| o.effort = 9).contains("options.effort: got 9, expected EXTRICATE_NEAREST"));
+        assert!(
+            refused(&|o| o.starts = 1_000_000_000_000).contains("options.starts: got 1000000000000, expected 0 to")
+        );
         assert!(refused(&|o| o.exits = 0).contains("options.exits: got 0, expected 1 to"));
         assert!(refused(&|o| (o.exits, o.effort) = (2, EXTRICATE_PROVED)).contains("a gap to prove"));
         assert!(refused(&|o| o.gap = 1.0).contains("options.gap: got 1"));

@@ -28,14 +28,14 @@ fn entry(given: &ExtricatePose) -> PoseEntry {
     PoseEntry { xyz: given.position, quat_xyzw: Some(given.quaternion), ..PoseEntry::default() }
 }
 
-/// The bodies of obstacles.
+/// The bodies of obstacles, and what is to be said of the files that they are read from.
 ///
 /// # Safety
 /// That of [`crate::raw`].
 ///
 /// # Errors
 /// Names the obstacle, what is wrong and what was expected.
-pub unsafe fn bodies(given: &[ExtricateObstacle]) -> Result<Vec<Body>> {
+pub unsafe fn bodies(given: &[ExtricateObstacle]) -> Result<(Vec<Body>, Vec<String>)> {
     let read = |(at, given): (usize, &ExtricateObstacle)| -> Result<ObstacleEntry> {
         // SAFETY: the contract of this function.
         let name = unsafe { raw::text(given.name, &format!("obstacle {at}: name")) }?;

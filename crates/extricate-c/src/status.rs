@@ -61,13 +61,15 @@ pub fn guarded(work: impl FnOnce() -> Result<()>) -> ExtricateStatus {
             Fault { status: EXTRICATE_INTERNAL, message: format!("internal error, please report it: {text}") }
         }
     };
-    LAST.set(c_string(&fault.message));
+    // The message of a thread that ends may be gone already: destructors of other variables of the
+    // thread run after that of this one.
+    let _ = LAST.try_with(|last| last.replace(c_string(&fault.message)));
     fault.status
 }
 
 /// The message of the last failure on this thread, to `read`.
-pub fn last_error<T>(read: impl FnOnce(&CStr) -> T) -> T {
-    LAST.with_borrow(|last| read(last))
+pub fn last_error<T>(read: impl Fn(&CStr) -> T) -> T {
+    LAST.try_with(|last| read(&last.borrow())).unwrap_or_else(|_| read(c"the thread ends: its messages are gone"))
 }
 
 /// As C has text: up to the first zero, which names of files cannot hold but messages might.
@@ -92,6 +94,32 @@ mod tests {
         std::panic::set_hook(hook);
         assert_eq!(status, EXTRICATE_INTERNAL);
         assert_eq!(message(), "internal error, please report it: a fault");
+    }
+
+    #[test]
+    fn calls_that_fail_while_a_thread_ends_give_a_status() {
+        use std::sync::mpsc::{Sender, channel};
+        /// Makes a call that fails when its thread ends, and tells what became of it.
+        struct AtTheEnd(Sender<(ExtricateStatus, String)>);
+        impl Drop for AtTheEnd {
+            fn drop(&mut self) {
+                let status = guarded(|| Err(Fault::argument("late")));
+                let _ = self.0.send((status, message()));
+            }
+        }
+        thread_local! {
+            static END: RefCell<Option<AtTheEnd>> = const { RefCell::new(None) };
+        }
+        let (sender, told) = channel();
+        let work = move || {
+            // What was made first is destroyed last.
+            END.set(Some(AtTheEnd(sender)));
+            assert_eq!(guarded(|| Err(Fault::argument("early"))), EXTRICATE_ARGUMENT);
+        };
+        std::thread::spawn(work).join().unwrap();
+        let (status, message) = told.recv().unwrap();
+        assert_eq!(status, EXTRICATE_ARGUMENT);
+        assert_eq!(message, "the thread ends: its messages are gone");
     }
 
     #[test]

@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use clap::builder::styling::Styles;
 use clap::error::ErrorKind;
 use clap::{Args, CommandFactory, Parser, Subcommand, ValueEnum};
-use extricate::internals::query::options::MAX_EXITS;
+use extricate::internals::query::options::{MAX_EXITS, MAX_STARTS};
 use extricate::{LoadLimit, LoadLimits};
 
 use crate::commands::{
@@ -215,9 +215,18 @@ pub fn seed(text: &str) -> Result<u64, String> {
 
 /// A number of exits.
 pub fn exits(text: &str) -> Result<usize, String> {
+    at_most(text, MAX_EXITS)
+}
+
+/// A number of starts.
+pub fn starts(text: &str) -> Result<usize, String> {
+    at_most(text, MAX_STARTS)
+}
+
+fn at_most(text: &str, most: usize) -> Result<usize, String> {
     match text.parse::<usize>() {
-        Ok(value) if (1..=MAX_EXITS).contains(&value) => Ok(value),
-        _ => Err(format!("expected a whole number from 1 to {MAX_EXITS}")),
+        Ok(value) if (1..=most).contains(&value) => Ok(value),
+        _ => Err(format!("expected a whole number from 1 to {most}")),
     }
 }
 
@@ -319,6 +328,8 @@ mod tests {
             "query m.model --input q --exits -1",
             "query m.model --input q --exits 1000000000000",
             "query m.model --input q --starts -1",
+            "query m.model --input q --starts 1000000000000",
+            "escape m.model --input q --exits 1000000000000",
             "query m.model --input q --max-checks -1",
             "query m.model --input q --max-seconds -1",
             "query m.model --input q --threads -1",

@@ -21,7 +21,10 @@ use anyhow::Context;
 /// Runs the command line of the process. Exit codes: 0 done, 1 the operation failed, 2 (by clap)
 /// the command line makes no sense.
 pub fn run() -> ExitCode {
-    let cli = args::Cli::read(std::env::args_os()).unwrap_or_else(|error| error.exit());
+    let cli = match args::Cli::read(std::env::args_os()) {
+        Ok(cli) => cli,
+        Err(error) => return notice::usage(&error),
+    };
     // Made here, where it can be said that there is no room for its threads.
     let threads = rayon::ThreadPoolBuilder::new().build_global().context("cannot start threads, one per core");
     match threads.and_then(|()| commands::run(cli)) {

@@ -6,6 +6,8 @@ use std::io::{self, BufWriter, StdoutLock, Write};
 use anyhow::Context;
 use serde::Serialize;
 
+use crate::notice::printable;
+
 /// Lines on standard output.
 ///
 /// Non-finite numbers become `null` in JSON, which has no word for them.
@@ -21,8 +23,12 @@ impl Output {
         Self { writer: BufWriter::new(io::stdout().lock()), flush_lines }
     }
 
-    /// Writes one line.
+    /// Writes a line, or several, of text for people.
     pub fn line(&mut self, text: impl Display) -> anyhow::Result<()> {
+        self.write(&printable(&text.to_string(), &['\n', '\t']))
+    }
+
+    fn write(&mut self, text: &str) -> anyhow::Result<()> {
         let written = writeln!(self.writer, "{text}");
         let flushed = written.and_then(|()| if self.flush_lines { self.writer.flush() } else { Ok(()) });
         flushed.context("cannot write to standard output")
@@ -30,7 +36,7 @@ impl Output {
 
     /// Writes one value as one line of JSON.
     pub fn json(&mut self, value: &impl Serialize) -> anyhow::Result<()> {
-        self.line(serde_json::to_string(value)?)
+        self.write(&serde_json::to_string(value)?)
     }
 
     /// Sends what was written so far on its way.

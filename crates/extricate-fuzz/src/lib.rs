@@ -47,6 +47,7 @@ pub const TARGETS: &[Target] = &[
     plain("dae", meshes::dae, seeds::dae),
     plain("ply", meshes::ply, seeds::ply),
     plain("glb", meshes::glb, seeds::glb),
+    plain("cloud", meshes::cloud, seeds::cloud),
 ];
 
 /// A target whose inputs are changed as text and as bytes.

@@ -1,9 +1,10 @@
-//! Mesh files of every format. What is read has to be a mesh that a scene can be made of.
+//! Files of meshes and of points, of every format. What is read has to be something that a scene
+//! can be made of.
 
 use std::sync::Arc;
 
-use extricate::geometry::{Body, Geometry, Pose};
-use extricate::internals::robot::formats::parse_among;
+use extricate::geometry::{Body, Geometry, PointCloud, Pose};
+use extricate::internals::robot::formats::{cloud, parse_among};
 use extricate::{Error, Scene, builtin};
 
 use crate::texts::{limits, use_any};
@@ -34,6 +35,25 @@ pub fn ply(bytes: &[u8]) {
 /// glTF, binary or not.
 pub fn glb(bytes: &[u8]) {
     mesh("a.glb", bytes);
+}
+
+/// Points, as PLY, as PCD and as text.
+pub fn cloud(bytes: &[u8]) {
+    for file in ["a.ply", "a.pcd", "a.xyz"] {
+        let seen = cloud::parse(file, "points", bytes, &limits())
+            .and_then(|points| PointCloud::seen(file, "points", 0.01, points));
+        let points = match seen {
+            Ok((points, _)) => points,
+            Err(error) => {
+                use_any(Err(error));
+                continue;
+            }
+        };
+        assert!(points.points().iter().all(|point| point.iter().all(|x| x.abs() <= 1e9)), "a point too far away");
+        let scene: Scene = builtin::scene("planar-arm").expect("a built-in scene");
+        let body = Body::obstacle("fuzzed", Geometry::Points(Arc::new(points)), Pose::identity());
+        use_any(scene.with_obstacles([body]));
+    }
 }
 
 fn mesh(name: &str, bytes: &[u8]) {
@@ -80,6 +100,10 @@ mod tests {
                 let is_other = file == "a.glb" && name == "seed-1";
                 assert!(read.is_ok() || is_other, "{file} {name}: {}", read.err().unwrap());
             }
+        }
+        for (name, bytes) in seeds::cloud() {
+            let is_read = |file: &&str| cloud::parse(file, "points", &bytes, &limits()).is_ok();
+            assert!(["a.ply", "a.pcd", "a.xyz"].iter().any(is_read), "{name}");
         }
     }
 }

@@ -199,3 +199,26 @@ pub fn glb() -> Vec<Seed> {
     }
     named([binary, json("\"uri\":\"b.bin\",").into()])
 }
+
+/// Of points: PCD in its three kinds, PLY without faces, text with colours.
+pub fn cloud() -> Vec<Seed> {
+    let head = |data: &str| {
+        format!(
+            "# .PCD v0.7\nVERSION 0.7\nFIELDS x y z rgb\nSIZE 4 4 4 4\nTYPE F F F U\nCOUNT 1 1 1 1\nWIDTH 2\nHEIGHT 1\n\
+             VIEWPOINT 0 0 0 1 0 0 0\nPOINTS 2\nDATA {data}\n"
+        )
+    };
+    let ascii = head("ascii") + "0 0 3 255\nnan nan nan 0\n";
+    let (mut binary, mut packed) = (head("binary").into_bytes(), head("binary_compressed").into_bytes());
+    for x in [0f32, 0., 3., 1., 1., 0., 3., 1.] {
+        binary.extend(x.to_le_bytes());
+    }
+    // Four literals, the rest their repeat.
+    let lzf = [3, 0, 0, 128, 63, 7 << 5, 19, 3];
+    packed.extend((lzf.len() as u32).to_le_bytes());
+    packed.extend(32u32.to_le_bytes());
+    packed.extend(lzf);
+    let ply = PLY.split("element camera").next().unwrap_or_default().to_owned()
+        + "element face 0\nproperty list uchar int vertex_indices\nend_header\n0 0 0 1\n1 0 0 2\n0 nan 0 3\n0 0 1 4\n";
+    named([ascii.into_bytes(), binary, packed, ply.into(), b"x,y,z,r\n0,0,3,9\nnan,nan,nan,0\n".to_vec()])
+}

@@ -5,7 +5,8 @@ use std::ffi::CString;
 use std::io;
 use std::sync::Arc;
 
-use extricate::{Error, Scene};
+use extricate::internals::collision::advice_if_never_free;
+use extricate::{Checker, Error, Scene};
 use pyo3::exceptions::{PyOSError, PyRuntimeError, PyTypeError, PyUserWarning, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyInt;
@@ -24,12 +25,23 @@ pub fn exception(error: Error) -> PyErr {
             }
         }
         Error::Named { kind, .. } if kind != io::ErrorKind::Other => io::Error::new(kind, message).into(),
-        // Advice for scene files, in terms of the arguments of `Scene`.
-        Error::NothingFree { .. } => PyRuntimeError::new_err(
-            message.replace("add to the scene: [pairs] disable = [", "make the scene with disable=["),
-        ),
+        Error::NothingFree { .. } => PyRuntimeError::new_err(in_python(&message)),
         Error::Interrupted => PyRuntimeError::new_err(message),
         _ => PyValueError::new_err(message),
+    }
+}
+
+/// Advice for scene files, in terms of the arguments of `Scene`.
+fn in_python(message: &str) -> String {
+    message.replace("add to the scene: [pairs] disable = [", "make the scene with disable=[")
+}
+
+/// Raises a `UserWarning` where nothing free was found because some pairs collide wherever one
+/// looks: which ones, and what to do.
+pub fn warn_if_never_free(py: Python<'_>, checker: &Checker) -> PyResult<()> {
+    match py.detach(|| advice_if_never_free(checker)) {
+        Some(advice) => warn(py, &format!("no free configuration was found; {}", in_python(&advice))),
+        None => Ok(()),
     }
 }
 
@@ -71,7 +83,7 @@ impl<'py> FromPyObject<'_, 'py> for Whole {
 }
 
 /// `value` as a count, where it is at least `least`.
-pub fn count(name: &'static str, value: Whole, least: u32) -> Result<usize, PyErr> {
+pub fn count(name: &str, value: Whole, least: u32) -> Result<usize, PyErr> {
     match value {
         Whole::Number(number) => match usize::try_from(number) {
             Ok(count) if count >= least as usize => Ok(count),

@@ -1,5 +1,5 @@
 //! Work that takes long: without the interpreter lock, on its own threads or the calling one, ended
-//! by Ctrl-C.
+//! by Ctrl-C, or left alone where it cannot be ended.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{self, RecvTimeoutError};
@@ -89,6 +89,30 @@ pub fn run<T: Send, News: Send>(
                 (Ok(result), None) => Ok(result),
             }
         })
+    })
+}
+
+/// Runs `work`, which cannot be told to stop, on a new thread without the interpreter lock; the
+/// calling thread looks for signals.
+///
+/// # Errors
+/// The exception of a signal handler (`KeyboardInterrupt`), at once: the work goes on, and what
+/// it finds is thrown away. RuntimeError where the system starts no thread.
+pub fn apart<T: Send + 'static>(py: Python<'_>, work: impl FnOnce() -> T + Send + 'static) -> PyResult<T> {
+    let (tell, found) = mpsc::channel();
+    // Nobody may be there to hear it.
+    let worker = thread::Builder::new().spawn(move || drop(tell.send(work())));
+    let worker = worker.map_err(|error| PyRuntimeError::new_err(format!("cannot start a thread: {error}")))?;
+    py.detach(move || {
+        loop {
+            match found.recv_timeout(PERIOD) {
+                Ok(found) => return Ok(found),
+                Err(RecvTimeoutError::Timeout) => Python::attach(|py| py.check_signals())?,
+                Err(RecvTimeoutError::Disconnected) => break,
+            }
+        }
+        let panic = worker.join().expect_err("it ended and told nothing");
+        std::panic::resume_unwind(panic)
     })
 }
 

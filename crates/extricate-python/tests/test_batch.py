@@ -82,6 +82,7 @@ def test_wrong_questions_are_told(model: Model) -> None:
     Q = np.zeros((2, 3))
     for wrong, message in [
         ({"exits": 0}, "exits: got 0, expected 1 to 100000"),
+        ({"starts": 10**12}, "starts: got 1000000000000, expected 1 to 100000"),
         ({"exits": -2}, "exits: got -2, expected 1 to 100000"),
         ({"exits": 10**15}, "exits: got 1000000000000000, expected 1 to 100000"),
         ({"exits": 2, "effort": "nearest"}, 'exits: got 2 with effort "nearest"'),

@@ -102,6 +102,33 @@ def test_a_xacro_file_is_expanded(tmp_path: pathlib.Path) -> None:
         Scene(file)
 
 
+PACKAGE = "<package format='2'><name>arm_description</name></package>"
+
+
+def test_a_xacro_file_lies_in_packages(tmp_path: pathlib.Path) -> None:
+    """The folder has another name than the package, as many of those of vendors have."""
+    pytest.importorskip("xacrodoc")
+    vendor = tmp_path / "vendor-arm"
+    (vendor / "urdf").mkdir(parents=True)
+    (vendor / "meshes").mkdir()
+    (vendor / "package.xml").write_text(PACKAGE)
+    (vendor / "meshes" / "cube.obj").write_text("".join("v %g %g %g\n" % tuple(v) for v in CUBE[0]) + "".join("f %d %d %d\n" % tuple(t + 1) for t in CUBE[1]))
+    text = SLIDER.replace('<box size="2 2 2"/>', '<mesh filename="package://arm_description/meshes/cube.obj"/>')
+    file = vendor / "urdf" / "slider.urdf.xacro"
+    file.write_text(text)
+    elsewhere = tmp_path / "slider.urdf.xacro"
+    elsewhere.write_text(text)
+    ball = [extricate.Sphere(0.5, [5, 0, 0])]
+    for robot in (
+        Robot.from_xacro(file),
+        Robot.from_xacro(elsewhere, packages=[vendor]),
+        Robot.from_xacro(elsewhere, options={"packages": [vendor]}),
+    ):
+        assert Scene(robot, ball).distances([0.0]) == pytest.approx(3.5)
+    with pytest.raises(FileNotFoundError, match="arm_description"):
+        Scene(Robot.from_xacro(elsewhere), ball)
+
+
 SDF = """<sdf version="1.9"><model name="arm"><frame name="up"><pose>0 0 2 0 0 0</pose></frame>
   <link name="base"><collision name="c"><pose>0 0 0.5 0 0 0</pose><geometry><box><size>1 1 1</size></box></geometry></collision></link>
   <link name="cart"><pose relative_to="up">1 0 0 0 0 1.5707963267948966</pose><collision name="c"><geometry>
@@ -121,6 +148,8 @@ def test_a_simple_sdf_is_read(tmp_path: pathlib.Path) -> None:
         (SDF.replace('"prismatic"', '"screw"'), 'joint "slide": got type \'screw\', expected fixed'),
         (SDF.replace("<link name=", "<include/><link name=", 1), "got <include> in a model"),
         (SDF.replace("<parent>base", "<parent>bose"), 'joint "slide": got \'bose\', expected a link'),
+        (SDF.replace("<upper>4", "<upper>four"), 'joint "slide": limit: upper: got \'four\', expected a number'),
+        (SDF.replace("<pose>0 0 2 0 0 0", "<pose>0 0 2 0 0"), "pose: got '0 0 2 0 0', expected 6 finite numbers"),
         ("<robot/>", "got <robot> with 0 models, expected <sdf> with one <model>"),
     ]:
         file.write_text(wrong)
@@ -129,6 +158,83 @@ def test_a_simple_sdf_is_read(tmp_path: pathlib.Path) -> None:
     file.write_text(SDF)
     with pytest.raises(ValueError, match=r"this is SDF; in Python `extricate.Robot.from_sdf\(path\)`"):
         Scene(file)
+
+
+LINK = '<link name="a"><collision name="c"><geometry><sphere><radius>0.1</radius></sphere></geometry></collision></link>'
+SLIDE = """<joint name="j" type="prismatic"><parent>world</parent><child>a</child><axis><xyz>1 0 0</xyz><limit><lower>-9</lower>
+  <upper>9</upper></limit></axis></joint>"""
+ABOVE = "<pose>0 0 1 0 0 0</pose>"
+
+
+def sdf_model(inside: str) -> str:
+    return f'<model name="m">{inside}</model>'
+
+
+@pytest.mark.parametrize(
+    "inside, expected",
+    [
+        (LINK + SLIDE, 1.8),
+        # The model's own pose, with and without a joint to the world, and of another frame of the model.
+        (ABOVE + LINK + SLIDE, 5**0.5 - 0.2),
+        (ABOVE + '<link name="base"/>' + LINK + SLIDE.replace("world", "base"), 5**0.5 - 0.2),
+        ('<link name="base"><pose>0 0 1 0 0 0</pose></link>' + LINK.replace("<coll", ABOVE + "<coll", 1) + SLIDE.replace("world", "base"), 5**0.5 - 0.2),
+        # A pose in degrees: the x axis of the link is y of the world.
+        (LINK.replace("<coll", '<pose degrees="true">0 1 0 0 0 90</pose><coll', 1) + SLIDE, 2.8),
+        (LINK.replace("<coll", '<pose rotation_format="quat_xyzw">0 1 0 0 0 1 1</pose><coll', 1) + SLIDE, 2.8),
+        # A frame as child, and one of a joint as parent.
+        ('<frame name="f" attached_to="a"/>' + LINK + SLIDE.replace("<child>a", "<child>f"), 1.8),
+        ('<frame name="f" attached_to="fix"><pose>0 0 0 0 0 0</pose></frame><link name="base"/>' + LINK + SLIDE.replace("world", "f")
+         + '<joint name="fix" type="fixed"><parent>world</parent><child>base</child></joint>', 1.8),
+    ],
+)
+def test_poses_and_frames_of_an_sdf_count(tmp_path: pathlib.Path, inside: str, expected: float) -> None:
+    """The distance to a ball at the origin, in closed form."""
+    file = tmp_path / "m.sdf"
+    file.write_text(f'<sdf version="1.9">{sdf_model(inside)}</sdf>')
+    scene = Scene(Robot.from_sdf(file), [extricate.Sphere(0.1, [0, 0, 0], name="o")], clearance=0)
+    assert scene.distances([2.0]) == pytest.approx(expected, abs=1e-9)
+    turned = f'<model name="m" placement_frame="p"><frame name="p"><pose>0 0 -3 0 0 0</pose></frame>{inside}</model>'
+    if ABOVE not in inside:
+        file.write_text(f'<sdf version="1.9">{turned}</sdf>')
+        scene = Scene(Robot.from_sdf(file), [extricate.Sphere(0.1, [0, 0, 3], name="o")], clearance=0)
+        assert scene.distances([2.0]) == pytest.approx(expected, abs=1e-9)
+
+
+def test_shapes_and_limits_of_an_sdf_are_taken_or_refused(tmp_path: pathlib.Path) -> None:
+    file, ball = tmp_path / "m.sdf", [extricate.Sphere(0.1, [0, 0, 0], name="o")]
+    file.write_text(f'<sdf version="1.9">{sdf_model(LINK + SLIDE)}</sdf>'.replace("<sphere><radius>0.1</radius></sphere>", "<ellipsoid><radii>0.3 0.1 0.2</radii></ellipsoid>"))
+    with pytest.warns(UserWarning, match="a collision shape <ellipsoid> is taken for a polyhedron around it"):
+        robot = Robot.from_sdf(file)
+    assert Scene(robot, ball, clearance=0).distances([2.0]) == pytest.approx(1.6, abs=3e-3)
+    mesh = "<mesh><uri>two.obj</uri><submesh><name>right</name></submesh></mesh>"
+    file.write_text(f'<sdf version="1.9">{sdf_model(LINK + SLIDE)}</sdf>'.replace("<sphere><radius>0.1</radius></sphere>", mesh))
+    with pytest.raises(ValueError, match="link \"a\": got the part 'right' of the mesh 'two.obj', expected a whole file"):
+        Robot.from_sdf(file)
+    endless = LINK + SLIDE.replace("-9", "-inf").replace(">9<", ">inf<").replace("\n", "")
+    file.write_text(f'<sdf version="1.9">{sdf_model(endless)}</sdf>')
+    with pytest.raises(ValueError, match=r'joint "j": got limits of -inf to inf, expected finite ones, or Robot.from_sdf\(path, limits='):
+        Robot.from_sdf(file)
+    assert Scene(Robot.from_sdf(file, limits={"j": (-9, 9)}), ball, clearance=0).distances([2.0]) == pytest.approx(1.8)
+    file.write_text(f'<sdf version="1.9">{sdf_model(endless.replace("prismatic", "revolute"))}</sdf>')
+    assert [joint.kind for joint in Scene(Robot.from_sdf(file), ball).joints] == ["continuous"]
+
+
+def test_the_rest_of_the_world_of_an_sdf_stands(tmp_path: pathlib.Path) -> None:
+    ground = """<model name="ground"><static>true</static><link name="l"><collision name="c"><geometry><plane><normal>0 0 1</normal>
+      </plane></geometry></collision></link></model>"""
+    # It stands although it has a joint that moves, and is called as a link is.
+    shelf = sdf_model("<static>1</static><pose>2 0 4 0 0 0</pose>" + LINK + SLIDE).replace('"m"', '"a"')
+    file = tmp_path / "w.sdf"
+    file.write_text(f'<sdf version="1.9"><world name="w">{ground}{sdf_model(ABOVE + LINK + SLIDE)}{shelf}<include/></world></sdf>')
+    with pytest.warns(UserWarning) as told:
+        robot = Robot.from_sdf(file)
+    assert ["an <include> is left out" in str(t.message) or "the model a is called a__model here" in str(t.message) for t in told] == [True, True]
+    scene = Scene(robot, clearance=0)
+    assert scene.bodies == ["a", "ground", "a__model"] and scene.pairs == [("a", "ground"), ("a", "a__model")]
+    np.testing.assert_allclose(scene.pair_distances([2.0]), [0.9, 2.8], atol=1e-9)
+    file.write_text(f'<sdf version="1.9"><world name="w">{sdf_model(LINK + SLIDE)}{sdf_model(LINK + SLIDE)}</world></sdf>')
+    with pytest.raises(ValueError, match="got 2 models, of which 'm', 'm' have joints that move, expected one that has"):
+        Robot.from_sdf(file)
 
 
 class OpenMesh:
@@ -201,6 +307,84 @@ def test_obstacles_in_millimetres_are_told() -> None:
     turning = SLIDER.replace("prismatic", "revolute").replace("10", "2")
     with pytest.warns(UserWarning, match="obstacle `box1` is 300 m thick.*not mm"):
         Scene(turning, [Box([300, 600, 400], [450, 0, 450])])
+
+
+def test_changed_scenes_carry_warnings(tmp_path: pathlib.Path) -> None:
+    """Those that a scene made at once has, and no more of what went."""
+    turning = SLIDER.replace("prismatic", "revolute").replace("10", "2")
+    base, big = Scene(turning, [Box([1, 1, 1], [5, 0, 0], name="near")]), Box([300, 600, 400], [450, 0, 450], name="big")
+    assert base.warnings == []
+    size = "obstacle `big` is 300 m thick"
+    surface = Mesh((CUBE[0], CUBE[1][:-1]), [5, 0, 0], name="open")
+
+    def told(make: Any) -> Scene:
+        """Every warning that came is a UserWarning too."""
+        with warnings.catch_warnings(record=True) as raised:
+            warnings.simplefilter("always")
+            scene = make()
+        assert isinstance(scene, Scene) and [str(one.message) for one in raised] == scene.warnings
+        return scene
+
+    more = told(lambda: base.with_obstacles([big, surface]))
+    assert len(more.warnings) == 2 and size in more.warnings[1] and "`open`: its mesh is open" in more.warnings[0]
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")  # nothing is told twice
+        assert more.moved({"big": [900, 0, 0]}).warnings == more.warnings
+        assert more.without(["near"]).warnings == more.warnings
+        assert more.without(["big"]).warnings == more.warnings[:1] and more.without(["big", "open"]).warnings == []
+    held = told(lambda: base.attach(big, link="cart"))
+    assert any("attached `big` is 300 m thick" in warning for warning in held.warnings)
+    none = told(lambda: base.disabled([["cart", "near"]]))
+    assert len(none.warnings) == 1 and "no pair of bodies is checked" in none.warnings[0]
+    assert none.with_obstacles([Box([1, 1, 1], [5, 0, 0], name="again")]).warnings == []
+    assert "no pair of bodies is checked" in told(lambda: base.without(["near"])).warnings[0]
+    file = tmp_path / "world.toml"
+    file.write_text('[[obstacle]]\nname = "big"\nshape = { box = [300, 600, 400] }\npose = { xyz = [450, 0, 450] }\n')
+    assert size in told(lambda: base.in_world(file)).warnings[0]
+    with pytest.warns(UserWarning, match="300 m thick"):
+        changed = extricate.learn(base, labels=500).in_world([big])
+    assert size in changed.scene.warnings[0]
+
+
+def test_pairs_of_neighbours_are_enabled() -> None:
+    chain = """<robot name="r">%s<joint name="j" type="revolute"><parent link="l0"/><child link="l1"/><axis xyz="0 0 1"/>
+      <limit lower="-3" upper="3"/></joint></robot>""" % "".join(
+        f'<link name="l{k}"><collision><geometry><sphere radius="0.1"/></geometry></collision></link>' for k in range(2)
+    )
+    with pytest.warns(UserWarning, match="no pair of bodies"):
+        assert Scene(chain).pairs == []
+    assert Scene(chain, enable=[("l1", "l0")]).pairs == [("l0", "l1")]
+    for wrong, expected in [
+        ({"enable": [["l0", "l2"]]}, r'pairs: enable \["l0", "l2"\]: got `l2`, expected one of'),
+        ({"enable": [["l0", "l1"], ["l1", "l0"]]}, "got the pair twice"),
+        ({"enable": [["l0", "l1"]], "disable": [["l1", "l0"]]}, "got a pair that `disable` or `touch` takes out"),
+    ]:
+        with pytest.raises(ValueError, match=expected):
+            Scene(chain, **wrong)  # type: ignore[arg-type]
+
+
+def test_negative_numbers_are_values_that_are_wrong() -> None:
+    scene = Scene.builtin("planar-arm")
+    q, Q = scene.sample(1, colliding=True)[0], scene.sample(2, colliding=False)
+    calls: List[Any] = [
+        lambda **given: scene.escape(q, **given),
+        lambda **given: scene.plan(Q[0], Q[1], **given),
+        lambda **given: scene.repair(Q, **given),
+        lambda **given: extricate.Roadmap(scene, **given),
+        lambda **given: scene.sample(3, **given),
+        lambda **given: scene.always_colliding(3, **given),
+        lambda **given: extricate.learn(scene, labels=100, **given),
+    ]
+    for call in calls:
+        for seed in (-1, 2**64):
+            with pytest.raises(ValueError, match=f"seed: got {seed}, expected a whole number from 0 to"):
+                call(seed=seed)
+    for call, names in [(calls[0], ["exits", "tree_checks", "max_checks"]), (calls[1], ["threads", "max_checks"]), (calls[2], ["max_checks"])]:
+        for name in names:
+            with pytest.raises(ValueError, match=f"{name}: got -1, expected"):
+                call(**{name: -1})
+    with pytest.raises(ValueError, match="load_limits: triangles: got -1, expected at least 0"):
+        Scene.load("scene.toml", load_limits={"triangles": -1})
 
 
 def test_whole_floats_are_counts() -> None:

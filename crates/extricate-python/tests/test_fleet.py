@@ -1,6 +1,7 @@
 """Fleets: many scenes at once, on processes of this machine and, where Ray is installed, on two nodes of a cluster."""
 
 import importlib.util
+import json
 import os
 import pathlib
 import signal
@@ -8,13 +9,15 @@ import subprocess
 import sys
 import threading
 import time
-from typing import Any, Dict, Iterator, List
+from typing import Any, Callable, Dict, Iterator, List
 
 import numpy as np
 import pytest
 
 import extricate
 from extricate import Scene, fleet
+from extricate.fleet import _work
+from extricate.fleet._manifest import Manifest, digest
 
 LABELS = 2000
 GRIPPER = """<robot name="gripper"><link name="palm"><collision><geometry><box size="0.08 0.16 0.03"/></geometry></collision></link>
@@ -85,9 +88,9 @@ def test_arguments_are_checked_before_work(tmp_path: pathlib.Path) -> None:
         fleet.open(tmp_path / "none")
 
 
-def children() -> List[int]:
-    """Processes that do a job for this one."""
-    found = subprocess.run(["ps", "-o", "pid=,args=", "--ppid", str(os.getpid())], capture_output=True, text=True).stdout
+def children(of: int = 0) -> List[int]:
+    """Processes that do a job for this one, or for another."""
+    found = subprocess.run(["ps", "-o", "pid=,args=", "--ppid", str(of or os.getpid())], capture_output=True, text=True).stdout
     return [int(line.split()[0]) for line in found.splitlines() if "extricate.fleet._work" in line]
 
 
@@ -117,6 +120,189 @@ def test_a_run_that_is_left_ends_its_workers_and_goes_on(tmp_path: pathlib.Path)
     done = by_key(fleet.learn({"long": scene}, tmp_path, labels=60_000, seed=4))
     assert done["long"].path.read_bytes() == extricate.learn(scene, labels=60_000, seed=4).to_bytes()
     assert not list(tmp_path.glob("*.checkpoint"))
+
+
+DRIVER = """
+import sys
+from extricate import Scene, fleet
+scenes = {"long": Scene.builtin("planar-arm"), "longer": Scene.builtin("hand")}
+list(fleet.learn(scenes, sys.argv[1], labels=30_000, seed=4, workers=2, checkpoint_every=0))
+"""
+
+
+def is_running(pid: int) -> bool:
+    """Whether there is such a process, and it has not ended."""
+    try:
+        return pathlib.Path(f"/proc/{pid}/stat").read_text().rsplit(")", 1)[1].split()[0] != "Z"
+    except (FileNotFoundError, ProcessLookupError):
+        return False
+
+
+def wait_for(what: Callable[[], Any], process: "subprocess.Popen[bytes]") -> None:
+    """Waits until something is true, which a process that runs will make true."""
+    until = time.monotonic() + 120
+    while not what():
+        assert process.poll() is None and time.monotonic() < until
+        time.sleep(0.01)
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="looks for processes as Linux has them")
+@pytest.mark.parametrize("name", ["SIGTERM", "SIGHUP", "SIGKILL"])
+def test_workers_end_with_their_run_and_the_next_one_goes_on(tmp_path: pathlib.Path, name: str, monkeypatch: Any) -> None:
+    scene, given = Scene.builtin("planar-arm"), {"labels": 30_000, "seed": 4}
+    place = Manifest(tmp_path).checkpoint(digest(scene, given))
+    driver = subprocess.Popen([sys.executable, "-c", DRIVER, str(tmp_path)])
+    try:
+        wait_for(lambda: os.path.exists(place["checkpoint"]) and len(children(driver.pid)) == 2, driver)
+        with pytest.raises(OSError, match="another run of fleet.learn writes to this folder"):
+            next(fleet.learn({"other": scene}, tmp_path))
+        workers = children(driver.pid)
+    finally:
+        driver.send_signal(getattr(signal, name))
+        driver.wait()
+
+    # The next run begins at once, when workers may still hold their checkpoints.
+    resumed: List[bool] = []
+    learn = extricate._extricate.learn
+
+    def spy(*args: Any, **options: Any) -> Any:
+        resumed.append(options.get("resume", False))
+        return learn(*args, **options)
+
+    monkeypatch.setattr(extricate._extricate, "learn", spy)
+    payload = {"scene": scene, "options": {"checkpoint_every": 0, **given}, **place}
+    data = _work.work("learn", payload, 1)[0]
+    assert resumed and all(resumed) and data == learn(scene, **given).to_bytes()
+    assert len(workers) == 2 and not [pid for pid in workers if is_running(pid)]
+    # The lock of a run that was killed is in nobody's way.
+    assert [result.error for result in fleet.learn({"quick": objects(1)["box0"]}, tmp_path, labels=LABELS)] == [None]
+
+
+def test_a_checkpoint_that_is_held_is_waited_for(tmp_path: pathlib.Path, monkeypatch: Any) -> None:
+    path, scene = tmp_path / "c", Scene.builtin("planar-arm")
+    script = "learn(Scene.builtin('hand'), labels=10**7, checkpoint=sys.argv[1], checkpoint_every=0)"
+    other = subprocess.Popen([sys.executable, "-c", f"import sys; from extricate import *; {script}", str(path)])
+    try:
+        wait_for(path.exists, other)
+        with pytest.raises(OSError, match="another run writes it") as held:
+            extricate.learn(scene, labels=500, checkpoint=path)
+    finally:
+        other.kill()
+        other.wait()
+    path.unlink()
+    tries: List[bool] = []
+
+    def learn(*_: Any, **options: Any) -> Any:
+        tries.append(options["resume"])
+        if len(tries) < 3:
+            # The run that holds it writes it once more.
+            path.touch()
+            raise held.value
+        return scene
+
+    monkeypatch.setattr(extricate._extricate, "learn", learn)
+    payload = {"scene": scene, "options": {"checkpoint_every": 0}, "folder": str(tmp_path), "checkpoint": str(path)}
+    assert _work._learned(payload, 1) is scene
+    assert tries == [False, True, True]
+
+
+def test_a_folder_has_one_run_at_a_time(tmp_path: pathlib.Path) -> None:
+    scenes = objects(3)
+    run = fleet.learn(scenes, tmp_path, labels=LABELS, workers=1)
+    first = next(run)
+    with pytest.raises(OSError, match="another run of fleet.learn writes to this folder, expected one at a time"):
+        list(fleet.learn(scenes, tmp_path, labels=LABELS))
+    assert first.key in fleet.open(tmp_path), "readers are welcome"
+    run.close()
+    waiting = fleet.learn({"box2": scenes["box2"]}, tmp_path, labels=LABELS)
+    done = by_key(fleet.learn(scenes, tmp_path, labels=LABELS))
+    assert done[first.key].cached and all(result.error is None for result in done.values())
+    # What another run learned before this one began is not lost.
+    assert [result.cached for result in waiting] == [True]
+    assert sorted(fleet.open(tmp_path)) == sorted(scenes)
+
+
+def test_a_model_that_was_spoilt_is_learned_again(tmp_path: pathlib.Path) -> None:
+    scenes = objects(2)
+    done = by_key(fleet.learn(scenes, tmp_path, labels=LABELS))
+    path, good = done["box0"].path, done["box0"].path.read_bytes()
+    middle = len(good) // 2
+    for spoilt in (
+        good[:middle] + bytes([good[middle] ^ 1]) + good[middle + 1 :],
+        good[:100] + bytes([good[100] ^ 255]) + good[101:],
+        good[:-1],
+        b" " * len(good),
+    ):
+        path.write_bytes(spoilt)
+        again = by_key(fleet.learn(scenes, tmp_path, labels=LABELS))
+        assert not again["box0"].cached and again["box0"].error is None and again["box1"].cached
+        assert path.read_bytes() == good
+    path.unlink()
+    assert not by_key(fleet.learn(scenes, tmp_path, labels=LABELS))["box0"].cached
+
+
+HASH = "0123456789abcdef0123456789abcdef01234567"
+MODEL = {"bytes": 9, "statistics": {}}
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"version": 2},
+        {"version": True},
+        {"version": None},
+        {"models": None},
+        {"models": []},
+        {"models": {HASH: 5}},
+        {"models": {HASH: {}}},
+        {"models": {HASH: {"bytes": 9}}},
+        {"models": {HASH: {"bytes": "9", "statistics": {}}}},
+        {"models": {HASH: {"bytes": 9, "statistics": []}}},
+        {"models": {HASH: MODEL, "../" + HASH[3:]: MODEL}},
+        {"keys": ["a"]},
+        {"keys": None},
+        {"keys": {"a": 5}},
+        {"keys": {"a": "../../../etc/passwd"}},
+        {"keys": {"a": HASH[::-1]}},
+        {"errors": None},
+        {"errors": {"b": 3}},
+        "",
+        "null",
+        "5",
+        "[]",
+        '{"version": 1',
+        "[" * 100_000,
+        b"\xff\xfe{",
+    ],
+    ids=lambda change: str(change)[:60],
+)
+def test_a_manifest_of_another_shape_is_a_value_error(tmp_path: pathlib.Path, change: Any) -> None:
+    good = {"version": 1, "keys": {"a": HASH}, "errors": {"b": "why"}, "models": {HASH: MODEL}}
+    file = tmp_path / "manifest.json"
+    file.write_text(json.dumps(good))
+    assert list(fleet.open(tmp_path)) == ["a"]
+    if isinstance(change, bytes):
+        file.write_bytes(change)
+    else:
+        file.write_text(json.dumps({**good, **change}) if isinstance(change, dict) else change)
+    for use in (
+        lambda: fleet.open(tmp_path),
+        lambda: list(fleet.query(tmp_path, {"a": [[0.0]]})),
+        lambda: list(fleet.learn({}, tmp_path)),
+    ):
+        with pytest.raises(ValueError, match="manifest.json: got no manifest of models .*, expected what fleet.learn wrote"):
+            use()
+
+
+@pytest.mark.parametrize("key", [5, None, ("t", 1), b"a"])
+def test_keys_that_are_not_text_are_refused(tmp_path: pathlib.Path, key: Any) -> None:
+    scenes: Any = {"good": Scene.builtin("planar-arm"), key: Scene.builtin("planar-arm")}
+    with pytest.raises(TypeError, match="scenes: got the key .*, expected text"):
+        fleet.learn(scenes, tmp_path, labels=LABELS)
+    assert not list(tmp_path.iterdir())
+    list(fleet.learn({"good": scenes["good"]}, tmp_path, labels=LABELS))
+    with pytest.raises(TypeError, match="queries: got the key .*, expected text"):
+        list(fleet.query(tmp_path, {key: [[0.0]]}))
 
 
 @pytest.mark.skipif(importlib.util.find_spec("ray") is None, reason="ray is not installed")

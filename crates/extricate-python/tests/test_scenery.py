@@ -86,7 +86,7 @@ def test_the_robots_own_points_are_left_out() -> None:
 
 WRONG = [
     (lambda: Scene(SLIDER, [Points([0, 0])]), ValueError, r'obstacle "points1": xyz: got shape \(2,\), expected \(n, 3\)'),
-    (lambda: Scene(SLIDER, [Points([[0, 0, np.nan]])]), ValueError, r'obstacle "points1": row 1: got \(0, 0, NaN\)'),
+    (lambda: Scene(SLIDER, [Points([[0, 0, np.inf]])]), ValueError, r'obstacle "points1": row 1: got \(0, 0, inf\)'),
     (lambda: Scene(SLIDER, [Points([[0, 0, 0]], -1)]), ValueError, 'obstacle "points1": radius: got -1.0, expected 0 to 1e9'),
     (lambda: Scene(SLIDER, [Voxels(np.zeros((3, 3), bool), 1)]), ValueError, r"got an array of bool of shape \(3, 3\)"),
     (lambda: Scene(SLIDER, [Voxels([[0, 0, 0.5]], 1)]), ValueError, "got 0.5, expected whole numbers"),
@@ -106,3 +106,23 @@ def test_wrong_input_is_told_what_was_expected(call, exception: type, message: s
         call()
     assert type(told.value) is exception
     assert re.search(message, str(told.value)), str(told.value)
+
+
+def test_points_that_a_camera_did_not_see_are_left_out_and_counted() -> None:
+    xyz = np.array([[5.0, 0, 0], [np.nan] * 3, [8, np.nan, 0], [8, 0, 0]])
+    with pytest.warns(UserWarning, match="`cloud`: 2 of 4 points are left out: they have coordinates that are NaN"):
+        scene = Scene(SLIDER, [Points(xyz, 0.5, name="cloud")])
+    assert scene.distances([0.0]) == pytest.approx(3.5)
+    with pytest.raises(ValueError, match="row 2: got"):
+        Scene(SLIDER, [Points([[0, 0, 0], [np.inf, 0, 0]])])
+
+
+def test_what_collides_wherever_one_looks_is_named() -> None:
+    scene = Scene(SLIDER, [Box([100, 1, 1], name="wall")])
+    told = r"no free configuration was found; these pairs collide in all of .*make the scene with disable=\[\[\"cart\", \"wall\"\]\]"
+    with pytest.warns(UserWarning, match=told):
+        assert scene.query([0.0]) is None
+    with pytest.warns(UserWarning, match=told):
+        scene.query_batch([[0.0], [1.0]])
+    with pytest.warns(UserWarning, match=told):
+        assert scene.escape([0.0]).points is None

@@ -2,14 +2,14 @@
 //! was expected.
 
 use std::borrow::Cow;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// Any failure of the library.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {
     /// A file could not be read.
-    #[error("cannot read {}: {source}", path.display())]
+    #[error("cannot read {}: {source}", shown(path))]
     Read {
         /// The file.
         path: PathBuf,
@@ -17,7 +17,7 @@ pub enum Error {
         source: std::io::Error,
     },
     /// A file could not be written.
-    #[error("cannot write {}: {source}", path.display())]
+    #[error("cannot write {}: {source}", shown(path))]
     Write {
         /// The file.
         path: PathBuf,
@@ -57,7 +57,7 @@ pub enum Error {
         expected: String,
     },
     /// A model file is truncated, altered, foreign or of another version.
-    #[error("model {}: {problem}", path.display())]
+    #[error("model {}: {problem}", shown(path))]
     Model {
         /// The file.
         path: PathBuf,
@@ -65,7 +65,7 @@ pub enum Error {
         problem: String,
     },
     /// A checkpoint is truncated, altered, foreign, of another version or of another scene.
-    #[error("checkpoint {}: {problem}", path.display())]
+    #[error("checkpoint {}: {problem}", shown(path))]
     Checkpoint {
         /// The file.
         path: PathBuf,
@@ -131,6 +131,11 @@ pub fn shortened(text: &str, most: usize) -> Cow<'_, str> {
 /// A value of a file, as long as messages quote values.
 pub fn quoted(value: &str) -> Cow<'_, str> {
     shortened(value, LONGEST_VALUE)
+}
+
+/// A path, as long as messages repeat names.
+pub fn shown(path: &Path) -> String {
+    name(path.display().to_string())
 }
 
 /// Names between commas; where there are many, the first of them and how many more.
@@ -214,6 +219,17 @@ mod tests {
         assert!(message.len() < 4000 && message.ends_with("\", expected 3"), "{message}");
         assert!(message.starts_with("r.urdf: linklink") && message.contains("got \"\u{e4}1 "), "{message}");
         assert_eq!(shortened(&"x".repeat(400), 400), "x".repeat(400));
+        let path = || PathBuf::from("p".repeat(1 << 20));
+        let source = || std::io::Error::from(std::io::ErrorKind::NotFound);
+        let named: [Error; 4] = [
+            Error::Read { path: path(), source: source() },
+            Error::Write { path: path(), source: source() },
+            Error::Model { path: path(), problem: "truncated".into() },
+            Error::Checkpoint { path: path(), problem: "truncated".into() },
+        ];
+        for message in named.map(|error| error.to_string()) {
+            assert!(message.len() < 600 && message.contains("bytes left out"), "{message}");
+        }
         assert!(Error::not_found("f".repeat(5000), "e", "p".repeat(5000)).to_string().len() < 4000);
     }
 

@@ -2,7 +2,7 @@
 
 #![allow(unsafe_code)]
 
-use std::ffi::{CString, c_char};
+use std::ffi::{CStr, CString, c_char};
 use std::path::Path;
 
 use extricate::internals::scene::import::joint_positions;
@@ -18,10 +18,20 @@ use crate::raw;
 use crate::status::{Fault, guarded, last_error};
 
 /// What the last call that failed on this thread says is wrong: file or argument, value, and what
-/// was expected. Empty where none failed. It stays until the next call on this thread fails.
+/// was expected. Empty where none failed. It stays until the next call on this thread fails, or the
+/// thread ends: destructors of its variables may find that messages are gone.
 #[unsafe(no_mangle)]
 pub extern "C" fn extricate_last_error() -> *const c_char {
-    last_error(|text| text.as_ptr())
+    last_error(CStr::as_ptr)
+}
+
+/// Fails with this message and EXTRICATE_ARGUMENT. A layer on top of this interface calls it to
+/// refuse an argument as the functions here do: extricate_last_error() then gives the message.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn extricate_refuse(message: *const c_char) -> ExtricateStatus {
+    // SAFETY: the contract of this module.
+    let message = unsafe { raw::text(message, "message") };
+    guarded(|| Err(Fault::argument(message?)))
 }
 
 /// Version of the library, such as "0.2.0".

@@ -70,9 +70,9 @@ pub unsafe extern "C" fn extricate_scene_builtin(
 
 /// Learns a model of the scene, which takes fewer checks a query: seconds for most cells.
 ///
-/// `labels` are the exact checks to spend, 0 for the usual number; `seconds` is the most time,
-/// infinity for no limit; `threads` is 0 for one a core. The model depends on scene, labels and
-/// seed alone, unless time ended it.
+/// `labels` are the exact checks to spend, 0 for the usual number; `seconds` is the most time, more
+/// than 0, infinity for no limit; `threads` is 0 for one a core. The model depends on scene, labels
+/// and seed alone, unless time ended it.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn extricate_learn(
     scene: *const ExtricateScene,

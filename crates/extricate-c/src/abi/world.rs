@@ -55,8 +55,10 @@ pub unsafe extern "C" fn extricate_scene_with_obstacles(
     let obstacles = unsafe { raw::slice(obstacles, count, "obstacles") };
     change(scene, changed, |scene| {
         // SAFETY: the same.
-        let bodies = unsafe { shapes::bodies(obstacles?) }?;
-        Ok(scene.with_obstacles(bodies)?)
+        let (bodies, told) = unsafe { shapes::bodies(obstacles?) }?;
+        let mut changed = scene.with_obstacles(bodies)?;
+        changed.warnings.extend(told);
+        Ok(changed)
     })
 }
 
@@ -123,9 +125,11 @@ pub unsafe extern "C" fn extricate_scene_attached(
     let touch = unsafe { raw::texts(touch, touch_count, "touch") };
     change(scene, changed, |scene| {
         // SAFETY: the same.
-        let object = unsafe { shapes::bodies(object?) }?.pop();
-        let object = object.ok_or_else(|| Fault::argument("object: got none"))?;
-        Ok(scene.attached(object, link?, &touch?)?)
+        let (mut objects, told) = unsafe { shapes::bodies(object?) }?;
+        let object = objects.pop().ok_or_else(|| Fault::argument("object: got none"))?;
+        let mut changed = scene.attached(object, link?, &touch?)?;
+        changed.warnings.extend(told);
+        Ok(changed)
     })
 }
 

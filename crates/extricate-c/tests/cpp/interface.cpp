@@ -10,6 +10,7 @@
 
 #include <array>
 #include <atomic>
+#include <cfenv>
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
@@ -245,6 +246,12 @@ static void models(const Scene& scene, const std::vector<double>& q, const std::
     CHECK(same(first.query(q), second.query(q)));
     CHECK(first.query(q).summary().coverage > 0 && changed.query(q));
     CHECK(contains(refused(EXTRICATE_FILE, [&] { Scene("none.model"); }), "none.model"));
+    for (const double seconds : {0.0, -1.0, std::nan("")})
+        CHECK(contains(refused(EXTRICATE_ARGUMENT, [&] { scene.learn(1000, seconds); }), "seconds: got"));
+    const std::string far(1 << 20, 'a');
+    CHECK(refused(EXTRICATE_FILE, [&] { Scene none(far); }).size() < 2000);
+    CHECK(refused(EXTRICATE_FILE, [&] { model.save(far); }).size() < 2000);
+    CHECK(refused(EXTRICATE_FILE, [&] { model.save(far + "/a.model"); }).size() < 2000);
 }
 
 static void texts() {
@@ -296,6 +303,62 @@ static void pointers() {
     CHECK(extricate_scene_pair(nullptr, 0).first == SIZE_MAX && std::isnan(extricate_scene_clearance(nullptr)));
 }
 
+/// Makes a call that fails when its thread ends, after the library's own variables of the thread are gone.
+struct AtTheEnd {
+    std::atomic<bool>* passed = nullptr;
+    ~AtTheEnd() {
+        ExtricateScene* scene = nullptr;
+        if (passed) *passed = extricate_load("none.toml", &scene) == EXTRICATE_FILE && extricate_last_error() != nullptr;
+    }
+};
+
+static thread_local AtTheEnd end;
+
+static void thread_ends() {
+    std::atomic<bool> passed{false};
+    std::thread([&passed] {
+        end.passed = &passed;
+        ExtricateScene* scene = nullptr;
+        CHECK(extricate_load("none.toml", &scene) == EXTRICATE_FILE);
+    }).join();
+    CHECK(passed);
+}
+
+/// What docs/how-to/cpp.md tells programs that turn floating-point traps on.
+static void traps(const Scene& scene, const std::vector<double>& q, const Answer& expected) {
+#ifdef __GLIBC__
+    Solver solver(scene);
+    feenableexcept(FE_INVALID | FE_DIVBYZERO | FE_OVERFLOW);
+    std::fenv_t own;
+    std::feholdexcept(&own);
+    const Answer answer = solver.query(q);
+    const extricate::Batch batch = extricate::query_batch(scene, q);
+    std::fesetenv(&own);
+    CHECK(fegetexcept() == (FE_INVALID | FE_DIVBYZERO | FE_OVERFLOW));
+    fedisableexcept(FE_ALL_EXCEPT);
+    CHECK(same(answer, expected) && batch.summaries[0].depth == expected.depth());
+#else
+    (void)scene, (void)q, (void)expected;
+#endif
+}
+
+/// Layers over the interface refuse as it does.
+static void layers() {
+    CHECK(extricate_refuse("gripper: got 3 fingers") == EXTRICATE_ARGUMENT);
+    CHECK(extricate::last_error() == "gripper: got 3 fingers");
+    CHECK(extricate_refuse(nullptr) == EXTRICATE_ARGUMENT && contains(extricate::last_error(), "message: got a null pointer"));
+    const Scene scene = Scene::builtin("planar-arm");
+    const auto cloud = [&] { scene.with_obstacles({{"cloud", Shape::points({1, 2, 3, 4}, 0.1)}}); };
+    CHECK(contains(refused(EXTRICATE_ARGUMENT, cloud), "obstacle \"cloud\": points: got 4 numbers"));
+    std::string umlauts;
+    for (int k = 0; k < 1000; ++k) umlauts += "\u00e4";
+    const auto long_name = [&] { scene.with_obstacles({{"a" + umlauts, Shape::points({1, 2, 3, 4}, 0.1)}}); };
+    const std::string said = refused(EXTRICATE_ARGUMENT, long_name);
+    CHECK(said.size() < 300 && contains(said, "\": points: got 4 numbers"));
+    const auto text = [&] { scene.in_world_text("w.toml", std::string("# a\0b", 5)); };
+    CHECK(contains(refused(EXTRICATE_ARGUMENT, text), "text: byte 3: got a zero"));
+}
+
 int main(int argc, char** argv) {
     if (argc != 4) return std::fprintf(stderr, "usage: interface SCENE QUERIES FOLDER\n"), 2;
     const Scene scene(argv[1]);
@@ -312,6 +375,9 @@ int main(int argc, char** argv) {
     models(scene, rows[0], argv[3]);
     texts();
     pointers();
+    thread_ends();
+    traps(scene, rows[0], answers[0]);
+    layers();
     for (const Answer& answer : answers) print(answer);
     std::fprintf(stderr, "%d checks passed\n", checks);
 }

@@ -67,6 +67,33 @@ static void descriptions() {
     CHECK(beyond.fixed && position(beyond, "j") <= 2.0 && beyond.outside == std::vector<std::string>{"j"});
 }
 
+/// A block that touches one side of a slot too narrow for the clearance that is aimed at: it stays in the slot.
+static void narrow_places() {
+    const std::string urdf =
+        "<robot name='r'><link name='rail'/><link name='block'><collision><geometry><box size='0.1 0.1 0.1'/></geometry></collision></link>"
+        "<joint name='x' type='prismatic'><parent link='rail'/><child link='block'/><axis xyz='1 0 0'/>"
+        "<limit lower='-2' upper='2' effort='1' velocity='1'/></joint></robot>";
+    const auto wall = [](const char* name, const char* x) {
+        return std::string("{\"id\": \"") + name + "\", \"header\": {\"frame_id\": \"rail\"}, \"operation\": 0, \"primitives\": "
+               "[{\"type\": 1, \"dimensions\": [0.4, 2, 2]}], \"primitive_poses\": [{\"position\": {\"x\": " + x +
+               ", \"y\": 0, \"z\": 0}, \"orientation\": {\"x\": 0, \"y\": 0, \"z\": 0, \"w\": 1}}]}";
+    };
+    const auto world = [](const std::string& walls) { return "{\"world\": {\"collision_objects\": [" + walls + "]}}"; };
+    const std::string right = wall("right", "0.2509");
+    StartFixer fixer(extricate::moveit::robot(urdf, "", {}));
+    FixLimits limits;
+    limits.clearance = 1e-3;
+    limits.max_displacement = 1e-3;
+    const FixedStart start = fixer.fix(world(right + ", " + wall("left", "-0.2509")), "w.json", {{"x", 0.00117}}, limits);
+    CHECK(start.fixed && start.max_displacement < 1e-3 && start.clearance >= 1e-4 && start.clearance < 9e-4);
+    // Beside one wall more is kept, farther than allowed; the scene's clearance is near.
+    limits.clearance = 5e-3;
+    const FixedStart beside = fixer.fix(world(right), "w.json", {{"x", 0.00117}}, limits);
+    CHECK(beside.fixed && beside.max_displacement < 4e-4 && std::abs(beside.clearance - 1e-4) < 1e-12);
+    limits.max_displacement = 1e-4;
+    CHECK(!fixer.fix(world(right), "w.json", {{"x", 0.00117}}, limits).fixed);
+}
+
 int main(int argc, char** argv) {
     if (argc != 2) return std::fprintf(stderr, "usage: moveit FOLDER\n"), 2;
     const std::string yaml = read(std::string(argv[1]) + "/planning_scene.yaml");
@@ -116,5 +143,6 @@ int main(int argc, char** argv) {
         CHECK(std::string(error.what()).find("nowhere") != std::string::npos);
     }
     descriptions();
+    narrow_places();
     std::puts("messages of MoveIt: passed");
 }

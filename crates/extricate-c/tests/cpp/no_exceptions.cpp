@@ -1,19 +1,132 @@
-// The same header without exceptions: what fails gives an empty object, and says why.
-#include <extricate.hpp>
+// The same headers without exceptions: what fails gives an empty object, and last_status() and last_error() say why.
+#include <extricate_moveit.hpp>
 
+#include <cmath>
 #include <cstdio>
+#include <cstdlib>
+
+using extricate::Scene;
+using extricate::Shape;
+using extricate::Solver;
+
+#define CHECK(condition)                                                         \
+    do {                                                                         \
+        if (!(condition)) {                                                      \
+            std::fprintf(stderr, "%s:%d: %s\n", __FILE__, __LINE__, #condition); \
+            std::exit(1);                                                        \
+        }                                                                        \
+    } while (false)
+
+/// Whether the last call failed with this status, and its own message has this part.
+static bool failed(extricate::Status status, const char* part) {
+    const std::string said = extricate::last_error();
+    // An older message must not pass for that of the next call.
+    extricate_refuse("an older failure");
+    if (extricate::last_status() == status && said.find(part) != std::string::npos) return true;
+    std::fprintf(stderr, "got status %d: %s\n", extricate::last_status(), said.c_str());
+    return false;
+}
+
+static void rows(const Scene& scene) {
+    const std::vector<double> seven(7, 0.1);
+    const char* whole = "rows: got 7 numbers, expected whole configurations of 3";
+    CHECK(scene.check(seven).empty() && failed(EXTRICATE_ARGUMENT, whole));
+    CHECK(scene.distances(seven).empty() && failed(EXTRICATE_ARGUMENT, whole));
+    CHECK(extricate::query_batch(scene, seven).summaries.empty() && failed(EXTRICATE_ARGUMENT, whole));
+    CHECK(scene.rows_of(seven) == 0 && failed(EXTRICATE_ARGUMENT, whole));
+    CHECK(Scene().check(seven).empty() && failed(EXTRICATE_ARGUMENT, "scene: got none"));
+
+    const std::vector<double> bad = {0, 0, 0, 0, std::nan(""), 0};
+    CHECK(scene.check(bad).empty() && failed(EXTRICATE_CONFIGURATION, "row 1"));
+    CHECK(scene.distances(bad).empty() && failed(EXTRICATE_CONFIGURATION, "row 1"));
+    const extricate::Batch batch = extricate::query_batch(scene, bad);
+    CHECK(batch.witnesses.empty() && batch.summaries.empty() && failed(EXTRICATE_CONFIGURATION, "row 1"));
+
+    const std::vector<double> none;
+    CHECK(scene.check(none).empty() && extricate::last_status() == EXTRICATE_OK);
+    CHECK(Scene().check(none).empty() && failed(EXTRICATE_ARGUMENT, "scene: got none"));
+    CHECK(scene.check({0, 0, 0, 1, 1, 1}).size() == 2 && extricate::last_status() == EXTRICATE_OK);
+}
+
+static void configurations(const Scene& scene) {
+    CHECK(scene.config({"a", "b"}, {1}).empty() && failed(EXTRICATE_ARGUMENT, "joints, positions: got 2 and 1"));
+    CHECK(scene.config({"no such joint"}, {1}).empty() && failed(EXTRICATE_INPUT, "no such joint"));
+    CHECK(scene.config_text("state.json", "{").empty() && failed(EXTRICATE_INPUT, "state.json"));
+    CHECK(scene.config_text("state.json", std::string("{}\0", 3)).empty() && failed(EXTRICATE_ARGUMENT, "byte 2"));
+    CHECK(std::isnan(scene.metric_distance({0, 0, 0}, {0, 0})) && failed(EXTRICATE_ARGUMENT, "from, to: got 3 and 2"));
+    CHECK(Scene().limits().first.empty() && failed(EXTRICATE_ARGUMENT, "scene"));
+
+    Solver solver(scene);
+    CHECK(!solver.check_segment({0, 0, 0}, {0, 0}).is_free && failed(EXTRICATE_ARGUMENT, "from, to: got 3 and 2"));
+    CHECK(!solver.check_segment({0, 0, 0}, {0, 0, 0}, -1).is_free && failed(EXTRICATE_ARGUMENT, "resolution"));
+    CHECK(!solver.check({0}) && failed(EXTRICATE_CONFIGURATION, "expected 3"));
+    CHECK(std::isnan(solver.distance({0})) && failed(EXTRICATE_CONFIGURATION, "expected 3"));
+    CHECK(solver.pair_distances({0}).empty() && failed(EXTRICATE_CONFIGURATION, "expected 3"));
+    CHECK(!solver.query({0.0}) && failed(EXTRICATE_CONFIGURATION, "expected 3"));
+    CHECK(solver.query({0.4, 0.0, 0.0}).depth() > 0 && extricate::last_status() == EXTRICATE_OK);
+    CHECK(!solver.warm_up(-1) && failed(EXTRICATE_ARGUMENT, "seconds"));
+
+    extricate::Options wrong;
+    wrong.effort = 99;
+    CHECK(!solver.set_options(wrong) && failed(EXTRICATE_ARGUMENT, "options.effort"));
+    Solver bad(scene, wrong);
+    CHECK(!bad && failed(EXTRICATE_ARGUMENT, "options.effort"));
+    CHECK(!bad.query({0, 0, 0}) && failed(EXTRICATE_ARGUMENT, "solver: got a null pointer"));
+    extricate::Stream stream(scene, {}, 2.0);
+    CHECK(!stream && failed(EXTRICATE_ARGUMENT, "hysteresis"));
+    CHECK(!stream.query({0, 0, 0}) && failed(EXTRICATE_ARGUMENT, "stream: got a null pointer"));
+    CHECK(!stream.restart() && failed(EXTRICATE_ARGUMENT, "stream: got a null pointer"));
+    CHECK(!stream.set_scene(scene) && failed(EXTRICATE_ARGUMENT, "stream: got a null pointer"));
+}
+
+static void scenes(const Scene& scene) {
+    const Scene none("none.toml");
+    CHECK(!none && failed(EXTRICATE_FILE, "none.toml"));
+    CHECK(!Solver(none) && failed(EXTRICATE_ARGUMENT, "scene"));
+    CHECK(!Scene::builtin("none") && failed(EXTRICATE_INPUT, "none"));
+    CHECK(!Scene::from_text(std::string("a\0b", 3)) && failed(EXTRICATE_ARGUMENT, "text: byte 1: got a zero"));
+    CHECK(!Scene::from_text("", "", {{"r.urdf", std::string(1, '\0')}}) && failed(EXTRICATE_ARGUMENT, "r.urdf: byte 0"));
+    CHECK(!scene.in_world_text("w.toml", std::string("\0", 1)) && failed(EXTRICATE_ARGUMENT, "text: byte 0"));
+    CHECK(!scene.with_obstacles({{"cloud", Shape::points({1, 2, 3, 4}, 0.1)}}) &&
+          failed(EXTRICATE_ARGUMENT, "obstacle \"cloud\": points: got 4 numbers, expected three each"));
+    CHECK(!scene.with_obstacles({{"cells", Shape::voxels({1, 2}, 0.1)}}) && failed(EXTRICATE_ARGUMENT, "cells: got 2"));
+    CHECK(!scene.attached({"can", Shape::mesh({0, 0, 0, 1, 0, 0, 0, 1, 0}, {0, 1, 2, 0})}, scene.bodies()[0]) &&
+          failed(EXTRICATE_ARGUMENT, "triangles: got 4"));
+    CHECK(!scene.moved({{"none", {}}}) && failed(EXTRICATE_INPUT, "none"));
+    CHECK(!scene.learn(1000, 0) && failed(EXTRICATE_ARGUMENT, "seconds: got 0"));
+    CHECK(!scene.save("none.model") && failed(EXTRICATE_ARGUMENT, "nothing was learned"));
+}
+
+static void starts(const Scene& scene) {
+    using extricate::moveit::FixLimits;
+    extricate::moveit::StartFixer fixer(scene), broken{Scene()};
+    const std::string world = R"({"world": {"collision_objects": []}})";
+    extricate::moveit::Positions start, nowhere;
+    for (const std::string& joint : scene.joints()) {
+        start.emplace_back(joint, 0.0);
+        nowhere.emplace_back(joint, std::nan(""));
+    }
+    const auto empty = [](const extricate::moveit::FixedStart& fixed) {
+        return !fixed.fixed && fixed.summary.empty() && fixed.positions.empty();
+    };
+    CHECK(empty(fixer.fix("{", "w.json", start)) && failed(EXTRICATE_INPUT, "w.json"));
+    CHECK(empty(fixer.fix(world, "w.json", nowhere)) && failed(EXTRICATE_CONFIGURATION, scene.joints()[0].c_str()));
+    CHECK(empty(fixer.fix(world, "w.json", "{", "state.json")) && failed(EXTRICATE_INPUT, "state.json"));
+    CHECK(empty(broken.fix(world, "w.json", start)) && failed(EXTRICATE_ARGUMENT, "scene: got a null pointer"));
+    FixLimits limits;
+    limits.max_seconds = 0;
+    CHECK(empty(fixer.fix(world, "w.json", start, limits)) && failed(EXTRICATE_ARGUMENT, "options.max_seconds"));
+    limits = FixLimits();
+    limits.max_displacement = std::nan("");
+    CHECK(empty(fixer.fix(world, "w.json", start, limits)) && failed(EXTRICATE_ARGUMENT, "limits.max_displacement"));
+    CHECK(fixer.fix(world, "w.json", start).fixed && extricate::last_status() == EXTRICATE_OK);
+}
 
 int main() {
-    const extricate::Scene none("none.toml");
-    bool passed = !none && extricate::last_status() == EXTRICATE_FILE;
-    passed = passed && extricate::last_error().find("none.toml") != std::string::npos;
-
-    const extricate::Scene scene = extricate::Scene::builtin("planar-arm");
-    extricate::Solver solver(scene);
-    passed = passed && scene && solver && extricate::last_status() == EXTRICATE_OK;
-    passed = passed && !solver.query({0.0}) && extricate::last_status() == EXTRICATE_CONFIGURATION;
-    passed = passed && solver.query({0.4, 0.0, 0.0}).depth() > 0;
-    passed = passed && !extricate::Solver(none) && extricate::last_status() == EXTRICATE_ARGUMENT;
-    if (!passed) std::fprintf(stderr, "status %d: %s\n", extricate::last_status(), extricate::last_error().c_str());
-    return passed ? 0 : 1;
+    const Scene scene = Scene::builtin("planar-arm");
+    CHECK(scene && extricate::last_status() == EXTRICATE_OK);
+    rows(scene);
+    configurations(scene);
+    scenes(scene);
+    starts(scene);
 }

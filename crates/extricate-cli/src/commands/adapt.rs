@@ -70,7 +70,7 @@ struct Report<'a> {
 /// Runs the command.
 pub fn run(args: &AdaptArgs, json: bool) -> anyhow::Result<()> {
     io::check_model_output(&args.output)?;
-    let keep = args.keep.keep(&args.output)?;
+    let keep = args.keep.keep(&args.output, &[&args.model, &args.scene])?;
     let old = load_model(&args.model)?;
     let adapter = if args.keep.resume { resumed(args, &old, &keep)? } else { begun(args, &old, &keep)? };
     let learned = run_with_progress(adapter, Some(&keep))?;

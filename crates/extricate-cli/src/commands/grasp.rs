@@ -1,18 +1,20 @@
 //! `extricate grasp`: hands that hold an object and penetrate nothing.
 
-use std::collections::HashMap;
-use std::fs::{File, OpenOptions};
-use std::io::{BufRead, BufReader, BufWriter, Seek, Write};
+use std::collections::{BTreeMap, HashMap};
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc;
+use std::thread;
 
 use anyhow::{Context, bail};
 use clap::{Args, ValueEnum};
 use extricate::geometry::Body;
-use extricate::internals::grasp::{Released, release_batch};
-use extricate::internals::io;
+use extricate::internals::grasp::{Released, release_each, release_rows};
+use extricate::internals::io::{self, GrowingFile};
 use extricate::internals::scene::file::SceneFile;
-use extricate::{Config, Grasp, Hand, Keep, QueryOptions, ReleaseOptions, Scene, Termination, World};
-use rayon::prelude::*;
+use extricate::{Config, Grasp, Hand, Keep, QueryOptions, ReleaseOptions, Scene, Stop, Termination, World};
+use rayon::ThreadPool;
 use serde::Serialize;
 
 use super::{load_scene, tell_warnings, world_of};
@@ -96,10 +98,12 @@ struct ObjectArgs {
 #[derive(Args)]
 #[command(next_help_heading = "Output")]
 struct OutputArgs {
-    /// Write the answers to this file, as JSON, one a line
+    /// Write the answers to this file, as JSON, one a line. They are in FILE.part, each as soon as
+    /// it is known, until the last one is there; a file of grasps is replaced then, another file
+    /// never
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
-    /// Go on with the file of --output where a run ended
+    /// Go on where a run ended: with FILE.part, or with FILE
     #[arg(long, requires = "output")]
     resume: bool,
 }
@@ -136,21 +140,18 @@ struct Row<'a> {
 /// Runs the command.
 pub fn run(args: &GraspArgs, json: bool) -> anyhow::Result<()> {
     let mut configs = args.input.open()?.with_limits(Limits::Forgive);
+    let mut rows = Rows::open(args, json)?;
     let scene = load_scene(&args.scene, &args.load)?;
     tell_warnings(&scene);
-    let options = options(args, &scene)?;
     let weighted = if args.scene_weights { None } else { Hand::weighted(&scene) };
-    let world = world_of(weighted.unwrap_or(scene));
-    let hand = args.object.object.as_deref().map(|name| Hand::new(world.scene(), name)).transpose()?;
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(args.threads).build().context("cannot start threads")?;
-    let mut rows = Rows::open(&args.output, json, configs.is_stream())?;
+    let asked = AskedOfAll::new(args, &scene, weighted)?;
     let mut progress = Progress::beside_rows("releasing");
     let size = if configs.is_stream() { 1 } else { BLOCK };
     let mut is_last = false;
     while !is_last {
         let mut block = Vec::new();
         while block.len() < size && !is_last {
-            let entry = configs.next_grasp(world.scene(), args.object.objects.is_some())?;
+            let entry = configs.next_grasp(asked.world.scene(), args.object.objects.is_some())?;
             for note in configs.take_notes() {
                 progress.aside(|| notice::warning(note));
             }
@@ -165,24 +166,117 @@ pub fn run(args: &GraspArgs, json: bool) -> anyhow::Result<()> {
                 }
             }
         }
-        let lines: Vec<&Line> = block.iter().flatten().collect();
-        let answers = pool.install(|| match &hand {
-            Some(hand) => of_one(&world, hand, &lines, &options),
-            None => of_many(&world, args, &lines, &options),
-        });
-        let mut answers = answers.into_iter();
-        for entry in &block {
-            let row = match entry {
-                Ok(line) => rows.answer(line.number, answers.next().unwrap_or(Ok(None))),
-                Err(bad) => rows.bad(bad),
-            };
-            row?;
-        }
-        progress.update(configs.fraction(), || format!("{} grasps", report::count(rows.summary.all)));
+        asked.answer(&block, |entry, released| {
+            match entry {
+                Ok(line) => rows.answer(line.number, released.unwrap_or(Ok(None)))?,
+                Err(bad) => rows.bad(bad)?,
+            }
+            progress.update(configs.fraction(), || format!("{} grasps", report::count(rows.summary.all)));
+            Ok(())
+        })?;
     }
     drop(progress);
     rows.finish()?;
     configs.conclude()
+}
+
+type Entry = Result<Line, BadLine>;
+
+/// What holds for all lines.
+struct AskedOfAll<'a> {
+    args: &'a GraspArgs,
+    world: World,
+    /// The one that holds the object of all lines, if they have one.
+    hand: Option<Hand>,
+    options: ReleaseOptions,
+    pool: ThreadPool,
+    /// Ends the work where nobody takes its answers.
+    is_over: Arc<AtomicBool>,
+}
+
+impl<'a> AskedOfAll<'a> {
+    fn new(args: &'a GraspArgs, scene: &Scene, weighted: Option<Scene>) -> anyhow::Result<Self> {
+        let mut options = options(args, scene)?;
+        let is_over = Arc::new(AtomicBool::new(false));
+        let asks = Arc::clone(&is_over);
+        options.query.termination.stop = Some(Stop::when(move || asks.load(Ordering::Relaxed)));
+        let world = world_of(weighted.unwrap_or_else(|| scene.clone()));
+        let hand = args.object.object.as_deref().map(|name| Hand::new(world.scene(), name)).transpose()?;
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(args.threads).build();
+        Ok(Self { args, world, hand, options, pool: pool.context("cannot start threads")?, is_over })
+    }
+
+    /// Releases the grasps of some lines. `take` is given every line in turn, as soon as its answer
+    /// and those before it are known.
+    fn answer(
+        &self,
+        block: &[Entry],
+        mut take: impl FnMut(&Entry, Option<Released>) -> anyhow::Result<()>,
+    ) -> anyhow::Result<()> {
+        let (send, answers) = mpsc::channel();
+        let work = move || {
+            // The other end is gone where an answer could not be written.
+            let tell = |at: usize, released: Released| drop(send.send((at, released)));
+            self.pool.install(|| self.release(block, &tell));
+        };
+        let mut in_turn = || {
+            let (mut waiting, mut next) = (BTreeMap::new(), 0);
+            while let Some(entry) = block.get(next) {
+                let released = waiting.remove(&next);
+                if entry.is_err() || released.is_some() {
+                    take(entry, released)?;
+                    next += 1;
+                    continue;
+                }
+                let Ok((at, released)) = answers.recv() else { bail!("the work ended without an answer") };
+                waiting.insert(at, released);
+            }
+            Ok(())
+        };
+        thread::scope(|scope| {
+            thread::Builder::new().spawn_scoped(scope, work).context("cannot start threads")?;
+            let done = in_turn();
+            self.is_over.store(done.is_err(), Ordering::Relaxed);
+            done
+        })
+    }
+
+    /// Answers go to `tell`, with the places of their lines in the block.
+    fn release(&self, block: &[Entry], tell: &(dyn Fn(usize, Released) + Sync)) {
+        let lines = block.iter().enumerate().filter_map(|(at, entry)| Some((at, entry.as_ref().ok()?)));
+        match &self.hand {
+            Some(hand) => {
+                let rows = lines.map(|(at, line)| (at, &line.q));
+                release_rows(&self.world, hand, rows, &self.options, tell);
+            }
+            None => self.release_many(lines, tell),
+        }
+    }
+
+    fn release_many<'b>(
+        &self,
+        lines: impl Iterator<Item = (usize, &'b Line)>,
+        tell: &(dyn Fn(usize, Released) + Sync),
+    ) {
+        let folder = self.args.object.objects.as_deref().unwrap_or(Path::new("."));
+        let (mut numbers, mut objects) = (HashMap::new(), Vec::new());
+        let (mut places, mut grasps) = (Vec::new(), Vec::new());
+        for (at, line) in lines {
+            let (file, scale) = line.object.as_ref().map_or(("", 1.0), |(file, scale)| (file.as_str(), *scale));
+            let number = *numbers.entry((file, scale.to_bits())).or_insert_with(|| {
+                objects.push((folder.join(file), scale));
+                objects.len() - 1
+            });
+            places.push(at);
+            grasps.push((number, line.q.clone()));
+        }
+        let object_of = |number: usize| {
+            let (path, scale) = &objects[number];
+            mesh_object(path, *scale, &self.args.load)
+        };
+        let tell = |at: usize, released: Released| tell(places[at], released);
+        release_each(&self.world, &grasps, &object_of, &self.options, &tell);
+    }
 }
 
 fn options(args: &GraspArgs, scene: &Scene) -> anyhow::Result<ReleaseOptions> {
@@ -206,31 +300,6 @@ fn options(args: &GraspArgs, scene: &Scene) -> anyhow::Result<ReleaseOptions> {
     })
 }
 
-fn of_one(world: &World, hand: &Hand, lines: &[&Line], options: &ReleaseOptions) -> Vec<Released> {
-    let view = world.view();
-    let release = |scratch: &mut _, line: &&Line| Ok(hand.release(&view, &line.q, options, scratch));
-    lines.par_iter().map_init(Default::default, release).collect()
-}
-
-fn of_many(world: &World, args: &GraspArgs, lines: &[&Line], options: &ReleaseOptions) -> Vec<Released> {
-    let folder = args.object.objects.as_deref().unwrap_or(Path::new("."));
-    let (mut numbers, mut objects) = (HashMap::new(), Vec::new());
-    let mut grasps = Vec::new();
-    for line in lines {
-        let (file, scale) = line.object.as_ref().map_or(("", 1.0), |(file, scale)| (file.as_str(), *scale));
-        let number = *numbers.entry((file, scale.to_bits())).or_insert_with(|| {
-            objects.push((folder.join(file), scale));
-            objects.len() - 1
-        });
-        grasps.push((number, line.q.clone()));
-    }
-    let object_of = |number: usize| {
-        let (path, scale) = &objects[number];
-        mesh_object(path, *scale, &args.load)
-    };
-    release_batch(world, &grasps, &object_of, options)
-}
-
 /// A mesh at the world's origin.
 fn mesh_object(path: &Path, scale: f64, load: &LoadArgs) -> extricate::Result<Body> {
     let name = path.display().to_string();
@@ -240,16 +309,23 @@ fn mesh_object(path: &Path, scale: f64, load: &LoadArgs) -> extricate::Result<Bo
     let read = |error: serde_json::Error| extricate::Error::input(name.clone(), "object", error.to_string());
     let mut entries: SceneFile = serde_json::from_value(entry).map_err(read)?;
     entries.limits = load.limits();
-    let mut bodies = io::read_obstacles("objects", &entries)?;
+    let (mut bodies, _) = io::read_obstacles("objects", &entries)?;
     bodies.pop().ok_or_else(|| extricate::Error::input(name, "object", "got no shape, expected a mesh"))
+}
+
+/// What messages call the file of `--output`.
+const WHAT: &str = "file of grasps";
+
+/// Every line of it begins with its number, see [`Row`].
+fn is_grasps(head: &[u8]) -> bool {
+    head.starts_with(b"{\"line\":")
 }
 
 /// Where answers go, and what they come to.
 struct Rows {
     out: Output,
     json: bool,
-    file: Option<BufWriter<File>>,
-    path: PathBuf,
+    file: Option<GrowingFile>,
     /// Lines of the input that an earlier run has answered.
     done: usize,
     summary: Summary,
@@ -264,19 +340,27 @@ struct Summary {
 }
 
 impl Rows {
-    fn open(args: &OutputArgs, json: bool, is_stream: bool) -> anyhow::Result<Self> {
-        let (out, path) = (Output::new(is_stream), args.output.clone().unwrap_or_default());
-        let mut rows = Self { out, json, file: None, path, done: 0, summary: Summary::default() };
-        if args.output.is_some() {
-            let failed = format!("cannot write {}", rows.path.display());
-            let file = OpenOptions::new().create(true).read(true).write(true).truncate(!args.resume).open(&rows.path);
-            let mut file = file.context(failed.clone())?;
-            let (done, length) = answered(&mut file).with_context(|| format!("cannot read {}", rows.path.display()))?;
-            rows.done = done;
-            // A run that was killed may have left half a line.
-            file.set_len(length).and_then(|()| file.seek(std::io::SeekFrom::End(0))).context(failed)?;
-            rows.file = Some(BufWriter::new(file));
-        }
+    fn open(args: &GraspArgs, json: bool) -> anyhow::Result<Self> {
+        let mut rows = Self { out: Output::new(true), json, file: None, done: 0, summary: Summary::default() };
+        let Some(path) = &args.output.output else { return Ok(rows) };
+        io::check_not_read(path, [args.scene.as_path()].into_iter().chain(args.input.input.as_deref()))?;
+        let file = if args.output.resume {
+            let read = |line: &[u8]| {
+                rows.done = number_of(line)?;
+                Ok(())
+            };
+            GrowingFile::resume(path, WHAT, is_grasps, read)?
+        } else {
+            let file = GrowingFile::begin(path, WHAT, is_grasps)?;
+            if file.part().exists() {
+                notice::warning(format_args!(
+                    "{} is what another run left, and this one will replace it; --resume goes on with it",
+                    file.part().display()
+                ));
+            }
+            file
+        };
+        rows.file = Some(file);
         Ok(rows)
     }
 
@@ -312,18 +396,16 @@ impl Rows {
     }
 
     fn write(&mut self, row: &Row) -> anyhow::Result<()> {
-        if let Some(file) = &mut self.file {
-            let written = serde_json::to_string(row).map_err(std::io::Error::from);
-            let written = written.and_then(|text| writeln!(file, "{text}"));
-            return written.with_context(|| format!("cannot write {}", self.path.display()));
+        match &mut self.file {
+            Some(file) => Ok(file.line(&serde_json::to_string(row)?)?),
+            None if self.json => self.out.json(row),
+            None => Ok(()),
         }
-        if self.json { self.out.json(row) } else { Ok(()) }
     }
 
     fn finish(mut self) -> anyhow::Result<()> {
-        if let Some(mut file) = self.file.take() {
-            let written = file.flush().and_then(|()| file.get_ref().sync_all());
-            written.with_context(|| format!("cannot write {}", self.path.display()))?;
+        if let Some(file) = self.file.take() {
+            file.finish()?;
         }
         let Summary { all, answered, fingers: [touched, kept], closed } = self.summary;
         if !self.json && all > 0 {
@@ -360,19 +442,11 @@ fn text(line: usize, grasp: &Grasp) -> String {
     )
 }
 
-/// The last line that a file answers, and how long it is up to there \[bytes\].
-fn answered(file: &mut File) -> anyhow::Result<(usize, u64)> {
-    let (mut reader, mut line, mut done, mut length) = (BufReader::new(file), Vec::new(), 0, 0);
-    loop {
-        line.clear();
-        let read = reader.read_until(b'\n', &mut line)?;
-        if read == 0 || line.last() != Some(&b'\n') {
-            return Ok((done, length));
-        }
-        let value: serde_json::Value =
-            serde_json::from_slice(&line).context("expected lines that `extricate grasp --output` wrote")?;
-        let number = value.get("line").and_then(serde_json::Value::as_u64);
-        done = number.context("got a line without \"line\", expected those of `extricate grasp --output`")? as usize;
-        length += read as u64;
-    }
+/// The line of the input that a line of an output answers.
+fn number_of(line: &[u8]) -> Result<usize, String> {
+    const EXPECTED: &str = "expected those of `extricate grasp --output`";
+    let value: serde_json::Value =
+        serde_json::from_slice(line).map_err(|error| format!("got lines that are no JSON ({error}), {EXPECTED}"))?;
+    let number = value.get("line").and_then(serde_json::Value::as_u64);
+    number.map(|number| number as usize).ok_or_else(|| format!("got a line without \"line\", {EXPECTED}"))
 }

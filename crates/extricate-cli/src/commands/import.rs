@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use clap::Args;
+use extricate::internals::io::check_not_read;
 use extricate::internals::io::worlds::{import_world, is_urdf};
 use serde::Serialize;
 
@@ -48,6 +49,7 @@ struct Report {
 
 /// Runs the command.
 pub fn run(args: &ImportArgs, json: bool) -> anyhow::Result<()> {
+    check_not_read(&args.output, args.robot.as_deref())?;
     let robots = args.robot.as_deref().map(|robot| load_scene(robot, &args.load)).transpose()?;
     let urdf = match &args.robot {
         Some(path) if is_urdf(path)? => Some(path.as_path()),

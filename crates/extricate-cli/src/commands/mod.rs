@@ -17,8 +17,7 @@ pub mod shell;
 use std::path::Path;
 use std::sync::Arc;
 
-use extricate::internals::collision::always_colliding;
-use extricate::internals::cspace::sampling::Halton;
+use extricate::internals::collision::{advice_if_never_free, disable_list};
 use extricate::internals::io;
 use extricate::{Checker, Model, Scene, World};
 
@@ -51,26 +50,15 @@ pub fn run(cli: Cli) -> anyhow::Result<()> {
     }
 }
 
-/// Pairs that collide in each of `samples` low-discrepancy configurations: most likely overlap by
-/// design.
-fn pairs_always_colliding(checker: &Checker, samples: u64) -> Vec<extricate::PairId> {
-    let space = &checker.scene().space;
-    let halton = Halton::new(space.nv(), 0);
-    let mut configs = Vec::new();
-    for index in 0..samples {
-        let mut q = vec![0.0; space.nq()];
-        halton.config(space, index, &mut q);
-        configs.push(q);
-    }
-    always_colliding(checker, &configs)
-}
-
 /// The line for the scene file's `[pairs]` table that takes `names` out of the checked pairs.
 fn disable_line(names: &[[&str; 2]]) -> String {
-    // Debug quotes a string as TOML's basic strings do, but for control characters, which no name
-    // has.
-    let pairs: Vec<_> = names.iter().map(|[a, b]| format!("[{a:?}, {b:?}]")).collect();
-    format!("disable = [{}]", pairs.join(", "))
+    format!("disable = {}", disable_list(names))
+}
+
+/// `problem`, that nothing free was found, and which pairs are to blame, if some collide wherever
+/// one looks.
+fn with_advice(problem: &str, checker: &Checker) -> String {
+    advice_if_never_free(checker).map_or_else(|| problem.to_owned(), |advice| format!("{problem}; {advice}"))
 }
 
 /// Of a scene file, a URDF or a model file, which holds its scene.

@@ -4,8 +4,10 @@ use std::fs;
 use std::path::PathBuf;
 
 use anyhow::Context;
-use clap::{Args, CommandFactory};
+use clap::{Args, Command, CommandFactory};
 use clap_complete::Shell;
+use clap_mangen::Man;
+use extricate::internals::io::{self, OutputLock};
 
 use crate::args::Cli;
 use crate::output::Output;
@@ -35,7 +37,32 @@ pub fn completions(args: &CompletionsArgs) -> anyhow::Result<()> {
 
 /// Writes the manual pages.
 pub fn man(args: &ManArgs) -> anyhow::Result<()> {
-    let cannot = || format!("cannot write {}", args.folder.display());
-    fs::create_dir_all(&args.folder).with_context(cannot)?;
-    clap_mangen::generate_to(Cli::command(), &args.folder).with_context(cannot)
+    let mut program = Cli::command().disable_help_subcommand(true);
+    program.build();
+    let pages = pages(&program)?;
+    fs::create_dir_all(&args.folder).with_context(|| format!("cannot write {}", args.folder.display()))?;
+    let files: Vec<_> = pages.into_iter().map(|(name, page)| (args.folder.join(name), page)).collect();
+    let _lock = OutputLock::take(&args.folder.join("extricate.1"))?;
+    for (path, _) in &files {
+        io::check_output(path, "manual page of this program", is_manual)?;
+    }
+    Ok(io::write_together(&files)?)
+}
+
+/// The page of a command and those of the commands below it, with their names.
+fn pages(command: &Command) -> anyhow::Result<Vec<(String, Vec<u8>)>> {
+    let manual = Man::new(command.clone());
+    let mut page = Vec::new();
+    manual.render(&mut page).context("cannot make a manual page")?;
+    let mut all = vec![(manual.get_filename(), page)];
+    for below in command.get_subcommands().filter(|below| !below.is_hide_set()) {
+        all.extend(pages(below)?);
+    }
+    Ok(all)
+}
+
+/// Whether a page is one of those: its title begins with the program's name.
+fn is_manual(head: &[u8]) -> bool {
+    let title = b".TH extricate";
+    head.windows(title.len()).any(|at| at == title)
 }

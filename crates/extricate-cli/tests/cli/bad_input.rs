@@ -119,3 +119,88 @@ fn sampling_collisions_where_there_are_none_ends() {
     let finished = workspace.run("sample free.toml -n 1 --colliding").expect_code(1);
     assert!(finished.stderr.contains("no colliding configuration"), "{}", finished.stderr);
 }
+
+/// Files of strangers cannot colour, overwrite or forge what a terminal shows.
+#[test]
+fn control_characters_of_files_are_shown_as_such() {
+    const ACTING: &str = "\u{1b}[31m\u{9b}2J\u{202e}";
+    let workspace = Workspace::new();
+    let scene = |shape: &str| format!("[[robot]]\nurdf = 'planar.urdf'\n[[obstacle]]\nname = 'o'\nshape = {shape}\n");
+    // TOML takes no control characters but as escapes.
+    let escaped = "\\u001b[31m\\u009b2J\\u202e";
+    workspace.write("key.toml", format!("\"{escaped}\" = 1\n"));
+    workspace.write("path.toml", format!("[[robot]]\nurdf = \"{escaped}\"\n"));
+    workspace.write("a.obj", format!("v {ACTING} 1 2\n"));
+    workspace.write("obj.toml", scene("{ mesh = 'a.obj' }"));
+    workspace.write("a.ply", format!("ply\nformat {ACTING} 1.0\nend_header\n"));
+    workspace.write("ply.toml", scene("{ mesh = 'a.ply' }"));
+    workspace.write("w.scene", format!("(noname)+\n* box\n{ACTING}\n"));
+    workspace.write("q.jsonl", format!("{{\"{ACTING}\": 1}}\n"));
+    let named = format!("no-{ACTING}-\r.toml");
+    workspace.write(&format!("{ACTING}.toml"), "clearance = 'far'\n");
+    let said = |words: &[&str]| {
+        let mut command = workspace.command("");
+        let output = command.args(words).output().unwrap();
+        assert!(output.status.code().is_some_and(|code| code > 0), "{words:?}");
+        (String::from_utf8(output.stdout).unwrap(), String::from_utf8(output.stderr).unwrap())
+    };
+    for words in [
+        &["info", "key.toml"][..],
+        &["info", "path.toml"],
+        &["info", "obj.toml"],
+        &["info", "ply.toml"],
+        &["info", &format!("{ACTING}.toml")],
+        &["info", &named],
+        &["query", "scene.toml", "--world", "w.scene", "--q", "0,0"],
+        &["query", "scene.toml", "--input", "q.jsonl"],
+        &["query", "scene.toml", "--q", ACTING],
+        &["learn", "scene.toml", "-o", &format!("none/{ACTING}")],
+    ] {
+        let (out, told) = said(words);
+        let acts = |c: char| c != '\n' && (c.is_control() || c == '\u{202e}');
+        assert!(!told.contains(acts) && !out.contains(acts), "{words:?}: {told:?}");
+        assert!(told.contains(r"\u{1b}[31m") || told.contains(r"\u001b[31m"), "{words:?}: {told}");
+        assert!(told.lines().all(|line| line.starts_with("extricate: ")), "{words:?}: {told}");
+    }
+    // Words that make no sense, as where a pattern finds such a file.
+    let (_, told) = said(&["info", "scene.toml", &format!("{ACTING}\r")]);
+    assert!(!told.contains(['\u{1b}', '\u{9b}', '\u{202e}', '\r']), "{told:?}");
+}
+
+#[test]
+fn nothing_is_written_over_what_is_read() {
+    let workspace = Workspace::learned();
+    workspace.write("empty", "");
+    let before = workspace.files();
+    for (line, file) in [
+        ("learn small.model -o small.model", "small.model"),
+        ("adapt small.model scene.toml -o ./small.model", "small.model"),
+        ("import empty -o empty", "empty"),
+        ("import other.json --robot empty -o empty", "empty"),
+        ("view scene.toml --input empty -o empty", "empty"),
+        ("view scene.toml --q 0,0 --world empty -o empty", "empty"),
+        ("report empty -o empty", "empty"),
+        ("plan small.model --from 0,0 --to 1,0 --roadmap small.model", "small.model"),
+        ("grasp scene.toml --input empty --object post -o empty", "empty"),
+    ] {
+        workspace.run(line).expect_failure(&["cannot write", file, "the same command reads it"]);
+    }
+    workspace.run("demo --out a --page ./a").expect_failure(&["--page: got ./a, which is the picture"]);
+    assert!(workspace.files() == before);
+}
+
+#[test]
+fn manual_pages_replace_manual_pages_alone() {
+    let workspace = Workspace::new();
+    workspace.run("man pages").expect_code(0);
+    let whole = workspace.files();
+    assert!(exists(&workspace.path("pages/extricate.1")) && exists(&workspace.path("pages/extricate-view.1")));
+    workspace.write("pages/extricate-view.1", "");
+    workspace.run("man pages").expect_code(0);
+    assert!(workspace.files() == whole);
+    workspace.write("pages/extricate-view.1", "my own notes");
+    workspace.write("pages/extricate-learn.1", "");
+    let before = workspace.files();
+    workspace.run("man pages").expect_failure(&["extricate-view.1: it exists and is no manual page of this program"]);
+    assert!(workspace.files() == before);
+}

@@ -27,6 +27,14 @@ fn the_exported_scene_is_whole_and_nothing_is_overwritten() {
     workspace.run("demo --export mine").expect_code(0);
     let again = workspace.run("demo --export mine");
     again.expect_failure(&["exists", "nothing was written"]);
+    // What a killed run left is completed, but where something else is in the way.
+    let mesh = workspace.path("mine/robot/meshes/link_3.stl");
+    std::fs::remove_file(&mesh).unwrap();
+    workspace.run("demo --export mine").expect_code(0);
+    std::fs::remove_file(&mesh).unwrap();
+    workspace.write("mine/shelf-arm.toml", "other");
+    workspace.run("demo --export mine").expect_failure(&["shelf-arm.toml exists", "nothing was written"]);
+    assert!(!exists(&mesh));
     let report = &workspace.run("demo --export other --json").expect_code(0).json()[0];
     let scene = report["scene"].as_str().unwrap();
     assert!(report["files"].as_array().unwrap().iter().all(|f| exists(&workspace.path(f.as_str().unwrap()))));

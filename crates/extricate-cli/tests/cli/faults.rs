@@ -36,6 +36,17 @@ fn with_old_files() -> Workspace {
     workspace.write("tray.json", WORLD.replace("SIZE", "2"));
     workspace.run("learn scene.toml -o a.model --labels 3000 --seed 1").expect_code(0);
     workspace.run("demo --scene planar-arm --queries 1 --seconds 0.05 --out demo.svg").expect_code(0);
+    crate::grasps::add_files(&workspace);
+    workspace.write("g.jsonl", crate::grasps::grasps_of_a_mesh(4));
+    for line in [
+        "plan scene.toml --from 2.5,0 --to -2.5,0 --roadmap kept",
+        "view scene.toml --q 0.1,0 -o view.html",
+        "report a.model -n 2 -o report.html",
+        "grasp hand.toml --input g.jsonl --objects meshes -o grasps.jsonl",
+        "man pages",
+    ] {
+        workspace.run(line).expect_code(0);
+    }
     let mut child =
         workspace.command("learn scene.toml -o left.model --labels 9000000 --checkpoint-every 0").spawn().unwrap();
     while !workspace.path("left.model.checkpoint").exists() {
@@ -48,7 +59,7 @@ fn with_old_files() -> Workspace {
 }
 
 /// Lines that write, and the file that each writes first.
-const WRITERS: [(&str, &str); 6] = [
+const WRITERS: [(&str, &str); 11] = [
     ("learn scene.toml -o a.model --labels 5000 --checkpoint-every 1000", "a.model"),
     (
         "learn scene.toml -o new.model --labels 5000 --checkpoint left.model.checkpoint --checkpoint-every 0",
@@ -57,6 +68,11 @@ const WRITERS: [(&str, &str); 6] = [
     ("adapt old.model moved.toml -o a.model --labels 20000 --checkpoint-every 0", "a.model"),
     ("import tray.json -o tray.toml", "tray-meshes/tray.obj"),
     ("demo --scene planar-arm --queries 1 --seconds 0.05 --out demo.svg", "demo.svg"),
+    ("plan scene.toml --from 2.5,0 --to -2.5,0.1 --roadmap kept", "kept"),
+    ("view scene.toml --q 0.1,0 -o view.html", "view.html"),
+    ("report a.model -n 2 -o report.html", "report.html"),
+    ("grasp hand.toml --input g.jsonl --objects meshes -o grasps.jsonl", "grasps.jsonl.part"),
+    ("man pages", "pages/extricate"),
     ("demo --scene planar-arm --export there", "there/"),
 ];
 
@@ -66,8 +82,9 @@ fn a_full_disk_leaves_old_files_and_is_told() {
     let before = workspace.files();
     // Nothing fits, or some of it: no writer here has files of less than half a kilobyte alone.
     for blocks in [0, 1] {
-        // Both files of the import would fit.
-        for (line, file) in WRITERS.into_iter().filter(|(_, file)| blocks == 0 || !file.ends_with(".obj")) {
+        // Both files of the import would fit, and the first of the grasps.
+        let fits = |file: &str| blocks > 0 && (file.ends_with(".obj") || file.ends_with(".part"));
+        for (line, file) in WRITERS.into_iter().filter(|(_, file)| !fits(file)) {
             let failed = Finished::new(limited(&workspace, &format!("ulimit -f {blocks}"), line).output().unwrap());
             let told = failed.stderr.clone();
             let last = told.lines().last().unwrap_or_default();
@@ -82,6 +99,24 @@ fn a_full_disk_leaves_old_files_and_is_told() {
             assert!(changed.is_empty(), "{line}: {changed:?}");
         }
     }
+}
+
+/// Where some of them fit, they stay beside the old file, to go on from with room again.
+#[test]
+fn grasps_on_a_disk_that_fills_up_are_gone_on_with() {
+    let workspace = with_old_files();
+    let output = || std::fs::read_to_string(workspace.path("grasps.jsonl")).unwrap();
+    let old = output();
+    workspace.write("g.jsonl", crate::grasps::grasps_of_a_mesh(40));
+    let line = "grasp hand.toml --input g.jsonl --objects meshes -o grasps.jsonl";
+    let failed = Finished::new(limited(&workspace, "ulimit -f 8", line).output().unwrap());
+    failed.expect_failure(&["cannot write grasps.jsonl.part", "File too large"]);
+    assert_eq!(output(), old);
+    let part = std::fs::read_to_string(workspace.path("grasps.jsonl.part")).unwrap();
+    assert!(part.ends_with('\n') && part.lines().count() > 4, "{part}");
+    workspace.run(&format!("{line} --resume")).expect_code(0);
+    assert!(output().starts_with(&part) && output().lines().count() == 40);
+    assert!(!workspace.path("grasps.jsonl.part").exists());
 }
 
 #[cfg(target_os = "linux")]
@@ -113,8 +148,9 @@ fn little_memory_ends_in_an_error_or_an_abort_and_leaves_files_whole() {
     let kept = |files: BTreeMap<PathBuf, Vec<u8>>| -> BTreeMap<PathBuf, Vec<u8>> {
         let is_kept = |path: &PathBuf| {
             let name = path.file_name().unwrap().to_string_lossy();
-            // A checkpoint is replaced by that of the next run; the rest is what an abort leaves.
-            !name.ends_with(".checkpoint") && !name.starts_with(".extricate-")
+            // A checkpoint is replaced by that of the next run, and so is a part; the rest is what
+            // an abort leaves.
+            !name.ends_with(".checkpoint") && !name.ends_with(".part") && !name.starts_with(".extricate-")
         };
         files.into_iter().filter(|(path, _)| is_kept(path)).collect()
     };

@@ -1,6 +1,9 @@
 //! Hands released from their objects.
 
-use crate::process::Workspace;
+use std::io::{BufRead, BufReader};
+use std::time::Instant;
+
+use crate::process::{Workspace, exists};
 
 /// A gripper of two boxes that slide toward each other along x, and a ball between them.
 const GRIPPER: &str = r#"<robot name="gripper"><link name="palm"/>
@@ -19,12 +22,31 @@ const MESH: &str = "v 1 1 1\nv 1 -1 -1\nv -1 1 -1\nv -1 -1 1\nf 1 2 3\nf 1 4 2\n
 
 pub fn workspace() -> Workspace {
     let workspace = Workspace::new();
+    add_files(&workspace);
+    workspace
+}
+
+/// Hand, object and meshes.
+pub fn add_files(workspace: &Workspace) {
     workspace.write("gripper.urdf", GRIPPER);
     workspace.write("hand.toml", SCENE);
     workspace.write("grip.toml", format!("{SCENE}{BALL}"));
     std::fs::create_dir(workspace.path("meshes")).unwrap();
     workspace.write("meshes/cup.obj", MESH);
-    workspace
+}
+
+/// As many grasps of a mesh.
+pub fn grasps_of_a_mesh(count: usize) -> String {
+    let line = |k: usize| {
+        format!("{{\"q\": [0.0{}, 0.07], \"object\": \"cup.obj\", \"scale\": 0.0{}}}\n", 5 + k % 4, 2 + k % 2)
+    };
+    (0..count).map(line).collect()
+}
+
+/// As many grasps, up to a thousand, each of a mesh of its own size, which takes longer.
+pub fn grasps_of_meshes(count: usize) -> String {
+    let line = |k: usize| format!("{{\"q\": [0.05, 0.07], \"object\": \"cup.obj\", \"scale\": 0.02{k:03}}}\n");
+    (0..count).map(line).collect()
 }
 
 /// Fingers reach the ball at 0.06; the left one is in it by 0.02 and the right one by 0.005.
@@ -51,11 +73,7 @@ fn fingers_back_out_to_where_they_touch() {
 #[test]
 fn a_run_over_many_objects_resumes() {
     let workspace = workspace();
-    let line = |k: usize| {
-        format!("{{\"q\": [0.0{}, 0.07], \"object\": \"cup.obj\", \"scale\": 0.0{}}}\n", 5 + k % 4, 2 + k % 2)
-    };
-    let lines: String = (0..40).map(line).collect();
-    workspace.write("g.jsonl", &lines);
+    workspace.write("g.jsonl", grasps_of_a_mesh(40));
     workspace.run("grasp hand.toml --input g.jsonl --objects meshes -o whole.jsonl").expect_code(0);
     let whole = std::fs::read_to_string(workspace.path("whole.jsonl")).unwrap();
     assert_eq!(whole.lines().count(), 40);
@@ -86,4 +104,67 @@ fn lines_that_name_no_object_in_the_folder_are_told() {
         );
     }
     assert_eq!(run.stdout.lines().count(), 4);
+}
+
+#[test]
+fn an_output_replaces_grasps_alone_and_when_it_is_whole() {
+    let workspace = workspace();
+    workspace.write("g.jsonl", "[0.08, 0.065]\n[0.07, 0.07]\n");
+    let scene = std::fs::read(workspace.path("grip.toml")).unwrap();
+    let line = |output: &str| format!("grasp grip.toml --input g.jsonl --object ball -o {output}");
+    for resume in ["", " --resume"] {
+        for input in ["grip.toml", "./g.jsonl"] {
+            let refused = workspace.run(&format!("{}{resume}", line(input)));
+            refused.expect_failure(&[input, "the same command reads it"]);
+        }
+    }
+    workspace.write("p.txt", "precious");
+    workspace.run(&line("p.txt")).expect_failure(&["p.txt", "exists and is no file of grasps"]);
+    workspace.write("new.jsonl.part", "precious");
+    workspace.run(&line("new.jsonl")).expect_failure(&["new.jsonl.part", "exists and is no file of grasps"]);
+    assert_eq!(std::fs::read(workspace.path("grip.toml")).unwrap(), scene);
+    assert_eq!(std::fs::read_to_string(workspace.path("p.txt")).unwrap(), "precious");
+    workspace.run(&line("o.jsonl")).expect_code(0);
+    let whole = std::fs::read_to_string(workspace.path("o.jsonl")).unwrap();
+    // What cannot be asked leaves the old file.
+    workspace.run("grasp grip.toml --input g.jsonl --object cup -o o.jsonl").expect_failure(&["`cup`"]);
+    assert_eq!(std::fs::read_to_string(workspace.path("o.jsonl")).unwrap(), whole);
+    // A run anew says what it replaces, and --resume takes it.
+    let (first, _) = whole.split_at(whole.find('\n').unwrap() + 1);
+    workspace.write("o.jsonl.part", first);
+    workspace.write("o.jsonl", "");
+    workspace.run(&format!("{} --resume", line("o.jsonl"))).expect_code(0);
+    assert_eq!(std::fs::read_to_string(workspace.path("o.jsonl")).unwrap(), whole);
+    workspace.write("o.jsonl.part", first);
+    let told = workspace.run(&line("o.jsonl")).expect_code(0).stderr;
+    assert!(told.contains("o.jsonl.part is what another run left"), "{told}");
+    assert!(!exists(&workspace.path("o.jsonl.part")));
+}
+
+/// The first answers are there long before the last, in a file as on standard output: whoever ends
+/// the run has what was done.
+#[test]
+fn answers_are_written_when_they_are_known() {
+    let workspace = workspace();
+    // Less than is read at a time.
+    workspace.write("g.jsonl", grasps_of_meshes(1000));
+    for output in ["", " -o o.jsonl"] {
+        let line = format!("grasp hand.toml --input g.jsonl --objects meshes --json --threads 1{output}");
+        let started = Instant::now();
+        let mut child = workspace.command(&line).spawn().unwrap();
+        let mut rows = BufReader::new(child.stdout.take().unwrap());
+        let part = || std::fs::read_to_string(workspace.path("o.jsonl.part")).unwrap_or_default();
+        if output.is_empty() {
+            rows.read_line(&mut String::new()).unwrap();
+        } else {
+            while !part().contains('\n') {
+                assert!(child.try_wait().unwrap().is_none(), "it ended before it was looked at");
+            }
+        }
+        let first = started.elapsed();
+        std::io::copy(&mut rows, &mut std::io::sink()).unwrap();
+        assert_eq!(child.wait().unwrap().code(), Some(0));
+        let all = started.elapsed();
+        assert!(2 * first < all, "the first after {first:?}, all after {all:?}");
+    }
 }

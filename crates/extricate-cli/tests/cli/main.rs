@@ -14,6 +14,7 @@ mod motions;
 mod no_model;
 mod pipeline;
 mod process;
+mod readers;
 mod repeatable;
 mod streams;
 mod view;

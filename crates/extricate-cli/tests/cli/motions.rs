@@ -1,6 +1,10 @@
 //! Paths: escapes, plans, roadmap files, repairs.
 
-use crate::process::{COLLIDING, Workspace};
+use std::io::{BufRead, BufReader};
+use std::sync::mpsc;
+use std::time::Duration;
+
+use crate::process::{COLLIDING, Workspace, exists, kill};
 
 #[test]
 fn an_escape_leads_out() {
@@ -49,4 +53,83 @@ fn a_repaired_path_is_read_again() {
     assert_eq!(again["stretches"], 0);
     workspace.write("bad.jsonl", "[2.5, 0.0]\n[9]\n");
     workspace.run("repair scene.toml --path bad.jsonl").expect_failure(&["line 2"]);
+}
+
+/// A ball on a line, in a plate between two others: whichever way it goes, it meets another one.
+const SHUT_IN: &str = r#"<robot name="slide"><link name="base"/>
+<link name="ball"><collision><geometry><sphere radius="0.1"/></geometry></collision></link>
+<joint name="x" type="prismatic"><parent link="base"/><child link="ball"/><axis xyz="1 0 0"/>
+<limit lower="-3" upper="3" effort="1" velocity="1"/></joint></robot>"#;
+const PLATES: &str = r#"
+[[robot]]
+urdf = "slide.urdf"
+[[obstacle]]
+name = "in"
+shape = { box = [0.6, 1, 1] }
+[[obstacle]]
+name = "left"
+shape = { box = [0.4, 1, 1] }
+pose = { xyz = [-0.4, 0, 0] }
+[[obstacle]]
+name = "right"
+shape = { box = [0.4, 1, 1] }
+pose = { xyz = [0.4, 0, 0] }
+"#;
+
+fn shut_in() -> Workspace {
+    let workspace = Workspace::new();
+    workspace.write("slide.urdf", SHUT_IN);
+    workspace.write("shut.toml", PLATES);
+    workspace.write("q.jsonl", "[2]\n[0]\n");
+    workspace
+}
+
+#[test]
+fn paths_that_were_found_are_there_while_the_next_is_looked_for() {
+    let workspace = shut_in();
+    let endless = "--tree-checks 1000000000000";
+    for json in ["--json", ""] {
+        let line = format!("escape shut.toml --input q.jsonl {endless} {json}");
+        let mut child = workspace.command(&line).spawn().unwrap();
+        let rows = BufReader::new(child.stdout.take().unwrap()).lines();
+        let (send, found) = mpsc::channel();
+        std::thread::spawn(move || rows.map_while(Result::ok).try_for_each(|row| send.send(row)));
+        let next = || found.recv_timeout(Duration::from_secs(60)).expect("a line before the last one is known");
+        let first = if json.is_empty() { [next(), next()].concat() } else { next() };
+        assert!(first.contains("free"), "{first}");
+        assert!(child.try_wait().unwrap().is_none(), "it ended");
+        kill(child);
+    }
+}
+
+#[test]
+fn queries_without_a_path_are_counted() {
+    let workspace = shut_in();
+    let told = workspace.run("escape shut.toml --input q.jsonl --tree-checks 500").expect_code(1);
+    assert!(told.stdout.ends_with("\n1 of 2 queries have a path (50 %)\n"), "{}", told.stdout);
+    assert!(told.stderr.contains("1 of 2 queries have no path"), "{}", told.stderr);
+    workspace.write("q.jsonl", "[2]\n[0]\n[1, 2]\n");
+    let told = workspace.run("escape shut.toml --input q.jsonl --tree-checks 500").expect_code(1).stderr;
+    let last = told.lines().last().unwrap();
+    assert!(last.contains("1 of 3 configurations could not be used") && last.contains("1 of 2 queries"), "{told}");
+    let whole = workspace.run("escape shut.toml --q 2").expect_code(0).stdout;
+    assert!(whole.ends_with("1 of 1 queries have a path (100 %)\n"), "{whole}");
+}
+
+/// What one of two runs adds to a roadmap would be lost with what the other writes.
+#[cfg(unix)]
+#[test]
+fn a_roadmap_has_one_run() {
+    let workspace = shut_in();
+    let line = "plan shut.toml --from 2 --to -2 --roadmap kept";
+    // No path leads through the plates.
+    let mut first = workspace.command(&format!("{line} --max-checks 1000000000000")).spawn().unwrap();
+    while !exists(&workspace.path(".extricate-kept.lock")) {
+        assert!(first.try_wait().unwrap().is_none(), "it ended before another one could begin");
+    }
+    workspace.run(line).expect_failure(&["cannot write kept: another run writes it"]);
+    kill(first);
+    workspace.run(&format!("{line} --max-checks 1000")).expect_failure(&["no path was found"]);
+    assert!(exists(&workspace.path("kept")) && !exists(&workspace.path(".extricate-kept.lock")));
+    workspace.run("plan shut.toml --from 2 --to -2 --roadmap shut.toml").expect_failure(&["the same command reads it"]);
 }

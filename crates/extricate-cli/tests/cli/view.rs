@@ -3,6 +3,7 @@
 
 use std::io::{BufRead, BufReader, Read, Write};
 use std::net::TcpStream;
+use std::time::{Duration, Instant};
 
 use serde_json::{Value, json};
 
@@ -200,11 +201,23 @@ fn a_served_page_is_given_to_this_computer_alone() {
         stream.read_to_string(&mut reply).unwrap();
         reply
     };
+    // Browsers that ask for nothing yet, or for a part, are not in the way of others.
+    let mut slow: Vec<TcpStream> = (0..8).map(|_| TcpStream::connect(&address).unwrap()).collect();
+    slow.iter_mut().skip(1).for_each(|stream| write!(stream, "GET / HT").unwrap());
+    let asked = Instant::now();
     let (own, other) = (ask(&address), ask("elsewhere.example"));
+    let took = asked.elapsed();
+    let twice = ask(&format!("{address}\r\nHost: {address}"));
+    drop(slow);
     serving.kill().unwrap();
     serving.wait().unwrap();
     assert!(own.starts_with("HTTP/1.1 200 OK") && own.ends_with("</html>\n"), "{}", &own[..200.min(own.len())]);
     assert!(other.starts_with("HTTP/1.1 403"), "{other}");
+    assert!(twice.starts_with("HTTP/1.1 400"), "{twice}");
+    assert!(took < Duration::from_secs(4), "{took:?}");
+    for field in ["Content-Security-Policy: frame-ancestors 'none'", "X-Frame-Options: DENY"] {
+        assert!(own[..600].contains(field), "{}", &own[..600]);
+    }
     assert!(!exists(&workspace.path("extricate-view.html")), "a served page is no file");
 }
 

@@ -57,8 +57,8 @@ class Answer:
     witness: a free configuration at distance `depth`, (nq,).
     verified: whether the exact checker called the witness free during this query; otherwise it did when the model was
         learned.
-    clearance: that the witness keeps, of pairs without one of their own [m]: that which the query aims at, or the scene's
-        where nothing was found that keeps it.
+    clearance: that the witness keeps, of pairs without one of their own [m]: that which the query aims at, or less of it,
+        at least the scene's, where that would be far. Of a continuous stream, at most what it aims at.
     coverage: how usual the query's distance to the stored sample that it begins with (the nearest, or the nearest exit) is
         among held-out colliding configurations, in (0, 1]: below 0.01 the query lies far from what was learned. None where
         the query is free or nothing was held out.

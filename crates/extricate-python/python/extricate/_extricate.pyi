@@ -75,6 +75,7 @@ class Scene:
         metric: str = "joint",
         weights: Optional[_Weights] = None,
         disable: Sequence[Sequence[str]] = ...,
+        enable: Sequence[Sequence[str]] = ...,
         padding: Optional[Mapping[str, float]] = None,
         pair_clearance: Sequence[Tuple[str, str, float]] = ...,
     ) -> Scene: ...

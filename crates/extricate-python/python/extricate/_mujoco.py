@@ -12,9 +12,11 @@ from xml.sax.saxutils import quoteattr
 import numpy as np
 import numpy.typing as npt
 
+from ._meshes import ellipsoid, write_obj
 from ._parts import Box, Capsule, Cylinder, HalfSpace, Mesh, MujocoRobot, Obstacle, Sphere
 
 Array = npt.NDArray[Any]
+_Pairs = List[Tuple[str, str]]
 _KINDS = ("floating", "spherical", "prismatic", "revolute")
 """What a joint is in a URDF, by MuJoCo's number of its type."""
 
@@ -67,21 +69,19 @@ def _origin(position: Any, quaternion: Any) -> str:
     return f'<origin xyz="{_text(position)}" quat_xyzw="{_text([x, y, z, w])}"/>'
 
 
-def _ellipsoid(semiaxes: Any) -> Tuple[Array, Array]:
-    """A mesh around it, by at most half a percent: 32 meridians and 16 parallels, moved outward until all faces touch."""
-    turns, heights = np.meshgrid(np.arange(32) * np.pi / 16, np.arange(1, 16) * np.pi / 16)
-    ring = np.stack([np.cos(turns) * np.sin(heights), np.sin(turns) * np.sin(heights), np.cos(heights)], -1)
-    points = np.concatenate([ring.reshape(-1, 3), [[0, 0, 1], [0, 0, -1]]])
-    faces = []
-    for k in range(32):
-        after = (k + 1) % 32
-        faces += [(480, k, after), (481, 448 + after, 448 + k)]
-        for row in range(0, 448, 32):
-            faces += [(row + k, row + 32 + k, row + 32 + after), (row + k, row + 32 + after, row + after)]
-    corners = points[np.array(faces)]
-    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    inside = np.abs((normals * corners[:, 0]).sum(1)) / np.linalg.norm(normals, axis=1)
-    return points / inside.min() * np.asarray(semiaxes), np.array(faces)
+class _Names:
+    """Names that are taken, and others beside them."""
+
+    def __init__(self, *taken: str) -> None:
+        self.taken = set(taken)
+
+    def free(self, wanted: str) -> str:
+        """The name that is wanted, or one like it that is not taken yet; now it is."""
+        name, number = wanted, 2
+        while name in self.taken:
+            name, number = f"{wanted}__{number}", number + 1
+        self.taken.add(name)
+        return name
 
 
 class _Converter:
@@ -90,7 +90,6 @@ class _Converter:
         self.folder = tempfile.TemporaryDirectory(prefix="extricate-mujoco-")
         self.meshes: Dict[Any, Path] = {}
         self.left_out: List[str] = []
-        self.bodies = [self.name("BODY", body, "body") for body in range(model.nbody)]
         explicit = set(model.pair_geom1.tolist()) | set(model.pair_geom2.tolist())
         self.geoms = [
             [g for g in np.flatnonzero(model.geom_bodyid == body) if self.collides(int(g)) or int(g) in explicit]
@@ -101,49 +100,98 @@ class _Converter:
         for body in range(1, model.nbody):
             self.moves[body] = self.moves[model.body_parentid[body]] or model.body_jntnum[body] > 0
 
+        self.give_names()
+
+    def given(self, kind: str, number: int) -> str:
+        """The name that the model gives; empty where it gives none."""
+        return self.mujoco.mj_id2name(self.model, getattr(self.mujoco.mjtObj, f"mjOBJ_{kind}"), number) or ""
+
     def name(self, kind: str, number: int, otherwise: str) -> str:
-        named = self.mujoco.mj_id2name(self.model, getattr(self.mujoco.mjtObj, f"mjOBJ_{kind}"), number)
-        return named or f"{otherwise}{number}"
+        return self.given(kind, number) or f"{otherwise}{number}"
+
+    def give_names(self) -> None:
+        """Names of links, obstacles and joints. In MJCF, bodies, geoms and joints have names of their own kind, here links and
+        obstacles share one: what the model names goes before what has to be given one."""
+        model = self.model
+        bodies = [self.given("BODY", body) for body in range(model.nbody)]
+        self.names = _Names("world", *(name for name, moves in zip(bodies, self.moves) if moves and name))
+        # A body may stand and have the name of nothing here: its geoms are obstacles of their own.
+        standing = [int(geom) for body in np.flatnonzero(~self.moves) for geom in self.geoms[body]]
+        self.obstacles: Dict[int, str] = {}
+        for geom in standing:
+            wanted = self.given("GEOM", geom)
+            if wanted:
+                taken = wanted in self.names.taken
+                self.obstacles[geom] = self.names.free(f"{wanted}__geom" if taken else wanted)
+                if taken:
+                    self.left_out.append(f"the geom {wanted} is called {self.obstacles[geom]} here, as a body has its name")
+        self.bodies: List[str] = []
+        for body, (name, moves) in enumerate(zip(bodies, self.moves)):
+            self.bodies.append(name or (self.names.free(f"body{body}") if moves else f"body{body}"))
+        for geom in standing:
+            if geom not in self.obstacles:
+                self.obstacles[geom] = self.names.free(f"{self.bodies[model.geom_bodyid[geom]]}_geom{geom}")
+        joints = [self.given("JOINT", joint) for joint in range(model.njnt)]
+        self.joint_names = _Names(*filter(None, joints))
+        self.joints = [name or self.joint_names.free(f"joint{joint}") for joint, name in enumerate(joints)]
+        self.links = {int(body): list(self.groups(int(body))) for body in np.flatnonzero(self.moves)}
 
     def collides(self, geom: int) -> bool:
         return bool(self.model.geom_contype[geom] or self.model.geom_conaffinity[geom])
 
     def robot(self, options: Dict[str, Any]) -> MujocoRobot:
         model = self.model
-        groups = {name: geoms for body in range(model.nbody) for name, geoms in self.groups(body)}
         data = self.mujoco.MjData(model)
         data.qpos[:] = model.qpos0
         self.mujoco.mj_kinematics(model, data)
+        everything = {name: geoms for links in self.links.values() for name, geoms in links if geoms}
         obstacles: List[Obstacle] = []
-        standing: Dict[str, Tuple[str, List[int]]] = {}
-        for body in np.flatnonzero(~self.moves):
-            for geom in self.geoms[body]:
-                name = self.name("GEOM", int(geom), f"{self.bodies[body]}_geom")
-                found = self.obstacle(int(geom), name, data)
-                if found is not None:
-                    obstacles.append(found)
-                    standing[name] = (self.bodies[body], [int(geom)])
+        for geom, name in self.obstacles.items():
+            found = self.obstacle(geom, name, data)
+            if found is not None:
+                obstacles.append(found)
+                everything[name] = [geom]
         text = self.urdf()
-        everything = {name: geoms for name, geoms in groups.items() if self.moves[model.geom_bodyid[geoms[0]]]}
-        everything.update({name: geoms for name, (_, geoms) in standing.items()})
         index, qpos0 = self.coordinates(options.get("locked", {}))
-        equalities = [self.name("EQUALITY", k, "equality") for k in range(model.neq)]
-        if equalities:
-            self.left_out.append(f"equality constraints ({', '.join(equalities[:6])}) do not hold here")
+        disable, enable = self.pairs(everything, options.get("locked", {}))
+        self.tell_of_the_rest()
         for told in self.left_out:
             warnings.warn(f"from_mujoco: {told}", stacklevel=4)
         options.setdefault("geometry", "convex-hull")
-        robot = MujocoRobot(
+        return MujocoRobot(
             text,
             **options,
-            disable=self.disabled(everything),
+            disable=disable,
+            enable=enable,
             obstacles=obstacles,
             qpos_index=index,
             qpos0=qpos0,
+            files=self.folder,
         )
-        # Its meshes lie there.
-        object.__setattr__(robot, "_folder", self.folder)
-        return robot
+
+    def tell_of_the_rest(self) -> None:
+        """What holds in the model and not here."""
+        model = self.model
+        equalities = [self.name("EQUALITY", k, "equality") for k in range(model.neq)]
+        if equalities:
+            self.left_out.append(f"equality constraints ({', '.join(equalities[:6])}) do not hold here")
+        if model.opt.disableflags & self.mujoco.mjtDisableBit.mjDSBL_CONTACT:
+            self.left_out.append('contacts are off in the model (<flag contact="disable"/>): here its pairs are checked all the same')
+        for body in np.flatnonzero(model.body_mocapid >= 0):
+            own = [name for geom, name in self.obstacles.items() if model.geom_bodyid[geom] == body]
+            moved = ", ".join(f'"{name}": pose' for name in own[:6])
+            told = f"the mocap body {self.bodies[body]} stands where the model has it"
+            if own:
+                told += f": where data.mocap_pos and mocap_quat have it elsewhere, go on with scene.moved({{{moved}}})"
+            if any(self.moves[below] for below in np.flatnonzero(model.body_parentid == body)):
+                told += "; what hangs on it by joints does not go with it"
+            self.left_out.append(told)
+        rigid = self.rigid({})
+        for first, second in zip(model.pair_geom1, model.pair_geom2):
+            if rigid[model.geom_bodyid[first]] == rigid[model.geom_bodyid[second]]:
+                names = " and ".join(self.name("GEOM", int(geom), "geom") for geom in (first, second))
+                why = "no joint moves one against the other, so that their distance never changes"
+                self.left_out.append(f"the pair of {names} is not checked: {why}")
 
     def groups(self, body: int) -> Iterator[Tuple[str, List[int]]]:
         """The geoms of a body by what they collide with: links, the first with the name of the body."""
@@ -154,14 +202,14 @@ class _Converter:
             mask = (int(self.model.geom_contype[geom]), int(self.model.geom_conaffinity[geom]), own)
             found.setdefault(mask, []).append(int(geom))
         for number, geoms in enumerate(found.values()):
-            yield self.bodies[body] + (f"__{number + 1}" if number else ""), geoms
+            yield self.names.free(f"{self.bodies[body]}__{number + 1}") if number else self.bodies[body], geoms
 
     def coordinates(self, locked: Mapping[str, float]) -> Tuple[npt.NDArray[np.int64], npt.NDArray[np.float64]]:
         index: List[int] = []
         qpos0 = np.array(self.model.qpos0, dtype=np.float64)
         for joint in range(self.model.njnt):
             at, kind = int(self.model.jnt_qposadr[joint]), int(self.model.jnt_type[joint])
-            name = self.name("JOINT", joint, "joint")
+            name = self.joints[joint]
             if name in locked:
                 qpos0[at] = locked[name]
             else:
@@ -197,7 +245,7 @@ class _Converter:
             triangles = self.model.mesh_face[faces : faces + self.model.mesh_facenum[key]]
         elif kind == kinds.mjGEOM_ELLIPSOID:
             key = tuple(self.model.geom_size[geom])
-            vertices, triangles = _ellipsoid(key)
+            vertices, triangles = ellipsoid(key)
             self.left_out.append(f"the ellipsoid {name} is taken for a polyhedron around it, half a percent larger")
         else:
             kind_name = kind.name.replace("mjGEOM_", "").lower()
@@ -205,8 +253,7 @@ class _Converter:
             return None
         if key not in self.meshes:
             path = Path(self.folder.name) / f"{len(self.meshes)}.obj"
-            lines = ["v " + _text(v) for v in vertices] + ["f %d %d %d" % tuple(t + 1) for t in triangles]
-            path.write_text("\n".join(lines) + "\n")
+            write_obj(path, vertices, triangles)
             self.meshes[key] = path
         return self.meshes[key]
 
@@ -229,7 +276,11 @@ class _Converter:
         return Mesh(source, pose, name, convex=True) if source else None
 
     def urdf(self) -> str:
-        out = ['<robot name="mujoco"><link name="world"/>']
+        # `mujoco/name` must not be a name that the model has.
+        robot = "mujoco"
+        while any(name.startswith(f"{robot}/") for name in self.names.taken | self.joint_names.taken):
+            robot += "_"
+        out = [f'<robot name="{robot}"><link name="world"/>']
         for body in np.flatnonzero(self.moves):
             out.append(self.body(int(body)))
         return "".join(out) + "</robot>"
@@ -249,7 +300,7 @@ class _Converter:
             quaternion = _product(data.xquat[parent], quaternion)
         anchor = np.zeros(3)
         for joint in range(model.body_jntadr[body], model.body_jntadr[body] + model.body_jntnum[body]):
-            name, kind = self.name("JOINT", joint, "joint"), _KINDS[model.jnt_type[joint]]
+            name, kind = self.joints[joint], _KINDS[model.jnt_type[joint]]
             axis, limits = model.jnt_axis[joint], ""
             reference = float(model.qpos0[model.jnt_qposadr[joint]])
             limited = bool(model.jnt_limited[joint])
@@ -270,14 +321,15 @@ class _Converter:
                 limits = f'<limit lower="{lower:.17g}" upper="{upper:.17g}"/>'
             elif limited:
                 self.left_out.append(f"the limit of the ball joint {name} is left out")
-            child = quoteattr(f"{self.bodies[body]}__{name}")
+            carried = self.names.free(f"{self.bodies[body]}__{name}")
+            child = quoteattr(carried)
             out += (
                 f"<link name={child}/><joint name={quoteattr(name)} type=\"{kind}\"><parent link={quoteattr(above)}/>"
                 f"<child link={child}/>{_origin(position, quaternion)}<axis xyz=\"{_text(axis)}\"/>{limits}</joint>"
             )
-            above = f"{self.bodies[body]}__{name}"
+            above = carried
             position, quaternion, anchor = np.zeros(3), np.array([1.0, 0, 0, 0]), new_anchor
-        links = list(self.groups(body)) or [(self.bodies[body], [])]
+        links = self.links[body] or [(self.bodies[body], [])]
         if model.body_jntnum[body]:
             position = -anchor
         for name, geoms in links:
@@ -287,41 +339,58 @@ class _Converter:
                 if shape:
                     origin = _origin(model.geom_pos[geom], model.geom_quat[geom])
                     parts += f"<collision>{origin}<geometry>{shape}</geometry></collision>"
+            fixed = quoteattr(self.joint_names.free(f"{name}__fixed"))
             out += (
-                f"<link name={quoteattr(name)}>{parts}</link><joint name={quoteattr(name + '__fixed')} type=\"fixed\">"
+                f"<link name={quoteattr(name)}>{parts}</link><joint name={fixed} type=\"fixed\">"
                 f"<parent link={quoteattr(above)}/><child link={quoteattr(name)}/>{_origin(position, quaternion)}</joint>"
             )
         return out
 
-    def disabled(self, everything: Mapping[str, List[int]]) -> List[Tuple[str, str]]:
+    def pairs(self, everything: Mapping[str, List[int]], locked: Mapping[str, float]) -> Tuple[_Pairs, _Pairs]:
+        """What MuJoCo does not check, and what it does although one joint joins the two, which a scene would not check."""
         model = self.model
         excluded = {(int(s) >> 16, int(s) & 0xFFFF) for s in model.exclude_signature}
         explicit = {frozenset(pair) for pair in zip(model.pair_geom1.tolist(), model.pair_geom2.tolist())}
-        names, out = list(everything), []
         body_of = {name: int(model.geom_bodyid[geoms[0]]) for name, geoms in everything.items()}
+        names, disable, enable = list(everything), [], []
+        rigid = self.rigid(locked)
         for k, a in enumerate(names):
             for b in names[k + 1 :]:
                 first, second = body_of[a], body_of[b]
                 if not (self.moves[first] or self.moves[second]):
-                    continue
-                if any(frozenset((x, y)) in explicit for x in everything[a] for y in everything[b]):
                     continue
                 x, y = everything[a][0], everything[b][0]
                 meet = (model.geom_contype[x] & model.geom_conaffinity[y]) or (
                     model.geom_contype[y] & model.geom_conaffinity[x]
                 )
                 is_excluded = (first, second) in excluded or (second, first) in excluded
-                if not meet or is_excluded or self.are_neighbours(first, second):
-                    out.append((a, b))
+                is_checked = meet and not is_excluded and not self.are_neighbours(first, second)
+                if not is_checked and not any(frozenset((x, y)) in explicit for x in everything[a] for y in everything[b]):
+                    disable.append((a, b))
+                elif self.moves[first] and self.moves[second] and self.are_joined(rigid, first, second):
+                    enable.append((a, b))
+        return disable, enable
+
+    def rigid(self, locked: Mapping[str, float]) -> List[int]:
+        """By body, the one that it is fixed to here, where some joints are locked; itself where a joint moves it."""
+        model, out = self.model, [0]
+        for body in range(1, model.nbody):
+            own = range(model.body_jntadr[body], model.body_jntadr[body] + model.body_jntnum[body])
+            moves = any(self.joints[joint] not in locked for joint in own)
+            out.append(body if moves else out[model.body_parentid[body]])
         return out
 
+    def are_joined(self, rigid: Any, first: int, second: int) -> bool:
+        """Whether a joint leads from one to the other, where `rigid` says by body which one it is fixed to."""
+        a, b, parent = int(rigid[first]), int(rigid[second]), self.model.body_parentid
+        return a != b and bool(rigid[parent[a]] == b or rigid[parent[b]] == a)
+
     def are_neighbours(self, first: int, second: int) -> bool:
-        """Whether they are one rigid body, or a joint leads from one to the other; the world has no neighbours."""
+        """Whether MuJoCo has them for one rigid body, or for parent and child; the world has no neighbours."""
         weld = self.model.body_weldid
         ids: Set[int] = {int(weld[first]), int(weld[second])}
         if len(ids) == 1:
             return True
         if 0 in ids or self.model.opt.disableflags & self.mujoco.mjtDisableBit.mjDSBL_FILTERPARENT:
             return False
-        parent = self.model.body_parentid
-        return bool(weld[parent[weld[first]]] == weld[second] or weld[parent[weld[second]]] == weld[first])
+        return self.are_joined(weld, first, second)

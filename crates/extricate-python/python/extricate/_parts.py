@@ -72,35 +72,42 @@ class Robot:
     links: Mapping[str, str] = field(default_factory=dict)
 
     @classmethod
-    def from_xacro(cls, path: Path, *, options: Optional[Mapping[str, Any]] = None, **args: Any) -> "Robot":
+    def from_xacro(
+        cls, path: Path, *, packages: Sequence[Path] = (), options: Optional[Mapping[str, Any]] = None, **args: Any
+    ) -> "Robot":
         """The robot of a xacro file, expanded in memory by the package xacrodoc (`pip install 'extricate[xacro]'`).
 
-        path: of the xacro file. `$(find NAME)` looks in the folders that `options["packages"]` names, and in ROS where it is
-            installed.
-        options: further arguments of `Robot`, such as {"packages": [..], "srdf": ..}.
+        path: of the xacro file.
+        packages: folders in which `package://NAME/...` and `$(find NAME)` are looked up, besides those that the file lies in,
+            and ROS where it is installed.
+        options: further arguments of `Robot`, such as {"srdf": ..}.
         args: of the xacro file, as on its command line: `prefix="left_"`.
+
+        A xacro file is a program, and xacrodoc runs it: take none from strangers, see SECURITY.md.
 
         Raises ImportError where the package is missing, ValueError where the file does not expand.
         """
         from ._xacro import expanded
 
         options = dict(options or {})
-        text, packages = expanded(path, args, options.pop("packages", ()))
-        return cls(text, packages=packages, **options)
+        text, folders = expanded(path, args, [*packages, *options.pop("packages", ())])
+        return cls(text, packages=folders, **options)
 
     @classmethod
-    def from_sdf(cls, path: Path, **options: Any) -> "Robot":
+    def from_sdf(cls, path: Path, **options: Any) -> "SdfRobot":
         """The model of an SDF file, as far as a URDF can say it: links, collision shapes, and joints that are fixed, revolute,
         continuous, prismatic or ball ones. What it leaves out is told by warnings.
 
-        path: of the file; its one model is taken. `model://` is looked up in `packages`.
-        options: further arguments of `Robot`.
+        path: of the file. Of several models, one has joints that move; the others are obstacles. `model://` is looked up in
+            `packages` and in the folders that the file lies in.
+        options: further arguments of `Robot`. `pose` is that of the SDF's world, in which its models have poses of their own.
 
-        Raises ValueError where the file has what cannot be told in a URDF: joints of other kinds, models in models, loops.
+        Raises ValueError where the file has what cannot be told in a URDF: joints of other kinds, models in models, loops, parts
+        of meshes; and where a joint has no finite limits and `limits` gives none.
         """
         from ._sdf import converted
 
-        return cls(converted(path), **options)
+        return converted(path, options)
 
     @classmethod
     def from_mujoco(cls, model: Any, **options: Any) -> "MujocoRobot":
@@ -110,8 +117,9 @@ class Robot:
         model: an `mujoco.MjModel`, or the path of an MJCF file.
         options: further arguments of `Robot`, such as "pose" or "locked".
 
-        Meshes are the convex hulls that MuJoCo takes them for. See `MujocoRobot` for configurations and pairs. What is left
-        out (equality constraints, ellipsoids, height fields) is told by warnings.
+        Meshes are the convex hulls that MuJoCo takes them for. See `MujocoRobot` for configurations and pairs. A geom of the
+        world that has the name of a body gets another one. What is left out or differs (equality constraints, ellipsoids,
+        height fields, mocap bodies, contacts that are off) is told by warnings.
         """
         from ._mujoco import converted
 
@@ -124,14 +132,18 @@ class MujocoRobot(Robot):
 
     obstacles: shapes of bodies that do not move.
     disable: pairs that MuJoCo does not check, by contype and conaffinity, exclusions, and as parent and child.
+    enable: pairs of parent and child that MuJoCo does check, by <pair> or <flag filterparent="disable"/>.
     qpos_index: (nq,) for every coordinate here its place in MuJoCo's `qpos`.
     qpos0: (model.nq,) where MuJoCo starts; what has no coordinate here stays there.
+    files: the folder of the meshes that were made for it, which goes with the last robot that has it.
     """
 
     disable: Sequence[Tuple[str, str]] = ()
+    enable: Sequence[Tuple[str, str]] = ()
     obstacles: Sequence[Any] = ()
     qpos_index: npt.NDArray[np.int64] = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
     qpos0: npt.NDArray[np.float64] = field(default_factory=lambda: np.zeros(0))
+    files: Any = field(default=None, repr=False)
 
     def q(self, qpos: npt.ArrayLike) -> npt.NDArray[np.float64]:
         """Configurations (.., nq) of MuJoCo's (.., model.nq): the same numbers in the order here, quaternions with w last."""
@@ -166,9 +178,22 @@ class MujocoRobot(Robot):
         return states.reshape(given.shape), np.asarray(answers["depth"]).reshape(given.shape[:-1])
 
 
-# The fields of both, as `help` shows them.
+@dataclass(frozen=True, eq=False)
+class SdfRobot(Robot):
+    """A robot from SDF: a `Scene` of it has its obstacles.
+
+    obstacles: the other models of its world, in which no joint moves.
+    files: the folder of what was made for it, which goes with the last robot that has it.
+    """
+
+    obstacles: Sequence[Any] = ()
+    files: Any = field(default=None, repr=False)
+
+
+# The fields of all, as `help` shows them.
 _FIELDS = inspect.cleandoc(Robot.__doc__ or "").partition("\n\n")[2]
-MujocoRobot.__doc__ = f"{inspect.cleandoc(MujocoRobot.__doc__ or '')}\n{_FIELDS}"
+for _class in (MujocoRobot, SdfRobot):
+    _class.__doc__ = f"{inspect.cleandoc(_class.__doc__ or '')}\n{_FIELDS}"
 
 
 @dataclass(frozen=True, eq=False)
@@ -281,7 +306,7 @@ class Points:
 
     What a check costs is that of the points near the robot, not of all.
 
-    xyz: (n, 3) [m]; n may be 0.
+    xyz: (n, 3) [m]; n may be 0. Rows with NaN, where a camera saw nothing, are left out; a warning counts them.
     radius: of every ball [m]; with 0, distances are those to the points.
     pose: of the frame that the points are given in: position (3,) [m], position and roll, pitch, yaw (6,) [m, rad], or a
         transform (4, 4).

@@ -1,4 +1,4 @@
-"""The simple part of SDF as URDF text: one model of links, collision shapes and joints that a URDF has.
+"""The simple part of SDF as URDF text: a model of links, collision shapes and joints that a URDF has, and what stands around it.
 
 Own code, because no package on PyPI that reads SDF is kept: what there is was last released in 2022, and the parser of Gazebo has
 no wheels.
@@ -7,13 +7,19 @@ no wheels.
 from __future__ import annotations
 
 import os
+import tempfile
 import warnings
 import xml.etree.ElementTree as ET
-from typing import Any, Dict, Optional, Tuple
+from pathlib import Path
+from typing import Any, Dict, List, Mapping, Optional, Sequence, Set, Tuple
 from xml.sax.saxutils import quoteattr
 
 import numpy as np
 import numpy.typing as npt
+
+from ._meshes import ellipsoid, write_obj
+from ._parts import Fixture, SdfRobot
+from ._xacro import packages_around
 
 Array = npt.NDArray[Any]
 _KINDS = {
@@ -26,18 +32,47 @@ _KINDS = {
 _SIZES = {"box": ["size"], "sphere": ["radius"], "cylinder": ["radius", "length"], "capsule": ["radius", "length"]}
 
 
-def converted(path: Any) -> str:
-    """The URDF text of the one model in a file."""
+def converted(path: Any, options: Mapping[str, Any]) -> SdfRobot:
+    """The robot of the one model in a file that moves, and the other models as its obstacles."""
     name = os.fspath(path)
     try:
         root = ET.parse(name).getroot()
     except ET.ParseError as error:
         raise ValueError(f"{name}: got text that is not XML ({error}), expected SDF") from error
-    models = root.findall("model") + root.findall("world/model")
-    if root.tag != "sdf" or len(models) != 1:
-        found = f"<{root.tag}> with {len(models)} models"
-        raise ValueError(f"{name}: got {found}, expected <sdf> with one <model>")
-    return _Model(name, models[0]).urdf()
+    found = root.findall("model") + root.findall("world/model")
+    if root.tag != "sdf" or not found:
+        raise ValueError(f"{name}: got <{root.tag}> with {len(found)} models, expected <sdf> with one <model>")
+    made = _Made()
+    made.left_out += [f"{name}: an <include> is left out: expand it first" for _ in root.findall("include") + root.findall("world/include")]
+    models = [_Model(name, model, made) for model in found]
+    moving = [model for model in models if model.moves] if len(models) > 1 else models
+    if len(moving) != 1:
+        names = ", ".join(repr(model.name) for model in moving) or "none"
+        raise ValueError(f"{name}: got {len(models)} models, of which {names} have joints that move, expected one that has")
+    robot = moving[0]
+    text = robot.urdf()
+    robot.check_limits({*options.get("limits", ()), *options.get("locked", ())})
+    options = {**options, "packages": [*options.get("packages", ()), *packages_around(path)]}
+    taken = {link.get("name", "") for link in robot.model.findall("link")}
+    obstacles = [
+        fixture for model in models if model is not robot for fixture in model.fixture(taken, options["packages"])
+    ]
+    for told in made.left_out:
+        warnings.warn(f"from_sdf: {told}", stacklevel=3)
+    return SdfRobot(text, **options, obstacles=obstacles, files=made.folder)
+
+
+class _Made:
+    """What is made on the way: files, and what is to be told."""
+
+    def __init__(self) -> None:
+        self.folder = tempfile.TemporaryDirectory(prefix="extricate-sdf-")
+        self.count = 0
+        self.left_out: List[str] = []
+
+    def path(self, extension: str) -> Path:
+        self.count += 1
+        return Path(self.folder.name) / f"{self.count}.{extension}"
 
 
 def _transform(xyz: Any, rpy: Any) -> Array:
@@ -47,6 +82,19 @@ def _transform(xyz: Any, rpy: Any) -> Array:
         [cy * cz, sx * sy * cz - cx * sz, cx * sy * cz + sx * sz],
         [cy * sz, sx * sy * sz + cx * cz, cx * sy * sz - sx * cz],
         [-sy, sx * cy, cx * cy],
+    ]
+    out[:3, 3] = xyz
+    return out
+
+
+def _turned(xyz: Any, quaternion: Any) -> Array:
+    """Of a unit quaternion x, y, z, w."""
+    x, y, z, w = quaternion
+    out = np.eye(4)
+    out[:3, :3] = [
+        [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+        [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+        [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
     ]
     out[:3, 3] = xyz
     return out
@@ -76,8 +124,8 @@ def _origin(pose: Array) -> str:
 
 
 class _Model:
-    def __init__(self, file: str, model: ET.Element) -> None:
-        self.file, self.model = file, model
+    def __init__(self, file: str, model: ET.Element, made: _Made) -> None:
+        self.file, self.model, self.made, self.name = file, model, made, model.get("name", "sdf")
         for tag in ("include", "model"):
             if model.find(tag) is not None:
                 raise ValueError(f"{file}: got <{tag}> in a model, expected links and joints only: expand it first")
@@ -85,7 +133,19 @@ class _Model:
         for tag in ("link", "joint", "frame"):
             for element in model.findall(tag):
                 self.named[element.get("name", "")] = (tag, element)
-        self.poses: Dict[str, Array] = {"__model__": np.eye(4), "": np.eye(4)}
+        self.stands = model.findtext("static", "").strip() in ("1", "true")
+        self.moves = not self.stands and any(joint.get("type") != "fixed" for joint in model.findall("joint"))
+        self.without_limits: Dict[str, str] = {}
+        # Of frames, in the coordinates of the world.
+        self.poses: Dict[str, Array] = {}
+        self.place(np.eye(4))
+        own, start = self.own_pose(model, model)
+        if start not in ("", "world"):
+            raise self.fail(model, f"pose: got relative_to {start!r}, expected the world's own frame")
+        self.place(own @ np.linalg.inv(self.pose(model.get("placement_frame", ""))))
+
+    def place(self, pose: Array) -> None:
+        self.poses = {"world": np.eye(4), "__model__": pose, "": pose}
 
     def fail(self, element: ET.Element, problem: str) -> ValueError:
         return ValueError(f"{self.file}: {element.tag} \"{element.get('name')}\": {problem}")
@@ -104,13 +164,50 @@ class _Model:
         pose = element.find("pose")
         if pose is None or not (pose.text or "").strip():
             return np.eye(4), "" if pose is None else pose.get("relative_to", "")
-        if pose.get("rotation_format", "euler_rpy") != "euler_rpy" or pose.get("degrees", "false") == "true":
-            raise self.fail(owner, "pose: got another format, expected x y z roll pitch yaw [m, rad]")
+        form, start = pose.get("rotation_format", "euler_rpy"), pose.get("relative_to", pose.get("frame", ""))
+        in_degrees = pose.get("degrees", "false") in ("1", "true")
+        if form not in ("euler_rpy", "quat_xyzw") or (in_degrees and form != "euler_rpy"):
+            raise self.fail(owner, "pose: got another format, expected x y z roll pitch yaw or x y z and quat_xyzw")
+        if form == "quat_xyzw":
+            x = self.numbers(owner, pose.text, 7, "pose")
+            if not np.linalg.norm(x[3:]) > 1e-9:
+                raise self.fail(owner, f"pose: got {pose.text!r}, expected a quaternion that is not 0")
+            return _turned(x[:3], x[3:] / np.linalg.norm(x[3:])), start
         x = self.numbers(owner, pose.text, 6, "pose")
-        return _transform(x[:3], x[3:]), pose.get("relative_to", pose.get("frame", ""))
+        return _transform(x[:3], np.deg2rad(x[3:]) if in_degrees else x[3:]), start
+
+    def number(self, owner: ET.Element, text: str, what: str) -> float:
+        """A number, which may be infinite."""
+        try:
+            found = float(text)
+        except ValueError:
+            found = np.nan
+        if np.isnan(found):
+            raise self.fail(owner, f"{what}: got {text!r}, expected a number")
+        return found
+
+    def link_of(self, name: str, depth: int = 0) -> Optional[str]:
+        """The link that a frame is fixed to; None of what is no frame."""
+        if name in ("", "__model__"):
+            links = self.model.findall("link")
+            return self.model.get("canonical_link") or (links[0].get("name", "") if links else None)
+        if name not in self.named or depth > len(self.named):
+            return None
+        tag, element = self.named[name]
+        if tag == "link":
+            return name
+        return self.link_of(element.findtext("child", "") if tag == "joint" else element.get("attached_to", ""), depth + 1)
+
+    def end(self, joint: ET.Element, tag: str) -> str:
+        """The link at an end of a joint, or the world."""
+        given = joint.findtext(tag, "").strip()
+        found = "world" if given == "world" and tag == "parent" else self.link_of(given) if given else None
+        if found is None or found == "":
+            raise self.fail(joint, f"got {given!r}, expected a link of the model")
+        return found
 
     def pose(self, name: str, depth: int = 0) -> Array:
-        """Of a link, joint or frame, in the coordinates of the model."""
+        """Of a link, joint or frame, in the coordinates of the world."""
         if name not in self.poses:
             if name not in self.named or depth > len(self.named):
                 raise ValueError(f"{self.file}: got the frame {name!r}, expected a link, joint or frame of the model")
@@ -125,21 +222,54 @@ class _Model:
         joints = self.model.findall("joint")
         above: Dict[str, ET.Element] = {}
         for joint in joints:
-            child = joint.findtext("child", "")
+            child = self.end(joint, "child")
             if child in above:
                 raise self.fail(joint, f"got the second joint above {child!r}, expected a tree")
             above[child] = joint
         # A URDF has no frame of a link but that of the joint above it.
         frames = {link.get("name", ""): link.get("name", "") for link in self.model.findall("link")}
         frames.update({child: joint.get("name", "") for child, joint in above.items() if child in frames})
-        out = [f"<robot name={quoteattr(self.model.get('name', 'sdf'))}>"]
-        if any(joint.findtext("parent") == "world" for joint in joints):
+        roots = [name for name in frames if name not in above]
+        fixed: List[str] = []
+        if self.stands or (len(roots) == 1 and not np.array_equal(self.pose(frames[roots[0]]), np.eye(4))):
+            fixed = roots
+        out = [f"<robot name={quoteattr(self.name)}>"]
+        if fixed or any(self.end(joint, "parent") == "world" for joint in joints):
             out.append('<link name="world"/>')
-            frames["world"] = "__model__"
+            frames["world"] = "world"
         for link in self.model.findall("link"):
             out.append(self.link(link, self.pose(frames[link.get("name", "")])))
         out += [self.joint(joint, frames) for joint in joints]
+        for root in fixed:
+            name = f"{root}__fixed"
+            while name in self.named:
+                name += "_"
+            out.append(
+                f'<joint name={quoteattr(name)} type="fixed"><parent link="world"/><child link={quoteattr(root)}/>'
+                f"{_origin(self.pose(frames[root]))}</joint>"
+            )
         return "".join(out) + "</robot>"
+
+    def fixture(self, taken: Set[str], packages: Sequence[Any]) -> List[Fixture]:
+        """The model as one obstacle, if it has a shape."""
+        text = self.urdf()
+        if "<collision>" not in text:
+            return []
+        path, name = self.made.path("urdf"), self.name
+        path.write_text(text, encoding="utf-8")
+        while name in taken:
+            name += "__model"
+        if name != self.name:
+            self.made.left_out.append(f"{self.file}: the model {self.name} is called {name} here, as its name is taken")
+        taken.add(name)
+        return [Fixture(path, name=name, packages=packages)]
+
+    def check_limits(self, given: Set[str]) -> None:
+        """Refuses joints without limits that a scene can sample within, but for those that are given some."""
+        for name, found in self.without_limits.items():
+            if name not in given:
+                told = f'joint "{name}": got limits of {found}, expected finite ones'
+                raise ValueError(f'{self.file}: {told}, or Robot.from_sdf(path, limits={{"{name}": (lower, upper)}})')
 
     def link(self, link: ET.Element, frame: Array) -> str:
         parts = ""
@@ -159,35 +289,54 @@ class _Model:
             if shape.tag == "plane":
                 return f'<plane normal="{shape.findtext("normal", "0 0 1").strip()}"/>'
             if shape.tag == "mesh":
-                uri = shape.findtext("uri", "").strip()
-                if "://" not in uri:
-                    uri = os.path.join(os.path.dirname(os.path.abspath(self.file)), uri)
-                scale = shape.findtext("scale", "1 1 1").strip()
-                return f'<mesh filename={quoteattr(uri)} scale="{scale}"/>'
-            told = f"{self.file}: link \"{link.get('name')}\": a collision shape <{shape.tag}> is left out"
-            warnings.warn(told, stacklevel=6)
+                return self.mesh(link, shape)
+            told = f"{self.file}: link \"{link.get('name')}\": a collision shape <{shape.tag}>"
+            if shape.tag == "ellipsoid":
+                radii = self.numbers(link, shape.findtext("radii"), 3, "radii")
+                if not (radii > 0).all():
+                    raise self.fail(link, f"radii: got {shape.findtext('radii')!r}, expected three numbers above 0")
+                path = self.made.path("obj")
+                write_obj(path, *ellipsoid(radii))
+                self.made.left_out.append(f"{told} is taken for a polyhedron around it, half a percent larger")
+                return f"<mesh filename={quoteattr(str(path))}/>"
+            if shape.tag != "empty":
+                self.made.left_out.append(f"{told} is left out")
         return ""
+
+    def mesh(self, link: ET.Element, shape: ET.Element) -> str:
+        uri, part = shape.findtext("uri", "").strip(), shape.findtext("submesh/name")
+        if shape.find("submesh") is not None:
+            raise self.fail(link, f"got the part {part!r} of the mesh {uri!r}, expected a whole file: write the part to one of its own")
+        if "://" not in uri:
+            uri = os.path.join(os.path.dirname(os.path.abspath(self.file)), uri)
+        scale = shape.findtext("scale", "1 1 1").strip()
+        return f'<mesh filename={quoteattr(uri)} scale="{scale}"/>'
 
     def joint(self, joint: ET.Element, frames: Dict[str, str]) -> str:
         kind = _KINDS.get(joint.get("type", ""))
         if kind is None:
             raise self.fail(joint, f"got type {joint.get('type')!r}, expected {', '.join(_KINDS)}")
-        ends = [joint.findtext(tag, "") for tag in ("parent", "child")]
-        for end in ends:
-            if end not in frames:
-                raise self.fail(joint, f"got {end!r}, expected a link of the model")
+        if self.stands:
+            kind = "fixed"
+        ends = [self.end(joint, tag) for tag in ("parent", "child")]
         own = self.pose(joint.get("name", ""))
         out = "".join(f"<{tag} link={quoteattr(end)}/>" for tag, end in zip(("parent", "child"), ends))
         out += _origin(np.linalg.solve(self.pose(frames[ends[0]]), own))
         axis = joint.find("axis")
         if axis is not None and kind in ("revolute", "continuous", "prismatic"):
             out += self.axis(joint, axis, own)
-            lower = float(axis.findtext("limit/lower", "-1e16"))
-            upper = float(axis.findtext("limit/upper", "1e16"))
+        # Where a file gives none, SDF has them at 1e16.
+        if kind in ("revolute", "prismatic"):
+            lower, upper = (
+                self.number(joint, joint.findtext(f"axis/limit/{tag}", otherwise), f"limit: {tag}")
+                for tag, otherwise in (("lower", "-inf"), ("upper", "inf"))
+            )
             if kind == "revolute" and lower <= -1e9 and upper >= 1e9:
                 kind = "continuous"
-            elif kind != "continuous" and max(abs(lower), abs(upper)) < 1e9:
+            elif max(abs(lower), abs(upper)) < 1e9:
                 out += f'<limit lower="{lower:.17g}" upper="{upper:.17g}"/>'
+            elif joint.find("axis/mimic") is None:
+                self.without_limits[joint.get("name", "")] = f"{lower:g} to {upper:g}"
         return f"<joint name={quoteattr(joint.get('name', ''))} type=\"{kind}\">{out}</joint>"
 
     def axis(self, joint: ET.Element, axis: ET.Element, own: Array) -> str:
@@ -202,7 +351,7 @@ class _Model:
         mimic = axis.find("mimic")
         if mimic is not None:
             factor, offset, reference = (
-                float(mimic.findtext(tag, "1" if tag == "multiplier" else "0"))
+                self.number(joint, mimic.findtext(tag, "1" if tag == "multiplier" else "0"), f"mimic: {tag}")
                 for tag in ("multiplier", "offset", "reference")
             )
             out += (

@@ -4,11 +4,19 @@ from __future__ import annotations
 
 import importlib
 import os
-from typing import Any, Mapping, Sequence, Tuple
+from pathlib import Path
+from typing import Any, List, Mapping, Sequence, Tuple
+
+
+def packages_around(path: Any) -> List[str]:
+    """The folders that a file lies in and that say that they are a package, of ROS or of Gazebo, the innermost first."""
+    parents = Path(os.path.abspath(os.fspath(path))).parents
+    return [str(p) for p in parents if (p / "package.xml").is_file() or (p / "model.config").is_file()]
 
 
 def expanded(path: Any, args: Mapping[str, Any], packages: Sequence[Any]) -> Tuple[str, Sequence[Any]]:
-    """The URDF text, and the folders of packages. Paths of meshes that are relative are those of the xacro file."""
+    """The URDF text, and the folders of packages, those that the file lies in among them, as a text lies nowhere. Paths of meshes
+    that are relative are those of the xacro file."""
     try:
         xacrodoc: Any = importlib.import_module("xacrodoc")
         finder: Any = importlib.import_module("xacrodoc.packages")
@@ -20,7 +28,7 @@ def expanded(path: Any, args: Mapping[str, Any], packages: Sequence[Any]) -> Tup
     texts = {name: str(value).lower() if isinstance(value, bool) else str(value) for name, value in args.items()}
     try:
         document = xacrodoc.XacroDoc.from_file(os.fspath(path), subargs=texts, resolve_packages=False)
-        return document.to_urdf_string(use_protocols=True, pretty=False), folders
+        return document.to_urdf_string(use_protocols=True, pretty=False), folders + packages_around(path)
     except Exception as error:
         # What it raises depends on what is wrong: errors of XML, of Python in ${..}, of packages that are missing.
         raise ValueError(f"{os.fspath(path)}: xacro cannot expand it: {type(error).__name__}: {error}") from error

@@ -10,6 +10,7 @@ use pyo3::prelude::*;
 
 use super::{geometry, kind, rows_of_three, text_or_path};
 use crate::error::exception;
+use crate::long_call;
 use crate::rows::arrays::floats;
 
 /// Fills the shape of a `Mesh`.
@@ -33,7 +34,9 @@ pub fn mesh(element: &str, given: &Bound<'_, PyAny>, shape: &mut ShapeEntry) -> 
                 .map(|[a, b, c]| Ok([corner(a)?, corner(b)?, corner(c)?]))
                 .collect::<PyResult<Vec<_>>>()?;
             let vertices = vertices.into_iter().map(Vec3::from).collect();
-            shape.triangles = Some(Arc::new(formats::from_arrays(element, vertices, triangles).map_err(exception)?));
+            let name = element.to_string();
+            let made = move || formats::from_arrays(&name, vertices, triangles);
+            shape.triangles = Some(Arc::new(long_call::apart(given.py(), made)?.map_err(exception)?));
         }
     }
     shape.scale = match floats(&format!("{element}: scale"), &given.getattr("scale")?)?[..] {

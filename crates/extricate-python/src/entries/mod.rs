@@ -6,7 +6,7 @@ pub mod meshes;
 pub mod pose;
 pub mod scenery;
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashSet};
 use std::path::PathBuf;
 
 use extricate::MetricKind;
@@ -59,6 +59,8 @@ pub struct Options<'py> {
     pub weights: Option<Bound<'py, PyMapping>>,
     /// Pairs of bodies that are not checked.
     pub disable: Vec<[String; 2]>,
+    /// Pairs of bodies that are checked although a rule of the scene takes them out.
+    pub enable: Vec<[String; 2]>,
     /// By body \[m\].
     pub padding: Option<Bound<'py, PyMapping>>,
     /// Of pairs of bodies \[m\].
@@ -90,10 +92,7 @@ pub fn describe(
         let with = list.iter().filter(|robot| robot.hasattr(name).unwrap_or(false));
         Ok(with.map(|robot| robot.getattr(name)?.extract()).collect::<PyResult<Vec<Vec<_>>>>()?.concat())
     };
-    let mut disable = options.disable;
-    for pair in brought("disable")? {
-        disable.push(pair.extract()?);
-    }
+    let [disable, enable] = both_pairs([options.disable, options.enable], [brought("disable")?, brought("enable")?])?;
     let mut all = brought("obstacles")?;
     all.extend(obstacles.iter().cloned());
     let entries = obstacle_entries(&all, Vec::new())?;
@@ -115,12 +114,29 @@ pub fn describe(
         robot,
         obstacle: entries,
         attached: Vec::new(),
-        pairs: PairsEntry { disable, clearance: options.pair_clearance },
+        pairs: PairsEntry { disable, enable, clearance: options.pair_clearance },
         cut: None,
         limits: extricate::LoadLimits::default(),
         padding: options.padding.map_or(Ok(BTreeMap::new()), |padding| by_name("padding", &padding, length))?,
     };
     Ok(Description { entries, texts })
+}
+
+/// The pairs to disable and those to enable: what the caller `says`, and what robots `bring` of
+/// which the caller says nothing.
+fn both_pairs(says: [Vec<[String; 2]>; 2], bring: [Vec<Bound<'_, PyAny>>; 2]) -> PyResult<[Vec<[String; 2]>; 2]> {
+    let ordered = |[a, b]: &[String; 2]| if a < b { [a.clone(), b.clone()] } else { [b.clone(), a.clone()] };
+    let said: HashSet<[String; 2]> = says.iter().flatten().map(ordered).collect();
+    let mut both = says;
+    for (pairs, brought) in both.iter_mut().zip(bring) {
+        for pair in brought {
+            let pair: [String; 2] = pair.extract()?;
+            if !said.contains(&ordered(&pair)) {
+                pairs.push(pair);
+            }
+        }
+    }
+    Ok(both)
 }
 
 /// The entries of obstacles; names that are not given are none of `taken`.
@@ -255,11 +271,11 @@ fn obstacle_entry(number: usize, given: &Bound<'_, PyAny>, taken: &[String]) -> 
         "Mesh" => mesh(&format!("obstacle \"{name}\""), given, &mut shape)?,
         "Fixture" => fixture(&format!("obstacle \"{name}\""), given, &mut shape)?,
         _ => {
-            shape.scenery = scenery::geometry(&class, &format!("obstacle \"{name}\""), given)?;
-            if shape.scenery.is_none() {
+            let Some((scenery, left_out)) = scenery::geometry(&class, &format!("obstacle \"{name}\""), given)? else {
                 let problem = format!("obstacle \"{name}\": got {class}, expected Box, Sphere, ...");
                 return Err(PyTypeError::new_err(problem));
-            }
+            };
+            (shape.scenery, shape.left_out) = (Some(scenery), left_out);
         }
     }
     let pose = pose(&format!("obstacle \"{name}\": pose"), &given.getattr("pose")?)?;

@@ -10,15 +10,19 @@ use pyo3::prelude::*;
 
 use super::{NAME, kind, rows_of_three};
 use crate::error::exception;
+use crate::long_call;
 use crate::rows::arrays::{bad_row, floats, numbers, one_config, tuple};
 use crate::scene::Scene;
 
-/// The shape of an obstacle of one of these classes; `None` of another one. `element` is what
-/// messages call the obstacle.
+/// Points after which `Scene.robot_filter` looks whether to stop.
+const AT_ONCE: usize = 1024;
+
+/// The shape of an obstacle of one of these classes, and how many points of it are left out because
+/// they are NaN; `None` of another class. `element` is what messages call the obstacle.
 ///
 /// # Errors
 /// `TypeError` for what is of the wrong kind, `ValueError` for what is of the wrong shape or size.
-pub fn geometry(class: &str, element: &str, given: &Bound<'_, PyAny>) -> PyResult<Option<Geometry>> {
+pub fn geometry(class: &str, element: &str, given: &Bound<'_, PyAny>) -> PyResult<Option<(Geometry, usize)>> {
     let get = |name: &str| given.getattr(name);
     let number = |name: &str| -> PyResult<f64> {
         let element = format!("{element}: {name}");
@@ -27,10 +31,12 @@ pub fn geometry(class: &str, element: &str, given: &Bound<'_, PyAny>) -> PyResul
             _ => Err(PyValueError::new_err(format!("{element}: expected one number [m]"))),
         }
     };
-    Ok(Some(match class {
+    let mut left_out = 0;
+    let geometry = match class {
         "Points" => {
             let points = rows_of_three(&format!("{element}: xyz"), &get("xyz")?)?.into_iter().map(Vec3::from).collect();
-            let cloud = PointCloud::new(NAME, element, number("radius")?, points).map_err(exception)?;
+            let (cloud, lost) = PointCloud::seen(NAME, element, number("radius")?, points).map_err(exception)?;
+            left_out = lost;
             Geometry::Points(Arc::new(cloud))
         }
         "Voxels" => {
@@ -58,7 +64,8 @@ pub fn geometry(class: &str, element: &str, given: &Bound<'_, PyAny>) -> PyResul
             Geometry::HeightField(Arc::new(field))
         }
         _ => return Ok(None),
-    }))
+    };
+    Ok(Some((geometry, left_out)))
 }
 
 /// Indices of occupied cells: where a boolean grid of three dimensions is true, or rows of three.
@@ -115,10 +122,13 @@ impl Scene {
         let space = &self.inner().space;
         let values = one_config("q", q, space)?;
         let config = units::config(self.inner(), values.values()).map_err(|error| bad_row("q", 0, true, error))?;
-        let keep = py.detach(|| {
-            let filter = |scratch: &mut _| self.checker().robot_filter(&config, &points, padding, scratch);
-            self.scratches().with(filter)
-        });
+        let watch = long_call::Watch::new();
+        let stop = watch.stop();
+        let filter = |scratch: &mut _| {
+            let parts = points.chunks(AT_ONCE).take_while(|_| !stop.is_asked());
+            parts.flat_map(|part| self.checker().robot_filter(&config, part, padding, scratch)).collect::<Vec<bool>>()
+        };
+        let keep = py.detach(|| watch.over(|| self.scratches().with(filter)))?;
         Ok(PyArray1::from_vec(py, keep))
     }
 }

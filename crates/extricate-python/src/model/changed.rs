@@ -76,8 +76,9 @@ impl ChangedScene {
     }
 
     /// As `Model.query`, in this scene. None where nothing free was found, not even among 20,000
-    /// configurations beside the samples. `checks` and `seconds` do not end the search for the
-    /// nearest stored sample that is still free, without which there is no answer.
+    /// configurations beside the samples; a warning as of `Scene.query`. `checks` and `seconds` do
+    /// not end the search for the nearest stored sample that is still free, without which there is
+    /// no answer.
     #[pyo3(signature = (q, **options), text_signature = "($self, q, *, options=None, effort='refined', exits=1, gap=None, starts=None, max_checks=None, max_seconds=None, segment=False, contacts=False, clearance=None, locked=None, free=None, weights=None, toward=None, toward_share=0.25, free_radius=False, limits='forgive')")]
     fn query<'py>(
         slf: &Bound<'py, Self>,

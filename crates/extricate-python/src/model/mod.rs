@@ -51,9 +51,12 @@ impl Model {
     }
 
     /// Reading a model uses threads, for which a global pool would not survive `fork`.
-    fn read(py: Python<'_>, read: impl FnOnce() -> extricate::Result<extricate::Model> + Send) -> PyResult<Self> {
+    fn read(
+        py: Python<'_>,
+        read: impl FnOnce() -> extricate::Result<extricate::Model> + Send + 'static,
+    ) -> PyResult<Self> {
         let pool = long_call::pool(0)?;
-        Ok(Self::of(py.detach(|| pool.install(read)).map_err(exception)?))
+        Ok(Self::of(long_call::apart(py, move || pool.install(read))?.map_err(exception)?))
     }
 }
 
@@ -62,7 +65,7 @@ impl Model {
     /// Loads a model file.
     #[staticmethod]
     fn load(py: Python<'_>, path: PathBuf) -> PyResult<Self> {
-        Self::read(py, || io::load_model(&path))
+        Self::read(py, move || io::load_model(&path))
     }
 
     /// Writes a model file: another reader sees the old one or the whole new one. Replaces nothing
@@ -75,7 +78,8 @@ impl Model {
     /// The model from the bytes of its file.
     #[staticmethod]
     fn from_bytes(py: Python<'_>, data: &[u8]) -> PyResult<Self> {
-        Self::read(py, || model_file::decode(IN_MEMORY.as_ref(), data))
+        let data = data.to_vec();
+        Self::read(py, move || model_file::decode(IN_MEMORY.as_ref(), &data))
     }
 
     /// The bytes of the model's file; the same model gives the same bytes.
@@ -149,7 +153,8 @@ impl Model {
     /// the contacts at the witness; both take longer than to find it. The other efforts always tell
     /// them.
     /// clearance: aim at this one [m] in place of the scene's, for pairs without one of their own;
-    ///     where nothing is found that keeps it, the scene's holds, see `Answer.clearance`.
+    ///     a witness that would be more than ten times as far as the nearest at the scene's
+    ///     clearance keeps less, see `Answer.clearance`.
     /// locked: names of joints that stay where q has them; or free: the names of those that may
     ///     move. None is then returned where nothing free was found.
     /// weights: by joint, of squared displacements, in place of the scene's, in the metric of the

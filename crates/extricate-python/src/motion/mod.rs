@@ -11,6 +11,7 @@ use numpy::PyArray2;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
+use crate::error::{Whole, count};
 use crate::rows::arrays::{bad_row, one_config};
 
 /// Where the classes of Python's half are.
@@ -23,10 +24,11 @@ fn config(name: &str, value: &Bound<'_, PyAny>, scene: &Scene) -> PyResult<Confi
 }
 
 /// When to give up.
-fn termination(max_checks: Option<usize>, max_seconds: Option<f64>) -> PyResult<Termination> {
+fn termination(max_checks: Option<Whole>, max_seconds: Option<f64>) -> PyResult<Termination> {
     if let Some(bad) = max_seconds.filter(|seconds| seconds.is_nan() || *seconds <= 0.0) {
         return Err(PyValueError::new_err(format!("max_seconds: got {bad}, expected more than 0")));
     }
+    let max_checks = max_checks.map(|checks| count("max_checks", checks, 0)).transpose()?;
     Ok(Termination { max_checks, max_seconds, stop: None })
 }
 

@@ -8,14 +8,14 @@ use pyo3::types::PyType;
 
 use super::roadmap::Roadmap;
 use super::{HOME, config, rows, termination};
-use crate::error::exception;
+use crate::error::{Whole, exception, threads as thread_count};
 use crate::long_call;
 use crate::queries::Source;
 
 static PLAN: PyOnceLock<Py<PyType>> = PyOnceLock::new();
 
 /// Keywords of `plan`, in the order of its signature.
-pub type Keywords<'py> = (Option<Bound<'py, Roadmap>>, f64, bool, u64, usize, Option<usize>, Option<f64>);
+pub type Keywords<'py> = (Option<Bound<'py, Roadmap>>, f64, bool, u64, i64, Option<Whole>, Option<f64>);
 
 /// See `Scene.plan`.
 pub fn plan<'py>(
@@ -26,7 +26,7 @@ pub fn plan<'py>(
     let (py, scene) = (from.py(), source.scene());
     let (roadmap, resolution, shortcut, seed, threads, max_checks, max_seconds) = keywords;
     let (from, to) = (config("start", from, scene)?, config("goal", to, scene)?);
-    let termination = termination(max_checks, max_seconds)?;
+    let (threads, termination) = (thread_count(threads)?, termination(max_checks, max_seconds)?);
     let busy = || PyValueError::new_err("roadmap: got one that another thread is using, expected one for each");
     let kept = roadmap.as_ref().map(|roadmap| roadmap.get());
     let mut inner = match kept {

@@ -7,7 +7,7 @@ use pyo3::sync::PyOnceLock;
 use pyo3::types::PyType;
 
 use super::{HOME, rows, termination};
-use crate::error::exception;
+use crate::error::{Whole, exception};
 use crate::long_call;
 use crate::queries::Source;
 use crate::rows::arrays::configs;
@@ -15,7 +15,7 @@ use crate::rows::arrays::configs;
 static REPAIRED: PyOnceLock<Py<PyType>> = PyOnceLock::new();
 
 /// Keywords of `repair`, in the order of its signature.
-pub type Keywords = (Option<f64>, Option<f64>, f64, u64, Option<usize>, Option<f64>);
+pub type Keywords = (Option<f64>, Option<f64>, f64, u64, Option<Whole>, Option<f64>);
 
 /// See `Scene.repair`.
 pub fn repair<'py>(source: Source, path: &Bound<'py, PyAny>, keywords: Keywords) -> PyResult<Bound<'py, PyAny>> {

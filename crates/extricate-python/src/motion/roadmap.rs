@@ -6,7 +6,7 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 use extricate::internals::io;
 use pyo3::prelude::*;
 
-use crate::error::exception;
+use crate::error::{Seed, exception};
 use crate::scene::Scene;
 
 /// Free configurations and proved edges between them, which `plan` adds to and reuses.
@@ -48,9 +48,9 @@ impl Roadmap {
 #[pymethods]
 impl Roadmap {
     #[new]
-    #[pyo3(signature = (scene, *, seed = 0))]
-    fn new(scene: &Scene, seed: u64) -> Self {
-        Self::of(extricate::Roadmap::new(&scene.inner().space, seed))
+    #[pyo3(signature = (scene, *, seed = Seed(0)), text_signature = "(scene, *, seed=0)")]
+    fn new(scene: &Scene, seed: Seed) -> Self {
+        Self::of(extricate::Roadmap::new(&scene.inner().space, seed.0))
     }
 
     /// Reads a roadmap file, for `scene`.

@@ -14,6 +14,7 @@ use super::layout::Layout;
 use super::options::Asked;
 use crate::error::{threads, warn};
 use crate::long_call;
+use crate::rows::LOOK;
 use crate::rows::arrays::{bad_row, configs};
 
 /// Queries handed to a thread at once.
@@ -73,9 +74,17 @@ pub fn answers<'py>(
     // the one to name.
     let limits = plain_limits(space);
     let plain = |q: &[f64]| limits.iter().flatten().zip(q).all(|([lower, upper], x)| lower <= x && x <= upper);
-    let degrees = py.detach(|| {
+    let watch = long_call::Watch::new();
+    let stop = watch.stop();
+    let look = || {
         let mut degrees = None;
-        for (row, q) in values.chunks_exact(nq).enumerate().filter(|(_, q)| limits.is_none() || !plain(q)) {
+        for (row, q) in values.chunks_exact(nq).enumerate() {
+            if row % LOOK == 0 && stop.is_asked() {
+                break;
+            }
+            if limits.is_some() && plain(q) {
+                continue;
+            }
             if degrees.is_none() && units::look_like_degrees(scene, q) {
                 degrees = Some(row);
             }
@@ -84,7 +93,8 @@ pub fn answers<'py>(
             }
         }
         Ok::<_, PyErr>(degrees)
-    })?;
+    };
+    let degrees = py.detach(|| watch.over(look))??;
     if let Some(row) = degrees.filter(|_| !asked.refuses) {
         warn(py, &format!("Q[{row}]: {}", units::DEGREES))?;
     }

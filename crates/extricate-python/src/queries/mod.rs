@@ -6,11 +6,14 @@ pub mod layout;
 pub mod options;
 pub mod page;
 
+use std::sync::atomic::{AtomicBool, Ordering};
+
 use extricate::{Answer, ChangedScene, Config, Model, QueryOptions, QueryScratch, Scene, Termination, View, World};
 use numpy::PyArray1;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
+use crate::error::warn_if_never_free;
 use crate::long_call;
 use batch::{Scratches, answers};
 use options::{Asked, BATCH, QUERY, Weighted};
@@ -53,7 +56,8 @@ impl<'a> Source<'a> {
     }
 }
 
-/// The answer of `owner` for one configuration as an object; `None` where nothing free was found.
+/// The answer of `owner` for one configuration as an object; `None` where nothing free was found,
+/// with a warning if that is because some pairs collide wherever one looks.
 pub fn query<'py>(
     source: Source,
     q: &Bound<'py, PyAny>,
@@ -72,7 +76,10 @@ pub fn query<'py>(
         ..asked.options
     };
     let ask = || scratches.with(|scratch| source.ask(&config, &options, scratch));
-    let Some(answer) = py.detach(|| watch.over(ask))? else { return Ok(None) };
+    let Some(answer) = py.detach(|| watch.over(ask))? else {
+        warn_if_never_free(py, source.view().checker())?;
+        return Ok(None);
+    };
     let object = answer::object(py, answer, scene)?;
     // For `Answer.show`, which asks once more.
     object.setattr("_asked", (owner, PyArray1::from_slice(py, &config), given))?;
@@ -89,5 +96,15 @@ pub fn query_batch<'py>(
     let asked = Asked::read(given, source.scene(), BATCH)?;
     let other = asked.other_weights(queries.py(), source, weighted)?;
     let source = other.as_deref().map_or(source, Source::World);
-    answers(queries, source.scene(), scratches, asked, &|q, options, scratch| source.ask(q, options, scratch))
+    let lacks_answers = AtomicBool::new(false);
+    let ask = |q: &Config, options: &QueryOptions, scratch: &mut QueryScratch| {
+        let answer = source.ask(q, options, scratch);
+        lacks_answers.fetch_or(answer.is_none(), Ordering::Relaxed);
+        answer
+    };
+    let all = answers(queries, source.scene(), scratches, asked, &ask)?;
+    if lacks_answers.into_inner() {
+        warn_if_never_free(queries.py(), source.view().checker())?;
+    }
+    Ok(all)
 }

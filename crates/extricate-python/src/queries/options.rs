@@ -3,7 +3,7 @@
 
 use std::sync::{Arc, Mutex};
 
-use extricate::internals::query::options::MAX_EXITS;
+use extricate::internals::query::options::{MAX_EXITS, MAX_STARTS};
 use extricate::internals::scene::units;
 use extricate::{Config, Effort, QueryOptions, Scene, Termination, Toward, World};
 use pyo3::exceptions::{PyTypeError, PyValueError};
@@ -223,6 +223,9 @@ impl<'py> Given<'_, 'py> {
             return Err(PyValueError::new_err(format!("max_seconds: got {bad}, expected more than 0")));
         }
         let starts = self.get("starts")?.map(|starts| count("starts", starts, 1)).transpose()?;
+        if let Some(starts) = starts.filter(|starts| *starts > MAX_STARTS) {
+            return Err(PyValueError::new_err(format!("starts: got {starts}, expected 1 to {MAX_STARTS}")));
+        }
         if let Some(starts) = starts.filter(|_| found == Effort::Nearest) {
             let message = format!("starts: got {starts} with effort \"nearest\", expected None: it refines nothing");
             return Err(PyValueError::new_err(message));

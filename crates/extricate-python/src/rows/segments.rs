@@ -7,6 +7,7 @@ use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use rayon::prelude::*;
 
+use super::LOOK;
 use super::arrays::{Configs, bad_row, configs};
 use crate::long_call;
 use crate::scene::Scene;
@@ -32,7 +33,7 @@ pub fn check<'py>(
         let (a, b) = (from.rows, to.rows);
         return Err(PyValueError::new_err(format!("B: got {b} configurations, expected as many as in A, {a}")));
     }
-    let (from, to) = (checked("A", &from, scene.inner())?, checked("B", &to, scene.inner())?);
+    let (from, to) = (checked(py, "A", &from, scene.inner())?, checked(py, "B", &to, scene.inner())?);
     let (pool, options, nq) = (long_call::pool(threads)?, SegmentOptions { resolution }, space.nq());
     // What a call that was stopped did not look at: nobody will see it.
     let unseen = SegmentOutcome::Undecided { free_until: 0.0, near_at: 0.0, pair: extricate::PairId::new(0) };
@@ -79,9 +80,12 @@ impl Row {
 }
 
 /// The rows as the space keeps them: angles wrapped, quaternions unit.
-fn checked(name: &str, rows: &Configs<'_>, scene: &extricate::Scene) -> PyResult<Vec<f64>> {
+fn checked(py: Python<'_>, name: &str, rows: &Configs<'_>, scene: &extricate::Scene) -> PyResult<Vec<f64>> {
     let mut all = Vec::with_capacity(rows.values().len());
     for (row, q) in rows.values().chunks_exact(scene.space.nq()).enumerate() {
+        if row % LOOK == 0 {
+            py.check_signals()?;
+        }
         all.extend_from_slice(&units::config(scene, q).map_err(|error| bad_row(name, row, rows.single, error))?);
     }
     Ok(all)

@@ -10,7 +10,7 @@ use super::{Scene, sampling};
 use crate::error::{Seed, Whole, count, threads as thread_count};
 use crate::long_call;
 use crate::rows::arrays::{bad_row, configs};
-use crate::rows::{segments, shaped};
+use crate::rows::{GROUP, segments, shaped};
 
 #[pymethods]
 impl Scene {
@@ -27,7 +27,7 @@ impl Scene {
     fn check<'py>(&self, Q: &Bound<'py, PyAny>, threads: i64) -> PyResult<Bound<'py, PyArrayDyn<bool>>> {
         let py = Q.py();
         let q = configs("Q", Q, &self.inner().space)?;
-        let free = self.map_rows(py, &q, thread_count(threads)?, |checker, rows, free, scratch| {
+        let free = self.map_rows(py, &q, (thread_count(threads)?, GROUP), |checker, rows, free, scratch| {
             if let [free] = free {
                 // The kernel for eight would do the work of eight.
                 *free = checker.label(rows, scratch) == Label::Free;
@@ -58,7 +58,7 @@ impl Scene {
         let py = Q.py();
         let q = configs("Q", Q, &self.inner().space)?;
         let nq = self.inner().space.nq();
-        let distances = self.map_rows(py, &q, thread_count(threads)?, |checker, rows, out, scratch| {
+        let distances = self.map_rows(py, &q, (thread_count(threads)?, 1), |checker, rows, out, scratch| {
             for (q, out) in rows.chunks_exact(nq).zip(out) {
                 *out = checker.clearance(q, scratch);
             }

@@ -27,7 +27,7 @@ impl Scene {
         let py = Q.py();
         let q = configs("Q", Q, &self.inner().space)?;
         let (nq, pairs) = (self.inner().space.nq(), self.inner().pairs.len());
-        let found = self.map_rows(py, &q, thread_count(threads)?, |checker, rows, out, scratch| {
+        let found = self.map_rows(py, &q, (thread_count(threads)?, 1), |checker, rows, out, scratch| {
             for (q, out) in rows.chunks_exact(nq).zip(out) {
                 *out = signed_distances(checker, q, scratch);
             }
@@ -58,7 +58,7 @@ impl Scene {
         }
         let q = configs("Q", Q, &self.inner().space)?;
         let nq = self.inner().space.nq();
-        let found = self.map_rows(py, &q, thread_count(threads)?, |checker, rows, out, scratch| {
+        let found = self.map_rows(py, &q, (thread_count(threads)?, 1), |checker, rows, out, scratch| {
             for (q, out) in rows.chunks_exact(nq).zip(out) {
                 contacts_within(checker, q, within, scratch, out);
             }

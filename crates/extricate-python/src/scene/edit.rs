@@ -3,7 +3,6 @@
 use extricate::geometry::{Body, Pose};
 use extricate::internals::io;
 use extricate::internals::scene::file::SceneFile;
-use extricate::internals::scene::units;
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use pyo3::types::PyMapping;
@@ -11,6 +10,7 @@ use pyo3::types::PyMapping;
 use super::Scene;
 use crate::entries::{self, Obstacles};
 use crate::error::{exception, warn};
+use crate::long_call;
 
 /// `scene` with more obstacles, as Python describes them.
 ///
@@ -24,17 +24,30 @@ pub fn with_obstacles(
     let given: Obstacles<'_> = obstacles.extract()?;
     let taken: Vec<String> = scene.bodies.iter().map(|body| body.name.clone()).collect();
     let entries = SceneFile { obstacle: entries::obstacle_entries(&given.0, taken)?, ..SceneFile::default() };
-    let made = || scene.with_obstacles(io::read_obstacles(entries::NAME, &entries)?);
-    let made = py.detach(made).map_err(exception)?;
-    warn_of_sizes(py, &made, scene.bodies.len())?;
+    let (bodies, told) = read(py, entries)?;
+    let made = py.detach(|| scene.with_obstacles(bodies)).map_err(exception)?;
+    let made = with_warnings(made, told);
+    warn_of_new(py, scene, &made)?;
     Ok(made)
 }
 
-/// Raises a warning for each body that came and looks like one in millimetres.
-fn warn_of_sizes(py: Python<'_>, scene: &extricate::Scene, before: usize) -> PyResult<()> {
-    let mut warnings = Vec::new();
-    units::warn_of_sizes(scene, &scene.bodies[before..], &mut warnings);
-    warnings.iter().try_for_each(|warning| warn(py, warning))
+/// Obstacles with the files that they name, and what is to be said of those.
+fn read(py: Python<'_>, entries: SceneFile) -> PyResult<(Vec<Body>, Vec<String>)> {
+    long_call::apart(py, move || io::read_obstacles(entries::NAME, &entries))?.map_err(exception)
+}
+
+fn with_warnings(mut scene: extricate::Scene, told: Vec<String>) -> extricate::Scene {
+    scene.warnings.extend(told);
+    scene
+}
+
+/// Raises a `UserWarning` for each warning that the scene before did not have.
+///
+/// # Errors
+/// The warning, where warnings are errors.
+pub fn warn_of_new(py: Python<'_>, before: &extricate::Scene, after: &extricate::Scene) -> PyResult<()> {
+    let mut came = after.warnings.iter().filter(|warning| !before.warnings.contains(warning));
+    came.try_for_each(|warning| warn(py, warning))
 }
 
 fn pose(element: &str, value: &Bound<'_, PyAny>) -> PyResult<Pose> {
@@ -78,9 +91,9 @@ impl Scene {
     /// names: of obstacles and of attached objects.
     ///
     /// Raises ValueError for names that none of them has.
-    fn without(&self, names: Vec<String>) -> PyResult<Self> {
+    fn without(&self, py: Python<'_>, names: Vec<String>) -> PyResult<Self> {
         let rest = self.inner().without(names.iter().map(String::as_str));
-        Ok(self.changed(rest.map_err(exception)?))
+        self.told(py, rest.map_err(exception)?)
     }
 
     /// This scene with some pairs of bodies no longer checked; what is prepared is shared.
@@ -88,9 +101,9 @@ impl Scene {
     /// pairs: of names of bodies; pairs that are not checked anyway stay so.
     ///
     /// Raises ValueError for names that no body has.
-    fn disabled(&self, pairs: Vec<[String; 2]>) -> PyResult<Self> {
+    fn disabled(&self, py: Python<'_>, pairs: Vec<[String; 2]>) -> PyResult<Self> {
         let pairs = pairs.iter().map(|[a, b]| [a.as_str(), b.as_str()]);
-        Ok(self.changed(self.inner().disabled(pairs).map_err(exception)?))
+        self.told(py, self.inner().disabled(pairs).map_err(exception)?)
     }
 
     /// This scene with an object that a link holds, such as a can in a gripper: it moves with the
@@ -117,12 +130,19 @@ impl Scene {
         }
         let entries = SceneFile { obstacle: entries, ..SceneFile::default() };
         let touch: Vec<&str> = touch.iter().map(String::as_str).collect();
-        let attached = || {
-            let mut bodies: Vec<Body> = io::read_obstacles(entries::NAME, &entries)?;
-            self.inner().attached(bodies.remove(0), link, &touch)
-        };
-        let attached = shape.py().detach(attached).map_err(exception)?;
-        warn_of_sizes(shape.py(), &attached, self.inner().bodies.len())?;
-        Ok(self.changed(attached))
+        let (mut bodies, told) = read(shape.py(), entries)?;
+        let attached = self.inner().attached(bodies.remove(0), link, &touch).map_err(exception)?;
+        self.told(shape.py(), with_warnings(attached, told))
+    }
+}
+
+impl Scene {
+    /// [`Scene::changed`], after a `UserWarning` for each warning that came.
+    ///
+    /// # Errors
+    /// As [`warn_of_new`].
+    pub fn told(&self, py: Python<'_>, scene: extricate::Scene) -> PyResult<Self> {
+        warn_of_new(py, self.inner(), &scene)?;
+        Ok(self.changed(scene))
     }
 }

@@ -8,6 +8,8 @@ use pyo3::prelude::*;
 
 use super::Scene;
 use crate::error::{Whole, count};
+use crate::long_call;
+use crate::rows::GROUP;
 use crate::rows::arrays::{bad_row, configs};
 
 /// Vertices and triangles.
@@ -40,9 +42,14 @@ impl Scene {
         };
         let q = configs("Q", Q, &scene.space)?;
         let (values, rows, single, nq) = (q.values(), q.rows, q.single, scene.space.nq());
-        let numbers = py.detach(|| {
+        let watch = long_call::Watch::new();
+        let stop = watch.stop();
+        let all = || {
             let (mut numbers, mut frames) = (Vec::with_capacity(rows * seats.len() * 16), Vec::new());
             for (row, q) in values.chunks_exact(nq).enumerate() {
+                if row % GROUP == 0 && stop.is_asked() {
+                    break;
+                }
                 let q = scene.space.config_anywhere(q).map_err(|error| bad_row("Q", row, single, error))?;
                 forward(scene, &q, &mut frames);
                 for seat in &seats {
@@ -53,7 +60,8 @@ impl Scene {
                 }
             }
             Ok::<_, PyErr>(numbers)
-        })?;
+        };
+        let numbers = py.detach(|| watch.over(all))??;
         let shape = if single { vec![seats.len(), 4, 4] } else { vec![rows, seats.len(), 4, 4] };
         PyArray1::from_vec(py, numbers).reshape(shape)
     }

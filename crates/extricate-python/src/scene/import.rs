@@ -8,6 +8,7 @@ use pyo3::prelude::*;
 use super::Scene;
 use super::load_limits::{Limits, limits_of};
 use crate::error::{exception, warn, warned};
+use crate::long_call;
 
 #[pymethods]
 impl Scene {
@@ -24,10 +25,9 @@ impl Scene {
     #[pyo3(signature = (path, *, load_limits = None))]
     fn in_world(&self, py: Python<'_>, path: PathBuf, load_limits: Option<Limits>) -> PyResult<Self> {
         let limits = limits_of(load_limits)?;
-        let scene = py.detach(|| io::load_world(self.inner(), &path, &limits)).map_err(exception)?;
-        let came = scene.warnings.iter().filter(|warning| !self.inner().warnings.contains(warning));
-        came.clone().try_for_each(|warning| warn(py, warning))?;
-        Ok(self.changed(scene))
+        let robots = self.inner().clone();
+        let scene = long_call::apart(py, move || io::load_world(&robots, &path, &limits))?.map_err(exception)?;
+        self.told(py, scene)
     }
 }
 

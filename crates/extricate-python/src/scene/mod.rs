@@ -14,6 +14,7 @@ pub mod release;
 pub mod sampling;
 
 use std::path::PathBuf;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 
 use extricate::internals::io;
@@ -40,7 +41,7 @@ use load_limits::{Limits, limits_of};
 /// quaternions x, y, z, w). Immutable; may be shared between threads, and pickled.
 ///
 /// Scene(robot, obstacles=(), *, clearance=1e-4, metric="joint", weights=None, disable=(),
-/// padding=None, pair_clearance=())
+/// enable=(), padding=None, pair_clearance=())
 ///
 /// robot: a URDF, as path or as text, a `Robot` with more options, or a list of them.
 /// obstacles: `Box`, `Sphere`, `Cylinder`, `Capsule`, `Mesh`, `Points`, `Voxels`, `HalfSpace` and
@@ -51,6 +52,8 @@ use load_limits::{Limits, limits_of};
 /// metric: "joint" [rad], "object-norm" [m] or "max-displacement" [m].
 /// weights: by joint, of squared displacements in the joint metric; 1 where a joint is not named.
 /// disable: pairs of names of bodies that need not stay apart.
+/// enable: pairs of names of bodies that must, although one joint joins them or an SRDF disables
+///     them.
 /// padding: by name, what a link adds to the clearance toward obstacles, or an obstacle to that of
 ///     all its pairs [m].
 /// pair_clearance: (name, name, clearance [m]) of pairs that keep another one, whatever else is
@@ -65,6 +68,16 @@ pub struct Scene {
     scratches: Scratches<CheckScratch>,
     query_scratches: Scratches,
     weighted: Weighted,
+    /// Whether [`Scene::ready`] has nothing left to do.
+    is_ready: AtomicBool,
+}
+
+/// The world of a scene, which shares what it can with the one of the scene that it was made from.
+fn prepared(scene: &Arc<extricate::Scene>, before: Option<Arc<OnceLock<World>>>) -> World {
+    match before.as_ref().and_then(|before| before.get()) {
+        Some(world) => world.with_scene(scene.clone()),
+        None => World::new(scene.clone()),
+    }
 }
 
 impl Scene {
@@ -80,6 +93,7 @@ impl Scene {
             scratches: Scratches::default(),
             query_scratches: Scratches::default(),
             weighted: Weighted::default(),
+            is_ready: AtomicBool::new(false),
         }
     }
 
@@ -104,13 +118,7 @@ impl Scene {
 
     /// Prepared when it is first needed; call it without the interpreter lock.
     pub fn world(&self) -> &World {
-        self.world.get_or_init(|| {
-            let before = self.before().take();
-            match before.as_ref().and_then(|before| before.get()) {
-                Some(world) => world.with_scene(self.scene.clone()),
-                None => World::new(self.scene.clone()),
-            }
-        })
+        self.world.get_or_init(|| prepared(&self.scene, self.before().take()))
     }
 
     /// The same of its checker.
@@ -121,12 +129,19 @@ impl Scene {
     /// Ready for queries: the convex pieces around meshes are made on threads, which a global pool
     /// would not survive `fork`.
     pub fn ready(&self, py: Python<'_>) -> PyResult<&World> {
+        if self.is_ready.load(Ordering::Acquire) {
+            return Ok(self.world());
+        }
         let pool = long_call::pool(0)?;
-        Ok(py.detach(|| {
-            let world = self.world();
+        let (world, scene, before) = (Arc::clone(&self.world), Arc::clone(&self.scene), self.before().clone());
+        let prepare = move || {
+            let world = world.get_or_init(|| prepared(&scene, before));
             pool.install(|| world.checker().prepare_proposals());
-            world
-        }))
+        };
+        long_call::apart(py, prepare)?;
+        *self.before() = None;
+        self.is_ready.store(true, Ordering::Release);
+        Ok(self.world())
     }
 
     /// Memory of queries.
@@ -148,7 +163,7 @@ impl Scene {
 #[pymethods]
 impl Scene {
     #[new]
-    #[pyo3(signature = (robot, obstacles = Obstacles::default(), *, clearance = Clearance::default(), metric = "joint", weights = None, disable = Vec::new(), padding = None, pair_clearance = Vec::new()), text_signature = "(robot, obstacles=(), *, clearance=1e-4, metric='joint', weights=None, disable=(), padding=None, pair_clearance=())")]
+    #[pyo3(signature = (robot, obstacles = Obstacles::default(), *, clearance = Clearance::default(), metric = "joint", weights = None, disable = Vec::new(), enable = Vec::new(), padding = None, pair_clearance = Vec::new()), text_signature = "(robot, obstacles=(), *, clearance=1e-4, metric='joint', weights=None, disable=(), enable=(), padding=None, pair_clearance=())")]
     fn new(
         py: Python<'_>,
         robot: &Bound<'_, PyAny>,
@@ -157,12 +172,14 @@ impl Scene {
         metric: &str,
         weights: Option<Bound<'_, PyMapping>>,
         disable: Vec<[String; 2]>,
+        enable: Vec<[String; 2]>,
         padding: Option<Bound<'_, PyMapping>>,
         pair_clearance: Vec<(String, String, f64)>,
     ) -> PyResult<Self> {
-        let options = Options { clearance, metric: metric.into(), weights, disable, padding, pair_clearance };
+        let options = Options { clearance, metric: metric.into(), weights, disable, enable, padding, pair_clearance };
         let described = entries::describe(robot, &obstacles.0, options)?;
-        let assembled = py.detach(|| io::assemble_scene(entries::NAME, &described.entries, &described.texts));
+        let assemble = move || io::assemble_scene(entries::NAME, &described.entries, &described.texts);
+        let assembled = long_call::apart(py, assemble)?;
         warned(py, assembled.map_err(exception)?).map(Self::of)
     }
 
@@ -174,7 +191,8 @@ impl Scene {
     #[pyo3(signature = (path, *, load_limits = None))]
     fn load(py: Python<'_>, path: PathBuf, load_limits: Option<Limits>) -> PyResult<Self> {
         let limits = limits_of(load_limits)?;
-        warned(py, py.detach(|| io::load_scene_within(&path, &limits)).map_err(exception)?).map(Self::of)
+        let loaded = long_call::apart(py, move || io::load_scene_within(&path, &limits))?;
+        warned(py, loaded.map_err(exception)?).map(Self::of)
     }
 
     /// A built-in scene: "shelf-arm", "planar-arm", "free-box", "dual-arm", "hand" or "four-legs".

@@ -18,7 +18,8 @@ impl Scene {
     /// q and all keywords: as in `Model.query`. Every effort
     /// verifies its witness.
     ///
-    /// None where nothing free was found, not even among 20,000 configurations.
+    /// None where nothing free was found, not even among 20,000 configurations. A warning names the
+    /// pairs that collide wherever one looks, if some do.
     ///
     /// Raises ValueError for a wrong shape, values that are not finite.
     #[pyo3(signature = (q, **options), text_signature = "($self, q, *, options=None, effort='refined', exits=1, gap=None, starts=None, max_checks=None, max_seconds=None, segment=False, contacts=False, clearance=None, locked=None, free=None, weights=None, toward=None, toward_share=0.25, free_radius=False, limits='forgive')")]

@@ -13,9 +13,10 @@ use rayon::prelude::*;
 
 use super::Scene;
 use crate::entries;
-use crate::error::{exception, threads as thread_count};
+use crate::error::{Whole, count, exception, threads as thread_count};
 use crate::long_call;
 use crate::queries::options::weights_of;
+use crate::rows::LOOK;
 use crate::rows::arrays::{bad_row, configs, floats};
 
 const HOME: &str = "extricate._grasp";
@@ -59,7 +60,7 @@ impl Scene {
         clearance: Option<f64>,
         locked: Vec<String>,
         weights: Option<&Bound<'py, PyAny>>,
-        max_checks: Option<usize>,
+        max_checks: Option<Whole>,
         max_seconds: Option<f64>,
         threads: i64,
     ) -> PyResult<Bound<'py, PyAny>> {
@@ -73,6 +74,7 @@ impl Scene {
         if let Some(bad) = max_seconds.filter(|seconds| seconds.is_nan() || *seconds <= 0.0) {
             return Err(PyValueError::new_err(format!("max_seconds: got {bad}, expected more than 0")));
         }
+        let max_checks = max_checks.map(|checks| count("max_checks", checks, 0)).transpose()?;
         let locked = scene.joints_named("locked", locked.iter().map(String::as_str)).map_err(exception)?;
         let mut options = ReleaseOptions {
             keep: match keep {
@@ -93,6 +95,9 @@ impl Scene {
         let (nq, single) = (scene.space.nq(), q.single);
         let rows = q.values().chunks_exact(nq).enumerate();
         let config = |(row, q): (usize, &[f64])| {
+            if row % LOOK == 0 {
+                py.check_signals()?;
+            }
             scene.space.config_anywhere(q).map_err(|error| bad_row("Q", row, single, error))
         };
         let rows: Vec<Config> = rows.map(config).collect::<PyResult<_>>()?;
@@ -173,7 +178,7 @@ impl Held {
                 let grasps: Vec<(usize, Config)> = places.into_iter().zip(rows).collect();
                 let object_of = |number: usize| {
                     let own = SceneFile { obstacle: vec![entries.obstacle[number].clone()], ..SceneFile::default() };
-                    let mut bodies = io::read_obstacles(entries::NAME, &own)?;
+                    let (mut bodies, _) = io::read_obstacles(entries::NAME, &own)?;
                     bodies
                         .pop()
                         .ok_or_else(|| extricate::Error::input(entries::NAME, "object", "got no shape, expected one"))

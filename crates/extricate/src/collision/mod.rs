@@ -18,7 +18,10 @@ mod scenery;
 mod segment;
 pub mod shapes;
 
-pub use answers::{always_colliding, contacts_within, most_often_colliding, signed_distances, signed_distances_of};
+pub use answers::{
+    advice_if_never_free, always_colliding, contacts_within, disable_list, most_often_colliding,
+    pairs_always_colliding, signed_distances, signed_distances_of,
+};
 pub use checker::{CheckScratch, Checker};
 pub use contacts::{Contact, ContactQuery, ContactSearch};
 pub use convex_decomposition::convex_parts;

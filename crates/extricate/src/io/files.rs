@@ -1,10 +1,11 @@
 //! Reading and writing of whole files. Knows no format.
 
-use std::fs::{self, File};
+use std::collections::BTreeMap;
+use std::fs::{self, File, OpenOptions, TryLockError};
 use std::io::{self, ErrorKind, Read, Write};
 use std::path::{Path, PathBuf};
 
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, shown};
 use crate::robot::{LoadLimit, LoadLimits};
 
 /// Largest file of ours that is read, a model or a checkpoint \[bytes\]: beyond it something else
@@ -68,7 +69,8 @@ pub fn check_regular(path: &Path) -> io::Result<u64> {
 }
 
 /// Whether a file of the kind `what` can be written at `path`; one that is there already has to be
-/// empty, or to begin with bytes that `is_own` takes for its kind.
+/// empty, or to begin with bytes that `is_own` takes for its kind. Removes what killed runs left
+/// unfinished there, so that a run which fails later has done so too.
 ///
 /// # Errors
 /// [`crate::Error::Write`], see [`crate::io::check_model_output`].
@@ -87,17 +89,31 @@ pub fn check_output(path: &Path, what: &str, is_own: fn(&[u8]) -> bool) -> Resul
             }
             Err(_) => {}
         }
-        let (folder, _) = destination(path)?;
+        let (folder, target) = destination(path)?;
         if !folder.is_dir() {
-            return Err(io::Error::other(format!("there is no directory {}", folder.display())));
+            return Err(io::Error::other(format!("there is no directory {}", shown(&folder))));
         }
-        temporary(&folder, path).map(drop)
+        let hidden = hidden_name(&target);
+        remove_unfinished(&folder, |found| found == hidden);
+        temporary(&folder, &target).map(drop)
     };
     check().map_err(|source| Error::Write { path: path.into(), source })
 }
 
+/// Refuses an output that is among the files which the same run reads: they would be lost.
+///
+/// # Errors
+/// [`crate::Error::Write`].
+pub fn check_not_read<'a>(output: &Path, inputs: impl IntoIterator<Item = &'a Path>) -> Result<()> {
+    if inputs.into_iter().any(|input| is_same_output(output, input)) {
+        let source = io::Error::other("the same command reads it, expected another file");
+        return Err(Error::Write { path: output.into(), source });
+    }
+    Ok(())
+}
+
 /// Writes a file: a reader sees the old one or the whole new one. A symbolic link stays one, its
-/// target is replaced.
+/// target is replaced. What killed runs left unfinished there is removed.
 ///
 /// # Errors
 /// [`crate::Error::Write`]; the old file, if any, is then untouched.
@@ -106,16 +122,28 @@ pub fn write_atomically(path: &Path, bytes: &[u8]) -> Result<()> {
 }
 
 /// Writes files that belong together, each as [`write_atomically`] does. All are on the disk before
-/// the first takes its place: where one cannot be written, none is.
+/// the first takes its place: if one cannot be written, none is. Whoever writes several holds an
+/// [`OutputLock`](super::OutputLock), because they are not locked one by one: systems limit how
+/// many files are open.
 ///
 /// # Errors
 /// [`crate::Error::Write`] for the first that cannot be written.
 pub fn write_together(files: &[(PathBuf, impl AsRef<[u8]>)]) -> Result<()> {
     let in_words = |path: &Path, error: &io::Error| Error::Write { path: path.into(), source: without_name(error) };
-    let unfinished = |(path, bytes): &(PathBuf, _)| unfinished(path, AsRef::<[u8]>::as_ref(bytes));
+    let mut hidden: BTreeMap<PathBuf, Vec<String>> = BTreeMap::new();
+    for (path, _) in files {
+        let (folder, target) = destination(path).map_err(|error| in_words(path, &error))?;
+        hidden.entry(folder).or_default().push(hidden_name(&target));
+    }
+    for (folder, names) in &mut hidden {
+        names.sort_unstable();
+        remove_unfinished(folder, |found| names.binary_search_by(|name| name.as_str().cmp(found)).is_ok());
+    }
+    let is_alone = files.len() == 1;
+    let unfinished = |(path, bytes): &(PathBuf, _)| unfinished(path, AsRef::<[u8]>::as_ref(bytes), is_alone);
     let written = files.iter().map(|file| unfinished(file).map_err(|error| in_words(&file.0, &error)));
     let written: Vec<Unfinished> = written.collect::<Result<_>>()?;
-    for ((path, _), Unfinished { file, folder, target }) in files.iter().zip(written) {
+    for ((path, _), Unfinished { file, folder, target, held: _held }) in files.iter().zip(written) {
         let place = || file.persist(target).map_err(|error| error.error).and_then(|()| sync_folder(&folder));
         place().map_err(|error| in_words(path, &error))?;
     }
@@ -124,18 +152,21 @@ pub fn write_together(files: &[(PathBuf, impl AsRef<[u8]>)]) -> Result<()> {
 
 /// A file that is whole, beside that which it replaces.
 struct Unfinished {
-    /// Removed where it does not get its name.
+    /// Removed if it does not get its name.
     file: tempfile::TempPath,
     folder: PathBuf,
     target: PathBuf,
+    /// The lock of the file, which ends when it is closed.
+    held: Option<File>,
 }
 
-fn unfinished(path: &Path, bytes: &[u8]) -> io::Result<Unfinished> {
+fn unfinished(path: &Path, bytes: &[u8], is_alone: bool) -> io::Result<Unfinished> {
     let (folder, target) = destination(path)?;
     let mut file = temporary(&folder, &target)?;
     file.write_all(bytes)?;
     file.as_file().sync_all()?;
-    Ok(Unfinished { file: file.into_temp_path(), folder, target })
+    let (open, file) = file.into_parts();
+    Ok(Unfinished { file, folder, target, held: is_alone.then_some(open) })
 }
 
 /// The folder that a file is written in, and the path there.
@@ -162,8 +193,8 @@ pub fn hidden_name(path: &Path) -> String {
     format!(".extricate-{}", &name[start..])
 }
 
-/// A file that becomes that at `path`, beside it. Where a run is killed it stays, until the next
-/// run that writes there removes it.
+/// A file that becomes that at `path`, beside it. If the run is killed it stays, until the next run
+/// that writes there removes it. It is locked while it is open, which tells the two apart.
 pub fn temporary(folder: &Path, path: &Path) -> io::Result<tempfile::NamedTempFile> {
     let prefix = format!("{}-", hidden_name(path));
     let mut builder = tempfile::Builder::new();
@@ -174,13 +205,43 @@ pub fn temporary(folder: &Path, path: &Path) -> io::Result<tempfile::NamedTempFi
     builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
     let explain =
         |error: io::Error| io::Error::new(error.kind(), format!("cannot create a file there ({})", cause(&error)));
-    builder.tempfile_in(folder).map_err(explain)
+    loop {
+        let file = builder.tempfile_in(folder).map_err(explain)?;
+        // Another run may clean up in the moment before the lock is taken, and takes the file for
+        // one that was left. Some file systems lock nothing; there nothing is removed either.
+        let is_taken = matches!(file.as_file().try_lock(), Err(TryLockError::WouldBlock));
+        if !is_taken && file.path().exists() {
+            return Ok(file);
+        }
+    }
+}
+
+/// Removes what killed runs left unfinished in a folder, of outputs whose [`hidden_name`] `is_of`
+/// takes. What a living run writes there stays, because it is locked.
+pub fn remove_unfinished(folder: &Path, is_of: impl Fn(&str) -> bool) {
+    for entry in fs::read_dir(folder).into_iter().flatten().flatten() {
+        let is_unfinished = entry.file_name().to_str().and_then(hidden_part).is_some_and(&is_of);
+        // A pipe would not open until somebody reads it.
+        if is_unfinished
+            && entry.file_type().is_ok_and(|kind| kind.is_file())
+            && let Ok(file) = OpenOptions::new().write(true).open(entry.path())
+            && file.try_lock().is_ok()
+        {
+            let _ = fs::remove_file(entry.path());
+        }
+    }
+}
+
+/// What the name of a temporary file begins with; the rest is random.
+fn hidden_part(name: &str) -> Option<&str> {
+    let (hidden, random) = name.rsplit_once('-')?;
+    (random.len() == 6 && random.bytes().all(|b| b.is_ascii_alphanumeric())).then_some(hidden)
 }
 
 /// That a file has another name is kept by its folder: without this a new model may be gone after a
 /// power cut, though the old one is too.
 #[cfg(unix)]
-fn sync_folder(folder: &Path) -> io::Result<()> {
+pub fn sync_folder(folder: &Path) -> io::Result<()> {
     match File::open(folder)?.sync_all() {
         // Some file systems keep no folders.
         Err(error) if error.kind() == ErrorKind::InvalidInput => Ok(()),
@@ -190,7 +251,7 @@ fn sync_folder(folder: &Path) -> io::Result<()> {
 
 /// Elsewhere folders cannot be opened, and are kept by the system.
 #[cfg(not(unix))]
-fn sync_folder(_: &Path) -> io::Result<()> {
+pub fn sync_folder(_: &Path) -> io::Result<()> {
     Ok(())
 }
 

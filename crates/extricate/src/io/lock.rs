@@ -4,7 +4,7 @@ use std::fs::{self, File, OpenOptions, TryLockError};
 use std::io;
 use std::path::{Path, PathBuf};
 
-use super::files::{destination, hidden_name};
+use super::files::{destination, hidden_name, remove_unfinished};
 use crate::error::{Error, Result};
 
 /// Holds an output for one run. The system gives it back when the program ends, however it does.
@@ -38,7 +38,7 @@ impl OutputLock {
                     break file;
                 }
             };
-            remove_unfinished(&folder, &name);
+            remove_unfinished(&folder, |found| found == name);
             Ok(Self { path, _file: file })
         };
         take().map_err(|source| Error::Write { path: output.into(), source })
@@ -46,10 +46,8 @@ impl OutputLock {
 
     /// Removes what killed runs left unfinished in a folder that only this output has.
     pub fn clear(&self, folder: &Path) {
-        remove_where(folder, |name| {
-            let rest = name.strip_prefix(&hidden_name(Path::new(""))).and_then(|rest| rest.rsplit_once('-'));
-            is_random(rest.map(|(_, rest)| rest))
-        });
+        let prefix = hidden_name(Path::new(""));
+        remove_unfinished(folder, |found| found.starts_with(&prefix));
     }
 }
 
@@ -71,26 +69,6 @@ fn is_at(file: &File, path: &Path) -> bool {
 #[cfg(not(unix))]
 fn is_at(_: &File, _: &Path) -> bool {
     true
-}
-
-/// Removes what writers left under names that begin with `hidden`: nobody else writes that output
-/// while it is locked.
-fn remove_unfinished(folder: &Path, hidden: &str) {
-    let of_this = |found: &str| found.strip_prefix(hidden).is_some_and(|rest| is_random(rest.strip_prefix('-')));
-    remove_where(folder, of_this);
-}
-
-/// What temporary names end with.
-fn is_random(rest: Option<&str>) -> bool {
-    rest.is_some_and(|rest| rest.len() == 6 && rest.bytes().all(|b| b.is_ascii_alphanumeric()))
-}
-
-fn remove_where(folder: &Path, is_unfinished: impl Fn(&str) -> bool) {
-    for entry in fs::read_dir(folder).into_iter().flatten().flatten() {
-        if entry.file_name().to_str().is_some_and(&is_unfinished) {
-            let _ = fs::remove_file(entry.path());
-        }
-    }
 }
 
 #[cfg(test)]

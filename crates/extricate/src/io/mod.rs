@@ -1,6 +1,7 @@
 //! The one place that touches files: scenes in, models in and out.
 
 mod files;
+mod growing;
 mod lock;
 pub mod model_file;
 pub mod roadmap_file;
@@ -21,8 +22,9 @@ use crate::scene::file::world_file::{in_world_of_entries, obstacles_of_entries};
 use crate::scene::file::{self, SceneFile};
 use crate::scene::import::is_foreign;
 use crate::scene::{Body, Scene};
-pub use files::{check_output, check_regular, is_same_output, write_atomically, write_together};
+pub use files::{check_not_read, check_output, check_regular, is_same_output, write_atomically, write_together};
 use files::{read, read_within, reader};
+pub use growing::GrowingFile;
 pub use lock::OutputLock;
 use model_file::adapt_checkpoint;
 use model_file::checkpoint::{self, CheckpointSummary};
@@ -88,11 +90,12 @@ pub fn assemble_world(robots: &Scene, name: &str, entries: &SceneFile) -> Result
     in_world_of_entries(robots, Path::new(name), &cutting(entries), &mut reader(&entries.limits))
 }
 
-/// The obstacles of entries that were not written as a file, for [`Scene::with_obstacles`].
+/// The obstacles of entries that were not written as a file, for [`Scene::with_obstacles`], and
+/// what is to be said of the files that they are read from.
 ///
 /// # Errors
 /// As [`load_scene`].
-pub fn read_obstacles(name: &str, entries: &SceneFile) -> Result<Vec<Body>> {
+pub fn read_obstacles(name: &str, entries: &SceneFile) -> Result<(Vec<Body>, Vec<String>)> {
     obstacles_of_entries(Path::new(name), &cutting(entries), &mut reader(&entries.limits))
 }
 
@@ -295,6 +298,36 @@ mod tests {
         assert!(refused("").unwrap().contains("is a directory"));
         assert!(refused("no/new").unwrap().contains("there is no directory"));
         assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 3, "nothing is left behind");
+    }
+
+    #[test]
+    fn what_is_read_is_not_written() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = |name: &str| folder.path().join(name);
+        fs::write(path("in"), "").unwrap();
+        let other = folder.path().join(".").join("in");
+        let refused = check_not_read(&path("in"), [path("a").as_path(), &other]).unwrap_err().to_string();
+        assert!(refused.contains("in: the same command reads it"), "{refused}");
+        check_not_read(&path("out"), [path("in").as_path()]).unwrap();
+    }
+
+    #[test]
+    fn what_killed_runs_left_goes_and_what_others_write_stays() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = |name: &str| folder.path().join(name);
+        let mine = [path(".extricate-a-Ab3xYz"), path(".extricate-b-Ab3xYz")];
+        let others = [path(".extricate-a.b-Ab3xYz"), path(".extricate-a-Ab3x"), path("a-Ab3xYz")];
+        let plant = |paths: &[std::path::PathBuf]| paths.iter().for_each(|path| fs::write(path, "half").unwrap());
+        plant(&mine);
+        plant(&others);
+        let written_by_another = files::temporary(folder.path(), &path("a")).unwrap();
+        write_together(&[(path("b"), "new"), (path("a"), "new")]).unwrap();
+        assert!(mine.iter().all(|path| !path.exists()) && others.iter().all(|path| path.exists()));
+        assert!(written_by_another.path().exists());
+        plant(&mine);
+        write_atomically(&path("a"), b"newer").unwrap();
+        check_output(&path("b"), "thing", |_| true).unwrap();
+        assert!(mine.iter().all(|path| !path.exists()) && written_by_another.path().exists());
     }
 
     #[cfg(unix)]

@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Component, Path, PathBuf};
 
-use super::files::{check_output, read_within, reader, write_together};
+use super::files::{check_not_read, check_output, read_within, reader, write_together};
 use super::lock::OutputLock;
 use crate::error::{Error, Result, bounded};
 use crate::robot::{LoadLimit, LoadLimits};
@@ -63,6 +63,8 @@ pub fn import_world(
     urdf: Option<&Path>,
     limits: &LoadLimits,
 ) -> Result<ImportReport> {
+    let read = [path].into_iter().chain(urdf);
+    check_not_read(output, read)?;
     check_output(output, "scene written by import", |head| head.starts_with(MARK.as_bytes()))?;
     let lock = OutputLock::take(output)?;
     let Imported { mut entries, mut notes } = read_foreign(path, robots, limits)?;

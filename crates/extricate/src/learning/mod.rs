@@ -65,6 +65,9 @@ impl LearnOptions {
         if self.labels == 0 {
             return Err(Error::Option { name: "labels", value: "0".into(), expected: "at least 1" });
         }
+        if let Some(seconds) = self.seconds.filter(|seconds| seconds.is_nan() || *seconds <= 0.0) {
+            return Err(Error::Option { name: "seconds", value: seconds.to_string(), expected: "more than 0" });
+        }
         let targets = [("target_excess", self.target_excess), ("target_disagreement", self.target_disagreement)];
         match targets.into_iter().find_map(|(name, target)| Some((name, target.filter(|t| !(0.0..1e9).contains(t))?))) {
             Some((name, value)) => Err(Error::Option { name, value: value.to_string(), expected: "0 or more" }),
@@ -103,4 +106,21 @@ pub struct LearnProgress {
     pub boundary_samples: usize,
     /// Held-out balanced accuracy of the last classifier.
     pub accuracy: Option<f64>,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn seconds_that_are_no_time_are_refused() {
+        let checked = |seconds| LearnOptions { seconds, ..LearnOptions::default() }.check();
+        for bad in [f64::NAN, -1.0, -0.0, 0.0, f64::NEG_INFINITY] {
+            let message = checked(Some(bad)).unwrap_err().to_string();
+            assert_eq!(message, format!("option seconds: got {bad}, expected more than 0"));
+        }
+        for good in [None, Some(1e-9), Some(f64::INFINITY)] {
+            assert!(checked(good).is_ok(), "{good:?}");
+        }
+    }
 }

@@ -54,7 +54,9 @@ pub struct Answer {
     /// stream, which may be farther: 0 where the query is free.
     pub nearest: Option<f64>,
     /// Clearance \[m\] that the witness keeps, of pairs without one of their own: that which the
-    /// query aims at, or the scene's where nothing was found that keeps it.
+    /// query aims at, or less of it, at least the scene's ([`super::QueryOptions::clearance`]).
+    /// Depth, bound and exits are those of a scene with this clearance. Of a continuous stream:
+    /// what the proxy keeps, at most what it aims at.
     pub clearance: f64,
     /// Whether the exact checker called the witness free during this query; otherwise it did when
     /// the model was learned.

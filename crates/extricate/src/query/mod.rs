@@ -71,13 +71,15 @@ use worlds::constraints::under;
 /// `lower_bound <= depth`, and `lower_bound` is proved. The witness is free: by the exact checker
 /// during this call where `verified` is set, otherwise when the model was learned.
 pub fn query(context: &Context, q: &Config, options: &QueryOptions, scratch: &mut QueryScratch) -> Option<Answer> {
-    under(context, options, |context| {
+    let mut answer = under(context, q, options, scratch, |context, options, scratch| {
         let mut answer = nearest_exit(context, q, options, scratch)?;
         if !answer.is_free() {
             report(context, options, scratch, &mut answer);
         }
         Some(answer)
-    })
+    })?;
+    answer.checks = scratch.checks();
+    Some(answer)
 }
 
 /// As [`query`], for a caller who wants the witness alone: nothing is proved or said of it.
@@ -98,7 +100,7 @@ pub(crate) fn nearest_exit_under(
     options: &QueryOptions,
     scratch: &mut QueryScratch,
 ) -> Option<Answer> {
-    under(context, options, |context| nearest_exit(context, q, options, scratch))
+    under(context, q, options, scratch, |context, options, scratch| nearest_exit(context, q, options, scratch))
 }
 
 /// How late starts find the nearest exit of `q`, of each part, and the checks that it took to tell.

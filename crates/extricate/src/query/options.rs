@@ -45,6 +45,10 @@ pub const DEFAULT_GAP: f64 = 0.05;
 /// for all of them.
 pub const MAX_EXITS: usize = 100_000;
 
+/// Most starts that a query makes of [`QueryOptions::starts`], and that a shell lets anyone ask
+/// for: each takes a descent, and millions would never end.
+pub const MAX_STARTS: usize = 100_000;
+
 /// Exits that are looked for where the one nearest to a goal is chosen.
 const TO_CHOOSE: usize = 8;
 
@@ -59,7 +63,7 @@ pub struct QueryOptions {
     /// Starts of descents, all in all; `None` leaves it to the effort ([`Effort::Refined`]: what
     /// the model measured, for as long as they find something nearer). Stored samples come first,
     /// as many as the effort takes; the rest are around the query. Fewer are faster and find the
-    /// nearest exit less often.
+    /// nearest exit less often. More than [`MAX_STARTS`] are as many.
     pub starts: Option<usize>,
     /// Share of the depth that need not be proved, in `[0, 1)`: the search stops as soon as
     /// `lower_bound >= (1 - gap) depth`. [`Effort::Proved`] works for it ([`DEFAULT_GAP`] where it
@@ -68,8 +72,10 @@ pub struct QueryOptions {
     /// ([`QueryOptions::toward`]).
     pub gap: Option<f64>,
     /// Clearance \[m\] to aim at in place of the scene's, for pairs without one of their own
-    /// ([`crate::scene::clearances`]); where nothing is found that keeps it, the scene's holds. See
-    /// [`super::Answer::clearance`].
+    /// ([`crate::scene::clearances`]). If nothing is found that keeps it, or only what is more than
+    /// ten times as far as the nearest exit at the scene's clearance (and what the difference moves
+    /// at least), the witness keeps as much of it as halving the difference finds near that exit,
+    /// at least the scene's. See [`super::Answer::clearance`].
     pub clearance: Option<f64>,
     /// Joints that stay where the query has them, as indices into [`crate::Scene::joints`]; those
     /// beyond their limits, or of which a pair in collision alone depends, leave no answer.
@@ -96,6 +102,11 @@ impl QueryOptions {
     pub(crate) fn wanted(&self) -> usize {
         let to_choose = if self.toward.is_some() && self.effort != Effort::Nearest { TO_CHOOSE } else { 1 };
         self.exits.max(to_choose)
+    }
+
+    /// How many starts to make, if the effort does not say.
+    pub(crate) fn wanted_starts(&self) -> Option<usize> {
+        self.starts.map(|starts| starts.min(MAX_STARTS))
     }
 
     /// The gap that ends the search.

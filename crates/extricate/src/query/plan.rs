@@ -147,7 +147,7 @@ impl Plan {
             polish,
         }
         .over(context.checker.scene().space.nv());
-        match (options.effort, options.starts) {
+        match (options.effort, options.wanted_starts()) {
             // Of stale samples the nearest may all collide, and any of the others be the answer.
             (Effort::Nearest, _) if context.scene_changed() => Self { starts: 0, care: Probes::Exact, ..plan },
             (Effort::Nearest, _) => Self { starts: 0, care: Probes::Glance, ..plan },
@@ -179,7 +179,7 @@ impl Plan {
 
     /// The same, as far as an exhaustive query goes.
     pub fn exhaustive(self, context: &Context, options: &QueryOptions) -> Self {
-        let (starts, around) = options.starts.map_or(EXHAUSTIVE_STARTS, |n| (n.div_ceil(2), n / 2));
+        let (starts, around) = options.wanted_starts().map_or(EXHAUSTIVE_STARTS, |n| (n.div_ceil(2), n / 2));
         let all_convex = context.checker.all_convex();
         let descent = DescentOptions {
             iterations: 60,

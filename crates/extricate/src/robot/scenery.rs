@@ -117,6 +117,23 @@ impl PointCloud {
         Ok(cloud)
     }
 
+    /// As [`PointCloud::new`], but points of which a coordinate is NaN are left out, as sensors
+    /// give them where they saw nothing; how many these were, too.
+    ///
+    /// # Errors
+    /// As [`PointCloud::new`].
+    pub fn seen(file: &str, element: &str, radius: f64, points: Vec<Vec3>) -> Result<(Self, usize)> {
+        let is_lost = |point: &Vec3| point.iter().any(|x| x.is_nan());
+        let lost = points.iter().filter(|point| is_lost(point)).count();
+        // What is lost becomes a point that is there, so that rows keep their numbers in messages.
+        let seen = points.iter().map(|point| if is_lost(point) { Vec3::zeros() } else { *point }).collect();
+        let mut cloud = Self::new(file, element, radius, seen)?;
+        if lost > 0 {
+            cloud.points = points.into_iter().filter(|point| !is_lost(point)).collect();
+        }
+        Ok((cloud, lost))
+    }
+
     fn check(&self, file: &str, element: &str) -> Result<()> {
         let Self { radius, points } = self;
         if !(0.0..=FARTHEST).contains(radius) {
@@ -319,6 +336,17 @@ mod tests {
         let voxels = Voxels::new("s", "v", 0.5, vec![[1, 0, 0], [-1, 2, 3], [1, 0, 0]]).unwrap();
         assert_eq!(voxels.cells(), [[-1, 2, 3], [1, 0, 0]]);
         assert_eq!(voxels.center(&[-1, 2, 3]), Vec3::new(-0.25, 1.25, 1.75));
+    }
+
+    #[test]
+    fn what_a_sensor_did_not_see_is_left_out_and_counted() {
+        let nan = f64::NAN;
+        let points = || vec![Vec3::zeros(), Vec3::repeat(nan), Vec3::x(), Vec3::new(0.0, nan, 1.0)];
+        let (cloud, lost) = PointCloud::seen("s", "p", 0.1, points()).unwrap();
+        assert_eq!((cloud.points(), lost), (&[Vec3::zeros(), Vec3::x()][..], 2));
+        let far = [points(), vec![Vec3::new(0.0, f64::INFINITY, 0.0)]].concat();
+        let message = PointCloud::seen("s", "p", 0.1, far).unwrap_err().to_string();
+        assert!(message.contains("p: row 5: got (0, inf, 0)"), "{message}");
     }
 
     #[test]

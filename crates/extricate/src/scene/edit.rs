@@ -1,16 +1,19 @@
 //! The same scene with something changed: obstacles moved, added or gone, objects attached to
 //! links, pairs no longer checked. Robots, coordinates and metric stay.
 //!
-//! Every function gives another scene, which shares geometry with this one. With
+//! Every function gives another scene, which shares geometry with this one, and whose warnings tell
+//! of what came and no more of what went. With
 //! [`crate::World::with_scene`] what is prepared of it is shared as well.
 
 use std::collections::{HashMap, HashSet};
 
-use super::assemble::bodies::refuse_vast;
+use super::assemble::NOTHING_CHECKED;
+use super::assemble::bodies::{OncePerMesh, refuse_vast, warn_of_surfaces};
 use super::names::{check_name, unknown};
+use super::units::warn_of_sizes;
 use super::{Body, BodyPair, LinkAttachment, MetricKind, Part, Scene};
 use crate::cspace::{ConfigSpace, Factor};
-use crate::error::{Error, Result, quoted};
+use crate::error::{Error, Result, bounded, quoted};
 use crate::math::{FARTHEST, Pose};
 use crate::robot::Geometry;
 
@@ -77,7 +80,7 @@ impl Scene {
             scene.push_among(&moving, Body { robot: None, frame: 0, ..obstacle }, &element)?;
         }
         scene.pairs.sort_unstable();
-        Ok(scene)
+        Ok(scene.telling(self.bodies.len()))
     }
 
     /// Without the obstacles, or objects attached to links, of these names.
@@ -97,8 +100,13 @@ impl Scene {
             next += usize::from(!goes);
         }
         let stays = |pair: &BodyPair| Some(BodyPair { first: places[pair.first]?, second: places[pair.second]? });
-        let bodies = self.bodies.iter().zip(&goes).filter(|(_, goes)| !**goes).map(|(body, _)| body.clone());
-        Ok(Self { bodies: bodies.collect(), pairs: self.pairs.iter().filter_map(stays).collect(), ..self.clone() })
+        let bodies: Vec<Body> =
+            self.bodies.iter().zip(&goes).filter(|(_, goes)| !**goes).map(|(body, _)| body.clone()).collect();
+        let pairs = self.pairs.iter().filter_map(stays).collect();
+        let mut warnings = self.warnings.clone();
+        warnings.retain(|warning| body_told(warning).is_none_or(|name| others.get(name).is_none_or(|at| !goes[*at])));
+        let came = bodies.len();
+        Ok(Self { bodies, pairs, warnings, ..self.clone() }.telling(came))
     }
 
     /// Without any obstacle.
@@ -122,7 +130,7 @@ impl Scene {
         }
         let mut scene = self.clone();
         scene.pairs.retain(|pair| !disabled.contains(pair));
-        Ok(scene)
+        Ok(scene.telling(self.bodies.len()))
     }
 
     /// With other weights of squared displacements in the metric of the joints, by joint: of its
@@ -216,7 +224,23 @@ impl Scene {
             }
         }
         scene.pairs.sort_unstable();
-        Ok(scene)
+        Ok(scene.telling(self.bodies.len()))
+    }
+
+    /// With what a user should know of the bodies from `first` on, which came, and of the pairs.
+    pub(super) fn telling(mut self, first: usize) -> Self {
+        let mut warnings = std::mem::take(&mut self.warnings);
+        let (came, mut known) = (&self.bodies[first..], OncePerMesh::default());
+        came.iter().for_each(|body| warn_of_surfaces(body, &mut known, &mut warnings));
+        if !came.is_empty() {
+            warn_of_sizes(&self, came, &mut warnings);
+        }
+        // It may have been true of the scene before.
+        warnings.retain(|warning| warning != NOTHING_CHECKED);
+        if self.pairs.is_empty() {
+            warnings.push(NOTHING_CHECKED.into());
+        }
+        Self { warnings: bounded(warnings), ..self }
     }
 
     /// Adds a body and its pairs with all bodies on other frames but those of `touch`.
@@ -256,6 +280,12 @@ impl Scene {
             None => found(bodies, name, &element()).map(Some),
         }
     }
+}
+
+/// The name of the obstacle or attached object that a warning tells something of.
+fn body_told(warning: &str) -> Option<&str> {
+    let rest = warning.strip_prefix("obstacle `").or_else(|| warning.strip_prefix("attached `"))?;
+    rest.split_once('`').map(|(name, _)| name)
 }
 
 /// The body of this name.

@@ -16,6 +16,7 @@ mod licences;
 mod memory;
 mod meshes;
 mod motions;
+mod narrow_places;
 mod no_model;
 mod other_robots;
 mod property;

@@ -130,6 +130,47 @@ fn faults_in_clearances_and_attached_objects_are_named() {
 }
 
 #[test]
+fn a_world_may_enable_neighbours_and_disable_pairs() {
+    let scene = gripper("", "");
+    let mut read = |_: &Path| -> extricate::Result<Vec<u8>> { panic!("nothing to read") };
+    let mut pairs = |text: &str| {
+        let text = format!("[pairs]\n{text}");
+        in_world(&scene, Path::new("w.toml"), &text, &mut read).map_err(|error| error.to_string()).map(|scene| {
+            let names = (0..scene.pairs.len()).map(|pair| scene.pair_names(PairId::new(pair)).join(" "));
+            (names.collect::<Vec<_>>(), scene.warnings)
+        })
+    };
+    assert_eq!(pairs("disable = []").unwrap().0, ["left right"]);
+    assert_eq!(pairs("enable = [['left', 'palm']]").unwrap().0, ["palm left", "left right"]);
+    let swapped = pairs("enable = [['right', 'palm']]\ndisable = [['right', 'left']]").unwrap();
+    assert_eq!((swapped.0, swapped.1.is_empty()), (vec!["palm right".to_string()], true));
+    assert!(pairs("enable = [['tip', 'palm']]").unwrap().1[0].contains("without geometry touches nothing"));
+    assert!(
+        pairs("enable = [['left', 'plam']]").unwrap_err().contains("pairs: enable [\"left\", \"plam\"]: got `plam`")
+    );
+    assert!(pairs("disable = [['left', 'plam']]").unwrap_err().contains("w.toml: pairs: disable [\"left\", \"plam\"]"));
+    let both = "enable = [['left', 'palm']]\ndisable = [['palm', 'left']]";
+    assert!(pairs(both).unwrap_err().contains("`disable` or `touch` takes out"));
+}
+
+#[test]
+fn changed_scenes_tell_of_what_came_and_no_more_of_what_went() {
+    let scene = gripper("", "");
+    assert!(scene.warnings.is_empty(), "{:?}", scene.warnings);
+    let half_extents = Vec3::repeat(200.0);
+    let vast = || Body::obstacle("vast", Geometry::Box { half_extents }, Pose::translation(Vec3::new(900.0, 0.0, 0.0)));
+    let told = scene.with_obstacles([vast()]).unwrap();
+    assert!(told.warnings.len() == 1 && told.warnings[0].contains("obstacle `vast` is 400 m thick"));
+    assert_eq!(told.moved([("vast", Pose::identity())]).unwrap().warnings, told.warnings);
+    assert_eq!(told.without(["wall"]).unwrap().warnings, told.warnings);
+    assert!(told.without(["vast"]).unwrap().warnings.is_empty());
+    assert!(scene.attached(vast(), "palm", &[]).unwrap().warnings[0].contains("attached `vast` is 400 m thick"));
+    let bare = scene.without_obstacles().disabled([["left", "right"]]).unwrap();
+    assert!(bare.warnings.len() == 1 && bare.warnings[0].contains("no pair of bodies is checked"));
+    assert!(bare.with_obstacles([rod()]).unwrap().warnings.is_empty());
+}
+
+#[test]
 fn a_world_of_a_file_takes_the_place_of_the_obstacles() {
     let scene = gripper("clearance = { self = 1e-4, world = 0.02 }", "");
     let mut read = |_: &Path| -> extricate::Result<Vec<u8>> { panic!("nothing to read") };

@@ -80,6 +80,9 @@ pub fn run(args: &DemoArgs, json: bool) -> anyhow::Result<()> {
     io::check_output(&args.out, "picture (SVG)", |head| head.starts_with(b"<svg"))?;
     let _lock = OutputLock::take(&args.out)?;
     let page = args.page.clone().unwrap_or_else(|| args.out.with_extension("html"));
+    if io::is_same_output(&args.out, &page) {
+        bail!("--page: got {}, which is the picture to write, expected another file", page.display());
+    }
     io::check_output(&page, "page of this program", is_page)?;
     let _page_lock = OutputLock::take(&page)?;
     let scene = builtin::scene(&args.scene)?;
@@ -204,11 +207,19 @@ fn export(name: &str, folder: &Path, json: bool) -> anyhow::Result<()> {
     let Some(files) = builtin::files(name) else {
         bail!("there is no built-in scene {name}");
     };
-    if let Some((path, _)) = files.iter().find(|(path, _)| folder.join(path).exists()) {
-        bail!("{} exists; nothing was written", folder.join(path).display());
-    }
-    let scene = folder.join(&files[0].0).display().to_string();
+    let scene = folder.join(&files[0].0);
+    fs::create_dir_all(folder).with_context(|| format!("cannot create {}", folder.display()))?;
+    let _lock = OutputLock::take(&scene)?;
+    let scene = scene.display().to_string();
     let files: Vec<_> = files.into_iter().map(|(path, content)| (folder.join(path), content)).collect();
+    // A run that was killed may have left some of the files, and this one then writes all of them.
+    let (there, missing): (Vec<_>, Vec<_>) = files.iter().partition(|(path, _)| path.exists());
+    let in_the_way = |(path, content): &&&(PathBuf, Vec<u8>)| {
+        missing.is_empty() || !fs::read(path).is_ok_and(|found| found == *content)
+    };
+    if let Some((path, _)) = there.iter().find(in_the_way) {
+        bail!("{} exists; nothing was written", path.display());
+    }
     for parent in files.iter().filter_map(|(path, _)| path.parent()) {
         fs::create_dir_all(parent).with_context(|| format!("cannot create {}", parent.display()))?;
     }

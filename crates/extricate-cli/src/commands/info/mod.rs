@@ -6,11 +6,12 @@ use std::path::PathBuf;
 
 use clap::Args;
 use extricate::Statistics;
+use extricate::internals::collision::pairs_always_colliding;
 use serde::Serialize;
 
 use super::file_kind::{FileKind, kind_of};
 use super::learn::statistics_rows;
-use super::{load_model, load_scene, pairs_always_colliding, prepare};
+use super::{load_model, load_scene, prepare};
 use crate::args::LoadArgs;
 use crate::output::Output;
 use crate::report;

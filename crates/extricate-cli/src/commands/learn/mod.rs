@@ -5,13 +5,14 @@ pub mod run;
 use std::path::PathBuf;
 
 use clap::Args;
+use extricate::internals::collision::pairs_always_colliding;
 use extricate::internals::io;
 use extricate::internals::model::EndedBy;
 use extricate::internals::model::evaluate::figures::Density;
 use extricate::{LearnOptions, Learner, Scene, Statistics};
 use serde::Serialize;
 
-use super::{disable_line, load_scene, pairs_always_colliding, prepare, tell_warnings};
+use super::{disable_line, load_scene, prepare, tell_warnings};
 use crate::args::{LoadArgs, positive, seconds, seed, share, threads};
 use crate::notice;
 use crate::output::Output;
@@ -81,7 +82,7 @@ struct Report<'a> {
 /// Runs the command.
 pub fn run(args: &LearnArgs, json: bool) -> anyhow::Result<()> {
     io::check_model_output(&args.output)?;
-    let keep = args.keep.keep(&args.output)?;
+    let keep = args.keep.keep(&args.output, &[&args.scene])?;
     let learner = if args.keep.resume { resumed(args, &keep)? } else { begun(args, &keep)? };
     let unit = report::metric_unit(learner.scene());
     let learned = run_with_progress(learner, Some(&keep))?;

@@ -34,8 +34,8 @@ pub struct KeepArgs {
 }
 
 impl KeepArgs {
-    /// Where the run that writes `model` is kept.
-    pub fn keep(&self, model: &Path) -> anyhow::Result<Keep> {
+    /// Where the run that reads `inputs` and writes `model` is kept.
+    pub fn keep(&self, model: &Path, inputs: &[&PathBuf]) -> anyhow::Result<Keep> {
         let beside = || {
             let mut name = model.as_os_str().to_os_string();
             name.push(".checkpoint");
@@ -44,6 +44,9 @@ impl KeepArgs {
         let path = self.checkpoint.clone().unwrap_or_else(beside);
         if io::is_same_output(model, &path) {
             bail!("--checkpoint: got {}, which is the model to write, expected another file", path.display());
+        }
+        for output in [model, &path] {
+            io::check_not_read(output, inputs.iter().map(|input| input.as_path()))?;
         }
         io::check_checkpoint_output(&path)?;
         let locks = vec![OutputLock::take(model)?, OutputLock::take(&path)?];

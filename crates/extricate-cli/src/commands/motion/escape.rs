@@ -1,5 +1,6 @@
 //! `extricate escape`: a path out of collision for each of many configurations.
 
+use std::cell::OnceCell;
 use std::path::PathBuf;
 
 use anyhow::bail;
@@ -7,8 +8,9 @@ use clap::Args;
 use extricate::{Escape, EscapeMethod, EscapeOptions, Scene, Termination};
 use serde::Serialize;
 
-use crate::args::{InputArgs, LoadArgs, length, positive, seconds, seed, whole};
+use crate::args::{self, InputArgs, LoadArgs, length, seconds, seed, whole};
 use crate::commands::query::asker::Asked;
+use crate::commands::with_advice;
 use crate::input::BadLine;
 use crate::output::Output;
 use crate::progress::Progress;
@@ -21,7 +23,7 @@ query first; empty where no path was found), free_from (the path is proved free 
 method (\"free\", \"nearest\": straight to the nearest exit, \"exit\": straight to another one, \"pushed\": parted little by \
 little, \"grown\": trees; null where no path was found), colliding (list of [name, name], signed distance [m]), deepening \
 (most that one of these was found deeper than at the query [m]), length (in the scene's metric), max_displacement [m], \
-checks.";
+checks, error (only where no path was found: that, and which pairs collide wherever one looks, if any do).";
 
 /// Arguments of `escape`.
 #[derive(Args)]
@@ -32,15 +34,15 @@ pub struct EscapeArgs {
     file: PathBuf,
     #[command(flatten)]
     input: InputArgs,
-    /// Clearance in metres that the end of a path is to keep; where nothing is found that keeps it,
-    /// the scene's. By default the scene's and 1 mm
+    /// Clearance in metres that the end of a path is to keep; a near end that keeps less, at least
+    /// the scene's, is preferred to a far one. By default the scene's and 1 mm
     #[arg(long, value_name = "METRES", value_parser = length, allow_negative_numbers = true)]
     aim: Option<f64>,
     /// By how much, in metres, a pair that collides at the query may get deeper on the way
     #[arg(long, value_name = "METRES", value_parser = length, allow_negative_numbers = true, default_value = "1e-3")]
     tolerance: f64,
     /// Try straight edges to up to K exits
-    #[arg(long, value_name = "K", value_parser = positive, allow_negative_numbers = true, default_value_t = 6)]
+    #[arg(long, value_name = "K", value_parser = args::exits, allow_negative_numbers = true, default_value_t = 6)]
     exits: usize,
     /// Spend at most N checks on the trees that grow where nothing simpler leads out
     #[arg(long, value_name = "N", value_parser = whole, allow_negative_numbers = true, default_value_t = 20_000)]
@@ -72,15 +74,18 @@ struct Row<'a> {
     length: f64,
     max_displacement: f64,
     checks: usize,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    error: Option<&'a str>,
 }
 
 impl<'a> Row<'a> {
-    fn new(escape: &'a Escape, scene: &'a Scene) -> Self {
+    /// `error` says why there is no path, if there is none.
+    fn new(escape: &'a Escape, scene: &'a Scene, error: Option<&'a str>) -> Self {
         let colliding = escape.colliding.iter().map(|(pair, distance)| (scene.pair_names(*pair), *distance)).collect();
         let Escape { points, free_from, method, deepening, length, max_displacement, checks, .. } = escape;
         let (free_from, method, deepening, length) = (*free_from, *method, *deepening, *length);
         let (max_displacement, checks) = (*max_displacement, *checks);
-        Self { points, free_from, method, colliding, deepening, length, max_displacement, checks }
+        Self { points, free_from, method, colliding, deepening, length, max_displacement, checks, error }
     }
 
     fn text(&self, line: usize) -> String {
@@ -108,7 +113,10 @@ pub fn run(args: &EscapeArgs, json: bool) -> anyhow::Result<()> {
         (args.aim, args.tolerance, args.exits, args.tree_checks, args.seed);
     let options = EscapeOptions { aim, tolerance, exits, tree_checks, seed, termination, ..EscapeOptions::default() };
     let scene = asked.scene();
-    let mut out = Output::new(configs.is_stream());
+    let told = OnceCell::new();
+    let no_path = || told.get_or_init(|| with_advice("no path was found", asked.view().checker())).as_str();
+    // A path may take minutes; those that were found are not to be lost with the next.
+    let mut out = Output::new(true);
     let mut progress = Progress::beside_rows("escaping");
     let (mut total, mut found) = (0, 0);
     while let Some(entry) = configs.next(scene)? {
@@ -126,7 +134,7 @@ pub fn run(args: &EscapeArgs, json: bool) -> anyhow::Result<()> {
                 }
                 total += 1;
                 found += usize::from(escape.is_found());
-                let row = Row::new(&escape, scene);
+                let row = Row::new(&escape, scene, (!escape.is_found()).then(&no_path));
                 if json { out.json(&row)? } else { out.line(row.text(line))? }
             }
             Err(bad) => {
@@ -138,11 +146,18 @@ pub fn run(args: &EscapeArgs, json: bool) -> anyhow::Result<()> {
         }
         progress.update(configs.fraction(), || format!("{} paths", report::count(total)));
     }
-    out.finish()?;
     drop(progress);
-    configs.conclude()?;
-    if found < total {
-        bail!("{} of {} queries have no path: none was found", report::count(total - found), report::count(total));
+    let (missing, all) = (report::count(total - found), report::count(total));
+    if !json && total > 0 {
+        let share = report::percent(found as f64 / total as f64);
+        out.line(format_args!("\n{} of {all} queries have a path ({share})", report::count(found)))?;
     }
-    Ok(())
+    out.finish()?;
+    let none = || with_advice("none was found", asked.view().checker());
+    match (configs.conclude(), found < total) {
+        (Ok(()), false) => Ok(()),
+        (Ok(()), true) => bail!("{missing} of {all} queries have no path: {}", none()),
+        (Err(bad), false) => Err(bad),
+        (Err(bad), true) => bail!("{bad}; {missing} of {all} queries have no path: {}", none()),
+    }
 }

@@ -1,11 +1,11 @@
 //! `extricate plan`: a proved path between two free configurations.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use anyhow::{Context, bail};
 use clap::Args;
-use extricate::internals::io::{check_roadmap_output, load_roadmap, save_roadmap};
+use extricate::internals::io::{OutputLock, check_not_read, check_roadmap_output, load_roadmap, save_roadmap};
 use extricate::{Config, Plan, PlanMethod, PlanOptions, Roadmap, Scene, Stop, Termination};
 use serde::Serialize;
 
@@ -77,6 +77,8 @@ pub fn run(args: &PlanArgs, json: bool) -> anyhow::Result<()> {
     let asked = Asked::load(&args.file, args.world.as_deref(), &args.load)?;
     let scene = asked.scene();
     let (from, to) = (config("--from", &args.from, scene)?, config("--to", &args.to, scene)?);
+    // Held from before it is read until it is written: else what another run adds is lost.
+    let _lock = args.roadmap.as_deref().map(|path| hold(path, args)).transpose()?;
     let mut roadmap = match &args.roadmap {
         Some(path) if path.exists() => load_roadmap(path, scene)?,
         _ => Roadmap::new(&scene.space, args.seed),
@@ -97,15 +99,22 @@ pub fn run(args: &PlanArgs, json: bool) -> anyhow::Result<()> {
     };
     let plan = busy("planning", || asked.view().plan_with(&from, &to, &options, &mut roadmap))?;
     let was_stopped = stop.is_asked();
+    // The path first: it is known, and whatever becomes of the file it is not lost.
+    let printed = print(&plan, scene, json);
     if let Some(path) = &args.roadmap {
         uninterrupted(|| save_roadmap(&roadmap, path))?;
     }
-    print(&plan, scene, json)?;
+    printed?;
     match (plan.is_found(), was_stopped) {
         (true, _) => Ok(()),
         (false, true) => bail!("interrupted before a path was found"),
         (false, false) => bail!("no path was found in {} checks", report::count(plan.checks)),
     }
+}
+
+fn hold(roadmap: &Path, args: &PlanArgs) -> extricate::Result<OutputLock> {
+    check_not_read(roadmap, [args.file.as_path()].into_iter().chain(args.world.as_deref()))?;
+    OutputLock::take(roadmap)
 }
 
 fn print(plan: &Plan, scene: &Scene, json: bool) -> anyhow::Result<()> {

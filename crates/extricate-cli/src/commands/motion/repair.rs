@@ -33,11 +33,12 @@ pub struct RepairArgs {
     /// The path, one configuration a line, as for `query --input`; `-` reads standard input
     #[arg(long, value_name = "FILE")]
     path: PathBuf,
-    /// Clearance in metres that configurations are pushed out to; where nothing is found that keeps
-    /// it, the scene's. By default a tenth of the radius of the smallest moving body beyond it
+    /// Clearance in metres that configurations are pushed out to, or as much of it as is kept
+    /// nearby. By default a tenth of the radius of the smallest moving body beyond the scene's
     #[arg(long, value_name = "METRES", value_parser = length, allow_negative_numbers = true)]
     aim: Option<f64>,
-    /// Most that a point may be from the old path, in the scene's metric
+    /// Most that the new path may be from the old one, and rows that are cut off from the new one,
+    /// in the scene's metric
     #[arg(long, value_name = "D", value_parser = length, allow_negative_numbers = true)]
     max_deviation: Option<f64>,
     /// Seed of the random numbers

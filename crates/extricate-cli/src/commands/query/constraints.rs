@@ -11,8 +11,8 @@ use crate::input::Configs;
 #[derive(Args)]
 #[command(next_help_heading = "World and constraints")]
 pub struct ConstraintArgs {
-    /// Aim at this clearance in metres in place of the scene's; where nothing is found that keeps
-    /// it, the scene's holds, and the answer says so
+    /// Aim at this clearance in metres in place of the scene's; a witness that would be more than
+    /// ten times as far as the nearest at the scene's clearance keeps less, and the answer says so
     #[arg(long, value_name = "M", value_parser = length, allow_negative_numbers = true)]
     clearance: Option<f64>,
     /// Joints that stay where the query has them, by name

@@ -14,6 +14,7 @@ from __future__ import annotations
 import dataclasses
 import os
 import pathlib
+import reprlib
 from collections import OrderedDict
 from typing import Any, Callable, Dict, Iterator, Mapping, Optional, Tuple, Union
 
@@ -95,14 +96,31 @@ def learn(
         options is another model, and learned.
 
     Whatever fails is the `error` of its `Learned`: a scene that cannot be loaded, a worker that died three times. Raises TypeError
-    and ValueError for arguments that make no sense, OSError where the folder cannot be written.
+    and ValueError for arguments that make no sense, OSError where the folder cannot be written, and, at the first result, where
+    another run writes to it. A run ends with its last result, or when it is closed. Workers of this machine end with it, and with
+    this process, however that ends.
     """
     unknown = sorted(set(options) - set(_OPTIONS))
     if unknown:
         raise TypeError(f"got an unexpected keyword argument '{unknown[0]}', expected one of {', '.join(_OPTIONS)}")
+    _texts("scenes", scenes)
     manifest = Manifest(pathlib.Path(folder))
     given = {name: value for name, value in options.items() if value is not None}
-    return _learned(dict(scenes), manifest, (on, workers, threads, progress), {"checkpoint_every": checkpoint_every, **given}, given)
+    return _held(dict(scenes), manifest, (on, workers, threads, progress), {"checkpoint_every": checkpoint_every, **given}, given)
+
+
+def _texts(name: str, mapping: Mapping[str, Any]) -> None:
+    """Raises TypeError for a key that the manifest could not keep as it is."""
+    for key in mapping:
+        if not isinstance(key, str):
+            raise TypeError(f"{name}: got the key {reprlib.repr(key)}, expected text")
+
+
+def _held(
+    scenes: Dict[str, _Scene], manifest: Manifest, how: Tuple[Any, ...], call: Dict[str, Any], given: Dict[str, Any]
+) -> Iterator[Learned]:
+    with manifest.held():
+        yield from _learned(scenes, manifest, how, call, given)
 
 
 def _learned(
@@ -173,8 +191,10 @@ def query(
     on, workers, threads, progress: as in `learn`. Answers do not depend on them.
     options: as `Model.query_batch` takes them.
 
-    Whatever fails is the `error` of its `Answered`: no such model, rows that are no configurations.
+    Whatever fails is the `error` of its `Answered`: no such model, rows that are no configurations. Raises TypeError for keys that
+    are not text, OSError and ValueError as `open`.
     """
+    _texts("queries", queries)
     manifest = Manifest(pathlib.Path(folder), make=False)
 
     def jobs() -> Iterator[Job]:

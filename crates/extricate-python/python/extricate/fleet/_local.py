@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import pickle
 import queue
 import subprocess
 import sys
+import tempfile
 import threading
 from typing import Any, Dict, Optional, Tuple
 
@@ -67,14 +69,35 @@ class Pool:
         self._done.put((key, result, error))
 
     def _once(self, key: str, job: bytes) -> Tuple[int, str, bytes]:
-        with self._lock:
-            if self._closed:
-                return 1, "", b""
-            process = subprocess.Popen(
-                [sys.executable, "-m", "extricate.fleet._work"], stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE
-            )
-            self._processes[key] = process
-        data, said = process.communicate(job)
-        with self._lock:
-            self._processes.pop(key, None)
-        return process.returncode, said.decode(errors="replace"), data
+        with tempfile.TemporaryFile() as said:
+            with self._lock:
+                if self._closed:
+                    return 1, "", b""
+                process = subprocess.Popen(
+                    [sys.executable, "-m", "extricate.fleet._work"], stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=said
+                )
+                self._processes[key] = process
+            data = _exchanged(process, job)
+            with self._lock:
+                self._processes.pop(key, None)
+            said.seek(0)
+            return process.returncode, said.read().decode(errors="replace"), data
+
+
+def _exchanged(process: subprocess.Popen[bytes], job: bytes) -> bytes:
+    """What a worker answers to its job. Its standard input stays open until it has ended: a worker whose standard input closes
+    knows that this process is gone, however it ended, and ends too."""
+    assert process.stdin and process.stdout
+    data = b""
+    try:
+        process.stdin.write(job)
+        process.stdin.flush()
+        data = process.stdout.read()
+    except OSError:
+        # The worker died before it had read its job, which its status tells.
+        pass
+    process.wait()
+    for pipe in (process.stdin, process.stdout):
+        with contextlib.suppress(OSError):
+            pipe.close()
+    return data

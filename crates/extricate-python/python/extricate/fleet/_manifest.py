@@ -2,17 +2,37 @@
 
 from __future__ import annotations
 
+import contextlib
 import hashlib
 import json
 import os
 import pathlib
+import re
+import reprlib
+import sys
 import tempfile
-from typing import Any, Dict, List, Mapping
+from typing import Any, Dict, Iterator, List, Mapping
 
-from .._extricate import Scene, __version__
+from .._extricate import Model, Scene, __version__
+
+if sys.platform == "win32":
+    import msvcrt
+
+    def _lock(file: int) -> None:
+        msvcrt.locking(file, msvcrt.LK_NBLCK, 1)
+
+else:
+    import fcntl
+
+    def _lock(file: int) -> None:
+        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+
 
 NAME = "manifest.json"
+# An empty file, which stays: who removed it could let two runs lock two files of this name.
+LOCK = ".manifest.lock"
 VERSION = 1
+_HASH = re.compile("[0-9a-f]{40}")
 
 
 def digest(scene: Scene, options: Mapping[str, Any]) -> str:
@@ -25,7 +45,7 @@ def digest(scene: Scene, options: Mapping[str, Any]) -> str:
 class Manifest:
     """`manifest.json` of a folder, written anew after every change: another reader sees the old one or the whole new one.
 
-    One run at a time writes to a folder; any number may read.
+    One run at a time writes to a folder, the one that has `held` it; any number may read.
     """
 
     def __init__(self, folder: pathlib.Path, *, make: bool = True) -> None:
@@ -38,30 +58,52 @@ class Manifest:
         self._keys: Dict[str, str] = {}
         self._errors: Dict[str, str] = {}
         if self._file.exists() or not make:
-            self._read(self._file.read_text(encoding="utf-8"))
+            self._read()
 
-    def _read(self, text: str) -> None:
+    def _read(self) -> None:
         try:
-            found = json.loads(text)
-            if found["version"] != VERSION:
-                raise ValueError(f"version: got {found['version']}, expected {VERSION}")
-            self._models, self._keys, self._errors = found["models"], found["keys"], found["errors"]
-        except (KeyError, TypeError, json.JSONDecodeError) as error:
-            raise ValueError(f"{self._file}: got no manifest of models ({error!r}), expected what fleet.learn wrote") from None
-        except ValueError as error:
-            raise ValueError(f"{self._file}: {error}") from None
+            found = json.loads(self._file.read_text(encoding="utf-8"))
+            _check(found)
+        except (ValueError, RecursionError) as error:
+            raise ValueError(f"{self._file}: got no manifest of models ({error}), expected what fleet.learn wrote") from None
+        self._models, self._keys, self._errors = found["models"], found["keys"], found["errors"]
+
+    @contextlib.contextmanager
+    def held(self) -> Iterator[None]:
+        """Holds the folder for one run. The system gives it back when the program ends, however it does.
+
+        Raises OSError where another run has it, of this program or of another one.
+        """
+        file = os.open(self.folder / LOCK, os.O_RDWR | os.O_CREAT, 0o666)
+        try:
+            try:
+                _lock(file)
+            except (BlockingIOError, PermissionError):
+                problem = "another run of fleet.learn writes to this folder, expected one at a time"
+                raise BlockingIOError(f"{self.folder}: {problem}") from None
+            except OSError as error:
+                raise OSError(f"{self.folder / LOCK}: cannot be locked: {error}") from None
+            # Another run may have written it since.
+            if self._file.exists():
+                self._read()
+            yield
+        finally:
+            os.close(file)
 
     def path(self, content: str) -> pathlib.Path:
         """Of the model of this hash."""
         return self.folder / f"{content}.model"
 
     def has(self, content: str) -> bool:
-        """Whether there is such a model, as long as when it was stored."""
+        """Whether there is such a model, which can be read: a disk may have spoilt it."""
         known = self._models.get(content)
         try:
-            return known is not None and self.path(content).stat().st_size == known["bytes"]
-        except OSError:
+            if known is None or self.path(content).stat().st_size != known["bytes"]:
+                return False
+            Model.load(self.path(content))
+        except (OSError, ValueError):
             return False
+        return True
 
     def store(self, content: str, data: bytes, statistics: Mapping[str, Any]) -> None:
         """Keeps a model."""
@@ -110,6 +152,31 @@ class Manifest:
     def _save(self) -> None:
         state = {"version": VERSION, "keys": self._keys, "errors": self._errors, "models": self._models}
         _write(self._file, json.dumps(state, indent=1, default=float).encode())
+
+
+def _check(found: Any) -> None:
+    """Raises ValueError where this is no manifest, with the element, its value and what was expected."""
+
+    def expect(fits: object, element: str, value: Any, expected: str) -> None:
+        if not fits:
+            raise ValueError(f"{element}: got {reprlib.repr(value)}, expected {expected}")
+
+    expect(isinstance(found, dict), "all of it", found, "an object")
+    version = found.get("version")
+    expect(type(version) is int and version == VERSION, "version", version, str(VERSION))
+    for table in ("models", "keys", "errors"):
+        expect(isinstance(found.get(table), dict), table, found.get(table), "an object")
+    for content, model in found["models"].items():
+        element = f"models: {reprlib.repr(content)}"
+        expect(_HASH.fullmatch(content), element, content, "a hash of 40 digits")
+        expect(isinstance(model, dict), element, model, "an object")
+        expect(type(model.get("bytes")) is int, f"{element}: bytes", model.get("bytes"), "a whole number")
+        expect(isinstance(model.get("statistics"), dict), f"{element}: statistics", model.get("statistics"), "an object")
+    for key, content in found["keys"].items():
+        known = isinstance(content, str) and content in found["models"]
+        expect(known, f"keys: {reprlib.repr(key)}", content, "the hash of one of the models")
+    for key, error in found["errors"].items():
+        expect(isinstance(error, str), f"errors: {reprlib.repr(key)}", error, "text")
 
 
 def _write(path: pathlib.Path, data: bytes) -> None:

@@ -1,14 +1,20 @@
 """What a worker does: `work` learns a scene or queries a model. As a program (`python -m extricate.fleet._work`) it reads one job from
-standard input and writes what became of it to standard output, both pickled."""
+standard input and writes what became of it to standard output, both pickled. It ends as soon as standard input closes."""
 
 from __future__ import annotations
 
 import os
 import pickle
 import sys
+import threading
 import time
 import warnings
 from typing import Any, Dict, Tuple
+
+# How long a worker waits for another one that holds the same checkpoint [s]: that one ends by itself once its run is gone.
+PATIENCE = 10.0
+# What `learn` says then.
+HELD = "another run writes it"
 
 
 def work(kind: str, payload: Dict[str, Any], threads: int) -> Tuple[Any, ...]:
@@ -34,24 +40,38 @@ def _learned(payload: Dict[str, Any], threads: int) -> Any:
         return learn(scene, threads=threads, **options)
     path = payload["checkpoint"]
     keep = {"checkpoint": path, "checkpoint_every": every, "threads": threads}
+    until, begins_anew = time.monotonic() + PATIENCE, False
     with warnings.catch_warnings():
         # That a checkpoint could not be written ends no run.
         warnings.simplefilter("ignore", RuntimeWarning)
-        if os.path.exists(path):
+        while True:
+            resume = not begins_anew and os.path.exists(path)
             try:
-                return learn(scene, resume=True, **keep, **options)
-            except (ValueError, OSError):
-                # Of another version, cut short, or held by a worker that has not noticed its end.
-                pass
-        try:
-            return learn(scene, **keep, **options)
-        except OSError:
-            return learn(scene, threads=threads, **options)
+                return learn(scene, resume=resume, **keep, **options)
+            except ValueError:
+                if not resume:
+                    raise
+                # The checkpoint is of another version, or cut short.
+                begins_anew = True
+            except OSError as error:
+                if HELD in str(error) and time.monotonic() < until:
+                    time.sleep(0.1)
+                elif resume:
+                    begins_anew = True
+                else:
+                    return learn(scene, threads=threads, **options)
 
 
 def described(error: BaseException) -> str:
     """What is said of a failure."""
     return f"{type(error).__name__}: {error}"
+
+
+def _end_with_the_run() -> None:
+    """Ends this process once its standard input closes: whoever started it keeps that open, and is gone then."""
+    # Not by `sys.stdin`, whose lock would be in the way when this process ends in the usual way.
+    os.read(0, 1)
+    os._exit(1)
 
 
 def main() -> None:
@@ -60,6 +80,7 @@ def main() -> None:
     out = os.fdopen(os.dup(1), "wb")
     os.dup2(2, 1)
     kind, payload, threads = pickle.load(sys.stdin.buffer)
+    threading.Thread(target=_end_with_the_run, daemon=True).start()
     try:
         result: Tuple[Any, Any] = (work(kind, payload, threads), None)
     except Exception as error:

@@ -1,6 +1,7 @@
 //! Many grasps of many objects by one hand, as data sets hold them.
 
 use std::collections::BTreeMap;
+use std::sync::{Mutex, PoisonError};
 
 use rayon::prelude::*;
 
@@ -28,24 +29,51 @@ pub fn release_batch(
     object_of: &(dyn Fn(usize) -> Result<Body> + Sync),
     options: &ReleaseOptions,
 ) -> Vec<Released> {
+    let found = Mutex::new(Vec::with_capacity(grasps.len()));
+    let keep = |at: usize, released: Released| {
+        found.lock().unwrap_or_else(PoisonError::into_inner).push((at, released));
+    };
+    release_each(world, grasps, object_of, options, &keep);
+    let mut found = found.into_inner().unwrap_or_else(PoisonError::into_inner);
+    found.sort_unstable_by_key(|(at, _)| *at);
+    found.into_iter().map(|(_, released)| released).collect()
+}
+
+/// As [`release_batch`]; `tell` is given each as soon as it is known, and its place among `grasps`.
+/// The objects come in the order of their numbers, as far as threads allow.
+pub fn release_each(
+    world: &World,
+    grasps: &[(usize, Config)],
+    object_of: &(dyn Fn(usize) -> Result<Body> + Sync),
+    options: &ReleaseOptions,
+    tell: &(dyn Fn(usize, Released) + Sync),
+) {
     let mut by_object: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
     grasps.iter().enumerate().for_each(|(at, (object, _))| by_object.entry(*object).or_default().push(at));
-    let by_object: Vec<(usize, Vec<usize>)> = by_object.into_iter().collect();
-    let of_object = |(object, places): &(usize, Vec<usize>)| -> Vec<(usize, Released)> {
+    by_object.iter().par_bridge().for_each(|(object, places)| {
         let prepared = object_of(*object).and_then(|body| with_object(world, body));
         let (world, hand) = match prepared {
             Ok(prepared) => prepared,
-            Err(error) => return places.iter().map(|at| (*at, Err(error.to_string()))).collect(),
+            Err(error) => return places.iter().for_each(|at| tell(*at, Err(error.to_string()))),
         };
-        let release = |scratch: &mut QueryScratch, at: &usize| {
-            let grasp = hand.release(&world.view(), &grasps[*at].1, options, scratch);
-            (*at, Ok(grasp))
-        };
-        places.par_iter().map_init(QueryScratch::default, release).collect()
+        let rows = places.iter().map(|at| (*at, &grasps[*at].1));
+        release_rows(&world, &hand, rows, options, tell);
+    });
+}
+
+/// The same of one object, which `world` holds; `grasps` are places and configurations.
+pub fn release_rows<'a>(
+    world: &World,
+    hand: &Hand,
+    grasps: impl Iterator<Item = (usize, &'a Config)> + Send,
+    options: &ReleaseOptions,
+    tell: &(dyn Fn(usize, Released) + Sync),
+) {
+    let view = world.view();
+    let release = |scratch: &mut QueryScratch, (at, q): (usize, &Config)| {
+        tell(at, Ok(hand.release(&view, q, options, scratch)));
     };
-    let mut found: Vec<(usize, Released)> = by_object.par_iter().flat_map_iter(of_object).collect();
-    found.sort_unstable_by_key(|(at, _)| *at);
-    found.into_iter().map(|(_, released)| released).collect()
+    grasps.par_bridge().for_each_init(QueryScratch::default, release);
 }
 
 fn with_object(world: &World, body: Body) -> Result<(World, Hand)> {

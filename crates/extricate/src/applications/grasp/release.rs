@@ -21,8 +21,8 @@ use crate::query::plan::Plan;
 use crate::query::search::evaluate::Evaluator;
 use crate::query::search::prune::{Ends, Pruning};
 use crate::query::search::termination::Deadline;
-use crate::query::worlds::constraints::under;
-use crate::query::{Context, Effort, Held, QueryOptions, QueryScratch, View, nearest_exit};
+use crate::query::worlds::constraints::{Found, under};
+use crate::query::{Context, Effort, Held, QueryOptions, QueryScratch, Stop, View, nearest_exit};
 use crate::scene::{PairId, Scene};
 
 /// What is held may part by this share of a touch: less, and hardly a step is straight enough.
@@ -34,9 +34,10 @@ const EXITS: usize = 4;
 
 impl Hand {
     /// The nearest configuration to `q` at which nothing penetrates and what touched the object
-    /// still does, each finger on its side of it. `None` where nothing free was found. `q` may lie
-    /// beyond limits ([`crate::ConfigSpace::config_anywhere`]). The view has to be of the scene
-    /// that the hand was made for, or of one with the same bodies and pairs.
+    /// still does, each finger on its side of it. `None` where nothing free was found, and where
+    /// the query is told to stop before it begins. `q` may lie beyond limits
+    /// ([`crate::ConfigSpace::config_anywhere`]). The view has to be of the scene that the hand was
+    /// made for, or of one with the same bodies and pairs.
     ///
     /// # Guarantee
     /// [`Grasp::verified`]: the exact checker called the configuration free, of every checked pair,
@@ -51,6 +52,9 @@ impl Hand {
         options: &ReleaseOptions,
         scratch: &mut QueryScratch,
     ) -> Option<Grasp> {
+        if options.query.termination.stop.as_ref().is_some_and(Stop::is_asked) {
+            return None;
+        }
         release(self, view.context(), q, options, scratch)
     }
 
@@ -77,7 +81,8 @@ fn release(
     options: &ReleaseOptions,
     scratch: &mut QueryScratch,
 ) -> Option<Grasp> {
-    under(context, &options.query, |context| {
+    let mut grasp = under(context, q, &options.query, scratch, |context, query, scratch| {
+        let options = &ReleaseOptions { query: query.clone(), ..options.clone() };
         let mut release = Release::begin(hand, context, q, options, scratch);
         let found = match options.keep {
             _ if release.is_free(q) => Some(q.to_vec()),
@@ -98,7 +103,15 @@ fn release(
         });
         let found = (config, moved, kept_sides);
         Some(report(hand, context, options, (&before, &touched), found, &mut scratch.evaluator))
-    })
+    })?;
+    grasp.checks = scratch.checks();
+    Some(grasp)
+}
+
+impl Found for Grasp {
+    fn place(&self) -> (f64, &[f64]) {
+        (self.moved, &self.config)
+    }
 }
 
 /// One release.

@@ -5,10 +5,12 @@ mod depth;
 mod filter;
 mod found;
 mod label;
+mod never_free;
 pub mod recent_pairs;
 mod solids;
 
 pub use found::{always_colliding, contacts_within, most_often_colliding, signed_distances, signed_distances_of};
+pub use never_free::{advice_if_never_free, disable_list, pairs_always_colliding};
 
 use crate::collision::checker::{CheckScratch, Checker};
 use crate::collision::contacts::{Contact, ContactQuery, ContactSearch};

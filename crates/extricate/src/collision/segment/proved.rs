@@ -111,10 +111,18 @@ mod tests {
     #[test]
     fn a_budget_ends_a_proof() {
         let checker = Checker::new(builtin::scene("planar-arm").unwrap().into());
-        let (a, b, mut scratch) = ([1.9, 0.0, 0.0], [2.4, 0.6, -0.6], CheckScratch::default());
-        let whole = prove(&checker, (&a, &b), 1e-5, &SegmentBudget::UNLIMITED, &mut scratch);
-        assert!(whole.is_free && whole.checks > 8, "{whole:?}");
-        for most in [1, 3, whole.checks - 1] {
+        let space = &checker.scene().space;
+        let (halton, mut scratch) = (Halton::new(space.nv(), 2), CheckScratch::default());
+        let [mut a, mut b] = [(); 2].map(|()| vec![0.0; space.nq()]);
+        let long = (0..1000).find_map(|index| {
+            halton.config(space, 2 * index, &mut a);
+            halton.config(space, 2 * index + 1, &mut b);
+            let is_free = checker.label(&a, &mut scratch) == Label::Free;
+            let whole = prove(&checker, (&a, &b), 1e-5, &SegmentBudget::UNLIMITED, &mut scratch);
+            (is_free && whole.is_free && whole.checks > 8).then_some(whole)
+        });
+        let whole = long.expect("a long free edge");
+        for most in [1, 3, whole.checks / 2] {
             let budget = SegmentBudget { is_spent: &|checks| checks >= most, ..SegmentBudget::UNLIMITED };
             let proved = prove(&checker, (&a, &b), 1e-5, &budget, &mut scratch);
             assert!(!proved.is_free && proved.checks <= most + 1, "{most}: {proved:?}");

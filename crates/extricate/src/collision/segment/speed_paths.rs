@@ -27,12 +27,48 @@ impl SpeedPaths {
         }
         let place = |pair: &crate::scene::BodyPair| {
             let (a, b) = (&paths[pair.first], &paths[pair.second]);
-            let (i, j) = (0..a.len())
-                .find_map(|i| b.iter().position(|frame| *frame == a[i]).map(|j| (i, j)))
-                .expect("all frames are in the world");
-            [bodies[pair.first] + i, bodies[pair.second] + j]
+            let shared = shared_end(a, b);
+            [bodies[pair.first] + a.len() - shared, bodies[pair.second] + b.len() - shared]
         };
         let pairs = scene.pairs.iter().map(place).collect();
         Self { pairs }
+    }
+}
+
+/// How many frames two paths to the world have in common, which are their last ones: at least the
+/// world. By bisection, because chains may be thousands of frames long, and their pairs millions.
+fn shared_end(a: &[usize], b: &[usize]) -> usize {
+    let (mut shared, mut most) = (1, a.len().min(b.len()));
+    while shared < most {
+        let middle = (shared + most).div_ceil(2);
+        if a[a.len() - middle] == b[b.len() - middle] {
+            shared = middle;
+        } else {
+            most = middle - 1;
+        }
+    }
+    shared
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn paths_share_what_is_behind_the_frame_where_they_meet() {
+        // A tree at random: every frame hangs on an earlier one.
+        let parents: Vec<usize> = (0..200).map(|frame: usize| frame.saturating_sub(1 + frame * frame % 7)).collect();
+        let path = |frame: usize| {
+            let mut path = vec![frame];
+            while path[path.len() - 1] != 0 {
+                path.push(parents[path[path.len() - 1]]);
+            }
+            path
+        };
+        for (first, second) in (0..200).flat_map(|a| (0..200).step_by(3).map(move |b| (a, b))) {
+            let (a, b) = (path(first), path(second));
+            let shared = a.iter().rev().zip(b.iter().rev()).take_while(|(x, y)| x == y).count();
+            assert_eq!(shared_end(&a, &b), shared, "{first} {second}");
+        }
     }
 }

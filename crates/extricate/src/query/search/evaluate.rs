@@ -29,8 +29,10 @@ pub struct Evaluator {
     /// empty.
     exact_at: Vec<f64>,
     exact_within: f64,
-    /// The configuration that a check of this query last called free; else empty.
+    /// The configuration that a check of this query last called free, else empty; and the clearance
+    /// that it was asked to keep \[m\].
     free_at: Vec<f64>,
+    free_keeps: f64,
 }
 
 impl Evaluator {
@@ -70,7 +72,7 @@ impl Evaluator {
     /// same. What lies beyond its limits is not free.
     pub fn label(&mut self, context: &Context, q: &[f64]) -> Label {
         // A descent along meshes has its steps checked; where it ends is then known.
-        if !self.free_at.is_empty() && self.free_at == q {
+        if !self.free_at.is_empty() && self.free_keeps >= context.clearance && self.free_at == q {
             return Label::Free;
         }
         self.checks += 1;
@@ -82,6 +84,7 @@ impl Evaluator {
         if label == Label::Free {
             self.free_at.clear();
             self.free_at.extend_from_slice(q);
+            self.free_keeps = context.clearance;
         }
         label
     }

@@ -2,6 +2,7 @@
 //! starts come next.
 
 use super::{Search, Turn};
+use crate::query::answer::Answer;
 use crate::query::descent::Start;
 
 /// What a stream carries into a search.
@@ -39,6 +40,16 @@ impl Lead {
             search.keep(depth);
         }
         search.turn = Some(self.turn);
+    }
+
+    /// Notes the exit of this frame, which the next one follows.
+    pub fn keep(&mut self, answer: &Answer) {
+        if !answer.is_free() {
+            self.exit.clear();
+            if answer.verified {
+                self.exit.extend_from_slice(&answer.witness);
+            }
+        }
     }
 
     /// Notes which start comes next.

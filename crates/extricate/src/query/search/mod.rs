@@ -73,6 +73,9 @@ pub struct Known {
     pub ranks: Vec<Ranks>,
     /// What [`Known::unseen`] is of, where parts were searched instead.
     pub unseen_in_parts: Option<f64>,
+    /// If descents find nothing, a search looks for anything free; if this is set, it takes this
+    /// configuration instead, or, if it is empty, nothing.
+    pub resort: Option<Vec<f64>>,
     /// A configuration that a descent is to start from.
     pub composed: Vec<f64>,
     /// How far it is from the query.

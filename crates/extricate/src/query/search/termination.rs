@@ -10,7 +10,9 @@ use std::time::{Duration, Instant};
 /// More of either never gives a larger depth: a query is a fixed sequence of steps, and a budget
 /// ends it after some of them. (Time can end two runs of the same budget at different steps.) A
 /// spent budget still leaves a free witness, verified but for [`crate::Effort::Nearest`], and its
-/// proved bound.
+/// proved bound. A query with a clearance of its own ([`crate::QueryOptions::clearance`]) may keep
+/// more of it with a larger budget, and be deeper for that; the search for what keeps less has what
+/// is left of the budget.
 ///
 /// In a changed scene ([`crate::Model::in_scene`]) it is overdrawn by what it takes to find a first
 /// witness: the nearest stored samples are checked until one is free there; where the

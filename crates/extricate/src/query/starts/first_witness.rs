@@ -60,7 +60,7 @@ fn find_without_samples(search: &mut Search, parts: &mut IndependentParts) -> Op
         find_by_directions(search);
         search.evaluator.limit = limit;
     }
-    if search.known.incumbent.depth.is_infinite() && count > 1 {
+    if search.known.incumbent.depth.is_infinite() && count > 1 && search.known.resort.is_none() {
         put_together(search, parts);
     }
     if search.known.incumbent.depth.is_infinite() {
@@ -200,9 +200,19 @@ fn any_sample(search: &mut Search) -> Option<f64> {
     }
 }
 
-/// The first free configuration of a low-discrepancy sequence; it is far from all samples.
+/// The first free configuration of a low-discrepancy sequence, or the one that is known
+/// ([`Known::resort`](crate::query::search::Known::resort)); it is far from all samples.
 fn any_free(search: &mut Search) -> Option<f64> {
     let (context, space) = (search.context, &search.context.checker.scene().space);
+    if let Some(config) = search.known.resort.take() {
+        let is_free = !config.is_empty() && search.evaluator.label(context, &config) == Label::Free;
+        if is_free {
+            let depth = search.evaluator.distance(context, &search.known.anchor, &config);
+            search.known.take(depth, &config, true);
+        }
+        search.known.resort = Some(config);
+        return is_free.then_some(f64::INFINITY);
+    }
     let halton = Halton::new(space.nv(), 0);
     let mut config = vec![0.0; space.nq()];
     for index in 0..LAST_RESORT {

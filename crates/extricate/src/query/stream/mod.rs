@@ -15,7 +15,7 @@ use super::search::exits::are_alike;
 use super::search::lead::Lead;
 use super::search::scratch::QueryScratch;
 use super::search::{Known, Search};
-use super::worlds::constraints::under;
+use super::worlds::constraints::{push_nearby, under};
 use crate::cspace::{Config, Label};
 use proxy::{Proxy, ROOM};
 
@@ -88,95 +88,122 @@ impl Stream {
         if self.options.continuous {
             return self.follow(context, q, &options);
         }
-        under(context, &options, |context| {
-            let mut answer = self.search(context, q, &options)?;
+        let Self { options: own, scratch, lead, .. } = self;
+        let mut answer = under(context, q, &options, scratch, |context, options, scratch| {
+            let mut answer = search(context, q, (own, options), lead, scratch)?;
             if !answer.is_free() {
-                report(context, &options, &mut self.scratch, &mut answer);
+                report(context, options, scratch, &mut answer);
             }
             Some(answer)
-        })
-    }
-
-    /// The exit of this frame, of which nothing is said yet.
-    fn search(&mut self, context: &Context, q: &Config, options: &QueryOptions) -> Option<Answer> {
-        self.lead.turn.starts_per_frame = self.options.starts_per_frame;
-        self.lead.followed = None;
-        let lead = (options.effort == Effort::Refined).then_some(&mut self.lead);
-        let plan = Plan::of(options, context);
-        let mut answer = find(context, q, (options, plan), lead, &mut self.scratch)?;
-        if !answer.is_free() {
-            self.keep_to_last(context, options, &mut answer);
-            self.lead.exit.clear();
-            if answer.verified {
-                self.lead.exit.extend_from_slice(&answer.witness);
-            }
-        }
+        })?;
+        lead.keep(&answer);
+        answer.checks = scratch.checks();
         Some(answer)
     }
 
     /// The nearest exit, and where the proxy goes.
     fn follow(&mut self, context: &Context, q: &Config, options: &QueryOptions) -> Option<Answer> {
         let aim = options.clearance.unwrap_or(context.clearance + ROOM).max(context.clearance + LEAST_ROOM);
-        let own = QueryOptions { clearance: None, ..options.clone() };
-        under(context, &own, |context| {
-            let mut answer = self.search(context, q, &own)?;
+        let asked = QueryOptions { clearance: None, ..options.clone() };
+        let Self { options: own, scratch, lead, proxy } = self;
+        under(context, q, &asked, scratch, |context, options, scratch| {
+            let mut answer = search(context, q, (own, options), lead, scratch)?;
+            lead.keep(&answer);
             answer.nearest = Some(answer.depth);
-            if self.proxy.config.is_empty() || !self.proxy_is_free(context) {
-                self.proxy.config.clone_from(&answer.witness);
+            context.metric.anchor(q, &mut scratch.known.anchor);
+            // In this frame's scene something may have moved onto it.
+            if proxy.config.is_empty() || scratch.label(context, &proxy.config) != Label::Free {
+                seat(proxy, context, aim, &answer.witness, scratch);
             }
-            let Self { scratch, proxy, .. } = self;
             let QueryScratch { evaluator, known, .. } = scratch;
-            context.metric.anchor(q, &mut known.anchor);
-            let aimed_checker = context.checker.with_clearance(aim);
-            let aimed = Context { checker: &aimed_checker, clearance: aim, ..*context };
-            proxy.follow(context, &aimed, &known.anchor, evaluator);
+            let clearance = proxy.follow(context, aim, &known.anchor, evaluator);
             answer.witness.copy_from_slice(&proxy.config);
             answer.depth = evaluator.distance(context, &known.anchor, &answer.witness);
             answer.verified = evaluator.label(context, &answer.witness) == Label::Free;
-            answer.checks = evaluator.checks;
             if answer.is_free() && answer.depth > 0.0 {
                 let metric = &mut evaluator.metric;
                 answer.max_displacement = context.metric.max_displacement_from(&known.anchor, &answer.witness, metric);
             } else if answer.depth > 0.0 {
-                report(context, &own, scratch, &mut answer);
+                report(context, options, scratch, &mut answer);
                 // It stands off by what it aims at.
-                touches(&aimed, &mut scratch.evaluator, &mut answer);
+                let aimed = context.checker.with_clearance(clearance);
+                touches(&Context { checker: &aimed, clearance, ..*context }, &mut scratch.evaluator, &mut answer);
             }
+            answer.clearance = kept(context, aim, &answer.witness, &mut scratch.evaluator);
+            answer.checks = scratch.checks();
             Some(answer)
         })
     }
+}
 
-    /// Whether the proxy keeps the clearance in this frame's scene, in which something may have
-    /// moved onto it.
-    fn proxy_is_free(&mut self, context: &Context) -> bool {
-        self.scratch.evaluator.label(context, &self.proxy.config) == Label::Free
+/// The exit of a frame, of which nothing is said yet.
+fn search(
+    context: &Context,
+    q: &Config,
+    (stream, options): (&StreamOptions, &QueryOptions),
+    lead: &mut Lead,
+    scratch: &mut QueryScratch,
+) -> Option<Answer> {
+    lead.turn.starts_per_frame = stream.starts_per_frame;
+    lead.followed = None;
+    let plan = Plan::of(options, context);
+    let following = (options.effort == Effort::Refined).then_some(&mut *lead);
+    let mut answer = find(context, q, (options, plan), following, scratch)?;
+    if !answer.is_free() {
+        keep_to_last(context, (stream.hysteresis, options), lead, scratch, &mut answer);
     }
+    Some(answer)
+}
 
-    /// Keeps to the exit of the last frame, unless another is nearer by more than the hysteresis.
-    fn keep_to_last(&mut self, context: &Context, options: &QueryOptions, answer: &mut Answer) {
-        let Self { scratch, lead, options: StreamOptions { hysteresis, .. }, .. } = self;
-        let QueryScratch { evaluator, descent, boundary, known, .. } = scratch;
-        let space = &context.checker.scene().space;
-        let Some((depth, witness)) = &lead.followed else { return };
-        let hysteresis = *hysteresis;
-        let is_nearer = |depth: f64| answer.depth < depth && answer.depth >= (1.0 - hysteresis) * depth;
-        let found = (answer.depth, &answer.witness[..]);
-        if !is_nearer(*depth) || are_alike(space, &mut known.local, (*depth, witness), found) {
-            return;
-        }
-        let plan = Plan::of(options, context);
-        let mut search =
-            Search { context, plan, known, evaluator, descent, boundary, believes: false, part: None, turn: None };
-        let (last, _) = search.descend_alone(Start::at(witness), f64::INFINITY, plan.polish);
-        if let Some(last) = last.filter(|last| is_nearer(*last))
-            && search.evaluator.label(context, &search.descent.best) == Label::Free
-        {
-            let Known { exits, local, .. } = search.known;
-            exits.offer(space, local, answer.depth, &answer.witness);
-            (answer.depth, answer.verified) = (last, true);
-            answer.witness.copy_from_slice(&search.descent.best);
-        }
+/// Keeps to the exit of the last frame, unless another is nearer by more than the hysteresis.
+fn keep_to_last(
+    context: &Context,
+    (hysteresis, options): (f64, &QueryOptions),
+    lead: &Lead,
+    scratch: &mut QueryScratch,
+    answer: &mut Answer,
+) {
+    let QueryScratch { evaluator, descent, boundary, known, .. } = scratch;
+    let space = &context.checker.scene().space;
+    let Some((depth, witness)) = &lead.followed else { return };
+    let is_nearer = |depth: f64| answer.depth < depth && answer.depth >= (1.0 - hysteresis) * depth;
+    let found = (answer.depth, &answer.witness[..]);
+    if !is_nearer(*depth) || are_alike(space, &mut known.local, (*depth, witness), found) {
+        return;
     }
+    let plan = Plan::of(options, context);
+    let mut search =
+        Search { context, plan, known, evaluator, descent, boundary, believes: false, part: None, turn: None };
+    let (last, _) = search.descend_alone(Start::at(witness), f64::INFINITY, plan.polish);
+    if let Some(last) = last.filter(|last| is_nearer(*last))
+        && search.evaluator.label(context, &search.descent.best) == Label::Free
+    {
+        let Known { exits, local, .. } = search.known;
+        exits.offer(space, local, answer.depth, &answer.witness);
+        (answer.depth, answer.verified) = (last, true);
+        answer.witness.copy_from_slice(&search.descent.best);
+    }
+}
+
+/// Where a proxy begins: at what keeps the clearance that it aims at, or as much of it as is kept
+/// near the exit. No move that begins on a contact is proved.
+fn seat(proxy: &mut Proxy, context: &Context, aim: f64, exit: &[f64], scratch: &mut QueryScratch) {
+    let anchor = std::mem::take(&mut scratch.known.anchor);
+    let pushed = push_nearby(context, &anchor, exit, (aim, false), scratch);
+    scratch.known.anchor = anchor;
+    proxy.config.clear();
+    proxy.config.extend_from_slice(pushed.as_ref().map_or(exit, |(_, config)| config));
+}
+
+/// The clearance that a free witness keeps, at most `aim` \[m\].
+fn kept(context: &Context, aim: f64, witness: &[f64], evaluator: &mut Evaluator) -> f64 {
+    let checker = context.checker.with_clearance(aim);
+    let aimed = Context { checker: &checker, clearance: aim, ..*context };
+    if evaluator.label(&aimed, witness) == Label::Free {
+        return aim;
+    }
+    let near = evaluator.touching(&aimed, witness, aim);
+    near.iter().map(|contact| contact.distance).fold(aim, f64::min).max(context.clearance)
 }
 
 /// Says what touches at the witness under the clearance of `aimed`.

@@ -12,6 +12,7 @@ use crate::query::descent::qp::QpOutcome;
 use crate::query::descent::subproblem::Subproblem;
 use crate::query::plan::MARGIN;
 use crate::query::search::evaluate::Evaluator;
+use crate::query::worlds::constraints::HALVINGS;
 
 /// What a proxy aims to keep beyond the clearance \[m\], where no clearance is asked for: moves
 /// along a contact are proved in stretches of about this.
@@ -44,12 +45,29 @@ pub struct Proxy {
     pub config: Vec<f64>,
     target: Vec<f64>,
     subproblem: Subproblem,
+    /// Whether the last step found that no configuration nearby keeps what is aimed at.
+    is_tight: bool,
 }
 
 impl Proxy {
-    /// Moves toward the anchor, along what `aimed` (the same scene with a greater clearance) has
-    /// contacts of, so that the straight way from where it was is proved free in `context`.
-    pub fn follow(&mut self, context: &Context, aimed: &Context, anchor: &Anchor, evaluator: &mut Evaluator) {
+    /// Moves toward the anchor, along contacts at the clearance `aim` \[m\], which is greater than
+    /// the scene's, so that every straight move is proved free in `context`. In a place too narrow
+    /// for it, as much of it is aimed at as halving finds; this is returned.
+    pub fn follow(&mut self, context: &Context, aim: f64, anchor: &Anchor, evaluator: &mut Evaluator) -> f64 {
+        let (mut clearance, before) = (aim, self.config.clone());
+        for halvings in 0..=HALVINGS {
+            clearance = context.clearance + (aim - context.clearance) * 0.5_f64.powi(halvings);
+            let checker = context.checker.with_clearance(clearance);
+            self.is_tight = false;
+            self.go_toward(context, &Context { checker: &checker, clearance, ..*context }, anchor, evaluator);
+            if !self.is_tight || self.config != before {
+                break;
+            }
+        }
+        clearance
+    }
+
+    fn go_toward(&mut self, context: &Context, aimed: &Context, anchor: &Anchor, evaluator: &mut Evaluator) {
         let start = self.config.clone();
         if evaluator.label(aimed, &anchor.q) == Label::Free
             && proved(context, aimed, (&start, &anchor.q), evaluator) >= 1.0
@@ -103,6 +121,7 @@ impl Proxy {
         aimed.metric.quadratic_model(anchor, config, poses, &mut subproblem.quadratic);
         subproblem.build(aimed, config, radius, (&evaluator.contacts, poses));
         if subproblem.solve(f64::INFINITY) == QpOutcome::Infeasible {
+            self.is_tight = true;
             return None;
         }
         let length = subproblem.clip_step();

@@ -1,20 +1,33 @@
 //! Mesh files: STL (binary and ASCII), OBJ, COLLADA, PLY and glTF, from bytes to a welded
-//! [`TriangleMesh`].
+//! [`TriangleMesh`]; files of points (`cloud`) and of rows of numbers (`rows`).
 
+pub mod cloud;
 pub mod collada;
 pub mod gltf;
 pub mod lines;
+mod lzf;
 pub mod obj;
+mod pcd;
 pub mod ply;
+pub mod rows;
 mod soup;
 pub mod stl;
 pub mod xml;
 
+use super::mesh::components::Mending;
 use super::mesh::seams::Welding;
 use super::{LoadLimit, LoadLimits, TriangleMesh};
 use crate::error::{Error, Result, quoted};
 use crate::math::{FARTHEST, Vec3};
 use soup::Neighbour;
+
+/// What editors on some systems put before a text: the byte order mark of UTF-8.
+const MARK: &[u8] = b"\xef\xbb\xbf";
+
+/// A text without the byte order mark before it.
+pub(crate) fn without_mark(text: &[u8]) -> &[u8] {
+    text.strip_prefix(MARK).unwrap_or(text)
+}
 
 /// Parses by the extension of `file` (its name in messages), in any case: `stl`, `obj`, `dae`,
 /// `ply`, `glb` or `gltf`, the last with all that it needs in it. (See [`parse_among`] for a
@@ -58,6 +71,9 @@ pub fn parse_among(
 ) -> Result<TriangleMesh> {
     limits.check(LoadLimit::FileBytes, bytes.len(), file, "file")?;
     let extension = file.rsplit_once('.').map_or("", |(_, extension)| extension).to_ascii_lowercase();
+    // The first bytes of a binary STL may be any.
+    let is_text = extension != "stl" || stl::looks_like_text(without_mark(bytes));
+    let bytes = if is_text { without_mark(bytes) } else { bytes };
     let soup = match extension.as_str() {
         "stl" => stl::parse(file, bytes, limits)?,
         "obj" => obj::parse(file, bytes, limits)?,
@@ -75,7 +91,7 @@ pub fn parse_among(
     };
     soup.has_room(0, 0).map_err(|problem| Error::input(file, "mesh", problem))?;
     warnings.extend(soup.told().map(|fault| format!("{file}: {fault}")));
-    let (mesh, welding) = checked(file, soup.vertices, soup.triangles)?;
+    let (mesh, Mending { welding, walls }) = checked(file, soup.vertices, soup.triangles)?;
     warnings.extend(welding.map(|Welding { corners, farthest, closed }| {
         format!(
             "{file}: {corners} corners at open edges are welded to others within {farthest:.1e} m, which f32 hardly tells \
@@ -83,6 +99,10 @@ pub fn parse_among(
             mesh.components.len()
         )
     }));
+    if walls > 0 {
+        let told = "edges with three triangles or more: walls inside, which are left out";
+        warnings.push(format!("{file}: {walls} triangles hang inside a solid by {told}"));
+    }
     Ok(mesh)
 }
 
@@ -95,7 +115,7 @@ pub fn from_arrays(name: &str, vertices: Vec<Vec3>, triangles: Vec<[u32; 3]>) ->
     Ok(checked(name, vertices, triangles)?.0)
 }
 
-fn checked(name: &str, vertices: Vec<Vec3>, triangles: Vec<[u32; 3]>) -> Result<(TriangleMesh, Option<Welding>)> {
+fn checked(name: &str, vertices: Vec<Vec3>, triangles: Vec<[u32; 3]>) -> Result<(TriangleMesh, Mending)> {
     if let Some(index) = vertices.iter().position(|v| !v.iter().all(|x| x.abs() <= FARTHEST)) {
         let v = vertices[index];
         let problem = format!("got ({}, {}, {}), expected finite coordinates [m] within 1e9", v.x, v.y, v.z);
@@ -105,11 +125,11 @@ fn checked(name: &str, vertices: Vec<Vec3>, triangles: Vec<[u32; 3]>) -> Result<
         let problem = format!("got {:?}, expected indices below the {} vertices", triangles[index], vertices.len());
         return Err(Error::input(name, format!("triangle {index}"), problem));
     }
-    let (mesh, welding) = TriangleMesh::welded(vertices, triangles);
+    let (mesh, mending) = TriangleMesh::mended(vertices, triangles);
     if mesh.triangles.is_empty() {
         return Err(Error::input(name, "mesh", "got no triangles of positive area, expected at least one"));
     }
-    Ok((mesh, welding))
+    Ok((mesh, mending))
 }
 
 #[cfg(test)]
@@ -136,6 +156,24 @@ mod tests {
                 format!("{file}: extension: got `{extension}`, expected stl, obj, dae, ply, glb or gltf; others");
             assert!(message.starts_with(&expected) && message.contains("trimesh.load("), "{message}");
         }
+    }
+
+    #[test]
+    fn texts_may_begin_with_a_byte_order_mark() {
+        let obj = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf -3 -2 -1\n";
+        let stl = "solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\n\
+            endsolid\n";
+        let ply = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n\
+            element face 1\nproperty list uchar int vertex_indices\nend_header\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n";
+        for (file, text) in [("a.obj", obj), ("a.stl", stl), ("a.ply", ply)] {
+            let marked = parse(file, format!("\u{feff}{text}").as_bytes()).unwrap();
+            assert_eq!(marked, parse(file, text.as_bytes()).unwrap(), "{file}");
+        }
+        // A binary STL whose header begins so stays one.
+        let mut binary = [MARK, &[b' '; 77], &1u32.to_le_bytes(), &[0; 12]].concat();
+        [0f32, 0., 0., 1., 0., 0., 0., 1., 0.].iter().for_each(|x| binary.extend(x.to_le_bytes()));
+        binary.extend([0; 2]);
+        assert_eq!(parse("a.stl", &binary).unwrap().triangles.len(), 1);
     }
 
     #[test]

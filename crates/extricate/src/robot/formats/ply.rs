@@ -4,7 +4,7 @@
 use std::io::BufReader;
 
 use ply_rs_bw::parser::{ParseError, Parser, Reader};
-use ply_rs_bw::ply::{ElementDef, Header, Property, PropertyAccess, PropertyAccessResult};
+use ply_rs_bw::ply::{ElementDef, Encoding, Header, Property, PropertyAccess, PropertyAccessResult, PropertyType};
 
 use super::soup::Soup;
 use crate::error::{Error, Result, quoted};
@@ -13,38 +13,27 @@ use crate::robot::{LoadLimit, LoadLimits};
 
 type Source<'a> = Reader<BufReader<&'a [u8]>>;
 
+/// What a file holds.
+#[derive(Default)]
+struct Contents {
+    vertices: Vec<Vec3>,
+    /// Whether they are faces, and the corners of each.
+    rows: Vec<(bool, Vec<Indices>)>,
+}
+
 /// Parses vertices, faces and triangle strips.
 pub(crate) fn parse(file: &str, bytes: &[u8], limits: &LoadLimits) -> Result<Soup> {
     let mut source = Reader::new(BufReader::new(bytes));
-    let header = Parser::<Vertex>::new().read_header(&mut source).map_err(|error| explain(file, "header", &error))?;
-    let (mut soup, mut rows) = (Soup::new(limits), Vec::new());
-    for element in header.elements.values() {
-        check_count(file, element, bytes.len(), limits)?;
-        match element.name.as_str() {
-            "vertex" => {
-                for name in ["x", "y", "z"] {
-                    if element.properties.get(name).is_none() {
-                        return Err(Error::input(
-                            file,
-                            "header",
-                            format!("got vertices without `{name}`, expected x, y, z"),
-                        ));
-                    }
-                }
-                let vertices: Vec<Vertex> = elements(file, &mut source, element, &header)?;
-                soup.vertices.extend(vertices.iter().map(|vertex| Vec3::from(vertex.0)));
-            }
-            kind @ ("face" | "tristrips") => {
-                let found: Vec<Indices> = elements(file, &mut source, element, &header)?;
-                rows.push((kind == "face", found));
-            }
-            _ => drop(elements::<Skipped>(file, &mut source, element, &header)?),
-        }
-    }
-    if rows.iter().all(|(_, rows)| rows.is_empty()) && !soup.vertices.is_empty() {
-        let problem = "got points without faces, expected triangles; an obstacle takes points as `points`";
+    let header = header(file, &mut source)?;
+    let count = |name: &str| header.elements.get(name).map_or(0, |element| element.count);
+    if count("vertex") > 0 && count("face") == 0 && count("tristrips") == 0 {
+        let problem = "got points without faces, expected triangles; an obstacle takes such a file as `points`, in place of \
+                       `mesh`";
         return Err(Error::input(file, "face", problem));
     }
+    let Contents { vertices, rows } = contents(file, (&mut source, &header), bytes.len(), limits)?;
+    let mut soup = Soup::new(limits);
+    soup.vertices = vertices;
     for (are_faces, rows) in rows {
         for (number, Indices(row)) in rows.into_iter().enumerate() {
             let corners = corners(file, number, &row, soup.vertices.len(), are_faces)?;
@@ -58,9 +47,94 @@ pub(crate) fn parse(file: &str, bytes: &[u8], limits: &LoadLimits) -> Result<Sou
     Ok(soup)
 }
 
-/// Refuses elements that the file cannot hold: those without a property take no bytes, however many
-/// there are.
-fn check_count(file: &str, element: &ElementDef, bytes: usize, limits: &LoadLimits) -> Result<()> {
+/// The vertices of a file \[m\], whatever faces it has; some may be NaN.
+pub(crate) fn points(file: &str, bytes: &[u8], limits: &LoadLimits) -> Result<Vec<Vec3>> {
+    let mut source = Reader::new(BufReader::new(bytes));
+    let header = header(file, &mut source)?;
+    if header.elements.get("vertex").is_none() {
+        return Err(Error::input(file, "header", "got no element vertex, expected one with x, y, z"));
+    }
+    if header.encoding == Encoding::Ascii {
+        return ascii_points(file, bytes, &header, limits);
+    }
+    Ok(contents(file, (&mut source, &header), bytes.len(), limits)?.vertices)
+}
+
+/// The same of an ASCII file, in which `ply_rs_bw` takes no NaN.
+fn ascii_points(file: &str, bytes: &[u8], header: &Header, limits: &LoadLimits) -> Result<Vec<Vec3>> {
+    let text = String::from_utf8_lossy(bytes);
+    let mut lines = text.lines().map(str::trim).zip(1..).skip_while(|(line, _)| *line != "end_header").skip(1);
+    let mut next = || lines.find(|(line, _)| !line.is_empty());
+    let mut points = Vec::new();
+    for element in header.elements.values() {
+        check_element(file, element, bytes.len(), limits)?;
+        for row in 0..if element.properties.is_empty() { 0 } else { element.count } {
+            let Some((line, number)) = next() else {
+                let problem = format!("got {row} of {}, expected {}", quoted(&element.name), element.count);
+                return Err(Error::input(file, "end of the file", problem));
+            };
+            if element.name == "vertex" {
+                let wrong = || {
+                    let problem = format!("got `{}`, expected a vertex as the header has it", quoted(line));
+                    Error::input(file, format!("line {number}"), problem)
+                };
+                points.push(ascii_point(line, element).ok_or_else(wrong)?);
+            }
+        }
+    }
+    Ok(points)
+}
+
+/// `None` for a line that does not hold what the header says.
+fn ascii_point(line: &str, vertex: &ElementDef) -> Option<Vec3> {
+    let mut words = line.split_whitespace();
+    let mut point = Vec3::zeros();
+    for (name, property) in &vertex.properties {
+        let word = words.next()?;
+        if let PropertyType::List(..) = property.data_type {
+            let count: usize = word.parse().ok()?;
+            for _ in 0..count {
+                words.next()?;
+            }
+        } else if let Some(axis) = ["x", "y", "z"].iter().position(|axis| axis == name) {
+            point[axis] = word.parse().ok()?;
+        }
+    }
+    words.next().is_none().then_some(point)
+}
+
+fn header(file: &str, source: &mut Source) -> Result<Header> {
+    Parser::<Vertex>::new().read_header(source).map_err(|error| explain(file, "header", &error))
+}
+
+/// What a file of so many bytes holds behind its header.
+fn contents(
+    file: &str,
+    (source, header): (&mut Source, &Header),
+    bytes: usize,
+    limits: &LoadLimits,
+) -> Result<Contents> {
+    let mut contents = Contents::default();
+    for element in header.elements.values() {
+        check_element(file, element, bytes, limits)?;
+        match element.name.as_str() {
+            "vertex" => {
+                let vertices: Vec<Vertex> = elements(file, source, element, header)?;
+                contents.vertices.extend(vertices.iter().map(|vertex| Vec3::from(vertex.0)));
+            }
+            kind @ ("face" | "tristrips") => {
+                let found: Vec<Indices> = elements(file, source, element, header)?;
+                contents.rows.push((kind == "face", found));
+            }
+            _ => drop(elements::<Skipped>(file, source, element, header)?),
+        }
+    }
+    Ok(contents)
+}
+
+/// Refuses vertices without coordinates, and elements that the file cannot hold: those without a
+/// property take no bytes, however many there are.
+fn check_element(file: &str, element: &ElementDef, bytes: usize, limits: &LoadLimits) -> Result<()> {
     let name = quoted(&element.name);
     let limit = if element.name == "vertex" { LoadLimit::Vertices } else { LoadLimit::Triangles };
     limits.check(limit, element.count, file, &format!("header: element {name}"))?;
@@ -68,7 +142,11 @@ fn check_count(file: &str, element: &ElementDef, bytes: usize, limits: &LoadLimi
         let problem = format!("got {} of {name} in {bytes} bytes, expected as many as there are", element.count);
         return Err(Error::input(file, "header", problem));
     }
-    Ok(())
+    let lacks = |name: &&str| element.name == "vertex" && element.properties.get(*name).is_none();
+    match ["x", "y", "z"].into_iter().find(lacks) {
+        Some(name) => Err(Error::input(file, "header", format!("got vertices without `{name}`, expected x, y, z"))),
+        None => Ok(()),
+    }
 }
 
 /// What stands for the index -1, which ends a strip.
@@ -169,6 +247,8 @@ impl PropertyAccess for Skipped {
 
 #[cfg(test)]
 mod tests {
+    use crate::math::Vec3;
+    use crate::robot::LoadLimits;
     use crate::robot::formats::parse;
 
     const HEADER: &str = "element vertex 5\nproperty float x\nproperty float y\nproperty float z\nproperty uchar red\n\
@@ -215,6 +295,44 @@ mod tests {
         ] {
             assert_eq!(parse("A.PLY", &bytes).unwrap(), mesh, "{}", String::from_utf8_lossy(&bytes[..60]));
         }
+    }
+
+    #[test]
+    fn files_without_faces_are_points() {
+        let header = |format: &str, more: &str| {
+            format!(
+                "ply\nformat {format} 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n\
+                 property uchar red\n{more}end_header\n"
+            )
+        };
+        let cloud: [[f32; 3]; 3] = [[0., 0., 0.], [f32::NAN; 3], [1., -2., 0.5]];
+        let binary = |order: &str, bytes: fn(f32) -> [u8; 4]| {
+            let mut file = header(&format!("binary_{order}_endian"), "").into_bytes();
+            cloud.iter().for_each(|point| {
+                point.iter().for_each(|x| file.extend(bytes(*x)));
+                file.push(9);
+            });
+            file
+        };
+        let no_faces = "element face 0\nproperty list uchar int vertex_indices\n";
+        let ascii = |more: &str| (header("ascii", more) + "0 0 0 1\nnan nan nan 1\n1 -2 0.5 1\n").into_bytes();
+        for bytes in [ascii(""), ascii(no_faces), binary("little", f32::to_le_bytes), binary("big", f32::to_be_bytes)] {
+            let points = super::points("a.ply", &bytes, &LoadLimits::default()).unwrap();
+            assert!(points.len() == 3 && points[1].x.is_nan() && points[2] == Vec3::new(1.0, -2.0, 0.5), "{points:?}");
+            assert!(parse("a.ply", &bytes).unwrap_err().to_string().contains("takes such a file as `points`"));
+            // One digit less is another number, and the end of the last line may lack.
+            for length in 0..bytes.len() - 2 {
+                assert!(super::points("a.ply", &bytes[..length], &LoadLimits::default()).is_err(), "{length}");
+            }
+            for at in 0..bytes.len() {
+                let mut spoiled = bytes.clone();
+                spoiled[at] = spoiled[at].wrapping_mul(31).wrapping_add(17);
+                let _ = super::points("a.ply", &spoiled, &LoadLimits::default());
+            }
+        }
+        let none = "ply\nformat ascii 1.0\nend_header\n";
+        let message = super::points("a.ply", none.as_bytes(), &LoadLimits::default()).unwrap_err().to_string();
+        assert!(message.contains("got no element vertex"), "{message}");
     }
 
     #[test]

@@ -44,7 +44,7 @@ pub(crate) fn parse(file: &str, bytes: &[u8], limits: &LoadLimits) -> Result<Sou
     Err(Error::input(file, "length", format!("got {} bytes, expected {expected}", bytes.len())))
 }
 
-fn looks_like_text(bytes: &[u8]) -> bool {
+pub(super) fn looks_like_text(bytes: &[u8]) -> bool {
     let start = bytes.trim_ascii_start();
     start.len() >= 5 && start[..5].eq_ignore_ascii_case(b"solid") && !bytes.contains(&0)
 }

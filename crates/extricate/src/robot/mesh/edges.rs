@@ -76,6 +76,12 @@ pub fn odd_edges(triangles: &[[u32; 3]]) -> Vec<[u32; 2]> {
     rings.map(|ring| [ring[0].low, ring[0].high]).collect()
 }
 
+/// Edges that one triangle alone has, ascending.
+pub fn single_edges(triangles: &[[u32; 3]]) -> Vec<[u32; 2]> {
+    let sides = sorted_sides(triangles);
+    sides.chunk_by(same_edge).filter(|ring| ring.len() == 1).map(|ring| [ring[0].low, ring[0].high]).collect()
+}
+
 pub fn all_edges_even(triangles: &[[u32; 3]]) -> bool {
     sorted_sides(triangles).chunk_by(same_edge).all(|ring| ring.len().is_multiple_of(2))
 }

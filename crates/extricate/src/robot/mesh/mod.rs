@@ -11,11 +11,13 @@ mod part;
 pub mod polygon;
 pub mod seams;
 pub mod tessellation;
+mod walls;
 pub mod weld;
 
 use serde::{Deserialize, Serialize};
 
 use crate::math::Vec3;
+use components::Mending;
 pub use part::Component;
 use seams::Welding;
 
@@ -62,13 +64,14 @@ impl TriangleMesh {
     /// volume) where its triangles can be oriented at all; open ones keep their winding. One that
     /// lies within another and was wound to face the other way than the outermost around it is a
     /// cavity and faces into it (negative volume), where winding numbers say that what it encloses
-    /// is outside. A triangle whose corners lie exactly on a line counts as a bridge when
+    /// is outside. Triangles inside a solid that hang on its surface along edges of three triangles
+    /// or more are left out. A triangle whose corners lie exactly on a line counts as a bridge when
     /// closedness is decided, and is dropped then.
     ///
     /// # Panics
     /// Where an index is not one of a vertex.
     pub fn new(vertices: Vec<Vec3>, triangles: Vec<[u32; 3]>) -> TriangleMesh {
-        Self::welded(vertices, triangles).0
+        Self::mended(vertices, triangles).0
     }
 
     /// As [`TriangleMesh::new`], and what was welded at the precision of `f32`.
@@ -76,6 +79,12 @@ impl TriangleMesh {
     /// # Panics
     /// Where an index is not one of a vertex.
     pub fn welded(vertices: Vec<Vec3>, triangles: Vec<[u32; 3]>) -> (TriangleMesh, Option<Welding>) {
+        let (mesh, Mending { welding, .. }) = Self::mended(vertices, triangles);
+        (mesh, welding)
+    }
+
+    /// As [`TriangleMesh::new`], and all that was done to the triangles.
+    pub(crate) fn mended(vertices: Vec<Vec3>, triangles: Vec<[u32; 3]>) -> (TriangleMesh, Mending) {
         let mut used = vec![u32::MAX; vertices.len()];
         let mut points = Vec::with_capacity(vertices.len());
         for &index in triangles.as_flattened() {
@@ -91,8 +100,8 @@ impl TriangleMesh {
             .map(|t| t.map(|index| welded[used[index as usize] as usize]))
             .filter(|[a, b, c]| a != b && b != c && c != a)
             .collect();
-        let (triangles, components, welding) = components::components(&points, triangles);
-        (Self { vertices: points, triangles, components }.without_unused_vertices(), welding)
+        let (triangles, components, mending) = components::components(&points, triangles);
+        (Self { vertices: points, triangles, components }.without_unused_vertices(), mending)
     }
 
     /// The mesh with its axes scaled about the origin by factors that [`is_scale`] takes. A

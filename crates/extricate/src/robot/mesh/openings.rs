@@ -1,6 +1,6 @@
 //! How far apart the sides of a mesh's openings are. Not welding.
 
-use super::edges::odd_edges;
+use super::edges::{same_edge, single_edges, sorted_sides};
 use crate::math::Vec3;
 use crate::robot::TriangleMesh;
 
@@ -14,6 +14,14 @@ const LEAST: usize = 8;
 /// triangle.
 const AGAINST: f64 = -0.25;
 
+/// How many edges of the open components of a mesh have three triangles or more: walls inside, or
+/// sheets that meet.
+pub fn branches(mesh: &TriangleMesh) -> usize {
+    let open = mesh.components.iter().filter(|component| !component.closed);
+    let of = |triangles: &[[u32; 3]]| sorted_sides(triangles).chunk_by(same_edge).filter(|ring| ring.len() > 2).count();
+    open.map(|component| of(&mesh.triangles[component.triangles.clone()])).sum()
+}
+
 /// The largest distance \[m\] of an open edge of a mesh from the nearest other one that runs
 /// against it, as the other side of a slit or of a hole does; `None` where no edge is open. As up
 /// to 256 of the open edges tell.
@@ -21,8 +29,7 @@ pub fn widest_gap(mesh: &TriangleMesh) -> Option<f64> {
     let mut edges: Vec<[Vec3; 2]> = Vec::new();
     for component in mesh.components.iter().filter(|component| !component.closed) {
         let triangles = &mesh.triangles[component.triangles.clone()];
-        let mut open: Vec<[u32; 2]> = odd_edges(triangles);
-        open.sort_unstable();
+        let open: Vec<[u32; 2]> = single_edges(triangles);
         // As their triangles run along them.
         for t in triangles {
             for (from, to) in [(t[0], t[1]), (t[1], t[2]), (t[2], t[0])] {
@@ -79,5 +86,14 @@ mod tests {
         let triangle = TriangleMesh::new(vec![Vec3::zeros(), Vec3::x(), Vec3::y()], vec![[0, 1, 2]]);
         let gap = widest_gap(&triangle).unwrap();
         assert!((0.3..=1.5).contains(&gap), "{gap}");
+    }
+
+    /// The book has three pages on one spine: it has open edges, and the spine is none of them.
+    #[test]
+    fn edges_of_three_triangles_are_not_open() {
+        let vertices = vec![Vec3::zeros(), Vec3::z(), Vec3::x(), Vec3::y(), -Vec3::x()];
+        let book = TriangleMesh::new(vertices, vec![[0, 1, 2], [0, 1, 3], [0, 1, 4]]);
+        assert_eq!((branches(&book), branches(&cube(None)), branches(&cube(Some(0.0)))), (1, 0, 0));
+        assert!(widest_gap(&book).unwrap() > 0.1);
     }
 }

@@ -19,14 +19,24 @@ pub struct Part {
     pub closed: bool,
     /// Whether all triangles of a closed part were wound to face into it.
     pub was_inward: bool,
+    /// Whether the file's windings say of a closed part what its order around edges says: false if
+    /// some triangles had to be turned and none is repeated.
+    pub agrees: bool,
+    /// How many triangles inside it are left out.
+    pub walls: usize,
 }
 
 impl Part {
     /// Drops triangles that repeat another, and turns what is closed outward.
     pub fn new(vertices: &[Vec3], triangles: Vec<[u32; 3]>) -> Self {
-        let Boundary { mut triangles, closed, says_its_side } = boundary(triangles);
-        let was_inward = closed && orient(vertices, &mut triangles) && says_its_side;
-        Self { triangles, closed, was_inward }
+        let Boundary { mut triangles, closed, says_its_side, is_repeated } = boundary(triangles);
+        let mut part = Self { triangles: Vec::new(), closed, was_inward: false, agrees: true, walls: 0 };
+        if closed {
+            let turned = orient(vertices, &mut triangles);
+            part.was_inward = turned == Turned::All && says_its_side;
+            part.agrees = turned != Turned::Some || is_repeated;
+        }
+        Self { triangles, ..part }
     }
 }
 
@@ -36,6 +46,28 @@ struct Boundary {
     closed: bool,
     /// Whether all copies of a triangle are wound alike.
     says_its_side: bool,
+    is_repeated: bool,
+}
+
+/// How triangles were turned to face outward.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Turned {
+    None,
+    Some,
+    All,
+}
+
+/// Triangles, each once.
+pub(super) fn distinct(triangles: &[[u32; 3]]) -> Vec<[u32; 3]> {
+    let mut seen = HashSet::with_capacity(triangles.len());
+    triangles.iter().filter(|t| seen.insert(sorted(t))).copied().collect()
+}
+
+/// The corners of a triangle, ascending.
+pub(super) fn sorted(triangle: &[u32; 3]) -> [u32; 3] {
+    let mut key = *triangle;
+    key.sort_unstable();
+    key
 }
 
 /// Whether that is closed, too.
@@ -44,42 +76,37 @@ struct Boundary {
 /// wall, both copies are needed to make every edge even; they are kept if more than repeated
 /// triangles makes up the component.
 fn boundary(triangles: Vec<[u32; 3]>) -> Boundary {
-    let key = |t: &[u32; 3]| {
-        let mut key = *t;
-        key.sort_unstable();
-        key
-    };
     let mut copies: HashMap<[u32; 3], usize> = HashMap::with_capacity(triangles.len());
-    triangles.iter().for_each(|t| *copies.entry(key(t)).or_default() += 1);
+    triangles.iter().for_each(|t| *copies.entry(sorted(t)).or_default() += 1);
     if copies.len() == triangles.len() {
         let closed = all_edges_even(&triangles);
-        return Boundary { triangles, closed, says_its_side: true };
+        return Boundary { triangles, closed, says_its_side: true, is_repeated: false };
     }
-    let mut seen = HashSet::with_capacity(copies.len());
-    let single: Vec<_> = triangles.iter().filter(|t| seen.insert(key(t))).copied().collect();
+    let single = distinct(&triangles);
     if all_edges_even(&single) {
         let turned = |t: &[u32; 3]| {
             let least = (0..3).min_by_key(|&k| t[k]).unwrap_or(0);
             [t[least], t[(least + 1) % 3], t[(least + 2) % 3]]
         };
         let kinds: HashSet<[u32; 3]> = triangles.iter().map(turned).collect();
-        return Boundary { says_its_side: kinds.len() == single.len(), triangles: single, closed: true };
+        let says_its_side = kinds.len() == single.len();
+        return Boundary { says_its_side, triangles: single, closed: true, is_repeated: true };
     }
     if copies.values().any(|count| count % 2 == 1) && all_edges_even(&triangles) {
-        return Boundary { triangles, closed: true, says_its_side: true };
+        return Boundary { triangles, closed: true, says_its_side: true, is_repeated: true };
     }
-    Boundary { triangles: single, closed: false, says_its_side: false }
+    Boundary { triangles: single, closed: false, says_its_side: false, is_repeated: true }
 }
 
-/// Turns the triangles of a closed component to face outward, as far as they can be oriented;
-/// whether all of them faced inward before.
+/// Turns the triangles of a closed component to face outward, as far as they can be oriented; which
+/// of them faced inward before.
 ///
 /// Two triangles that are neighbours around an edge bound one wedge, so they run along the edge in
 /// opposite directions; that holds for edges of more than two triangles too, taken in order of
 /// angle. Each set of triangles that hangs together by edges is then turned as a whole to have a
 /// positive volume. A component that contradicts itself (a Klein bottle, walls that overlap in
 /// part) is turned as a whole only: the file may know better.
-fn orient(vertices: &[Vec3], triangles: &mut [[u32; 3]]) -> bool {
+fn orient(vertices: &[Vec3], triangles: &mut [[u32; 3]]) -> Turned {
     let neighbours = neighbours_around_edges(vertices, triangles);
     let mut turned: Vec<Option<bool>> = vec![None; triangles.len()];
     let mut sets: Vec<Vec<u32>> = Vec::new();
@@ -110,7 +137,8 @@ fn orient(vertices: &[Vec3], triangles: &mut [[u32; 3]]) -> bool {
         turned.fill(Some(false));
         sets = vec![(0..triangles.len() as u32).collect()];
     }
-    let mut was_inward = consistent && turned.iter().all(|turn| *turn == Some(false));
+    let as_wound = consistent && turned.iter().all(|turn| *turn == Some(false));
+    let (mut was_inward, mut was_outward) = (as_wound, as_wound);
     for set in sets {
         let origin = vertices[triangles[set[0] as usize][0] as usize];
         let mut volume = 0.0;
@@ -120,13 +148,18 @@ fn orient(vertices: &[Vec3], triangles: &mut [[u32; 3]]) -> bool {
             volume += if turned[t as usize] == Some(true) { -part } else { part };
         }
         was_inward &= volume < 0.0;
+        was_outward &= volume >= 0.0;
         for &t in &set {
             if (turned[t as usize] == Some(true)) != (volume < 0.0) {
                 triangles[t as usize].swap(1, 2);
             }
         }
     }
-    was_inward
+    match (was_inward, was_outward) {
+        (true, _) => Turned::All,
+        (false, true) => Turned::None,
+        (false, false) => Turned::Some,
+    }
 }
 
 /// For each triangle of a closed component those next to it around its edges, and whether one of
@@ -171,7 +204,7 @@ fn neighbours_around_edges(vertices: &[Vec3], triangles: &[[u32; 3]]) -> Vec<Vec
 
 /// Sorts the sides of one edge by the angle of their triangles around it, and gives these angles
 /// \[rad\].
-fn sort_by_angle(vertices: &[Vec3], triangles: &[[u32; 3]], ring: &mut [Side]) -> Vec<f64> {
+pub(super) fn sort_by_angle(vertices: &[Vec3], triangles: &[[u32; 3]], ring: &mut [Side]) -> Vec<f64> {
     let (low, high) = (ring[0].low, ring[0].high);
     let base = vertices[low as usize];
     let axis = vertices[high as usize] - base;

@@ -18,7 +18,7 @@ const LIMITS_ARE_STATED: f64 = 1.2;
 pub(crate) fn joints(
     file: &str,
     robot: Node,
-    version: f64,
+    (version, is_replaced): (f64, &dyn Fn(&str) -> bool),
     links: &HashMap<String, usize>,
     warnings: &mut Vec<String>,
 ) -> Result<(Vec<Joint>, Vec<NamedMimic>)> {
@@ -38,7 +38,9 @@ pub(crate) fn joints(
                 quoted(name)
             ));
         }
-        let joint = joint(&place, node, version, is_known, (links, warnings))?;
+        // Followers have no limits of their own.
+        let has_limits = !is_known && !own_attribute(node, "name").is_some_and(is_replaced);
+        let joint = joint(&place, node, version, has_limits, (links, warnings))?;
         if !names.insert(joint.name.clone()) {
             return Err(place.error("got a second joint of this name, expected unique names"));
         }
@@ -57,7 +59,7 @@ fn joint(
     place: &Place,
     node: Node,
     version: f64,
-    follows: bool,
+    has_limits: bool,
     (links, warnings): (&HashMap<String, usize>, &mut Vec<String>),
 ) -> Result<Joint> {
     let name = place.required(node, "name")?.to_owned();
@@ -79,10 +81,13 @@ fn joint(
         }
         None => Vec3::x(),
     };
-    let stated = if follows { None } else { stated_limits(place, node, kind, version)? };
-    let limits = stated.map_or(Ok(None), |stated| limits(place, kind, stated, warnings))?;
-    // Propellers are often written as revolute with limits of 1e16.
-    let written = stated.filter(|(lower, upper)| lower.is_finite() && upper.is_finite());
+    let stated = if has_limits { stated_limits(place, node, kind, version)? } else { None };
+    let limits = stated.map_or(Ok(None), |stated| limits(place, (&name, kind), stated, warnings))?;
+    // Propellers are often written as revolute with limits of 1e16, or infinite ones.
+    let written = stated.filter(|_| {
+        let limit = child(node, "limit");
+        ["lower", "upper"].iter().all(|name| limit.is_some_and(|limit| own_attribute(limit, name).is_some()))
+    });
     let turns_freely = kind == JointKind::Revolute && limits.is_none() && written.is_some();
     if let Some((lower, upper)) = written.filter(|_| turns_freely) {
         let Place { file, element } = place;
@@ -119,7 +124,8 @@ fn stated_limits(place: &Place, node: Node, kind: JointKind, version: f64) -> Re
     }
     let unstated = if version < LIMITS_ARE_STATED { 0.0 } else { f64::INFINITY };
     let value = |name: &str, unstated: f64| match own_attribute(limit, name) {
-        // Some say "no limit" with 1e16.
+        // Some say "no limit" with 1e16, or with infinity.
+        Some(text) if text.trim().parse().is_ok_and(f64::is_infinite) => Ok(text.trim().parse().unwrap_or(unstated)),
         Some(text) => numbers_within::<1>(f64::MAX, place.file, &place.element, name, text).map(|[value]| value),
         None => Ok(unstated),
     };
@@ -128,7 +134,7 @@ fn stated_limits(place: &Place, node: Node, kind: JointKind, version: f64) -> Re
 
 fn limits(
     place: &Place,
-    kind: JointKind,
+    (name, kind): (&str, JointKind),
     (lower, upper): (f64, f64),
     warnings: &mut Vec<String>,
 ) -> Result<Option<(f64, f64)>> {
@@ -136,12 +142,14 @@ fn limits(
     if lower < -FARTHEST && upper > FARTHEST {
         return Ok(None);
     }
-    if !(lower.is_finite() && upper.is_finite()) {
-        let problem = format!("got limits {lower} to {upper}, expected `lower` and `upper`, both finite");
-        return Err(place.error(problem));
-    }
-    if lower > upper {
-        return Err(place.error(format!("got limits {lower} to {upper}, expected lower <= upper")));
+    let expected = match (lower.is_finite() && upper.is_finite(), lower <= upper) {
+        (false, _) => Some("`lower` and `upper`, both finite"),
+        (_, false) => Some("lower <= upper"),
+        _ => None,
+    };
+    if let Some(expected) = expected {
+        let instead = format!("or `limits = {{ {name} = [lower, upper] }}` in its [[robot]] of the scene");
+        return Err(place.error(format!("got limits {lower} to {upper}, expected {expected}, {instead}")));
     }
     if lower == upper && kind != JointKind::Fixed {
         let Place { file, element } = place;

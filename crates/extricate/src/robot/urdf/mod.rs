@@ -52,21 +52,33 @@ impl Shapes {
 /// make no sense, sizes that are negative. Points and segments are left out, discs and plates are
 /// as thin as a micrometre, each with a warning.
 pub fn parse(file: &str, text: &str, shapes: Shapes, load_mesh: LoadMesh, warnings: &mut Vec<String>) -> Result<Robot> {
-    parse_within(file, text, shapes, &LoadLimits::default(), load_mesh, warnings)
+    let wanted = Wanted { shapes, limits: &LoadLimits::default(), is_replaced: &|_| false };
+    parse_within(file, text, &wanted, load_mesh, warnings)
 }
 
-/// As [`parse`], within limits.
+/// What is to be read of a URDF.
+pub struct Wanted<'a> {
+    /// Which shapes of links.
+    pub shapes: Shapes,
+    /// How much the file may hold.
+    pub limits: &'a LoadLimits,
+    /// Whether a joint of this name gets its limits from elsewhere: those of the file are not read
+    /// then, since they may make no sense.
+    pub is_replaced: &'a dyn Fn(&str) -> bool,
+}
+
+/// As [`parse`], of what is wanted.
 ///
 /// # Errors
 /// As [`parse`]; where the file holds more than is allowed.
 pub fn parse_within(
     file: &str,
     text: &str,
-    shapes: Shapes,
-    limits: &LoadLimits,
+    wanted: &Wanted,
     load_mesh: LoadMesh,
     warnings: &mut Vec<String>,
 ) -> Result<Robot> {
+    let &Wanted { shapes, limits, is_replaced } = wanted;
     limits.check(LoadLimit::TextBytes, text.len(), file, "file")?;
     let text = super::formats::xml::with_declared_prefixes(file, text, limits)?;
     let document = document(file, &text, "URDF", limits)?;
@@ -89,7 +101,7 @@ pub fn parse_within(
     }
     warn_of_visuals(file, robot, shapes, warnings);
     let version = own_attribute(robot, "version").and_then(|version| version.trim().parse().ok()).unwrap_or(1.0);
-    let (mut joints, mimics) = joints::joints(file, robot, version, &link_of_name, warnings)?;
+    let (mut joints, mimics) = joints::joints(file, robot, (version, is_replaced), &link_of_name, warnings)?;
     for joint in &joints {
         limits.check(LoadLimit::NameBytes, joint.name.len(), file, "joint")?;
     }

@@ -201,7 +201,13 @@ fn joints_that_make_no_sense_are_named() {
     };
     error("hinge", "", "joint \"j\": got type=\"hinge\", expected fixed, revolute");
     error("prismatic", "<limit lower='2' upper='1'/>", "got limits 2 to 1, expected lower <= upper");
-    error("revolute", "<limit lower='-inf' upper='1'/>", "got lower=\"-inf\", expected a finite number");
+    error(
+        "revolute",
+        "<limit lower='-inf' upper='1'/>",
+        "got limits -inf to 1, expected `lower` and `upper`, both finite",
+    );
+    error("revolute", "<limit lower='nan' upper='1'/>", "got lower=\"nan\", expected a finite number");
+    error("prismatic", "<limit lower='2' upper='1'/>", "or `limits = { j = [lower, upper] }` in its [[robot]]");
     error("continuous", "<axis xyz='0 0 0'/>", "got axis xyz=\"0 0 0\", expected one that is not zero");
     error("continuous", "<origin xyz='0 0 x'/>", "got xyz=\"0 0 x\"");
     error("continuous", "<mimic joint='j'/>", "joint \"j\": got mimic joint=\"j\" in a cycle");
@@ -238,6 +244,10 @@ fn limits_that_bound_nothing_are_none() {
     let wide = "<limit lower='-1e+16' upper='1e+16'/>";
     assert_eq!(read("revolute", wide, 1), (JointKind::Continuous, None));
     assert_eq!(read("prismatic", wide, 0), (JointKind::Prismatic, None));
+    let infinite = "<limit lower=' -inf' upper='+Infinity '/>";
+    assert_eq!(read("revolute", infinite, 1), (JointKind::Continuous, None));
+    assert_eq!(read("prismatic", infinite, 0), (JointKind::Prismatic, None));
+    assert_eq!(read("planar", infinite, 0), (JointKind::Planar, None));
     assert_eq!(read("revolute", "", 0), (JointKind::Revolute, None));
     assert_eq!(read("planar", "", 0), (JointKind::Planar, None));
 }

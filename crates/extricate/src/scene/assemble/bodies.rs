@@ -8,7 +8,7 @@ use std::sync::Arc;
 use super::frames::FramePlacement;
 use crate::error::{self, Error};
 use crate::robot::mesh::convex_hull::convex_hull;
-use crate::robot::mesh::openings::widest_gap;
+use crate::robot::mesh::openings::{branches, widest_gap};
 use crate::robot::{Geometry, LinkGeometry, Robot, TriangleMesh};
 use crate::scene::file::{CutMesh, GeometryKind};
 use crate::scene::{Body, Part};
@@ -118,7 +118,10 @@ pub struct Surfaces {
     open: usize,
     cavities: usize,
     all: usize,
+    /// How far open edges are from each other \[m\].
     gap: Option<f64>,
+    /// Edges of open components that have three triangles or more.
+    branches: usize,
 }
 
 impl Surfaces {
@@ -129,6 +132,7 @@ impl Surfaces {
             cavities: (0..mesh.components.len()).filter(|&component| mesh.is_cavity(component)).count(),
             all: mesh.components.len(),
             gap: widest_gap(mesh),
+            branches: branches(mesh),
         }
     }
 }
@@ -136,10 +140,11 @@ impl Surfaces {
 /// Warns once of a body whose meshes have components that are not closed, and once of one whose
 /// meshes have cavities; `known` holds what is known of meshes.
 pub fn warn_of_surfaces(body: &Body, known: &mut OncePerMesh<Surfaces>, warnings: &mut Vec<String>) {
-    let Surfaces { open, cavities, all, gap } = body.parts.iter().fold(Surfaces::default(), |sum, part| {
+    let Surfaces { open, cavities, all, gap, branches } = body.parts.iter().fold(Surfaces::default(), |sum, part| {
         let own = known.of(&part.geometry, Surfaces::of);
         let gap = [sum.gap, own.gap].into_iter().flatten().reduce(f64::max);
-        Surfaces { open: sum.open + own.open, cavities: sum.cavities + own.cavities, all: sum.all + own.all, gap }
+        let (open, cavities, all) = (sum.open + own.open, sum.cavities + own.cavities, sum.all + own.all);
+        Surfaces { open, cavities, all, gap, branches: sum.branches + own.branches }
     });
     let kind = match (body.robot, body.frame) {
         (Some(_), _) => "link",
@@ -152,8 +157,15 @@ pub fn warn_of_surfaces(body: &Body, known: &mut OncePerMesh<Surfaces>, warnings
             (1, _) => format!("1 of {all} mesh components is open: it is a surface, not a solid"),
             _ => format!("{open} of {all} mesh components are open: they are surfaces, not solids"),
         };
-        let gap = gap.map_or(String::new(), |gap| format!(" (open edges are up to {gap:.1e} m from each other)"));
-        warnings.push(format!("{kind} `{}`: {counted}{gap}", body.name));
+        let gap = gap.map(|gap| format!("open edges are up to {gap:.1e} m from each other"));
+        let walls = match branches {
+            0 => None,
+            1 => Some("1 edge has 3 triangles or more: a wall inside, or sheets that meet".to_owned()),
+            _ => Some(format!("{branches} edges have 3 triangles or more: walls inside, or sheets that meet")),
+        };
+        let why: Vec<String> = gap.into_iter().chain(walls).collect();
+        let why = if why.is_empty() { String::new() } else { format!(" ({})", why.join("; ")) };
+        warnings.push(format!("{kind} `{}`: {counted}{why}", body.name));
     }
     if cavities > 0 {
         let counted = match cavities {

@@ -24,7 +24,8 @@ pub fn read_others(
     files: &mut Files,
     warnings: &mut Vec<String>,
 ) -> Result<Others> {
-    let mut obstacles = with_scenery(name, &scene.obstacle, &mut |element, path| files.bytes(element, path))?;
+    let mut obstacles =
+        with_scenery(name, &scene.obstacle, &scene.limits, &mut |element, path| files.bytes(element, path))?;
     let mut attached = if with_attached { scene.attached.clone() } else { Vec::new() };
     for ObstacleEntry { name: own, shape, .. } in &mut obstacles {
         read_parts(&format!("obstacle \"{own}\""), shape, files, warnings)?;
@@ -44,6 +45,7 @@ fn read_parts(element: &str, shape: &mut ShapeEntry, files: &mut Files, warnings
         packages: &shape.packages,
         geometry: shape.geometry.unwrap_or_default(),
         links: &BTreeMap::new(),
+        is_replaced: &|_| false,
     };
     let (file, robot) = files.links(&source, warnings)?;
     shape.parts = Some(parts(&file, &robot)?);
@@ -79,6 +81,7 @@ fn parts(file: &str, robot: &Robot) -> Result<Vec<Part>> {
 mod tests {
     use std::path::Path;
 
+    use crate::cspace::Manifold;
     use crate::error::Result;
     use crate::math::Vec3;
     use crate::robot::Geometry;
@@ -99,6 +102,32 @@ mod tests {
         assemble(Path::new("s.toml"), &text, &mut |path: &Path| {
             Ok(if path == Path::new("arm.urdf") { ARM } else { table }.as_bytes().to_vec())
         })
+    }
+
+    #[test]
+    fn limits_of_the_scene_stand_in_for_those_of_a_file_that_make_no_sense() {
+        let read = |limits: &str, kind: &str, more: &str| {
+            let arm = ARM.replace("lower='-5' upper='5'", limits).replace("prismatic", kind);
+            let text = format!("[[robot]]\nurdf = 'arm.urdf'\n{more}");
+            assemble(Path::new("s.toml"), &text, &mut |_: &Path| Ok(arm.clone().into_bytes()))
+        };
+        let manifold = |scene: &Scene| scene.space.factors()[0].manifold;
+        for limits in
+            ["lower='1' upper='-1'", "lower='-inf' upper='inf'", "lower='nan' upper='x'", "lower='0' upper='inf'"]
+        {
+            for kind in ["prismatic", "revolute"] {
+                let replaced = read(limits, kind, "limits = { j = [-1, 1] }").unwrap();
+                assert_eq!(manifold(&replaced), Manifold::Interval { lower: -1.0, upper: 1.0 }, "{limits} {kind}");
+            }
+            let message = read(limits, "prismatic", "").unwrap_err().to_string();
+            assert!(message.contains("joint \"j\": got "), "{message}");
+            assert!(limits.contains("nan") || message.contains("`limits = { j = [lower, upper] }`"), "{message}");
+        }
+        let turning = read("lower='-inf' upper='inf'", "revolute", "").unwrap();
+        assert_eq!(manifold(&turning), Manifold::Circle);
+        assert!(
+            turning.warnings.iter().any(|told| told.contains("its limits -inf and inf are taken for none: continuous"))
+        );
     }
 
     const OBSTACLE: &str = "[[obstacle]]\nname = 'table'\nshape = { urdf = 't.urdf' }\npose = { xyz = [0, 0, 3] }";

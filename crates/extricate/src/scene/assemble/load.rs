@@ -11,7 +11,7 @@ use super::loaded::{LoadedRobot, ReadFile};
 use crate::error::{Error, Result, listed, quoted};
 use crate::robot::formats::xml::{decoded, package_name};
 use crate::robot::srdf::{self, Srdf};
-use crate::robot::urdf::{self, Shapes};
+use crate::robot::urdf::{self, Shapes, Wanted};
 use crate::robot::{LoadLimit, LoadLimits, Robot, TriangleMesh, formats};
 use crate::scene::file::{CutMesh, GeometryKind, RobotEntry};
 use crate::scene::names::{robot_names, unknown};
@@ -52,6 +52,8 @@ pub struct Source<'a> {
     pub geometry: GeometryKind,
     /// The same of single links.
     pub links: &'a BTreeMap<String, GeometryKind>,
+    /// Whether the scene has limits for a joint of this name.
+    pub is_replaced: &'a dyn Fn(&str) -> bool,
 }
 
 impl<'a> Files<'a> {
@@ -102,6 +104,7 @@ impl<'a> Files<'a> {
             packages: &entry.packages,
             geometry: entry.geometry,
             links: &entry.links,
+            is_replaced: &|joint| entry.limits.contains_key(joint),
         };
         let (file, robot) = self.links(&source, warnings)?;
         let (mut of_srdf, mut group) = (Srdf::default(), None);
@@ -124,7 +127,7 @@ impl<'a> Files<'a> {
 
     /// The name of a URDF file in messages, and what it describes, its meshes replaced as is asked.
     pub fn links(&mut self, source: &Source, warnings: &mut Vec<String>) -> Result<(String, Robot)> {
-        let Source { element, urdf, packages, geometry, links } = *source;
+        let Source { element, urdf, packages, geometry, links, is_replaced } = *source;
         let path = self.folder.join(urdf);
         let file = path.display().to_string();
         let text = self.text(&path, element)?;
@@ -147,7 +150,8 @@ impl<'a> Files<'a> {
             }
             self.scaled(&found[uri], scale).map_err(|error| named(&file, &in_mesh(uri), error))
         };
-        let mut robot = urdf::parse_within(&file, &text, shapes, &limits, &mut load, warnings)?;
+        let mut robot =
+            urdf::parse_within(&file, &text, &Wanted { shapes, limits: &limits, is_replaced }, &mut load, warnings)?;
         let fault = |problem: String| Error::input(&self.file, format!("robot \"{}\": links", robot.name), problem);
         for (name, kind) in links {
             if *kind == GeometryKind::Visual {

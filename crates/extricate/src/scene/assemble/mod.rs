@@ -30,7 +30,7 @@ use load::Files;
 use loaded::LoadedRobot;
 pub use loaded::ReadFile;
 use obstacles::Others;
-use pairs::{Disabled, PairName, SrdfNames, checked, disabled_by_scene};
+use pairs::{PairName, PairRules, SrdfNames, checked, pairs_of_scene};
 
 /// What is said of a scene without checked pairs.
 pub const NOTHING_CHECKED: &str = "no pair of bodies is checked: every configuration within the limits is free";
@@ -119,8 +119,8 @@ pub fn build(
     }
     let names = pair_names(robots, &bodies);
     let index = NameIndex::new(names.iter().map(|name| name.named).collect());
-    let disabled = disabled(file, entry, robots, &index, &names)?;
-    let pairs = checked(&bodies, &tree.carriers, &disabled, limits.get(LoadLimit::Pairs))
+    let rules = pair_rules(file, entry, robots, (&index, &names, &bodies), &mut warnings)?;
+    let pairs = checked(&bodies, &tree.carriers, &rules, limits.get(LoadLimit::Pairs))
         .map_err(|found| Error::input(file, "pairs", limits.exceeded(LoadLimit::Pairs, found)))?;
     let clearances = clearances_of(entry, &|element, name| {
         let body = index.find(name).map_err(|problem| Error::input(file, element, problem))?;
@@ -188,25 +188,22 @@ fn pair_names<'a>(robots: &'a [LoadedRobot], bodies: &'a [Body]) -> Vec<PairName
     all
 }
 
-fn disabled(
+fn pair_rules(
     file: &str,
     entry: &SceneFile,
     robots: &[LoadedRobot],
-    index: &NameIndex,
-    all: &[PairName],
-) -> Result<Disabled> {
-    let by_scene = |element: &str, entries: &[[String; 2]]| disabled_by_scene(file, element, entries, index, all);
-    let mut disabled = Disabled::default();
-    disabled.extend(by_scene("pairs: disable", &entry.pairs.disable)?);
-    for object in &entry.attached {
-        let touched: Vec<[String; 2]> = object.touch.iter().map(|other| [object.name.clone(), other.clone()]).collect();
-        disabled.extend(by_scene(&format!("attached {:?}: touch", object.name), &touched)?);
-    }
+    (index, all, bodies): (&NameIndex, &[PairName], &[Body]),
+    warnings: &mut Vec<String>,
+) -> Result<PairRules> {
+    let mut rules = PairRules::default();
     let names = SrdfNames::new(all);
     for (index, loaded) in robots.iter().enumerate() {
-        disabled.add_srdf((index, &loaded.name), &loaded.srdf, &names);
+        rules.add_srdf((index, &loaded.name), &loaded.srdf, &names);
     }
-    Ok(disabled)
+    let find = |name: &str| index.find(name).map(|at| all[at].body);
+    let (disabled, enabled) = pairs_of_scene(file, entry, &find, bodies, warnings)?;
+    rules.add_scene(disabled, enabled);
+    Ok(rules)
 }
 
 #[cfg(test)]
@@ -231,6 +228,44 @@ mod tests {
         let text = format!("{PLAIN}{BALL}[pairs]\ndisable = [['l3', 'ball'], ['arm/l2', 'ball']]");
         let srdf = [["l0".to_string(), "l3".into()], ["gone".into(), "l3".into()]];
         assert_eq!(pairs(&scene_with(&text, &[arm], &srdf, None).unwrap()), ["l1 ball"]);
+    }
+
+    #[test]
+    fn neighbours_are_checked_if_the_scene_enables_them() {
+        let arm = chain(&[Revolute, Fixed, Revolute]);
+        let text = |pairs: &str| format!("{PLAIN}{BALL}[pairs]\n{pairs}");
+        let scene_of = |pairs: &str| scene(&text(pairs), std::slice::from_ref(&arm));
+        let enabled = scene_of("enable = [['l1', 'l0'], ['arm/l2', 'l3'], ['l3', 'ball']]").unwrap();
+        assert_eq!(pairs(&enabled), ["l0 l1", "l0 l3", "l1 ball", "l2 l3", "l2 ball", "l3 ball"]);
+        assert!(enabled.warnings.iter().all(|warning| !warning.contains("enable")), "{:?}", enabled.warnings);
+        // What never moves is told and left out.
+        let fixed = scene_of("enable = [['l1', 'l2'], ['l0', 'ball']]").unwrap();
+        assert_eq!(pairs(&fixed), ["l0 l3", "l1 ball", "l2 ball", "l3 ball"]);
+        let told = "pairs: enable [\"l1\", \"l2\"]: nothing moves one against the other: the pair is not checked";
+        assert_eq!(fixed.warnings.iter().filter(|warning| warning.contains("nothing moves")).count(), 2);
+        assert!(fixed.warnings.contains(&told.to_string()), "{:?}", fixed.warnings);
+        let message = |pairs: &str| scene_of(pairs).unwrap_err().to_string();
+        assert!(
+            message("enable = [['l1', 'l9']]").contains("pairs: enable [\"l1\", \"l9\"]: got `l9`, expected one of")
+        );
+        assert!(message("enable = [['l1', 'l1']]").contains("got one body twice"));
+        assert!(message("enable = [['l1', 'l0'], ['l0', 'l1']]").contains("[\"l0\", \"l1\"]: got the pair twice"));
+        let both = message("enable = [['l3', 'ball']]\ndisable = [['ball', 'l3']]");
+        assert!(
+            both.contains("pairs: enable [\"l3\", \"ball\"]: got a pair that `disable` or `touch` takes out"),
+            "{both}"
+        );
+        let held = "[[attached]]\nname = 'can'\nlink = 'l3'\nshape = { sphere = 0.1 }\ntouch = ['l2']\n";
+        let touched = format!("{PLAIN}{held}[pairs]\nenable = [['can', 'l2']]");
+        assert!(scene(&touched, std::slice::from_ref(&arm)).unwrap_err().to_string().contains("`touch` takes out"));
+    }
+
+    #[test]
+    fn a_link_without_geometry_that_a_scene_enables_is_told() {
+        let mut arm = chain(&[Revolute, Revolute]);
+        arm.links[1].collision.clear();
+        let scene = scene(&format!("{PLAIN}{BALL}[pairs]\nenable = [['l1', 'l2']]"), &[arm]).unwrap();
+        assert!(scene.warnings.iter().any(|warning| warning.contains("without geometry touches nothing")));
     }
 
     #[test]

@@ -68,12 +68,25 @@ pub fn others(
         part_count += parts.len();
         limits.check(LoadLimit::Obstacles, part_count, file, &element)?;
         parts.iter_mut().for_each(|part| part.pose_frame_part = pose.then(&part.pose_frame_part));
+        warn_of_lost_points(name, form, &parts, warnings);
         let of_kind = if kind == "obstacle" { &mut others.obstacles } else { &mut others.attached };
         let body = Body { name: name.clone(), robot: None, frame: 0, parts };
         refuse_vast(file, &body)?;
         of_kind.push(body);
     }
     Ok(others)
+}
+
+/// Tells how many points a cloud lacks, because they are NaN.
+fn warn_of_lost_points(name: &str, entry: &ShapeEntry, parts: &[Part], warnings: &mut Vec<String>) {
+    let [Part { geometry: Geometry::Points(cloud), .. }] = parts else { return };
+    let (lost, all) = (entry.left_out, entry.left_out + cloud.points().len());
+    let words = match lost {
+        0 => return,
+        1 => "points is left out: it has a coordinate that is NaN",
+        _ => "points are left out: they have coordinates that are NaN",
+    };
+    warnings.push(format!("obstacle `{name}`: {lost} of {all} {words}"));
 }
 
 /// The parts of an entry, relative to its pose.

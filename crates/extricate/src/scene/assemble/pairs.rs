@@ -4,21 +4,24 @@ use std::collections::{HashMap, HashSet};
 
 use crate::error::{Error, Result, quoted};
 use crate::robot::srdf::Srdf;
-use crate::scene::names::{NameIndex, Named};
+use crate::scene::file::SceneFile;
+use crate::scene::names::Named;
 use crate::scene::{Body, BodyPair};
 
 /// Every pair of bodies, sorted, but for
 /// - those fixed to one frame (one rigid group; all that cannot move shares the world's frame),
 /// - links of one robot whose frames are joined by one joint, where `carriers` names for every
 ///   frame the one that its joint hangs on,
-/// - those that are `disabled`.
+/// - those that `rules` disable.
+///
+/// Pairs that `rules` enable are checked, unless they are fixed to one frame.
 ///
 /// # Errors
 /// Their number where it is more than `most`, as far as it was counted.
 pub fn checked(
     bodies: &[Body],
     carriers: &[usize],
-    disabled: &Disabled,
+    rules: &PairRules,
     most: usize,
 ) -> std::result::Result<Vec<BodyPair>, usize> {
     let moving: Vec<usize> = (0..bodies.len()).filter(|&body| bodies[body].frame != 0).collect();
@@ -29,7 +32,7 @@ pub fn checked(
             let joined = carriers[a.frame] == b.frame || carriers[b.frame] == a.frame;
             let one_robot = a.robot.is_some() && a.robot == b.robot;
             let pair = BodyPair { first, second };
-            (a.frame != b.frame && !(one_robot && joined) && !disabled.contains(bodies, pair)).then_some(pair)
+            (a.frame != b.frame && !(one_robot && joined) && !rules.disable(bodies, pair)).then_some(pair)
         };
         match a.frame {
             // There may be hundreds of thousands of obstacles, none checked against another.
@@ -42,42 +45,53 @@ pub fn checked(
             return Err(pairs.len());
         }
     }
-    Ok(pairs)
+    let put_back = rules.enabled.iter().filter(|pair| !rules.disabled.contains(pair));
+    pairs.extend(put_back.filter(|pair| may_meet(bodies, **pair)));
+    pairs.sort_unstable();
+    pairs.dedup();
+    if pairs.len() > most { Err(pairs.len()) } else { Ok(pairs) }
 }
 
-/// Pairs of bodies that are not checked.
+/// Whether the distance of two bodies can change.
+fn may_meet(bodies: &[Body], pair: BodyPair) -> bool {
+    bodies[pair.first].frame != bodies[pair.second].frame
+}
+
+/// Which pairs of bodies are not checked, and which are although a rule says otherwise.
 #[derive(Debug, Default)]
-pub struct Disabled {
-    pairs: HashSet<BodyPair>,
+pub struct PairRules {
+    disabled: HashSet<BodyPair>,
     /// Bodies that no link of these robots is checked against but for the pairs in `enabled`.
     by_default: HashMap<usize, HashSet<usize>>,
+    /// What is not in `disabled` of these is checked.
     enabled: HashSet<BodyPair>,
 }
 
-impl Disabled {
-    fn contains(&self, bodies: &[Body], pair: BodyPair) -> bool {
+impl PairRules {
+    fn disable(&self, bodies: &[Body], pair: BodyPair) -> bool {
         let by_default = |one: usize, other: usize| {
             let robots = self.by_default.get(&one);
             robots.is_some_and(|robots| bodies[other].robot.is_some_and(|robot| robots.contains(&robot)))
         };
         let BodyPair { first, second } = pair;
-        self.pairs.contains(&pair)
-            || (by_default(first, second) || by_default(second, first)) && !self.enabled.contains(&pair)
+        self.disabled.contains(&pair) || by_default(first, second) || by_default(second, first)
     }
 
-    /// More of them.
-    pub fn extend(&mut self, pairs: impl IntoIterator<Item = BodyPair>) {
-        self.pairs.extend(pairs);
+    /// What the scene says, which goes before what SRDFs say: no pair may be in both.
+    pub fn add_scene(&mut self, disabled: HashSet<BodyPair>, enabled: HashSet<BodyPair>) {
+        self.disabled.retain(|pair| !enabled.contains(pair));
+        self.disabled.extend(disabled);
+        self.enabled.extend(enabled);
     }
 
-    /// What the SRDF of a robot disables: its own links and obstacles by their plain names. What
-    /// does not exist is ignored, as SRDFs are shared between variants of a robot.
+    /// What the SRDF of a robot disables and enables: its own links and obstacles by their plain
+    /// names. What does not exist is ignored, as SRDFs are shared between variants of a robot.
     pub fn add_srdf(&mut self, (index, robot): (usize, &str), srdf: &Srdf, names: &SrdfNames) {
         let body = |name: &String| names.body(robot, name);
         let pairs = |entries: &[[String; 2]]| -> Vec<BodyPair> {
             entries.iter().filter_map(|[a, b]| ordered(body(a), body(b))).collect()
         };
-        self.pairs.extend(pairs(&srdf.disabled));
+        self.disabled.extend(pairs(&srdf.disabled));
         self.enabled.extend(pairs(&srdf.enabled));
         for lonely in srdf.disabled_by_default.iter().filter_map(body) {
             self.by_default.entry(lonely).or_default().insert(index);
@@ -113,31 +127,62 @@ pub struct PairName<'a> {
     pub body: Option<usize>,
 }
 
-/// The pairs that `[pairs] disable` and the like name; `element` is what messages call that.
+/// The body that a name means, `None` for a link without geometry; else what is wrong with it.
+pub type FindBody<'a> = dyn Fn(&str) -> std::result::Result<Option<usize>, String> + 'a;
+
+/// The pairs of bodies that a scene file disables, by `[pairs] disable` and by `touch` of attached
+/// objects, and those that it enables, by `[pairs] enable`. A pair to enable that can never be
+/// checked is left out and told.
 ///
 /// # Errors
-/// [`Error::Input`] for names that do not exist or that two robots share, with the candidates.
-pub fn disabled_by_scene(
+/// [`Error::Input`] for names that mean nothing or several things, for one body twice, and for a
+/// pair to enable that is there twice or is disabled as well.
+pub fn pairs_of_scene(
     file: &str,
-    element: &str,
-    entries: &[[String; 2]],
-    names: &NameIndex,
-    all: &[PairName],
-) -> Result<Vec<BodyPair>> {
-    let mut pairs = Vec::new();
-    for entry in entries {
-        let body = |name: &String| {
-            let fault = |problem| Error::input(file, in_entry(element, entry), problem);
-            names.find(name).map(|index| all[index].body).map_err(fault)
-        };
-        let (first, second) = (body(&entry[0])?, body(&entry[1])?);
-        if first.is_some() && first == second {
-            let problem = "got one body twice, expected two bodies";
-            return Err(Error::input(file, in_entry(element, entry), problem));
-        }
-        pairs.extend(ordered(first, second));
+    scene: &SceneFile,
+    find: &FindBody,
+    bodies: &[Body],
+    warnings: &mut Vec<String>,
+) -> Result<(HashSet<BodyPair>, HashSet<BodyPair>)> {
+    let mut disabled = named_pairs(file, "pairs: disable", &scene.pairs.disable, find)?;
+    for object in &scene.attached {
+        let touched: Vec<[String; 2]> = object.touch.iter().map(|other| [object.name.clone(), other.clone()]).collect();
+        disabled.extend(named_pairs(file, &format!("attached {:?}: touch", object.name), &touched, find)?);
     }
-    Ok(pairs)
+    let disabled: HashSet<BodyPair> = disabled.into_iter().flatten().collect();
+    let (element, entries) = ("pairs: enable", &scene.pairs.enable);
+    let mut enabled = HashSet::new();
+    for (entry, pair) in entries.iter().zip(named_pairs(file, element, entries, find)?) {
+        let entry = in_entry(element, entry);
+        let Some(pair) = pair else {
+            warnings.push(format!("{entry}: a link without geometry touches nothing: the pair is not checked"));
+            continue;
+        };
+        if disabled.contains(&pair) {
+            let problem = "got a pair that `disable` or `touch` takes out, expected it in one of them only";
+            return Err(Error::input(file, entry, problem));
+        }
+        if !enabled.insert(pair) {
+            return Err(Error::input(file, entry, "got the pair twice, expected it once"));
+        }
+        if !may_meet(bodies, pair) {
+            warnings.push(format!("{entry}: nothing moves one against the other: the pair is not checked"));
+        }
+    }
+    enabled.retain(|pair| may_meet(bodies, *pair));
+    Ok((disabled, enabled))
+}
+
+fn named_pairs(file: &str, element: &str, entries: &[[String; 2]], find: &FindBody) -> Result<Vec<Option<BodyPair>>> {
+    let pair = |entry: &[String; 2]| {
+        let fault = |problem: String| Error::input(file, in_entry(element, entry), problem);
+        let (first, second) = (find(&entry[0]).map_err(fault)?, find(&entry[1]).map_err(fault)?);
+        if first.is_some() && first == second {
+            return Err(fault("got one body twice, expected two bodies".into()));
+        }
+        Ok(ordered(first, second))
+    };
+    entries.iter().map(pair).collect()
 }
 
 fn in_entry(element: &str, [a, b]: &[String; 2]) -> String {
@@ -152,13 +197,14 @@ fn ordered(a: Option<usize>, b: Option<usize>) -> Option<BodyPair> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::scene::names::NameIndex;
 
     fn body(robot: Option<usize>, frame: usize) -> Body {
         Body { name: String::new(), robot, frame, parts: Vec::new() }
     }
 
     fn pairs(bodies: &[Body], carriers: &[usize]) -> Vec<(usize, usize)> {
-        let pairs = checked(bodies, carriers, &Disabled::default(), 9).unwrap();
+        let pairs = checked(bodies, carriers, &PairRules::default(), 9).unwrap();
         pairs.iter().map(|pair| (pair.first, pair.second)).collect()
     }
 
@@ -170,7 +216,7 @@ mod tests {
             [body(Some(0), 0), body(Some(0), 1), body(Some(0), 1), body(Some(0), 2), body(Some(1), 3), body(None, 0)];
         let carriers = [0, 0, 1, 0];
         assert_eq!(pairs(&bodies, &carriers), [(0, 3), (0, 4), (1, 4), (1, 5), (2, 4), (2, 5), (3, 4), (3, 5), (4, 5)]);
-        assert_eq!(checked(&bodies, &carriers, &Disabled::default(), 6), Err(8), "it is counted body by body");
+        assert_eq!(checked(&bodies, &carriers, &PairRules::default(), 6), Err(8), "it is counted body by body");
     }
 
     #[test]
@@ -179,15 +225,15 @@ mod tests {
             let frame = |k: usize| if k.is_multiple_of(3) { 0 } else { 1 + k % moving };
             let bodies: Vec<Body> = (0..count).map(|k| body((k % 5 < 2).then_some(k % 2), frame(k))).collect();
             let carriers: Vec<usize> = (0..=moving).map(|frame| frame / 2).collect();
-            let mut disabled = Disabled::default();
-            disabled.extend((0..count / 2).map(|k| BodyPair { first: k, second: count - 1 - k }));
+            let mut disabled = PairRules::default();
+            disabled.disabled.extend((0..count / 2).map(|k| BodyPair { first: k, second: count - 1 - k }));
             let mut slow = Vec::new();
             for (first, a) in bodies.iter().enumerate() {
                 for (second, b) in bodies.iter().enumerate().skip(first + 1) {
                     let joined = carriers[a.frame] == b.frame || carriers[b.frame] == a.frame;
                     let pair = BodyPair { first, second };
                     let own = a.robot.is_some() && a.robot == b.robot && joined;
-                    if a.frame != b.frame && !own && !disabled.pairs.contains(&pair) {
+                    if a.frame != b.frame && !own && !disabled.disabled.contains(&pair) {
                         slow.push(pair);
                     }
                 }
@@ -209,12 +255,32 @@ mod tests {
         let name = |k: usize| ["l0", "l1", "l2", "l3", "ball"][k];
         let named = |k: usize| Named { robot: bodies[k].robot.map(|_| "arm"), name: name(k) };
         let all: Vec<PairName> = (0..5).map(|k| PairName { named: named(k), body: Some(k) }).collect();
-        let mut disabled = Disabled::default();
+        let mut disabled = PairRules::default();
         disabled.add_srdf((0, "arm"), &srdf, &SrdfNames::new(&all));
         let kept = checked(&bodies, &[0; 8], &disabled, 99).unwrap();
         let kept: Vec<[&str; 2]> = kept.iter().map(|pair| [name(pair.first), name(pair.second)]).collect();
         let against_ball = [["l0", "ball"], ["l1", "l3"], ["l1", "ball"], ["l2", "l3"], ["l2", "ball"], ["l3", "ball"]];
         assert_eq!(kept, [&[["l0", "l3"]][..], &against_ball].concat());
+    }
+
+    #[test]
+    fn an_srdf_enables_neighbours_but_not_what_it_disables_or_what_is_one_group() {
+        let strings = |pairs: &[[&str; 2]]| pairs.iter().map(|pair| pair.map(String::from)).collect::<Vec<_>>();
+        let enabled = strings(&[["l0", "l1"], ["l1", "l2"], ["l2", "l3"], ["l0", "gone"]]);
+        let srdf = Srdf { disabled: strings(&[["l2", "l1"]]), enabled, ..Srdf::default() };
+        // A chain, and a fourth link fixed to the third.
+        let bodies = [body(Some(0), 0), body(Some(0), 1), body(Some(0), 2), body(Some(0), 2)];
+        let names = ["l0", "l1", "l2", "l3"];
+        let name = |k: usize| PairName { named: Named { robot: Some("arm"), name: names[k] }, body: Some(k) };
+        let all: Vec<PairName> = (0..4).map(name).collect();
+        let mut rules = PairRules::default();
+        rules.add_srdf((0, "arm"), &srdf, &SrdfNames::new(&all));
+        let pair = |first, second| BodyPair { first, second };
+        assert_eq!(checked(&bodies, &[0, 0, 1], &rules, 9).unwrap(), [pair(0, 1), pair(0, 2), pair(0, 3)]);
+        rules.add_scene(HashSet::from([pair(0, 1)]), HashSet::from([pair(1, 2)]));
+        let scene_goes_first = [pair(0, 2), pair(0, 3), pair(1, 2)];
+        assert_eq!(checked(&bodies, &[0, 0, 1], &rules, 9).unwrap(), scene_goes_first);
+        assert_eq!(checked(&bodies, &[0, 0, 1], &rules, 2), Err(3));
     }
 
     #[test]
@@ -235,17 +301,18 @@ mod tests {
         ];
         let strings = |names: [&str; 2]| names.map(String::from);
         let index = NameIndex::new(all.iter().map(|entry| entry.named).collect());
-        let by_scene = |names| disabled_by_scene("s.toml", "pairs: disable", &[strings(names)], &index, &all);
-        assert_eq!(by_scene(["box", "a/hand"]).unwrap(), [BodyPair { first: 0, second: 2 }]);
-        assert_eq!(by_scene(["box", "frame"]).unwrap(), []);
+        let find = |name: &str| index.find(name).map(|at| all[at].body);
+        let by_scene = |names| named_pairs("s.toml", "pairs: disable", &[strings(names)], &find);
+        assert_eq!(by_scene(["box", "a/hand"]).unwrap(), [Some(BodyPair { first: 0, second: 2 })]);
+        assert_eq!(by_scene(["box", "frame"]).unwrap(), [None]);
         assert!(by_scene(["box", "box"]).unwrap_err().to_string().contains("got one body twice"));
         let ambiguous = by_scene(["hand", "box"]).unwrap_err().to_string();
         assert!(ambiguous.contains("`a/hand`, `b/hand`"), "{ambiguous}");
         let unknown = by_scene(["bux", "frame"]).unwrap_err().to_string();
         assert!(unknown.contains("got `bux`") && unknown.contains("`box`"), "{unknown}");
         let disabled = vec![strings(["hand", "box"]), strings(["nowhere", "box"]), strings(["hand", "hand"])];
-        let mut found = Disabled::default();
+        let mut found = PairRules::default();
         found.add_srdf((1, "b"), &Srdf { disabled, ..Srdf::default() }, &SrdfNames::new(&all));
-        assert_eq!(found.pairs, HashSet::from([BodyPair { first: 1, second: 2 }]));
+        assert_eq!(found.disabled, HashSet::from([BodyPair { first: 1, second: 2 }]));
     }
 }

@@ -41,6 +41,7 @@
 //!
 //! [pairs]
 //! disable = [["link_a", "link_b"], ["robot/link", "obstacle"]]
+//! enable = [["palm", "finger"]]      # checked although one joint joins them, or an SRDF disables them
 //! clearance = [["link_a", "link_c", 1e-4]]   # of this pair, whatever else is said
 //! ```
 //! Paths are relative to the scene file.
@@ -84,7 +85,7 @@ pub struct SceneFile {
     /// What links hold.
     #[serde(default)]
     pub attached: Vec<AttachedEntry>,
-    /// Pairs that are not checked, or keep a clearance of their own.
+    /// Pairs that are not checked, that are in spite of a rule, or that keep a clearance of their own.
     #[serde(default)]
     pub pairs: PairsEntry,
     /// What links add to the clearance toward obstacles, or obstacles to that of all pairs, by name
@@ -247,6 +248,9 @@ pub struct PairsEntry {
     /// Pairs of names that are not checked, on top of the SRDF's.
     #[serde(default, deserialize_with = "pairs_of_names")]
     pub disable: Vec<[String; 2]>,
+    /// Pairs of names that are checked although one joint joins them or the SRDF disables them.
+    #[serde(default, deserialize_with = "pairs_of_names")]
+    pub enable: Vec<[String; 2]>,
     /// What pairs of names keep, whatever else is said \[m\].
     #[serde(default)]
     pub clearance: Vec<(String, String, f64)>,
@@ -327,6 +331,7 @@ mod tests {
             pose = { xyz = [0, 0, 1] }
             [pairs]
             disable = [["a", "b"]]
+            enable = [["b", "c"]]
             "#,
         )
         .unwrap();
@@ -336,6 +341,7 @@ mod tests {
         assert!(matches!(scene.obstacle[0].shape.scale, Some(ScaleEntry::Axes([1.0, 2.0, 3.0]))));
         assert_eq!(scene.obstacle[1].pose.xyz, [0.0, 0.0, 1.0]);
         assert_eq!(scene.pairs.disable, [["a".to_string(), "b".to_string()]]);
+        assert_eq!(scene.pairs.enable, [["b".to_string(), "c".to_string()]]);
     }
 
     #[test]

@@ -7,9 +7,10 @@ use serde::Deserialize;
 
 use super::arrays::exactly_if_any;
 use super::{GeometryKind, ObstacleEntry, ScaleEntry};
-use crate::error::{Error, Result, quoted};
+use crate::error::{Error, Result};
 use crate::math::Vec3;
-use crate::robot::{Geometry, HeightField, PointCloud, TriangleMesh, Voxels};
+use crate::robot::formats::rows::for_each_row;
+use crate::robot::{Geometry, HeightField, LoadLimits, PointCloud, TriangleMesh, Voxels, formats};
 use crate::scene::Part;
 
 /// `shape = { .. }`: exactly one of the shapes.
@@ -72,6 +73,9 @@ pub struct ShapeEntry {
     /// One of the last four shapes as it is, for scenes that are not written as files.
     #[serde(skip)]
     pub scenery: Option<Geometry>,
+    /// Points that were left out of it, because a coordinate was NaN.
+    #[serde(skip)]
+    pub left_out: usize,
 }
 
 /// The shapes of large worlds, which only obstacles have.
@@ -153,17 +157,51 @@ impl ShapeEntry {
 /// # Errors
 /// [`Error::Input`] that names file, obstacle, row, value and what was expected; whatever `load`
 /// gives.
-pub fn with_scenery(file: &str, entries: &[ObstacleEntry], load: LoadRows) -> Result<Vec<ObstacleEntry>> {
+pub fn with_scenery(
+    file: &str,
+    entries: &[ObstacleEntry],
+    limits: &LoadLimits,
+    load: LoadRows,
+) -> Result<Vec<ObstacleEntry>> {
     let mut all = entries.to_vec();
     for entry in &mut all {
         let element = format!("obstacle \"{}\"", entry.name);
         if let [kind] = entry.shape.kinds()[..]
             && entry.shape.scenery.is_none()
         {
-            entry.shape.scenery = scenery(file, &element, kind, &entry.shape, load)?;
+            if let Some(rows) = &entry.shape.points {
+                let (cloud, left_out) = cloud(file, &format!("{element}: points"), rows, &entry.shape, limits, load)?;
+                (entry.shape.scenery, entry.shape.left_out) = (Some(Geometry::Points(Arc::new(cloud))), left_out);
+            } else {
+                entry.shape.scenery = scenery(file, &element, kind, &entry.shape, load)?;
+            }
         }
     }
     Ok(all)
+}
+
+/// The points of an entry, and how many are left out.
+fn cloud(
+    file: &str,
+    element: &str,
+    rows: &RowsEntry,
+    entry: &ShapeEntry,
+    limits: &LoadLimits,
+    load: LoadRows,
+) -> Result<(PointCloud, usize)> {
+    let (name, points) = match rows {
+        RowsEntry::Rows(_) => {
+            let table = table_of(file, element, rows, load)?;
+            let points = table.triples(element, "three coordinates x, y, z [m]")?;
+            (file.to_string(), points.map(|(_, point)| Vec3::from(point)).collect())
+        }
+        RowsEntry::File(path) => {
+            let (name, bytes) = load(element, path)?;
+            let points = formats::cloud::parse(&name, element, &bytes, limits)?;
+            (name, points)
+        }
+    };
+    PointCloud::seen(&name, element, entry.radius.unwrap_or(0.0), points)
 }
 
 /// `None` for a shape of another kind.
@@ -176,13 +214,6 @@ fn scenery(file: &str, element: &str, kind: &str, entry: &ShapeEntry, load: Load
     };
     if let Some(normal) = entry.half_space {
         return Geometry::half_space(file, element, normal, entry.offset.unwrap_or(0.0)).map(Some);
-    }
-    if let Some(rows) = &entry.points {
-        let table = table_of(file, element, rows, load)?;
-        let points = table.triples(element, "three coordinates x, y, z [m]")?;
-        let points = points.map(|(_, point)| Vec3::from(point)).collect();
-        let cloud = PointCloud::new(&table.file, element, entry.radius.unwrap_or(0.0), points)?;
-        return Ok(Some(Geometry::Points(Arc::new(cloud))));
     }
     if let Some(rows) = &entry.voxels {
         let table = table_of(file, element, rows, load)?;
@@ -245,42 +276,21 @@ fn table_of(file: &str, element: &str, entry: &RowsEntry, load: LoadRows) -> Res
             Ok(Table { file: file.to_string(), word: "row", rows })
         }
         RowsEntry::File(path) => {
-            let (name, bytes) = load(element, path)?;
-            parse_rows(name, element, &bytes)
+            let (file, bytes) = load(element, path)?;
+            let mut rows = Vec::new();
+            for_each_row(
+                &file,
+                element,
+                &bytes,
+                |_, x| x.is_finite(),
+                |line, row| {
+                    rows.push((line, row.to_vec()));
+                    Ok(())
+                },
+            )?;
+            Ok(Table { file, word: "line", rows })
         }
     }
-}
-
-/// One row a line: numbers between blanks, commas or semicolons. Empty lines, what follows a `#`,
-/// and a first line of words are left out.
-fn parse_rows(file: String, element: &str, bytes: &[u8]) -> Result<Table> {
-    let text = std::str::from_utf8(bytes).map_err(|error| {
-        let problem = "not UTF-8, expected a text file with a row of numbers a line";
-        Error::input(&file, format!("{element}: byte {}", error.valid_up_to()), problem)
-    })?;
-    let mut table = Table { file, word: "line", rows: Vec::new() };
-    let mut is_first = true;
-    for (number, line) in text.lines().enumerate() {
-        let line = line.split('#').next().unwrap_or_default();
-        let words = || line.split(|c: char| c.is_whitespace() || c == ',' || c == ';').filter(|word| !word.is_empty());
-        if words().next().is_none() {
-            continue;
-        }
-        let is_heading = is_first && words().all(|word| word.parse::<f64>().is_err());
-        is_first = false;
-        if is_heading {
-            continue;
-        }
-        let mut row = Vec::with_capacity(words().count());
-        for word in words() {
-            row.push(word.parse::<f64>().ok().filter(|x| x.is_finite()).ok_or_else(|| {
-                let problem = format!("got `{}`, expected finite numbers between blanks or commas", quoted(word));
-                table.fault(element, number + 1, problem)
-            })?);
-        }
-        table.rows.push((number + 1, row));
-    }
-    Ok(table)
 }
 
 #[cfg(test)]
@@ -291,17 +301,34 @@ mod tests {
 
     const CLOUD: &str = "x y z\n# metres\n0 0.5 1\n\n1,2, 3 # last\n-1;0;2e-1\n";
 
-    fn one(shape: &str) -> Result<Geometry> {
+    fn told(shape: &str) -> Result<(Geometry, Vec<String>)> {
         let text = format!("[[obstacle]]\nname = 'a'\nshape = {shape}");
         let scene = file::parse("s.toml", &text)?;
         let mut load = |_: &str, path: &str| match path {
             "cloud.xyz" => Ok(("f/cloud.xyz".to_string(), CLOUD.as_bytes().to_vec())),
+            "lost.txt" => {
+                Ok(("f/lost.txt".to_string(), b"\xef\xbb\xbf0 1 2 9\nnan nan nan nan\n0 nan 2 9\n3 4 5 9".to_vec()))
+            }
             "heights.csv" => Ok(("f/heights.csv".to_string(), b"0,1,2\n3,4,5\n".to_vec())),
             text => Ok(("f/text".to_string(), text.as_bytes().to_vec())),
         };
-        let entries = with_scenery("s.toml", &scene.obstacle, &mut load)?;
-        let bodies = others("s.toml", (&entries, &[]), &mut |_, _, _| panic!("no mesh"), &scene, &mut Vec::new())?;
-        Ok(bodies.obstacles[0].parts[0].geometry.clone())
+        let entries = with_scenery("s.toml", &scene.obstacle, &LoadLimits::default(), &mut load)?;
+        let mut warnings = Vec::new();
+        let bodies = others("s.toml", (&entries, &[]), &mut |_, _, _| panic!("no mesh"), &scene, &mut warnings)?;
+        Ok((bodies.obstacles[0].parts[0].geometry.clone(), warnings))
+    }
+
+    fn one(shape: &str) -> Result<Geometry> {
+        told(shape).map(|(geometry, _)| geometry)
+    }
+
+    #[test]
+    fn points_that_are_no_numbers_are_left_out_and_counted() {
+        for shape in ["{ points = 'lost.txt' }", "{ points = [[0, 1, 2], [nan, nan, nan], [0, nan, 2], [3, 4, 5]] }"] {
+            let (Geometry::Points(cloud), warnings) = told(shape).unwrap() else { panic!() };
+            assert_eq!(cloud.points(), [Vec3::new(0.0, 1.0, 2.0), Vec3::new(3.0, 4.0, 5.0)]);
+            assert_eq!(warnings, ["obstacle `a`: 2 of 4 points are left out: they have coordinates that are NaN"]);
+        }
     }
 
     #[test]
@@ -333,7 +360,9 @@ mod tests {
                 r#"{ points = "0 1 2\n0 x 1" }"#,
                 "f/text: obstacle \"a\": points: line 2: got `x`, expected finite numbers",
             ),
-            (r#"{ points = "0 1 nan" }"#, "line 1: got `nan`"),
+            (r#"{ points = "0 1 inf" }"#, "line 1: got `inf`"),
+            (r#"{ voxels = "0 1 nan", size = 1 }"#, "line 1: got `nan`"),
+            (r#"{ height-field = "0 1 nan", size = 1 }"#, "line 1: got `nan`"),
             ("{ points = [[0, 1, 2], [0, 1]] }", "s.toml: obstacle \"a\": points: row 2: got 2 numbers"),
             ("{ points = [[0, 1, 2e9]] }", "points: row 1: got (0, 1, 2000000000), expected finite coordinates"),
             ("{ points = 3 }", "expected rows of numbers or the path of a text file"),

@@ -10,16 +10,16 @@ use crate::scene::assemble::clearances::clearances_of;
 use crate::scene::assemble::fixtures::read_others;
 use crate::scene::assemble::load::Files;
 use crate::scene::assemble::obstacles::Others;
-use crate::scene::assemble::{NOTHING_CHECKED, ReadFile, assemble_entries};
+use crate::scene::assemble::pairs::pairs_of_scene;
+use crate::scene::assemble::{ReadFile, assemble_entries};
 use crate::scene::clearances::Clearances;
-use crate::scene::units::warn_of_sizes;
 use crate::scene::{Body, Scene, file};
 
 /// The scene of the robots of `robots` in the world of the TOML `text` of the file at `path`.
 ///
 /// Where the file has a `[[robot]]`, it is a scene of its own and all there is. Else its obstacles
-/// take the place of those of `robots`, and its attached objects, disabled pairs, clearances of
-/// pairs and padding come on top; its clearance holds where it gives one.
+/// take the place of those of `robots`, and its attached objects, disabled and enabled pairs,
+/// clearances of pairs and padding come on top; its clearance holds where it gives one.
 ///
 /// # Errors
 /// As [`crate::scene::assemble::assemble`]; [`Error::Input`] for a metric, which belongs to robots.
@@ -56,35 +56,46 @@ pub fn in_world_of_entries(robots: &Scene, path: &Path, world: &SceneFile, read:
         attached.map(|(object, entry)| (object, entry.link.as_str(), entry.touch.iter().map(String::as_str).collect()));
     scene = scene.attached_all(attached, world.limits.get(LoadLimit::Pairs)).map_err(in_file)?;
     world.limits.check(LoadLimit::Pairs, scene.pairs.len(), &name, "pairs")?;
-    let disabled = world.pairs.disable.iter().map(|[a, b]| [a.as_str(), b.as_str()]);
-    scene = scene.disabled(disabled).map_err(in_file)?;
     let bodies = scene.index(|_| true);
+    let body = |wanted: &str| {
+        scene.body_or_link(&bodies, wanted, String::new).map_err(|error| match error {
+            Error::Input { problem, .. } => problem,
+            other => other.to_string(),
+        })
+    };
+    let mut warnings = Vec::new();
+    let (disabled, enabled) = pairs_of_scene(&name, world, &body, &scene.bodies, &mut warnings)?;
     let find = |element: String, wanted: &str| {
         let body = scene.body_or_link(&bodies, wanted, || element).map_err(in_file)?;
         Ok(body.map(|body| scene.bodies[body].name.clone()))
     };
     let Clearances { own, pairs, padding } = clearances_of(world, &find)?;
     drop(bodies);
+    scene.pairs.retain(|pair| !disabled.contains(pair));
+    scene.pairs.extend(enabled);
+    scene.pairs.sort_unstable();
+    scene.pairs.dedup();
+    world.limits.check(LoadLimit::Pairs, scene.pairs.len(), &name, "pairs")?;
+    scene.warnings.extend(warnings);
     if let Some(clearance) = world.clearance {
         (scene.clearance, scene.clearances.own) = (clearance.lengths().0, own);
     }
     scene.clearances.pairs.extend(pairs);
     scene.clearances.padding.extend(padding);
-    let came: Vec<Body> = scene.bodies.iter().filter(|body| body.robot.is_none()).cloned().collect();
-    let mut warnings = std::mem::take(&mut scene.warnings);
-    // Of a robot alone it may have been true.
-    warnings.retain(|warning| warning != NOTHING_CHECKED || scene.pairs.is_empty());
-    warn_of_sizes(&scene, &came, &mut warnings);
-    Ok(Scene { warnings: bounded(warnings), ..scene })
+    let came = scene.bodies.len();
+    Ok(scene.telling(came))
 }
 
-/// The obstacles of a world that is parsed already or was never written down.
+/// The obstacles of a world that is parsed already or was never written down, and what is to be
+/// said of the files that they are read from.
 ///
 /// # Errors
 /// As [`in_world`].
-pub fn obstacles_of_entries(path: &Path, world: &SceneFile, read: ReadFile) -> Result<Vec<Body>> {
-    let mut files = Files::new(path, world.cut, &world.limits, read);
-    Ok(read_others(&path.display().to_string(), world, false, &mut files, &mut Vec::new())?.obstacles)
+pub fn obstacles_of_entries(path: &Path, world: &SceneFile, read: ReadFile) -> Result<(Vec<Body>, Vec<String>)> {
+    let (mut files, mut warnings) = (Files::new(path, world.cut, &world.limits, read), Vec::new());
+    let others = read_others(&path.display().to_string(), world, false, &mut files, &mut warnings)?;
+    warnings.extend(files.into_mesh_warnings());
+    Ok((others.obstacles, bounded(warnings)))
 }
 
 /// An error of a change to a scene, as one of the file that asks for it.

@@ -37,6 +37,7 @@ pub struct ReportArgs {
 
 /// Runs the command.
 pub fn run(args: &ReportArgs, json: bool) -> anyhow::Result<()> {
+    io::check_not_read(&args.output, [args.model.as_path()])?;
     io::check_output(&args.output, "page of this program", is_page)?;
     let model = load_model(&args.model)?;
     let measured = measure::measure(&model, args.count, args.seed)?;

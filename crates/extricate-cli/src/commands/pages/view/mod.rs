@@ -123,6 +123,9 @@ impl ViewArgs {
 /// Runs the command.
 pub fn run(args: &ViewArgs, json: bool) -> anyhow::Result<()> {
     if args.serve.is_none() {
+        let read = [&args.input, &args.answers, &args.paths, &args.world, &args.wasm];
+        let read = read.into_iter().flatten().chain([&args.file]);
+        io::check_not_read(&args.output, read.map(PathBuf::as_path))?;
         io::check_output(&args.output, "page of this program", is_page)?;
     }
     let asked = Asked::load(&args.file, args.world.as_deref(), &args.load)?;

@@ -1,54 +1,80 @@
 //! One page over HTTP, to browsers of this computer alone: what is needed of the protocol and no
 //! more.
 
-use std::io::{Read, Write};
+use std::io::{ErrorKind, Read, Write};
 use std::net::{Ipv4Addr, SocketAddr, TcpListener, TcpStream};
-use std::time::Duration;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::thread;
+use std::time::{Duration, Instant};
 
 use anyhow::Context;
 
 /// Longest head of a request \[bytes\].
 const LONGEST_HEAD: usize = 8192;
-/// How long a browser may take to ask, and to take what it is given.
-const PATIENCE: Duration = Duration::from_secs(5);
+/// How long a browser may take to ask.
+const TO_ASK: Duration = Duration::from_secs(5);
+/// How long it may take to get what it is given.
+const TO_TAKE: Duration = Duration::from_secs(30);
+/// Most browsers that are answered at a time; others are sent away. Each takes a thread.
+const MOST_AT_A_TIME: usize = 64;
+/// Bytes that are given at a time.
+const PIECE: usize = 1 << 16;
+
+/// What every reply says of itself. No page of elsewhere may show this one within itself.
+const FIELDS: &str = "Content-Type: text/html; charset=utf-8\r\nCache-Control: no-store\r\nX-Content-Type-Options: nosniff\r\n\
+                      Content-Security-Policy: frame-ancestors 'none'\r\nX-Frame-Options: DENY\r\nConnection: close\r\n";
 
 /// Answers requests for `page`, until the process ends; `begun` hears the address.
 ///
 /// # Errors
-/// Where the port cannot be had.
+/// If the port cannot be had.
 pub fn serve(page: &[u8], port: u16, begun: impl FnOnce(SocketAddr) -> anyhow::Result<()>) -> anyhow::Result<()> {
     let listener = TcpListener::bind((Ipv4Addr::LOCALHOST, port));
     let listener = listener.with_context(|| format!("cannot listen at 127.0.0.1:{port}"))?;
     let address = listener.local_addr().context("cannot listen")?;
     begun(address)?;
-    for stream in listener.incoming().flatten() {
-        // A browser that goes away in the middle is no fault of the others.
-        let _ = answer(stream, page, address.port());
-    }
+    let answered = AtomicUsize::new(0);
+    thread::scope(|scope| {
+        for stream in listener.incoming().flatten() {
+            if answered.fetch_add(1, Ordering::SeqCst) >= MOST_AT_A_TIME {
+                answered.fetch_sub(1, Ordering::SeqCst);
+                continue;
+            }
+            let answered = &answered;
+            let answer = move || {
+                // A browser that goes away in the middle is no fault of the others.
+                let _ = answer(stream, page, address.port());
+                answered.fetch_sub(1, Ordering::SeqCst);
+            };
+            if thread::Builder::new().spawn_scoped(scope, answer).is_err() {
+                answered.fetch_sub(1, Ordering::SeqCst);
+            }
+        }
+    });
     Ok(())
 }
 
 fn answer(mut stream: TcpStream, page: &[u8], port: u16) -> std::io::Result<()> {
-    stream.set_read_timeout(Some(PATIENCE))?;
-    stream.set_write_timeout(Some(PATIENCE))?;
-    let head = head_of(&mut stream)?;
+    let head = head_of(&mut stream, Instant::now() + TO_ASK)?;
     let (status, body) = reply(&head, page, port);
-    let fields = format!(
-        "HTTP/1.1 {status}\r\nContent-Type: text/html; charset=utf-8\r\nContent-Length: {}\r\nCache-Control: no-store\r\n\
-         X-Content-Type-Options: nosniff\r\nConnection: close\r\n\r\n",
-        body.len()
-    );
-    stream.write_all(fields.as_bytes())?;
-    if !head.starts_with("HEAD ") {
-        stream.write_all(body)?;
+    let fields = format!("HTTP/1.1 {status}\r\nContent-Length: {}\r\n{FIELDS}\r\n", body.len());
+    let body = if head.starts_with("HEAD ") { &[] } else { body };
+    let end = Instant::now() + TO_TAKE;
+    for piece in [fields.as_bytes()].into_iter().chain(body.chunks(PIECE)) {
+        stream.set_write_timeout(Some(left_until(end)?))?;
+        stream.write_all(piece)?;
     }
     stream.flush()
 }
 
 /// The first lines of a request, up to the empty one.
-fn head_of(stream: &mut impl Read) -> std::io::Result<String> {
+///
+/// # Errors
+/// If they are not there at `end`: a timeout of the stream is one of each read alone.
+fn head_of(stream: &mut TcpStream, end: Instant) -> std::io::Result<String> {
     let (mut head, mut piece) = (Vec::new(), [0; 1024]);
     while head.len() < LONGEST_HEAD && !head.windows(4).any(|end| end == b"\r\n\r\n") {
+        stream.set_read_timeout(Some(left_until(end)?))?;
         match stream.read(&mut piece)? {
             0 => break,
             read => head.extend_from_slice(&piece[..read]),
@@ -57,17 +83,24 @@ fn head_of(stream: &mut impl Read) -> std::io::Result<String> {
     Ok(String::from_utf8_lossy(&head).into_owned())
 }
 
+fn left_until(end: Instant) -> std::io::Result<Duration> {
+    let left = end.saturating_duration_since(Instant::now());
+    if left.is_zero() { Err(ErrorKind::TimedOut.into()) } else { Ok(left) }
+}
+
 /// Status and body for a request.
 fn reply<'a>(head: &str, page: &'a [u8], port: u16) -> (&'static str, &'a [u8]) {
     let mut lines = head.lines();
     let mut words = lines.next().unwrap_or_default().split(' ');
     let (method, target) = (words.next().unwrap_or_default(), words.next().unwrap_or_default());
-    let host =
-        lines.find_map(|line| line.to_ascii_lowercase().strip_prefix("host:").map(|host| host.trim().to_string()));
+    let lower = lines.map(str::to_ascii_lowercase);
+    let hosts: Vec<String> =
+        lower.filter_map(|line| line.strip_prefix("host:").map(|host| host.trim().to_string())).collect();
     // A name of elsewhere that leads here would let a page of elsewhere read this one.
-    let is_own = |host: String| [format!("127.0.0.1:{port}"), format!("localhost:{port}")].contains(&host);
+    let is_own = |host: &String| [format!("127.0.0.1:{port}"), format!("localhost:{port}")].contains(host);
     match (method, target) {
-        _ if !host.is_some_and(is_own) => ("403 Forbidden", b"asked under another name"),
+        _ if hosts.len() > 1 => ("400 Bad Request", b"asked under several names"),
+        _ if !hosts.first().is_some_and(is_own) => ("403 Forbidden", b"asked under another name"),
         ("GET" | "HEAD", "/") => ("200 OK", page),
         ("GET" | "HEAD", _) => ("404 Not Found", b"there is one page, at /"),
         _ => ("405 Method Not Allowed", b"expected GET"),
@@ -91,8 +124,46 @@ mod tests {
     }
 
     #[test]
+    fn a_request_has_one_host() {
+        let own = "Host: localhost:8000\r\n";
+        for second in [own, "host: elsewhere.example\r\n"] {
+            let head = format!("GET / HTTP/1.1\r\n{own}{second}\r\n");
+            assert_eq!(reply(&head, b"page", 8000).0, "400 Bad Request", "{head:?}");
+        }
+    }
+
+    /// Both ends of a connection.
+    fn connection() -> [TcpStream; 2] {
+        let listener = TcpListener::bind((Ipv4Addr::LOCALHOST, 0)).unwrap();
+        let client = TcpStream::connect(listener.local_addr().unwrap()).unwrap();
+        [client, listener.accept().unwrap().0]
+    }
+
+    #[test]
     fn a_head_without_end_is_cut() {
-        assert!(head_of(&mut std::io::repeat(b'a')).unwrap().len() <= LONGEST_HEAD + 1024);
-        assert_eq!(head_of(&mut &b"GET / HTTP/1.1\r\n\r\nrest"[..]).unwrap(), "GET / HTTP/1.1\r\n\r\nrest");
+        let later = Instant::now() + TO_TAKE;
+        let [mut client, mut server] = connection();
+        let writing = thread::spawn(move || client.write_all(&[b'a'; 4 * LONGEST_HEAD]).map(|()| client));
+        assert!(head_of(&mut server, later).unwrap().len() <= LONGEST_HEAD + 1024);
+        drop(server);
+        let _ = writing.join().unwrap();
+        let [mut client, mut server] = connection();
+        client.write_all(b"GET / HTTP/1.1\r\n\r\nrest").unwrap();
+        assert_eq!(head_of(&mut server, later).unwrap(), "GET / HTTP/1.1\r\n\r\nrest");
+    }
+
+    #[test]
+    fn a_head_that_comes_slowly_has_an_end() {
+        let [mut client, mut server] = connection();
+        let writing = thread::spawn(move || {
+            let started = Instant::now();
+            while started.elapsed() < TO_TAKE && client.write_all(b"a").is_ok() {
+                thread::sleep(Duration::from_millis(20));
+            }
+            started.elapsed()
+        });
+        assert!(head_of(&mut server, Instant::now() + Duration::from_millis(200)).is_err());
+        drop(server);
+        assert!(writing.join().unwrap() < TO_TAKE / 2, "it was read for as long as it was written");
     }
 }

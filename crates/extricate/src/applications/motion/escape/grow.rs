@@ -12,17 +12,15 @@ use crate::cspace::sampling::uniform;
 const RANGE: f64 = 0.5;
 const NEAR: f64 = 4.0;
 
-/// A path in the set from the query to one of the exits, by trees.
+/// A path in the set from the query to one of the exits, by trees; their sizes are by the distance
+/// of the first exit that is in the set.
 pub fn grow(search: &mut Search, pushed: &[Vec<f64>], exits: &[Vec<f64>]) -> Option<Vec<Vec<f64>>> {
     let context = search.context;
     let (metric, space) = (context.metric, &context.checker.scene().space);
     let (q, mut far) = (search.q, vec![0.0; search.q.len()]);
     let mut rng = ChaCha8Rng::seed_from_u64(search.options.seed);
     let inside: Vec<Vec<f64>> = exits.iter().filter(|exit| search.prover.holds(exit)).cloned().collect();
-    let nearest = inside.iter().map(|exit| metric.distance(q, exit)).fold(f64::INFINITY, f64::min);
-    if inside.is_empty() {
-        return None;
-    }
+    let nearest = metric.distance(q, inside.first()?);
     let mut sample = |rng: &mut ChaCha8Rng, out: &mut [f64]| {
         uniform(space, rng, out);
         if rng.random::<bool>() {

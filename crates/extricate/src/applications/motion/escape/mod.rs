@@ -5,13 +5,13 @@
 //!
 //! 1. *Set*: what collides at `q` may overlap as deeply as there; everything else keeps its
 //!    clearance (`relaxed`).
-//! 2. *Straight* to the nearest exit, then to others that the query met: proved to stay in the set,
-//!    or not.
+//! 2. *Straight* to the nearest exit that keeps the clearance that is aimed at, or as much of it as
+//!    is kept nearby, then to others that the query met: proved to stay in the set, or not.
 //! 3. *Push*: the pairs that collide are parted little by little, each step from where the last one
-//!    ended (`push`).
-//! 4. *Grow*: straight to more exits; RRT-Connect in the set, between what was pushed and the exits
-//!    (`grow`).
-//! 5. *Finish*: shortcuts; from where on the path is proved free; what is told (`finish`).
+//!    ended (`push`). Then straight to more exits.
+//! 4. The same two at the scene's clearance; from there on toward the aim.
+//! 5. *Grow*: RRT-Connect in the set, between what was pushed and the exits (`grow`).
+//! 6. *Finish*: shortcuts; from where on the path is proved free; what is told (`finish`).
 
 mod finish;
 mod grow;
@@ -26,7 +26,7 @@ use super::prover::Prover;
 use crate::collision::CheckScratch;
 use crate::cspace::Config;
 use crate::error::{Error, Result};
-use crate::query::{Context, Deadline, QueryScratch, View};
+use crate::query::{Answer, Context, Deadline, QueryScratch, View};
 use finish::finish;
 use options::found_nothing;
 use relaxed::Relaxed;
@@ -76,31 +76,55 @@ fn escape(context: &Context, q: &Config, options: &EscapeOptions) -> Escape {
     finish(search, points, method)
 }
 
+/// A path, and which step found it.
+type Found = (Vec<Vec<f64>>, EscapeMethod);
+
 impl Search<'_> {
-    fn find(&mut self) -> Option<(Vec<Vec<f64>>, EscapeMethod)> {
-        let answer = self.query(1)?;
-        let nearest = [answer.witness.clone()];
-        if let Some(path) = self.straight(&nearest) {
-            return Some((path, EscapeMethod::Nearest));
+    fn find(&mut self) -> Option<Found> {
+        let wanted = self.query(1, self.aim())?;
+        let (found, mut pushed) = self.lead_out(&wanted);
+        if found.is_some() {
+            return found;
         }
-        let met = self.query.other_exits(&self.context.checker.scene().space, &answer);
-        let met: Vec<Vec<f64>> = met.into_iter().map(|(_, exit)| exit).collect();
-        if let Some(path) = self.straight(&met) {
-            return Some((path, EscapeMethod::Exit));
-        }
-        let pushed = push::push(self);
-        if pushed.is_out {
-            return Some((self.shorter(pushed.points), EscapeMethod::Pushed));
-        }
-        let exits: Vec<Vec<f64>> = match self.options.exits {
-            0 | 1 => nearest.to_vec(),
-            several => self.query(several)?.exits.into_iter().map(|exit| exit.witness).collect(),
+        let mut exits: Vec<Vec<f64>> = match self.options.exits {
+            0 | 1 => vec![wanted.witness],
+            several => self.query(several, wanted.clearance)?.exits.into_iter().map(|exit| exit.witness).collect(),
         };
         if let Some(path) = self.straight(&exits) {
             return Some((path, EscapeMethod::Exit));
         }
-        let grown = grow::grow(self, &pushed.points, &exits)?;
-        Some((self.shorter(grown), EscapeMethod::Grown))
+        // A nearer exit may have a way to it that keeps the scene's clearance alone.
+        if wanted.clearance > self.context.clearance {
+            let own = self.query(1, self.context.clearance)?;
+            let (found, other) = self.lead_out(&own);
+            if let Some((path, method)) = found {
+                return Some((self.raised(path), method));
+            }
+            exits.push(own.witness);
+            pushed = if other.len() > pushed.len() { other } else { pushed };
+        }
+        let grown = grow::grow(self, &pushed, &exits)?;
+        let path = self.shorter(grown);
+        Some((self.raised(path), EscapeMethod::Grown))
+    }
+
+    /// A path to the witness of an answer or to where descents of its query ended besides, straight
+    /// or pushed; else none, and how far pushing came.
+    fn lead_out(&mut self, answer: &Answer) -> (Option<Found>, Vec<Vec<f64>>) {
+        if let Some(path) = self.straight(std::slice::from_ref(&answer.witness)) {
+            return (Some((path, EscapeMethod::Nearest)), Vec::new());
+        }
+        let met = self.query.other_exits(&self.context.checker.scene().space, answer);
+        let met: Vec<Vec<f64>> = met.into_iter().map(|(_, exit)| exit).collect();
+        if let Some(path) = self.straight(&met) {
+            return (Some((path, EscapeMethod::Exit)), Vec::new());
+        }
+        let pushed = push::push(self, answer.clearance);
+        if pushed.is_out {
+            let path = self.shorter(pushed.points);
+            return (Some((path, EscapeMethod::Pushed)), Vec::new());
+        }
+        (None, pushed.points)
     }
 }
 

@@ -5,6 +5,7 @@ use serde::Serialize;
 use crate::cspace::Config;
 use crate::error::{Error, Result};
 use crate::query::Termination;
+use crate::query::options::MAX_EXITS;
 use crate::scene::PairId;
 
 /// What the end of a path keeps beyond the scene's clearance where no aim is given \[m\]: ten times
@@ -14,8 +15,9 @@ pub const AIM: f64 = 1e-3;
 /// Options of an escape.
 #[derive(Debug, Clone, PartialEq)]
 pub struct EscapeOptions {
-    /// Clearance \[m\] that the end of the path is to keep, for pairs without one of their own;
-    /// where nothing is found that keeps it, that of the scene. `None`: that of the scene and 1 mm.
+    /// Clearance \[m\] that the end of the path is to keep, for pairs without one of their own. A
+    /// near end that keeps less of it, at least the scene's, is taken before one that is far.
+    /// `None`: that of the scene and 1 mm.
     pub aim: Option<f64>,
     /// By how much \[m\] a pair that collides at the query may get deeper on the way.
     pub tolerance: f64,
@@ -47,7 +49,7 @@ impl Default for EscapeOptions {
 }
 
 impl EscapeOptions {
-    /// Whether lengths are lengths.
+    /// Whether lengths are lengths, and exits are as many as a query may find.
     ///
     /// # Errors
     /// [`Error::Option`], which names the option.
@@ -55,6 +57,9 @@ impl EscapeOptions {
         let is_length = |length: f64| (0.0..=1e9).contains(&length);
         let lengths =
             [("aim", self.aim.unwrap_or(0.0)), ("tolerance", self.tolerance), ("resolution", self.resolution)];
+        if self.exits > MAX_EXITS {
+            return Err(Error::Option { name: "exits", value: self.exits.to_string(), expected: "at most 100000" });
+        }
         match lengths.into_iter().find(|(_, length)| !is_length(*length)) {
             Some((name, length)) => {
                 Err(Error::Option { name, value: length.to_string(), expected: "a length in metres, 0 to 1e9" })

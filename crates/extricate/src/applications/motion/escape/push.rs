@@ -20,8 +20,9 @@ pub struct Pushed {
     pub is_out: bool,
 }
 
-/// Pushes the colliding pairs of the query apart until they keep their clearance, or a step fails.
-pub fn push(search: &mut Search) -> Pushed {
+/// Pushes the colliding pairs of the query apart until they keep `clearance` \[m\], or a step
+/// fails.
+pub fn push(search: &mut Search, clearance: f64) -> Pushed {
     let nq = search.q.len();
     let unlearned = Unlearned::new(search.context.metric, nq);
     let (mut points, mut memory) = (vec![search.q.to_vec()], QueryScratch::default());
@@ -29,7 +30,7 @@ pub fn push(search: &mut Search) -> Pushed {
     let space = &search.context.checker.scene().space;
     while share < 1.0 && step >= LEAST_STEP && !search.prover.is_spent() {
         let next = f64::min(1.0, share + step);
-        let checker = search.relaxed.raised(search.context.checker, search.aim(), next);
+        let checker = search.relaxed.raised(search.context.checker, clearance, next);
         let context = unlearned.context(search.context, &checker);
         let options = QueryOptions { starts: Some(STARTS), termination: search.left(), ..QueryOptions::default() };
         let here = &points[points.len() - 1];

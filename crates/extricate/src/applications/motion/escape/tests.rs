@@ -62,6 +62,8 @@ fn what_cannot_be_asked_is_told() {
     let outside = space.config_anywhere(&vec![9.0; space.nq()]).unwrap();
     let message = |q: &Config, options: &EscapeOptions| world.view().escape(q, options).unwrap_err().to_string();
     assert!(message(&outside, &EscapeOptions::default()).contains("a path cannot begin"));
+    let options = EscapeOptions { exits: 1_000_000_000_000, ..EscapeOptions::default() };
+    assert!(message(free, &options).contains("option exits: got 1000000000000, expected at most 100000"));
     let options = EscapeOptions { tolerance: f64::NAN, ..EscapeOptions::default() };
     assert!(message(free, &options).contains("tolerance"));
     let colliding = &labelled(world.checker(), Label::Colliding, 1, 3)[0];

@@ -91,7 +91,7 @@ impl Repairer<'_> {
     }
 
     fn answer(self, new: Vec<Point>, stretches: usize) -> Repaired {
-        let deviation = new.iter().map(|point| self.deviation(point)).fold(0.0, f64::max);
+        let deviation = self.farthest(&new);
         if self.options.max_deviation.is_some_and(|most| deviation > most) {
             return self.none();
         }

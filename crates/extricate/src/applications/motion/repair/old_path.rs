@@ -7,6 +7,11 @@ use crate::metric::Metric;
 /// A point of a new path: the place on the old one that it stands for, and a configuration.
 pub type Point = (f64, Vec<f64>);
 
+/// Steps in which the nearest place of an edge is enclosed: to a thousandth of the edge.
+const SECTIONS: usize = 14;
+/// Each encloses it in this share of the last.
+const GOLDEN: f64 = 0.618;
+
 /// The rows of the old path. A place is a number: row 2 is at 2, the middle of the edge after it at
 /// 2.5.
 pub struct OldPath<'a> {
@@ -58,11 +63,36 @@ impl<'a> OldPath<'a> {
         points.iter().zip(points.iter().skip(1)).map(|(a, b)| self.metric.distance(&a.1, &b.1)).sum()
     }
 
+    /// The rows between two places, which are none of them.
+    pub fn rows_between(&self, from: f64, to: f64) -> impl Iterator<Item = usize> + use<> {
+        (from.floor() as usize + 1..self.rows.len()).take_while(move |row| (*row as f64) < to)
+    }
+
+    /// The place on the old path, from one to another, that is nearest to a configuration.
+    pub fn nearest_place(&self, q: &[f64], from: f64, to: f64) -> f64 {
+        let ends: Vec<f64> = std::iter::once(from).chain(self.rows_between(from, to).map(|row| row as f64)).collect();
+        let next = ends.iter().copied().skip(1).chain([to]);
+        let on_edge = |(from, to): (f64, f64)| self.nearest_on_edge(q, from, to);
+        let found = ends.iter().copied().zip(next).map(on_edge).min_by(|a, b| a.0.total_cmp(&b.0));
+        found.map_or(from, |(_, place)| place)
+    }
+
+    /// The distance of the nearest place on an edge, and the place: by golden sections, since
+    /// along an edge the distance falls and then rises.
+    fn nearest_on_edge(&self, q: &[f64], mut from: f64, mut to: f64) -> (f64, f64) {
+        let distance = |place: f64| self.metric.distance(&self.at(place), q);
+        for _ in 0..SECTIONS {
+            let (low, high) = (to - GOLDEN * (to - from), from + GOLDEN * (to - from));
+            if distance(low) <= distance(high) { to = high } else { from = low }
+        }
+        let place = 0.5 * (from + to);
+        (distance(place), place)
+    }
+
     /// Appends the path from one place to another: both ends and all rows between.
     pub fn copy(&self, from: f64, to: f64, into: &mut Vec<Point>) {
         into.push((from, self.at(from)));
-        let rows = (from.floor() as usize + 1..self.rows.len()).take_while(|row| (*row as f64) < to);
-        into.extend(rows.map(|row| (row as f64, self.rows[row].to_vec())));
+        into.extend(self.rows_between(from, to).map(|row| (row as f64, self.rows[row].to_vec())));
         if to > from {
             into.push((to, self.at(to)));
         }

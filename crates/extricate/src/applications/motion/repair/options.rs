@@ -13,10 +13,11 @@ const AIM: f64 = 0.1;
 #[derive(Debug, Clone, PartialEq)]
 pub struct RepairOptions {
     /// Clearance \[m\] that configurations are pushed out to, for pairs without one of their own;
-    /// where nothing is found that keeps it, that of the scene. `None`: a tenth of the radius of
+    /// or as much of it as is kept nearby, at least the scene's. `None`: a tenth of the radius of
     /// the smallest moving body beyond the scene's.
     pub aim: Option<f64>,
-    /// Most that a point may be from the old path, in metric units; `None` for no limit.
+    /// Most that the new path may be from the old one, as [`Repaired::deviation`] has it; `None`
+    /// for no limit.
     pub max_deviation: Option<f64>,
     /// How finely edges are proved \[m\], see [`crate::SegmentOptions::resolution`].
     pub resolution: f64,
@@ -64,7 +65,8 @@ pub struct Repaired {
     /// from row 2 to row 3. Time stamps of rows give those of points. Ascending; whole numbers for
     /// rows that stay.
     pub places: Vec<f64>,
-    /// Largest distance, in metric units, of a point from that place.
+    /// Largest distance, in metric units, of a point from that place, and of a row of the old path
+    /// from the point of the new one that stands for it.
     pub deviation: f64,
     /// Length of the path in the scene's metric.
     pub length: f64,

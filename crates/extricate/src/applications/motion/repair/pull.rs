@@ -6,20 +6,23 @@ use super::old_path::Point;
 use super::repairer::Repairer;
 
 /// Shares of the way back to the old path that are tried, the whole of it first.
-const SHARES: [f64; 3] = [1.0, 0.5, 0.25];
+const SHARES: [f64; 4] = [1.0, 0.5, 0.25, 0.125];
 /// How often all points are tried.
-const PASSES: usize = 2;
+const PASSES: usize = 3;
 /// Edges that are tried between other points of a path of trees, for each of its points.
 const ATTEMPTS_A_POINT: usize = 2;
 
 impl Repairer<'_> {
     /// The same path nearer to the old one, where edges are proved: its ends stay.
     pub(super) fn pull(&mut self, mut points: Vec<Point>) -> Vec<Point> {
+        self.spread(&mut points);
         self.drop_points(&mut points);
         for _ in 0..PASSES {
+            self.split(&mut points);
             for at in 1..points.len().saturating_sub(1) {
                 self.pull_point(&mut points, at);
             }
+            self.spread(&mut points);
         }
         self.drop_points(&mut points);
         points
@@ -33,22 +36,76 @@ impl Repairer<'_> {
             }
             let first = self.rng.random_range(0..points.len() - 2);
             let last = self.rng.random_range(first + 2..points.len());
-            let [before, after] = [first, last].map(|at| &points[at]);
-            let farthest = points[first + 1..last].iter().map(|point| self.deviation(point)).fold(0.0, f64::max);
-            let between = points[first + 1..last].iter().map(|(place, _)| self.between(before, after, *place));
-            let is_near = between.into_iter().all(|point| self.deviation(&point) <= farthest);
-            if is_near && self.prover.proves(&before.1, &after.1) {
+            if self.is_no_farther(&points[first..=last]) && self.prover.proves(&points[first].1, &points[last].1) {
                 points.drain(first + 1..last);
             }
         }
     }
 
-    /// The point of an edge that stands for a place.
-    fn between(&self, before: &Point, after: &Point, place: f64) -> Point {
-        let share = (place - before.0) / (after.0 - before.0).max(1e-12);
-        let mut q = before.1.clone();
-        self.context.checker.scene().space.interpolate(&before.1, &after.1, share, &mut q);
-        (place, q)
+    /// Whether the edge from the first of some points to the last is no farther from the old path
+    /// than these are, at every place between where either bends.
+    fn is_no_farther(&self, points: &[Point]) -> bool {
+        let (before, after) = (&points[0], &points[points.len() - 1]);
+        let inner = &points[1..points.len() - 1];
+        let places: Vec<f64> = inner.iter().map(|(place, _)| *place).collect();
+        let rows = points.iter().zip(&points[1..]).map(|(a, b)| self.farthest_on(a, b, &[]));
+        let farthest = inner.iter().map(|point| self.deviation(point)).chain(rows).fold(0.0, f64::max);
+        self.farthest_on(before, after, &places) <= farthest
+    }
+
+    /// Gives points other places between those of the first and the last, if the path is then
+    /// nearer to the old one: trees know nothing of places, and where a path is pushed aside it
+    /// may stand still and then hurry. Each has the mean of the place that its share of the length
+    /// has, which ascends, and of the nearest one.
+    fn spread(&self, points: &mut [Point]) {
+        let Some((from, to)) = points.first().zip(points.last()).map(|(a, b)| (a.0, b.0)) else { return };
+        let metric = self.context.metric;
+        let steps = points.iter().zip(points.iter().skip(1)).map(|(a, b)| metric.distance(&a.1, &b.1));
+        let lengths: Vec<f64> = steps
+            .scan(0.0, |sum, step| {
+                Some({
+                    *sum += step;
+                    *sum
+                })
+            })
+            .collect();
+        let Some(all) = lengths.last().copied().filter(|all| *all > 0.0) else { return };
+        let (mut spread, mut nearest) = (points.to_vec(), from);
+        for (point, length) in spread.iter_mut().skip(1).zip(&lengths[..lengths.len() - 1]) {
+            nearest = self.old.nearest_place(&point.1, nearest, to);
+            point.0 = 0.5 * (nearest + from + (to - from) * length / all);
+        }
+        if self.farthest(&spread) < self.farthest(points) {
+            points.clone_from_slice(&spread);
+        }
+    }
+
+    /// Adds points where the path is farthest from the old one, for what is near a corner can only
+    /// be moved back if the path bends there.
+    fn split(&self, points: &mut Vec<Point>) {
+        let (mut worst, mut row_at, mut edge) = (0.0, None, 0);
+        for at in 0..points.len().saturating_sub(1) {
+            let (before, after) = (&points[at], &points[at + 1]);
+            let rows = self.old.rows_between(before.0, after.0).map(|row| row as f64);
+            let on_edge = rows.map(|place| (self.deviation(&self.between(before, after, place)), Some(place)));
+            let at_point = (at > 0).then(|| (self.deviation(before), None));
+            for (deviation, place) in on_edge.chain(at_point) {
+                if deviation > worst {
+                    (worst, row_at, edge) = (deviation, place, at);
+                }
+            }
+        }
+        let middle = |points: &[Point], at: usize| {
+            self.between(&points[at], &points[at + 1], 0.5 * (points[at].0 + points[at + 1].0))
+        };
+        match row_at {
+            Some(place) => points.insert(edge + 1, self.between(&points[edge], &points[edge + 1], place)),
+            None if worst > 0.0 => {
+                points.insert(edge + 1, middle(points, edge));
+                points.insert(edge, middle(points, edge - 1));
+            }
+            None => {}
+        }
     }
 
     fn pull_point(&mut self, points: &mut [Point], at: usize) {
@@ -77,10 +134,8 @@ impl Repairer<'_> {
     fn drop_points(&mut self, points: &mut Vec<Point>) {
         let mut at = 1;
         while at + 1 < points.len() && !self.prover.is_spent() {
-            let (before, after) = (&points[at - 1], &points[at + 1]);
-            let between = self.between(before, after, points[at].0);
-            let is_nearer = self.deviation(&between) <= self.deviation(&points[at]);
-            if is_nearer && self.prover.proves(&before.1, &after.1) {
+            let three = &points[at - 1..=at + 1];
+            if self.is_no_farther(three) && self.prover.proves(&three[0].1, &three[2].1) {
                 points.remove(at);
             } else {
                 at += 1;

@@ -49,6 +49,31 @@ impl<'a> Repairer<'a> {
         self.context.metric.distance(&self.old.at(*place), q)
     }
 
+    /// The farthest that a path is from the old one, at its points and at the rows that its edges
+    /// stand for. Both are straight in between, so it is no farther there if the metric is one of
+    /// vectors.
+    pub fn farthest(&self, points: &[Point]) -> f64 {
+        let at_points = points.iter().map(|point| self.deviation(point)).fold(0.0, f64::max);
+        let edges = points.iter().zip(points.iter().skip(1));
+        edges.map(|(before, after)| self.farthest_on(before, after, &[])).fold(at_points, f64::max)
+    }
+
+    /// The farthest that an edge is from the old path at the rows that it stands for, and at other
+    /// places.
+    pub fn farthest_on(&self, before: &Point, after: &Point, places: &[f64]) -> f64 {
+        let rows = self.old.rows_between(before.0, after.0).map(|row| row as f64);
+        let at = |place: f64| self.deviation(&self.between(before, after, place));
+        rows.chain(places.iter().copied()).map(at).fold(0.0, f64::max)
+    }
+
+    /// The point of an edge that stands for a place.
+    pub fn between(&self, before: &Point, after: &Point, place: f64) -> Point {
+        let share = (place - before.0) / (after.0 - before.0).max(1e-12);
+        let mut q = before.1.clone();
+        self.context.checker.scene().space.interpolate(&before.1, &after.1, share, &mut q);
+        (place, q)
+    }
+
     /// What queries may still spend.
     pub fn left(&self) -> Termination {
         self.prover.left()

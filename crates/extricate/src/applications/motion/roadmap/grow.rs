@@ -45,7 +45,7 @@ pub fn grow(grower: &mut Grower, checks: usize) {
             prover.unlimit(limited);
             (found, drawn + prover.checks - before)
         };
-        let scratch = || (QueryScratch::default(), this.prover());
+        let scratch = || (QueryScratch::default(), this.job_prover());
         let more: Vec<(Found, usize)> = some.par_iter().enumerate().map_init(scratch, find).collect();
         grower.roadmap.drawn += some.len() as u64;
         grower.spend(more.iter().map(|(_, checks)| checks).sum());
@@ -130,7 +130,7 @@ fn take(grower: &mut Grower, jobs: &[usize], found: Vec<(Found, usize)>) {
         prover.unlimit(limited);
         (joinable, prover.checks - before)
     };
-    let more: Vec<(Vec<usize>, usize)> = new.par_iter().map_init(|| this.prover(), among_new).collect();
+    let more: Vec<(Vec<usize>, usize)> = new.par_iter().map_init(|| this.job_prover(), among_new).collect();
     for ((sampler, node, neighbours), (others, checks)) in new.into_iter().zip(more) {
         grower.spend(checks);
         grower.roadmap.yields[sampler].checks += checks as u64;

@@ -71,7 +71,15 @@ impl<'a, 'b> Grower<'a, 'b> {
 
     /// A prover that may spend all that is left.
     pub(super) fn prover(&self) -> Prover<'a> {
-        let limit = Deadline { checks: Some(self.left), ..self.limit.clone() };
+        let mut prover = self.job_prover();
+        prover.limited(self.left);
+        prover
+    }
+
+    /// A prover of jobs that run side by side, each of which limits what it spends: what others have
+    /// spent on the same thread does not count.
+    pub(super) fn job_prover(&self) -> Prover<'a> {
+        let limit = Deadline { checks: None, ..self.limit.clone() };
         Prover::new(self.context.query.checker, self.context.resolution, limit)
     }
 

@@ -17,7 +17,7 @@ const MOST_ANGLES: usize = 50_000_000;
 const MOST_PARTS: usize = 20_000;
 /// A cavity encloses more than this share of its area to the power of 3/2: less is the rounding of
 /// flat parts. A ball has 0.09.
-const LEAST: f64 = 1e-9;
+pub(super) const LEAST: f64 = 1e-9;
 
 /// A closed part.
 struct Shell {
@@ -161,7 +161,7 @@ pub(crate) fn volume_and_area(vertices: &[Vec3], triangles: &[[u32; 3]]) -> (f64
 /// # Source
 /// A. Van Oosterom and J. Strackee, "The solid angle of a plane triangle", 1983,
 /// doi:10.1109/TBME.1983.325207.
-fn winding_number(vertices: &[Vec3], triangles: &[[u32; 3]], point: &Vec3) -> f64 {
+pub(super) fn winding_number(vertices: &[Vec3], triangles: &[[u32; 3]], point: &Vec3) -> f64 {
     let angle = |t: &[u32; 3]| {
         let [a, b, c] = t.map(|index| vertices[index as usize] - point);
         let (la, lb, lc) = (a.norm(), b.norm(), c.norm());

@@ -3,23 +3,29 @@
 use robust::{Coord, orient2d};
 
 use super::cavities;
-use super::edges::{all_edges_even, connected, edge_connected, same_edge, sorted_sides};
+use super::edges::{Side, all_edges_even, connected, edge_connected, same_edge, sorted_sides};
 use super::part::{Component, Part};
 use super::seams::{self, Welding};
+use super::walls;
 use crate::math::Vec3;
+
+/// What was done to the triangles of a file that its author may not have meant.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Mending {
+    /// What was welded to close some.
+    pub welding: Option<Welding>,
+    /// How many triangles inside solids are left out.
+    pub walls: usize,
+}
 
 /// Sorts triangles (of three different vertices each) into components in order of appearance,
 /// cavities behind the solids that they are in, drops those that repeat another and those without
-/// area, and turns closed components outward, cavities into the cavity. Says what was welded to
-/// close some.
-pub(crate) fn components(
-    vertices: &[Vec3],
-    triangles: Vec<[u32; 3]>,
-) -> (Vec<[u32; 3]>, Vec<Component>, Option<Welding>) {
+/// area, and turns closed components outward, cavities into the cavity. Says what was mended.
+pub(crate) fn components(vertices: &[Vec3], triangles: Vec<[u32; 3]>) -> (Vec<[u32; 3]>, Vec<Component>, Mending) {
     let groups = edge_connected(triangles, |triangle| *triangle);
-    let solids = groups.into_iter().flat_map(closed_patches);
-    let mut parts: Vec<Part> = solids.map(|group| Part::new(vertices, group)).collect();
+    let mut parts: Vec<Part> = groups.into_iter().flat_map(|group| parts_of(vertices, group)).collect();
     let welding = if parts.iter().all(|part| part.closed) { None } else { seams::close(vertices, &mut parts) };
+    let mending = Mending { welding, walls: parts.iter().map(|part| part.walls).sum() };
     cavities::turn(vertices, &mut parts);
     let mut sorted = Vec::new();
     let mut components = Vec::new();
@@ -30,7 +36,23 @@ pub(crate) fn components(
             components.push(Component { triangles: start..sorted.len(), closed });
         }
     }
-    (sorted, components, welding)
+    (sorted, components, mending)
+}
+
+/// The parts that an edge-connected group of triangles consists of.
+pub(super) fn parts_of(vertices: &[Vec3], group: Vec<[u32; 3]>) -> Vec<Part> {
+    let rings =
+        |sides: &[Side]| sides.chunk_by(same_edge).map(<[Side]>::len).fold((2, 2), |(l, m), n| (l.min(n), m.max(n)));
+    let (least, most) = rings(&sorted_sides(&group));
+    if (least, most) == (2, 2) {
+        return vec![Part::new(vertices, group)];
+    }
+    let patches = closed_patches(group.clone());
+    let parts: Vec<Part> = patches.into_iter().map(|patch| Part::new(vertices, patch)).collect();
+    if most == 2 || parts.iter().all(|part| part.closed && part.agrees) {
+        return parts;
+    }
+    walls::without_walls(vertices, &group, closed_patches).unwrap_or(parts)
 }
 
 /// The solids of an edge-connected group that only touch the rest along edges, and that rest.
@@ -39,9 +61,6 @@ pub(crate) fn components(
 /// there: their walls may lie in one plane. So a solid is what edges of two triangles hold
 /// together, if that is closed; the winding of each is then its own matter.
 fn closed_patches(group: Vec<[u32; 3]>) -> Vec<Vec<[u32; 3]>> {
-    if sorted_sides(&group).chunk_by(same_edge).all(|ring| ring.len() == 2) {
-        return vec![group];
-    }
     let patches = connected(group, |triangle| *triangle, |ring| ring.len() == 2);
     // Two triangles back to back are a fold, not a solid.
     let is_solid = |patch: &Vec<[u32; 3]>| patch.len() > 3 && all_edges_even(patch);

@@ -4,6 +4,7 @@
 use std::collections::HashSet;
 
 use super::cavities::volume_and_area;
+use super::components::parts_of;
 use super::edges::{edge_connected, odd_edges};
 use super::part::Part;
 use super::weld::weld_within;
@@ -117,13 +118,13 @@ fn welded(vertices: &[Vec3], triangles: &[[u32; 3]], tolerance: f64) -> Option<C
     let mut is_closed = vec![false; moved.len()];
     let mut parts = Vec::new();
     for group in edge_connected(whole, |&t| moved[t]) {
-        let part = Part::new(vertices, group.iter().map(|&t| moved[t]).collect());
-        if part.closed && is_thick(vertices, &part.triangles, tolerance) {
+        let found = parts_of(vertices, group.iter().map(|&t| moved[t]).collect());
+        if found.iter().all(|part| part.closed && is_thick(vertices, &part.triangles, tolerance)) {
             for &t in &group {
                 is_closed[t] = true;
                 in_solid.extend(moved[t]);
             }
-            parts.push(part);
+            parts.extend(found);
         }
     }
     // A sliver that shrinks to a line was part of a seam.
