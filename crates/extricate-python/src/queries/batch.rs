@@ -56,13 +56,14 @@ pub type Ask<'a> = dyn Fn(&Config, &QueryOptions, &mut QueryScratch) -> Option<A
 /// # Errors
 /// That of the first wrong row, unless wrong rows are masked; `KeyboardInterrupt`.
 fn look_over(py: Python<'_>, scene: &Scene, asked: &Asked, q: &Configs) -> PyResult<()> {
+    let (rows, single) = (q.values(), q.single);
     let limits = plain_limits(&scene.space);
     let plain = |q: &[f64]| limits.iter().flatten().zip(q).all(|([lower, upper], x)| lower <= x && x <= upper);
     let watch = long_call::Watch::new();
     let stop = watch.stop();
     let look = || {
         let mut degrees = None;
-        for (row, values) in q.values().chunks_exact(scene.space.nq()).enumerate() {
+        for (row, values) in rows.chunks_exact(scene.space.nq()).enumerate() {
             if row % LOOK == 0 && stop.is_asked() {
                 break;
             }
@@ -73,7 +74,7 @@ fn look_over(py: Python<'_>, scene: &Scene, asked: &Asked, q: &Configs) -> PyRes
                 degrees = Some(row);
             }
             if !asked.masks {
-                asked.config_of(values, scene).map_err(|error| bad_row("Q", row, q.single, error))?;
+                asked.config_of(values, scene).map_err(|error| bad_row("Q", row, single, error))?;
             }
         }
         Ok::<_, PyErr>(degrees)
