@@ -343,7 +343,8 @@ impl Rows {
     fn open(args: &GraspArgs, json: bool) -> anyhow::Result<Self> {
         let mut rows = Self { out: Output::new(true), json, file: None, done: 0, summary: Summary::default() };
         let Some(path) = &args.output.output else { return Ok(rows) };
-        io::check_not_read(path, [args.scene.as_path()].into_iter().chain(args.input.input.as_deref()))?;
+        let inputs = || [args.scene.as_path()].into_iter().chain(args.input.input.as_deref());
+        io::check_not_read(path, inputs())?;
         let file = if args.output.resume {
             let read = |line: &[u8]| {
                 rows.done = number_of(line)?;
@@ -360,6 +361,7 @@ impl Rows {
             }
             file
         };
+        io::check_not_read(file.part(), inputs())?;
         rows.file = Some(file);
         Ok(rows)
     }

@@ -84,8 +84,18 @@ fn a_run_over_many_objects_resumes() {
     workspace.write("other.jsonl", "{\"a\": 1}\n");
     let refused =
         workspace.run("grasp hand.toml --input g.jsonl --objects meshes -o other.jsonl --resume").expect_code(1);
-    assert!(refused.stderr.contains("other.jsonl") && refused.stderr.contains("\"line\""), "{}", refused.stderr);
+    assert!(refused.stderr.contains("other.jsonl: it exists and is no file of grasps"), "{}", refused.stderr);
     assert_eq!(std::fs::read_to_string(workspace.path("other.jsonl")).unwrap(), "{\"a\": 1}\n");
+    // Not one without a whole line either, and no part that is an input.
+    workspace.write("notes.txt", "precious");
+    let line = "grasp hand.toml --input g.jsonl --objects meshes -o notes.txt --resume";
+    workspace.run(line).expect_failure(&["notes.txt: it exists and is no file of grasps"]);
+    assert_eq!(std::fs::read_to_string(workspace.path("notes.txt")).unwrap(), "precious");
+    let rows = "[0.05, 0.07]\n";
+    workspace.write("in.jsonl.part", rows);
+    let line = "grasp hand.toml --input in.jsonl.part --objects meshes -o in.jsonl";
+    workspace.run(line).expect_failure(&["in.jsonl.part"]);
+    assert_eq!(std::fs::read_to_string(workspace.path("in.jsonl.part")).unwrap(), rows);
 }
 
 #[test]

@@ -1,5 +1,5 @@
-//! Equal lines have equal answers: twice in one run, in either order, on one thread and on three, of
-//! raw meshes too.
+//! Equal lines have equal answers: twice in one run, in either order, on one thread and on three,
+//! of raw meshes too.
 
 use serde_json::Value;
 

@@ -15,7 +15,7 @@ use super::options::Asked;
 use crate::error::{threads, warn};
 use crate::long_call;
 use crate::rows::LOOK;
-use crate::rows::arrays::{bad_row, configs};
+use crate::rows::arrays::{Configs, bad_row, configs};
 
 /// Queries handed to a thread at once.
 const CHUNK: usize = 32;
@@ -50,6 +50,42 @@ fn plain_limits(space: &ConfigSpace) -> Option<Vec<[f64; 2]>> {
 /// Answers one query; `None` where nothing free was found.
 pub type Ask<'a> = dyn Fn(&Config, &QueryOptions, &mut QueryScratch) -> Option<Answer> + Sync + 'a;
 
+/// Looks at all rows before any is answered: nobody wants to hear after an hour that the last one was
+/// wrong. Warns if one looks like degrees.
+///
+/// # Errors
+/// That of the first wrong row, unless wrong rows are masked; `KeyboardInterrupt`.
+fn look_over(py: Python<'_>, scene: &Scene, asked: &Asked, q: &Configs) -> PyResult<()> {
+    let (rows, single) = (q.values(), q.single);
+    let limits = plain_limits(&scene.space);
+    let plain = |q: &[f64]| limits.iter().flatten().zip(q).all(|([lower, upper], x)| lower <= x && x <= upper);
+    let watch = long_call::Watch::new();
+    let stop = watch.stop();
+    let look = || {
+        let mut degrees = None;
+        for (row, values) in rows.chunks_exact(scene.space.nq()).enumerate() {
+            if row % LOOK == 0 && stop.is_asked() {
+                break;
+            }
+            if limits.is_some() && plain(values) {
+                continue;
+            }
+            if degrees.is_none() && units::look_like_degrees(scene, values) {
+                degrees = Some(row);
+            }
+            if !asked.masks {
+                asked.config_of(values, scene).map_err(|error| bad_row("Q", row, single, error))?;
+            }
+        }
+        Ok::<_, PyErr>(degrees)
+    };
+    let degrees = py.detach(|| watch.over(look))??;
+    match degrees.filter(|_| !asked.refuses) {
+        Some(row) => warn(py, &format!("Q[{row}]: {}", units::DEGREES)),
+        None => Ok(()),
+    }
+}
+
 /// What `ask`, given the options, says of each row of `queries`, configurations of `scene`, as a
 /// structured array of [`Layout`].
 ///
@@ -70,34 +106,7 @@ pub fn answers<'py>(
     let (values, rows, single) = (q.values(), q.rows, q.single);
     let pool = long_call::pool(threads(asked.threads)?)?;
     let config = |row: usize, q: &[f64]| asked.config_of(q, scene).map_err(|error| bad_row("Q", row, single, error));
-    // Nobody wants to hear after an hour that the last row was wrong, and the first wrong row is
-    // the one to name.
-    let limits = plain_limits(space);
-    let plain = |q: &[f64]| limits.iter().flatten().zip(q).all(|([lower, upper], x)| lower <= x && x <= upper);
-    let watch = long_call::Watch::new();
-    let stop = watch.stop();
-    let look = || {
-        let mut degrees = None;
-        for (row, q) in values.chunks_exact(nq).enumerate() {
-            if row % LOOK == 0 && stop.is_asked() {
-                break;
-            }
-            if limits.is_some() && plain(q) {
-                continue;
-            }
-            if degrees.is_none() && units::look_like_degrees(scene, q) {
-                degrees = Some(row);
-            }
-            if !asked.masks {
-                config(row, q)?;
-            }
-        }
-        Ok::<_, PyErr>(degrees)
-    };
-    let degrees = py.detach(|| watch.over(look))??;
-    if let Some(row) = degrees.filter(|_| !asked.refuses) {
-        warn(py, &format!("Q[{row}]: {}", units::DEGREES))?;
-    }
+    look_over(py, scene, &asked, &q)?;
     let size = layout.size().filter(|size| size.checked_mul(rows).is_some_and(|bytes| bytes <= isize::MAX as usize));
     let size = size.ok_or_else(|| PyMemoryError::new_err("query_batch: the answers are more than can be addressed"))?;
     // Written by the byte, because no type of Rust has the layout of a row; read through a view.

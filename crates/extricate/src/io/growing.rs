@@ -55,6 +55,8 @@ impl GrowingFile {
         line: impl FnMut(&[u8]) -> std::result::Result<(), String>,
     ) -> Result<Self> {
         let mut growing = Self::held(output)?;
+        check_output(output, what, is_own)?;
+        check_output(&growing.part, what, is_own)?;
         let source = if growing.part.exists() {
             growing.origin = Origin::Part;
             growing.part.clone()
@@ -62,12 +64,8 @@ impl GrowingFile {
             growing.origin = Origin::Output;
             output.to_path_buf()
         } else {
-            check_output(output, what, is_own)?;
             return Ok(growing);
         };
-        if matches!(growing.origin, Origin::Part) {
-            check_output(output, what, is_own)?;
-        }
         growing.length = whole_lines(&source, line).map_err(|error| Error::Read { path: source, source: error })?;
         Ok(growing)
     }

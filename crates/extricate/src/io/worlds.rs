@@ -65,8 +65,9 @@ pub fn import_world(
 ) -> Result<ImportReport> {
     let read = [path].into_iter().chain(urdf);
     check_not_read(output, read)?;
-    check_output(output, "scene written by import", |head| head.starts_with(MARK.as_bytes()))?;
+    // Before unfinished files are removed: they may be those of a run that is not over.
     let lock = OutputLock::take(output)?;
+    check_output(output, "scene written by import", |head| head.starts_with(MARK.as_bytes()))?;
     let Imported { mut entries, mut notes } = read_foreign(path, robots, limits)?;
     match robots {
         Some(robots) => {

@@ -93,14 +93,19 @@ pub fn nearest_exit(
     find(context, q, (options, plan), None, scratch)
 }
 
-/// The same under the constraints of the options, as [`query`] has them.
+/// The same under the constraints of the options, as [`query`] has them; `None` also if descents
+/// find nothing, for who has no use for any other free configuration.
 pub(crate) fn nearest_exit_under(
     context: &Context,
     q: &Config,
     options: &QueryOptions,
     scratch: &mut QueryScratch,
 ) -> Option<Answer> {
-    under(context, q, options, scratch, |context, options, scratch| nearest_exit(context, q, options, scratch))
+    scratch.known.resort = Some(Vec::new());
+    let answer =
+        under(context, q, options, scratch, |context, options, scratch| nearest_exit(context, q, options, scratch));
+    scratch.known.resort = None;
+    answer
 }
 
 /// How late starts find the nearest exit of `q`, of each part, and the checks that it took to tell.
@@ -124,8 +129,9 @@ fn find(
     let believes = answer.is_free() || answer.verified || asked.0.effort == Effort::Nearest;
     let (false, Some(unlearned)) = (believes, context.without_samples()) else { return Some(answer) };
     let checks = scratch.evaluator.checks;
-    let plan = Plan::of(asked.0, &unlearned);
-    let answer = find_once(&unlearned, q, (asked.0, plan), None, scratch);
+    let options = QueryOptions { termination: scratch.evaluator.limit.left(checks), ..asked.0.clone() };
+    let plan = Plan::of(&options, &unlearned);
+    let answer = find_once(&unlearned, q, (&options, plan), None, scratch);
     scratch.evaluator.checks += checks;
     answer
 }
@@ -169,6 +175,7 @@ fn find_once(
             parts.split(scene, search.known.colliding_of(&answer));
         }
         answer.coverage = first_witness(&mut search, parts)?;
+        search.take_resort();
     }
     search.known.note_fallback();
     if options.effort != Effort::Nearest && !is_done {

@@ -11,8 +11,8 @@ use extricate::{
     World,
 };
 
-/// Two fingers of two links each, all of them brackets of triangles, and a ring of triangles between
-/// them.
+/// Two fingers of two links each, all of them brackets of triangles, and a ring of triangles
+/// between them.
 pub fn gripper() -> Scene {
     let folder = tempfile::tempdir().unwrap();
     let write = |name: &str, text: &str| std::fs::write(folder.path().join(name), text).unwrap();

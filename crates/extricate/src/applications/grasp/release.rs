@@ -35,7 +35,7 @@ const EXITS: usize = 4;
 impl Hand {
     /// The nearest configuration to `q` at which nothing penetrates and what touched the object
     /// still does, each finger on its side of it. `None` where nothing free was found, and where
-    /// the query is told to stop before it begins. `q` may lie beyond limits
+    /// a stop ends the query before it begins. `q` may lie beyond limits
     /// ([`crate::ConfigSpace::config_anywhere`]). The view has to be of the scene that the hand was
     /// made for, or of one with the same bodies and pairs.
     ///

@@ -63,8 +63,8 @@ impl<'a> Prover<'a> {
         proved.is_free
     }
 
-    /// The fraction of the edge from `a` up to which it is proved to be in the set before the budget
-    /// is spent: 1 where all of it is.
+    /// The fraction of the edge from `a` up to which it is proved to be in the set before the
+    /// budget is spent: 1 where all of it is.
     pub fn proved_until(&mut self, a: &[f64], b: &[f64]) -> f64 {
         let options = SegmentOptions { resolution: self.resolution };
         let (limit, spent) = (&self.limit, self.checks);

@@ -71,8 +71,11 @@ pub fn prepare_proposals(checker: &Checker) {
         (wanted[pair.first], wanted[pair.second]) = (true, true);
     }
     let bodies = (0..wanted.len()).filter(|body| wanted[*body]);
-    let missing: Vec<&PreparedShape> =
-        bodies.flat_map(parts).map(|part| &*part.prepared).filter(|shape| !shape.has_pieces()).collect();
+    let shapes = bodies.flat_map(parts).map(|part| &*part.prepared);
+    let mut missing: Vec<&PreparedShape> = shapes.filter(|shape| !shape.has_pieces()).collect();
+    // Bodies that are alike share one.
+    missing.sort_by_key(|shape| std::ptr::from_ref(*shape));
+    missing.dedup_by(|a, b| std::ptr::eq(*a, *b));
     // A pool that a process has lost in a fork is not needed where nothing is to be made.
     if !missing.is_empty() {
         missing.par_iter().for_each(|shape| shape.make_pieces());

@@ -53,9 +53,10 @@ pub enum SegmentOutcome {
     Undecided {
         /// Every configuration up to this fraction is free: proved.
         free_until: f64,
-        /// Where one pair is within the resolution of losing the clearance.
+        /// Where one pair is within the resolution of losing the clearance, or where the proof was
+        /// given up.
         near_at: f64,
-        /// That pair; see [`Scene::pair_names`].
+        /// That pair, or one that is not proved there; see [`Scene::pair_names`].
         pair: PairId,
     },
 }

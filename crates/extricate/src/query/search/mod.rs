@@ -73,8 +73,9 @@ pub struct Known {
     pub ranks: Vec<Ranks>,
     /// What [`Known::unseen`] is of, where parts were searched instead.
     pub unseen_in_parts: Option<f64>,
-    /// If descents find nothing, a search looks for anything free; if this is set, it takes this
-    /// configuration instead, or, if it is empty, nothing.
+    /// A configuration that is known to be free: a search begins with it, if it finds nothing nearer
+    /// at first. If it is empty, a search whose descents find nothing does not look for anything
+    /// free.
     pub resort: Option<Vec<f64>>,
     /// A configuration that a descent is to start from.
     pub composed: Vec<f64>,
@@ -243,6 +244,15 @@ impl Search<'_> {
     pub fn is_proved(&mut self) -> bool {
         let Known { proof, anchor, incumbent, .. } = &mut *self.known;
         incumbent.verified && proof.is_enough(self.context, anchor, incumbent.depth, &mut self.evaluator.check)
+    }
+
+    /// Makes the configuration that is known beforehand the incumbent, if it is free and nearer.
+    pub fn take_resort(&mut self) {
+        let Some(config) = self.known.resort.clone().filter(|config| !config.is_empty()) else { return };
+        let depth = self.evaluator.distance(self.context, &self.known.anchor, &config);
+        if depth < self.known.incumbent.depth && self.evaluator.label(self.context, &config) == Label::Free {
+            self.known.take(depth, &config, true);
+        }
     }
 
     /// The stored sample of a rank, if there are so many.

@@ -14,6 +14,7 @@ use super::search::evaluate::Evaluator;
 use super::search::exits::are_alike;
 use super::search::lead::Lead;
 use super::search::scratch::QueryScratch;
+use super::search::termination::Termination;
 use super::search::{Known, Search};
 use super::worlds::constraints::{push_nearby, under};
 use crate::cspace::{Config, Label};
@@ -73,6 +74,16 @@ impl Stream {
         self.proxy.config.clear();
     }
 
+    /// What the next frames may spend.
+    pub(crate) fn limit(&mut self, termination: Termination) {
+        self.options.query.termination = termination;
+    }
+
+    /// Checks of the last frame.
+    pub(crate) fn checks(&self) -> usize {
+        self.scratch.checks()
+    }
+
     /// The answer for the next frame; `None` only where samples are stale and nothing free was
     /// found.
     ///
@@ -89,7 +100,10 @@ impl Stream {
             return self.follow(context, q, &options);
         }
         let Self { options: own, scratch, lead, .. } = self;
+        let next = lead.turn.next;
         let mut answer = under(context, q, &options, scratch, |context, options, scratch| {
+            // A frame may be searched with several clearances, each from the start whose turn it is.
+            lead.turn.next = next;
             let mut answer = search(context, q, (own, options), lead, scratch)?;
             if !answer.is_free() {
                 report(context, options, scratch, &mut answer);

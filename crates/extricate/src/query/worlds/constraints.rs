@@ -53,17 +53,19 @@ pub fn under<T: Found>(
     };
     // Not every platform has a clock.
     let began = options.termination.max_seconds.map(|_| Instant::now());
-    let mut asking = Asking { context: &plain, options, scratch, ask, began, spent: 0 };
+    let resort = scratch.known.resort.take();
+    let mut asking = Asking { context: &plain, options, scratch, ask, resort, began, spent: 0 };
     // If descents find nothing, what is known at the scene's clearance leads farther than luck.
-    let resort = (aim > context.clearance).then(Vec::new);
-    let wanted = asking.at(aim, resort);
+    let nothing = (aim > context.clearance).then(Vec::new);
+    let wanted = asking.at(aim, nothing);
     if wanted.as_ref().is_some_and(|found| aim < context.clearance || asking.is_near(q, found, aim)) {
         return wanted;
     }
+    let was_found = wanted.is_some();
     let own = asking.at(context.clearance, None);
     let found = match (wanted, own) {
         (Some(wanted), Some(own)) if wanted.place().0 <= farthest(context, aim, own.place().0) => Some(wanted),
-        (_, Some(own)) => Some(asking.pushed(q, own, aim)),
+        (_, Some(own)) => Some(asking.pushed(q, own, (aim, was_found))),
         (wanted, None) => wanted,
     };
     scratch.evaluator.checks = asking.spent;
@@ -114,6 +116,8 @@ struct Asking<'a, 'c, A> {
     options: &'a QueryOptions,
     scratch: &'a mut QueryScratch,
     ask: A,
+    /// Of the caller, see `Known::resort`.
+    resort: Option<Vec<f64>>,
     /// When seconds began to count, if there is a limit on them.
     began: Option<Instant>,
     /// Checks so far.
@@ -126,7 +130,7 @@ impl<T: Found, A: FnMut(&Context, &QueryOptions, &mut QueryScratch) -> Option<T>
         let aim = (clearance != self.context.clearance).then_some(clearance);
         let own = Constraints::new(self.context, aim, &[]);
         let options = QueryOptions { termination: self.left(), ..self.options.clone() };
-        self.scratch.known.resort = resort;
+        self.scratch.known.resort = resort.or_else(|| self.resort.clone());
         let found = (self.ask)(&own.apply(self.context), &options, self.scratch);
         self.scratch.known.resort = None;
         self.spent += self.scratch.evaluator.checks;
@@ -149,12 +153,13 @@ impl<T: Found, A: FnMut(&Context, &QueryOptions, &mut QueryScratch) -> Option<T>
         depth <= farthest(context, aim, proved)
     }
 
-    /// What keeps as much of `aim` as is found near an exit at the scene's clearance, or that exit.
-    fn pushed(&mut self, q: &[f64], own: T, aim: f64) -> T {
+    /// What keeps as much of a wanted clearance as is found near an exit at the scene's clearance, or
+    /// that exit. All of it is tried, unless what keeps it `was_found` to be too far.
+    fn pushed(&mut self, q: &[f64], own: T, wanted: (f64, bool)) -> T {
         let (context, mut anchor) = (self.context, Anchor::default());
         context.metric.anchor(q, &mut anchor);
         self.scratch.evaluator.begin(Deadline::of(&self.left()));
-        let pushed = push_nearby(context, &anchor, own.place().1, (aim, true), self.scratch);
+        let pushed = push_nearby(context, &anchor, own.place().1, wanted, self.scratch);
         self.spent += self.scratch.evaluator.checks;
         let Some((clearance, config)) = pushed else { return own };
         let most = farthest(context, clearance, own.place().0);

@@ -8,6 +8,7 @@ pub(crate) mod edges;
 pub mod moments;
 pub mod openings;
 mod part;
+mod partition;
 pub mod polygon;
 pub mod seams;
 pub mod tessellation;

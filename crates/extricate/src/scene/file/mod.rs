@@ -85,7 +85,8 @@ pub struct SceneFile {
     /// What links hold.
     #[serde(default)]
     pub attached: Vec<AttachedEntry>,
-    /// Pairs that are not checked, that are in spite of a rule, or that keep a clearance of their own.
+    /// Pairs that are not checked, that are in spite of a rule, or that keep a clearance of their
+    /// own.
     #[serde(default)]
     pub pairs: PairsEntry,
     /// What links add to the clearance toward obstacles, or obstacles to that of all pairs, by name

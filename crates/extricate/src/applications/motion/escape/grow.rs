@@ -7,30 +7,29 @@ use super::search::Search;
 use crate::applications::motion::rrt_connect::RrtConnect;
 use crate::cspace::sampling::uniform;
 
-/// Longest edge, as a share of the distance to the nearest exit; and of samples, how far from the
-/// query half of them are.
+/// Longest edge, as a share of the distance to the first exit that is in the set; and of samples,
+/// how far from the query half of them are.
 const RANGE: f64 = 0.5;
 const NEAR: f64 = 4.0;
 
-/// A path in the set from the query to one of the exits, by trees; their sizes are by the distance
-/// of the first exit that is in the set.
+/// A path in the set from the query to one of the exits, by trees.
 pub fn grow(search: &mut Search, pushed: &[Vec<f64>], exits: &[Vec<f64>]) -> Option<Vec<Vec<f64>>> {
     let context = search.context;
     let (metric, space) = (context.metric, &context.checker.scene().space);
     let (q, mut far) = (search.q, vec![0.0; search.q.len()]);
     let mut rng = ChaCha8Rng::seed_from_u64(search.options.seed);
     let inside: Vec<Vec<f64>> = exits.iter().filter(|exit| search.prover.holds(exit)).cloned().collect();
-    let nearest = metric.distance(q, inside.first()?);
+    let size = metric.distance(q, inside.first()?);
     let mut sample = |rng: &mut ChaCha8Rng, out: &mut [f64]| {
         uniform(space, rng, out);
         if rng.random::<bool>() {
             far.copy_from_slice(out);
-            let share = (NEAR * nearest / metric.distance(q, &far)).min(1.0);
+            let share = (NEAR * size / metric.distance(q, &far)).min(1.0);
             space.interpolate(q, &far, share * rng.random::<f64>(), out);
         }
     };
     let limited = search.prover.limited(search.options.tree_checks);
-    let mut trees = RrtConnect::new(metric, [pushed, &inside], RANGE * nearest);
+    let mut trees = RrtConnect::new(metric, [pushed, &inside], RANGE * size);
     let path = trees.grow(&mut search.prover, &mut sample, &mut rng);
     search.prover.unlimit(limited);
     let path = path?;

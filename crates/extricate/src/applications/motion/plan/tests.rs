@@ -69,3 +69,14 @@ fn plans_keep_to_their_budget() {
         assert!(plan.checks <= most, "{} of {checks}", plan.checks);
     }
 }
+
+/// However few checks are left, they are spent, and then it ends.
+#[test]
+fn roadmaps_grow_by_the_last_check_too() {
+    let world = World::new(builtin::scene("planar-arm").unwrap());
+    for checks in 1..=12 {
+        let mut roadmap = Roadmap::new(&world.scene().space, 0);
+        world.view().grow_roadmap(&mut roadmap, checks, &PlanOptions::default()).unwrap();
+        assert!(roadmap.checks() >= checks, "{} of {checks}", roadmap.checks());
+    }
+}

@@ -58,6 +58,9 @@ impl Repairer<'_> {
     /// may stand still and then hurry. Each has the mean of the place that its share of the length
     /// has, which ascends, and of the nearest one.
     fn spread(&self, points: &mut [Point]) {
+        if self.prover.is_spent() {
+            return;
+        }
         let Some((from, to)) = points.first().zip(points.last()).map(|(a, b)| (a.0, b.0)) else { return };
         let metric = self.context.metric;
         let steps = points.iter().zip(points.iter().skip(1)).map(|(a, b)| metric.distance(&a.1, &b.1));

@@ -57,9 +57,7 @@ impl Repairer<'_> {
             return Some(q);
         }
         let config = self.context.checker.scene().space.config(&q).ok()?;
-        let answer = self.stream.query(self.context, &config)?;
-        self.prover.checks += answer.checks;
-        Some(answer.witness)
+        self.next_beside(&config)
     }
 
     /// Adds a point; where the edge to it is not proved, first what its middle is pushed out to.

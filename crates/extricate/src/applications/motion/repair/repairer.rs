@@ -44,6 +44,14 @@ impl<'a> Repairer<'a> {
         }
     }
 
+    /// The free configuration beside one that the stream leads to.
+    pub fn next_beside(&mut self, q: &Config) -> Option<Vec<f64>> {
+        self.stream.limit(self.left());
+        let answer = self.stream.query(self.context, q);
+        self.prover.checks += self.stream.checks();
+        answer.map(|answer| answer.witness)
+    }
+
     /// How far a new point is from the old one that it stands for, in metric units.
     pub fn deviation(&self, (place, q): &Point) -> f64 {
         self.context.metric.distance(&self.old.at(*place), q)

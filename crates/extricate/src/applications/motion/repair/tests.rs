@@ -54,3 +54,16 @@ fn ends_that_collide_are_moved() {
     let message = world.view().repair(Rows::new(&wrong, nq).unwrap(), &RepairOptions::default());
     assert!(message.unwrap_err().to_string().contains("path: row 0"));
 }
+
+/// Rows that are equal are a pause: none of it is cut off.
+#[test]
+fn a_free_path_with_equal_rows_stays_as_it_is() {
+    let world = World::new(builtin::scene("planar-arm").unwrap());
+    let free = labelled(world.checker(), Label::Free, 1, 3).remove(0);
+    let mut near = free.to_vec();
+    near[0] += 1e-3;
+    let rows = [&free[..], &free, &near].concat();
+    let options = RepairOptions { max_deviation: Some(1e-9), ..RepairOptions::default() };
+    let repaired = world.view().repair(Rows::new(&rows, free.len()).unwrap(), &options).unwrap();
+    assert_eq!((repaired.points.len(), repaired.deviation), (3, 0.0));
+}

@@ -15,6 +15,9 @@ const MOST: usize = 2048;
 
 /// Jobs that run side by side before what is left is counted again.
 const TOGETHER: usize = 64;
+/// Checks that drawing a configuration takes at most, about, which nothing limits: fewer run side by
+/// side if little is left.
+const CHECKS_OF_A_DRAW: usize = 100;
 
 /// What one job of a batch found.
 enum Found {
@@ -31,13 +34,12 @@ pub fn grow(grower: &mut Grower, checks: usize) {
     let jobs = jobs(grower, checks, !islands.is_empty());
     let until = grower.left.saturating_sub(checks);
     let mut found: Vec<(Found, usize)> = Vec::with_capacity(jobs.len());
-    for some in jobs.chunks(TOGETHER) {
-        if grower.left <= until || grower.is_spent() {
-            break;
-        }
+    while found.len() < jobs.len() && grower.left > until && !grower.is_spent() {
+        let most = TOGETHER.min(1 + grower.left / CHECKS_OF_A_DRAW);
+        let some = &jobs[found.len()..][..most.min(jobs.len() - found.len())];
         let (this, first) = (&*grower, grower.roadmap.drawn);
         // What each may spend does not depend on what the others do at the same time.
-        let share = this.left / some.len();
+        let share = this.left.div_ceil(some.len());
         let find = |(memory, prover): &mut (QueryScratch, Prover), (at, sampler): (usize, &usize)| {
             let (limited, before) = (prover.limited(share), prover.checks);
             let (sampler, index) = (SAMPLERS[*sampler], first + at as u64);
@@ -75,8 +77,8 @@ fn find(
     (Found::Node(drawn, neighbours), checks)
 }
 
-/// Samplers of a batch of so many checks, by index; those of each are spread evenly over it, so that
-/// a batch that ends early has drawn of all.
+/// Samplers of a batch of so many checks, by index; those of each are spread evenly over it, so
+/// that a batch that ends early has drawn of all.
 fn jobs(grower: &Grower, checks: usize, has_islands: bool) -> Vec<usize> {
     let has_samples = !grower.context.query.samples().is_empty();
     let is_of_use = |sampler: Sampler| match sampler {
@@ -117,7 +119,7 @@ fn take(grower: &mut Grower, jobs: &[usize], found: Vec<(Found, usize)>) {
         }
     }
     let this = &*grower;
-    let share = this.left / new.len().max(1);
+    let share = this.left.div_ceil(new.len().max(1));
     let among_new = |prover: &mut Prover, (_, node, neighbours): &(usize, usize, Vec<usize>)| {
         if !neighbours.is_empty() {
             return (Vec::new(), 0);

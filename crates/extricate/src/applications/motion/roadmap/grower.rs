@@ -76,17 +76,21 @@ impl<'a, 'b> Grower<'a, 'b> {
         prover
     }
 
-    /// A prover of jobs that run side by side, each of which limits what it spends: what others have
-    /// spent on the same thread does not count.
+    /// A prover of jobs that run side by side, each of which limits what it spends: what others
+    /// have spent on the same thread does not count.
     pub(super) fn job_prover(&self) -> Prover<'a> {
         let limit = Deadline { checks: None, ..self.limit.clone() };
         Prover::new(self.context.query.checker, self.context.resolution, limit)
     }
 
-    /// Which of `near`, no two of them joined, proved edges lead to from a free configuration.
+    /// Which of `near`, no two of them joined, proved edges lead to from a free configuration, until
+    /// the prover's budget is spent.
     pub(super) fn joinable(&self, q: &[f64], near: &[usize], prover: &mut Prover) -> Vec<usize> {
         let (mut joined, mut roots) = (Vec::new(), Vec::new());
         for node in near {
+            if prover.is_spent() {
+                break;
+            }
             let root = self.components.root(*node);
             if !roots.contains(&root) && prover.proves(q, self.nodes.config(*node)) {
                 roots.push(root);

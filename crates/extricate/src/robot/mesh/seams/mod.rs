@@ -4,9 +4,9 @@
 use std::collections::HashSet;
 
 use super::cavities::volume_and_area;
-use super::components::parts_of;
 use super::edges::{edge_connected, odd_edges};
 use super::part::Part;
+use super::partition::parts_of;
 use super::weld::weld_within;
 use crate::math::Vec3;
 
