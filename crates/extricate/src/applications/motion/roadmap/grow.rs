@@ -15,8 +15,8 @@ const MOST: usize = 2048;
 
 /// Jobs that run side by side before what is left is counted again.
 const TOGETHER: usize = 64;
-/// Checks that drawing a configuration takes at most, about, which nothing limits: fewer run side by
-/// side if little is left.
+/// Checks that drawing a configuration takes at most, about, which nothing limits: fewer run side
+/// by side if little is left.
 const CHECKS_OF_A_DRAW: usize = 100;
 
 /// What one job of a batch found.

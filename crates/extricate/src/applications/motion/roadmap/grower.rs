@@ -83,8 +83,8 @@ impl<'a, 'b> Grower<'a, 'b> {
         Prover::new(self.context.query.checker, self.context.resolution, limit)
     }
 
-    /// Which of `near`, no two of them joined, proved edges lead to from a free configuration, until
-    /// the prover's budget is spent.
+    /// Which of `near`, no two of them joined, proved edges lead to from a free configuration,
+    /// until the prover's budget is spent.
     pub(super) fn joinable(&self, q: &[f64], near: &[usize], prover: &mut Prover) -> Vec<usize> {
         let (mut joined, mut roots) = (Vec::new(), Vec::new());
         for node in near {
