@@ -3,13 +3,15 @@
 
 use std::ffi::CString;
 use std::io;
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use extricate::internals::collision::advice_if_never_free;
 use extricate::{Checker, Error, Scene};
 use pyo3::exceptions::{PyOSError, PyRuntimeError, PyTypeError, PyUserWarning, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyInt;
+
+use crate::long_call;
 
 /// The exception for `error`: `OSError` (`FileNotFoundError`, ...) for files, `RuntimeError` where
 /// learning found nothing free in time, otherwise `ValueError`.
@@ -36,12 +38,27 @@ fn in_python(message: &str) -> String {
     message.replace("add to the scene: [pairs] disable = [", "make the scene with disable=[")
 }
 
-/// Raises a `UserWarning` where nothing free was found because some pairs collide wherever one
-/// looks: which ones, and what to do.
-pub fn warn_if_never_free(py: Python<'_>, checker: &Checker) -> PyResult<()> {
-    match py.detach(|| advice_if_never_free(checker)) {
-        Some(advice) => warn(py, &format!("no free configuration was found; {}", in_python(&advice))),
-        None => Ok(()),
+/// What to say of a scene where nothing free was found. Looked for once: it takes as long as many
+/// queries, whatever their budgets.
+#[derive(Default)]
+pub struct Advice(OnceLock<Option<String>>);
+
+impl Advice {
+    /// Raises a `UserWarning` where nothing free was found because some pairs collide wherever one
+    /// looks: which ones, and what to do. `checker` is that of the scene, always the same one but
+    /// for weights.
+    ///
+    /// # Errors
+    /// The warning, where warnings are errors; what [`long_call::run`] raises.
+    pub fn warn(&self, py: Python<'_>, checker: &Checker) -> PyResult<()> {
+        if self.0.get().is_none() {
+            let look = |line: &long_call::Line<()>| advice_if_never_free(checker, || line.stopped());
+            let found = long_call::run(py, |_, ()| Ok(()), look)?;
+            // Another thread may have been faster, with the same.
+            let _ = self.0.set(found);
+        }
+        let told = |advice: &String| warn(py, &format!("no free configuration was found; {}", in_python(advice)));
+        self.0.get().and_then(Option::as_ref).map_or(Ok(()), told)
     }
 }
 

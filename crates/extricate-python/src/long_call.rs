@@ -93,15 +93,16 @@ pub fn run<T: Send, News: Send>(
 }
 
 /// Runs `work`, which cannot be told to stop, on a new thread without the interpreter lock; the
-/// calling thread looks for signals.
+/// calling thread looks for signals. The work has a pool of its own.
 ///
 /// # Errors
 /// The exception of a signal handler (`KeyboardInterrupt`), at once: the work goes on, and what
-/// it finds is thrown away. RuntimeError where the system starts no thread.
+/// it finds is thrown away. RuntimeError where the system starts no thread, OSError as of [`pool`].
 pub fn apart<T: Send + 'static>(py: Python<'_>, work: impl FnOnce() -> T + Send + 'static) -> PyResult<T> {
+    let pool = pool(0)?;
     let (tell, found) = mpsc::channel();
     // Nobody may be there to hear it.
-    let worker = thread::Builder::new().spawn(move || drop(tell.send(work())));
+    let worker = thread::Builder::new().spawn(move || drop(tell.send(pool.install(work))));
     let worker = worker.map_err(|error| PyRuntimeError::new_err(format!("cannot start a thread: {error}")))?;
     py.detach(move || {
         loop {
@@ -114,6 +115,16 @@ pub fn apart<T: Send + 'static>(py: Python<'_>, work: impl FnOnce() -> T + Send 
         let panic = worker.join().expect_err("it ended and told nothing");
         std::panic::resume_unwind(panic)
     })
+}
+
+/// Runs `work`, which reads or prepares geometry, without the interpreter lock and on a pool of its
+/// own: the library does both on all threads of the current pool.
+///
+/// # Errors
+/// As [`pool`].
+pub fn pooled<T: Send>(py: Python<'_>, work: impl FnOnce() -> T + Send) -> PyResult<T> {
+    let pool = pool(0)?;
+    Ok(py.detach(|| pool.install(work)))
 }
 
 /// Looks for signals on behalf of queries on the calling thread, which ask it before each step:

@@ -237,6 +237,29 @@ def test_the_rest_of_the_world_of_an_sdf_stands(tmp_path: pathlib.Path) -> None:
         Robot.from_sdf(file)
 
 
+def test_models_of_an_sdf_that_do_not_hang_together_stand_or_are_refused(tmp_path: pathlib.Path) -> None:
+    loose = LINK.replace('"a"', '"b"').replace("<collision", "<pose>0 0 7 0 0 0</pose><collision", 1)
+    file, ball = tmp_path / "m.sdf", [extricate.Sphere(0.1, [0, 0, 0], name="o")]
+    # Not said to be static, but nothing in it moves: an obstacle of two links.
+    pieces = sdf_model("<pose>0 0 2 0 0 0</pose>" + LINK.replace('"a"', '"c"') + loose).replace('"m"', '"pieces"')
+    file.write_text(f'<sdf version="1.9"><world name="w">{sdf_model(LINK + SLIDE)}{pieces}</world></sdf>')
+    scene = Scene(Robot.from_sdf(file), clearance=0)
+    assert scene.bodies == ["a", "pieces"] and scene.distances([0.0]) == pytest.approx(1.8, abs=1e-9)
+    file.write_text(f'<sdf version="1.9"><world name="w">{sdf_model(LINK + SLIDE.replace("world", "b") + loose + LINK.replace(chr(34) + "a", chr(34) + "c"))}</world></sdf>')
+    with pytest.raises(ValueError, match=r"m.sdf: model \"m\": got the links 'b', 'c' that no joint moves or holds, expected one"):
+        Robot.from_sdf(file)
+    ring = LINK + loose + SLIDE.replace("world", "b") + SLIDE.replace("world", "a").replace("<child>a", "<child>b").replace('"j"', '"k"')
+    file.write_text(f'<sdf version="1.9">{sdf_model(ring)}</sdf>')
+    with pytest.raises(ValueError, match="model \"m\": got links each of which hangs on another, expected a tree"):
+        Robot.from_sdf(file)
+    # What stands does so whatever its joints are: of unknown kinds, of two parents, in a ring.
+    for inside in (LINK + SLIDE.replace("prismatic", "screw"), ring, LINK + loose + 2 * SLIDE):
+        static = sdf_model("<static>true</static><pose>0 0 3 0 0 0</pose>" + inside).replace('"m"', '"static"')
+        file.write_text(f'<sdf version="1.9"><world name="w">{sdf_model(LINK + SLIDE)}{static}</world></sdf>')
+        scene = Scene(Robot.from_sdf(file), ball, clearance=0)
+        assert scene.pair_distances([1.0])[scene.pairs.index(("a", "static"))] == pytest.approx(10**0.5 - 0.2, abs=1e-9)
+
+
 class OpenMesh:
     """As open3d has it."""
 

@@ -1,5 +1,6 @@
 """MuJoCo's verdicts and those of the robots made from its models: random models, names, pairs, and what is told."""
 
+import dataclasses
 import os
 import warnings
 from typing import Any, List, Tuple
@@ -169,6 +170,8 @@ def test_a_body_and_its_child_are_checked_where_mujoco_does(text: str) -> None:
     assert not scene.check(folded) and scene.colliding_pairs(folded) == [("a", "b")]
     # A caller who disables the pair is heard.
     assert ("a", "b") not in Scene(robot, disable=[("b", "a")]).pairs
+    assert ("a", "b") not in Scene(robot, disable=[("mujoco/b", "a")]).pairs
+    assert ("a", "b") not in Scene(dataclasses.replace(robot, name="left"), disable=[("b", "left/a")]).pairs
     # A locked joint makes a neighbour of what is joined to what it carries.
     three = text.replace("</body></body>", f'<body name="c" pos="1 0 0">{HINGE}<geom size=".05" pos=".2 0 0"/></body></body></body>')
     model = mujoco.MjModel.from_xml_string(three)

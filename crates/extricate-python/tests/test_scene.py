@@ -2,6 +2,8 @@
 
 import pickle
 import re
+import threading
+import time
 import warnings
 
 import numpy as np
@@ -278,3 +280,25 @@ def test_wrong_input_is_told_what_was_expected(arm: Scene, call, exception: type
         call(arm)
     assert type(told.value) is exception
     assert re.search(message, str(told.value)), str(told.value)
+
+
+def test_a_scene_can_be_changed_while_it_is_prepared() -> None:
+    n = 300
+    u, v = np.meshgrid(np.arange(1, n) * np.pi / n, np.arange(n) * 2 * np.pi / n, indexing="ij")
+    P = np.stack([np.sin(u) * np.cos(v), np.sin(u) * np.sin(v), np.cos(u)], -1).reshape(-1, 3)
+    k = np.arange((n - 2) * n).reshape(n - 2, n)
+    m = np.roll(k, -1, 1)
+    F = np.concatenate([np.stack([k, k + n, m + n], -1), np.stack([k, m + n, m], -1)]).reshape(-1, 3)
+    urdf = Scene.builtin_files("planar-arm")["robot/arm.urdf"].decode()
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # It is open at its poles.
+        scene = Scene(urdf, [extricate.Mesh((P, F), [3, 0, 0], name="ball"), Box([1, 1, 1], [0, 0, 9], name="box")])
+        checks = threading.Thread(target=scene.check, args=([0, 0, 0],))
+        before, pauses = time.monotonic(), []
+        checks.start()
+        while checks.is_alive():
+            started = time.monotonic()
+            scene.without(["box"])
+            pauses.append(time.monotonic() - started)
+        checks.join()
+    assert max(pauses) < (time.monotonic() - before) / 2, "it waited, with the interpreter held, until all was prepared"

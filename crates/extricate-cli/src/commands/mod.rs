@@ -58,7 +58,7 @@ fn disable_line(names: &[[&str; 2]]) -> String {
 /// `problem`, that nothing free was found, and which pairs are to blame, if some collide wherever
 /// one looks.
 fn with_advice(problem: &str, checker: &Checker) -> String {
-    advice_if_never_free(checker).map_or_else(|| problem.to_owned(), |advice| format!("{problem}; {advice}"))
+    advice_if_never_free(checker, || false).map_or_else(|| problem.to_owned(), |advice| format!("{problem}; {advice}"))
 }
 
 /// Of a scene file, a URDF or a model file, which holds its scene.

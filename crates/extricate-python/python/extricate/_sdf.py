@@ -219,7 +219,8 @@ class _Model:
         return self.poses[name]
 
     def urdf(self) -> str:
-        joints = self.model.findall("joint")
+        # What stands does so whatever its joints are.
+        joints = [] if self.stands else self.model.findall("joint")
         above: Dict[str, ET.Element] = {}
         for joint in joints:
             child = self.end(joint, "child")
@@ -230,11 +231,19 @@ class _Model:
         frames = {link.get("name", ""): link.get("name", "") for link in self.model.findall("link")}
         frames.update({child: joint.get("name", "") for child, joint in above.items() if child in frames})
         roots = [name for name in frames if name not in above]
+        anchored = any(self.end(joint, "parent") == "world" for joint in joints)
         fixed: List[str] = []
-        if self.stands or (len(roots) == 1 and not np.array_equal(self.pose(frames[roots[0]]), np.eye(4))):
+        if self.stands or anchored or (not self.moves and len(roots) > 1):
+            fixed = roots
+        elif len(roots) > 1:
+            told = ", ".join(map(repr, roots))
+            raise self.fail(self.model, f"got the links {told} that no joint moves or holds, expected one, or a joint to the world")
+        elif frames and not roots:
+            raise self.fail(self.model, "got links each of which hangs on another, expected a tree")
+        elif roots and not np.array_equal(self.pose(frames[roots[0]]), np.eye(4)):
             fixed = roots
         out = [f"<robot name={quoteattr(self.name)}>"]
-        if fixed or any(self.end(joint, "parent") == "world" for joint in joints):
+        if fixed or anchored:
             out.append('<link name="world"/>')
             frames["world"] = "world"
         for link in self.model.findall("link"):
@@ -316,8 +325,6 @@ class _Model:
         kind = _KINDS.get(joint.get("type", ""))
         if kind is None:
             raise self.fail(joint, f"got type {joint.get('type')!r}, expected {', '.join(_KINDS)}")
-        if self.stands:
-            kind = "fixed"
         ends = [self.end(joint, tag) for tag in ("parent", "child")]
         own = self.pose(joint.get("name", ""))
         out = "".join(f"<{tag} link={quoteattr(end)}/>" for tag, end in zip(("parent", "child"), ends))

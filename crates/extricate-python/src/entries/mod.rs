@@ -86,13 +86,12 @@ pub fn describe(
         robots.extract().map_err(|_| PyTypeError::new_err(expected()))?
     };
     let robot = list.iter().enumerate().map(|(at, r)| robot_entry(at, r, &mut texts)).collect::<PyResult<_>>()?;
-    // A robot of another simulator may bring what stands around it, and pairs that are not checked
-    // there.
+    // A robot of another simulator may bring what stands around it.
     let brought = |name: &str| -> PyResult<Vec<Bound<'_, PyAny>>> {
         let with = list.iter().filter(|robot| robot.hasattr(name).unwrap_or(false));
         Ok(with.map(|robot| robot.getattr(name)?.extract()).collect::<PyResult<Vec<Vec<_>>>>()?.concat())
     };
-    let [disable, enable] = both_pairs([options.disable, options.enable], [brought("disable")?, brought("enable")?])?;
+    let [disable, enable] = both_pairs([options.disable, options.enable], &list)?;
     let mut all = brought("obstacles")?;
     all.extend(obstacles.iter().cloned());
     let entries = obstacle_entries(&all, Vec::new())?;
@@ -122,21 +121,38 @@ pub fn describe(
     Ok(Description { entries, texts })
 }
 
-/// The pairs to disable and those to enable: what the caller `says`, and what robots `bring` of
-/// which the caller says nothing.
-fn both_pairs(says: [Vec<[String; 2]>; 2], bring: [Vec<Bound<'_, PyAny>>; 2]) -> PyResult<[Vec<[String; 2]>; 2]> {
-    let ordered = |[a, b]: &[String; 2]| if a < b { [a.clone(), b.clone()] } else { [b.clone(), a.clone()] };
-    let said: HashSet<[String; 2]> = says.iter().flatten().map(ordered).collect();
-    let mut both = says;
-    for (pairs, brought) in both.iter_mut().zip(bring) {
-        for pair in brought {
-            let pair: [String; 2] = pair.extract()?;
-            if !said.contains(&ordered(&pair)) {
-                pairs.push(pair);
+/// The pairs to disable and those to enable: what the caller says, and what robots of another
+/// simulator bring from there, if the caller says nothing of it.
+fn both_pairs(mut both: [Vec<[String; 2]>; 2], robots: &[Bound<'_, PyAny>]) -> PyResult<[Vec<[String; 2]>; 2]> {
+    let all_said = both.concat();
+    for robot in robots {
+        for (at, attribute) in ["disable", "enable"].into_iter().enumerate() {
+            if !robot.hasattr(attribute).unwrap_or(false) {
+                continue;
             }
+            // The caller may put the name of the robot before those of its links.
+            let prefix = name_of(robot)?.map(|name| format!("{name}/")).unwrap_or_default();
+            let plain = |pair: &[String; 2]| {
+                let mut pair = pair.clone().map(|name| name.strip_prefix(&prefix).unwrap_or(&name).to_owned());
+                pair.sort();
+                pair
+            };
+            let said: HashSet<[String; 2]> = all_said.iter().map(plain).collect();
+            let brought: Vec<[String; 2]> = robot.getattr(attribute)?.extract()?;
+            both[at].extend(brought.into_iter().filter(|pair| !said.contains(&plain(pair))));
         }
     }
     Ok(both)
+}
+
+/// The name of a robot: as it says, or as its URDF text begins.
+fn name_of(robot: &Bound<'_, PyAny>) -> PyResult<Option<String>> {
+    if let Some(name) = robot.getattr("name")?.extract()? {
+        return Ok(Some(name));
+    }
+    let urdf = text_or_path(&robot.getattr("urdf")?)?;
+    let named = urdf.strip_prefix("<robot name=\"").and_then(|rest| rest.split_once('"'));
+    Ok(named.map(|(name, _)| name.to_owned()))
 }
 
 /// The entries of obstacles; names that are not given are none of `taken`.

@@ -122,11 +122,12 @@ impl Scene {
         let space = &self.inner().space;
         let values = one_config("q", q, space)?;
         let config = units::config(self.inner(), values.values()).map_err(|error| bad_row("q", 0, true, error))?;
+        let checker = py.detach(|| self.checker())?;
         let watch = long_call::Watch::new();
         let stop = watch.stop();
         let filter = |scratch: &mut _| {
             let parts = points.chunks(AT_ONCE).take_while(|_| !stop.is_asked());
-            parts.flat_map(|part| self.checker().robot_filter(&config, part, padding, scratch)).collect::<Vec<bool>>()
+            parts.flat_map(|part| checker.robot_filter(&config, part, padding, scratch)).collect::<Vec<bool>>()
         };
         let keep = py.detach(|| watch.over(|| self.scratches().with(filter)))?;
         Ok(PyArray1::from_vec(py, keep))

@@ -10,10 +10,8 @@ use pyo3::types::PyDict;
 use super::Model;
 use crate::error::exception;
 use crate::long_call;
-use crate::queries::batch::Scratches;
-use crate::queries::options::Weighted;
 use crate::queries::page::{self, Shown};
-use crate::queries::{self, Source};
+use crate::queries::{self, Memory, Source};
 use crate::scene::Scene;
 
 /// A scene in which a model of another one is asked: obstacles moved, added or gone, other pairs or
@@ -28,8 +26,7 @@ use crate::scene::Scene;
 pub struct ChangedScene {
     model: Py<Model>,
     changed: extricate::ChangedScene,
-    scratches: Scratches,
-    weighted: Weighted,
+    memory: Memory,
 }
 
 impl ChangedScene {
@@ -38,17 +35,16 @@ impl ChangedScene {
     /// # Errors
     /// `ValueError` where stored configurations or distances would mean something else in `scene`.
     pub fn new(py: Python<'_>, model: Py<Model>, scene: &Scene) -> PyResult<Self> {
-        let (pool, scene) = (long_call::pool(0)?, Arc::clone(scene.inner()));
+        let scene = Arc::clone(scene.inner());
         let learned = model.get().inner();
-        // The convex pieces around meshes are made on threads: here, not in the first query, where
-        // they would be those of a global pool.
+        // The convex pieces around meshes are made here, not in the first query, which has no pool.
         let prepare = || {
             let changed = extricate::ChangedScene::new(learned.world(), scene)?;
             changed.checker().prepare_proposals();
             Ok(changed)
         };
-        let changed = py.detach(|| pool.install(prepare)).map_err(exception)?;
-        Ok(Self { changed, scratches: Scratches::default(), weighted: Weighted::default(), model })
+        let changed = long_call::pooled(py, prepare)?.map_err(exception)?;
+        Ok(Self { changed, memory: Memory::default(), model })
     }
 
     pub fn inner(&self) -> &extricate::ChangedScene {
@@ -85,8 +81,8 @@ impl ChangedScene {
         q: &Bound<'py, PyAny>,
         options: Option<&Bound<'py, PyDict>>,
     ) -> PyResult<Option<Bound<'py, PyAny>>> {
-        let Self { model, changed, scratches, weighted } = slf.get();
-        queries::query(Source::Changed(model.get().inner(), changed), q, options, (scratches, weighted), slf)
+        let Self { model, changed, memory } = slf.get();
+        queries::query(Source::Changed(model.get().inner(), changed), q, options, memory, slf)
     }
 
     /// Shows configurations and their answers as a page, in a browser; see `Scene.show`.
@@ -113,7 +109,7 @@ impl ChangedScene {
             Source::Changed(self.model.get().inner(), &self.changed),
             Q,
             options,
-            (Shown { path, open, live }, &self.weighted),
+            (Shown { path, open, live }, &self.memory.weighted),
         )
     }
 
@@ -127,7 +123,7 @@ impl ChangedScene {
         options: Option<&Bound<'py, PyDict>>,
     ) -> PyResult<Bound<'py, PyAny>> {
         let source = Source::Changed(self.model.get().inner(), &self.changed);
-        queries::query_batch(source, Q, options, (&self.scratches, &self.weighted))
+        queries::query_batch(source, Q, options, &self.memory)
     }
 
     fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, (Scene,))> {

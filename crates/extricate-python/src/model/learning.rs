@@ -89,10 +89,10 @@ pub fn learn(
         return Err(PyValueError::new_err("resume: got True without `checkpoint`, expected the file to go on from"));
     }
     let copy = (**scene.inner()).clone();
-    let learner = py.detach(|| match &keep {
+    let learner = long_call::pooled(py, || match &keep {
         Some(keep) if resume => wanted.go_on(copy, &keep.path),
         _ => Learner::new(copy, &wanted.options()).map_err(exception),
-    })?;
+    })??;
     let listener = Listener::new(progress.as_ref())?;
     let hear = |py: Python<'_>, state| {
         keep.as_ref().map_or(Ok(()), |keep| keep.warn(py)).and_then(|()| listener.hear(py, state))
@@ -153,16 +153,18 @@ pub fn adapt(
         ..LearnOptions::default()
     };
     let copy = (**scene.inner()).clone();
-    let listener = Listener::new(progress)?;
+    let (pool, listener) = (long_call::pool(options.threads)?, Listener::new(progress)?);
     let adapted = long_call::run(
         py,
         |py, state| listener.hear(py, state),
         |line| {
-            model.adapt_with(copy, &options, &mut |state| {
+            let mut report = |state: &extricate::LearnProgress| {
                 line.tell(state.clone());
                 let ended = line.stopped() || listener.has_enough();
                 if ended { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
-            })
+            };
+            // What changed is prepared before the run has a pool.
+            pool.install(|| model.adapt_with(copy, &options, &mut report))
         },
     );
     listener.close(py, adapted.as_ref().is_ok_and(Result::is_ok))?;

@@ -18,10 +18,8 @@ use pyo3::types::{PyBytes, PyDict};
 
 use crate::error::{Seed, Whole, exception};
 use crate::long_call;
-use crate::queries::batch::Scratches;
-use crate::queries::options::Weighted;
 use crate::queries::page::{self, Shown};
-use crate::queries::{self, Source};
+use crate::queries::{self, Memory, Source};
 use crate::scene::{Scene, edit};
 use changed::ChangedScene;
 use learning::Budget;
@@ -37,26 +35,23 @@ const IN_MEMORY: &str = "in memory";
 #[pyclass(frozen, module = "extricate._extricate")]
 pub struct Model {
     model: extricate::Model,
-    scratches: Scratches,
-    weighted: Weighted,
+    memory: Memory,
 }
 
 impl Model {
     pub fn of(model: extricate::Model) -> Self {
-        Self { model, scratches: Scratches::default(), weighted: Weighted::default() }
+        Self { model, memory: Memory::default() }
     }
 
     pub fn inner(&self) -> &extricate::Model {
         &self.model
     }
 
-    /// Reading a model uses threads, for which a global pool would not survive `fork`.
     fn read(
         py: Python<'_>,
         read: impl FnOnce() -> extricate::Result<extricate::Model> + Send + 'static,
     ) -> PyResult<Self> {
-        let pool = long_call::pool(0)?;
-        Ok(Self::of(long_call::apart(py, move || pool.install(read))?.map_err(exception)?))
+        Ok(Self::of(long_call::apart(py, read)?.map_err(exception)?))
     }
 }
 
@@ -173,8 +168,8 @@ impl Model {
         q: &Bound<'py, PyAny>,
         options: Option<&Bound<'py, PyDict>>,
     ) -> PyResult<Option<Bound<'py, PyAny>>> {
-        let Self { model, scratches, weighted } = slf.get();
-        queries::query(Source::Model(model), q, options, (scratches, weighted), slf)
+        let Self { model, memory } = slf.get();
+        queries::query(Source::Model(model), q, options, memory, slf)
     }
 
     /// Shows configurations and their answers as a page, in a browser; see `Scene.show`.
@@ -196,7 +191,7 @@ impl Model {
         live: bool,
         options: Option<&Bound<'py, PyDict>>,
     ) -> PyResult<Bound<'py, PyAny>> {
-        page::show(py, Source::Model(&self.model), Q, options, (Shown { path, open, live }, &self.weighted))
+        page::show(py, Source::Model(&self.model), Q, options, (Shown { path, open, live }, &self.memory.weighted))
     }
 
     /// The nearest free configuration to each of Q, on many threads.
@@ -232,7 +227,7 @@ impl Model {
         Q: &Bound<'py, PyAny>,
         options: Option<&Bound<'py, PyDict>>,
     ) -> PyResult<Bound<'py, PyAny>> {
-        queries::query_batch(Source::Model(&self.model), Q, options, (&self.scratches, &self.weighted))
+        queries::query_batch(Source::Model(&self.model), Q, options, &self.memory)
     }
 
     /// To ask this model in another world.

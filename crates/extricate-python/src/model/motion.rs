@@ -25,7 +25,7 @@ impl Model {
         max_seconds: Option<f64>,
     ) -> PyResult<Bound<'py, PyAny>> {
         let keywords = (aim, tolerance, exits, resolution, tree_checks, seed.0, max_checks, max_seconds);
-        escape::escape(Source::Model(self.inner()), q, keywords)
+        escape::escape(Source::Model(self.inner()), q, keywords, &self.memory.advice)
     }
 
     /// A path between two free configurations, as `Scene.plan`, which says what all keywords mean.

@@ -128,7 +128,7 @@ impl Stream {
         let view = match (&self.of, changed) {
             (Of::Model(model), Some(changed)) => model.get().inner().in_scene(changed),
             (Of::Model(model), None) => model.get().inner().view(),
-            (Of::Scene(scene), _) => scene.get().world().view(),
+            (Of::Scene(scene), _) => scene.get().world()?.view(),
             (Of::World(world), _) => world.view(),
         };
         let scene = view.scene();

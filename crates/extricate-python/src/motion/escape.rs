@@ -6,7 +6,7 @@ use pyo3::sync::PyOnceLock;
 use pyo3::types::PyType;
 
 use super::{HOME, config, rows, termination};
-use crate::error::{Whole, count, exception, warn_if_never_free};
+use crate::error::{Advice, Whole, count, exception};
 use crate::long_call;
 use crate::queries::Source;
 
@@ -16,7 +16,12 @@ static ESCAPE: PyOnceLock<Py<PyType>> = PyOnceLock::new();
 pub type Keywords = (Option<f64>, f64, Whole, f64, Whole, u64, Option<Whole>, Option<f64>);
 
 /// See `Scene.escape`.
-pub fn escape<'py>(source: Source, q: &Bound<'py, PyAny>, keywords: Keywords) -> PyResult<Bound<'py, PyAny>> {
+pub fn escape<'py>(
+    source: Source,
+    q: &Bound<'py, PyAny>,
+    keywords: Keywords,
+    advice: &Advice,
+) -> PyResult<Bound<'py, PyAny>> {
     let (py, scene) = (q.py(), source.scene());
     let (aim, tolerance, exits, resolution, tree_checks, seed, max_checks, max_seconds) = keywords;
     let (exits, tree_checks) = (count("exits", exits, 0)?, count("tree_checks", tree_checks, 0)?);
@@ -29,7 +34,7 @@ pub fn escape<'py>(source: Source, q: &Bound<'py, PyAny>, keywords: Keywords) ->
     let colliding: Vec<((&str, &str), f64)> =
         colliding.into_iter().map(|(pair, depth)| (scene.pair_names(pair).into(), depth)).collect();
     if points.is_empty() {
-        warn_if_never_free(py, source.view().checker())?;
+        advice.warn(py, source.view().checker())?;
     }
     let points = if points.is_empty() { None } else { Some(rows(py, &points)?) };
     let method = method.map(EscapeMethod::name);

@@ -50,8 +50,8 @@ fn plain_limits(space: &ConfigSpace) -> Option<Vec<[f64; 2]>> {
 /// Answers one query; `None` where nothing free was found.
 pub type Ask<'a> = dyn Fn(&Config, &QueryOptions, &mut QueryScratch) -> Option<Answer> + Sync + 'a;
 
-/// Looks at all rows before any is answered: nobody wants to hear after an hour that the last one was
-/// wrong. Warns if one looks like degrees.
+/// Looks at all rows before any is answered: nobody wants to hear after an hour that the last one
+/// was wrong. Warns if one looks like degrees.
 ///
 /// # Errors
 /// That of the first wrong row, unless wrong rows are masked; `KeyboardInterrupt`.

@@ -13,10 +13,19 @@ use numpy::PyArray1;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
-use crate::error::warn_if_never_free;
+use crate::error::Advice;
 use crate::long_call;
 use batch::{Scratches, answers};
 use options::{Asked, BATCH, QUERY, Weighted};
+
+/// What calls on one owner, a scene or a model, leave for later ones.
+#[derive(Default)]
+pub struct Memory {
+    pub scratches: Scratches,
+    /// The scene with the weights that were asked for last.
+    pub weighted: Weighted,
+    pub advice: Advice,
+}
 
 /// What is asked.
 #[derive(Clone, Copy)]
@@ -62,7 +71,7 @@ pub fn query<'py>(
     source: Source,
     q: &Bound<'py, PyAny>,
     given: Option<&Bound<'py, PyDict>>,
-    (scratches, weighted): (&Scratches, &Weighted),
+    Memory { scratches, weighted, advice }: &Memory,
     owner: &Bound<'py, PyAny>,
 ) -> PyResult<Option<Bound<'py, PyAny>>> {
     let (py, scene) = (q.py(), source.scene());
@@ -77,7 +86,7 @@ pub fn query<'py>(
     };
     let ask = || scratches.with(|scratch| source.ask(&config, &options, scratch));
     let Some(answer) = py.detach(|| watch.over(ask))? else {
-        warn_if_never_free(py, source.view().checker())?;
+        advice.warn(py, source.view().checker())?;
         return Ok(None);
     };
     let object = answer::object(py, answer, scene)?;
@@ -91,7 +100,7 @@ pub fn query_batch<'py>(
     source: Source,
     queries: &Bound<'py, PyAny>,
     given: Option<&Bound<'py, PyDict>>,
-    (scratches, weighted): (&Scratches, &Weighted),
+    Memory { scratches, weighted, advice }: &Memory,
 ) -> PyResult<Bound<'py, PyAny>> {
     let asked = Asked::read(given, source.scene(), BATCH)?;
     let other = asked.other_weights(queries.py(), source, weighted)?;
@@ -104,7 +113,7 @@ pub fn query_batch<'py>(
     };
     let all = answers(queries, source.scene(), scratches, asked, &ask)?;
     if lacks_answers.into_inner() {
-        warn_if_never_free(queries.py(), source.view().checker())?;
+        advice.warn(queries.py(), source.view().checker())?;
     }
     Ok(all)
 }

@@ -14,6 +14,7 @@ use pyo3::types::{PyDict, PyMapping, PyType};
 use super::Source;
 use super::answer::effort_name;
 use crate::error::{count, exception, warn};
+use crate::long_call;
 use crate::rows::arrays::{bad_row, floats, one_config};
 
 /// What each kind of call may be given beside [`COMMON`].
@@ -317,7 +318,8 @@ impl Weighted {
             return Ok(Arc::clone(known));
         }
         let named = weights.iter().map(|(name, both)| (name.as_str(), *both));
-        let made = Arc::new(world.with_scene(world.scene().weighted(named).map_err(exception)?));
+        let scene = world.scene().weighted(named).map_err(exception)?;
+        let made = Arc::new(long_call::pool(0)?.install(|| world.with_scene(scene)));
         *last = Some((weights.clone(), Arc::clone(&made)));
         Ok(made)
     }

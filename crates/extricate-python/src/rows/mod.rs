@@ -35,13 +35,14 @@ impl Scene {
     ) -> PyResult<Vec<T>> {
         let (values, rows, single, nq) = (q.values(), q.rows, q.single, self.inner().space.nq());
         let mut found = vec![T::default(); rows];
+        let checker = py.detach(|| self.checker())?;
         let group = |first: usize, values: &[f64], found: &mut [T], scratch: &mut CheckScratch| -> PyResult<()> {
             let mut checked = Vec::with_capacity(values.len());
             for (row, q) in values.chunks_exact(nq).enumerate() {
                 let q = units::config(self.inner(), q).map_err(|error| bad_row("Q", first + row, single, error))?;
                 checked.extend_from_slice(&q);
             }
-            one(self.checker(), &checked, found, scratch);
+            one(checker, &checked, found, scratch);
             Ok(())
         };
         let chunk =

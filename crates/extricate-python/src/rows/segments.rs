@@ -41,14 +41,14 @@ pub fn check<'py>(
         py,
         |_, ()| Ok(()),
         |line| {
-            let checker = scene.checker();
+            let checker = scene.checker()?;
             let one = |scratch: &mut CheckScratch, (from, to): (&[f64], &[f64])| {
                 if line.stopped() { unseen } else { checker.segment(from, to, &options, scratch) }
             };
             let ways = from.par_chunks_exact(nq).zip(to.par_chunks_exact(nq));
-            pool.install(|| ways.map_init(CheckScratch::default, one).collect())
+            Ok::<_, PyErr>(pool.install(|| ways.map_init(CheckScratch::default, one).collect()))
         },
-    )?;
+    )??;
     let rows: Vec<Row> = outcomes.into_iter().map(Row::of).collect();
     let fields = [("free", "?"), ("contact", "?"), ("free_until", "f8"), ("at", "f8"), ("pair", "i8")];
     let answers = py.import("numpy")?.call_method1("zeros", (rows.len(), fields.to_vec()))?;

@@ -100,8 +100,11 @@ impl Scene {
         let values = crate::rows::arrays::one_config("q", q, &self.inner().space)?;
         let config = units::config(self.inner(), values.values()).map_err(|error| bad_row("q", 0, true, error))?;
         let mut pairs = Vec::new();
-        let check = |scratch: &mut _| self.checker().colliding_pairs(&config, scratch, &mut pairs);
-        q.py().detach(|| self.scratches().with(check));
+        q.py().detach(|| {
+            let checker = self.checker()?;
+            self.scratches().with(|scratch| checker.colliding_pairs(&config, scratch, &mut pairs));
+            Ok::<_, PyErr>(())
+        })?;
         Ok(pairs.into_iter().map(|pair| self.inner().pair_names(pair).into()).collect())
     }
 
@@ -113,8 +116,10 @@ impl Scene {
     #[pyo3(signature = (n = Whole::Number(100), *, seed = Seed(0)), text_signature = "($self, n=100, *, seed=0)")]
     fn always_colliding(&self, py: Python<'_>, n: Whole, seed: Seed) -> PyResult<Vec<(&str, &str)>> {
         let n = count("n", n, 1)?;
-        let always = |line: &long_call::Line<()>| sampling::always(self.checker(), n, seed.0, || line.stopped());
-        let pairs = long_call::run(py, |_, ()| Ok(()), always)?;
+        let always = |line: &long_call::Line<()>| {
+            Ok::<_, PyErr>(sampling::always(self.checker()?, n, seed.0, || line.stopped()))
+        };
+        let pairs = long_call::run(py, |_, ()| Ok(()), always)??;
         Ok(pairs.into_iter().map(|pair| self.inner().pair_names(pair).into()).collect())
     }
 
@@ -151,8 +156,11 @@ impl Scene {
         let drawn = long_call::run(
             py,
             |_, ()| Ok(()),
-            |line| pool.install(|| sampling::sample(self.checker(), n, seed.0, wanted, found, || line.stopped())),
-        )?;
+            |line| {
+                let checker = self.checker()?;
+                Ok::<_, PyErr>(pool.install(|| sampling::sample(checker, n, seed.0, wanted, found, || line.stopped())))
+            },
+        )??;
         let drawn = drawn.map_err(PyRuntimeError::new_err)?.unwrap_or_default();
         PyArray1::from_vec(py, drawn).reshape([n, self.inner().space.nq()])
     }

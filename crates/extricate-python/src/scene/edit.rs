@@ -25,7 +25,7 @@ pub fn with_obstacles(
     let taken: Vec<String> = scene.bodies.iter().map(|body| body.name.clone()).collect();
     let entries = SceneFile { obstacle: entries::obstacle_entries(&given.0, taken)?, ..SceneFile::default() };
     let (bodies, told) = read(py, entries)?;
-    let made = py.detach(|| scene.with_obstacles(bodies)).map_err(exception)?;
+    let made = long_call::pooled(py, || scene.with_obstacles(bodies))?.map_err(exception)?;
     let made = with_warnings(made, told);
     warn_of_new(py, scene, &made)?;
     Ok(made)

@@ -59,11 +59,12 @@ pub fn import_world(
         } else {
             let file: PathBuf = robot.extract()?;
             urdf = worlds::is_urdf(&file).map_err(exception)?.then(|| file.clone());
-            robots = Some(warned(py, py.detach(|| io::load_scene_within(&file, &limits)).map_err(exception)?)?);
+            let loaded = long_call::pooled(py, || io::load_scene_within(&file, &limits))?;
+            robots = Some(warned(py, loaded.map_err(exception)?)?);
         }
     }
-    let done = py.detach(|| worlds::import_world(&path, &output, robots.as_deref(), urdf.as_deref(), &limits));
-    let done = done.map_err(exception)?;
+    let import = || worlds::import_world(&path, &output, robots.as_deref(), urdf.as_deref(), &limits);
+    let done = long_call::pooled(py, import)?.map_err(exception)?;
     done.notes.iter().try_for_each(|note| warn(py, note))?;
     Ok([output].into_iter().chain(done.meshes).collect())
 }

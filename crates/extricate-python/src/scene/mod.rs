@@ -29,8 +29,8 @@ use crate::entries::clearance::Clearance;
 use crate::entries::{self, Obstacles, Options};
 use crate::error::{exception, warned};
 use crate::long_call;
+use crate::queries::Memory;
 use crate::queries::batch::Scratches;
-use crate::queries::options::Weighted;
 use joint::Joint;
 use load_limits::{Limits, limits_of};
 
@@ -66,8 +66,7 @@ pub struct Scene {
     /// made.
     before: Mutex<Option<Arc<OnceLock<World>>>>,
     scratches: Scratches<CheckScratch>,
-    query_scratches: Scratches,
-    weighted: Weighted,
+    memory: Memory,
     /// Whether [`Scene::ready`] has nothing left to do.
     is_ready: AtomicBool,
 }
@@ -91,8 +90,7 @@ impl Scene {
             world: Arc::default(),
             before: Mutex::new(before),
             scratches: Scratches::default(),
-            query_scratches: Scratches::default(),
-            weighted: Weighted::default(),
+            memory: Memory::default(),
             is_ready: AtomicBool::new(false),
         }
     }
@@ -116,42 +114,47 @@ impl Scene {
         &self.scene
     }
 
-    /// Prepared when it is first needed; call it without the interpreter lock.
-    pub fn world(&self) -> &World {
-        self.world.get_or_init(|| prepared(&self.scene, self.before().take()))
-    }
-
-    /// The same of its checker.
-    pub fn checker(&self) -> &Checker {
-        self.world().checker()
-    }
-
-    /// Ready for queries: the convex pieces around meshes are made on threads, which a global pool
-    /// would not survive `fork`.
-    pub fn ready(&self, py: Python<'_>) -> PyResult<&World> {
-        if self.is_ready.load(Ordering::Acquire) {
-            return Ok(self.world());
+    /// Prepared when it is first needed, on a pool of its own. Call it without the interpreter
+    /// lock, and not on a thread of another pool: that thread would take up other work meanwhile,
+    /// and wait for itself if that work needs the world too.
+    ///
+    /// # Errors
+    /// As [`long_call::pool`].
+    pub fn world(&self) -> PyResult<&World> {
+        if let Some(world) = self.world.get() {
+            return Ok(world);
         }
         let pool = long_call::pool(0)?;
-        let (world, scene, before) = (Arc::clone(&self.world), Arc::clone(&self.scene), self.before().clone());
-        let prepare = move || {
-            let world = world.get_or_init(|| prepared(&scene, before));
-            pool.install(|| world.checker().prepare_proposals());
-        };
-        long_call::apart(py, prepare)?;
+        // Not held while the world is prepared: other threads look at it with the interpreter lock.
+        let before = self.before().clone();
+        let world = self.world.get_or_init(|| pool.install(|| prepared(&self.scene, before)));
         *self.before() = None;
-        self.is_ready.store(true, Ordering::Release);
-        Ok(self.world())
+        Ok(world)
+    }
+
+    /// The checker of [`Scene::world`].
+    ///
+    /// # Errors
+    /// As [`Scene::world`].
+    pub fn checker(&self) -> PyResult<&Checker> {
+        Ok(self.world()?.checker())
+    }
+
+    /// Ready for queries: the convex pieces around meshes are made too.
+    pub fn ready(&self, py: Python<'_>) -> PyResult<&World> {
+        if !self.is_ready.load(Ordering::Acquire) {
+            let (world, scene, before) = (Arc::clone(&self.world), Arc::clone(&self.scene), self.before().clone());
+            let prepare = move || world.get_or_init(|| prepared(&scene, before)).checker().prepare_proposals();
+            long_call::apart(py, prepare)?;
+            *self.before() = None;
+            self.is_ready.store(true, Ordering::Release);
+        }
+        self.world()
     }
 
     /// Memory of queries.
-    pub fn query_scratches(&self) -> &Scratches {
-        &self.query_scratches
-    }
-
-    /// The scene with the weights that were asked for last.
-    pub fn weighted(&self) -> &Weighted {
-        &self.weighted
+    pub fn memory(&self) -> &Memory {
+        &self.memory
     }
 
     /// Memory of checks of few configurations.
@@ -198,7 +201,7 @@ impl Scene {
     /// A built-in scene: "shelf-arm", "planar-arm", "free-box", "dual-arm", "hand" or "four-legs".
     #[staticmethod]
     fn builtin(py: Python<'_>, name: &str) -> PyResult<Self> {
-        Ok(Self::of(Arc::new(py.detach(|| builtin::scene(name)).map_err(exception)?)))
+        Ok(Self::of(Arc::new(long_call::pooled(py, || builtin::scene(name))?.map_err(exception)?)))
     }
 
     /// The files of a built-in scene: contents by path, the scene file first, its URDF and meshes
@@ -285,12 +288,12 @@ impl Scene {
     #[staticmethod]
     fn _from_bytes(py: Python<'_>, data: &[u8]) -> PyResult<Self> {
         let read = || {
-            let scene = postcard::from_bytes(data).map_err(|error| error.to_string())?;
+            let scene: extricate::Scene = postcard::from_bytes(data).map_err(|error| error.to_string())?;
             sound::check(&scene).map(|()| scene)
         };
         let wrong =
             |error| PyValueError::new_err(format!("got bytes that are no pickled scene of this version ({error})"));
-        Ok(Self::of(Arc::new(py.detach(read).map_err(wrong)?)))
+        Ok(Self::of(Arc::new(long_call::pooled(py, read)?.map_err(wrong)?)))
     }
 
     fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, (Bound<'py, PyBytes>,))> {

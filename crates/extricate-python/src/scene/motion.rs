@@ -42,7 +42,7 @@ impl Scene {
         max_seconds: Option<f64>,
     ) -> PyResult<Bound<'py, PyAny>> {
         let keywords = (aim, tolerance, exits, resolution, tree_checks, seed.0, max_checks, max_seconds);
-        escape::escape(Source::World(self.ready(q.py())?), q, keywords)
+        escape::escape(Source::World(self.ready(q.py())?), q, keywords, &self.memory().advice)
     }
 
     /// A path between two free configurations, every edge of it proved free: also through narrow

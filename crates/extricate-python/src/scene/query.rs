@@ -19,7 +19,9 @@ impl Scene {
     /// verifies its witness.
     ///
     /// None where nothing free was found, not even among 20,000 configurations. A warning names the
-    /// pairs that collide wherever one looks, if some do.
+    /// pairs that collide wherever one looks, if some do. They are looked for once, whatever
+    /// `max_checks` and `max_seconds` are. If warnings are errors, the warning is raised in place of
+    /// all answers of a call.
     ///
     /// Raises ValueError for a wrong shape, values that are not finite.
     #[pyo3(signature = (q, **options), text_signature = "($self, q, *, options=None, effort='refined', exits=1, gap=None, starts=None, max_checks=None, max_seconds=None, segment=False, contacts=False, clearance=None, locked=None, free=None, weights=None, toward=None, toward_share=0.25, free_radius=False, limits='forgive')")]
@@ -30,7 +32,7 @@ impl Scene {
     ) -> PyResult<Option<Bound<'py, PyAny>>> {
         let scene = slf.get();
         let source = Source::World(scene.ready(q.py())?);
-        queries::query(source, q, options, (scene.query_scratches(), scene.weighted()), slf)
+        queries::query(source, q, options, scene.memory(), slf)
     }
 
     /// Shows configurations and their answers as a page, in a browser or a notebook: robot, ghost
@@ -54,7 +56,13 @@ impl Scene {
         live: bool,
         options: Option<&Bound<'py, PyDict>>,
     ) -> PyResult<Bound<'py, PyAny>> {
-        page::show(py, Source::World(self.ready(py)?), Q, options, (Shown { path, open, live }, self.weighted()))
+        page::show(
+            py,
+            Source::World(self.ready(py)?),
+            Q,
+            options,
+            (Shown { path, open, live }, &self.memory().weighted),
+        )
     }
 
     /// The nearest free configuration to each of Q, on many threads, at once: nothing has to be
@@ -71,7 +79,7 @@ impl Scene {
         options: Option<&Bound<'py, PyDict>>,
     ) -> PyResult<Bound<'py, PyAny>> {
         let source = Source::World(self.ready(Q.py())?);
-        queries::query_batch(source, Q, options, (self.query_scratches(), self.weighted()))
+        queries::query_batch(source, Q, options, self.memory())
     }
 
     /// For queries that follow each other closely, as from a simulation: each is warm-started from

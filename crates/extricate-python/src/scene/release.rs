@@ -109,9 +109,11 @@ impl Scene {
             |_, ()| Ok(()),
             |line| {
                 options.query.termination = Termination { max_checks, max_seconds, stop: Some(line.stop()) };
-                let other = own.map(|scene| self.world().with_scene(scene));
-                let world = other.as_ref().unwrap_or_else(|| self.world());
-                pool.install(|| held.release(world, rows, &options))
+                let world = self.world()?;
+                pool.install(|| {
+                    let other = own.map(|scene| world.with_scene(scene));
+                    held.release(other.as_ref().unwrap_or(world), rows, &options)
+                })
             },
         )??;
         let grasp = |(row, released): (usize, Released)| match released {

@@ -67,11 +67,5 @@ pub fn sample(
 pub fn always(checker: &Checker, count: usize, seed: u64, stopped: impl Fn() -> bool) -> Vec<PairId> {
     let nq = checker.scene().space.nq();
     let drawn = sample(checker, count, seed, None, Vec::new(), &stopped).ok().flatten().unwrap_or_default();
-    let mut always: Option<Vec<PairId>> = None;
-    for rows in drawn.chunks(BATCH * nq).take_while(|_| !stopped()) {
-        let rows: Vec<Vec<f64>> = rows.chunks_exact(nq).map(<[f64]>::to_vec).collect();
-        let found = always_colliding(checker, &rows);
-        always.get_or_insert_with(|| found.clone()).retain(|pair| found.contains(pair));
-    }
-    always.unwrap_or_default()
+    always_colliding(checker, drawn.chunks_exact(nq).take_while(|_| !stopped()))
 }

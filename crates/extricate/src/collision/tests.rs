@@ -294,7 +294,7 @@ fn pairs_that_always_collide_are_found() {
     let checker = flying(vec![ball(0.5), ball(0.5), ball(9.0)]);
     let configs = [at(&[[0.0; 3], [0.4, 0.0, 0.0], [1.0; 3]]), at(&[[2.0; 3], [0.4, 0.0, 0.0], [1.0; 3]])];
     assert_eq!(always_colliding(&checker, &configs), [1, 2].map(PairId::new));
-    assert!(always_colliding(&checker, &[]).is_empty());
+    assert!(always_colliding(&checker, [[0.0; 0]; 0]).is_empty());
     assert_eq!(
         most_often_colliding(&checker, &configs),
         [(1, 2), (2, 2), (0, 1)].map(|(pair, count)| (PairId::new(pair), count))

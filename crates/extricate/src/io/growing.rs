@@ -212,14 +212,22 @@ mod tests {
         let refused = GrowingFile::begin(&path, WHAT, is_own).unwrap_err().to_string();
         assert!(refused.contains("exists and is no file of letters"), "{refused}");
         let wrong = |_: &[u8]| Err("expected a letter".to_string());
-        fs::write(&path, "precious\n").unwrap();
+        // With a whole line or without, and one of its own kind that goes on with something else.
+        for foreign in ["precious", "precious\n"] {
+            fs::write(&path, foreign).unwrap();
+            let refused = GrowingFile::resume(&path, WHAT, is_own, |_| Ok(())).unwrap_err().to_string();
+            assert!(refused.contains("out: it exists and is no file of letters"), "{refused}");
+            assert_eq!(fs::read_to_string(&path).unwrap(), foreign);
+        }
+        fs::write(&path, "letter a\n").unwrap();
         let refused = GrowingFile::resume(&path, WHAT, is_own, wrong).unwrap_err().to_string();
         assert!(refused.contains("out: expected a letter"), "{refused}");
-        fs::rename(&path, &part).unwrap();
+        fs::remove_file(&path).unwrap();
+        fs::write(&part, "precious\n").unwrap();
         let refused = GrowingFile::begin(&path, WHAT, is_own).unwrap_err().to_string();
         assert!(refused.contains("out.part: it exists"), "{refused}");
         let refused = GrowingFile::resume(&path, WHAT, is_own, wrong).unwrap_err().to_string();
-        assert!(refused.contains("out.part: expected a letter"), "{refused}");
+        assert!(refused.contains("out.part: it exists"), "{refused}");
         assert_eq!(fs::read(&part).unwrap(), b"precious\n");
         assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1);
     }

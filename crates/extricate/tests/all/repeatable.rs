@@ -53,7 +53,7 @@ pub fn gripper() -> Scene {
         "[[robot]]\nurdf = 'g.urdf'\n[[obstacle]]\nname = 'ring'\nshape = { mesh = 'ring.obj' }\n\
          pose = { xyz = [0.0, 0.0, 0.09] }\n",
     );
-    io::load_scene(&folder.path().join("s.toml")).unwrap()
+    io::load_scene(folder.path().join("s.toml")).unwrap()
 }
 
 /// A ring around y of so many sides, as an OBJ.

@@ -100,6 +100,8 @@ pub fn contacts_within(
     let least = (0..checker.pairs.len()).map(|pair| checker.excess(pair)).fold(0.0, f64::min);
     let query = ContactQuery { margin: within - least, search: ContactSearch::Exact };
     let start = contacts.len();
+    // The same to the last bit, whatever was asked before.
+    scratch.forget_contacts();
     self::contacts(checker, q, query, scratch, contacts);
     contacts[start..].iter_mut().for_each(|contact| contact.distance += checker.excess(contact.pair.index()));
     let mut at = 0;
@@ -111,16 +113,16 @@ pub fn contacts_within(
 
 /// Indices of the checked pairs that collide at every one of `configs` (none where there are no
 /// configurations): most likely links that overlap by design and should not be checked.
-pub fn always_colliding(checker: &Checker, configs: &[Vec<f64>]) -> Vec<PairId> {
+pub fn always_colliding(checker: &Checker, configs: impl IntoIterator<Item = impl AsRef<[f64]>>) -> Vec<PairId> {
     let mut scratch = CheckScratch::default();
-    let mut always = Vec::new();
-    let Some((first, others)) = configs.split_first() else { return always };
-    checker.colliding_pairs(first, &mut scratch, &mut always);
-    for q in others {
+    let (mut always, mut configs) = (Vec::new(), configs.into_iter());
+    let Some(first) = configs.next() else { return always };
+    checker.colliding_pairs(first.as_ref(), &mut scratch, &mut always);
+    for q in configs {
         if always.is_empty() {
             break;
         }
-        checker.place(q, &mut scratch);
+        checker.place(q.as_ref(), &mut scratch);
         always.retain(|&pair| checker.pair_collides(pair.index(), &mut scratch));
     }
     always
@@ -161,6 +163,25 @@ mod tests {
         }
         let least = distances.iter().copied().fold(f64::INFINITY, f64::min);
         assert!((least - checker.clearance(&q, &mut scratch)).abs() < 1e-9);
+    }
+
+    #[test]
+    fn contacts_within_do_not_depend_on_what_was_asked_before() {
+        let scene = builtin::scene("hand").unwrap();
+        let nq = scene.space.nq();
+        let checker = Checker::new(scene.into());
+        let found = |q: f64, scratch: &mut CheckScratch| {
+            let mut contacts = Vec::new();
+            contacts_within(&checker, &vec![q; nq], 0.1, scratch, &mut contacts);
+            let bits = |contact: &Contact| (contact.distance.to_bits(), contact.point_first.map(f64::to_bits));
+            contacts.iter().map(bits).collect::<Vec<_>>()
+        };
+        let mut reused = CheckScratch::default();
+        for k in 0..40 {
+            let q = 0.1 + 0.01 * f64::from(k);
+            let fresh = found(q, &mut CheckScratch::default());
+            assert!(!fresh.is_empty() && found(q, &mut reused) == fresh, "{q}");
+        }
     }
 
     #[test]

@@ -14,6 +14,10 @@ const NAMED: usize = 20;
 /// Pairs that collide in each of `samples` low-discrepancy configurations: most likely overlap by
 /// design.
 pub fn pairs_always_colliding(checker: &Checker, samples: u64) -> Vec<PairId> {
+    until_stopped(checker, samples, || false)
+}
+
+fn until_stopped(checker: &Checker, samples: u64, stopped: impl Fn() -> bool) -> Vec<PairId> {
     let space = &checker.scene().space;
     let halton = Halton::new(space.nv(), 0);
     let config = |index| {
@@ -21,8 +25,7 @@ pub fn pairs_always_colliding(checker: &Checker, samples: u64) -> Vec<PairId> {
         halton.config(space, index, &mut q);
         q
     };
-    let configs: Vec<Vec<f64>> = (0..samples).map(config).collect();
-    always_colliding(checker, &configs)
+    always_colliding(checker, (0..samples).map(config).take_while(|_| !stopped()))
 }
 
 /// Pairs, by their names, as the list that the scene file's `[pairs]` table takes for `disable`.
@@ -34,9 +37,10 @@ pub fn disable_list(pairs: &[[&str; 2]]) -> String {
 }
 
 /// What to say where no free configuration was found: which pairs collide in all of a hundred
-/// configurations, and what to do if they overlap by design. `None` where no pair does.
-pub fn advice_if_never_free(checker: &Checker) -> Option<String> {
-    let pairs = pairs_always_colliding(checker, TRIED);
+/// configurations, and what to do if they overlap by design. `None` where no pair does. Nothing to
+/// rely on where `stopped` said so.
+pub fn advice_if_never_free(checker: &Checker, stopped: impl Fn() -> bool) -> Option<String> {
+    let pairs = until_stopped(checker, TRIED, stopped);
     let (named, others) = pairs.split_at(pairs.len().min(NAMED));
     let names: Vec<[&str; 2]> = named.iter().map(|pair| checker.scene().pair_names(*pair)).collect();
     let list = disable_list(&names);
@@ -59,9 +63,13 @@ mod tests {
             let ball = Body::obstacle("all", Geometry::Sphere { radius }, Pose::translation(Vec3::x() * 50.0));
             Checker::new(builtin::scene("planar-arm").unwrap().with_obstacles([ball]).unwrap().into())
         };
-        assert_eq!(advice_if_never_free(&world(1.0)), None);
+        assert_eq!(advice_if_never_free(&world(1.0), || false), None);
         let checker = world(100.0);
-        let advice = advice_if_never_free(&checker).unwrap();
+        let asked = std::cell::Cell::new(0);
+        let stopped = || asked.replace(asked.get() + 1) == 3;
+        advice_if_never_free(&checker, stopped);
+        assert_eq!(asked.get(), 4, "it goes on though it was told to stop");
+        let advice = advice_if_never_free(&checker, || false).unwrap();
         assert!(advice.starts_with("these pairs collide in all of 100 configurations that were tried; if by design"));
         let pairs: Vec<_> = (0..checker.scene().pairs.len()).map(PairId::new).collect();
         let names = pairs.iter().map(|pair| checker.scene().pair_names(*pair)).filter(|[_, other]| *other == "all");

@@ -102,7 +102,7 @@ impl Stream {
         let Self { options: own, scratch, lead, .. } = self;
         let next = lead.turn.next;
         let mut answer = under(context, q, &options, scratch, |context, options, scratch| {
-            // A frame may be searched with several clearances, each from the start whose turn it is.
+            // A frame may be searched with several clearances, each from the start in turn.
             lead.turn.next = next;
             let mut answer = search(context, q, (own, options), lead, scratch)?;
             if !answer.is_free() {

@@ -153,8 +153,8 @@ impl<T: Found, A: FnMut(&Context, &QueryOptions, &mut QueryScratch) -> Option<T>
         depth <= farthest(context, aim, proved)
     }
 
-    /// What keeps as much of a wanted clearance as is found near an exit at the scene's clearance, or
-    /// that exit. All of it is tried, unless what keeps it `was_found` to be too far.
+    /// What keeps as much of a wanted clearance as is found near an exit at the scene's clearance,
+    /// or that exit. All of it is tried, unless what keeps it `was_found` to be too far.
     fn pushed(&mut self, q: &[f64], own: T, wanted: (f64, bool)) -> T {
         let (context, mut anchor) = (self.context, Anchor::default());
         context.metric.anchor(q, &mut anchor);

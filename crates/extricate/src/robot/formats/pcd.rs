@@ -44,8 +44,11 @@ pub(crate) fn points(file: &str, bytes: &[u8], limits: &LoadLimits) -> Result<Ve
         return ascii(file, &header, axes, data);
     }
     let point: usize = header.fields.iter().map(|field| field.size * field.count).sum();
-    // Both are bounded, so this is far from overflow.
-    let needed = header.points * point;
+    let too_many = || {
+        let problem = format!("got {} points of {point} bytes, expected less than memory holds", header.points);
+        Error::input(file, "header: POINTS", problem)
+    };
+    let needed = header.points.checked_mul(point).ok_or_else(too_many)?;
     let unpacked;
     let (data, rest) = if header.data == Data::Compressed {
         limits.check(LoadLimit::FileBytes, needed, file, "data")?;
@@ -59,11 +62,11 @@ pub(crate) fn points(file: &str, bytes: &[u8], limits: &LoadLimits) -> Result<Ve
         let problem = format!("got more than {} points (byte {at} after them), expected the end", header.points);
         return Err(Error::input(file, "data", problem));
     }
+    let before = axes.map(|axis| header.fields[..axis].iter().map(|field| field.size * field.count).sum::<usize>());
     let mut points = Vec::with_capacity(header.points);
     for row in 0..header.points {
-        points.push(Vec3::from(axes.map(|axis| {
-            let field = &header.fields[axis];
-            let before: usize = header.fields[..axis].iter().map(|field| field.size * field.count).sum();
+        points.push(Vec3::from([0, 1, 2].map(|axis| {
+            let (field, before) = (&header.fields[axes[axis]], before[axis]);
             // Compressed files hold all numbers of a field one after another.
             let compressed = before * header.points + row * field.size;
             let at = if header.data == Data::Compressed { compressed } else { row * point + before };
@@ -208,9 +211,9 @@ fn resolved(file: &str, lines: &[(String, Vec<String>)]) -> Result<Header> {
                 return Err(fault("TYPE and SIZE", problem));
             }
         };
-        let count = count.ok().filter(|count| *count <= MOST_POINT / size);
+        let count = count.ok().filter(|count| (1..=MOST_POINT / size).contains(count));
         let count =
-            count.ok_or_else(|| fault("COUNT", format!("got `{}`, expected small numbers", listed("COUNT"))))?;
+            count.ok_or_else(|| fault("COUNT", format!("got `{}`, expected small numbers from 1", listed("COUNT"))))?;
         point += size * count;
         if point > MOST_POINT {
             return Err(fault("COUNT", format!("got points of more than {MOST_POINT} bytes, expected smaller ones")));
@@ -359,5 +362,40 @@ mod tests {
         assert!(message.contains("got 0 bytes, expected 190000000 for the 10000000 points"), "{message}");
         let far = [binary(), vec![7]].concat();
         assert!(read(&far).unwrap_err().to_string().contains("got more than 4 points"));
+    }
+
+    /// As many fields as the header holds, before those of the axes; without offsets that are known
+    /// before the points, that takes minutes.
+    #[test]
+    fn many_fields_cost_nothing_a_point() {
+        let fields = 20_000;
+        let line = |word: &str, axis: &str| format!("{}{axis}", word.repeat(fields));
+        let head = |count: &str| {
+            format!(
+                "FIELDS {}\nSIZE {}\nTYPE {}\nCOUNT {}\nPOINTS 500\nDATA binary\n",
+                line("_ ", "x y z"),
+                line("1 ", "4 4 4"),
+                line("U ", "F F F"),
+                line(count, "1 1 1")
+            )
+        };
+        let empty = read(head("0 ").as_bytes()).unwrap_err().to_string();
+        assert!(empty.contains("a.pcd: header: COUNT: got `0 0") && empty.contains("numbers from 1"), "{empty}");
+        let mut bytes = head("1 ").into_bytes();
+        let point = [vec![7; fields], [1f32, 2., 3.].map(f32::to_le_bytes).concat()].concat();
+        (0..500).for_each(|_| bytes.extend(&point));
+        let found = read(&bytes).unwrap();
+        assert!(found.len() == 500 && found.iter().all(|p| *p == Vec3::new(1., 2., 3.)));
+    }
+
+    #[test]
+    fn points_beyond_memory_are_refused() {
+        let limits = LoadLimits::default().with(LoadLimit::Vertices, usize::MAX).with(LoadLimit::FileBytes, usize::MAX);
+        let text = format!(
+            "FIELDS x y z _\nSIZE 4 4 4 1\nTYPE F F F U\nCOUNT 1 1 1 1000000\nWIDTH {0}\nHEIGHT {0}\nDATA binary\n",
+            u32::MAX
+        );
+        let message = points("a.pcd", text.as_bytes(), &limits).unwrap_err().to_string();
+        assert!(message.contains("header: POINTS: got 18446744065119617025 points of 1000012 bytes"), "{message}");
     }
 }

@@ -65,9 +65,11 @@ impl TriangleMesh {
     /// volume) where its triangles can be oriented at all; open ones keep their winding. One that
     /// lies within another and was wound to face the other way than the outermost around it is a
     /// cavity and faces into it (negative volume), where winding numbers say that what it encloses
-    /// is outside. Triangles inside a solid that hang on its surface along edges of three triangles
-    /// or more are left out. A triangle whose corners lie exactly on a line counts as a bridge when
-    /// closedness is decided, and is dropped then.
+    /// is outside and the outermost does not contradict itself. What edges of two triangles hold
+    /// together stays closed if it is by itself, whatever hangs on it. Triangles inside a solid
+    /// that hang on its surface along edges of three triangles or more are left out. A triangle
+    /// whose corners lie exactly on a line counts as a bridge when closedness is decided, and is
+    /// dropped then.
     ///
     /// # Panics
     /// Where an index is not one of a vertex.

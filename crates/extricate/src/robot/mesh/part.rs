@@ -8,7 +8,7 @@ use crate::math::Vec3;
 use serde::{Deserialize, Serialize};
 
 /// Triangles around an edge closer than this \[rad\] lie in one plane: files in f32 say no more.
-const SAME_ANGLE: f64 = 1e-6;
+pub(super) const SAME_ANGLE: f64 = 1e-6;
 
 /// A connected part of a mesh: triangles that hang together by edges.
 #[derive(Debug, Clone)]

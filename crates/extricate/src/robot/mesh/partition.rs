@@ -1,5 +1,5 @@
-//! Which solids and surfaces triangles make up that edges connect: solids may touch along edges, and
-//! walls may stand inside.
+//! Which solids and surfaces triangles make up that edges connect: solids may touch along edges,
+//! and walls may stand inside.
 
 use super::edges::{Side, all_edges_even, connected, same_edge, sorted_sides};
 use super::part::Part;
@@ -14,12 +14,23 @@ pub fn parts_of(vertices: &[Vec3], group: Vec<[u32; 3]>) -> Vec<Part> {
     if (least, most) == (2, 2) {
         return vec![Part::new(vertices, group)];
     }
-    let patches = closed_patches(group.clone());
-    let parts: Vec<Part> = patches.into_iter().map(|patch| Part::new(vertices, patch)).collect();
-    if most == 2 || parts.iter().all(|part| part.closed && part.agrees) {
+    let (solids, rest) = closed_patches(group.clone());
+    let mut parts: Vec<Part> = solids.into_iter().map(|solid| Part::new(vertices, solid)).collect();
+    if rest.is_empty() {
         return parts;
     }
-    walls::without_walls(vertices, &group, closed_patches).unwrap_or(parts)
+    let rest = Part::new(vertices, rest);
+    let is_plain = most == 2 || rest.closed && rest.agrees;
+    let patches = |triangles| {
+        let (mut solids, rest) = closed_patches(triangles);
+        solids.extend(Some(rest).filter(|rest| !rest.is_empty()));
+        solids
+    };
+    let found = if is_plain { None } else { walls::without_walls(vertices, &group, &parts, &rest, patches) };
+    let (found, left_out) = found.unwrap_or_else(|| (vec![rest], 0));
+    parts.extend(found);
+    parts[0].walls = left_out;
+    parts
 }
 
 /// The solids of an edge-connected group that only touch the rest along edges, and that rest.
@@ -27,13 +38,10 @@ pub fn parts_of(vertices: &[Vec3], group: Vec<[u32; 3]>) -> Vec<Part> {
 /// Where four triangles share an edge, nothing says which two belong together if solids overlap
 /// there: their walls may lie in one plane. So a solid is what edges of two triangles hold
 /// together, if that is closed; the winding of each is then its own matter.
-fn closed_patches(group: Vec<[u32; 3]>) -> Vec<Vec<[u32; 3]>> {
+pub fn closed_patches(group: Vec<[u32; 3]>) -> (Vec<Vec<[u32; 3]>>, Vec<[u32; 3]>) {
     let patches = connected(group, |triangle| *triangle, |ring| ring.len() == 2);
     // Two triangles back to back are a fold, not a solid.
     let is_solid = |patch: &Vec<[u32; 3]>| patch.len() > 3 && all_edges_even(patch);
-    let (mut solids, others): (Vec<_>, Vec<_>) = patches.into_iter().partition(is_solid);
-    if !others.is_empty() {
-        solids.push(others.concat());
-    }
-    solids
+    let (solids, others): (Vec<_>, Vec<_>) = patches.into_iter().partition(is_solid);
+    (solids, others.concat())
 }

@@ -55,7 +55,9 @@ pub(crate) fn turn(vertices: &[Vec3], parts: &mut Vec<Part>) {
         let side = |shell: usize| parts[shells[shell].part].was_inward;
         outermost.push(around.first().map_or(k, |first| outermost[*first]));
         let within: i32 = around.iter().map(|other| counts[*other]).sum();
-        if side(k) != side(outermost[k]) && within == 1 && shells[k].is_spacious(vertices, parts) {
+        // Nothing faces against what contradicts itself.
+        let says_its_side = parts[shells[outermost[k]].part].agrees;
+        if says_its_side && side(k) != side(outermost[k]) && within == 1 && shells[k].is_spacious(vertices, parts) {
             counts[k] = -1;
             let solid = around.iter().rev().find(|other| counts[**other] == 1);
             solid_of[shells[k].part] = solid.map(|solid| shells[*solid].part);

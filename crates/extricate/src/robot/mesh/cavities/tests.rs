@@ -129,3 +129,18 @@ fn random_nests_wind_as_their_files_do() {
     }
     assert!(hollow > 200 && solid > 1000, "{hollow} {solid}");
 }
+
+/// A hull whose triangles are wound as it happens does not say which way the ball in it faces.
+#[test]
+fn what_contradicts_itself_has_no_cavities() {
+    for (every, expected) in [(usize::MAX, true), (3, false)] {
+        let mut file = mesh(&[at_origin(1.0, true), at_origin(0.5, false)]).0;
+        let hull = file.triangles.len() / 2;
+        file.triangles[..hull].iter_mut().step_by(every).for_each(|triangle| triangle.swap(1, 2));
+        if every == usize::MAX {
+            file.triangles[0].swap(1, 2);
+        }
+        let found = TriangleMesh::new(file.vertices, file.triangles);
+        assert_eq!((0..2).map(|part| found.is_cavity(part)).collect::<Vec<_>>(), [false, expected], "{every}");
+    }
+}

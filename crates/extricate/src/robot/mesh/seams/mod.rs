@@ -5,7 +5,7 @@ use std::collections::HashSet;
 
 use super::cavities::volume_and_area;
 use super::edges::{edge_connected, odd_edges};
-use super::part::Part;
+use super::part::{Part, sorted};
 use super::partition::parts_of;
 use super::weld::weld_within;
 use crate::math::Vec3;
@@ -119,13 +119,18 @@ fn welded(vertices: &[Vec3], triangles: &[[u32; 3]], tolerance: f64) -> Option<C
     let mut parts = Vec::new();
     for group in edge_connected(whole, |&t| moved[t]) {
         let found = parts_of(vertices, group.iter().map(|&t| moved[t]).collect());
-        if found.iter().all(|part| part.closed && is_thick(vertices, &part.triangles, tolerance)) {
-            for &t in &group {
-                is_closed[t] = true;
-                in_solid.extend(moved[t]);
-            }
-            parts.extend(found);
+        let is_solid = |part: &Part| part.closed && is_thick(vertices, &part.triangles, tolerance);
+        let (solids, others): (Vec<Part>, Vec<Part>) = found.into_iter().partition(is_solid);
+        if solids.is_empty() {
+            continue;
         }
+        // Walls inside are in none of the parts.
+        let others: HashSet<[u32; 3]> = others.iter().flat_map(|part| &part.triangles).map(sorted).collect();
+        for &t in group.iter().filter(|&&t| !others.contains(&sorted(&moved[t]))) {
+            is_closed[t] = true;
+            in_solid.extend(moved[t]);
+        }
+        parts.extend(solids);
     }
     // A sliver that shrinks to a line was part of a seam.
     let shrunk = |t: usize| !has_three_corners(&moved[t]) && moved[t].iter().any(|index| in_solid.contains(index));

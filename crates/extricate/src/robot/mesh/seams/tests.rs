@@ -128,3 +128,27 @@ fn what_was_welded_is_told() {
     assert_eq!(warnings.len(), 1, "{warnings:?}");
     assert!(warnings[0].starts_with("a.obj: ") && warnings[0].contains("1 of 1 components are closed"), "{warnings:?}");
 }
+
+/// The fin is open once its two sides are one; the box does not depend on it.
+#[test]
+fn a_box_with_a_fin_is_closed() {
+    let mut rng = ChaCha8Rng::seed_from_u64(56);
+    let half = Vec3::new(0.3, 0.15, 0.07);
+    let block = Geometry::Box { half_extents: half }.tessellate(4);
+    let [a, b] = [half, Vec3::new(half.x, half.y, -half.z)];
+    let tip = Vec3::new(0.9, 0.7, 0.0);
+    for sides in [1, 2] {
+        let mut corners = soup(&block, 1, &mut rng);
+        let solid = corners.len() / 3;
+        corners.extend([a, b, tip]);
+        if sides == 2 {
+            corners.extend([b, a, tip]);
+        }
+        let (found, welding) = from_soup(corners);
+        let sizes: Vec<(usize, bool)> =
+            found.components.iter().map(|part| (part.triangles.len(), part.closed)).collect();
+        assert_eq!(sizes, [(solid, true), (1, false)], "{sides}");
+        assert_eq!(welding.unwrap().closed, 1);
+        assert!((volume_and_area(&found.vertices, &found.triangles[..solid]).0 - 0.0252).abs() < 1e-6);
+    }
+}

@@ -4,14 +4,19 @@ use rand::seq::SliceRandom;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
+use super::are_inside;
 use crate::math::Vec3;
 use crate::robot::mesh::TriangleMesh;
+use crate::robot::mesh::cavities;
 use crate::robot::mesh::cavities::{volume_and_area, winding_number};
+use crate::robot::mesh::edges::edge_connected;
 use crate::robot::mesh::openings::branches;
+use crate::robot::mesh::part::{Part, sorted};
+use crate::robot::mesh::partition::closed_patches;
 use crate::robot::{Geometry, formats};
 
 /// Corners of a grid, and quadrilaterals between them.
-#[derive(Default)]
+#[derive(Debug, Default)]
 struct Faces {
     vertices: Vec<Vec3>,
     triangles: Vec<[u32; 3]>,
@@ -279,4 +284,213 @@ fn outside_cells(size: [i32; 3], full: &[[i32; 3]]) -> Vec<[i32; 3]> {
         next += 1;
     }
     reached
+}
+
+/// A block from `low` to `high` that shares corners with what is there, turned about the z axis.
+fn add_block(faces: &mut Faces, low: [f64; 3], high: [f64; 3], turn: f64) {
+    let at = |k: usize| {
+        let v = Vec3::from_fn(|axis, _| if k >> (2 - axis) & 1 == 0 { low[axis] } else { high[axis] });
+        let (sin, cos) = turn.sin_cos();
+        [cos * v.x - sin * v.y, sin * v.x + cos * v.y, v.z]
+    };
+    for face in [[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]] {
+        faces.face(face.map(at));
+    }
+}
+
+fn add_flap(faces: &mut Faces, corners: [[f64; 3]; 3]) {
+    let flap = corners.map(|at| faces.corner(at));
+    faces.triangles.push(flap);
+}
+
+/// The number of triangles in open components; checks that these are no block's.
+fn open_triangles(faces: &Faces, blocks: usize) -> usize {
+    let mesh = faces.mesh();
+    let closed = mesh.components.iter().filter(|part| part.closed);
+    let solid: usize = closed.map(|part| part.triangles.len()).sum();
+    assert_eq!(solid, 12 * blocks, "{:?}", mesh.components);
+    mesh.triangles.len() - solid
+}
+
+#[test]
+fn solids_that_touch_along_edges_stay_solid_beside_a_flap() {
+    let mut rng = ChaCha8Rng::seed_from_u64(12);
+    let mut stacked = Faces::default();
+    add_block(&mut stacked, [0., 0., 0.], [1., 1., 1.], 0.0);
+    add_block(&mut stacked, [0., 0.5, 1.], [1., 1., 2.], 0.0);
+    add_block(&mut stacked, [-1., -1., 0.], [0., 0., 1.], 0.0);
+    add_flap(&mut stacked, [[1., 0., 0.], [1., 0., 1.], [2., -1., 0.5]]);
+    let mut turned = Faces::default();
+    add_block(&mut turned, [0., 0., 0.], [1., 1., 1.], 0.0);
+    add_block(&mut turned, [0., 0., 0.], [1., 1., 1.], 30f64.to_radians());
+    add_flap(&mut turned, [[1., 0., 0.], [1., 0., 1.], [2., -1., 0.5]]);
+    for (mut faces, blocks) in [(stacked, 3), (turned, 2)] {
+        for round in 0..20 {
+            let mesh = faces.mesh();
+            let deep = winding_number(&mesh.vertices, &mesh.triangles, &Vec3::new(0.31, 0.62, 0.5));
+            assert!(deep > 0.6, "{blocks} blocks, order {round}: {deep}");
+            assert_eq!(open_triangles(&faces, blocks), 1);
+            if round == 0 { faces.triangles.reverse() } else { faces.triangles.shuffle(&mut rng) }
+        }
+    }
+}
+
+/// Blocks that share edges at any angle, and flaps on them.
+#[test]
+fn no_triangle_of_a_closed_block_becomes_a_surface() {
+    let mut rng = ChaCha8Rng::seed_from_u64(13);
+    for _ in 0..200 {
+        let mut faces = Faces::default();
+        let blocks = rng.random_range(1..6);
+        for k in 0..blocks {
+            let wide = [0.5, 1.0, 1.5].map(|side| side * rng.random_range(1..3) as f64);
+            let turn = [k as f64, 0.0][rng.random_range(0..2)] * rng.random_range(0.2..1.0);
+            add_block(&mut faces, [0.0; 3], [wide[0] + 0.01 * k as f64, wide[1] + 0.01 * k as f64, 1.0], turn);
+        }
+        for _ in 0..rng.random_range(1..4) {
+            // Out of all blocks, if only with its tip.
+            let far = [rng.random_range(-3.0..3.0), rng.random_range(-3.0..3.0), 3.0];
+            add_flap(&mut faces, [[0., 0., 0.], [0., 0., 1.], far]);
+        }
+        let flaps = faces.triangles.len() - 12 * blocks;
+        let (spoiled, _) = faces.spoiled(&mut rng);
+        assert_eq!(open_triangles(&spoiled, blocks), flaps);
+    }
+}
+
+/// A box with a wall, below a smaller one whose floor lies in the lid of the first.
+#[test]
+fn the_order_of_triangles_in_one_plane_does_not_decide() {
+    let mut rng = ChaCha8Rng::seed_from_u64(14);
+    let mut faces = with_walls(&diagonal_wall());
+    add_block(&mut faces, [-1., 0.2, 1.], [1., 1., 2.], 0.0);
+    for _ in 0..40 {
+        faces.triangles.shuffle(&mut rng);
+        assert_eq!(open_triangles(&faces, 2), 0);
+    }
+}
+
+/// Most of its triangles are inside, but it reaches out of the box on whose edge it hangs.
+#[test]
+fn a_closed_box_that_reaches_out_is_no_wall() {
+    let mut faces = cube();
+    let [a, b] = [[-1., -1., -1.], [-1., -1., 1.]].map(|at| faces.corner(at));
+    // A fan of slices with all but one tip inside.
+    let count = 600;
+    let tips: Vec<u32> = (0..=count)
+        .map(|k| {
+            let turn = (5.0 + 80.0 * k as f64 / count as f64).to_radians();
+            let long = if k == 301 { 4.0 } else { 1.5 };
+            faces.corner([long * turn.cos() - 1.0, long * turn.sin() - 1.0, 0.0])
+        })
+        .collect();
+    for pair in tips.windows(2) {
+        faces.triangles.extend([[a, pair[1], pair[0]], [b, pair[0], pair[1]]]);
+    }
+    faces.triangles.extend([[a, b, tips[count]], [b, a, tips[0]]]);
+    add_flap(&mut faces, [[1., 1., 1.], [1., 1., -1.], [3., 3., 0.]]);
+    let mesh = faces.mesh();
+    let out = 3.5 * (5.0 + 80.0 * 301.0 / count as f64).to_radians().cos() - 1.0;
+    let around = winding_number(&mesh.vertices, &mesh.triangles, &Vec3::new(out, out, 0.0));
+    assert!(around > 0.5, "{around}: {:?}", mesh.components);
+}
+
+#[test]
+fn one_triangle_or_one_corner_outside_is_seen() {
+    let mut faces = cube();
+    let solid = Part::new(&faces.vertices, faces.triangles.clone());
+    let mut walls = Vec::new();
+    for k in 0..1000 {
+        let x = f64::from(k) / 1000.0 - 0.5;
+        add_flap(&mut faces, [[-1., -1., -1.], [x, 0., 0.5], [x, 0.5, -0.5]]);
+        walls.push(faces.triangles[faces.triangles.len() - 1]);
+    }
+    assert!(are_inside(&faces.vertices, &[&solid], &walls));
+    let at = walls[501][1] as usize;
+    for (x, middle_is_out) in [(1.4, false), (8.0, true)] {
+        faces.vertices[at].x = x;
+        let middle = walls[501].map(|v| faces.vertices[v as usize]).iter().sum::<Vec3>() / 3.0;
+        assert_eq!(middle.x > 1.0, middle_is_out);
+        assert!(!are_inside(&faces.vertices, &[&solid], &walls));
+    }
+}
+
+/// A cavity that hangs on an edge of its solid is hollow: a sheet in it is no wall.
+#[test]
+fn a_sheet_in_a_cavity_is_no_wall() {
+    let mut faces = cube();
+    let first = Part::new(&faces.vertices, faces.triangles.clone());
+    faces.triangles.clone_from(&first.triangles);
+    let [a, b, c, d] = [[-1., -1., -1.], [-1., -1., 1.], [0.5, 0.0, -0.2], [0.0, 0.5, 0.2]].map(|at| faces.corner(at));
+    let mut wedge = Part::new(&faces.vertices, vec![[a, b, c], [a, c, d], [a, d, b], [b, d, c]]).triangles;
+    wedge.iter_mut().for_each(|triangle| triangle.swap(1, 2));
+    faces.triangles.extend(wedge);
+    add_flap(&mut faces, [[-1., -1., -1.], [-1., -1., 1.], [-0.4, -0.4, 0.0]]);
+    let flap = sorted(&faces.triangles[faces.triangles.len() - 1]).map(|v| faces.vertices[v as usize]);
+    let mesh = faces.mesh();
+    let cavities = (0..mesh.components.len()).filter(|&k| mesh.is_cavity(k)).count();
+    let open: Vec<_> = mesh.components.iter().filter(|part| !part.closed).collect();
+    assert!(cavities == 1 && open.len() == 1, "{:?}", mesh.components);
+    let corners = mesh.corners(open[0].triangles.start);
+    assert!(flap.iter().all(|corner| corners.contains(corner)));
+}
+
+/// What is closed with no look at walls: solids, cavities, and what is left of each group.
+fn closed_by_edges_alone(mesh: &Faces) -> Vec<[u32; 3]> {
+    let groups = edge_connected(mesh.triangles.clone(), |triangle| *triangle);
+    let divided = groups.into_iter().flat_map(|group| {
+        let (mut solids, rest) = closed_patches(group);
+        solids.extend(Some(rest).filter(|rest| !rest.is_empty()));
+        solids
+    });
+    let mut parts: Vec<Part> = divided.map(|patch| Part::new(&mesh.vertices, patch)).collect();
+    cavities::turn(&mesh.vertices, &mut parts);
+    parts.into_iter().filter(|part| part.closed).flat_map(|part| part.triangles).collect()
+}
+
+/// Blocks of a grid that overlap, touch and share walls, each wound as it happens, with flaps.
+#[test]
+fn what_is_solid_by_edges_alone_stays_solid() {
+    let mut rng = ChaCha8Rng::seed_from_u64(15);
+    let (mut solid, mut more) = (0, 0);
+    for round in 0..600 {
+        let mut faces = Faces::default();
+        for _ in 0..rng.random_range(2..6) {
+            let low = [0; 3].map(|_| f64::from(rng.random_range(0..3)));
+            let high = low.map(|x| x + f64::from(rng.random_range(1..3)));
+            let first = faces.triangles.len();
+            add_block(&mut faces, low, high, 0.0);
+            let way = rng.random_range(0..3);
+            for triangle in &mut faces.triangles[first..] {
+                if way == 1 || way == 2 && rng.random() {
+                    triangle.swap(1, 2);
+                }
+            }
+        }
+        // As where parts are glued: each wall once.
+        if rng.random() {
+            let mut seen = std::collections::HashSet::new();
+            faces.triangles.retain(|triangle| seen.insert(sorted(triangle)));
+        }
+        for _ in 0..rng.random_range(0..4) {
+            let corners = [0; 3].map(|_| rng.random_range(0..faces.vertices.len() as u32));
+            if corners[0] != corners[1] && corners[1] != corners[2] && corners[2] != corners[0] {
+                faces.triangles.push(corners);
+            }
+        }
+        faces.triangles.shuffle(&mut rng);
+        let before = closed_by_edges_alone(&faces);
+        let mesh = faces.mesh();
+        let closed = mesh.components.iter().filter(|part| part.closed);
+        let after: Vec<[u32; 3]> = closed.flat_map(|part| mesh.triangles[part.triangles.clone()].to_vec()).collect();
+        for _ in 0..20 {
+            let point = Vec3::from_fn(|_, _| rng.random_range(0.0..5.0));
+            let was = winding_number(&faces.vertices, &before, &point) > 0.5;
+            let is = winding_number(&mesh.vertices, &after, &point) > 0.5;
+            assert!(is || !was, "{round}: {point:?} {faces:?}");
+            solid += usize::from(was);
+            more += usize::from(is && !was);
+        }
+    }
+    assert!(solid > 500 && more > 5, "{solid} {more}");
 }
