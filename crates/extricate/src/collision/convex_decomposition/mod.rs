@@ -30,13 +30,12 @@ use surface_points::{SurfacePoint, surface_points};
 const TOLERANCE: f64 = 0.004;
 /// A mesh whose hollows the pieces fill by more than this share of the radius of its ball is parted
 /// along its surface: a body of that size finds no way into them.
-const HOLLOW: f64 = 0.04;
-/// How far patches along the surface may stand out, as a share of the same, and the most of a
-/// component.
+const HOLLOW: f64 = 0.1;
+/// How far patches along the surface may stand out, as a share of the same, the most of a component
+/// while it is parted, and when those are joined that one hull follows.
 const PATCH_TOLERANCE: f64 = 0.001;
 const MOST_PATCHES: usize = 192;
-/// Components that are looked at one by one; more are parted along their surfaces all together.
-const MOST_COMPONENTS: usize = 4096;
+const MOST_KEPT: usize = 96;
 /// Most pieces for proposals of contacts. On 13 robots of raw meshes among obstacles drawn at
 /// random, 48 took up to a third more time for the same answers; with 24 the room of six walls in
 /// the tests is not followed, with 12 one query in 40 more ended over 1 % farther.
@@ -98,8 +97,9 @@ struct Concavity {
 /// as their largest faces and points spread over the mesh tell; and they hold it up to
 /// [`THICKNESS`]. Many small solids are a piece each.
 ///
-/// If that leaves a hollow filled, each component is looked at by itself: a convex one is a piece,
-/// one that cells follow is theirs, and any other is made of patches along its surface.
+/// If that leaves a hollow filled and there are no more than [`MOST`] components, each is looked at
+/// by itself: a convex one is a piece, one that cells follow is theirs, and any other is made of
+/// patches along its surface.
 pub fn pieces(mesh: &MeshShape, bounds: &Aabb) -> Pieces {
     if let Some(solids) = scattered(mesh, MOST, bounds.half.norm()) {
         return Pieces::new(solids.iter().map(|points| solid(points)).collect());
@@ -107,12 +107,12 @@ pub fn pieces(mesh: &MeshShape, bounds: &Aabb) -> Pieces {
     let radius = bounds.half.norm();
     let all = mesh.tree.triangles(0..mesh.tree.blocks.len()).map(|t| t.points).collect();
     let whole = cells(mesh, all, radius, MOST, false);
-    if deepest(&whole) <= HOLLOW * radius {
+    let components = components(mesh);
+    if deepest(&whole) <= HOLLOW * radius || components.len() > MOST {
         return Pieces::new(whole.into_iter().map(|cell| solid(&cell.hull.vertices)).collect());
     }
     let divider = Divider { mesh, thickness: THICKNESS * radius, across: false };
     let (mut solids, mut is_skin) = (Vec::new(), false);
-    let components = components(mesh);
     let is_alone = components.len() == 1;
     for triangles in components {
         if let Some(hull) = divider.convex(&triangles, TOLERANCE * radius) {
@@ -124,8 +124,14 @@ pub fn pieces(mesh: &MeshShape, bounds: &Aabb) -> Pieces {
             solids.extend(cells.iter().map(|cell| solid(&cell.hull.vertices)));
             continue;
         }
-        is_skin = true;
+        // A surface that so many do not follow is no box of walls: its patches fill the hollow too,
+        // and take long to look at.
         let patches = divider.patches(triangles, PATCH_TOLERANCE * radius, MOST_PATCHES);
+        let follow = patches.iter().all(|patch| patch.depth <= TOLERANCE * radius);
+        if !follow || patches.len() > MOST_KEPT {
+            return Pieces::new(whole.into_iter().map(|cell| solid(&cell.hull.vertices)).collect());
+        }
+        is_skin = true;
         solids.extend(patches.iter().map(|patch| solid(&patch.hull.vertices)));
     }
     if is_skin { Pieces::skin(solids) } else { Pieces::new(solids) }
@@ -136,15 +142,14 @@ fn deepest(cells: &[Cell]) -> f64 {
     cells.iter().map(|cell| cell.notch.map_or(cell.left, |notch| notch.depth)).fold(0.0, f64::max)
 }
 
-/// The triangles of every closed component, and of surfaces of those that share corners; all
-/// together, if they are too many.
+/// The triangles of every closed component, and of surfaces those that share corners.
 fn components(mesh: &MeshShape) -> Vec<Vec<[Vec3; 3]>> {
     let mut all = Vec::new();
     for (group, is_closed) in mesh.tree.groups.iter().zip(&mesh.closed) {
         let triangles: Vec<[Vec3; 3]> = mesh.tree.triangles(group.blocks.clone()).map(|t| t.points).collect();
         if *is_closed { all.push(triangles) } else { all.extend(connected(&triangles)) }
     }
-    if all.len() > MOST_COMPONENTS { vec![all.concat()] } else { all }
+    all
 }
 
 /// Convex hulls that together hold a mesh, for scenes that have them in its place: those that the

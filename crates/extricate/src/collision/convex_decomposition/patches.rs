@@ -32,7 +32,7 @@ pub struct Patch {
     triangles: Vec<Triangle>,
     pub hull: TriangleMesh,
     /// How far the hull stands out of the mesh \[m\].
-    depth: f64,
+    pub depth: f64,
 }
 
 /// Groups of triangles that share corners.

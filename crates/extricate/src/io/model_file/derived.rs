@@ -85,8 +85,24 @@ pub fn checker(tensors: &SafeTensors, scene: Arc<Scene>) -> Result<Checker, Stri
     Checker::with_trees(scene, &trees).ok_or_else(|| expected.into())
 }
 
-/// The samples `configs`, of which the last `exits` are exits, with what was kept of them;
-/// `checker` gets the pieces.
+/// Gives `checker` the pieces that were kept of its meshes.
+///
+/// # Errors
+/// Which array is missing or does not fit, and what was expected of it.
+pub fn restore_pieces(tensors: &SafeTensors, checker: &Checker) -> Result<(), String> {
+    let pieces = PieceArrays {
+        counts: numbers(tensors, "pieces.counts", Dtype::U32, u32::from_le_bytes)?,
+        skins: numbers(tensors, "pieces.skins", Dtype::U8, u8::from_le_bytes)?,
+        sizes: numbers(tensors, "pieces.sizes", Dtype::U32, u32::from_le_bytes)?,
+        points: numbers(tensors, "pieces.points", Dtype::F64, f64::from_le_bytes)?,
+    };
+    if checker.take_pieces(&pieces) {
+        return Ok(());
+    }
+    Err("`pieces`: expected hulls in the boxes of the meshes, around all of their vertices".into())
+}
+
+/// The samples `configs`, of which the last `exits` are exits, with what was kept of them.
 ///
 /// # Errors
 /// Which array is missing or does not fit, and what was expected of it.
@@ -97,18 +113,6 @@ pub fn restore(
     configs: Vec<f64>,
     exits: usize,
 ) -> Result<SampleSet, String> {
-    // Older files do not have them.
-    if tensors.tensor("pieces.skins").is_ok() {
-        let pieces = PieceArrays {
-            counts: numbers(tensors, "pieces.counts", Dtype::U32, u32::from_le_bytes)?,
-            skins: numbers(tensors, "pieces.skins", Dtype::U8, u8::from_le_bytes)?,
-            sizes: numbers(tensors, "pieces.sizes", Dtype::U32, u32::from_le_bytes)?,
-            points: numbers(tensors, "pieces.points", Dtype::F64, f64::from_le_bytes)?,
-        };
-        if !checker.take_pieces(&pieces) {
-            return Err("`pieces`: expected hulls in the boxes of the meshes, around all of their vertices".into());
-        }
-    }
     let pairs = match tensors.tensor("planes.pairs").map(|found| found.dtype()) {
         Ok(Dtype::U16) => {
             let pairs: Vec<u16> = numbers(tensors, "planes.pairs", Dtype::U16, u16::from_le_bytes)?;

@@ -59,6 +59,8 @@ pub const FORMAT: u32 = 12;
 const READABLE: [u64; 8] = [5, 6, 7, 8, 9, 10, 11, FORMAT as u64];
 /// The version that began to keep the trees of meshes.
 const WITH_TREES: u64 = 11;
+/// The version that began to say which pieces hold surfaces alone.
+const WITH_SKINS: u64 = 12;
 
 const KEY: &str = "extricate";
 
@@ -207,6 +209,9 @@ fn restore(stored: Stored, tensors: &SafeTensors) -> std::result::Result<Model, 
     let checker = if format < WITH_TREES { Checker::new(scene) } else { derived::checker(tensors, scene)? };
     if format == READABLE[0] {
         return Ok(Model::from_parts(checker, metric, configs, classifier, coverage, statistics));
+    }
+    if format >= WITH_SKINS {
+        derived::restore_pieces(tensors, &checker)?;
     }
     let boundary = derived::restore(tensors, &checker, &metric, configs, statistics.solved_samples)?;
     Ok(Model::with_boundary(checker, metric, boundary, classifier, coverage, statistics))
