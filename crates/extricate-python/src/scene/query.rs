@@ -20,8 +20,8 @@ impl Scene {
     ///
     /// None where nothing free was found, not even among 20,000 configurations. A warning names the
     /// pairs that collide wherever one looks, if some do. They are looked for once, whatever
-    /// `max_checks` and `max_seconds` are. If warnings are errors, the warning is raised in place of
-    /// all answers of a call.
+    /// `max_checks` and `max_seconds` are. If warnings are errors, the warning is raised in place
+    /// of all answers of a call.
     ///
     /// Raises ValueError for a wrong shape, values that are not finite.
     #[pyo3(signature = (q, **options), text_signature = "($self, q, *, options=None, effort='refined', exits=1, gap=None, starts=None, max_checks=None, max_seconds=None, segment=False, contacts=False, clearance=None, locked=None, free=None, weights=None, toward=None, toward_share=0.25, free_radius=False, limits='forgive')")]

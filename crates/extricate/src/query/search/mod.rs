@@ -74,8 +74,8 @@ pub struct Known {
     /// What [`Known::unseen`] is of, where parts were searched instead.
     pub unseen_in_parts: Option<f64>,
     /// A configuration that is known to be free: a search begins with it, if it finds nothing
-    /// nearer at first. If it is empty, a search whose descents find nothing does not look for anything
-    /// free.
+    /// nearer at first. If it is empty, a search whose descents find nothing does not look for
+    /// anything free.
     pub resort: Option<Vec<f64>>,
     /// A configuration that a descent is to start from.
     pub composed: Vec<f64>,
