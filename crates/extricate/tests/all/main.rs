@@ -9,6 +9,7 @@ mod circles;
 mod claims;
 mod components;
 mod constraints;
+mod hollow;
 mod hostile;
 mod judge;
 mod learned_classifier;

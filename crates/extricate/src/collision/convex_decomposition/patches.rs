@@ -7,8 +7,8 @@ use std::collections::{BTreeSet, HashMap};
 
 use rayon::prelude::*;
 
+use super::cells::{Divider, FACES_GLANCED_AT, FACES_LOOKED_AT, POINTS_LOOKED_AT, distinct};
 use super::surface_points::surface_points;
-use super::{Divider, FACES_GLANCED_AT, FACES_LOOKED_AT, POINTS_LOOKED_AT, distinct};
 use crate::math::Vec3;
 use crate::robot::TriangleMesh;
 
@@ -77,8 +77,8 @@ impl Divider<'_> {
         (depth <= tolerance).then_some(hull)
     }
 
-    /// Patches of a group of triangles that stand out of the mesh by less than `tolerance` \[m\], or
-    /// `most` of them.
+    /// Patches of a group of triangles that stand out of the mesh by less than `tolerance` \[m\],
+    /// or `most` of them.
     pub fn patches(&self, triangles: Vec<Triangle>, tolerance: f64, most: usize) -> Vec<Patch> {
         let mut patches = vec![self.patch(triangles)];
         loop {

@@ -1,5 +1,6 @@
 //! Pieces hold their meshes, and follow them.
 
+use crate::collision::convex_decomposition::cells::{corners, *};
 use crate::collision::convex_decomposition::*;
 use crate::collision::convex_distance;
 use crate::collision::shapes::test_mesh::{bumpy, cuboid, joined, opened, placed};
@@ -182,4 +183,59 @@ fn many_small_solids_are_a_piece_each() {
     let large = cuboid(Vec3::new(0.0, 20.0, 0.0), Vec3::new(40.0, 1.0, 1.0));
     let beside = joined(&(0..2 * MOST).map(cube).chain([large]).collect::<Vec<_>>());
     assert!(pieces_of(&MeshShape::new(&beside)).len() <= MOST);
+}
+
+/// A bin of one closed solid, open above: walls of 2 mm around a metre.
+fn bin() -> TriangleMesh {
+    let corners = |half: f64, low: f64| {
+        (0..8).map(move |k: u32| {
+            let at = |axis: u32| if k >> axis & 1 == 1 { half } else { -half };
+            Vec3::new(at(0), at(1), if k >> 2 & 1 == 1 { 0.5 } else { low })
+        })
+    };
+    let vertices = corners(0.5, -0.5).chain(corners(0.498, -0.498)).collect();
+    let mut triangles = Vec::new();
+    let mut face = |[a, b, c, d]: [u32; 4]| triangles.extend([[a, b, c], [a, c, d]]);
+    // Floor and sides of the outside, then of the inside, which face the other way.
+    let sides = [[0, 2, 3, 1], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
+    sides.into_iter().for_each(&mut face);
+    sides.into_iter().for_each(|[a, b, c, d]| face([d + 8, c + 8, b + 8, a + 8]));
+    // The rim.
+    [[4, 5], [5, 7], [7, 6], [6, 4]].into_iter().for_each(|[a, b]| face([a, b, b + 8, a + 8]));
+    TriangleMesh::new(vertices, triangles)
+}
+
+/// A pipe of no thickness.
+fn pipe(sides: u32) -> TriangleMesh {
+    let point = |side: u32, z: f64| {
+        let (sine, cosine) = (std::f64::consts::TAU * f64::from(side) / f64::from(sides)).sin_cos();
+        Vec3::new(0.5 * cosine, 0.5 * sine, z)
+    };
+    let vertices = (0..sides).flat_map(|side| [-0.5, 0.5].map(|z| point(side, z))).collect();
+    let staves = (0..sides).flat_map(|side| {
+        let (a, b) = (2 * side, 2 * ((side + 1) % sides));
+        [[a, b, a + 1], [b, b + 1, a + 1]]
+    });
+    TriangleMesh::new(vertices, staves.collect())
+}
+
+#[test]
+fn hollows_stay_open() {
+    for (mesh, most) in [(bin(), 8), (pipe(24), 24)] {
+        let shape = MeshShape::new(&mesh);
+        let found = pieces(&shape, &Aabb::around(shape.vertices.iter()));
+        let all = found.all();
+        assert!(all.is_skin && all.shapes.len() <= most, "{} pieces", all.shapes.len());
+        let nearest =
+            |place: &Vec3| all.shapes.iter().map(|piece| distance(piece, place)).fold(f64::INFINITY, f64::min);
+        // The middle, and places near the walls.
+        for place in [Vec3::zeros(), Vec3::new(0.3, 0.0, 0.3), Vec3::new(-0.2, 0.2, -0.3)] {
+            assert!(nearest(&place) > 0.1, "{} at {place:?}", nearest(&place));
+        }
+        for at in 0..mesh.triangles.len() {
+            let [a, b, c] = mesh.corners(at);
+            let middle = (a + b + c) / 3.0;
+            assert!(nearest(&middle) < 1e-5, "{} from the surface at {middle:?}", nearest(&middle));
+        }
+    }
 }

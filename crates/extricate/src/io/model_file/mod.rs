@@ -212,6 +212,8 @@ fn restore(stored: Stored, tensors: &SafeTensors) -> std::result::Result<Model, 
     }
     if format >= WITH_SKINS {
         derived::restore_pieces(tensors, &checker)?;
+    } else {
+        checker.prepare_proposals();
     }
     let boundary = derived::restore(tensors, &checker, &metric, configs, statistics.solved_samples)?;
     Ok(Model::with_boundary(checker, metric, boundary, classifier, coverage, statistics))
