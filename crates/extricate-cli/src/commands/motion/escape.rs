@@ -23,7 +23,7 @@ query first; empty where no path was found), free_from (the path is proved free 
 method (\"free\", \"nearest\": straight to the nearest exit, \"exit\": straight to another one, \"pushed\": parted little by \
 little, \"grown\": trees; null where no path was found), colliding (list of [name, name], signed distance [m]), deepening \
 (most that one of these was found deeper than at the query [m]), length (in the scene's metric), max_displacement [m], \
-checks, error (only where no path was found: that, and which pairs collide wherever one looks, if any do).";
+checks, error (only where no path was found: that, and which pairs collide in all configurations that are tried, if any do).";
 
 /// Arguments of `escape`.
 #[derive(Args)]
