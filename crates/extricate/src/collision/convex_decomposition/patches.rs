@@ -135,7 +135,7 @@ impl Divider<'_> {
         let (low, high) = middles.iter().fold((middles[0], middles[0]), |(low, high), p| (low.inf(p), high.sup(p)));
         let mut choices = vec![first_of(&order((high - low).imax()), triangles.len() / 2)];
         if triangles.len() <= FEW_TRIANGLES {
-            for axis in 0..3 {
+            for axis in [0, 1, 2] {
                 let order = order(axis);
                 let gap = |k: usize| middles[order[k]][axis] - middles[order[k - 1]][axis];
                 let mut gaps: Vec<usize> = (1..order.len()).collect();
