@@ -37,6 +37,10 @@ SPOILED = {
 }
 
 
+# What is never free is said in a warning; here it is expected.
+warnings.simplefilter("ignore")
+
+
 class Judged:
     def __init__(self, seed, configs, queries, labels, spoiled=None):
         self.spoiled = spoiled
