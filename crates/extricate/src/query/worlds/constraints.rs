@@ -36,7 +36,7 @@ impl Found for Answer {
 }
 
 /// Asks under the constraints of the options. What is given keeps the wanted clearance, unless
-/// nothing is found that does, or that is too far ([`FAR`]): then it keeps as much of it as halving
+/// nothing is found that does, or that is too far (`FAR`): then it keeps as much of it as halving
 /// finds nearby, at least the scene's. Once the budget is spent, nothing else is asked for.
 /// The evaluator then has the checks of all of this.
 pub fn under<T: Found>(
@@ -74,7 +74,7 @@ pub fn under<T: Found>(
 
 /// As much of a wanted clearance as is kept near an exit of the scene's, and the configuration that
 /// keeps it: the end of a descent from the exit, verified, that is no farther from there than
-/// [`FAR`] times what the wider clearance moves at least. It is tried whole or, if that
+/// `FAR` times what the wider clearance moves at least. It is tried whole or, if that
 /// `was_tried`, halved, then halved again.
 pub fn push_nearby(
     context: &Context,
