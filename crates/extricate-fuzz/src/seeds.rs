@@ -200,7 +200,7 @@ pub fn glb() -> Vec<Seed> {
     named([binary, json("\"uri\":\"b.bin\",").into()])
 }
 
-/// Of points: PCD in its three kinds, PLY without faces, text with colours.
+/// Clouds of points: PCD in its three kinds, PLY without faces, text with colours.
 pub fn cloud() -> Vec<Seed> {
     let head = |data: &str| {
         format!(

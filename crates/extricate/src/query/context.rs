@@ -87,11 +87,12 @@ impl<'a> Context<'a> {
         }
     }
 
-    /// The same without samples, for a query at which a new one of these pairs collides.
+    /// The same without samples, for a query in a changed scene at which a new one of these pairs
+    /// collides.
     pub fn unlearned_for(&self, colliding: &[PairId]) -> Option<Self> {
-        let (learned, change) = (self.unlearned?, self.change?);
+        let change = self.change?;
         let meets_new = colliding.iter().any(|pair| change.is_new(*pair));
-        meets_new.then_some(Self { learned, change: None, ..*self })
+        if meets_new { self.without_samples() } else { None }
     }
 
     /// The same without samples; `None` if there are none.

@@ -54,29 +54,37 @@ pub fn pieces(mesh: &MeshShape, bounds: &Aabb) -> Pieces {
     let radius = bounds.half.norm();
     let all = mesh.tree.triangles(0..mesh.tree.blocks.len()).map(|t| t.points).collect();
     let whole = cells(mesh, all, radius, MOST, false);
+    let by_cells = || Pieces::new(whole.iter().map(|cell| solid(&cell.hull.vertices)).collect());
+    if deepest(&whole) <= HOLLOW * radius {
+        return by_cells();
+    }
+    // Only now, for it takes a pass over all triangles of surfaces.
     let components = components(mesh);
-    if deepest(&whole) <= HOLLOW * radius || components.len() > MOST {
-        return Pieces::new(whole.into_iter().map(|cell| solid(&cell.hull.vertices)).collect());
+    if components.len() > MOST {
+        return by_cells();
     }
     let divider = Divider { mesh, thickness: THICKNESS * radius, across: false };
     let (mut solids, mut is_skin) = (Vec::new(), false);
-    let is_alone = components.len() == 1;
+    // What cells do with one that is alone is known.
+    let is_one_of_several = components.len() > 1;
     for triangles in components {
-        if let Some(hull) = divider.convex(&triangles, TOLERANCE * radius) {
-            solids.push(solid(&hull.vertices));
-            continue;
-        }
-        let cells = if is_alone { Vec::new() } else { cells(mesh, triangles.clone(), radius, MOST, false) };
-        if !is_alone && deepest(&cells) <= HOLLOW * radius {
-            solids.extend(cells.iter().map(|cell| solid(&cell.hull.vertices)));
-            continue;
+        if is_one_of_several {
+            if let Some(hull) = divider.convex(&triangles, TOLERANCE * radius) {
+                solids.push(solid(&hull.vertices));
+                continue;
+            }
+            let cells = cells(mesh, triangles.clone(), radius, MOST, false);
+            if deepest(&cells) <= HOLLOW * radius {
+                solids.extend(cells.iter().map(|cell| solid(&cell.hull.vertices)));
+                continue;
+            }
         }
         // A surface that so many do not follow is no box of walls: its patches fill the hollow too,
         // and take long to look at.
         let patches = divider.patches(triangles, PATCH_TOLERANCE * radius, MOST_PATCHES);
         let follow = patches.iter().all(|patch| patch.depth <= TOLERANCE * radius);
         if !follow || patches.len() > MOST_KEPT {
-            return Pieces::new(whole.into_iter().map(|cell| solid(&cell.hull.vertices)).collect());
+            return by_cells();
         }
         is_skin = true;
         solids.extend(patches.iter().map(|patch| solid(&patch.hull.vertices)));

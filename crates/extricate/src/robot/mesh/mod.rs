@@ -20,7 +20,6 @@ use serde::{Deserialize, Serialize};
 use crate::math::Vec3;
 use components::Mending;
 pub use part::Component;
-use seams::Welding;
 
 /// Welded triangles, sorted into connected components.
 ///
@@ -75,15 +74,6 @@ impl TriangleMesh {
     /// Where an index is not one of a vertex.
     pub fn new(vertices: Vec<Vec3>, triangles: Vec<[u32; 3]>) -> TriangleMesh {
         Self::mended(vertices, triangles).0
-    }
-
-    /// As [`TriangleMesh::new`], and what was welded at the precision of `f32`.
-    ///
-    /// # Panics
-    /// Where an index is not one of a vertex.
-    pub fn welded(vertices: Vec<Vec3>, triangles: Vec<[u32; 3]>) -> (TriangleMesh, Option<Welding>) {
-        let (mesh, Mending { welding, .. }) = Self::mended(vertices, triangles);
-        (mesh, welding)
     }
 
     /// As [`TriangleMesh::new`], and all that was done to the triangles.

@@ -21,7 +21,8 @@ fn soup(mesh: &TriangleMesh, ulps: i32, rng: &mut ChaCha8Rng) -> Vec<Vec3> {
 
 fn from_soup(corners: Vec<Vec3>) -> (TriangleMesh, Option<Welding>) {
     let triangles = (0..corners.len() as u32 / 3).map(|t| [3 * t, 3 * t + 1, 3 * t + 2]).collect();
-    TriangleMesh::welded(corners, triangles)
+    let (mesh, mending) = TriangleMesh::mended(corners, triangles);
+    (mesh, mending.welding)
 }
 
 fn volume(mesh: &TriangleMesh) -> f64 {
