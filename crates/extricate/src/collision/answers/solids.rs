@@ -1,6 +1,7 @@
 //! The bodies of a checker: which are the same solid, where their shapes reach, and the making of
 //! their pieces.
 
+use std::collections::HashMap;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 
@@ -72,13 +73,29 @@ pub fn prepare_proposals(checker: &Checker) {
     }
     let bodies = (0..wanted.len()).filter(|body| wanted[*body]);
     let shapes = bodies.flat_map(parts).map(|part| &*part.prepared);
-    let mut missing: Vec<&PreparedShape> = shapes.filter(|shape| !shape.has_pieces()).collect();
+    let mut coarse: Vec<&PreparedShape> = shapes.filter(|shape| !shape.has_cells()).collect();
     // Bodies that are alike share one.
-    missing.sort_by_key(|shape| std::ptr::from_ref(*shape));
-    missing.dedup_by(|a, b| std::ptr::eq(*a, *b));
-    // A pool that a process has lost in a fork is not needed where nothing is to be made.
-    if !missing.is_empty() {
-        missing.par_iter().for_each(|shape| shape.make_pieces());
+    coarse.sort_by_key(|shape| std::ptr::from_ref(*shape));
+    coarse.dedup_by(|a, b| std::ptr::eq(*a, *b));
+    // A pool that a process has lost in a fork is not needed if nothing is to be made.
+    if !coarse.is_empty() {
+        coarse.par_iter().for_each(|shape| shape.make_cells());
+    }
+    let mut fine: HashMap<(*const PreparedShape, usize), &PreparedShape> = HashMap::new();
+    for pair in &*checker.pairs {
+        for a in parts(pair.first) {
+            for b in parts(pair.second) {
+                for (one, other) in [(&a.prepared, &b.prepared), (&b.prepared, &a.prepared)] {
+                    if let Some(index) = one.missing_beside(other) {
+                        fine.insert((Arc::as_ptr(one), index), one);
+                    }
+                }
+            }
+        }
+    }
+    if !fine.is_empty() {
+        let fine: Vec<(usize, &PreparedShape)> = fine.into_iter().map(|((_, index), shape)| (index, shape)).collect();
+        fine.par_iter().for_each(|(index, shape)| shape.make_fine(*index));
     }
     // Two threads that come at once both do it: one that waits for its parts in a pool may be given
     // this very work.

@@ -137,7 +137,7 @@ fn of_pieces(element: &Element, other: &PreparedShape, relative: &Relative, mut 
     let place = Pose::translation(element.place);
     let from_element = Relative::new(place.inverse().then(&relative.pose_a_b));
     let mut best = None;
-    for piece in other.pieces().shapes {
+    for piece in other.cover().shapes {
         if from_element.lower_bound(element.bounds, &piece.bounds) >= limit {
             continue;
         }

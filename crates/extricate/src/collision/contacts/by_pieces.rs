@@ -36,7 +36,7 @@ pub fn by_pieces(
     buffers: &mut ContactBuffers,
     sink: &mut Sink,
 ) {
-    let (of_a, of_b) = (a.pieces(), b.pieces());
+    let (of_a, of_b) = (a.pieces_beside(b), b.pieces_beside(a));
     find_candidates([a, b], [of_a, of_b], relative, query.margin, buffers);
     let ContactBuffers { found, memory, candidates, .. } = buffers;
     found.clear();
@@ -104,6 +104,10 @@ pub fn are_parted(
     buffers: &mut ContactBuffers,
 ) -> bool {
     let (Some(of_a), Some(of_b)) = (a.known_cover(), b.known_cover()) else { return false };
+    // Where proposals have finer ones, they remember other pairs of pieces.
+    if [(a, b), (b, a)].iter().any(|(one, other)| one.is_finer_beside(other)) {
+        return false;
+    }
     find_candidates([a, b], [of_a, of_b], relative, margin, buffers);
     let ContactBuffers { memory, candidates, .. } = buffers;
     let query = ContactQuery { margin, search: ContactSearch::Proposal };

@@ -7,8 +7,9 @@ mod cells;
 mod cut;
 mod list;
 mod patches;
-mod scattered;
 mod surface_points;
+
+use rayon::prelude::*;
 
 use super::shapes::bounds::{Aabb, bounding_ball};
 use super::shapes::convex::{ConvexCore, ConvexShape, HullPoints};
@@ -17,78 +18,81 @@ use super::shapes::{ConvexSolid, Shape, ShapeKind};
 use crate::math::Vec3;
 use crate::robot::TriangleMesh;
 pub use cells::THICKNESS;
-use cells::{Divider, TOLERANCE, cells, deepest};
+use cells::{Divider, cells, deepest};
 pub use list::{Pieces, PiecesRef};
 use patches::connected;
-use scattered::scattered;
 
-/// A mesh whose hollows the pieces fill by more than this share of the radius of its ball is parted
-/// along its surface: a body of that size finds no way into them.
-const HOLLOW: f64 = 0.1;
-/// How far patches along the surface may stand out, as a share of the same, the most of a component
-/// while it is parted, and when those are joined that one hull follows.
-const PATCH_TOLERANCE: f64 = 0.001;
-const MOST_PATCHES: usize = 192;
-const MOST_KEPT: usize = 96;
-/// Most pieces for proposals of contacts. On 13 robots of raw meshes among obstacles drawn at
-/// random, 48 took up to a third more time for the same answers; with 24 the room of six walls in
-/// the tests is not followed, with 12 one query in 40 more ended over 1 % farther.
+/// The sizes of bodies that a mesh has pieces for: its radius, halved once more for each.
+pub const SIZES: usize = 8;
+/// A hollow deeper than this share of a body's size has to stay open for the body.
+const HOLLOW: f64 = 0.5;
+/// How far patches along the surface may stand out, as a share of the body's size.
+const PATCH_TOLERANCE: f64 = 0.03;
+/// Most patches of one component: of more, contacts take longer to gather than the nearer exits
+/// are worth.
+const MOST_PATCHES: usize = 1024;
+/// A mesh of more components is parted as one.
+const MOST_COMPONENTS: usize = 4096;
+/// Most cells. On 13 robots of raw meshes among obstacles drawn at random, 48 took up to a third
+/// more time for the same answers; with 24 the room of six walls in the tests is not followed, with
+/// 12 one query in 40 more ended over 1 % farther.
 const MOST: usize = 32;
 /// The same of scenes that have them in the place of a mesh.
 const MOST_PARTS: usize = 48;
 
-/// Convex shapes in the frame of `mesh` whose union holds its closed components and its surfaces.
+/// Which of the [`SIZES`] of a mesh of `radius` stands for a body of `size` \[m\]: the largest
+/// that is no larger.
+pub fn size_index(radius: f64, size: f64) -> usize {
+    (0..SIZES - 1).find(|index| size_at(radius, *index) <= size).unwrap_or(SIZES - 1)
+}
+
+fn size_at(radius: f64, index: usize) -> f64 {
+    radius * 0.5_f64.powi(index as i32)
+}
+
+/// Convex shapes in the frame of `mesh` whose union holds its closed components and its surfaces,
+/// and how deep the deepest hollow is that they fill \[m\].
 ///
 /// Each is the hull of what lies in one cell, corners of the cell within the solid included. They
-/// stand out of the mesh by [`TOLERANCE`] where no more than [`MOST`] are needed for that, as far
-/// as their largest faces and points spread over the mesh tell; and they hold it up to
-/// [`THICKNESS`]. Many small solids are a piece each.
-///
-/// If that leaves a hollow filled and there are no more than [`MOST`] components, each is looked at
-/// by itself: a convex one is a piece, one that cells follow is theirs, and any other is made of
-/// patches along its surface.
-pub fn pieces(mesh: &MeshShape, bounds: &Aabb) -> Pieces {
-    if let Some(solids) = scattered(mesh, MOST, bounds.half.norm()) {
-        return Pieces::new(solids.iter().map(|points| solid(points)).collect());
-    }
+/// stand out of the mesh by [`TOLERANCE`] if no more than [`MOST`] are needed for that, as far as
+/// their largest faces and points spread over the mesh tell; and they hold it up to [`THICKNESS`].
+pub fn cell_pieces(mesh: &MeshShape, bounds: &Aabb) -> (Pieces, f64) {
     let radius = bounds.half.norm();
     let all = mesh.tree.triangles(0..mesh.tree.blocks.len()).map(|t| t.points).collect();
-    let whole = cells(mesh, all, radius, MOST, false);
-    let by_cells = || Pieces::new(whole.iter().map(|cell| solid(&cell.hull.vertices)).collect());
-    if deepest(&whole) <= HOLLOW * radius {
-        return by_cells();
-    }
-    // Only now, for it takes a pass over all triangles of surfaces.
-    let components = components(mesh);
-    if components.len() > MOST {
-        return by_cells();
-    }
+    let cells = cells(mesh, all, radius, MOST, false);
+    (Pieces::new(cells.iter().map(|cell| solid(&cell.hull.vertices)).collect()), deepest(&cells))
+}
+
+/// Whether cells that fill a hollow of this depth \[m\] are too coarse for a body of a size.
+pub fn is_too_deep(hollow: f64, radius: f64, index: usize) -> bool {
+    hollow > HOLLOW * size_at(radius, index)
+}
+
+/// Finer pieces, for bodies of the size `index`: each component is its hull if that follows it,
+/// else its cells if they leave no hollow that such a body could enter, else patches along its
+/// surface. None if no component has better ones than `hollow`, what all cells together leave.
+pub fn fine_pieces(mesh: &MeshShape, bounds: &Aabb, index: usize) -> Pieces {
+    let radius = bounds.half.norm();
+    let size = size_at(radius, index);
+    let (hollow, tolerance) = (HOLLOW * size, PATCH_TOLERANCE * size);
     let divider = Divider { mesh, thickness: THICKNESS * radius, across: false };
-    let (mut solids, mut is_skin) = (Vec::new(), false);
-    // What cells do with one that is alone is known.
-    let is_one_of_several = components.len() > 1;
-    for triangles in components {
-        if is_one_of_several {
-            if let Some(hull) = divider.convex(&triangles, TOLERANCE * radius) {
-                solids.push(solid(&hull.vertices));
-                continue;
-            }
-            let cells = cells(mesh, triangles.clone(), radius, MOST, false);
-            if deepest(&cells) <= HOLLOW * radius {
-                solids.extend(cells.iter().map(|cell| solid(&cell.hull.vertices)));
-                continue;
+    let of_component = |triangles: Vec<[Vec3; 3]>| {
+        if let Some(hull) = divider.convex(&triangles, tolerance) {
+            return (vec![solid(&hull.vertices)], false);
+        }
+        let cells = cells(mesh, triangles.clone(), radius, MOST, false);
+        let left = deepest(&cells);
+        if left > hollow {
+            let patches = divider.patches(triangles, tolerance, MOST_PATCHES);
+            if patches.iter().all(|patch| patch.depth < 0.5 * left) {
+                return (patches.iter().map(|patch| solid(&patch.hull.vertices)).collect(), true);
             }
         }
-        // A surface that so many do not follow is no box of walls: its patches fill the hollow too,
-        // and take long to look at.
-        let patches = divider.patches(triangles, PATCH_TOLERANCE * radius, MOST_PATCHES);
-        let follow = patches.iter().all(|patch| patch.depth <= TOLERANCE * radius);
-        if !follow || patches.len() > MOST_KEPT {
-            return by_cells();
-        }
-        is_skin = true;
-        solids.extend(patches.iter().map(|patch| solid(&patch.hull.vertices)));
-    }
+        (cells.iter().map(|cell| solid(&cell.hull.vertices)).collect(), false)
+    };
+    let found: Vec<(Vec<Shape>, bool)> = components(mesh).into_par_iter().map(of_component).collect();
+    let is_skin = found.iter().any(|(_, is_skin)| *is_skin);
+    let solids = found.into_iter().flat_map(|(solids, _)| solids).collect();
     if is_skin { Pieces::skin(solids) } else { Pieces::new(solids) }
 }
 
@@ -99,7 +103,7 @@ fn components(mesh: &MeshShape) -> Vec<Vec<[Vec3; 3]>> {
         let triangles: Vec<[Vec3; 3]> = mesh.tree.triangles(group.blocks.clone()).map(|t| t.points).collect();
         if *is_closed { all.push(triangles) } else { all.extend(connected(&triangles)) }
     }
-    all
+    if all.len() > MOST_COMPONENTS { vec![all.concat()] } else { all }
 }
 
 /// Convex hulls that together hold a mesh, for scenes that have them in its place: those that the

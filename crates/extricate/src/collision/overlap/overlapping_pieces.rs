@@ -1,5 +1,6 @@
 //! The convex pieces of two bodies that overlap, and how far all of them do along a direction.
 
+use crate::collision::convex_decomposition::PiecesRef;
 use crate::collision::contacts::{ContactBuffers, find_candidates, solid};
 use crate::collision::convex_distance::nearer_than;
 use crate::collision::prepared::Placed;
@@ -89,10 +90,11 @@ pub fn overlapping_pieces(
                 let [xs, ys] = &mut buffers.pieces;
                 if find_overlapping([a, b], clearance, contact_buffers, [&mut *xs, &mut *ys]) {
                     // Patches of a surface face several ways: no direction parts all of them.
-                    let together = |shape: Placed, count: usize| if is_skin(shape) { 1 } else { count };
-                    for xs in xs.chunks(together(a, xs.len())) {
-                        for ys in ys.chunks(together(b, ys.len())) {
-                            let (first, second) = (Side::of(a, xs), Side::of(b, ys));
+                    let (of_a, of_b) = (a.prepared.pieces_beside(b.prepared), b.prepared.pieces_beside(a.prepared));
+                    let together = |of: PiecesRef, count: usize| if of.is_skin { 1 } else { count };
+                    for xs in xs.chunks(together(of_a, xs.len())) {
+                        for ys in ys.chunks(together(of_b, ys.len())) {
+                            let (first, second) = (Side::of(of_a, a, xs), Side::of(of_b, b, ys));
                             each(&OverlappingPieces { pair, excess, first, second });
                         }
                     }
@@ -104,7 +106,8 @@ pub fn overlapping_pieces(
             let found = &mut buffers.pieces[0];
             stand_ins(scenery, all.pose, one, Stands::Near, &mut buffers.places, &mut |part, _, pose| {
                 find_near((&part.shape, pose), one, clearance, found);
-                let (alone, of_one) = (Side { pieces: Pieces::Alone(&part.shape), pose }, Side::of(one, found));
+                let of_one = Side::of(one.prepared.cover(), one, found);
+                let alone = Side { pieces: Pieces::Alone(&part.shape), pose };
                 let (first, second) = if is_first { (alone, of_one) } else { (of_one, alone) };
                 if !found.is_empty() {
                     each(&OverlappingPieces { pair, excess, first, second });
@@ -115,17 +118,13 @@ pub fn overlapping_pieces(
 }
 
 impl<'a> Side<'a> {
-    fn of(shape: Placed<'a>, some: &'a [u32]) -> Self {
-        Self { pieces: Pieces::Of(shape.prepared.pieces().shapes, some), pose: shape.pose }
+    fn of(all: PiecesRef<'a>, shape: Placed<'a>, some: &'a [u32]) -> Self {
+        Self { pieces: Pieces::Of(all.shapes, some), pose: shape.pose }
     }
 }
 
 fn is_scenery(shape: Placed) -> bool {
     matches!(shape.shape().kind, ShapeKind::Scenery(_))
-}
-
-fn is_skin(shape: Placed) -> bool {
-    shape.prepared.pieces().is_skin
 }
 
 /// Which pieces of two shapes are nearer than `within` \[m\] to any of the other; whether any are.
@@ -138,7 +137,7 @@ fn find_overlapping(
 ) -> bool {
     xs.clear();
     ys.clear();
-    let (of_a, of_b) = (a.prepared.pieces(), b.prepared.pieces());
+    let (of_a, of_b) = (a.prepared.pieces_beside(b.prepared), b.prepared.pieces_beside(a.prepared));
     if [of_a, of_b].iter().all(|pieces| pieces.shapes.len() == 1) {
         xs.push(0);
         ys.push(0);
@@ -160,7 +159,7 @@ fn find_overlapping(
 /// Which pieces of `one` are nearer than `within` \[m\] to a shape; else the one whose ball is
 /// nearest to the shape's middle.
 fn find_near((part, pose): (&ConvexShape, &Pose), one: Placed, within: f64, found: &mut Vec<u32>) {
-    let (pieces, pose_part_one) = (one.prepared.pieces().shapes, pose.inverse().then(one.pose));
+    let (pieces, pose_part_one) = (one.prepared.cover().shapes, pose.inverse().then(one.pose));
     let is_near = |piece: &Shape| nearer_than(part, &Pose::identity(), &solid(piece).shape, &pose_part_one, within);
     found.clear();
     found.extend((0_u32..).zip(pieces).filter(|(_, piece)| is_near(piece)).map(|(k, _)| k));
@@ -233,7 +232,7 @@ mod tests {
             let nearer = |x: &Shape, moved: &Pose, y: &Shape, than: f64| {
                 nearer_than(&solid(x).shape, moved, &solid(y).shape, &pose, than)
             };
-            let (all, every) = (first.pieces().shapes, second.pieces().shapes);
+            let (all, every) = (first.pieces_beside(&second).shapes, second.pieces_beside(&first).shapes);
             let of_first = |x: &Shape| every.iter().any(|y| nearer(x, &at, y, 0.0));
             let of_second = |y: &Shape| all.iter().any(|x| nearer(x, &at, y, 0.0));
             let expected: Vec<u32> = (0..).zip(all).filter(|(_, x)| of_first(x)).map(|(k, _)| k).collect();
@@ -245,7 +244,7 @@ mod tests {
             if !overlap {
                 continue;
             }
-            let (pair, excess, first, second) = (PairId::new(0), 0.0, Side::of(a, &xs), Side::of(b, &ys));
+            let (pair, excess, first, second) = (PairId::new(0), 0.0, side(&first, a, &xs), side(&second, b, &ys));
             for n in sphere(20) {
                 let distance = OverlappingPieces { pair, excess, first, second }.across(&n).distance;
                 let moved = Pose::translation(n * (1e-9 - distance));

@@ -3,75 +3,111 @@
 use rayon::prelude::*;
 
 use super::bodies::PreparedPart;
-use crate::collision::convex_decomposition::{Pieces, THICKNESS, solid};
+use crate::collision::convex_decomposition::{Pieces, SIZES, THICKNESS, solid};
 use crate::collision::shapes::convex::ConvexCore;
 use crate::collision::shapes::mesh::MeshShape;
 use crate::collision::shapes::{Shape, ShapeKind};
 use crate::math::Vec3;
 
-/// The pieces of the meshes of a scene.
+/// The pieces of the meshes of a scene: cells, and finer ones beside small bodies.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct PieceArrays {
-    /// Of every shape, body after body: 0 for one that has no pieces, or none yet.
+    /// Of every shape, body after body: how many cells, 0 for one that has none, or none yet.
     pub counts: Vec<u32>,
-    /// Of every shape, 1 if its pieces hold its surface alone, else 0.
-    pub skins: Vec<u8>,
-    /// Of every piece, how many points it is the hull of.
+    /// Of every shape, how deep the deepest hollow is that its cells fill \[m\].
+    pub hollows: Vec<f64>,
+    /// Of every shape with finer pieces, for each size: the number of the shape, the index of the
+    /// size, how many pieces, and 1 if they hold its surface alone, else 0.
+    pub fine: Vec<u32>,
+    /// Of every piece, first all cells, how many points it is the hull of.
     pub sizes: Vec<u32>,
     /// Of every point, three numbers in the frame of its shape \[m\].
     pub points: Vec<f64>,
 }
 
+impl PieceArrays {
+    fn keep(&mut self, pieces: &Pieces) {
+        for piece in pieces.all().shapes {
+            let ShapeKind::Convex(solid) = &piece.kind else { continue };
+            let ConvexCore::Hull(hull) = &solid.shape.core else { continue };
+            self.sizes.push(hull.points().len() as u32);
+            self.points.extend(hull.points().iter().flat_map(|point| point.iter()));
+        }
+    }
+}
+
 /// See [`crate::Checker::kept_pieces`].
 pub fn kept_pieces(parts: &[PreparedPart]) -> PieceArrays {
     let mut kept = PieceArrays::default();
-    for part in parts {
-        let known = part.prepared.known_pieces().filter(|_| matches!(part.shape().kind, ShapeKind::Mesh(_)));
-        let shapes = known.map_or(&[][..], |pieces| pieces.shapes);
-        kept.counts.push(shapes.len() as u32);
-        kept.skins.push(u8::from(known.is_some_and(|pieces| pieces.is_skin)));
-        for piece in shapes {
-            let ShapeKind::Convex(solid) = &piece.kind else { continue };
-            let ConvexCore::Hull(hull) = &solid.shape.core else { continue };
-            kept.sizes.push(hull.points().len() as u32);
-            kept.points.extend(hull.points().iter().flat_map(|point| point.iter()));
+    let known: Vec<_> = parts.iter().map(|part| part.prepared.known_pieces()).collect();
+    for (cells, _) in &known {
+        kept.counts.push(cells.map_or(0, |(cells, _)| cells.all().shapes.len() as u32));
+        kept.hollows.push(cells.map_or(0.0, |(_, hollow)| *hollow));
+        cells.iter().for_each(|(cells, _)| kept.keep(cells));
+    }
+    for (at, (_, fine)) in known.iter().enumerate() {
+        for (index, pieces) in fine.iter().enumerate() {
+            let Some(pieces) = pieces else { continue };
+            let all = pieces.all();
+            kept.fine.extend([at as u32, index as u32, all.shapes.len() as u32, u32::from(all.is_skin)]);
+            kept.keep(pieces);
         }
     }
     kept
 }
 
+/// The points of `count` pieces, from the front of what is left.
+fn next_pieces(sizes: &mut &[u32], points: &mut &[f64], count: u32) -> Option<Vec<Vec<Vec3>>> {
+    let mut pieces = Vec::new();
+    for _ in 0..count {
+        let (size, others) = sizes.split_first()?;
+        let of_piece = (*size as usize).checked_mul(3).filter(|len| (1..=points.len()).contains(len))?;
+        let (of_piece, rest) = points.split_at(of_piece);
+        pieces.push(of_piece.as_chunks().0.iter().map(|p| Vec3::from(*p)).collect());
+        (*sizes, *points) = (others, rest);
+    }
+    Some(pieces)
+}
+
 /// See [`crate::Checker::take_pieces`].
 pub fn take_pieces(parts: &[PreparedPart], kept: &PieceArrays) -> bool {
+    taken(parts, kept).is_some()
+}
+
+fn taken(parts: &[PreparedPart], kept: &PieceArrays) -> Option<()> {
     let (mut sizes, mut points) = (&kept.sizes[..], &kept.points[..]);
-    let mut of_parts = Vec::new();
-    for ((part, count), is_skin) in parts.iter().zip(&kept.counts).zip(&kept.skins) {
-        let mut pieces = Vec::new();
-        for _ in 0..*count {
-            let Some((size, others)) = sizes.split_first() else { return false };
-            let Some(of_piece) = (*size as usize).checked_mul(3).filter(|len| (1..=points.len()).contains(len)) else {
-                return false;
-            };
-            let (of_piece, rest) = points.split_at(of_piece);
-            pieces.push(of_piece.as_chunks().0.iter().map(|p| Vec3::from(*p)).collect());
-            (sizes, points) = (others, rest);
-        }
-        match &part.shape().kind {
-            ShapeKind::Mesh(mesh) if *count == 0 || are_of(part.shape(), mesh, &pieces) => {}
-            ShapeKind::Convex(_) | ShapeKind::Scenery(_) if *count == 0 => {}
-            _ => return false,
-        }
-        of_parts.push((&part.prepared, pieces, *is_skin != 0));
+    let (fine, rest) = kept.fine.as_chunks::<4>();
+    if [kept.counts.len(), kept.hollows.len()] != [parts.len(); 2] || !rest.is_empty() {
+        return None;
     }
-    let counts = [kept.counts.len(), kept.skins.len()];
-    if of_parts.len() != parts.len() || counts != [of_parts.len(); 2] || !(sizes.is_empty() && points.is_empty()) {
-        return false;
+    let (mut of_parts, mut of_fine) = (Vec::new(), Vec::new());
+    for ((part, count), hollow) in parts.iter().zip(&kept.counts).zip(&kept.hollows) {
+        let cells = next_pieces(&mut sizes, &mut points, *count)?;
+        let fits = match &part.shape().kind {
+            ShapeKind::Mesh(mesh) => *count == 0 || are_of(part.shape(), mesh, &cells),
+            ShapeKind::Convex(_) | ShapeKind::Scenery(_) => *count == 0,
+        };
+        (fits && *hollow >= 0.0).then_some(())?;
+        of_parts.push((&part.prepared, cells, *hollow));
     }
-    let those = of_parts.into_par_iter().filter(|(_, pieces, _)| !pieces.is_empty());
-    those.for_each(|(prepared, pieces, is_skin)| {
-        let solids = pieces.par_iter().map(|points: &Vec<Vec3>| solid(points)).collect();
-        prepared.set_pieces(if is_skin { Pieces::skin(solids) } else { Pieces::new(solids) });
+    for &[at, index, count, is_skin] in fine {
+        let pieces = next_pieces(&mut sizes, &mut points, count)?;
+        let part = parts.get(at as usize)?;
+        let ShapeKind::Mesh(mesh) = &part.shape().kind else { return None };
+        let is_known = (index as usize) < SIZES && is_skin < 2 && !pieces.is_empty();
+        (is_known && are_of(part.shape(), mesh, &pieces)).then_some(())?;
+        of_fine.push((&part.prepared, index as usize, pieces, is_skin == 1));
+    }
+    (sizes.is_empty() && points.is_empty()).then_some(())?;
+    let solids = |pieces: &[Vec<Vec3>]| pieces.par_iter().map(|points| solid(points)).collect();
+    of_parts.par_iter().filter(|(_, cells, _)| !cells.is_empty()).for_each(|(prepared, cells, hollow)| {
+        prepared.set_cells(Pieces::new(solids(cells)), *hollow);
     });
-    true
+    of_fine.par_iter().for_each(|(prepared, index, pieces, is_skin)| {
+        let solids = solids(pieces);
+        prepared.set_fine(*index, if *is_skin { Pieces::skin(solids) } else { Pieces::new(solids) });
+    });
+    Some(())
 }
 
 fn are_of(shape: &Shape, mesh: &MeshShape, pieces: &[Vec<Vec3>]) -> bool {

@@ -3,9 +3,12 @@
 
 use std::sync::{Arc, OnceLock};
 
-use crate::collision::convex_decomposition::{Pieces, PiecesRef, pieces};
+use crate::collision::convex_decomposition::{
+    Pieces, PiecesRef, SIZES, cell_pieces, fine_pieces, is_too_deep, size_index,
+};
 use crate::collision::overlap::inner_pieces::{InnerPiece, inner_pieces};
 use crate::collision::shapes::inner_spheres::InnerSpheres;
+use crate::collision::shapes::mesh::MeshShape;
 use crate::collision::shapes::{Shape, ShapeKind};
 use crate::robot::Geometry;
 
@@ -25,8 +28,12 @@ pub struct PreparedShape {
     pub shape: Shape,
     /// Balls in it; none in scenery.
     pub inner: InnerSpheres,
-    /// Of a mesh; made when they are first needed.
-    pieces: OnceLock<Arc<Pieces>>,
+    /// The least half extent of its box \[m\]; infinite for scenery, which is no one body.
+    pub size: f64,
+    /// The cells of a mesh, and how deep a hollow they fill \[m\]; made when they are first needed.
+    cells: OnceLock<Arc<(Pieces, f64)>>,
+    /// What is finer than the cells of a mesh, by the size of the body beside it.
+    fine: [OnceLock<Arc<Pieces>>; SIZES],
     inner_pieces: OnceLock<Arc<[InnerPiece]>>,
 }
 
@@ -42,40 +49,61 @@ impl PreparedShape {
 
     /// Prepares what else there is of `shape`.
     pub(super) fn of(shape: Shape) -> Self {
-        let inner = match &shape.kind {
-            ShapeKind::Scenery(_) => InnerSpheres::default(),
-            _ => InnerSpheres::of(&shape),
+        let (inner, size) = match &shape.kind {
+            ShapeKind::Scenery(_) => (InnerSpheres::default(), f64::INFINITY),
+            _ => (InnerSpheres::of(&shape), shape.bounds.half.min()),
         };
-        Self { shape, inner, pieces: OnceLock::new(), inner_pieces: OnceLock::new() }
+        Self { shape, inner, size, cells: OnceLock::new(), fine: Default::default(), inner_pieces: OnceLock::new() }
     }
 
-    /// [`PreparedShape::pieces`], unless they would first have to be made.
-    pub fn known_pieces(&self) -> Option<PiecesRef<'_>> {
+    /// Convex shapes in the same frame whose union holds the shape: itself, or the cells of a mesh;
+    /// none of scenery, which is requested its elements.
+    pub fn cover(&self) -> PiecesRef<'_> {
+        match &self.shape.kind {
+            ShapeKind::Convex(_) => (&self.shape).into(),
+            ShapeKind::Mesh(mesh) => self.cells(mesh).0.all(),
+            ShapeKind::Scenery(_) => PiecesRef { shapes: &[], boxes: &[], is_skin: false },
+        }
+    }
+
+    /// [`PreparedShape::cover`], unless it would first have to be made.
+    pub fn known_cover(&self) -> Option<PiecesRef<'_>> {
         match &self.shape.kind {
             ShapeKind::Convex(_) => Some((&self.shape).into()),
-            ShapeKind::Mesh(_) => self.pieces.get().map(|pieces| pieces.all()),
+            ShapeKind::Mesh(_) => self.cells.get().map(|cells| cells.0.all()),
             ShapeKind::Scenery(_) => None,
         }
     }
 
-    /// [`PreparedShape::known_pieces`], if they hold all of the shape.
-    pub fn known_cover(&self) -> Option<PiecesRef<'_>> {
-        self.known_pieces().filter(|pieces| !pieces.is_skin)
+    /// Convex shapes in the same frame whose union holds the shape or its surface, and leaves open
+    /// what the other one could enter.
+    pub fn pieces_beside(&self, other: &Self) -> PiecesRef<'_> {
+        let ShapeKind::Mesh(mesh) = &self.shape.kind else { return self.cover() };
+        let cells = self.cells(mesh);
+        match self.finer_beside(cells, other) {
+            Some(index) => self.fine(mesh, index).all(),
+            None => cells.0.all(),
+        }
     }
 
-    /// Convex shapes in the same frame whose union holds it, or its surface: itself, or those of
-    /// [`pieces`]; none of scenery, which is requested its elements.
-    pub fn pieces(&self) -> PiecesRef<'_> {
-        match &self.shape.kind {
-            ShapeKind::Convex(_) => (&self.shape).into(),
-            ShapeKind::Mesh(mesh) => {
-                // Made outside of the lock: it is shared work, and a thread that waits for its
-                // parts may come to ask for the same pieces.
-                let made = self.pieces.get().is_none().then(|| Arc::new(pieces(mesh, &self.shape.bounds)));
-                self.pieces.get_or_init(|| made.unwrap_or_default()).all()
-            }
-            ShapeKind::Scenery(_) => PiecesRef { shapes: &[], boxes: &[], is_skin: false },
-        }
+    /// Whether [`PreparedShape::pieces_beside`] are other ones than the known cover.
+    pub fn is_finer_beside(&self, other: &Self) -> bool {
+        self.cells.get().is_some_and(|cells| self.finer_beside(cells, other).is_some())
+    }
+
+    /// Of which size pieces finer than the cells are needed.
+    fn finer_beside(&self, cells: &(Pieces, f64), other: &Self) -> Option<usize> {
+        let radius = self.shape.bounds.half.norm();
+        let index = size_index(radius, other.size);
+        is_too_deep(cells.1, radius, index).then_some(index)
+    }
+
+    fn cells(&self, mesh: &MeshShape) -> &(Pieces, f64) {
+        made_once(&self.cells, || cell_pieces(mesh, &self.shape.bounds))
+    }
+
+    fn fine(&self, mesh: &MeshShape, index: usize) -> &Pieces {
+        made_once(&self.fine[index], || fine_pieces(mesh, &self.shape.bounds, index))
     }
 
     /// Of a mesh, convex pieces inside it; made when they are first asked for.
@@ -84,20 +112,53 @@ impl PreparedShape {
         self.inner_pieces.get_or_init(|| inner_pieces(mesh, &self.shape.bounds).into())
     }
 
-    /// Whether all pieces are made that there are.
-    pub fn has_pieces(&self) -> bool {
+    /// Whether all pieces are made that it has by itself.
+    pub fn has_cells(&self) -> bool {
         let is_mesh = matches!(self.shape.kind, ShapeKind::Mesh(_));
-        !is_mesh || (self.pieces.get().is_some() && self.inner_pieces.get().is_some())
+        !is_mesh || (self.cells.get().is_some() && self.inner_pieces.get().is_some())
     }
 
     /// Makes those that are not.
-    pub fn make_pieces(&self) {
-        self.pieces();
+    pub fn make_cells(&self) {
+        self.cover();
         self.inner_pieces();
     }
 
-    /// Takes the pieces of a mesh over from where they were made before; not where it has some.
-    pub fn set_pieces(&self, pieces: Pieces) {
-        self.pieces.get_or_init(|| Arc::new(pieces));
+    /// Of which size finer pieces are needed beside `other` that are not made.
+    pub fn missing_beside(&self, other: &Self) -> Option<usize> {
+        self.finer_beside(self.cells.get()?, other).filter(|index| self.fine[*index].get().is_none())
     }
+
+    /// Makes the pieces beside bodies of the size `index`.
+    pub fn make_fine(&self, index: usize) {
+        if let ShapeKind::Mesh(mesh) = &self.shape.kind {
+            self.fine(mesh, index);
+        }
+    }
+
+    /// The cells, and the finer pieces by the size of the body beside, as far as they are made.
+    pub fn known_pieces(&self) -> (Option<&(Pieces, f64)>, [Option<&Pieces>; SIZES]) {
+        let fine = self.fine.each_ref().map(|fine| fine.get().map(|pieces| &**pieces));
+        (self.cells.get().map(|cells| &**cells), fine)
+    }
+
+    /// Takes the cells of a mesh over from where they were made before; not if it has some.
+    pub fn set_cells(&self, cells: Pieces, hollow: f64) {
+        self.cells.get_or_init(|| Arc::new((cells, hollow)));
+    }
+
+    /// The same of what is finer, beside bodies of the size `index`.
+    pub fn set_fine(&self, index: usize, pieces: Pieces) {
+        self.fine[index].get_or_init(|| Arc::new(pieces));
+    }
+}
+
+/// What is made outside of the lock: it is shared work, and a thread that waits for its parts may
+/// come to ask for the same.
+fn made_once<T>(place: &OnceLock<Arc<T>>, make: impl FnOnce() -> T) -> &T {
+    if let Some(known) = place.get() {
+        return known;
+    }
+    let made = Arc::new(make());
+    place.get_or_init(|| made)
 }

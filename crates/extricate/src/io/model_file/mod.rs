@@ -50,17 +50,17 @@ use crate::scene::assemble::sound;
 use array::Array;
 use derived::numbers;
 
-/// Version of the layout; a file of another version is refused, but for 5 to 11.
-pub const FORMAT: u32 = 12;
+/// Version of the layout; a file of another version is refused, but for 5 to 12.
+pub const FORMAT: u32 = 13;
 /// Versions that are read. In 5 nothing was kept that can be made anew: such a file takes longer to
 /// load. Until 6 a model said in one of four words how widely its queries search. Until 9 solved
-/// samples were called exits. Until 10 no trees were kept. Until 11 nothing said which pieces of
-/// meshes hold a surface alone: they are made anew.
-const READABLE: [u64; 8] = [5, 6, 7, 8, 9, 10, 11, FORMAT as u64];
+/// samples were called exits. Until 10 no trees were kept. Until 12 meshes had one list of
+/// pieces for bodies of all sizes: they are made anew.
+const READABLE: [u64; 9] = [5, 6, 7, 8, 9, 10, 11, 12, FORMAT as u64];
 /// The version that began to keep the trees of meshes.
 const WITH_TREES: u64 = 11;
-/// The version that began to say which pieces hold surfaces alone.
-const WITH_SKINS: u64 = 12;
+/// The version that began to keep pieces by the size of the body beside them.
+const WITH_SIZES: u64 = 13;
 
 const KEY: &str = "extricate";
 
@@ -210,7 +210,7 @@ fn restore(stored: Stored, tensors: &SafeTensors) -> std::result::Result<Model, 
     if format == READABLE[0] {
         return Ok(Model::from_parts(checker, metric, configs, classifier, coverage, statistics));
     }
-    if format >= WITH_SKINS {
+    if format >= WITH_SIZES {
         derived::restore_pieces(tensors, &checker)?;
     } else {
         checker.prepare_proposals();
