@@ -63,11 +63,18 @@ pub struct Concavity {
     pub normal: Vec3,
 }
 
-/// Cells of the box around triangles of a mesh, cut until the hull of what lies in each follows it,
-/// or there are `most`. `across`: whether cuts across a notch are tried too. Without them bars
-/// between whose ends the nearest face is not the inner one are cut in vain; proposals of contacts
-/// do with that.
-pub fn cells(mesh: &MeshShape, triangles: Vec<[Vec3; 3]>, radius: f64, most: usize, across: bool) -> Vec<Cell> {
+/// Cells of the box around triangles of a mesh of `radius`, cut until the hull of what lies in each
+/// stands out by no more than `tolerance` \[m\], or there are `most`. `across`: whether cuts across
+/// a notch are tried too. Without them bars between whose ends the nearest face is not the inner one
+/// are cut in vain; proposals of contacts do with that.
+pub fn cells(
+    mesh: &MeshShape,
+    triangles: Vec<[Vec3; 3]>,
+    radius: f64,
+    tolerance: f64,
+    most: usize,
+    across: bool,
+) -> Vec<Cell> {
     let divider = Divider { mesh, thickness: THICKNESS * radius, across };
     let mut stack = Vec::new();
     let box_around = convex_hull(&Aabb::around(triangles.iter().flatten()).corners());
@@ -76,7 +83,7 @@ pub fn cells(mesh: &MeshShape, triangles: Vec<[Vec3; 3]>, radius: f64, most: usi
     let depth = |cell: &Cell| cell.notch.map_or(0.0, |notch| notch.depth);
     while cells.len() < most {
         let deepest = (0..cells.len()).max_by(|i, j| depth(&cells[*i]).total_cmp(&depth(&cells[*j])));
-        let Some(deepest) = deepest.filter(|at| depth(&cells[*at]) > TOLERANCE * radius) else { break };
+        let Some(deepest) = deepest.filter(|at| depth(&cells[*at]) > tolerance) else { break };
         let cell = cells.swap_remove(deepest);
         let cut = cell.notch.and_then(|notch| divider.best_cut(&cell, &notch));
         match cut {

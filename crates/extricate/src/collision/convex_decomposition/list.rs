@@ -13,8 +13,9 @@ use crate::math::{LANES, Vec3};
 pub struct Pieces {
     shapes: Vec<Shape>,
     boxes: Vec<Boxes>,
-    /// Whether they hold the surface alone, and not all of a solid.
-    pub is_skin: bool,
+    /// The number of the first piece that is parted from others by itself: the patches of a surface
+    /// face several ways, and no direction parts all of them.
+    pub first_apart: usize,
 }
 
 /// The same, or a convex shape itself.
@@ -24,25 +25,27 @@ pub struct PiecesRef<'a> {
     pub shapes: &'a [Shape],
     /// Around them, eight at a time; none around a convex shape itself.
     pub boxes: &'a [Boxes],
-    /// Whether they hold the surface alone, and not all of a solid.
-    pub is_skin: bool,
+    /// The number of the first piece that is parted from others by itself.
+    pub first_apart: usize,
 }
 
 impl Pieces {
     /// With boxes around them.
     pub fn new(shapes: Vec<Shape>) -> Self {
         let bounds: Vec<Aabb> = shapes.iter().map(|shape| shape.bounds).collect();
-        Self { boxes: bounds.chunks(LANES).map(Boxes::new).collect(), shapes, is_skin: false }
+        Self { boxes: bounds.chunks(LANES).map(Boxes::new).collect(), first_apart: shapes.len(), shapes }
     }
 
-    /// Those of a surface.
-    pub fn skin(shapes: Vec<Shape>) -> Self {
-        Self { is_skin: true, ..Self::new(shapes) }
+    /// Those that are parted from others together, and those that are one by one.
+    pub fn with_apart(mut together: Vec<Shape>, apart: Vec<Shape>) -> Self {
+        let first_apart = together.len();
+        together.extend(apart);
+        Self { first_apart, ..Self::new(together) }
     }
 
     /// All of them.
     pub fn all(&self) -> PiecesRef<'_> {
-        PiecesRef { shapes: &self.shapes, boxes: &self.boxes, is_skin: self.is_skin }
+        PiecesRef { shapes: &self.shapes, boxes: &self.boxes, first_apart: self.first_apart }
     }
 }
 
@@ -75,6 +78,6 @@ impl WithSimd for AreNear<'_> {
 
 impl<'a> From<&'a Shape> for PiecesRef<'a> {
     fn from(convex: &'a Shape) -> Self {
-        Self { shapes: std::slice::from_ref(convex), boxes: &[], is_skin: false }
+        Self { shapes: std::slice::from_ref(convex), boxes: &[], first_apart: 1 }
     }
 }

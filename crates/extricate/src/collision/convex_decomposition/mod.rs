@@ -18,18 +18,26 @@ use super::shapes::{ConvexSolid, Shape, ShapeKind};
 use crate::math::Vec3;
 use crate::robot::TriangleMesh;
 pub use cells::THICKNESS;
-use cells::{Divider, cells, deepest};
+use cells::{Cell, Divider, TOLERANCE, cells, deepest};
 pub use list::{Pieces, PiecesRef};
 use patches::connected;
 
 /// The sizes of bodies that a mesh has pieces for: its radius, halved once more for each.
 pub const SIZES: usize = 8;
-/// A hollow deeper than this share of a body's size has to stay open for the body.
-const HOLLOW: f64 = 0.5;
+/// A hollow stays open for bodies that could enter it: if it is deeper than this share of the size
+/// of the body,
+const ENTERED: f64 = 0.5;
+/// and than this share of the radius of the mesh. With half of it a robot of detailed links that are
+/// hollow to scale (ANYmal) takes three times as long for the same answers.
+const HOLLOW: f64 = 0.08;
 /// How far patches along the surface may stand out, as a share of the body's size.
 const PATCH_TOLERANCE: f64 = 0.03;
-/// Most patches of one component: of more, contacts take longer to gather than the nearer exits
-/// are worth.
+/// How far the hull of a small component may, and its cells.
+const SOLID_TOLERANCE: f64 = 0.1;
+/// Most patches of a component whose hollow is as deep as the body is large; more of a deeper one,
+/// as its surface is: of more, contacts take longer to gather than the nearer exits are worth.
+const PATCHES: f64 = 96.0;
+/// Most patches of any component.
 const MOST_PATCHES: usize = 1024;
 /// A mesh of more components is parted as one.
 const MOST_COMPONENTS: usize = 4096;
@@ -51,49 +59,48 @@ fn size_at(radius: f64, index: usize) -> f64 {
 }
 
 /// Convex shapes in the frame of `mesh` whose union holds its closed components and its surfaces,
-/// and how deep the deepest hollow is that they fill \[m\].
+/// and for which of the [`SIZES`] of bodies they fill a hollow.
 ///
 /// Each is the hull of what lies in one cell, corners of the cell within the solid included. They
 /// stand out of the mesh by [`TOLERANCE`] if no more than [`MOST`] are needed for that, as far as
 /// their largest faces and points spread over the mesh tell; and they hold it up to [`THICKNESS`].
-pub fn cell_pieces(mesh: &MeshShape, bounds: &Aabb) -> (Pieces, f64) {
+pub fn cell_pieces(mesh: &MeshShape, bounds: &Aabb) -> (Pieces, [bool; SIZES]) {
     let radius = bounds.half.norm();
-    let all = mesh.tree.triangles(0..mesh.tree.blocks.len()).map(|t| t.points).collect();
-    let cells = cells(mesh, all, radius, MOST, false);
-    (Pieces::new(cells.iter().map(|cell| solid(&cell.hull.vertices)).collect()), deepest(&cells))
-}
-
-/// Whether cells that fill a hollow of this depth \[m\] are too coarse for a body of a size.
-pub fn is_too_deep(hollow: f64, radius: f64, index: usize) -> bool {
-    hollow > HOLLOW * size_at(radius, index)
+    let cells = cells(mesh, triangles(mesh), radius, TOLERANCE * radius, MOST, false);
+    let hollow = deepest(&cells);
+    let is_coarse = |index| hollow > (HOLLOW * radius).max(ENTERED * size_at(radius, index));
+    (Pieces::new(cells.iter().map(Cell::solid).collect()), std::array::from_fn(is_coarse))
 }
 
 /// Finer pieces, for bodies of the size `index`: each component is its hull if that follows it,
 /// else its cells if they leave no hollow that such a body could enter, else patches along its
-/// surface. None if no component has better ones than `hollow`, what all cells together leave.
+/// surface, unless these are too many.
 pub fn fine_pieces(mesh: &MeshShape, bounds: &Aabb, index: usize) -> Pieces {
     let radius = bounds.half.norm();
     let size = size_at(radius, index);
-    let (hollow, tolerance) = (HOLLOW * size, PATCH_TOLERANCE * size);
     let divider = Divider { mesh, thickness: THICKNESS * radius, across: false };
     let of_component = |triangles: Vec<[Vec3; 3]>| {
-        if let Some(hull) = divider.convex(&triangles, tolerance) {
-            return (vec![solid(&hull.vertices)], false);
+        if let Some(hull) = divider.convex(&triangles, SOLID_TOLERANCE * size) {
+            return (vec![solid(&hull.vertices)], Vec::new());
         }
-        let cells = cells(mesh, triangles.clone(), radius, MOST, false);
-        let left = deepest(&cells);
-        if left > hollow {
-            let patches = divider.patches(triangles, tolerance, MOST_PATCHES);
-            if patches.iter().all(|patch| patch.depth < 0.5 * left) {
-                return (patches.iter().map(|patch| solid(&patch.hull.vertices)).collect(), true);
+        let cells = cells(mesh, triangles.clone(), radius, SOLID_TOLERANCE * size, MOST, false);
+        let hollow = deepest(&cells);
+        if hollow > ENTERED * size {
+            let most = ((PATCHES * (hollow / size).powi(2)) as usize).min(MOST_PATCHES);
+            let patches = divider.patches(triangles, PATCH_TOLERANCE * size, most);
+            if patches.iter().all(|patch| patch.depth <= SOLID_TOLERANCE * size) {
+                return (Vec::new(), patches.iter().map(|patch| solid(&patch.hull.vertices)).collect());
             }
         }
-        (cells.iter().map(|cell| solid(&cell.hull.vertices)).collect(), false)
+        (cells.iter().map(Cell::solid).collect(), Vec::new())
     };
-    let found: Vec<(Vec<Shape>, bool)> = components(mesh).into_par_iter().map(of_component).collect();
-    let is_skin = found.iter().any(|(_, is_skin)| *is_skin);
-    let solids = found.into_iter().flat_map(|(solids, _)| solids).collect();
-    if is_skin { Pieces::skin(solids) } else { Pieces::new(solids) }
+    let found: Vec<(Vec<Shape>, Vec<Shape>)> = components(mesh).into_par_iter().map(of_component).collect();
+    let (together, apart): (Vec<_>, Vec<_>) = found.into_iter().unzip();
+    Pieces::with_apart(together.concat(), apart.concat())
+}
+
+fn triangles(mesh: &MeshShape) -> Vec<[Vec3; 3]> {
+    mesh.tree.triangles(0..mesh.tree.blocks.len()).map(|t| t.points).collect()
 }
 
 /// The triangles of every closed component, and of surfaces those that share corners.
@@ -111,8 +118,15 @@ fn components(mesh: &MeshShape) -> Vec<Vec<[Vec3; 3]>> {
 pub fn convex_parts(mesh: &TriangleMesh) -> Vec<TriangleMesh> {
     let shape = MeshShape::new(mesh);
     let bounds = Aabb::around(shape.vertices.iter());
-    let all = shape.tree.triangles(0..shape.tree.blocks.len()).map(|t| t.points).collect();
-    cells(&shape, all, bounds.half.norm(), MOST_PARTS, true).into_iter().map(|cell| cell.hull).collect()
+    let radius = bounds.half.norm();
+    let cells = cells(&shape, triangles(&shape), radius, TOLERANCE * radius, MOST_PARTS, true);
+    cells.into_iter().map(|cell| cell.hull).collect()
+}
+
+impl Cell {
+    fn solid(&self) -> Shape {
+        solid(&self.hull.vertices)
+    }
 }
 
 /// The hull of points.

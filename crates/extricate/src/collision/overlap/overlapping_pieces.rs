@@ -89,11 +89,9 @@ pub fn overlapping_pieces(
             if !is_first && !is_second {
                 let [xs, ys] = &mut buffers.pieces;
                 if find_overlapping([a, b], clearance, contact_buffers, [&mut *xs, &mut *ys]) {
-                    // Patches of a surface face several ways: no direction parts all of them.
                     let (of_a, of_b) = (a.prepared.pieces_beside(b.prepared), b.prepared.pieces_beside(a.prepared));
-                    let together = |of: PiecesRef, count: usize| if of.is_skin { 1 } else { count };
-                    for xs in xs.chunks(together(of_a, xs.len())) {
-                        for ys in ys.chunks(together(of_b, ys.len())) {
+                    for xs in parted_at_once(xs, of_a.first_apart) {
+                        for ys in parted_at_once(ys, of_b.first_apart) {
                             let (first, second) = (Side::of(of_a, a, xs), Side::of(of_b, b, ys));
                             each(&OverlappingPieces { pair, excess, first, second });
                         }
@@ -121,6 +119,14 @@ impl<'a> Side<'a> {
     fn of(all: PiecesRef<'a>, shape: Placed<'a>, some: &'a [u32]) -> Self {
         Self { pieces: Pieces::Of(all.shapes, some), pose: shape.pose }
     }
+}
+
+/// Those of `some` pieces that a direction has to part at once: all before `first_apart`, and each
+/// other one.
+fn parted_at_once(some: &mut [u32], first_apart: usize) -> impl Iterator<Item = &[u32]> {
+    some.sort_unstable();
+    let (together, apart) = some.split_at(some.partition_point(|piece| (*piece as usize) < first_apart));
+    Some(together).filter(|all| !all.is_empty()).into_iter().chain(apart.chunks(1))
 }
 
 fn is_scenery(shape: Placed) -> bool {

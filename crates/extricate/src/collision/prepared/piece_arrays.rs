@@ -14,10 +14,11 @@ use crate::math::Vec3;
 pub struct PieceArrays {
     /// Of every shape, body after body: how many cells, 0 for one that has none, or none yet.
     pub counts: Vec<u32>,
-    /// Of every shape, how deep the deepest hollow is that its cells fill \[m\].
-    pub hollows: Vec<f64>,
+    /// Of every shape, bit by bit, for which sizes of bodies its cells are too coarse.
+    pub coarse: Vec<u8>,
     /// Of every shape with finer pieces, for each size: the number of the shape, the index of the
-    /// size, how many pieces, and 1 if they hold its surface alone, else 0.
+    /// size, how many pieces, and how many of them are parted from others
+    /// together.
     pub fine: Vec<u32>,
     /// Of every piece, first all cells, how many points it is the hull of.
     pub sizes: Vec<u32>,
@@ -42,14 +43,15 @@ pub fn kept_pieces(parts: &[PreparedPart]) -> PieceArrays {
     let known: Vec<_> = parts.iter().map(|part| part.prepared.known_pieces()).collect();
     for (cells, _) in &known {
         kept.counts.push(cells.map_or(0, |(cells, _)| cells.all().shapes.len() as u32));
-        kept.hollows.push(cells.map_or(0.0, |(_, hollow)| *hollow));
+        let bits = |is_coarse: &[bool; SIZES]| (0..SIZES).map(|k| u8::from(is_coarse[k]) << k).sum();
+        kept.coarse.push(cells.map_or(0, |(_, is_coarse)| bits(is_coarse)));
         cells.iter().for_each(|(cells, _)| kept.keep(cells));
     }
     for (at, (_, fine)) in known.iter().enumerate() {
         for (index, pieces) in fine.iter().enumerate() {
             let Some(pieces) = pieces else { continue };
             let all = pieces.all();
-            kept.fine.extend([at as u32, index as u32, all.shapes.len() as u32, u32::from(all.is_skin)]);
+            kept.fine.extend([at as u32, index as u32, all.shapes.len() as u32, all.first_apart as u32]);
             kept.keep(pieces);
         }
     }
@@ -77,35 +79,35 @@ pub fn take_pieces(parts: &[PreparedPart], kept: &PieceArrays) -> bool {
 fn taken(parts: &[PreparedPart], kept: &PieceArrays) -> Option<()> {
     let (mut sizes, mut points) = (&kept.sizes[..], &kept.points[..]);
     let (fine, rest) = kept.fine.as_chunks::<4>();
-    if [kept.counts.len(), kept.hollows.len()] != [parts.len(); 2] || !rest.is_empty() {
+    if [kept.counts.len(), kept.coarse.len()] != [parts.len(); 2] || !rest.is_empty() {
         return None;
     }
     let (mut of_parts, mut of_fine) = (Vec::new(), Vec::new());
-    for ((part, count), hollow) in parts.iter().zip(&kept.counts).zip(&kept.hollows) {
+    for ((part, count), coarse) in parts.iter().zip(&kept.counts).zip(&kept.coarse) {
         let cells = next_pieces(&mut sizes, &mut points, *count)?;
         let fits = match &part.shape().kind {
             ShapeKind::Mesh(mesh) => *count == 0 || are_of(part.shape(), mesh, &cells),
             ShapeKind::Convex(_) | ShapeKind::Scenery(_) => *count == 0,
         };
-        (fits && *hollow >= 0.0).then_some(())?;
-        of_parts.push((&part.prepared, cells, *hollow));
+        fits.then_some(())?;
+        of_parts.push((&part.prepared, cells, std::array::from_fn(|k| coarse >> k & 1 == 1)));
     }
-    for &[at, index, count, is_skin] in fine {
+    for &[at, index, count, together] in fine {
         let pieces = next_pieces(&mut sizes, &mut points, count)?;
         let part = parts.get(at as usize)?;
         let ShapeKind::Mesh(mesh) = &part.shape().kind else { return None };
-        let is_known = (index as usize) < SIZES && is_skin < 2 && !pieces.is_empty();
+        let is_known = (index as usize) < SIZES && together <= count && count > 0;
         (is_known && are_of(part.shape(), mesh, &pieces)).then_some(())?;
-        of_fine.push((&part.prepared, index as usize, pieces, is_skin == 1));
+        of_fine.push((&part.prepared, index as usize, pieces, together as usize));
     }
     (sizes.is_empty() && points.is_empty()).then_some(())?;
     let solids = |pieces: &[Vec<Vec3>]| pieces.par_iter().map(|points| solid(points)).collect();
-    of_parts.par_iter().filter(|(_, cells, _)| !cells.is_empty()).for_each(|(prepared, cells, hollow)| {
-        prepared.set_cells(Pieces::new(solids(cells)), *hollow);
+    of_parts.par_iter().filter(|(_, cells, _)| !cells.is_empty()).for_each(|(prepared, cells, is_coarse)| {
+        prepared.set_cells(Pieces::new(solids(cells)), *is_coarse);
     });
-    of_fine.par_iter().for_each(|(prepared, index, pieces, is_skin)| {
-        let solids = solids(pieces);
-        prepared.set_fine(*index, if *is_skin { Pieces::skin(solids) } else { Pieces::new(solids) });
+    of_fine.par_iter().for_each(|(prepared, index, pieces, together)| {
+        let (together, apart) = pieces.split_at(*together);
+        prepared.set_fine(*index, Pieces::with_apart(solids(together), solids(apart)));
     });
     Some(())
 }

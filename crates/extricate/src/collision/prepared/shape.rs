@@ -4,13 +4,16 @@
 use std::sync::{Arc, OnceLock};
 
 use crate::collision::convex_decomposition::{
-    Pieces, PiecesRef, SIZES, cell_pieces, fine_pieces, is_too_deep, size_index,
+    Pieces, PiecesRef, SIZES, cell_pieces, fine_pieces, size_index,
 };
 use crate::collision::overlap::inner_pieces::{InnerPiece, inner_pieces};
 use crate::collision::shapes::inner_spheres::InnerSpheres;
 use crate::collision::shapes::mesh::MeshShape;
 use crate::collision::shapes::{Shape, ShapeKind};
 use crate::robot::Geometry;
+
+/// Cells, and for which sizes of bodies they are too coarse.
+pub type Cells = (Pieces, [bool; SIZES]);
 
 /// A shape prepared for checks against others: a tree of triangles, or a convex solid. Immutable,
 /// shared between threads.
@@ -30,8 +33,9 @@ pub struct PreparedShape {
     pub inner: InnerSpheres,
     /// The least half extent of its box \[m\]; infinite for scenery, which is no one body.
     pub size: f64,
-    /// The cells of a mesh, and how deep a hollow they fill \[m\]; made when they are first needed.
-    cells: OnceLock<Arc<(Pieces, f64)>>,
+    /// The cells of a mesh, and for which sizes of bodies they are too coarse; made when they are
+    /// first needed.
+    cells: OnceLock<Arc<Cells>>,
     /// What is finer than the cells of a mesh, by the size of the body beside it.
     fine: [OnceLock<Arc<Pieces>>; SIZES],
     inner_pieces: OnceLock<Arc<[InnerPiece]>>,
@@ -62,7 +66,7 @@ impl PreparedShape {
         match &self.shape.kind {
             ShapeKind::Convex(_) => (&self.shape).into(),
             ShapeKind::Mesh(mesh) => self.cells(mesh).0.all(),
-            ShapeKind::Scenery(_) => PiecesRef { shapes: &[], boxes: &[], is_skin: false },
+            ShapeKind::Scenery(_) => PiecesRef { shapes: &[], boxes: &[], first_apart: 0 },
         }
     }
 
@@ -92,13 +96,12 @@ impl PreparedShape {
     }
 
     /// Of which size pieces finer than the cells are needed.
-    fn finer_beside(&self, cells: &(Pieces, f64), other: &Self) -> Option<usize> {
-        let radius = self.shape.bounds.half.norm();
-        let index = size_index(radius, other.size);
-        is_too_deep(cells.1, radius, index).then_some(index)
+    fn finer_beside(&self, cells: &Cells, other: &Self) -> Option<usize> {
+        let index = size_index(self.shape.bounds.half.norm(), other.size);
+        cells.1[index].then_some(index)
     }
 
-    fn cells(&self, mesh: &MeshShape) -> &(Pieces, f64) {
+    fn cells(&self, mesh: &MeshShape) -> &Cells {
         made_once(&self.cells, || cell_pieces(mesh, &self.shape.bounds))
     }
 
@@ -137,14 +140,14 @@ impl PreparedShape {
     }
 
     /// The cells, and the finer pieces by the size of the body beside, as far as they are made.
-    pub fn known_pieces(&self) -> (Option<&(Pieces, f64)>, [Option<&Pieces>; SIZES]) {
+    pub fn known_pieces(&self) -> (Option<&Cells>, [Option<&Pieces>; SIZES]) {
         let fine = self.fine.each_ref().map(|fine| fine.get().map(|pieces| &**pieces));
         (self.cells.get().map(|cells| &**cells), fine)
     }
 
     /// Takes the cells of a mesh over from where they were made before; not if it has some.
-    pub fn set_cells(&self, cells: Pieces, hollow: f64) {
-        self.cells.get_or_init(|| Arc::new((cells, hollow)));
+    pub fn set_cells(&self, cells: Pieces, is_coarse: [bool; SIZES]) {
+        self.cells.get_or_init(|| Arc::new((cells, is_coarse)));
     }
 
     /// The same of what is finer, beside bodies of the size `index`.

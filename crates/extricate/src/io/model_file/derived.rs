@@ -4,7 +4,7 @@
 //!
 //! `index.lists`, `index.centres`, `index.margins`, `index.basis` (see [`IndexArrays`]), the same
 //! of `exits`; `planes.counts`, `planes.pairs`, `planes.columns`, `planes.numbers` (see
-//! [`ContactPlaneArrays`]); `pieces.counts`, `pieces.hollows`, `pieces.fine`, `pieces.sizes`, `pieces.points`
+//! [`ContactPlaneArrays`]); `pieces.counts`, `pieces.coarse`, `pieces.fine`, `pieces.sizes`, `pieces.points`
 //! (see [`PieceArrays`]);
 //! `trees.counts`, `trees.elements`, `trees.order` (see [`TreeArrays`]). No proof and no
 //! verification rests on any of it (wrong pieces could lower a bound, never raise one), and none of
@@ -47,7 +47,7 @@ pub fn arrays(model: &Model) -> Vec<Array> {
         array("planes.columns", Dtype::U8, &columns, u8::to_le_bytes),
         array("planes.numbers", Dtype::F32, &numbers, f32::to_le_bytes),
         array("pieces.counts", Dtype::U32, &pieces.counts, u32::to_le_bytes),
-        array("pieces.hollows", Dtype::F64, &pieces.hollows, f64::to_le_bytes),
+        array("pieces.coarse", Dtype::U8, &pieces.coarse, u8::to_le_bytes),
         array("pieces.fine", Dtype::U32, &pieces.fine, u32::to_le_bytes),
         array("pieces.sizes", Dtype::U32, &pieces.sizes, u32::to_le_bytes),
         array("pieces.points", Dtype::F64, &pieces.points, f64::to_le_bytes),
@@ -93,7 +93,7 @@ pub fn checker(tensors: &SafeTensors, scene: Arc<Scene>) -> Result<Checker, Stri
 pub fn restore_pieces(tensors: &SafeTensors, checker: &Checker) -> Result<(), String> {
     let pieces = PieceArrays {
         counts: numbers(tensors, "pieces.counts", Dtype::U32, u32::from_le_bytes)?,
-        hollows: numbers(tensors, "pieces.hollows", Dtype::F64, f64::from_le_bytes)?,
+        coarse: numbers(tensors, "pieces.coarse", Dtype::U8, u8::from_le_bytes)?,
         fine: numbers(tensors, "pieces.fine", Dtype::U32, u32::from_le_bytes)?,
         sizes: numbers(tensors, "pieces.sizes", Dtype::U32, u32::from_le_bytes)?,
         points: numbers(tensors, "pieces.points", Dtype::F64, f64::from_le_bytes)?,
