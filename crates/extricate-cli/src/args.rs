@@ -7,7 +7,7 @@ use clap::builder::styling::Styles;
 use clap::error::ErrorKind;
 use clap::{Args, CommandFactory, Parser, Subcommand, ValueEnum};
 use extricate::internals::query::options::{MAX_EXITS, MAX_STARTS};
-use extricate::{LoadLimit, LoadLimits};
+use extricate::{LoadLimit, LoadLimits, LoadOptions};
 
 use crate::commands::{
     adapt, check, demo, escape, grasp, import, info, learn, plan, query, repair, report, sample, shell, view,
@@ -119,9 +119,14 @@ impl InputArgs {
     }
 }
 
-/// How much files may hold.
+/// How scenes are loaded.
 #[derive(Args, Default)]
 pub struct LoadArgs {
+    /// Folder in which `package://NAME/...` is looked up first: one that holds the folder NAME, or
+    /// the package itself. May be given several times. Then come `packages` of the scene file, the
+    /// folders that the URDF lies in, and those of AMENT_PREFIX_PATH and ROS_PACKAGE_PATH
+    #[arg(long, value_name = "DIR", help_heading = "Files")]
+    packages: Vec<PathBuf>,
     /// Take files that hold more, or less, than usual, such as `triangles=50000000`. May be given
     /// several times; docs/reference/limits.md lists the names, as does an unknown one
     #[arg(long = "load-limit", value_name = "NAME=N", value_parser = load_limit, help_heading = "Files")]
@@ -129,9 +134,14 @@ pub struct LoadArgs {
 }
 
 impl LoadArgs {
-    /// The limits.
+    /// How much files may hold.
     pub fn limits(&self) -> LoadLimits {
         self.load_limits.iter().fold(LoadLimits::default(), |limits, (limit, most)| limits.with(*limit, *most))
+    }
+
+    /// All of it.
+    pub fn options(&self) -> LoadOptions {
+        LoadOptions { limits: self.limits(), packages: self.packages.clone() }
     }
 }
 
@@ -263,6 +273,7 @@ mod tests {
             "demo --export dir",
             "info scene.toml --pairs",
             "info scene.toml --load-limit triangles=50000000 --load-limit links=1",
+            "info robot.urdf --packages ws/src --packages vendor",
             "import table.scene -o world.toml --robot robot.urdf",
             "check scene.toml --input -",
             "check m.model --q 0,0.3 --q -1,2",

@@ -13,6 +13,7 @@ use pyo3::types::{PyDict, PyMapping, PyType};
 
 use super::Source;
 use super::answer::effort_name;
+use crate::entries::lists::Names;
 use crate::error::{count, exception, warn};
 use crate::long_call;
 use crate::rows::arrays::{bad_row, floats, one_config};
@@ -250,10 +251,10 @@ impl<'py> Given<'_, 'py> {
 
     /// Those of `locked`, or all but those of `free`.
     fn locked(&self, scene: &Scene) -> PyResult<Vec<usize>> {
-        let joints = |name: &str, names: Vec<String>| {
+        let joints = |name: &str, Names(names): Names| {
             scene.joints_named(name, names.iter().map(String::as_str)).map_err(exception)
         };
-        match (self.get::<Vec<String>>("locked")?, self.get::<Vec<String>>("free")?) {
+        match (self.get::<Names>("locked")?, self.get::<Names>("free")?) {
             (Some(_), Some(_)) => Err(PyValueError::new_err("locked, free: got both, expected one of them")),
             (Some(locked), None) => joints("locked", locked),
             (None, Some(free)) => {
