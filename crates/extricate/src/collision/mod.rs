@@ -20,7 +20,8 @@ pub mod shapes;
 
 pub use answers::{
     advice_if_never_free, always_colliding, contacts_within, disable_list, most_often_colliding,
-    pairs_always_colliding, signed_distances, signed_distances_of,
+    nearly_always_colliding, pairs_always_colliding, pairs_nearly_always_colliding, signed_distances,
+    signed_distances_of,
 };
 pub use checker::{CheckScratch, Checker};
 pub use contacts::{Contact, ContactQuery, ContactSearch};
