@@ -171,7 +171,7 @@ pub fn run(args: &GraspArgs, json: bool) -> anyhow::Result<()> {
                 Ok(line) => rows.answer(line.number, released.unwrap_or(Ok(None)))?,
                 Err(bad) => rows.bad(bad)?,
             }
-            progress.update(configs.fraction(), || format!("{} grasps", report::count(rows.summary.all)));
+            progress.update(configs.fraction(), || report::counted(rows.summary.all, "grasp", "grasps"));
             Ok(())
         })?;
     }
@@ -413,8 +413,8 @@ impl Rows {
         if !self.json && all > 0 {
             let share = |part: usize, of: usize| report::percent(part as f64 / of.max(1) as f64);
             self.out.line(format_args!(
-                "{} grasps, {} released; {} of {} fingers kept ({}), force closure {}",
-                report::count(all),
+                "{}, {} released; {} of {} fingers kept ({}), force closure {}",
+                report::counted(all, "grasp", "grasps"),
                 report::count(answered),
                 report::count(kept),
                 report::count(touched),
@@ -424,7 +424,7 @@ impl Rows {
         }
         self.out.finish()?;
         if answered < all {
-            bail!("{} of {all} grasps have no answer", all - answered);
+            bail!("no answer for {} of {}", all - answered, report::counted(all, "grasp", "grasps"));
         }
         Ok(())
     }

@@ -112,8 +112,8 @@ impl Asked {
     /// refused.
     pub fn config(&self, q: &Bound<'_, PyAny>, scene: &Scene) -> PyResult<Config> {
         let values = one_config("q", q, &scene.space)?;
-        if !self.refuses && units::look_like_degrees(scene, values.values()) {
-            warn(q.py(), &format!("q: {}", units::DEGREES))?;
+        if let Some(hint) = units::degrees_hint(scene, values.values()).filter(|_| !self.refuses) {
+            warn(q.py(), &format!("q: {hint}"))?;
         }
         self.config_of(values.values(), scene).map_err(|error| bad_row("q", 0, true, error))
     }

@@ -6,7 +6,10 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use super::shapes::test_mesh::{bumpy, cuboid, joined, opened, placed};
-use super::{CheckScratch, Checker, Contact, ContactQuery, ContactSearch, always_colliding, most_often_colliding, nearly_always_colliding};
+use super::{
+    CheckScratch, Checker, Contact, ContactQuery, ContactSearch, always_colliding, most_often_colliding,
+    nearly_always_colliding,
+};
 use crate::cspace::sampling::uniform;
 use crate::cspace::{ConfigSpace, Label, Manifold};
 use crate::kinematics;

@@ -169,7 +169,10 @@ mod tests {
             ]
         );
         let none = PackageSearch::default();
-        assert_eq!(roots(&none, "arm/urdf", &[], ""), ["arm/urdf/arm", "arm/urdf/share/arm", "arm", "arm/arm", "arm/share/arm"]);
+        assert_eq!(
+            roots(&none, "arm/urdf", &[], ""),
+            ["arm/urdf/arm", "arm/urdf/share/arm", "arm", "arm/arm", "arm/share/arm"]
+        );
         assert!(roots(&none, "", &[], "").is_empty());
         let words = search().in_words(Path::new("v"), &["n".into()]);
         assert_eq!(

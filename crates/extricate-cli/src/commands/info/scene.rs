@@ -8,7 +8,7 @@ use extricate::{Manifold, PairId, Scene};
 use serde::Serialize;
 
 use crate::commands::disable_line;
-use crate::report::{count, metric_unit, percent};
+use crate::report::{count, counted, fixed, metric_unit, percent, what_a_unit_is};
 
 /// Links that are named with their triangles.
 const MOST_LINKS: usize = 3;
@@ -20,6 +20,8 @@ pub struct SceneInfo<'a> {
     metric: &'static str,
     #[serde(skip)]
     unit: &'static str,
+    #[serde(skip)]
+    what_a_unit_is: Option<String>,
     coordinates: usize,
     degrees_of_freedom: usize,
     joints: Vec<JointInfo<'a>>,
@@ -111,6 +113,7 @@ impl<'a> SceneInfo<'a> {
             clearance: scene.clearance,
             metric: scene.metric.name(),
             unit: metric_unit(scene),
+            what_a_unit_is: what_a_unit_is(scene, "`weights` of the metric"),
             coordinates: scene.space.nq(),
             degrees_of_freedom: scene.space.nv(),
             joints: scene.joints.iter().map(|joint| joint_info(scene, joint)).collect(),
@@ -133,13 +136,17 @@ impl<'a> SceneInfo<'a> {
         let mut text = String::new();
         let mut line = |content: String| writeln!(text, "{content}").expect("writing to a string");
         line(format!("  clearance   {} m", self.clearance));
-        line(format!("  metric      {} [{}]", self.metric, self.unit));
-        line(format!("  bodies      {} robot links, {obstacles} obstacles", self.bodies.len() - obstacles));
+        let unit = self.what_a_unit_is.as_ref().map_or(String::new(), |told| format!(": {told}"));
+        line(format!("  metric      {} [{}]{unit}", self.metric, self.unit));
+        let links = counted(self.bodies.len() - obstacles, "robot link", "robot links");
+        line(format!("  bodies      {links}, {}", counted(obstacles, "obstacle", "obstacles")));
         if !self.meshes.is_empty() {
             line(format!("  meshes      {}", MeshInfo::text(&self.meshes)));
         }
         line(format!("  pairs       {} checked", self.pair_count));
-        line(format!("joints ({} coordinates, {} degrees of freedom):", self.coordinates, self.degrees_of_freedom));
+        let coordinates = counted(self.coordinates, "coordinate", "coordinates");
+        let freedoms = counted(self.degrees_of_freedom, "degree of freedom", "degrees of freedom");
+        line(format!("joints ({coordinates}, {freedoms}):"));
         let width = self.joints.iter().map(|j| j.name.chars().count()).max().unwrap_or(0);
         for joint in &self.joints {
             let range = match joint.coordinates[..] {
@@ -170,7 +177,7 @@ impl<'a> SceneInfo<'a> {
 impl FactorInfo<'_> {
     fn text(&self) -> String {
         match self.limits {
-            Some([lower, upper]) => format!("[{lower:.5}, {upper:.5}]"),
+            Some([lower, upper]) => format!("[{}, {}]", fixed(lower, 5), fixed(upper, 5)),
             None => self.manifold.into(),
         }
     }
@@ -201,7 +208,7 @@ impl MeshInfo<'_> {
         let shown = |mesh: &Self| format!("{} in {}", count(mesh.triangles), mesh.link);
         let mut links: Vec<String> = meshes.iter().take(MOST_LINKS).map(shown).collect();
         if meshes.len() > MOST_LINKS {
-            links.push(format!("and {} more links", meshes.len() - MOST_LINKS));
+            links.push(format!("and {}", counted(meshes.len() - MOST_LINKS, "more link", "more links")));
         }
         let (all, hulls) = (sum(|mesh| mesh.triangles), sum(|mesh| mesh.hull_triangles));
         format!(
@@ -299,7 +306,7 @@ mod tests {
         let text = MeshInfo::text(&[mesh("link3", 52920), mesh("link4", 7000), mesh("a", 30), mesh("b", 20)]);
         assert!(
             text.starts_with(
-                "59,970 triangles, taken as they are (52,920 in link3, 7,000 in link4, 30 in a, and 1 more links); their \
+                "59,970 triangles, taken as they are (52,920 in link3, 7,000 in link4, 30 in a, and 1 more link); their \
                  convex hulls have 400 and"
             ),
             "{text}"

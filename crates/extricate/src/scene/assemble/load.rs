@@ -330,7 +330,9 @@ mod tests {
             assert_eq!(found("package://arm_support/meshes/link.obj").unwrap(), mesh, "{urdf}");
             assert_eq!(found("package://arm/meshes/link.obj").unwrap(), mesh, "{urdf}");
             assert!(found("package://leg/meshes/link.obj").is_err());
-            assert!(found("package://arm/../arm/meshes/link.obj").unwrap_err().to_string().contains("inside the package"));
+            assert!(
+                found("package://arm/../arm/meshes/link.obj").unwrap_err().to_string().contains("inside the package")
+            );
         }
     }
 
@@ -343,7 +345,9 @@ mod tests {
         };
         let scene = scene();
         let mut files = Files::new(Path::new("s.toml"), &scene, &mut read);
-        for (uri, path) in [("file:///m/a.obj", "/m/a.obj"), ("/m/a.obj", "/m/a.obj"), ("../m/a.obj", "s/urdf/../m/a.obj")] {
+        for (uri, path) in
+            [("file:///m/a.obj", "/m/a.obj"), ("/m/a.obj", "/m/a.obj"), ("../m/a.obj", "s/urdf/../m/a.obj")]
+        {
             assert_eq!(files.mesh_of("u", uri, Path::new("s/urdf"), &[]).unwrap(), PathBuf::from(path));
         }
         let missing = files.mesh_of("u", "n/a.obj", Path::new("s/urdf"), &[]).unwrap_err().to_string();
