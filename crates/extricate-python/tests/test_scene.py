@@ -221,6 +221,12 @@ def test_joints_that_always_collide_are_found() -> None:
         <limit lower="-1" upper="1" effort="1" velocity="1"/></joint></robot>""")
     assert Scene(urdf).always_colliding() == [("cart", "tip")]
     assert Scene(urdf, disable=[("cart", "tip")]).always_colliding(5, seed=1) == []
+    # In the cart's way on nine tenths of its rail.
+    half = Scene(urdf, [Box([20, 1, 1], [2, 0, 0])], disable=[("cart", "tip")])
+    assert half.always_colliding(200) == []
+    assert ("cart", "box1") in half.always_colliding(200, share=0.8)
+    with pytest.raises(ValueError, match="share: got 0.0, expected more than 0, at most 1"):
+        half.always_colliding(share=0.0)
 
 
 def test_ways_are_proved_free_or_collide() -> None:

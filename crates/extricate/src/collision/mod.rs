@@ -19,7 +19,7 @@ mod segment;
 pub mod shapes;
 
 pub use answers::{
-    advice_if_never_free, always_colliding, contacts_within, disable_list, most_often_colliding,
+    advice_if_never_free, always_colliding, contacts_within, disable_list, misses_allowed, most_often_colliding,
     nearly_always_colliding, pairs_always_colliding, pairs_nearly_always_colliding, signed_distances,
     signed_distances_of,
 };

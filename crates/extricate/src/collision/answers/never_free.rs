@@ -20,10 +20,16 @@ pub fn pairs_always_colliding(checker: &Checker, samples: u64) -> Vec<PairId> {
 /// Pairs that collide in at least this share of `samples` low-discrepancy configurations, and in how
 /// many, the most frequent first.
 pub fn pairs_nearly_always_colliding(checker: &Checker, samples: u64, share: f64) -> Vec<(PairId, usize)> {
-    let misses = ((1.0 - share) * samples as f64 + 1e-9) as usize;
+    let misses = misses_allowed(samples as usize, share);
     let mut pairs = nearly_always_colliding(checker, configs(checker, samples), misses);
     pairs.sort_by_key(|(_, count)| std::cmp::Reverse(*count));
     pairs
+}
+
+/// In how many of so many configurations a pair may be free that collides in this share of them.
+pub fn misses_allowed(samples: usize, share: f64) -> usize {
+    // The share may be rounded: 0.95 of 1000 is 950 collisions.
+    ((1.0 - share) * samples as f64 + 1e-6) as usize
 }
 
 fn until_stopped(checker: &Checker, samples: u64, stopped: impl Fn() -> bool) -> Vec<PairId> {
