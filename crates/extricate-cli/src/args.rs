@@ -56,6 +56,8 @@ const GROUPS: [(&str, &[&str]); 4] = [
 ];
 /// Columns of that list: what is not wrapped to the terminal.
 const COLUMNS: usize = 80;
+/// The column in which it says what commands are about.
+const ABOUT: usize = 15;
 
 /// The program, whose help lists the commands in groups.
 fn with_groups(program: clap::Command) -> clap::Command {
@@ -77,14 +79,14 @@ fn with_groups(program: clap::Command) -> clap::Command {
 
 /// A name and what it is about, in lines of [`COLUMNS`].
 fn entry(name: &str, about: &str) -> String {
-    let mut text = format!("  {name:<12}");
+    let mut text = format!("{:<ABOUT$}", format!("  {name}"));
     let mut column = text.len();
     for word in about.split(' ') {
         if column + 1 + word.len() > COLUMNS {
-            text += &format!("\n{:14}", "");
-            column = 14;
+            text += &format!("\n{:ABOUT$}", "");
+            column = ABOUT;
         }
-        let gap = if column == 14 { "" } else { " " };
+        let gap = if column == ABOUT { "" } else { " " };
         text += &format!("{gap}{word}");
         column += gap.len() + word.len();
     }
@@ -148,8 +150,8 @@ pub struct InputArgs {
     /// (a first line may name their joints), or positions by joint, `{"name": [...], "position":
     /// [...]}` or `{"q": {"joint": 0.5, ...}}`; `-` reads standard input. Empty lines and lines
     /// that begin with # are skipped. A line that cannot be used is reported with its number on
-    /// standard error, with --json also as `{"line": N, "error": "..."}` in its place; the other
-    /// lines are answered and the exit status is 1
+    /// standard error, once for lines with the same fault, with --json also as `{"line": N,
+    /// "error": "..."}` in its place; the other lines are answered and the exit status is 1
     #[arg(long, value_name = "FILE")]
     pub input: Option<PathBuf>,
 }

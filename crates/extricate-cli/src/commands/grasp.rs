@@ -31,9 +31,13 @@ contacts (link, distance [m], point on the object [m], normal into it), touched 
 those that still do), fingers ([touched, kept]), kept_sides (whether every contact is on its side of the object), depth_before \
 [m], quality (epsilon and force_closure; null with --friction 0 or without contacts), checks; or error.";
 
+/// In lines that fit a terminal, which those of usage are not wrapped to.
+const USAGE: &str = "extricate grasp [OPTIONS] <--q <Q>|--input <FILE>>\n           \
+                     <--object <NAME>|--objects <FOLDER>> <SCENE|MODEL>";
+
 /// Arguments of `grasp`.
 #[derive(Args)]
-#[command(after_help = KEYS)]
+#[command(after_help = KEYS, override_usage = USAGE)]
 pub struct GraspArgs {
     /// Scene file (TOML), URDF or model file of the hand. What a model has learned is not used
     #[arg(value_name = "SCENE|MODEL")]

@@ -6,7 +6,7 @@ use std::collections::HashMap;
 use crate::report::count;
 
 /// Kinds of messages that are told when they are met.
-const MOST_KINDS: usize = 5;
+const MOST_KINDS: usize = 8;
 /// Lines that are named with how many there are.
 const MOST_LINES: usize = 5;
 
@@ -72,7 +72,11 @@ impl Kind {
 fn common(message: &str) -> String {
     let found = message.find("got ").zip(message.rfind(", expected"));
     let text = match found {
-        Some((from, to)) if from < to => format!("{}{}", &message[..from], &message[to..]),
+        // What follows in brackets is a hint about the value.
+        Some((from, to)) if from < to => {
+            let expected = message[to..].split(" (").next().unwrap_or_default();
+            format!("{}{expected}", &message[..from])
+        }
         _ => message.to_string(),
     };
     text.chars().filter(|c| !c.is_ascii_digit()).collect()
@@ -92,7 +96,7 @@ mod tests {
         assert_eq!(repeated.in_words(), ["line 1: and 1 more like it: line 3"]);
         (5..5000).for_each(|line| assert!(!repeated.is_new(line, &message(line))));
         assert_eq!(repeated.in_words(), ["line 1: and 4,996 more like it: lines 3, 5, 6, 7, 8, .."]);
-        for kind in ["b", "c", "d"] {
+        for kind in ["b", "c", "d", "g", "h", "i"] {
             assert!(repeated.is_new(9, kind));
         }
         assert!(!repeated.is_new(9, "e") && !repeated.is_new(9, "f"));

@@ -56,7 +56,7 @@ fn packages_are_found_without_a_scene_file() {
     info(&workspace, "ws/hand.urdf", Some(("AMENT_PREFIX_PATH", &workspace.path("far/b")))).expect_code(0);
     write(&workspace, "s.toml", "[[robot]]\nurdf = 'ws/hand.urdf'\npackages = ['far/a']\n");
     info(&workspace, "s.toml", None).expect_code(0);
-    workspace.run("view ws/hand.urdf --packages far/a -o page.html").expect_code(0);
+    workspace.run("view ws/hand.urdf --packages far/a --q 0 -o page.html").expect_code(0);
 }
 
 #[test]

@@ -117,13 +117,7 @@ impl Scene {
     /// share: of the configurations in which a pair has to collide; 0.95 for those that nearly
     ///     always do.
     #[pyo3(signature = (n = Whole::Number(100), *, seed = Seed(0), share = 1.0), text_signature = "($self, n=100, *, seed=0, share=1.0)")]
-    fn always_colliding(
-        &self,
-        py: Python<'_>,
-        n: Whole,
-        seed: Seed,
-        share: f64,
-    ) -> PyResult<Vec<(&str, &str)>> {
+    fn always_colliding(&self, py: Python<'_>, n: Whole, seed: Seed, share: f64) -> PyResult<Vec<(&str, &str)>> {
         let n = count("n", n, 1)?;
         if !(share > 0.0 && share <= 1.0) {
             return Err(PyValueError::new_err(format!("share: got {share}, expected more than 0, at most 1")));

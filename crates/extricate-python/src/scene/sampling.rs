@@ -64,13 +64,7 @@ pub fn sample(
 
 /// Pairs that collide in all but at most `misses` of `count` configurations; nothing to rely on where
 /// `stopped` said so.
-pub fn always(
-    checker: &Checker,
-    count: usize,
-    seed: u64,
-    misses: usize,
-    stopped: impl Fn() -> bool,
-) -> Vec<PairId> {
+pub fn always(checker: &Checker, count: usize, seed: u64, misses: usize, stopped: impl Fn() -> bool) -> Vec<PairId> {
     let nq = checker.scene().space.nq();
     let drawn = sample(checker, count, seed, None, Vec::new(), &stopped).ok().flatten().unwrap_or_default();
     let found = nearly_always_colliding(checker, drawn.chunks_exact(nq).take_while(|_| !stopped()), misses);
