@@ -384,6 +384,17 @@ mod tests {
     }
 
     #[test]
+    fn counts_are_whole_numbers() {
+        for (text, count) in [("7", 7), ("1e4", 10_000), ("2.5e3", 2500), ("1E+2", 100), ("0e0", 0)] {
+            assert_eq!(whole(text), Ok(count), "{text}");
+        }
+        for text in ["1e-3", "1.5", "10.0", "1.23e1", "1e99", "-1e3", "e", "inf", "1e", ""] {
+            assert!(whole(text).unwrap_err().starts_with("expected a whole number"), "{text}");
+        }
+        assert!(positive("0e3").is_err() && threads("2e3").is_err() && exits("1e1") == Ok(10));
+    }
+
+    #[test]
     fn senseless_values_are_usage_errors() {
         for line in [
             "",
@@ -392,11 +403,6 @@ mod tests {
             "learn scene.toml -o m --seconds nan",
             "learn scene.toml -o m --labels 0",
             "learn scene.toml -o m --labels -1",
-            "learn scene.toml -o m --labels 1e-3",
-            "learn scene.toml -o m --labels 1.5",
-            "learn scene.toml -o m --labels 10.0",
-            "learn scene.toml -o m --labels 1.23e1",
-            "learn scene.toml -o m --labels 1e99",
             "learn scene.toml -o m --seconds -1",
             "learn scene.toml -o m --threads -1",
             "learn scene.toml -o m --memory 0",

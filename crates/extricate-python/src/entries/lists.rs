@@ -1,5 +1,5 @@
-//! Lists of names and of folders. A text in the place of a list is refused: Python would take it for
-//! a list of its letters.
+//! Lists of names and of folders. A text in the place of a list is refused: Python would take it
+//! for a list of its letters.
 
 use std::path::PathBuf;
 

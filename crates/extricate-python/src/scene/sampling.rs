@@ -62,7 +62,7 @@ pub fn sample(
     Ok(Some(found))
 }
 
-/// Pairs that collide in all but at most `misses` of `count` configurations; nothing to rely on where
+/// Pairs that collide in all but at most `misses` of `count` configurations; nothing to rely on if
 /// `stopped` said so.
 pub fn always(checker: &Checker, count: usize, seed: u64, misses: usize, stopped: impl Fn() -> bool) -> Vec<PairId> {
     let nq = checker.scene().space.nq();

@@ -17,8 +17,8 @@ pub fn pairs_always_colliding(checker: &Checker, samples: u64) -> Vec<PairId> {
     until_stopped(checker, samples, || false)
 }
 
-/// Pairs that collide in at least this share of `samples` low-discrepancy configurations, and in how
-/// many, the most frequent first.
+/// Pairs that collide in at least this share of `samples` low-discrepancy configurations, and in
+/// how many, the most frequent first.
 pub fn pairs_nearly_always_colliding(checker: &Checker, samples: u64, share: f64) -> Vec<(PairId, usize)> {
     let misses = misses_allowed(samples as usize, share);
     let mut pairs = nearly_always_colliding(checker, configs(checker, samples), misses);
