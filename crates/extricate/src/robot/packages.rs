@@ -12,7 +12,7 @@ use crate::error::{listed, quoted};
 pub struct PackageSearch {
     /// Those that the caller gave; looked in first.
     pub given: Vec<PathBuf>,
-    /// What relative paths start from, so that the folders above it are known; empty where they are
+    /// What relative paths start from, so that the folders above it are known; empty if they are
     /// not looked in.
     pub working_folder: PathBuf,
     /// `AMENT_PREFIX_PATH`: a package is at `PREFIX/share/NAME`.

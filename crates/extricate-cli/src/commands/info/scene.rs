@@ -211,10 +211,13 @@ impl MeshInfo<'_> {
             links.push(format!("and {}", counted(meshes.len() - MOST_LINKS, "more link", "more links")));
         }
         let (all, hulls) = (sum(|mesh| mesh.triangles), sum(|mesh| mesh.hull_triangles));
+        let taken = format!("{all} triangles, taken as they are ({})", links.join(", "));
+        if all == hulls {
+            return format!("{taken}, as many as their convex hulls have");
+        }
         format!(
-            "{all} triangles, taken as they are ({}); their convex hulls have {hulls} and are checked faster: \
-             `geometry = \"convex-hull\"`, or `links` for some, in the scene file",
-            links.join(", ")
+            "{taken}; their convex hulls have {hulls} and are checked faster: `geometry = \"convex-hull\"`, or `links` for \
+             some, in the scene file"
         )
     }
 }
@@ -311,5 +314,7 @@ mod tests {
             ),
             "{text}"
         );
+        let convex = MeshInfo::text(&[mesh("link3", 100)]);
+        assert_eq!(convex, "100 triangles, taken as they are (100 in link3), as many as their convex hulls have");
     }
 }
