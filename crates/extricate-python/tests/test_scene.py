@@ -75,7 +75,7 @@ def test_packages_are_found_without_a_scene_file(tmp_path: pathlib.Path) -> None
         assert scene.bodies == ["cart"]
     with pytest.raises(FileNotFoundError, match="tried the package `arm` in `packages`: none; the URDF's folders: "):
         Scene(outside)
-    with pytest.raises(TypeError, match="packages.: got the text .*, expected a list of folders, such as"):
+    with pytest.raises(TypeError, match="packages: got the text .*, expected a list of folders, such as"):
         Scene(outside, packages=str(tmp_path / "ws"))  # type: ignore[arg-type]
 
 
@@ -225,7 +225,7 @@ def test_joints_that_always_collide_are_found() -> None:
     half = Scene(urdf, [Box([20, 1, 1], [2, 0, 0])], disable=[("cart", "tip")])
     assert half.always_colliding(200) == []
     assert ("cart", "box1") in half.always_colliding(200, share=0.8)
-    with pytest.raises(ValueError, match="share: got 0.0, expected more than 0, at most 1"):
+    with pytest.raises(ValueError, match="share: got 0, expected more than 0, at most 1"):
         half.always_colliding(share=0.0)
 
 
@@ -281,11 +281,11 @@ WRONG = [
     (lambda s: Scene(Robot(SLIDER, locked={"sliide": 1})), ValueError, "locked: got `sliide`, expected one of `slide`"),
     (lambda s: Scene(Robot(SLIDER, locked="slide")), TypeError, "locked: got str, expected a dict by joint"),
     (lambda s: Scene(Robot(SLIDER, packages="ws")), TypeError, r"packages: got the text 'ws', expected a list of folders, such as \['ws'\]"),
-    (lambda s: s.query([0] * 7, locked="joint_1"), TypeError, r"'locked': got the text 'joint_1', expected a list of names, such as \['joint_1'\]"),
-    (lambda s: s.query([0] * 7, free="joint_1"), TypeError, "'free': got the text 'joint_1', expected a list of names"),
-    (lambda s: s.query([0] * 7, locked=[1]), TypeError, "'locked': got a list with int, expected a list of names"),
-    (lambda s: s.query([0] * 7, locked=1), TypeError, "'locked': got int, expected a list of names"),
-    (lambda s: s.without("shelf"), TypeError, "'names': got the text 'shelf', expected a list of names"),
+    (lambda s: s.query([0] * 7, locked="joint_1"), TypeError, r"locked: got the text 'joint_1', expected a list of names, such as \['joint_1'\]"),
+    (lambda s: s.query([0] * 7, free="joint_1"), TypeError, "free: got the text 'joint_1', expected a list of names"),
+    (lambda s: s.query([0] * 7, locked=[1]), TypeError, "locked: got a list with int, expected a list of names"),
+    (lambda s: s.query([0] * 7, locked=1), TypeError, "locked: got int, expected a list of names"),
+    (lambda s: s.without("shelf"), TypeError, "names: got the text 'shelf', expected a list of names"),
     (lambda s: Scene(Robot(SLIDER, limits={"slide": 3})), TypeError, r'limits\["slide"\]: got int, expected \(lower, upper\)'),
     (lambda s: Scene(Robot(SLIDER, limits={"slide": (3, 1)})), ValueError, "lower <= upper"),
     (lambda s: Scene(Robot(SLIDER, base="flying")), ValueError, 'base: got "flying", expected "fixed" or "planar" or "floating"'),

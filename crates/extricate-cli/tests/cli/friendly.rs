@@ -215,6 +215,8 @@ fn what_a_unit_of_metres_and_radians_is_is_told() {
     assert!(info.contains(&format!("joint [rad, m]: {unit} changes that")), "{info}");
     let asked = workspace.run("query base.toml --q 0,0,0,0.1,0").expect_code(0).stdout;
     assert!(asked.contains(&format!("in depths, {unit}, or --weights, changes that")), "{asked}");
+    let escaped = workspace.run("escape base.toml --q 0,0,0,0.1,0").expect_code(0).stdout;
+    assert!(escaped.contains(&format!("in lengths, {unit} changes that")), "{escaped}");
     let weighted = workspace.run("query base.toml --q 0,0,0,0.1,0 --weights elbow=2").expect_code(0).stdout;
     assert!(weighted.contains("each joint by its weight"), "{weighted}");
     assert!(!workspace.run("info scene.toml").expect_code(0).stdout.contains("counts as"));

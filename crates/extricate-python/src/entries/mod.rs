@@ -230,10 +230,7 @@ fn robot_entry(at: usize, given: &Bound<'_, PyAny>, texts: &mut Vec<(String, Str
 /// # Errors
 /// As [`describe`].
 pub fn folders(element: &str, value: &Bound<'_, PyAny>) -> PyResult<Vec<String>> {
-    let Folders(all) = value
-        .extract()
-        .map_err(|error: PyErr| PyTypeError::new_err(format!("{element}: {}", error.value(value.py()))))?;
-    all.into_iter().map(unicode).collect()
+    value.extract::<Folders>()?.of(element)?.into_iter().map(unicode).collect()
 }
 
 /// What becomes of meshes, by its name.

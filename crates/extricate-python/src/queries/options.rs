@@ -251,7 +251,8 @@ impl<'py> Given<'_, 'py> {
 
     /// Those of `locked`, or all but those of `free`.
     fn locked(&self, scene: &Scene) -> PyResult<Vec<usize>> {
-        let joints = |name: &str, Names(names): Names| {
+        let joints = |name: &str, names: Names| {
+            let names = names.of(name)?;
             scene.joints_named(name, names.iter().map(String::as_str)).map_err(exception)
         };
         match (self.get::<Names>("locked")?, self.get::<Names>("free")?) {

@@ -93,7 +93,8 @@ impl Scene {
     ///
     /// Raises ValueError for names that none of them has.
     fn without(&self, py: Python<'_>, names: Names) -> PyResult<Self> {
-        let rest = self.inner().without(names.0.iter().map(String::as_str));
+        let names = names.of("names")?;
+        let rest = self.inner().without(names.iter().map(String::as_str));
         self.told(py, rest.map_err(exception)?)
     }
 
@@ -130,7 +131,8 @@ impl Scene {
             entries[0].pose = crate::entries::pose::pose("pose", pose)?;
         }
         let entries = SceneFile { obstacle: entries, ..SceneFile::default() };
-        let touch: Vec<&str> = touch.0.iter().map(String::as_str).collect();
+        let touch = touch.of("touch")?;
+        let touch: Vec<&str> = touch.iter().map(String::as_str).collect();
         let (mut bodies, told) = read(shape.py(), entries)?;
         let attached = self.inner().attached(bodies.remove(0), link, &touch).map_err(exception)?;
         self.told(shape.py(), with_warnings(attached, told))

@@ -37,8 +37,9 @@ impl Scene {
             let unknown = || PyValueError::new_err(format!("of: got `{name}`, expected some of {}", listed()));
             seat_named(scene, name).ok_or_else(unknown)
         };
+        let of = of.map(|of| of.of("of")).transpose()?;
         let seats: Vec<Seated> = match &of {
-            Some(Names(names)) => names.iter().map(named).collect::<PyResult<_>>()?,
+            Some(names) => names.iter().map(named).collect::<PyResult<_>>()?,
             None => (0..scene.bodies.len()).map(|body| seat_of_body(scene, body)).collect(),
         };
         let q = configs("Q", Q, &scene.space)?;

@@ -33,7 +33,7 @@ impl Scene {
         load_limits: Option<Limits>,
         packages: Folders,
     ) -> PyResult<Self> {
-        let options = LoadOptions { limits: limits_of(load_limits)?, packages: packages.0 };
+        let options = LoadOptions { limits: limits_of(load_limits)?, packages: packages.of("packages")? };
         let robots = self.inner().clone();
         let scene = long_call::apart(py, move || io::load_world(&robots, &path, &options))?.map_err(exception)?;
         self.told(py, scene)

@@ -185,8 +185,16 @@ impl Scene {
         packages: Folders,
     ) -> PyResult<Self> {
         let metric = metric.into();
-        let options =
-            Options { clearance, metric, weights, disable, enable, padding, pair_clearance, packages: packages.0 };
+        let options = Options {
+            clearance,
+            metric,
+            weights,
+            disable,
+            enable,
+            padding,
+            pair_clearance,
+            packages: packages.of("packages")?,
+        };
         let described = entries::describe(robot, &obstacles.0, options)?;
         let assemble = move || io::assemble_scene(entries::NAME, &described.entries, &described.texts);
         let assembled = long_call::apart(py, assemble)?;
@@ -201,7 +209,7 @@ impl Scene {
     #[staticmethod]
     #[pyo3(signature = (path, *, load_limits = None, packages = Folders::default()), text_signature = "(path, *, load_limits=None, packages=())")]
     fn load(py: Python<'_>, path: PathBuf, load_limits: Option<Limits>, packages: Folders) -> PyResult<Self> {
-        let options = LoadOptions { limits: limits_of(load_limits)?, packages: packages.0 };
+        let options = LoadOptions { limits: limits_of(load_limits)?, packages: packages.of("packages")? };
         let loaded = long_call::apart(py, move || io::load_scene_with(&path, &options))?;
         warned(py, loaded.map_err(exception)?).map(Self::of)
     }

@@ -76,7 +76,8 @@ impl Scene {
             return Err(PyValueError::new_err(format!("max_seconds: got {bad}, expected more than 0")));
         }
         let max_checks = max_checks.map(|checks| count("max_checks", checks, 0)).transpose()?;
-        let locked = scene.joints_named("locked", locked.0.iter().map(String::as_str)).map_err(exception)?;
+        let locked = locked.of("locked")?;
+        let locked = scene.joints_named("locked", locked.iter().map(String::as_str)).map_err(exception)?;
         let mut options = ReleaseOptions {
             keep: match keep {
                 "contacts" => Keep::Contacts,

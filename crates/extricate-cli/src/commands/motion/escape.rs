@@ -151,6 +151,9 @@ pub fn run(args: &EscapeArgs, json: bool) -> anyhow::Result<()> {
     let missing = format!("{} of {all}", report::count(total - found));
     if !json && total > 0 {
         let share = report::percent(found as f64 / total as f64);
+        if let Some(told) = report::what_a_unit_is(scene, "`weights` of the metric") {
+            out.line(format_args!("\nin lengths, {told}"))?;
+        }
         out.line(format_args!("\nfound a path for {} of {all} ({share})", report::count(found)))?;
     }
     out.finish()?;
