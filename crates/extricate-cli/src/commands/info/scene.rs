@@ -286,7 +286,7 @@ mod tests {
 
     #[test]
     fn pairs_that_always_collide_come_with_the_line_to_add() {
-        let of = |found: &[([&'static str; 2], u64)]| OftenColliding::new(1000, 0.95, found.to_vec().into_iter());
+        let of = |found: &[([&'static str; 2], u64)]| OftenColliding::new(1000, 0.95, found.iter().copied());
         let none = of(&[]);
         assert_eq!(none.text(), "no pair collides in 95 % or more of 1,000 sampled configurations");
         assert!(!serde_json::to_string(&none).unwrap().contains("disable"));
