@@ -26,17 +26,24 @@ are in [limits and exit codes](limits-and-exit-codes.md).
 def help_of(program: str, *words: str) -> str:
     """What `--help` prints, the same in terminals of any width."""
     environment = dict(os.environ, COLUMNS="100", NO_COLOR="1", TERM="dumb")
-    done = subprocess.run([program, *words, "--help"], env=environment, capture_output=True, text=True, check=True)
+    done = subprocess.run(
+        [program, *words, "--help"],
+        env=environment,
+        stdin=subprocess.DEVNULL,
+        capture_output=True,
+        text=True,
+        check=True,
+    )
     return "\n".join(line.rstrip() for line in done.stdout.strip().splitlines())
 
 
 def commands(text: str) -> list[str]:
-    """The names under `Commands:`, but for `help`, in order."""
-    listed = re.search(r"^Commands:\n((?:  .*\n)+)", text, re.MULTILINE)
-    if not listed:
+    """The names of the groups between `Usage:` and `Options:`, in order."""
+    listed = re.search(r"^Usage:.*?\n((?:.*\n)*?)Options:", text, re.MULTILINE)
+    names = re.findall(r"^  (\w[\w-]*)", listed[1], re.MULTILINE) if listed else []
+    if not names:
         sys.exit("the program lists no commands")
-    names = re.findall(r"^  (\w[\w-]*)", listed[1], re.MULTILINE)
-    return [name for name in names if name != "help"]
+    return names
 
 
 def page(program: str) -> str:

@@ -5,9 +5,9 @@ use std::path::PathBuf;
 
 use clap::builder::styling::Styles;
 use clap::error::ErrorKind;
-use clap::{Args, CommandFactory, Parser, Subcommand, ValueEnum};
+use clap::{Args, CommandFactory, FromArgMatches, Parser, Subcommand, ValueEnum};
 use extricate::internals::query::options::{MAX_EXITS, MAX_STARTS};
-use extricate::{LoadLimit, LoadLimits};
+use extricate::{LoadLimit, LoadLimits, LoadOptions};
 
 use crate::commands::{
     adapt, check, demo, escape, grasp, import, info, learn, plan, query, repair, report, sample, shell, view,
@@ -20,6 +20,7 @@ use crate::input::Configs;
 /// in rad, lengths in m, rotations as unit quaternions x, y, z, w.
 #[derive(Parser)]
 #[command(name = "extricate", version, arg_required_else_help = true, styles = Styles::plain())]
+#[command(max_term_width = 100)]
 #[command(after_help = "Exit status: 0 done, 1 the operation failed, 2 the command line makes no sense.")]
 pub struct Cli {
     /// Print JSON, one object a line, instead of text
@@ -36,7 +37,7 @@ impl Cli {
     /// # Errors
     /// Of clap, also where values contradict each other in a way that it cannot be told of.
     pub fn read(words: impl IntoIterator<Item = impl Into<OsString> + Clone>) -> Result<Self, clap::Error> {
-        let cli = Self::try_parse_from(words)?;
+        let cli = Self::from_arg_matches(&with_groups(Self::command()).try_get_matches_from(words)?)?;
         let problem = match &cli.command {
             Command::Query(args) => args.contradiction().map(|problem| ("query", problem)),
             Command::View(args) => args.contradiction().map(|problem| ("view", problem)),
@@ -44,6 +45,52 @@ impl Cli {
         };
         problem.map_or(Ok(cli), |(command, problem)| Err(refused(command, problem)))
     }
+}
+
+/// The commands as `--help` lists them, by what they are for.
+const GROUPS: [(&str, &[&str]); 4] = [
+    ("Ask", &["query", "check", "escape", "plan", "repair", "grasp"]),
+    ("See", &["info", "view", "report", "demo"]),
+    ("Learn", &["learn", "adapt"]),
+    ("Files", &["sample", "import", "completions", "man"]),
+];
+/// Columns of that list: what is not wrapped to the terminal.
+const COLUMNS: usize = 80;
+/// The column in which it says what commands are about.
+const ABOUT: usize = 15;
+
+/// The program, whose help lists the commands in groups.
+fn with_groups(program: clap::Command) -> clap::Command {
+    let mut listed = String::new();
+    for (group, names) in GROUPS {
+        listed += &format!("{group}:\n");
+        for command in names.iter().filter_map(|name| program.find_subcommand(name)) {
+            let about = command.get_about().map(ToString::to_string).unwrap_or_default();
+            listed += &entry(command.get_name(), &about);
+        }
+        listed += "\n";
+    }
+    let help = format!(
+        "{{about-with-newline}}\n{{usage-heading}} {{usage}}\n\n{listed}`extricate COMMAND --help` says what a command takes.\n\n\
+         Options:\n{{options}}{{after-help}}"
+    );
+    program.help_template(help)
+}
+
+/// A name and what it is about, in lines of [`COLUMNS`].
+fn entry(name: &str, about: &str) -> String {
+    let mut text = format!("{:<ABOUT$}", format!("  {name}"));
+    let mut column = text.len();
+    for word in about.split(' ') {
+        if column + 1 + word.len() > COLUMNS {
+            text += &format!("\n{:ABOUT$}", "");
+            column = ABOUT;
+        }
+        let gap = if column == ABOUT { "" } else { " " };
+        text += &format!("{gap}{word}");
+        column += gap.len() + word.len();
+    }
+    text + "\n"
 }
 
 /// The error of a contradiction, with the usage of `command`.
@@ -103,8 +150,8 @@ pub struct InputArgs {
     /// (a first line may name their joints), or positions by joint, `{"name": [...], "position":
     /// [...]}` or `{"q": {"joint": 0.5, ...}}`; `-` reads standard input. Empty lines and lines
     /// that begin with # are skipped. A line that cannot be used is reported with its number on
-    /// standard error, with --json also as `{"line": N, "error": "..."}` in its place; the other
-    /// lines are answered and the exit status is 1
+    /// standard error, once for lines with the same fault, with --json also as `{"line": N,
+    /// "error": "..."}` in its place; the other lines are answered and the exit status is 1
     #[arg(long, value_name = "FILE")]
     pub input: Option<PathBuf>,
 }
@@ -119,9 +166,14 @@ impl InputArgs {
     }
 }
 
-/// How much files may hold.
+/// How scenes are loaded.
 #[derive(Args, Default)]
 pub struct LoadArgs {
+    /// Folder in which `package://NAME/...` is looked up first: one that holds the folder NAME, or
+    /// the package itself. May be given several times. Then come `packages` of the scene file, the
+    /// folders that the URDF lies in, and those of AMENT_PREFIX_PATH and ROS_PACKAGE_PATH
+    #[arg(long, value_name = "DIR", help_heading = "Files")]
+    packages: Vec<PathBuf>,
     /// Take files that hold more, or less, than usual, such as `triangles=50000000`. May be given
     /// several times; docs/reference/limits.md lists the names, as does an unknown one
     #[arg(long = "load-limit", value_name = "NAME=N", value_parser = load_limit, help_heading = "Files")]
@@ -129,9 +181,14 @@ pub struct LoadArgs {
 }
 
 impl LoadArgs {
-    /// The limits.
+    /// How much files may hold.
     pub fn limits(&self) -> LoadLimits {
         self.load_limits.iter().fold(LoadLimits::default(), |limits, (limit, most)| limits.with(*limit, *most))
+    }
+
+    /// All of it.
+    pub fn options(&self) -> LoadOptions {
+        LoadOptions { limits: self.limits(), packages: self.packages.clone() }
     }
 }
 
@@ -143,7 +200,7 @@ fn load_limit(text: &str) -> Result<(LoadLimit, usize), String> {
         let names: Vec<&str> = LoadLimit::ALL.into_iter().map(LoadLimit::name).collect();
         format!("expected one of {}, then = and a number", names.join(", "))
     })?;
-    Ok((limit, most.parse().map_err(|_| format!("expected a whole number after {name}="))?))
+    Ok((limit, number(most).ok_or_else(|| format!("expected a whole number after {name}="))?))
 }
 
 /// What becomes of a configuration beyond the joint limits.
@@ -195,22 +252,35 @@ pub fn seconds_or_zero(text: &str) -> Result<f64, String> {
     }
 }
 
+/// A whole number, written with digits or, as `1e4` or `2.5e3`, with an exponent.
+fn whole_number(text: &str) -> Option<u64> {
+    if let Ok(value) = text.parse() {
+        return Some(value);
+    }
+    let value: f64 = text.parse().ok().filter(|_| text.contains(['e', 'E']))?;
+    // Beyond these, numbers with a point are whole whatever was meant.
+    (value.fract() == 0.0 && (0.0..9e15).contains(&value)).then_some(value as u64)
+}
+
+/// A whole number that fits into a type.
+fn number<T: TryFrom<u64>>(text: &str) -> Option<T> {
+    whole_number(text).and_then(|value| value.try_into().ok())
+}
+
 /// A whole number of at least one.
 pub fn positive(text: &str) -> Result<usize, String> {
-    match text.parse::<usize>() {
-        Ok(value) if value > 0 => Ok(value),
-        _ => Err(format!("expected a whole number from 1 to {}", usize::MAX)),
-    }
+    let value = number(text).filter(|value| *value > 0);
+    value.ok_or_else(|| format!("expected a whole number from 1 to {}", usize::MAX))
 }
 
 /// A whole number, 0 included.
 pub fn whole(text: &str) -> Result<usize, String> {
-    text.parse().map_err(|_| format!("expected a whole number from 0 to {}", usize::MAX))
+    number(text).ok_or_else(|| format!("expected a whole number from 0 to {}", usize::MAX))
 }
 
 /// A seed.
 pub fn seed(text: &str) -> Result<u64, String> {
-    text.parse().map_err(|_| format!("expected a whole number from 0 to {}", u64::MAX))
+    number(text).ok_or_else(|| format!("expected a whole number from 0 to {}", u64::MAX))
 }
 
 /// A number of exits.
@@ -224,10 +294,8 @@ pub fn starts(text: &str) -> Result<usize, String> {
 }
 
 fn at_most(text: &str, most: usize) -> Result<usize, String> {
-    match text.parse::<usize>() {
-        Ok(value) if (1..=most).contains(&value) => Ok(value),
-        _ => Err(format!("expected a whole number from 1 to {most}")),
-    }
+    let value = number(text).filter(|value| (1..=most).contains(value));
+    value.ok_or_else(|| format!("expected a whole number from 1 to {most}"))
 }
 
 /// Most threads that may be asked for: starting more takes longer than they could save anywhere.
@@ -240,10 +308,8 @@ pub fn port(text: &str) -> Result<u16, String> {
 
 /// A number of threads.
 pub fn threads(text: &str) -> Result<usize, String> {
-    match text.parse::<usize>() {
-        Ok(value) if value <= MOST_THREADS => Ok(value),
-        _ => Err(format!("expected 0 (one per core) to {MOST_THREADS}")),
-    }
+    let value = number(text).filter(|value| *value <= MOST_THREADS);
+    value.ok_or_else(|| format!("expected 0 (one per core) to {MOST_THREADS}"))
 }
 
 #[cfg(test)]
@@ -256,6 +322,21 @@ mod tests {
     }
 
     #[test]
+    fn every_command_is_in_one_group() {
+        let mut program = with_groups(Cli::command());
+        let plain = Cli::command();
+        let mut known: Vec<&str> = plain.get_subcommands().map(clap::Command::get_name).collect();
+        let mut grouped: Vec<&str> = GROUPS.iter().flat_map(|(_, names)| names.iter().copied()).collect();
+        known.sort_unstable();
+        grouped.sort_unstable();
+        assert_eq!(known, grouped);
+        let help = program.render_long_help().to_string();
+        let shown: Vec<&str> =
+            GROUPS.iter().map(|(group, _)| *group).filter(|group| help.contains(&format!("\n{group}:\n"))).collect();
+        assert_eq!(shown, ["Ask", "See", "Learn", "Files"]);
+    }
+
+    #[test]
     fn every_command_of_the_manual_parses() {
         for line in [
             "demo",
@@ -263,6 +344,10 @@ mod tests {
             "demo --export dir",
             "info scene.toml --pairs",
             "info scene.toml --load-limit triangles=50000000 --load-limit links=1",
+            "learn scene.toml -o m.model --labels 1e4 --memory 1e3",
+            "query m.model --input q.jsonl --max-checks 2.5e3 --exits 1e1",
+            "info scene.toml --load-limit triangles=5e7",
+            "info robot.urdf --packages ws/src --packages vendor",
             "import table.scene -o world.toml --robot robot.urdf",
             "check scene.toml --input -",
             "check m.model --q 0,0.3 --q -1,2",
@@ -299,6 +384,17 @@ mod tests {
     }
 
     #[test]
+    fn counts_are_whole_numbers() {
+        for (text, count) in [("7", 7), ("1e4", 10_000), ("2.5e3", 2500), ("1E+2", 100), ("0e0", 0)] {
+            assert_eq!(whole(text), Ok(count), "{text}");
+        }
+        for text in ["1e-3", "1.5", "10.0", "1.23e1", "1e99", "-1e3", "e", "inf", "1e", ""] {
+            assert!(whole(text).unwrap_err().starts_with("expected a whole number"), "{text}");
+        }
+        assert!(positive("0e3").is_err() && threads("2e3").is_err() && exits("1e1") == Ok(10));
+    }
+
+    #[test]
     fn senseless_values_are_usage_errors() {
         for line in [
             "",
@@ -307,7 +403,6 @@ mod tests {
             "learn scene.toml -o m --seconds nan",
             "learn scene.toml -o m --labels 0",
             "learn scene.toml -o m --labels -1",
-            "learn scene.toml -o m --labels 1e6",
             "learn scene.toml -o m --seconds -1",
             "learn scene.toml -o m --threads -1",
             "learn scene.toml -o m --memory 0",

@@ -1,7 +1,7 @@
 //! Numbers as people read them, and tables of them.
 
 use extricate::{PairId, Scene};
-pub use extricate_view::metric_unit;
+pub use extricate_view::{MIXED_UNIT, metric_unit};
 
 /// The `share` quantile of `values` (which it sorts), linear between neighbours; `NaN` of nothing.
 pub fn quantile(values: &mut [f64], share: f64) -> f64 {
@@ -42,6 +42,33 @@ pub fn count(n: usize) -> String {
         out.push(digit);
     }
     out
+}
+
+/// A whole number and what it counts: `1 query`, `1,200 queries`.
+pub fn counted(n: usize, one: &str, many: &str) -> String {
+    format!("{} {}", count(n), if n == 1 { one } else { many })
+}
+
+/// A number with so many digits behind the point; what rounds to zero has no sign.
+pub fn fixed(value: f64, digits: usize) -> String {
+    let text = format!("{value:.digits$}");
+    match text.strip_prefix('-') {
+        Some(plain) if plain.chars().all(|c| matches!(c, '0' | '.')) => plain.to_owned(),
+        _ => text,
+    }
+}
+
+/// What one unit of the metric is, if it adds lengths to angles; `weights` is how they are called
+/// that change it.
+pub fn what_a_unit_is(scene: &Scene, weights: &str) -> Option<String> {
+    if metric_unit(scene) != MIXED_UNIT {
+        return None;
+    }
+    let is_weighted = scene.space.factors().iter().any(|factor| factor.weight != 1.0);
+    Some(match is_weighted {
+        false => format!("1 m counts as 1 rad; {weights} changes that"),
+        true => format!("metres and radians are added, each joint by its weight; {weights} changes that"),
+    })
 }
 
 /// Names of pairs, as two bodies each.
@@ -104,6 +131,10 @@ mod tests {
     fn counts_and_lists_read_well() {
         assert_eq!(count(1234567), "1,234,567");
         assert_eq!(count(12), "12");
+        assert_eq!(counted(1, "query", "queries"), "1 query");
+        assert_eq!(counted(1200, "query", "queries"), "1,200 queries");
+        assert_eq!((&*fixed(-0.0, 1), &*fixed(-1e-9, 3), &*fixed(-0.25, 1)), ("0.0", "0.000", "-0.2"));
+        assert_eq!((&*fixed(-0.0, 0), &*fixed(f64::NEG_INFINITY, 2)), ("0", "-inf"));
         let names = [["a", "b"], ["c", "d"], ["e", "f"]];
         assert_eq!(pairs_in_words(&names, 2), "a - b, c - d and 1 more");
         assert_eq!(two_columns(&[("x", "1".into()), ("long", "2".into())]), "  x     1\n  long  2");

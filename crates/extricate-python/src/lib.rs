@@ -31,6 +31,8 @@ mod _extricate {
     #[pymodule_export]
     use super::scene::Scene;
     #[pymodule_export]
+    use super::scene::import::_find_package;
+    #[pymodule_export]
     use super::scene::import::import_world;
     #[pymodule_export]
     use super::scene::joint::Joint;

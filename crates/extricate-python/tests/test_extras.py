@@ -129,6 +129,21 @@ def test_a_xacro_file_lies_in_packages(tmp_path: pathlib.Path) -> None:
         Scene(Robot.from_xacro(elsewhere), ball)
 
 
+def test_a_xacro_file_finds_packages_beside_it(tmp_path: pathlib.Path) -> None:
+    """By the rule by which a URDF finds them, `$(find NAME)` too."""
+    pytest.importorskip("xacrodoc")
+    for folder in ("src/beside_arm/urdf", "src/beside_parts"):
+        (tmp_path / folder).mkdir(parents=True)
+    text = SLIDER.replace("<robot ", '<robot xmlns:xacro="http://www.ros.org/wiki/xacro" ', 1)
+    text = text.replace("</robot>", '<xacro:include filename="$(find beside_parts)/more.xacro"/></robot>')
+    (tmp_path / "src/beside_arm/urdf/arm.xacro").write_text(text)
+    (tmp_path / "src/beside_parts/more.xacro").write_text('<robot><link name="more"/></robot>')
+    with pytest.raises(ValueError, match="more"):
+        Scene(Robot.from_xacro(tmp_path / "src/beside_arm/urdf/arm.xacro"))
+    (tmp_path / "src/beside_parts/more.xacro").write_text("<robot/>")
+    assert Scene(Robot.from_xacro(tmp_path / "src/beside_arm/urdf/arm.xacro")).nq == 1
+
+
 SDF = """<sdf version="1.9"><model name="arm"><frame name="up"><pose>0 0 2 0 0 0</pose></frame>
   <link name="base"><collision name="c"><pose>0 0 0.5 0 0 0</pose><geometry><box><size>1 1 1</size></box></geometry></collision></link>
   <link name="cart"><pose relative_to="up">1 0 0 0 0 1.5707963267948966</pose><collision name="c"><geometry>

@@ -1,5 +1,6 @@
 """Scenes: from files, text and arrays; checks and distances; what is said of wrong input."""
 
+import pathlib
 import pickle
 import re
 import threading
@@ -52,6 +53,30 @@ def test_distances_are_those_of_closed_forms(obstacle: object, near: float) -> N
     assert distances.shape == (400,)
     np.testing.assert_allclose(distances, near - 1 - Q[:, 0], atol=1e-9)
     np.testing.assert_array_equal(scene.check(Q), distances >= 0.01)
+
+
+def test_packages_are_found_without_a_scene_file(tmp_path: pathlib.Path) -> None:
+    corners = "".join("v %g %g %g\n" % tuple(v) for v in CUBE[0]) + "".join("f %d %d %d\n" % tuple(t + 1) for t in CUBE[1])
+    text = SLIDER.replace('<box size="2 2 2"/>', '<mesh filename="package://arm/cube.obj"/>')
+    (tmp_path / "ws/arm/urdf").mkdir(parents=True)
+    (tmp_path / "ws/arm/cube.obj").write_text(corners)
+    inside, outside = tmp_path / "ws/arm/urdf/r.urdf", tmp_path / "r.urdf"
+    scene_file = tmp_path / "s.toml"
+    inside.write_text(text)
+    outside.write_text(text)
+    scene_file.write_text('[[robot]]\nurdf = "r.urdf"\n')
+    for scene in (
+        Scene(inside),
+        Scene(outside, packages=[tmp_path / "ws"]),
+        Scene(text, packages=[str(tmp_path / "ws/arm")]),
+        Scene.load(inside),
+        Scene.load(scene_file, packages=[tmp_path / "ws"]),
+    ):
+        assert scene.bodies == ["cart"]
+    with pytest.raises(FileNotFoundError, match="tried the package `arm` in `packages`: none; the URDF's folders: "):
+        Scene(outside)
+    with pytest.raises(TypeError, match="packages: got the text .*, expected a list of folders, such as"):
+        Scene(outside, packages=str(tmp_path / "ws"))  # type: ignore[arg-type]
 
 
 def test_a_transform_is_a_pose() -> None:
@@ -196,6 +221,12 @@ def test_joints_that_always_collide_are_found() -> None:
         <limit lower="-1" upper="1" effort="1" velocity="1"/></joint></robot>""")
     assert Scene(urdf).always_colliding() == [("cart", "tip")]
     assert Scene(urdf, disable=[("cart", "tip")]).always_colliding(5, seed=1) == []
+    # In the cart's way on nine tenths of its rail.
+    half = Scene(urdf, [Box([20, 1, 1], [2, 0, 0])], disable=[("cart", "tip")])
+    assert half.always_colliding(200) == []
+    assert ("cart", "box1") in half.always_colliding(200, share=0.8)
+    with pytest.raises(ValueError, match="share: got 0, expected more than 0, at most 1"):
+        half.always_colliding(share=0.0)
 
 
 def test_ways_are_proved_free_or_collide() -> None:
@@ -248,6 +279,13 @@ WRONG = [
     (lambda s: Scene([]), ValueError, "expected at least one"),
     (lambda s: Scene([3]), TypeError, "robot 1: got int, expected a URDF"),
     (lambda s: Scene(Robot(SLIDER, locked={"sliide": 1})), ValueError, "locked: got `sliide`, expected one of `slide`"),
+    (lambda s: Scene(Robot(SLIDER, locked="slide")), TypeError, "locked: got str, expected a dict by joint"),
+    (lambda s: Scene(Robot(SLIDER, packages="ws")), TypeError, r"packages: got the text 'ws', expected a list of folders, such as \['ws'\]"),
+    (lambda s: s.query([0] * 7, locked="joint_1"), TypeError, r"locked: got the text 'joint_1', expected a list of names, such as \['joint_1'\]"),
+    (lambda s: s.query([0] * 7, free="joint_1"), TypeError, "free: got the text 'joint_1', expected a list of names"),
+    (lambda s: s.query([0] * 7, locked=[1]), TypeError, "locked: got a list with int, expected a list of names"),
+    (lambda s: s.query([0] * 7, locked=1), TypeError, "locked: got int, expected a list of names"),
+    (lambda s: s.without("shelf"), TypeError, "names: got the text 'shelf', expected a list of names"),
     (lambda s: Scene(Robot(SLIDER, limits={"slide": 3})), TypeError, r'limits\["slide"\]: got int, expected \(lower, upper\)'),
     (lambda s: Scene(Robot(SLIDER, limits={"slide": (3, 1)})), ValueError, "lower <= upper"),
     (lambda s: Scene(Robot(SLIDER, base="flying")), ValueError, 'base: got "flying", expected "fixed" or "planar" or "floating"'),

@@ -20,4 +20,4 @@ pub use html::{Page, document, escaped, is_page};
 pub use live::Live;
 pub use played::{GraspData, Quality, Touch};
 pub use scene_data::{SceneData, scene_data};
-pub use unit::metric_unit;
+pub use unit::{MIXED_UNIT, metric_unit};

@@ -48,7 +48,7 @@ pub use applications::motion::{
 pub use collision::{CheckScratch, Checker, Contact, SegmentOptions, SegmentOutcome};
 pub use cspace::{Config, ConfigSpace, Label, Manifold, Rows};
 pub use error::{Error, Result};
-pub use io::{load_model, load_scene, load_scene_within, save_model};
+pub use io::{LoadOptions, load_model, load_scene, load_scene_with, load_scene_within, save_model};
 pub use learning::{LearnOptions, LearnProgress};
 pub use model::adapt::Adapter;
 pub use model::learner::Learner;

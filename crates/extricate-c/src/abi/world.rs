@@ -11,7 +11,7 @@ use extricate::internals::io;
 use extricate::internals::scene::file::SceneFile;
 use extricate::internals::scene::file::{self};
 use extricate::internals::scene::import::{Imported, import, is_foreign};
-use extricate::{LoadLimits, Scene};
+use extricate::{LoadLimits, LoadOptions, Scene};
 
 use super::handles::ExtricateScene;
 use super::types::{ExtricateObstacle, ExtricatePose, ExtricateStatus};
@@ -145,7 +145,7 @@ pub unsafe extern "C" fn extricate_scene_in_world(
     let (scene, changed) = unsafe { (raw::shared(scene, "scene"), raw::place(changed, "changed")) };
     // SAFETY: the same.
     let path = unsafe { raw::text(path, "path") };
-    change(scene, changed, |scene| Ok(io::load_world(scene, Path::new(path?), &LoadLimits::default())?))
+    change(scene, changed, |scene| Ok(io::load_world(scene, Path::new(path?), &LoadOptions::default())?))
 }
 
 /// The same of a text. The end of `name` tells what it is: .toml, .scene, .yaml or .json; messages

@@ -31,9 +31,13 @@ contacts (link, distance [m], point on the object [m], normal into it), touched 
 those that still do), fingers ([touched, kept]), kept_sides (whether every contact is on its side of the object), depth_before \
 [m], quality (epsilon and force_closure; null with --friction 0 or without contacts), checks; or error.";
 
+/// In lines that fit a terminal, which those of usage are not wrapped to.
+const USAGE: &str = "extricate grasp [OPTIONS] <--q <Q>|--input <FILE>>\n           \
+                     <--object <NAME>|--objects <FOLDER>> <SCENE|MODEL>";
+
 /// Arguments of `grasp`.
 #[derive(Args)]
-#[command(after_help = KEYS)]
+#[command(after_help = KEYS, override_usage = USAGE)]
 pub struct GraspArgs {
     /// Scene file (TOML), URDF or model file of the hand. What a model has learned is not used
     #[arg(value_name = "SCENE|MODEL")]
@@ -171,7 +175,7 @@ pub fn run(args: &GraspArgs, json: bool) -> anyhow::Result<()> {
                 Ok(line) => rows.answer(line.number, released.unwrap_or(Ok(None)))?,
                 Err(bad) => rows.bad(bad)?,
             }
-            progress.update(configs.fraction(), || format!("{} grasps", report::count(rows.summary.all)));
+            progress.update(configs.fraction(), || report::counted(rows.summary.all, "grasp", "grasps"));
             Ok(())
         })?;
     }
@@ -413,8 +417,8 @@ impl Rows {
         if !self.json && all > 0 {
             let share = |part: usize, of: usize| report::percent(part as f64 / of.max(1) as f64);
             self.out.line(format_args!(
-                "{} grasps, {} released; {} of {} fingers kept ({}), force closure {}",
-                report::count(all),
+                "{}, {} released; {} of {} fingers kept ({}), force closure {}",
+                report::counted(all, "grasp", "grasps"),
                 report::count(answered),
                 report::count(kept),
                 report::count(touched),
@@ -424,7 +428,7 @@ impl Rows {
         }
         self.out.finish()?;
         if answered < all {
-            bail!("{} of {all} grasps have no answer", all - answered);
+            bail!("no answer for {} of {}", all - answered, report::counted(all, "grasp", "grasps"));
         }
         Ok(())
     }

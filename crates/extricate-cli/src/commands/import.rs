@@ -11,7 +11,7 @@ use super::load_scene;
 use crate::args::LoadArgs;
 use crate::notice;
 use crate::output::Output;
-use crate::report::count;
+use crate::report::counted;
 
 /// Arguments of `import`.
 #[derive(Args)]
@@ -72,11 +72,11 @@ pub fn run(args: &ImportArgs, json: bool) -> anyhow::Result<()> {
         out.json(&report)?;
     } else {
         out.line(format_args!(
-            "wrote {}: {} obstacles, {} attached objects, {} disabled pairs",
+            "wrote {}: {}, {}, {}",
             report.scene,
-            count(report.obstacles),
-            count(report.attached),
-            count(report.disabled)
+            counted(report.obstacles, "obstacle", "obstacles"),
+            counted(report.attached, "attached object", "attached objects"),
+            counted(report.disabled, "disabled pair", "disabled pairs")
         ))?;
         for mesh in &report.meshes {
             out.line(format_args!("wrote {mesh}"))?;

@@ -66,7 +66,7 @@ fn load_scene(path: &Path, load: &LoadArgs) -> anyhow::Result<Scene> {
     if kind_of(path)? == FileKind::Model {
         return Ok(load_model(path)?.scene().clone());
     }
-    Ok(busy(&format!("loading {}", path.display()), || io::load_scene_within(path, &load.limits()))?)
+    Ok(busy(&format!("loading {}", path.display()), || io::load_scene_with(path, &load.options()))?)
 }
 
 /// The robots of `robots` in the world of a file, or in the scene of a model file.
@@ -74,7 +74,7 @@ fn load_world(robots: &Scene, path: &Path, load: &LoadArgs) -> anyhow::Result<Sc
     if kind_of(path)? == FileKind::Model {
         return load_scene(path, load);
     }
-    Ok(io::load_world(robots, path, &load.limits())?)
+    Ok(io::load_world(robots, path, &load.options())?)
 }
 
 fn load_model(path: &Path) -> extricate::Result<Model> {

@@ -186,8 +186,8 @@ fn checked(values: &[f64], scene: &Scene, reading: &mut Reading) -> Result<Confi
         Limits::Refuse => units::config(scene, values),
     };
     let config = config.map_err(|error| error.to_string())?;
-    if units::look_like_degrees(scene, values) {
-        reading.note("degrees", units::DEGREES);
+    if let Some(hint) = units::degrees_hint(scene, values) {
+        reading.note("degrees", hint);
     }
     Ok(config)
 }

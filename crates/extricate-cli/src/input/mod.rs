@@ -1,10 +1,13 @@
 //! Configurations from a file, standard input or the command line, one a line, each checked against
-//! the configuration space. What a line may say is in `line`, and of paths in `path`.
+//! the configuration space. What a line may say is in `line`, and of paths in `path`; which of the
+//! bad lines are told is in `repeated`.
 
 mod line;
 mod path;
+mod repeated;
 mod unique;
 
+use std::cell::RefCell;
 use std::fs::File;
 use std::io::{BufRead, BufReader, Cursor, Read};
 use std::path::Path;
@@ -14,8 +17,9 @@ use extricate::{Config, Scene};
 use serde::Serialize;
 
 use crate::args::Limits;
-use crate::notice;
+use crate::{notice, report};
 use line::{Reading, parse_config, parse_segment};
+use repeated::Repeated;
 
 /// Longest line that is read \[bytes\].
 const LONGEST_LINE: usize = 1 << 24;
@@ -33,6 +37,7 @@ pub struct Configs {
     good: usize,
     bad: usize,
     reading: Reading,
+    told: RefCell<Repeated>,
 }
 
 /// A line that is no configuration of the scene.
@@ -51,6 +56,9 @@ pub type SegmentEntry = Result<(usize, [Config; 2]), BadLine>;
 
 /// The first waypoint of a path, those behind it, and the number of the line.
 pub type PathEntry = Result<(usize, (Config, Vec<Config>)), BadLine>;
+
+/// The waypoints of a line, and its number.
+pub type WaypointsEntry = Result<(usize, Vec<Config>), BadLine>;
 
 /// A grasp, the file and the scale of its object, and the number of the line.
 pub type GraspEntry = Result<(usize, (Config, Option<(String, f64)>)), BadLine>;
@@ -88,8 +96,8 @@ impl Configs {
 
     /// Configurations of any text; `name` is what messages call it.
     pub fn new(reader: Box<dyn BufRead>, name: &str, bytes_total: Option<u64>) -> Self {
-        let reading = Reading::default();
-        Self { reader, name: name.into(), line: 0, bytes_read: 0, bytes_total, good: 0, bad: 0, reading }
+        let (reading, told) = (Reading::default(), RefCell::default());
+        Self { reader, name: name.into(), line: 0, bytes_read: 0, bytes_total, good: 0, bad: 0, reading, told }
     }
 
     /// What becomes of configurations beyond the joint limits; they are refused where nothing is
@@ -140,6 +148,16 @@ impl Configs {
         self.next_parsed(&expected, |text, reading| path::parse_path(text, scene, reading).map(Some))
     }
 
+    /// As [`Configs::next`], for one path: the waypoints of a line, a configuration as there, or a
+    /// whole path as [`Configs::next_path`] takes it.
+    ///
+    /// # Errors
+    /// Where reading fails.
+    pub fn next_waypoints(&mut self, scene: &Scene) -> anyhow::Result<Option<WaypointsEntry>> {
+        let expected = format!("configurations of {} numbers", scene.space.nq());
+        self.next_parsed(&expected, |text, reading| path::parse_waypoints(text, scene, reading))
+    }
+
     fn next_parsed<T>(
         &mut self,
         expected: &str,
@@ -186,9 +204,12 @@ impl Configs {
         notes.into_iter().map(|note| format!("{}: line {}: {note}", self.name, self.line)).collect()
     }
 
-    /// Tells the user of a bad line, with the name of the input and the number.
+    /// Tells the user of a bad line, with the name of the input and the number, unless one like it
+    /// was told; [`Configs::conclude`] tells how many those are.
     pub fn report(&self, bad: &BadLine) {
-        notice::error(format_args!("{}: line {}: {}", self.name, bad.line, bad.error));
+        if self.told.borrow_mut().is_new(bad.line, &bad.error) {
+            notice::error(format_args!("{}: line {}: {}", self.name, bad.line, bad.error));
+        }
     }
 
     /// Share of the input that was read, where its length is known.
@@ -201,18 +222,22 @@ impl Configs {
         self.bytes_total.is_none()
     }
 
-    /// Ends the run.
+    /// Ends the run, and tells how many lines there were like those that were reported.
     ///
     /// # Errors
     /// Where any line was bad.
     pub fn conclude(&self) -> anyhow::Result<()> {
+        for words in self.told.take().in_words() {
+            notice::error(format_args!("{}: {words}", self.name));
+        }
         if self.good + self.bad == 0 {
             notice::warning(format_args!("{}: no configurations in it", self.name));
         }
         if self.bad > 0 {
             let total = self.good + self.bad;
             let others = if self.good > 0 { "; the others were answered" } else { "" };
-            bail!("{}: {} of {total} configurations could not be used{others}", self.name, self.bad);
+            let all = report::counted(total, "configuration", "configurations");
+            bail!("{}: {} of {all} could not be used{others}", self.name, report::count(self.bad));
         }
         Ok(())
     }

@@ -3,11 +3,34 @@
 use extricate::{Config, Scene};
 use serde_json::Value;
 
-use super::line::{Reading, by_name, config_of, describe, explain_syntax, list_keys, numbers, strings};
+use super::line::{Reading, by_name, config_of, describe, explain_syntax, list_keys, numbers, parse_config, strings};
 use super::unique;
+use crate::report;
 
 /// What may stand in a line, for messages.
 const EXPECTED: &str = "an array of configurations, or an object with \"path\", or with \"joint_names\" and \"points\"";
+
+/// The waypoints of a line: of a whole path, see [`parse_path`], or of one configuration, see
+/// [`parse_config`]. `None` for a heading.
+pub fn parse_waypoints(text: &str, scene: &Scene, reading: &mut Reading) -> Result<Option<Vec<Config>>, String> {
+    if is_path(text) {
+        let (first, rest) = parse_path(text, scene, reading)?;
+        return Ok(Some(std::iter::once(first).chain(rest).collect()));
+    }
+    Ok(parse_config(text, scene, reading)?.map(|q| vec![q]))
+}
+
+/// Whether a line holds several configurations, or says that it is a path.
+fn is_path(text: &str) -> bool {
+    if !text.starts_with(['[', '{']) {
+        return false;
+    }
+    match unique::parse(text) {
+        Ok(Value::Array(all)) => all.len() > 1 && all.iter().all(|q| q.is_array() || q.is_object()),
+        Ok(Value::Object(map)) => ["path", "joint_names", "points"].into_iter().any(|key| map.contains_key(key)),
+        _ => false,
+    }
+}
 
 /// The first waypoint and those behind it. One line: an array of configurations as
 /// [`super::line::parse_config`] takes them from JSON, `{"path": [...]}`, or a JointTrajectory,
@@ -27,7 +50,7 @@ pub fn parse_path(text: &str, scene: &Scene, reading: &mut Reading) -> Result<(C
         other => return Err(format!("got {}, expected {EXPECTED}", describe(other))),
     };
     match waypoints.len() {
-        found @ (0 | 1) => Err(format!("got {found} waypoints, expected at least 2")),
+        found @ (0 | 1) => Err(format!("got {}, expected at least 2", report::counted(found, "waypoint", "waypoints"))),
         _ => {
             let rest = waypoints.split_off(1);
             Ok((waypoints.remove(0), rest))
@@ -73,9 +96,28 @@ mod tests {
     }
 
     #[test]
+    fn a_line_is_a_path_or_one_waypoint() {
+        let read = |text: &str| {
+            let waypoints = parse_waypoints(text, &scene(), &mut Reading::default());
+            waypoints.map(|waypoints| waypoints.into_iter().flatten().map(|q| q.to_vec()).collect::<Vec<_>>())
+        };
+        for one in ["[0.5, 1]", "0.5,1", "[[0.5, 1]]", r#"{"q": [0.5, 1]}"#] {
+            assert_eq!(read(one), Ok(vec![vec![0.5, 1.0]]), "{one}");
+        }
+        for two in [
+            "[[0.5, 1], [0, 2]]",
+            r#"{"path": [[0.5, 1], [0, 2]]}"#,
+            r#"{"joint_names": ["turn", "shoulder"], "points": [{"positions": [1, 0.5]}, {"positions": [2, 0]}]}"#,
+        ] {
+            assert_eq!(read(two), Ok(vec![vec![0.5, 1.0], vec![0.0, 2.0]]), "{two}");
+        }
+        assert!(read(r#"{"path": [[0, 0]]}"#).unwrap_err().contains("got 1 waypoint, expected"));
+    }
+
+    #[test]
     fn every_fault_names_the_waypoint_and_what_was_expected() {
         for (text, found, expected) in [
-            ("[[0, 0]]", "got 1 waypoints", "at least 2"),
+            ("[[0, 0]]", "got 1 waypoint,", "at least 2"),
             ("[]", "got 0 waypoints", "at least 2"),
             ("[0, 0]", "waypoint 1: got 0 (a number)", "array of 2 numbers"),
             ("[[0, 0], [9, 0]]", "waypoint 2: ", "[-1, 2]"),

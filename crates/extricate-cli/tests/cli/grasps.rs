@@ -64,7 +64,7 @@ fn fingers_back_out_to_where_they_touch() {
     assert!(answer["verified"].as_bool().unwrap() && answer["kept_sides"].as_bool().unwrap());
     assert!((answer["depth_before"].as_f64().unwrap() - 0.02).abs() < 1e-6, "{answer}");
     let text = workspace.run("grasp grip.toml --q 0.08,0.065 --object ball").expect_code(0).stdout;
-    assert!(text.contains("2/2") && text.contains("1 grasps, 1 released; 2 of 2 fingers kept (100 %)"), "{text}");
+    assert!(text.contains("2/2") && text.contains("1 grasp, 1 released; 2 of 2 fingers kept (100 %)"), "{text}");
     let unknown = workspace.run("grasp grip.toml --q 0.08,0.065 --object cup").expect_code(1);
     assert!(unknown.stderr.contains("got `cup`, expected one of `left`, `right`, `ball`"), "{}", unknown.stderr);
 }

@@ -48,7 +48,7 @@ fn a_scene_of_rviz_is_asked_as_it_is_or_written_as_a_scene_file() {
     let told = workspace.run("query ball.urdf --world table.scene --q 0.25,0,0").expect_code(0).stderr;
     assert_eq!(told, "", "the robot alone has no pair, its world has");
     let wrote = workspace.run("import table.scene -o world.toml").expect_code(0);
-    assert_eq!(wrote.stdout, "wrote world.toml: 1 obstacles, 0 attached objects, 0 disabled pairs\n");
+    assert_eq!(wrote.stdout, "wrote world.toml: 1 obstacle, 0 attached objects, 0 disabled pairs\n");
     assert_eq!(wrote.stderr, "");
     assert_eq!(asked(&workspace, "ball.urdf --world world.toml", 0.25), by_hand);
     // With a robot it is a scene of its own, wherever it is written.
@@ -69,7 +69,7 @@ fn a_planning_scene_brings_what_is_held_and_what_may_touch() {
     let wrote = workspace.run("import tray.json --robot ball.urdf -o tray.toml").expect_code(0);
     assert_eq!(
         wrote.stdout,
-        "wrote tray.toml: 1 obstacles, 1 attached objects, 2 disabled pairs\nwrote tray-meshes/tray.obj\n"
+        "wrote tray.toml: 1 obstacle, 1 attached object, 2 disabled pairs\nwrote tray-meshes/tray.obj\n"
     );
     assert!(wrote.stderr.contains("extricate: warning: world.octomap is not taken"), "{}", wrote.stderr);
     let head = std::fs::read_to_string(workspace.path("tray.toml")).unwrap();

@@ -12,6 +12,7 @@ mod importing;
 mod kills;
 mod motions;
 mod no_model;
+mod packages;
 mod pipeline;
 mod process;
 mod readers;

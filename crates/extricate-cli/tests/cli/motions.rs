@@ -51,6 +51,17 @@ fn a_repaired_path_is_read_again() {
     workspace.write("new.jsonl", lines.concat());
     let again = &workspace.run("repair small.model --path new.jsonl --json").expect_code(0).json()[0];
     assert_eq!(again["stretches"], 0);
+    // The same in one line, as `view --paths` takes it.
+    for path in [
+        "[[2.5, 0.0], [-2.5, 0.0]]",
+        r#"{"path": [[2.5, 0.0], [-2.5, 0.0]]}"#,
+        r#"{"joint_names": ["elbow", "shoulder"], "points": [{"positions": [0, 2.5]}, {"positions": [0, -2.5]}]}"#,
+    ] {
+        workspace.write("whole.jsonl", path);
+        assert_eq!(workspace.run("repair scene.toml --path whole.jsonl").expect_code(0).json(), rows, "{path}");
+    }
+    workspace.write("two.jsonl", "[[2.5, 0.0], [-2.5, 0.0]]\n[[2.5, 0.0], [-2.5, 0.0]]\n");
+    workspace.run("repair scene.toml --path two.jsonl").expect_failure(&["got a whole path and more lines"]);
     workspace.write("bad.jsonl", "[2.5, 0.0]\n[9]\n");
     workspace.run("repair scene.toml --path bad.jsonl").expect_failure(&["line 2"]);
 }
@@ -106,14 +117,14 @@ fn paths_that_were_found_are_there_while_the_next_is_looked_for() {
 fn queries_without_a_path_are_counted() {
     let workspace = shut_in();
     let told = workspace.run("escape shut.toml --input q.jsonl --tree-checks 500").expect_code(1);
-    assert!(told.stdout.ends_with("\n1 of 2 queries have a path (50 %)\n"), "{}", told.stdout);
-    assert!(told.stderr.contains("1 of 2 queries have no path"), "{}", told.stderr);
+    assert!(told.stdout.ends_with("\nfound a path for 1 of 2 queries (50 %)\n"), "{}", told.stdout);
+    assert!(told.stderr.contains("found no path for 1 of 2 queries"), "{}", told.stderr);
     workspace.write("q.jsonl", "[2]\n[0]\n[1, 2]\n");
     let told = workspace.run("escape shut.toml --input q.jsonl --tree-checks 500").expect_code(1).stderr;
     let last = told.lines().last().unwrap();
     assert!(last.contains("1 of 3 configurations could not be used") && last.contains("1 of 2 queries"), "{told}");
     let whole = workspace.run("escape shut.toml --q 2").expect_code(0).stdout;
-    assert!(whole.ends_with("1 of 1 queries have a path (100 %)\n"), "{whole}");
+    assert!(whole.ends_with("found a path for 1 of 1 query (100 %)\n"), "{whole}");
 }
 
 /// What one of two runs adds to a roadmap would be lost with what the other writes.

@@ -128,7 +128,7 @@ fn paths_are_judged_along_the_way() {
         format!("[{FREE}, {COLLIDING}, {FREE}]\n{{\"path\": [{FREE}, [-2.0, 0.1]]}}\n[{FREE}]\n"),
     );
     let failed = workspace.run("view scene.toml --paths paths.jsonl -o page.html").expect_code(1);
-    assert!(failed.stderr.contains("line 3: got 1 waypoints"), "{}", failed.stderr);
+    assert!(failed.stderr.contains("line 3: got 1 waypoint,"), "{}", failed.stderr);
     let data = data_of(&std::fs::read_to_string(workspace.path("page.html")).unwrap());
     let played: Vec<&Value> =
         data["answers"].as_array().unwrap().iter().map(|shown| &shown["played"]["path"]).collect();

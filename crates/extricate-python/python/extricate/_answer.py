@@ -139,7 +139,7 @@ class Answer:
         if self.free:
             return "free: nothing to be done"
         # To the last digit: what is printed is the configuration that was checked.
-        witness = str(self.witness.tolist())
+        witness = str((self.witness + 0.0).tolist())  # without -0.0
         rows = [
             ("depth", f"{self.depth:.4g}, at least {self.lower_bound:.4g}"),
             ("witness", witness + (", verified" if self.verified else ", free when the model was learned")),

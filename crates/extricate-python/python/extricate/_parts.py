@@ -44,7 +44,8 @@ class Robot:
     srdf: path of an SRDF file, or its text: its disabled pairs are honoured, its groups can be named.
     group: only the joints of this SRDF group move; the others stand where `locked` says, or where their limits come nearest
         to 0.
-    packages: folders in which `package://NAME/...` is looked up, as `FOLDER/NAME/...`.
+    packages: folders in which `package://NAME/...` is looked up first, as `FOLDER/NAME/...`; then come the folders that the URDF
+        lies in (of a text, the working directory), and those of AMENT_PREFIX_PATH and ROS_PACKAGE_PATH.
     geometry: "mesh": collision meshes as they are; "convex-hull": the hull of each; "convex-parts": convex hulls that together
         hold each; "visual": the <visual> shapes of the robot instead.
     links: by link, what becomes of its meshes instead: "mesh", "convex-hull" or "convex-parts".

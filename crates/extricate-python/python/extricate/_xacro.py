@@ -7,16 +7,17 @@ import os
 from pathlib import Path
 from typing import Any, List, Mapping, Sequence, Tuple
 
+from ._extricate import _find_package
+
 
 def packages_around(path: Any) -> List[str]:
-    """The folders that a file lies in and that say that they are a package, of ROS or of Gazebo, the innermost first."""
-    parents = Path(os.path.abspath(os.fspath(path))).parents
-    return [str(p) for p in parents if (p / "package.xml").is_file() or (p / "model.config").is_file()]
+    """The folders that a file lies in, the innermost first: packages are looked up there as they are for a URDF."""
+    return [str(parent) for parent in Path(os.path.abspath(os.fspath(path))).parents]
 
 
 def expanded(path: Any, args: Mapping[str, Any], packages: Sequence[Any]) -> Tuple[str, Sequence[Any]]:
-    """The URDF text, and the folders of packages, those that the file lies in among them, as a text lies nowhere. Paths of meshes
-    that are relative are those of the xacro file."""
+    """The URDF text, and the folders in which its packages are looked up, those that the file lies in among them, as a text lies
+    nowhere. Paths of meshes that are relative are those of the xacro file."""
     try:
         xacrodoc: Any = importlib.import_module("xacrodoc")
         finder: Any = importlib.import_module("xacrodoc.packages")
@@ -26,9 +27,18 @@ def expanded(path: Any, args: Mapping[str, Any], packages: Sequence[Any]) -> Tup
     if folders:
         finder.look_in(folders)
     texts = {name: str(value).lower() if isinstance(value, bool) else str(value) for name, value in args.items()}
-    try:
-        document = xacrodoc.XacroDoc.from_file(os.fspath(path), subargs=texts, resolve_packages=False)
-        return document.to_urdf_string(use_protocols=True, pretty=False), folders + packages_around(path)
-    except Exception as error:
-        # What it raises depends on what is wrong: errors of XML, of Python in ${..}, of packages that are missing.
-        raise ValueError(f"{os.fspath(path)}: xacro cannot expand it: {type(error).__name__}: {error}") from error
+    found: List[str] = []
+    while True:
+        try:
+            document = xacrodoc.XacroDoc.from_file(os.fspath(path), subargs=texts, resolve_packages=False)
+            return document.to_urdf_string(use_protocols=True, pretty=False), folders + packages_around(path)
+        except Exception as error:
+            # What it raises depends on what is wrong: errors of XML, of Python in ${..}, of packages that are missing.
+            cause = getattr(error, "exc", None) or error
+            missing = str(cause.args[0]) if isinstance(cause, finder.PackageNotFoundError) and cause.args else ""
+            place = _find_package(missing, os.path.abspath(os.fspath(path)), folders) if missing not in found else None
+            if place is None:
+                problem = f"xacro cannot expand it: {type(error).__name__}: {error}"
+                raise ValueError(f"{os.fspath(path)}: {problem}") from error
+            found.append(missing)
+            finder.update_package_cache({missing: place})

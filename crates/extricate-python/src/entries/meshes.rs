@@ -8,7 +8,7 @@ use extricate::internals::scene::file::{ScaleEntry, ShapeEntry};
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 
-use super::{geometry, kind, rows_of_three, text_or_path};
+use super::{folders, geometry, kind, rows_of_three, text_or_path};
 use crate::error::exception;
 use crate::long_call;
 use crate::rows::arrays::floats;
@@ -77,8 +77,7 @@ pub fn fixture(element: &str, given: &Bound<'_, PyAny>, shape: &mut ShapeEntry) 
     let wrong =
         || PyTypeError::new_err(format!("{element}: urdf: got {}, expected the path of a URDF file", kind(&urdf)));
     shape.urdf = Some(path.ok_or_else(wrong)?);
-    shape.packages =
-        given.getattr("packages")?.try_iter()?.map(|folder| text_or_path(&folder?)).collect::<PyResult<_>>()?;
+    shape.packages = folders(&format!("{element}: packages"), &given.getattr("packages")?)?;
     shape.geometry = Some(geometry(&format!("{element}: geometry"), &given.getattr("geometry")?)?);
     Ok(())
 }

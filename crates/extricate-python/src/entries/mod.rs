@@ -2,6 +2,7 @@
 //! checks and assembles.
 
 pub mod clearance;
+pub mod lists;
 pub mod meshes;
 pub mod pose;
 pub mod scenery;
@@ -10,6 +11,7 @@ use std::collections::{BTreeMap, HashSet};
 use std::path::PathBuf;
 
 use extricate::MetricKind;
+use extricate::internals::robot::packages::PackageSearch;
 use extricate::internals::scene::file::limits::{BoundsEntry, LimitsEntry};
 use extricate::internals::scene::file::{
     BaseKind, GeometryKind, MetricEntry, ObstacleEntry, PairsEntry, PoseEntry, RobotEntry, SceneFile, ShapeEntry,
@@ -22,6 +24,7 @@ use pyo3::types::{PyMapping, PyString};
 
 use crate::rows::arrays::{floats, numbers, tuple};
 use clearance::{Clearance, length};
+use lists::Folders;
 use meshes::{fixture, mesh};
 use pose::pose;
 
@@ -65,6 +68,8 @@ pub struct Options<'py> {
     pub padding: Option<Bound<'py, PyMapping>>,
     /// Of pairs of bodies \[m\].
     pub pair_clearance: Vec<(String, String, f64)>,
+    /// Folders in which packages are looked up first.
+    pub packages: Vec<PathBuf>,
 }
 
 /// Reads the arguments of `Scene`.
@@ -116,6 +121,7 @@ pub fn describe(
         pairs: PairsEntry { disable, enable, clearance: options.pair_clearance },
         cut: None,
         limits: extricate::LoadLimits::default(),
+        search: PackageSearch { given: options.packages, ..PackageSearch::default() },
         padding: options.padding.map_or(Ok(BTreeMap::new()), |padding| by_name("padding", &padding, length))?,
     };
     Ok(Description { entries, texts })
@@ -195,7 +201,7 @@ fn robot_entry(at: usize, given: &Bound<'_, PyAny>, texts: &mut Vec<(String, Str
     entry.name = get("name")?.extract()?;
     entry.group = get("group")?.extract()?;
     entry.srdf = optional("srdf")?.map(|srdf| source("srdf", &srdf)).transpose()?;
-    entry.packages = get("packages")?.try_iter()?.map(|folder| text_or_path(&folder?)).collect::<PyResult<_>>()?;
+    entry.packages = folders("packages", &get("packages")?)?;
     entry.geometry = geometry("geometry", &get("geometry")?)?;
     entry.base = match get("base")?.extract::<String>()?.as_str() {
         "fixed" => BaseKind::Fixed,
@@ -217,6 +223,14 @@ fn robot_entry(at: usize, given: &Bound<'_, PyAny>, texts: &mut Vec<(String, Str
     entry.limits = by_name("limits", &mapping("limits")?, limits)?;
     entry.links = by_name("links", &mapping("links")?, geometry)?;
     Ok(entry)
+}
+
+/// A list of folders, as a scene file has it.
+///
+/// # Errors
+/// As [`describe`].
+pub fn folders(element: &str, value: &Bound<'_, PyAny>) -> PyResult<Vec<String>> {
+    value.extract::<Folders>()?.of(element)?.into_iter().map(unicode).collect()
 }
 
 /// What becomes of meshes, by its name.
@@ -350,7 +364,10 @@ pub fn text_or_path(value: &Bound<'_, PyAny>) -> PyResult<String> {
     if let Ok(text) = value.cast::<PyString>() {
         return text.extract();
     }
-    let path: PathBuf = value.extract()?;
+    unicode(value.extract()?)
+}
+
+fn unicode(path: PathBuf) -> PyResult<String> {
     path.into_os_string()
         .into_string()
         .map_err(|path| PyValueError::new_err(format!("got the path {}, expected one that is Unicode", path.display())))

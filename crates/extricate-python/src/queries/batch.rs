@@ -70,8 +70,8 @@ fn look_over(py: Python<'_>, scene: &Scene, asked: &Asked, q: &Configs) -> PyRes
             if limits.is_some() && plain(values) {
                 continue;
             }
-            if degrees.is_none() && units::look_like_degrees(scene, values) {
-                degrees = Some(row);
+            if degrees.is_none() {
+                degrees = units::degrees_hint(scene, values).map(|hint| (row, hint));
             }
             if !asked.masks {
                 asked.config_of(values, scene).map_err(|error| bad_row("Q", row, single, error))?;
@@ -81,7 +81,7 @@ fn look_over(py: Python<'_>, scene: &Scene, asked: &Asked, q: &Configs) -> PyRes
     };
     let degrees = py.detach(|| watch.over(look))??;
     match degrees.filter(|_| !asked.refuses) {
-        Some(row) => warn(py, &format!("Q[{row}]: {}", units::DEGREES)),
+        Some((row, hint)) => warn(py, &format!("Q[{row}]: {hint}")),
         None => Ok(()),
     }
 }

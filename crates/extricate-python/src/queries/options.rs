@@ -13,6 +13,7 @@ use pyo3::types::{PyDict, PyMapping, PyType};
 
 use super::Source;
 use super::answer::effort_name;
+use crate::entries::lists::Names;
 use crate::error::{count, exception, warn};
 use crate::long_call;
 use crate::rows::arrays::{bad_row, floats, one_config};
@@ -111,8 +112,8 @@ impl Asked {
     /// refused.
     pub fn config(&self, q: &Bound<'_, PyAny>, scene: &Scene) -> PyResult<Config> {
         let values = one_config("q", q, &scene.space)?;
-        if !self.refuses && units::look_like_degrees(scene, values.values()) {
-            warn(q.py(), &format!("q: {}", units::DEGREES))?;
+        if let Some(hint) = units::degrees_hint(scene, values.values()).filter(|_| !self.refuses) {
+            warn(q.py(), &format!("q: {hint}"))?;
         }
         self.config_of(values.values(), scene).map_err(|error| bad_row("q", 0, true, error))
     }
@@ -250,10 +251,11 @@ impl<'py> Given<'_, 'py> {
 
     /// Those of `locked`, or all but those of `free`.
     fn locked(&self, scene: &Scene) -> PyResult<Vec<usize>> {
-        let joints = |name: &str, names: Vec<String>| {
+        let joints = |name: &str, names: Names| {
+            let names = names.of(name)?;
             scene.joints_named(name, names.iter().map(String::as_str)).map_err(exception)
         };
-        match (self.get::<Vec<String>>("locked")?, self.get::<Vec<String>>("free")?) {
+        match (self.get::<Names>("locked")?, self.get::<Names>("free")?) {
             (Some(_), Some(_)) => Err(PyValueError::new_err("locked, free: got both, expected one of them")),
             (Some(locked), None) => joints("locked", locked),
             (None, Some(free)) => {

@@ -1,9 +1,10 @@
 //! Checks of configurations of a scene, and random ones.
 
 use extricate::Label;
+use extricate::internals::collision::misses_allowed;
 use extricate::internals::scene::units;
 use numpy::{Ix2, PyArray, PyArray1, PyArrayDyn, PyArrayMethods};
-use pyo3::exceptions::{PyMemoryError, PyRuntimeError};
+use pyo3::exceptions::{PyMemoryError, PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
 
 use super::{Scene, sampling};
@@ -113,11 +114,17 @@ impl Scene {
     ///
     /// n: how many configurations, 1 or more.
     /// seed: of the random numbers.
-    #[pyo3(signature = (n = Whole::Number(100), *, seed = Seed(0)), text_signature = "($self, n=100, *, seed=0)")]
-    fn always_colliding(&self, py: Python<'_>, n: Whole, seed: Seed) -> PyResult<Vec<(&str, &str)>> {
+    /// share: of the configurations in which a pair has to collide; 0.95 for those that nearly
+    ///     always do.
+    #[pyo3(signature = (n = Whole::Number(100), *, seed = Seed(0), share = 1.0), text_signature = "($self, n=100, *, seed=0, share=1.0)")]
+    fn always_colliding(&self, py: Python<'_>, n: Whole, seed: Seed, share: f64) -> PyResult<Vec<(&str, &str)>> {
         let n = count("n", n, 1)?;
+        if !(share > 0.0 && share <= 1.0) {
+            return Err(PyValueError::new_err(format!("share: got {share}, expected more than 0, at most 1")));
+        }
+        let misses = misses_allowed(n, share);
         let always = |line: &long_call::Line<()>| {
-            Ok::<_, PyErr>(sampling::always(self.checker()?, n, seed.0, || line.stopped()))
+            Ok::<_, PyErr>(sampling::always(self.checker()?, n, seed.0, misses, || line.stopped()))
         };
         let pairs = long_call::run(py, |_, ()| Ok(()), always)??;
         Ok(pairs.into_iter().map(|pair| self.inner().pair_names(pair).into()).collect())

@@ -8,6 +8,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyMapping;
 
 use super::Scene;
+use crate::entries::lists::Names;
 use crate::entries::{self, Obstacles};
 use crate::error::{exception, warn};
 use crate::long_call;
@@ -91,7 +92,8 @@ impl Scene {
     /// names: of obstacles and of attached objects.
     ///
     /// Raises ValueError for names that none of them has.
-    fn without(&self, py: Python<'_>, names: Vec<String>) -> PyResult<Self> {
+    fn without(&self, py: Python<'_>, names: Names) -> PyResult<Self> {
+        let names = names.of("names")?;
         let rest = self.inner().without(names.iter().map(String::as_str));
         self.told(py, rest.map_err(exception)?)
     }
@@ -115,13 +117,13 @@ impl Scene {
     /// touch: names of links, obstacles and attached objects that it may touch.
     ///
     /// Raises ValueError for names that are taken or that nothing has.
-    #[pyo3(signature = (shape, *, link, pose = None, touch = Vec::new()), text_signature = "($self, shape, *, link, pose=None, touch=())")]
+    #[pyo3(signature = (shape, *, link, pose = None, touch = Names::default()), text_signature = "($self, shape, *, link, pose=None, touch=())")]
     fn attach(
         &self,
         shape: &Bound<'_, PyAny>,
         link: &str,
         pose: Option<&Bound<'_, PyAny>>,
-        touch: Vec<String>,
+        touch: Names,
     ) -> PyResult<Self> {
         let taken: Vec<String> = self.inner().bodies.iter().map(|body| body.name.clone()).collect();
         let mut entries = entries::obstacle_entries(std::slice::from_ref(shape), taken)?;
@@ -129,6 +131,7 @@ impl Scene {
             entries[0].pose = crate::entries::pose::pose("pose", pose)?;
         }
         let entries = SceneFile { obstacle: entries, ..SceneFile::default() };
+        let touch = touch.of("touch")?;
         let touch: Vec<&str> = touch.iter().map(String::as_str).collect();
         let (mut bodies, told) = read(shape.py(), entries)?;
         let attached = self.inner().attached(bodies.remove(0), link, &touch).map_err(exception)?;

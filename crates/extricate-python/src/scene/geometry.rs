@@ -7,6 +7,7 @@ use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
 use super::Scene;
+use crate::entries::lists::Names;
 use crate::error::{Whole, count};
 use crate::long_call;
 use crate::rows::GROUP;
@@ -28,7 +29,7 @@ impl Scene {
     /// Raises ValueError for wrong shapes, names that nothing has, values that are not finite.
     #[pyo3(signature = (Q, of = None))]
     #[allow(non_snake_case)]
-    fn poses<'py>(&self, Q: &Bound<'py, PyAny>, of: Option<Vec<String>>) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+    fn poses<'py>(&self, Q: &Bound<'py, PyAny>, of: Option<Names>) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
         let (py, scene) = (Q.py(), self.inner());
         let named = |name: &String| {
             let known = || scene.links.iter().map(|link| &link.name).chain(scene.bodies.iter().map(|body| &body.name));
@@ -36,6 +37,7 @@ impl Scene {
             let unknown = || PyValueError::new_err(format!("of: got `{name}`, expected some of {}", listed()));
             seat_named(scene, name).ok_or_else(unknown)
         };
+        let of = of.map(|of| of.of("of")).transpose()?;
         let seats: Vec<Seated> = match &of {
             Some(names) => names.iter().map(named).collect::<PyResult<_>>()?,
             None => (0..scene.bodies.len()).map(|body| seat_of_body(scene, body)).collect(),

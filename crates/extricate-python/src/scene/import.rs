@@ -1,12 +1,14 @@
-//! Worlds in files: of scene files, and of other programs.
+//! Worlds in files: of scene files, and of other programs; where packages are.
 
 use std::path::PathBuf;
 
+use extricate::LoadOptions;
 use extricate::internals::io::{self, worlds};
 use pyo3::prelude::*;
 
 use super::Scene;
 use super::load_limits::{Limits, limits_of};
+use crate::entries::lists::Folders;
 use crate::error::{exception, warn, warned};
 use crate::long_call;
 
@@ -20,13 +22,20 @@ impl Scene {
     ///     that is not taken.
     ///
     /// load_limits: other limits of what the files may hold, as `Scene.load` takes them.
+    /// packages: folders in which `package://NAME/...` is looked up first.
     ///
     /// Raises OSError for a file that cannot be read, ValueError for what cannot be used in it.
-    #[pyo3(signature = (path, *, load_limits = None))]
-    fn in_world(&self, py: Python<'_>, path: PathBuf, load_limits: Option<Limits>) -> PyResult<Self> {
-        let limits = limits_of(load_limits)?;
+    #[pyo3(signature = (path, *, load_limits = None, packages = Folders::default()), text_signature = "($self, path, *, load_limits=None, packages=())")]
+    fn in_world(
+        &self,
+        py: Python<'_>,
+        path: PathBuf,
+        load_limits: Option<Limits>,
+        packages: Folders,
+    ) -> PyResult<Self> {
+        let options = LoadOptions { limits: limits_of(load_limits)?, packages: packages.of("packages")? };
         let robots = self.inner().clone();
-        let scene = long_call::apart(py, move || io::load_world(&robots, &path, &limits))?.map_err(exception)?;
+        let scene = long_call::apart(py, move || io::load_world(&robots, &path, &options))?.map_err(exception)?;
         self.told(py, scene)
     }
 }
@@ -67,4 +76,10 @@ pub fn import_world(
     let done = long_call::pooled(py, import)?.map_err(exception)?;
     done.notes.iter().try_for_each(|note| warn(py, note))?;
     Ok([output].into_iter().chain(done.meshes).collect())
+}
+
+/// The folder of a package that a file names, by the rule by which meshes of URDFs are found.
+#[pyfunction]
+pub fn _find_package(package: &str, near: PathBuf, packages: Vec<PathBuf>) -> Option<PathBuf> {
+    io::find_package(package, &near, &packages)
 }

@@ -19,13 +19,14 @@ use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 
 use extricate::internals::io;
 use extricate::internals::scene::assemble::sound;
-use extricate::{CheckScratch, Checker, Manifold, World, builtin};
+use extricate::{CheckScratch, Checker, LoadOptions, Manifold, World, builtin};
 use numpy::PyArray1;
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict, PyMapping};
 
 use crate::entries::clearance::Clearance;
+use crate::entries::lists::Folders;
 use crate::entries::{self, Obstacles, Options};
 use crate::error::{exception, warned};
 use crate::long_call;
@@ -41,7 +42,7 @@ use load_limits::{Limits, limits_of};
 /// quaternions x, y, z, w). Immutable; may be shared between threads, and pickled.
 ///
 /// Scene(robot, obstacles=(), *, clearance=1e-4, metric="joint", weights=None, disable=(),
-/// enable=(), padding=None, pair_clearance=())
+/// enable=(), padding=None, pair_clearance=(), packages=())
 ///
 /// robot: a URDF, as path or as text, a `Robot` with more options, or a list of them.
 /// obstacles: `Box`, `Sphere`, `Cylinder`, `Capsule`, `Mesh`, `Points`, `Voxels`, `HalfSpace` and
@@ -58,6 +59,9 @@ use load_limits::{Limits, limits_of};
 ///     all its pairs [m].
 /// pair_clearance: (name, name, clearance [m]) of pairs that keep another one, whatever else is
 ///     said.
+/// packages: folders in which `package://NAME/...` is looked up first, as `FOLDER/NAME/...`; then
+///     come `packages` of a `Robot`, the folders that its URDF lies in, and those of
+///     AMENT_PREFIX_PATH and ROS_PACKAGE_PATH.
 #[pyclass(frozen, module = "extricate._extricate")]
 pub struct Scene {
     scene: Arc<extricate::Scene>,
@@ -166,7 +170,7 @@ impl Scene {
 #[pymethods]
 impl Scene {
     #[new]
-    #[pyo3(signature = (robot, obstacles = Obstacles::default(), *, clearance = Clearance::default(), metric = "joint", weights = None, disable = Vec::new(), enable = Vec::new(), padding = None, pair_clearance = Vec::new()), text_signature = "(robot, obstacles=(), *, clearance=1e-4, metric='joint', weights=None, disable=(), enable=(), padding=None, pair_clearance=())")]
+    #[pyo3(signature = (robot, obstacles = Obstacles::default(), *, clearance = Clearance::default(), metric = "joint", weights = None, disable = Vec::new(), enable = Vec::new(), padding = None, pair_clearance = Vec::new(), packages = Folders::default()), text_signature = "(robot, obstacles=(), *, clearance=1e-4, metric='joint', weights=None, disable=(), enable=(), padding=None, pair_clearance=(), packages=())")]
     fn new(
         py: Python<'_>,
         robot: &Bound<'_, PyAny>,
@@ -178,8 +182,19 @@ impl Scene {
         enable: Vec<[String; 2]>,
         padding: Option<Bound<'_, PyMapping>>,
         pair_clearance: Vec<(String, String, f64)>,
+        packages: Folders,
     ) -> PyResult<Self> {
-        let options = Options { clearance, metric: metric.into(), weights, disable, enable, padding, pair_clearance };
+        let metric = metric.into();
+        let options = Options {
+            clearance,
+            metric,
+            weights,
+            disable,
+            enable,
+            padding,
+            pair_clearance,
+            packages: packages.of("packages")?,
+        };
         let described = entries::describe(robot, &obstacles.0, options)?;
         let assemble = move || io::assemble_scene(entries::NAME, &described.entries, &described.texts);
         let assembled = long_call::apart(py, assemble)?;
@@ -190,11 +205,12 @@ impl Scene {
     ///
     /// load_limits: other limits of what the files may hold, by name, such as
     ///     {"triangles": 50_000_000}; docs/reference/limits.md lists them.
+    /// packages: folders in which `package://NAME/...` is looked up first.
     #[staticmethod]
-    #[pyo3(signature = (path, *, load_limits = None))]
-    fn load(py: Python<'_>, path: PathBuf, load_limits: Option<Limits>) -> PyResult<Self> {
-        let limits = limits_of(load_limits)?;
-        let loaded = long_call::apart(py, move || io::load_scene_within(&path, &limits))?;
+    #[pyo3(signature = (path, *, load_limits = None, packages = Folders::default()), text_signature = "(path, *, load_limits=None, packages=())")]
+    fn load(py: Python<'_>, path: PathBuf, load_limits: Option<Limits>, packages: Folders) -> PyResult<Self> {
+        let options = LoadOptions { limits: limits_of(load_limits)?, packages: packages.of("packages")? };
+        let loaded = long_call::apart(py, move || io::load_scene_with(&path, &options))?;
         warned(py, loaded.map_err(exception)?).map(Self::of)
     }
 

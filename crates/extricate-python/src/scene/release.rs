@@ -13,6 +13,7 @@ use rayon::prelude::*;
 
 use super::Scene;
 use crate::entries;
+use crate::entries::lists::Names;
 use crate::error::{Whole, count, exception, threads as thread_count};
 use crate::long_call;
 use crate::queries::options::weights_of;
@@ -47,7 +48,7 @@ impl Scene {
     /// Returns a `Grasp` for one, else a list; None where nothing free was found.
     ///
     /// Raises ValueError for wrong shapes, names and values, and objects that cannot be used.
-    #[pyo3(signature = (Q, *, object, keep = "contacts", touch = 2e-3, friction = Some(0.8), open = None, clearance = None, locked = Vec::new(), weights = None, max_checks = None, max_seconds = None, threads = 0), text_signature = "($self, Q, *, object, keep='contacts', touch=2e-3, friction=0.8, open=None, clearance=None, locked=(), weights=None, max_checks=None, max_seconds=None, threads=0)")]
+    #[pyo3(signature = (Q, *, object, keep = "contacts", touch = 2e-3, friction = Some(0.8), open = None, clearance = None, locked = Names::default(), weights = None, max_checks = None, max_seconds = None, threads = 0), text_signature = "($self, Q, *, object, keep='contacts', touch=2e-3, friction=0.8, open=None, clearance=None, locked=(), weights=None, max_checks=None, max_seconds=None, threads=0)")]
     #[allow(non_snake_case)]
     fn release<'py>(
         &self,
@@ -58,7 +59,7 @@ impl Scene {
         friction: Option<f64>,
         open: Option<&Bound<'py, PyAny>>,
         clearance: Option<f64>,
-        locked: Vec<String>,
+        locked: Names,
         weights: Option<&Bound<'py, PyAny>>,
         max_checks: Option<Whole>,
         max_seconds: Option<f64>,
@@ -75,6 +76,7 @@ impl Scene {
             return Err(PyValueError::new_err(format!("max_seconds: got {bad}, expected more than 0")));
         }
         let max_checks = max_checks.map(|checks| count("max_checks", checks, 0)).transpose()?;
+        let locked = locked.of("locked")?;
         let locked = scene.joints_named("locked", locked.iter().map(String::as_str)).map_err(exception)?;
         let mut options = ReleaseOptions {
             keep: match keep {

@@ -19,8 +19,9 @@ mod segment;
 pub mod shapes;
 
 pub use answers::{
-    advice_if_never_free, always_colliding, contacts_within, disable_list, most_often_colliding,
-    pairs_always_colliding, signed_distances, signed_distances_of,
+    advice_if_never_free, always_colliding, contacts_within, disable_list, misses_allowed, most_often_colliding,
+    nearly_always_colliding, pairs_always_colliding, pairs_nearly_always_colliding, signed_distances,
+    signed_distances_of,
 };
 pub use checker::{CheckScratch, Checker};
 pub use contacts::{Contact, ContactQuery, ContactSearch};

@@ -6,7 +6,10 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use super::shapes::test_mesh::{bumpy, cuboid, joined, opened, placed};
-use super::{CheckScratch, Checker, Contact, ContactQuery, ContactSearch, always_colliding, most_often_colliding};
+use super::{
+    CheckScratch, Checker, Contact, ContactQuery, ContactSearch, always_colliding, most_often_colliding,
+    nearly_always_colliding,
+};
 use crate::cspace::sampling::uniform;
 use crate::cspace::{ConfigSpace, Label, Manifold};
 use crate::kinematics;
@@ -295,6 +298,15 @@ fn pairs_that_always_collide_are_found() {
     let configs = [at(&[[0.0; 3], [0.4, 0.0, 0.0], [1.0; 3]]), at(&[[2.0; 3], [0.4, 0.0, 0.0], [1.0; 3]])];
     assert_eq!(always_colliding(&checker, &configs), [1, 2].map(PairId::new));
     assert!(always_colliding(&checker, [[0.0; 0]; 0]).is_empty());
+    let more: Vec<Vec<f64>> = (0..7).map(|k| configs[usize::from(k != 3)].clone()).collect();
+    let nearly = |misses| {
+        let found = nearly_always_colliding(&checker, &more, misses);
+        found.into_iter().map(|(pair, count)| (pair.index(), count)).collect::<Vec<_>>()
+    };
+    assert_eq!(nearly(0), [(1, 7), (2, 7)]);
+    assert_eq!(nearly(5), [(1, 7), (2, 7)]);
+    assert_eq!(nearly(6), [(0, 1), (1, 7), (2, 7)]);
+    assert_eq!(nearly_always_colliding(&checker, &more[..3], usize::MAX).len(), 2);
     assert_eq!(
         most_often_colliding(&checker, &configs),
         [(1, 2), (2, 2), (0, 1)].map(|(pair, count)| (PairId::new(pair), count))

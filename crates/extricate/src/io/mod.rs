@@ -2,6 +2,7 @@
 
 mod files;
 mod growing;
+mod load_options;
 mod lock;
 pub mod model_file;
 pub mod roadmap_file;
@@ -16,6 +17,7 @@ use crate::error::{Error, Result};
 use crate::model::Model;
 use crate::model::adapt::Adapter;
 use crate::model::learner::Learner;
+use crate::robot::packages::PackageSearch;
 use crate::robot::{LoadLimit, LoadLimits};
 use crate::scene::assemble::assemble_entries;
 use crate::scene::file::world_file::{in_world_of_entries, obstacles_of_entries};
@@ -25,6 +27,8 @@ use crate::scene::{Body, Scene};
 pub use files::{check_not_read, check_output, check_regular, is_same_output, write_atomically, write_together};
 use files::{read, read_within, reader};
 pub use growing::GrowingFile;
+use load_options::package_search;
+pub use load_options::{LoadOptions, find_package};
 pub use lock::OutputLock;
 use model_file::adapt_checkpoint;
 use model_file::checkpoint::{self, CheckpointSummary};
@@ -44,23 +48,32 @@ pub fn load_scene(path: impl AsRef<Path>) -> Result<Scene> {
 /// # Errors
 /// As [`load_scene`].
 pub fn load_scene_within(path: impl AsRef<Path>, limits: &LoadLimits) -> Result<Scene> {
-    let path = path.as_ref();
+    load_scene_with(path, &LoadOptions { limits: limits.clone(), ..LoadOptions::default() })
+}
+
+/// As [`load_scene`], with other limits, and folders in which packages are looked up first.
+///
+/// # Errors
+/// As [`load_scene`].
+pub fn load_scene_with(path: impl AsRef<Path>, options: &LoadOptions) -> Result<Scene> {
+    let (path, limits) = (path.as_ref(), &options.limits);
     let text = match scene_text(path, limits)? {
         SceneText::Toml(text) => text,
         // Debug quotes a string as TOML does.
         SceneText::Urdf => format!("[[robot]]\nurdf = {:?}\n", path.file_name().unwrap_or_default().to_string_lossy()),
     };
-    assemble_entries(path, &parsed(path, &text, limits)?, &mut reader(limits))
+    assemble_entries(path, &parsed(path, &text, options)?, &mut reader(limits))
 }
 
-fn parsed(path: &Path, text: &str, limits: &LoadLimits) -> Result<SceneFile> {
-    Ok(cutting(&file::parse_within(&path.display().to_string(), text, limits)?))
+fn parsed(path: &Path, text: &str, options: &LoadOptions) -> Result<SceneFile> {
+    let entries = file::parse_within(&path.display().to_string(), text, &options.limits)?;
+    Ok(completed(&SceneFile { search: PackageSearch { given: options.packages.clone(), ..entries.search }, ..entries }))
 }
 
 /// The same entries, with the cutter of the collision checker for the convex parts that they ask
-/// for.
-fn cutting(entries: &SceneFile) -> SceneFile {
-    SceneFile { cut: Some(convex_parts), ..entries.clone() }
+/// for, and where packages are looked up in this process.
+fn completed(entries: &SceneFile) -> SceneFile {
+    SceneFile { cut: Some(convex_parts), search: package_search(&entries.search.given), ..entries.clone() }
 }
 
 /// Loads the scene of the robots of `robots` in the world of a scene file, see
@@ -69,12 +82,13 @@ fn cutting(entries: &SceneFile) -> SceneFile {
 ///
 /// # Errors
 /// As [`load_scene`].
-pub fn load_world(robots: &Scene, path: &Path, limits: &LoadLimits) -> Result<Scene> {
+pub fn load_world(robots: &Scene, path: &Path, options: &LoadOptions) -> Result<Scene> {
+    let limits = &options.limits;
     if is_foreign(path) {
         return worlds::load_foreign(robots, path, limits);
     }
     match scene_text(path, limits)? {
-        SceneText::Toml(text) => in_world_of_entries(robots, path, &parsed(path, &text, limits)?, &mut reader(limits)),
+        SceneText::Toml(text) => in_world_of_entries(robots, path, &parsed(path, &text, options)?, &mut reader(limits)),
         SceneText::Urdf => {
             let problem = "got a URDF, expected a scene file with the world's obstacles (TOML)";
             Err(Error::input(path.display().to_string(), "file", problem))
@@ -87,7 +101,7 @@ pub fn load_world(robots: &Scene, path: &Path, limits: &LoadLimits) -> Result<Sc
 /// # Errors
 /// As [`load_scene`].
 pub fn assemble_world(robots: &Scene, name: &str, entries: &SceneFile) -> Result<Scene> {
-    in_world_of_entries(robots, Path::new(name), &cutting(entries), &mut reader(&entries.limits))
+    in_world_of_entries(robots, Path::new(name), &completed(entries), &mut reader(&entries.limits))
 }
 
 /// The obstacles of entries that were not written as a file, for [`Scene::with_obstacles`], and
@@ -96,7 +110,7 @@ pub fn assemble_world(robots: &Scene, name: &str, entries: &SceneFile) -> Result
 /// # Errors
 /// As [`load_scene`].
 pub fn read_obstacles(name: &str, entries: &SceneFile) -> Result<(Vec<Body>, Vec<String>)> {
-    obstacles_of_entries(Path::new(name), &cutting(entries), &mut reader(&entries.limits))
+    obstacles_of_entries(Path::new(name), &completed(entries), &mut reader(&entries.limits))
 }
 
 /// What a scene can be read from.
@@ -137,7 +151,7 @@ fn scene_text(path: &Path, limits: &LoadLimits) -> Result<SceneText> {
 /// # Errors
 /// As [`load_scene`].
 pub fn assemble_scene(name: &str, entries: &SceneFile, texts: &[(String, String)]) -> Result<Scene> {
-    let entries = &cutting(entries);
+    let entries = &completed(entries);
     assemble_entries(Path::new(name), entries, &mut |path| match texts.iter().find(|(at, _)| Path::new(at) == path) {
         Some((_, text)) => Ok(text.clone().into_bytes()),
         None => read_within(path, &entries.limits, LoadLimit::FileBytes),

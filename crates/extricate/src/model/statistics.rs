@@ -15,8 +15,8 @@ pub struct Statistics {
     pub seed: u64,
     /// Verified free boundary samples stored.
     pub boundary_samples: usize,
-    /// How many of them, the last, are exits: exits of configurations that were solved while
-    /// learning, the nearest and, while exits were few, others.
+    /// Number of solved samples among them; they are stored last. Each is an exit of a colliding
+    /// configuration that learning solved: the nearest one and, while few were known, others too.
     #[serde(alias = "exits")]
     pub solved_samples: usize,
     /// How many of them, the first, are any free configurations, which stand in where fewer than

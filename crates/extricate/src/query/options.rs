@@ -12,7 +12,7 @@ pub enum Effort {
     /// the mean on a hand of 16 joints); free as of learning. Its lower bound is that of a few
     /// balls inside the bodies of one colliding pair, often far below what the other efforts prove.
     Nearest,
-    /// Diverse candidates, pulled in, slid along the contact surface, verified.
+    /// Descents from several starts in different directions; the best end is verified.
     #[default]
     Refined,
     /// Many starts and long refinement.

@@ -5,6 +5,7 @@ pub mod formats;
 pub mod geometry;
 pub mod load_limits;
 pub mod mesh;
+pub mod packages;
 pub mod scenery;
 mod sound;
 pub mod srdf;

@@ -13,6 +13,7 @@ pub mod drawing;
 mod edit;
 pub mod file;
 pub mod import;
+pub mod mesh_counts;
 pub mod metric_kind;
 pub mod named_configs;
 mod names;

@@ -19,6 +19,9 @@ const MOST_TOLD: usize = 3;
 
 /// What is said of angles that look like degrees.
 pub const DEGREES: &str = "angles are in rad: all of them would be within their limits if these were degrees";
+/// The same where some would still be beyond their limits.
+pub const MOSTLY_DEGREES: &str =
+    "angles are in rad: most of those beyond their limits would be within them if these were degrees";
 
 /// [`crate::cspace::ConfigSpace::config`] of the scene's space, with a hint where values beyond
 /// limits look like degrees.
@@ -26,33 +29,35 @@ pub const DEGREES: &str = "angles are in rad: all of them would be within their 
 /// # Errors
 /// [`Error::Config`], naming the coordinate.
 pub fn config(scene: &Scene, values: &[f64]) -> Result<Config> {
-    scene.space.config(values).map_err(|error| match error {
-        Error::Config { element, value, expected } if look_like_degrees(scene, values) => {
-            Error::Config { element, value, expected: format!("{expected} ({DEGREES})") }
+    scene.space.config(values).map_err(|error| match (error, degrees_hint(scene, values)) {
+        (Error::Config { element, value, expected }, Some(hint)) => {
+            Error::Config { element, value, expected: format!("{expected} ({hint})") }
         }
-        other => other,
+        (other, _) => other,
     })
 }
 
-/// Whether some angle lies far beyond its limits, and all would be within them in degrees.
-pub fn look_like_degrees(scene: &Scene, values: &[f64]) -> bool {
+/// What is said if most angles far beyond their limits would be within them in degrees.
+pub fn degrees_hint(scene: &Scene, values: &[f64]) -> Option<&'static str> {
     if values.len() != scene.space.nq() {
-        return false;
+        return None;
     }
     let is_angle = |q: usize| scene.joints.iter().any(|joint| joint.q.contains(&q) && joint.kind == "revolute");
-    let mut is_far = false;
+    let (mut far, mut would_fit, mut all_fit) = (0, 0, true);
     for factor in scene.space.factors() {
         if let Manifold::Interval { lower, upper } = factor.manifold
             && is_angle(factor.q)
         {
             let angle = values[factor.q];
-            if !(lower..=upper).contains(&angle.to_radians()) {
-                return false;
-            }
-            is_far |= angle < lower - FAR_BEYOND || angle > upper + FAR_BEYOND;
+            let fits = (lower..=upper).contains(&angle.to_radians());
+            let is_far = !(lower - FAR_BEYOND..=upper + FAR_BEYOND).contains(&angle);
+            far += usize::from(is_far);
+            would_fit += usize::from(is_far && fits);
+            all_fit &= fits;
         }
     }
-    is_far
+    let is_most = 2 * would_fit > far;
+    is_most.then_some(if all_fit { DEGREES } else { MOSTLY_DEGREES })
 }
 
 /// Warns of obstacles and attached objects whose size beside the robots' suggests millimetres. The
@@ -152,12 +157,23 @@ mod tests {
             "configuration: `j0` (coordinate 0): got 45, expected a value within [-1, 1] (angles are in rad: all of them \
              would be within their limits if these were degrees)"
         );
-        // An overshoot, an angle too wide in degrees too, and a length: none of these is one.
+        // An overshoot, as many angles too wide in degrees too, and a length: none of these is one.
         for q in [[1.2, 0.0, 0.0, 0.0], [45.0, 0.0, 80.0, 0.0], [0.0, 9.0, 0.0, 0.0]] {
             assert!(message(&q).ends_with("[-1, 1]"), "{}", message(&q));
         }
-        assert!(!look_like_degrees(&scene, &[45.0]) && !look_like_degrees(&scene, &[f64::NAN; 4]));
+        assert_eq!(degrees_hint(&scene, &[45.0]), None);
+        assert_eq!(degrees_hint(&scene, &[f64::NAN; 4]), None);
         assert_eq!(&*config(&scene, &[1.0, 0.0, 0.0, 0.0]).unwrap(), &[1.0, 0.0, 0.0, 0.0]);
+    }
+
+    #[test]
+    fn degrees_are_told_where_most_angles_would_fit() {
+        let scene = scene(PLAIN, &[chain(&[Revolute, Revolute, Revolute, Revolute])]).unwrap();
+        assert_eq!(degrees_hint(&scene, &[45.0, -30.0, 80.0, 0.0]), Some(MOSTLY_DEGREES));
+        assert_eq!(degrees_hint(&scene, &[45.0, -30.0, 20.0, 0.0]), Some(DEGREES));
+        for q in [[45.0, 70.0, 80.0, 0.0], [500.0, 0.3, 0.2, 0.1], [0.9, -0.9, 0.2, 1.1]] {
+            assert_eq!(degrees_hint(&scene, &q), None, "{q:?}");
+        }
     }
 
     #[test]

@@ -20,6 +20,7 @@ mod motions;
 mod narrow_places;
 mod no_model;
 mod other_robots;
+mod pages;
 mod property;
 
 mod proved;

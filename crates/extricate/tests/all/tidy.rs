@@ -308,15 +308,15 @@ fn table_row(line: &str) -> Option<(String, BTreeSet<String>)> {
     Some((module.clone(), quoted(uses).into_iter().collect()))
 }
 
-fn repository() -> PathBuf {
+pub fn repository() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")
 }
 
-fn read(path: &Path) -> String {
+pub fn read(path: &Path) -> String {
     fs::read_to_string(path).unwrap_or_else(|e| panic!("{}: {e}", path.display()))
 }
 
-fn files_below(folder: &Path, extensions: &[&str]) -> Vec<PathBuf> {
+pub fn files_below(folder: &Path, extensions: &[&str]) -> Vec<PathBuf> {
     let mut found = files_in(folder, extensions);
     for entry in entries(folder).into_iter().filter(|p| p.is_dir()) {
         found.extend(files_below(&entry, extensions));
@@ -324,7 +324,7 @@ fn files_below(folder: &Path, extensions: &[&str]) -> Vec<PathBuf> {
     found
 }
 
-fn files_in(folder: &Path, extensions: &[&str]) -> Vec<PathBuf> {
+pub fn files_in(folder: &Path, extensions: &[&str]) -> Vec<PathBuf> {
     let fits = |path: &PathBuf| path.extension().is_some_and(|e| extensions.iter().any(|x| e == *x));
     entries(folder).into_iter().filter(|p| p.is_file() && fits(p)).collect()
 }

@@ -89,11 +89,15 @@ pub fn run(args: &CheckArgs, json: bool) -> anyhow::Result<()> {
                 }
             }
         }
-        progress.update(configs.fraction(), || format!("{} configurations", report::count(total)));
+        progress.update(configs.fraction(), || report::counted(total, "configuration", "configurations"));
     }
     if !json && total > 0 {
         let share = report::percent(free as f64 / total as f64);
-        out.line(format_args!("{} configurations, {} free ({share})", report::count(total), report::count(free)))?;
+        out.line(format_args!(
+            "{}, {} free ({share})",
+            report::counted(total, "configuration", "configurations"),
+            report::count(free)
+        ))?;
     }
     out.finish()?;
     drop(progress);
@@ -120,7 +124,7 @@ fn judge<'a>(checker: &'a Checker, q: &Config, scratch: &mut CheckScratch) -> Ve
 fn row(line: usize, verdict: &Verdict) -> String {
     let word = if verdict.free { "free" } else { "colliding" };
     let pairs = report::pairs_in_words(&verdict.colliding, usize::MAX);
-    format!("{line:>6}  {word:<9}  {:>14.3}  {pairs}", verdict.clearance * 1e3).trim_end().to_string()
+    format!("{line:>6}  {word:<9}  {:>14}  {pairs}", report::fixed(verdict.clearance * 1e3, 3)).trim_end().to_string()
 }
 
 #[cfg(test)]
@@ -131,6 +135,8 @@ mod tests {
     fn rows_say_what_collides() {
         let mut verdict = Verdict { free: false, clearance: -0.0125, colliding: vec![["a", "b"], ["c", "d"]] };
         assert_eq!(row(7, &verdict), "     7  colliding         -12.500  a - b, c - d");
+        verdict = Verdict { free: false, clearance: -1e-9, colliding: vec![["a", "b"]] };
+        assert_eq!(row(7, &verdict), "     7  colliding           0.000  a - b");
         verdict = Verdict { free: true, clearance: 0.5, colliding: vec![] };
         assert_eq!(row(12, &verdict), "    12  free              500.000");
     }

@@ -6,7 +6,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 use extricate::Statistics;
-use extricate::internals::collision::pairs_always_colliding;
+use extricate::internals::collision::pairs_nearly_always_colliding;
 use serde::Serialize;
 
 use super::file_kind::{FileKind, kind_of};
@@ -15,10 +15,12 @@ use super::{load_model, load_scene, prepare};
 use crate::args::LoadArgs;
 use crate::output::Output;
 use crate::report;
-use scene::{AlwaysColliding, SceneInfo};
+use scene::{OftenColliding, SceneInfo};
 
-/// Configurations in which a pair must collide to be reported.
-const SAMPLES: u64 = 500;
+/// Configurations that are tried for pairs that collide wherever one looks.
+const SAMPLES: u64 = 1000;
+/// Pairs that collide in this share of them are reported.
+const NEARLY_ALWAYS: f64 = 0.95;
 
 /// Arguments of `info`.
 #[derive(Args)]
@@ -40,8 +42,8 @@ struct Info<'a> {
     file: String,
     #[serde(flatten)]
     scene: SceneInfo<'a>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    always_colliding: Option<AlwaysColliding<'a>>,
+    #[serde(flatten)]
+    colliding: Option<OftenColliding<'a>>,
     #[serde(skip_serializing_if = "Option::is_none")]
     statistics: Option<&'a Statistics>,
 }
@@ -53,16 +55,17 @@ pub fn run(args: &InfoArgs, json: bool) -> anyhow::Result<()> {
         FileKind::Scene => {
             let checker = prepare(load_scene(&args.file, &args.load)?);
             let scene = checker.scene();
-            let pairs = pairs_always_colliding(&checker, SAMPLES);
-            let always_colliding = Some(AlwaysColliding::new(SAMPLES, report::pair_names(scene, &pairs)));
+            let found = pairs_nearly_always_colliding(&checker, SAMPLES, NEARLY_ALWAYS);
+            let found = found.into_iter().map(|(pair, count)| (scene.pair_names(pair), count as u64));
+            let colliding = Some(OftenColliding::new(SAMPLES, NEARLY_ALWAYS, found));
             let scene = SceneInfo::new(scene);
-            print(&Info { kind: FileKind::Scene, file, scene, always_colliding, statistics: None }, args.pairs, json)
+            print(&Info { kind: FileKind::Scene, file, scene, colliding, statistics: None }, args.pairs, json)
         }
         FileKind::Model => {
             let model = load_model(&args.file)?;
             let scene = SceneInfo::new(model.scene());
             let statistics = Some(model.statistics());
-            print(&Info { kind: FileKind::Model, file, scene, always_colliding: None, statistics }, args.pairs, json)
+            print(&Info { kind: FileKind::Model, file, scene, colliding: None, statistics }, args.pairs, json)
         }
     }
 }
@@ -76,8 +79,8 @@ fn print(info: &Info, list_pairs: bool, json: bool) -> anyhow::Result<()> {
     let kind = if info.kind == FileKind::Scene { "scene" } else { "model" };
     out.line(format_args!("{kind} {}", info.file))?;
     out.line(info.scene.text(list_pairs))?;
-    if let Some(always) = &info.always_colliding {
-        out.line(always.text())?;
+    if let Some(colliding) = &info.colliding {
+        out.line(colliding.text())?;
     }
     if let Some(statistics) = info.statistics {
         out.line("learned:")?;

@@ -3,11 +3,15 @@
 use std::fmt::Write;
 
 use extricate::internals::scene::SceneJoint;
+use extricate::internals::scene::mesh_counts::{MeshCount, mesh_counts};
 use extricate::{Manifold, PairId, Scene};
 use serde::Serialize;
 
 use crate::commands::disable_line;
-use crate::report::metric_unit;
+use crate::report::{count, counted, fixed, metric_unit, percent, what_a_unit_is};
+
+/// Links that are named with their triangles.
+const MOST_LINKS: usize = 3;
 
 /// What `info` says of a scene.
 #[derive(Serialize)]
@@ -16,10 +20,13 @@ pub struct SceneInfo<'a> {
     metric: &'static str,
     #[serde(skip)]
     unit: &'static str,
+    #[serde(skip)]
+    what_a_unit_is: Option<String>,
     coordinates: usize,
     degrees_of_freedom: usize,
     joints: Vec<JointInfo<'a>>,
     bodies: Vec<BodyInfo<'a>>,
+    meshes: Vec<MeshInfo<'a>>,
     pair_count: usize,
     pairs: Vec<[&'a str; 2]>,
     warnings: &'a [String],
@@ -52,14 +59,40 @@ struct BodyInfo<'a> {
     parts: usize,
 }
 
-/// Pairs that collide wherever one looks.
+/// Meshes that are checked as they are.
 #[derive(Serialize)]
-pub struct AlwaysColliding<'a> {
+struct MeshInfo<'a> {
+    link: &'a str,
+    triangles: usize,
+    /// Triangles of the convex hulls of the same meshes.
+    hull_triangles: usize,
+}
+
+/// Pairs that collide wherever one looks, or nearly so.
+#[derive(Serialize)]
+pub struct OftenColliding<'a> {
+    always_colliding: AlwaysColliding<'a>,
+    nearly_always_colliding: Vec<NearlyAlways<'a>>,
+    #[serde(skip)]
+    least: f64,
+}
+
+/// Pairs that collide in every configuration that was tried.
+#[derive(Serialize)]
+struct AlwaysColliding<'a> {
     samples: u64,
     pairs: Vec<[&'a str; 2]>,
     /// The line to add to the scene file, under `[pairs]`.
     #[serde(skip_serializing_if = "Option::is_none")]
     disable: Option<String>,
+}
+
+/// A pair that collides in most of the same configurations.
+#[derive(Serialize)]
+struct NearlyAlways<'a> {
+    pair: [&'a str; 2],
+    /// Of the configurations.
+    share: f64,
 }
 
 impl<'a> SceneInfo<'a> {
@@ -71,14 +104,21 @@ impl<'a> SceneInfo<'a> {
             moves: body.frame != 0,
             parts: body.parts.len(),
         };
+        let mesh = |mesh: MeshCount| MeshInfo {
+            link: &scene.bodies[mesh.body].name,
+            triangles: mesh.triangles,
+            hull_triangles: mesh.hull_triangles,
+        };
         Self {
             clearance: scene.clearance,
             metric: scene.metric.name(),
             unit: metric_unit(scene),
+            what_a_unit_is: what_a_unit_is(scene, "`weights` of the metric"),
             coordinates: scene.space.nq(),
             degrees_of_freedom: scene.space.nv(),
             joints: scene.joints.iter().map(|joint| joint_info(scene, joint)).collect(),
             bodies: scene.bodies.iter().map(body).collect(),
+            meshes: mesh_counts(scene).into_iter().map(mesh).collect(),
             pair_count: scene.pairs.len(),
             pairs: (0..scene.pairs.len()).map(|pair| scene.pair_names(PairId::new(pair))).collect(),
             warnings: &scene.warnings,
@@ -96,10 +136,17 @@ impl<'a> SceneInfo<'a> {
         let mut text = String::new();
         let mut line = |content: String| writeln!(text, "{content}").expect("writing to a string");
         line(format!("  clearance   {} m", self.clearance));
-        line(format!("  metric      {} [{}]", self.metric, self.unit));
-        line(format!("  bodies      {} robot links, {obstacles} obstacles", self.bodies.len() - obstacles));
+        let unit = self.what_a_unit_is.as_ref().map_or(String::new(), |told| format!(": {told}"));
+        line(format!("  metric      {} [{}]{unit}", self.metric, self.unit));
+        let links = counted(self.bodies.len() - obstacles, "robot link", "robot links");
+        line(format!("  bodies      {links}, {}", counted(obstacles, "obstacle", "obstacles")));
+        if !self.meshes.is_empty() {
+            line(format!("  meshes      {}", MeshInfo::text(&self.meshes)));
+        }
         line(format!("  pairs       {} checked", self.pair_count));
-        line(format!("joints ({} coordinates, {} degrees of freedom):", self.coordinates, self.degrees_of_freedom));
+        let coordinates = counted(self.coordinates, "coordinate", "coordinates");
+        let freedoms = counted(self.degrees_of_freedom, "degree of freedom", "degrees of freedom");
+        line(format!("joints ({coordinates}, {freedoms}):"));
         let width = self.joints.iter().map(|j| j.name.chars().count()).max().unwrap_or(0);
         for joint in &self.joints {
             let range = match joint.coordinates[..] {
@@ -130,7 +177,7 @@ impl<'a> SceneInfo<'a> {
 impl FactorInfo<'_> {
     fn text(&self) -> String {
         match self.limits {
-            Some([lower, upper]) => format!("[{lower:.5}, {upper:.5}]"),
+            Some([lower, upper]) => format!("[{}, {}]", fixed(lower, 5), fixed(upper, 5)),
             None => self.manifold.into(),
         }
     }
@@ -154,23 +201,67 @@ fn joint_info<'a>(scene: &'a Scene, joint: &'a SceneJoint) -> JointInfo<'a> {
     }
 }
 
-impl<'a> AlwaysColliding<'a> {
-    /// `pairs` collided in each of `samples` configurations.
-    pub fn new(samples: u64, pairs: Vec<[&'a str; 2]>) -> Self {
+impl MeshInfo<'_> {
+    /// All of them in a line.
+    fn text(meshes: &[Self]) -> String {
+        let sum = |of: fn(&Self) -> usize| count(meshes.iter().map(of).sum());
+        let shown = |mesh: &Self| format!("{} in {}", count(mesh.triangles), mesh.link);
+        let mut links: Vec<String> = meshes.iter().take(MOST_LINKS).map(shown).collect();
+        if meshes.len() > MOST_LINKS {
+            links.push(format!("and {}", counted(meshes.len() - MOST_LINKS, "more link", "more links")));
+        }
+        let (all, hulls) = (sum(|mesh| mesh.triangles), sum(|mesh| mesh.hull_triangles));
+        let taken = format!("{all} triangles, taken as they are ({})", links.join(", "));
+        if all == hulls {
+            return format!("{taken}, as many as their convex hulls have");
+        }
+        format!(
+            "{taken}; their convex hulls have {hulls} and are checked faster: `geometry = \"convex-hull\"`, or `links` for \
+             some, in the scene file"
+        )
+    }
+}
+
+impl<'a> OftenColliding<'a> {
+    /// Each pair collided in that many of `samples` configurations, a share of `least` or more.
+    pub fn new(samples: u64, least: f64, found: impl Iterator<Item = ([&'a str; 2], u64)>) -> Self {
+        let (always, nearly): (Vec<_>, Vec<_>) = found.partition(|(_, count)| *count == samples);
+        let pairs: Vec<[&str; 2]> = always.into_iter().map(|(pair, _)| pair).collect();
         let disable = (!pairs.is_empty()).then(|| disable_line(&pairs));
-        Self { samples, pairs, disable }
+        let share = |count: u64| count as f64 / samples as f64;
+        let nearly = nearly.into_iter().map(|(pair, count)| NearlyAlways { pair, share: share(count) });
+        Self {
+            always_colliding: AlwaysColliding { samples, pairs, disable },
+            nearly_always_colliding: nearly.collect(),
+            least,
+        }
     }
 
     /// For people, with the line to add.
     pub fn text(&self) -> String {
-        let Some(disable) = &self.disable else {
-            return format!("no pair collides in all of {} sampled configurations", self.samples);
-        };
-        let mut text = format!("pairs that collide in all of {} sampled configurations:\n", self.samples);
-        for [first, second] in &self.pairs {
-            text += &format!("  {first} - {second}\n");
+        let Self { always_colliding: always, nearly_always_colliding: nearly, least } = self;
+        let samples = count(always.samples as usize);
+        let mut text = String::new();
+        match &always.disable {
+            None if nearly.is_empty() => {
+                return format!("no pair collides in {} or more of {samples} sampled configurations", percent(*least));
+            }
+            None => {}
+            Some(disable) => {
+                text += &format!("pairs that collide in all of {samples} sampled configurations:\n");
+                always.pairs.iter().for_each(|[a, b]| text += &format!("  {a} - {b}\n"));
+                text += &format!("if they overlap by design, add to the scene file under [pairs]:\n  {disable}\n");
+            }
         }
-        text + &format!("if they overlap by design, add to the scene file under [pairs]:\n  {disable}")
+        if !nearly.is_empty() {
+            text += &format!("pairs that collide in nearly all of {samples} sampled configurations:\n");
+            nearly.iter().for_each(|NearlyAlways { pair: [a, b], share }| {
+                text += &format!("  {a} - {b}: {}\n", percent(*share));
+            });
+            text += "if they overlap by design, they belong under `disable` too\n";
+        }
+        text.truncate(text.trim_end().len());
+        text
     }
 }
 
@@ -195,10 +286,35 @@ mod tests {
 
     #[test]
     fn pairs_that_always_collide_come_with_the_line_to_add() {
-        let none = AlwaysColliding::new(500, vec![]);
-        assert!(none.text().starts_with("no pair"));
+        let of = |found: &[([&'static str; 2], u64)]| OftenColliding::new(1000, 0.95, found.iter().copied());
+        let none = of(&[]);
+        assert_eq!(none.text(), "no pair collides in 95 % or more of 1,000 sampled configurations");
         assert!(!serde_json::to_string(&none).unwrap().contains("disable"));
-        let some = AlwaysColliding::new(500, vec![["palm", "tip"]]);
+        let some = of(&[(["palm", "tip"], 1000)]);
         assert!(some.text().ends_with("disable = [[\"palm\", \"tip\"]]"));
+        let nearly = of(&[(["palm", "tip"], 973)]);
+        assert_eq!(
+            nearly.text(),
+            "pairs that collide in nearly all of 1,000 sampled configurations:\n  palm - tip: 97.3 %\n\
+             if they overlap by design, they belong under `disable` too"
+        );
+        let json = serde_json::to_value(&nearly).unwrap();
+        assert_eq!(json["nearly_always_colliding"], serde_json::json!([{ "pair": ["palm", "tip"], "share": 0.973 }]));
+        assert_eq!(json["always_colliding"]["pairs"], serde_json::json!([]));
+    }
+
+    #[test]
+    fn what_hulls_would_save_is_told() {
+        let mesh = |link, triangles| MeshInfo { link, triangles, hull_triangles: 100 };
+        let text = MeshInfo::text(&[mesh("link3", 52920), mesh("link4", 7000), mesh("a", 30), mesh("b", 20)]);
+        assert!(
+            text.starts_with(
+                "59,970 triangles, taken as they are (52,920 in link3, 7,000 in link4, 30 in a, and 1 more link); their \
+                 convex hulls have 400 and"
+            ),
+            "{text}"
+        );
+        let convex = MeshInfo::text(&[mesh("link3", 100)]);
+        assert_eq!(convex, "100 triangles, taken as they are (100 in link3), as many as their convex hulls have");
     }
 }

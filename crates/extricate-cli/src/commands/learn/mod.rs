@@ -299,6 +299,7 @@ mod tests {
     #[test]
     fn the_help_states_the_defaults() {
         let help = crate::args::Cli::command().find_subcommand_mut("learn").unwrap().render_help().to_string();
+        let help = help.split_whitespace().collect::<Vec<_>>().join(" ");
         let default = LearnOptions::default();
         assert!(help.contains(&format!("[default: {}]", default.labels)), "{help}");
         assert!(help.contains(&format!("[default: {}, or no limit", default.seconds.unwrap())), "{help}");

@@ -144,20 +144,24 @@ pub fn run(args: &EscapeArgs, json: bool) -> anyhow::Result<()> {
                 }
             }
         }
-        progress.update(configs.fraction(), || format!("{} paths", report::count(total)));
+        progress.update(configs.fraction(), || report::counted(total, "path", "paths"));
     }
     drop(progress);
-    let (missing, all) = (report::count(total - found), report::count(total));
+    let all = report::counted(total, "query", "queries");
+    let missing = format!("{} of {all}", report::count(total - found));
     if !json && total > 0 {
         let share = report::percent(found as f64 / total as f64);
-        out.line(format_args!("\n{} of {all} queries have a path ({share})", report::count(found)))?;
+        if let Some(told) = report::what_a_unit_is(scene, "`weights` of the metric") {
+            out.line(format_args!("\nin lengths, {told}"))?;
+        }
+        out.line(format_args!("\nfound a path for {} of {all} ({share})", report::count(found)))?;
     }
     out.finish()?;
     let none = || with_advice("none was found", asked.view().checker());
     match (configs.conclude(), found < total) {
         (Ok(()), false) => Ok(()),
-        (Ok(()), true) => bail!("{missing} of {all} queries have no path: {}", none()),
+        (Ok(()), true) => bail!("found no path for {missing}: {}", none()),
         (Err(bad), false) => Err(bad),
-        (Err(bad), true) => bail!("{bad}; {missing} of {all} queries have no path: {}", none()),
+        (Err(bad), true) => bail!("{bad}; found no path for {missing}: {}", none()),
     }
 }

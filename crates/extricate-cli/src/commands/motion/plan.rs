@@ -108,7 +108,7 @@ pub fn run(args: &PlanArgs, json: bool) -> anyhow::Result<()> {
     match (plan.is_found(), was_stopped) {
         (true, _) => Ok(()),
         (false, true) => bail!("interrupted before a path was found"),
-        (false, false) => bail!("no path was found in {} checks", report::count(plan.checks)),
+        (false, false) => bail!("no path was found in {}", report::counted(plan.checks, "check", "checks")),
     }
 }
 
@@ -128,9 +128,10 @@ fn print(plan: &Plan, scene: &Scene, json: bool) -> anyhow::Result<()> {
     }
     out.finish()?;
     if let Some(method) = plan.method {
-        let (points, length, unit) = (plan.points.len(), plan.length, report::metric_unit(scene));
-        let (method, checks) = (PlanMethod::name(method), report::count(plan.checks));
-        notice::note(format!("{points} points, {length:.4} {unit}, found by {method} in {checks} checks"));
+        let points = report::counted(plan.points.len(), "point", "points");
+        let (length, unit) = (plan.length, report::metric_unit(scene));
+        let (method, checks) = (PlanMethod::name(method), report::counted(plan.checks, "check", "checks"));
+        notice::note(format!("{points}, {length:.4} {unit}, found by {method} in {checks}"));
     }
     Ok(())
 }

@@ -2,9 +2,9 @@
 
 use std::path::PathBuf;
 
-use anyhow::bail;
+use anyhow::{anyhow, bail};
 use clap::Args;
-use extricate::{RepairOptions, Repaired, Rows, Termination};
+use extricate::{RepairOptions, Repaired, Rows, Scene, Termination};
 use serde::Serialize;
 
 use crate::args::{LoadArgs, length, seconds, seed, whole};
@@ -30,7 +30,8 @@ pub struct RepairArgs {
     /// Scene file (TOML) or URDF, or a model file
     #[arg(value_name = "SCENE|MODEL")]
     file: PathBuf,
-    /// The path, one configuration a line, as for `query --input`; `-` reads standard input
+    /// The path: one configuration a line, as for `query --input`; or one line with all of them, as
+    /// for `view --paths`: an array, {"path": [...]} or a JointTrajectory. `-` reads standard input
     #[arg(long, value_name = "FILE")]
     path: PathBuf,
     /// Clearance in metres that configurations are pushed out to, or as much of it as is kept
@@ -68,15 +69,7 @@ pub fn run(args: &RepairArgs, json: bool) -> anyhow::Result<()> {
     let mut configs = Configs::open(&args.path)?;
     let asked = Asked::load(&args.file, args.world.as_deref(), &args.load)?;
     let scene = asked.scene();
-    let mut points = Vec::new();
-    while let Some(entry) = configs.next(scene)? {
-        configs.take_notes().iter().for_each(notice::warning);
-        match entry {
-            Ok((_, q)) => points.extend_from_slice(&q),
-            // A path without one of its rows is another path.
-            Err(bad) => bail!("{}: line {}: {}", args.path.display(), bad.line, bad.error),
-        }
-    }
+    let points = path_of(&mut configs, scene, args)?;
     configs.conclude()?;
     let termination = Termination { max_checks: Some(args.max_checks), max_seconds: args.max_seconds, stop: None };
     let (aim, max_deviation, seed) = (args.aim, args.max_deviation, args.seed);
@@ -85,9 +78,27 @@ pub fn run(args: &RepairArgs, json: bool) -> anyhow::Result<()> {
     let repaired = busy("repairing", || asked.view().repair(rows, &options))?;
     print(&repaired, json, report::metric_unit(scene))?;
     if !repaired.is_found() {
-        bail!("no path was found in {} checks", report::count(repaired.checks));
+        bail!("no path was found in {}", report::counted(repaired.checks, "check", "checks"));
     }
     Ok(())
+}
+
+/// All coordinates of the waypoints, one after another.
+fn path_of(configs: &mut Configs, scene: &Scene, args: &RepairArgs) -> anyhow::Result<Vec<f64>> {
+    let (mut points, mut whole) = (Vec::new(), None);
+    let file = args.path.display();
+    while let Some(entry) = configs.next_waypoints(scene)? {
+        configs.take_notes().iter().for_each(notice::warning);
+        // A path without one of its rows is another path.
+        let (line, waypoints) = entry.map_err(|bad| anyhow!("{file}: line {}: {}", bad.line, bad.error))?;
+        let is_whole = waypoints.len() > 1;
+        if let Some(other) = whole.or((is_whole && !points.is_empty()).then_some(line)) {
+            bail!("{file}: line {other}: got a whole path and more lines, expected one path");
+        }
+        whole = is_whole.then_some(line);
+        waypoints.iter().for_each(|q| points.extend_from_slice(q));
+    }
+    Ok(points)
 }
 
 fn print(repaired: &Repaired, json: bool, unit: &str) -> anyhow::Result<()> {
@@ -102,9 +113,10 @@ fn print(repaired: &Repaired, json: bool, unit: &str) -> anyhow::Result<()> {
     out.finish()?;
     if repaired.is_found() {
         let Repaired { stretches, deviation, length, length_before, checks, .. } = repaired;
-        let checks = report::count(*checks);
+        let checks = report::counted(*checks, "check", "checks");
+        let stretches = report::counted(*stretches, "stretch", "stretches");
         notice::note(format_args!(
-            "{stretches} stretches replaced, at most {deviation:.4} {unit} away; {length:.4} {unit} long, before {length_before:.4}; {checks} checks"
+            "{stretches} replaced, at most {deviation:.4} {unit} away; {length:.4} {unit} long, before {length_before:.4}; {checks}"
         ));
     }
     Ok(())

@@ -279,7 +279,7 @@ pub fn run(args: &QueryArgs, json: bool) -> anyhow::Result<()> {
                     },
                 }
             }
-            progress.update(configs.fraction(), || format!("{} answers", report::count(report.summary.queries())));
+            progress.update(configs.fraction(), || report::counted(report.summary.queries(), "answer", "answers"));
         }
         if ended {
             break;
@@ -289,7 +289,8 @@ pub fn run(args: &QueryArgs, json: bool) -> anyhow::Result<()> {
     drop(progress);
     configs.conclude()?;
     if unanswered > 0 {
-        bail!("{unanswered} queries have no answer: {}", none_free());
+        let have = if unanswered == 1 { "query has" } else { "queries have" };
+        bail!("{} {have} no answer: {}", report::count(unanswered), none_free());
     }
     Ok(())
 }
@@ -342,8 +343,14 @@ impl<'a> Report<'a> {
 
     fn finish(mut self) -> anyhow::Result<()> {
         if !self.json && self.summary.queries() > 0 {
-            self.out.line("")?;
-            self.out.line(report::two_columns(&self.summary.figures().rows(self.unit)))?;
+            if let Some(told) = report::what_a_unit_is(self.scene, "`weights` of the metric, or --weights,") {
+                self.out.line(format_args!("\nin depths, {told}"))?;
+            }
+            // Of one query they would say again what its row does.
+            if self.summary.queries() > 1 {
+                self.out.line("")?;
+                self.out.line(report::two_columns(&self.summary.figures().rows(self.unit)))?;
+            }
         }
         self.out.finish()
     }

@@ -5,7 +5,7 @@ use extricate::internals::query::report::coverage::FAR;
 use extricate::{Answer, Contact, Effort, Scene, StraightSegment, Unproved};
 use serde::Serialize;
 
-use crate::report::{duration, pair_names, pairs_in_words};
+use crate::report::{duration, fixed, pair_names, pairs_in_words};
 
 /// An answer with names in place of indices: the JSON output of `query`.
 #[derive(Debug, Serialize)]
@@ -130,7 +130,7 @@ impl<'a> QueryRow<'a> {
     /// The witness, every number with as many digits as tell it from all others: what is printed is
     /// the configuration that was checked.
     pub fn witness_text(&self) -> String {
-        format!("{:>6}  [{}]", "at", self.witness.iter().map(f64::to_string).collect::<Vec<_>>().join(", "))
+        format!("{:>6}  [{}]", "at", self.witness.iter().map(|x| (x + 0.0).to_string()).collect::<Vec<_>>().join(", "))
     }
 
     /// The row for the query of input line `line`, and one for each exit beside the witness.
@@ -151,10 +151,10 @@ impl<'a> QueryRow<'a> {
         };
         let far = if self.is_far() { "; far from what was learned" } else { "" };
         let mut text = format!(
-            "{line:>6}  {:>9.5}  {:>9.5}  {:>9.2}  {:>9}  {:>6}  {verified:<8}  {pairs}{outside}{segment}{radius}{unproved}{far}",
-            self.depth,
-            self.lower_bound,
-            100.0 * self.max_displacement,
+            "{line:>6}  {:>9}  {:>9}  {:>9}  {:>9}  {:>6}  {verified:<8}  {pairs}{outside}{segment}{radius}{unproved}{far}",
+            fixed(self.depth, 5),
+            fixed(self.lower_bound, 5),
+            fixed(100.0 * self.max_displacement, 2),
             duration(self.seconds),
             self.checks,
         );

@@ -3,7 +3,7 @@
 use extricate::Answer;
 use serde::Serialize;
 
-use crate::report::{duration, percent, quantile};
+use crate::report::{count, duration, percent, quantile};
 
 /// Figures of many answers.
 #[derive(Debug, Default)]
@@ -89,7 +89,7 @@ impl Figures {
     /// Rows of the summary of `query`.
     pub fn rows(&self, unit: &str) -> Vec<(&'static str, String)> {
         let mut rows = vec![
-            ("queries", format!("{} ({} of them free already)", self.queries, self.free)),
+            ("queries", format!("{} ({} of them free already)", count(self.queries), count(self.free))),
             ("verified", percent(self.verified)),
         ];
         if self.queries > self.free {

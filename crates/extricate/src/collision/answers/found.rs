@@ -1,5 +1,7 @@
 //! What the checker finds where bodies are near: contacts, pairs that collide often.
 
+use std::collections::BTreeMap;
+
 use crate::collision::checker::{CheckScratch, Checker};
 use crate::collision::contacts::{self, BEYOND_NEAREST, Contact, ContactQuery, ContactSearch};
 use crate::collision::narrow_phase;
@@ -114,18 +116,40 @@ pub fn contacts_within(
 /// Indices of the checked pairs that collide at every one of `configs` (none where there are no
 /// configurations): most likely links that overlap by design and should not be checked.
 pub fn always_colliding(checker: &Checker, configs: impl IntoIterator<Item = impl AsRef<[f64]>>) -> Vec<PairId> {
-    let mut scratch = CheckScratch::default();
-    let (mut always, mut configs) = (Vec::new(), configs.into_iter());
-    let Some(first) = configs.next() else { return always };
-    checker.colliding_pairs(first.as_ref(), &mut scratch, &mut always);
+    nearly_always_colliding(checker, configs, 0).into_iter().map(|(pair, _)| pair).collect()
+}
+
+/// Indices of the checked pairs that collide at all but at most `misses` of `configs`, and at how
+/// many, in the order of the pairs.
+pub fn nearly_always_colliding(
+    checker: &Checker,
+    configs: impl IntoIterator<Item = impl AsRef<[f64]>>,
+    misses: usize,
+) -> Vec<(PairId, usize)> {
+    let (mut scratch, mut pairs) = (CheckScratch::default(), Vec::new());
+    let (mut counts, mut seen) = (BTreeMap::new(), 0);
+    let mut configs = configs.into_iter();
+    // Each such pair collides at one of the first `misses + 1`; few do, and only they are looked at
+    // from then on.
+    for q in configs.by_ref().take(misses.saturating_add(1)) {
+        pairs.clear();
+        checker.colliding_pairs(q.as_ref(), &mut scratch, &mut pairs);
+        pairs.iter().for_each(|pair| *counts.entry(*pair).or_insert(0) += 1);
+        seen += 1;
+    }
+    let mut left: Vec<(PairId, usize)> = counts.into_iter().filter(|(_, count)| seen - count <= misses).collect();
     for q in configs {
-        if always.is_empty() {
+        if left.is_empty() {
             break;
         }
         checker.place(q.as_ref(), &mut scratch);
-        always.retain(|&pair| checker.pair_collides(pair.index(), &mut scratch));
+        seen += 1;
+        left.retain_mut(|(pair, count)| {
+            *count += usize::from(checker.pair_collides(pair.index(), &mut scratch));
+            seen - *count <= misses
+        });
     }
-    always
+    left
 }
 
 /// Indices of the checked pairs that collide at any of `configs`, and at how many, the most

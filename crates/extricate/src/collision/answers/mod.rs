@@ -9,8 +9,13 @@ mod never_free;
 pub mod recent_pairs;
 mod solids;
 
-pub use found::{always_colliding, contacts_within, most_often_colliding, signed_distances, signed_distances_of};
-pub use never_free::{advice_if_never_free, disable_list, pairs_always_colliding};
+pub use found::{
+    always_colliding, contacts_within, most_often_colliding, nearly_always_colliding, signed_distances,
+    signed_distances_of,
+};
+pub use never_free::{
+    advice_if_never_free, disable_list, misses_allowed, pairs_always_colliding, pairs_nearly_always_colliding,
+};
 
 use crate::collision::checker::{CheckScratch, Checker};
 use crate::collision::contacts::{Contact, ContactQuery, ContactSearch};

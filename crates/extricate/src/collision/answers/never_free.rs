@@ -1,6 +1,6 @@
 //! Why nothing free was found: pairs that collide wherever one looks.
 
-use super::found::always_colliding;
+use super::found::{always_colliding, nearly_always_colliding};
 use crate::collision::checker::Checker;
 use crate::cspace::sampling::Halton;
 use crate::scene::PairId;
@@ -17,15 +17,34 @@ pub fn pairs_always_colliding(checker: &Checker, samples: u64) -> Vec<PairId> {
     until_stopped(checker, samples, || false)
 }
 
+/// Pairs that collide in at least this share of `samples` low-discrepancy configurations, and in
+/// how many, the most frequent first.
+pub fn pairs_nearly_always_colliding(checker: &Checker, samples: u64, share: f64) -> Vec<(PairId, usize)> {
+    let misses = misses_allowed(samples as usize, share);
+    let mut pairs = nearly_always_colliding(checker, configs(checker, samples), misses);
+    pairs.sort_by_key(|(_, count)| std::cmp::Reverse(*count));
+    pairs
+}
+
+/// In how many of so many configurations a pair may be free that collides in this share of them.
+pub fn misses_allowed(samples: usize, share: f64) -> usize {
+    // The share may be rounded: 0.95 of 1000 is 950 collisions.
+    ((1.0 - share) * samples as f64 + 1e-6) as usize
+}
+
 fn until_stopped(checker: &Checker, samples: u64, stopped: impl Fn() -> bool) -> Vec<PairId> {
+    always_colliding(checker, configs(checker, samples).take_while(|_| !stopped()))
+}
+
+/// Low-discrepancy configurations.
+fn configs(checker: &Checker, samples: u64) -> impl Iterator<Item = Vec<f64>> {
     let space = &checker.scene().space;
     let halton = Halton::new(space.nv(), 0);
-    let config = |index| {
+    (0..samples).map(move |index| {
         let mut q = vec![0.0; space.nq()];
         halton.config(space, index, &mut q);
         q
-    };
-    always_colliding(checker, (0..samples).map(config).take_while(|_| !stopped()))
+    })
 }
 
 /// Pairs, by their names, as the list that the scene file's `[pairs]` table takes for `disable`.

@@ -26,7 +26,7 @@ impl Default for InnerSpheres {
 }
 
 impl InnerSpheres {
-    /// QualityChecks for balls in a shape, on a grid. Surfaces have none.
+    /// Searches a grid for balls inside the shape; open surfaces contain none.
     pub fn of(shape: &Shape) -> Self {
         let (bounds, stack) = (&shape.bounds, &mut Vec::new());
         let depth = |point: &Vec3| shape.depth_above(point, 0.0, stack).unwrap_or(0.0);

@@ -50,7 +50,7 @@ pub struct UnitEnd {
     pub solved: SolvePlace,
 }
 
-/// Looks at whether the queries are as good as was requested.
+/// Checks of whether the queries are as good as was requested.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct QualityChecks {
     /// Boundary samples at the last one.

@@ -293,8 +293,8 @@ mod tests {
             println!("{name}: {count} contacts for {} checks", spent - 800);
             assert!(count > 0, "{name}");
             assert!(label(&seeds).iter().all(|label| *label == Label::Colliding), "{name}");
-            // QualityChecks, and at least a step and a label for every seed; at most what it is
-            // given, and the last batch.
+            // At least a hundred evaluations, and a step and a label for every seed; at most what
+            // it is given, and the last batch.
             assert!(spent >= 900 + 2 * count && spent <= 1200 + 2 * STEPS * TOGETHER, "{name}: {spent}");
             assert_eq!(on(3), (seeds, spent), "{name}");
         }

@@ -51,7 +51,7 @@ impl Curvature {
 }
 
 /// A distance (metric units), at most `ceiling`, within which `n . (a - b)` grows by less than
-/// `needed` \[m\]. QualityChecks no closer once that is `enough`.
+/// `needed` \[m\]. Stops refining once it reaches `enough`.
 ///
 /// # Guarantee
 /// Proved. At least as far as bounds on all second derivatives tell.

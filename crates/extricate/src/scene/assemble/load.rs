@@ -1,5 +1,5 @@
 //! Reads what a scene file names: URDF, SRDF and mesh files, each mesh once. Paths are resolved
-//! here and nowhere else.
+//! here and, those of packages, in `robot/packages`.
 
 use std::collections::{BTreeMap, HashMap};
 use std::io::ErrorKind;
@@ -8,12 +8,13 @@ use std::sync::Arc;
 
 use super::bodies::replace_meshes;
 use super::loaded::{LoadedRobot, ReadFile};
-use crate::error::{Error, Result, listed, quoted};
+use crate::error::{Error, Result, quoted};
 use crate::robot::formats::xml::{decoded, package_name};
+use crate::robot::packages::{PackageSearch, PackageUri};
 use crate::robot::srdf::{self, Srdf};
 use crate::robot::urdf::{self, Shapes, Wanted};
 use crate::robot::{LoadLimit, LoadLimits, Robot, TriangleMesh, formats};
-use crate::scene::file::{CutMesh, GeometryKind, RobotEntry};
+use crate::scene::file::{CutMesh, GeometryKind, RobotEntry, SceneFile};
 use crate::scene::names::{robot_names, unknown};
 
 /// The files of one scene.
@@ -25,6 +26,7 @@ pub struct Files<'a> {
     read: ReadFile<'a>,
     cut: Option<CutMesh>,
     limits: LoadLimits,
+    search: PackageSearch,
     meshes: HashMap<PathBuf, Arc<TriangleMesh>>,
     /// Meshes with their axes scaled, by the bits of the factors.
     scaled: HashMap<(PathBuf, [u64; 3]), Arc<TriangleMesh>>,
@@ -57,15 +59,16 @@ pub struct Source<'a> {
 }
 
 impl<'a> Files<'a> {
-    /// Of the scene file at `path`; `cut` cuts meshes into convex parts.
-    pub fn new(path: &Path, cut: Option<CutMesh>, limits: &LoadLimits, read: ReadFile<'a>) -> Self {
+    /// Of the `scene` whose file is at `path`.
+    pub fn new(path: &Path, scene: &SceneFile, read: ReadFile<'a>) -> Self {
         let folder = path.parent().unwrap_or(Path::new("")).to_path_buf();
         Self {
             file: path.display().to_string(),
             folder,
             read,
-            cut,
-            limits: limits.clone(),
+            cut: scene.cut,
+            limits: scene.limits.clone(),
+            search: scene.search.clone(),
             meshes: HashMap::new(),
             scaled: HashMap::new(),
             triangles: 0,
@@ -142,11 +145,7 @@ impl<'a> Files<'a> {
         let mut found: HashMap<String, PathBuf> = HashMap::new();
         let mut load = |uri: &str, scale: [f64; 3]| {
             if !found.contains_key(uri) {
-                let mut paths = candidates(uri, &folder, &packages);
-                if paths.iter().all(|path| matches!(self.mesh_at(path), Ok(None))) {
-                    paths.extend(self.in_named_packages(uri, &folder, &packages));
-                }
-                found.insert(uri.to_owned(), self.first_mesh(&file, uri, &paths)?);
+                found.insert(uri.to_owned(), self.mesh_of(&file, uri, &folder, &packages)?);
             }
             self.scaled(&found[uri], scale).map_err(|error| named(&file, &in_mesh(uri), error))
         };
@@ -217,33 +216,33 @@ impl<'a> Files<'a> {
         Ok((path.display().to_string(), bytes))
     }
 
-    /// The first path at which there is a mesh.
-    fn first_mesh(&mut self, file: &str, uri: &str, candidates: &[PathBuf]) -> Result<PathBuf> {
-        for path in candidates {
-            if self.mesh_at(path).map_err(|error| named(file, &in_mesh(uri), error))?.is_some() {
-                return Ok(path.clone());
+    /// Where the file is that the URDF `file` in `folder` calls `uri`.
+    fn mesh_of(&mut self, file: &str, uri: &str, folder: &Path, packages: &[PathBuf]) -> Result<PathBuf> {
+        let Some(address) = PackageUri::of(uri) else {
+            // `join` replaces the folder where the path is absolute.
+            let path = folder.join(uri.strip_prefix("file://").unwrap_or(uri));
+            return match self.mesh_at(&path).map_err(|error| named(file, &in_mesh(uri), error))? {
+                Some(_) => Ok(path),
+                None => Err(Error::not_found(file, in_mesh(uri), format!("not found, tried {}", path.display()))),
+            };
+        };
+        address.check().map_err(|problem| Error::input(file, in_mesh(uri), problem))?;
+        let search = std::mem::take(&mut self.search);
+        let roots = search.roots(address.package, folder, packages, |folder| self.package_at(folder));
+        self.search = search;
+        for root in roots {
+            let path = root.join(address.rest);
+            if self.mesh_at(&path).map_err(|error| named(file, &in_mesh(uri), error))?.is_some() {
+                return Ok(path);
             }
         }
-        let tried = listed(candidates.iter().map(|path| path.display().to_string()));
-        let advice = match package_of(uri) {
-            Some((package, _)) => format!(
-                "; add the folder that holds `{}`, or the one whose package.xml calls it so, to `packages` in the scene",
-                quoted(package)
-            ),
-            None => String::new(),
-        };
-        let tried = if tried.is_empty() { "no folder".into() } else { tried };
-        Err(Error::not_found(file, in_mesh(uri), format!("not found, tried {tried}{advice}")))
-    }
-
-    /// Where the file that a URDF calls `uri` may be in a folder whose `package.xml` names the
-    /// package: one of `packages`, or one that the URDF lies in. What a folder is called does not
-    /// matter there, as in ROS.
-    fn in_named_packages(&mut self, uri: &str, folder: &Path, packages: &[PathBuf]) -> Vec<PathBuf> {
-        let Some((package, rest)) = package_of(uri) else { return Vec::new() };
-        let folders = packages.iter().map(PathBuf::as_path).chain(folder.ancestors());
-        let named: Vec<&Path> = folders.filter(|folder| self.package_at(folder).as_deref() == Some(package)).collect();
-        named.into_iter().map(|folder| folder.join(rest)).collect()
+        let tried = self.search.in_words(folder, packages);
+        let package = quoted(address.package);
+        let problem = format!(
+            "not found, tried the package `{package}` in {tried}; add the folder that holds `{package}`, or the one whose \
+             package.xml calls it so, to `packages`"
+        );
+        Err(Error::not_found(file, in_mesh(uri), problem))
     }
 
     /// The name that a folder's `package.xml` gives it, if it has one that can be read.
@@ -263,7 +262,11 @@ impl<'a> Files<'a> {
         }
         let bytes = match (self.read)(path) {
             Ok(bytes) => bytes,
-            Err(Error::Read { source, .. }) if source.kind() == ErrorKind::NotFound => return Ok(None),
+            Err(Error::Read { source, .. })
+                if matches!(source.kind(), ErrorKind::NotFound | ErrorKind::NotADirectory) =>
+            {
+                return Ok(None);
+            }
             Err(error) => return Err(error),
         };
         let name = path.display().to_string();
@@ -301,46 +304,12 @@ fn named(file: &str, element: &str, error: Error) -> Error {
     }
 }
 
-/// Where the file that a URDF calls `uri` may be, likeliest first.
-fn candidates(uri: &str, folder: &Path, packages: &[PathBuf]) -> Vec<PathBuf> {
-    if let Some((package, rest)) = package_of(uri) {
-        let inside = packages.iter().map(|dir| dir.join(package).join(rest));
-        let itself = packages.iter().filter(|dir| dir.file_name().is_some_and(|name| name == package));
-        return inside.chain(itself.map(|dir| dir.join(rest))).collect();
-    }
-    // `join` replaces the folder where the path is absolute.
-    vec![folder.join(uri.strip_prefix("file://").unwrap_or(uri))]
-}
-
-/// Package and path inside it of a `package://` or `model://` URI; `package:///arm/a.stl`, which
-/// some exporters write, names the package `arm` too.
-fn package_of(uri: &str) -> Option<(&str, &str)> {
-    let path = uri.strip_prefix("package://").or_else(|| uri.strip_prefix("model://"))?;
-    let path = path.trim_start_matches('/');
-    Some(path.split_once('/').unwrap_or((path, "")))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    fn paths(uri: &str, packages: &[&str]) -> Vec<String> {
-        let packages: Vec<PathBuf> = packages.iter().map(PathBuf::from).collect();
-        candidates(uri, Path::new("s/urdf"), &packages).iter().map(|path| path.display().to_string()).collect()
-    }
-
-    #[test]
-    fn uris_are_resolved_in_order() {
-        assert_eq!(
-            paths("package://arm/m/a.stl", &["p", "q/arm"]),
-            ["p/arm/m/a.stl", "q/arm/arm/m/a.stl", "q/arm/m/a.stl"]
-        );
-        assert_eq!(paths("model://arm/a.stl", &["p"]), ["p/arm/a.stl"]);
-        assert_eq!(paths("package:///arm/m/a.stl", &["p", "q/arm"]), paths("package://arm/m/a.stl", &["p", "q/arm"]));
-        assert_eq!(paths("file:///m/a.stl", &["p"]), ["/m/a.stl"]);
-        assert_eq!(paths("/m/a.stl", &[]), ["/m/a.stl"]);
-        assert_eq!(paths("../m/a.stl", &["p"]), ["s/urdf/../m/a.stl"]);
-        assert!(paths("package://arm/a.stl", &[]).is_empty());
+    fn scene() -> SceneFile {
+        SceneFile::default()
     }
 
     #[test]
@@ -353,15 +322,36 @@ mod tests {
                 Some("v/arm/meshes/link.obj") => Ok(obj.to_vec()),
                 _ => Err(Error::Read { path: path.to_path_buf(), source: ErrorKind::NotFound.into() }),
             };
-            let mut files = Files::new(Path::new("s.toml"), None, &LoadLimits::default(), &mut read);
+            let (file, scene) = (Path::new("s.toml"), scene());
+            let mut files = Files::new(file, &scene, &mut read);
             let packages: Vec<PathBuf> = packages.iter().map(PathBuf::from).collect();
-            let found = |files: &mut Files, uri: &str| files.in_named_packages(uri, Path::new(urdf), &packages);
-            let paths = found(&mut files, "package://arm_support/meshes/link.obj");
-            assert_eq!(paths, [PathBuf::from("v/arm/meshes/link.obj")], "{urdf}");
-            assert!(files.first_mesh("r.urdf", "u", &paths).is_ok());
-            assert!(found(&mut files, "package://arm/meshes/link.obj").is_empty());
-            assert!(found(&mut files, "meshes/link.obj").is_empty());
+            let mut found = |uri: &str| files.mesh_of("r.urdf", uri, Path::new(urdf), &packages);
+            let mesh = PathBuf::from("v/arm/meshes/link.obj");
+            assert_eq!(found("package://arm_support/meshes/link.obj").unwrap(), mesh, "{urdf}");
+            assert_eq!(found("package://arm/meshes/link.obj").unwrap(), mesh, "{urdf}");
+            assert!(found("package://leg/meshes/link.obj").is_err());
+            assert!(
+                found("package://arm/../arm/meshes/link.obj").unwrap_err().to_string().contains("inside the package")
+            );
         }
+    }
+
+    #[test]
+    fn other_addresses_start_from_the_urdf() {
+        let obj = b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
+        let mut read = |path: &Path| match path.starts_with("s/urdf/../m") || path.starts_with("/m") {
+            true => Ok(obj.to_vec()),
+            false => Err(Error::Read { path: path.to_path_buf(), source: ErrorKind::NotADirectory.into() }),
+        };
+        let scene = scene();
+        let mut files = Files::new(Path::new("s.toml"), &scene, &mut read);
+        for (uri, path) in
+            [("file:///m/a.obj", "/m/a.obj"), ("/m/a.obj", "/m/a.obj"), ("../m/a.obj", "s/urdf/../m/a.obj")]
+        {
+            assert_eq!(files.mesh_of("u", uri, Path::new("s/urdf"), &[]).unwrap(), PathBuf::from(path));
+        }
+        let missing = files.mesh_of("u", "n/a.obj", Path::new("s/urdf"), &[]).unwrap_err().to_string();
+        assert_eq!(missing, "u: mesh \"n/a.obj\": not found, tried s/urdf/n/a.obj");
     }
 
     #[test]
@@ -375,17 +365,23 @@ mod tests {
             }
             Err(Error::Read { path: path.into(), source: ErrorKind::NotFound.into() })
         };
-        let mut files = Files::new(Path::new("s/scene.toml"), None, &LoadLimits::default(), &mut read);
-        let tried = [PathBuf::from("s/a/arm/a.stl"), PathBuf::from("s/b/arm/a.stl")];
-        assert_eq!(files.first_mesh("u.urdf", "package://arm/a.stl", &tried).unwrap(), tried[1]);
+        let scene = scene();
+        let mut files = Files::new(Path::new("s/scene.toml"), &scene, &mut read);
+        let tried = [PathBuf::from("s/a"), PathBuf::from("s/b")];
+        let (uri, folder) = ("package://arm/a.stl", Path::new(""));
+        assert_eq!(files.mesh_of("u.urdf", uri, folder, &tried).unwrap(), Path::new("s/b/arm/a.stl"));
         let first = files.mesh("obstacle", "b/arm/a.stl", [1.0; 3]).unwrap();
         assert!(Arc::ptr_eq(&first, &files.mesh("obstacle", "b/arm/a.stl", [1.0; 3]).unwrap()));
         let scaled = files.mesh("obstacle", "b/arm/a.stl", [2.0, 1.0, 1.0]).unwrap();
         assert!(Arc::ptr_eq(&scaled, &files.mesh("obstacle", "b/arm/a.stl", [2.0, 1.0, 1.0]).unwrap()));
         assert_eq!(files.triangles, 2);
-        let missing = files.first_mesh("u.urdf", "package://arm/a.stl", &tried[..1]).unwrap_err().to_string();
-        assert!(missing.contains("u.urdf: mesh \"package://arm/a.stl\": not found, tried s/a/arm/a.stl"), "{missing}");
-        assert!(missing.contains("`packages`"), "{missing}");
+        let missing = files.mesh_of("u.urdf", uri, folder, &tried[..1]).unwrap_err().to_string();
+        assert_eq!(
+            missing,
+            "u.urdf: mesh \"package://arm/a.stl\": not found, tried the package `arm` in `packages`: s/a; the URDF's folders: \
+             none; AMENT_PREFIX_PATH: not set; ROS_PACKAGE_PATH: not set; add the folder that holds `arm`, or the one \
+             whose package.xml calls it so, to `packages`"
+        );
         let missing = files.mesh("obstacle \"c\": mesh", "c.stl", [1.0; 3]).unwrap_err().to_string();
         assert_eq!(missing, "s/scene.toml: obstacle \"c\": mesh: got s/c.stl, expected a file (not found)");
         assert_eq!(reads.iter().filter(|path| *path == "s/b/arm/a.stl").count(), 1);

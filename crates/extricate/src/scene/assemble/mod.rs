@@ -53,7 +53,7 @@ pub fn assemble_entries(path: &Path, scene: &SceneFile, read: ReadFile) -> Resul
     let name = path.display().to_string();
     scene.check(&name)?;
     let mut warnings = Vec::new();
-    let mut files = Files::new(path, scene.cut, &scene.limits, read);
+    let mut files = Files::new(path, scene, read);
     let robots = files.robots(&scene.robot, &mut warnings)?;
     let others = read_others(&name, scene, true, &mut files, &mut warnings)?;
     warnings.extend(files.into_mesh_warnings());

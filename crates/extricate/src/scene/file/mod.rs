@@ -10,7 +10,7 @@
 //! name = "panda"                    # optional: qualifies names as in panda/link0; default: the URDF's name
 //! srdf = "../robots/panda/panda.srdf"        # optional: its disable_collisions count, its groups can be named
 //! group = "arm"                     # optional: an SRDF group; joints outside it are locked at `locked` or nearest to 0
-//! packages = ["../robots"]          # folders where package:// is looked up
+//! packages = ["../robots"]          # folders where package:// is looked up, before those that the URDF lies in
 //! geometry = "mesh"                 # mesh (default) | convex-hull: every mesh of this robot becomes its convex hull
 //!                                   # | convex-parts: convex hulls that together hold it | visual
 //! links = { LINK = "convex-parts" } # mesh, convex-hull or convex-parts for some links
@@ -61,6 +61,7 @@ use super::clearances::ClearanceEntry;
 use super::metric_kind::MetricKind;
 use crate::error::{Error, Result};
 use crate::math::FARTHEST;
+use crate::robot::packages::PackageSearch;
 use crate::robot::{LoadLimit, LoadLimits, TriangleMesh};
 use arrays::{exactly, pairs_of_names};
 use limits::{BoundsEntry, LimitsEntry};
@@ -99,6 +100,9 @@ pub struct SceneFile {
     /// How much the files may hold that are named here; no matter of scenes either.
     #[serde(skip)]
     pub limits: LoadLimits,
+    /// Where packages are looked up beside the `packages` of robots; no matter of scenes either.
+    #[serde(skip)]
+    pub search: PackageSearch,
 }
 
 /// Convex hulls that together hold a mesh.
@@ -148,7 +152,7 @@ pub struct RobotEntry {
     pub srdf: Option<String>,
     /// SRDF group whose joints move; the others are locked.
     pub group: Option<String>,
-    /// Folders where `package://` is looked up.
+    /// Folders where `package://` is looked up first.
     #[serde(default)]
     pub packages: Vec<String>,
     /// What becomes of its meshes.

@@ -43,7 +43,7 @@ pub fn in_world_of_entries(robots: &Scene, path: &Path, world: &SceneFile, read:
         return Err(Error::input(&name, "metric", problem));
     }
     let mut scene = robots.without_obstacles();
-    let mut files = Files::new(path, world.cut, &world.limits, read);
+    let mut files = Files::new(path, world, read);
     let Others { obstacles, attached } = read_others(&name, world, true, &mut files, &mut scene.warnings)?;
     scene.warnings.extend(files.into_mesh_warnings());
     let in_file = |error| named(&name, error);
@@ -92,7 +92,7 @@ pub fn in_world_of_entries(robots: &Scene, path: &Path, world: &SceneFile, read:
 /// # Errors
 /// As [`in_world`].
 pub fn obstacles_of_entries(path: &Path, world: &SceneFile, read: ReadFile) -> Result<(Vec<Body>, Vec<String>)> {
-    let (mut files, mut warnings) = (Files::new(path, world.cut, &world.limits, read), Vec::new());
+    let (mut files, mut warnings) = (Files::new(path, world, read), Vec::new());
     let others = read_others(&path.display().to_string(), world, false, &mut files, &mut warnings)?;
     warnings.extend(files.into_mesh_warnings());
     Ok((others.obstacles, bounded(warnings)))

@@ -1,0 +1,105 @@
+//! Messages about lines, each kind told once: of a file of twenty thousand bad lines, who reads
+//! wants to know what is wrong, not to read it twenty thousand times.
+
+use std::collections::HashMap;
+
+use crate::report::count;
+
+/// Kinds of messages that are told when they are met.
+const MOST_KINDS: usize = 8;
+/// Lines that are named with how many there are.
+const MOST_LINES: usize = 5;
+
+/// The messages so far.
+#[derive(Default)]
+pub struct Repeated {
+    /// By what they have in common; in `kinds`.
+    index: HashMap<String, usize>,
+    kinds: Vec<Kind>,
+    /// Of other kinds than these.
+    others: usize,
+}
+
+struct Kind {
+    /// The line that was told.
+    first: usize,
+    /// Some of those that were not.
+    lines: Vec<usize>,
+    more: usize,
+}
+
+impl Repeated {
+    /// Counts a message; whether it is to be told now.
+    pub fn is_new(&mut self, line: usize, message: &str) -> bool {
+        let of = common(message);
+        if let Some(kind) = self.index.get(&of).map(|at| &mut self.kinds[*at]) {
+            kind.more += 1;
+            if kind.lines.len() < MOST_LINES {
+                kind.lines.push(line);
+            }
+            return false;
+        }
+        if self.kinds.len() == MOST_KINDS {
+            self.others += 1;
+            return false;
+        }
+        self.index.insert(of, self.kinds.len());
+        self.kinds.push(Kind { first: line, lines: Vec::new(), more: 0 });
+        true
+    }
+
+    /// What was counted and not told.
+    pub fn in_words(&self) -> Vec<String> {
+        let mut words: Vec<String> = self.kinds.iter().filter(|kind| kind.more > 0).map(Kind::in_words).collect();
+        if self.others > 0 {
+            words.push(format!("and {} more that are none of these", count(self.others)));
+        }
+        words
+    }
+}
+
+impl Kind {
+    fn in_words(&self) -> String {
+        let Self { first, lines, more } = self;
+        let named: Vec<String> = lines.iter().map(usize::to_string).collect();
+        let rest = if *more > lines.len() { ", .." } else { "" };
+        let word = if *more == 1 { "line" } else { "lines" };
+        format!("line {first}: and {} more like it: {word} {}{rest}", count(*more), named.join(", "))
+    }
+}
+
+/// What messages about different values have in common: all but what was found, and numbers.
+fn common(message: &str) -> String {
+    let found = message.find("got ").zip(message.rfind(", expected"));
+    let text = match found {
+        // What follows in brackets is a hint about the value.
+        Some((from, to)) if from < to => {
+            let expected = message[to..].split(" (").next().unwrap_or_default();
+            format!("{}{expected}", &message[..from])
+        }
+        _ => message.to_string(),
+    };
+    text.chars().filter(|c| !c.is_ascii_digit()).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn each_kind_is_told_once_and_counted() {
+        let mut repeated = Repeated::default();
+        let message = |value: usize| format!("configuration: `a`: got {value}, expected a value within [0, 1]");
+        assert!(repeated.is_new(1, &message(7)));
+        assert!(!repeated.is_new(3, &message(88)));
+        assert!(repeated.is_new(4, "not JSON (column 3), got {, expected an array"));
+        assert_eq!(repeated.in_words(), ["line 1: and 1 more like it: line 3"]);
+        (5..5000).for_each(|line| assert!(!repeated.is_new(line, &message(line))));
+        assert_eq!(repeated.in_words(), ["line 1: and 4,996 more like it: lines 3, 5, 6, 7, 8, .."]);
+        for kind in ["b", "c", "d", "g", "h", "i"] {
+            assert!(repeated.is_new(9, kind));
+        }
+        assert!(!repeated.is_new(9, "e") && !repeated.is_new(9, "f"));
+        assert_eq!(repeated.in_words()[1..], ["and 2 more that are none of these"]);
+    }
+}
