@@ -498,6 +498,7 @@ public:
     bool is_free() const { return summary().is_free; }
     bool verified() const { return summary().verified; }
     bool unique() const { return summary().unique; }
+    bool cut_short() const { return summary().cut_short; }
     Range<double> witness() const { return {extricate_answer_witness(get()), nq_}; }
     Range<double> gradient() const { return {extricate_answer_gradient(get()), nv_}; }
     Range<ExtricatePair> colliding() const { return range<ExtricatePair>(extricate_answer_colliding); }

@@ -63,6 +63,9 @@ function moreRowsOf({ answer, seconds }) {
         ["clearance", number("clearance", answer.clearance, lengthInWords(answer.clearance))],
         ["unique", number("unique", answer.unique, answer.unique ? "yes" : "no: another exit is about as near")],
     ];
+    if (answer.cut_short && answer.gap > 0.5) {
+        rows.push(["cut short", number("cut_short", answer.cut_short, "a limit ended the search, and a nearer exit is not ruled out")]);
+    }
     if (answer.free_radius !== null) {
         rows.push(["free radius", number("free_radius", answer.free_radius, `${digits(answer.free_radius)} ${unit}`)]);
     }

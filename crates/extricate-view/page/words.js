@@ -16,6 +16,7 @@ const WORDS = {
     "verified": "The exact checker was run on the witness during this query and called it free.",
     "clearance": "The least distance that every checked pair keeps at the witness.",
     "unique": "Whether no other exit was met that is within 1 % as near.",
+    "cut short": "A limit of checks or seconds ended the search, and over half of the depth is not proved.",
     "free radius": "Proved: nothing touches at any configuration nearer to the witness than this.",
     "coverage": "How usual the distance to what was learned is. Below 0.01 the query lies far from it, and a nearer exit "
         + "is missed more easily.",

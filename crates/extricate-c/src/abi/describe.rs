@@ -29,6 +29,7 @@ pub const NOTHING: ExtricateSummary = ExtricateSummary {
     is_free: false,
     verified: false,
     unique: false,
+    cut_short: false,
 };
 
 /// The numbers of an answer.
@@ -55,6 +56,7 @@ pub fn summary(answer: &Answer) -> ExtricateSummary {
         is_free: answer.is_free(),
         verified: answer.verified,
         unique: answer.unique,
+        cut_short: answer.cut_short,
     }
 }
 

@@ -199,6 +199,8 @@ pub struct ExtricateSummary {
     pub verified: bool,
     /// Whether no other distinct exit within 1 % of the depth was met.
     pub unique: bool,
+    /// Whether a limit of checks or seconds, or a stop, ended the search before it was done.
+    pub cut_short: bool,
 }
 
 /// Two bodies that have to stay apart, as indices of bodies.

@@ -164,6 +164,7 @@ pub mod tests {
             contacts: vec![],
             gradient: vec![-1.0, 0.0],
             unique: true,
+            cut_short: false,
             exits: vec![],
             segment: None,
         }

@@ -74,6 +74,7 @@ class Answer:
         by gradient @ t. Zero where the query is free.
     unique: false where another exit is about as near: beside such queries the nearest one changes, and the gradient
         jumps.
+    cut_short: whether a limit of checks or seconds ended the search before it was done.
     exits: where more than one was asked for: the nearest distinct exits, by depth, the witness first.
     segment: where it was asked for, of the straight segment from the query (0) to the witness (1): the last fraction at which a
         collision was found, and the fraction from which on every configuration is proved free.
@@ -101,6 +102,7 @@ class Answer:
     contacts: List[Contact]
     gradient: npt.NDArray[np.float64]
     unique: bool
+    cut_short: bool
     exits: List[Exit]
     segment: Optional[Tuple[float, float]]
     free_radius: Optional[float]

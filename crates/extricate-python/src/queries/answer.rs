@@ -26,7 +26,7 @@ pub fn object<'py>(py: Python<'py>, answer: extricate::Answer, scene: &Scene) ->
         let witness = PyArray1::from_slice(py, &exit.witness);
         EXIT.import(py, HOME, "Exit")?.call1((exit.depth, witness, named(&exit.touching)))
     };
-    let fields: [Bound<'_, PyAny>; 22] = [
+    let fields: [Bound<'_, PyAny>; 23] = [
         answer.depth.into_pyobject(py)?.into_any(),
         answer.lower_bound.into_pyobject(py)?.into_any(),
         answer.gap.into_pyobject(py)?.into_any(),
@@ -43,6 +43,7 @@ pub fn object<'py>(py: Python<'py>, answer: extricate::Answer, scene: &Scene) ->
         answer.contacts.iter().map(contact).collect::<PyResult<Vec<_>>>()?.into_pyobject(py)?.into_any(),
         PyArray1::from_slice(py, &answer.gradient).into_any(),
         answer.unique.into_pyobject(py)?.to_owned().into_any(),
+        answer.cut_short.into_pyobject(py)?.to_owned().into_any(),
         answer.exits.iter().map(exit).collect::<PyResult<Vec<_>>>()?.into_pyobject(py)?.into_any(),
         answer.segment.map(|segment| (segment.colliding_until, segment.free_from)).into_pyobject(py)?.into_any(),
         answer.free_radius.into_pyobject(py)?.into_any(),

@@ -74,6 +74,8 @@ pub struct Answer {
     /// far: beside such queries the nearest exit changes, and the gradient jumps. Set does not
     /// prove that there is none.
     pub unique: bool,
+    /// Whether a limit of checks or seconds, or a stop, ended the search before it was done.
+    pub cut_short: bool,
     /// Where more than one was requested: the nearest distinct exits, by depth, the witness first.
     /// Each was verified and is the end of a descent, a local minimum of the distance to its
     /// accuracy; two of them are distinct by [`SEPARATION`]. Fewer where fewer were found.
@@ -87,6 +89,12 @@ pub struct Answer {
 }
 
 impl Answer {
+    /// Whether a nearer exit may well have been missed: the search was cut short, and over half of
+    /// the depth is not proved.
+    pub fn is_doubtful(&self) -> bool {
+        self.cut_short && self.gap > 0.5
+    }
+
     /// Whether the query itself is free.
     pub fn is_free(&self) -> bool {
         self.colliding.is_empty() && self.outside.is_empty()
@@ -173,6 +181,7 @@ pub fn free_answer(q: &Config, nv: usize, effort: Effort, clearance: f64) -> Ans
         contacts: Vec::new(),
         gradient: vec![0.0; nv],
         unique: true,
+        cut_short: false,
         exits: Vec::new(),
         free_radius: None,
         segment: None,

@@ -210,4 +210,34 @@ fn convex_parts_hold_the_mesh_and_follow_it() {
     }
     let corner = [1.0, 1.0, 0.2];
     assert!(clearance(&hull, corner) < 0.0 && clearance(&parts, corner) > 0.4);
+    assert!(parts.scene().warnings.is_empty(), "{:?}", parts.scene().warnings);
+}
+
+#[test]
+fn convex_parts_that_fill_a_hollow_say_how_far_they_stand_out() {
+    // A bin of one closed solid: walls of 2 mm around a metre, open above.
+    let ring = |half: f64, low: f64| {
+        [low, 0.5]
+            .map(|z| [[-1, -1], [1, -1], [1, 1], [-1, 1]].map(|[x, y]| [half * f64::from(x), half * f64::from(y), z]))
+    };
+    let corners = [ring(0.5, -0.5), ring(0.498, -0.498)].concat().concat();
+    let mut mesh: String = corners.iter().map(|[x, y, z]| format!("v {x} {y} {z}\n")).collect();
+    mesh += "f 4 3 2 1\nf 9 10 11 12\n";
+    for k in 0..4 {
+        let (a, b) = (k + 1, (k + 1) % 4 + 1);
+        let outside = [a, b, b + 4, a + 4];
+        let inside = [b + 8, a + 8, a + 12, b + 12];
+        let rim = [a + 4, b + 4, b + 12, a + 12];
+        for face in [outside, inside, rim] {
+            mesh += &format!("f {}\n", face.map(|k: i32| k.to_string()).join(" "));
+        }
+    }
+    let parts = world_of(0.05, "bin.obj", mesh.as_bytes(), "{ mesh = 'bin.obj', convex-parts = true }", "");
+    let [warning] = &parts.scene().warnings[..] else { panic!("{:?}", parts.scene().warnings) };
+    assert!(warning.contains("convex parts stand out of the mesh by up to ") && warning.contains(" m: "), "{warning}");
+    let far: f64 = warning.split("up to ").nth(1).unwrap().split(' ').next().unwrap().parse().unwrap();
+    assert!((0.1..0.6).contains(&far), "{warning}");
+    // As a mesh its hollow is open, and nothing is to be said.
+    let whole = world_of(0.05, "bin.obj", mesh.as_bytes(), "{ mesh = 'bin.obj' }", "");
+    assert!(whole.scene().warnings.is_empty() && clearance(&whole, [0.0; 3]) > 0.4);
 }

@@ -31,7 +31,7 @@ scene's metric), gap (the share of the depth that is not proved), unproved (why 
 (lists of [name, name]), outside (joints of the query beyond their limits), coverage (null where the query is free), \
 clearance (that the witness keeps [m], of pairs without a \
 clearance of their own), verified, effort, contacts (at the witness: pair, distance [m], point_first, \
-point_second, normal), gradient (of the depth), unique, exits (with --exits: depth, witness, touching), segment (with \
+point_second, normal), gradient (of the depth), unique, cut_short (whether a limit ended the search), exits (with --exits: depth, witness, touching), segment (with \
 --segment: colliding_until, free_from, fractions of the straight segment), free_radius (with --free-radius: in the metric, \
 around the witness), nearest (with --continuous: depth of the nearest exit that was found).";
 

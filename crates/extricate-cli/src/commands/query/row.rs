@@ -51,6 +51,11 @@ pub struct QueryRow<'a> {
     pub gradient: &'a [f64],
     /// Whether no other exit was met that is about as near.
     pub unique: bool,
+    /// Whether a limit ended the search before it was done.
+    pub cut_short: bool,
+    /// Whether that leaves much open.
+    #[serde(skip)]
+    pub is_doubtful: bool,
     /// The nearest distinct exits, where more than one was asked for.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub exits: Vec<ExitRow<'a>>,
@@ -117,6 +122,8 @@ impl<'a> QueryRow<'a> {
             contacts: answer.contacts.iter().map(|contact| ContactRow::new(contact, scene)).collect(),
             gradient: &answer.gradient,
             unique: answer.unique,
+            cut_short: answer.cut_short,
+            is_doubtful: answer.is_doubtful(),
             exits: answer.exits.iter().map(exit).collect(),
             free_radius: answer.free_radius,
             segment: answer.segment,
@@ -149,9 +156,11 @@ impl<'a> QueryRow<'a> {
             Some(Unproved::Surfaces) => "; nothing is proved: what collides are surfaces without an inside",
             Some(Unproved::Shallow) => "; nothing is proved: the overlap is too shallow",
         };
+        let doubt =
+            if self.is_doubtful { "; a limit ended the search, and a nearer exit is not ruled out" } else { "" };
         let far = if self.is_far() { "; far from what was learned" } else { "" };
         let mut text = format!(
-            "{line:>6}  {:>9}  {:>9}  {:>9}  {:>9}  {:>6}  {verified:<8}  {pairs}{outside}{segment}{radius}{unproved}{far}",
+            "{line:>6}  {:>9}  {:>9}  {:>9}  {:>9}  {:>6}  {verified:<8}  {pairs}{outside}{segment}{radius}{unproved}{doubt}{far}",
             fixed(self.depth, 5),
             fixed(self.lower_bound, 5),
             fixed(100.0 * self.max_displacement, 2),
@@ -200,6 +209,7 @@ pub mod tests {
             contacts: vec![],
             gradient: vec![-1.0],
             unique: true,
+            cut_short: false,
             exits: vec![],
             free_radius: None,
             segment: None,
@@ -236,6 +246,8 @@ pub mod tests {
             }],
             gradient: &answer.gradient,
             unique: true,
+            cut_short: false,
+            is_doubtful: false,
             exits: vec![ExitRow { depth: 0.2, witness: &[0.5], touching: vec![] }],
             free_radius: None,
             segment: None,
@@ -246,7 +258,7 @@ pub mod tests {
              \"max_displacement\":0.1,\"colliding\":[[\"arm\",\"shelf\"]],\"outside\":[],\"touching\":[[\"arm\",\"shelf\"]],\"coverage\":0.5,\"unseen\":0.1,\
              \"clearance\":0.0001,\"verified\":true,\"effort\":\"refined\",\
              \"contacts\":[{\"pair\":[\"arm\",\"shelf\"],\"distance\":0.0001,\"point_first\":[0.0,0.0,0.0],\
-             \"point_second\":[0.0,0.0,0.0],\"normal\":[0.0,0.0,1.0]}],\"gradient\":[-1.0],\"unique\":true,\
+             \"point_second\":[0.0,0.0,0.0],\"normal\":[0.0,0.0,1.0]}],\"gradient\":[-1.0],\"unique\":true,\"cut_short\":false,\
              \"exits\":[{\"depth\":0.2,\"witness\":[0.5],\"touching\":[]}]}"
         );
         assert!(row.text(3).ends_with("yes       arm - shelf"), "{}", row.text(3));

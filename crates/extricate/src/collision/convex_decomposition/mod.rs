@@ -24,16 +24,16 @@ use patches::connected;
 
 /// The sizes of bodies that a mesh has pieces for: its radius, halved once more for each.
 pub const SIZES: usize = 8;
-/// A hollow stays open for bodies that could enter it: if it is deeper than this share of the size
-/// of the body,
-const ENTERED: f64 = 0.5;
-/// and than this share of the radius of the mesh. With half of it a robot of detailed links that are
-/// hollow to scale (ANYmal) takes three times as long for the same answers.
+/// Cells that fill a hollow deeper than this share of the radius of the mesh give way to finer
+/// pieces beside bodies that could enter it, which are smaller than it is deep. With half of the
+/// share a robot of detailed links (ANYmal) takes three times as long for the same answers.
 const HOLLOW: f64 = 0.08;
-/// How far patches along the surface may stand out, as a share of the body's size.
+/// How far the hull of a component, or its cells, may stand out, as a share of the body's size,
+const SOLID_TOLERANCE: f64 = 0.5;
+/// and how far patches are meant to.
 const PATCH_TOLERANCE: f64 = 0.03;
-/// How far the hull of a small component may, and its cells.
-const SOLID_TOLERANCE: f64 = 0.1;
+/// Patches that stand out farther are no better than cells.
+const MOST_TOLERANCE: f64 = 0.1;
 /// Most patches of a component whose hollow is as deep as the body is large; more of a deeper one,
 /// as its surface is: of more, contacts take longer to gather than the nearer exits are worth.
 const PATCHES: f64 = 96.0;
@@ -68,7 +68,7 @@ pub fn cell_pieces(mesh: &MeshShape, bounds: &Aabb) -> (Pieces, [bool; SIZES]) {
     let radius = bounds.half.norm();
     let cells = cells(mesh, triangles(mesh), radius, TOLERANCE * radius, MOST, false);
     let hollow = deepest(&cells);
-    let is_coarse = |index| hollow > (HOLLOW * radius).max(ENTERED * size_at(radius, index));
+    let is_coarse = |index| hollow > (HOLLOW * radius).max(size_at(radius, index));
     (Pieces::new(cells.iter().map(Cell::solid).collect()), std::array::from_fn(is_coarse))
 }
 
@@ -85,10 +85,10 @@ pub fn fine_pieces(mesh: &MeshShape, bounds: &Aabb, index: usize) -> Pieces {
         }
         let cells = cells(mesh, triangles.clone(), radius, SOLID_TOLERANCE * size, MOST, false);
         let hollow = deepest(&cells);
-        if hollow > ENTERED * size {
+        if hollow > size {
             let most = ((PATCHES * (hollow / size).powi(2)) as usize).min(MOST_PATCHES);
             let patches = divider.patches(triangles, PATCH_TOLERANCE * size, most);
-            if patches.iter().all(|patch| patch.depth <= SOLID_TOLERANCE * size) {
+            if patches.iter().all(|patch| patch.depth <= MOST_TOLERANCE * size) {
                 return (Vec::new(), patches.iter().map(|patch| solid(&patch.hull.vertices)).collect());
             }
         }
@@ -113,14 +113,15 @@ fn components(mesh: &MeshShape) -> Vec<Vec<[Vec3; 3]>> {
     if all.len() > MOST_COMPONENTS { vec![all.concat()] } else { all }
 }
 
-/// Convex hulls that together hold a mesh, for scenes that have them in its place: those that the
-/// search makes of it.
-pub fn convex_parts(mesh: &TriangleMesh) -> Vec<TriangleMesh> {
+/// Convex hulls that together hold a mesh, for scenes that have them in its place, and how far they
+/// stand out of it \[m\], as far as their largest faces and points spread over the mesh tell.
+pub fn convex_parts(mesh: &TriangleMesh) -> (Vec<TriangleMesh>, f64) {
     let shape = MeshShape::new(mesh);
     let bounds = Aabb::around(shape.vertices.iter());
     let radius = bounds.half.norm();
     let cells = cells(&shape, triangles(&shape), radius, TOLERANCE * radius, MOST_PARTS, true);
-    cells.into_iter().map(|cell| cell.hull).collect()
+    let beyond = deepest(&cells);
+    (cells.into_iter().map(|cell| cell.hull).collect(), beyond)
 }
 
 impl Cell {

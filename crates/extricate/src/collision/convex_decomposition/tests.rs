@@ -15,7 +15,10 @@ fn divided_into(mesh: &TriangleMesh, most: usize) -> (MeshShape, Vec<Shape>, f64
     let shape = MeshShape::new(mesh);
     let bounds = Aabb::around(shape.vertices.iter());
     let (all, radius) = (mesh_triangles(mesh), bounds.half.norm());
-    let pieces = cells(&shape, all, radius, most, false).iter().map(|cell| solid(&cell.hull.vertices)).collect();
+    let pieces = cells(&shape, all, radius, TOLERANCE * radius, most, false)
+        .iter()
+        .map(|cell| solid(&cell.hull.vertices))
+        .collect();
     (shape, pieces, bounds.half.norm())
 }
 
@@ -160,7 +163,7 @@ fn a_frame_of_bars_stays_open() {
         if welded {
             frame = TriangleMesh::new(frame.vertices, frame.triangles);
         }
-        let parts: Vec<Shape> = convex_parts(&frame).iter().map(|hull| solid(&hull.vertices)).collect();
+        let parts: Vec<Shape> = convex_parts(&frame).0.iter().map(|hull| solid(&hull.vertices)).collect();
         for (point, expected) in [([0.0; 3], 1.8), ([1.0, -1.5, 0.0], 0.3)] {
             let apart = parts.iter().map(|part| distance(part, &Vec3::from(point))).fold(f64::INFINITY, f64::min);
             assert!((apart - expected).abs() < 0.02, "{along}, {welded}: {apart} of {} parts", parts.len());
@@ -168,21 +171,31 @@ fn a_frame_of_bars_stays_open() {
     }
 }
 
+/// The pieces beside a body of `size`.
+fn beside(mesh: &TriangleMesh, size: f64) -> Pieces {
+    let shape = MeshShape::new(mesh);
+    let bounds = Aabb::around(shape.vertices.iter());
+    let (cells, is_coarse) = cell_pieces(&shape, &bounds);
+    let index = size_index(bounds.half.norm(), size);
+    if is_coarse[index] { fine_pieces(&shape, &bounds, index) } else { cells }
+}
+
+#[test]
+fn sizes_are_halves_of_the_radius() {
+    let index = |size: f64| size_index(1.0, size);
+    let found = [f64::INFINITY, 1.0, 0.99, 0.5, 0.3, 1e-9].map(index);
+    assert_eq!(found, [0, 0, 1, 1, 2, SIZES - 1]);
+}
+
 #[test]
 fn many_small_solids_are_a_piece_each() {
     let cube = |k: usize| cuboid(Vec3::new(k as f64, (k * k % 7) as f64, (k % 3) as f64), Vec3::repeat(0.2));
-    let cubes = |count: usize| MeshShape::new(&joined(&(0..count).map(cube).collect::<Vec<_>>()));
-    let pieces_of = |mesh: &MeshShape| {
-        let bounds = Aabb::around(mesh.vertices.iter());
-        pieces(mesh, &bounds).all().shapes.to_vec()
-    };
-    let found = pieces_of(&cubes(2 * MOST));
-    assert_eq!(found.len(), 2 * MOST);
-    assert!(found.iter().all(|piece| (piece.bounds.half - Vec3::repeat(0.2)).norm() < 1e-12));
-    // Beside a large body small ones are parts of it.
-    let large = cuboid(Vec3::new(0.0, 20.0, 0.0), Vec3::new(40.0, 1.0, 1.0));
-    let beside = joined(&(0..2 * MOST).map(cube).chain([large]).collect::<Vec<_>>());
-    assert!(pieces_of(&MeshShape::new(&beside)).len() <= MOST);
+    let cubes = joined(&(0..2 * MOST).map(cube).collect::<Vec<_>>());
+    let found = beside(&cubes, 0.3);
+    assert_eq!(found.all().shapes.len(), 2 * MOST);
+    assert!(found.all().shapes.iter().all(|piece| (piece.bounds.half - Vec3::repeat(0.2)).norm() < 1e-12));
+    // A body that is larger than all that is between them finds fewer.
+    assert!(beside(&cubes, 40.0).all().shapes.len() <= MOST);
 }
 
 /// A bin of one closed solid, open above: walls of 2 mm around a metre.
@@ -219,17 +232,43 @@ fn pipe(sides: u32) -> TriangleMesh {
     TriangleMesh::new(vertices, staves.collect())
 }
 
+/// A bowl of two round walls, open above.
+fn bowl(sides: u32, rows: u32) -> TriangleMesh {
+    let point = |radius: f64, row: u32, side: u32| {
+        let (sine, cosine) = (std::f64::consts::FRAC_PI_2 * f64::from(row) / f64::from(rows)).sin_cos();
+        let (y, x) = (std::f64::consts::TAU * f64::from(side) / f64::from(sides)).sin_cos();
+        Vec3::new(radius * sine * x, radius * sine * y, -radius * cosine)
+    };
+    let wall = |radius: f64| (0..=rows).flat_map(move |row| (0..sides).map(move |side| point(radius, row, side)));
+    let vertices = wall(0.31).chain(wall(0.3)).collect();
+    let (inner, mut triangles) = ((rows + 1) * sides, Vec::new());
+    for side in 0..sides {
+        let next = (side + 1) % sides;
+        let mut face = |[a, b, c, d]: [u32; 4]| {
+            triangles.push([a, b, c]);
+            triangles.push([a, c, d]);
+        };
+        for row in 0..rows {
+            let (low, high) = (row * sides, (row + 1) * sides);
+            face([low + side, high + side, high + next, low + next]);
+            face([inner + low + next, inner + high + next, inner + high + side, inner + low + side]);
+        }
+        let rim = rows * sides;
+        face([rim + side, inner + rim + side, inner + rim + next, rim + next]);
+    }
+    TriangleMesh::new(vertices, triangles)
+}
+
 #[test]
-fn hollows_stay_open() {
-    for (mesh, most) in [(bin(), 8), (pipe(24), 24)] {
-        let shape = MeshShape::new(&mesh);
-        let found = pieces(&shape, &Aabb::around(shape.vertices.iter()));
+fn hollows_stay_open_for_bodies_that_could_enter_them() {
+    for (mesh, size, most) in [(bin(), 0.1, 8), (pipe(24), 0.1, 24), (bowl(32, 8), 0.05, 400)] {
+        let found = beside(&mesh, size);
         let all = found.all();
-        assert!(all.is_skin && all.shapes.len() <= most, "{} pieces", all.shapes.len());
+        assert!(all.first_apart < all.shapes.len() && all.shapes.len() <= most, "{} pieces", all.shapes.len());
         let nearest =
             |place: &Vec3| all.shapes.iter().map(|piece| distance(piece, place)).fold(f64::INFINITY, f64::min);
         // The middle, and places near the walls.
-        for place in [Vec3::zeros(), Vec3::new(0.3, 0.0, 0.3), Vec3::new(-0.2, 0.2, -0.3)] {
+        for place in [Vec3::new(0.0, 0.0, -0.1), Vec3::new(0.1, 0.0, -0.1), Vec3::new(-0.05, 0.1, -0.05)] {
             assert!(nearest(&place) > 0.1, "{} at {place:?}", nearest(&place));
         }
         for at in 0..mesh.triangles.len() {
@@ -237,5 +276,8 @@ fn hollows_stay_open() {
             let middle = (a + b + c) / 3.0;
             assert!(nearest(&middle) < 1e-5, "{} from the surface at {middle:?}", nearest(&middle));
         }
+        // Nothing that could enter is near: cells do.
+        let coarse = beside(&mesh, 1.0);
+        assert!(coarse.all().shapes.len() <= MOST && coarse.all().first_apart == coarse.all().shapes.len());
     }
 }

@@ -1,7 +1,7 @@
 //! The convex pieces of two bodies that overlap, and how far all of them do along a direction.
 
-use crate::collision::convex_decomposition::PiecesRef;
 use crate::collision::contacts::{ContactBuffers, find_candidates, solid};
+use crate::collision::convex_decomposition::PiecesRef;
 use crate::collision::convex_distance::nearer_than;
 use crate::collision::prepared::Placed;
 use crate::collision::scenery::{Stands, stand_ins};
@@ -238,7 +238,8 @@ mod tests {
             let nearer = |x: &Shape, moved: &Pose, y: &Shape, than: f64| {
                 nearer_than(&solid(x).shape, moved, &solid(y).shape, &pose, than)
             };
-            let (all, every) = (first.pieces_beside(&second).shapes, second.pieces_beside(&first).shapes);
+            let (of_a, of_b) = (first.pieces_beside(&second), second.pieces_beside(&first));
+            let (all, every) = (of_a.shapes, of_b.shapes);
             let of_first = |x: &Shape| every.iter().any(|y| nearer(x, &at, y, 0.0));
             let of_second = |y: &Shape| all.iter().any(|x| nearer(x, &at, y, 0.0));
             let expected: Vec<u32> = (0..).zip(all).filter(|(_, x)| of_first(x)).map(|(k, _)| k).collect();
@@ -250,7 +251,7 @@ mod tests {
             if !overlap {
                 continue;
             }
-            let (pair, excess, first, second) = (PairId::new(0), 0.0, side(&first, a, &xs), side(&second, b, &ys));
+            let (pair, excess, first, second) = (PairId::new(0), 0.0, Side::of(of_a, a, &xs), Side::of(of_b, b, &ys));
             for n in sphere(20) {
                 let distance = OverlappingPieces { pair, excess, first, second }.across(&n).distance;
                 let moved = Pose::translation(n * (1e-9 - distance));

@@ -3,9 +3,7 @@
 
 use std::sync::{Arc, OnceLock};
 
-use crate::collision::convex_decomposition::{
-    Pieces, PiecesRef, SIZES, cell_pieces, fine_pieces, size_index,
-};
+use crate::collision::convex_decomposition::{Pieces, PiecesRef, SIZES, cell_pieces, fine_pieces, size_index};
 use crate::collision::overlap::inner_pieces::{InnerPiece, inner_pieces};
 use crate::collision::shapes::inner_spheres::InnerSpheres;
 use crate::collision::shapes::mesh::MeshShape;

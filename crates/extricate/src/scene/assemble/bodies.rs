@@ -7,6 +7,7 @@ use std::sync::Arc;
 
 use super::frames::FramePlacement;
 use crate::error::{self, Error};
+use crate::math::Vec3;
 use crate::robot::mesh::convex_hull::convex_hull;
 use crate::robot::mesh::openings::{branches, widest_gap};
 use crate::robot::{Geometry, LinkGeometry, Robot, TriangleMesh};
@@ -60,6 +61,16 @@ pub fn replace_meshes(
     Ok(())
 }
 
+/// Convex parts that stand out of their mesh by more than this share of its extent fill hollows.
+const FAR_BEYOND: f64 = 0.01;
+
+/// The diagonal of the box around a mesh \[m\].
+fn extent(mesh: &TriangleMesh) -> f64 {
+    let low = mesh.vertices.iter().fold(Vec3::repeat(f64::INFINITY), |low, p| low.inf(p));
+    let high = mesh.vertices.iter().fold(Vec3::repeat(f64::NEG_INFINITY), |high, p| high.sup(p));
+    (high - low).norm()
+}
+
 /// What stands for a mesh.
 pub fn replaced(
     mesh: &Arc<TriangleMesh>,
@@ -73,7 +84,14 @@ pub fn replaced(
         GeometryKind::ConvexHull => Ok(vec![hull(mesh, owner, warnings)]),
         GeometryKind::ConvexParts => {
             let cut = cut.ok_or("got convex-parts where nothing cuts meshes, expected a scene that `store` loads")?;
-            Ok(cut(mesh).into_iter().map(|hull| Geometry::ConvexHull(Arc::new(hull))).collect())
+            let (parts, beyond) = cut(mesh);
+            if beyond > FAR_BEYOND * extent(mesh) {
+                let count = parts.len();
+                warnings.push(format!(
+                    "{owner}: {count} convex parts stand out of the mesh by up to {beyond:.2e} m: what is in a hollow of it collides there; `mesh` keeps hollows open"
+                ));
+            }
+            Ok(parts.into_iter().map(|hull| Geometry::ConvexHull(Arc::new(hull))).collect())
         }
     }
 }

@@ -105,8 +105,9 @@ pub struct SceneFile {
     pub search: PackageSearch,
 }
 
-/// Convex hulls that together hold a mesh.
-pub type CutMesh = fn(&TriangleMesh) -> Vec<TriangleMesh>;
+/// Convex hulls that together hold a mesh, and how far they stand out of it \[m\], as far as was
+/// looked.
+pub type CutMesh = fn(&TriangleMesh) -> (Vec<TriangleMesh>, f64);
 
 /// `metric = { kind = .., weights = .. }`.
 #[derive(Debug, Clone, Deserialize)]

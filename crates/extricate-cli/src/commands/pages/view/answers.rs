@@ -60,6 +60,8 @@ struct Row {
     gradient: Vec<f64>,
     unique: bool,
     #[serde(default)]
+    cut_short: bool,
+    #[serde(default)]
     exits: Vec<ExitRow>,
     #[serde(default)]
     free_radius: Option<f64>,
@@ -196,6 +198,7 @@ impl<'a> Names<'a> {
             contacts: row.contacts.iter().map(|contact| self.contact(contact)).collect::<Result<_, _>>()?,
             gradient: row.gradient,
             unique: row.unique,
+            cut_short: row.cut_short,
             exits: row.exits.into_iter().map(|exit| self.exit(exit)).collect::<Result<_, _>>()?,
             segment: row.segment.map(segment),
         })
