@@ -47,6 +47,7 @@ fn middle(scene: &Scene) -> Vec<f64> {
 mod tests {
     use super::*;
     use crate::applications::grasp::Hand;
+    use crate::error::Error;
     use crate::scene::builtin;
 
     /// The hand of the cases: of a floating base, the turn of a radian about its middle is some
@@ -62,7 +63,9 @@ mod tests {
         let toml = format!("{toml}{bounds}{ball}");
         let mut read = |path: &std::path::Path| {
             let found = files.iter().find(|(name, _)| path.ends_with(name));
-            found.map(|(_, bytes)| bytes.clone()).ok_or_else(|| panic!("{path:?}"))
+            found
+                .map(|(_, bytes)| bytes.clone())
+                .ok_or_else(|| Error::input("scene.toml", "", format!("no file {path:?}")))
         };
         let scene = crate::scene::assemble::assemble(std::path::Path::new("scene.toml"), &toml, &mut read).unwrap();
         let hand = Hand::new(&scene, "ball").unwrap();

@@ -24,10 +24,9 @@ use patches::connected;
 
 /// The sizes of bodies that a mesh has pieces for: its radius, halved once more for each.
 pub const SIZES: usize = 8;
-/// Cells that fill a hollow deeper than this share of the radius of the mesh give way to finer
-/// pieces beside bodies that could enter it, which are smaller than it is deep. With half of the
-/// share a robot of detailed links (ANYmal) takes three times as long for the same answers.
-const HOLLOW: f64 = 0.08;
+/// A hollow that is this many times as deep as a body is large has to stay open for it: the body
+/// could enter.
+const ENTERED: f64 = 1.5;
 /// How far the hull of a component, or its cells, may stand out, as a share of the body's size,
 const SOLID_TOLERANCE: f64 = 0.5;
 /// and how far patches are meant to.
@@ -68,7 +67,7 @@ pub fn cell_pieces(mesh: &MeshShape, bounds: &Aabb) -> (Pieces, [bool; SIZES]) {
     let radius = bounds.half.norm();
     let cells = cells(mesh, triangles(mesh), radius, TOLERANCE * radius, MOST, false);
     let hollow = deepest(&cells);
-    let is_coarse = |index| hollow > (HOLLOW * radius).max(size_at(radius, index));
+    let is_coarse = |index| hollow > ENTERED * size_at(radius, index);
     (Pieces::new(cells.iter().map(Cell::solid).collect()), std::array::from_fn(is_coarse))
 }
 
@@ -85,7 +84,7 @@ pub fn fine_pieces(mesh: &MeshShape, bounds: &Aabb, index: usize) -> Pieces {
         }
         let cells = cells(mesh, triangles.clone(), radius, SOLID_TOLERANCE * size, MOST, false);
         let hollow = deepest(&cells);
-        if hollow > size {
+        if hollow > ENTERED * size {
             let most = ((PATCHES * (hollow / size).powi(2)) as usize).min(MOST_PATCHES);
             let patches = divider.patches(triangles, PATCH_TOLERANCE * size, most);
             if patches.iter().all(|patch| patch.depth <= MOST_TOLERANCE * size) {

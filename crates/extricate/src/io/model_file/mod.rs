@@ -312,7 +312,7 @@ mod tests {
         }
         let older = container(4, model.statistics(), learned(&model));
         let message = decode(Path::new("m"), &older).err().unwrap().to_string();
-        assert!(message.contains("m: its format is version 4, expected version 12"), "{message}");
+        assert!(message.contains("m: its format is version 4, expected version 13"), "{message}");
     }
 
     /// The checksum of each is right.
