@@ -20,7 +20,7 @@ export PATH=$tools/bin:$PATH
 
 for target in x86_64-unknown-linux-gnu aarch64-unknown-linux-gnu; do
     rustup target list --installed | grep -qx "$target" || rustup target add "$target"
-    maturin build --locked --profile release --manifest-path "$manifest" --target "$target" --zig --compatibility manylinux2014 --out "$out"
+    maturin build --locked --profile dist --manifest-path "$manifest" --target "$target" --zig --compatibility manylinux2014 --out "$out"
 done
 maturin sdist --manifest-path "$manifest" --out "$out"
 twine check --strict "$out"/*

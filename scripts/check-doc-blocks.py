@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Runs what the pages show: Python blocks of README.md, tutorials and how-to, and `extricate` lines of the tutorials.
+"""Runs what the pages show: Python blocks of README.md, tutorials and how-to, and `extricate` lines of README.md and the tutorials.
 
     python3 scripts/check-doc-blocks.py PROGRAM PYTHON [PAGE...]
     python3 scripts/check-doc-blocks.py --self-test
@@ -10,8 +10,8 @@ the package, or `-`: Python blocks are then skipped.
 One page runs in one temporary folder, from top to bottom:
 
 - a block with `title="NAME"` is written to NAME;
-- ```python blocks run in one namespace;
-- of ```sh blocks of tutorials, the lines that run `extricate` run in bash, each with the lines that continue it;
+- ```python blocks run in one namespace, and none prints `None`: what a page shows is the good case;
+- of ```sh blocks of README.md and the tutorials, the lines that run `extricate` run in bash, each with the lines that continue it;
 - a block after a line `<!-- not run -->` is skipped.
 
 The first failure of a page ends it and is reported with file and line.
@@ -37,7 +37,7 @@ SECONDS = 600
 
 # What PYTHON runs: the steps of a page, from standard input.
 RUNNER = r"""
-import json, subprocess, sys, traceback
+import contextlib, io, json, subprocess, sys, traceback
 namespace = {"__name__": "__main__"}
 for step in json.load(sys.stdin):
     where = f"{step['page']}:{step['line']}"
@@ -46,7 +46,10 @@ for step in json.load(sys.stdin):
             with open(step["name"], "w", encoding="utf-8") as file:
                 file.write(step["text"])
         elif step["kind"] == "python":
-            exec(compile("\n" * step["line"] + step["text"], step["page"], "exec"), namespace)
+            with contextlib.redirect_stdout(io.StringIO()) as printed:
+                exec(compile("\n" * step["line"] + step["text"], step["page"], "exec"), namespace)
+            if "None" in printed.getvalue().splitlines():
+                sys.exit(f"{where}: the block prints None")
         else:
             done = subprocess.run(["bash", "-euo", "pipefail", "-c", step["text"]], stdin=subprocess.DEVNULL)
             if done.returncode:
@@ -109,7 +112,7 @@ def pages() -> list[Path]:
 def wanted(page: Path, program: str, python: str) -> list[dict[str, Any]]:
     """The steps of a page that can be run."""
     name = str(page.relative_to(ROOT)) if page.is_relative_to(ROOT) else str(page)
-    with_program = program != "-" and ("tutorials/" in name or not page.is_relative_to(ROOT))
+    with_program = program != "-" and (name == "README.md" or "tutorials/" in name or not page.is_relative_to(ROOT))
     kinds = {"file"} | ({"sh"} if with_program else set()) | ({"python"} if python != "-" else set())
     found = [step for step in steps(name, page.read_text(encoding="utf-8")) if step["kind"] in kinds]
     return found if any(step["kind"] != "file" for step in found) else []
@@ -159,7 +162,7 @@ def self_test() -> int:
         program = Path(folder) / "program"
         program.write_text("#!/bin/sh\ncat > /dev/null\n[ \"$1\" != fail ]\n")
         program.chmod(0o755)
-        for name, text, status in [("good", page, 0), ("python", page.replace("x = 1\\n", "x"), 1), ("sh", "```sh\nextricate fail\n```", 1), ("python2", "```python\nraise ValueError\n```", 1)]:
+        for name, text, status in [("good", page, 0), ("python", page.replace("x = 1\\n", "x"), 1), ("sh", "```sh\nextricate fail\n```", 1), ("python2", "```python\nraise ValueError\n```", 1), ("none", "```python\nprint(None)\n```", 1)]:
             path = Path(folder) / f"{name}.md"
             path.write_text(text)
             with contextlib.redirect_stderr(io.StringIO()):
@@ -168,7 +171,7 @@ def self_test() -> int:
                 wrong.append(f"{name}: got exit status {got} of {count} steps, expected {status}")
     for fault in wrong:
         print(f"self-test: {fault}", file=sys.stderr)
-    print(f"self-test: 5 cases, {len(wrong)} wrong")
+    print(f"self-test: 6 cases, {len(wrong)} wrong")
     return 1 if wrong else 0
 
 

@@ -9,7 +9,7 @@ prefix=${1:?usage: scripts/install-c.sh PREFIX [FOLDER]}
 built=${2:-}
 crate=crates/extricate-c
 if [ -z "$built" ]; then
-    cargo build --quiet --locked --release --package extricate-c
+    cargo build --locked --release --package extricate-c
     built=${CARGO_TARGET_DIR:-target}/release
 fi
 version=$(cargo metadata --no-deps --format-version 1 --locked | python3 -c '

@@ -19,6 +19,13 @@ fn the_demo_learns_answers_and_draws() {
     assert_eq!(report["page"], "way-out.html");
     let page = std::fs::read_to_string(workspace.path("way-out.html")).unwrap();
     assert!(page.ends_with("</html>\n") && page.len() < 4_000_000, "{} bytes", page.len());
+    // Both show the same nearest exit of the same query.
+    let after = |text: &str, word: &str| -> f64 {
+        let (_, rest) = text.split_once(word).unwrap();
+        rest.split(|c: char| !c.is_ascii_digit() && c != '.').next().unwrap().parse().unwrap()
+    };
+    let (drawn, written) = (after(&picture, "depth "), after(&page, "\"depth\":"));
+    assert!((drawn - written).abs() < 1e-3, "{drawn} in the picture, {written} in the page");
 }
 
 #[test]

@@ -1,4 +1,4 @@
-"""The bar that `progress=True` asks for."""
+"""The bar of learning."""
 
 from __future__ import annotations
 

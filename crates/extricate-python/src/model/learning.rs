@@ -51,9 +51,9 @@ impl Budget {
 /// farther than those of a search about ten times as long (0.05: 5 %).
 /// target_disagreement: ends learning where the classifier is wrong on at most this share of what
 /// was held out; with both, both have to hold.
-/// progress: True for a bar (tqdm's, where it is installed), or a function that is called with a
-/// `Progress` about twenty times a second, on the calling thread; where it returns False, learning
-/// ends early and what was learned is kept.
+/// progress: True for a bar (tqdm's, if it is installed), False for none, None for one if stderr is
+/// a terminal, or a function that is called with a `Progress` about twenty times a second, on the
+/// calling thread; where it returns False, learning ends early and what was learned is kept.
 /// checkpoint: a file that keeps the run while it lasts, written anew now and then and where it is
 /// ended early, removed at its own end.
 /// checkpoint_every: least time between two of them [s]; 0: after every unit of work.
@@ -93,7 +93,7 @@ pub fn learn(
         Some(keep) if resume => wanted.go_on(copy, &keep.path),
         _ => Learner::new(copy, &wanted.options()).map_err(exception),
     })??;
-    let listener = Listener::new(progress.as_ref())?;
+    let listener = Listener::new(py, progress.as_ref())?;
     let hear = |py: Python<'_>, state| {
         keep.as_ref().map_or(Ok(()), |keep| keep.warn(py)).and_then(|()| listener.hear(py, state))
     };
@@ -153,7 +153,7 @@ pub fn adapt(
         ..LearnOptions::default()
     };
     let copy = (**scene.inner()).clone();
-    let (pool, listener) = (long_call::pool(options.threads)?, Listener::new(progress)?);
+    let (pool, listener) = (long_call::pool(options.threads)?, Listener::new(py, progress)?);
     let adapted = long_call::run(
         py,
         |py, state| listener.hear(py, state),

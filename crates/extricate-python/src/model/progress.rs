@@ -51,16 +51,23 @@ pub struct Listener {
 }
 
 impl Listener {
-    /// From the argument `progress`: None, a bool or a callable.
+    /// From the argument `progress`: None (a bar if stderr is a terminal), a bool or a callable.
     ///
     /// # Errors
     /// `TypeError` for anything else.
-    pub fn new(progress: Option<&Bound<'_, PyAny>>) -> PyResult<Self> {
-        let Some(progress) = progress else { return Ok(Self::default()) };
+    pub fn new(py: Python<'_>, progress: Option<&Bound<'_, PyAny>>) -> PyResult<Self> {
+        let bar = |wanted: bool| {
+            let bar = || py.import("extricate._progress")?.getattr("Bar")?.call0();
+            let function = wanted.then(bar).transpose()?.map(Bound::unbind);
+            Ok(Self { is_bar: function.is_some(), function, enough: AtomicBool::new(false) })
+        };
+        let Some(progress) = progress else {
+            // A program without a stderr, or with another one, has no terminal.
+            let is_terminal = || py.import("sys")?.getattr("stderr")?.call_method0("isatty")?.extract::<bool>();
+            return bar(is_terminal().unwrap_or(false));
+        };
         if let Ok(wanted) = progress.cast::<PyBool>() {
-            let bar = || progress.py().import("extricate._progress")?.getattr("Bar")?.call0();
-            let function = wanted.is_true().then(bar).transpose()?.map(Bound::unbind);
-            return Ok(Self { is_bar: function.is_some(), function, enough: AtomicBool::new(false) });
+            return bar(wanted.is_true());
         }
         if progress.is_callable() {
             return Ok(Self { function: Some(progress.clone().unbind()), ..Self::default() });

@@ -1,4 +1,4 @@
-//! `extricate demo`: a built-in scene asked at once, then learned, asked again and drawn, with
+//! `extricate demo`: a built-in scene asked at once and drawn, then learned and asked again, with
 //! nothing to prepare.
 
 pub mod table;
@@ -11,7 +11,7 @@ use anyhow::{Context, bail};
 use clap::Args;
 use clap::builder::PossibleValuesParser;
 use extricate::internals::io::{self, OutputLock};
-use extricate::{Answer, Config, LearnOptions, Learner, Model, QueryOptions, QueryScratch, World, builtin};
+use extricate::{Answer, Config, Effort, LearnOptions, Learner, QueryOptions, QueryScratch, Scene, World, builtin};
 use extricate_view::{Live, is_page};
 
 use super::learn::run::{Learned, run_with_progress};
@@ -58,14 +58,12 @@ pub struct DemoArgs {
     #[arg(long, value_name = "S", default_value_t = 0, value_parser = seed, allow_negative_numbers = true)]
     seed: u64,
     /// Most seconds of learning
-    #[arg(long, value_name = "T", default_value_t = 20.0, value_parser = seconds, allow_negative_numbers = true)]
+    #[arg(long, value_name = "T", default_value_t = 8.0, value_parser = seconds, allow_negative_numbers = true)]
     seconds: f64,
 }
 
 /// A query, its answer and how long it took \[s\].
 pub struct Answered {
-    /// The configuration in collision.
-    pub query: Vec<f64>,
     /// Its exit.
     pub answer: Answer,
     /// Time of the library call \[s\].
@@ -93,10 +91,12 @@ pub fn run(args: &DemoArgs, json: bool) -> anyhow::Result<()> {
         world.view().query_with(q, &QueryOptions::default(), scratch).context("nothing free was found")
     })?;
     let figures_at_once = figures(&at_once);
+    draw_and_write(&world, (&args.scene, &queries), most_instructive(world.scene(), &at_once), [&args.out, &page])?;
+    let (picture, page) = (args.out.display().to_string(), page.display().to_string());
     let mut out = Output::new(false);
     if !json {
         // Whoever waits for the model has answers meanwhile.
-        out.line(at_once_text(&figures_at_once, world.scene()))?;
+        out.line(at_once_text(&figures_at_once, world.scene(), [&picture, &page]))?;
         out.flush()?;
     }
     let options = LearnOptions { seconds: Some(args.seconds), seed: args.seed, ..LearnOptions::default() };
@@ -104,10 +104,6 @@ pub fn run(args: &DemoArgs, json: bool) -> anyhow::Result<()> {
     let answers = answer_all("querying", &queries, |q, scratch| {
         model.view().query_with(q, &QueryOptions::default(), scratch).context("nothing free was found")
     })?;
-    let shown = most_instructive(&model, &answers);
-    picture::write(model.scene(), &answers[shown].query, &answers[shown].answer, &args.out)?;
-    write_page(&model, &args.scene, &queries, shown, &page)?;
-
     let is_as_near = |(a, b): &(&Answered, &Answered)| a.answer.depth <= 1.05 * b.answer.depth;
     let as_near = at_once.iter().zip(&answers).filter(is_as_near).count();
     let report = DemoReport {
@@ -117,8 +113,8 @@ pub fn run(args: &DemoArgs, json: bool) -> anyhow::Result<()> {
         learned: model.statistics(),
         learning_seconds,
         queries: figures(&answers),
-        picture: args.out.display().to_string(),
-        page: page.display().to_string(),
+        picture,
+        page,
     };
     if json {
         out.json(&report)?
@@ -128,23 +124,33 @@ pub fn run(args: &DemoArgs, json: bool) -> anyhow::Result<()> {
     out.finish()
 }
 
-/// The page of the query at `shown` and of those after it, with several exits each; live where the
-/// library is built in.
-fn write_page(model: &Model, name: &str, queries: &[Config], shown: usize, path: &Path) -> anyhow::Result<()> {
-    let options = QueryOptions { exits: PAGE_EXITS, ..QueryOptions::default() };
+/// The picture of the query at `shown`, and the page of it and of those after it, with several exits
+/// each; live if the library is built in. Both show the nearest exits that the most thorough effort
+/// finds.
+fn draw_and_write(
+    world: &World,
+    (name, queries): (&str, &[Config]),
+    shown: usize,
+    [picture, page]: [&Path; 2],
+) -> anyhow::Result<()> {
+    let options = QueryOptions { effort: Effort::Exhaustive, exits: PAGE_EXITS, ..QueryOptions::default() };
     let mut scratch = QueryScratch::default();
-    let chosen = (0..PAGE_QUERIES.min(queries.len())).map(|at| &queries[(shown + at) % queries.len()]);
-    let answers = chosen.map(|q| {
+    let chosen: Vec<&Config> =
+        (0..PAGE_QUERIES.min(queries.len())).map(|at| &queries[(shown + at) % queries.len()]).collect();
+    let mut answers = Vec::new();
+    for q in &chosen {
         let started = Instant::now();
-        let answer = model.view().query_with(q, &options, &mut scratch);
-        Shown::Answer(q.clone(), (answer, started.elapsed().as_secs_f64()))
-    });
-    let answers = answers.collect();
-    let live = Live::built_in().map(|program| Live::of_model(program, model));
-    let command = format!("extricate query --exits {PAGE_EXITS} --json");
+        answers.push((world.view().query_with(q, &options, &mut scratch), started.elapsed().as_secs_f64()));
+    }
+    if let (Some(q), Some((Some(answer), _))) = (chosen.first(), answers.first()) {
+        picture::write(world.scene(), q, answer, picture)?;
+    }
+    let answers = chosen.into_iter().zip(answers).map(|(q, answer)| Shown::Answer(q.clone(), answer)).collect();
+    let live = Live::built_in().map(|program| Live::of_scene(program, world.scene())).transpose()?;
+    let command = format!("extricate query --effort exhaustive --exits {PAGE_EXITS} --json");
     let about = About { title: name, source: &command, is_stream: false, live: live.as_ref() };
-    let html = pages::html(model.checker(), answers, &about)?;
-    Ok(io::write_atomically(path, html.as_bytes())?)
+    let html = pages::html(world.checker(), answers, &about)?;
+    Ok(io::write_atomically(page, html.as_bytes())?)
 }
 
 fn figures(answers: &[Answered]) -> Figures {
@@ -176,7 +182,7 @@ fn answer_all(
     for (index, q) in queries.iter().enumerate() {
         let started = Instant::now();
         let answer = ask(q, &mut scratch)?;
-        answers.push(Answered { query: q.to_vec(), answer, seconds: started.elapsed().as_secs_f64() });
+        answers.push(Answered { answer, seconds: started.elapsed().as_secs_f64() });
         progress.update(Some(index as f64 / queries.len() as f64), || format!("{} answers", count(index)));
     }
     Ok(answers)
@@ -184,8 +190,7 @@ fn answer_all(
 
 /// The answer to draw: verified, in collision with an obstacle if any is, and of a displacement
 /// that can be seen without being the worst (the 80th percentile).
-fn most_instructive(model: &Model, answers: &[Answered]) -> usize {
-    let scene = model.scene();
+fn most_instructive(scene: &Scene, answers: &[Answered]) -> usize {
     let hits_obstacle = |a: &Answered| {
         a.answer.colliding.iter().any(|&pair| {
             let pair = scene.pairs[pair.index()];

@@ -61,6 +61,9 @@ pub struct LearnArgs {
     /// as 0.03; with both, where both hold
     #[arg(long, value_name = "SHARE", value_parser = share, allow_negative_numbers = true, help_heading = "Budget")]
     target_disagreement: Option<f64>,
+    /// Print all statistics, as `info` of the model does
+    #[arg(long)]
+    verbose: bool,
     #[command(flatten)]
     keep: KeepArgs,
     #[command(flatten)]
@@ -96,7 +99,10 @@ pub fn run(args: &LearnArgs, json: bool) -> anyhow::Result<()> {
         let memory = peak_memory();
         out.json(&Report { model, checkpoint: kept, interrupted, seconds, memory, statistics })?;
     } else {
-        out.line(report::two_columns(&statistics_rows(statistics, unit)))?;
+        out.line(verdict(statistics))?;
+        if args.verbose {
+            out.line(report::two_columns(&statistics_rows(statistics, unit)))?;
+        }
         out.line(format_args!("learned in {}{}", duration(seconds), memory_in_words()))?;
         out.line(format_args!("wrote {}", args.output.display()))?;
         if interrupted {
@@ -130,6 +136,28 @@ fn resumed(args: &LearnArgs, keep: &Keep) -> anyhow::Result<Learner> {
     let scene = load_scene(&args.scene, &args.load)?;
     tell_warnings(&scene);
     Ok(io::load_checkpoint(&keep.path, scene, args.threads)?)
+}
+
+/// How good a model is if this share of its answers is within 5 % of those of a longer search.
+pub fn word_for(within_5pct: f64) -> &'static str {
+    match within_5pct {
+        share if share >= 0.98 => "Good",
+        share if share >= 0.9 => "Fair",
+        _ => "Learn longer",
+    }
+}
+
+/// The first line after learning.
+fn verdict(statistics: &Statistics) -> String {
+    let labels = count(statistics.labels);
+    let Some(excess) = statistics.excess else {
+        return format!("Not measured: nothing that collides was held out; {labels} checks were spent");
+    };
+    format!(
+        "{}: {} of held-out collisions are answered within 5 % of a longer search; {labels} checks were spent",
+        word_for(excess.within_5pct),
+        percent(excess.within_5pct),
+    )
 }
 
 /// What a model's statistics say, for people.
@@ -283,6 +311,7 @@ mod tests {
             memory: None,
             target_excess: None,
             target_disagreement: None,
+            verbose: false,
             keep: KeepArgs::default(),
             load: LoadArgs::default(),
         }

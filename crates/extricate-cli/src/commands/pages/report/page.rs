@@ -7,7 +7,7 @@ use extricate_view::{document, escaped};
 
 use super::measure::{Measured, Quality};
 use super::plots::{curve, histogram};
-use crate::commands::learn::statistics_rows;
+use crate::commands::learn::{statistics_rows, word_for};
 use crate::report::{count, metric_unit, percent, quantile};
 
 /// Pairs that are listed.
@@ -52,11 +52,7 @@ pub fn html(model: &Model, name: &str, measured: &Measured) -> String {
 
 fn verdict(measured: &Measured) -> String {
     let Quality { checks, within_5pct, excess_p95 } = measured.refined;
-    let word = match within_5pct {
-        share if share >= 0.98 => "Good",
-        share if share >= 0.9 => "Fair",
-        _ => "Learn longer",
-    };
+    let word = word_for(within_5pct);
     let mut proved = measured.proved.clone();
     format!(
         "{word}: {} of {} random collisions are within 5 % of the best that a longer search found; 19 of 20 answers are \
