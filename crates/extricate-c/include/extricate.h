@@ -248,6 +248,8 @@ typedef struct ExtricateSummary {
     bool verified;
     // Whether no other distinct exit within 1 % of the depth was met.
     bool unique;
+    // Whether a limit of checks or seconds, or a stop, ended the search before it was done.
+    bool cut_short;
 } ExtricateSummary;
 
 // Where two bodies touch at a witness, in world coordinates.

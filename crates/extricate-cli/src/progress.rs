@@ -19,8 +19,10 @@ const PLAIN_INTERVAL: Duration = Duration::from_secs(5);
 const REDRAW_INTERVAL: Duration = Duration::from_millis(100);
 /// Speed is that of so many seconds at least.
 const WINDOW: f64 = 10.0;
-/// Progress that is too small to estimate from.
-const LEAST_SHARE: f64 = 1e-6;
+/// Progress that is too small to estimate from: where a job rests for a while, it says nothing.
+const LEAST_SHARE: f64 = 1e-3;
+/// What is shown of a job that is not done yet, at most.
+const MOST_SHOWN: f64 = 0.99;
 /// Steps of the bar; progress is a fraction.
 const STEPS: u64 = 1000;
 
@@ -65,19 +67,22 @@ impl Progress {
             return;
         }
         let left = fraction.and_then(|f| self.estimate.left(self.started.elapsed().as_secs_f64(), f));
+        // What remains when all of it is spent, as measuring a model, takes an unknown time.
+        let left = left.filter(|_| fraction.is_some_and(|f| f < MOST_SHOWN));
+        let fraction = fraction.map(|f| f.clamp(0.0, MOST_SHOWN));
         let left = left.map_or(String::new(), |seconds| format!(", about {} left", whole_duration(seconds)));
         match &mut self.place {
             Place::Nowhere => {}
             Place::Lines => {
                 self.next = now + PLAIN_INTERVAL;
-                let share = fraction.map_or(String::new(), |f| format!("{:.0} %, ", 100.0 * f.clamp(0.0, 1.0)));
+                let share = fraction.map_or(String::new(), |f| format!("{:.0} %, ", 100.0 * f));
                 notice::note(format_args!("{}: {share}{}{left}", self.title, message()));
             }
             Place::Terminal(bar) => {
                 self.next = now + REDRAW_INTERVAL;
                 let bar = bar.get_or_insert_with(|| new_bar(self.title, self.started.elapsed(), fraction.is_some()));
                 match fraction {
-                    Some(f) => bar.set_position((f.clamp(0.0, 1.0) * STEPS as f64) as u64),
+                    Some(f) => bar.set_position((f * STEPS as f64) as u64),
                     None => bar.tick(),
                 }
                 bar.set_message(message() + &left);
@@ -182,6 +187,9 @@ mod tests {
         let left = (1..=20).filter_map(|i| estimate.left(20.0 + f64::from(i), 0.7 + 0.005 * f64::from(i))).last();
         assert!((left.unwrap() - 40.0).abs() < 1e-6, "{left:?}");
         assert_eq!(estimate.left(50.0, 1.0), Some(0.0));
+        // At rest: hours would be said.
+        let left = (1..=20).map(|i| estimate.left(50.0 + f64::from(i), 1.0 + 1e-5 * f64::from(i))).last().unwrap();
+        assert_eq!(left, None);
     }
 
     #[test]

@@ -1,5 +1,6 @@
 """Learning, asking, keeping and sharing models."""
 
+import io
 import multiprocessing
 import os
 import pickle
@@ -155,6 +156,25 @@ def test_learning_tells_and_can_be_ended(planar: Scene) -> None:
 
     with pytest.raises(LookupError, match="mine"):
         extricate.learn(planar, labels=10**9, progress=fail)
+
+
+def test_a_bar_is_drawn_on_a_terminal_alone(planar: Scene, monkeypatch: pytest.MonkeyPatch) -> None:
+    class Screen(io.StringIO):
+        terminal = True
+
+        def isatty(self) -> bool:
+            return self.terminal
+
+    screen = Screen()
+    monkeypatch.setattr(sys, "stderr", screen)
+    extricate.learn(planar, labels=50_000)
+    assert "100" in screen.getvalue()
+    for terminal, progress in ((True, False), (False, None)):
+        screen = Screen()
+        screen.terminal = terminal
+        monkeypatch.setattr(sys, "stderr", screen)
+        extricate.learn(planar, labels=50_000, progress=progress)
+        assert screen.getvalue() == ""
 
 
 def test_a_bar_is_drawn_with_and_without_tqdm(planar: Scene, capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:

@@ -16,6 +16,7 @@ const ANSWER_KEYS: &[&str] = &[
     "touching",
     "coverage",
     "clearance",
+    "cut_short",
     "verified",
     "effort",
     "contacts",
@@ -164,7 +165,14 @@ fn exits_the_way_budgets_and_threads_are_asked_for() {
     for (full, cut) in one.iter().zip(ask("--max-checks 3")).take(30) {
         assert!(cut["checks"].as_u64().unwrap() <= 6 && cut["verified"] == true);
         assert!(cut["depth"].as_f64().unwrap() >= full["depth"].as_f64().unwrap());
+        assert_eq!((&full["cut_short"], &cut["cut_short"]), (&false.into(), &true.into()));
     }
+    let doubts = |options: &str| {
+        let text = workspace.run(&format!("query small.model --input q.jsonl {options}")).expect_code(1).stdout;
+        text.matches("a limit ended the search, and a nearer exit is not ruled out").count()
+    };
+    assert_eq!(doubts(""), 0);
+    assert!(doubts("--max-checks 3") > 0);
     assert!(
         ask("--starts 1").iter().zip(&one).take(30).all(|(few, all)| few["checks"].as_u64() < all["checks"].as_u64())
     );

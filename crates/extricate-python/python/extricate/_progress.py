@@ -22,7 +22,8 @@ class Bar:
         self._bar = tqdm.tqdm(total=100, unit="%")
 
     def __call__(self, state: Progress) -> None:
-        percent = int(100 * state.fraction)
+        # What remains when the budget is spent, as measuring, takes an unknown time.
+        percent = min(99, int(100 * state.fraction))
         if self._bar is not None:
             self._bar.set_description_str(state.stage, refresh=False)
             self._bar.update(percent - self._percent)

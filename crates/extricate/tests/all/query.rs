@@ -144,6 +144,8 @@ fn several_exits_keep_to_a_budget() {
         let termination = Termination::after_checks(40);
         let answer = ask(&model, &q, &QueryOptions { exits: 6, termination, segment: true, ..QueryOptions::default() });
         assert!(answer.checks <= 40 + 3 + answer.exits.len() + 1, "{} of 40, {}", answer.checks, answer.exits.len());
+        assert!(answer.cut_short || answer.checks < 40);
+        assert_eq!(answer.is_doubtful(), answer.cut_short && answer.gap > 0.5);
         told += answer.exits.len();
     }
     assert!(told > 300, "{told}");

@@ -124,9 +124,9 @@ pub fn run(args: &DemoArgs, json: bool) -> anyhow::Result<()> {
     out.finish()
 }
 
-/// The picture of the query at `shown`, and the page of it and of those after it, with several exits
-/// each; live if the library is built in. Both show the nearest exits that the most thorough effort
-/// finds.
+/// The picture of the query at `shown`, and the page of it and of those after it, with several
+/// exits each; live if the library is built in. Both show the nearest exits that the most thorough
+/// effort finds.
 fn draw_and_write(
     world: &World,
     (name, queries): (&str, &[Config]),

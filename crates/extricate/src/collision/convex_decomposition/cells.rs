@@ -64,9 +64,9 @@ pub struct Concavity {
 }
 
 /// Cells of the box around triangles of a mesh of `radius`, cut until the hull of what lies in each
-/// stands out by no more than `tolerance` \[m\], or there are `most`. `across`: whether cuts across
-/// a notch are tried too. Without them bars between whose ends the nearest face is not the inner one
-/// are cut in vain; proposals of contacts do with that.
+/// stands out by no more than `tolerance` \[m\], or there are `most`. `across`: whether cuts
+/// across a notch are tried too. Without them bars between whose ends the nearest face is not the
+/// inner one are cut in vain; proposals of contacts do with that.
 pub fn cells(
     mesh: &MeshShape,
     triangles: Vec<[Vec3; 3]>,

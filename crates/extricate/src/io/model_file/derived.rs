@@ -4,11 +4,10 @@
 //!
 //! `index.lists`, `index.centres`, `index.margins`, `index.basis` (see [`IndexArrays`]), the same
 //! of `exits`; `planes.counts`, `planes.pairs`, `planes.columns`, `planes.numbers` (see
-//! [`ContactPlaneArrays`]); `pieces.counts`, `pieces.coarse`, `pieces.fine`, `pieces.sizes`, `pieces.points`
-//! (see [`PieceArrays`]);
-//! `trees.counts`, `trees.elements`, `trees.order` (see [`TreeArrays`]). No proof and no
-//! verification rests on any of it (wrong pieces could lower a bound, never raise one), and none of
-//! it is taken that does not fit the rest.
+//! [`ContactPlaneArrays`]); `pieces.counts`, `pieces.coarse`, `pieces.fine`, `pieces.sizes`,
+//! `pieces.points` (see [`PieceArrays`]); `trees.counts`, `trees.elements`, `trees.order` (see
+//! [`TreeArrays`]). No proof and no verification rests on any of it (wrong pieces could lower a
+//! bound, never raise one), and none of it is taken that does not fit the rest.
 
 use std::sync::Arc;
 
