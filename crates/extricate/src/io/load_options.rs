@@ -36,7 +36,10 @@ pub fn find_package(package: &str, near: &Path, given: &[PathBuf]) -> Option<Pat
         package_name(&decoded(&bytes))
     };
     let folder = near.parent().unwrap_or(Path::new(""));
-    package_search(given).roots(package, folder, &[], name_of).into_iter().find(|root| root.is_dir())
+    let roots = package_search(given).roots(package, folder, &[], name_of);
+    // A folder that is merely called like the package, as a repository often is, may hold it.
+    let is_package = |root: &&PathBuf| root.join("package.xml").is_file();
+    roots.iter().find(is_package).or_else(|| roots.iter().find(|root| root.is_dir())).cloned()
 }
 
 /// Where packages are looked up in this process: in the folders `given`, those that URDFs lie in,
@@ -51,5 +54,28 @@ pub fn package_search(given: &[PathBuf]) -> PackageSearch {
         working_folder: env::current_dir().unwrap_or_default(),
         ament_prefixes: folders("AMENT_PREFIX_PATH"),
         ros_folders: folders("ROS_PACKAGE_PATH"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_repository_called_like_its_package_is_not_the_package() {
+        let folder = tempfile::tempdir().unwrap();
+        let repository = folder.path().join("arm");
+        let near = repository.join("arm_moveit");
+        for inside in ["arm", "arm_moveit"] {
+            std::fs::create_dir_all(repository.join(inside)).unwrap();
+            let text = format!("<package><name>{inside}</name></package>");
+            std::fs::write(repository.join(inside).join("package.xml"), text).unwrap();
+        }
+        let found = find_package("arm", &near.join("arm.xacro"), &[]).unwrap();
+        assert_eq!(found.canonicalize().unwrap(), repository.join("arm").canonicalize().unwrap());
+        // Without a package.xml, a folder of that name has to do.
+        std::fs::remove_file(repository.join("arm").join("package.xml")).unwrap();
+        let found = find_package("arm", &near.join("arm.xacro"), &[]).unwrap();
+        assert!(found.ends_with("arm"), "{found:?}");
     }
 }

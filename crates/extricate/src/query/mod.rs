@@ -203,7 +203,7 @@ fn find_once(
     if let Some(toward) = &options.toward {
         known.choose_toward(context, toward);
     }
-    answer.cut_short = evaluator.is_spent();
+    answer.cut_short = evaluator.is_cut();
     answer.depth = known.incumbent.depth;
     answer.verified = known.incumbent.verified;
     answer.witness.copy_from_slice(&known.incumbent.config);

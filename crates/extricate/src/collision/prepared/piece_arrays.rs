@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 
 use super::bodies::PreparedPart;
-use crate::collision::convex_decomposition::{Pieces, SIZES, THICKNESS, solid};
+use crate::collision::convex_decomposition::{MOST_PIECES, Pieces, SIZES, THICKNESS, solid};
 use crate::collision::shapes::convex::ConvexCore;
 use crate::collision::shapes::mesh::MeshShape;
 use crate::collision::shapes::{Shape, ShapeKind};
@@ -60,6 +60,9 @@ pub fn kept_pieces(parts: &[PreparedPart]) -> PieceArrays {
 
 /// The points of `count` pieces, from the front of what is left.
 fn next_pieces(sizes: &mut &[u32], points: &mut &[f64], count: u32) -> Option<Vec<Vec<Vec3>>> {
+    if count as usize > MOST_PIECES {
+        return None;
+    }
     let mut pieces = Vec::new();
     for _ in 0..count {
         let (size, others) = sizes.split_first()?;
@@ -79,7 +82,8 @@ pub fn take_pieces(parts: &[PreparedPart], kept: &PieceArrays) -> bool {
 fn taken(parts: &[PreparedPart], kept: &PieceArrays) -> Option<()> {
     let (mut sizes, mut points) = (&kept.sizes[..], &kept.points[..]);
     let (fine, rest) = kept.fine.as_chunks::<4>();
-    if [kept.counts.len(), kept.coarse.len()] != [parts.len(); 2] || !rest.is_empty() {
+    let are_in_order = fine.is_sorted_by(|a, b| a[..2] < b[..2]);
+    if [kept.counts.len(), kept.coarse.len()] != [parts.len(); 2] || !rest.is_empty() || !are_in_order {
         return None;
     }
     let (mut of_parts, mut of_fine) = (Vec::new(), Vec::new());
@@ -127,7 +131,7 @@ fn are_of(shape: &Shape, mesh: &MeshShape, pieces: &[Vec<Vec3>]) -> bool {
         (low - beyond, high + beyond)
     };
     let boxes: Vec<(Vec3, Vec3)> = pieces.iter().map(around).collect();
-    mesh.vertices.iter().all(|vertex| boxes.iter().any(|(low, high)| is_between(vertex, low, high)))
+    mesh.vertices.par_iter().all(|vertex| boxes.iter().any(|(low, high)| is_between(vertex, low, high)))
 }
 
 #[cfg(test)]

@@ -1,5 +1,7 @@
 //! What a query asks of the exact checker, counted; and when it has asked enough.
 
+use std::cell::Cell;
+
 use super::termination::Deadline;
 use crate::collision::{CheckScratch, Contact, ContactQuery, ContactSearch};
 use crate::cspace::Label;
@@ -23,6 +25,8 @@ pub struct Evaluator {
     pub limit: Deadline,
     /// Of these, how many are kept aside to check exits that are known.
     pub reserved: usize,
+    /// Whether the budget has ended anything of this query.
+    is_cut: Cell<bool>,
     /// Of the configuration whose contacts were evaluated last.
     pub contacts: Vec<Contact>,
     /// That configuration, where `contacts` are all its exact ones nearer than a margin \[m\]; else
@@ -47,6 +51,7 @@ impl Evaluator {
         }
         self.check.forget_contacts();
         (self.checks, self.reserved) = (1, 0);
+        self.is_cut.set(false);
         self.exact_at.clear();
         self.free_at.clear();
     }
@@ -58,9 +63,16 @@ impl Evaluator {
         std::mem::replace(&mut self.limit, Deadline { stop, ..Deadline::default() })
     }
 
-    /// Whether the budget is spent.
+    /// Whether the budget is spent; whoever goes on asks, and ends if it is.
     pub fn is_spent(&self) -> bool {
-        self.limit.is_reached(self.checks + self.reserved)
+        let is_spent = self.limit.is_reached(self.checks + self.reserved);
+        self.is_cut.set(self.is_cut.get() || is_spent);
+        is_spent
+    }
+
+    /// Whether the budget was spent when something of this query would have gone on.
+    pub fn is_cut(&self) -> bool {
+        self.is_cut.get()
     }
 
     /// Whether the caller ended the query.

@@ -27,11 +27,18 @@ pub const HALVINGS: i32 = 6;
 pub trait Found {
     /// How far it is from the query, and the configuration.
     fn place(&self) -> (f64, &[f64]);
+
+    /// Notes that a limit ended the search for more of the clearance.
+    fn note_cut(&mut self) {}
 }
 
 impl Found for Answer {
     fn place(&self) -> (f64, &[f64]) {
         (self.depth, &self.witness)
+    }
+
+    fn note_cut(&mut self) {
+        self.cut_short = true;
     }
 }
 
@@ -155,12 +162,15 @@ impl<T: Found, A: FnMut(&Context, &QueryOptions, &mut QueryScratch) -> Option<T>
 
     /// What keeps as much of a wanted clearance as is found near an exit at the scene's clearance,
     /// or that exit. All of it is tried, unless what keeps it `was_found` to be too far.
-    fn pushed(&mut self, q: &[f64], own: T, wanted: (f64, bool)) -> T {
+    fn pushed(&mut self, q: &[f64], mut own: T, wanted: (f64, bool)) -> T {
         let (context, mut anchor) = (self.context, Anchor::default());
         context.metric.anchor(q, &mut anchor);
         self.scratch.evaluator.begin(Deadline::of(&self.left()));
         let pushed = push_nearby(context, &anchor, own.place().1, wanted, self.scratch);
         self.spent += self.scratch.evaluator.checks;
+        if self.scratch.evaluator.is_cut() {
+            own.note_cut();
+        }
         let Some((clearance, config)) = pushed else { return own };
         let most = farthest(context, clearance, own.place().0);
         self.at(clearance, Some(config)).filter(|found| found.place().0 <= most).unwrap_or(own)

@@ -230,11 +230,19 @@ impl<'a> Files<'a> {
         let search = std::mem::take(&mut self.search);
         let roots = search.roots(address.package, folder, packages, |folder| self.package_at(folder));
         self.search = search;
+        let mut denied = None;
         for root in roots {
             let path = root.join(address.rest);
-            if self.mesh_at(&path).map_err(|error| named(file, &in_mesh(uri), error))?.is_some() {
-                return Ok(path);
+            match self.mesh_at(&path) {
+                Ok(Some(_)) => return Ok(path),
+                Ok(None) => {}
+                // Nobody named the folders above the URDF: one that may not be read is no fault.
+                Err(error @ Error::Read { .. }) if is_denied(&error) => denied = denied.or(Some(error)),
+                Err(error) => return Err(named(file, &in_mesh(uri), error)),
             }
+        }
+        if let Some(error) = denied {
+            return Err(named(file, &in_mesh(uri), error));
         }
         let tried = self.search.in_words(folder, packages);
         let package = quoted(address.package);
@@ -287,6 +295,10 @@ impl<'a> Files<'a> {
         self.limits.check(LoadLimit::TextBytes, self.text_bytes, &self.file, element)?;
         Ok(decoded(&bytes))
     }
+}
+
+fn is_denied(error: &Error) -> bool {
+    matches!(error, Error::Read { source, .. } if source.kind() == ErrorKind::PermissionDenied)
 }
 
 fn in_mesh(uri: &str) -> String {
