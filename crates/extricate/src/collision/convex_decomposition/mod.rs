@@ -40,7 +40,8 @@ const PATCHES: f64 = 96.0;
 const MOST_PATCHES: usize = 1024;
 /// A mesh of more components is parted as one.
 const MOST_COMPONENTS: usize = 4096;
-/// Most pieces of a mesh: if there were more, it keeps its cells. Contacts remember pairs of pieces.
+/// Most pieces of a mesh: if there were more, it keeps its cells. Contacts remember pairs of
+/// pieces.
 pub const MOST_PIECES: usize = 4096;
 /// Most cells. On 13 robots of raw meshes among obstacles drawn at random, 48 took up to a third
 /// more time for the same answers; with 24 the room of six walls in the tests is not followed, with
