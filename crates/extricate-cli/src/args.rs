@@ -186,7 +186,7 @@ impl LoadArgs {
         self.load_limits.iter().fold(LoadLimits::default(), |limits, (limit, most)| limits.with(*limit, *most))
     }
 
-    /// All of it.
+    /// The limits and the package folders, as the library takes them.
     pub fn options(&self) -> LoadOptions {
         LoadOptions { limits: self.limits(), packages: self.packages.clone() }
     }

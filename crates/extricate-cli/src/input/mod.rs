@@ -119,7 +119,7 @@ impl Configs {
     /// As [`Configs::next`], for pairs of configurations.
     ///
     /// # Errors
-    /// Where reading fails.
+    /// If the input cannot be read any further.
     pub fn next_segment(&mut self, scene: &Scene) -> anyhow::Result<Option<SegmentEntry>> {
         let expected = format!("two configurations of {} numbers", scene.space.nq());
         self.next_parsed(&expected, |text, reading| parse_segment(text, scene, reading).map(Some))
@@ -129,7 +129,7 @@ impl Configs {
     /// name one.
     ///
     /// # Errors
-    /// Where reading fails.
+    /// If the input cannot be read any further.
     pub fn next_grasp(&mut self, scene: &Scene, names_object: bool) -> anyhow::Result<Option<GraspEntry>> {
         let expected = format!("{} numbers", scene.space.nq());
         self.next_parsed(&expected, |text, reading| {
@@ -142,7 +142,7 @@ impl Configs {
     /// As [`Configs::next`], for paths: the first waypoint and those behind it.
     ///
     /// # Errors
-    /// Where reading fails.
+    /// If the input cannot be read any further.
     pub fn next_path(&mut self, scene: &Scene) -> anyhow::Result<Option<PathEntry>> {
         let expected = format!("configurations of {} numbers", scene.space.nq());
         self.next_parsed(&expected, |text, reading| path::parse_path(text, scene, reading).map(Some))
@@ -152,7 +152,7 @@ impl Configs {
     /// whole path as [`Configs::next_path`] takes it.
     ///
     /// # Errors
-    /// Where reading fails.
+    /// If the input cannot be read any further.
     pub fn next_waypoints(&mut self, scene: &Scene) -> anyhow::Result<Option<WaypointsEntry>> {
         let expected = format!("configurations of {} numbers", scene.space.nq());
         self.next_parsed(&expected, |text, reading| path::parse_waypoints(text, scene, reading))

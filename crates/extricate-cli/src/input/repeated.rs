@@ -13,17 +13,17 @@ const MOST_LINES: usize = 5;
 /// The messages so far.
 #[derive(Default)]
 pub struct Repeated {
-    /// By what they have in common; in `kinds`.
+    /// The place in `kinds` of each kind of message, by the words that its messages share.
     index: HashMap<String, usize>,
     kinds: Vec<Kind>,
-    /// Of other kinds than these.
+    /// How many messages were of kinds beyond those that are kept.
     others: usize,
 }
 
 struct Kind {
-    /// The line that was told.
+    /// The line whose message was printed.
     first: usize,
-    /// Some of those that were not.
+    /// Some later lines with the same message, which were not printed.
     lines: Vec<usize>,
     more: usize,
 }

@@ -33,7 +33,7 @@ def expanded(path: Any, args: Mapping[str, Any], packages: Sequence[Any]) -> Tup
             document = xacrodoc.XacroDoc.from_file(os.fspath(path), subargs=texts, resolve_packages=False)
             return document.to_urdf_string(use_protocols=True, pretty=False), folders + packages_around(path)
         except Exception as error:
-            # What it raises depends on what is wrong: errors of XML, of Python in ${..}, of packages that are missing.
+            # xacro raises errors of XML, of Python in ${..}, and of missing packages.
             cause = getattr(error, "exc", None) or error
             missing = str(cause.args[0]) if isinstance(cause, finder.PackageNotFoundError) and cause.args else ""
             place = _find_package(missing, os.path.abspath(os.fspath(path)), folders) if missing not in found else None

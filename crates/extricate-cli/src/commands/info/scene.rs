@@ -91,7 +91,7 @@ struct AlwaysColliding<'a> {
 #[derive(Serialize)]
 struct NearlyAlways<'a> {
     pair: [&'a str; 2],
-    /// Of the configurations.
+    /// The share of the sampled configurations at which it collides.
     share: f64,
 }
 

@@ -27,16 +27,16 @@ pub const SIZES: usize = 8;
 /// A hollow that is this many times as deep as a body is large has to stay open for it: the body
 /// could enter.
 const ENTERED: f64 = 1.5;
-/// How far the hull of a component, or its cells, may stand out, as a share of the body's size,
+/// The hull of a component, and its cells, may stand out by this share of the body's size.
 const SOLID_TOLERANCE: f64 = 0.5;
-/// and how far patches are meant to.
+/// Patches are parted until they stand out by less than this share of the body's size.
 const PATCH_TOLERANCE: f64 = 0.03;
-/// Patches that stand out farther are no better than cells.
+/// If patches still stand out by more than this share, the component keeps its cells.
 const MOST_TOLERANCE: f64 = 0.1;
-/// Most patches of a component whose hollow is as deep as the body is large; more of a deeper one,
-/// as its surface is: of more, contacts take longer to gather than the nearer exits are worth.
+/// A component whose hollow is as deep as the body is large may have this many patches, a deeper
+/// one more, by the square. With more, contacts cost more time than nearer exits are worth.
 const PATCHES: f64 = 96.0;
-/// Most patches of any component.
+/// No component has more patches than this.
 const MOST_PATCHES: usize = 1024;
 /// A mesh of more components is parted as one.
 const MOST_COMPONENTS: usize = 4096;
