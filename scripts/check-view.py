@@ -55,7 +55,9 @@ def check_arm(page: chromium.Browser, extricate: Program, pictures: Path) -> Non
     expect(path.stat().st_size <= MOST_BYTES, f"the page has {path.stat().st_size} bytes, at most {MOST_BYTES}")
     before = page.processor_seconds()
     page.open(path.as_uri())
-    seconds, busy = page.run("extricate.ready") / 1000, page.processor_seconds() - before
+    # The second frame after a draw was asked for begins once the first is drawn.
+    drawn = "new Promise(done => requestAnimationFrame(() => requestAnimationFrame(() => done(performance.now()))))"
+    seconds, busy = page.run(drawn) / 1000, page.processor_seconds() - before
     expect(busy < MOST_SECONDS, f"the first picture took {busy:.2f} s of processor time")
     check_pictures(page, pictures, "arm")
     compared = check_numbers(page, extricate.rows(f"query {scene} {options} --json"))

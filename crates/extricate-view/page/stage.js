@@ -222,12 +222,16 @@ class Stage {
 
     resize() {
         const [width, height] = [this.host.clientWidth, this.host.clientHeight];
-        if (!width || !height) return;
+        if (!width || !height || (width === this.width && height === this.height)) return;
+        const isFirst = !this.width;
+        Object.assign(this, { width, height });
         this.renderer.setSize(width, height, false);
         Object.assign(this.renderer.domElement.style, { width: "100%", height: "100%" });
         this.camera.aspect = width / height;
         this.camera.updateProjectionMatrix();
-        this.draw();
+        // Another size clears the picture, so it is drawn at once. Nothing is shown before the first.
+        if (isFirst) this.render();
+        else this.draw();
     }
 
     // Once a frame at most, and only where something changed.
