@@ -8,7 +8,6 @@
 //! extricate-bench stream MODEL QUERIES STEPS FRAMES ROUNDS      frames between successive queries, by a stream and one by one
 //! extricate-bench moved SCENE N                          a world in which N obstacles moved, beside one made anew
 //! extricate-bench bounds SCENE|chains:FROM-TO N SEED     lower bounds of N queries against all that is found below them
-//! extricate-bench uniform SCENE LABELS SEED MODEL        a model from uniform samples alone
 //! extricate-bench scenery points|voxels N meshes|hulls   a cloud of N points around the built-in arm as one body, timed, as a JSON line
 //! extricate-bench draw FOLDER SEED [--robots DIR]        scenes drawn at random, and what they are as JSON lines
 //! ```
@@ -62,16 +61,13 @@ fn main() -> anyhow::Result<ExitCode> {
             let holds = bounds::measure(source, count.parse()?, seed.parse()?, std::io::stdout().lock())?;
             Ok(if holds { ExitCode::SUCCESS } else { ExitCode::from(1) })
         }
-        ["uniform", scene, labels, seed, model] => {
-            crate::queries::uniform::learn(scene, labels, seed, model).map(|()| ExitCode::SUCCESS)
-        }
         ["draw", folder, seed] => draw(folder, seed, None),
         ["draw", folder, seed, "--robots", robots] => draw(folder, seed, Some(Path::new(robots))),
         _ => {
             eprintln!(
                 "expected `serve`, `exact [--poses N]`, `query SCENE|MODEL QUERIES EFFORT|STARTS|N-checks [--scene OTHER]`, \
                  `batch MODEL QUERIES EFFORT|STARTS|N-checks`, `stream MODEL QUERIES STEPS FRAMES ROUNDS`, \
-                 `moved SCENE N`, `scenery points|voxels N meshes|hulls`, `bounds SCENE|chains:FROM-TO N SEED`, `uniform SCENE LABELS SEED MODEL` or `draw FOLDER SEED [--robots DIR]`"
+                 `moved SCENE N`, `scenery points|voxels N meshes|hulls`, `bounds SCENE|chains:FROM-TO N SEED` or `draw FOLDER SEED [--robots DIR]`"
             );
             Ok(ExitCode::from(2))
         }

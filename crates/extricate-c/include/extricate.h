@@ -57,6 +57,9 @@
 // Effort: as refined, and then branch and bound until the gap is proved or the budget ends.
 #define EXTRICATE_PROVED 3
 
+// As refined, with fewer starts: about half the checks.
+#define EXTRICATE_QUICK 4
+
 // Metric of the joints [rad], weighted.
 #define EXTRICATE_METRIC_JOINT 0
 
@@ -224,8 +227,6 @@ typedef struct ExtricateSummary {
     double gap;
     // Largest displacement of any point of the robot, from the query to the witness [m].
     double max_displacement;
-    // How usual the distance to the nearest sample is, in (0, 1]; nan without a model.
-    double coverage;
     // Estimated share of starts that would lead to an exit which was not met; nan where unknown.
     double unseen;
     // What the witness keeps [m].
@@ -395,7 +396,7 @@ ExtricateStatus extricate_scene_from_text(const char *text,
 // Makes one of the scenes that come with the library, such as "shelf-arm" or "planar-arm".
 ExtricateStatus extricate_scene_builtin(const char *name, struct ExtricateScene **scene);
 
-// Learns a model of the scene, which takes fewer checks a query: seconds for most cells.
+// Learns a model of the scene, which adds stored samples as starts: seconds for most cells.
 //
 // `labels` are the exact checks to spend, 0 for the usual number; `seconds` is the most time, more
 // than 0, infinity for no limit; `threads` is 0 for one a core. The model depends on scene, labels
@@ -603,7 +604,7 @@ ExtricateStatus extricate_distance_batch(const struct ExtricateScene *scene,
 // Makes a stream of queries of the scene, which it keeps. One for each thread.
 //
 // The exit of the last frame is kept until another is nearer by more than the share `hysteresis`
-// of its depth, in [0, 1); 0 always takes the nearest. `starts_per_frame` stored starts are tried
+// of its depth, in [0, 1); 0 always takes the nearest. `starts_per_frame` other starts are tried
 // each frame; 4 are usual.
 ExtricateStatus extricate_stream_new(const struct ExtricateScene *scene,
                                      const struct ExtricateOptions *options,

@@ -623,7 +623,7 @@ inline Batch query_batch(const Scene& scene, Config rows, const Options& options
 /// Queries that follow each other closely. One for each thread.
 class Stream {
 public:
-    explicit Stream(Scene scene, const Options& options = Options(), double hysteresis = 0, std::size_t starts_per_frame = 4)
+    explicit Stream(Scene scene, const Options& options = Options(), double hysteresis = 0, std::size_t starts_per_frame = 2)
         : scene_(std::move(scene)), stop_(detail::kept(options)) {
         const detail::RawOptions raw(options, stop_.get());
         ExtricateStream* out = nullptr;

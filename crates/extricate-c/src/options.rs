@@ -6,7 +6,7 @@ use extricate::internals::query::options::{MAX_EXITS, MAX_STARTS};
 use extricate::{Effort, QueryOptions, Scene, Stop, Termination, Toward};
 
 use crate::abi::types::{
-    EXTRICATE_EXHAUSTIVE, EXTRICATE_NEAREST, EXTRICATE_PROVED, EXTRICATE_REFINED, ExtricateOptions,
+    EXTRICATE_EXHAUSTIVE, EXTRICATE_NEAREST, EXTRICATE_PROVED, EXTRICATE_QUICK, EXTRICATE_REFINED, ExtricateOptions,
 };
 use crate::raw::{self, Callback};
 use crate::status::{Fault, Result};
@@ -84,10 +84,11 @@ impl Wanted {
         };
         let effort = match given.effort {
             EXTRICATE_NEAREST => Effort::Nearest,
+            EXTRICATE_QUICK => Effort::Quick,
             EXTRICATE_REFINED => Effort::Refined,
             EXTRICATE_EXHAUSTIVE => Effort::Exhaustive,
             EXTRICATE_PROVED => Effort::Proved,
-            other => return fault("effort", &other, "EXTRICATE_NEAREST, _REFINED, _EXHAUSTIVE or _PROVED"),
+            other => return fault("effort", &other, "EXTRICATE_NEAREST, _QUICK, _REFINED, _EXHAUSTIVE or _PROVED"),
         };
         let gap = (!given.gap.is_nan()).then_some(given.gap);
         let proves = gap.is_some() || effort == Effort::Proved;

@@ -37,7 +37,7 @@ impl From<Error> for Fault {
             Error::Read { .. } | Error::Write { .. } | Error::Named { .. } => EXTRICATE_FILE,
             Error::Config { .. } => EXTRICATE_CONFIGURATION,
             Error::Option { .. } => EXTRICATE_ARGUMENT,
-            Error::Model { .. } | Error::Checkpoint { .. } => EXTRICATE_MODEL,
+            Error::Model { .. } => EXTRICATE_MODEL,
             Error::NothingFree { .. } => EXTRICATE_NOTHING_FREE,
             _ => EXTRICATE_INPUT,
         };

@@ -10,7 +10,7 @@ use extricate::internals::query::options::{MAX_EXITS, MAX_STARTS};
 use extricate::{LoadLimit, LoadLimits, LoadOptions};
 
 use crate::commands::{
-    adapt, check, demo, escape, grasp, import, info, learn, plan, query, repair, report, sample, shell, view,
+    check, demo, escape, grasp, import, info, learn, plan, query, repair, report, sample, shell, view,
 };
 use crate::input::Configs;
 
@@ -51,7 +51,7 @@ impl Cli {
 const GROUPS: [(&str, &[&str]); 4] = [
     ("Ask", &["query", "check", "escape", "plan", "repair", "grasp"]),
     ("See", &["info", "view", "report", "demo"]),
-    ("Learn", &["learn", "adapt"]),
+    ("Learn", &["learn"]),
     ("Files", &["sample", "import", "completions", "man"]),
 ];
 /// Columns of that list: what is not wrapped to the terminal.
@@ -116,8 +116,6 @@ pub enum Command {
     Sample(sample::SampleArgs),
     /// Learn a scene once, into a model file
     Learn(learn::LearnArgs),
-    /// Turn the model of a scene into one of a changed scene, learning only where it changed
-    Adapt(adapt::AdaptArgs),
     /// Find for each configuration the nearest free one
     Query(query::QueryArgs),
     /// Release a hand whose fingers are inside the object that it holds, and keep its contacts
@@ -244,14 +242,6 @@ pub fn length(text: &str) -> Result<f64, String> {
     }
 }
 
-/// A finite number of seconds, 0 included.
-pub fn seconds_or_zero(text: &str) -> Result<f64, String> {
-    match text.parse::<f64>() {
-        Ok(value) if (0.0..1e9).contains(&value) => Ok(value),
-        _ => Err("expected a number of seconds, 0 or more".into()),
-    }
-}
-
 /// A whole number, written with digits or, as `1e4` or `2.5e3`, with an exponent.
 fn whole_number(text: &str) -> Option<u64> {
     if let Ok(value) = text.parse() {
@@ -344,7 +334,7 @@ mod tests {
             "demo --export dir",
             "info scene.toml --pairs",
             "info scene.toml --load-limit triangles=50000000 --load-limit links=1",
-            "learn scene.toml -o m.model --labels 1e4 --memory 1e3",
+            "learn scene.toml -o m.model --labels 1e4",
             "query m.model --input q.jsonl --max-checks 2.5e3 --exits 1e1",
             "info scene.toml --load-limit triangles=5e7",
             "info robot.urdf --packages ws/src --packages vendor",
@@ -353,9 +343,6 @@ mod tests {
             "check m.model --q 0,0.3 --q -1,2",
             "sample scene.toml -n 5 --seed 1 --colliding",
             "learn scene.toml -o m.model --labels 1000 --seconds 5 --seed 2 --threads 2",
-            "learn scene.toml -o m.model --resume --checkpoint c --checkpoint-every 0 --memory 100",
-            "learn scene.toml -o m.model --target-excess 0.05 --target-disagreement 0.03",
-            "adapt m.model new.toml -o m2.model --labels 1000 --seconds 5 --seed 2 --threads 2",
             "query m.model --input q.jsonl --effort exhaustive --json",
             "query m.model --input q.jsonl --exits 3 --starts 4 --max-checks 0 --max-seconds 1e-4 --segment --threads 0",
             "query m.model --input q.jsonl --effort nearest --exits 1",
@@ -405,11 +392,6 @@ mod tests {
             "learn scene.toml -o m --labels -1",
             "learn scene.toml -o m --seconds -1",
             "learn scene.toml -o m --threads -1",
-            "learn scene.toml -o m --memory 0",
-            "learn scene.toml -o m --target-excess -0.1",
-            "learn scene.toml -o m --target-disagreement 1",
-            "learn scene.toml -o m --checkpoint-every -1",
-            "learn scene.toml -o m --checkpoint-every inf",
             "learn scene.toml -o m --threads 100000",
             "sample scene.toml -n -1",
             "sample scene.toml --seed 1.5",

@@ -1,5 +1,5 @@
-//! Model files, checkpoints and roadmaps taken apart, and put together again with a checksum that
-//! is right: as whoever wants to do harm would.
+//! Model files and roadmaps taken apart, and put together again with a checksum that is right: as
+//! whoever wants to do harm would.
 //!
 //! The integration tests of the library use this file too.
 
@@ -11,13 +11,9 @@ use serde_json::value::RawValue;
 
 /// Where a model says what it is.
 const MODEL: &str = "extricate";
-/// Where other files do, the order of their arrays under the checksum, and the entry of the header
-/// that holds the text.
-const OTHERS: [(&str, &[&str], &str); 3] = [
-    ("extricate-checkpoint", &["free", "colliding", "samples", "classified"], "run"),
-    ("extricate-checkpoint-adapt", &["samples", "exits", "doubtful", "free", "colliding", "fresh"], "run"),
-    ("extricate-roadmap", &["configs", "edges", "narrow"], "roadmap"),
-];
+/// Where a roadmap does, and the order of its arrays under the checksum.
+const ROADMAP: &str = "extricate-roadmap";
+const ROADMAP_ARRAYS: [&str; 3] = ["configs", "edges", "narrow"];
 
 /// A file taken apart.
 #[derive(Debug, Clone, PartialEq)]
@@ -26,7 +22,7 @@ pub struct Container {
     pub key: String,
     /// Version of the layout.
     pub format: u64,
-    /// Statistics of a model, or what a run says of itself: JSON.
+    /// Statistics of a model, or what a roadmap says of itself: JSON.
     pub text: String,
     /// By name.
     pub arrays: Vec<Array>,
@@ -52,7 +48,7 @@ impl Container {
         let (key, header) = metadata.metadata().as_ref()?.iter().next()?;
         let parts: HashMap<String, Box<RawValue>> = serde_json::from_str(header).ok()?;
         let format = parts.get("format")?.get().parse().ok()?;
-        let text = match ["run", "roadmap"].iter().find_map(|entry| parts.get(*entry)) {
+        let text = match parts.get("roadmap") {
             Some(text) => serde_json::from_str(text.get()).ok()?,
             None => parts.get("statistics")?.get().to_string(),
         };
@@ -73,12 +69,10 @@ impl Container {
         let arrays: Vec<Array> = self.arrays.iter().map(Array::whole).collect();
         let named = |name: &str| arrays.iter().find(|array| array.name == name);
         let mut parts = vec![self.text.as_bytes()];
-        let other = OTHERS.iter().find(|(key, ..)| *key == self.key);
-        match other {
-            Some((_, names, _)) => {
-                parts.extend(names.iter().filter_map(|name| named(name)).map(|array| &array.bytes[..]))
-            }
-            None => parts.extend(arrays.iter().map(|array| &array.bytes[..])),
+        if self.key == ROADMAP {
+            parts.extend(ROADMAP_ARRAYS.iter().filter_map(|name| named(name)).map(|array| &array.bytes[..]));
+        } else {
+            parts.extend(arrays.iter().map(|array| &array.bytes[..]));
         }
         let mut hasher = blake3::Hasher::new();
         for part in parts {
@@ -89,8 +83,7 @@ impl Container {
         let header = if self.key == MODEL {
             format!(r#"{{"format":{},"statistics":{},"checksum":"{checksum}"}}"#, self.format, self.text)
         } else {
-            let entry = other.map_or("run", |(_, _, entry)| *entry);
-            json!({"format": self.format, "checksum": checksum, entry: self.text}).to_string()
+            json!({"format": self.format, "checksum": checksum, "roadmap": self.text}).to_string()
         };
         let view = |array| {
             let Array { name, dtype, shape, bytes }: &Array = array;

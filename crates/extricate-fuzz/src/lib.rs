@@ -3,10 +3,9 @@
 //! them, and the program of this package changes inputs at random.
 //!
 //! A target returns for every input that is answered rightly or refused with an error, and panics
-//! for all else. Reading order: `container`, `spoil`, `scenes`, `model`, `checkpoint`,
-//! `roadmap`, `mutate`; then `seeds`, `texts`, `meshes`.
+//! for all else. Reading order: `container`, `spoil`, `scenes`, `model`, `roadmap`, `mutate`; then
+//! `seeds`, `texts`, `meshes`.
 
-pub mod checkpoint;
 pub mod container;
 pub mod meshes;
 pub mod model;
@@ -34,7 +33,6 @@ pub struct Target {
 /// All targets.
 pub const TARGETS: &[Target] = &[
     Target { name: "model", run: model::run, corpus: model::corpus, mutate: mutate::sealed },
-    Target { name: "checkpoint", run: checkpoint::run, corpus: checkpoint::corpus, mutate: mutate::sealed },
     Target { name: "roadmap", run: roadmap::run, corpus: roadmap::corpus, mutate: mutate::sealed },
     plain("urdf", texts::urdf, seeds::urdf),
     plain("srdf", texts::srdf, seeds::srdf),

@@ -84,7 +84,7 @@ fn is_vast(scene: &Scene) -> bool {
 /// Models of small scenes.
 pub fn corpus() -> Vec<(String, Vec<u8>)> {
     let learned = |name: &str, labels| {
-        let options = LearnOptions { labels, seconds: None, seed: 3, threads: 1, ..LearnOptions::default() };
+        let options = LearnOptions { labels, seconds: None, seed: 3, threads: 1 };
         let model = Model::learn(scenes::scene(name), &options).expect("something is free");
         (format!("{name}-{labels}"), model_file::encode(&model))
     };

@@ -6,7 +6,7 @@ import pytest
 import extricate
 from extricate import Model, Scene
 
-PLAIN = ("depth", "lower_bound", "gap", "max_displacement", "clearance", "coverage", "unseen", "checks", "witness", "gradient", "verified", "free", "unique")
+PLAIN = ("depth", "lower_bound", "gap", "max_displacement", "clearance", "unseen", "checks", "witness", "gradient", "verified", "free", "unique")
 
 
 def test_nothing_has_a_field_that_was_not_asked_for(model: Model, planar: Scene) -> None:

@@ -1,4 +1,4 @@
-"""Scenes that changed: asking there, and adapting a model to them."""
+"""Scenes that changed: asking there."""
 
 import pickle
 
@@ -55,25 +55,7 @@ def test_where_nothing_is_free_that_is_said(before: Model) -> None:
     assert buried.query([0, 0]) is None
     row = buried.query_batch([[0, 0], [1, 1]])[1]
     assert row["depth"] == np.inf and row["lower_bound"] == 0 and not row["verified"] and not row["free"]
-    assert np.isnan(row["witness"]).all() and np.isnan(row["gradient"]).all() and np.isnan(row["coverage"])
-
-
-def test_a_model_is_adapted(before: Model, after: Scene) -> None:
-    seen = []
-    adapted = before.adapt(after, progress=lambda state: seen.append(state.stage), seed=1)
-    assert 0 < adapted.statistics["labels"] <= 4000
-    assert seen and set(seen) <= {"verifying samples", "tracing what changed", "solving", "measuring"}
-    Q = after.sample(200, seed=5, colliding=True)
-    answers = adapted.query_batch(Q)
-    assert after.check(answers["witness"]).all() and after.check(adapted.boundary).all()
-    anew = extricate.learn(after, labels=20_000).query_batch(Q)["depth"]
-    # Models that know the far side of the post, and models that do not.
-    others = [extricate.learn(scene_with(0.62), labels=20_000, seed=seed).adapt(after, seed=1) for seed in (1, 2)]
-    depths = [answers["depth"], *(other.query_batch(Q)["depth"] for other in others)]
-    assert [np.mean(depth <= 1.05 * anew) > 0.95 for depth in depths] == [True] * 3
-    assert before.adapt(after, seed=1, threads=1).to_bytes() == adapted.to_bytes()
-    assert before.adapt(after, labels=8000).statistics["labels"] > 4000
-    assert extricate.learn(scene_with(0.62), labels=20_000).to_bytes() == before.to_bytes()
+    assert np.isnan(row["witness"]).all() and np.isnan(row["gradient"]).all()
 
 
 def test_wrong_scenes_are_told_what_was_expected(before: Model, planar: Scene) -> None:
@@ -82,9 +64,6 @@ def test_wrong_scenes_are_told_what_was_expected(before: Model, planar: Scene) -
         (lambda: before.in_scene(planar), "changed scene: joint .*expected the same: learn it anew"),
         (lambda: before.in_scene(limited), 'changed scene: joint "joint_2": got other coordinates, limits'),
         (lambda: before.in_scene(scene_with(0.6, metric="object-norm")), "changed scene: metric: got object-norm, expected that"),
-        (lambda: before.adapt(planar), "the model cannot be adapted: .*learn the scene anew"),
-        (lambda: before.adapt(scene_with(0.6), labels=0), "labels: got 0, expected at least 1"),
-        (lambda: before.adapt(scene_with(0.6), seconds=0), "seconds: got 0, expected more than 0"),
         (lambda: before.in_scene(scene_with(0.6)).query([0, 0, 0]), r"q: got shape \(3,\), expected \(2,\)"),
         (lambda: before.in_scene(scene_with(0.6)).query_batch([[0, np.nan]]), r"Q\[0\]: configuration: `joint_3`.*got NaN"),
         (lambda: before.in_scene(scene_with(0.6)).query([0, 0], effort="x"), 'effort: got "x"'),

@@ -21,7 +21,7 @@ def test_everything_is_described(name: str) -> None:
             assert inspect.getdoc(value), f"{name}.{member}"
 
 
-@pytest.mark.parametrize("function", [extricate.learn, extricate.Model.query, extricate.Model.query_batch, extricate.Model.adapt, extricate.Model.stream,
+@pytest.mark.parametrize("function", [extricate.learn, extricate.Model.query, extricate.Model.query_batch, extricate.Model.stream,
                                       extricate.ChangedScene.query, extricate.ChangedScene.query_batch, extricate.Scene.check, extricate.Scene.check_segments, extricate.Scene.sample,
                                       extricate.Scene.config, extricate.Scene.positions, extricate.Scene.poses, extricate.Scene.mesh, extricate.Scene.contacts,
                                       extricate.Scene.pair_distances, extricate.Scene.in_world, extricate.import_world, extricate.Scene.colliding_pairs, extricate.Scene.always_colliding,

@@ -44,7 +44,6 @@ def test_a_batch_says_what_single_queries_say(model: Model, planar: Scene, effor
             one = model.query(q, effort=effort)
             for field in ["depth", "lower_bound", "max_displacement", "checks", "verified", "free", "unique"]:
                 assert row[field] == getattr(one, field), field
-            assert np.isnan(row["coverage"]) if one.coverage is None else row["coverage"] == one.coverage
             np.testing.assert_array_equal(row["witness"], one.witness)
             np.testing.assert_array_equal(row["gradient"], one.gradient)
     assert batch["verified"].dtype == bool and batch["checks"].dtype == np.int64
@@ -264,11 +263,6 @@ def test_the_interpreter_goes_on_during_a_call(arm: Scene) -> None:
     assert len(ticks) > 15
 
 
-def emptied() -> Scene:
-    """The planar arm among fewer posts."""
-    return Scene(Scene.builtin_files("planar-arm")["robot/arm.urdf"].decode(), [extricate.Cylinder(0.12, 0.4, (0.62, 0.3, 0))])
-
-
 def test_a_wrong_row_is_told_before_anything_is_asked(model: Model, planar: Scene) -> None:
     Q = planar.sample(200_000, seed=2)
     Q[-1, 1] = np.nan
@@ -283,7 +277,6 @@ LONG = {
     "check": lambda scene, model, Q: [scene.check(Q) for _ in range(1000)],
     "query_batch": lambda scene, model, Q: model.query_batch(Q, effort="exhaustive"),
     "check_segments": lambda scene, model, Q: [scene.check_segments(Q, Q[::-1]) for _ in range(1000)],
-    "adapt": lambda scene, model, Q: model.adapt(emptied(), labels=10**9),
     "sample": lambda scene, model, Q: scene.sample(10**9),
     "always_colliding": lambda scene, model, Q: scene.always_colliding(10**9),
 }
@@ -416,7 +409,7 @@ def ask(size):
     scene.moved({"cube0": [1.5, 0, 0]}).robot_filter([[0, 0, 0]], scene.sample(1)[0])
     scene.moved({"cube0": [1.6, 0, 0]}).release(scene.sample(2), object="cube1", max_checks=50)
     scene.attach(Mesh((0.01 * signs, faces), name="held"), link=scene.bodies[0]).check(scene.sample(1)[0])
-    copy.adapt(scene, labels=200)
+    extricate.learn(scene, labels=200)
 
 ask(0.1)
 child = os.fork()

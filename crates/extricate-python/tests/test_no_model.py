@@ -13,7 +13,7 @@ def test_answers_are_those_of_a_model_and_verified(model: Model, planar: Scene) 
     Q = planar.sample(200, seed=12, colliding=True)
     batch, learned = planar.query_batch(Q), model.query_batch(Q)
     assert batch["verified"].all() and planar.check(batch["witness"]).all() and not batch["free"].any()
-    assert (batch["lower_bound"] <= batch["depth"]).all() and np.isnan(batch["coverage"]).all()
+    assert (batch["lower_bound"] <= batch["depth"]).all()
     best = np.minimum(batch["depth"], learned["depth"])
     assert (batch["depth"] <= 1.05 * best).mean() >= 0.98
     for q, row in zip(Q[:20], batch):

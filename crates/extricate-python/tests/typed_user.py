@@ -31,14 +31,13 @@ def first_exits(scene: extricate.Scene, labels: int, folder: pathlib.Path) -> np
     return answer.witness
 
 
-def elsewhere(model: extricate.Model, scene: extricate.Scene, kept: pathlib.Path) -> float:
+def elsewhere(model: extricate.Model, scene: extricate.Scene) -> float:
     answer = model.in_scene(scene).query(scene.lower, exits=2, starts=8, max_seconds=0.5)
     nearest: float = np.inf if answer is None else answer.depth
     for effort in ["nearest", "refined"]:
         nearest = min(nearest, float(model.in_scene(scene).query_batch([scene.lower], effort=effort)["depth"][0]))
-    adapted = model.adapt(scene, labels=500, progress=False)
-    again = extricate.learn(scene, labels=2000, checkpoint=kept, target_excess=0.1, memory=100)
-    ways = scene.check_segments(adapted.boundary[:2], again.boundary[:2])
+    again = extricate.learn(scene, labels=2000, progress=False)
+    ways = scene.check_segments(model.boundary[:2], again.boundary[:2])
     free: npt.NDArray[np.bool_] = ways["free"]
     return nearest + float(free.sum())
 
@@ -72,7 +71,7 @@ def test_what_is_typed_runs(tmp_path: pathlib.Path) -> None:
     scene = extricate.Scene.builtin("planar-arm")
     assert first_exits(scene, 5000, tmp_path).shape == (scene.nq,)
     model = extricate.learn(scene, labels=5000)
-    assert elsewhere(model, scene, tmp_path / "c") >= 0
+    assert elsewhere(model, scene) >= 0
     assert len(obstacles()) == 3 and drawn(scene) > 0
     urdf = '<robot name="box"><link name="a"><collision><geometry><box size="1 1 1"/></geometry></collision></link></robot>'
     afloat = extricate.Scene(extricate.Robot(urdf, base="floating", bounds=([-1] * 3, [1] * 3)), [extricate.Sphere(1)])

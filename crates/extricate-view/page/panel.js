@@ -69,7 +69,6 @@ function moreRowsOf({ answer, seconds }) {
     if (answer.free_radius !== null) {
         rows.push(["free radius", number("free_radius", answer.free_radius, `${digits(answer.free_radius)} ${unit}`)]);
     }
-    if (answer.coverage !== null) rows.push(["coverage", number("coverage", answer.coverage, digits(answer.coverage, 3))]);
     if (answer.unseen !== null) rows.push(["unseen", number("unseen", answer.unseen, digits(answer.unseen, 3))]);
     rows.push(["checks", number("checks", answer.checks, String(answer.checks))]);
     if (seconds !== null) rows.push(["time", number("seconds", seconds, timeInWords(seconds))]);

@@ -18,8 +18,6 @@ const WORDS = {
     "unique": "Whether no other exit was met that is within 1 % as near.",
     "cut short": "A limit of checks or seconds ended the search, and over half of the depth is not proved.",
     "free radius": "Proved: nothing touches at any configuration nearer to the witness than this.",
-    "coverage": "How usual the distance to what was learned is. Below 0.01 the query lies far from it, and a nearer exit "
-        + "is missed more easily.",
     "unseen": "An estimate of the share of starts that would have led to an exit which this query has not met.",
     "effort": "How hard the query tried.",
     "checks": "How many collision checks and distances the query took.",

@@ -64,14 +64,6 @@ pub enum Error {
         /// What is wrong with it.
         problem: String,
     },
-    /// A checkpoint is truncated, altered, foreign, of another version or of another scene.
-    #[error("checkpoint {}: {problem}", shown(path))]
-    Checkpoint {
-        /// The file.
-        path: PathBuf,
-        /// What is wrong with it.
-        problem: String,
-    },
     /// An option has a value that makes no sense.
     #[error("option {name}: got {value}, expected {expected}")]
     Option {
@@ -81,12 +73,6 @@ pub enum Error {
         value: String,
         /// What was expected.
         expected: &'static str,
-    },
-    /// A model cannot be adapted to a scene.
-    #[error("the model cannot be adapted: {problem}; learn the scene anew")]
-    Adapt {
-        /// What differs.
-        problem: String,
     },
     /// Learning ended without a single free configuration, so no query could be answered.
     #[error("no collision-free configuration among {labels} tried: {advice}")]
@@ -221,11 +207,10 @@ mod tests {
         assert_eq!(shortened(&"x".repeat(400), 400), "x".repeat(400));
         let path = || PathBuf::from("p".repeat(1 << 20));
         let source = || std::io::Error::from(std::io::ErrorKind::NotFound);
-        let named: [Error; 4] = [
+        let named: [Error; 3] = [
             Error::Read { path: path(), source: source() },
             Error::Write { path: path(), source: source() },
             Error::Model { path: path(), problem: "truncated".into() },
-            Error::Checkpoint { path: path(), problem: "truncated".into() },
         ];
         for message in named.map(|error| error.to_string()) {
             assert!(message.len() < 600 && message.contains("bytes left out"), "{message}");

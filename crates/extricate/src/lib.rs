@@ -15,7 +15,7 @@
 //!
 //! let options = LearnOptions { labels: 20_000, ..LearnOptions::default() };
 //! let model = Model::learn(builtin::scene("planar-arm")?, &options)?;
-//! let learned = model.query(&q).expect("something is free");      // the same, with fewer checks
+//! let learned = model.query(&q).expect("something is free");      // from stored samples too
 //! assert!(answer.lower_bound <= learned.depth && learned.lower_bound <= answer.depth);
 //! # extricate::Result::Ok(())
 //! ```
@@ -50,12 +50,10 @@ pub use cspace::{Config, ConfigSpace, Label, Manifold, Rows};
 pub use error::{Error, Result};
 pub use io::{LoadOptions, load_model, load_scene, load_scene_with, load_scene_within, save_model};
 pub use learning::{LearnOptions, LearnProgress};
-pub use model::adapt::Adapter;
-pub use model::learner::Learner;
 pub use model::{Model, Statistics};
 pub use query::{
-    Answer, ChangedScene, Effort, Exit, QueryOptions, QueryScratch, Solver, StartsPerDof, Stop, StraightSegment,
-    Stream, StreamOptions, Termination, Toward, Unproved, View, World,
+    Answer, ChangedScene, Effort, Exit, QueryOptions, QueryScratch, Solver, Stop, StraightSegment, Stream,
+    StreamOptions, Termination, Toward, Unproved, View, World,
 };
 pub use robot::{LoadLimit, LoadLimits};
 pub use scene::{MetricKind, PairId, Scene, builtin};

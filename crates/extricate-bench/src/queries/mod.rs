@@ -4,7 +4,6 @@
 pub mod batches;
 pub mod moved;
 pub mod streams;
-pub mod uniform;
 
 use std::io::Write;
 use std::path::Path;
@@ -91,6 +90,7 @@ pub fn config(space: &ConfigSpace, line: &str) -> Result<Config> {
 pub fn options(effort: &str) -> Result<QueryOptions> {
     Ok(match effort {
         "nearest" => QueryOptions { effort: Effort::Nearest, ..QueryOptions::default() },
+        "quick" => QueryOptions { effort: Effort::Quick, ..QueryOptions::default() },
         "refined" => QueryOptions::default(),
         "proved" => QueryOptions { effort: Effort::Proved, ..QueryOptions::default() },
         "exhaustive" => QueryOptions { effort: Effort::Exhaustive, ..QueryOptions::default() },

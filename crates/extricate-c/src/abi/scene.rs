@@ -68,7 +68,7 @@ pub unsafe extern "C" fn extricate_scene_builtin(
     })
 }
 
-/// Learns a model of the scene, which takes fewer checks a query: seconds for most cells.
+/// Learns a model of the scene, which adds stored samples as starts: seconds for most cells.
 ///
 /// `labels` are the exact checks to spend, 0 for the usual number; `seconds` is the most time, more
 /// than 0, infinity for no limit; `threads` is 0 for one a core. The model depends on scene, labels
@@ -89,7 +89,7 @@ pub unsafe extern "C" fn extricate_learn(
         let usual = LearnOptions::default();
         let labels = if labels == 0 { usual.labels } else { labels };
         let seconds = (seconds != f64::INFINITY).then_some(seconds);
-        let options = LearnOptions { labels, seconds, seed, threads: thread_count(threads)?, ..usual };
+        let options = LearnOptions { labels, seconds, seed, threads: thread_count(threads)? };
         let learned = Model::learn(scene.0.scene().clone(), &options)?;
         model.hand_over(ExtricateScene(Arc::new(Asked::of_model(learned))));
         Ok(())

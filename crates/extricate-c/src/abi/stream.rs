@@ -18,7 +18,7 @@ use crate::status::{Fault, guarded};
 /// Makes a stream of queries of the scene, which it keeps. One for each thread.
 ///
 /// The exit of the last frame is kept until another is nearer by more than the share `hysteresis`
-/// of its depth, in \[0, 1); 0 always takes the nearest. `starts_per_frame` stored starts are tried
+/// of its depth, in \[0, 1); 0 always takes the nearest. `starts_per_frame` other starts are tried
 /// each frame; 4 are usual.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn extricate_stream_new(

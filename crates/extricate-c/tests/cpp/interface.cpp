@@ -244,7 +244,7 @@ static void models(const Scene& scene, const std::vector<double>& q, const std::
     const Scene loaded(folder + "/arm.model");
     Solver first(model), second(loaded), changed(loaded.without_obstacles());
     CHECK(same(first.query(q), second.query(q)));
-    CHECK(first.query(q).summary().coverage > 0 && changed.query(q));
+    CHECK(first.query(q) && changed.query(q));
     CHECK(contains(refused(EXTRICATE_FILE, [&] { Scene("none.model"); }), "none.model"));
     for (const double seconds : {0.0, -1.0, std::nan("")})
         CHECK(contains(refused(EXTRICATE_ARGUMENT, [&] { scene.learn(1000, seconds); }), "seconds: got"));

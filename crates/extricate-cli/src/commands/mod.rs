@@ -1,6 +1,5 @@
 //! One file a command; each takes its arguments, calls the library and reports.
 
-pub mod adapt;
 pub mod check;
 pub mod demo;
 mod file_kind;
@@ -37,7 +36,6 @@ pub fn run(cli: Cli) -> anyhow::Result<()> {
         Command::Check(args) => check::run(&args, cli.json),
         Command::Sample(args) => sample::run(&args),
         Command::Learn(args) => learn::run(&args, cli.json),
-        Command::Adapt(args) => adapt::run(&args, cli.json),
         Command::Query(args) => query::run(&args, cli.json),
         Command::Grasp(args) => grasp::run(&args, cli.json),
         Command::Completions(args) => shell::completions(&args),

@@ -155,7 +155,6 @@ pub mod tests {
             colliding: vec![extricate::PairId::new(1)],
             outside: vec![],
             touching: vec![extricate::PairId::new(1)],
-            coverage: None,
             unseen: Some(0.1),
             nearest: None,
             clearance: 1e-4,

@@ -32,7 +32,7 @@ fn several_ways_out_are_refused_where_nothing_is_refined() {
 fn help_and_version_exit_with_0() {
     let workspace = Workspace::new();
     workspace.run("--version").expect_code(0);
-    for command in ["", "demo", "info", "check", "sample", "learn", "adapt", "query", "import"] {
+    for command in ["", "demo", "info", "check", "sample", "learn", "query", "import"] {
         assert!(workspace.run(&format!("{command} --help")).expect_code(0).stdout.contains("--json"));
     }
     assert!(workspace.run("query --help").expect_code(0).stdout.contains("error"), "what happens to bad lines");
@@ -179,7 +179,6 @@ fn nothing_is_written_over_what_is_read() {
     let before = workspace.files();
     for (line, file) in [
         ("learn small.model -o small.model", "small.model"),
-        ("adapt small.model scene.toml -o ./small.model", "small.model"),
         ("import empty -o empty", "empty"),
         ("import other.json --robot empty -o empty", "empty"),
         ("view scene.toml --input empty -o empty", "empty"),

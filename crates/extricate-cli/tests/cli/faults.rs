@@ -10,8 +10,7 @@ use std::os::unix::process::ExitStatusExt;
 use std::path::PathBuf;
 use std::process::{Command, Stdio};
 
-use crate::checkpoints::with_an_old_model;
-use crate::process::{Finished, Workspace, kill};
+use crate::process::{Finished, Workspace};
 
 const WORLD: &str = r#"{"world": {"collision_objects": [{"header": {"frame_id": "w"}, "id": "tray", "meshes": [{"vertices":
     [{"x": 0, "y": 0, "z": 0}, {"x": 1, "y": 0, "z": 0}, {"x": 0, "y": 1, "z": 0}, {"x": 0, "y": 0, "z": SIZE}],
@@ -30,7 +29,7 @@ fn limited(workspace: &Workspace, limit: &str, line: &str) -> Command {
 
 /// A workspace in which every writer has an old file to replace.
 fn with_old_files() -> Workspace {
-    let workspace = with_an_old_model();
+    let workspace = Workspace::new();
     workspace.write("tray.json", WORLD.replace("SIZE", "1"));
     workspace.run("import tray.json -o tray.toml").expect_code(0);
     workspace.write("tray.json", WORLD.replace("SIZE", "2"));
@@ -47,25 +46,13 @@ fn with_old_files() -> Workspace {
     ] {
         workspace.run(line).expect_code(0);
     }
-    let mut child =
-        workspace.command("learn scene.toml -o left.model --labels 9000000 --checkpoint-every 0").spawn().unwrap();
-    while !workspace.path("left.model.checkpoint").exists() {
-        assert!(child.try_wait().unwrap().is_none());
-    }
-    kill(child);
-    // What was killed may have left a file unfinished, which the next run at its output removes.
-    workspace.run("learn scene.toml -o left.model --labels 9000000 --resume --seed 3").expect_failure(&["--seed"]);
     workspace
 }
 
 /// Lines that write, and the file that each writes first.
-const WRITERS: [(&str, &str); 11] = [
-    ("learn scene.toml -o a.model --labels 5000 --checkpoint-every 1000", "a.model"),
-    (
-        "learn scene.toml -o new.model --labels 5000 --checkpoint left.model.checkpoint --checkpoint-every 0",
-        "new.model",
-    ),
-    ("adapt old.model moved.toml -o a.model --labels 20000 --checkpoint-every 0", "a.model"),
+const WRITERS: [(&str, &str); 10] = [
+    ("learn scene.toml -o a.model --labels 5000", "a.model"),
+    ("learn scene.toml -o new.model --labels 5000", "new.model"),
     ("import tray.json -o tray.toml", "tray-meshes/tray.obj"),
     ("demo --scene planar-arm --queries 1 --seconds 0.05 --out demo.svg", "demo.svg"),
     ("plan scene.toml --from 2.5,0 --to -2.5,0.1 --roadmap kept", "kept"),
@@ -90,9 +77,6 @@ fn a_full_disk_leaves_old_files_and_is_told() {
             let last = told.lines().last().unwrap_or_default();
             let parts = ["extricate: error: cannot write", file, "File too large"];
             assert!(failed.code == Some(1) && parts.iter().all(|part| last.contains(part)), "{line}: {told}");
-            if line.contains("--checkpoint-every 0") {
-                assert!(told.contains("warning: no checkpoint: cannot write"), "{told}");
-            }
             let after = workspace.files();
             let changed = |path: &&PathBuf| before.get(*path) != after.get(*path);
             let changed: Vec<_> = before.keys().chain(after.keys()).filter(changed).collect();
@@ -148,13 +132,12 @@ fn little_memory_ends_in_an_error_or_an_abort_and_leaves_files_whole() {
     let kept = |files: BTreeMap<PathBuf, Vec<u8>>| -> BTreeMap<PathBuf, Vec<u8>> {
         let is_kept = |path: &PathBuf| {
             let name = path.file_name().unwrap().to_string_lossy();
-            // A checkpoint is replaced by that of the next run, and so is a part; the rest is what
-            // an abort leaves.
+            // A part is replaced by that of the next run; the rest is what an abort leaves.
             // The demo draws before it learns: its picture and its page may be new, and are whole.
             let is_drawn = ["demo.svg", "demo.html"].contains(&&*name);
             let is_whole = |end: &str| std::fs::read_to_string(path).is_ok_and(|text| text.trim_end().ends_with(end));
             assert!(!is_drawn || is_whole("</svg>") || is_whole("</html>"), "{name}");
-            !is_drawn && !name.ends_with(".checkpoint") && !name.ends_with(".part") && !name.starts_with(".extricate-")
+            !is_drawn && !name.ends_with(".part") && !name.starts_with(".extricate-")
         };
         files.into_iter().filter(|(path, _)| is_kept(path)).collect()
     };

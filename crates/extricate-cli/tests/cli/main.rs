@@ -1,15 +1,14 @@
 //! The command line from outside: exit codes, standard output and error, files. Depths are judged
 //! in the library's tests.
 
-mod adapting;
 mod bad_input;
-mod checkpoints;
 mod demo;
 mod faults;
 mod friendly;
 mod grasps;
 mod importing;
 mod kills;
+mod learning;
 mod motions;
 mod no_model;
 mod packages;

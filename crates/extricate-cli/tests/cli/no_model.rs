@@ -10,7 +10,7 @@ fn a_scene_is_asked_at_once() {
     assert_eq!(answers.len(), 20);
     let mut witnesses = String::new();
     for answer in &answers {
-        assert_eq!((&answer["verified"], &answer["coverage"]), (&true.into(), &serde_json::Value::Null));
+        assert_eq!(answer["verified"], true);
         assert!(answer["lower_bound"].as_f64() <= answer["depth"].as_f64());
         witnesses += &format!("{}\n", answer["witness"]);
     }

@@ -14,7 +14,6 @@ const ANSWER_KEYS: &[&str] = &[
     "colliding",
     "outside",
     "touching",
-    "coverage",
     "clearance",
     "cut_short",
     "verified",
@@ -173,9 +172,11 @@ fn exits_the_way_budgets_and_threads_are_asked_for() {
     };
     assert_eq!(doubts(""), 0);
     assert!(doubts("--max-checks 3") > 0);
-    assert!(
-        ask("--starts 1").iter().zip(&one).take(30).all(|(few, all)| few["checks"].as_u64() < all["checks"].as_u64())
-    );
+    // A search that is proved soon takes few checks anyway.
+    let checks =
+        |rows: &[serde_json::Value]| rows.iter().take(30).map(|row| row["checks"].as_u64().unwrap()).sum::<u64>();
+    assert!(checks(&ask("--starts 1 --gap 0")) < checks(&ask("--gap 0")));
+    assert!(checks(&one) < checks(&ask("--gap 0")));
     let text = workspace.run("query small.model --input q.jsonl --exits 2 --segment").expect_code(1).stdout;
     assert!(text.contains("another exit") && text.contains("of the segment"), "{text}");
 }
@@ -189,13 +190,14 @@ fn frames_of_a_motion_are_answered_from_the_last_answer() {
         workspace.run(&format!("query small.model --input q.jsonl --json {options}")).expect_code(0).json()
     };
     let checks = |answers: &[Value]| answers.iter().map(|a| a["checks"].as_u64().unwrap()).sum::<u64>();
-    let (single, stream) = (ask(""), ask("--stream"));
+    // What a single query has proved soon takes few checks anyway.
+    let (single, stream) = (ask("--gap 0"), ask("--gap 0 --stream"));
     assert!(stream.iter().all(|a| a["verified"] == true));
     assert!(checks(&stream) < checks(&single), "{} {}", checks(&stream), checks(&single));
     ask("--stream --hysteresis 0.2");
-    let [none, many] = ["0", "100"].map(|looks| ask(&format!("--stream --starts-per-frame {looks}")));
+    let [none, many] = ["0", "100"].map(|looks| ask(&format!("--gap 0 --stream --starts-per-frame {looks}")));
     assert!(checks(&none) < checks(&many), "{} {}", checks(&none), checks(&many));
-    let default = ask("--stream --starts-per-frame 4");
+    let default = ask("--gap 0 --stream --starts-per-frame 2");
     assert!(default.iter().zip(&stream).all(|(a, b)| a["checks"] == b["checks"] && a["witness"] == b["witness"]));
     for bad in ["many", "-1", "1.5"] {
         let refused = workspace
@@ -262,8 +264,8 @@ fn learn_reports_statistics_and_info_repeats_them() {
     let workspace = Workspace::new();
     let report = workspace.run("learn scene.toml -o a.model --labels 3000 --seed 7 --json").expect_code(0);
     let report = &report.json()[0];
-    assert_keys(report, &["model", "checkpoint", "interrupted", "seconds", "memory", "statistics"]);
-    assert_eq!((&report["interrupted"], &report["checkpoint"]), (&json!(false), &Value::Null));
+    assert_keys(report, &["model", "interrupted", "seconds", "memory", "statistics"]);
+    assert_eq!(report["interrupted"], json!(false));
     assert!(!cfg!(target_os = "linux") || report["memory"].as_u64().unwrap() > 1 << 20);
     assert_eq!(report["statistics"]["seed"], 7);
     assert_eq!(report["statistics"]["ended_by"], "labels");

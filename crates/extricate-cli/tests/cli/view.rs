@@ -239,7 +239,7 @@ fn a_report_measures_a_model() {
     assert!(
         page.contains("random collisions are within 5 %")
             && page.contains("fore &ndash; post")
-            && page.matches("<svg").count() == 4
+            && page.matches("<svg").count() == 3
     );
     assert!(!page.contains("NaN"));
     let text = workspace.run("report small.model -n 5 -o report.html").expect_code(0).stdout;

@@ -51,7 +51,7 @@ class Answer:
         true penetration depth.
     lower_bound: proved: no free configuration is nearer to the query than this.
     gap: share of the depth that is not proved, 1 - lower_bound / depth; 0 where the query is free. 1 where nothing is
-        proved.
+        proved. "quick" and "refined" stop once it is at most 0.15, unless another gap is asked for.
     unproved: why nothing is proved, where that is so: "surfaces" (what collides encloses nothing) or "shallow" (the overlap
         is too shallow to be seen); else None.
     witness: a free configuration at distance `depth`, (nq,).
@@ -59,9 +59,6 @@ class Answer:
         learned.
     clearance: that the witness keeps, of pairs without one of their own [m]: that which the query aims at, or less of it,
         at least the scene's, where that would be far. Of a continuous stream, at most what it aims at.
-    coverage: how usual the query's distance to the stored sample that it begins with (the nearest, or the nearest exit) is
-        among held-out colliding configurations, in (0, 1]: below 0.01 the query lies far from what was learned. None where
-        the query is free or nothing was held out.
     unseen: estimated share of starts that would lead to an exit which the query has not met, in [0, 1]; None where the
         query is free, or with effort "nearest".
     max_displacement: largest displacement of any point of the robot between the query and the witness [m].
@@ -83,7 +80,7 @@ class Answer:
     nearest: depth of the nearest exit that was found, where the witness is the proxy of a continuous stream, which may be
         farther: 0 where the query is free; else None.
     checks: collision and distance evaluations spent.
-    effort: "nearest", "refined", "exhaustive" or "proved".
+    effort: "nearest", "quick", "refined", "exhaustive" or "proved".
     """
 
     depth: float
@@ -93,7 +90,6 @@ class Answer:
     witness: npt.NDArray[np.float64]
     verified: bool
     clearance: float
-    coverage: Optional[float]
     unseen: Optional[float]
     max_displacement: float
     colliding: List[NamePair]

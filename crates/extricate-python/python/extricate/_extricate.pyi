@@ -208,7 +208,7 @@ class Scene:
         options: Optional[QueryOptions] = None,
         effort: str = "refined",
         hysteresis: float = 0.0,
-        starts_per_frame: int = 4,
+        starts_per_frame: int = 2,
         continuous: bool = False,
         gap: Optional[float] = None,
         starts: Optional[int] = None,
@@ -404,23 +404,13 @@ class Model:
     ) -> npt.NDArray[np.void]: ...
     def in_world(self, world: Union[Scene, Iterable[Obstacle]]) -> ChangedScene: ...
     def in_scene(self, scene: Scene) -> ChangedScene: ...
-    def adapt(
-        self,
-        scene: Scene,
-        *,
-        labels: Optional[float] = None,
-        seconds: Optional[float] = None,
-        seed: Optional[int] = None,
-        threads: int = 0,
-        progress: Optional[_Tell] = None,
-    ) -> Model: ...
     def stream(
         self,
         *,
         options: Optional[QueryOptions] = None,
         effort: str = "refined",
         hysteresis: float = 0.0,
-        starts_per_frame: int = 4,
+        starts_per_frame: int = 2,
         continuous: bool = False,
         gap: Optional[float] = None,
         starts: Optional[int] = None,
@@ -510,11 +500,5 @@ def learn(
     seconds: Optional[float] = None,
     seed: Optional[int] = None,
     threads: int = 0,
-    memory: Optional[int] = None,
-    target_excess: Optional[float] = None,
-    target_disagreement: Optional[float] = None,
     progress: Optional[_Tell] = None,
-    checkpoint: Optional[_Path] = None,
-    checkpoint_every: float = 15.0,
-    resume: bool = False,
 ) -> Model: ...

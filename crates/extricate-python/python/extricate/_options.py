@@ -12,10 +12,11 @@ import numpy.typing as npt
 class QueryOptions:
     """Options of `query`, `query_batch` and `stream`, to be given as `options=`. A keyword beside it counts more.
 
-    effort: "nearest" (a stored sample), "refined", "exhaustive" or "proved".
+    effort: "nearest" (a stored sample), "quick" (fewer starts), "refined", "exhaustive" or "proved".
     exits: how many distinct exits are wanted.
-    gap: share of the depth that need not be proved: the search stops as soon as that much is.
-    starts: starts of descents; None leaves it to the effort.
+    gap: share of the depth that need not be proved: the search stops as soon as the rest is. None is 0.15 with "quick" and "refined",
+        0.05 with "proved", and no reason to stop with "exhaustive". With 0 it searches on.
+    starts: starts of descents, stored samples and around the query; None leaves it to the effort.
     max_checks: end after about this many checks, with the best answer so far.
     max_seconds: end after about this many seconds, likewise.
     segment: report where the straight segment to the witness collides.

@@ -19,7 +19,7 @@ use crate::scene::Scene;
 ///
 /// Stored samples are checked anew as they are needed, and what is said of every answer holds in
 /// this scene. Beside obstacles that moved, where the model has no samples, a near exit can be
-/// missed more easily; `Model.adapt` learns there.
+/// missed more easily; a model learned anew there knows them.
 ///
 /// Immutable; may be shared between threads, and pickled.
 #[pyclass(frozen, module = "extricate._extricate")]

@@ -16,13 +16,12 @@ use numpy::{PyArray2, PyArrayMethods, ToPyArray};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
 
-use crate::error::{Seed, Whole, exception};
+use crate::error::exception;
 use crate::long_call;
 use crate::queries::page::{self, Shown};
 use crate::queries::{self, Memory, Source};
 use crate::scene::{Scene, edit};
 use changed::ChangedScene;
-use learning::Budget;
 use stream::Stream;
 
 /// What a model that comes from memory is called in messages.
@@ -132,14 +131,18 @@ impl Model {
     /// q: float64 (nq,). Beyond limits it is not free; it is measured from where it is,
     /// `Answer.outside` names the joints.
     /// options: a `QueryOptions` that holds these keywords; one that stands beside it counts more.
-    /// effort: "nearest" (the nearest boundary sample, or one nearly as near), "refined" (several
-    /// improved, the best one verified), "exhaustive", or "proved": as refined, then until the gap
-    /// is proved or the budget is spent; give max_seconds.
+    /// effort: "nearest" (the nearest boundary sample, or one nearly as near), "quick" (fewer
+    /// starts than refined), "refined" (descents from several starts, the nearest exit verified),
+    /// "exhaustive", or "proved": as refined, then until the gap is proved or the budget is spent;
+    /// give max_seconds.
     /// exits: how many distinct exits are wanted, in `Answer.exits`.
     /// gap: stop as soon as it is proved that nothing free is nearer by more than this share of the
-    ///     depth; effort "proved" works for it, for 0.05 where it is None. Not with several exits.
-    /// starts: from how many exits and boundary samples descents start, None for what the effort
-    /// takes: fewer are faster and miss the nearest exit more often. Not with effort "nearest".
+    ///     depth; effort "proved" works for it. None is 0.15 with "quick" and "refined", 0.05 with
+    ///     "proved", and no reason to stop with "exhaustive"; 0 searches on. Not with several
+    ///     exits.
+    /// starts: from how many boundary samples and configurations around q descents start, None for
+    /// what the effort takes: fewer are faster and miss the nearest exit more often. Not with
+    /// effort "nearest".
     /// max_checks, max_seconds: where to stop early, with the best answer so far; more of either
     /// never gives a larger depth.
     /// segment: whether to look at the straight segment to the witness, see `Answer.segment`; costs
@@ -209,7 +212,7 @@ impl Model {
     /// errors: "raise", or "mask": a row that is no configuration is answered as such, with a depth
     ///     of nan, and the others as ever.
     /// threads: 0 for one per core. Returns a structured array (n,) with the fields depth,
-    /// lower_bound, gap, max_displacement [m], clearance, coverage (nan for None), checks, witness
+    /// lower_bound, gap, max_displacement [m], clearance, checks, witness
     /// (nq,), gradient (nv,), verified, free and unique, which mean what they mean in `Answer`, and
     /// with exits of more than one: exit_count, how many were found (0 where the query is free),
     /// exit_depths (exits,) and exit_witnesses (exits, nq), nearest first, the witness before
@@ -255,30 +258,6 @@ impl Model {
         ChangedScene::new(py, slf, scene)
     }
 
-    /// A model of a scene of the same robots in which obstacles moved, came or went, or other pairs
-    /// are disabled: samples that no change comes near are kept, and what changed is learned. This
-    /// model stays as it is.
-    ///
-    /// labels: most exact collision checks to spend; a fifth of what this model took where None.
-    /// seconds: most seconds to spend; no limit where None.
-    /// seed, threads, progress: as in `extricate.learn`.
-    ///
-    /// Raises ValueError where robots, limits or metric differ, RuntimeError where nothing free is
-    /// known of the new scene.
-    #[pyo3(signature = (scene, *, labels = None, seconds = None, seed = None, threads = 0, progress = None))]
-    fn adapt(
-        &self,
-        py: Python<'_>,
-        scene: &Scene,
-        labels: Option<Whole>,
-        seconds: Option<f64>,
-        seed: Option<Seed>,
-        threads: i64,
-        progress: Option<Bound<'_, PyAny>>,
-    ) -> PyResult<Model> {
-        learning::adapt(py, &self.model, scene, Budget::new(labels, seconds, seed, threads)?, progress.as_ref())
-    }
-
     /// For queries that follow each other closely, as from a simulation: each is warm-started from
     /// the one before.
     ///
@@ -287,13 +266,13 @@ impl Model {
     /// weights, free_radius, limits: as in `Model.query`, of each frame.
     /// hysteresis: the exit of the last frame is kept until another one is nearer by more than this
     /// share of its depth; 0 always takes the nearest.
-    /// starts_per_frame: how many boundary samples are tried each frame for a nearer exit, beside
-    /// those that cost no check.
+    /// starts_per_frame: how many starts are tried each frame for a nearer exit, beside those that
+    /// cost no check.
     /// continuous: whether the witness never jumps: from frame to frame it only moves where every
     /// configuration on its way is proved free. It may then be held behind something while another
     /// exit is nearer (`Answer.nearest`), or while the query is free. It aims at `clearance`, by
     /// default 0.5 mm more than the scene's; hysteresis has no effect.
-    #[pyo3(signature = (**options), text_signature = "($self, *, options=None, effort='refined', hysteresis=0.0, starts_per_frame=4, continuous=False, gap=None, starts=None, max_checks=None, max_seconds=None, segment=False, contacts=False, clearance=None, locked=None, free=None, weights=None, free_radius=False, limits='forgive')")]
+    #[pyo3(signature = (**options), text_signature = "($self, *, options=None, effort='refined', hysteresis=0.0, starts_per_frame=2, continuous=False, gap=None, starts=None, max_checks=None, max_seconds=None, segment=False, contacts=False, clearance=None, locked=None, free=None, weights=None, free_radius=False, limits='forgive')")]
     fn stream(slf: Py<Self>, py: Python<'_>, options: Option<&Bound<'_, PyDict>>) -> PyResult<Stream> {
         Stream::of_model(slf, py, options)
     }

@@ -10,8 +10,7 @@ use pyo3::types::PyBool;
 /// Where a learning run stands.
 #[pyclass(frozen, get_all, module = "extricate._extricate")]
 pub struct Progress {
-    /// What is being done: "exploring", "training", "tracing the boundary", "solving", "measuring";
-    /// of `Model.adapt` also "verifying samples" and "tracing what changed".
+    /// What is being done: "exploring", "training", "tracing the boundary", "solving", "measuring".
     stage: &'static str,
     /// Share of the budget spent, 0 to 1.
     fraction: f64,

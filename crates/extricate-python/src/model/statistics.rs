@@ -11,8 +11,6 @@ pub fn statistics<'py>(py: Python<'py>, statistics: &Statistics) -> PyResult<Bou
         EndedBy::Labels => "labels",
         EndedBy::Seconds => "seconds",
         EndedBy::Interruption => "interruption",
-        EndedBy::Memory => "memory",
-        EndedBy::Quality => "quality",
     };
     let all = PyDict::new(py);
     all.set_item("labels", statistics.labels)?;
@@ -51,14 +49,7 @@ pub fn statistics<'py>(py: Python<'py>, statistics: &Statistics) -> PyResult<Bou
         Ok(of)
     });
     all.set_item("gap", gap.transpose()?)?;
-    let starts = statistics.starts_per_dof;
-    let starts = [("stored", starts.stored), ("around", starts.around)].into_py_dict(py)?;
-    all.set_item("starts_per_dof", starts)?;
     all.set_item("measuring_checks", statistics.measuring_checks)?;
     all.set_item("ended_by", ended_by)?;
-    let adapted = statistics
-        .adapted
-        .map(|adapted| [("learned_labels", adapted.learned_labels), ("times", adapted.times)].into_py_dict(py));
-    all.set_item("adapted", adapted.transpose()?)?;
     Ok(all)
 }

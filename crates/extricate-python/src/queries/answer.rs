@@ -26,7 +26,7 @@ pub fn object<'py>(py: Python<'py>, answer: extricate::Answer, scene: &Scene) ->
         let witness = PyArray1::from_slice(py, &exit.witness);
         EXIT.import(py, HOME, "Exit")?.call1((exit.depth, witness, named(&exit.touching)))
     };
-    let fields: [Bound<'_, PyAny>; 23] = [
+    let fields: [Bound<'_, PyAny>; 22] = [
         answer.depth.into_pyobject(py)?.into_any(),
         answer.lower_bound.into_pyobject(py)?.into_any(),
         answer.gap.into_pyobject(py)?.into_any(),
@@ -34,7 +34,6 @@ pub fn object<'py>(py: Python<'py>, answer: extricate::Answer, scene: &Scene) ->
         PyArray1::from_slice(py, &answer.witness).into_any(),
         answer.verified.into_pyobject(py)?.to_owned().into_any(),
         answer.clearance.into_pyobject(py)?.into_any(),
-        answer.coverage.into_pyobject(py)?.into_any(),
         answer.unseen.into_pyobject(py)?.into_any(),
         answer.max_displacement.into_pyobject(py)?.into_any(),
         named(&answer.colliding).into_pyobject(py)?.into_any(),

@@ -39,7 +39,7 @@ impl Layout {
     fn fields(self) -> Vec<Field> {
         let number = |name| (name, "f8", vec![]);
         let mut fields: Vec<Field> =
-            ["depth", "lower_bound", "gap", "max_displacement", "clearance", "coverage", "unseen"].map(number).into();
+            ["depth", "lower_bound", "gap", "max_displacement", "clearance", "unseen"].map(number).into();
         fields.push(("checks", "i8", vec![]));
         fields.extend([("witness", "f8", vec![self.nq]), ("gradient", "f8", vec![self.nv])]);
         if self.segment {
@@ -112,11 +112,8 @@ impl Layout {
             at += bytes.len();
         };
         let front = match answer {
-            None => [f64::INFINITY, 0.0, f64::NAN, f64::NAN, f64::NAN, f64::NAN, f64::NAN],
-            Some(a) => {
-                let [coverage, unseen] = [a.coverage, a.unseen].map(|share| share.unwrap_or(f64::NAN));
-                [a.depth, a.lower_bound, a.gap, a.max_displacement, a.clearance, coverage, unseen]
-            }
+            None => [f64::INFINITY, 0.0, f64::NAN, f64::NAN, f64::NAN, f64::NAN],
+            Some(a) => [a.depth, a.lower_bound, a.gap, a.max_displacement, a.clearance, a.unseen.unwrap_or(f64::NAN)],
         };
         front.iter().for_each(|x| put(&x.to_ne_bytes()));
         put(&answer.map_or(0, |a| a.checks as i64).to_ne_bytes());

@@ -90,7 +90,7 @@ impl Asked {
             masks: given.either("errors", ["raise", "mask"])?,
             threads: given.or("threads", 0)?,
             hysteresis: given.or("hysteresis", 0.0)?,
-            starts_per_frame: given.or("starts_per_frame", 4)?,
+            starts_per_frame: given.or("starts_per_frame", 2)?,
             continuous: given.or("continuous", false)?,
             weights: given.weights()?,
         })

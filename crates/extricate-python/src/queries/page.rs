@@ -46,8 +46,8 @@ pub fn show<'py>(
     let mut asked = Asked::read(given, scene, QUERY)?;
     let says_exits = given
         .is_some_and(|given| given.contains("exits").unwrap_or(false) || given.contains("options").unwrap_or(false));
-    let finds_several =
-        matches!(asked.options.effort, Effort::Refined | Effort::Exhaustive) && asked.options.gap.is_none();
+    let finds_several = matches!(asked.options.effort, Effort::Quick | Effort::Refined | Effort::Exhaustive)
+        && asked.options.gap.is_none();
     if !says_exits && finds_several && asked.options.toward.is_none() {
         asked.options.exits = USUAL_EXITS;
     }

@@ -13,7 +13,7 @@ use crate::queries::{self, Source};
 #[pymethods]
 impl Scene {
     /// The nearest free configuration to q, at once: nothing has to be learned. A `Model` of the
-    /// scene takes fewer checks; what is said of the answer holds alike.
+    /// scene adds stored samples as starts; what is said of the answer holds alike.
     ///
     /// q and all keywords: as in `Model.query`. Every effort
     /// verifies its witness.
@@ -70,7 +70,7 @@ impl Scene {
     ///
     /// Q and all keywords: as in `Model.query_batch`, which tells what is returned. Where nothing
     /// free was found, depth is inf, witness, gradient and max_displacement are nan, verified and
-    /// free are False, and there are no exits. coverage is nan.
+    /// free are False, and there are no exits.
     #[pyo3(signature = (Q, **options), text_signature = "($self, Q, *, options=None, effort='refined', exits=1, gap=None, starts=None, max_checks=None, max_seconds=None, segment=False, contacts=False, clearance=None, locked=None, free=None, weights=None, toward=None, toward_share=0.25, free_radius=False, limits='forgive', errors='raise', threads=0)")]
     #[allow(non_snake_case)]
     fn query_batch<'py>(
@@ -86,7 +86,7 @@ impl Scene {
     /// the one before.
     ///
     /// All keywords: as in `Model.stream`.
-    #[pyo3(signature = (**options), text_signature = "($self, *, options=None, effort='refined', hysteresis=0.0, starts_per_frame=4, continuous=False, gap=None, starts=None, max_checks=None, max_seconds=None, segment=False, contacts=False, clearance=None, locked=None, free=None, weights=None, free_radius=False, limits='forgive')")]
+    #[pyo3(signature = (**options), text_signature = "($self, *, options=None, effort='refined', hysteresis=0.0, starts_per_frame=2, continuous=False, gap=None, starts=None, max_checks=None, max_seconds=None, segment=False, contacts=False, clearance=None, locked=None, free=None, weights=None, free_radius=False, limits='forgive')")]
     fn stream(slf: Py<Self>, py: Python<'_>, options: Option<&Bound<'_, PyDict>>) -> PyResult<Stream> {
         slf.get().ready(py)?;
         Stream::of_scene(slf, py, options)

@@ -33,6 +33,8 @@ pub struct Checker {
     pub(super) clearance: f64,
     /// Greatest of any pair \[m\].
     pub(super) most_clearance: f64,
+    /// Of every pair, whether it is looked at; `None` if all are.
+    only: Option<Arc<Vec<bool>>>,
     /// Tells whose hints a scratch holds.
     id: u64,
 }
@@ -111,14 +113,14 @@ impl Checker {
         let id = NEXT_ID.fetch_add(1, Ordering::Relaxed);
         let (bodies, clearance) = (bodies.into(), scene.clearance);
         let is_prepared = Arc::default();
-        Self { bodies, pairs, broad, paths, is_prepared, hints, clearance, most_clearance: 0.0, id, scene }
+        Self { bodies, pairs, broad, paths, is_prepared, hints, clearance, most_clearance: 0.0, only: None, id, scene }
             .with_clearance(clearance)
     }
 
     /// The same pairs, where those that follow the clearance of the scene keep another one \[m\].
     /// Shares all that is prepared; memory of one serves the other.
     pub fn with_clearance(&self, clearance: f64) -> Self {
-        let Self { scene, bodies, pairs, broad, paths, is_prepared, hints, id, .. } = self;
+        let Self { scene, bodies, pairs, broad, paths, is_prepared, hints, only, id, .. } = self;
         let most_clearance = pairs.iter().map(|pair| pair.clearance.over(clearance)).fold(0.0, f64::max);
         Self {
             scene: Arc::clone(scene),
@@ -130,8 +132,19 @@ impl Checker {
             hints: *hints,
             clearance,
             most_clearance,
+            only: only.clone(),
             id: *id,
         }
+    }
+
+    /// The same, for which only marked pairs collide or are near. Memory of one serves the other.
+    pub(crate) fn only(&self, marked: Arc<Vec<bool>>) -> Self {
+        Self { only: Some(marked), ..self.with_clearance(self.clearance) }
+    }
+
+    /// Whether a pair is looked at.
+    pub(super) fn looks_at(&self, pair: u32) -> bool {
+        self.only.as_ref().is_none_or(|only| only[pair as usize])
     }
 
     /// The same, where each of `floors` says what a pair keeps \[m\], whatever its clearance: below
@@ -205,9 +218,12 @@ impl Checker {
         if scratch.nowhere {
             scratch.broad.pairs.clear();
             scratch.broad.pairs.extend(0..self.pairs.len() as u32);
-            return;
+        } else {
+            self.broad.find(self.broad.movers().map(|body| centers[body]), margin, &mut scratch.broad);
         }
-        self.broad.find(self.broad.movers().map(|body| centers[body]), margin, &mut scratch.broad);
+        if self.only.is_some() {
+            scratch.broad.pairs.retain(|pair| self.looks_at(*pair));
+        }
     }
 
     /// Whether two placed bodies are nearer than they keep.

@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use crate::error::{Error, Result, shown};
 use crate::robot::{LoadLimit, LoadLimits};
 
-/// Largest file of ours that is read, a model or a checkpoint \[bytes\]: beyond it something else
+/// Largest file of ours that is read, a model or a roadmap \[bytes\]: beyond it something else
 /// was meant, such as a disk image.
 const LARGEST: usize = 2 << 30;
 

@@ -8,15 +8,11 @@ pub mod model_file;
 pub mod roadmap_file;
 pub mod worlds;
 
-use std::fs;
-use std::io::ErrorKind;
 use std::path::Path;
 
 use crate::collision::convex_parts;
 use crate::error::{Error, Result};
 use crate::model::Model;
-use crate::model::adapt::Adapter;
-use crate::model::learner::Learner;
 use crate::robot::packages::PackageSearch;
 use crate::robot::{LoadLimit, LoadLimits};
 use crate::scene::assemble::assemble_entries;
@@ -30,8 +26,6 @@ pub use growing::GrowingFile;
 use load_options::package_search;
 pub use load_options::{LoadOptions, find_package};
 pub use lock::OutputLock;
-use model_file::adapt_checkpoint;
-use model_file::checkpoint::{self, CheckpointSummary};
 pub use roadmap_file::{check_roadmap_output, load_roadmap, save_roadmap};
 
 /// Loads a scene file and everything that it names; or a URDF, as a scene of that robot alone.
@@ -176,76 +170,7 @@ pub fn save_model(model: &Model, path: impl AsRef<Path>) -> Result<()> {
     write_atomically(path, &model_file::encode(model))
 }
 
-/// Writes the checkpoint of a run, as it was at the end of its last whole unit of work, as
-/// [`write_atomically`] does.
-///
-/// # Errors
-/// [`crate::Error::Write`]; the old file, if any, is then untouched.
-pub fn save_checkpoint(learner: &Learner, path: &Path) -> Result<()> {
-    write_atomically(path, &checkpoint::encode(learner))
-}
-
-/// Goes on with the run that a file is a checkpoint of; its `scene` has to be given again.
-///
-/// # Errors
-/// [`crate::Error::Read`], and [`crate::Error::Checkpoint`] where the file is truncated, altered,
-/// foreign, of another version or of another scene.
-pub fn load_checkpoint(path: &Path, scene: Scene, threads: usize) -> Result<Learner> {
-    checkpoint::decode(path, &read(path)?, scene, threads)
-}
-
-/// What a checkpoint says of its run.
-///
-/// # Errors
-/// As [`load_checkpoint`].
-pub fn checkpoint_summary(path: &Path) -> Result<CheckpointSummary> {
-    checkpoint::summary(path, &read(path)?)
-}
-
-/// [`save_checkpoint`] of a run that adapts a model.
-///
-/// # Errors
-/// [`crate::Error::Write`]; the old file, if any, is then untouched.
-pub fn save_adapt_checkpoint(adapter: &Adapter, path: &Path) -> Result<()> {
-    write_atomically(path, &adapt_checkpoint::encode(adapter))
-}
-
-/// [`load_checkpoint`] of a run that adapts a model; `old` has to be given again too.
-///
-/// # Errors
-/// As [`load_checkpoint`], and where the checkpoint is of another model.
-pub fn load_adapt_checkpoint<'a>(path: &Path, old: &'a Model, scene: Scene, threads: usize) -> Result<Adapter<'a>> {
-    adapt_checkpoint::decode(path, &read(path)?, old, scene, threads)
-}
-
-/// [`checkpoint_summary`] of a run that adapts a model.
-///
-/// # Errors
-/// As [`load_adapt_checkpoint`].
-pub fn adapt_checkpoint_summary(path: &Path) -> Result<CheckpointSummary> {
-    adapt_checkpoint::summary(path, &read(path)?)
-}
-
-/// Removes a checkpoint whose run is over; one that is not there is none.
-///
-/// # Errors
-/// [`crate::Error::Write`].
-pub fn remove_checkpoint(path: &Path) -> Result<()> {
-    match fs::remove_file(path) {
-        Err(error) if error.kind() != ErrorKind::NotFound => Err(Error::Write { path: path.into(), source: error }),
-        _ => Ok(()),
-    }
-}
-
-/// Whether [`save_checkpoint`] can be expected to succeed.
-///
-/// # Errors
-/// As [`check_model_output`].
-pub fn check_checkpoint_output(path: &Path) -> Result<()> {
-    check_output(path, "checkpoint", checkpoint::is_checkpoint)
-}
-
-/// Whether [`save_model`] can be expected to succeed; to be asked before hours of learning.
+/// Whether [`save_model`] can be expected to succeed; to be asked before learning.
 ///
 /// # Errors
 /// [`crate::Error::Write`] for a directory, a device, a folder that does not exist or takes no
@@ -257,6 +182,8 @@ pub fn check_model_output(path: &Path) -> Result<()> {
 
 #[cfg(test)]
 mod tests {
+    use std::fs;
+
     use super::*;
     use crate::scene::builtin;
 

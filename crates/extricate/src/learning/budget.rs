@@ -3,25 +3,17 @@
 use std::ops::ControlFlow;
 use std::time::{Duration, Instant};
 
-use serde::{Deserialize, Serialize};
-
 use super::{LabelBatch, LearnOptions, LearnProgress};
 use crate::cspace::Label;
 
-/// What a run has spent and found; a checkpoint keeps it.
-#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
-pub struct Spent {
-    /// Labels.
-    pub labels: usize,
-    /// Wall time \[s\].
-    pub seconds: f64,
-}
+/// The part of the limit in seconds that learning itself may take: the rest is for indexing and
+/// measuring what it made.
+const LEARNING_SHARE: f64 = 0.9;
 
 /// Counts labels and seconds, and reports progress after every batch.
 pub struct Budget<'a> {
     labels: usize,
     seconds: Option<f64>,
-    before: f64,
     started: Instant,
     progress: LearnProgress,
     report: &'a mut dyn FnMut(&LearnProgress) -> ControlFlow<()>,
@@ -42,37 +34,10 @@ pub enum BudgetEnd {
 impl<'a> Budget<'a> {
     /// Starts the clock.
     pub fn new(options: &LearnOptions, report: &'a mut dyn FnMut(&LearnProgress) -> ControlFlow<()>) -> Self {
-        Self::resumed(options, &Spent::default(), report)
-    }
-
-    /// Starts the clock for the rest of a run that has spent something before.
-    pub fn resumed(
-        options: &LearnOptions,
-        spent: &Spent,
-        report: &'a mut dyn FnMut(&LearnProgress) -> ControlFlow<()>,
-    ) -> Self {
-        let (labels, before) = (options.labels, spent.seconds);
-        let progress = LearnProgress {
-            stage: "exploring",
-            fraction: 0.0,
-            labels: spent.labels,
-            boundary_samples: 0,
-            accuracy: None,
-        };
-        Self {
-            labels,
-            seconds: options.seconds_for_learning(),
-            before,
-            started: Instant::now(),
-            progress,
-            report,
-            end: None,
-        }
-    }
-
-    /// What was spent, earlier parts of the run included.
-    pub fn spent_so_far(&self) -> Spent {
-        Spent { labels: self.progress.labels, seconds: self.seconds_spent() }
+        let progress =
+            LearnProgress { stage: "exploring", fraction: 0.0, labels: 0, boundary_samples: 0, accuracy: None };
+        let (labels, seconds) = (options.labels, options.seconds);
+        Self { labels, seconds, started: Instant::now(), progress, report, end: None }
     }
 
     /// Names the stage that follows.
@@ -101,8 +66,7 @@ impl<'a> Budget<'a> {
     }
 
     fn tell(&mut self) {
-        let by_labels = self.progress.labels as f64 / self.labels.max(1) as f64;
-        let by_time = self.seconds.map_or(0.0, |limit| self.seconds_spent() / limit.max(1e-9));
+        let [by_labels, by_time] = self.shares();
         self.progress.fraction = by_labels.max(by_time).min(1.0);
         if (self.report)(&self.progress).is_break() {
             self.end = Some(BudgetEnd::Interrupted);
@@ -120,9 +84,16 @@ impl<'a> Budget<'a> {
 
     /// Share of the budget spent, of labels or of seconds, whichever is more, in `[0, 1]`.
     pub fn fraction(&self) -> f64 {
-        let by_labels = self.progress.labels as f64 / self.labels.max(1) as f64;
-        let by_time = self.seconds.map_or(0.0, |limit| self.seconds_spent() / limit.max(1e-9));
+        let [by_labels, by_time] = self.shares();
         by_labels.max(by_time).min(1.0)
+    }
+
+    /// Shares of the labels and of the seconds that are spent.
+    fn shares(&self) -> [f64; 2] {
+        let by_labels = self.progress.labels as f64 / self.labels.max(1) as f64;
+        let limit = self.seconds.map(|limit| LEARNING_SHARE * limit);
+        let by_time = limit.map_or(0.0, |limit| self.started.elapsed().as_secs_f64() / limit.max(1e-9));
+        [by_labels, by_time]
     }
 
     /// The limit in seconds.
@@ -130,10 +101,19 @@ impl<'a> Budget<'a> {
         self.seconds
     }
 
-    /// When the seconds are spent; `None` without a limit, or with one that no clock can hold.
+    /// When the seconds for learning are spent; `None` without a limit, or with one that no clock
+    /// can hold.
     pub fn until(&self) -> Option<Instant> {
-        let left = Duration::try_from_secs_f64((self.seconds? - self.before).max(0.0)).ok()?;
-        self.started.checked_add(left)
+        self.after(LEARNING_SHARE * self.seconds?)
+    }
+
+    /// When all seconds are spent, those for indexing and measuring included.
+    pub fn until_measured(&self) -> Option<Instant> {
+        self.after(self.seconds?)
+    }
+
+    fn after(&self, seconds: f64) -> Option<Instant> {
+        self.started.checked_add(Duration::try_from_secs_f64(seconds).ok()?)
     }
 
     /// Labels spent.
@@ -144,10 +124,5 @@ impl<'a> Budget<'a> {
     /// Labels left.
     pub fn left(&self) -> usize {
         self.labels.saturating_sub(self.progress.labels)
-    }
-
-    /// Wall time \[s\], earlier parts of the run included.
-    pub fn seconds_spent(&self) -> f64 {
-        self.before + self.started.elapsed().as_secs_f64()
     }
 }

@@ -23,11 +23,6 @@ pub const BATCH: usize = 2048;
 pub const ROWS_A_TASK: usize = 64;
 
 impl Exploration {
-    /// Memory of the lists \[bytes\].
-    pub fn bytes(&self) -> usize {
-        size_of_val(&self.free[..]) + size_of_val(&self.colliding[..])
-    }
-
     /// Labels `count` further points of the sequence; fewer where the budget ends, never more than
     /// it has left.
     pub fn extend(

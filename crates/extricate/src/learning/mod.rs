@@ -26,26 +26,9 @@ pub struct LearnOptions {
     pub seed: u64,
     /// Threads; 0 for one per core. The model does not depend on it.
     pub threads: usize,
-    /// Most memory for what is found \[bytes\], as [`crate::Learner::bytes`] counts it; learning
-    /// ends where it is reached. Kernel rows of training take half of what is left of it.
-    pub memory: usize,
-    /// Ends learning where at least 95 % of the queries of 64 held-out colliding configurations
-    /// have at most this excess (0.05: 5 % farther than a search about ten times as long finds) and
-    /// [`LearnOptions::target_disagreement`] holds, where given.
-    pub target_excess: Option<f64>,
-    /// Ends learning where classifier and labels disagree on at most this share of held-out
-    /// configurations, free and colliding ones counting half each, and
-    /// [`LearnOptions::target_excess`] holds, where given. Training goes on longer for it.
-    pub target_disagreement: Option<f64>,
 }
 
 impl LearnOptions {
-    /// The part of the limit in seconds that learning itself may take: the rest is for indexing and
-    /// measuring what it made.
-    pub(crate) fn seconds_for_learning(&self) -> Option<f64> {
-        self.seconds.map(|seconds| LEARNING_SHARE * seconds)
-    }
-
     /// The threads of a run with these options.
     ///
     /// # Errors
@@ -68,28 +51,13 @@ impl LearnOptions {
         if let Some(seconds) = self.seconds.filter(|seconds| seconds.is_nan() || *seconds <= 0.0) {
             return Err(Error::Option { name: "seconds", value: seconds.to_string(), expected: "more than 0" });
         }
-        let targets = [("target_excess", self.target_excess), ("target_disagreement", self.target_disagreement)];
-        match targets.into_iter().find_map(|(name, target)| Some((name, target.filter(|t| !(0.0..1e9).contains(t))?))) {
-            Some((name, value)) => Err(Error::Option { name, value: value.to_string(), expected: "0 or more" }),
-            None => Ok(()),
-        }
+        Ok(())
     }
 }
 
-/// Of a limit in seconds.
-const LEARNING_SHARE: f64 = 0.9;
-
 impl Default for LearnOptions {
     fn default() -> Self {
-        Self {
-            labels: 500_000,
-            seconds: Some(90.0),
-            seed: 0,
-            threads: 0,
-            memory: 4 << 30,
-            target_excess: None,
-            target_disagreement: None,
-        }
+        Self { labels: 160_000, seconds: Some(5.0), seed: 0, threads: 0 }
     }
 }
 

@@ -212,12 +212,6 @@ impl ObstacleClassifier {
         }
         std::array::from_fn(|side| (all[side] > 0).then(|| right[side] as f64 / all[side] as f64))
     }
-
-    /// The same svms for parts of other numbers; those for which `number` gives none are left out.
-    pub fn renumbered(&self, number: impl Fn(u32) -> Option<u32>) -> Self {
-        let svm = |svm: &PairSvm| Some(PairSvm { part: number(svm.part)?, ..svm.clone() });
-        Self { svms: self.svms.iter().filter_map(svm).collect() }
-    }
 }
 
 /// The kernel width by which svms that are fitted to every other configuration are right most often
@@ -356,13 +350,9 @@ mod tests {
     }
 
     #[test]
-    fn parts_can_be_renumbered_and_left_out() {
+    fn a_classifier_survives_serialisation() {
         let classifier = fitted(600).without_duals();
-        let renumbered = classifier.renumbered(|part| [Some(7), None, Some(0), None][part as usize]);
-        assert_eq!(renumbered.svms().iter().map(|svm| svm.part).collect::<Vec<_>>(), [7, 0]);
-        let bytes = postcard::to_stdvec(&renumbered).unwrap();
-        assert_eq!(postcard::from_bytes::<ObstacleClassifier>(&bytes).unwrap(), renumbered);
-        let nothing = classifier.renumbered(|_| None);
-        assert_eq!(nothing.predictions(2, &offsets, &points(3, 1)), [Label::Free; 3]);
+        let bytes = postcard::to_stdvec(&classifier).unwrap();
+        assert_eq!(postcard::from_bytes::<ObstacleClassifier>(&bytes).unwrap(), classifier);
     }
 }

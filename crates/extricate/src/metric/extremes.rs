@@ -324,31 +324,49 @@ fn forget_near(point: &Vec3, apart: f64, blocks: &[[[f64; LANES]; 3]], squares: 
     (at[lane] as usize * LANES + lane, largest[lane])
 }
 
-/// Largest `|c + x cos t + y sin t|^2`: the best of 16 angles, then Newton's method on the
-/// derivative.
+/// Largest `|c + x cos t + y sin t|^2`, which has up to two peaks: from each of 16 angles that is no
+/// lower than its neighbours, steps of Newton's method on the derivative, or uphill if those lead
+/// nowhere, each halved until it gains something.
 fn circle_displacement_squared(c: &Vec3, x: &Vec3, y: &Vec3) -> f64 {
+    const BETWEEN: f64 = TAU / 16.0;
     let value = |t: f64| circle_point(c, x, y, t).norm_squared();
-    let mut best = (0.0, value(0.0));
-    for k in 1..16 {
-        let t = TAU * k as f64 / 16.0;
-        if value(t) > best.1 {
+    let values: [f64; 16] = std::array::from_fn(|k| value(BETWEEN * k as f64));
+    let is_peak = |k: &usize| values[*k] >= values[(*k + 1) % 16] && values[*k] >= values[(*k + 15) % 16];
+    let climb = |k: usize| {
+        let mut best = (BETWEEN * k as f64, values[k]);
+        for _ in 0..12 {
+            let (sin, cos) = sin_cos(best.0);
+            let (point, first) = (c + x * cos + y * sin, y * cos - x * sin);
+            let slope = point.dot(&first);
+            let curvature = first.norm_squared() - point.dot(&(x * cos + y * sin));
+            let newton = -slope / curvature;
+            let is_uphill = curvature < 0.0 && newton.abs() < BETWEEN;
+            let step = if is_uphill { newton } else { BETWEEN.copysign(slope) };
+            let mut steps = (0..24).map(|halvings| best.0 + step * 0.5_f64.powi(halvings));
+            let Some(t) = steps.find(|t| value(*t) > best.1) else { break };
             best = (t, value(t));
         }
-    }
-    for _ in 0..8 {
-        let (sin, cos) = sin_cos(best.0);
-        let (point, first) = (c + x * cos + y * sin, y * cos - x * sin);
-        let slope = point.dot(&first);
-        let curvature = first.norm_squared() - point.dot(&(x * cos + y * sin));
-        if curvature >= 0.0 {
-            break;
+        best.1
+    };
+    (0..16).filter(is_peak).map(climb).fold(0.0, f64::max)
+}
+
+#[cfg(test)]
+mod circle_tests {
+    use super::*;
+
+    /// Two peaks that are nearly as high, and every kind of circle.
+    #[test]
+    fn no_point_of_a_circle_moves_farther() {
+        for case in 0..2000 {
+            let at = |k: usize| ((case * 7 + k) as f64 * 0.618_033_988_75).fract() - 0.5;
+            let small = if case % 2 == 0 { 1e-3 } else { 1.0 };
+            let c = Vec3::new(at(0), at(1), at(2)) * small;
+            let (x, y) = (Vec3::new(at(3), at(4), at(5)), Vec3::new(at(6), at(7), at(8)));
+            let largest = circle_displacement_squared(&c, &x, &y);
+            let most = (0..4000).map(|k| circle_point(&c, &x, &y, TAU * f64::from(k) / 4000.0).norm_squared());
+            let most = most.fold(0.0, f64::max);
+            assert!(largest >= most * (1.0 - 1e-12) && largest <= most * (1.0 + 1e-5), "{case}: {largest} {most}");
         }
-        let t = best.0 - slope / curvature;
-        let next = value(t);
-        if next <= best.1 {
-            break;
-        }
-        best = (t, next);
     }
-    best.1
 }

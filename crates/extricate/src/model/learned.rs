@@ -5,9 +5,8 @@ use crate::collision::Checker;
 use crate::cspace::Config;
 use crate::learning::obstacle_classifier::ObstacleClassifier;
 use crate::metric::Metric;
-use crate::query::bound::inner_spheres::InnerBalls;
-use crate::query::report::coverage::Coverage;
-use crate::query::{Answer, ChangedScene, Context, Learned, QueryOptions, Solver, View, World, index_samples};
+use crate::query::inner_balls::InnerBalls;
+use crate::query::{Answer, ChangedScene, Context, QueryOptions, Solver, Stored, View, World, index_samples};
 use crate::samples::SampleSet;
 use crate::scene::Scene;
 
@@ -19,7 +18,6 @@ pub struct Model {
     pub(super) world: World,
     pub(super) boundary: SampleSet,
     pub(super) classifier: Option<ObstacleClassifier>,
-    pub(super) coverage: Coverage,
     pub(super) statistics: Statistics,
 }
 
@@ -30,11 +28,10 @@ impl Model {
         metric: Metric,
         configs: Vec<f64>,
         classifier: Option<ObstacleClassifier>,
-        coverage: Coverage,
         statistics: Statistics,
     ) -> Self {
         let boundary = index_samples(&checker, &metric, configs, statistics.solved_samples, statistics.seed);
-        Self::with_boundary(checker, metric, boundary, classifier, coverage, statistics)
+        Self::with_boundary(checker, metric, boundary, classifier, statistics)
     }
 
     /// Puts a model together, with what was kept that could be made anew.
@@ -43,12 +40,11 @@ impl Model {
         metric: Metric,
         boundary: SampleSet,
         classifier: Option<ObstacleClassifier>,
-        coverage: Coverage,
         statistics: Statistics,
     ) -> Self {
         let balls = InnerBalls::new(&checker, None);
         let world = World::of_parts(checker, metric.into(), balls);
-        Self { world, boundary, classifier, coverage, statistics }
+        Self { world, boundary, classifier, statistics }
     }
 
     /// Its scene, ready to be queried without what was learned of it.
@@ -89,11 +85,6 @@ impl Model {
         self.classifier.iter().flat_map(ObstacleClassifier::svms).flat_map(|svm| &svm.support).copied().collect()
     }
 
-    /// What distances of queries to their nearest samples are compared with.
-    pub fn coverage(&self) -> &Coverage {
-        &self.coverage
-    }
-
     /// How it was learned.
     pub fn statistics(&self) -> &Statistics {
         &self.statistics
@@ -104,16 +95,13 @@ impl Model {
         View::new(self.context())
     }
 
-    /// The same in a scene that differs from the one that was learned. Where nothing that changed
-    /// collides at a query, it costs about as much as in the learned scene, else several times
-    /// that.
+    /// The same in a scene that differs from the one that was learned: what was stored is a start
+    /// of descents like any other there.
     ///
     /// # Guarantee
-    /// Witnesses are free in `scene`, verified during the call, and bounds hold there. How near a
-    /// witness is to the nearest exit depends on what the samples still say: far from what changed,
-    /// as much as before.
+    /// That of a query without a model in that scene.
     pub fn in_scene<'a>(&'a self, scene: &'a ChangedScene) -> View<'a> {
-        View::new(scene.context(&self.learned()))
+        View::new(scene.context(self.stored()))
     }
 
     /// The nearest free configuration to `q`, with default options; see [`View::query`].
@@ -126,11 +114,11 @@ impl Model {
         self.view().solver(options)
     }
 
-    fn learned(&self) -> Learned<'_> {
-        Learned { boundary: &self.boundary, coverage: &self.coverage, starts: self.statistics.starts_per_dof }
+    fn stored(&self) -> Stored<'_> {
+        Stored { samples: &self.boundary, holding: None }
     }
 
     pub(crate) fn context(&self) -> Context<'_> {
-        self.world.with(&self.learned(), None)
+        self.world.with(Some(self.stored()))
     }
 }

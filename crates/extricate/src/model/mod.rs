@@ -1,12 +1,13 @@
 //! What is learned of a scene, and the two things to do with it: learn it, ask it.
+//!
+//! Read in this order: `learn` (the steps), `near_miss`, `solve`, `evaluate`, `learned`.
 
-pub mod adapt;
-pub mod baseline;
+mod advice;
 pub mod evaluate;
+mod learn;
 mod learned;
-pub mod learner;
-pub(crate) mod run;
-pub mod solve;
+mod near_miss;
+mod solve;
 mod statistics;
 
 use std::ops::ControlFlow;
@@ -15,8 +16,7 @@ use crate::error::Result;
 use crate::learning::{LearnOptions, LearnProgress};
 use crate::scene::Scene;
 pub use learned::Model;
-use learner::Learner;
-pub use statistics::{Adapted, EndedBy, FARTHEST_DISTANCE, Statistics};
+pub use statistics::{EndedBy, FARTHEST_DISTANCE, Statistics};
 
 impl Model {
     /// Learns `scene` from nothing.
@@ -41,30 +41,6 @@ impl Model {
         options: &LearnOptions,
         progress: &mut (dyn FnMut(&LearnProgress) -> ControlFlow<()> + Send),
     ) -> Result<Model> {
-        let mut learner = Learner::new(scene, options)?;
-        while learner.step(progress) {}
-        learner.finish(progress)
-    }
-
-    /// A model of `scene`, a changed variant of this model's, from what is known of the old one.
-    ///
-    /// # Errors
-    /// [`crate::Error::Adapt`] where robots, limits or metric differ, and those of
-    /// [`Model::learn`].
-    pub fn adapt(&self, scene: Scene, options: &LearnOptions) -> Result<Model> {
-        self.adapt_with(scene, options, &mut |_| ControlFlow::Continue(()))
-    }
-
-    /// The same with `progress`, as [`Model::learn_with`].
-    ///
-    /// # Errors
-    /// Those of [`Model::adapt`] and [`Model::learn_with`].
-    pub fn adapt_with(
-        &self,
-        scene: Scene,
-        options: &LearnOptions,
-        progress: &mut (dyn FnMut(&LearnProgress) -> ControlFlow<()> + Send),
-    ) -> Result<Model> {
-        adapt::adapt(self, scene, options, progress)
+        learn::learn(scene, options, progress)
     }
 }

@@ -4,7 +4,6 @@
 use serde::{Deserialize, Serialize};
 
 use super::evaluate::figures::{Density, Excess, Gap};
-use crate::query::StartsPerDof;
 
 /// How a model was learned and how good it measured itself to be.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -15,8 +14,8 @@ pub struct Statistics {
     pub seed: u64,
     /// Verified free boundary samples stored.
     pub boundary_samples: usize,
-    /// Number of solved samples among them; they are stored last. Each is an exit of a colliding
-    /// configuration that learning solved: the nearest one and, while few were known, others too.
+    /// Number of solved samples among them; they are stored last. Each is the exit of a colliding
+    /// configuration that learning solved.
     #[serde(alias = "exits")]
     pub solved_samples: usize,
     /// How many of them, the first, are any free configurations, which stand in where fewer than
@@ -49,31 +48,21 @@ pub struct Statistics {
     /// that did not measure it.
     #[serde(default)]
     pub gap: Option<Gap>,
-    /// Starts of a refined query for each degree of freedom, see [`super::evaluate::calibrate`].
-    #[serde(alias = "width", deserialize_with = "super::evaluate::calibrate::read")]
-    pub starts_per_dof: StartsPerDof,
-    /// Collision and distance evaluations spent on these three, and on telling whether the run may
-    /// end: beside `labels`.
+    /// Collision and distance evaluations spent on these three, beside `labels`.
     pub measuring_checks: usize,
     /// What ended learning. With a limit in seconds, the model depends on the speed of the machine.
     pub ended_by: EndedBy,
-    /// Where the model was adapted: from what. `None` where it was learned from nothing.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub adapted: Option<Adapted>,
 }
 
 /// Greatest count that a file may give: beyond what any run can spend, and far from where sums
 /// overflow.
-pub const MOST: u64 = 1 << 48;
-/// Most starts for each degree of freedom. What is measured is below 1,600, which takes ranks of
-/// thousands.
-const MOST_STARTS: f64 = 2_000.0;
+const MOST: u64 = 1 << 48;
 
 /// Whether a count that was read as bytes is one.
 ///
 /// # Errors
 /// Its name, its value, and what was expected.
-pub fn check_count(name: &str, count: usize) -> Result<(), String> {
+fn check_count(name: &str, count: usize) -> Result<(), String> {
     if count as u64 <= MOST { Ok(()) } else { Err(format!("{name}: got {count}, expected at most {MOST}")) }
 }
 
@@ -81,7 +70,7 @@ pub fn check_count(name: &str, count: usize) -> Result<(), String> {
 ///
 /// # Errors
 /// Its name, its value, and what was expected.
-pub fn check_share(name: &str, share: f64) -> Result<(), String> {
+fn check_share(name: &str, share: f64) -> Result<(), String> {
     if (0.0..=1.0).contains(&share) { Ok(()) } else { Err(format!("{name}: got {share:?}, expected 0 to 1")) }
 }
 
@@ -92,15 +81,12 @@ impl Statistics {
     /// The figure, its value, and what was expected.
     pub(crate) fn check(&self, samples: usize) -> Result<(), String> {
         let Self { labels, boundary_samples, solved_samples, stand_ins, support_vectors, .. } = self;
-        let origin = self.adapted.unwrap_or(Adapted { learned_labels: 0, times: 0 });
         let of_excess = self.excess.map_or(0, |excess| excess.queries);
         let of_gap = self.gap.map_or(0, |gap| gap.queries);
         for (name, count) in [
             ("labels", *labels),
             ("support_vectors", *support_vectors),
             ("measuring_checks", self.measuring_checks),
-            ("adapted.learned_labels", origin.learned_labels),
-            ("adapted.times", origin.times),
             ("excess.queries", of_excess),
             ("gap.queries", of_gap),
         ] {
@@ -122,12 +108,7 @@ impl Statistics {
             let mut shares = share.into_iter().chain(interval.into_iter().flatten());
             shares.try_for_each(|share| check_share(name, share))?;
         }
-        self.check_figures()?;
-        let StartsPerDof { stored, around } = self.starts_per_dof;
-        match [stored, around].into_iter().find(|starts| !(0.0..=MOST_STARTS).contains(starts)) {
-            Some(bad) => Err(format!("starts_per_dof: got {bad:?}, expected 0 to {MOST_STARTS}")),
-            None => Ok(()),
-        }
+        self.check_figures()
     }
 
     /// Distances are finite and not negative, excesses and gaps finite.
@@ -154,27 +135,15 @@ impl Statistics {
 /// at 1e9, and so do weights.
 pub const FARTHEST_DISTANCE: f64 = 1e18;
 
-/// Where an adapted model comes from.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Adapted {
-    /// Labels of the model at the beginning, which was learned from nothing.
-    pub learned_labels: usize,
-    /// How many times it was adapted since.
-    pub times: usize,
-}
-
 /// What ended a learning run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum EndedBy {
-    /// The budget of labels.
+    /// The budget of labels. Versions before 14 knew two ends more, which are read as this one.
+    #[serde(alias = "memory", alias = "quality")]
     Labels,
     /// The budget of seconds.
     Seconds,
     /// The caller.
     Interruption,
-    /// The limit on memory.
-    Memory,
-    /// The quality that was requested.
-    Quality,
 }

@@ -3,7 +3,6 @@
 use serde::Serialize;
 
 use super::options::Effort;
-use super::report::coverage::FAR;
 use crate::collision::Contact;
 use crate::cspace::Config;
 use crate::scene::PairId;
@@ -38,17 +37,11 @@ pub struct Answer {
     /// Pairs of the scene that touch (within [`TOUCHING`] beyond the clearance) at the
     /// witness; none with [`Effort::Nearest`], unless contacts were requested.
     pub touching: Vec<PairId>,
-    /// How usual the distance to the sample that the query begins with (the nearest, or the nearest
-    /// exit) is among held-out colliding configurations, in `(0, 1]`, see
-    /// [`Coverage::of`](super::report::coverage::Coverage::of): below [`FAR`] the query lies far
-    /// from what was learned, and a nearer exit is missed more easily. `None` where the query is
-    /// free or nothing was held out.
-    pub coverage: Option<f64>,
     /// Estimated share of starts that would lead to an exit which this query has not met, in
     /// `[0, 1]`: near 0 where one descent after the other led to the same few ends, near 1 where
     /// each led to another. `None` where the query is free, or with [`Effort::Nearest`]. (Boender
-    /// and Rinnooy Kan's estimate for multistart; starts are the nearest samples, not uniform ones,
-    /// so it is no probability of a miss.)
+    /// and Rinnooy Kan's estimate for multistart; starts are not uniform, so it is no probability
+    /// of a miss.)
     pub unseen: Option<f64>,
     /// Depth of the nearest exit that was found, where the witness is the proxy of a continuous
     /// stream, which may be farther: 0 where the query is free.
@@ -98,12 +91,6 @@ impl Answer {
     /// Whether the query itself is free.
     pub fn is_free(&self) -> bool {
         self.colliding.is_empty() && self.outside.is_empty()
-    }
-
-    /// Whether the query lies farther from all samples than nearly all configurations that the
-    /// model was measured on.
-    pub fn is_far(&self) -> bool {
-        self.coverage.is_some_and(|coverage| coverage < FAR)
     }
 }
 
@@ -174,7 +161,6 @@ pub fn free_answer(q: &Config, nv: usize, effort: Effort, clearance: f64) -> Ans
         colliding: Vec::new(),
         outside: Vec::new(),
         touching: Vec::new(),
-        coverage: None,
         unseen: None,
         clearance,
         verified: true,

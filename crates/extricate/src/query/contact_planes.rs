@@ -10,8 +10,9 @@ use crate::metric::Metric;
 use crate::samples::SampleSet;
 use crate::samples::contact_planes::ContactPlanes;
 
-/// Most planes an exit, nearest first.
-const MOST: usize = 24;
+/// Most planes of an exit, nearest first. With 24, models of hands are twice as large, and queries
+/// take as many checks.
+const MOST: usize = 8;
 /// Exits that a thread looks at before it takes more.
 const CHUNK: usize = 64;
 

@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use super::search::termination::Termination;
+use super::termination::Termination;
 
 /// How hard a query tries.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
@@ -12,6 +12,8 @@ pub enum Effort {
     /// the mean on a hand of 16 joints); free as of learning. Its lower bound is that of a few
     /// balls inside the bodies of one colliding pair, often far below what the other efforts prove.
     Nearest,
+    /// Fewer descents than refined: about half the checks. One answer in a few hundred is farther.
+    Quick,
     /// Descents from several starts in different directions; the best end is verified.
     #[default]
     Refined,
@@ -25,12 +27,13 @@ pub enum Effort {
 
 impl Effort {
     /// All, by how hard they try.
-    pub const ALL: [Self; 4] = [Self::Nearest, Self::Refined, Self::Exhaustive, Self::Proved];
+    pub const ALL: [Self; 5] = [Self::Nearest, Self::Quick, Self::Refined, Self::Exhaustive, Self::Proved];
 
     /// As it is written.
     pub fn name(self) -> &'static str {
         match self {
             Self::Nearest => "nearest",
+            Self::Quick => "quick",
             Self::Refined => "refined",
             Self::Exhaustive => "exhaustive",
             Self::Proved => "proved",
@@ -38,8 +41,10 @@ impl Effort {
     }
 }
 
-/// Gap that [`Effort::Proved`] works for where none is requested.
+/// Gap that [`Effort::Proved`] works for if none is requested.
 pub const DEFAULT_GAP: f64 = 0.05;
+/// Gap at which [`Effort::Quick`] and [`Effort::Refined`] stop if none is requested.
+pub const REFINED_GAP: f64 = 0.15;
 
 /// Most exits that a shell should let anyone ask for in [`QueryOptions::exits`]: memory is taken
 /// for all of them.
@@ -60,16 +65,16 @@ pub struct QueryOptions {
     /// How many distinct exits are wanted, see [`super::Answer::exits`]; 0 and 1 ask for the
     /// nearest alone. More than one is found by refinement, so not with [`Effort::Nearest`].
     pub exits: usize,
-    /// Starts of descents, all in all; `None` leaves it to the effort ([`Effort::Refined`]: what
-    /// the model measured, for as long as they find something nearer). Stored samples come first,
-    /// as many as the effort takes; the rest are around the query. Fewer are faster and find the
+    /// Starts of descents, all in all; `None` leaves it to the effort. Directions come first, then
+    /// stored samples of a model; the rest are around the query. Fewer are faster and find the
     /// nearest exit less often. More than [`MAX_STARTS`] are as many.
     pub starts: Option<usize>,
     /// Share of the depth that need not be proved, in `[0, 1)`: the search stops as soon as
-    /// `lower_bound >= (1 - gap) depth`. [`Effort::Proved`] works for it ([`DEFAULT_GAP`] where it
-    /// is `None`); the other efforts stop where they happen to meet it, and otherwise end as
-    /// without it. Of no effect with several [`QueryOptions::exits`] or a goal
-    /// ([`QueryOptions::toward`]).
+    /// `lower_bound >= (1 - gap) depth`. [`Effort::Proved`] works for it ([`DEFAULT_GAP`] if it is
+    /// `None`). The other efforts stop as soon as they happen to meet it, and otherwise end as
+    /// without it: quick and refined ones at [`REFINED_GAP`] if it is `None`, exhaustive ones at
+    /// none. 0 searches on, whatever is proved. It has no effect with several
+    /// [`QueryOptions::exits`] or a goal ([`QueryOptions::toward`]).
     pub gap: Option<f64>,
     /// Clearance \[m\] to aim at in place of the scene's, for pairs without one of their own
     /// ([`crate::scene::clearances`]). If nothing is found that keeps it, or only what is more than
@@ -109,9 +114,21 @@ impl QueryOptions {
         self.starts.map(|starts| starts.min(MAX_STARTS))
     }
 
-    /// The gap that ends the search.
-    pub(crate) fn wanted_gap(&self) -> Option<f64> {
-        let gap = if self.effort == Effort::Proved { self.gap.or(Some(DEFAULT_GAP)) } else { self.gap };
+    /// The gap that ends what a refined query does: the first part of every effort above.
+    pub(crate) fn first_gap(&self) -> Option<f64> {
+        self.stopping(self.gap.or(Some(REFINED_GAP)))
+    }
+
+    /// The gap that ends all that an effort does.
+    pub(crate) fn last_gap(&self) -> Option<f64> {
+        self.stopping(match self.effort {
+            Effort::Nearest | Effort::Exhaustive => self.gap,
+            Effort::Quick | Effort::Refined => self.gap.or(Some(REFINED_GAP)),
+            Effort::Proved => self.gap.or(Some(DEFAULT_GAP)),
+        })
+    }
+
+    fn stopping(&self, gap: Option<f64>) -> Option<f64> {
         gap.filter(|_| self.effort != Effort::Nearest && self.wanted() == 1)
     }
 

@@ -4,9 +4,6 @@ use rayon::prelude::*;
 
 use super::mismatch::Mismatch;
 
-/// Numbers of single precision in one.
-const CACHE_LINE: usize = 16;
-
 /// For each of some samples, the linearised signed distances of its near contacts: a step `t`
 /// (tangent coordinates) from sample `i` keeps contact `k` to first order where `gradient(k) . t >=
 /// -room(k)`.
@@ -151,11 +148,6 @@ impl ContactPlanes {
         self.starts.len().saturating_sub(1)
     }
 
-    /// Memory that they take \[bytes\].
-    pub fn bytes(&self) -> usize {
-        size_of_val(&self.starts[..]) + size_of_val(&self.planes[..]) + size_of_val(&self.pairs[..])
-    }
-
     /// Whether there is none.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
@@ -166,7 +158,7 @@ impl ContactPlanes {
         let width = self.nv + 1;
         let (first, last) = (self.starts[sample] as usize, self.starts[sample + 1] as usize);
         let (numbers, pairs) = (&self.planes[first * width..last * width], &self.pairs[first..last]);
-        Planes { width, numbers, pairs, elsewhere: None }
+        Planes { width, numbers, pairs, holding: None }
     }
 }
 
@@ -176,37 +168,22 @@ pub struct Planes<'a> {
     width: usize,
     numbers: &'a [f32],
     pairs: &'a [u32],
-    elsewhere: Option<Elsewhere<'a>>,
-}
-
-/// What becomes of planes in another scene.
-#[derive(Debug, Clone, Copy)]
-pub struct Elsewhere<'a> {
-    /// For every checked pair of the scene in which they were noted, whether it is checked here
-    /// too, and its bodies are what they were.
-    pub stays: &'a [bool],
-    /// By how much the clearance is larger here \[m\].
-    pub wider: f64,
+    /// Of every checked pair, whether planes of it hold; `None` if all do.
+    holding: Option<&'a [bool]>,
 }
 
 impl<'a> Planes<'a> {
-    /// Reads a number of each cache line.
-    pub fn touch(&self) -> f32 {
-        self.numbers.iter().step_by(CACHE_LINE).sum()
-    }
-
-    /// Those that still hold in another scene; what is new there has none.
-    pub fn elsewhere(self, elsewhere: Elsewhere<'a>) -> Self {
-        Self { elsewhere: Some(elsewhere), ..self }
+    /// Those of the pairs that are marked; a pair beyond the end of the list is not.
+    pub fn of_pairs(self, holding: &'a [bool]) -> Self {
+        Self { holding: Some(holding), ..self }
     }
 
     /// Room \[m\] and gradient of each.
     pub fn iter(&self) -> impl Iterator<Item = (f64, impl Iterator<Item = f64> + use<'a>)> + use<'a> {
-        let elsewhere = self.elsewhere;
-        let wider = elsewhere.map_or(0.0, |elsewhere| elsewhere.wider);
-        let holds = move |pair: u32| elsewhere.is_none_or(|at| at.stays.get(pair as usize).is_some_and(|stays| *stays));
+        let holding = self.holding;
+        let holds = move |pair: u32| holding.is_none_or(|holding| holding.get(pair as usize) == Some(&true));
         let planes = self.numbers.chunks_exact(self.width).zip(self.pairs).filter(move |(_, pair)| holds(**pair));
-        planes.map(move |(plane, _)| (f64::from(plane[0]) - wider, plane[1..].iter().map(|x| f64::from(*x))))
+        planes.map(move |(plane, _)| (f64::from(plane[0]), plane[1..].iter().map(|x| f64::from(*x))))
     }
 }
 
@@ -279,15 +256,13 @@ mod tests {
     }
 
     #[test]
-    fn elsewhere_only_planes_of_pairs_that_stay_hold_and_have_less_room() {
+    fn only_planes_of_marked_pairs_hold() {
         let mut tangents = ContactPlanes::new(1);
         for (pair, room) in [(0, 0.5), (2, 0.25), (7, 0.125)] {
             tangents.push(pair, room, &[1.0]);
         }
         tangents.end_sample();
-        let stays = [true, true, false];
-        let planes = tangents.planes(0).elsewhere(Elsewhere { stays: &stays, wider: 0.0625 });
-        // A pair that is not told of does not stay.
-        assert_eq!(planes.iter().map(|(room, _)| room).collect::<Vec<_>>(), [0.4375]);
+        let planes = tangents.planes(0).of_pairs(&[true, true, false]);
+        assert_eq!(planes.iter().map(|(room, _)| room).collect::<Vec<_>>(), [0.5]);
     }
 }

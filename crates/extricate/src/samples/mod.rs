@@ -172,19 +172,9 @@ impl SampleSet {
         Self { nq, configs, embedding_len, all, solved, tangents: ContactPlanes::default() }
     }
 
-    /// Memory for `rows` configurations and their index, and another one of `solved` of them
-    /// \[bytes\]: most of it while it is built.
-    pub fn bytes(metric: &Metric, nq: usize, rows: usize, solved: usize) -> usize {
-        let embedding = metric.embedding_len();
-        let indexed = embedding.min(MOST_DIMENSIONS);
-        rows * 8 * (nq + embedding + if indexed < embedding { indexed } else { 0 })
-            + Index::bytes(indexed, rows)
-            + Index::bytes(indexed, solved)
-    }
-
-    /// Memory of what is known of the contacts of solved \[bytes\].
-    pub fn bytes_of_planes(&self) -> usize {
-        self.tangents.bytes()
+    /// Coordinates of a sample.
+    pub fn nq(&self) -> usize {
+        self.nq
     }
 
     /// Number of samples.
@@ -211,13 +201,6 @@ impl SampleSet {
     pub fn planes(&self, id: u32) -> Option<Planes<'_>> {
         let exit = (id as usize).checked_sub(self.len() - self.solved())?;
         (exit < self.tangents.len()).then(|| self.tangents.planes(exit))
-    }
-
-    /// Has the planes of these samples in the cache: what stands anywhere in memory arrives at once
-    /// where all of it is requested before any is used, as descents do not.
-    pub fn fetch_planes(&self, ids: &[u32]) {
-        let touched: f32 = ids.iter().filter_map(|id| self.planes(*id)).map(|planes| planes.touch()).sum();
-        std::hint::black_box(touched);
     }
 
     /// Whether there is none.

@@ -2,7 +2,6 @@
 //! obstacle region.
 
 use rayon::prelude::*;
-use serde::{Deserialize, Serialize};
 
 use super::{BoundaryScratch, SampleQuery, SampleSet};
 use crate::cspace::sampling::Halton;
@@ -20,12 +19,12 @@ pub struct TraceGround<'a> {
     pub metric: &'a Metric,
     /// Exact labels.
     pub label: &'a LabelBatch<'a>,
+    /// Where further configurations are drawn.
+    pub halton: &'a Halton,
     /// Every sample gets a colliding configuration within this distance (metric units).
     pub gap: f64,
     /// For the index.
     pub seed: u64,
-    /// Whether random configurations are labelled where seeds run out.
-    pub draws_seeds: bool,
 }
 
 /// Most halvings of a segment: enough for any gap above 2^-40 of the space's diameter.
@@ -34,112 +33,70 @@ const MAX_HALVINGS: u32 = 40;
 /// spent on whole passes.
 const FIRST_SEEDS: usize = 256;
 
-/// How far tracing has come: with the lists of configurations, all that is needed to go on.
-#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub struct TracePlace {
-    /// Free configurations that are starts: the first of all that are known.
-    pub starts: usize,
-    /// Boundary samples that are starts too: the first so many of those found so far.
-    pub indexed: usize,
-    /// Colliding configurations used as seeds.
-    pub seeds_used: usize,
-    /// Passes made.
-    pub passes: usize,
-}
-
-/// Traces the boundary, one pass at a time.
+/// Traces the boundary from the configurations of `known`, at least one of which is free, until the
+/// share `by` of the budget is spent: boundary samples, row major.
 ///
 /// Every colliding seed is joined to the nearest known free configuration and to the nearest
 /// boundary sample found so far; both segments are halved toward the seed. So the samples lie where
-/// the solved of random colliding configurations are, and each pass starts from better ones. Seeds
-/// that the classifier gets wrong come first (`colliding` is in that order).
+/// the exits of random colliding configurations are, and each pass starts from better ones. Seeds
+/// are taken in the order of `known`, to which further ones are added if they run out.
+///
+/// If nothing is left of that share, or time or the caller ended the budget before, one pass is
+/// made all the same, for half of what is left at most: without it nothing would be known of the
+/// boundary. The limit in labels always holds.
 ///
 /// # Guarantee
-/// Every sample was labelled free, and some configuration within `gap` of it was labelled
+/// Every sample was labelled free, and some configuration within the gap of it was labelled
 /// colliding.
-pub struct Tracer {
-    free: SampleSet,
-    traced: Option<SampleSet>,
-    place: TracePlace,
-}
-
-impl Tracer {
-    /// Before the first pass; there has to be a free configuration.
-    pub fn new(ground: &TraceGround, known: &Exploration) -> Self {
-        Self::at(ground, known, &[], Self::first_place(known, ground.space.nq()))
-    }
-
-    /// Where a new tracer stands.
-    pub fn first_place(known: &Exploration, nq: usize) -> TracePlace {
-        TracePlace { starts: (known.free.len() / nq).min(MOST_STARTS), ..TracePlace::default() }
-    }
-
-    /// Where an earlier tracer stood.
-    pub fn at(ground: &TraceGround, known: &Exploration, samples: &[f64], place: TracePlace) -> Self {
-        let nq = ground.space.nq();
-        let set = |configs: &[f64]| SampleSet::new(ground.metric, nq, configs.to_vec(), ground.seed);
-        let traced = (place.indexed > 0).then(|| set(&samples[..place.indexed * nq]));
-        Self { free: set(&known.free[..place.starts * nq]), traced, place }
-    }
-
-    /// Where it stands.
-    pub fn place(&self) -> &TracePlace {
-        &self.place
-    }
-
-    /// Makes a pass of at most `most` labels, which appends to `samples` (row major); whether
-    /// another one could be paid for.
-    ///
-    /// Where time or the caller ended the budget while nothing was traced yet, the pass is made all
-    /// the same: without it nothing would be known of the boundary. The limit in labels always
-    /// holds.
-    pub fn pass(
-        &mut self,
-        ground: &TraceGround,
-        known: &mut Exploration,
-        samples: &mut Vec<f64>,
-        halton: &Halton,
-        most: usize,
-        budget: &mut Budget,
-    ) -> bool {
-        let until = budget.spent().saturating_add(most);
-        let left = |budget: &Budget| budget.left().min(until.saturating_sub(budget.spent()));
-        let (nq, place) = (ground.space.nq(), &mut self.place);
-        let most_seeds = FIRST_SEEDS.checked_shl(place.passes as u32).map_or(BATCH, |seeds| seeds.min(BATCH));
-        if ground.draws_seeds && known.colliding.len() / nq < place.seeds_used + most_seeds {
+pub fn trace(ground: &TraceGround, known: &mut Exploration, by: f64, budget: &mut Budget) -> Vec<f64> {
+    let nq = ground.space.nq();
+    let until = (by * (budget.spent() as f64 + budget.left() as f64)) as usize;
+    let set = |configs: &[f64]| SampleSet::new(ground.metric, nq, configs.to_vec(), ground.seed);
+    let free = set(&known.free[..known.free.len().min(MOST_STARTS * nq)]);
+    let (mut samples, mut traced, mut seeds_used, mut most_seeds) = (Vec::new(), None::<SampleSet>, 0, FIRST_SEEDS);
+    while budget.left() > 0 {
+        let left = match until.saturating_sub(budget.spent()) {
+            0 => budget.left() / 2,
+            left => left,
+        };
+        if known.colliding.len() / nq < seeds_used + most_seeds {
             // The last labels are better spent on the seeds that there are.
-            let more = (left(budget) / 4).clamp(1, BATCH);
-            known.extend(ground.space, halton, more, ground.label, budget);
-            // Starts are chosen; further free configurations would only take memory.
-            known.free.truncate(known.free.len().min(MOST_STARTS.max(place.starts) * nq));
+            known.extend(ground.space, ground.halton, (left / 4).clamp(1, BATCH), ground.label, budget);
         }
-        let last = (place.seeds_used + most_seeds).min(known.colliding.len() / nq);
-        let seeds = &known.colliding[place.seeds_used * nq..last * nq];
-        (place.seeds_used, place.passes) = (last, place.passes + 1);
-        let sets = [Some(&self.free), self.traced.as_ref()];
-        let starts: Vec<[Option<Vec<f64>>; 2]> = seeds
-            .par_chunks_exact(nq)
-            .map_init(Default::default, |scratch: &mut (BoundaryScratch, Anchor, Vec<(u32, f64)>), seed| {
-                sets.map(|set| nearest(ground.metric, set?, seed, scratch))
-            })
-            .collect();
-        let (mut near, mut far) = (Vec::new(), Vec::new());
-        for (seed, start) in seeds.chunks_exact(nq).zip(&starts) {
-            for start in start.iter().flatten() {
-                near.extend_from_slice(start);
-                far.extend_from_slice(seed);
-            }
-        }
-        let affordable = left(budget);
-        let paid = halve(ground, (&mut near, &mut far), affordable, samples.is_empty(), budget);
+        let last = (seeds_used + most_seeds).min(known.colliding.len() / nq);
+        let seeds = &known.colliding[seeds_used * nq..last * nq];
+        (seeds_used, most_seeds) = (last, (2 * most_seeds).min(BATCH));
+        let (mut near, mut far) = segments(ground.metric, [Some(&free), traced.as_ref()], seeds, nq);
+        let is_paid = halve(ground, (&mut near, &mut far), left, samples.is_empty(), budget);
         samples.extend_from_slice(&near);
         budget.note(samples.len() / nq, None);
-        if self.traced.as_ref().is_none_or(|set| 2 * set.len() <= samples.len() / nq) && !samples.is_empty() {
-            self.traced = Some(SampleSet::new(ground.metric, nq, samples.clone(), ground.seed));
-            place.indexed = samples.len() / nq;
+        if !is_paid || budget.end().is_some() || budget.spent() >= until || budget.fraction() >= by {
+            break;
         }
-        paid && left(budget) > 0
+        if traced.as_ref().is_none_or(|set| 2 * set.len() <= samples.len() / nq) && !samples.is_empty() {
+            traced = Some(set(&samples));
+        }
     }
+    samples
+}
+
+/// Segments from the nearest sample of each set to each seed: their free ends and their colliding
+/// ones, row major.
+fn segments(metric: &Metric, sets: [Option<&SampleSet>; 2], seeds: &[f64], nq: usize) -> (Vec<f64>, Vec<f64>) {
+    let starts: Vec<[Option<Vec<f64>>; 2]> = seeds
+        .par_chunks_exact(nq)
+        .map_init(Default::default, |scratch: &mut (BoundaryScratch, Anchor, Vec<(u32, f64)>), seed| {
+            sets.map(|set| nearest(metric, set?, seed, scratch))
+        })
+        .collect();
+    let (mut near, mut far) = (Vec::new(), Vec::new());
+    for (seed, start) in seeds.chunks_exact(nq).zip(&starts) {
+        for start in start.iter().flatten() {
+            near.extend_from_slice(start);
+            far.extend_from_slice(seed);
+        }
+    }
+    (near, far)
 }
 
 /// Free configurations kept as starts; more cost search time and gain little once boundary samples
@@ -239,11 +196,8 @@ mod tests {
         let mut known = Exploration::default();
         known.extend(&scene.space, &halton, 8000, &label, &mut budget);
         let ground =
-            TraceGround { space: &scene.space, metric: &metric, label: &label, gap: 0.01, seed: 1, draws_seeds: true };
-        let (mut tracer, mut samples) = (Tracer::new(&ground, &known), Vec::new());
-        while tracer.pass(&ground, &mut known, &mut samples, &halton, usize::MAX, &mut budget) && budget.end().is_none()
-        {
-        }
+            TraceGround { space: &scene.space, metric: &metric, label: &label, halton: &halton, gap: 0.01, seed: 1 };
+        let samples = trace(&ground, &mut known, 1.0, &mut budget);
         assert!(samples.len() / nq > 1000, "{}", samples.len() / nq);
         for q in samples.chunks_exact(nq) {
             assert!((1.0..1.0101).contains(&radius(q)), "{q:?}");

@@ -8,7 +8,7 @@ use extricate::internals::model::EndedBy;
 use extricate::{Error, LearnOptions, Model, QueryOptions, QueryScratch, Result, builtin};
 
 fn learned(labels: usize, seconds: Option<f64>, most_reports: usize) -> Result<Model> {
-    let options = LearnOptions { labels, seconds, seed: 4, threads: 2, ..LearnOptions::default() };
+    let options = LearnOptions { labels, seconds, seed: 4, threads: 2 };
     let mut reports = 0;
     Model::learn_with(builtin::scene("planar-arm").unwrap(), &options, &mut |_| {
         reports += 1;

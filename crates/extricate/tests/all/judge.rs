@@ -115,7 +115,6 @@ impl Hearing<'_> {
             && answer.contacts.is_empty()
             && answer.exits.is_empty()
             && answer.segment.is_none()
-            && answer.coverage.is_none()
             && answer.verified
             && answer.unique;
         self.expect("free, but more is told than that", is_plain);
@@ -147,7 +146,6 @@ impl Hearing<'_> {
         self.expect("the lower bound is above the depth", (0.0..=answer.depth).contains(&answer.lower_bound));
         let verifies = options.effort != Effort::Nearest || self.judge.changed;
         self.expect("verified or not, against what the effort promises", answer.verified == verifies);
-        self.expect("the coverage is no share", answer.coverage.is_none_or(|share| share > 0.0 && share <= 1.0));
         if !options.contacts && options.effort == Effort::Nearest {
             return self.expect("contacts that nobody asked for", answer.touching.is_empty());
         }

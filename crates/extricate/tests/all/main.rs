@@ -1,6 +1,5 @@
 //! The integration tests of the library, in one binary.
 
-mod adapting;
 mod allocations;
 mod analytic;
 mod beyond_limits;

@@ -39,12 +39,15 @@ fn answers_are_verified_bounded_and_nearly_those_of_a_long_search() {
                 let [nearest, refined, exhaustive] = [Effort::Nearest, Effort::Refined, Effort::Exhaustive]
                     .map(|effort| world.view().query_with(&q, &with(effort), &mut scratch).expect("something is free"));
                 for answer in [&nearest, &refined, &exhaustive] {
-                    assert!(answer.verified && answer.coverage.is_none());
+                    assert!(answer.verified);
                     assert_eq!(world.checker().label(&answer.witness, &mut check), Label::Free);
                     assert!((world.metric().distance(&q, &answer.witness) - answer.depth).abs() < 1e-9);
                     assert!(answer.lower_bound <= answer.depth);
                 }
-                assert!(nearest.depth >= refined.depth && refined.depth >= exhaustive.depth, "{name} {metric:?}");
+                let depths = [nearest.depth, refined.depth, exhaustive.depth];
+                // Without a model, `nearest` is told of one pair, and may group joints otherwise.
+                let [a, b, c] = depths;
+                assert!(a >= (1.0 - 1e-4) * b && b >= c, "{name} {metric:?}: {depths:?} at {q:?}");
                 assert!(refined.lower_bound <= exhaustive.depth && refined.unseen.is_some());
                 missed += usize::from(refined.depth > 1.05 * exhaustive.depth);
             }

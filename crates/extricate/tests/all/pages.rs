@@ -16,8 +16,8 @@ fn files_that_pages_name_exist() {
     let files = files();
     check(|code| missing_files(code, &files));
     let found = |code: &str| missing_files(code, &files).len();
-    assert_eq!(found("query/starts/mod.rs plan.rs docs/recipes/NAME.py ../x"), 0);
-    assert_eq!(found("query/starts.rs"), 1);
+    assert_eq!(found("query/search/mod.rs plan.rs docs/recipes/NAME.py ../x"), 0);
+    assert_eq!(found("query/search.rs"), 1);
     assert_eq!(found("no_such_file.rs, scripts/no-such.sh"), 2);
 }
 

@@ -31,12 +31,14 @@ fn a_stream_is_cheaper_and_notices_nearer_ways_out() {
         let mut scene = builtin::scene(name).unwrap();
         scene.metric = metric;
         let model = learn(scene, 6_000, 7);
-        let (mut stream, mut scratch) = (Stream::new(StreamOptions::default()), QueryScratch::default());
-        let mut check = CheckScratch::default();
+        // Nothing but what is found ends either.
+        let options = QueryOptions { gap: Some(0.0), ..QueryOptions::default() };
+        let mut stream = Stream::new(StreamOptions { query: options.clone(), ..StreamOptions::default() });
+        let (mut scratch, mut check) = (QueryScratch::default(), CheckScratch::default());
         let (mut spent, mut alone, mut asked, mut as_near, mut settled) = (0, 0, 0, 0, 0);
         for (i, q) in frames(&model, 4, 60).iter().enumerate() {
             let answer = model.view().query_next(q, &mut stream).unwrap();
-            let single = model.view().query_with(q, &QueryOptions::default(), &mut scratch).unwrap();
+            let single = model.view().query_with(q, &options, &mut scratch).unwrap();
             assert_eq!(answer.depth == 0.0, single.depth == 0.0);
             assert_eq!(model.checker().label(&answer.witness, &mut check), Label::Free, "{name}, frame {i}");
             assert!(answer.verified && answer.lower_bound <= answer.depth);
@@ -52,7 +54,10 @@ fn a_stream_is_cheaper_and_notices_nearer_ways_out() {
                 settled += usize::from(last.depth <= 1.01 * single.depth);
             }
         }
-        assert!(asked > 60 && 2 * spent < alone, "{name}: {spent} checks in a stream, {alone} alone, {asked} frames");
+        assert!(
+            asked > 60 && 19 * spent < 10 * alone,
+            "{name}: {spent} checks in a stream, {alone} alone, {asked} frames"
+        );
         assert!(as_near * 100 >= asked * share, "{name}: {as_near} of {asked} frames");
         assert!(settled >= 2, "{name}: {settled} of up to 6");
     }
@@ -235,7 +240,7 @@ fn a_budget_in_a_changed_scene_ends_all_but_the_search_for_a_first_witness() {
     wider.clearance = 1e-3;
     let changed = ChangedScene::new(model.world(), wider).unwrap();
     let mut scratch = QueryScratch::default();
-    // So many are checked in order of distance; then descents lead out of the nearest.
+    // So many are looked at in order of distance; the first exit takes the rest.
     let (in_order, most) = (16, 120);
     let (mut longest, mut nearer) = (0, 0);
     for q in colliding(&model, 40) {
@@ -243,7 +248,7 @@ fn a_budget_in_a_changed_scene_ends_all_but_the_search_for_a_first_witness() {
         let full = ask(&QueryOptions::default()).expect("something is free");
         let (rank, distance) = nearest_free_sample(&model, &changed, &q);
         longest = longest.max(rank);
-        let first = if rank <= in_order { rank + 1 } else { most };
+        let first = most;
         let nothing = [(Some(0), None), (None, Some(0.0))].map(|(checks, seconds)| Termination {
             max_checks: checks,
             max_seconds: seconds,
@@ -254,7 +259,7 @@ fn a_budget_in_a_changed_scene_ends_all_but_the_search_for_a_first_witness() {
                 ask(&QueryOptions { termination, effort, ..QueryOptions::default() }).expect("something is free");
             assert!(answer.verified);
             if rank <= in_order {
-                assert!((answer.depth - distance).abs() < 1e-9, "{} {distance}", answer.depth);
+                assert!(answer.depth < distance + 1e-9, "{} {distance}", answer.depth);
             } else {
                 nearer += usize::from(answer.depth < distance);
             }
@@ -266,7 +271,8 @@ fn a_budget_in_a_changed_scene_ends_all_but_the_search_for_a_first_witness() {
         for checks in [0, 3, 10, 30, 100, 300] {
             let termination = Termination::after_checks(checks);
             let answer = ask(&QueryOptions { termination, ..QueryOptions::default() }).expect("something is free");
-            assert!(answer.verified && answer.depth <= last && full.depth <= answer.depth);
+            let depths = [last, answer.depth, full.depth];
+            assert!(answer.verified && depths.is_sorted_by(|a, b| a >= b), "{checks} checks: {depths:?} at {q:?}");
             assert!(answer.checks <= checks.max(first) + 3, "{} of {checks}, {rank} samples", answer.checks);
             last = answer.depth;
         }

@@ -85,14 +85,13 @@ fn generalised_depth_of_a_peg_in_a_block_with_a_hole() {
             }
 
             // In the hole, into one of its four walls; turned by multiples of a right angle, which
-            // changes nothing. Hardly any sample is in there, which the answers say; the exit along
-            // the wall is then found from the query alone, or not.
+            // changes nothing. Hardly any sample is in there: the exit along the wall is found from
+            // the query alone, or not.
             let (into, along) = (HOLE - PEG[0] + depth, 0.4 * (b - 0.5));
             let turn = [[0.0, 0.0, 0.0, 1.0], [0.0, 0.0, FRAC_1_SQRT_2, FRAC_1_SQRT_2]][i as usize % 2];
             let walls = [[into, along, 0.0], [-into, along, 0.0], [along, into, 0.0], [along, -into, 0.0]];
             for (k, effort) in efforts.into_iter().enumerate() {
                 let found = ask(&model, &walls[i as usize % 4], &turn, depth, effort);
-                assert!(found.is_far(), "{found:?}");
                 in_hole[k] += usize::from(found.depth - depth < 0.01);
             }
         }

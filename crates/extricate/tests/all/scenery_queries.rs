@@ -22,10 +22,11 @@ fn scene_of(urdf: &str, obstacles: &str) -> Scene {
     assemble(Path::new("scene.toml"), &text, &mut |_: &Path| Ok(urdf.as_bytes().to_vec())).unwrap()
 }
 
+/// The nearest exit, whatever is proved on the way.
 fn ask(world: &World, q: &[f64]) -> Answer {
     let q = world.scene().space.config(q).unwrap();
-    let answer =
-        world.view().query_with(&q, &QueryOptions::default(), &mut QueryScratch::default()).expect("something is free");
+    let options = QueryOptions { gap: Some(0.0), ..QueryOptions::default() };
+    let answer = world.view().query_with(&q, &options, &mut QueryScratch::default()).expect("something is free");
     let label = world.checker().label(&answer.witness, &mut CheckScratch::default());
     assert!(answer.verified && label == Label::Free && answer.lower_bound <= answer.depth);
     answer

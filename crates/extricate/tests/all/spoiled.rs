@@ -8,7 +8,7 @@ use crate::query::colliding;
 
 type Spoil = (&'static str, fn(&mut Answer, &[f64]));
 
-const SPOILS: [Spoil; 22] = [
+const SPOILS: [Spoil; 21] = [
     ("the witness is not at the depth", |a, _| a.depth *= 1.01),
     ("the lower bound is above the depth", |a, _| a.lower_bound = 1.001 * a.depth),
     ("the witness collides", |a, q| a.witness.copy_from_slice(q)),
@@ -17,7 +17,6 @@ const SPOILS: [Spoil; 22] = [
     ("a pair that collides is left out", |a, _| a.colliding.clear()),
     ("a pair is called colliding that keeps the clearance", |a, _| a.colliding = (0..50).map(PairId::new).collect()),
     ("verified or not, against what the effort promises", |a, _| a.verified = false),
-    ("the coverage is no share", |a, _| a.coverage = Some(1.5)),
     ("a pair touches that is not told", |a, _| a.touching.clear()),
     ("contacts and touching pairs disagree", |a, _| a.contacts.clear()),
     ("the nearest contact is not at the distance of its pair", |a, _| a.contacts[0].distance += 1e-3),

@@ -54,6 +54,64 @@ const MAY_USE: &[(&str, &[&str])] = &[
         ],
     ),
 ];
+/// What each room of `query/` may use of the others, in an order in which they can be read.
+const QUERY_ROOMS: &[(&str, &[&str])] = &[
+    ("inner_balls", &[]),
+    ("qp", &[]),
+    ("termination", &[]),
+    ("context", &["inner_balls"]),
+    ("options", &["termination"]),
+    ("answer", &["options"]),
+    ("evaluate", &["context", "termination"]),
+    ("groups", &["context"]),
+    ("local_metric", &["context"]),
+    ("bound", &["context", "groups", "inner_balls", "options", "qp"]),
+    ("exits", &["answer", "local_metric"]),
+    ("descent", &["answer", "context", "evaluate", "exits", "qp"]),
+    ("plan", &["context", "descent", "options"]),
+    ("contact_planes", &["plan"]),
+    ("search", &["answer", "bound", "context", "descent", "evaluate", "exits", "groups", "local_metric", "plan", "qp"]),
+    ("batch", &["answer", "search"]),
+    ("beyond_limits", &["answer", "context", "search"]),
+    ("constraints", &["answer", "context", "descent", "options", "plan", "search", "termination"]),
+    ("report", &["answer", "beyond_limits", "bound", "context", "evaluate", "exits", "options", "search"]),
+    (
+        "nearest_exit",
+        &[
+            "answer",
+            "beyond_limits",
+            "bound",
+            "constraints",
+            "context",
+            "exits",
+            "groups",
+            "options",
+            "plan",
+            "report",
+            "search",
+            "termination",
+        ],
+    ),
+    (
+        "stream",
+        &[
+            "answer",
+            "constraints",
+            "context",
+            "descent",
+            "evaluate",
+            "exits",
+            "nearest_exit",
+            "options",
+            "plan",
+            "qp",
+            "report",
+            "search",
+            "termination",
+        ],
+    ),
+    ("worlds", &["answer", "batch", "context", "inner_balls", "nearest_exit", "options", "search", "stream"]),
+];
 /// The facade may name every module.
 const FACADE: &str = "lib";
 /// Columns of a line that is a comment, but for code and tables in it.
@@ -73,6 +131,38 @@ fn modules_use_only_what_the_table_allows() {
         faults.extend(forbidden_uses(relative, &read(&path)));
     }
     assert!(faults.is_empty(), "\n{}", faults.join("\n"));
+}
+
+/// Every room uses only rooms before it in the table, so that a query can be read in that order.
+#[test]
+fn rooms_of_the_query_use_only_what_their_table_allows() {
+    let query = Path::new(env!("CARGO_MANIFEST_DIR")).join("src/query");
+    let place = |room: &str| QUERY_ROOMS.iter().position(|(name, _)| *name == room);
+    let mut faults = Vec::new();
+    for path in files_below(&query, &["rs"]) {
+        let relative = path.strip_prefix(&query).expect("below query");
+        let (own, is_root) = (module_of(relative), relative.components().count() == 1);
+        if own == "mod" {
+            continue;
+        }
+        let Some(own_place) = place(&own) else {
+            faults.push(format!("{own}: no room of the table"));
+            continue;
+        };
+        let code = without_comments_and_tests(&read(&path));
+        let mut used = names_after(&code, "crate::query::");
+        if is_root || relative == Path::new(&own).join("mod.rs") {
+            used.extend(names_after(&code, "super::"));
+        }
+        let is_far = |room: &String| place(room).is_none_or(|at| at >= own_place);
+        for room in used.into_iter().filter(|room| *room != own && path.file_name() != Some("tests.rs".as_ref())) {
+            if is_far(&room) || !QUERY_ROOMS[own_place].1.contains(&room.as_str()) {
+                faults.push(format!("{}: `{own}` must not use `{room}`", path.display()));
+            }
+        }
+    }
+    assert!(faults.is_empty(), "\n{}", faults.join("\n"));
+    assert_eq!(names_after("use super::{a::B, c};\nsuper::super::d", "super::"), ["a", "c", "d"]);
 }
 
 #[test]
@@ -269,6 +359,13 @@ fn names_from_the_root(code: &str) -> Vec<String> {
             }
         }
     }
+    names
+}
+
+/// The first name of every path after a prefix.
+fn names_after(code: &str, prefix: &str) -> Vec<String> {
+    let mut names = Vec::new();
+    code.split(prefix).skip(1).for_each(|rest| branches(rest, &mut names));
     names
 }
 

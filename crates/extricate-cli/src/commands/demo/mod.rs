@@ -11,10 +11,10 @@ use anyhow::{Context, bail};
 use clap::Args;
 use clap::builder::PossibleValuesParser;
 use extricate::internals::io::{self, OutputLock};
-use extricate::{Answer, Config, Effort, LearnOptions, Learner, QueryOptions, QueryScratch, Scene, World, builtin};
+use extricate::{Answer, Config, Effort, LearnOptions, QueryOptions, QueryScratch, Scene, World, builtin};
 use extricate_view::{Live, is_page};
 
-use super::learn::run::{Learned, run_with_progress};
+use super::learn::run::{Learned, learn_with_progress};
 use super::query::summary::{Figures, Summary};
 use super::sample::CollidingSampler;
 use super::tell_warnings;
@@ -58,7 +58,7 @@ pub struct DemoArgs {
     #[arg(long, value_name = "S", default_value_t = 0, value_parser = seed, allow_negative_numbers = true)]
     seed: u64,
     /// Most seconds of learning
-    #[arg(long, value_name = "T", default_value_t = 8.0, value_parser = seconds, allow_negative_numbers = true)]
+    #[arg(long, value_name = "T", default_value_t = 5.0, value_parser = seconds, allow_negative_numbers = true)]
     seconds: f64,
 }
 
@@ -100,11 +100,12 @@ pub fn run(args: &DemoArgs, json: bool) -> anyhow::Result<()> {
         out.flush()?;
     }
     let options = LearnOptions { seconds: Some(args.seconds), seed: args.seed, ..LearnOptions::default() };
-    let Learned { model, seconds: learning_seconds, .. } = run_with_progress(Learner::new(scene, &options)?, None)?;
+    let Learned { model, seconds: learning_seconds, .. } = learn_with_progress(scene, &options)?;
     let answers = answer_all("querying", &queries, |q, scratch| {
-        model.view().query_with(q, &QueryOptions::default(), scratch).context("nothing free was found")
+        let options = QueryOptions { effort: Effort::Quick, ..QueryOptions::default() };
+        model.view().query_with(q, &options, scratch).context("nothing free was found")
     })?;
-    let is_as_near = |(a, b): &(&Answered, &Answered)| a.answer.depth <= 1.05 * b.answer.depth;
+    let is_as_near = |(a, b): &(&Answered, &Answered)| b.answer.depth <= 1.05 * a.answer.depth;
     let as_near = at_once.iter().zip(&answers).filter(is_as_near).count();
     let report = DemoReport {
         scene: &args.scene,

@@ -14,7 +14,7 @@ pub struct DemoReport<'a> {
     pub scene: &'a str,
     /// Figures of the same queries before anything was learned.
     pub at_once: Figures,
-    /// Share of those answers that are within 5 % of the model's.
+    /// Share of the quick answers with the model that are within 5 % of those.
     pub as_near: f64,
     /// How the model was learned.
     pub learned: &'a Statistics,
@@ -62,14 +62,14 @@ impl DemoReport<'_> {
             (
                 "learning buys",
                 format!(
-                    "{:.1} times fewer checks; {} of the answers at once were as near within 5 %",
+                    "{:.1} times fewer checks than without; {} of these answers are as near within 5 %",
                     self.at_once.checks_median / queries.checks_median,
                     percent(self.as_near)
                 ),
             ),
         ];
         format!(
-            "Scene {}: what was learned\n{}\n\nNearest exit of the same {} collisions with the model\n{}",
+            "Scene {}: what was learned\n{}\n\nNearest exit of the same {} collisions with the model, effort quick\n{}",
             self.scene,
             two_columns(&learning),
             count(queries.queries),
@@ -125,16 +125,13 @@ mod tests {
             density: None,
             excess: None,
             gap: None,
-            starts_per_dof: extricate::StartsPerDof { stored: 2.0, around: 0.5 },
             measuring_checks: 0,
             ended_by: extricate::internals::model::EndedBy::Seconds,
-            adapted: None,
         };
         let queries = Figures {
             queries: 1000,
             free: 0,
             verified: 1.0,
-            far: 0.0,
             depth_median: 0.2,
             depth_p95: 0.9,
             lower_over_depth_median: 0.3,

@@ -6,18 +6,19 @@ use std::path::PathBuf;
 
 use clap::Args;
 use extricate::internals::collision::pairs_always_colliding;
-use extricate::internals::io;
+use extricate::internals::io::{self, OutputLock};
 use extricate::internals::model::EndedBy;
 use extricate::internals::model::evaluate::figures::Density;
-use extricate::{LearnOptions, Learner, Scene, Statistics};
+use extricate::{LearnOptions, Scene, Statistics};
 use serde::Serialize;
 
 use super::{disable_line, load_scene, prepare, tell_warnings};
-use crate::args::{LoadArgs, positive, seconds, seed, share, threads};
+use crate::args::{LoadArgs, positive, seconds, seed, threads};
+use crate::interrupt;
 use crate::notice;
 use crate::output::Output;
 use crate::report::{self, count, duration, percent};
-use run::{Keep, KeepArgs, Learned, kept_at, memory_in_words, peak_memory, run_with_progress, save};
+use run::{Learned, learn_with_progress, memory_in_words, peak_memory};
 
 /// Configurations tried for pairs that always collide; few, because such a pair collides in the
 /// first one already.
@@ -28,8 +29,8 @@ const ALWAYS_COLLIDING_SAMPLES: u64 = 100;
 #[command(
     after_help = "Learning ends when the labels or the seconds are spent. Give --labels without --seconds for a model \
                         that does not depend on the speed of the machine: the same scene, seed and labels give the same \
-                        model, whatever the number of threads. Ctrl-C ends learning early, keeps what was learned \
-                        and leaves a checkpoint, from which --resume goes on to the same model; a second one ends at once."
+                        model, whatever the number of threads. Ctrl-C ends learning early and keeps what was learned; \
+                        a second one ends at once."
 )]
 pub struct LearnArgs {
     /// Scene file (TOML), URDF, or a model file, whose scene is learned anew
@@ -38,10 +39,10 @@ pub struct LearnArgs {
     /// Model file to write
     #[arg(short = 'o', long = "output", value_name = "MODEL")]
     output: PathBuf,
-    /// Most exact collision checks to spend [default: 500000]
+    /// Most exact collision checks to spend [default: 160000]
     #[arg(long, value_name = "N", value_parser = positive, allow_negative_numbers = true, help_heading = "Budget")]
     labels: Option<usize>,
-    /// Most seconds to spend [default: 90, or no limit with --labels]
+    /// Most seconds to spend [default: 5, or no limit with --labels]
     #[arg(long, value_name = "T", value_parser = seconds, allow_negative_numbers = true, help_heading = "Budget")]
     seconds: Option<f64>,
     /// Seed of the random numbers [default: 0]
@@ -50,22 +51,9 @@ pub struct LearnArgs {
     /// Threads; 0 for one per core. The model does not depend on it
     #[arg(long, value_name = "N", default_value_t = 0, value_parser = threads, allow_negative_numbers = true, help_heading = "Budget")]
     threads: usize,
-    /// Most memory for what is found, in MiB; learning ends there [default: 4096]
-    #[arg(long, value_name = "MIB", value_parser = positive, allow_negative_numbers = true, help_heading = "Budget")]
-    memory: Option<usize>,
-    /// End where at least 95 % of 64 held-out colliding configurations are answered with at most
-    /// this excess over a search about ten times as long, as 0.05
-    #[arg(long, value_name = "SHARE", value_parser = share, allow_negative_numbers = true, help_heading = "Budget")]
-    target_excess: Option<f64>,
-    /// End where classifier and labels disagree on at most this share of held-out configurations,
-    /// as 0.03; with both, where both hold
-    #[arg(long, value_name = "SHARE", value_parser = share, allow_negative_numbers = true, help_heading = "Budget")]
-    target_disagreement: Option<f64>,
     /// Print all statistics, as `info` of the model does
     #[arg(long)]
     verbose: bool,
-    #[command(flatten)]
-    keep: KeepArgs,
     #[command(flatten)]
     load: LoadArgs,
 }
@@ -73,8 +61,6 @@ pub struct LearnArgs {
 #[derive(Serialize)]
 struct Report<'a> {
     model: String,
-    /// Only of a run that was interrupted.
-    checkpoint: Option<String>,
     interrupted: bool,
     seconds: f64,
     /// Peak of the process in bytes.
@@ -85,19 +71,20 @@ struct Report<'a> {
 /// Runs the command.
 pub fn run(args: &LearnArgs, json: bool) -> anyhow::Result<()> {
     io::check_model_output(&args.output)?;
-    let keep = args.keep.keep(&args.output, &[&args.scene])?;
-    let learner = if args.keep.resume { resumed(args, &keep)? } else { begun(args, &keep)? };
-    let unit = report::metric_unit(learner.scene());
-    let learned = run_with_progress(learner, Some(&keep))?;
-    save(&learned, &args.output, &keep)?;
-    let Learned { model, seconds, interrupted } = learned;
+    io::check_not_read(&args.output, [args.scene.as_path()])?;
+    let _lock = OutputLock::take(&args.output)?;
+    let scene = load_scene(&args.scene, &args.load)?;
+    tell_warnings(&scene);
+    warn_of_pairs_always_colliding(&scene);
+    let Learned { model, seconds, interrupted } = learn_with_progress(scene, &options(args))?;
+    interrupt::uninterrupted(|| io::save_model(&model, &args.output))?;
+    let unit = report::metric_unit(model.scene());
     let statistics = model.statistics();
-    let kept = interrupted.then(|| keep.path.display().to_string());
     let mut out = Output::new(false);
     if json {
         let model = args.output.display().to_string();
         let memory = peak_memory();
-        out.json(&Report { model, checkpoint: kept, interrupted, seconds, memory, statistics })?;
+        out.json(&Report { model, interrupted, seconds, memory, statistics })?;
     } else {
         out.line(verdict(statistics))?;
         if args.verbose {
@@ -105,37 +92,8 @@ pub fn run(args: &LearnArgs, json: bool) -> anyhow::Result<()> {
         }
         out.line(format_args!("learned in {}{}", duration(seconds), memory_in_words()))?;
         out.line(format_args!("wrote {}", args.output.display()))?;
-        if interrupted {
-            out.line(kept_at(&keep))?;
-        }
     }
     out.finish()
-}
-
-/// A run from nothing.
-fn begun(args: &LearnArgs, keep: &Keep) -> anyhow::Result<Learner> {
-    let scene = load_scene(&args.scene, &args.load)?;
-    tell_warnings(&scene);
-    warn_of_pairs_always_colliding(&scene);
-    keep.warn_of_another(io::checkpoint_summary(&keep.path));
-    Ok(Learner::new(scene, &options(args))?)
-}
-
-/// The run that was kept.
-fn resumed(args: &LearnArgs, keep: &Keep) -> anyhow::Result<Learner> {
-    let begun = io::checkpoint_summary(&keep.path)?.options;
-    let target = |target: Option<f64>| target.map_or("no target".into(), |t| t.to_string());
-    keep.expect_as_begun([
-        ("labels", args.labels.map(|n| n.to_string()), begun.labels.to_string()),
-        ("seconds", args.seconds.map(|t| t.to_string()), begun.seconds.map_or("no limit".into(), |t| t.to_string())),
-        ("seed", args.seed.map(|s| s.to_string()), begun.seed.to_string()),
-        ("memory", args.memory.map(|m| m.to_string()), (begun.memory >> 20).to_string()),
-        ("target-excess", args.target_excess.map(|t| t.to_string()), target(begun.target_excess)),
-        ("target-disagreement", args.target_disagreement.map(|t| t.to_string()), target(begun.target_disagreement)),
-    ])?;
-    let scene = load_scene(&args.scene, &args.load)?;
-    tell_warnings(&scene);
-    Ok(io::load_checkpoint(&keep.path, scene, args.threads)?)
 }
 
 /// How good a model is if this share of its answers is within 5 % of those of a longer search.
@@ -166,15 +124,9 @@ pub fn statistics_rows(statistics: &Statistics, unit: &str) -> Vec<(&'static str
         EndedBy::Labels => "",
         EndedBy::Seconds => " (ended by the time limit)",
         EndedBy::Interruption => " (interrupted)",
-        EndedBy::Memory => " (ended by the limit on memory)",
-        EndedBy::Quality => " (ended by the quality that was asked for)",
     };
-    let adapted = statistics.adapted.map_or_else(String::new, |from| {
-        let times = if from.times == 1 { "once".into() } else { format!("{} times", from.times) };
-        format!("; adapted {times}, learned with {}", count(from.learned_labels))
-    });
     vec![
-        ("labels spent", format!("{} exact checks{ended}{adapted}", count(statistics.labels))),
+        ("labels spent", format!("{} exact checks{ended}", count(statistics.labels))),
         ("seed", statistics.seed.to_string()),
         (
             "boundary samples",
@@ -202,13 +154,6 @@ pub fn statistics_rows(statistics: &Statistics, unit: &str) -> Vec<(&'static str
         ("sample density", sample_density(statistics, unit)),
         ("excess of queries", excess_of_queries(statistics)),
         ("gap of queries", gap_of_queries(statistics)),
-        (
-            "starts of a query",
-            format!(
-                "{:.1} stored and {:.1} around it for each degree of freedom",
-                statistics.starts_per_dof.stored, statistics.starts_per_dof.around
-            ),
-        ),
         ("spent on measuring", format!("{} checks", count(statistics.measuring_checks))),
     ]
 }
@@ -274,9 +219,6 @@ fn options(args: &LearnArgs) -> LearnOptions {
         seconds,
         seed: args.seed.unwrap_or(default.seed),
         threads: args.threads,
-        memory: args.memory.map_or(default.memory, |mebibytes| mebibytes.saturating_mul(1 << 20)),
-        target_excess: args.target_excess,
-        target_disagreement: args.target_disagreement,
     }
 }
 
@@ -308,11 +250,7 @@ mod tests {
             seconds,
             seed: None,
             threads: 0,
-            memory: None,
-            target_excess: None,
-            target_disagreement: None,
             verbose: false,
-            keep: KeepArgs::default(),
             load: LoadArgs::default(),
         }
     }
@@ -333,7 +271,6 @@ mod tests {
         assert!(help.contains(&format!("[default: {}]", default.labels)), "{help}");
         assert!(help.contains(&format!("[default: {}, or no limit", default.seconds.unwrap())), "{help}");
         assert!(help.contains(&format!("numbers [default: {}]", default.seed)), "{help}");
-        assert!(help.contains(&format!("ends there [default: {}]", default.memory >> 20)), "{help}");
     }
 
     #[test]
@@ -354,10 +291,8 @@ mod tests {
             density: None,
             excess: None,
             gap: None,
-            starts_per_dof: extricate::StartsPerDof { stored: 2.0, around: 0.5 },
             measuring_checks: 0,
             ended_by: EndedBy::Labels,
-            adapted: None,
         };
         let text = |statistics: &Statistics| report::two_columns(&statistics_rows(statistics, "rad"));
         assert!(text(&statistics).contains("no boundary found") && text(&statistics).contains("nothing was held out"));

@@ -16,7 +16,6 @@ use crate::commands::{load_model, load_scene, load_world, tell_warnings, world_o
 use crate::progress::busy;
 
 /// What is asked.
-#[expect(clippy::large_enum_variant, reason = "there is one in a run")]
 pub enum Asked {
     /// A scene of which nothing was learned.
     World(World),

@@ -28,7 +28,7 @@ use summary::Summary;
 const KEYS: &str = "With --json, one object a line, in the order of the input: depth and lower_bound (in the \
 scene's metric), gap (the share of the depth that is not proved), unproved (why nothing is proved: \"surfaces\" or \
 \"shallow\"; else null), witness, seconds (the library call alone), checks, max_displacement [m], colliding and touching \
-(lists of [name, name]), outside (joints of the query beyond their limits), coverage (null where the query is free), \
+(lists of [name, name]), outside (joints of the query beyond their limits), \
 clearance (that the witness keeps [m], of pairs without a \
 clearance of their own), verified, effort, contacts (at the witness: pair, distance [m], point_first, \
 point_second, normal), gradient (of the depth), unique, cut_short (whether a limit ended the search), exits (with --exits: depth, witness, touching), segment (with \
@@ -40,7 +40,7 @@ around the witness), nearest (with --continuous: depth of the nearest exit that 
 #[command(after_help = KEYS)]
 pub struct QueryArgs {
     /// Scene file (TOML) or URDF, queried at once; or a model file that `extricate learn` wrote,
-    /// which takes fewer checks
+    /// whose samples are further starts
     #[arg(value_name = "SCENE|MODEL")]
     file: PathBuf,
     #[command(flatten)]
@@ -48,12 +48,11 @@ pub struct QueryArgs {
     #[command(flatten)]
     search: SearchArgs,
     /// End each query after about this many collision checks and distance evaluations, with the
-    /// best answer so far. With --world, the search for a first free configuration, among the
-    /// nearest stored samples first, is not limited
+    /// best answer so far. The search for a first free configuration is not limited
     #[arg(long, value_name = "N", value_parser = whole, allow_negative_numbers = true, help_heading = "Budget")]
     max_checks: Option<usize>,
-    /// End each query after about this many seconds, with the best answer so far; with --world as
-    /// for --max-checks
+    /// End each query after about this many seconds, with the best answer so far; as for
+    /// --max-checks
     #[arg(long, value_name = "T", value_parser = seconds, allow_negative_numbers = true, help_heading = "Budget")]
     max_seconds: Option<f64>,
     /// Answer on this many threads, 0 for one a core; the answers are the same
@@ -95,8 +94,8 @@ struct SearchArgs {
     #[arg(long, value_name = "K", value_parser = exits, allow_negative_numbers = true, default_value_t = 1)]
     exits: usize,
     /// Stop as soon as it is proved that no free configuration is nearer by more than this share of
-    /// the depth; --effort proved works for it, by default for 0.05. Not with several exits or
-    /// --toward
+    /// the depth; by default 0.15 with --effort quick and refined, and 0.05 with proved, which
+    /// works for it; 0 searches on. Not with several exits or --toward
     #[arg(long, value_name = "GAP", value_parser = share, allow_negative_numbers = true)]
     gap: Option<f64>,
     /// Run K descents instead of as many as the effort takes: fewer are faster and miss more; not
@@ -138,6 +137,8 @@ pub enum EffortArg {
     /// The nearest stored boundary sample, or in many dimensions one nearly as near; verified when
     /// learned
     Nearest,
+    /// As refined, with fewer starts: about half the checks
+    Quick,
     /// Several candidates, each refined by descents along the contact surface; verified now
     Refined,
     /// Many starts and long refinement, for ground truth
@@ -151,6 +152,7 @@ impl From<EffortArg> for Effort {
     fn from(effort: EffortArg) -> Self {
         match effort {
             EffortArg::Nearest => Effort::Nearest,
+            EffortArg::Quick => Effort::Quick,
             EffortArg::Refined => Effort::Refined,
             EffortArg::Exhaustive => Effort::Exhaustive,
             EffortArg::Proved => Effort::Proved,

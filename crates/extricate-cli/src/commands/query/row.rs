@@ -1,7 +1,6 @@
 //! One answer as rows of text or a line of JSON.
 
 use extricate::geometry::Vec3;
-use extricate::internals::query::report::coverage::FAR;
 use extricate::{Answer, Contact, Effort, Scene, StraightSegment, Unproved};
 use serde::Serialize;
 
@@ -32,8 +31,6 @@ pub struct QueryRow<'a> {
     pub outside: Vec<&'a str>,
     /// Pairs that touch at the witness.
     pub touching: Vec<[&'a str; 2]>,
-    /// How usual the distance to the nearest sample is; near 0 far from what was learned.
-    pub coverage: Option<f64>,
     /// Estimated share of starts that would lead to an exit which the query has not met.
     pub unseen: Option<f64>,
     /// With --continuous, depth of the nearest exit that was found.
@@ -113,7 +110,6 @@ impl<'a> QueryRow<'a> {
             colliding: pair_names(scene, &answer.colliding),
             outside: scene.joints_of(&answer.outside),
             touching: pair_names(scene, &answer.touching),
-            coverage: answer.coverage,
             unseen: answer.unseen,
             nearest: answer.nearest,
             clearance: answer.clearance,
@@ -128,10 +124,6 @@ impl<'a> QueryRow<'a> {
             free_radius: answer.free_radius,
             segment: answer.segment,
         }
-    }
-
-    fn is_far(&self) -> bool {
-        self.coverage.is_some_and(|coverage| coverage < FAR)
     }
 
     /// The witness, every number with as many digits as tell it from all others: what is printed is
@@ -158,9 +150,8 @@ impl<'a> QueryRow<'a> {
         };
         let doubt =
             if self.is_doubtful { "; a limit ended the search, and a nearer exit is not ruled out" } else { "" };
-        let far = if self.is_far() { "; far from what was learned" } else { "" };
         let mut text = format!(
-            "{line:>6}  {:>9}  {:>9}  {:>9}  {:>9}  {:>6}  {verified:<8}  {pairs}{outside}{segment}{radius}{unproved}{doubt}{far}",
+            "{line:>6}  {:>9}  {:>9}  {:>9}  {:>9}  {:>6}  {verified:<8}  {pairs}{outside}{segment}{radius}{unproved}{doubt}",
             fixed(self.depth, 5),
             fixed(self.lower_bound, 5),
             fixed(100.0 * self.max_displacement, 2),
@@ -201,7 +192,6 @@ pub mod tests {
             colliding: vec![],
             outside: vec![],
             touching: vec![],
-            coverage: Some(0.5),
             unseen: Some(0.1),
             nearest: None,
             clearance: 1e-4,
@@ -231,7 +221,6 @@ pub mod tests {
             colliding: vec![["arm", "shelf"]],
             outside: vec![],
             touching: vec![["arm", "shelf"]],
-            coverage: answer.coverage,
             unseen: answer.unseen,
             nearest: answer.nearest,
             clearance: 1e-4,
@@ -255,15 +244,13 @@ pub mod tests {
         assert_eq!(
             serde_json::to_string(&row).unwrap(),
             "{\"depth\":0.2,\"lower_bound\":0.05,\"gap\":0.75,\"unproved\":null,\"witness\":[0.5],\"seconds\":0.0001,\"checks\":40,\
-             \"max_displacement\":0.1,\"colliding\":[[\"arm\",\"shelf\"]],\"outside\":[],\"touching\":[[\"arm\",\"shelf\"]],\"coverage\":0.5,\"unseen\":0.1,\
+             \"max_displacement\":0.1,\"colliding\":[[\"arm\",\"shelf\"]],\"outside\":[],\"touching\":[[\"arm\",\"shelf\"]],\"unseen\":0.1,\
              \"clearance\":0.0001,\"verified\":true,\"effort\":\"refined\",\
              \"contacts\":[{\"pair\":[\"arm\",\"shelf\"],\"distance\":0.0001,\"point_first\":[0.0,0.0,0.0],\
              \"point_second\":[0.0,0.0,0.0],\"normal\":[0.0,0.0,1.0]}],\"gradient\":[-1.0],\"unique\":true,\"cut_short\":false,\
              \"exits\":[{\"depth\":0.2,\"witness\":[0.5],\"touching\":[]}]}"
         );
         assert!(row.text(3).ends_with("yes       arm - shelf"), "{}", row.text(3));
-        let far = QueryRow { coverage: Some(0.001), exits: vec![], ..row };
-        assert!(far.text(3).ends_with("arm - shelf; far from what was learned"), "{}", far.text(3));
         let widths: Vec<_> = header("rad").lines().map(|l| l.find("depth").or(l.find("[rad]"))).collect();
         assert!(widths.iter().all(Option::is_some));
     }

@@ -14,7 +14,6 @@ pub struct Summary {
     displacements: Vec<f64>,
     checks: Vec<f64>,
     verified: usize,
-    far: usize,
     free: usize,
 }
 
@@ -27,8 +26,6 @@ pub struct Figures {
     pub free: usize,
     /// Share of witnesses checked during the query.
     pub verified: f64,
-    /// Share of the colliding ones that lie far from what was learned.
-    pub far: f64,
     /// Median depth, in the scene's metric.
     pub depth_median: f64,
     /// 95th percentile.
@@ -53,7 +50,6 @@ impl Summary {
             self.free += 1;
             return;
         }
-        self.far += usize::from(answer.is_far());
         self.depths.push(answer.depth);
         self.seconds.push(seconds);
         self.tightness.push(answer.lower_bound / answer.depth);
@@ -73,7 +69,6 @@ impl Summary {
             queries,
             free: self.free,
             verified: self.verified as f64 / queries.max(1) as f64,
-            far: self.far as f64 / self.depths.len().max(1) as f64,
             depth_median: quantile(&mut self.depths, 0.5),
             depth_p95: quantile(&mut self.depths, 0.95),
             lower_over_depth_median: quantile(&mut self.tightness, 0.5),
@@ -105,9 +100,6 @@ impl Figures {
                 ),
                 ("checks", format!("median {:.0}", self.checks_median)),
             ]);
-            if self.far > 0.0 {
-                rows.push(("coverage", format!("{} far from what was learned", percent(self.far))));
-            }
         }
         rows
     }

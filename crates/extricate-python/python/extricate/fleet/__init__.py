@@ -31,7 +31,7 @@ _Path = Union[str, "os.PathLike[str]"]
 _Scene = Union[Scene, _Path, Callable[[], Scene]]
 
 # What learning depends on, beside the scene.
-_OPTIONS = ("labels", "seconds", "seed", "memory", "target_excess", "target_disagreement")
+_OPTIONS = ("labels", "seconds", "seed")
 
 
 @dataclasses.dataclass(frozen=True)
@@ -78,22 +78,18 @@ def learn(
     workers: int = 0,
     threads: int = 1,
     progress: Optional[Tell] = None,
-    checkpoint_every: float = 15.0,
     **options: Any,
 ) -> Iterator[Learned]:
     """Learns a model of every scene that `folder` has none of; yields each as it is done.
 
     scenes: by key: a `Scene`, the path of a scene file, or a function that makes the scene when its place comes. Equal scenes are
         learned once.
-    folder: for models, a manifest, and checkpoints while a run lasts; made where it is missing.
+    folder: for models and a manifest; made where it is missing.
     on: None for processes of this machine, "ray" for the cluster that Ray is connected to (`pip install extricate[ray]`).
     workers: how many scenes at once; 0 for one per `threads` cores.
     threads: of each scene. Models do not depend on it.
     progress: True for a bar, or a function that is called with a `Progress` after each scene.
-    checkpoint_every: least time between two checkpoints of a scene [s]. A run that was ended goes on from them; with Ray, where the
-        workers see `folder`.
-    options: labels, seconds, seed, memory, target_excess and target_disagreement, as `extricate.learn` takes them. A model of other
-        options is another model, and learned.
+    options: labels, seconds and seed, as `extricate.learn` takes them. A model of other options is another model, and learned.
 
     Whatever fails is the `error` of its `Learned`: a scene that cannot be loaded, a worker that died three times. Raises TypeError
     and ValueError for arguments that make no sense, OSError where the folder cannot be written, and, at the first result, where
@@ -106,7 +102,7 @@ def learn(
     _texts("scenes", scenes)
     manifest = Manifest(pathlib.Path(folder))
     given = {name: value for name, value in options.items() if value is not None}
-    return _held(dict(scenes), manifest, (on, workers, threads, progress), {"checkpoint_every": checkpoint_every, **given}, given)
+    return _held(dict(scenes), manifest, (on, workers, threads, progress), given)
 
 
 def _texts(name: str, mapping: Mapping[str, Any]) -> None:
@@ -116,16 +112,12 @@ def _texts(name: str, mapping: Mapping[str, Any]) -> None:
             raise TypeError(f"{name}: got the key {reprlib.repr(key)}, expected text")
 
 
-def _held(
-    scenes: Dict[str, _Scene], manifest: Manifest, how: Tuple[Any, ...], call: Dict[str, Any], given: Dict[str, Any]
-) -> Iterator[Learned]:
+def _held(scenes: Dict[str, _Scene], manifest: Manifest, how: Tuple[Any, ...], given: Dict[str, Any]) -> Iterator[Learned]:
     with manifest.held():
-        yield from _learned(scenes, manifest, how, call, given)
+        yield from _learned(scenes, manifest, how, given)
 
 
-def _learned(
-    scenes: Dict[str, _Scene], manifest: Manifest, how: Tuple[Any, ...], call: Dict[str, Any], given: Dict[str, Any]
-) -> Iterator[Learned]:
+def _learned(scenes: Dict[str, _Scene], manifest: Manifest, how: Tuple[Any, ...], given: Dict[str, Any]) -> Iterator[Learned]:
     hashes: Dict[str, str] = {}
     # Keys that wait for a model that another key has learned.
     twins: Dict[str, list[str]] = {}
@@ -146,7 +138,7 @@ def _learned(
                 twins[content].append(key)
             else:
                 twins[content] = []
-                yield Job(key, payload={"scene": scene, "options": call, **manifest.checkpoint(content)})
+                yield Job(key, payload={"scene": scene, "options": given})
 
     for key, result, error in run("learn", jobs(), len(scenes), *how):
         content = hashes.get(key, "")

@@ -42,7 +42,7 @@ class Pool:
                 continue
 
     def close(self) -> None:
-        """Ends what still runs; checkpoints stay."""
+        """Ends what still runs."""
         with self._lock:
             self._closed = True
             running = list(self._processes.values())

@@ -144,11 +144,6 @@ class Manifest:
         """Why others have none."""
         return dict(self._errors)
 
-    def checkpoint(self, content: str) -> Dict[str, str]:
-        """Where a run of this model keeps itself. Workers use it where they see the folder: not every cluster shares one."""
-        folder = self.folder.resolve()
-        return {"folder": str(folder), "checkpoint": str(folder / f"{content}.checkpoint")}
-
     def _save(self) -> None:
         state = {"version": VERSION, "keys": self._keys, "errors": self._errors, "models": self._models}
         _write(self._file, json.dumps(state, indent=1, default=float).encode())

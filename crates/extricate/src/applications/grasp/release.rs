@@ -16,12 +16,12 @@ use super::report::{Grasp, report};
 use super::weights::base_weights;
 use crate::cspace::{Config, Label};
 use crate::metric::Anchor;
+use crate::query::constraints::{Found, under};
+use crate::query::descent::prune::Pruning;
 use crate::query::descent::{DescentScratch, Start, descend};
+use crate::query::evaluate::Evaluator;
 use crate::query::plan::Plan;
-use crate::query::search::evaluate::Evaluator;
-use crate::query::search::prune::{Ends, Pruning};
-use crate::query::search::termination::Deadline;
-use crate::query::worlds::constraints::{Found, under};
+use crate::query::termination::Deadline;
 use crate::query::{Context, Effort, Held, QueryOptions, QueryScratch, Stop, View, nearest_exit};
 use crate::scene::{PairId, Scene};
 
@@ -81,7 +81,7 @@ fn release(
     options: &ReleaseOptions,
     scratch: &mut QueryScratch,
 ) -> Option<Grasp> {
-    let mut grasp = under(context, q, &options.query, scratch, |context, query, scratch| {
+    let mut grasp = under(context, q, &options.query, scratch, |context, query, _, scratch| {
         let options = &ReleaseOptions { query: query.clone(), ..options.clone() };
         let mut release = Release::begin(hand, context, q, options, scratch);
         let found = match options.keep {
@@ -222,8 +222,7 @@ impl<'a> Release<'a> {
         let most = self.context.clearance + BAND * self.options.touch;
         let (anchor, locked) = stage.unwrap_or((&self.anchor, self.context.locked));
         let context = Context { held: Held { pairs: held, most }, locked, ..*self.context };
-        let ends = Ends::default();
-        let pruning = Pruning { incumbent: f64::INFINITY, factor: self.plan.prune_factor, ends: &ends };
+        let pruning = Pruning { factor: self.plan.prune_factor, ..Pruning::alone(f64::INFINITY) };
         let QueryScratch { descent, evaluator, .. } = &mut *self.scratch;
         let go = |from: &[f64], options, descent: &mut DescentScratch, evaluator: &mut Evaluator| {
             let depth = descend(&context, anchor, Start::at(from), pruning, options, descent, evaluator).0;
@@ -297,7 +296,7 @@ impl<'a> Release<'a> {
         let answer = nearest_exit(self.context, q, &options, self.scratch)?;
         self.scratch.evaluator.checks += checks;
         let own = answer.verified.then(|| answer.witness.to_vec());
-        let others: Vec<_> = self.scratch.known.exits.iter().map(|(_, config)| config.to_vec()).collect();
+        let others: Vec<_> = self.scratch.known.exits.iter().take(exits).map(|end| end.config.clone()).collect();
         let mut best = None;
         for config in own.into_iter().chain(others) {
             if self.is_free(&config) {

@@ -8,7 +8,7 @@ use super::options::ReleaseOptions;
 use super::quality::{GraspQuality, quality};
 use crate::collision::contacts_within;
 use crate::query::Context;
-use crate::query::search::evaluate::Evaluator;
+use crate::query::evaluate::Evaluator;
 
 /// A hand that holds an object and penetrates nothing.
 #[derive(Debug, Clone, PartialEq, Serialize)]

@@ -1,9 +1,8 @@
 //! The model file: bytes to [`Model`] and back. No file access (see `store`).
 //!
 //! A safetensors container, so that NumPy reads the arrays: `boundary` (f64, samples x nq; the
-//! first `stand_ins` of the statistics are stand-ins, the last `exits` exits), `reaches` (f64,
-//! distances from held-out colliding configurations to their nearest sample, ascending), `scene`
-//! and `classifier` (postcard, u8); and what could be made anew from these, but takes long, as
+//! first `stand_ins` of the statistics are stand-ins, the last `exits` exits), `scene` and
+//! `classifier` (postcard, u8); and what could be made anew from these, but takes long, as
 //! `derived.rs` describes. Its one metadata entry, `extricate`, is JSON: format version,
 //! statistics, and the BLAKE3 hash of everything else.
 //!
@@ -14,22 +13,18 @@
 //! |---|---|
 //! | scene: every field of the tree, bodies, shapes, pairs, clearances | `scene/assemble/sound/`, `cspace/sound.rs`, `robot/sound.rs` |
 //! | scene: names, kinds of joints, warnings | harmless: text that is only shown or compared |
-//! | `boundary`, lists of checkpoints, support configurations | `ConfigSpace::check_rows`: finite, within limits, unit |
+//! | `boundary`, support configurations | `ConfigSpace::check_rows`: finite, within limits, unit |
 //! | whether stored samples are free | nobody: `nearest` answers say that they are not verified, all others verify |
 //! | `classifier` | `ObstacleClassifier::check` |
-//! | statistics, `reaches` | `Statistics::check`; what they say of quality is believed |
+//! | statistics | `Statistics::check`; what they say of quality is believed |
 //! | indices, planes, pieces | `derived.rs`: fitting and finite; radii and codes are measured anew |
 //! | trees | `TreeLayout`: every triangle once; boxes are measured anew |
-//! | state of a run | `RunState::check`, `AdaptState::check` |
 //!
-//! `reaches` and margins of indices are believed beyond that: wrong ones make coverage wrong and
-//! exits longer, never a witness or a bound.
+//! Margins of indices are believed beyond that: wrong ones make queries longer, never a witness or
+//! a bound wrong.
 
-pub mod adapt_checkpoint;
 mod array;
-pub mod checkpoint;
 mod derived;
-mod run_file;
 mod scene_bytes;
 
 use std::collections::HashMap;
@@ -44,19 +39,19 @@ use crate::collision::Checker;
 use crate::error::{Error, Result};
 use crate::learning::obstacle_classifier::ObstacleClassifier;
 use crate::metric::{Metric, relative};
-use crate::model::{FARTHEST_DISTANCE, Model, Statistics};
-use crate::query::report::coverage::Coverage;
+use crate::model::{Model, Statistics};
 use crate::scene::assemble::sound;
 use array::Array;
 use derived::numbers;
 
-/// Version of the layout; a file of another version is refused, but for 5 to 12.
-pub const FORMAT: u32 = 13;
+/// Version of the layout; a file of another version is refused, but for 5 to 13.
+pub const FORMAT: u32 = 14;
 /// Versions that are read. In 5 nothing was kept that can be made anew: such a file takes longer to
-/// load. Until 6 a model said in one of four words how widely its queries search. Until 9 solved
-/// samples were called exits. Until 10 no trees were kept. Until 12 meshes had one list of
-/// pieces for bodies of all sizes: they are made anew.
-const READABLE: [u64; 9] = [5, 6, 7, 8, 9, 10, 11, 12, FORMAT as u64];
+/// load. Until 9 solved samples were called exits. Until 10 no trees were kept. Until 12 meshes had
+/// one list of pieces for bodies of all sizes: they are made anew. Until 13 the statistics told how
+/// many starts a query takes and from what a model was adapted, and `reaches` how far held-out
+/// configurations are from their nearest sample: neither is read.
+const READABLE: [u64; 10] = [5, 6, 7, 8, 9, 10, 11, 12, 13, FORMAT as u64];
 /// The version that began to keep the trees of meshes.
 const WITH_TREES: u64 = 11;
 /// The version that began to keep pieces by the size of the body beside them.
@@ -85,21 +80,13 @@ fn learned(model: &Model) -> Vec<Array> {
     let scene = postcard::to_stdvec(model.scene()).expect(in_memory);
     let classifier = postcard::to_stdvec(&model.classifier()).expect(in_memory);
     let boundary: Vec<u8> = model.boundary().configs().iter().flat_map(|x| x.to_le_bytes()).collect();
-    let reaches: Vec<u8> = model.coverage().distances().iter().flat_map(|x| x.to_le_bytes()).collect();
     let nq = model.scene().space.nq();
     let array = |name, dtype, shape, bytes| Array { name, dtype, shape, bytes };
     vec![
         array("boundary", Dtype::F64, vec![boundary.len() / 8 / nq, nq], boundary),
         array("classifier", Dtype::U8, vec![classifier.len()], classifier),
-        array("reaches", Dtype::F64, vec![reaches.len() / 8], reaches),
         array("scene", Dtype::U8, vec![scene.len()], scene),
     ]
-}
-
-/// What tells models apart: the hash of what was learned, whatever the version of the layout.
-fn identity(model: &Model) -> String {
-    let arrays = learned(model);
-    checksum(&written(model.statistics()), &arrays.iter().map(|array| &array.bytes[..]).collect::<Vec<_>>())
 }
 
 fn written(statistics: &Statistics) -> Box<RawValue> {
@@ -164,7 +151,6 @@ pub fn decode(path: &Path, bytes: &[u8]) -> Result<Model> {
         scene: scene.data(),
         classifier: classifier.data(),
         boundary,
-        reaches: numbers(&tensors, "reaches", Dtype::F64, f64::from_le_bytes).map_err(|e| altered(&e))?,
     };
     restore(stored, &tensors).map_err(|problem| altered(&problem))
 }
@@ -176,7 +162,6 @@ struct Stored<'a> {
     scene: &'a [u8],
     classifier: &'a [u8],
     boundary: TensorView<'a>,
-    reaches: Vec<f64>,
 }
 
 /// The model of what is stored. A checksum without a secret proves nothing: whoever changes a file
@@ -185,7 +170,7 @@ struct Stored<'a> {
 /// # Errors
 /// The element, its value, and what was expected.
 fn restore(stored: Stored, tensors: &SafeTensors) -> std::result::Result<Model, String> {
-    let Stored { format, statistics, scene, classifier, boundary, reaches } = stored;
+    let Stored { format, statistics, scene, classifier, boundary } = stored;
     let scene = scene_bytes::decode(format, scene).map_err(|e| format!("scene ({e})"))?;
     sound::check(&scene).map_err(|problem| format!("scene: {problem}"))?;
     let (space, pairs) = (&scene.space, scene.pairs.len());
@@ -201,14 +186,11 @@ fn restore(stored: Stored, tensors: &SafeTensors) -> std::result::Result<Model, 
     let configs = numbers(tensors, "boundary", Dtype::F64, f64::from_le_bytes)?;
     space.check_rows(&configs).map_err(|problem| format!("`boundary`: {problem}"))?;
     statistics.check(rows).map_err(|problem| format!("statistics: {problem}"))?;
-    if let Some(row) = reaches.iter().position(|reach| !(0.0..=FARTHEST_DISTANCE).contains(reach)) {
-        return Err(format!("`reaches`: row {row}: got {:?}, expected 0 to {FARTHEST_DISTANCE:e}", reaches[row]));
-    }
-    let (coverage, scene) = (Coverage::new(reaches), Arc::new(scene));
+    let scene = Arc::new(scene);
     let metric = Metric::new(scene.clone());
     let checker = if format < WITH_TREES { Checker::new(scene) } else { derived::checker(tensors, scene)? };
     if format == READABLE[0] {
-        return Ok(Model::from_parts(checker, metric, configs, classifier, coverage, statistics));
+        return Ok(Model::from_parts(checker, metric, configs, classifier, statistics));
     }
     if format >= WITH_SIZES {
         derived::restore_pieces(tensors, &checker)?;
@@ -216,7 +198,7 @@ fn restore(stored: Stored, tensors: &SafeTensors) -> std::result::Result<Model, 
         checker.prepare_proposals();
     }
     let boundary = derived::restore(tensors, &checker, &metric, configs, statistics.solved_samples)?;
-    Ok(Model::with_boundary(checker, metric, boundary, classifier, coverage, statistics))
+    Ok(Model::with_boundary(checker, metric, boundary, classifier, statistics))
 }
 
 fn checksum(statistics: &RawValue, parts: &[&[u8]]) -> String {
@@ -240,7 +222,7 @@ mod tests {
     use crate::scene::{MetricKind, builtin};
 
     fn small(threads: usize) -> Model {
-        let options = LearnOptions { labels: 20_000, seconds: None, seed: 3, threads, ..LearnOptions::default() };
+        let options = LearnOptions { labels: 20_000, seconds: None, seed: 3, threads };
         Model::learn(builtin::scene("planar-arm").unwrap(), &options).unwrap()
     }
 
@@ -291,6 +273,14 @@ mod tests {
         let before = now.replace("\"solved_samples\"", "\"exits\"");
         assert_ne!(now, before);
         assert_eq!(&serde_json::from_str::<Statistics>(&before).unwrap(), model.statistics());
+        for (now_gone, end) in [
+            (r#"{"width":"wide","#, "memory"),
+            (r#"{"starts_per_dof":{"stored":2.5,"around":0.25},"adapted":{"learned_labels":9,"times":1},"#, "quality"),
+        ] {
+            let before =
+                now.replacen('{', now_gone, 1).replace(r#""ended_by":"labels""#, &format!(r#""ended_by":"{end}""#));
+            assert_eq!(&serde_json::from_str::<Statistics>(&before).unwrap(), model.statistics(), "{before}");
+        }
     }
 
     #[test]
@@ -312,7 +302,7 @@ mod tests {
         }
         let older = container(4, model.statistics(), learned(&model));
         let message = decode(Path::new("m"), &older).err().unwrap().to_string();
-        assert!(message.contains("m: its format is version 4, expected version 13"), "{message}");
+        assert!(message.contains("m: its format is version 4, expected version 14"), "{message}");
     }
 
     /// The checksum of each is right.

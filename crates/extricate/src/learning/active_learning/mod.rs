@@ -3,17 +3,16 @@
 
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
-use serde::{Deserialize, Serialize};
 
+use super::Budget;
 use super::exploration::Exploration;
 use super::obstacle_classifier::{Features, ObstacleClassifier, Parts};
 use super::svm::FitOptions;
-use super::{Budget, LearnOptions};
 use crate::cspace::sampling::uniform;
 use crate::cspace::{ConfigSpace, Label};
 
 /// The classifier and how good it is on configurations it was not trained on.
-#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct Classified {
     /// The classifier; `None` where only one label was ever seen.
     pub classifier: Option<ObstacleClassifier>,
@@ -26,36 +25,14 @@ pub struct Classified {
 }
 
 impl Classified {
-    /// Whether one that was read as bytes is of these parts and this space, see
-    /// [`ObstacleClassifier::check`], and its accuracies are shares.
-    ///
-    /// # Errors
-    /// The element, its value, and what was expected.
-    pub fn check(&self, space: &ConfigSpace, parts: usize, width: usize) -> Result<(), String> {
-        for share in [self.accuracy_free, self.accuracy_colliding].into_iter().flatten() {
-            if !(0.0..=1.0).contains(&share) {
-                return Err(format!("accuracy: got {share:?}, expected a share"));
-            }
-        }
-        self.classifier.iter().try_for_each(|classifier| classifier.check(space, parts, width))
-    }
-
     /// Mean of both accuracies; `None` where one was not measured.
     pub fn balanced_accuracy(&self) -> Option<f64> {
         Some(0.5 * (self.accuracy_free? + self.accuracy_colliding?))
-    }
-
-    /// Whether classifier and labels disagree on at most the share `target` of what was held out,
-    /// each side counting half.
-    pub fn is_within(&self, target: f64) -> bool {
-        self.balanced_accuracy().is_some_and(|accuracy| 1.0 - accuracy <= target)
     }
 }
 
 /// Rounds of training.
 const ROUNDS: usize = 3;
-/// The same where a disagreement is requested that takes more.
-const MOST_ROUNDS: usize = 8;
 /// Configurations of the first round, half of each label where there are so many.
 const FIRST: usize = 4000;
 /// With less time than this \[s\] the first round is smaller, in proportion: nothing stops a fit
@@ -80,7 +57,7 @@ pub fn classify(
     space: &ConfigSpace,
     parts: &Parts,
     known: &mut Exploration,
-    options: &LearnOptions,
+    seed: u64,
     budget: &mut Budget,
 ) -> Classified {
     let nq = space.nq();
@@ -102,12 +79,10 @@ pub fn classify(
     let mut set = Set::default();
     set.add_known(&free[..of_free * nq], &colliding[..of_colliding * nq], parts, budget);
     let mut pool = [&free[of_free * nq..], &colliding[of_colliding * nq..]].map(<[f64]>::to_vec);
-    let mut rng = ChaCha8Rng::seed_from_u64(options.seed);
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let mut fresh = Set::default();
-    // Half of what the lists leave is for kernel rows; the other is for what training works on.
-    let left = options.memory.saturating_sub(known.bytes());
-    let fit_options = FitOptions { cache_bytes: left / 2, ..FitOptions::default() };
-    for round in 0..MOST_ROUNDS {
+    let fit_options = FitOptions::default();
+    for round in 1..=ROUNDS {
         let classifier =
             ObstacleClassifier::fit(parts, &set.configs, &set.inside, &fit_options, outcome.classifier.as_ref());
         if classifier.svms().is_empty() {
@@ -118,13 +93,8 @@ pub fn classify(
         budget.note(0, outcome.balanced_accuracy());
         // Asks for the time too, which a long fit may have used up.
         budget.stage("training");
-        let enough = match options.target_disagreement {
-            Some(target) => outcome.is_within(target) || round + 1 == MOST_ROUNDS,
-            None => round + 1 == ROUNDS,
-        };
         let wanted = ADDED.min(budget.left() / 4);
-        let enough = enough || wanted == 0 || budget.end().is_some() || budget.fraction() > TRAINED_BY;
-        if enough {
+        if round == ROUNDS || wanted == 0 || budget.end().is_some() || budget.fraction() > TRAINED_BY {
             outcome.classifier = Some(classifier.without_duals());
             break;
         }

@@ -1,5 +1,6 @@
 //! Active training on a union of balls, where every label and every decision is known.
 
+use crate::learning::LearnOptions;
 use std::ops::ControlFlow;
 use std::sync::Mutex;
 
@@ -168,7 +169,7 @@ fn training_counts_what_it_asks_and_never_sees_what_it_is_judged_by() {
         let options = LearnOptions { labels: 1_000_000, seconds: None, ..LearnOptions::default() };
         let mut report = |_: &_| ControlFlow::Continue(());
         let mut budget = Budget::new(&options, &mut report);
-        let outcome = classify(&cube(), &parts, &mut known, &options, &mut budget);
+        let outcome = classify(&cube(), &parts, &mut known, options.seed, &mut budget);
         let asked = asked.into_inner().unwrap();
         assert_eq!(budget.spent(), asked.len() / NQ);
         assert!(known.free.starts_with(&free) && known.colliding.starts_with(&colliding));

@@ -54,17 +54,6 @@ impl Gap {
     }
 }
 
-/// How right a classifier is, on uniform configurations that it did not learn from.
-#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
-pub struct ClassifierAccuracy {
-    /// How often, on free and on colliding ones.
-    pub accuracy: [Option<f64>; 2],
-    /// How many of each there are.
-    pub held_out: [usize; 2],
-    /// Share of uniform configurations that collides.
-    pub colliding_share: f64,
-}
-
 /// An excess of this share counts as near.
 const NEAR: f64 = 0.05;
 

@@ -1,7 +1,5 @@
 //! What a model measures of itself, on colliding configurations that nothing was learned from.
 
-pub mod budget;
-pub mod calibrate;
 pub mod figures;
 
 use std::time::{Duration, Instant};
@@ -12,29 +10,60 @@ use rayon::prelude::*;
 
 use crate::cspace::sampling::uniform;
 use crate::cspace::{Config, Label};
-use crate::metric::Anchor;
-use crate::query::report::coverage::Coverage;
-use crate::query::{
-    Context, Effort, Learned, QueryOptions, QueryScratch, StartsPerDof, Termination, begins_with, query,
-};
-use crate::samples::{BoundaryScratch, SampleQuery};
-pub use budget::EvaluationBudget;
-use calibrate::{calibrate, unmeasured};
+use crate::metric::{Anchor, Metric};
+use crate::query::{Context, Effort, QueryOptions, QueryScratch, Stored, Termination, World, query};
+use crate::samples::{BoundaryScratch, SampleQuery, SampleSet};
 use figures::{Density, Excess, Gap, percentile};
 
+/// How much is measured.
+#[derive(Debug, Clone, Copy)]
+pub struct Extent {
+    /// Seed of what is held out.
+    pub seed: u64,
+    /// Most configurations that are labelled to find colliding ones.
+    pub draws: usize,
+    /// Most colliding configurations that are queried.
+    pub queries: usize,
+    /// Checks after which no further one is queried.
+    pub checks: usize,
+    /// When to stop; what is found then depends on the machine.
+    pub until: Option<Instant>,
+}
+
+/// Queries that are compared, if the labels allow it.
+const QUERIES: usize = 64;
+/// So many labels of learning pay for one check of measuring, which costs some times as much: a
+/// part of the time.
+const LABELS_A_CHECK: usize = 4;
+/// Labels below which nothing is queried: they would pay for a query or two, which say nothing.
+const LEAST_LABELS: usize = 10_000;
+/// So many labels pay for one configuration that is labelled to be held out.
+const LABELS_A_DRAW: usize = 4;
+/// Most configurations that are labelled.
+const MOST_DRAWS: usize = 4096;
+
+impl Extent {
+    /// After learning with `labels`.
+    pub fn after(labels: usize, seed: u64) -> Self {
+        let draws = (labels / LABELS_A_DRAW).min(MOST_DRAWS);
+        let queries = if labels < LEAST_LABELS { 0 } else { QUERIES };
+        Self { seed, draws, queries, checks: labels / LABELS_A_CHECK, until: None }
+    }
+
+    fn is_over(&self) -> bool {
+        self.until.is_some_and(|until| Instant::now() >= until)
+    }
+}
+
 /// What was found.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub struct Evaluation {
     /// Of the samples; `None` where nothing held out collides.
     pub density: Option<Density>,
-    /// Starts of a refined query for each degree of freedom.
-    pub starts: StartsPerDof,
     /// Of such queries; `None` where none was asked.
     pub excess: Option<Excess>,
     /// Of the same queries.
     pub gap: Option<Gap>,
-    /// To compare queries with.
-    pub coverage: Coverage,
     /// Collision and distance evaluations spent, labels of what was held out included.
     pub checks: usize,
 }
@@ -52,13 +81,6 @@ const LONG_STARTS: usize = 48;
 /// Most checks of the longer search: some ten times what it takes, lest one query take minutes.
 const LONG_CHECKS: usize = 20_000;
 
-impl Default for Evaluation {
-    /// Nothing was measured.
-    fn default() -> Self {
-        Self { density: None, starts: unmeasured(), excess: None, gap: None, coverage: Coverage::default(), checks: 0 }
-    }
-}
-
 /// Turns the seed of learning into another.
 const HELD_OUT: u64 = u64::from_be_bytes(*b"held-out");
 
@@ -68,87 +90,31 @@ const HELD_OUT: u64 = u64::from_be_bytes(*b"held-out");
 /// # Guarantee
 /// Without a time to stop at, the result depends on context and extent alone, not on the number of
 /// threads.
-pub fn measure(context: &Context, extent: &EvaluationBudget, go_on: &mut dyn FnMut() -> bool) -> Option<Evaluation> {
-    let nq = context.checker.scene().space.nq();
+pub fn measure(
+    world: &World,
+    samples: &SampleSet,
+    extent: &Extent,
+    go_on: &mut dyn FnMut() -> bool,
+) -> Option<Evaluation> {
+    let (context, nq) = (&world.with(Some(Stored { samples, holding: None })), samples.nq());
     let (colliding, mut checks) = held_out(context, extent, go_on)?;
-    let reaches = nearest_others(context, &colliding, 1, SampleQuery::NEAREST);
-    let spacings = nearest_others(context, &evenly(context.samples().configs(), nq, SPACED), 2, SampleQuery::NEAREST);
-    // As refined queries see them; others look among more samples.
-    let coverage = Coverage::new(nearest_others(context, &colliding, 1, begins_with(context)));
+    let reaches = nearest_others(world.metric(), samples, &colliding, 1);
+    let spacings = nearest_others(world.metric(), samples, &evenly(samples.configs(), nq, SPACED), 2);
     let density = (!reaches.is_empty()).then(|| Density {
         spacing_median: percentile(&spacings, 0.5),
         spacing_p95: percentile(&spacings, 0.95),
         reach_median: percentile(&reaches, 0.5),
         reach_p95: percentile(&reaches, 0.95),
     });
-    let (asked, others) = colliding.split_at(colliding.len().min(extent.queries * nq));
-    let mut stopped = false;
-    let mut hopeful = || {
-        stopped = stopped || !go_on();
-        !stopped
-    };
-    // What a figure is chosen by makes it look better than it is: the excess is measured on others.
-    let (starts, spent) = calibrate(context, others, extent, &mut hopeful);
+    let asked = &colliding[..colliding.len().min(extent.queries * nq)];
+    let (compared, spent) = compare(context, asked, extent, go_on)?;
     checks += spent;
-    let (compared, spent) =
-        compare(&Context { learned: Learned { starts, ..context.learned }, ..*context }, asked, extent, &mut |_| {
-            hopeful()
-        });
-    checks += spent;
-    if stopped {
-        return None;
-    }
     let [excesses, gaps] = [0, 1].map(|k| compared.iter().map(|figures| figures[k]).collect::<Vec<f64>>());
-    Some(Evaluation { density, starts, excess: Excess::of(&excesses), gap: Gap::of(&gaps), coverage, checks })
-}
-
-/// The starts alone, and the evaluations that it took.
-pub fn measure_starts(
-    context: &Context,
-    extent: &EvaluationBudget,
-    go_on: &mut dyn FnMut() -> bool,
-) -> Option<(StartsPerDof, usize)> {
-    let nq = context.checker.scene().space.nq();
-    let (colliding, drawn) = held_out(context, extent, go_on)?;
-    let (_, others) = colliding.split_at(colliding.len().min(extent.queries * nq));
-    let (starts, checks) = calibrate(context, others, extent, go_on);
-    Some((starts, drawn + checks))
-}
-
-/// Whether at least 95 % of held-out queries have an excess of at most `target`, and the checks
-/// that it took to tell; `None` where `go_on` said no. Not where fewer than `extent.queries`
-/// collide among what is drawn.
-pub fn is_within(
-    context: &Context,
-    target: f64,
-    extent: &EvaluationBudget,
-    go_on: &mut dyn FnMut() -> bool,
-) -> Option<(bool, usize)> {
-    let nq = context.checker.scene().space.nq();
-    let (colliding, checks) = held_out(context, extent, go_on)?;
-    if colliding.len() < extent.queries * nq {
-        return Some((false, checks));
-    }
-    let beyond = |found: &[[f64; 2]]| found.iter().filter(|[excess, _]| *excess > target).count();
-    let allowed = extent.queries / 20;
-    let mut stopped = false;
-    let mut hopeful = |found: &[[f64; 2]]| {
-        stopped = stopped || !go_on();
-        !stopped && beyond(found) <= allowed
-    };
-    let asked = &colliding[..extent.queries * nq];
-    let (found, spent) = compare(context, asked, extent, &mut hopeful);
-    // Fewer were given up or cut short by the clock: not shown to be within.
-    let within = found.len() == extent.queries && beyond(&found) <= allowed;
-    (!stopped).then_some((within, checks + spent))
+    Some(Evaluation { density, excess: Excess::of(&excesses), gap: Gap::of(&gaps), checks })
 }
 
 /// Uniform colliding configurations, row major, and the labels that they took.
-fn held_out(
-    context: &Context,
-    extent: &EvaluationBudget,
-    go_on: &mut dyn FnMut() -> bool,
-) -> Option<(Vec<f64>, usize)> {
+fn held_out(context: &Context, extent: &Extent, go_on: &mut dyn FnMut() -> bool) -> Option<(Vec<f64>, usize)> {
     let (space, mut rng) = (&context.checker.scene().space, ChaCha8Rng::seed_from_u64(extent.seed ^ HELD_OUT));
     let (nq, mut colliding, mut drawn) = (space.nq(), Vec::new(), 0);
     while drawn < extent.draws && colliding.len() < ENOUGH * nq && !extent.is_over() {
@@ -175,35 +141,36 @@ fn evenly(rows: &[f64], nq: usize, count: usize) -> Vec<f64> {
 
 /// Distance of every configuration to the boundary sample that is its `count`-th nearest: where
 /// they are samples themselves, each is its own first.
-fn nearest_others(context: &Context, configs: &[f64], count: usize, wanted: SampleQuery) -> Vec<f64> {
+fn nearest_others(metric: &Metric, samples: &SampleSet, configs: &[f64], count: usize) -> Vec<f64> {
     let nearest = |(anchor, scratch, found): &mut (Anchor, BoundaryScratch, Vec<(u32, f64)>), q: &[f64]| {
-        context.metric.anchor(q, anchor);
-        // Of two samples at one place either may come first.
-        context.samples().nearest(wanted, context.metric, anchor, count, scratch, found);
+        metric.anchor(q, anchor);
+        // If two samples are at one place, either may come first.
+        samples.nearest(SampleQuery::NEAREST, metric, anchor, count, scratch, found);
         found.last().map(|(_, distance)| *distance)
     };
-    let nq = context.checker.scene().space.nq();
-    configs.par_chunks_exact(nq).map_init(Default::default, nearest).flatten().collect()
+    configs.par_chunks_exact(samples.nq()).map_init(Default::default, nearest).flatten().collect()
 }
 
 /// How much farther than a longer search refined queries end and their gaps, and the checks of
-/// both. `go_on` sees what was found so far and may end it. Where time runs out, what it may have
-/// cut short is left out.
+/// both; `None` if `go_on` says no. What time may have cut short is left out.
 fn compare(
     context: &Context,
     asked: &[f64],
-    extent: &EvaluationBudget,
-    go_on: &mut dyn FnMut(&[[f64; 2]]) -> bool,
-) -> (Vec<[f64; 2]>, usize) {
+    extent: &Extent,
+    go_on: &mut dyn FnMut() -> bool,
+) -> Option<(Vec<[f64; 2]>, usize)> {
     let space = &context.checker.scene().space;
     let (mut found, mut checks, mut asked) = (Vec::new(), 0, asked);
-    // Knn at first: how many checks one takes differs by a hundred times from scene to scene.
+    // Few at first: how many checks one takes differs by a hundred times from scene to scene.
     let mut size = 1;
     while !asked.is_empty() && checks < extent.checks {
         let (block, rest) = asked.split_at(asked.len().min(size * space.nq()));
         (asked, size) = (rest, ASKED_AT_ONCE.min(2 * size));
         let left = extent.until.map(|until| until.saturating_duration_since(Instant::now()));
-        if left == Some(Duration::ZERO) || !go_on(&found) {
+        if !go_on() {
+            return None;
+        }
+        if left == Some(Duration::ZERO) {
             break;
         }
         let termination =
@@ -223,7 +190,7 @@ fn compare(
         checks += rows.iter().map(|(_, checks)| checks).sum::<usize>();
         found.extend(rows.iter().filter_map(|(figures, _)| *figures));
     }
-    (found, checks)
+    Some((found, checks))
 }
 
 fn compare_one(

@@ -27,8 +27,8 @@ use crate::math::linear_algebra::dot;
 use crate::math::{Pose, Vec3};
 use crate::metric::pair_motion::PairMotion;
 use crate::query::context::Context;
-use crate::query::descent::qp::{Qp, QpOutcome};
-use crate::query::search::coordinates::coordinates;
+use crate::query::groups::coordinates;
+use crate::query::qp::{Qp, QpOutcome};
 use crate::scene::PairId;
 
 /// Splits of cells for each pair that is looked at.

@@ -1,12 +1,12 @@
 //! What is proved of a query, by all that proves something.
 
 use super::directional::{DirectionalScratch, directional, promise};
-use super::groups::Groups;
 use super::{BoundEffort, raise, raise_by_overlap};
 use crate::collision::{CheckScratch, ConvexOverlap};
 use crate::metric::Anchor;
 use crate::metric::motion_bound::MotionPath;
 use crate::query::context::Context;
+use crate::query::groups::Groups;
 use crate::scene::{MetricKind, PairId};
 
 /// Memory that bounds reuse.
@@ -16,6 +16,7 @@ pub struct BoundScratch {
     overlaps: Vec<ConvexOverlap>,
     directional: DirectionalScratch,
     groups: Groups,
+    pairs: Vec<PairId>,
     /// Of pairs of convex sets, what they may bound at most, and their numbers.
     promises: Vec<(f64, usize)>,
 }
@@ -47,19 +48,21 @@ pub fn lower_bound(
     scratch: &mut BoundScratch,
     check: &mut CheckScratch,
 ) -> f64 {
-    let mut groups = std::mem::take(&mut scratch.groups);
-    groups.split(context, colliding);
-    let mut squared: f64 = 0.0;
-    for pairs in groups.iter() {
-        let bound = of_group(context, anchor, pairs, (splits, ceiling), scratch, check);
-        squared = if context.metric.kind() == MetricKind::Joint {
-            squared + bound * bound
-        } else {
-            squared.max(bound * bound)
-        };
+    if context.metric.kind() != MetricKind::Joint {
+        return of_group(context, anchor, colliding, (splits, ceiling), scratch, check).min(ceiling);
     }
-    scratch.groups = groups;
-    // Of one group, its bound to the last bit.
+    let (mut groups, mut pairs) = (std::mem::take(&mut scratch.groups), std::mem::take(&mut scratch.pairs));
+    groups.split(context, colliding.iter().copied());
+    let mut squared: f64 = 0.0;
+    // A pair that nothing moves has no root; it is of the first group, as it never parts.
+    let root_of = |pair: &PairId| groups.root_of(context.checker.scene(), *pair).unwrap_or(0);
+    let roots = groups.roots().chain((groups.roots().next() != Some(0)).then_some(0));
+    for root in roots {
+        pairs.clear();
+        pairs.extend(colliding.iter().filter(|pair| root_of(pair) == root));
+        squared += of_group(context, anchor, &pairs, (splits, ceiling), scratch, check).powi(2);
+    }
+    (scratch.groups, scratch.pairs) = (groups, pairs);
     squared.sqrt().min(ceiling)
 }
 

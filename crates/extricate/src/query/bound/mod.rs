@@ -6,27 +6,25 @@
 //! parts them afterwards, moved back by that much, would part them before. The motion bound turns
 //! these lengths into distances between configurations.
 //!
-//! Read next: `inner_spheres` (the balls), `combined` (what proves what), `directional` (the bound
-//! by directions), `cells`, `reach`, `branch_and_bound`, `groups`.
+//! Read next: `inner_balls`, `combined` (what proves what), `directional` (the bound
+//! by directions), `cells`, `reach`, `branch_and_bound`.
 
 pub mod branch_and_bound;
 mod cells;
 pub mod combined;
 mod directional;
-pub mod groups;
 mod half_spaces;
-pub mod inner_spheres;
 pub mod proof;
 mod reach;
 
 use std::cmp::Ordering;
 
 use super::context::Context;
+use super::inner_balls::{BALLS, Balls, QUICK_BALLS, SURFACE_POINTS};
 use crate::collision::{CheckScratch, ConvexOverlap};
 use crate::math::{LANES, Pose, vectorized};
 use crate::metric::motion_bound::{BoundedPoint, MotionPath};
 use crate::scene::MetricKind;
-use inner_spheres::{BALLS, Balls, QUICK_BALLS, SURFACE_POINTS};
 
 /// Blocks of balls of a body.
 const MOST_BLOCKS: usize = (BALLS + SURFACE_POINTS).div_ceil(LANES);

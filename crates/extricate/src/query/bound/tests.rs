@@ -6,8 +6,8 @@ use crate::collision::Checker;
 use crate::cspace::sampling::Halton;
 use crate::math::Vec3;
 use crate::metric::Metric;
-use crate::query::bound::inner_spheres::InnerBalls;
 use crate::query::bound::*;
+use crate::query::inner_balls::InnerBalls;
 use crate::scene::builtin;
 use rand::{RngExt, SeedableRng};
 

@@ -50,13 +50,12 @@ mod tests {
 
     use std::path::Path;
 
-    use crate::learning::LearnOptions;
     use crate::metric::Anchor;
-    use crate::model::Model;
+    use crate::query::World;
+    use crate::query::descent::prune::Pruning;
     use crate::query::descent::{DescentScratch, Start, descend};
+    use crate::query::evaluate::Evaluator;
     use crate::query::plan::POLISH_MESHES;
-    use crate::query::search::evaluate::Evaluator;
-    use crate::query::search::prune::{Ends, Pruning};
     use crate::scene::assemble::assemble;
 
     /// A block of 10 x 10 x 3 with a square hole of side 1.5, as OBJ.
@@ -93,17 +92,15 @@ mod tests {
             let is_block = path.extension().is_some_and(|extension| extension == "obj");
             Ok(if is_block { block().into_bytes() } else { peg.into() })
         };
-        let scene = assemble(Path::new("scene.toml"), toml, &mut read).unwrap();
-        let options = LearnOptions { labels: 500, seconds: None, ..LearnOptions::default() };
-        let model = Model::learn(scene, &options).unwrap();
-        let (context, mut anchor) = (model.context(), Anchor::default());
+        let world = World::new(assemble(Path::new("scene.toml"), toml, &mut read).unwrap());
+        let (context, mut anchor) = (world.context(), Anchor::default());
         let turn = [0.6941133784094932, 0.1349319010203283, 0.1349319010203283, 0.6941133784094932];
         let q = [&[-1.5123456790123457, 2.436, -1.77921875], &turn[..]].concat();
         let turned = [0.6909587225199086, 0.1502571550645641, 0.15025356892852149, 0.6909578106873107];
         let start = [&[-1.4883476776727274, 2.2462357738888414, -2.000208383311388], &turned[..]].concat();
         context.metric.anchor(&q, &mut anchor);
-        let (mut scratch, mut evaluator, ends) = (DescentScratch::default(), Evaluator::default(), Ends::default());
-        let pruning = Pruning { incumbent: 0.29814, factor: 1.1, ends: &ends };
+        let (mut scratch, mut evaluator) = (DescentScratch::default(), Evaluator::default());
+        let pruning = Pruning { factor: 1.1, ..Pruning::alone(0.29814) };
         let start = Start::at(&start);
         let (depth, _) = descend(&context, &anchor, start, pruning, &POLISH_MESHES, &mut scratch, &mut evaluator);
         let depth = depth.unwrap();

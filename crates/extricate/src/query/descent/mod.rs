@@ -2,15 +2,15 @@
 //! programming).
 
 mod cuts;
-pub mod qp;
+pub mod prune;
 mod start;
 pub mod subproblem;
 
 use std::ops::ControlFlow;
 
 use super::context::Context;
-use super::search::evaluate::Evaluator;
-use super::search::prune::Pruning;
+use super::evaluate::Evaluator;
+use super::qp::QpOutcome;
 use crate::collision::{Contact, ContactQuery, ContactSearch};
 use crate::cspace::Label;
 use crate::kinematics::forward;
@@ -19,7 +19,7 @@ use crate::metric::Anchor;
 use crate::samples::contact_planes::Planes;
 use crate::scene::MetricKind;
 use cuts::{Cut, add_cuts};
-use qp::QpOutcome;
+use prune::Pruning;
 pub use start::Start;
 use subproblem::Subproblem;
 

@@ -1,7 +1,7 @@
 //! Where a descent starts, and what is known of it.
 
-use crate::query::context::Context;
-use crate::samples::contact_planes::{Elsewhere, Planes};
+use crate::query::context::Stored;
+use crate::samples::contact_planes::Planes;
 
 /// Where a descent starts.
 #[derive(Clone, Copy)]
@@ -22,16 +22,10 @@ impl<'a> Start<'a> {
         Self { config, planes: None, are_all: false }
     }
 
-    /// From a stored sample, with what is known of it in this scene.
-    pub fn of(context: &Context<'a>, sample: u32) -> Self {
-        let of_planes = context.change.map(|change| change.of_planes());
-        Self { config: context.samples().config(sample), ..Self::known(context, sample, of_planes) }
-    }
-
-    /// From a configuration of which planes of a stored sample hold, those of some pairs.
-    pub fn known(context: &Context<'a>, sample: u32, holding: Option<Elsewhere<'a>>) -> Self {
-        let planes = context.samples().planes(sample);
-        let here = |planes: Planes<'a>| holding.map_or(planes, |elsewhere| planes.elsewhere(elsewhere));
-        Self { config: &[], planes: planes.map(here), are_all: holding.is_none() }
+    /// From a stored sample, at `config` if joints are held still, with what is known of it.
+    pub fn stored(stored: &Stored<'a>, sample: u32, config: &'a [f64]) -> Self {
+        let planes = stored.samples.planes(sample);
+        let holding = |planes: Planes<'a>| stored.holding.map_or(planes, |holding| planes.of_pairs(holding));
+        Self { config, planes: planes.map(holding), are_all: stored.holding.is_none() }
     }
 }

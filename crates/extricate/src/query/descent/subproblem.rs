@@ -1,12 +1,12 @@
 //! The quadratic program of one iteration: what it is made of, and what becomes of its step.
 
-use super::qp::{Qp, QpOutcome};
 use crate::collision::Contact;
 use crate::cspace::{ConfigSpace, Manifold};
 use crate::kinematics::Twists;
 use crate::math::Pose;
 use crate::metric::quadratic::Quadratic;
 use crate::query::context::Context;
+use crate::query::qp::{Qp, QpOutcome};
 use crate::samples::contact_planes::Planes;
 
 /// Half the squared distance as the metric's model has it, subject to linearised contacts, joint

@@ -7,7 +7,7 @@ use crate::math::Pose;
 use crate::metric::motion_bound::{BoundedPoint, MotionPath};
 use crate::query::bound::{BoundEffort, distance_along};
 use crate::query::context::Context;
-use crate::query::search::evaluate::Evaluator;
+use crate::query::evaluate::Evaluator;
 
 /// Distances of pairs are looked at up to this beyond the clearance \[m\]; pairs that are farther
 /// apart count as that far.

@@ -1,21 +1,19 @@
 //! What is said about a witness once it is chosen.
 
-pub mod coverage;
 pub mod free_radius;
-pub mod scratch;
 
 use super::answer::{Answer, Exit, StraightSegment, TOUCHING, Unproved};
+use super::beyond_limits;
 use super::context::Context;
+use super::evaluate::Evaluator;
+use super::exits::End;
 use super::options::QueryOptions;
-use super::search::Known;
-use super::search::evaluate::Evaluator;
-use super::search::scratch::QueryScratch;
-use super::worlds::beyond_limits;
+use super::search::known::Known;
+use super::search::scratch::{QueryScratch, ReportScratch};
 use crate::collision::{CheckScratch, SegmentOptions, SegmentOutcome};
 use crate::metric::{Anchor, MetricScratch};
 use crate::scene::{MetricKind, PairId};
 use free_radius::free_radius;
-use scratch::ReportScratch;
 
 /// Step of central differences \[rad or m\]: both the curvature they leave out and the digits they
 /// lose are then about 1e-10.
@@ -38,7 +36,7 @@ pub fn report(context: &Context, options: &QueryOptions, scratch: &mut QueryScra
     context.metric.anchor(&answer.witness, far_anchor);
     let (anchor, proof) = (&known.anchor, &mut known.proof);
     answer.max_displacement = context.metric.max_displacement_at(anchor, &far_anchor.poses);
-    let bound = proof.bound(context, anchor, (answer.depth, &answer.colliding), &mut evaluator.check);
+    let bound = proof.bound(context, anchor, answer.depth, &mut evaluator.check);
     let beyond = beyond_limits::lower_bound(context.metric.kind(), &context.checker.scene().space, &anchor.q);
     answer.lower_bound = bound.max(beyond).min(answer.depth);
     answer.gap = if answer.depth > 0.0 { 1.0 - answer.lower_bound / answer.depth } else { 0.0 };
@@ -47,11 +45,11 @@ pub fn report(context: &Context, options: &QueryOptions, scratch: &mut QueryScra
     }
     gradient(context, anchor, memory, &mut evaluator.metric, answer);
     if options.exits > 1 {
-        report_exits(context, known, evaluator, answer);
+        report_exits(context, options.exits, known, evaluator, answer);
     }
     if answer.verified {
         let space = &context.checker.scene().space;
-        answer.unique = !known.exits.rival(space, &mut known.local, answer.depth, &answer.witness);
+        answer.unique = !known.exits.rival(space, &mut known.local, (answer.depth, &answer.witness));
     }
     if options.free_radius {
         answer.free_radius = Some(free_radius(context, &answer.witness, evaluator, &mut memory.motion));
@@ -110,12 +108,12 @@ fn gradient(
     }
 }
 
-fn report_exits(context: &Context, known: &Known, evaluator: &mut Evaluator, answer: &mut Answer) {
+fn report_exits(context: &Context, wanted: usize, known: &Known, evaluator: &mut Evaluator, answer: &mut Answer) {
     let margin = context.clearance + TOUCHING;
-    for (depth, witness) in known.exits.iter() {
+    for End { distance: depth, config: witness, .. } in known.exits.iter().filter(|end| end.is_verified).take(wanted) {
         let mut touching: Vec<PairId> = evaluator.touching(context, witness, margin).iter().map(|c| c.pair).collect();
         touching.dedup();
-        answer.exits.push(Exit { depth, witness: witness.to_vec(), touching });
+        answer.exits.push(Exit { depth: *depth, witness: witness.clone(), touching });
     }
     if answer.exits.is_empty() {
         let (witness, touching) = (answer.witness.clone(), answer.touching.clone());

@@ -1,98 +1,71 @@
-//! How a search ends: the best exits carried to their ends, and an answer that was verified.
+//! How a query ends: exits carried to their ends with exact contacts, and verified.
 
-use super::{REMEMBERED, Search};
+use super::Search;
 use crate::cspace::Label;
-use crate::query::descent::Start;
 
 /// An exit of pieces this much farther than the nearest one may turn out to be nearer out of the
 /// meshes.
 const AS_NEAR: f64 = 1.03;
+/// Exits that are carried to their ends then, the nearest among them.
+const MOST_AS_NEAR: usize = 4;
 
-/// Carries the incumbent to its end, or every exit where several are wanted, and verifies what is
-/// left.
-pub fn polish(search: &mut Search) {
+/// Carries the nearest exit to its end, or every exit if several are wanted, and verifies it;
+/// whether one is free.
+pub fn polish(search: &mut Search) -> bool {
     search.believes = false;
-    let mut start = std::mem::take(&mut search.known.composed);
     if search.known.wanted > 1 {
-        polish_several(search, &mut start);
-    } else {
-        polish_best(search, &mut start);
+        polish_several(search);
+    } else if !search.plan.takes_first {
+        polish_nearest(search);
     }
-    search.known.composed = start;
-    verify(search);
-    if search.known.wanted > 1 && search.known.incumbent.verified {
-        let (space, known) = (&search.context.checker.scene().space, &mut *search.known);
-        known.exits.offer(space, &mut known.local, known.incumbent.depth, &known.incumbent.config);
+    // What collides in spite of its contacts, which only rounding makes, is no exit.
+    while let Some(nearest) = search.known.exits.nearest().filter(|end| !end.is_verified) {
+        let is_free = search.evaluator.label(search.context, &nearest.config) == Label::Free;
+        search.known.exits.note_checked(is_free);
     }
+    search.known.exits.len() > 0
 }
 
-/// With meshes, others that may be as near too: pieces stand out differently.
-fn polish_best(search: &mut Search, start: &mut Vec<f64>) {
-    let best = search.known.incumbent.depth;
-    start.clone_from(&search.known.incumbent.config);
-    polish_from(search, start);
-    if search.context.checker.all_convex() {
-        return;
-    }
-    for rank in 1..REMEMBERED {
-        let Some((_, config)) = search.known.exits.iter().nth(rank).filter(|(depth, _)| *depth < AS_NEAR * best) else {
+/// Along meshes, others that may be as near too: pieces stand out differently.
+fn polish_nearest(search: &mut Search) {
+    let (best, all_convex) = (search.known.exits.depth(), search.context.checker.all_convex());
+    let count = if all_convex { 1 } else { MOST_AS_NEAR };
+    let mut starts = std::mem::take(&mut search.known.starts);
+    starts.clear();
+    let as_near = search.known.exits.iter().take(count).filter(|end| end.distance <= AS_NEAR * best);
+    as_near.for_each(|end| starts.extend_from_slice(&end.config));
+    for start in starts.chunks_exact(search.known.rest.len()) {
+        if search.evaluator.is_spent() {
             break;
-        };
-        start.clear();
-        start.extend_from_slice(config);
-        polish_from(search, start);
-    }
-}
-
-/// A last descent, from an exit toward its end.
-fn polish_from(search: &mut Search, start: &[f64]) {
-    if search.evaluator.is_spent() {
-        return;
-    }
-    let ceiling = search.known.incumbent.depth;
-    if let (Some(depth), _) = search.descend_alone(Start::at(start), ceiling, search.plan.polish) {
-        search.keep(depth);
-    }
-}
-
-/// Each of several exits; those that turn out to collide are none.
-fn polish_several(search: &mut Search, rows: &mut Vec<f64>) {
-    let space = &search.context.checker.scene().space;
-    rows.clear();
-    search.known.exits.iter().for_each(|(_, config)| rows.extend_from_slice(config));
-    search.known.exits.reset(search.known.wanted, space.nq());
-    for (left, start) in rows.chunks_exact(space.nq()).rev().enumerate().rev() {
-        let found = if search.evaluator.is_spent() {
-            None
-        } else {
-            search.descend_alone(Start::at(start), f64::INFINITY, search.plan.polish).0
-        };
-        let best = std::mem::take(&mut search.descent.best);
-        let end = if found.is_some() { &best[..] } else { start };
-        search.evaluator.reserved = left;
-        if search.evaluator.label(search.context, end) == Label::Free {
-            let depth = search.evaluator.distance(search.context, &search.known.anchor, end);
-            let known = &mut *search.known;
-            known.exits.offer(space, &mut known.local, depth, end);
-            if depth <= known.incumbent.depth || !known.incumbent.verified {
-                known.take(depth, end, true);
-            }
         }
-        search.descent.best = best;
+        let ceiling = search.known.exits.depth();
+        if let Some(depth) = search.descend_alone(start, ceiling, search.plan.polish) {
+            search.keep(depth, false);
+        }
     }
+    search.known.starts = starts;
 }
 
-/// Checks an incumbent that no descent was verified for; where it collides, which only rounding
-/// makes of what pieces keep clear, the sample that the search began with.
-pub fn verify(search: &mut Search) {
-    let (context, known) = (search.context, &mut *search.known);
-    if !known.incumbent.verified {
-        known.incumbent.verified = search.evaluator.label(context, &known.incumbent.config) == Label::Free;
+/// Each of the exits that are wanted; those that turn out to collide are none.
+fn polish_several(search: &mut Search) {
+    let (wanted, nq) = (search.known.wanted, search.known.rest.len());
+    let mut starts = std::mem::take(&mut search.known.starts);
+    starts.clear();
+    search.known.exits.iter().take(wanted).for_each(|end| starts.extend_from_slice(&end.config));
+    search.known.exits.clear();
+    for (left, start) in starts.chunks_exact(nq).rev().enumerate().rev() {
+        let found = match search.evaluator.is_spent() {
+            true => None,
+            false => search.descend_alone(start, f64::INFINITY, search.plan.polish),
+        };
+        let mut end = std::mem::take(&mut search.known.start);
+        end.clear();
+        end.extend_from_slice(if found.is_some() { &search.descent.best } else { start });
+        if search.evaluator.label(search.context, &end) == Label::Free {
+            search.offer_free(&end);
+        }
+        search.known.start = end;
+        search.evaluator.reserved = left;
     }
-    if !known.incumbent.verified {
-        let fallback = std::mem::take(&mut known.fallback);
-        known.take(fallback.depth, &fallback.config, false);
-        known.fallback = fallback;
-        known.incumbent.verified = search.evaluator.label(context, &known.incumbent.config) == Label::Free;
-    }
+    search.known.starts = starts;
 }

@@ -1,94 +1,96 @@
-//! One search from start to end: which starts are tried, one kind after the other. How one is tried
-//! is not here.
+//! The search of one group: at the hint, then from one source after another.
 
-use super::{NEAR, Ranks, Search, Turn};
-use crate::query::starts::around::{look_around, try_around};
-use crate::query::starts::directions::try_directions;
+use super::sources::{Source, take_anywhere, take_stored};
+use super::{Search, Turn};
+use crate::cspace::Label;
+use crate::query::descent::Start;
 
-/// Tries separating directions, then the stored samples, then starts around the query.
-pub fn run(search: &mut Search) -> Ranks {
-    try_directions(search);
-    try_starts(search);
-    let (by_samples, known) = (search.known.incumbent.depth, &*search.known);
-    let stored = known.round.rank_of(by_samples);
-    look_around(search);
-    let depth = search.known.incumbent.depth;
-    let around = if by_samples <= NEAR * depth { 0 } else { search.known.round.rank_of(depth) };
-    let degrees = search.part.map_or(search.context.checker.scene().space.nv(), |part| part.degrees());
-    Ranks { degrees, stored, around }
+/// An exit is nearer than another one if it is within this share of its distance.
+const NEARER: f64 = 0.99;
+/// A source is gone on with for this times the starts until its last success. How late the start
+/// is that finds the nearest exit has a long tail: if one in so many has just succeeded, as many
+/// more may well do so again.
+const PATIENCE: usize = 2;
+
+/// Looks for exits: at the hint, then from one source after another.
+pub fn run(search: &mut Search) {
+    let known = &search.known;
+    search.evaluator.needs_exit = !known.may_fall_back && !known.has_earlier;
+    if begin_at_hint(search)
+        && let Some(turn) = search.turn
+    {
+        return take_turns(search, turn);
+    }
+    ask(search, Source::Directions);
+    ask(search, Source::Stored);
+    if search.known.exits.len() == 0 && !search.evaluator.is_spent() {
+        find_any(search);
+    }
+    ask(search, Source::Around);
 }
 
-/// Tries the starts, nearest first, until the plan's are used up and no further exit is to be
-/// expected; in a stream those whose turn it is.
-fn try_starts(search: &mut Search) {
-    if let Some(turn) = search.turn {
-        return try_some(search, turn);
+/// Finds any exit, whatever it costs: without one there is no answer.
+fn find_any(search: &mut Search) {
+    if search.context.locked.is_empty() && search.known.looks_anywhere {
+        take_stored(search);
     }
-    search.known.round.begin();
-    for rank in 0..search.plan.most_starts {
-        let is_over = search.known.round.is_over(search.plan.starts, search.plan.patience);
-        if is_over || search.evaluator.is_spent() || search.is_proved() {
-            break;
-        }
-        let Some(id) = search.start(rank) else { break };
-        // Those after it are no nearer.
-        if search.is_far(id) {
-            break;
-        }
-        search.try_sample(id);
+    if search.known.exits.len() == 0 && search.known.looks_anywhere {
+        search.evaluator.needs_exit = true;
+        take_anywhere(search);
     }
 }
 
-fn try_some(search: &mut Search, Turn { next, starts_per_frame: mut left }: Turn) {
-    let (mut place, all) = (next, search.plan.starts + search.plan.around);
+/// Descents from the starts of one source.
+fn ask(search: &mut Search, source: Source) {
+    let [fewest, most] = source.starts(&search.plan);
+    let (mut tried, mut last_success) = (0, 0);
+    while tried < fewest.max(PATIENCE * last_success).min(most) && !search.is_over() {
+        let before = search.known.exits.depth();
+        if !source.descend(search, tried) {
+            break;
+        }
+        tried += 1;
+        if search.known.exits.depth() < NEARER * before {
+            last_success = tried;
+        }
+    }
+}
+
+/// Looks at the configuration that may be free, and descends from it if it is not; whether it
+/// is.
+fn begin_at_hint(search: &mut Search) -> bool {
+    if search.known.hint.is_empty() {
+        return false;
+    }
+    let mut config = std::mem::take(&mut search.known.start);
+    config.clone_from(&search.known.hint);
+    search.context.hold(&search.known.rest, &mut config);
+    let is_free = search.evaluator.label(search.context, &config) == Label::Free;
+    if is_free {
+        // A descent led to that of a stream.
+        search.offer(&config, true, search.turn.is_some());
+    } else {
+        search.try_start(Start::at(&config));
+    }
+    search.known.start = config;
+    is_free
+}
+
+/// Descents from the stored samples and around the query whose turn it is.
+fn take_turns(search: &mut Search, Turn { next, mut left }: Turn) {
+    let (mut at, all) = (next, search.plan.stored + search.plan.around);
     for rank in 0..all {
-        place = (next + rank) % all;
-        if search.evaluator.is_spent() || left == 0 {
+        at = (next + rank) % all;
+        if left == 0 || search.is_over() {
             break;
         }
         let before = search.evaluator.checks;
-        let mut is_far = false;
-        if let Some(around) = place.checked_sub(search.plan.starts) {
-            try_around(search, around);
-        } else if let Some(id) = search.start(place) {
-            is_far = search.is_far(id);
-            if !is_far {
-                search.try_sample(id);
-            }
-        }
-        // What its planes gave up cost nothing. What is far has its turn, lest those that cost the
-        // most have theirs more often.
-        left -= usize::from(is_far || search.evaluator.checks > before);
+        match at.checked_sub(search.plan.stored) {
+            Some(number) => Source::Around.descend(search, number),
+            None => Source::Stored.descend(search, at),
+        };
+        // What its planes gave up cost nothing.
+        left -= usize::from(search.evaluator.checks > before);
     }
-    search.turn = Some(Turn { next: place, starts_per_frame: left });
-}
-
-#[cfg(test)]
-mod tests {
-    use crate::learning::LearnOptions;
-    use crate::model::Model;
-    use crate::model::evaluate::tests::colliding;
-    use crate::query::worlds::World;
-    use crate::scene::builtin;
-
-    /// \[rad\].
-    const SHALLOW: f64 = 0.05;
-
-    /// Of a shallow collision all samples of a small model are far: they may not make the query
-    /// dearer than it is without a model.
-    #[test]
-    fn samples_that_are_far_cost_no_checks() {
-        let options = LearnOptions { labels: 4_000, seconds: None, seed: 3, ..LearnOptions::default() };
-        let model = Model::learn(builtin::scene("four-legs").unwrap(), &options).unwrap();
-        let alone = World::new(builtin::scene("four-legs").unwrap());
-        let [mut with, mut without, mut shallow] = [0; 3];
-        for q in colliding(&model, 300) {
-            let [a, b] = [model.view(), alone.view()]
-                .map(|view| view.query_with(&q, &Default::default(), &mut Default::default()).unwrap());
-            if b.depth < SHALLOW {
-                (with, without, shallow) = (with + a.checks, without + b.checks, shallow + 1);
-            }
-        }
-        assert!(shallow > 20 && with < without, "{shallow} queries, {with} checks with a model, {without} without");
-    }
+    search.turn = Some(Turn { next: at, left });
 }

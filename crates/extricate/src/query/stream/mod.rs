@@ -4,19 +4,17 @@
 mod proxy;
 
 use super::answer::{Answer, TOUCHING};
+use super::constraints::{push_nearby, under};
 use super::context::Context;
-use super::descent::Start;
-use super::find;
+use super::evaluate::Evaluator;
+use super::exits::are_alike;
+use super::nearest_exit::find;
 use super::options::{Effort, QueryOptions};
 use super::plan::Plan;
 use super::report::report;
-use super::search::evaluate::Evaluator;
-use super::search::exits::are_alike;
-use super::search::lead::Lead;
 use super::search::scratch::QueryScratch;
-use super::search::termination::Termination;
-use super::search::{Known, Search};
-use super::worlds::constraints::{push_nearby, under};
+use super::search::{Hint, Search, Turn};
+use super::termination::Termination;
 use crate::cspace::{Config, Label};
 use proxy::{Proxy, ROOM};
 
@@ -42,9 +40,9 @@ pub struct StreamOptions {
 }
 
 impl Default for StreamOptions {
-    /// No hysteresis, four starts a frame.
+    /// No hysteresis, two starts a frame.
     fn default() -> Self {
-        Self { query: QueryOptions::default(), hysteresis: 0.0, starts_per_frame: 4, continuous: false }
+        Self { query: QueryOptions::default(), hysteresis: 0.0, starts_per_frame: 2, continuous: false }
     }
 }
 
@@ -57,8 +55,31 @@ const LEAST_ROOM: f64 = 1e-4;
 pub struct Stream {
     options: StreamOptions,
     scratch: QueryScratch,
-    lead: Lead,
+    last: Last,
     proxy: Proxy,
+}
+
+/// What a frame leaves for the next one.
+#[derive(Debug, Clone, Default)]
+struct Last {
+    /// Its exit; empty if there is none.
+    exit: Vec<f64>,
+    /// How many coordinates a query has.
+    nq: usize,
+    /// The start whose turn it is.
+    next: usize,
+}
+
+impl Last {
+    /// Notes the exit of a frame, which the next one follows.
+    fn keep(&mut self, answer: &Answer) {
+        if !answer.is_free() {
+            self.exit.clear();
+            if answer.verified {
+                self.exit.extend_from_slice(&answer.witness);
+            }
+        }
+    }
 }
 
 impl Stream {
@@ -69,8 +90,8 @@ impl Stream {
 
     /// Forgets the frames so far: the next one is answered as a query on its own.
     pub fn restart(&mut self) {
-        self.lead.exit.clear();
-        self.lead.turn.next = 0;
+        self.last.exit.clear();
+        self.last.next = 0;
         self.proxy.config.clear();
     }
 
@@ -92,25 +113,25 @@ impl Stream {
     /// tried within as many frames as `starts_per_frame` goes into their number.
     pub(crate) fn query(&mut self, context: &Context, q: &Config) -> Option<Answer> {
         let options = QueryOptions { exits: 0, ..self.options.query.clone() };
-        if self.lead.nq != q.len() {
+        if self.last.nq != q.len() {
             self.restart();
-            self.lead.nq = q.len();
+            self.last.nq = q.len();
         }
         if self.options.continuous {
             return self.follow(context, q, &options);
         }
-        let Self { options: own, scratch, lead, .. } = self;
-        let next = lead.turn.next;
-        let mut answer = under(context, q, &options, scratch, |context, options, scratch| {
+        let Self { options: own, scratch, last, .. } = self;
+        let next = last.next;
+        let mut answer = under(context, q, &options, scratch, |context, options, hint, scratch| {
             // A frame may be searched with several clearances, each from the start in turn.
-            lead.turn.next = next;
-            let mut answer = search(context, q, (own, options), lead, scratch)?;
+            last.next = next;
+            let mut answer = search(context, q, (own, options), last, hint, scratch)?;
             if !answer.is_free() {
                 report(context, options, scratch, &mut answer);
             }
             Some(answer)
         })?;
-        lead.keep(&answer);
+        last.keep(&answer);
         answer.checks = scratch.checks();
         Some(answer)
     }
@@ -119,10 +140,10 @@ impl Stream {
     fn follow(&mut self, context: &Context, q: &Config, options: &QueryOptions) -> Option<Answer> {
         let aim = options.clearance.unwrap_or(context.clearance + ROOM).max(context.clearance + LEAST_ROOM);
         let asked = QueryOptions { clearance: None, ..options.clone() };
-        let Self { options: own, scratch, lead, proxy } = self;
-        under(context, q, &asked, scratch, |context, options, scratch| {
-            let mut answer = search(context, q, (own, options), lead, scratch)?;
-            lead.keep(&answer);
+        let Self { options: own, scratch, last, proxy } = self;
+        under(context, q, &asked, scratch, |context, options, hint, scratch| {
+            let mut answer = search(context, q, (own, options), last, hint, scratch)?;
+            last.keep(&answer);
             answer.nearest = Some(answer.depth);
             context.metric.anchor(q, &mut scratch.known.anchor);
             // In this frame's scene something may have moved onto it.
@@ -155,45 +176,47 @@ fn search(
     context: &Context,
     q: &Config,
     (stream, options): (&StreamOptions, &QueryOptions),
-    lead: &mut Lead,
+    last: &mut Last,
+    hint: Hint,
     scratch: &mut QueryScratch,
 ) -> Option<Answer> {
-    lead.turn.starts_per_frame = stream.starts_per_frame;
-    lead.followed = None;
-    let plan = Plan::of(options, context);
-    let following = (options.effort == Effort::Refined).then_some(&mut *lead);
-    let mut answer = find(context, q, (options, plan), following, scratch)?;
-    if !answer.is_free() {
-        keep_to_last(context, (stream.hysteresis, options), lead, scratch, &mut answer);
+    let follows = matches!(options.effort, Effort::Quick | Effort::Refined) && !last.exit.is_empty();
+    let turn = Turn { next: last.next, left: stream.starts_per_frame };
+    let mut hint = match follows && hint.config.is_empty() {
+        true => Hint { config: &last.exit, turn: Some(turn), ..hint },
+        false => hint,
+    };
+    let mut answer = find(context, q, options, &mut hint, scratch)?;
+    let Hint { turn, followed, .. } = hint;
+    last.next = turn.map_or(0, |turn| turn.next);
+    if let Some(followed) = followed.filter(|_| !answer.is_free()) {
+        keep_to_last(context, (stream.hysteresis, options), &followed, scratch, &mut answer);
     }
     Some(answer)
 }
 
-/// Keeps to the exit of the last frame, unless another is nearer by more than the hysteresis.
+/// Keeps to where the exit of the last frame leads, unless another is nearer by more than the
+/// hysteresis.
 fn keep_to_last(
     context: &Context,
     (hysteresis, options): (f64, &QueryOptions),
-    lead: &Lead,
+    (depth, witness): &(f64, Vec<f64>),
     scratch: &mut QueryScratch,
     answer: &mut Answer,
 ) {
-    let QueryScratch { evaluator, descent, boundary, known, .. } = scratch;
     let space = &context.checker.scene().space;
-    let Some((depth, witness)) = &lead.followed else { return };
     let is_nearer = |depth: f64| answer.depth < depth && answer.depth >= (1.0 - hysteresis) * depth;
     let found = (answer.depth, &answer.witness[..]);
-    if !is_nearer(*depth) || are_alike(space, &mut known.local, (*depth, witness), found) {
+    if !is_nearer(*depth) || are_alike(space, &mut scratch.known.local, (*depth, witness), found) {
         return;
     }
     let plan = Plan::of(options, context);
-    let mut search =
-        Search { context, plan, known, evaluator, descent, boundary, believes: false, part: None, turn: None };
-    let (last, _) = search.descend_alone(Start::at(witness), f64::INFINITY, plan.polish);
+    let mut search = Search::whole(context, plan, scratch);
+    let last = search.descend_alone(witness, f64::INFINITY, plan.polish);
     if let Some(last) = last.filter(|last| is_nearer(*last))
         && search.evaluator.label(context, &search.descent.best) == Label::Free
     {
-        let Known { exits, local, .. } = search.known;
-        exits.offer(space, local, answer.depth, &answer.witness);
+        search.offer_free(&answer.witness);
         (answer.depth, answer.verified) = (last, true);
         answer.witness.copy_from_slice(&search.descent.best);
     }

@@ -7,12 +7,12 @@
 use crate::collision::{ContactQuery, ContactSearch, SegmentBudget, SegmentOptions, SegmentOutcome};
 use crate::cspace::Label;
 use crate::metric::Anchor;
+use crate::query::constraints::HALVINGS;
 use crate::query::context::Context;
-use crate::query::descent::qp::QpOutcome;
 use crate::query::descent::subproblem::Subproblem;
+use crate::query::evaluate::Evaluator;
 use crate::query::plan::MARGIN;
-use crate::query::search::evaluate::Evaluator;
-use crate::query::worlds::constraints::HALVINGS;
+use crate::query::qp::QpOutcome;
 
 /// What a proxy aims to keep beyond the clearance \[m\], where no clearance is asked for: moves
 /// along a contact are proved in stretches of about this.

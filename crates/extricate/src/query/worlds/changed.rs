@@ -3,17 +3,15 @@
 use std::sync::Arc;
 
 use super::World;
-use super::delta::Change;
 use crate::collision::Checker;
 use crate::error::{Error, Result};
-use crate::query::context::{Context, Learned};
+use crate::query::context::{Context, Stored};
 use crate::scene::{MetricKind, Scene};
 
 /// A scene in which a model of another is queried: its checker, metric and what its bounds stand
 /// on. Immutable; share it between threads.
 pub struct ChangedScene {
     world: World,
-    change: Change,
 }
 
 impl ChangedScene {
@@ -44,8 +42,7 @@ impl ChangedScene {
             let problem = "got other moving bodies than the model's, by which its metric measures: learn it anew";
             return differs("robots", problem.into());
         }
-        let change = Change::between(learned, &scene);
-        Ok(Self { world: world.with_scene(scene), change })
+        Ok(Self { world: world.with_scene(scene) })
     }
 
     /// The scene.
@@ -63,8 +60,8 @@ impl ChangedScene {
         self.world.checker()
     }
 
-    /// What queries stand on that know what a model has learned.
-    pub(crate) fn context<'a>(&'a self, learned: &Learned<'a>) -> Context<'a> {
-        self.world.with(learned, Some(&self.change))
+    /// What queries stand on, with what a model of another scene has stored.
+    pub(crate) fn context<'a>(&'a self, stored: Stored<'a>) -> Context<'a> {
+        self.world.with(Some(stored)).elsewhere()
     }
 }

@@ -1,30 +1,23 @@
 //! Queries of a scene of which nothing was learned.
 
-pub mod beyond_limits;
 pub mod changed;
-pub mod constraints;
-pub mod delta;
 pub mod view;
 
 use std::sync::Arc;
 
 use super::answer::Answer;
-use super::bound::inner_spheres::InnerBalls;
-use super::context::{Context, Learned};
+use super::context::{Context, Stored};
+use super::inner_balls::InnerBalls;
 use super::options::QueryOptions;
-use super::plan::UNLEARNED;
-use super::report::coverage::Coverage;
 use crate::collision::Checker;
 use crate::cspace::Config;
 use crate::metric::Metric;
-use crate::samples::SampleSet;
 use crate::scene::Scene;
-use delta::Change;
 use view::{Solver, View};
 
 /// A scene that is ready to be queried: nothing has to be learned.
 ///
-/// A model of the scene takes fewer checks; the guarantees are the same. Immutable; share it
+/// A model of the scene stores further starts; the guarantees are the same. Immutable; share it
 /// between threads.
 ///
 /// ```
@@ -39,27 +32,6 @@ pub struct World {
     checker: Checker,
     metric: Arc<Metric>,
     balls: InnerBalls,
-    samples: SampleSet,
-    coverage: Coverage,
-}
-
-/// Nothing learned: for queries under a checker that no model knows.
-pub(crate) struct Unlearned {
-    samples: SampleSet,
-    coverage: Coverage,
-}
-
-impl Unlearned {
-    /// Of a scene's coordinates.
-    pub(crate) fn new(metric: &Metric, nq: usize) -> Self {
-        Self { samples: SampleSet::new(metric, nq, Vec::new(), 0), coverage: Coverage::default() }
-    }
-
-    /// What queries stand on that are asked of `checker` in the scene of `context`.
-    pub(crate) fn context<'a>(&'a self, context: &Context<'a>, checker: &'a Checker) -> Context<'a> {
-        let learned = Learned { boundary: &self.samples, coverage: &self.coverage, starts: UNLEARNED };
-        Context::new((checker, context.metric, context.balls), learned, None)
-    }
 }
 
 impl World {
@@ -90,8 +62,7 @@ impl World {
 
     /// Of what is prepared already.
     pub(crate) fn of_parts(checker: Checker, metric: Arc<Metric>, balls: InnerBalls) -> Self {
-        let samples = SampleSet::new(&metric, checker.scene().space.nq(), Vec::new(), 0);
-        Self { checker, metric, balls, samples, coverage: Coverage::default() }
+        Self { checker, metric, balls }
     }
 
     /// The scene.
@@ -119,7 +90,7 @@ impl World {
     }
 
     /// The nearest free configuration to `q`, with default options. `None` where nothing free was
-    /// found, not even among 20,000 configurations. `coverage` of the answer is `None`.
+    /// found, not even among 20,000 configurations.
     ///
     /// # Guarantee
     /// That of [`View::query`].
@@ -132,20 +103,14 @@ impl World {
         self.view().solver(options)
     }
 
-    /// The same from what a model has learned, of this scene or another one. All that queries need
-    /// of meshes is made by then: no answer depends on what was asked before, and no query spends
-    /// its time on it.
-    pub(crate) fn with<'a>(&'a self, learned: &Learned<'a>, change: Option<&'a Change>) -> Context<'a> {
+    /// What queries stand on, with what a model has stored. All that queries need of meshes is made
+    /// by then: no answer depends on what was asked before, and no query spends its time on it.
+    pub(crate) fn with<'a>(&'a self, stored: Option<Stored<'a>>) -> Context<'a> {
         self.checker.prepare_proposals();
-        let context = Context::new((&self.checker, &self.metric, &self.balls), *learned, change);
-        Context { unlearned: Some(self.unlearned()), ..context }
-    }
-
-    fn unlearned(&self) -> Learned<'_> {
-        Learned { boundary: &self.samples, coverage: &self.coverage, starts: UNLEARNED }
+        Context::new(&self.checker, &self.metric, &self.balls, stored)
     }
 
     pub(crate) fn context(&self) -> Context<'_> {
-        self.with(&self.unlearned(), None)
+        self.with(None)
     }
 }

@@ -8,9 +8,13 @@ use crate::collision::Checker;
 use crate::cspace::sampling::Halton;
 use crate::cspace::{Config, Rows};
 use crate::error::Result;
+use crate::query::answer::Answer;
 use crate::query::batch::{Answered, in_blocks};
 use crate::query::context::Context;
-use crate::query::{Answer, QueryOptions, QueryScratch, Stream, query};
+use crate::query::nearest_exit::query;
+use crate::query::options::QueryOptions;
+use crate::query::search::scratch::QueryScratch;
+use crate::query::stream::Stream;
 use crate::scene::Scene;
 
 /// What queries are answered from: a model in its own scene ([`crate::Model::view`]), a model in

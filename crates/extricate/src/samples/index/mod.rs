@@ -88,13 +88,6 @@ impl Index {
         Self { lists: Lists::build(points, dimensions, lists.min(n), seed) }
     }
 
-    /// Memory for `n` points of `dimensions` coordinates \[bytes\].
-    pub fn bytes(dimensions: usize, n: usize) -> usize {
-        let lists = list_count(n);
-        // In bytes, with an id each; slabs by the square of the lists. In f64 while it is built.
-        n * (9 * dimensions + 4) + lists * lists * 8 + lists * 4 * dimensions
-    }
-
     /// Number of points.
     pub fn len(&self) -> usize {
         self.lists.len

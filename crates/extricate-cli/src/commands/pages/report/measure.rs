@@ -35,8 +35,6 @@ pub struct Measured {
     pub depths: Vec<f64>,
     /// Of each, the share of the depth that is proved.
     pub proved: Vec<f64>,
-    /// Of each, where it is known.
-    pub coverage: Vec<f64>,
     /// How many boundary samples touch with a pair, the most frequent first.
     pub touching: Vec<([String; 2], usize)>,
     /// Boundary samples that were tried for it.
@@ -94,7 +92,6 @@ pub fn measure(model: &Model, count: usize, seed: u64) -> anyhow::Result<Measure
         budgets: limited.iter().map(|answers| quality(answers, &best)).collect(),
         depths: found().map(|answer| answer.depth).collect(),
         proved: found().map(|answer| answer.lower_bound / answer.depth).collect(),
-        coverage: found().filter_map(|answer| answer.coverage).collect(),
         refined: quality(&refined, &best),
         touching,
         samples,

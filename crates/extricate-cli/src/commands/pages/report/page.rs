@@ -34,12 +34,6 @@ pub fn html(model: &Model, name: &str, measured: &Measured) -> String {
         &histogram(&measured.proved, 0.0, Some(1.0), "lower bound / depth").to_string(),
         "At 1, nothing can be nearer than the answer.",
     );
-    body += &figure(
-        "Coverage",
-        &histogram(&measured.coverage, 0.0, Some(1.0), "coverage").to_string(),
-        "Spread evenly where the model knows random configurations as well as those it was measured on. Many near 0 mean \
-         that it lacks samples.",
-    );
     body += "</div>\n<h2>Where boundary samples touch</h2>\n";
     body += &touching(measured);
     body += "<h2>Statistics of the model</h2>\n<table>\n";

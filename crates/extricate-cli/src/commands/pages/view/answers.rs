@@ -50,7 +50,6 @@ struct Row {
     #[serde(default)]
     outside: Vec<String>,
     touching: Vec<[String; 2]>,
-    coverage: Option<f64>,
     #[serde(default)]
     unseen: Option<f64>,
     clearance: f64,
@@ -189,7 +188,6 @@ impl<'a> Names<'a> {
             colliding: self.pairs(&row.colliding)?,
             outside: outside.map(|joint| joint.q.start).collect(),
             touching: self.pairs(&row.touching)?,
-            coverage: row.coverage,
             nearest: None,
             unseen: row.unseen,
             clearance: row.clearance,

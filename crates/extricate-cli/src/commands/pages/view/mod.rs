@@ -113,7 +113,7 @@ impl ViewArgs {
             return 1;
         }
         let usual = match self.effort {
-            EffortArg::Refined | EffortArg::Exhaustive => USUAL_EXITS,
+            EffortArg::Quick | EffortArg::Refined | EffortArg::Exhaustive => USUAL_EXITS,
             EffortArg::Nearest | EffortArg::Proved => 1,
         };
         self.exits.unwrap_or(usual)

@@ -76,6 +76,9 @@ fn escape(context: &Context, q: &Config, options: &EscapeOptions) -> Escape {
     finish(search, points, method)
 }
 
+/// Exits besides the nearest one that a straight path is tried to.
+const OTHER_EXITS: usize = 4;
+
 /// A path, and which step found it.
 type Found = (Vec<Vec<f64>>, EscapeMethod);
 
@@ -114,7 +117,7 @@ impl Search<'_> {
         if let Some(path) = self.straight(std::slice::from_ref(&answer.witness)) {
             return (Some((path, EscapeMethod::Nearest)), Vec::new());
         }
-        let met = self.query.other_exits(&self.context.checker.scene().space, answer);
+        let met = self.query.other_exits(&self.context.checker.scene().space, answer, OTHER_EXITS);
         let met: Vec<Vec<f64>> = met.into_iter().map(|(_, exit)| exit).collect();
         if let Some(path) = self.straight(&met) {
             return (Some((path, EscapeMethod::Exit)), Vec::new());

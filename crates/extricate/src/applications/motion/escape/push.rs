@@ -2,8 +2,7 @@
 //! little smaller than the last, so the path bends around what stands beside it.
 
 use super::search::Search;
-use crate::query::worlds::Unlearned;
-use crate::query::{QueryOptions, QueryScratch, nearest_exit};
+use crate::query::{Context, QueryOptions, QueryScratch, nearest_exit};
 
 /// Share of the way out that the first step goes, and the least: a step whose edge is not proved is
 /// halved, one that is, doubled.
@@ -23,15 +22,13 @@ pub struct Pushed {
 /// Pushes the colliding pairs of the query apart until they keep `clearance` \[m\], or a step
 /// fails.
 pub fn push(search: &mut Search, clearance: f64) -> Pushed {
-    let nq = search.q.len();
-    let unlearned = Unlearned::new(search.context.metric, nq);
     let (mut points, mut memory) = (vec![search.q.to_vec()], QueryScratch::default());
     let (mut share, mut step) = (0.0, FIRST_STEP);
     let space = &search.context.checker.scene().space;
     while share < 1.0 && step >= LEAST_STEP && !search.prover.is_spent() {
         let next = f64::min(1.0, share + step);
         let checker = search.relaxed.raised(search.context.checker, clearance, next);
-        let context = unlearned.context(search.context, &checker);
+        let context = Context::new(&checker, search.context.metric, search.context.balls, None);
         let options = QueryOptions { starts: Some(STARTS), termination: search.left(), ..QueryOptions::default() };
         let here = &points[points.len() - 1];
         let Ok(from) = space.config(here) else { break };

@@ -9,7 +9,7 @@ use crate::applications::motion::prover::Prover;
 use crate::applications::motion::shortcut::shortcut;
 use crate::cspace::{Config, Label};
 use crate::metric::Anchor;
-use crate::query::worlds::constraints::push_nearby;
+use crate::query::constraints::push_nearby;
 use crate::query::{Answer, Context, Deadline, QueryOptions, QueryScratch, Termination, query};
 
 /// What an escape is looked for with.

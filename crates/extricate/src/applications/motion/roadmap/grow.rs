@@ -80,7 +80,7 @@ fn find(
 /// Samplers of a batch of so many checks, by index; those of each are spread evenly over it, so
 /// that a batch that ends early has drawn of all.
 fn jobs(grower: &Grower, checks: usize, has_islands: bool) -> Vec<usize> {
-    let has_samples = !grower.context.query.samples().is_empty();
+    let has_samples = grower.context.query.stored.is_some();
     let is_of_use = |sampler: Sampler| match sampler {
         Sampler::Stored => has_samples,
         Sampler::Around => !grower.roadmap.narrow.is_empty(),

@@ -1,0 +1,275 @@
+//! Learning: a scene in, a model out, in one straight function.
+//!
+//! The method is that of H. Tian, X. Zhang, C. Wang, J. Pan and D. Manocha, "Efficient global
+//! penetration depth computation for articulated models", Computer-Aided Design 70, 2016: a
+//! classifier of the obstacle region that chooses what is labelled, dense samples of its boundary,
+//! and the nearest of them as the answer. Solved samples, the exits of colliding configurations
+//! with their contact planes, are added to it.
+
+use std::ops::ControlFlow;
+use std::sync::Arc;
+
+use rayon::prelude::*;
+
+use super::advice::advice;
+use super::evaluate::figures::interval;
+use super::evaluate::{Evaluation, Extent, measure};
+use super::learned::Model;
+use super::near_miss::NearMisses;
+use super::solve::solve;
+use super::statistics::{EndedBy, Statistics};
+use crate::collision::{CheckScratch, Checker};
+use crate::cspace::Label;
+use crate::cspace::sampling::Halton;
+use crate::error::{Error, Result};
+use crate::learning::active_learning::{Classified, classify, surprising_first};
+use crate::learning::budget::BudgetEnd;
+use crate::learning::exploration::{BATCH, Exploration};
+use crate::learning::obstacle_classifier::{ObstacleClassifier, Parts};
+use crate::learning::{Budget, LearnOptions, LearnProgress};
+use crate::metric::MetricScratch;
+use crate::metric::relative::{self, RelativePoses};
+use crate::query::{QueryOptions, QueryScratch, Termination, World, index_samples, nearest_exit};
+use crate::samples::SampleSet;
+use crate::samples::trace::{TraceGround, trace};
+use crate::scene::Scene;
+
+/// Receives the state of learning after every batch of labels, and may stop it.
+type Report<'a> = dyn FnMut(&LearnProgress) -> ControlFlow<()> + Send + 'a;
+
+/// Share of the budget, labels or seconds, that is explored.
+const EXPLORED: f64 = 0.2;
+/// The most labels that exploring takes: what trains the classifier is far less.
+const MOST_EXPLORED: usize = 20_000;
+/// If fewer free configurations than this were explored, and more colliding ones for each of them,
+/// the exits of colliding ones are added: all of many limbs are free at once hardly anywhere.
+const FEW_FREE: usize = 64;
+const SELDOM_FREE: usize = 50;
+/// Share of the budget after which the boundary is not traced further.
+const TRACED_BY: f64 = 0.2;
+/// Boundary samples have a colliding configuration within this share of the space's diameter.
+const GAP_SHARE: f64 = 1.0 / 2000.0;
+/// The model has at least so many samples, if so many free configurations are known: these stand in
+/// for boundary samples that were not found.
+const STAND_INS: usize = 128;
+/// The classifier looks for surprises among so many seeds for every second of the limit.
+const SURPRISES_A_SECOND: f64 = 1000.0;
+
+/// The model of `scene`, see [`Model::learn_with`].
+pub fn learn(scene: Scene, options: &LearnOptions, report: &mut Report) -> Result<Model> {
+    options.pool()?.install(|| {
+        let mut budget = Budget::new(options, report);
+        let ground = Ground::new(scene, options);
+
+        let (mut known, colliding_share) = explore(&ground, &mut budget);
+        if known.free.is_empty() {
+            return Err(nothing_free(&ground, &known, &budget));
+        }
+        let classified = train(&ground, &mut known, &mut budget);
+        let mut samples = trace_boundary(&ground, &mut known, &mut budget);
+        let solved = solve(&ground.world, ground.gap, &ground.halton, &mut known, &mut samples, &mut budget);
+        let stand_ins = stand_in(&ground, &known, &mut samples);
+        let boundary = index_samples(ground.world.checker(), ground.world.metric(), samples, solved, options.seed);
+        let end_of_learning = budget.end();
+        let measured = measure_learned(&ground, &boundary, &mut budget);
+
+        let Evaluation { density, excess, gap, checks } = measured;
+        let Classified { classifier, accuracy_free, accuracy_colliding, held_out } = classified;
+        let statistics = Statistics {
+            labels: budget.spent(),
+            seed: options.seed,
+            boundary_samples: boundary.len(),
+            solved_samples: boundary.solved(),
+            stand_ins,
+            support_vectors: classifier.as_ref().map_or(0, ObstacleClassifier::support_vectors),
+            colliding_share,
+            accuracy_free,
+            accuracy_free_interval: interval(accuracy_free, held_out[0]),
+            accuracy_colliding,
+            accuracy_colliding_interval: interval(accuracy_colliding, held_out[1]),
+            boundary_gap: (stand_ins < boundary.len()).then_some(ground.gap),
+            density,
+            excess,
+            gap,
+            measuring_checks: checks,
+            ended_by: ended_by(end_of_learning, &budget),
+        };
+        Ok(Model { world: ground.world, boundary, classifier, statistics })
+    })
+}
+
+/// What every step stands on.
+struct Ground<'a> {
+    options: &'a LearnOptions,
+    /// The scene, with nothing learned.
+    world: World,
+    /// Where configurations are drawn.
+    halton: Halton,
+    /// Every boundary sample has a colliding configuration within this distance (metric units).
+    gap: f64,
+}
+
+impl<'a> Ground<'a> {
+    fn new(scene: Scene, options: &'a LearnOptions) -> Self {
+        let world = World::new(Arc::new(scene));
+        let halton = Halton::new(world.scene().space.nv(), options.seed);
+        let gap = GAP_SHARE * world.metric().diameter();
+        Self { options, world, halton, gap }
+    }
+
+    fn nq(&self) -> usize {
+        self.world.scene().space.nq()
+    }
+
+    /// The exact labels of many configurations, row major.
+    fn label(&self, configs: &[f64]) -> Vec<Label> {
+        let mut labels = vec![Label::Free; configs.len() / self.nq()];
+        self.world.checker().label_batch(configs, &mut labels);
+        labels
+    }
+}
+
+/// Labels evenly spread configurations, until some are free. Also tells the share that collides.
+fn explore(ground: &Ground, budget: &mut Budget) -> (Exploration, f64) {
+    let (space, nq) = (&ground.world.scene().space, ground.nq());
+    let label = |configs: &[f64]| ground.label(configs);
+    let wanted = ((ground.options.labels as f64 * EXPLORED) as usize).clamp(1, MOST_EXPLORED);
+    let mut known = Exploration::default();
+    while budget.end().is_none() && budget.spent() < wanted && budget.fraction() < EXPLORED {
+        let batch = BATCH.min(wanted - budget.spent());
+        known.extend(space, &ground.halton, batch, &label, budget);
+    }
+    let [free, colliding] = [&known.free, &known.colliding].map(|list| list.len() / nq);
+    let colliding_share = colliding as f64 / (colliding + free).max(1) as f64;
+    if free < FEW_FREE && colliding > SELDOM_FREE * free.max(1) {
+        add_exits(ground, &mut known, budget);
+    }
+    while budget.end().is_none() && known.free.is_empty() {
+        known.extend(space, &ground.halton, BATCH, &label, budget);
+    }
+    (known, colliding_share)
+}
+
+/// Adds exits of colliding configurations to the free ones.
+fn add_exits(ground: &Ground, known: &mut Exploration, budget: &mut Budget) {
+    let (context, space, mut scratch) = (ground.world.context(), &ground.world.scene().space, QueryScratch::default());
+    for seed in known.colliding.chunks_exact(ground.nq()).take(FEW_FREE) {
+        if budget.end().is_some() {
+            break;
+        }
+        let options = QueryOptions { termination: Termination::after_checks(budget.left()), ..QueryOptions::default() };
+        let answer = space.config(seed).ok().and_then(|q| nearest_exit(&context, &q, &options, &mut scratch));
+        budget.spend(scratch.checks().min(budget.left()));
+        known.free.extend(answer.into_iter().flat_map(|answer| answer.witness));
+    }
+}
+
+/// Why there is no model: the caller stopped, or nothing free was found and what to do about that.
+fn nothing_free(ground: &Ground, known: &Exploration, budget: &Budget) -> Error {
+    if budget.end() == Some(BudgetEnd::Interrupted) {
+        return Error::Interrupted;
+    }
+    Error::NothingFree { labels: budget.spent(), advice: advice(ground.world.checker(), &known.colliding) }
+}
+
+/// Trains the classifier of the obstacle region, one support vector machine for each pair of
+/// bodies. Then orders the colliding configurations for the next steps: near misses and those that
+/// the classifier gets wrong come first, since small components hide among them.
+fn train(ground: &Ground, known: &mut Exploration, budget: &mut Budget) -> Classified {
+    if budget.end().is_some() {
+        return Classified::default();
+    }
+    budget.stage("training");
+    let (checker, nq) = (ground.world.checker(), ground.nq());
+    let relative = RelativePoses::new(checker.scene_arc().clone());
+    let label = |configs: &[f64]| ground.label(configs);
+    let features = |configs: &[f64], pairs: &[u32]| relative_poses(&relative, nq, configs, pairs);
+    let containing = |configs: &[f64]| colliding_parts(checker, &relative, configs);
+    let parts = Parts {
+        count: checker.scene().pairs.len(),
+        nq,
+        containing: &containing,
+        features: &features,
+        width: relative::WIDTH,
+    };
+    let classified = classify(&checker.scene().space, &parts, known, ground.options.seed, budget);
+    let seeds = NearMisses::new(checker, ground.world.metric()).seeds(known, &label, budget);
+    if let Some(classifier) = &classified.classifier
+        && budget.end() != Some(BudgetEnd::Interrupted)
+    {
+        let by_time = budget.seconds().map_or(usize::MAX, |limit| (limit * SURPRISES_A_SECOND) as usize);
+        surprising_first(classifier, &features, nq, by_time.min(budget.left() / 8), &mut known.colliding);
+    }
+    known.colliding.splice(..0, seeds);
+    classified
+}
+
+/// Traces the boundary from colliding configurations: verified samples right beside it, row major.
+fn trace_boundary(ground: &Ground, known: &mut Exploration, budget: &mut Budget) -> Vec<f64> {
+    budget.stage("tracing the boundary");
+    let label = |configs: &[f64]| ground.label(configs);
+    let to_trace = TraceGround {
+        space: &ground.world.scene().space,
+        metric: ground.world.metric(),
+        label: &label,
+        halton: &ground.halton,
+        gap: ground.gap,
+        seed: ground.options.seed,
+    };
+    trace(&to_trace, known, TRACED_BY, budget)
+}
+
+/// Puts free configurations before the samples if these are few; how many.
+fn stand_in(ground: &Ground, known: &Exploration, samples: &mut Vec<f64>) -> usize {
+    let missing = STAND_INS.saturating_sub(samples.len() / ground.nq()) * ground.nq();
+    let stand_ins = &known.free[..known.free.len().min(missing)];
+    samples.splice(..0, stand_ins.iter().copied());
+    stand_ins.len() / ground.nq()
+}
+
+/// Measures what was learned on configurations that nothing was learned from. Nothing is measured
+/// of what the caller stopped.
+fn measure_learned(ground: &Ground, boundary: &SampleSet, budget: &mut Budget) -> Evaluation {
+    if budget.end() == Some(BudgetEnd::Interrupted) {
+        return Evaluation::default();
+    }
+    budget.note(boundary.len(), None);
+    let extent = Extent { until: budget.until_measured(), ..Extent::after(budget.spent(), ground.options.seed) };
+    let mut go_on = || {
+        budget.stage("measuring");
+        budget.end() != Some(BudgetEnd::Interrupted)
+    };
+    measure(&ground.world, boundary, &extent, &mut go_on).unwrap_or_default()
+}
+
+/// What ended learning, or the caller who stopped the measuring.
+fn ended_by(end_of_learning: Option<BudgetEnd>, budget: &Budget) -> EndedBy {
+    match end_of_learning {
+        _ if budget.end() == Some(BudgetEnd::Interrupted) => EndedBy::Interruption,
+        Some(BudgetEnd::Seconds) => EndedBy::Seconds,
+        // If the labels did not end it, too few are left for another query.
+        _ => EndedBy::Labels,
+    }
+}
+
+/// The numbers of the relative poses of `pairs` at many configurations (row major), a configuration
+/// after the other.
+fn relative_poses(poses: &RelativePoses, nq: usize, configs: &[f64], pairs: &[u32]) -> Vec<f64> {
+    let mut out = Vec::with_capacity(configs.len() / nq * pairs.len() * relative::WIDTH);
+    let mut scratch = MetricScratch::default();
+    configs.chunks_exact(nq).for_each(|q| poses.embed(q, pairs, &mut scratch, &mut out));
+    out
+}
+
+/// The parts that each of many configurations (row major) lies in, ascending.
+fn colliding_parts(checker: &Checker, relative: &RelativePoses, configs: &[f64]) -> Vec<Vec<u32>> {
+    let of = |scratch: &mut CheckScratch, q: &[f64]| {
+        let mut pairs = Vec::new();
+        checker.colliding_pairs(q, scratch, &mut pairs);
+        let mut inside: Vec<u32> = pairs.into_iter().map(|pair| relative.part(pair).first).collect();
+        inside.sort_unstable();
+        inside.dedup();
+        inside
+    };
+    configs.par_chunks_exact(checker.scene().space.nq()).map_init(CheckScratch::default, of).collect()
+}

@@ -1,0 +1,75 @@
+//! Where colliding bodies part: a best-first search over separating directions.
+//!
+//! Two convex bodies are apart where some unit direction separates them. So a free configuration
+//! chooses, for every colliding pair, a direction on a sphere of two dimensions, whatever the
+//! degrees of freedom; to first order each choice is a half-space of displacements, and the
+//! shortest displacement in it leads to where to look. Where another pair collides there, that one
+//! chooses too, and the displacement has to lie in both half-spaces. Displacements are looked at
+//! shortest first, until they are longer than what is known; from each a descent starts.
+
+mod choices;
+pub mod tree;
+
+use super::Search;
+use crate::query::descent::Start;
+use tree::{Directions, Node};
+
+/// A displacement is like one that was looked at within this share of its length.
+const ALIKE: f64 = 0.2;
+/// A descent that ends within this of the displacement it started from has nothing to branch for.
+const NEAR: f64 = 1.1;
+
+/// Looks at the shortest displacement that was not looked at; whether there was one.
+pub fn visit_next(search: &mut Search) -> bool {
+    let mut tree = std::mem::take(&mut search.known.directions);
+    if tree.nodes.is_empty() {
+        tree.begin(search.context, &search.known.anchor.q);
+    }
+    let most = search.plan.direction_factor * search.known.ceiling();
+    let mut was_new = false;
+    while !was_new && let Some(node) = tree.shortest(most) {
+        was_new = visit(&mut tree, search, node);
+    }
+    search.known.directions = tree;
+    was_new
+}
+
+/// Descends from a displacement, and branches if it collides; false if it is like one that was
+/// looked at.
+fn visit(tree: &mut Directions, search: &mut Search, at: usize) -> bool {
+    let (context, nv) = (search.context, tree.low.len());
+    let scene = context.checker.scene();
+    let step = &tree.steps[at * nv..][..nv];
+    let length = tree.nodes[at].length;
+    let is_like = |(other, node): (usize, &Node)| {
+        node.is_visited && search.known.local.between(step, &tree.steps[other * nv..][..nv]) < ALIKE * length
+    };
+    let is_known = tree.nodes.iter().enumerate().any(is_like);
+    (tree.nodes[at].is_open, tree.nodes[at].is_visited) = (false, !is_known);
+    if is_known {
+        return false;
+    }
+    tree.config.resize(scene.space.nq(), 0.0);
+    scene.space.integrate(&search.known.anchor.q, step, &mut tree.config);
+    context.hold(&search.known.rest, &mut tree.config);
+    if (at > 0 || tree.begins_outside)
+        && let Some(depth) = search.try_start(Start::at(&tree.config))
+        && depth <= NEAR * length
+    {
+        // What its children lead to is hardly nearer.
+        return true;
+    }
+    if tree.nodes[at].choices == search.plan.most_choices || search.evaluator.is_spent() {
+        return true;
+    }
+    tree.colliding.clear();
+    context.checker.colliding_pairs(&tree.config, &mut search.evaluator.check, &mut tree.colliding);
+    // The query itself was checked before.
+    search.evaluator.checks += usize::from(at > 0);
+    if !tree.colliding.is_empty() {
+        tree.measure(context, &search.known.local, &mut search.evaluator.check);
+        let most = search.plan.direction_factor * search.known.ceiling();
+        tree.branch(at, &search.known.local, most);
+    }
+    true
+}

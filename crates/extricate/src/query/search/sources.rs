@@ -1,0 +1,149 @@
+//! Where descents start: along directions in which bodies part, at stored samples and around the
+//! query. And what is taken as a last resort: the nearest stored sample, or anything free.
+
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
+use super::Search;
+use super::directions::visit_next;
+use super::known::Known;
+use crate::cspace::Label;
+use crate::cspace::sampling::Halton;
+use crate::math::elementary::{ln, sin_cos};
+use crate::query::context::Context;
+use crate::query::descent::Start;
+use crate::query::local_metric::LocalMetric;
+use crate::query::plan::Plan;
+
+/// What proposes starts.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Source {
+    /// Displacements along which colliding bodies part, shortest first.
+    Directions,
+    /// Stored samples, nearest first.
+    Stored,
+    /// Configurations around the query.
+    Around,
+}
+
+/// Configurations that are looked at anywhere.
+const LAST_RESORT: u64 = 20_000;
+/// Distances of starts around the query, as shares of the depth, in turns.
+const RADII: [f64; 4] = [0.2, 0.4, 0.6, 0.8];
+
+impl Source {
+    /// Fewest and most starts that a plan takes of it: more than the fewest only for as long as
+    /// they find something nearer.
+    pub fn starts(self, plan: &Plan) -> [usize; 2] {
+        match self {
+            Self::Directions => [plan.most_directions; 2],
+            Self::Stored => [plan.stored; 2],
+            Self::Around => [plan.around, plan.most_around],
+        }
+    }
+
+    /// A descent from the start of a number; whether there was one.
+    pub fn descend(self, search: &mut Search, number: usize) -> bool {
+        match self {
+            Self::Directions => visit_next(search),
+            Self::Stored => from_stored(search, number),
+            Self::Around => search.known.exits.len() > 0 && from_around(search, number),
+        }
+    }
+}
+
+fn from_stored(search: &mut Search, number: usize) -> bool {
+    let (context, plan) = (search.context, search.plan);
+    let mut stored = std::mem::take(&mut search.known.stored);
+    if !stored.is_gathered {
+        stored.gather(context, &plan, &search.known.anchor, search.boundary);
+    }
+    let Known { anchor, rest, local, .. } = &mut *search.known;
+    while stored.chosen.len() <= number && stored.choose_next(context, &plan, (&anchor.q, rest), local) {}
+    let chosen = stored.chosen.get(number).copied();
+    search.known.stored = stored;
+    let (Some(id), Some(from)) = (chosen, context.stored) else { return false };
+    let mut config = std::mem::take(&mut search.known.start);
+    config.clear();
+    config.extend_from_slice(from.samples.config(id));
+    context.hold(&search.known.rest, &mut config);
+    search.try_start(Start::stored(&from, id, &config));
+    search.known.start = config;
+    true
+}
+
+/// Takes the nearest stored sample that is free, if it is nearer than every exit.
+pub fn take_stored(search: &mut Search) {
+    let Some(from) = search.context.stored else { return };
+    let mut stored = std::mem::take(&mut search.known.stored);
+    if !stored.is_gathered {
+        stored.gather(search.context, &search.plan, &search.known.anchor, search.boundary);
+    }
+    for (id, _) in stored.near.iter().take_while(|(_, distance)| *distance < search.known.exits.depth()) {
+        let config = from.samples.config(*id);
+        if search.evaluator.label(search.context, config) == Label::Free {
+            search.offer_free(config);
+            break;
+        }
+    }
+    search.known.stored = stored;
+}
+
+/// Takes the first free configuration of a low-discrepancy sequence, and descends from it.
+pub fn take_anywhere(search: &mut Search) {
+    let (context, space) = (search.context, &search.context.checker.scene().space);
+    let halton = Halton::new(space.nv(), 0);
+    let mut config = std::mem::take(&mut search.known.start);
+    config.resize(space.nq(), 0.0);
+    for index in 0..LAST_RESORT {
+        if search.evaluator.is_stopped() {
+            break;
+        }
+        halton.config(space, index, &mut config);
+        context.hold(&search.known.rest, &mut config);
+        if search.evaluator.label(context, &config) == Label::Free {
+            search.offer_free(&config);
+            search.try_start(Start::at(&config));
+            break;
+        }
+    }
+    search.known.start = config;
+}
+
+/// A descent from a configuration around the query, free or not, whose direction is the same in
+/// every query: it sees exits that are too near or too narrow for other sources.
+fn from_around(search: &mut Search, number: usize) -> bool {
+    let (context, space) = (search.context, &search.context.checker.scene().space);
+    let mut start = std::mem::take(&mut search.known.start);
+    let mut step = std::mem::take(&mut search.known.step);
+    step.resize(space.nv(), 0.0);
+    start.clone_from(&search.known.anchor.q);
+    let radius = RADII[number % RADII.len()] * search.known.exits.depth();
+    direction(context, &search.known.local, &mut ChaCha8Rng::seed_from_u64(number as u64), &mut step);
+    // Twice: the first step measures how long it is in the metric.
+    for _ in 0..2 {
+        space.integrate(&search.known.anchor.q, &step, &mut start);
+        let length = search.evaluator.distance(context, &search.known.anchor, &start);
+        if length > 0.0 {
+            step.iter_mut().for_each(|s| *s *= radius / length);
+        }
+    }
+    space.integrate(&search.known.anchor.q, &step, &mut start);
+    context.hold(&search.known.rest, &mut start);
+    search.try_start(Start::at(&start));
+    (search.known.start, search.known.step) = (start, step);
+    true
+}
+
+/// A random direction of the joints that may move, uniform as the metric at the query sees it.
+fn direction(context: &Context, local: &LocalMetric, rng: &mut ChaCha8Rng, step: &mut [f64]) {
+    step.iter_mut().for_each(|s| *s = normal(rng));
+    local.spread(step);
+    step.iter_mut().enumerate().filter(|(v, _)| context.is_locked(*v)).for_each(|(_, s)| *s = 0.0);
+}
+
+/// A standard normal number (Box and Muller).
+fn normal(rng: &mut ChaCha8Rng) -> f64 {
+    let (u, v): (f64, f64) = (1.0 - rng.random::<f64>(), rng.random());
+    (-2.0 * ln(u)).sqrt() * sin_cos(std::f64::consts::TAU * v).1
+}
