@@ -23,10 +23,6 @@ def within(depth, best):
     return {"within_5": float((depth <= (1 + SLIGHT) * best).mean()), "within_1": float((depth <= (1 + CLOSE) * best).mean())}
 
 
-def quantile(values, share):
-    return float(np.sort(values)[math.ceil(share * len(values)) - 1])
-
-
 def wilson(share, count):
     """The 95 % interval of a share that was seen among `count` (Wilson, "Probable inference, the law of succession, and statistical inference", 1927,
     doi:10.1080/01621459.1927.10502953)."""

@@ -42,11 +42,6 @@ def learn(scene, model, labels, *options, seed=1):
     return found | {"cpu_seconds": after.ru_utime - before.ru_utime + after.ru_stime - before.ru_stime}
 
 
-def adapt(model, scene, adapted, *options, seed=1):
-    """What `adapt` reports."""
-    return json.loads(extricate("adapt", model, scene, "-o", adapted, "--seed", seed, "--json", *options).splitlines()[-1])
-
-
 def answers(model, queries, effort="refined", *options):
     """Answers on one thread, `seconds` in processor time, of a model or of a scene without one. `effort` is a name or the number of starts of `refined`."""
     part = Path(model).with_suffix(".part")

@@ -8,7 +8,7 @@ from sides import BUILD
 NEAREST = "samples alone (`nearest`)"
 METHODS = {NEAREST: "nearest"}
 METHODS |= {f"`refined`, {k} start{'s' * (k > 1)}": k for k in (1, 2, 4, 8)}
-# The default takes as many starts as were calibrated when the scene was learned, more where they find something.
+# The default takes as many starts as the degrees of freedom ask for, more where they find something.
 DEFAULT = "`refined`"
 METHODS |= {DEFAULT: "refined", "`refined`, 16 starts": 16, "`exhaustive`": "exhaustive"}
 # The scene itself, of which nothing was learned; and a model of the robot alone, asked in the scene.

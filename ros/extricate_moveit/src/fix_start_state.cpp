@@ -39,7 +39,7 @@ public:
         clearance_ = parameter(own + "clearance", 1e-3);
         // "joint", or "max-displacement": the state that moves no point more than it must.
         metric_ = parameter(own + "metric", std::string("joint"));
-        // A learned model of the robot, which takes fewer checks; empty for none.
+        // A learned model of the robot; empty for none.
         model_ = parameter(own + "model", std::string());
     }
 
