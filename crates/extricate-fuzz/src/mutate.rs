@@ -29,8 +29,8 @@ const WORDS: [&str; 14] = [
     "[]",
 ];
 
-/// Of a model file: its parts are changed, and its checksum is made right. What is
-/// none is changed as bytes.
+/// Changes the parts of a model file, and makes its checksum right. What is no model file is
+/// changed as bytes.
 pub fn sealed(rng: &mut ChaCha8Rng, input: &[u8], other: &[u8]) -> Vec<u8> {
     let Some(mut file) = Container::open(input).filter(|_| rng.random_range(0..64) > 0) else {
         return bytes(rng, input, other);

@@ -33,7 +33,7 @@ pub struct Checker {
     pub(super) clearance: f64,
     /// Greatest of any pair \[m\].
     pub(super) most_clearance: f64,
-    /// Of every pair, whether it is looked at; `None` if all are.
+    /// Whether each pair is looked at; `None` if all are.
     only: Option<Arc<Vec<bool>>>,
     /// Tells whose hints a scratch holds.
     id: u64,

@@ -324,9 +324,9 @@ fn forget_near(point: &Vec3, apart: f64, blocks: &[[[f64; LANES]; 3]], squares: 
     (at[lane] as usize * LANES + lane, largest[lane])
 }
 
-/// Largest `|c + x cos t + y sin t|^2`, which has up to two peaks: from each of 16 angles that is no
-/// lower than its neighbours, steps of Newton's method on the derivative, or uphill if those lead
-/// nowhere, each halved until it gains something.
+/// Largest `|c + x cos t + y sin t|^2`, which has up to two peaks. Each of 16 angles that is no
+/// lower than its neighbours is climbed from by steps of Newton's method on the derivative, or
+/// uphill if those lead nowhere; each step is halved until it gains something.
 fn circle_displacement_squared(c: &Vec3, x: &Vec3, y: &Vec3) -> f64 {
     const BETWEEN: f64 = TAU / 16.0;
     let value = |t: f64| circle_point(c, x, y, t).norm_squared();

@@ -142,7 +142,7 @@ mod tests {
     /// Enough for twice the exits that queries rely on.
     const LABELS: usize = 150_000;
 
-    /// Of convex bodies and distances of joints, where exits replace other starts.
+    /// A model of convex bodies under the metric of the joints.
     fn learned() -> Model {
         let options = LearnOptions { labels: LABELS, seconds: None, seed: 5, ..LearnOptions::default() };
         Model::learn(builtin::scene("planar-arm").unwrap(), &options).unwrap()

@@ -41,8 +41,8 @@ pub struct Held<'a> {
 pub struct Stored<'a> {
     /// Each was free in the scene that was learned.
     pub samples: &'a SampleSet,
-    /// Of every checked pair, whether the contact planes of samples hold for it; `None` if all do
-    /// and every sample is free here. An empty list says that none do.
+    /// Whether the contact planes of samples hold for each checked pair; `None` if all do and every
+    /// sample is free here. An empty list says that none do.
     pub holding: Option<&'a [bool]>,
 }
 

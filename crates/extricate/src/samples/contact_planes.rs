@@ -168,7 +168,7 @@ pub struct Planes<'a> {
     width: usize,
     numbers: &'a [f32],
     pairs: &'a [u32],
-    /// Of every checked pair, whether planes of it hold; `None` if all do.
+    /// Whether planes of each checked pair hold; `None` if all do.
     holding: Option<&'a [bool]>,
 }
 

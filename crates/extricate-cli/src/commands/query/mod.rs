@@ -51,8 +51,8 @@ pub struct QueryArgs {
     /// best answer so far. The search for a first free configuration is not limited
     #[arg(long, value_name = "N", value_parser = whole, allow_negative_numbers = true, help_heading = "Budget")]
     max_checks: Option<usize>,
-    /// End each query after about this many seconds, with the best answer so far; as for
-    /// --max-checks
+    /// End each query after about this many seconds, with the best answer so far; as
+    /// for --max-checks
     #[arg(long, value_name = "T", value_parser = seconds, allow_negative_numbers = true, help_heading = "Budget")]
     max_seconds: Option<f64>,
     /// Answer on this many threads, 0 for one a core; the answers are the same

@@ -55,11 +55,11 @@ impl QueryScratch {
 /// Memory that reports reuse.
 #[derive(Default)]
 pub struct ReportScratch {
-    /// Of the free radius.
+    /// Paths that the free radius is proved by.
     pub motion: MotionPath,
-    /// Of the witness, for the gradient.
+    /// The witness, which the gradient is seen from.
     pub far_anchor: Anchor,
-    /// From the witness, for the same.
+    /// The metric's model at the witness, for the gradient.
     pub quadratic: Quadratic,
     /// A configuration beside the query.
     pub moved: Vec<f64>,
