@@ -7,7 +7,7 @@ Needs cargo, Python 3.9 or newer and a network: builds the release wheel and our
 environment (target/bench/python) and goes on there. Measured on the built-in `shelf-arm`, 7 joints.
 
 blocks   a batch in blocks, each answered by `Model.query_batch` on one thread of Python, and, just before or just after, by a program in Rust
-         (`extricate-bench batch`) that asks `Model::query_batch` for the same rows. Which is first changes from block to block: what the
+         (`extricate-bench batch`) that asks `Solver::batch_each` for the same rows. Which is first changes from block to block: what the
          machine does meanwhile, which changes within seconds, both see alike. Beside it a bare loop in Rust that adds up
          depths and keeps no answer. From the numbers to the last answer; learning and reading files are not counted.
 binding  the time that Python's side takes itself, without what is asked: rows of a scene of 7 joints and no obstacle, whose answers cost next to

@@ -43,7 +43,7 @@ learn -o full/a.model --seed 1 2>/dev/null
 world 1
 "$program" import world.json -o full/world.toml >/dev/null
 world 2
-"$program" demo --scene planar-arm --queries 1 --seconds 0.1 --out full/demo.svg >/dev/null 2>&1
+"$program" demo --scene planar-arm --queries 1 --seconds 0.1 --out full/demo.html >/dev/null 2>&1
 "$program" plan "$scene" --from 1.9,0,0 --to -1.9,0,0 --roadmap full/kept >/dev/null 2>&1
 "$program" view "$scene" -n 1 -o full/view.html >/dev/null
 "$program" report full/a.model -n 2 -o full/report.html >/dev/null
@@ -98,7 +98,7 @@ fails 0 full/report.html "$program" report full/a.model -n 2 -o full/report.html
 fails 0 full/man/extricate "$program" man full/man
 fails 4096 full/man/extricate "$program" man full/man
 fails 0 full/grasps.jsonl.part grasp grasps.jsonl
-fails 0 full/demo.svg "$program" demo --scene planar-arm --queries 1 --seconds 0.1 --out full/demo.svg
+fails 0 full/demo.html "$program" demo --scene planar-arm --queries 1 --seconds 0.1 --out full/demo.html
 
 # Grasps that fit stay beside the old file, for --resume.
 before=$(sha256sum full/grasps.jsonl)

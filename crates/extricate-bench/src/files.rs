@@ -5,7 +5,8 @@ use std::fmt::Write as _;
 use std::path::Path;
 
 use anyhow::{Context, Result, ensure};
-use extricate::geometry::{Mat3, Pose, TriangleMesh, Vec3};
+use extricate::geometry::{Pose, TriangleMesh};
+use extricate::internals::math::{Mat3, Vec3};
 use extricate::internals::robot::formats;
 
 /// Reads STL, OBJ, COLLADA, or OFF with triangles only.

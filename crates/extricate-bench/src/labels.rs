@@ -31,14 +31,14 @@ impl Robot {
     /// What it consists of.
     pub fn describe(&self) -> Value {
         let scene = self.checker.scene();
-        let names: Vec<&str> = scene.joints.iter().map(|joint| joint.name.as_str()).collect();
-        json!({ "nq": scene.space.nq(), "bodies": scene.bodies.len(), "pairs": scene.pairs.len(), "joints": names })
+        let names: Vec<&str> = scene.joints().iter().map(|joint| joint.name.as_str()).collect();
+        json!({ "nq": scene.space().nq(), "bodies": scene.bodies().len(), "pairs": scene.pairs().len(), "joints": names })
     }
 
     /// Uniform configurations, or both ends of segments between opposite labels, halved down to
     /// 1/1000 rad.
     pub fn configs(&self, kind: &str, count: usize, seed: u64) -> Result<Vec<f64>> {
-        let space = &self.checker.scene().space;
+        let space = self.checker.scene().space();
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
         let mut scratch = CheckScratch::default();
         let mut draw = || {
@@ -75,7 +75,7 @@ impl Robot {
 
     /// Times labels one at a time: the mean from the whole loop, median and 95 % from each.
     pub fn label(&self, configs: &[f64], out: Option<&str>) -> Result<Value> {
-        let nq = self.checker.scene().space.nq();
+        let nq = self.checker.scene().space().nq();
         let mut scratch = CheckScratch::default();
         for q in configs.chunks_exact(nq).take(configs.len() / nq / 10) {
             black_box(self.checker.label(q, &mut scratch));
@@ -98,7 +98,7 @@ impl Robot {
 
     /// Times a batch on some threads; with 0, on the calling thread by the serial function.
     pub fn batch(&self, configs: &[f64], threads: usize) -> Result<Value> {
-        let count = configs.len() / self.checker.scene().space.nq();
+        let count = configs.len() / self.checker.scene().space().nq();
         let mut labels = vec![Label::Free; count];
         let seconds = if threads == 0 {
             let mut scratch = CheckScratch::default();
@@ -128,7 +128,7 @@ impl Robot {
             _ => bail!("got `{search}`, expected coarse or exact"),
         };
         let scene = self.checker.scene();
-        let (nq, nv) = (scene.space.nq(), scene.space.nv());
+        let (nq, nv) = (scene.space().nq(), scene.space().nv());
         let (mut scratch, mut contacts, mut poses) = (CheckScratch::default(), Vec::new(), Vec::new());
         let (mut gradients, mut twists, mut found) = (vec![0.0; nv], Twists::default(), 0);
         let mut step = |q: &[f64]| {

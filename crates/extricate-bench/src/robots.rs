@@ -75,6 +75,6 @@ mod tests {
     #[test]
     fn chains_have_the_parts_that_were_asked_for() {
         let scene = chain(9, 30).unwrap();
-        assert_eq!((scene.space.nq(), scene.bodies.len()), (9, 39));
+        assert_eq!((scene.space().nq(), scene.bodies().len()), (9, 39));
     }
 }

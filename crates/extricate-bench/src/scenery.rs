@@ -7,11 +7,11 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use anyhow::{Context, Result, bail};
-use extricate::geometry::{Geometry, PointCloud, Vec3, Voxels};
+use extricate::geometry::{Geometry, PointCloud, Voxels};
 use extricate::internals::cspace::sampling::Halton;
 use extricate::internals::scene::assemble::assemble_entries;
 use extricate::internals::scene::file::{self, GeometryKind, ObstacleEntry, ShapeEntry};
-use extricate::{CheckScratch, Config, Error, Label, QueryOptions, QueryScratch, Scene, World, builtin};
+use extricate::{CheckScratch, Config, Error, Label, Scene, Solver, builtin};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use serde_json::json;
@@ -29,9 +29,9 @@ const LABELS: u64 = 20_000;
 /// or `hulls`.
 pub fn measure(kind: &str, count: usize, links: &str, mut output: impl Write) -> Result<()> {
     let surroundings = match kind {
-        "points" => Geometry::Points(Arc::new(PointCloud::new("bench", "points", RADIUS, surfaces(count))?)),
+        "points" => Geometry::Points(Arc::new(PointCloud::new("bench", "points", RADIUS, &surfaces(count))?)),
         "voxels" => {
-            let cell = |p: Vec3| [p.x, p.y, p.z].map(|x| (x / (2.0 * RADIUS)).floor() as i32);
+            let cell = |p: [f64; 3]| p.map(|x| (x / (2.0 * RADIUS)).floor() as i32);
             let cells = surfaces(count).into_iter().map(cell).collect();
             Geometry::Voxels(Arc::new(Voxels::new("bench", "voxels", 2.0 * RADIUS, cells)?))
         }
@@ -44,7 +44,6 @@ pub fn measure(kind: &str, count: usize, links: &str, mut output: impl Write) ->
     };
     let (alone, _) = ready(None, links)?;
     let (seconds, world) = ready(Some(surroundings), links)?;
-    world.checker().prepare_proposals();
     let (label, colliding) = label(&world);
     let queries = queries(&world)?;
     let sorted = |column: usize| {
@@ -55,7 +54,7 @@ pub fn measure(kind: &str, count: usize, links: &str, mut output: impl Write) ->
     let (times, checks) = (sorted(0), sorted(1));
     let line = json!({
         "count": count,
-        "pairs": world.scene().pairs.len(),
+        "pairs": world.scene().pairs().len(),
         "ready_ms": 1e3 * seconds,
         "ready_without_ms": 1e3 * alone,
         "label_us": 1e6 * label,
@@ -71,7 +70,7 @@ pub fn measure(kind: &str, count: usize, links: &str, mut output: impl Write) ->
 }
 
 /// Points on the faces of boxes around the arm, evenly spread at random.
-fn surfaces(count: usize) -> Vec<Vec3> {
+fn surfaces(count: usize) -> Vec<[f64; 3]> {
     let boxes = [
         ([0.55, 0.0, 0.35], [0.12, 0.3, 0.02]),
         ([0.6, 0.0, 0.75], [0.12, 0.3, 0.02]),
@@ -95,14 +94,14 @@ fn surfaces(count: usize) -> Vec<Vec3> {
         }
         let (center, half, axis) = last;
         let side = if rng.random::<bool>() { 1.0 } else { -1.0 };
-        Vec3::from_fn(|k, _| center[k] + half[k] * if k == axis { side } else { 2.0 * rng.random::<f64>() - 1.0 })
+        [0, 1, 2].map(|k| center[k] + half[k] * if k == axis { side } else { 2.0 * rng.random::<f64>() - 1.0 })
     };
     (0..count).map(|_| point()).collect()
 }
 
 /// The arm, with surroundings or without, and how long it took from their numbers until a query
 /// could be asked.
-fn ready(surroundings: Option<Geometry>, links: GeometryKind) -> Result<(f64, World)> {
+fn ready(surroundings: Option<Geometry>, links: GeometryKind) -> Result<(f64, Solver)> {
     let files = builtin::files("shelf-arm").context("the built-in arm")?;
     let mut scene = file::parse(&files[0].0, &String::from_utf8_lossy(&files[0].1))?;
     scene.robot[0].geometry = links;
@@ -119,13 +118,14 @@ fn ready(surroundings: Option<Geometry>, links: GeometryKind) -> Result<(f64, Wo
     };
     let started = Instant::now();
     let scene: Scene = assemble_entries(Path::new(&files[0].0), &scene, &mut read)?;
-    let world = World::new(scene);
+    let world = Solver::new(scene);
+    world.prepare();
     Ok((started.elapsed().as_secs_f64(), world))
 }
 
 /// Seconds a label, and the share that collide.
-fn label(world: &World) -> (f64, f64) {
-    let space = &world.scene().space;
+fn label(world: &Solver) -> (f64, f64) {
+    let space = world.scene().space();
     let halton = Halton::new(space.nv(), 1);
     let mut configs = vec![0.0; LABELS as usize * space.nq()];
     for (k, q) in (0..).zip(configs.chunks_exact_mut(space.nq())) {
@@ -142,8 +142,8 @@ fn label(world: &World) -> (f64, f64) {
 }
 
 /// Of each query: seconds, checks, the depth, and the lower bound as a share of it.
-fn queries(world: &World) -> Result<Vec<[f64; 4]>> {
-    let space = &world.scene().space;
+fn queries(world: &Solver) -> Result<Vec<[f64; 4]>> {
+    let space = world.scene().space();
     let (halton, mut q, mut check) = (Halton::new(space.nv(), 2), vec![0.0; space.nq()], CheckScratch::default());
     let all = (0..).map(|k| {
         halton.config(space, k, &mut q);
@@ -151,10 +151,9 @@ fn queries(world: &World) -> Result<Vec<[f64; 4]>> {
     });
     let configs: Vec<Config> =
         all.flatten().filter(|q| world.checker().label(q, &mut check) == Label::Colliding).take(QUERIES).collect();
-    let (options, mut scratch) = (QueryOptions::default(), QueryScratch::default());
-    let mut ask = |q: &Config| {
+    let ask = |q: &Config| {
         let started = ThreadTime::now();
-        let answer = world.view().query_with(q, &options, &mut scratch).context("nothing free was found")?;
+        let answer = world.query(q).context("nothing free was found")?;
         Ok([started.elapsed(), answer.checks as f64, answer.depth, answer.lower_bound / answer.depth])
     };
     configs.iter().take(20).try_for_each(|q| ask(q).map(|_: [f64; 4]| ()))?;

@@ -22,36 +22,25 @@ namespace ob = ompl::base;
 namespace og = ompl::geometric;
 
 /// The numbers of a state of a space of real vectors.
-extricate::Config values(const ob::State* state, std::size_t nq) {
-    return {state->as<ob::RealVectorStateSpace::StateType>()->values, nq};
+extricate::Config values(const ob::State* state, const extricate::Solver& solver) {
+    return {state->as<ob::RealVectorStateSpace::StateType>()->values, solver.scene().nq()};
 }
 
-/// Each thread of a planner has a solver of its own: OMPL asks from any of them.
-extricate::Solver& solver_of_thread(const extricate::Scene& scene) {
-    thread_local std::unique_ptr<extricate::Solver> solver;
-    if (!solver || solver->scene().get() != scene.get()) solver.reset(new extricate::Solver(scene));
-    return *solver;
-}
-
-/// Valid is what the exact checker calls free.
+/// Valid is what the exact checker calls free. OMPL may ask from any thread.
 class Validity : public ob::StateValidityChecker {
 public:
-    Validity(const ob::SpaceInformationPtr& si, extricate::Scene scene) : ob::StateValidityChecker(si), scene_(std::move(scene)) {}
-    bool isValid(const ob::State* state) const override {
-        return solver_of_thread(scene_).check(values(state, scene_.nq()));
-    }
-    double clearance(const ob::State* state) const override {
-        return solver_of_thread(scene_).distance(values(state, scene_.nq()));
-    }
+    Validity(const ob::SpaceInformationPtr& si, const extricate::Scene& scene) : ob::StateValidityChecker(si), solver_(scene) {}
+    bool isValid(const ob::State* state) const override { return solver_.check(values(state, solver_)); }
+    double clearance(const ob::State* state) const override { return solver_.distance(values(state, solver_)); }
 
 private:
-    extricate::Scene scene_;
+    extricate::Solver solver_;
 };
 
-/// A motion is valid where all of it is proved free: no resolution to choose.
+/// A motion is valid if all of it is proved free: there is no resolution to choose.
 class Motions : public ob::MotionValidator {
 public:
-    Motions(const ob::SpaceInformationPtr& si, extricate::Scene scene) : ob::MotionValidator(si), scene_(std::move(scene)) {}
+    Motions(const ob::SpaceInformationPtr& si, const extricate::Scene& scene) : ob::MotionValidator(si), solver_(scene) {}
     bool checkMotion(const ob::State* from, const ob::State* to) const override {
         const bool valid = segment(from, to).is_free;
         ++(valid ? valid_ : invalid_);
@@ -68,9 +57,9 @@ public:
 
 private:
     ExtricateSegment segment(const ob::State* from, const ob::State* to) const {
-        return solver_of_thread(scene_).check_segment(values(from, scene_.nq()), values(to, scene_.nq()));
+        return solver_.check_segment(values(from, solver_), values(to, solver_));
     }
-    extricate::Scene scene_;
+    extricate::Solver solver_;
 };
 
 /// Repaired states keep a little more than the scene asks for: from a state that just keeps its
@@ -85,8 +74,8 @@ extricate::Options with_room() {
 /// where narrow passages begin.
 class Sampler : public ob::ValidStateSampler {
 public:
-    Sampler(const ob::SpaceInformation* si, extricate::Scene scene)
-        : ob::ValidStateSampler(si), scene_(std::move(scene)), solver_(scene_, with_room()), sampler_(si->allocStateSampler()) {}
+    Sampler(const ob::SpaceInformation* si, const extricate::Scene& scene)
+        : ob::ValidStateSampler(si), solver_(scene, with_room()), sampler_(si->allocStateSampler()) {}
     bool sample(ob::State* state) override {
         sampler_->sampleUniform(state);
         return repair(state);
@@ -97,7 +86,7 @@ public:
     }
     /// Moves a state to the nearest free one.
     bool repair(ob::State* state) {
-        const extricate::Answer answer = solver_.query(values(state, scene_.nq()));
+        const extricate::Answer answer = solver_.query(values(state, solver_));
         if (!answer) return false;
         double* numbers = state->as<ob::RealVectorStateSpace::StateType>()->values;
         std::copy(answer.witness().begin(), answer.witness().end(), numbers);
@@ -105,7 +94,6 @@ public:
     }
 
 private:
-    extricate::Scene scene_;
     extricate::Solver solver_;
     ob::StateSamplerPtr sampler_;
 };

@@ -1,14 +1,15 @@
 /* The C interface of extricate. Written by cbindgen from crates/extricate-c/src/abi, do not edit:
  * UPDATE_HEADER=1 cargo test -p extricate-c header
  *
- * Every function that can fail returns an ExtricateStatus; extricate_last_error() then says what is
- * wrong. Handles belong to the caller, who frees them, once, with the function of their type; null
- * is allowed there. No handle has to outlive another: a solver keeps its scene. A scene and an
- * answer never change, and any number of threads may use one. A solver or a stream is used by one
- * thread at a time. Strings are UTF-8 and end with a zero. Lengths are in metres, angles in radians.
+ * Every function that can fail returns an ExtricateStatus. If that is not EXTRICATE_OK,
+ * extricate_last_error() says what is wrong. Handles belong to the caller, who frees each of them
+ * once, with the function of its type; null may be given there. No handle has to outlive another: a
+ * solver keeps its scene. Any number of threads may use one scene, solver or answer at the same
+ * time; only extricate_solver_set_options() needs a solver for itself. A stream is for one thread
+ * at a time. Strings are UTF-8 and end with a zero. Lengths are in metres, angles in radians.
  *
  * Pointers must be null or valid, as in every C interface: a handle that was freed, or an array that
- * is shorter than was said, is not noticed. A null pointer or a wrong length where it can be seen
+ * is shorter than was said, is not noticed. A null pointer, or a wrong length that can be seen,
  * gives EXTRICATE_ARGUMENT. */
 
 #ifndef EXTRICATE_H
@@ -21,97 +22,97 @@
 // There is a result.
 #define EXTRICATE_OK 0
 
-// Nothing free was found: no fault of the call.
+// Nothing free was found, though nothing is wrong with the call.
 #define EXTRICATE_NOTHING_FREE 1
 
-// A null pointer, a wrong length, a name that nothing has, an option that makes no sense.
+// An argument is a null pointer, has a wrong length, or is an option that makes no sense.
 #define EXTRICATE_ARGUMENT 2
 
-// A configuration of the wrong length, not finite, or beyond limits where that is refused.
+// A configuration has a wrong length, is not finite, or is beyond limits while that is refused.
 #define EXTRICATE_CONFIGURATION 3
 
 // A file cannot be read or written.
 #define EXTRICATE_FILE 4
 
-// A scene, robot, mesh or world says something that cannot be used.
+// A scene, robot, mesh or world says something that cannot be used, or a name is unknown.
 #define EXTRICATE_INPUT 5
 
 // A model file is truncated, altered, foreign or of another version.
 #define EXTRICATE_MODEL 6
 
-// A fault of this library, caught.
+// A fault of this library was caught.
 #define EXTRICATE_INTERNAL 7
 
-// Number of this interface: it grows where a program has to be compiled anew.
+// Number of this interface: it grows if programs have to be compiled anew.
 #define EXTRICATE_ABI 1
 
-// Effort: the nearest stored sample; needs a model.
+// Effort: the nearest stored sample of a model; without a model, the first exit that is found.
 #define EXTRICATE_NEAREST 0
 
-// Effort: diverse starts, descents, verification. The default.
+// Effort: descents from several starts in different directions; the best end is verified.
 #define EXTRICATE_REFINED 1
 
-// Effort: many starts.
+// Effort: many starts and long refinement.
 #define EXTRICATE_EXHAUSTIVE 2
 
-// Effort: as refined, and then branch and bound until the gap is proved or the budget ends.
+// Effort: as refined, and then branch and bound until the gap is proved or a limit is reached.
 #define EXTRICATE_PROVED 3
 
-// As refined, with fewer starts: about half the checks.
+// Effort: as refined with fewer descents, which takes about half the checks.
 #define EXTRICATE_QUICK 4
 
-// Metric of the joints [rad], weighted.
+// Metric: the weighted change of the joints [rad or m].
 #define EXTRICATE_METRIC_JOINT 0
 
-// Root mean square displacement of the robot's solids [m].
+// Metric: the root mean square displacement of the robot's solids [m].
 #define EXTRICATE_METRIC_OBJECT_NORM 1
 
-// Largest displacement of any point [m].
+// Metric: the largest displacement of any point of the robot [m].
 #define EXTRICATE_METRIC_MAX_DISPLACEMENT 2
 
-// Something is proved, or the query is free.
+// A lower bound above 0 is proved, or the query is free.
 #define EXTRICATE_IS_PROVED 0
 
-// Nothing is proved: what collides are surfaces, which enclose nothing.
+// No lower bound is proved: what collides are surfaces, which enclose nothing.
 #define EXTRICATE_UNPROVED_SURFACES 1
 
-// Nothing is proved: the overlap is too shallow.
+// No lower bound is proved: the bodies overlap too little.
 #define EXTRICATE_UNPROVED_SHALLOW 2
 
-// Shape: a box, `size` are its full sides [m].
+// Shape: a box; `size` holds its full sides [m].
 #define EXTRICATE_BOX 0
 
-// Shape: `size[0]` is the radius [m].
+// Shape: a ball; `size[0]` is its radius [m].
 #define EXTRICATE_SPHERE 1
 
-// Shape: `size` are radius and length [m], along z.
+// Shape: a cylinder along z; `size` holds its radius and its length [m].
 #define EXTRICATE_CYLINDER 2
 
-// Shape: `size` are radius and length of the cylindrical part [m], along z.
+// Shape: a capsule along z; `size` holds radius and length of its cylindrical part [m].
 #define EXTRICATE_CAPSULE 3
 
-// Shape: `points` are corners [m], `triangles` indices of three each.
+// Shape: a mesh; `points` are its corners [m], and each of `triangles` joins three of them.
 #define EXTRICATE_MESH 4
 
-// Shape: `points` [m] with balls of radius `size[0]` about them; obstacles only.
+// Shape: balls of radius `size[0]` around `points` [m]; for obstacles alone.
 #define EXTRICATE_POINTS 5
 
-// Shape: occupied `cells` of side `size[0]` [m]; obstacles only.
+// Shape: occupied `cells` of side `size[0]` [m]; for obstacles alone.
 #define EXTRICATE_VOXELS 6
 
-// Shape: what lies behind the plane with the normal `size`, at `offset` [m]; obstacles only.
+// Shape: all behind a plane of normal `size` at `offset` [m] along it; for obstacles alone.
 #define EXTRICATE_HALF_SPACE 7
 
-// An answer. Immutable; may be shared between threads.
+// The answer to a query. It never changes, and what its functions point to lives as long as it.
 typedef struct ExtricateAnswer ExtricateAnswer;
 
-// A scene, or a model in its scene or in another one. Immutable; may be shared between threads.
+// A scene, perhaps with a model that was learned of it or of a scene like it. It never changes.
 typedef struct ExtricateScene ExtricateScene;
 
-// Options of queries of one scene, and memory. One for each thread.
+// A scene with options of queries. Only extricate_solver_set_options() changes it.
 typedef struct ExtricateSolver ExtricateSolver;
 
-// Queries that follow each other closely. One for each thread.
+// Queries that follow each other closely, each of which begins with the exit of the one before.
 typedef struct ExtricateStream ExtricateStream;
 
 // What a function returns: EXTRICATE_OK, or why there is no result.
@@ -143,83 +144,93 @@ typedef struct ExtricatePose {
 
 // One shape. Members that its kind does not name are not read.
 typedef struct ExtricateShape {
-    // EXTRICATE_BOX and so on.
+    // EXTRICATE_BOX or another of the kinds.
     uint32_t kind;
-    // See the kinds.
+    // Numbers that the kinds explain.
     double size[3];
-    // Of a half-space, along its unit normal [m].
+    // Where the plane of a half-space is, along its unit normal [m].
     double offset;
-    // Three numbers each [m].
+    // Points, three numbers each [m].
     const double *points;
     // How many points.
     size_t point_count;
-    // Three indices of points each.
+    // Triangles, three indices of points each.
     const uint32_t *triangles;
     // How many triangles.
     size_t triangle_count;
-    // Three indices each.
+    // Cells, three indices each.
     const int32_t *cells;
     // How many cells.
     size_t cell_count;
-    // Of a mesh: not 0 where its convex hull stands for it.
+    // Whether the convex hull of a mesh stands for it: 0 or 1.
     uint32_t convex;
 } ExtricateShape;
 
 // An obstacle, or an object for a link to hold.
 typedef struct ExtricateObstacle {
-    // A name of its own.
+    // Its name, which nothing else in the scene has.
     const char *name;
     // Its shape.
     struct ExtricateShape shape;
-    // In the world; of an attached object, in the link's coordinates.
+    // Its pose in the world; that of an object for a link, in the coordinates of the link.
     struct ExtricatePose pose;
 } ExtricateObstacle;
 
-// What is asked of a query. Fill it with extricate_options_init() first.
+// What is asked of a query. extricate_options_init() fills in the defaults; set what differs then.
+// Any number but 0 counts as 1 in a member that is 0 or 1.
 typedef struct ExtricateOptions {
-    // EXTRICATE_REFINED and so on.
+    // How hard to try: EXTRICATE_NEAREST, _QUICK, _REFINED, _EXHAUSTIVE or _PROVED;
+    // EXTRICATE_REFINED by default.
     uint32_t effort;
-    // Not 0: configurations beyond the limits are refused, not answered.
+    // Whether to refuse configurations beyond the limits, in place of answering them: 0 or 1; 0 by
+    // default.
     uint32_t refuse_outside;
-    // Not 0: prove within which distance of the witness nothing touches.
+    // Whether to prove how far around the witness nothing touches: 0 or 1; 0 by default.
     uint32_t free_radius;
-    // Not 0: tell how much of the straight segment to the witness collides.
+    // Whether to tell how much of the straight segment to the witness collides: 0 or 1; 0 by
+    // default.
     uint32_t segment;
-    // Not 0: tell contacts with EXTRICATE_NEAREST too.
+    // Whether to tell contacts with EXTRICATE_NEAREST as well; the other efforts always do: 0 or
+    // 1; 0 by default.
     uint32_t contacts;
-    // How many distinct exits to look for; 1 by default.
+    // How many distinct exits to look for: 1 to 100000; 1 by default.
     size_t exits;
-    // How many starts; 0 leaves it to the effort.
+    // How many descents to start: 1 to 100000; 0 by default, which leaves it to the effort.
     size_t starts;
-    // Share of the depth that need not be proved, in [0, 1); nan for none.
+    // Share of the depth that need not be proved, at which the search stops: 0 or more and less
+    // than 1; nan by default, which leaves it to the effort.
     double gap;
-    // Clearance to aim at [m]; nan for that of the scene.
+    // Clearance that the witness is to keep: 0 to 1e9 [m]; nan by default, for that of the
+    // scene.
     double clearance;
-    // Most checks; SIZE_MAX for no limit.
+    // Most collision checks and distance evaluations to spend: 0 or more; SIZE_MAX by default, for
+    // no limit.
     size_t max_checks;
-    // Most seconds; infinity for no limit.
+    // Most seconds to spend: more than 0; infinity by default, for no limit.
     double max_seconds;
-    // Names of joints that stay where the query has them.
+    // The names of joints that stay where the query has them; null by default, for none.
     const char *const *locked;
-    // How many.
+    // How many joints are locked.
     size_t locked_count;
-    // A configuration that the witness is to be near to, among exits about as near; or null.
+    // The goal, a configuration: of exits that are about as near as the nearest, the one that is
+    // nearest to it becomes the witness; null by default, for none.
     const double *toward;
-    // How many numbers it has: those of a configuration.
+    // How many numbers the goal has: those of a configuration.
     size_t toward_count;
-    // Exits count that are farther than the nearest one by at most this share of its depth.
+    // By which share of its depth an exit may be farther than the nearest to count as about as
+    // near: 0 to 1e9; 0.25 by default.
     double toward_share;
-    // Ends a query early where it says true: called between its steps, on any thread, of a batch
-    // on several at once; null for none. It must not throw.
+    // Ends a query early if it returns true; null by default, for none. It is called between the
+    // steps of a query, on any thread, and on several at once. It must not throw.
     bool (*stop)(void*);
-    // What `stop` is given.
+    // What `stop` is called with.
     void *stop_data;
 } ExtricateOptions;
 
 // What is known of an answer, in numbers.
 typedef struct ExtricateSummary {
-    // Distance from the query to the witness, in the scene's metric; 0 where the query is free,
-    // infinity where nothing free was found.
+    // Distance from the query to the witness, in the scene's metric; 0 if the query is free,
+    // infinity if nothing free was found.
     double depth;
     // Proved: no free configuration is nearer.
     double lower_bound;
@@ -227,19 +238,19 @@ typedef struct ExtricateSummary {
     double gap;
     // Largest displacement of any point of the robot, from the query to the witness [m].
     double max_displacement;
-    // Estimated share of starts that would lead to an exit which was not met; nan where unknown.
+    // Estimated share of starts that would lead to an exit which was not met; nan if unknown.
     double unseen;
-    // What the witness keeps [m].
+    // Clearance that the witness keeps [m], but for pairs with one of their own.
     double clearance;
-    // Proved: nothing touches nearer to the witness than this; nan where not requested.
+    // Proved: nothing touches nearer to the witness than this; nan if it was not requested.
     double free_radius;
-    // Fraction of the straight segment up to which a collision was found; nan where not requested.
+    // Fraction of the straight segment up to which a collision was found; nan if not requested.
     double segment_colliding_until;
-    // Fraction from which on the straight segment is proved free; nan where not requested.
+    // Fraction from which on the straight segment is proved free; nan if not requested.
     double segment_free_from;
     // Collision checks and distance evaluations spent.
     uint64_t checks;
-    // EXTRICATE_IS_PROVED, or why nothing is.
+    // EXTRICATE_IS_PROVED, or why no lower bound is proved.
     uint32_t unproved;
     // Whether there is a witness.
     bool found;
@@ -257,21 +268,21 @@ typedef struct ExtricateSummary {
 typedef struct ExtricateContact {
     // The bodies.
     struct ExtricatePair pair;
-    // Signed [m]; negative where they overlap.
+    // Signed distance of the points [m]; negative if the bodies overlap.
     double distance;
-    // On the first body [m].
+    // Point on the first body [m].
     double point_first[3];
-    // On the second body [m].
+    // Point on the second body [m].
     double point_second[3];
-    // Unit, from the second body toward the first.
+    // Unit vector from the second body toward the first.
     double normal[3];
 } ExtricateContact;
 
 // One of several exits.
 typedef struct ExtricateExit {
-    // Distance from the query.
+    // Distance from the query to the witness, in the scene's metric.
     double depth;
-    // nq numbers, which live as long as the answer.
+    // A free configuration, as many numbers as the query, which live as long as the answer.
     const double *witness;
 } ExtricateExit;
 
@@ -279,13 +290,14 @@ typedef struct ExtricateExit {
 typedef struct ExtricateSegment {
     // Proved: every configuration of the segment is free.
     bool is_free;
-    // A collision was found; where neither is set, nothing is proved.
+    // A collision was found. If neither this nor `is_free` is set, only `free_until` is proved.
     bool collides;
-    // Up to here every configuration is free: proved.
+    // Proved: up to this fraction every configuration is free.
     double free_until;
-    // Where a configuration collides, or nearly does where nothing is proved; nan where free.
+    // Fraction at which a configuration collides, or nearly does if that is not proved; nan if the
+    // segment is free.
     double at;
-    // What does; no bodies where free, both indices are SIZE_MAX then.
+    // The bodies that do; both indices are SIZE_MAX if the segment is free.
     struct ExtricatePair pair;
 } ExtricateSegment;
 
@@ -294,8 +306,8 @@ extern "C" {
 #endif // __cplusplus
 
 // What the last call that failed on this thread says is wrong: file or argument, value, and what
-// was expected. Empty where none failed. It stays until the next call on this thread fails, or the
-// thread ends: destructors of its variables may find that messages are gone.
+// was expected. It is empty if none failed, and stays until the next call on this thread fails, or
+// the thread ends: destructors of its variables may find that messages are gone.
 const char *extricate_last_error(void);
 
 // Fails with this message and EXTRICATE_ARGUMENT. A layer on top of this interface calls it to
@@ -308,26 +320,27 @@ const char *extricate_version(void);
 // EXTRICATE_ABI of the library; a program that was compiled with another one must not go on.
 uint32_t extricate_abi(void);
 
-// Coordinates of a configuration; 0 for null.
+// How many coordinates a configuration has; 0 for null.
 size_t extricate_scene_nq(const struct ExtricateScene *scene);
 
-// Tangent coordinates: one a coordinate, three for a rotation; 0 for null.
+// How many tangent coordinates there are: one for each coordinate, but three for a rotation, which
+// has four coordinates; 0 for null.
 size_t extricate_scene_nv(const struct ExtricateScene *scene);
 
-// Joints that have coordinates, in the order of these; 0 for null.
+// How many joints have coordinates; 0 for null. They are counted in the order of coordinates.
 size_t extricate_scene_joint_count(const struct ExtricateScene *scene);
 
-// Name of a joint, which lives as long as the scene; null where there is none.
+// Name of a joint, which lives as long as the scene; null if there is no such joint.
 const char *extricate_scene_joint_name(const struct ExtricateScene *scene, size_t index);
 
-// The first coordinate of a joint and how many it has; 0 and 0 where there is no such joint.
+// The first coordinate of a joint and how many it has; 0 and 0 if there is no such joint.
 ExtricateStatus extricate_scene_joint_coordinates(const struct ExtricateScene *scene,
                                                   size_t index,
                                                   size_t *first,
                                                   size_t *count);
 
-// Limits of all coordinates: `nq` lower and `nq` upper ones. Angles of continuous joints have
-// minus and plus pi, which are the same place; quaternions minus and plus 1.
+// Limits of all coordinates: `nq` lower and `nq` upper ones. Those of a continuous joint are minus
+// and plus pi, which are the same place; those of a quaternion are minus and plus 1.
 ExtricateStatus extricate_scene_limits(const struct ExtricateScene *scene,
                                        double *lower,
                                        double *upper,
@@ -342,50 +355,53 @@ ExtricateStatus extricate_scene_config(const struct ExtricateScene *scene,
                                        double *q,
                                        size_t nq);
 
-// The same of a message as text: a JointState, alone or in a RobotState, a PlanningScene or a
-// request to plan. The end of `name` tells what it is: .yaml or .json; messages repeat the name.
+// The configuration that a message of ROS holds as text: a JointState, alone or in a RobotState, a
+// PlanningScene or a request to plan. The end of `name` tells what it is: .yaml or .json; messages
+// repeat the name.
 ExtricateStatus extricate_scene_config_text(const struct ExtricateScene *scene,
                                             const char *name,
                                             const char *text,
                                             double *q,
                                             size_t nq);
 
-// Bodies: links with geometry, obstacles, attached objects; 0 for null.
+// How many bodies there are: links with geometry, obstacles, attached objects; 0 for null.
 size_t extricate_scene_body_count(const struct ExtricateScene *scene);
 
-// Name of a body, which lives as long as the scene; null where there is none.
+// Name of a body, which lives as long as the scene; null if there is no such body.
 const char *extricate_scene_body_name(const struct ExtricateScene *scene, size_t index);
 
-// Checked pairs; 0 for null.
+// How many pairs of bodies are checked; 0 for null.
 size_t extricate_scene_pair_count(const struct ExtricateScene *scene);
 
-// A checked pair; both indices are SIZE_MAX where there is none.
+// A checked pair; both indices are SIZE_MAX if there is no such pair.
 struct ExtricatePair extricate_scene_pair(const struct ExtricateScene *scene, size_t index);
 
 // Least distance that free configurations keep, but for pairs with one of their own [m]; nan for
 // null.
 double extricate_scene_clearance(const struct ExtricateScene *scene);
 
-// EXTRICATE_METRIC_JOINT and so on, which distances are measured by.
+// EXTRICATE_METRIC_JOINT or another metric, by which depths are measured.
 uint32_t extricate_scene_metric(const struct ExtricateScene *scene);
 
-// Whether there is a model, of this scene or of the one that it was made from.
+// Whether a model was learned of this very scene, which extricate_save() then writes. A changed
+// scene keeps the model of the scene before, whose samples are starts of queries there.
 bool extricate_scene_is_learned(const struct ExtricateScene *scene);
 
-// Things to know of the scene: open meshes, defaults taken, what a message of MoveIt says that is
-// not taken; 0 for null.
+// How many warnings there are, things to know of the scene: open meshes, defaults taken, what a
+// message of MoveIt says that is not taken; 0 for null.
 size_t extricate_scene_warning_count(const struct ExtricateScene *scene);
 
-// A warning, which lives as long as the scene; null where there is none.
+// A warning, which lives as long as the scene; null if there is no such warning.
 const char *extricate_scene_warning(const struct ExtricateScene *scene, size_t index);
 
-// Loads a scene file (TOML), a URDF, as a scene of that robot alone, or a model file.
+// Loads a scene file (TOML); a URDF, as a scene of that robot alone; or a model file, as the scene
+// that was learned, with the model.
 ExtricateStatus extricate_load(const char *path, struct ExtricateScene **scene);
 
 // Makes a scene of the text of a scene file (TOML) or of a URDF, without a file.
 //
-// Paths in it start from `folder`, null for the working directory. Where a path in the text is one
-// of `texts`, that text stands for the file: so a URDF that a program holds needs no file either.
+// Paths in it start from `folder`, null for the working directory. If a path in the text is one of
+// `texts`, that text stands for the file: so a URDF that a program holds needs no file either.
 // Meshes are read from files.
 ExtricateStatus extricate_scene_from_text(const char *text,
                                           const char *folder,
@@ -396,11 +412,12 @@ ExtricateStatus extricate_scene_from_text(const char *text,
 // Makes one of the scenes that come with the library, such as "shelf-arm" or "planar-arm".
 ExtricateStatus extricate_scene_builtin(const char *name, struct ExtricateScene **scene);
 
-// Learns a model of the scene, which adds stored samples as starts: seconds for most cells.
+// Learns a model of the scene: stored samples, from which queries start too. It takes seconds for
+// most robots. The result is the same scene with the model.
 //
 // `labels` are the exact checks to spend, 0 for the usual number; `seconds` is the most time, more
 // than 0, infinity for no limit; `threads` is 0 for one a core. The model depends on scene, labels
-// and seed alone, unless time ended it.
+// and seed alone, unless the limit in seconds ended learning.
 ExtricateStatus extricate_learn(const struct ExtricateScene *scene,
                                 size_t labels,
                                 double seconds,
@@ -411,44 +428,45 @@ ExtricateStatus extricate_learn(const struct ExtricateScene *scene,
 // Writes a learned model to a file; extricate_load() reads it.
 ExtricateStatus extricate_save(const struct ExtricateScene *model, const char *path);
 
-// Prepares the scene for queries: what the first solver or check would do. Takes milliseconds to
-// seconds, the longest for meshes.
+// Prepares the scene for queries, as the first query or check of it does if this was not called.
+// It takes milliseconds to seconds, the longest for meshes.
 ExtricateStatus extricate_scene_prepare(const struct ExtricateScene *scene);
 
 // Frees a scene; solvers, streams and answers that were made of it stay.
 void extricate_scene_free(struct ExtricateScene *scene);
 
-// Obstacles elsewhere: `count` names and their poses in the world.
+// The scene with obstacles elsewhere: `count` names, and their poses in the world.
 ExtricateStatus extricate_scene_moved(const struct ExtricateScene *scene,
                                       const char *const *names,
                                       const struct ExtricatePose *poses,
                                       size_t count,
                                       struct ExtricateScene **changed);
 
-// More obstacles.
+// The scene with more obstacles.
 ExtricateStatus extricate_scene_with_obstacles(const struct ExtricateScene *scene,
                                                const struct ExtricateObstacle *obstacles,
                                                size_t count,
                                                struct ExtricateScene **changed);
 
-// Fewer obstacles, or objects that links hold, by their names.
+// The scene without the obstacles, or the objects that links hold, of these names.
 ExtricateStatus extricate_scene_without(const struct ExtricateScene *scene,
                                         const char *const *names,
                                         size_t count,
                                         struct ExtricateScene **changed);
 
-// Without any obstacle; objects that links hold stay.
+// The scene without any obstacle; objects that links hold stay.
 ExtricateStatus extricate_scene_without_obstacles(const struct ExtricateScene *scene,
                                                   struct ExtricateScene **changed);
 
-// Pairs of bodies that are no longer checked: two names a pair, one after the other.
+// The scene with these pairs of bodies no longer checked: two names a pair, one after the other.
 ExtricateStatus extricate_scene_disabled(const struct ExtricateScene *scene,
                                          const char *const *names,
                                          size_t pair_count,
                                          struct ExtricateScene **changed);
 
-// An object that a link holds, such as a can in a gripper. Its pose is in the link's coordinates;
-// it is checked against everything but what is fixed to the link and the bodies named in `touch`.
+// The scene with an object that a link holds, such as a can in a gripper. Its pose is in the
+// coordinates of the link; it is checked against everything but what is fixed to the link and the
+// bodies named in `touch`.
 ExtricateStatus extricate_scene_attached(const struct ExtricateScene *scene,
                                          const struct ExtricateObstacle *object,
                                          const char *link,
@@ -462,8 +480,8 @@ ExtricateStatus extricate_scene_in_world(const struct ExtricateScene *scene,
                                          const char *path,
                                          struct ExtricateScene **changed);
 
-// The same of a text. The end of `name` tells what it is: .toml, .scene, .yaml or .json; messages
-// repeat the name.
+// The robots of the scene in the world of a text, as extricate_scene_in_world() takes a file. The
+// end of `name` tells what it is: .toml, .scene, .yaml or .json; messages repeat the name.
 ExtricateStatus extricate_scene_in_world_text(const struct ExtricateScene *scene,
                                               const char *name,
                                               const char *text,
@@ -472,32 +490,33 @@ ExtricateStatus extricate_scene_in_world_text(const struct ExtricateScene *scene
 // Fills in the usual options.
 ExtricateStatus extricate_options_init(struct ExtricateOptions *options);
 
-// Makes a solver of queries of the scene. One for each thread; any number for one scene, which it
-// keeps. Options are read now; null stands for the usual ones.
+// Makes a solver, which answers queries of the scene with these options. It keeps the scene, and
+// shares what is prepared of it. Options are read now; null stands for the usual ones.
 ExtricateStatus extricate_solver_new(const struct ExtricateScene *scene,
                                      const struct ExtricateOptions *options,
                                      struct ExtricateSolver **solver);
 
-// Other options for the queries that follow; null stands for the usual ones.
+// Gives a solver other options for the queries that follow; null stands for the usual ones. No
+// other thread may use the solver meanwhile.
 ExtricateStatus extricate_solver_set_options(struct ExtricateSolver *solver,
                                              const struct ExtricateOptions *options);
 
 // Queries configurations all over the space for about so many seconds, so that the first query
-// that counts takes as long as those that follow: 0.03 are enough. Answers stay the same.
-ExtricateStatus extricate_solver_warm_up(struct ExtricateSolver *solver, double seconds);
+// that counts takes as long as those that follow: 0.03 s are enough. Answers stay the same.
+ExtricateStatus extricate_solver_warm_up(const struct ExtricateSolver *solver, double seconds);
 
 // Frees a solver; its answers stay.
 void extricate_solver_free(struct ExtricateSolver *solver);
 
-// The nearest free configuration to `q`, which is `nq` numbers, beyond the limits too. Writes an
-// answer, to be freed with extricate_answer_free(). EXTRICATE_NOTHING_FREE where nothing free was
-// found: without a model only where it is rare indeed, and with joints that stay.
-ExtricateStatus extricate_query(struct ExtricateSolver *solver,
+// The nearest free configuration to `q`, which is `nq` numbers, within the limits or beyond them.
+// Writes an answer, to be freed with extricate_answer_free(). Returns EXTRICATE_NOTHING_FREE if
+// nothing free was found: it may be rare, or locked joints, a clearance or a stop left nothing.
+ExtricateStatus extricate_query(const struct ExtricateSolver *solver,
                                 const double *q,
                                 size_t nq,
                                 struct ExtricateAnswer **answer);
 
-// Depth, bound and the other numbers; null for null.
+// The numbers of an answer, such as depth and lower bound; null for null.
 const struct ExtricateSummary *extricate_answer_summary(const struct ExtricateAnswer *answer);
 
 // The free configuration, as many numbers as the query; null for null.
@@ -506,7 +525,8 @@ const double *extricate_answer_witness(const struct ExtricateAnswer *answer);
 // How the depth changes with the query: `nv` numbers, in tangent coordinates; null for null.
 const double *extricate_answer_gradient(const struct ExtricateAnswer *answer);
 
-// Pairs that collide at the query: returns how many, and writes where they are.
+// Pairs that collide at the query, one of them alone with EXTRICATE_NEAREST unless contacts are
+// told: returns how many, and writes where they are.
 size_t extricate_answer_colliding(const struct ExtricateAnswer *answer,
                                   const struct ExtricatePair **pairs);
 
@@ -514,16 +534,16 @@ size_t extricate_answer_colliding(const struct ExtricateAnswer *answer,
 size_t extricate_answer_touching(const struct ExtricateAnswer *answer,
                                  const struct ExtricatePair **pairs);
 
-// Coordinates of the query beyond their limits: returns how many, and writes where their indices
-// are.
+// Coordinates of the query that are beyond their limits: returns how many, and writes where their
+// indices are.
 size_t extricate_answer_outside(const struct ExtricateAnswer *answer, const size_t **coordinates);
 
 // Where bodies touch at the witness: returns how many contacts, and writes where they are.
 size_t extricate_answer_contacts(const struct ExtricateAnswer *answer,
                                  const struct ExtricateContact **contacts);
 
-// The distinct exits, nearest first, where more than one was asked for: returns how many, and
-// writes where they are.
+// The distinct exits, nearest first, if more than one was asked for: returns how many, and writes
+// where they are.
 size_t extricate_answer_exits(const struct ExtricateAnswer *answer,
                               const struct ExtricateExit **exits);
 
@@ -532,37 +552,38 @@ void extricate_answer_free(struct ExtricateAnswer *answer);
 
 // Whether a configuration is free: within all limits, and every checked pair keeps the clearance.
 // Exact, on the geometry of the scene.
-ExtricateStatus extricate_check(struct ExtricateSolver *solver,
+ExtricateStatus extricate_check(const struct ExtricateSolver *solver,
                                 const double *q,
                                 size_t nq,
                                 bool *is_free);
 
-// Least signed distance of any checked pair [m]: negative where two bodies overlap, infinity
-// where no pair is checked. Exact where positive, and of convex shapes.
-ExtricateStatus extricate_distance(struct ExtricateSolver *solver,
+// Least signed distance of any checked pair [m]: negative if two bodies overlap, infinity if no
+// pair is checked. It is exact if it is positive, and of convex shapes always.
+ExtricateStatus extricate_distance(const struct ExtricateSolver *solver,
                                    const double *q,
                                    size_t nq,
                                    double *distance);
 
-// Signed distances of all checked pairs [m], by pair; `pair_count` is that of the scene.
-ExtricateStatus extricate_pair_distances(struct ExtricateSolver *solver,
+// Signed distances of all checked pairs [m], in the order of extricate_scene_pair();
+// `pair_count` is extricate_scene_pair_count().
+ExtricateStatus extricate_pair_distances(const struct ExtricateSolver *solver,
                                          const double *q,
                                          size_t nq,
                                          double *distances,
                                          size_t pair_count);
 
-// Whether the whole segment from one configuration to another is free, both within the limits:
-// proved, not sampled. `resolution` is how closely a first contact is enclosed [m]: 1e-4 is
-// usual.
-ExtricateStatus extricate_check_segment(struct ExtricateSolver *solver,
+// Whether the whole straight segment from one configuration to another is free: proved, not
+// sampled. Both ends must be within the limits. `resolution` is how closely a first contact is
+// enclosed [m]; 1e-4 is usual.
+ExtricateStatus extricate_check_segment(const struct ExtricateSolver *solver,
                                         const double *from,
                                         const double *to,
                                         size_t nq,
                                         double resolution,
                                         struct ExtricateSegment *segment);
 
-// How far two configurations are from each other, in the scene's metric: what depths are measured
-// by.
+// How far two configurations are from each other in the metric of the scene, by which depths are
+// measured too.
 ExtricateStatus extricate_metric_distance(const struct ExtricateScene *scene,
                                           const double *from,
                                           const double *to,
@@ -570,10 +591,10 @@ ExtricateStatus extricate_metric_distance(const struct ExtricateScene *scene,
                                           double *distance);
 
 // The nearest free configurations to `count` queries, one after another in `q`, of `nq` numbers
-// each. Writes `count` witnesses in the same order and `count` summaries; of where nothing free
-// was found, `found` is false and the witness nan. Each answer is that of extricate_query() alone,
-// whatever the number of threads (0: one a core). One wrong row fails the call before anything is
-// queried.
+// each. Writes `count` witnesses in the same order and `count` summaries. If nothing free was
+// found for a query, `found` of its summary is false and its witness is nan. Each answer is that
+// of extricate_query() alone, whatever the number of threads (0: one a core). One wrong row fails
+// the call before anything is queried.
 ExtricateStatus extricate_query_batch(const struct ExtricateScene *scene,
                                       const struct ExtricateOptions *options,
                                       const double *q,
@@ -583,8 +604,8 @@ ExtricateStatus extricate_query_batch(const struct ExtricateScene *scene,
                                       double *witnesses,
                                       struct ExtricateSummary *summaries);
 
-// Whether `count` configurations are free: within all limits, and every checked pair keeps the
-// clearance.
+// Whether each of `count` configurations is free, as extricate_check() tells it of one. They stand
+// one after another in `q`, of `nq` numbers each; `threads` is 0 for one a core.
 ExtricateStatus extricate_check_batch(const struct ExtricateScene *scene,
                                       const double *q,
                                       size_t count,
@@ -592,8 +613,9 @@ ExtricateStatus extricate_check_batch(const struct ExtricateScene *scene,
                                       size_t threads,
                                       bool *is_free);
 
-// Least signed distances of any checked pair at `count` configurations [m]: negative where two
-// bodies overlap, infinity where no pair is checked.
+// The least signed distance of any checked pair [m] at each of `count` configurations, as
+// extricate_distance() tells it of one. They stand one after another in `q`, of `nq` numbers each;
+// `threads` is 0 for one a core.
 ExtricateStatus extricate_distance_batch(const struct ExtricateScene *scene,
                                          const double *q,
                                          size_t count,
@@ -601,11 +623,13 @@ ExtricateStatus extricate_distance_batch(const struct ExtricateScene *scene,
                                          size_t threads,
                                          double *distances);
 
-// Makes a stream of queries of the scene, which it keeps. One for each thread.
+// Makes a stream, which answers queries that follow each other closely, the frames of one motion.
+// Each begins with the exit of the one before. The stream keeps the scene; one thread at a time
+// may use it.
 //
 // The exit of the last frame is kept until another is nearer by more than the share `hysteresis`
 // of its depth, in [0, 1); 0 always takes the nearest. `starts_per_frame` other starts are tried
-// each frame; 4 are usual.
+// each frame; 2 are usual.
 ExtricateStatus extricate_stream_new(const struct ExtricateScene *scene,
                                      const struct ExtricateOptions *options,
                                      double hysteresis,
@@ -618,8 +642,8 @@ ExtricateStatus extricate_stream_query(struct ExtricateStream *stream,
                                        size_t nq,
                                        struct ExtricateAnswer **answer);
 
-// Another scene for the frames that follow, such as one in which obstacles moved. It must have the
-// same coordinates.
+// Gives a stream another scene for the frames that follow, such as one in which obstacles moved.
+// It must have the same coordinates.
 ExtricateStatus extricate_stream_set_scene(struct ExtricateStream *stream,
                                            const struct ExtricateScene *scene);
 

@@ -10,11 +10,12 @@
  * Eigen's vectors.
  *
  * If a call fails, it throws extricate::Error. Without exceptions (-fno-exceptions) it gives an empty
- * object, nan or false, and extricate::last_status() and last_error() say why; they belong to the
- * thread.
+ * object, nan or false, and extricate::last_status() and last_error() say why, on each thread for the
+ * calls of that thread.
  *
- * Scene, Answer: never change, cheap to copy, used by any number of threads. Solver, Stream: moved, not
- * copied, one for each thread. */
+ * A Scene and an Answer never change and are cheap to copy. A Solver and a Stream are moved, not copied.
+ * Any number of threads may use one Scene, Answer or Solver at the same time; only set_options() needs a
+ * Solver for itself. A Stream is for one thread at a time. */
 #ifndef EXTRICATE_HPP
 #define EXTRICATE_HPP
 
@@ -74,7 +75,7 @@ private:
 #endif
 
 namespace detail {
-/// Throws what is no success; without exceptions, remembers it and says so.
+/// Whether a status is success. Any other is thrown; without exceptions it is remembered.
 inline bool succeeded(Status status) {
     detail::status() = status;
 #if EXTRICATE_HAS_EXCEPTIONS
@@ -82,8 +83,8 @@ inline bool succeeded(Status status) {
 #endif
     return status == EXTRICATE_OK;
 }
-/// Fails as a call of C does, so that last_status() and last_error() agree. Callers return at once:
-/// another call would hide it. Always false.
+/// Fails as a call of C does, so that last_status() and last_error() agree, and returns false.
+/// Callers return at once: another call would replace the status.
 inline bool refuse(const std::string& message) { return succeeded(extricate_refuse(message.c_str())); }
 /// A name as messages repeat it: 200 bytes at most, and no part of a character.
 inline std::string shown(const std::string& name) {
@@ -92,12 +93,13 @@ inline std::string shown(const std::string& name) {
     while (end > 0 && (static_cast<unsigned char>(name[end]) & 0xc0) == 0x80) --end;
     return name.substr(0, end) + " ..";
 }
-/// Refuses a text that C would read to its first zero alone, and lengths that differ.
+/// Refuses a text with a zero in it, of which C would read nothing after the zero.
 inline bool is_whole(const std::string& name, const std::string& text) {
     const std::size_t zero = text.find('\0');
     if (zero == std::string::npos) return true;
     return refuse(shown(name) + ": byte " + std::to_string(zero) + ": got a zero, expected text");
 }
+/// Refuses lengths that differ.
 inline bool are_as_many(const char* names, std::size_t first, std::size_t second) {
     if (first == second) return true;
     return refuse(std::string(names) + ": got " + std::to_string(first) + " and " + std::to_string(second) +
@@ -117,16 +119,17 @@ struct Range {
 };
 }  // namespace detail
 
-/// Values that live in an answer.
+/// Values in a row that an answer holds: they live as long as the answer.
 template <class T>
 using Range = detail::Range<T>;
 
-/// A configuration of the caller, not copied.
+/// A view of a configuration of the caller, or of several one after another. Nothing is copied.
 class Config {
 public:
     Config(const double* data, std::size_t size) : data_(data), size_(size) {}
-    /// Of numbers in the call itself, which live as long as it.
+    /// A view of numbers that are written in the call itself, as in solver.query({0, 0.1}).
     Config(std::initializer_list<double> values) : Config(values.begin(), values.size()) {}
+    /// A view of anything with data() and size().
     template <class Vector, class = decltype(std::declval<const Vector&>().data()[0] + 0.0)>
     Config(const Vector& vector) : data_(vector.data()), size_(static_cast<std::size_t>(vector.size())) {}
     const double* data() const { return data_; }
@@ -150,14 +153,17 @@ struct Pose : ExtricatePose {
 #endif
 };
 
-/// One shape; lengths in metres. It holds its own numbers.
+/// One shape, with lengths in metres. It holds its own numbers.
 class Shape {
 public:
+    /// A box of these full sides.
     static Shape box(double x, double y, double z) { return Shape(EXTRICATE_BOX, x, y, z); }
     static Shape sphere(double radius) { return Shape(EXTRICATE_SPHERE, radius); }
+    /// A cylinder along z.
     static Shape cylinder(double radius, double length) { return Shape(EXTRICATE_CYLINDER, radius, length); }
+    /// A capsule along z; `length` is that of its cylindrical part.
     static Shape capsule(double radius, double length) { return Shape(EXTRICATE_CAPSULE, radius, length); }
-    /// Corners, three numbers each, and triangles, three indices each.
+    /// A mesh of corners, three numbers each, and triangles, three indices each; or its convex hull.
     static Shape mesh(std::vector<double> corners, std::vector<std::uint32_t> triangles, bool convex = false) {
         Shape shape(EXTRICATE_MESH);
         shape.points_ = std::move(corners);
@@ -165,25 +171,25 @@ public:
         shape.convex_ = convex;
         return shape;
     }
-    /// A cloud, three numbers a point, with balls about the points. Of obstacles only.
+    /// Balls of one radius around points, three numbers each. For obstacles alone.
     static Shape points(std::vector<double> points, double radius) {
         Shape shape(EXTRICATE_POINTS, radius);
         shape.points_ = std::move(points);
         return shape;
     }
-    /// Occupied cells, three indices each, of this side. Of obstacles only.
+    /// Occupied cells of one side, three indices each. For obstacles alone.
     static Shape voxels(std::vector<std::int32_t> cells, double side) {
         Shape shape(EXTRICATE_VOXELS, side);
         shape.cells_ = std::move(cells);
         return shape;
     }
-    /// All that lies behind a plane. Of obstacles only.
+    /// All that lies behind the plane with this normal, at this offset along it. For obstacles alone.
     static Shape half_space(double nx, double ny, double nz, double offset) {
         Shape shape(EXTRICATE_HALF_SPACE, nx, ny, nz);
         shape.offset_ = offset;
         return shape;
     }
-    /// What is wrong with its numbers; empty if nothing is.
+    /// What is wrong with how many numbers there are; empty if nothing is.
     std::string problem() const {
         const auto rest = [](const char* name, std::size_t count) {
             if (count % 3 == 0) return std::string();
@@ -194,7 +200,7 @@ public:
             if (!found.empty()) return found;
         return "";
     }
-    /// As C has it, for as long as this lives.
+    /// The shape as C has it, which points into this one.
     ExtricateShape raw() const {
         return ExtricateShape{kind_,           {size_[0], size_[1], size_[2]}, offset_,        points_.data(),
                               points_.size() / 3, triangles_.data(),          triangles_.size() / 3, cells_.data(),
@@ -212,11 +218,12 @@ private:
     bool convex_ = false;
 };
 
-/// An obstacle; or an object for a link to hold, whose pose is in the link's coordinates.
+/// An obstacle; or an object for a link to hold, whose pose is in the coordinates of the link.
 struct Obstacle {
     std::string name;
     Shape shape;
     Pose pose = Pose();
+    /// The obstacle as C has it, which points into this one.
     ExtricateObstacle raw() const { return ExtricateObstacle{name.c_str(), shape.raw(), pose}; }
 };
 
@@ -233,17 +240,17 @@ inline bool is_whole(const Obstacle& obstacle) {
 }
 }  // namespace detail
 
-/// A scene, or what was learned of one, in that scene or in a changed one.
+/// A scene, perhaps with a model that was learned of it or of a scene like it.
 class Scene {
 public:
-    /// None; only to be assigned to.
+    /// No scene; it is there to be assigned to.
     Scene() = default;
-    /// Loads a scene file (TOML), a URDF or a model.
+    /// Loads a scene file (TOML), a URDF or a model file.
     explicit Scene(const std::string& path) {
         take([&](ExtricateScene** out) { return extricate_load(path.c_str(), out); });
     }
-    /// A scene of the text of a scene file or URDF. Paths start from `folder`; a path that is among `texts`
-    /// is not read.
+    /// A scene of the text of a scene file or of a URDF. Paths in it start from `folder`. Each of `texts` is
+    /// a path in the text, and what stands for the file there.
     static Scene from_text(const std::string& text, const std::string& folder = "",
                            const std::vector<std::pair<std::string, std::string>>& texts = {}) {
         if (!detail::is_whole("text", text)) return Scene();
@@ -260,16 +267,17 @@ public:
     static Scene builtin(const std::string& name) {
         return made([&](ExtricateScene** out) { return extricate_scene_builtin(name.c_str(), out); });
     }
-    /// A model of the scene, which takes fewer checks a query; see extricate_learn().
+    /// The same scene with a model that is learned of it: stored samples, from which queries start too. See
+    /// extricate_learn().
     Scene learn(std::size_t labels = 0, double seconds = HUGE_VAL, std::uint64_t seed = 0, std::size_t threads = 0) const {
         return made([&](ExtricateScene** out) { return extricate_learn(get(), labels, seconds, seed, threads, out); });
     }
-    /// Writes a model to a file.
+    /// Writes the model that was learned of this scene to a file.
     bool save(const std::string& path) const { return detail::succeeded(extricate_save(get(), path.c_str())); }
-    /// Does now what the first solver would do.
+    /// Prepares the scene now, as the first query or check does otherwise.
     bool prepare() const { return detail::succeeded(extricate_scene_prepare(get())); }
 
-    /// Obstacles elsewhere.
+    /// The scene with obstacles at other poses.
     Scene moved(const std::vector<std::pair<std::string, Pose>>& poses) const {
         std::vector<const char*> names;
         std::vector<ExtricatePose> all;
@@ -279,7 +287,7 @@ public:
         }
         return made([&](ExtricateScene** out) { return extricate_scene_moved(get(), names.data(), all.data(), all.size(), out); });
     }
-    /// More obstacles.
+    /// The scene with more obstacles.
     Scene with_obstacles(const std::vector<Obstacle>& obstacles) const {
         std::vector<ExtricateObstacle> all;
         for (const Obstacle& obstacle : obstacles) {
@@ -288,22 +296,22 @@ public:
         }
         return made([&](ExtricateScene** out) { return extricate_scene_with_obstacles(get(), all.data(), all.size(), out); });
     }
-    /// Fewer obstacles, or objects that links hold.
+    /// The scene without these obstacles, or objects that links hold.
     Scene without(const std::vector<std::string>& names) const {
         const auto all = detail::pointers(names);
         return made([&](ExtricateScene** out) { return extricate_scene_without(get(), all.data(), all.size(), out); });
     }
-    /// Without any obstacle.
+    /// The scene without any obstacle; objects that links hold stay.
     Scene without_obstacles() const {
         return made([&](ExtricateScene** out) { return extricate_scene_without_obstacles(get(), out); });
     }
-    /// Pairs of bodies that are no longer checked.
+    /// The scene with these pairs of bodies no longer checked.
     Scene disabled(const std::vector<std::pair<std::string, std::string>>& pairs) const {
         std::vector<const char*> all;
         for (const auto& [first, second] : pairs) all.insert(all.end(), {first.c_str(), second.c_str()});
         return made([&](ExtricateScene** out) { return extricate_scene_disabled(get(), all.data(), pairs.size(), out); });
     }
-    /// An object that a link holds, which may touch these bodies.
+    /// The scene with an object that a link holds, which may touch these bodies.
     Scene attached(const Obstacle& object, const std::string& link, const std::vector<std::string>& touch = {}) const {
         if (!detail::is_whole(object)) return Scene();
         const ExtricateObstacle held = object.raw();
@@ -312,11 +320,12 @@ public:
             return extricate_scene_attached(get(), &held, link.c_str(), all.data(), all.size(), out);
         });
     }
-    /// The robots in the world of a file.
+    /// The robots of the scene in the world of a file, see extricate_scene_in_world().
     Scene in_world(const std::string& path) const {
         return made([&](ExtricateScene** out) { return extricate_scene_in_world(get(), path.c_str(), out); });
     }
-    /// The same of a text; the end of `name` (.toml, .scene, .yaml, .json) tells what it is.
+    /// The robots of the scene in the world of a text; the end of `name` (.toml, .scene, .yaml, .json) tells
+    /// what it is.
     Scene in_world_text(const std::string& name, const std::string& text) const {
         if (!detail::is_whole("text", text)) return Scene();
         return made([&](ExtricateScene** out) {
@@ -324,14 +333,23 @@ public:
         });
     }
 
+    /// How many coordinates a configuration has.
     std::size_t nq() const { return extricate_scene_nq(get()); }
+    /// How many tangent coordinates there are: three for a rotation, which has four coordinates.
     std::size_t nv() const { return extricate_scene_nv(get()); }
+    /// Whether a model was learned of this very scene, which save() then writes.
     bool is_learned() const { return extricate_scene_is_learned(get()); }
+    /// Least distance that free configurations keep [m].
     double clearance() const { return extricate_scene_clearance(get()); }
+    /// EXTRICATE_METRIC_JOINT or another metric, by which depths are measured.
     std::uint32_t metric() const { return extricate_scene_metric(get()); }
+    /// Names of the joints, in the order of coordinates.
     std::vector<std::string> joints() const { return texts(extricate_scene_joint_count(get()), extricate_scene_joint_name); }
+    /// Names of the bodies, in the order of their indices.
     std::vector<std::string> bodies() const { return texts(extricate_scene_body_count(get()), extricate_scene_body_name); }
+    /// Things to know of the scene.
     std::vector<std::string> warnings() const { return texts(extricate_scene_warning_count(get()), extricate_scene_warning); }
+    /// How many pairs of bodies are checked.
     std::size_t pair_count() const { return extricate_scene_pair_count(get()); }
     /// Names of the bodies of a pair.
     std::pair<std::string, std::string> names(const ExtricatePair& pair) const {
@@ -347,7 +365,7 @@ public:
         if (!detail::succeeded(extricate_scene_limits(get(), lower.data(), upper.data(), nq()))) return {};
         return {lower, upper};
     }
-    /// The configuration in which these joints have these positions.
+    /// The configuration in which these joints have these positions, one number each [rad or m].
     std::vector<double> config(const std::vector<std::string>& joints, const std::vector<double>& positions) const {
         std::vector<double> q(nq());
         const auto all = detail::pointers(joints);
@@ -369,7 +387,7 @@ public:
         detail::succeeded(extricate_metric_distance(get(), from.data(), to.data(), to.size(), &distance));
         return distance;
     }
-    /// Whether configurations, one after another, are free.
+    /// Whether each of many configurations is free; they stand one after another.
     std::vector<bool> check(Config rows, std::size_t threads = 0) const {
         std::size_t count = 0;
         if (!counts(rows, count)) return {};
@@ -377,7 +395,8 @@ public:
         if (!detail::succeeded(extricate_check_batch(get(), rows.data(), count, nq(), threads, free.get()))) return {};
         return std::vector<bool>(free.get(), free.get() + count);
     }
-    /// Least signed distances at configurations, one after another [m].
+    /// Least signed distance of any checked pair [m] at each of many configurations; they stand one after
+    /// another.
     std::vector<double> distances(Config rows, std::size_t threads = 0) const {
         std::size_t count = 0;
         if (!counts(rows, count)) return {};
@@ -386,13 +405,13 @@ public:
         return detail::succeeded(status) ? all : std::vector<double>();
     }
 
-    /// How many configurations stand in a row of numbers; 0 of one that is refused.
+    /// How many configurations stand in a row of numbers; 0 if it is refused, as one that is not whole is.
     std::size_t rows_of(Config rows) const {
         std::size_t count = 0;
         counts(rows, count);
         return count;
     }
-    /// Writes how many; false if they are refused.
+    /// Writes how many configurations stand in a row of numbers; false if it is refused.
     bool counts(Config rows, std::size_t& count) const {
         const std::size_t size = nq();
         if (!scene_) return detail::refuse("scene: got none, expected one that was made");
@@ -402,6 +421,7 @@ public:
         return detail::refuse("rows: got " + std::to_string(rows.size()) + " numbers, expected whole configurations of " +
                               std::to_string(size));
     }
+    /// Whether there is a scene.
     explicit operator bool() const { return scene_ != nullptr; }
     /// For the functions of extricate.h.
     const ExtricateScene* get() const { return scene_.get(); }
@@ -427,7 +447,7 @@ private:
     std::shared_ptr<ExtricateScene> scene_;
 };
 
-/// What is asked of a query: the members of ExtricateOptions, with C++'s own types.
+/// What is asked of a query: the members of ExtricateOptions, which extricate.h explains, in types of C++.
 struct Options {
     std::uint32_t effort = EXTRICATE_REFINED;
     std::size_t exits = 1;
@@ -443,12 +463,14 @@ struct Options {
     std::vector<std::string> locked;
     std::vector<double> toward;
     double toward_share = 0.25;
-    /// Ends queries where it says true; called on any thread, and must not throw.
+    /// Ends a query early if it returns true. It is called on any thread, on several at once, and must not
+    /// throw.
     std::function<bool()> stop;
 };
 
 namespace detail {
-/// Options as C has them; lives while they are read, but for `stop`, which is kept.
+/// Options as C has them. They point into the options of C++ while they are read, and to `stop` for as long
+/// as queries may ask it.
 class RawOptions {
 public:
     RawOptions(const Options& options, std::function<bool()>* stop) : locked_(pointers(options.locked)) {
@@ -482,36 +504,54 @@ private:
 };
 }  // namespace detail
 
-/// An answer; empty where nothing free was found.
+/// The answer to a query; empty if nothing free was found.
 class Answer {
 public:
+    /// No answer.
     Answer() = default;
+    /// Takes an answer of C over, of a scene with so many coordinates and tangent coordinates.
     Answer(ExtricateAnswer* answer, std::size_t nq, std::size_t nv) : answer_(answer, extricate_answer_free), nq_(nq), nv_(nv) {}
-    /// Whether there is a witness; nothing else may be asked where there is none.
+    /// Whether there is a witness. If there is none, nothing else may be asked of the answer.
     explicit operator bool() const { return answer_ != nullptr; }
+    /// All numbers of the answer.
     const ExtricateSummary& summary() const { return *extricate_answer_summary(get()); }
+    /// Distance from the query to the witness, in the scene's metric; 0 if the query is free.
     double depth() const { return summary().depth; }
+    /// Proved: no free configuration is nearer.
     double lower_bound() const { return summary().lower_bound; }
+    /// Share of the depth that is not proved.
     double gap() const { return summary().gap; }
-    /// [m]
+    /// Largest displacement of any point of the robot, from the query to the witness [m].
     double max_displacement() const { return summary().max_displacement; }
+    /// Whether the query itself is free.
     bool is_free() const { return summary().is_free; }
+    /// Whether the exact checker called the witness free during this query.
     bool verified() const { return summary().verified; }
+    /// Whether no other distinct exit within 1 % of the depth was met.
     bool unique() const { return summary().unique; }
+    /// Whether a limit of checks or seconds, or a stop, ended the search before it was done.
     bool cut_short() const { return summary().cut_short; }
+    /// The free configuration.
     Range<double> witness() const { return {extricate_answer_witness(get()), nq_}; }
+    /// How the depth changes with the query, in tangent coordinates.
     Range<double> gradient() const { return {extricate_answer_gradient(get()), nv_}; }
+    /// Pairs that collide at the query.
     Range<ExtricatePair> colliding() const { return range<ExtricatePair>(extricate_answer_colliding); }
+    /// Pairs that touch at the witness.
     Range<ExtricatePair> touching() const { return range<ExtricatePair>(extricate_answer_touching); }
+    /// Coordinates of the query that are beyond their limits.
     Range<std::size_t> outside() const { return range<std::size_t>(extricate_answer_outside); }
+    /// Where bodies touch at the witness.
     Range<ExtricateContact> contacts() const { return range<ExtricateContact>(extricate_answer_contacts); }
+    /// The distinct exits, nearest first, if more than one was asked for.
     Range<ExtricateExit> exits() const { return range<ExtricateExit>(extricate_answer_exits); }
-    /// The witness, copied.
+    /// A copy of the witness.
     std::vector<double> config() const { return {witness().begin(), witness().end()}; }
 #ifdef EXTRICATE_WITH_EIGEN
-    /// The witness, which lives as long as the answer.
+    /// The witness as a vector of Eigen, which lives as long as the answer.
     Eigen::Map<const Eigen::VectorXd> vector() const { return {witness().data(), static_cast<Eigen::Index>(nq_)}; }
 #endif
+    /// For the functions of extricate.h.
     const ExtricateAnswer* get() const { return answer_.get(); }
 
 private:
@@ -539,9 +579,11 @@ using Stop = std::unique_ptr<std::function<bool()>>;
 inline Stop kept(const Options& options) { return Stop(new std::function<bool()>(options.stop)); }
 }  // namespace detail
 
-/// Queries and checks of a scene, with options and memory that stay. One for each thread.
+/// Answers queries of a scene with options that stay, and checks. Any number of threads may use one; only
+/// set_options() needs it for itself.
 class Solver {
 public:
+    /// A solver, which keeps the scene.
     explicit Solver(Scene scene, const Options& options = Options()) : scene_(std::move(scene)), stop_(detail::kept(options)) {
         const detail::RawOptions raw(options, stop_.get());
         ExtricateSolver* out = nullptr;
@@ -555,38 +597,40 @@ public:
         if (done) stop_ = std::move(stop);
         return done;
     }
-    /// The nearest free configuration; empty where nothing free was found.
-    Answer query(Config q) {
+    /// The nearest free configuration; empty if nothing free was found.
+    Answer query(Config q) const {
         return detail::answered(scene_, [&](ExtricateAnswer** out) { return extricate_query(solver_.get(), q.data(), q.size(), out); });
     }
-    /// So that the first query that counts takes as long as those that follow.
-    bool warm_up(double seconds = 0.03) { return detail::succeeded(extricate_solver_warm_up(solver_.get(), seconds)); }
+    /// Queries for so many seconds, so that the first query that counts takes as long as those that follow.
+    bool warm_up(double seconds = 0.03) const { return detail::succeeded(extricate_solver_warm_up(solver_.get(), seconds)); }
     /// Whether a configuration is within the limits and collides with nothing.
-    bool check(Config q) {
+    bool check(Config q) const {
         bool free = false;
         detail::succeeded(extricate_check(solver_.get(), q.data(), q.size(), &free));
         return free;
     }
     /// Least signed distance of any checked pair [m].
-    double distance(Config q) {
+    double distance(Config q) const {
         double distance = std::nan("");
         detail::succeeded(extricate_distance(solver_.get(), q.data(), q.size(), &distance));
         return distance;
     }
-    /// Signed distances of all checked pairs [m].
-    std::vector<double> pair_distances(Config q) {
+    /// Signed distances of all checked pairs [m], in their order.
+    std::vector<double> pair_distances(Config q) const {
         std::vector<double> all(scene_.pair_count());
         const Status status = extricate_pair_distances(solver_.get(), q.data(), q.size(), all.data(), all.size());
         return detail::succeeded(status) ? all : std::vector<double>();
     }
-    /// Whether the whole segment is free: proved.
-    ExtricateSegment check_segment(Config from, Config to, double resolution = 1e-4) {
+    /// Whether the whole straight segment is free: proved, not sampled.
+    ExtricateSegment check_segment(Config from, Config to, double resolution = 1e-4) const {
         ExtricateSegment segment{};
         if (!detail::are_as_many("from, to", from.size(), to.size())) return segment;
         detail::succeeded(extricate_check_segment(solver_.get(), from.data(), to.data(), to.size(), resolution, &segment));
         return segment;
     }
+    /// The scene.
     const Scene& scene() const { return scene_; }
+    /// Whether there is a solver; without exceptions, there is none if it could not be made.
     explicit operator bool() const { return solver_ != nullptr; }
 
 private:
@@ -598,10 +642,11 @@ private:
     std::unique_ptr<ExtricateSolver, Free> solver_;
 };
 
-/// Answers to many queries, one after another.
+/// Answers to many queries, in the order of these.
 struct Batch {
-    /// nq numbers a query; nan where nothing free was found.
+    /// The witnesses one after another, each of as many numbers as a query; nan if nothing free was found.
     std::vector<double> witnesses;
+    /// The numbers of each answer.
     std::vector<ExtricateSummary> summaries;
 };
 
@@ -620,9 +665,11 @@ inline Batch query_batch(const Scene& scene, Config rows, const Options& options
     return detail::succeeded(status) ? batch : Batch();
 }
 
-/// Queries that follow each other closely. One for each thread.
+/// Answers queries that follow each other closely, the frames of one motion; see extricate_stream_new(). One
+/// thread at a time may use it.
 class Stream {
 public:
+    /// A stream, which keeps the scene.
     explicit Stream(Scene scene, const Options& options = Options(), double hysteresis = 0, std::size_t starts_per_frame = 2)
         : scene_(std::move(scene)), stop_(detail::kept(options)) {
         const detail::RawOptions raw(options, stop_.get());
@@ -640,8 +687,9 @@ public:
         if (done) scene_ = std::move(scene);
         return done;
     }
-    /// Forgets the frames so far.
+    /// Forgets the frames so far: the next one is answered as a query on its own.
     bool restart() { return detail::succeeded(extricate_stream_restart(stream_.get())); }
+    /// Whether there is a stream; without exceptions, there is none if it could not be made.
     explicit operator bool() const { return stream_ != nullptr; }
 
 private:

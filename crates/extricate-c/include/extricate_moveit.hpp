@@ -37,7 +37,7 @@ struct FixLimits {
     /// Clearance to aim at [m]; nan for that of the scene. A start that keeps less of it, at least the scene's, is
     /// taken before one that is farther than allowed.
     double clearance = std::nan("");
-    /// Joints that may move, such as those of the planning group; all where empty.
+    /// Joints that may move, such as those of the planning group; if there are none, all may.
     std::vector<std::string> joints;
 };
 
@@ -47,15 +47,15 @@ struct FixedStart {
     bool was_free = false;
     /// Whether there is a free start, within what was allowed.
     bool fixed = false;
-    /// Where the joints of one coordinate stand in it; of a start that was not fixed, where they stood.
+    /// Where the joints of one coordinate stand in it. If the start was not fixed, where they stood.
     Positions positions;
-    /// From the old start to the new one, in the scene's metric; and what is proved: none is nearer.
+    /// Distance from the old start to the new one, in the scene's metric; proved: none is nearer than the bound.
     double depth = 0, lower_bound = 0;
     /// Share of the depth that is not proved.
     double gap = 0;
     /// Largest displacement of any point from the old start to the new one [m].
     double max_displacement = 0;
-    /// What it keeps [m]: the clearance that was aimed at, or less where that would be far.
+    /// What it keeps [m]: the clearance that was aimed at, or less if that would be far.
     double clearance = 0;
     /// What collided.
     std::vector<std::pair<std::string, std::string>> colliding;
@@ -113,7 +113,7 @@ inline Scene robot(const std::string& urdf, const std::string& srdf = "",
 /// Repairs starts of one robot. Any number of threads may use it.
 class StartFixer {
 public:
-    /// A robot, or a model of it, which takes fewer checks.
+    /// A robot, perhaps with a model that was learned of it.
     explicit StartFixer(Scene robot) : robot_(std::move(robot)) {}
 
     /// Repairs a start in the world of a message. The end of `name` tells what it is (.yaml, .json); messages repeat it. Joints
@@ -134,7 +134,7 @@ public:
         return last_status() == EXTRICATE_OK ? fixed(world, q, limits) : FixedStart();
     }
 
-    /// The same where the joints' positions are in the message, or in another one.
+    /// Repairs the start whose positions are in a message as text: `planning_scene` itself, or another one.
     FixedStart fix(const std::string& planning_scene, const std::string& name, const std::string& state,
                    const std::string& state_name, const FixLimits& limits = FixLimits()) {
         const Scene world = in_world(planning_scene, name);
@@ -198,7 +198,7 @@ private:
         for (const std::string& warning : world.warnings())
             if (std::find(known.begin(), known.end(), warning) == known.end()) start.notes.push_back(warning);
         const auto is_far = [&] { return !answer || answer.max_displacement() > limits.max_displacement; };
-        // What keeps the scene's clearance alone may be near where nothing is that keeps more.
+        // If nothing near keeps that much, something near may keep the clearance of the scene.
         if (is_far() && limits.clearance > world.clearance()) {
             asked.clearance = std::nan("");
             const std::chrono::duration<double> spent = std::chrono::steady_clock::now() - began;

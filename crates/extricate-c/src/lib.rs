@@ -3,10 +3,10 @@
 //!
 //! Read `abi/mod.rs` first: the functions of `include/extricate.h`, by what they are about. They
 //! make references of pointers in `raw`, which alone dereferences any, and report in `status`.
-//! `asked` is what a scene handle holds, `options` and `shapes` check what callers fill in.
+//! `options` and `shapes` read what callers fill in; `numbers` are those of the library's choices.
 
 mod abi;
-mod asked;
+mod numbers;
 mod options;
 mod raw;
 mod shapes;

@@ -1,20 +1,22 @@
-//! Options of a query, as C fills them in, checked.
+//! Options of a query, as C fills them in.
 
 #![allow(unsafe_code)]
 
-use extricate::internals::query::options::{MAX_EXITS, MAX_STARTS};
-use extricate::{Effort, QueryOptions, Scene, Stop, Termination, Toward};
+use extricate::{Error, QueryOptions, Scene, Solver, Stop, Toward};
 
-use crate::abi::types::{
-    EXTRICATE_EXHAUSTIVE, EXTRICATE_NEAREST, EXTRICATE_PROVED, EXTRICATE_QUICK, EXTRICATE_REFINED, ExtricateOptions,
-};
+use crate::abi::handles::ExtricateSolver;
+use crate::abi::types::{EXTRICATE_REFINED, ExtricateOptions};
+use crate::numbers::{EFFORTS, choice};
 use crate::raw::{self, Callback};
 use crate::status::{Fault, Result};
 
-/// Options, and what becomes of configurations beyond the limits.
-#[derive(Clone, Default)]
+/// What a message says of a number that is no effort; the header says the same.
+const EFFORTS_EXPECTED: &str = "EXTRICATE_NEAREST, _QUICK, _REFINED, _EXHAUSTIVE or _PROVED";
+
+/// Options that were read, and what becomes of configurations beyond the limits.
+#[derive(Debug, Default)]
 pub struct Wanted {
-    /// Of every query.
+    /// The options, not yet checked.
     pub options: QueryOptions,
     /// Whether configurations beyond the limits are refused.
     pub refuse_outside: bool,
@@ -51,7 +53,7 @@ impl Wanted {
     /// That of [`crate::raw`].
     ///
     /// # Errors
-    /// Names the member, its value and what was expected.
+    /// For a member that cannot be read: no effort, no text, no joint, no configuration.
     pub unsafe fn read(at: *const ExtricateOptions, scene: &Scene) -> Result<Self> {
         if at.is_null() {
             return Ok(Self::default());
@@ -60,87 +62,48 @@ impl Wanted {
         let given = unsafe { raw::shared(at, "options") }?;
         // SAFETY: the same.
         let locked = unsafe { raw::texts(given.locked, given.locked_count, "options.locked") }?;
-        let locked = scene.joints_named("locked", locked)?;
         // SAFETY: the same.
         let goal = unsafe { raw::slice(given.toward, given.toward_count, "options.toward") }?;
-        let toward = match goal {
-            [] => None,
-            goal => Some(Toward { goal: scene.config(goal)?.to_vec(), share: given.toward_share }),
-        };
         // SAFETY: the header says so of `stop`.
         let callback = given.stop.map(|stop| unsafe { Callback::new(stop, given.stop_data) });
-        let stop = callback.map(|callback| Stop::when(move || callback.ask()));
-        Self::checked(given, locked, toward, stop)
-    }
-
-    fn checked(
-        given: &ExtricateOptions,
-        locked: Vec<usize>,
-        toward: Option<Toward>,
-        stop: Option<Stop>,
-    ) -> Result<Self> {
-        let fault = |member: &str, value: &dyn ToString, expected: &str| {
-            Err(Fault::argument(format!("options.{member}: got {}, expected {expected}", value.to_string())))
+        let Some(effort) = choice(EFFORTS, given.effort) else {
+            return Err(fault("effort", given.effort, EFFORTS_EXPECTED));
         };
-        let effort = match given.effort {
-            EXTRICATE_NEAREST => Effort::Nearest,
-            EXTRICATE_QUICK => Effort::Quick,
-            EXTRICATE_REFINED => Effort::Refined,
-            EXTRICATE_EXHAUSTIVE => Effort::Exhaustive,
-            EXTRICATE_PROVED => Effort::Proved,
-            other => return fault("effort", &other, "EXTRICATE_NEAREST, _QUICK, _REFINED, _EXHAUSTIVE or _PROVED"),
-        };
-        let gap = (!given.gap.is_nan()).then_some(given.gap);
-        let proves = gap.is_some() || effort == Effort::Proved;
-        let is_nearest = effort == Effort::Nearest;
-        if !(1..=MAX_EXITS).contains(&given.exits) {
-            return fault("exits", &given.exits, &format!("1 to {MAX_EXITS}"));
+        let mut options = QueryOptions::default()
+            .effort(effort)
+            .exits(given.exits)
+            .locked(scene.joints_named("locked", locked)?)
+            .free_radius(given.free_radius != 0)
+            .segment(given.segment != 0)
+            .contacts(given.contacts != 0);
+        options.starts = (given.starts > 0).then_some(given.starts);
+        options.gap = (!given.gap.is_nan()).then_some(given.gap);
+        options.clearance = (!given.clearance.is_nan()).then_some(given.clearance);
+        options.termination.max_checks = (given.max_checks != usize::MAX).then_some(given.max_checks);
+        options.termination.max_seconds = (given.max_seconds != f64::INFINITY).then_some(given.max_seconds);
+        options.termination.stop = callback.map(|callback| Stop::when(move || callback.ask()));
+        if !goal.is_empty() {
+            options.toward = Some(Toward::new(scene.config(goal)?, given.toward_share));
         }
-        if given.exits > 1 && (is_nearest || proves) {
-            return fault("exits", &given.exits, "1 with EXTRICATE_NEAREST or a gap to prove");
-        }
-        if given.starts > MAX_STARTS {
-            return fault("starts", &given.starts, &format!("0 to {MAX_STARTS}"));
-        }
-        if given.starts > 0 && is_nearest {
-            return fault("starts", &given.starts, "0 with EXTRICATE_NEAREST, which refines nothing");
-        }
-        if let Some(bad) = gap.filter(|gap| !(0.0..1.0).contains(gap) || is_nearest) {
-            return fault("gap", &bad, "0 or more and less than 1, or nan; nan with EXTRICATE_NEAREST");
-        }
-        let clearance = (!given.clearance.is_nan()).then_some(given.clearance);
-        if let Some(bad) = clearance.filter(|length| !(0.0..=1e9).contains(length)) {
-            return fault("clearance", &bad, "0 to 1e9 [m], or nan");
-        }
-        if given.max_seconds.is_nan() || given.max_seconds <= 0.0 {
-            return fault("max_seconds", &given.max_seconds, "more than 0");
-        }
-        if toward.is_some() && proves {
-            return fault("toward", &"a goal with a gap to prove", "null: the search stops at the nearest");
-        }
-        if toward.is_some() && !(0.0..=1e9).contains(&given.toward_share) {
-            return fault("toward_share", &given.toward_share, "0 or more");
-        }
-        let termination = Termination {
-            max_checks: (given.max_checks != usize::MAX).then_some(given.max_checks),
-            max_seconds: given.max_seconds.is_finite().then_some(given.max_seconds),
-            stop,
-        };
-        let options = QueryOptions {
-            effort,
-            exits: given.exits,
-            starts: (given.starts > 0).then_some(given.starts),
-            gap,
-            clearance,
-            locked,
-            toward,
-            termination,
-            free_radius: given.free_radius != 0,
-            segment: given.segment != 0,
-            contacts: given.contacts != 0,
-        };
         Ok(Self { options, refuse_outside: given.refuse_outside != 0 })
     }
+
+    /// A solver with these options, which shares all else with `solver`.
+    ///
+    /// # Errors
+    /// For an option that makes no sense: names the member, its value and what was expected.
+    pub fn of(self, solver: &Solver) -> Result<ExtricateSolver> {
+        let solver = solver.clone().options(self.options).map_err(|error| match error {
+            Error::Option { name, value, expected } => fault(name, value, &expected),
+            other => other.into(),
+        })?;
+        Ok(ExtricateSolver { solver, refuse_outside: self.refuse_outside })
+    }
+}
+
+/// A member of the options that makes no sense.
+pub fn fault(member: &str, value: impl std::fmt::Display, expected: &str) -> Fault {
+    Fault::argument(format!("options.{member}: got {value}, expected {expected}"))
 }
 
 /// Most threads that may be asked for: starting more takes longer than they could save anywhere.
@@ -156,43 +119,145 @@ pub fn threads(count: usize) -> Result<usize> {
 
 #[cfg(test)]
 mod tests {
-    use extricate::builtin;
+    use extricate::{QUERY_OPTIONS, builtin};
 
     use super::*;
+    use crate::abi::types::{EXTRICATE_NEAREST, EXTRICATE_PROVED};
+
+    /// Members that are no query option of the library: how long lists are, how queries are
+    /// stopped, and which configurations are refused.
+    const OF_C_ALONE: &[&str] = &["refuse_outside", "locked_count", "toward_count", "stop", "stop_data"];
+    /// Defaults that C writes otherwise than Python.
+    const DEFAULTS_IN_C: &[(&str, &str)] = &[
+        ("effort", "EXTRICATE_REFINED"),
+        ("starts", "0"),
+        ("gap", "nan"),
+        ("clearance", "nan"),
+        ("locked", "null"),
+        ("toward", "null"),
+        ("max_checks", "SIZE_MAX"),
+        ("max_seconds", "infinity"),
+        ("free_radius", "0"),
+        ("segment", "0"),
+        ("contacts", "0"),
+    ];
+    /// Values that C writes otherwise than Python.
+    const VALUES_IN_C: &[(&str, &str)] =
+        &[("effort", EFFORTS_EXPECTED), ("free_radius", "0 or 1"), ("segment", "0 or 1"), ("contacts", "0 or 1")];
+
+    fn solver() -> Solver {
+        Solver::new(builtin::scene("planar-arm").unwrap())
+    }
 
     fn read(change: impl FnOnce(&mut ExtricateOptions)) -> Result<Wanted> {
-        let scene = builtin::scene("planar-arm").unwrap();
         let mut given = defaults();
         change(&mut given);
         // SAFETY: what the tests point to lives until they end.
-        unsafe { Wanted::read(&given, &scene) }
+        unsafe { Wanted::read(&given, solver().scene()) }
     }
 
     #[test]
     fn defaults_are_those_of_the_library() {
-        let of_null = unsafe { Wanted::read(std::ptr::null(), &builtin::scene("planar-arm").unwrap()) }.unwrap();
-        let expected = QueryOptions { exits: 1, ..QueryOptions::default() };
-        assert_eq!(read(|_| {}).unwrap().options, expected);
+        // SAFETY: null may be read.
+        let of_null = unsafe { Wanted::read(std::ptr::null(), solver().scene()) }.unwrap();
+        assert_eq!(read(|_| {}).unwrap().options, QueryOptions::default());
         assert_eq!(of_null.options, QueryOptions::default());
+    }
+
+    /// Names of the members of `ExtricateOptions` in the header, and their comments.
+    fn members() -> Vec<(String, String)> {
+        let header = include_str!("../include/extricate.h");
+        let (_, inside) = header.split_once("typedef struct ExtricateOptions {").unwrap();
+        let (inside, _) = inside.split_once("} ExtricateOptions;").unwrap();
+        let (mut members, mut comment) = (Vec::new(), String::new());
+        for line in inside.lines().map(str::trim).filter(|line| !line.is_empty()) {
+            if let Some(text) = line.strip_prefix("//") {
+                comment += text;
+                continue;
+            }
+            // `type name;`, or `type (*name)(..);` of a function.
+            let declared = line.split_once("(*").map_or(line, |(_, after)| after);
+            let declared = declared.split([')', ';']).next().unwrap();
+            let name = declared.rsplit([' ', '*']).next().unwrap();
+            members.push((name.to_string(), std::mem::take(&mut comment)));
+        }
+        members
+    }
+
+    /// The defaults as the header writes them.
+    fn default_of(member: &str) -> String {
+        let given = defaults();
+        let count = |count: usize| if count == usize::MAX { "SIZE_MAX".into() } else { count.to_string() };
+        let number = |number: f64| match number {
+            f64::INFINITY => "infinity".into(),
+            number if number.is_nan() => "nan".into(),
+            number => number.to_string(),
+        };
+        let pointer = |is_null: bool| if is_null { "null".into() } else { "a pointer".into() };
+        match member {
+            "effort" if given.effort == EXTRICATE_REFINED => "EXTRICATE_REFINED".into(),
+            "exits" => count(given.exits),
+            "starts" => count(given.starts),
+            "gap" => number(given.gap),
+            "clearance" => number(given.clearance),
+            "locked" => pointer(given.locked.is_null()),
+            "toward" => pointer(given.toward.is_null()),
+            "toward_share" => number(given.toward_share),
+            "max_checks" => count(given.max_checks),
+            "max_seconds" => number(given.max_seconds),
+            "free_radius" => given.free_radius.to_string(),
+            "segment" => given.segment.to_string(),
+            "contacts" => given.contacts.to_string(),
+            other => panic!("{other}: no such member, expected one for every option of the library"),
+        }
+    }
+
+    #[test]
+    fn the_header_has_every_option_of_the_library() {
+        let members = members();
+        let in_c = |table: &[(&str, &'static str)], name: &str, usual: &'static str| {
+            table.iter().find(|(own, _)| *own == name).map_or(usual, |(_, text)| text)
+        };
+        for option in QUERY_OPTIONS {
+            let (default, values) =
+                (in_c(DEFAULTS_IN_C, option.name, option.default), in_c(VALUES_IN_C, option.name, option.expected));
+            let comment = &members.iter().find(|(name, _)| name == option.name).expect(option.name).1;
+            assert_eq!(default_of(option.name), default, "{}", option.name);
+            assert!(comment.contains(values), "{}: `{comment}` does not say `{values}`", option.name);
+            let default = format!("{default} by default");
+            assert!(comment.contains(&default), "{}: `{comment}` does not say `{default}`", option.name);
+        }
+        let cpp = include_str!("../include/extricate.hpp");
+        let passed = |name: &str| cpp.contains(&format!("raw_.{name} = "));
+        assert!(QUERY_OPTIONS.iter().all(|option| passed(option.name)), "C++ does not pass every option on");
+        let is_option = |name: &str| QUERY_OPTIONS.iter().any(|option| option.name == name);
+        let others: Vec<&str> = members.iter().map(|(name, _)| name.as_str()).filter(|name| !is_option(name)).collect();
+        assert_eq!(others, OF_C_ALONE);
     }
 
     #[test]
     fn what_makes_no_sense_is_named() {
         let name = [c"elbow".as_ptr()];
         let goal = [0.0; 3];
-        let refused = |change: &dyn Fn(&mut ExtricateOptions)| read(change).map(drop).unwrap_err().message;
-        assert!(refused(&|o| o.effort = 9).contains("options.effort: got 9, expected EXTRICATE_NEAREST"));
-        assert!(
-            refused(&|o| o.starts = 1_000_000_000_000).contains("options.starts: got 1000000000000, expected 0 to")
-        );
-        assert!(refused(&|o| o.exits = 0).contains("options.exits: got 0, expected 1 to"));
-        assert!(refused(&|o| (o.exits, o.effort) = (2, EXTRICATE_PROVED)).contains("a gap to prove"));
-        assert!(refused(&|o| o.gap = 1.0).contains("options.gap: got 1"));
-        assert!(refused(&|o| o.clearance = -1.0).contains("options.clearance: got -1"));
-        assert!(refused(&|o| o.max_seconds = 0.0).contains("options.max_seconds: got 0"));
-        assert!(refused(&|o| (o.locked, o.locked_count) = (name.as_ptr(), 1)).contains("elbow"));
-        assert!(refused(&|o| (o.toward, o.toward_count, o.gap) = (goal.as_ptr(), 3, 0.1)).contains("options.toward"));
-        assert!(refused(&|o| (o.toward, o.toward_count) = (goal.as_ptr(), 2)).contains("expected 3 coordinates"));
+        let refused = |change: &dyn Fn(&mut ExtricateOptions), said: &str| {
+            let message = read(change).and_then(|wanted| wanted.of(&solver())).map(drop).unwrap_err().message;
+            assert!(message.contains(said), "{message}");
+        };
+        refused(&|o| o.effort = 9, "options.effort: got 9, expected EXTRICATE_NEAREST");
+        refused(&|o| o.starts = 1_000_000_000_000, "options.starts: got 1000000000000, expected 1 to");
+        refused(&|o| o.exits = 0, "options.exits: got 0, expected 1 to");
+        refused(&|o| (o.exits, o.effort) = (2, EXTRICATE_PROVED), "options.exits: got 2, expected 1 with a gap");
+        refused(&|o| (o.gap, o.effort) = (0.1, EXTRICATE_NEAREST), "options.gap: got 0.1, expected none");
+        refused(&|o| o.gap = 1.0, "options.gap: got 1");
+        refused(&|o| o.clearance = -1.0, "options.clearance: got -1");
+        for (seconds, said) in [(0.0, "0"), (f64::NAN, "NaN"), (f64::NEG_INFINITY, "-inf")] {
+            refused(&|o| o.max_seconds = seconds, &format!("options.max_seconds: got {said}, expected more than 0"));
+        }
+        refused(&|o| (o.locked, o.locked_count) = (name.as_ptr(), 1), "elbow");
+        refused(&|o| (o.toward, o.toward_count, o.gap) = (goal.as_ptr(), 3, 0.1), "options.toward: got a goal");
+        refused(&|o| (o.toward, o.toward_count) = (goal.as_ptr(), 2), "expected 3 coordinates");
+        let share = |o: &mut ExtricateOptions| (o.toward, o.toward_count, o.toward_share) = (goal.as_ptr(), 3, -1.0);
+        refused(&share, "options.toward_share: got -1, expected 0 to");
         let goal = read(|o| (o.toward, o.toward_count) = (goal.as_ptr(), 3)).unwrap().options.toward;
         assert!(goal.is_some());
         assert!(threads(2000).unwrap_err().message.contains("got 2000"));

@@ -66,7 +66,7 @@ pub unsafe fn exclusive<'a, T>(at: *mut T, name: &str) -> Result<&'a mut T> {
     Ok(unsafe { &mut *at })
 }
 
-/// Values in a row; null where there are none.
+/// Values in a row; null if there are none.
 ///
 /// # Safety
 /// That of this module.
@@ -116,7 +116,7 @@ pub unsafe fn text<'a>(at: *const c_char, name: &str) -> Result<&'a str> {
     })
 }
 
-/// The same, where null stands for none.
+/// Text in UTF-8; null stands for none.
 ///
 /// # Safety
 /// That of [`text`].

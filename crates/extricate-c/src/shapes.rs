@@ -4,10 +4,9 @@
 
 use std::sync::Arc;
 
-use extricate::geometry::{Body, Geometry, PointCloud, Pose, Vec3, Voxels};
-use extricate::internals::io::read_obstacles;
-use extricate::internals::robot::formats;
-use extricate::internals::scene::file::{ObstacleEntry, PoseEntry, SceneFile, ShapeEntry};
+use extricate::entries::{ObstacleEntry, PoseEntry, SceneFile, ShapeEntry, read_obstacles};
+use extricate::geometry::{Body, Geometry, PointCloud, Pose, Voxels};
+use extricate::parts::from_arrays;
 
 use crate::abi::types::{
     EXTRICATE_BOX, EXTRICATE_CAPSULE, EXTRICATE_CYLINDER, EXTRICATE_HALF_SPACE, EXTRICATE_MESH, EXTRICATE_POINTS,
@@ -54,7 +53,6 @@ unsafe fn shape(element: &str, given: &ExtricateShape) -> Result<ShapeEntry> {
     let none = ShapeEntry::default();
     // SAFETY: the contract of this function: three numbers a point.
     let points = || unsafe { rows(given.points, given.point_count, &format!("{element}: points")) };
-    let corners = || Ok::<Vec<Vec3>, Fault>(points()?.into_iter().map(Vec3::from).collect());
     Ok(match given.kind {
         EXTRICATE_BOX => ShapeEntry { cuboid: Some([x, y, z]), ..none },
         EXTRICATE_SPHERE => ShapeEntry { sphere: Some(x), ..none },
@@ -63,10 +61,10 @@ unsafe fn shape(element: &str, given: &ExtricateShape) -> Result<ShapeEntry> {
         EXTRICATE_MESH => {
             // SAFETY: the same: three indices a triangle.
             let triangles = unsafe { rows(given.triangles, given.triangle_count, &format!("{element}: triangles")) }?;
-            let mesh = formats::from_arrays(element, corners()?, triangles)?;
+            let mesh = from_arrays(element, &points()?, triangles)?;
             ShapeEntry { triangles: Some(Arc::new(mesh)), convex: given.convex != 0, ..none }
         }
-        EXTRICATE_POINTS => scenery(Geometry::Points(Arc::new(PointCloud::new(NAME, element, x, corners()?)?))),
+        EXTRICATE_POINTS => scenery(Geometry::Points(Arc::new(PointCloud::new(NAME, element, x, &points()?)?))),
         EXTRICATE_VOXELS => {
             // SAFETY: the same: three indices a cell.
             let cells = unsafe { rows(given.cells, given.cell_count, &format!("{element}: cells")) }?;

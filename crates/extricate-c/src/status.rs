@@ -49,7 +49,7 @@ thread_local! {
     static LAST: RefCell<CString> = RefCell::default();
 }
 
-/// Does `work`, remembers the message where it fails, and stops panics, which are faults of this
+/// Does `work`, remembers the message if it fails, and stops panics, which are faults of this
 /// library: the caller could not unwind.
 pub fn guarded(work: impl FnOnce() -> Result<()>) -> ExtricateStatus {
     let fault = match catch_unwind(AssertUnwindSafe(work)) {

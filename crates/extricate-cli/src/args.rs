@@ -2,12 +2,13 @@
 
 use std::ffi::OsString;
 use std::path::PathBuf;
+use std::str::FromStr;
 
 use clap::builder::styling::Styles;
+use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::error::ErrorKind;
 use clap::{Args, CommandFactory, FromArgMatches, Parser, Subcommand, ValueEnum};
-use extricate::internals::query::options::{MAX_EXITS, MAX_STARTS};
-use extricate::{LoadLimit, LoadLimits, LoadOptions};
+use extricate::{ConfigSpace, LoadLimit, LoadLimits, LoadOptions, QueryOptions, Termination, Toward};
 
 use crate::commands::{
     check, demo, escape, grasp, import, info, learn, plan, query, repair, report, sample, shell, view,
@@ -35,15 +36,15 @@ impl Cli {
     /// Reads a command line, the name of the program first.
     ///
     /// # Errors
-    /// Of clap, also where values contradict each other in a way that it cannot be told of.
+    /// Those of clap, and options of queries that the library refuses.
     pub fn read(words: impl IntoIterator<Item = impl Into<OsString> + Clone>) -> Result<Self, clap::Error> {
         let cli = Self::from_arg_matches(&with_groups(Self::command()).try_get_matches_from(words)?)?;
-        let problem = match &cli.command {
-            Command::Query(args) => args.contradiction().map(|problem| ("query", problem)),
-            Command::View(args) => args.contradiction().map(|problem| ("view", problem)),
-            _ => None,
+        let checked = match &cli.command {
+            Command::Query(args) => args.options().check().map_err(|error| refused("query", &error)),
+            Command::View(args) => args.options().check().map_err(|error| refused("view", &error)),
+            _ => Ok(()),
         };
-        problem.map_or(Ok(cli), |(command, problem)| Err(refused(command, problem)))
+        checked.map(|()| cli)
     }
 }
 
@@ -93,8 +94,14 @@ fn entry(name: &str, about: &str) -> String {
     text + "\n"
 }
 
-/// The error of a contradiction, with the usage of `command`.
-fn refused(command: &str, problem: &str) -> clap::Error {
+/// What the library says of an option, as the command line spells it, with the usage of `command`.
+fn refused(command: &str, error: &extricate::Error) -> clap::Error {
+    let problem = match error {
+        extricate::Error::Option { name, value, expected } => {
+            format!("--{}: got {value}, expected {expected}", name.replace('_', "-"))
+        }
+        other => other.to_string(),
+    };
     let mut program = Cli::command();
     program.build();
     let found = program.find_subcommand(command).cloned();
@@ -104,7 +111,8 @@ fn refused(command: &str, problem: &str) -> clap::Error {
 /// One variant a command.
 #[derive(Subcommand)]
 pub enum Command {
-    /// Learn a built-in scene, answer a thousand queries, print a table and draw one of them
+    /// Learn a built-in scene, answer a thousand queries, print a table and write a page of some of
+    /// them
     Demo(demo::DemoArgs),
     /// Write a world of MoveIt (.scene, PlanningScene as YAML or JSON) as a scene file
     Import(import::ImportArgs),
@@ -186,7 +194,7 @@ impl LoadArgs {
 
     /// The limits and the package folders, as the library takes them.
     pub fn options(&self) -> LoadOptions {
-        LoadOptions { limits: self.limits(), packages: self.packages.clone() }
+        LoadOptions::default().limits(self.limits()).packages(self.packages.clone())
     }
 }
 
@@ -210,36 +218,58 @@ pub enum Limits {
     Refuse,
 }
 
-/// A positive, finite number of seconds.
+/// Reads a choice of the library; `--help` lists its words with what they stand for.
+pub fn choice<T>(words: impl Iterator<Item = (&'static str, &'static str)>) -> impl TypedValueParser<Value = T>
+where
+    T: FromStr<Err = extricate::Error> + Clone + Send + Sync + 'static,
+{
+    let values = words.map(|(word, about)| PossibleValue::new(word).help(about));
+    PossibleValuesParser::new(values).try_map(|word| word.parse())
+}
+
+/// A limit of checks and one of seconds.
+pub fn termination(max_checks: Option<usize>, max_seconds: Option<f64>) -> Termination {
+    let mut termination = Termination::default();
+    (termination.max_checks, termination.max_seconds) = (max_checks, max_seconds);
+    termination
+}
+
+/// A goal that is not known yet, for it needs the scene, and the share that is known.
+pub fn goal_to_come(share: f64) -> Toward {
+    let goal = ConfigSpace::default().config(&[]).expect("nothing is a configuration of nothing");
+    Toward::new(goal, share)
+}
+
+/// The value of an option of queries, which `set` sets, unless the library refuses it.
+fn checked<T: Copy>(value: T, set: impl FnOnce(QueryOptions, T) -> QueryOptions) -> Result<T, String> {
+    match set(QueryOptions::default(), value).check() {
+        Err(extricate::Error::Option { expected, .. }) => Err(format!("expected {expected}")),
+        _ => Ok(value),
+    }
+}
+
+fn real(text: &str) -> Result<f64, String> {
+    text.parse().map_err(|_| "expected a number".into())
+}
+
+/// A number of seconds.
 pub fn seconds(text: &str) -> Result<f64, String> {
-    match text.parse::<f64>() {
-        Ok(value) if value.is_finite() && value > 0.0 => Ok(value),
-        _ => Err("expected a positive number of seconds".into()),
-    }
+    checked(real(text)?, |options, seconds| options.termination(Termination::after_seconds(seconds)))
 }
 
-/// A share in `[0, 1)`.
+/// A share that is less than all.
 pub fn share(text: &str) -> Result<f64, String> {
-    match text.parse::<f64>() {
-        Ok(value) if (0.0..1.0).contains(&value) => Ok(value),
-        _ => Err("expected a number from 0 to below 1".into()),
-    }
+    checked(real(text)?, QueryOptions::gap)
 }
 
-/// A share of 0 or more.
+/// A share that may be more than all.
 pub fn share_or_more(text: &str) -> Result<f64, String> {
-    match text.parse::<f64>() {
-        Ok(value) if (0.0..=1e9).contains(&value) => Ok(value),
-        _ => Err("expected a number, 0 or more".into()),
-    }
+    checked(real(text)?, |options, share| options.toward(goal_to_come(share)))
 }
 
-/// A length \[m\], 0 included.
+/// A length \[m\].
 pub fn length(text: &str) -> Result<f64, String> {
-    match text.parse::<f64>() {
-        Ok(value) if (0.0..=1e9).contains(&value) => Ok(value),
-        _ => Err("expected a length in metres, 0 or more".into()),
-    }
+    checked(real(text)?, QueryOptions::clearance)
 }
 
 /// A whole number, written with digits or, as `1e4` or `2.5e3`, with an exponent.
@@ -275,17 +305,12 @@ pub fn seed(text: &str) -> Result<u64, String> {
 
 /// A number of exits.
 pub fn exits(text: &str) -> Result<usize, String> {
-    at_most(text, MAX_EXITS)
+    checked(whole(text)?, QueryOptions::exits)
 }
 
 /// A number of starts.
 pub fn starts(text: &str) -> Result<usize, String> {
-    at_most(text, MAX_STARTS)
-}
-
-fn at_most(text: &str, most: usize) -> Result<usize, String> {
-    let value = number(text).filter(|value| (1..=most).contains(value));
-    value.ok_or_else(|| format!("expected a whole number from 1 to {most}"))
+    checked(whole(text)?, QueryOptions::starts)
 }
 
 /// Most threads that may be asked for: starting more takes longer than they could save anywhere.
@@ -330,7 +355,7 @@ mod tests {
     fn every_command_of_the_manual_parses() {
         for line in [
             "demo",
-            "demo --scene shelf-arm --queries 10 --out a.svg --seed 3 --seconds 2.5 --json",
+            "demo --scene shelf-arm --queries 10 --out a.html --seed 3 --seconds 2.5 --json",
             "demo --export dir",
             "info scene.toml --pairs",
             "info scene.toml --load-limit triangles=50000000 --load-limit links=1",

@@ -9,7 +9,6 @@ mod interrupt;
 mod notice;
 mod output;
 mod pages;
-mod picture;
 mod progress;
 mod report;
 

@@ -3,11 +3,11 @@
 use std::path::Path;
 
 use anyhow::Context;
-use extricate::{Checker, Config};
+use extricate::{Config, Solver};
 use extricate_view::{AnswerData, Detail, GraspData, Inspector, Live, Page};
 use rayon::prelude::*;
 
-use crate::commands::query::asker::Timed;
+use crate::commands::query::Timed;
 use crate::progress::busy;
 
 /// Queries from which on slices have fewer cells.
@@ -41,9 +41,9 @@ pub enum Shown {
 ///
 /// # Errors
 /// Where a grasp is of another hand, or the page cannot be written.
-pub fn html(checker: &Checker, shown: Vec<Shown>, about: &About) -> anyhow::Result<String> {
+pub fn html(solver: &Solver, shown: Vec<Shown>, about: &About) -> anyhow::Result<String> {
     let cells = if shown.len() > MANY_QUERIES { FEW_CELLS } else { Detail::default().slice_cells };
-    let inspector = Inspector::new(checker, Detail { slice_cells: cells });
+    let inspector = || Inspector::new(solver, Detail { slice_cells: cells });
     let shown: Result<Vec<AnswerData>, String> = busy("drawing the page", || {
         let inspect = |inspector: &mut Inspector, shown: Shown| match shown {
             Shown::Answer(q, (answer, seconds)) => {
@@ -52,12 +52,12 @@ pub fn html(checker: &Checker, shown: Vec<Shown>, about: &About) -> anyhow::Resu
             Shown::Path(first, rest) => Ok(inspector.path_data(&first, &rest)),
             Shown::Grasp(q, grasp) => inspector.grasp_data(&q, grasp),
         };
-        shown.into_par_iter().map_init(|| inspector.another(), inspect).collect()
+        shown.into_par_iter().map_init(inspector, inspect).collect()
     });
     let shown = shown.map_err(anyhow::Error::msg)?;
     let made = format!("extricate {}; numbers as in {}", env!("CARGO_PKG_VERSION"), about.source);
     let page = Page { title: about.title, made: &made, answers: &shown, is_stream: about.is_stream, live: about.live };
-    page.html(checker.scene()).context("cannot write the page")
+    page.html(solver.scene()).context("cannot write the page")
 }
 
 /// What a file is called on a page.

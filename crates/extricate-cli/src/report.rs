@@ -64,7 +64,7 @@ pub fn what_a_unit_is(scene: &Scene, weights: &str) -> Option<String> {
     if metric_unit(scene) != MIXED_UNIT {
         return None;
     }
-    let is_weighted = scene.space.factors().iter().any(|factor| factor.weight != 1.0);
+    let is_weighted = scene.space().factors().iter().any(|factor| factor.weight != 1.0);
     Some(match is_weighted {
         false => format!("1 m counts as 1 rad; {weights} changes that"),
         true => format!("metres and radians are added, each joint by its weight; {weights} changes that"),

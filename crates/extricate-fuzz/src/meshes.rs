@@ -41,7 +41,8 @@ pub fn glb(bytes: &[u8]) {
 pub fn cloud(bytes: &[u8]) {
     for file in ["a.ply", "a.pcd", "a.xyz"] {
         let seen = cloud::parse(file, "points", bytes, &limits())
-            .and_then(|points| PointCloud::seen(file, "points", 0.01, points));
+            .map(|points| points.into_iter().map(<[f64; 3]>::from).collect::<Vec<_>>())
+            .and_then(|points| PointCloud::seen(file, "points", 0.01, &points));
         let points = match seen {
             Ok((points, _)) => points,
             Err(error) => {

@@ -9,7 +9,7 @@ use extricate::internals::io::model_file;
 use extricate::internals::scene::Motion;
 use extricate::internals::scene::assemble::bodies::radius;
 use extricate::{
-    CheckScratch, Checker, Effort, Label, LearnOptions, Manifold, Model, QueryOptions, QueryScratch, Scene, Termination,
+    CheckScratch, Checker, Effort, Label, LearnOptions, Manifold, Model, QueryOptions, Scene, Solver, Termination,
 };
 
 use crate::container::Container;
@@ -27,7 +27,7 @@ const VAST: f64 = 1e5;
 pub fn run(bytes: &[u8]) {
     let sealed = Container::open(bytes).map(|file| file.sealed());
     if let Ok(model) = model_file::decode(Path::new("m"), sealed.as_deref().unwrap_or(bytes)) {
-        query(&model);
+        query(model);
     }
 }
 
@@ -35,20 +35,21 @@ pub fn run(bytes: &[u8]) {
 ///
 /// # Panics
 /// Where it does not.
-pub fn query(model: &Model) {
-    let space = &model.scene().space;
+pub fn query(model: impl Into<Arc<Model>>) {
+    let solver = Solver::of_model(model);
+    let (scene, space) = (solver.scene(), solver.scene().space());
     // The promise is about the scene: another checker of it has to agree.
-    let checker = Checker::new(Arc::new(model.scene().clone()));
-    let (mut check, mut scratch) = (CheckScratch::default(), QueryScratch::default());
+    let checker = Checker::new(Arc::clone(scene));
+    let mut check = CheckScratch::default();
     let halton = Halton::new(space.nv(), 5);
-    let (mut q, is_vast) = (vec![0.0; space.nq()], is_vast(model.scene()));
+    let (mut q, is_vast) = (vec![0.0; space.nq()], is_vast(scene));
     for index in 0..QUERIES {
         halton.config(space, index, &mut q);
         let Ok(q) = space.config(&q) else { panic!("a configuration that was drawn is none: {q:?}") };
         for effort in [Effort::Nearest, Effort::Refined] {
-            let termination = Termination { max_checks: Some(CHECKS), ..Termination::default() };
-            let options = QueryOptions { effort, termination, segment: !is_vast, ..QueryOptions::default() };
-            let Some(answer) = model.view().query_with(&q, &options, &mut scratch) else { continue };
+            let options = QueryOptions::default().effort(effort).termination(Termination::after_checks(CHECKS));
+            let asked = solver.clone().options(options.segment(!is_vast)).expect("sound options");
+            let Some(answer) = asked.query(&q) else { continue };
             assert!(answer.lower_bound <= answer.depth, "bound {} above {}", answer.lower_bound, answer.depth);
             if answer.verified {
                 let witness = space.config(&answer.witness).expect("a verified witness is a configuration");
@@ -64,16 +65,16 @@ pub fn query(model: &Model) {
 /// distance is coarse beside a clearance: two checkers that remember other checks may then
 /// disagree.
 fn is_vast(scene: &Scene) -> bool {
-    let places = scene.frames.iter().map(|frame| &frame.pose_parent_joint);
-    let places = places.chain(scene.bodies.iter().flat_map(|body| &body.parts).map(|part| &part.pose_frame_part));
-    let sizes = scene.bodies.iter().flat_map(|body| &body.parts).map(|part| radius(&part.geometry));
-    let coordinates = scene.frames.iter().map(|frame| match &frame.motion {
+    let places = scene.frames().iter().map(|frame| &frame.pose_parent_joint);
+    let places = places.chain(scene.bodies().iter().flat_map(|body| &body.parts).map(|part| &part.pose_frame_part));
+    let sizes = scene.bodies().iter().flat_map(|body| &body.parts).map(|part| radius(&part.geometry));
+    let coordinates = scene.frames().iter().map(|frame| match &frame.motion {
         Motion::Revolute { coordinate, .. } | Motion::Prismatic { coordinate, .. } => {
             coordinate.multiplier.abs().max(coordinate.offset.abs())
         }
         Motion::World | Motion::Ball { .. } => 0.0,
     });
-    let limits = scene.space.factors().iter().map(|factor| match factor.manifold {
+    let limits = scene.space().factors().iter().map(|factor| match factor.manifold {
         Manifold::Interval { lower, upper } => lower.abs().max(upper.abs()),
         Manifold::Circle | Manifold::Rotation => 0.0,
     });
@@ -84,7 +85,8 @@ fn is_vast(scene: &Scene) -> bool {
 /// Models of small scenes.
 pub fn corpus() -> Vec<(String, Vec<u8>)> {
     let learned = |name: &str, labels| {
-        let options = LearnOptions { labels, seconds: None, seed: 3, threads: 1 };
+        let mut options = LearnOptions::default().labels(labels).seed(3).threads(1);
+        options.seconds = None;
         let model = Model::learn(scenes::scene(name), &options).expect("something is free");
         (format!("{name}-{labels}"), model_file::encode(&model))
     };

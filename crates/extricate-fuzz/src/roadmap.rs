@@ -4,7 +4,7 @@ use std::path::Path;
 use std::sync::OnceLock;
 
 use extricate::internals::io::roadmap_file::{decode, encode};
-use extricate::{CheckScratch, Config, Label, PlanOptions, Roadmap, Termination, World};
+use extricate::{Config, PlanOptions, Roadmap, Solver, Termination};
 
 use crate::container::Container;
 use crate::scenes;
@@ -25,57 +25,58 @@ pub fn run(bytes: &[u8]) {
 /// # Errors
 /// The message of a roadmap that is refused.
 pub fn read(bytes: &[u8]) -> Result<(), String> {
-    let (world, [from, to]) = world();
-    let mut roadmap = decode(Path::new("f"), bytes, &world.scene().space).map_err(|error| error.to_string())?;
+    let (solver, [from, to]) = world();
+    let space = solver.scene().space();
+    let mut roadmap = decode(Path::new("f"), bytes, space).map_err(|error| error.to_string())?;
     let options = options();
-    let plan = world.view().plan_with(from, to, &options, &mut roadmap).map_err(|error| error.to_string())?;
-    let (mut scratch, mut q) = (CheckScratch::default(), from.to_vec());
+    let plan = solver.plan_with(from, to, &options, &mut roadmap).map_err(|error| error.to_string())?;
+    let mut q = from.to_vec();
     for (a, b) in plan.points.iter().zip(plan.points.iter().skip(1)) {
         for sample in 0..=SAMPLES {
-            world.scene().space.interpolate(a, b, sample as f64 / SAMPLES as f64, &mut q);
-            assert_eq!(world.checker().label(&q, &mut scratch), Label::Free, "{q:?}");
+            space.interpolate(a, b, sample as f64 / SAMPLES as f64, &mut q);
+            assert!(solver.check(&q), "{q:?}");
         }
     }
     // What was read can be written, and read again.
-    let again = decode(Path::new("f"), &encode(&roadmap), &world.scene().space);
+    let again = decode(Path::new("f"), &encode(&roadmap), space);
     assert_eq!(again.map_err(|error| error.to_string()).as_ref(), Ok(&roadmap));
     Ok(())
 }
 
 fn options() -> PlanOptions {
-    PlanOptions { threads: 1, termination: Termination::after_checks(CHECKS), ..PlanOptions::default() }
+    PlanOptions::default().threads(1).termination(Termination::after_checks(CHECKS))
 }
 
 /// A small world, and two free configurations of it.
-fn world() -> &'static (World, [Config; 2]) {
-    static WORLD: OnceLock<(World, [Config; 2])> = OnceLock::new();
+fn world() -> &'static (Solver, [Config; 2]) {
+    static WORLD: OnceLock<(Solver, [Config; 2])> = OnceLock::new();
     WORLD.get_or_init(|| {
-        let world = World::new(scenes::scene("few"));
-        let space = &world.scene().space;
+        let solver = Solver::new(scenes::scene("few"));
+        let space = solver.scene().space();
         let halton = extricate::internals::cspace::sampling::Halton::new(space.nv(), 3);
-        let (mut scratch, mut q, mut free) = (CheckScratch::default(), vec![0.0; space.nq()], Vec::new());
+        let (mut q, mut free) = (vec![0.0; space.nq()], Vec::new());
         for index in 0..1_000 {
             halton.config(space, index, &mut q);
-            if world.checker().label(&q, &mut scratch) == Label::Free {
+            if solver.check(&q) {
                 free.push(space.config(&q).expect("a configuration that was drawn"));
             }
         }
         let ends = [free[0].clone(), free[free.len() / 2].clone()];
-        (world, ends)
+        (solver, ends)
     })
 }
 
 /// Roadmaps of some sizes.
 pub fn corpus() -> Vec<(String, Vec<u8>)> {
-    let (world, [from, to]) = world();
+    let (solver, [from, to]) = world();
     let mut all = Vec::new();
     for checks in [0, 100, 3_000] {
-        let mut roadmap = Roadmap::new(&world.scene().space, checks as u64);
-        world.view().grow_roadmap(&mut roadmap, checks, &options()).expect("sound options");
+        let mut roadmap = Roadmap::new(solver.scene().space(), checks as u64);
+        solver.grow_roadmap(&mut roadmap, checks, &options()).expect("sound options");
         all.push((format!("grown-{checks}"), encode(&roadmap)));
     }
-    let mut roadmap = Roadmap::new(&world.scene().space, 1);
-    world.view().plan_with(from, to, &options(), &mut roadmap).expect("free ends");
+    let mut roadmap = Roadmap::new(solver.scene().space(), 1);
+    solver.plan_with(from, to, &options(), &mut roadmap).expect("free ends");
     all.push(("planned".into(), encode(&roadmap)));
     all
 }

@@ -5,7 +5,6 @@ use std::io::Cursor;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, OnceLock};
 
-use extricate::internals::collision::signed_distances;
 use extricate::internals::cspace::sampling::Halton;
 use extricate::internals::scene::assemble::assemble_entries;
 use extricate::internals::scene::file::world_file::in_world_of_entries;
@@ -77,7 +76,7 @@ pub fn queries(bytes: &[u8]) {
     for _ in 0..MOST_LINES {
         match configs.next(scene) {
             Ok(Some(Ok((_, config)))) => {
-                assert!(config.len() == scene.space.nq() && config.iter().all(|x| x.abs() <= 1e9), "{:?}", &*config);
+                assert!(config.len() == scene.space().nq() && config.iter().all(|x| x.abs() <= 1e9), "{:?}", &*config);
             }
             Ok(Some(Err(bad))) => assert!(bad.error.len() < 4000, "a message of {} bytes", bad.error.len()),
             Ok(None) | Err(_) => break,
@@ -127,9 +126,9 @@ pub fn use_any(scene: Result<Scene>) {
 }
 
 fn use_scene(scene: Scene) {
-    assert!(scene.warnings.iter().all(|warning| warning.len() < 4000), "a long warning");
+    assert!(scene.warnings().iter().all(|warning| warning.len() < 4000), "a long warning");
     let checker = Checker::new(Arc::new(scene));
-    let space = &checker.scene().space;
+    let space = checker.scene().space();
     let halton = Halton::new(space.nv(), 1);
     let mut scratch = CheckScratch::default();
     let mut q = vec![0.0; space.nq()];
@@ -141,8 +140,8 @@ fn use_scene(scene: Scene) {
         assert!(!clearance.is_nan(), "a clearance that is no number");
         assert!(label != Label::Free || clearance > 0.0, "free, with a clearance of {clearance}");
         // Depths of meshes take longer than all else together.
-        if index == 0 && checker.scene().pairs.len() < 50 {
-            let distances = signed_distances(&checker, &config, &mut scratch);
+        if index == 0 && checker.scene().pairs().len() < 50 {
+            let distances = checker.signed_distances(&config, &mut scratch);
             assert!(distances.iter().all(|distance| !distance.is_nan()), "{distances:?}");
         }
     }

@@ -49,7 +49,7 @@ impl Tried {
 }
 
 fn read_model(bytes: &[u8]) -> Result<(), String> {
-    model_file::decode(Path::new("f"), bytes).map(|model| model::query(&model)).map_err(|error| error.to_string())
+    model_file::decode(Path::new("f"), bytes).map(model::query).map_err(|error| error.to_string())
 }
 
 fn corpus(target: &str, name: &str) -> Container {

@@ -5,16 +5,15 @@ use std::ffi::CString;
 use std::io;
 use std::sync::{Arc, OnceLock};
 
-use extricate::internals::collision::advice_if_never_free;
-use extricate::{Checker, Error, Scene};
+use extricate::{Error, Scene};
 use pyo3::exceptions::{PyOSError, PyRuntimeError, PyTypeError, PyUserWarning, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyInt;
 
 use crate::long_call;
 
-/// The exception for `error`: `OSError` (`FileNotFoundError`, ...) for files, `RuntimeError` where
-/// learning found nothing free in time, otherwise `ValueError`.
+/// The exception for `error`: `OSError` (`FileNotFoundError`, ...) for files, `RuntimeError` if
+/// nothing wanted was found in time, otherwise `ValueError`.
 pub fn exception(error: Error) -> PyErr {
     let message = error.to_string();
     match error {
@@ -28,7 +27,11 @@ pub fn exception(error: Error) -> PyErr {
         }
         Error::Named { kind, .. } if kind != io::ErrorKind::Other => io::Error::new(kind, message).into(),
         Error::NothingFree { .. } => PyRuntimeError::new_err(in_python(&message)),
-        Error::Interrupted => PyRuntimeError::new_err(message),
+        Error::Interrupted | Error::Unlikely(_) => PyRuntimeError::new_err(message),
+        // Options are arguments here.
+        Error::Option { name, value, expected } => {
+            PyValueError::new_err(format!("{name}: got {value}, expected {expected}"))
+        }
         _ => PyValueError::new_err(message),
     }
 }
@@ -38,21 +41,20 @@ fn in_python(message: &str) -> String {
     message.replace("add to the scene: [pairs] disable = [", "make the scene with disable=[")
 }
 
-/// What to say of a scene where nothing free was found. Looked for once: it takes as long as many
+/// What to say of a scene if nothing free was found. Looked for once: it takes as long as many
 /// queries, whatever their budgets.
 #[derive(Default)]
 pub struct Advice(OnceLock<Option<String>>);
 
 impl Advice {
-    /// Raises a `UserWarning` where nothing free was found because some pairs collide wherever one
-    /// looks: which ones, and what to do. `checker` is that of the scene, always the same one but
-    /// for weights.
+    /// Raises a `UserWarning` if nothing free was found because some pairs collide wherever one
+    /// looks: which ones, and what to do. `solver` is always the same one.
     ///
     /// # Errors
-    /// The warning, where warnings are errors; what [`long_call::run`] raises.
-    pub fn warn(&self, py: Python<'_>, checker: &Checker) -> PyResult<()> {
+    /// The warning, if warnings are errors; what [`long_call::run`] raises.
+    pub fn warn(&self, py: Python<'_>, solver: &extricate::Solver) -> PyResult<()> {
         if self.0.get().is_none() {
-            let look = |line: &long_call::Line<()>| advice_if_never_free(checker, || line.stopped());
+            let look = |line: &long_call::Line<()>| solver.checker().advice_if_never_free(|| line.stopped());
             let found = long_call::run(py, |_, ()| Ok(()), look)?;
             // Another thread may have been faster, with the same.
             let _ = self.0.set(found);
@@ -62,14 +64,14 @@ impl Advice {
     }
 }
 
-/// Raises a `UserWarning`; an error where warnings are errors.
+/// Raises a `UserWarning`; an error if warnings are errors.
 pub fn warn(py: Python<'_>, text: &str) -> PyResult<()> {
     PyErr::warn(py, &py.get_type::<PyUserWarning>(), &CString::new(text)?, 1)
 }
 
 /// The scene, after a `UserWarning` for each of its warnings.
 pub fn warned(py: Python<'_>, scene: Scene) -> PyResult<Arc<Scene>> {
-    scene.warnings.iter().try_for_each(|warning| warn(py, warning))?;
+    scene.warnings().iter().try_for_each(|warning| warn(py, warning))?;
     Ok(Arc::new(scene))
 }
 
@@ -99,7 +101,7 @@ impl<'py> FromPyObject<'_, 'py> for Whole {
     }
 }
 
-/// `value` as a count, where it is at least `least`.
+/// `value` as a count, if it is at least `least`.
 pub fn count(name: &str, value: Whole, least: u32) -> Result<usize, PyErr> {
     match value {
         Whole::Number(number) => match usize::try_from(number) {

@@ -12,6 +12,7 @@ mod motion;
 mod queries;
 mod rows;
 mod scene;
+mod solver;
 
 /// The native half of `extricate`.
 #[pyo3::pymodule]
@@ -19,15 +20,13 @@ mod _extricate {
     #[pymodule_export]
     use super::model::Model;
     #[pymodule_export]
-    use super::model::changed::ChangedScene;
-    #[pymodule_export]
     use super::model::learning::learn;
     #[pymodule_export]
     use super::model::progress::Progress;
     #[pymodule_export]
-    use super::model::stream::Stream;
-    #[pymodule_export]
     use super::motion::roadmap::Roadmap;
+    #[pymodule_export]
+    use super::queries::options::_query_options;
     #[pymodule_export]
     use super::scene::Scene;
     #[pymodule_export]
@@ -36,6 +35,10 @@ mod _extricate {
     use super::scene::import::import_world;
     #[pymodule_export]
     use super::scene::joint::Joint;
+    #[pymodule_export]
+    use super::solver::Solver;
+    #[pymodule_export]
+    use super::solver::stream::Stream;
 
     /// Version of the library.
     #[pymodule_export]

@@ -1,6 +1,7 @@
 //! Work that takes long: without the interpreter lock, on its own threads or the calling one, ended
-//! by Ctrl-C, or left alone where it cannot be ended.
+//! by Ctrl-C, or left alone if it cannot be ended.
 
+use std::ops::ControlFlow;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{self, RecvTimeoutError};
 use std::sync::{Arc, Mutex, MutexGuard};
@@ -28,6 +29,11 @@ impl<News> Line<News> {
         self.stop.load(Ordering::Relaxed)
     }
 
+    /// The same, for work that is told to go on or not.
+    pub fn flow(&self) -> ControlFlow<()> {
+        if self.stopped() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    }
+
     /// The same, for queries.
     pub fn stop(&self) -> Stop {
         let stop = Arc::clone(&self.stop);
@@ -49,7 +55,7 @@ impl<News> Line<News> {
 ///
 /// # Errors
 /// The exception of a signal handler (`KeyboardInterrupt`) or of `hear`, once the work has ended;
-/// it is asked to. RuntimeError where the system starts no thread.
+/// it is asked to. RuntimeError if the system starts no thread.
 pub fn run<T: Send, News: Send>(
     py: Python<'_>,
     hear: impl Fn(Python<'_>, News) -> PyResult<()> + Sync,
@@ -58,7 +64,7 @@ pub fn run<T: Send, News: Send>(
     let line = Line { stop: Arc::default(), news: Mutex::new(None) };
     py.detach(|| {
         thread::scope(|scope| {
-            // Never sent on: it closes when the work is done, also where that panics.
+            // Never sent on: it closes when the work is done, also if that panics.
             let (open, done) = mpsc::channel::<()>();
             let line = &line;
             let worker = thread::Builder::new().spawn_scoped(scope, move || {
@@ -92,17 +98,25 @@ pub fn run<T: Send, News: Send>(
     })
 }
 
+/// As [`aside`], for work on all threads of the current pool: it has a pool of its own.
+///
+/// # Errors
+/// As [`aside`] and [`pool`].
+pub fn apart<T: Send + 'static>(py: Python<'_>, work: impl FnOnce() -> T + Send + 'static) -> PyResult<T> {
+    let pool = pool(0)?;
+    aside(py, move || pool.install(work))
+}
+
 /// Runs `work`, which cannot be told to stop, on a new thread without the interpreter lock; the
-/// calling thread looks for signals. The work has a pool of its own.
+/// calling thread looks for signals.
 ///
 /// # Errors
 /// The exception of a signal handler (`KeyboardInterrupt`), at once: the work goes on, and what
-/// it finds is thrown away. RuntimeError where the system starts no thread, OSError as of [`pool`].
-pub fn apart<T: Send + 'static>(py: Python<'_>, work: impl FnOnce() -> T + Send + 'static) -> PyResult<T> {
-    let pool = pool(0)?;
+/// it finds is thrown away. RuntimeError if the system starts no thread.
+pub fn aside<T: Send + 'static>(py: Python<'_>, work: impl FnOnce() -> T + Send + 'static) -> PyResult<T> {
     let (tell, found) = mpsc::channel();
     // Nobody may be there to hear it.
-    let worker = thread::Builder::new().spawn(move || drop(tell.send(pool.install(work))));
+    let worker = thread::Builder::new().spawn(move || drop(tell.send(work())));
     let worker = worker.map_err(|error| PyRuntimeError::new_err(format!("cannot start a thread: {error}")))?;
     py.detach(move || {
         loop {
@@ -187,7 +201,7 @@ const UNPOISONED: &str = "never poisoned: nothing panics while it is held";
 /// survive `fork`.
 ///
 /// # Errors
-/// `OSError` where the system starts no such number of threads.
+/// `OSError` if the system starts no such number of threads.
 pub fn pool(threads: usize) -> PyResult<ThreadPool> {
     let refused = |error| PyOSError::new_err(format!("threads: cannot start {threads} ({error})"));
     ThreadPoolBuilder::new().num_threads(threads).build().map_err(refused)

@@ -1,7 +1,10 @@
 """What the tests share: small built-in scenes and models, learned once."""
 
 import signal
+from typing import Any, Callable
 
+import numpy as np
+import numpy.typing as npt
 import pytest
 
 import extricate
@@ -11,6 +14,12 @@ import extricate
 signal.signal(signal.SIGINT, signal.default_int_handler)
 
 LABELS = 20_000
+
+
+def batch_of(asked: Any) -> Callable[..., npt.NDArray[np.void]]:
+    """The call of a scene, a model or a solver that answers many queries."""
+    batch: Callable[..., npt.NDArray[np.void]] = asked.batch if isinstance(asked, extricate.Solver) else asked.query_batch
+    return batch
 
 
 @pytest.fixture(scope="session")

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import extricate
+from conftest import batch_of
 from extricate import Model, Scene
 
 PLAIN = ("depth", "lower_bound", "gap", "max_displacement", "clearance", "unseen", "checks", "witness", "gradient", "verified", "free", "unique")
@@ -28,7 +29,7 @@ def test_a_batch_tells_the_exits_ways_and_pairs_of_single_queries(model: Model, 
     asked = {"model": model, "elsewhere": model.in_scene(planar), "scene": planar}[what]
     Q = planar.sample(120, seed=9)
     k, pairs = 3, planar.pairs
-    batch = asked.query_batch(Q, exits=k, segment=True, contacts=True, threads=2)
+    batch = batch_of(asked)(Q, exits=k, segment=True, contacts=True, threads=2)
     assert batch["exit_depths"].shape == (120, k) and batch["exit_witnesses"].shape == (120, k, planar.nq)
     assert batch["exit_count"].dtype == np.int64 and batch["segment"].shape == (120, 2)
     assert batch["colliding"].shape == batch["touching"].shape == (120, len(pairs))
@@ -72,7 +73,7 @@ def test_nearest_samples_come_with_their_pairs(model: Model, planar: Scene) -> N
 def test_where_nothing_is_free_there_are_no_exits(model: Model, planar: Scene) -> None:
     urdf = Scene.builtin_files("planar-arm")["robot/arm.urdf"].decode()
     buried = model.in_scene(Scene(urdf, [extricate.Sphere(0.1, [0.5, 0, 0])], clearance=50.0))
-    rows = buried.query_batch(np.zeros((2, 3)), exits=2, segment=True, contacts=True)
+    rows = buried.batch(np.zeros((2, 3)), exits=2, segment=True, contacts=True)
     assert (rows["exit_count"] == 0).all() and np.isnan(rows["exit_depths"]).all() and np.isnan(rows["exit_witnesses"]).all()
     assert np.isnan(rows["segment"]).all() and not rows["colliding"].any() and not rows["touching"].any()
     assert (rows["depth"] == np.inf).all() and not rows["free"].any()
@@ -85,7 +86,7 @@ def test_wrong_questions_are_told(model: Model) -> None:
         ({"starts": 10**12}, "starts: got 1000000000000, expected 1 to 100000"),
         ({"exits": -2}, "exits: got -2, expected 1 to 100000"),
         ({"exits": 10**15}, "exits: got 1000000000000000, expected 1 to 100000"),
-        ({"exits": 2, "effort": "nearest"}, 'exits: got 2 with effort "nearest"'),
+        ({"exits": 2, "effort": "nearest"}, 'exits: got 2, expected 1 with effort "nearest"'),
     ]:
         with pytest.raises(ValueError, match=message):
             model.query_batch(Q, **wrong)

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import extricate
+from conftest import batch_of
 from extricate import Box, Model, Scene
 
 
@@ -62,7 +63,7 @@ def test_beyond_the_limits_is_a_query(model: Model, planar: Scene) -> None:
     Q[np.arange(50), rng.integers(1, 3, 50)] = np.float32(planar.upper[1] + 0.05)
     limited = Q > planar.upper
     for asked in (planar, model, model.in_scene(planar)):
-        batch = asked.query_batch(Q)
+        batch = batch_of(asked)(Q)
         assert batch["verified"].all() and planar.check(batch["witness"]).all()
         assert (batch["free"] == ~limited.any(axis=1) & (batch["depth"] == 0)).all()
         moved = batch["witness"] - Q
@@ -101,7 +102,7 @@ def test_wrong_input_is_told_what_was_expected(model: Model, planar: Scene) -> N
         (lambda: planar.query([0, 0, np.nan]), "not finite|finite"),
         (lambda: planar.query([0, 0, 0], effort="x"), 'effort: got "x"'),
         (lambda: planar.stream(hysteresis=2), "hysteresis: got 2"),
-        (lambda: planar.stream().query([0, 0, 0], scene=model.in_scene(planar)), "scene: got one of another model"),
+        (lambda: planar.stream().query([0, 0, 0], scene=extricate.Solver(Scene.builtin("hand"))), "scene: got one of other coordinates"),
     ]:
         with pytest.raises(ValueError, match=message):
             call()

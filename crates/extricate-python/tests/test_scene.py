@@ -209,7 +209,7 @@ def test_scenes_pickle(arm: Scene) -> None:
     Q = arm.sample(50)
     np.testing.assert_array_equal(again.distances(Q), arm.distances(Q))
     assert again.pairs == arm.pairs
-    with pytest.raises(ValueError, match="no pickled scene"):
+    with pytest.raises(ValueError, match="no scene of this version"):
         Scene._from_bytes(b"\xff\xff\xff\xff\xff")
 
 

@@ -35,7 +35,7 @@ def test_a_page_holds_the_numbers_of_the_answer(tmp_path: pathlib.Path, opened: 
     assert [found["depth"] for found in shown["exits"]] == [found.depth for found in answer.exits]
 
 
-def test_scenes_models_and_changed_scenes_show(opened: list) -> None:
+def test_scenes_models_and_solvers_show(opened: list) -> None:
     scene = extricate.Scene.builtin("planar-arm")
     model = extricate.learn(scene, labels=3000)
     Q = scene.sample(2, seed=1, colliding=True)

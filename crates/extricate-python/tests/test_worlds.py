@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import extricate
+from conftest import batch_of
 from extricate import Box, Model, Scene, Sphere
 
 GRIPPER = """<robot name="gripper"><link name="rail"/>
@@ -104,7 +105,7 @@ def test_what_answers_have_to_keep(planar: Scene, model: Model) -> None:
     for asked in (planar, model, model.in_world(planar)):
         wide = asked.query(Q[0], clearance=0.01, free_radius=True)
         assert wide is not None and wide.clearance == 0.01 and wide.free_radius is not None and wide.free_radius > 0.001
-        batch = asked.query_batch(Q, clearance=0.01, free_radius=True)
+        batch = batch_of(asked)(Q, clearance=0.01, free_radius=True)
         assert (batch["clearance"] == 0.01).all() and (batch["free_radius"] > 0).all()
         assert batch["depth"][0] == wide.depth
         for q in Q[:10]:
@@ -113,8 +114,8 @@ def test_what_answers_have_to_keep(planar: Scene, model: Model) -> None:
             assert (one is None) == (other is None)
             if one is not None and other is not None:
                 assert one.witness[0] == q[0] and one.depth == other.depth and planar.check(one.witness)
-        heavy = asked.query_batch(Q, weights={names[0]: 100.0})
-        plain = asked.query_batch(Q)
+        heavy = batch_of(asked)(Q, weights={names[0]: 100.0})
+        plain = batch_of(asked)(Q)
         turns = [np.abs(rows["witness"][:, 0] - Q[:, 0]) for rows in (heavy, plain)]
         assert turns[0].mean() < turns[1].mean() and heavy["verified"].all()
         toward = asked.query(Q[0], toward=Q[1], toward_share=0.5)

@@ -1,7 +1,7 @@
 """What a user might write, for `mypy --strict`: every name has the type that is expected of it. Runs as a test, too."""
 
 import pathlib
-from typing import List, Tuple
+from typing import List, Optional, Tuple
 
 import numpy as np
 import numpy.typing as npt
@@ -35,7 +35,13 @@ def elsewhere(model: extricate.Model, scene: extricate.Scene) -> float:
     answer = model.in_scene(scene).query(scene.lower, exits=2, starts=8, max_seconds=0.5)
     nearest: float = np.inf if answer is None else answer.depth
     for effort in ["nearest", "refined"]:
-        nearest = min(nearest, float(model.in_scene(scene).query_batch([scene.lower], effort=effort)["depth"][0]))
+        nearest = min(nearest, float(model.in_scene(scene).batch([scene.lower], effort=effort)["depth"][0]))
+    solver: extricate.Solver = extricate.Solver(scene, model, effort="quick", exits=2)
+    there: extricate.Solver = solver.with_scene(scene.without(scene.bodies[-1:]))
+    kept: Optional[extricate.Model] = there.model
+    free_there: npt.NDArray[np.bool_] = there.check([scene.lower])
+    frame: Optional[extricate.Answer] = solver.stream().query(scene.lower, scene=there)
+    assert kept is not None and free_there.shape == (1,) and (frame is None or frame.depth >= 0)
     again = extricate.learn(scene, labels=2000, progress=False)
     ways = scene.check_segments(model.boundary[:2], again.boundary[:2])
     free: npt.NDArray[np.bool_] = ways["free"]

@@ -1,12 +1,10 @@
 //! An answer as the page reads it, with what the exact checker says along its exits.
 
 use std::collections::BTreeMap;
-use std::sync::Arc;
 
-use extricate::internals::collision::contacts_within;
-use extricate::internals::metric::{Anchor, Metric, MetricScratch};
-use extricate::internals::query::answer::TOUCHING;
-use extricate::{Answer, CheckScratch, Checker, Config, ConfigSpace, Contact, Exit, Manifold, PairId};
+use extricate::{
+    Anchor, Answer, CheckScratch, Config, ConfigSpace, Contact, Manifold, MetricScratch, PairId, Solver, TOUCHING,
+};
 use serde::Serialize;
 
 use crate::played::{Played, Waypoint, leg};
@@ -35,8 +33,7 @@ impl Default for Detail {
 
 /// Asks the exact checker what is shown beside answers.
 pub struct Inspector<'a> {
-    checker: &'a Checker,
-    metric: Arc<Metric>,
+    solver: &'a Solver,
     detail: Detail,
     scratch: CheckScratch,
 }
@@ -84,19 +81,9 @@ struct Stretch {
 }
 
 impl<'a> Inspector<'a> {
-    /// Asks `checker`.
-    pub fn new(checker: &'a Checker, detail: Detail) -> Self {
-        Self::with_metric(checker, Arc::new(Metric::new(checker.scene_arc().clone())), detail)
-    }
-
-    /// As [`Inspector::new`], with a metric that was made before.
-    pub fn with_metric(checker: &'a Checker, metric: Arc<Metric>, detail: Detail) -> Self {
-        Self { checker, metric, detail, scratch: CheckScratch::default() }
-    }
-
-    /// Another one that asks the same, for another thread.
-    pub fn another(&self) -> Self {
-        Self::with_metric(self.checker, self.metric.clone(), self.detail)
+    /// Asks the checker of `solver`, in whose scene the answers are.
+    pub fn new(solver: &'a Solver, detail: Detail) -> Self {
+        Self { solver, detail, scratch: CheckScratch::default() }
     }
 
     /// What is shown of an answer to the query `q`; `seconds` is the time of the library call.
@@ -108,17 +95,13 @@ impl<'a> Inspector<'a> {
         let slice = answer.as_ref().filter(|_| self.detail.slice_cells > 0).and_then(|answer| {
             let witnesses: Vec<&[f64]> = exits.iter().map(|exit| &*exit.witness).collect();
             let radii = [answer.lower_bound, answer.depth];
-            slice(self.checker, &self.metric, q, &witnesses, radii, self.detail.slice_cells, &mut self.scratch)
+            slice(self.solver, q, &witnesses, radii, self.detail.slice_cells, &mut self.scratch)
         });
         AnswerData { q: q.to_vec(), answer, seconds, exits, pairs, slice, played: None }
     }
 
-    pub(crate) fn checker(&self) -> &'a Checker {
-        self.checker
-    }
-
-    pub(crate) fn metric(&self) -> &Metric {
-        &self.metric
+    pub(crate) fn solver(&self) -> &'a Solver {
+        self.solver
     }
 
     /// What is shown of something else than an answer, which leads from `q` to an exit.
@@ -138,13 +121,10 @@ impl<'a> Inspector<'a> {
         depth: f64,
         reach: Option<f64>,
     ) -> ExitData {
-        let mut anchor = Anchor::default();
-        self.metric.anchor(q, &mut anchor);
         let ends = way.iter().map(|point| &point.q).chain([&witness]);
-        let moved = |q: &Vec<f64>| self.metric.max_displacement_from(&anchor, q, &mut MetricScratch::default());
-        let max_displacement = ends.map(moved).fold(0.0, f64::max);
+        let max_displacement = ends.map(|end| self.moved(q, end)).fold(0.0, f64::max);
         let stretches = self.stretches(q, &way, &witness);
-        let clearance = self.checker.scene().clearance;
+        let clearance = self.solver.scene().clearance();
         let mut contacts = reach.map_or(Vec::new(), |reach| self.contacts(&witness, clearance.max(reach)));
         contacts.truncate(MOST_CONTACTS);
         let touching = contacts.iter().map(|contact| contact.pair).collect();
@@ -153,29 +133,36 @@ impl<'a> Inspector<'a> {
 
     /// A pair, and its bodies.
     fn bodies(&self, pair: PairId) -> (usize, [usize; 2]) {
-        let found = self.checker.scene().pairs[pair.index()];
+        let found = self.solver.scene().pairs()[pair.index()];
         (pair.index(), [found.first, found.second])
+    }
+
+    /// How far \[m\] the point of the robot moves that moves farthest.
+    fn moved(&self, from: &[f64], to: &[f64]) -> f64 {
+        let (metric, mut anchor) = (self.solver.metric(), Anchor::default());
+        metric.anchor(from, &mut anchor);
+        metric.max_displacement_from(&anchor, to, &mut MetricScratch::default())
     }
 
     fn exits(&mut self, q: &Config, answer: &Answer) -> Vec<ExitData> {
         if answer.is_free() {
             return Vec::new();
         }
-        let (depth, witness, touching) = (answer.depth, answer.witness.clone(), answer.touching.clone());
-        let nearest = [Exit { depth, witness, touching }];
-        let all = if answer.exits.is_empty() { &nearest[..] } else { &answer.exits };
-        let mut anchor = Anchor::default();
-        self.metric.anchor(q, &mut anchor);
-        let mut of_exit = |exit: &Exit| ExitData {
-            depth: exit.depth,
+        let mut all: Vec<(f64, &Config, &[PairId])> =
+            answer.exits.iter().map(|exit| (exit.depth, &exit.witness, &exit.touching[..])).collect();
+        if all.is_empty() {
+            all.push((answer.depth, &answer.witness, &answer.touching));
+        }
+        let of_exit = |(depth, witness, touching): (f64, &Config, &[PairId])| ExitData {
+            depth,
             way: Vec::new(),
-            witness: exit.witness.clone(),
-            max_displacement: self.metric.max_displacement_from(&anchor, &exit.witness, &mut MetricScratch::default()),
-            touching: exit.touching.clone(),
-            contacts: self.contacts(&exit.witness, answer.clearance),
-            stretches: self.stretches(q, &[], &exit.witness),
+            witness: witness.to_vec(),
+            max_displacement: self.moved(q, witness),
+            touching: touching.to_vec(),
+            contacts: self.contacts(witness, answer.clearance),
+            stretches: self.stretches(q, &[], witness),
         };
-        let mut exits: Vec<ExitData> = all.iter().take(MOST_EXITS).map(&mut of_exit).collect();
+        let mut exits: Vec<ExitData> = all.into_iter().take(MOST_EXITS).map(of_exit).collect();
         if let Some(nearest) = exits.first_mut() {
             (nearest.max_displacement, nearest.contacts) = (answer.max_displacement, answer.contacts.clone());
         }
@@ -185,18 +172,17 @@ impl<'a> Inspector<'a> {
 
     fn contacts(&mut self, q: &[f64], clearance: f64) -> Vec<Contact> {
         let mut contacts = Vec::new();
-        contacts_within(self.checker, q, clearance + TOUCHING, &mut self.scratch, &mut contacts);
+        self.solver.checker().contacts_within(q, clearance + TOUCHING, &mut self.scratch, &mut contacts);
         contacts
     }
 
-    fn stretches(&mut self, q: &[f64], way: &[Waypoint], witness: &[f64]) -> Vec<Stretch> {
-        let space = &self.checker.scene().space;
+    fn stretches(&self, q: &[f64], way: &[Waypoint], witness: &[f64]) -> Vec<Stretch> {
+        let space = self.solver.scene().space();
         let (mut at, mut stretches) = (vec![0.0; q.len()], Vec::<Stretch>::new());
         for step in 0..=STEPS {
             let (from, to, share) = leg(q, way, witness, step as f64 / STEPS as f64);
             between(space, from, to, share, &mut at);
-            let mut pairs = Vec::new();
-            self.checker.colliding_pairs(&at, &mut self.scratch, &mut pairs);
+            let pairs = self.solver.colliding_pairs(&at);
             let outside = space.outside(&at).next().is_some();
             if stretches.last().is_none_or(|last| (&last.pairs, last.outside) != (&pairs, outside)) {
                 stretches.push(Stretch { from: step, pairs, outside });
@@ -226,33 +212,26 @@ fn between(space: &ConfigSpace, from: &[f64], to: &[f64], t: f64, out: &mut [f64
 #[cfg(test)]
 mod tests {
     use super::*;
-    use extricate::internals::cspace::sampling::Halton;
-    use extricate::{QueryOptions, World, builtin};
+    use extricate::{Label, QueryOptions, Sampler, builtin};
+    use std::ops::ControlFlow;
 
-    /// What is shown of the first configuration that `wanted` takes, moved by `by` in its last
-    /// joint.
-    fn shown(wanted: impl Fn(bool) -> bool, by: f64) -> (AnswerData, World) {
-        let world = World::new(builtin::scene("planar-arm").unwrap());
-        let (space, mut scratch) = (&world.scene().space, CheckScratch::default());
-        let (halton, mut q) = (Halton::new(space.nv(), 0), vec![0.0; space.nq()]);
-        for index in 1.. {
-            halton.config(space, index, &mut q);
-            if wanted(world.checker().colliding_pair(&q, &mut scratch).is_none()) {
-                break;
-            }
-        }
+    /// What is shown of a configuration of this label, moved by `by` in its last joint.
+    fn shown(label: Label, by: f64) -> (AnswerData, Solver) {
+        let options = QueryOptions::default().exits(4);
+        let solver = Solver::new(builtin::scene("planar-arm").unwrap()).options(options).unwrap();
+        let drawn = Sampler::new(&solver, Some(label), 0).draw(1, &mut |_, _| ControlFlow::Continue(()));
+        let mut q = drawn.unwrap().remove(0);
         *q.last_mut().unwrap() += by;
-        let q = space.config_anywhere(&q).unwrap();
-        let answer = world.solver(QueryOptions { exits: 4, ..QueryOptions::default() }).query(&q);
-        let data = Inspector::new(world.checker(), Detail { slice_cells: 24 }).answer_data(&q, answer, Some(1e-3));
-        (data, world)
+        let q = solver.scene().space().config_anywhere(&q).unwrap();
+        let data = Inspector::new(&solver, Detail { slice_cells: 24 }).answer_data(&q, solver.query(&q), Some(1e-3));
+        (data, solver)
     }
 
     #[test]
     fn an_exit_begins_in_collision_and_ends_free() {
-        let (data, world) = shown(|is_free| !is_free, 0.0);
+        let (data, solver) = shown(Label::Colliding, 0.0);
         let answer = data.answer.as_ref().unwrap();
-        assert_eq!(data.exits[0].witness, answer.witness);
+        assert_eq!(data.exits[0].witness, *answer.witness);
         assert!((data.exits[0].max_displacement - answer.max_displacement).abs() < 1e-12);
         for exit in &data.exits {
             let (first, last) = (&exit.stretches[0], exit.stretches.last().unwrap());
@@ -261,7 +240,7 @@ mod tests {
             assert!(!exit.contacts.is_empty(), "an exit touches something");
         }
         assert!(data.pairs.iter().all(|(pair, bodies)| {
-            let found = world.scene().pairs[*pair];
+            let found = solver.scene().pairs()[*pair];
             *bodies == [found.first, found.second]
         }));
         // What is shown is what the library gave, digit for digit.
@@ -271,9 +250,9 @@ mod tests {
 
     #[test]
     fn a_free_query_has_no_exit_and_one_beyond_the_limits_is_outside_at_first() {
-        let (free, _) = shown(|is_free| is_free, 0.0);
+        let (free, _) = shown(Label::Free, 0.0);
         assert!(free.answer.as_ref().unwrap().is_free() && free.exits.is_empty() && free.slice.is_none());
-        let (beyond, _) = shown(|is_free| is_free, 7.0);
+        let (beyond, _) = shown(Label::Free, 7.0);
         assert!(!beyond.answer.as_ref().unwrap().outside.is_empty());
         assert!(beyond.exits[0].stretches[0].outside && !beyond.exits[0].stretches.last().unwrap().outside);
     }

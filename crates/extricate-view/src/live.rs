@@ -2,8 +2,7 @@
 
 use base64::Engine;
 use base64::prelude::BASE64_STANDARD;
-use extricate::internals::io::model_file;
-use extricate::{Model, Scene};
+use extricate::Solver;
 use serde::Serialize;
 
 /// The library as WebAssembly, gzipped; empty where this was built without it.
@@ -16,7 +15,7 @@ pub struct Live {
     program: String,
     /// Bytes of a model file, or of a scene, in base64.
     scene: String,
-    /// Bytes of the scene that a model is asked in, where it is not the one that was learned.
+    /// Bytes of the scene that a model is asked in, if it is not the one that was learned.
     #[serde(skip_serializing_if = "Option::is_none")]
     world: Option<String>,
 }
@@ -27,29 +26,14 @@ impl Live {
         (!BUILT_IN.is_empty()).then_some(BUILT_IN)
     }
 
-    /// A page that asks without a model.
-    ///
-    /// # Errors
-    /// Where the scene cannot be written as bytes, which none that was loaded causes.
-    pub fn of_scene(program: &[u8], scene: &Scene) -> postcard::Result<Self> {
-        Ok(Self::new(program, &postcard::to_stdvec(scene)?))
-    }
-
-    /// A page that asks a model.
-    pub fn of_model(program: &[u8], model: &Model) -> Self {
-        Self::new(program, &model_file::encode(model))
-    }
-
-    /// A page that asks a model in another scene than the one that was learned.
-    ///
-    /// # Errors
-    /// As [`Live::of_scene`].
-    pub fn of_model_in(program: &[u8], model: &Model, scene: &Scene) -> postcard::Result<Self> {
-        let world = BASE64_STANDARD.encode(postcard::to_stdvec(scene)?);
-        Ok(Self { world: Some(world), ..Self::of_model(program, model) })
-    }
-
-    fn new(program: &[u8], scene: &[u8]) -> Self {
-        Self { program: BASE64_STANDARD.encode(program), scene: BASE64_STANDARD.encode(scene), world: None }
+    /// A page that asks what `solver` does: its scene, its model if it has one, or the model in the
+    /// scene. `program` is the library as WebAssembly.
+    pub fn new(program: &[u8], solver: &Solver) -> Self {
+        let scene = || BASE64_STANDARD.encode(solver.scene().to_bytes());
+        let (opened, world) = match solver.model() {
+            None => (scene(), None),
+            Some(model) => (BASE64_STANDARD.encode(model.to_bytes()), (!solver.is_learned()).then(scene)),
+        };
+        Self { program: BASE64_STANDARD.encode(program), scene: opened, world }
     }
 }

@@ -83,7 +83,8 @@ impl Inspector<'_> {
     /// What is shown of a path: straight segments from waypoint to waypoint.
     pub fn path_data(&mut self, first: &Config, rest: &[Config]) -> AnswerData {
         let all: Vec<&Config> = std::iter::once(first).chain(rest).collect();
-        let lengths: Vec<f64> = all.windows(2).map(|ends| self.metric().distance(ends[0], ends[1])).collect();
+        let metric = self.solver().metric();
+        let lengths: Vec<f64> = all.windows(2).map(|ends| metric.distance(ends[0], ends[1])).collect();
         let shares = shares(&lengths);
         let mut way: Vec<Waypoint> = rest.iter().zip(&shares).map(|(q, &at)| Waypoint { at, q: q.to_vec() }).collect();
         let path = self.judged(&all, &lengths, &shares);
@@ -99,7 +100,7 @@ impl Inspector<'_> {
     /// # Errors
     /// Where the grasp is of another hand.
     pub fn grasp_data(&mut self, q: &Config, grasp: GraspData) -> Result<AnswerData, String> {
-        let found = self.checker().scene().space.config_anywhere(&grasp.config);
+        let found = self.solver().scene().space().config_anywhere(&grasp.config);
         let found = found.map_err(|error| format!("config: {error}"))?;
         // Contacts of a grasp are within its own reach, which is mostly above the clearance.
         let reach = grasp.contacts.iter().map(|contact| contact.distance).fold(0.0, f64::max);
@@ -108,7 +109,7 @@ impl Inspector<'_> {
     }
 
     fn judged(&self, waypoints: &[&Config], lengths: &[f64], shares: &[f64]) -> PathData {
-        let (checker, mut scratch) = (self.checker(), CheckScratch::default());
+        let (checker, mut scratch) = (self.solver().checker(), CheckScratch::default());
         let mut path = PathData {
             waypoints: waypoints.len(),
             length: lengths.iter().sum(),
@@ -124,7 +125,7 @@ impl Inspector<'_> {
                     path.colliding_segments += 1;
                     path.first_collision.get_or_insert(begins + colliding_at * (shares[at] - begins));
                 }
-                SegmentOutcome::Undecided { .. } => {}
+                _ => {}
             }
         }
         path
@@ -164,26 +165,19 @@ pub(crate) fn leg<'a>(from: &'a [f64], way: &'a [Waypoint], to: &'a [f64], t: f6
 mod tests {
     use super::*;
     use crate::answer_data::Detail;
-    use extricate::{World, builtin};
+    use extricate::{Label, Sampler, Solver, builtin};
+    use std::ops::ControlFlow;
 
-    fn world() -> World {
-        World::new(builtin::scene("planar-arm").unwrap())
+    fn solver() -> Solver {
+        Solver::new(builtin::scene("planar-arm").unwrap())
     }
 
     /// A free and a colliding configuration of the planar arm.
-    fn ends(world: &World) -> [Config; 2] {
-        let (space, mut scratch) = (&world.scene().space, CheckScratch::default());
-        let halton = extricate::internals::cspace::sampling::Halton::new(space.nv(), 0);
-        let mut first = |is_free: bool| {
-            let mut q = vec![0.0; space.nq()];
-            let found = (1..1000).find(|&index| {
-                halton.config(space, index, &mut q);
-                world.checker().colliding_pair(&q, &mut scratch).is_none() == is_free
-            });
-            assert!(found.is_some());
-            space.config(&q).unwrap()
-        };
-        [first(true), first(false)]
+    fn ends(solver: &Solver) -> [Config; 2] {
+        [Label::Free, Label::Colliding].map(|label| {
+            let drawn = Sampler::new(solver, Some(label), 0).draw(1, &mut |_, _| ControlFlow::Continue(()));
+            solver.scene().config(&drawn.unwrap()[0]).unwrap()
+        })
     }
 
     fn value(data: &AnswerData) -> serde_json::Value {
@@ -192,15 +186,15 @@ mod tests {
 
     #[test]
     fn a_path_through_a_collision_is_judged_and_shown_by_its_waypoints() {
-        let world = world();
-        let [free, hit] = ends(&world);
-        let mut inspector = Inspector::new(world.checker(), Detail::default());
+        let solver = solver();
+        let [free, hit] = ends(&solver);
+        let mut inspector = Inspector::new(&solver, Detail::default());
         let data = value(&inspector.path_data(&free, &[hit.clone(), free.clone()]));
         let path = &data["played"]["path"];
         assert_eq!((&path["waypoints"], &path["colliding_segments"]), (&3.into(), &2.into()), "{path}");
         assert!(path["first_collision"].as_f64().unwrap() <= 0.5);
         let exit = &data["exits"][0];
-        let length = 2.0 * inspector.metric().distance(&free, &hit);
+        let length = 2.0 * solver.metric().distance(&free, &hit);
         assert!((exit["depth"].as_f64().unwrap() - length).abs() < 1e-12);
         assert_eq!(exit["way"][0], serde_json::json!({ "at": 0.5, "q": hit.to_vec() }));
         assert_eq!(exit["witness"], serde_json::json!(free.to_vec()));
@@ -228,8 +222,8 @@ mod tests {
 
     #[test]
     fn a_grasp_of_another_hand_is_refused() {
-        let world = world();
-        let [free, hit] = ends(&world);
+        let solver = solver();
+        let [free, hit] = ends(&solver);
         let grasp = GraspData {
             config: free.to_vec(),
             moved: 0.3,
@@ -243,7 +237,7 @@ mod tests {
             contacts: Vec::new(),
             checks: 7,
         };
-        let mut inspector = Inspector::new(world.checker(), Detail::default());
+        let mut inspector = Inspector::new(&solver, Detail::default());
         let data = value(&inspector.grasp_data(&hit, grasp.clone()).unwrap());
         assert_eq!((&data["played"]["grasp"]["moved"], &data["exits"][0]["depth"]), (&0.3.into(), &0.3.into()));
         assert!(!data["exits"][0]["stretches"][0]["pairs"].as_array().unwrap().is_empty());

@@ -1,11 +1,8 @@
 //! A scene as the page reads it: what it takes to place and draw every body at any configuration.
 
-use extricate::Scene;
 use extricate::geometry::Pose;
-use extricate::internals::cspace::Factor;
-use extricate::internals::kinematics::forward;
-use extricate::internals::scene::drawing::seat_of_body;
-use extricate::internals::scene::{Frame, Motion};
+use extricate::parts::{Factor, Frame, MotionRecord};
+use extricate::{Manifold, Scene};
 use serde::Serialize;
 
 use crate::triangles::{Encoded, Surface, shares};
@@ -45,16 +42,7 @@ struct FrameData {
     /// Columns of the rotation, then the translation \[m\].
     pose: [f64; 12],
     #[serde(flatten)]
-    motion: MotionData,
-}
-
-#[derive(Debug, Serialize)]
-#[serde(tag = "motion", rename_all = "lowercase")]
-enum MotionData {
-    World,
-    Revolute { axis: [f64; 3], q: usize, factor: f64, offset: f64 },
-    Prismatic { axis: [f64; 3], q: usize, factor: f64, offset: f64 },
-    Ball { q: usize },
+    motion: MotionRecord,
 }
 
 #[derive(Debug, Serialize)]
@@ -79,62 +67,58 @@ struct Probe {
 
 /// What the page needs to know of a scene.
 pub fn scene_data(scene: &Scene) -> SceneData<'_> {
-    let surfaces: Vec<Surface> = scene.bodies.iter().map(Surface::of).collect();
+    let surfaces: Vec<Surface> = scene.bodies().iter().map(Surface::of).collect();
     let counts: Vec<usize> = surfaces.iter().map(|surface| surface.triangles.len()).collect();
     let shares = shares(&counts, MOST_TRIANGLES);
     let body = |at: usize| {
-        let body = &scene.bodies[at];
+        let body = &scene.bodies()[at];
         BodyData {
             name: &body.name,
             frame: body.frame,
             link: body.robot.is_some(),
-            seat: body.is_obstacle().then(|| numbers(&seat_of_body(scene, at).pose_frame_own)),
+            seat: body.is_obstacle().then(|| numbers(&scene.seat_of_body(at).pose_frame_own)),
             surface: surfaces[at].encode(shares[at]),
         }
     };
-    let joint = |joint: &'_ extricate::internals::scene::SceneJoint| (joint.q.start, joint.q.len());
     SceneData {
         unit: metric_unit(scene),
-        metric: scene.metric.name(),
-        clearance: scene.clearance,
+        metric: scene.metric().name(),
+        clearance: scene.clearance(),
         joints: scene
-            .joints
+            .joints()
             .iter()
-            .map(|j| JointData { name: &j.name, kind: &j.kind, first: joint(j).0, count: joint(j).1 })
+            .map(|j| JointData { name: &j.name, kind: &j.kind, first: j.q.start, count: j.q.len() })
             .collect(),
-        factors: scene.space.factors(),
-        frames: scene.frames.iter().map(frame_data).collect(),
-        bodies: (0..scene.bodies.len()).map(body).collect(),
+        factors: scene.space().factors(),
+        frames: scene.frames().iter().map(frame_data).collect(),
+        bodies: (0..scene.bodies().len()).map(body).collect(),
         probe: probe(scene),
     }
 }
 
 fn frame_data(frame: &Frame) -> FrameData {
-    let motion = match &frame.motion {
-        Motion::World => MotionData::World,
-        Motion::Revolute { axis, coordinate: c } => {
-            MotionData::Revolute { axis: (*axis).into(), q: c.q, factor: c.multiplier, offset: c.offset }
-        }
-        Motion::Prismatic { axis, coordinate: c } => {
-            MotionData::Prismatic { axis: (*axis).into(), q: c.q, factor: c.multiplier, offset: c.offset }
-        }
-        Motion::Ball { q, .. } => MotionData::Ball { q: *q },
-    };
-    FrameData { parent: frame.parent, pose: numbers(&frame.pose_parent_joint), motion }
+    FrameData { parent: frame.parent, pose: numbers(&frame.pose_parent_joint), motion: frame.motion_record() }
 }
 
 /// The columns of the rotation, then the translation.
 fn numbers(pose: &Pose) -> [f64; 12] {
-    let (rotation, translation) = (pose.rotation.as_slice(), pose.translation.as_slice());
-    std::array::from_fn(|k| if k < 9 { rotation[k] } else { translation[k - 9] })
+    let [x, y, z] = pose.columns();
+    let numbers = [x, y, z, pose.origin()].concat();
+    std::array::from_fn(|k| numbers[k])
 }
 
-/// At a configuration in which every joint is away from 0.
+/// At a configuration in which joints are away from 0.
 fn probe(scene: &Scene) -> Probe {
-    let mut q = vec![0.0; scene.space.nq()];
-    extricate::internals::cspace::sampling::Halton::new(scene.space.nv(), 0).config(&scene.space, 1, &mut q);
+    let mut q = vec![0.0; scene.space().nq()];
+    for factor in scene.space().factors() {
+        match factor.manifold {
+            Manifold::Interval { lower, upper } => q[factor.q] = lower + 0.7 * (upper - lower),
+            Manifold::Circle => q[factor.q] = 1.0,
+            Manifold::Rotation => q[factor.coordinates()].copy_from_slice(&[0.1, 0.7, 0.1, 0.7]),
+        }
+    }
     let mut poses = Vec::new();
-    forward(scene, &q, &mut poses);
+    scene.poses(&q, &mut poses);
     Probe { q, origins: poses.iter().map(|pose| pose.translation.into()).collect() }
 }
 
@@ -147,11 +131,11 @@ mod tests {
         for name in extricate::builtin::NAMES {
             let scene = extricate::builtin::scene(name).unwrap();
             let value = serde_json::to_value(scene_data(&scene)).unwrap();
-            assert_eq!(value["frames"].as_array().unwrap().len(), scene.frames.len(), "{name}");
+            assert_eq!(value["frames"].as_array().unwrap().len(), scene.frames().len(), "{name}");
             assert_eq!(value["frames"][0]["motion"], "world");
             let bodies = value["bodies"].as_array().unwrap();
             assert!(bodies.iter().all(|body| !body["surface"].is_null()), "{name}");
-            assert_eq!(value["probe"]["origins"].as_array().unwrap().len(), scene.frames.len());
+            assert_eq!(value["probe"]["origins"].as_array().unwrap().len(), scene.frames().len());
             assert!(value.to_string().len() < 900_000, "{name}: {}", value.to_string().len());
         }
     }

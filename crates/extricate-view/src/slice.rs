@@ -7,10 +7,9 @@
 
 use std::f64::consts::TAU;
 
-// Not those of the standard library, so that a slice in a browser has the same bits.
-use extricate::internals::math::elementary::{hypot, sin_cos};
-use extricate::internals::metric::{Anchor, Metric, MetricScratch};
-use extricate::{CheckScratch, Checker, Config, ConfigSpace, Label, Manifold};
+use extricate::{Anchor, CheckScratch, Checker, Config, ConfigSpace, Label, Manifold, Metric, MetricScratch, Solver};
+// Those of the standard library have other last bits in a browser.
+use libm::{hypot, sincos};
 use serde::Serialize;
 
 /// How much farther than the exits the slice goes.
@@ -53,19 +52,17 @@ pub struct Slice {
 /// The slice through `q` and the first two of `witnesses`; `None` where there is no exit, or where
 /// the space is a line.
 pub fn slice(
-    checker: &Checker,
-    metric: &Metric,
+    solver: &Solver,
     q: &Config,
     witnesses: &[&[f64]],
     radii: [f64; 2],
     cells: usize,
     scratch: &mut CheckScratch,
 ) -> Option<Slice> {
-    let space = &checker.scene().space;
-    let frame = PlaneFrame::new(space, q, witnesses)?;
+    let frame = PlaneFrame::new(solver.scene().space(), q, witnesses)?;
     let half = frame.half();
-    let states = states(checker, &frame, half, cells, scratch);
-    let rings = radii.map(|radius| ring(metric, &frame, half, radius));
+    let states = states(solver.checker(), &frame, half, cells, scratch);
+    let rings = radii.map(|radius| ring(solver.metric(), &frame, half, radius));
     let PlaneFrame { axes, exits, up, .. } = frame;
     let in_plane = if up.is_none() { 2 } else { 1 };
     Some(Slice { half, cells, states, axes, exits, in_plane, up, rings })
@@ -183,7 +180,7 @@ fn ring(metric: &Metric, frame: &PlaneFrame, half: f64, radius: f64) -> Vec<[f32
     let mut q = vec![0.0; frame.q.len()];
     let mut ring = Vec::with_capacity(RAYS);
     for ray in 0..RAYS {
-        let (sine, cosine) = sin_cos(TAU * ray as f64 / RAYS as f64);
+        let (sine, cosine) = sincos(TAU * ray as f64 / RAYS as f64);
         let mut is_beyond = |length: f64| {
             frame.config(length * cosine, length * sine, &mut q);
             metric.distance_from(&anchor, &q, &mut scratch) >= radius
@@ -204,33 +201,28 @@ fn ring(metric: &Metric, frame: &PlaneFrame, half: f64, radius: f64) -> Vec<[f32
 #[cfg(test)]
 mod tests {
     use super::*;
-    use extricate::{MetricKind, QueryOptions, World, builtin};
+    use extricate::{MetricKind, QueryOptions, Sampler, builtin};
+    use std::ops::ControlFlow;
 
-    fn of(name: &str, metric: MetricKind, exits: usize) -> (Slice, [f64; 2], World, Config) {
-        let mut scene = builtin::scene(name).unwrap();
-        scene.metric = metric;
-        let world = World::new(scene);
-        let space = &world.scene().space;
-        let mut q = vec![0.0; space.nq()];
-        let halton = extricate::internals::cspace::sampling::Halton::new(space.nv(), 0);
-        for index in 1.. {
-            halton.config(space, index, &mut q);
-            let q = space.config(&q).unwrap();
-            let options = QueryOptions { exits, ..QueryOptions::default() };
-            let Some(answer) = world.solver(options).query(&q).filter(|answer| !answer.is_free()) else { continue };
-            if exits > 1 && answer.exits.len() < 2 {
-                continue;
+    fn of(name: &str, metric: MetricKind, exits: usize) -> (Slice, [f64; 2], Solver, Config) {
+        let scene = builtin::scene(name).unwrap().with_metric(metric);
+        let solver = Solver::new(scene).options(QueryOptions::default().exits(exits)).unwrap();
+        let mut sampler = Sampler::new(&solver, Some(Label::Colliding), 0);
+        // Exits on opposite sides span no plane, and no inner ring is drawn for a bound of 0.
+        loop {
+            let drawn = sampler.draw(1, &mut |_, _| ControlFlow::Continue(())).unwrap();
+            let q = solver.scene().config(&drawn[0]).unwrap();
+            let answer = solver.query(&q).unwrap();
+            let mut witnesses: Vec<&[f64]> = answer.exits.iter().map(|exit| &*exit.witness).collect();
+            if exits == 1 {
+                witnesses.push(&answer.witness);
             }
-            let witnesses: Vec<&[f64]> = match exits {
-                1 => vec![&answer.witness],
-                _ => answer.exits.iter().map(|exit| &*exit.witness).collect(),
-            };
-            let metric = Metric::new(world.checker().scene_arc().clone());
             let radii = [answer.lower_bound, answer.depth];
-            let found = slice(world.checker(), &metric, &q, &witnesses, radii, 32, &mut CheckScratch::default());
-            return (found.unwrap(), radii, world, q);
+            let found = slice(&solver, &q, &witnesses, radii, 32, &mut CheckScratch::default()).unwrap();
+            if answer.lower_bound > 0.0 && found.in_plane == exits.min(2) {
+                return (found, radii, solver, q);
+            }
         }
-        unreachable!()
     }
 
     fn decoded(states: &str) -> Vec<char> {
@@ -246,24 +238,24 @@ mod tests {
     #[test]
     fn exits_lie_where_the_plane_says_and_cells_are_what_the_checker_says() {
         for name in ["planar-arm", "free-box"] {
-            let (slice, _, world, q) = of(name, MetricKind::Joint, 3);
+            let (slice, _, solver, q) = of(name, MetricKind::Joint, 3);
             assert_eq!(slice.in_plane, 2);
-            let frame = PlaneFrame { space: &world.scene().space, q: &q, axes: slice.axes, exits: vec![], up: None };
-            let (cells, mut at, mut scratch) = (decoded(&slice.states), vec![0.0; q.len()], CheckScratch::default());
+            let frame = PlaneFrame { space: solver.scene().space(), q: &q, axes: slice.axes, exits: vec![], up: None };
+            let (cells, mut at) = (decoded(&slice.states), vec![0.0; q.len()]);
             assert_eq!(cells.len(), 32 * 32);
             for (number, state) in cells.iter().enumerate() {
                 let middle = |at: usize| slice.half * ((2 * at + 1) as f64 / 32.0 - 1.0);
                 frame.config(middle(number % 32), middle(number / 32), &mut at);
                 let expected = match frame.space.outside(&at).next() {
                     Some(_) => 'o',
-                    None if world.checker().colliding_pair(&at, &mut scratch).is_some() => 'c',
-                    None => 'f',
+                    None if solver.check(&at) => 'f',
+                    None => 'c',
                 };
                 assert_eq!(*state, expected, "{name} {number}");
             }
             for exit in &slice.exits[..2] {
                 frame.config(exit[0], exit[1], &mut at);
-                assert_eq!(world.checker().colliding_pair(&at, &mut scratch), None, "{name}: {exit:?}");
+                assert!(solver.check(&at), "{name}: {exit:?}");
             }
         }
     }

@@ -4,7 +4,7 @@ use std::collections::HashMap;
 
 use base64::Engine;
 use base64::prelude::BASE64_STANDARD;
-use extricate::geometry::{Body, Vec3};
+use extricate::geometry::Body;
 use serde::Serialize;
 
 /// Segments around a round shape.
@@ -21,7 +21,7 @@ const GRIDS: [f64; 9] = [512.0, 256.0, 160.0, 100.0, 64.0, 40.0, 24.0, 12.0, 6.0
 /// A surface in the coordinates of a body's frame.
 pub struct Surface {
     /// \[m\]
-    pub vertices: Vec<Vec3>,
+    pub vertices: Vec<[f64; 3]>,
     /// Counterclockwise seen from outside.
     pub triangles: Vec<[u32; 3]>,
 }
@@ -52,16 +52,19 @@ impl Surface {
             use extricate::geometry::Geometry::{Points, Voxels};
             let mesh = part.geometry.tessellate(segments(matches!(part.geometry, Points(_) | Voxels(_))));
             let first = surface.vertices.len() as u32;
-            surface.vertices.extend(mesh.vertices.iter().map(|vertex| part.pose_frame_part.point(vertex)));
+            surface.vertices.extend(mesh.vertices().map(|vertex| part.pose_frame_part.transform(vertex)));
             surface.triangles.extend(mesh.triangles.iter().map(|triangle| triangle.map(|corner| corner + first)));
         }
         surface
     }
 
     /// Corners of the box around it; `None` where it is empty.
-    fn bounds(&self) -> Option<(Vec3, Vec3)> {
+    fn bounds(&self) -> Option<([f64; 3], [f64; 3])> {
         let first = *self.vertices.first()?;
-        Some(self.vertices.iter().fold((first, first), |(low, high), v| (low.inf(v), high.sup(v))))
+        let with = |(low, high): ([f64; 3], [f64; 3]), v: &[f64; 3]| {
+            ([0, 1, 2].map(|k| low[k].min(v[k])), [0, 1, 2].map(|k| high[k].max(v[k])))
+        };
+        Some(self.vertices.iter().fold((first, first), with))
     }
 
     /// The surface with fewer triangles: vertices in one cell of a grid become one, and triangles
@@ -70,10 +73,10 @@ impl Surface {
     /// # Source
     /// Rossignac, Borrel, Multi-resolution 3D approximations for rendering complex scenes (1993),
     /// doi:10.1007/978-3-642-78114-8_29.
-    fn merged(&self, cell: f64, low: &Vec3) -> Self {
+    fn merged(&self, cell: f64, low: &[f64; 3]) -> Self {
         let mut of_cell: HashMap<[i64; 3], u32> = HashMap::new();
         let mut vertices = Vec::new();
-        let place = |v: &Vec3| -> [i64; 3] { ((v - low) / cell).map(|x| x.floor() as i64).into() };
+        let place = |v: &[f64; 3]| [0, 1, 2].map(|k| ((v[k] - low[k]) / cell).floor() as i64);
         let number: Vec<u32> = self
             .vertices
             .iter()
@@ -100,20 +103,22 @@ impl Surface {
     /// where a vertex is not finite.
     pub fn encode(&self, most: usize) -> Option<Encoded> {
         let (low, high) = self.bounds()?;
-        let longest = (high - low).max();
-        if !longest.is_finite() || self.triangles.is_empty() {
+        let side = [0, 1, 2].map(|k| high[k] - low[k]);
+        let longest = side.into_iter().fold(0.0, f64::max);
+        let is_finite = side.iter().all(|length| length.is_finite());
+        if !is_finite || self.triangles.is_empty() {
             return None;
         }
         if self.triangles.len() <= most {
-            return Some(self.as_text(&low, &(high - low), 0.0));
+            return Some(self.as_text(low, side, 0.0));
         }
         let coarsest = longest / GRIDS[GRIDS.len() - 1];
         let fits = |cell: &f64| *cell >= coarsest || self.merged(*cell, &low).triangles.len() <= most;
         let cell = GRIDS.iter().map(|cells| longest / cells).find(fits)?;
-        Some(self.merged(cell, &low).as_text(&low, &(high - low), cell))
+        Some(self.merged(cell, &low).as_text(low, side, cell))
     }
 
-    fn as_text(&self, low: &Vec3, side: &Vec3, merged: f64) -> Encoded {
+    fn as_text(&self, low: [f64; 3], side: [f64; 3], merged: f64) -> Encoded {
         let step = |x: f64, k: usize| if side[k] > 0.0 { (STEPS * (x - low[k]) / side[k]).round() as u16 } else { 0 };
         let vertices = self.vertices.iter().flat_map(|v| (0..3).map(move |k| step(v[k], k)));
         let vertices: Vec<u8> = vertices.flat_map(u16::to_le_bytes).collect();
@@ -124,8 +129,8 @@ impl Surface {
             false => corners.flat_map(|corner| (*corner as u16).to_le_bytes()).collect(),
         };
         Encoded {
-            low: (*low).into(),
-            side: (*side).into(),
+            low,
+            side,
             vertices: BASE64_STANDARD.encode(vertices),
             triangles: BASE64_STANDARD.encode(triangles),
             wide,
@@ -156,7 +161,7 @@ mod tests {
     /// A ball of many triangles.
     fn ball() -> Surface {
         let mesh = Geometry::Sphere { radius: 0.5 }.tessellate(64);
-        Surface { vertices: mesh.vertices.clone(), triangles: mesh.triangles.clone() }
+        Surface { vertices: mesh.vertices().collect(), triangles: mesh.triangles.clone() }
     }
 
     #[test]
@@ -188,9 +193,9 @@ mod tests {
     fn what_cannot_be_drawn_is_left_out() {
         let body = |parts| Body { name: "b".into(), robot: None, frame: 0, parts };
         assert!(Surface::of(&body(vec![])).encode(10).is_none());
-        let part = extricate::internals::scene::Part {
+        let part = extricate::parts::Part {
             pose_frame_part: Pose::identity(),
-            geometry: Geometry::Box { half_extents: Vec3::new(f64::INFINITY, 1.0, 1.0) },
+            geometry: Geometry::Box { half_extents: [f64::INFINITY, 1.0, 1.0] },
         };
         assert!(Surface::of(&body(vec![part])).encode(10).is_none());
     }

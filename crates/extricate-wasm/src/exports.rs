@@ -39,8 +39,8 @@ pub extern "C" fn extricate_open() -> u32 {
     }
 }
 
-/// Goes into another scene, whose bytes are those of `postcard`; a model stays. 0, or 1 where they
-/// cannot be used; the reply then says why.
+/// Goes into another scene, whose bytes these are; a model stays. 0, or 1 if they cannot be used;
+/// the reply then says why.
 #[unsafe(no_mangle)]
 pub extern "C" fn extricate_enter() -> u32 {
     let bytes = INPUT.take();

@@ -1,13 +1,7 @@
 //! A scene or a model that is open, and the requests that it answers.
 
-use std::path::Path;
-use std::sync::Arc;
-
-use extricate::geometry::{Mat3, Pose, Vec3};
-use extricate::internals::io::model_file;
-use extricate::internals::metric::Metric;
-use extricate::internals::scene::assemble::sound;
-use extricate::{ChangedScene, Model, QueryOptions, QueryScratch, Scene, View, World};
+use extricate::geometry::Pose;
+use extricate::{Model, QueryOptions, Scene, Solver};
 use extricate_view::{Detail, Inspector};
 use serde::Deserialize;
 
@@ -18,22 +12,7 @@ const MOST_EXITS: usize = 9;
 
 /// What is open.
 pub struct Session {
-    base: Base,
-    /// The scene with its obstacles where they were moved to.
-    changed: Option<Changed>,
-    metric: Arc<Metric>,
-    scratch: QueryScratch,
-}
-
-#[expect(clippy::large_enum_variant, reason = "there is one")]
-enum Base {
-    World(World),
-    Model(Model),
-}
-
-enum Changed {
-    World(World),
-    Model(ChangedScene),
+    solver: Solver,
 }
 
 /// A request.
@@ -54,30 +33,25 @@ enum Request {
 }
 
 impl Session {
-    /// Opens the bytes of a model file, or those of a scene as `postcard` writes them.
+    /// Opens the bytes of a model file, or those of a scene.
     ///
     /// # Errors
     /// What is wrong with the bytes.
     pub fn open(bytes: &[u8]) -> Result<Self, String> {
-        let base = if model_file::is_model(bytes) {
-            let model = model_file::decode(Path::new("the page's model"), bytes).map_err(|error| error.to_string())?;
-            Base::Model(model)
+        let solver = if Model::is_model(bytes) {
+            Solver::of_model(Model::from_bytes("the page's model", bytes).map_err(in_words)?)
         } else {
-            Base::World(World::new(scene_of(bytes)?))
+            Solver::new(Scene::from_bytes(bytes).map_err(in_words)?)
         };
-        let metric = Arc::new(Metric::new(base.view().checker().scene_arc().clone()));
-        Ok(Self { base, changed: None, metric, scratch: QueryScratch::default() })
+        Ok(Self { solver })
     }
 
-    /// Asks in another scene, whose bytes are those of `postcard`; what a model has learned stays.
+    /// Asks in another scene, whose bytes these are; what a model has learned stays.
     ///
     /// # Errors
     /// What is wrong with the bytes, or why the scene does not fit the model.
     pub fn enter(&mut self, bytes: &[u8]) -> Result<(), String> {
-        self.change(scene_of(bytes)?)?;
-        let entered = view(&self.base, self.changed.as_ref());
-        self.metric = Arc::new(Metric::new(entered.checker().scene_arc().clone()));
-        Ok(())
+        self.change(Scene::from_bytes(bytes).map_err(in_words)?)
     }
 
     /// Answers a request, JSON for JSON.
@@ -91,90 +65,60 @@ impl Session {
         }
     }
 
-    fn query(&mut self, q: &[f64], exits: usize, cells: usize) -> Result<String, String> {
-        let Self { base, changed, metric, scratch } = self;
-        let view = view(base, changed.as_ref());
-        let q = view.scene().space.config_anywhere(q).map_err(|error| error.to_string())?;
-        let options = QueryOptions { exits, ..QueryOptions::default() };
-        let answer = view.query_with(&q, &options, scratch);
-        let mut inspector = Inspector::with_metric(view.checker(), metric.clone(), Detail { slice_cells: cells });
-        let data = inspector.answer_data(&q, answer, None);
+    fn query(&self, q: &[f64], exits: usize, cells: usize) -> Result<String, String> {
+        let solver = self.solver.clone().options(QueryOptions::default().exits(exits)).map_err(in_words)?;
+        let q = solver.scene().space().config_anywhere(q).map_err(in_words)?;
+        let answer = solver.query(&q);
+        let data = Inspector::new(&solver, Detail { slice_cells: cells }).answer_data(&q, answer, None);
         serde_json::to_string(&data).map_err(|error| error.to_string())
     }
 
     fn move_to(&mut self, obstacles: &[(String, [f64; 12])]) -> Result<String, String> {
-        let pose = |numbers: &[f64; 12]| Pose {
-            rotation: Mat3::from_column_slice(&numbers[..9]),
-            translation: Vec3::from_column_slice(&numbers[9..]),
+        let pose = |numbers: &[f64; 12]| {
+            let [x, y, z, origin] = [0, 3, 6, 9].map(|at| [numbers[at], numbers[at + 1], numbers[at + 2]]);
+            Pose::new([x, y, z], origin)
         };
         let poses = obstacles.iter().map(|(name, numbers)| (name.as_str(), pose(numbers)));
-        let here = view(&self.base, self.changed.as_ref()).scene();
-        let scene = here.moved(poses).map_err(|error| error.to_string())?;
+        let scene = self.solver.scene().moved(poses).map_err(in_words)?;
         self.change(scene)?;
         Ok("{}".into())
     }
 
     fn change(&mut self, scene: Scene) -> Result<(), String> {
-        self.changed = Some(match (&self.base, &self.changed) {
-            (_, Some(Changed::World(world))) => Changed::World(world.with_scene(scene)),
-            (Base::World(world), _) => Changed::World(world.with_scene(scene)),
-            (Base::Model(model), _) => {
-                let changed = ChangedScene::new(model.world(), scene).map_err(|error| error.to_string())?;
-                Changed::Model(changed)
-            }
-        });
-        // What was remembered of pairs means nothing where they are elsewhere.
-        self.scratch = QueryScratch::default();
+        self.solver = self.solver.with_scene(scene).map_err(in_words)?;
         Ok(())
     }
 }
 
-fn scene_of(bytes: &[u8]) -> Result<Scene, String> {
-    let wrong = |error: String| format!("got bytes that are no scene of this version ({error})");
-    let scene: Scene = postcard::from_bytes(bytes).map_err(|error| wrong(error.to_string()))?;
-    sound::check(&scene).map_err(wrong)?;
-    Ok(scene)
-}
-
-impl Base {
-    fn view(&self) -> View<'_> {
-        match self {
-            Self::World(world) => world.view(),
-            Self::Model(model) => model.view(),
-        }
-    }
-}
-
-fn view<'a>(base: &'a Base, changed: Option<&'a Changed>) -> View<'a> {
-    match (base, changed) {
-        (_, Some(Changed::World(world))) => world.view(),
-        (Base::Model(model), Some(Changed::Model(changed))) => model.in_scene(changed),
-        _ => base.view(),
-    }
+fn in_words(error: extricate::Error) -> String {
+    error.to_string()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use extricate::internals::cspace::sampling::Halton;
-    use extricate::{CheckScratch, Checker, LearnOptions, builtin};
+    use extricate::{Answer, Label, LearnOptions, Sampler, builtin};
     use serde_json::{Value, json};
+    use std::ops::ControlFlow;
 
     fn opened() -> (Session, Scene) {
         let scene = builtin::scene("planar-arm").unwrap();
-        (Session::open(&postcard::to_stdvec(&scene).unwrap()).unwrap(), scene)
+        (Session::open(&scene.to_bytes()).unwrap(), scene)
     }
+
+    /// A link is in an obstacle there.
+    const COLLIDING: [f64; 3] = [0.4, 0.0, 0.0];
 
     /// A configuration in collision.
     fn colliding(scene: &Scene) -> Vec<f64> {
-        let checker = Checker::new(Arc::new(scene.clone()));
-        let (halton, mut q) = (Halton::new(scene.space.nv(), 0), vec![0.0; scene.space.nq()]);
-        let first = (1..).find(|&index| {
-            halton.config(&scene.space, index, &mut q);
-            checker.colliding_pair(&q, &mut CheckScratch::default()).is_some()
-        });
-        assert!(first.is_some());
-        q
+        let solver = Solver::new(scene.clone());
+        let drawn = Sampler::new(&solver, Some(Label::Colliding), 0).draw(1, &mut |_, _| ControlFlow::Continue(()));
+        drawn.unwrap().remove(0)
+    }
+
+    fn ask(solver: &Solver, q: &[f64], exits: usize) -> Option<Answer> {
+        let q = solver.scene().config(q).unwrap();
+        solver.clone().options(QueryOptions::default().exits(exits)).unwrap().query(&q)
     }
 
     fn call(session: &mut Session, request: &Value) -> Value {
@@ -184,21 +128,17 @@ mod tests {
     #[test]
     fn a_request_is_answered_as_the_library_does() {
         let (mut session, scene) = opened();
-        let q = colliding(&scene);
-        let found = call(&mut session, &json!({ "do": "query", "q": q, "exits": 3, "cells": 16 }));
-        let world = World::new(scene);
-        let options = QueryOptions { exits: 3, ..QueryOptions::default() };
-        let expected = world.solver(options).query(&world.scene().config(&q).unwrap());
-        assert_eq!(found["answer"], serde_json::to_value(expected).unwrap());
+        let found = call(&mut session, &json!({ "do": "query", "q": COLLIDING, "exits": 3, "cells": 16 }));
+        assert_eq!(found["answer"], serde_json::to_value(ask(&Solver::new(scene), &COLLIDING, 3)).unwrap());
         assert_eq!(found["slice"]["cells"], 16);
     }
 
     #[test]
     fn an_obstacle_that_was_moved_stays_there() {
         let (mut session, scene) = opened();
-        let query = json!({ "do": "query", "q": colliding(&scene), "exits": 1, "cells": 0 });
+        let query = json!({ "do": "query", "q": COLLIDING, "exits": 1, "cells": 0 });
         let before = call(&mut session, &query);
-        let names: Vec<&str> = scene.bodies.iter().filter(|b| b.is_obstacle()).map(|b| b.name.as_str()).collect();
+        let names: Vec<&str> = scene.bodies().iter().filter(|b| b.is_obstacle()).map(|b| b.name.as_str()).collect();
         let far = [1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 50.0, 50.0, 50.0];
         let moved: Vec<(&str, [f64; 12])> = names.iter().map(|name| (*name, far)).collect();
         call(&mut session, &json!({ "do": "move", "obstacles": moved }));
@@ -210,28 +150,19 @@ mod tests {
     #[test]
     fn a_model_is_asked_in_another_world_as_the_library_does() {
         let scene = builtin::scene("planar-arm").unwrap();
-        let learned = Model::learn(scene.clone(), &LearnOptions { labels: 2000, ..LearnOptions::default() }).unwrap();
-        let elsewhere = Pose { rotation: Mat3::identity(), translation: Vec3::new(0.57, 0.27, 0.0) };
+        let learned = Model::learn(scene.clone(), &LearnOptions::default().labels(2000)).unwrap();
+        let elsewhere = Pose::at([0.57, 0.27, 0.0]);
         let other = scene.moved([("cylinder_1", elsewhere)]).unwrap();
-        let mut session = Session::open(&model_file::encode(&learned)).unwrap();
-        session.enter(&postcard::to_stdvec(&other).unwrap()).unwrap();
+        let mut session = Session::open(&learned.to_bytes()).unwrap();
+        session.enter(&other.to_bytes()).unwrap();
         let q = colliding(&other);
         let found = call(&mut session, &json!({ "do": "query", "q": q, "exits": 2, "cells": 0 }));
-        let changed = ChangedScene::new(learned.world(), other).unwrap();
-        let options = QueryOptions { exits: 2, ..QueryOptions::default() };
-        let view = learned.in_scene(&changed);
-        let expected = view.query_with(&view.scene().config(&q).unwrap(), &options, &mut QueryScratch::default());
-        assert_eq!(found["answer"], serde_json::to_value(expected).unwrap());
+        let solver = Solver::of_model(learned).with_scene(other).unwrap();
+        assert_eq!(found["answer"], serde_json::to_value(ask(&solver, &q, 2)).unwrap());
         // The stored samples are used: without a model the same query takes other checks.
-        let world = World::new(changed.scene().clone()).view().query_with(
-            &view.scene().config(&q).unwrap(),
-            &options,
-            &mut QueryScratch::default(),
-        );
-        assert_ne!(found["answer"]["checks"], world.unwrap().checks);
+        assert_ne!(found["answer"]["checks"], ask(&solver.without_model(), &q, 2).unwrap().checks);
         assert!(session.enter(b"nothing").unwrap_err().contains("no scene of this version"));
-        let hand = postcard::to_stdvec(&builtin::scene("hand").unwrap()).unwrap();
-        assert!(!session.enter(&hand).unwrap_err().is_empty());
+        assert!(!session.enter(&builtin::scene("hand").unwrap().to_bytes()).unwrap_err().is_empty());
     }
 
     #[test]

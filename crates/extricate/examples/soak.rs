@@ -15,7 +15,7 @@ use std::process::ExitCode;
 use std::time::Instant;
 
 use extricate::internals::io;
-use extricate::{LearnOptions, Model, Scene, builtin};
+use extricate::{Model, Scene, Solver, builtin};
 
 #[path = "../tests/all/judge.rs"]
 mod judge;
@@ -58,8 +58,7 @@ fn main() -> ExitCode {
 }
 
 fn run(name: &str, scene: Scene, count: usize) -> extricate::Result<usize> {
-    let options = LearnOptions { labels: LABELS, seconds: None, ..LearnOptions::default() };
-    let model = Model::learn(scene, &options)?;
+    let model = Solver::of_model(Model::learn(scene, &memory::labels_alone(LABELS, 0))?);
     let mut told = Instant::now();
     let findings = soak::soak(&model, count, &mut |findings| {
         if told.elapsed().as_secs() >= 10 {

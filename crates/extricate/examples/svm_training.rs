@@ -28,10 +28,10 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         (samples.parse()?, gamma_factor.parse()?, penalty.parse()?);
     let scene = Arc::new(io::load_scene(Path::new(scene))?);
     let (checker, metric) = (Checker::new(scene.clone()), Metric::of_kind(scene.clone(), MetricKind::ObjectNorm));
-    let (nq, dimensions) = (scene.space.nq(), metric.embedding_len());
-    let halton = Halton::new(scene.space.nv(), 0);
+    let (nq, dimensions) = (scene.space().nq(), metric.embedding_len());
+    let halton = Halton::new(scene.space().nv(), 0);
     let mut configs = vec![0.0; samples * nq];
-    configs.chunks_exact_mut(nq).enumerate().for_each(|(i, q)| halton.config(&scene.space, i as u64, q));
+    configs.chunks_exact_mut(nq).enumerate().for_each(|(i, q)| halton.config(scene.space(), i as u64, q));
     let mut labels = vec![Label::Free; samples];
     checker.label_batch(&configs, &mut labels);
     let mut features = vec![0.0; samples * dimensions];

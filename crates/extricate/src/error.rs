@@ -72,8 +72,11 @@ pub enum Error {
         /// The value found.
         value: String,
         /// What was expected.
-        expected: &'static str,
+        expected: String,
     },
+    /// Uniform configurations of a wanted label are too rare to draw.
+    #[error("{0}")]
+    Unlikely(String),
     /// Learning ended without a single free configuration, so no query could be answered.
     #[error("no collision-free configuration among {labels} tried: {advice}")]
     NothingFree {

@@ -6,30 +6,30 @@
 //! the *lower bound* is proved: no free configuration is nearer than that.
 //!
 //! ```
-//! use extricate::{LearnOptions, Model, World, builtin};
+//! use extricate::{LearnOptions, Model, Solver, builtin};
 //!
-//! let world = World::new(builtin::scene("planar-arm")?);          // or load_scene("scene.toml")
-//! let q = world.scene().config(&[0.0, 0.1, 0.2])?;
-//! let answer = world.query(&q).expect("something is free");       // at once, nothing learned
+//! let solver = Solver::new(builtin::scene("planar-arm")?);        // or load_scene("scene.toml")
+//! let q = solver.scene().config(&[0.0, 0.1, 0.2])?;
+//! let answer = solver.query(&q).expect("something is free");      // at once, nothing learned
 //! println!("{} rad away, at least {}: {:?}", answer.depth, answer.lower_bound, answer.witness);
 //!
-//! let options = LearnOptions { labels: 20_000, ..LearnOptions::default() };
-//! let model = Model::learn(builtin::scene("planar-arm")?, &options)?;
-//! let learned = model.query(&q).expect("something is free");      // from stored samples too
+//! let model = Model::learn(builtin::scene("planar-arm")?, &LearnOptions::default().labels(20_000))?;
+//! let learned = solver.with_model(model)?.query(&q).expect("something is free"); // from stored samples too
 //! assert!(answer.lower_bound <= learned.depth && learned.lower_bound <= answer.depth);
 //! # extricate::Result::Ok(())
 //! ```
 //!
-//! A [`Scene`] is a robot, obstacles and the pairs of bodies that are checked. A [`World`] is a
-//! scene that is ready to be queried; a [`Model`] is what was learned of one. Both give a [`View`],
-//! and a [`Solver`] that keeps options and memory. A [`Stream`] answers frames of one motion.
-//! Scenes can be changed ([`Scene::moved`], [`Scene::with_obstacles`], [`Scene::attached`]) and a
-//! model queried there ([`Model::in_scene`]).
+//! A [`Scene`] is a robot, obstacles and the pairs of bodies that are checked. A [`Solver`] answers
+//! all that is asked of it: queries, batches, streams, checks, escapes, plans, repairs, releases. A
+//! [`Model`] is what was learned of a scene; a solver may have one. Scenes can be changed
+//! ([`Scene::moved`], [`Scene::with_obstacles`], [`Scene::attached`]) and asked with what was
+//! prepared and learned before ([`Solver::with_scene`]).
 
 mod applications;
 mod collision;
 mod cspace;
 mod error;
+mod interface;
 mod io;
 mod kinematics;
 mod learning;
@@ -40,32 +40,73 @@ mod query;
 mod robot;
 mod samples;
 mod scene;
+mod solver;
 
-pub use applications::grasp::{Grasp, GraspContact, GraspQuality, Hand, Keep, ReleaseOptions};
+pub use applications::grasp::{Grasp, GraspContact, GraspQuality, Hand, Keep, ReleaseOptions, Released};
 pub use applications::motion::{
     Escape, EscapeMethod, EscapeOptions, Plan, PlanMethod, PlanOptions, RepairOptions, Repaired, Roadmap,
 };
-pub use collision::{CheckScratch, Checker, Contact, SegmentOptions, SegmentOutcome};
+pub use collision::{CheckScratch, Checker, Contact, LEAST_RESOLUTION, SegmentOptions, SegmentOutcome};
 pub use cspace::{Config, ConfigSpace, Label, Manifold, Rows};
 pub use error::{Error, Result};
 pub use io::{LoadOptions, load_model, load_scene, load_scene_with, load_scene_within, save_model};
 pub use learning::{LearnOptions, LearnProgress};
-pub use model::{Model, Statistics};
+pub use metric::{Anchor, Metric, MetricScratch};
+pub use model::evaluate::figures::{Density, Excess};
+pub use model::{EndedBy, Model, Statistics};
+pub use query::answer::TOUCHING;
+pub use query::options::{OptionEntry, QUERY_OPTIONS};
+pub use query::stream::StreamOptions;
 pub use query::{
-    Answer, ChangedScene, Effort, Exit, QueryOptions, QueryScratch, Solver, Stop, StraightSegment, Stream,
-    StreamOptions, Termination, Toward, Unproved, View, World,
+    Answer, AnswerRecord, ContactRecord, Effort, Exit, ExitRecord, QueryOptions, Stop, StraightSegment, Termination,
+    Toward, Unproved,
 };
 pub use robot::{LoadLimit, LoadLimits};
 pub use scene::{MetricKind, PairId, Scene, builtin};
+pub use solver::{Answered, Sampler, Solver, Stream};
 
 /// Shapes and where they are, for scenes that are changed in code.
 pub mod geometry {
-    pub use crate::math::{Mat3, Pose, Vec3};
+    pub use crate::math::Pose;
     pub use crate::robot::{Geometry, HeightField, PointCloud, TriangleMesh, Voxels};
     pub use crate::scene::Body;
 }
 
-/// What the command line, the Python package, benchmarks and tests reach into. No part of the
+/// What a [`Scene`] is made of, and what is said of it.
+pub mod parts {
+    pub use crate::collision::{disable_list, misses_allowed};
+    pub use crate::cspace::Factor;
+    pub use crate::robot::formats::from_arrays;
+    pub use crate::robot::mesh::Component;
+    pub use crate::robot::packages::PackageSearch;
+    pub use crate::scene::drawing::Seated;
+    pub use crate::scene::mesh_counts::MeshCount;
+    pub use crate::scene::named_configs::NamedConfig;
+    pub use crate::scene::{BodyPair, Frame, LinkAttachment, MotionRecord, Part, RigidJoint, SceneJoint};
+}
+
+/// The entries of scene files, for scenes that are described in code instead.
+pub mod entries {
+    pub use crate::io::{assemble_scene, assemble_world, read_obstacles};
+    pub use crate::scene::clearances::{ClearanceEntry, SplitClearance};
+    pub use crate::scene::file::limits::{BoundsEntry, LimitsEntry};
+    pub use crate::scene::file::{
+        AttachedEntry, BaseKind, GeometryKind, MetricEntry, ObstacleEntry, PairsEntry, PoseEntry, RobotEntry,
+        RowsEntry, ScaleEntry, SceneFile, ShapeEntry, WeightEntry, parse,
+    };
+}
+
+/// Files in and out: worlds of other programs, roadmaps, and outputs that are whole or not there.
+pub mod files {
+    pub use crate::io::worlds::{ImportReport, import_world, is_urdf};
+    pub use crate::io::{
+        GrowingFile, OutputLock, check_model_output, check_not_read, check_output, check_regular, check_roadmap_output,
+        find_package, is_same_output, load_roadmap, load_world, save_roadmap, write_atomically, write_together,
+    };
+    pub use crate::scene::import::{Imported, import, is_foreign, joint_positions};
+}
+
+/// What benchmarks and tests reach into. No part of the
 /// interface: it changes without notice.
 #[doc(hidden)]
 #[allow(missing_docs)]

@@ -5,15 +5,12 @@ mod chains;
 
 use std::io::Write;
 use std::path::Path;
-use std::sync::Arc;
 
 use anyhow::{Context, Result};
 use extricate::internals::cspace::sampling::uniform;
 use extricate::internals::io;
 use extricate::internals::metric::Metric;
-use extricate::{
-    CheckScratch, Config, Effort, Label, MetricKind, QueryOptions, QueryScratch, Scene, Termination, World,
-};
+use extricate::{CheckScratch, Config, Effort, Label, MetricKind, QueryOptions, Scene, Solver, Termination};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
@@ -54,7 +51,7 @@ pub fn measure(source: &str, count: usize, seed: u64, mut output: impl Write) ->
     let mut holds = true;
     for (name, scene) in scenes {
         for metric in [MetricKind::Joint, MetricKind::ObjectNorm, MetricKind::MaxDisplacement] {
-            let found = of_scene(&Scene { metric, ..scene.clone() }, count, seed);
+            let found = of_scene(&scene.with_metric(metric), count, seed)?;
             holds &= found.broken.is_empty();
             writeln!(output, "{}", found.line(&name, metric))?;
         }
@@ -95,54 +92,55 @@ impl Found {
     }
 }
 
-fn of_scene(scene: &Scene, count: usize, seed: u64) -> Found {
-    let all = CLEARANCES.map(|clearance| World::new(Scene { clearance, ..scene.clone() }));
-    let metrics = all.each_ref().map(|world| Metric::new(Arc::new(world.scene().clone())));
+fn of_scene(scene: &Scene, count: usize, seed: u64) -> Result<Found> {
+    let with = |clearance: &f64| Ok(Solver::new(scene.with_clearance(*clearance)?));
+    let all = CLEARANCES.iter().map(with).collect::<Result<Vec<Solver>>>()?;
+    let metrics: Vec<Metric> = all.iter().map(|world| Metric::new(world.scene().clone())).collect();
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     if !all.iter().any(|world| has_both(world, &mut rng)) {
-        return Found::default();
+        return Ok(Found::default());
     }
-    let memory = || (QueryScratch::default(), CheckScratch::default());
-    (0..count)
+    Ok((0..count)
         .into_par_iter()
         .with_min_len(16)
-        .map_init(memory, |(scratch, check), number| {
+        .map_init(CheckScratch::default, |check, number| {
             let mut rng = ChaCha8Rng::seed_from_u64(seed.wrapping_mul(1_000_003).wrapping_add(number as u64));
             let at = number % all.len();
-            one(&all[at], &metrics[at], number / all.len(), &mut rng, (scratch, check)).unwrap_or_default()
+            one(&all[at], &metrics[at], number / all.len(), &mut rng, check).unwrap_or_default()
         })
-        .reduce(Found::default, Found::and)
+        .reduce(Found::default, Found::and))
 }
 
 /// One colliding configuration; `None` where none was drawn, or nothing free is known.
 fn one(
-    world: &World,
+    world: &Solver,
     metric: &Metric,
     number: usize,
     rng: &mut ChaCha8Rng,
-    (scratch, check): (&mut QueryScratch, &mut CheckScratch),
+    check: &mut CheckScratch,
 ) -> Option<Found> {
     let q = colliding(world, number.is_multiple_of(NEAR_CONTACT), rng, check)?;
     let mut answers = Vec::new();
     let termination = Termination::after_checks(MOST_CHECKS);
-    let refined = QueryOptions { termination, ..QueryOptions::default() };
+    let refined = QueryOptions::default().termination(termination);
     let mut kinds = vec![refined.clone()];
     if number.is_multiple_of(MORE_STARTS) {
-        kinds.push(QueryOptions { starts: Some(24), ..refined.clone() });
+        kinds.push(refined.clone().starts(24));
     }
     if number.is_multiple_of(PROVED) {
         let termination = Termination::after_checks(200);
-        kinds.push(QueryOptions { effort: Effort::Proved, termination, ..refined.clone() });
+        kinds.push(refined.clone().effort(Effort::Proved).termination(termination));
     }
     if number.is_multiple_of(EXHAUSTIVE) {
-        kinds.push(QueryOptions { effort: Effort::Exhaustive, ..refined });
+        kinds.push(refined.effort(Effort::Exhaustive));
     }
     for options in kinds {
-        answers.push(world.view().query_with(&q, &options, scratch)?);
+        let solver = world.clone().options(options).expect("these options go together");
+        answers.push(solver.query(&q)?);
     }
     let bound = answers.iter().map(|answer| answer.lower_bound).fold(0.0, f64::max);
     let mut best = answers.iter().map(|answer| answer.depth).fold(f64::INFINITY, f64::min);
-    let (space, mut other) = (&world.scene().space, vec![0.0; q.len()]);
+    let (space, mut other) = (world.scene().space(), vec![0.0; q.len()]);
     let mut tangent = vec![0.0; space.nv()];
     let mut within = 0;
     for _ in 0..WITHIN {
@@ -163,7 +161,7 @@ fn one(
     }
     let mut found = Found { queries: 1, within, ..Found::default() };
     if bound > best * (1.0 + ROUNDING) {
-        let clearance = world.scene().clearance;
+        let clearance = world.scene().clearance();
         let answers: Vec<Value> = answers
             .iter()
             .map(|a| json!({ "effort": a.effort, "depth": a.depth, "lower_bound": a.lower_bound, "at": a.witness }))
@@ -178,8 +176,8 @@ fn one(
 
 /// Whether some configurations are free and some collide: searches in vain for what there is not
 /// take long.
-fn has_both(world: &World, rng: &mut ChaCha8Rng) -> bool {
-    let (space, mut check) = (&world.scene().space, CheckScratch::default());
+fn has_both(world: &Solver, rng: &mut ChaCha8Rng) -> bool {
+    let (space, mut check) = (world.scene().space(), CheckScratch::default());
     let mut q = vec![0.0; space.nq()];
     let labels = (0..MOST_DRAWS).filter_map(|_| {
         uniform(space, rng, &mut q);
@@ -190,8 +188,8 @@ fn has_both(world: &World, rng: &mut ChaCha8Rng) -> bool {
 }
 
 /// A configuration that collides, drawn uniformly or, by bisection to a free one, next to contact.
-fn colliding(world: &World, near_contact: bool, rng: &mut ChaCha8Rng, check: &mut CheckScratch) -> Option<Config> {
-    let space = &world.scene().space;
+fn colliding(world: &Solver, near_contact: bool, rng: &mut ChaCha8Rng, check: &mut CheckScratch) -> Option<Config> {
+    let space = world.scene().space();
     let draw = |rng: &mut ChaCha8Rng| {
         let mut q = vec![0.0; space.nq()];
         uniform(space, rng, &mut q);

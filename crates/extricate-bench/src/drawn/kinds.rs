@@ -2,7 +2,8 @@
 
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
-use extricate::geometry::{Pose, Vec3};
+use extricate::geometry::Pose;
+use extricate::internals::math::Vec3;
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 

@@ -34,8 +34,8 @@ pub struct Look {
 /// Loads a scene and samples it.
 pub fn look(written: &Written) -> Result<Look> {
     let scene = written.assembled()?;
-    let (coordinates, obstacles) = (scene.space.nq(), scene.bodies.iter().filter(|b| b.robot.is_none()).count());
-    let with_obstacles = share(&Checker::new(with_obstacles(&scene).into()), SAMPLES);
+    let (coordinates, obstacles) = (scene.space().nq(), scene.bodies().iter().filter(|b| b.robot.is_none()).count());
+    let with_obstacles = share(&Checker::new(with_obstacles(&scene)?.into()), SAMPLES);
     Ok(Look { share: share(&Checker::new(scene.into()), SAMPLES), with_obstacles, coordinates, obstacles })
 }
 
@@ -51,7 +51,7 @@ pub fn is_sane(written: &Written, range: RangeInclusive<f64>) -> Result<bool> {
         return Ok(false);
     }
     let (least, most) = (*range.start(), *range.end());
-    let (obstacles, all) = (Checker::new(with_obstacles(&scene).into()), Checker::new(scene.into()));
+    let (obstacles, all) = (Checker::new(with_obstacles(&scene)?.into()), Checker::new(scene.into()));
     if share(&obstacles, FIRST) < 0.5 * least || share(&all, FIRST) > 0.5 * (1.0 + most) {
         return Ok(false);
     }
@@ -59,16 +59,15 @@ pub fn is_sane(written: &Written, range: RangeInclusive<f64>) -> Result<bool> {
 }
 
 /// The scene with pairs of a link and an obstacle alone.
-fn with_obstacles(scene: &Scene) -> Scene {
-    let mut scene = scene.clone();
-    let bodies = &scene.bodies;
-    scene.pairs.retain(|pair| bodies[pair.first].robot.is_none() || bodies[pair.second].robot.is_none());
-    scene
+fn with_obstacles(scene: &Scene) -> Result<Scene> {
+    let pairs = scene.pairs().iter().map(|pair| [pair.first, pair.second].map(|body| &scene.bodies()[body]));
+    let of_links = pairs.filter(|pair| pair.iter().all(|body| body.robot.is_some()));
+    Ok(scene.disabled(of_links.map(|pair| pair.map(|body| body.name.as_str())))?)
 }
 
 /// The share of uniform configurations that collide.
 fn share(checker: &Checker, samples: usize) -> f64 {
-    let space = &checker.scene().space;
+    let space = checker.scene().space();
     let mut rng = ChaCha8Rng::seed_from_u64(0);
     let mut configs = vec![0.0; samples * space.nq()];
     configs.chunks_exact_mut(space.nq()).for_each(|q| uniform(space, &mut rng, q));
@@ -79,7 +78,7 @@ fn share(checker: &Checker, samples: usize) -> f64 {
 
 /// Whether a link that cannot move is in an obstacle. Scenes do not check such pairs.
 fn fixed_link_collides(scene: &Scene) -> bool {
-    let fixed: Vec<&Body> = scene.bodies.iter().filter(|body| body.frame == 0).collect();
+    let fixed: Vec<&Body> = scene.bodies().iter().filter(|body| body.frame == 0).collect();
     let mut scratch = PairScratch::default();
     let mut near = |a: &Body, b: &Body| {
         a.parts.iter().any(|p| {
@@ -87,7 +86,7 @@ fn fixed_link_collides(scene: &Scene) -> bool {
             b.parts.iter().any(|o| {
                 let pose = p.pose_frame_part.inverse().then(&o.pose_frame_part);
                 PreparedShape::new(&o.geometry)
-                    .is_some_and(|other| shape.is_nearer(&other, &pose, scene.clearance, &mut scratch))
+                    .is_some_and(|other| shape.is_nearer(&other, &pose, scene.clearance(), &mut scratch))
             })
         })
     };

@@ -37,14 +37,14 @@ fn every_scene_loads_from_its_file_and_has_free_and_colliding_places() {
     for line in lines {
         let name = line["scene"].as_str().unwrap();
         let scene = io::load_scene(folder.join(name)).unwrap();
-        assert_eq!(scene.warnings, [""; 0], "{name}");
-        assert_eq!(line["coordinates"], scene.space.nq());
+        assert_eq!(scene.warnings(), [""; 0], "{name}");
+        assert_eq!(line["coordinates"], scene.space().nq());
         let share = line["colliding"].as_f64().unwrap();
         // Of carts and of the ball there are as many as there are.
         if name.starts_with("carts") {
             let checker = Checker::new(scene.into());
             let mut scratch = CheckScratch::default();
-            let mut q = vec![0.6002; checker.scene().space.nq()];
+            let mut q = vec![0.6002; checker.scene().space().nq()];
             assert_eq!(checker.label(&q, &mut scratch), Label::Free, "{name}");
             q[1] = -0.6;
             assert_eq!(checker.label(&q, &mut scratch), Label::Colliding, "{name}");

@@ -1,7 +1,8 @@
 //! The slow truth: all pairs of triangles of two meshes in f64, and containment by winding numbers.
 //! Shares no code with the checker: its own distances, its own crossing test, its own inside test.
 
-use extricate::geometry::{Pose, TriangleMesh, Vec3};
+use extricate::geometry::{Pose, TriangleMesh};
+use extricate::internals::math::Vec3;
 
 type Corners = [Vec3; 3];
 

@@ -1,7 +1,8 @@
 //! Meshes that are made, not loaded: for the growth curves, and the awkward ones for the test of
 //! exactness.
 
-use extricate::geometry::{TriangleMesh, Vec3};
+use extricate::geometry::TriangleMesh;
+use extricate::internals::math::Vec3;
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 

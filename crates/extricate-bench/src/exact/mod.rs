@@ -5,8 +5,9 @@ pub mod brute;
 pub mod meshes;
 pub mod poses;
 
-use extricate::geometry::{TriangleMesh, Vec3};
+use extricate::geometry::TriangleMesh;
 use extricate::internals::collision::PairScratch;
+use extricate::internals::math::Vec3;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;

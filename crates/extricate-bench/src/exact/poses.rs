@@ -1,7 +1,8 @@
 //! Poses of one mesh relative to another: at random, and next to contact.
 
-use extricate::geometry::{Pose, TriangleMesh, Vec3};
+use extricate::geometry::{Pose, TriangleMesh};
 use extricate::internals::collision::{PairScratch, PreparedShape};
+use extricate::internals::math::Vec3;
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 
@@ -52,7 +53,7 @@ impl Approach {
 
     /// Takes the turn out, and approaches along an axis: faces that are parallel stay so.
     pub fn align(&mut self, axis: usize) {
-        self.start.rotation = extricate::geometry::Mat3::identity();
+        self.start.rotation = extricate::internals::math::Mat3::identity();
         self.direction = Vec3::ith(axis, 1.0);
     }
 
@@ -140,7 +141,7 @@ pub fn direction(rng: &mut ChaCha8Rng) -> Vec3 {
 }
 
 /// Uniform over all rotations: K. Shoemake, Uniform random rotations, Graphics Gems III, 1992.
-fn rotation(rng: &mut ChaCha8Rng) -> extricate::geometry::Mat3 {
+fn rotation(rng: &mut ChaCha8Rng) -> extricate::internals::math::Mat3 {
     let [u, v, w] = [0; 3].map(|_| rng.random::<f64>());
     let (r, s) = ((1.0 - u).sqrt(), u.sqrt());
     let (a, b) = (std::f64::consts::TAU * v, std::f64::consts::TAU * w);

@@ -9,7 +9,7 @@ use std::time::Instant;
 
 use anyhow::{Context, Result, ensure};
 use extricate::internals::io;
-use extricate::{Config, Model, QueryOptions, QueryScratch};
+use extricate::{Config, Solver};
 use serde_json::json;
 
 use super::options;
@@ -23,11 +23,10 @@ use crate::clock::ProcessTime;
 /// `each:THREADS`, where every thread answers all the rows by such a loop, `wall` being that of the
 /// slowest, `depth` the sum of all.
 pub fn serve(model: &str, queries: &str, effort: &str, commands: impl BufRead, mut output: impl Write) -> Result<()> {
-    let options = options(effort)?;
-    let model = io::load_model(Path::new(model))?;
+    let solver = Solver::of_model(io::load_model(Path::new(model))?).options(options(effort)?)?;
     let bytes = std::fs::read(queries).with_context(|| queries.to_string())?;
     let numbers: Vec<f64> = bytes.as_chunks().0.iter().map(|b| f64::from_le_bytes(*b)).collect();
-    let nq = model.scene().space.nq();
+    let nq = solver.scene().space().nq();
     ensure!(numbers.len().is_multiple_of(nq), "{queries}: expected rows of {nq} numbers");
     writeln!(output, "{}", json!({ "rows": numbers.len() / nq }))?;
     output.flush()?;
@@ -38,10 +37,10 @@ pub fn serve(model: &str, queries: &str, effort: &str, commands: impl BufRead, m
         let values = &numbers[rows.start * nq..rows.end * nq];
         let (began, processor) = (Instant::now(), ProcessTime::now());
         let depth = match how {
-            How::Batch(threads) => batch(&model, &options, values, threads)?,
-            How::Each(1) => in_a_loop(&model, &options, values)?,
+            How::Batch(threads) => batch(&solver, values, threads)?,
+            How::Each(1) => in_a_loop(&solver, values)?,
             How::Each(threads) => thread::scope(|scope| {
-                let work = || in_a_loop(&model, &options, values);
+                let work = || in_a_loop(&solver, values);
                 let workers: Vec<_> = (0..threads).map(|_| scope.spawn(work)).collect();
                 workers.into_iter().map(|worker| worker.join().expect("queries do not panic")).sum::<Result<f64>>()
             })?,
@@ -71,11 +70,11 @@ fn command(line: &str, rows: usize) -> Option<(Range<usize>, How)> {
     (range.start <= range.end && range.end <= rows).then_some((range, how))
 }
 
-fn batch(model: &Model, options: &QueryOptions, values: &[f64], threads: usize) -> Result<f64> {
-    let space = &model.scene().space;
+fn batch(solver: &Solver, values: &[f64], threads: usize) -> Result<f64> {
+    let space = solver.scene().space();
     let rows: Vec<Config> = values.chunks_exact(space.nq()).map(|q| space.config(q)).collect::<Result<_, _>>()?;
     let (count, mut depth) = (rows.len(), 0.0);
-    let given = model.view().query_batch(rows, options, threads, &mut |answered| {
+    let given = solver.batch_each(rows, threads, &mut |answered| {
         depth += answered.answer.map_or(f64::INFINITY, |answer| answer.depth);
         ControlFlow::Continue(())
     });
@@ -83,10 +82,10 @@ fn batch(model: &Model, options: &QueryOptions, values: &[f64], threads: usize) 
     Ok(depth)
 }
 
-fn in_a_loop(model: &Model, options: &QueryOptions, values: &[f64]) -> Result<f64> {
-    let (space, mut scratch) = (&model.scene().space, QueryScratch::default());
+fn in_a_loop(solver: &Solver, values: &[f64]) -> Result<f64> {
+    let space = solver.scene().space();
     let ask = |q: &[f64]| {
-        let answer = model.view().query_with(&space.config(q)?, options, &mut scratch);
+        let answer = solver.query(&space.config(q)?);
         Ok(answer.map_or(f64::INFINITY, |answer| answer.depth))
     };
     values.chunks_exact(space.nq()).map(ask).sum()
@@ -101,21 +100,13 @@ mod tests {
     fn blocks_are_answered_and_nonsense_an_error() {
         let folder = learned_arm("batches");
         let at = |name: &str| folder.join(name).to_str().unwrap().to_string();
-        let model = io::load_model(Path::new(&at("arm.model"))).unwrap();
+        let solver = Solver::of_model(io::load_model(Path::new(&at("arm.model"))).unwrap());
         let rows = [[0.5, 0.0, 0.0], [0.6, 0.1, 0.0], [0.7, 0.1, 0.0]].concat();
         let bytes: Vec<u8> = rows.iter().flat_map(|x: &f64| x.to_le_bytes()).collect();
         std::fs::write(at("queries"), &bytes).unwrap();
         std::fs::write(at("broken"), &bytes[..40]).unwrap();
-        let depths: Vec<f64> = rows
-            .chunks(3)
-            .map(|q| {
-                model
-                    .view()
-                    .query_with(&model.scene().space.config(q).unwrap(), &Default::default(), &mut Default::default())
-                    .unwrap()
-            })
-            .map(|answer| answer.depth)
-            .collect();
+        let depths: Vec<f64> =
+            rows.chunks(3).map(|q| solver.query(&solver.scene().space().config(q).unwrap()).unwrap().depth).collect();
         let ask = |queries: &str, effort: &str, commands: &str| {
             let mut out = Vec::new();
             serve(&at("arm.model"), &at(queries), effort, commands.as_bytes(), &mut out).map(|()| {

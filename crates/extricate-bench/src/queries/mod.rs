@@ -11,9 +11,7 @@ use std::time::Duration;
 
 use anyhow::{Context, Result, bail};
 use extricate::internals::io;
-use extricate::{
-    ChangedScene, Config, ConfigSpace, Effort, Model, QueryOptions, QueryScratch, Termination, View, World,
-};
+use extricate::{Config, ConfigSpace, QueryOptions, Solver, Termination};
 use serde_json::{Value, json};
 
 use crate::clock::ThreadTime;
@@ -28,13 +26,12 @@ pub const WARM_UP: Duration = Duration::from_millis(100);
 /// checks, as `50-checks`.
 pub fn answer(asked: &str, other: Option<&str>, queries: &str, effort: &str, mut output: impl Write) -> Result<()> {
     let text = std::fs::read_to_string(queries).with_context(|| queries.to_string())?;
-    let (asked, options) = (Asked::load(asked, other)?, options(effort)?);
-    let mut scratch = QueryScratch::default();
-    asked.view().warm_up(&options, &mut scratch, WARM_UP);
+    let solver = load(asked, other)?.options(options(effort)?)?;
+    solver.warm_up(WARM_UP);
     for line in text.lines() {
-        let q = config(&asked.view().scene().space, line).with_context(|| queries.to_string())?;
+        let q = config(solver.scene().space(), line).with_context(|| queries.to_string())?;
         let started = ThreadTime::now();
-        let answer = asked.view().query_with(&q, &options, &mut scratch);
+        let answer = solver.query(&q);
         let seconds = started.elapsed();
         let answer = answer.context("nothing free was found")?;
         let line = json!({
@@ -50,31 +47,15 @@ pub fn answer(asked: &str, other: Option<&str>, queries: &str, effort: &str, mut
     Ok(())
 }
 
-/// What is asked.
-enum Asked {
-    World(Box<World>),
-    Model(Box<Model>),
-    Changed(Box<Model>, Box<ChangedScene>),
-}
-
-impl Asked {
-    fn load(asked: &str, other: Option<&str>) -> Result<Self> {
-        let path = Path::new(asked);
-        if path.extension().is_some_and(|extension| extension == "toml") {
-            return Ok(Self::World(Box::new(World::new(io::load_scene(path)?))));
-        }
-        let model = Box::new(io::load_model(path)?);
-        let Some(other) = other else { return Ok(Self::Model(model)) };
-        let changed = ChangedScene::new(model.world(), io::load_scene(Path::new(other))?)?;
-        Ok(Self::Changed(model, Box::new(changed)))
+fn load(asked: &str, other: Option<&str>) -> Result<Solver> {
+    let path = Path::new(asked);
+    if path.extension().is_some_and(|extension| extension == "toml") {
+        return Ok(Solver::new(io::load_scene(path)?));
     }
-
-    fn view(&self) -> View<'_> {
-        match self {
-            Self::World(world) => world.view(),
-            Self::Model(model) => model.view(),
-            Self::Changed(model, changed) => model.in_scene(changed),
-        }
+    let solver = Solver::of_model(io::load_model(path)?);
+    match other {
+        Some(other) => Ok(solver.with_scene(io::load_scene(Path::new(other))?)?),
+        None => Ok(solver),
     }
 }
 
@@ -88,32 +69,27 @@ pub fn config(space: &ConfigSpace, line: &str) -> Result<Config> {
 
 /// `refined` with a number of starts or at most so many checks, or the effort of a name.
 pub fn options(effort: &str) -> Result<QueryOptions> {
-    Ok(match effort {
-        "nearest" => QueryOptions { effort: Effort::Nearest, ..QueryOptions::default() },
-        "quick" => QueryOptions { effort: Effort::Quick, ..QueryOptions::default() },
-        "refined" => QueryOptions::default(),
-        "proved" => QueryOptions { effort: Effort::Proved, ..QueryOptions::default() },
-        "exhaustive" => QueryOptions { effort: Effort::Exhaustive, ..QueryOptions::default() },
-        _ => match (effort.parse(), effort.strip_suffix("-checks").map(str::parse)) {
-            (Ok(starts), _) => QueryOptions { starts: Some(starts), ..QueryOptions::default() },
-            (_, Some(Ok(checks))) => {
-                let termination = Termination::after_checks(checks);
-                QueryOptions { termination, ..QueryOptions::default() }
-            }
-            _ => bail!(
-                "expected nearest, refined, exhaustive, a number of starts or of checks (50-checks), found {effort}"
-            ),
-        },
+    let options = QueryOptions::default();
+    if let Ok(effort) = effort.parse() {
+        return Ok(options.effort(effort));
+    }
+    Ok(match (effort.parse(), effort.strip_suffix("-checks").map(str::parse)) {
+        (Ok(starts), _) => options.starts(starts),
+        (_, Some(Ok(checks))) => options.termination(Termination::after_checks(checks)),
+        _ => {
+            bail!("expected nearest, refined, exhaustive, a number of starts or of checks (50-checks), found {effort}")
+        }
     })
 }
 
 /// A small model of `planar-arm`, as `arm.model` in a new folder for the test of that name.
 #[cfg(test)]
 pub fn learned_arm(test: &str) -> std::path::PathBuf {
-    use extricate::{LearnOptions, builtin};
+    use extricate::{LearnOptions, Model, builtin};
     let folder = std::env::temp_dir().join(format!("extricate-bench-{test}-{}", std::process::id()));
     std::fs::create_dir_all(&folder).unwrap();
-    let options = LearnOptions { labels: 3000, seconds: None, ..LearnOptions::default() };
+    let mut options = LearnOptions::default().labels(3000);
+    options.seconds = None;
     let scene = builtin::scene("planar-arm").unwrap();
     let model = Model::learn(scene, &options).unwrap();
     io::save_model(&model, folder.join("arm.model")).unwrap();

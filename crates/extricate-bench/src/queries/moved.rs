@@ -1,4 +1,4 @@
-//! A world in which obstacles moved: what it takes until it is asked, beside a world made anew.
+//! A scene in which obstacles moved: what it takes until it is asked, beside a solver made anew.
 
 use std::io::Write;
 use std::path::Path;
@@ -6,10 +6,11 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use anyhow::{Result, ensure};
-use extricate::geometry::{Body, Pose, Vec3};
+use extricate::geometry::{Body, Pose};
 use extricate::internals::cspace::sampling::Halton;
 use extricate::internals::io;
-use extricate::{Config, QueryOptions, QueryScratch, Scene, World};
+use extricate::internals::math::Vec3;
+use extricate::{Answer, Config, Scene, Solver};
 use rand::seq::IndexedRandom;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -17,24 +18,25 @@ use serde_json::json;
 
 /// Moves, each timed.
 const ROUNDS: usize = 40;
-/// Of these, worlds are made anew beside, and compared.
+/// In the first of these, solvers are made anew beside, and compared.
 const COMPARED: usize = 5;
 /// Obstacles move by up to this along each axis \[m\].
 const FARTHEST: f64 = 0.05;
 
 /// Moves `count` obstacles of the scene at `path` at a time, and writes medians \[s\] as a line of
-/// JSON: `moved` of the changed scene and its world, `first` of what a first query there takes
-/// beyond the same query once more, `anew` of a world made from nothing; and whether both `agree`.
+/// JSON: `moved` of the changed scene and its solver, prepared; `first` of what a first query there
+/// takes beyond the same query once more; `anew` of a solver prepared from nothing; and whether
+/// both `agree`.
 ///
 /// # Errors
 /// For a scene that cannot be read or has fewer obstacles.
 pub fn measure(path: &str, count: usize, mut output: impl Write) -> Result<()> {
     let mut scene = Arc::new(io::load_scene(Path::new(path))?);
-    let obstacles: Vec<String> = scene.bodies.iter().filter(|b| b.is_obstacle()).map(|b| b.name.clone()).collect();
+    let obstacles: Vec<String> = scene.bodies().iter().filter(|b| b.is_obstacle()).map(|b| b.name.clone()).collect();
     ensure!(obstacles.len() >= count, "{path}: got {} obstacles, expected {count} or more", obstacles.len());
-    let mut world = World::new(scene.clone());
+    let mut solver = Solver::new(scene.clone());
+    solver.prepare();
     let (queries, mut rng) = (configs(&scene), ChaCha8Rng::seed_from_u64(1));
-    let (options, mut scratch) = (QueryOptions::default(), QueryScratch::default());
     let (mut moved, mut first, mut anew, mut agree) = (Vec::new(), Vec::new(), Vec::new(), true);
     for (round, q) in queries.iter().cycle().take(ROUNDS).enumerate() {
         let poses: Vec<(&str, Pose)> =
@@ -42,41 +44,44 @@ pub fn measure(path: &str, count: usize, mut output: impl Write) -> Result<()> {
         let poses: Vec<_> = poses.into_iter().map(|(name, pose)| (name, shifted(pose, &mut rng))).collect();
         let began = Instant::now();
         scene = Arc::new(scene.moved(poses)?);
-        world = world.with_scene(scene.clone());
+        solver = solver.with_scene(scene.clone())?;
+        solver.prepare();
         moved.push(began.elapsed().as_secs_f64());
-        let ask = |world: &World, scratch: &mut QueryScratch| {
-            let began = Instant::now();
-            let answer = world.view().query_with(q, &options, scratch);
-            (answer, began.elapsed().as_secs_f64())
-        };
-        let (answer, cold) = ask(&world, &mut scratch);
-        let (_, warm) = ask(&world, &mut scratch);
+        let (answer, cold) = timed(&solver, q);
+        let (_, warm) = timed(&solver, q);
         first.push((cold - warm).max(0.0));
         if round < COMPARED {
             let began = Instant::now();
-            let made = World::new(scene.clone());
+            let made = Solver::new(scene.clone());
+            made.prepare();
             anew.push(began.elapsed().as_secs_f64());
-            agree &= ask(&made, &mut QueryScratch::default()).0 == answer;
+            agree &= made.query(q) == answer;
         }
     }
     let [moved, first, anew] = [moved, first, anew].map(median);
-    let (bodies, pairs) = (scene.bodies.len(), scene.pairs.len());
+    let (bodies, pairs) = (scene.bodies().len(), scene.pairs().len());
     let line =
         json!({ "moved": moved, "first": first, "anew": anew, "agree": agree, "bodies": bodies, "pairs": pairs });
     Ok(writeln!(output, "{line}")?)
 }
 
+fn timed(solver: &Solver, q: &Config) -> (Option<Answer>, f64) {
+    let began = Instant::now();
+    let answer = solver.query(q);
+    (answer, began.elapsed().as_secs_f64())
+}
+
 fn configs(scene: &Scene) -> Vec<Config> {
-    let (halton, mut q) = (Halton::new(scene.space.nv(), 2), vec![0.0; scene.space.nq()]);
+    let (halton, mut q) = (Halton::new(scene.space().nv(), 2), vec![0.0; scene.space().nq()]);
     let config = |index| {
-        halton.config(&scene.space, index, &mut q);
-        scene.space.config(&q).expect("within the limits")
+        halton.config(scene.space(), index, &mut q);
+        scene.space().config(&q).expect("within the limits")
     };
     (0..ROUNDS as u64).map(config).collect()
 }
 
 fn pose_of(scene: &Scene, name: &str) -> Pose {
-    let body: &Body = scene.bodies.iter().find(|body| body.name == name).expect("one of its obstacles");
+    let body: &Body = scene.bodies().iter().find(|body| body.name == name).expect("one of its obstacles");
     body.parts[0].pose_frame_part
 }
 

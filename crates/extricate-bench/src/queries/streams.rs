@@ -6,7 +6,7 @@ use std::path::Path;
 
 use anyhow::{Context, Result, ensure};
 use extricate::internals::io;
-use extricate::{Answer, Config, Model, QueryOptions, QueryScratch, Stream, StreamOptions};
+use extricate::{Answer, Config, Solver, StreamOptions};
 use serde_json::{Value, json};
 
 use super::{WARM_UP, config};
@@ -49,14 +49,14 @@ const SINGLE: usize = 1;
 /// share of frames over 1 ms, and the shares with an answer more than 5 % and 1 % farther than that
 /// of the other; `verified`, the stream's share.
 pub fn compare(model: &str, queries: &str, walk: Walk, mut output: impl Write) -> Result<()> {
-    let model = io::load_model(Path::new(model))?;
+    let solver = Solver::of_model(io::load_model(Path::new(model))?);
     let text = std::fs::read_to_string(queries).with_context(|| queries.to_string())?;
-    let corners = text.lines().map(|line| config(&model.scene().space, line)).collect::<Result<Vec<_>>>()?;
+    let corners = text.lines().map(|line| config(solver.scene().space(), line)).collect::<Result<Vec<_>>>()?;
     ensure!(corners.len() > 1, "{queries}: expected two configurations or more");
     ensure!((1..=walk.steps).contains(&walk.frames), "expected 1 to {} frames a segment", walk.steps);
     ensure!(walk.rounds > 0, "expected a round or more");
-    let motions = motions(&model, &corners, walk);
-    let frames = walked(&model, &motions, walk.rounds);
+    let motions = motions(&solver, &corners, walk);
+    let frames = walked(&solver, &motions, walk.rounds);
     ensure!(!frames.is_empty(), "no frame but the first of a motion collides");
     let mut line = json!({
         "frames": motions.iter().map(Vec::len).sum::<usize>(),
@@ -71,8 +71,8 @@ pub fn compare(model: &str, queries: &str, walk: Walk, mut output: impl Write) -
 }
 
 /// Frames in order, without jumps within one list.
-fn motions(model: &Model, corners: &[Config], walk: Walk) -> Vec<Vec<Config>> {
-    let space = &model.scene().space;
+fn motions(solver: &Solver, corners: &[Config], walk: Walk) -> Vec<Vec<Config>> {
+    let space = solver.scene().space();
     let (mut motions, mut at) = (Vec::new(), vec![0.0; space.nq()]);
     for ends in corners.windows(2) {
         let segment = (0..walk.frames).map(|k| {
@@ -87,10 +87,9 @@ fn motions(model: &Model, corners: &[Config], walk: Walk) -> Vec<Vec<Config>> {
     motions
 }
 
-fn walked(model: &Model, motions: &[Vec<Config>], rounds: usize) -> Vec<Frame> {
-    let (options, mut scratch) = (QueryOptions::default(), QueryScratch::default());
-    let mut stream = Stream::new(StreamOptions { query: options.clone(), ..StreamOptions::default() });
-    model.view().warm_up(&options, &mut scratch, WARM_UP);
+fn walked(solver: &Solver, motions: &[Vec<Config>], rounds: usize) -> Vec<Frame> {
+    let mut stream = solver.stream(StreamOptions::default()).expect("defaults");
+    solver.warm_up(WARM_UP);
     let mut frames: Vec<Frame> = Vec::new();
     for round in 0..rounds {
         let mut counted = 0;
@@ -100,12 +99,11 @@ fn walked(model: &Model, motions: &[Vec<Config>], rounds: usize) -> Vec<Frame> {
             for (k, q) in motion.iter().enumerate() {
                 let mut followed = None;
                 if (k + round) % 2 == 0 {
-                    followed = Some(timed(|| model.view().query_next(q, &mut stream).expect("nothing is locked")));
+                    followed = Some(timed(|| stream.query(q).expect("nothing is locked")));
                 }
-                let (single, alone) =
-                    timed(|| model.view().query_with(q, &options, &mut scratch).expect("nothing is locked"));
-                let (answer, seconds) = followed
-                    .unwrap_or_else(|| timed(|| model.view().query_next(q, &mut stream).expect("nothing is locked")));
+                let (single, alone) = timed(|| solver.query(q).expect("nothing is locked"));
+                let (answer, seconds) =
+                    followed.unwrap_or_else(|| timed(|| stream.query(q).expect("nothing is locked")));
                 // The first that collides is asked as a query on its own.
                 if answer.is_free() || !std::mem::replace(&mut is_followed, true) {
                     continue;

@@ -7,7 +7,7 @@ use super::types::{ExtricateContact, ExtricateExit, ExtricatePair, ExtricateSumm
 use crate::raw;
 use crate::status::guarded;
 
-/// Depth, bound and the other numbers; null for null.
+/// The numbers of an answer, such as depth and lower bound; null for null.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn extricate_answer_summary(answer: *const ExtricateAnswer) -> *const ExtricateSummary {
     // SAFETY: the contract of this module.
@@ -18,17 +18,18 @@ pub unsafe extern "C" fn extricate_answer_summary(answer: *const ExtricateAnswer
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn extricate_answer_witness(answer: *const ExtricateAnswer) -> *const f64 {
     // SAFETY: the contract of this module.
-    unsafe { raw::shared(answer, "answer") }.map_or(std::ptr::null(), |answer| answer.witness.as_ptr())
+    unsafe { raw::shared(answer, "answer") }.map_or(std::ptr::null(), |answer| answer.answer.witness.as_ptr())
 }
 
 /// How the depth changes with the query: `nv` numbers, in tangent coordinates; null for null.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn extricate_answer_gradient(answer: *const ExtricateAnswer) -> *const f64 {
     // SAFETY: the contract of this module.
-    unsafe { raw::shared(answer, "answer") }.map_or(std::ptr::null(), |answer| answer.gradient.as_ptr())
+    unsafe { raw::shared(answer, "answer") }.map_or(std::ptr::null(), |answer| answer.answer.gradient.as_ptr())
 }
 
-/// Pairs that collide at the query: returns how many, and writes where they are.
+/// Pairs that collide at the query, one of them alone with EXTRICATE_NEAREST unless contacts are
+/// told: returns how many, and writes where they are.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn extricate_answer_colliding(
     answer: *const ExtricateAnswer,
@@ -48,15 +49,15 @@ pub unsafe extern "C" fn extricate_answer_touching(
     unsafe { list(answer, pairs, |answer| &answer.touching) }
 }
 
-/// Coordinates of the query beyond their limits: returns how many, and writes where their indices
-/// are.
+/// Coordinates of the query that are beyond their limits: returns how many, and writes where their
+/// indices are.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn extricate_answer_outside(
     answer: *const ExtricateAnswer,
     coordinates: *mut *const usize,
 ) -> usize {
     // SAFETY: the contract of this module.
-    unsafe { list(answer, coordinates, |answer| &answer.outside) }
+    unsafe { list(answer, coordinates, |answer| &answer.answer.outside) }
 }
 
 /// Where bodies touch at the witness: returns how many contacts, and writes where they are.
@@ -69,8 +70,8 @@ pub unsafe extern "C" fn extricate_answer_contacts(
     unsafe { list(answer, contacts, |answer| &answer.contacts) }
 }
 
-/// The distinct exits, nearest first, where more than one was asked for: returns how many, and
-/// writes where they are.
+/// The distinct exits, nearest first, if more than one was asked for: returns how many, and writes
+/// where they are.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn extricate_answer_exits(
     answer: *const ExtricateAnswer,

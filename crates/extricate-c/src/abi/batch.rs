@@ -4,21 +4,20 @@
 
 use std::ops::ControlFlow;
 
-use extricate::{CheckScratch, Checker, Config, Label};
+use extricate::{CheckScratch, Checker, Config, ConfigSpace, Label};
 
 use super::describe;
 use super::handles::ExtricateScene;
 use super::types::{ExtricateOptions, ExtricateStatus, ExtricateSummary};
-use crate::asked::Asked;
 use crate::options::{Wanted, threads as thread_count};
 use crate::raw::{self, Places};
 use crate::status::{Fault, Result, guarded};
 
 /// The nearest free configurations to `count` queries, one after another in `q`, of `nq` numbers
-/// each. Writes `count` witnesses in the same order and `count` summaries; of where nothing free
-/// was found, `found` is false and the witness nan. Each answer is that of extricate_query() alone,
-/// whatever the number of threads (0: one a core). One wrong row fails the call before anything is
-/// queried.
+/// each. Writes `count` witnesses in the same order and `count` summaries. If nothing free was
+/// found for a query, `found` of its summary is false and its witness is nan. Each answer is that
+/// of extricate_query() alone, whatever the number of threads (0: one a core). One wrong row fails
+/// the call before anything is queried.
 #[unsafe(no_mangle)]
 #[allow(clippy::too_many_arguments)]
 pub unsafe extern "C" fn extricate_query_batch(
@@ -38,18 +37,17 @@ pub unsafe extern "C" fn extricate_query_batch(
     let (witnesses, summaries) =
         unsafe { (raw::places(witnesses, all, "witnesses"), raw::places(summaries, count, "summaries")) };
     guarded(|| {
-        let (asked, q, witnesses, summaries) = (&scene?.0, q?, witnesses?, summaries?);
+        let (scene, q, witnesses, summaries) = (scene?, q?, witnesses?, summaries?);
         // SAFETY: the same.
-        let wanted = unsafe { Wanted::read(options, asked.scene()) }?;
-        let configs = configs(asked, (q, count, nq), wanted.refuse_outside)?;
+        let asked = unsafe { Wanted::read(options, scene.scene()) }?.of(&scene.solver)?;
+        let configs = configs(scene.scene().space(), (q, count, nq), &|q| asked.config(q))?;
         let mut rows = witnesses.parts(nq).zip(summaries.parts(1));
-        let (threads, view) = (thread_count(threads)?, asked.view()?);
-        view.query_batch(configs, &wanted.options, threads, &mut |answered| {
+        asked.solver.batch_each(configs, thread_count(threads)?, &mut |answered| {
             let Some((mut witness, mut summary)) = rows.next() else { return ControlFlow::Break(()) };
             match answered.answer {
                 Some(answer) => {
                     summary.fill([describe::summary(&answer)]);
-                    witness.fill(answer.witness);
+                    witness.fill(answer.witness.iter().copied());
                 }
                 None => {
                     summary.fill([describe::NOTHING]);
@@ -62,8 +60,8 @@ pub unsafe extern "C" fn extricate_query_batch(
     })
 }
 
-/// Whether `count` configurations are free: within all limits, and every checked pair keeps the
-/// clearance.
+/// Whether each of `count` configurations is free, as extricate_check() tells it of one. They stand
+/// one after another in `q`, of `nq` numbers each; `threads` is 0 for one a core.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn extricate_check_batch(
     scene: *const ExtricateScene,
@@ -78,16 +76,17 @@ pub unsafe extern "C" fn extricate_check_batch(
     // SAFETY: the same.
     let is_free = unsafe { raw::places(is_free, count, "is_free") };
     guarded(|| {
-        let (asked, q, is_free) = (&scene?.0, q?, is_free?);
-        let configs = configs(asked, (q, count, nq), false)?;
-        let checker = asked.view()?.checker();
+        let (scene, q, is_free) = (scene?, q?, is_free?);
+        let configs = configs_anywhere(scene.scene().space(), (q, count, nq))?;
+        let checker = scene.solver.checker();
         map(&configs, thread_count(threads)?, is_free, |q, scratch| is_free_at(checker, q, scratch));
         Ok(())
     })
 }
 
-/// Least signed distances of any checked pair at `count` configurations \[m\]: negative where two
-/// bodies overlap, infinity where no pair is checked.
+/// The least signed distance of any checked pair \[m\] at each of `count` configurations, as
+/// extricate_distance() tells it of one. They stand one after another in `q`, of `nq` numbers each;
+/// `threads` is 0 for one a core.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn extricate_distance_batch(
     scene: *const ExtricateScene,
@@ -102,28 +101,37 @@ pub unsafe extern "C" fn extricate_distance_batch(
     // SAFETY: the same.
     let distances = unsafe { raw::places(distances, count, "distances") };
     guarded(|| {
-        let (asked, q, distances) = (&scene?.0, q?, distances?);
-        let configs = configs(asked, (q, count, nq), false)?;
-        let checker = asked.view()?.checker();
+        let (scene, q, distances) = (scene?, q?, distances?);
+        let configs = configs_anywhere(scene.scene().space(), (q, count, nq))?;
+        let checker = scene.solver.checker();
         map(&configs, thread_count(threads)?, distances, |q, scratch| checker.clearance(q, scratch));
         Ok(())
     })
 }
 
 /// Free by the glossary's word: within the limits, and nothing collides.
-pub fn is_free_at(checker: &Checker, q: &Config, scratch: &mut CheckScratch) -> bool {
-    checker.scene().space.outside(q).next().is_none() && checker.label(q, scratch) == Label::Free
+fn is_free_at(checker: &Checker, q: &Config, scratch: &mut CheckScratch) -> bool {
+    checker.scene().space().outside(q).next().is_none() && checker.label(q, scratch) == Label::Free
 }
 
-/// All rows, or the first that is no configuration.
-fn configs(asked: &Asked, (q, count, nq): (&[f64], usize, usize), refuse_outside: bool) -> Result<Vec<Config>> {
-    let own = asked.scene().space.nq();
+/// All rows, within the limits or beyond them, or the first that is no configuration.
+fn configs_anywhere(space: &ConfigSpace, rows: (&[f64], usize, usize)) -> Result<Vec<Config>> {
+    configs(space, rows, &|q| Ok(space.config_anywhere(q)?))
+}
+
+/// All rows, or the first that `config` refuses.
+fn configs(
+    space: &ConfigSpace,
+    (q, count, nq): (&[f64], usize, usize),
+    config: &dyn Fn(&[f64]) -> Result<Config>,
+) -> Result<Vec<Config>> {
+    let own = space.nq();
     if nq != own && count > 0 {
         return Err(Fault::argument(format!("nq: got {nq}, expected {own}")));
     }
     let rows = q.chunks_exact(own.max(1)).enumerate();
     let named = |row: usize, fault: Fault| Fault { message: format!("row {row}: {}", fault.message), ..fault };
-    rows.map(|(row, q)| asked.config(q, refuse_outside).map_err(|fault| named(row, fault))).collect()
+    rows.map(|(row, q)| config(q).map_err(|fault| named(row, fault))).collect()
 }
 
 /// Rows that a thread takes at once.
@@ -149,7 +157,7 @@ fn map<T: Copy + Send>(
     };
     std::thread::scope(|scope| {
         for _ in 1..threads.min(configs.len().div_ceil(PART)) {
-            // Where the system starts no more threads, those that there are do the work.
+            // If the system starts no more threads, those that there are do the work.
             let _ = std::thread::Builder::new().spawn_scoped(scope, work);
         }
         work();

@@ -1,11 +1,9 @@
-//! Checks, distances and segments, with the memory of a solver.
+//! Checks, distances and segments.
 
 #![allow(unsafe_code)]
 
 use extricate::SegmentOptions;
-use extricate::internals::collision::signed_distances;
 
-use super::batch::is_free_at;
 use super::describe;
 use super::handles::{ExtricateScene, ExtricateSolver};
 use super::types::{ExtricateSegment, ExtricateStatus};
@@ -16,81 +14,77 @@ use crate::status::{Fault, guarded};
 /// Exact, on the geometry of the scene.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn extricate_check(
-    solver: *mut ExtricateSolver,
+    solver: *const ExtricateSolver,
     q: *const f64,
     nq: usize,
     is_free: *mut bool,
 ) -> ExtricateStatus {
     // SAFETY: the contract of this module.
-    let (solver, q) = unsafe { (raw::exclusive(solver, "solver"), raw::slice(q, nq, "q")) };
+    let (solver, q) = unsafe { (raw::shared(solver, "solver"), raw::slice(q, nq, "q")) };
     // SAFETY: the same.
     let is_free = unsafe { raw::place(is_free, "is_free") };
     guarded(|| {
-        let (solver, is_free) = (solver?, is_free?);
-        let q = solver.asked.config(q?, false)?;
-        let mut scratch = std::mem::take(&mut solver.check_scratch);
-        is_free.put(is_free_at(solver.asked.view()?.checker(), &q, &mut scratch));
-        solver.check_scratch = scratch;
+        let (solver, is_free) = (&solver?.solver, is_free?);
+        let space = solver.scene().space();
+        let q = space.config_anywhere(q?)?;
+        is_free.put(space.outside(&q).next().is_none() && solver.check(&q));
         Ok(())
     })
 }
 
-/// Least signed distance of any checked pair \[m\]: negative where two bodies overlap, infinity
-/// where no pair is checked. Exact where positive, and of convex shapes.
+/// Least signed distance of any checked pair \[m\]: negative if two bodies overlap, infinity if no
+/// pair is checked. It is exact if it is positive, and of convex shapes always.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn extricate_distance(
-    solver: *mut ExtricateSolver,
+    solver: *const ExtricateSolver,
     q: *const f64,
     nq: usize,
     distance: *mut f64,
 ) -> ExtricateStatus {
     // SAFETY: the contract of this module.
-    let (solver, q) = unsafe { (raw::exclusive(solver, "solver"), raw::slice(q, nq, "q")) };
+    let (solver, q) = unsafe { (raw::shared(solver, "solver"), raw::slice(q, nq, "q")) };
     // SAFETY: the same.
     let distance = unsafe { raw::place(distance, "distance") };
     guarded(|| {
-        let (solver, distance) = (solver?, distance?);
-        let q = solver.asked.config(q?, false)?;
-        let mut scratch = std::mem::take(&mut solver.check_scratch);
-        distance.put(solver.asked.view()?.checker().clearance(&q, &mut scratch));
-        solver.check_scratch = scratch;
+        let (solver, distance) = (&solver?.solver, distance?);
+        let q = solver.scene().space().config_anywhere(q?)?;
+        distance.put(solver.distance(&q));
         Ok(())
     })
 }
 
-/// Signed distances of all checked pairs \[m\], by pair; `pair_count` is that of the scene.
+/// Signed distances of all checked pairs \[m\], in the order of extricate_scene_pair();
+/// `pair_count` is extricate_scene_pair_count().
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn extricate_pair_distances(
-    solver: *mut ExtricateSolver,
+    solver: *const ExtricateSolver,
     q: *const f64,
     nq: usize,
     distances: *mut f64,
     pair_count: usize,
 ) -> ExtricateStatus {
     // SAFETY: the contract of this module.
-    let (solver, q) = unsafe { (raw::exclusive(solver, "solver"), raw::slice(q, nq, "q")) };
+    let (solver, q) = unsafe { (raw::shared(solver, "solver"), raw::slice(q, nq, "q")) };
     // SAFETY: the same.
     let distances = unsafe { raw::places(distances, pair_count, "distances") };
     guarded(|| {
-        let (solver, mut distances) = (solver?, distances?);
-        let own = solver.asked.scene().pairs.len();
+        let (solver, mut distances) = (&solver?.solver, distances?);
+        let own = solver.scene().pairs().len();
         if pair_count != own {
             return Err(Fault::argument(format!("pair_count: got {pair_count}, expected {own}")));
         }
-        let q = solver.asked.config(q?, false)?;
-        let mut scratch = std::mem::take(&mut solver.check_scratch);
-        distances.fill(signed_distances(solver.asked.view()?.checker(), &q, &mut scratch));
-        solver.check_scratch = scratch;
+        let q = solver.scene().space().config_anywhere(q?)?;
+        distances.fill(solver.pair_distances(&q));
         Ok(())
     })
 }
 
-/// Whether the whole segment from one configuration to another is free, both within the limits:
-/// proved, not sampled. `resolution` is how closely a first contact is enclosed \[m\]: 1e-4 is
-/// usual.
+/// Whether the whole straight segment from one configuration to another is free: proved, not
+/// sampled. Both ends must be within the limits. `resolution` is how closely a first contact is
+/// enclosed \[m\]; 1e-4 is usual.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn extricate_check_segment(
-    solver: *mut ExtricateSolver,
+    solver: *const ExtricateSolver,
     from: *const f64,
     to: *const f64,
     nq: usize,
@@ -98,26 +92,23 @@ pub unsafe extern "C" fn extricate_check_segment(
     segment: *mut ExtricateSegment,
 ) -> ExtricateStatus {
     // SAFETY: the contract of this module.
-    let (solver, from) = unsafe { (raw::exclusive(solver, "solver"), raw::slice(from, nq, "from")) };
+    let (solver, from) = unsafe { (raw::shared(solver, "solver"), raw::slice(from, nq, "from")) };
     // SAFETY: the same.
     let (to, segment) = unsafe { (raw::slice(to, nq, "to"), raw::place(segment, "segment")) };
     guarded(|| {
-        let (solver, segment) = (solver?, segment?);
+        let (solver, segment) = (&solver?.solver, segment?);
         if !(resolution > 0.0 && resolution.is_finite()) {
             return Err(Fault::argument(format!("resolution: got {resolution}, expected more than 0 [m]")));
         }
-        let (from, to) = (solver.asked.config(from?, true)?, solver.asked.config(to?, true)?);
-        let mut scratch = std::mem::take(&mut solver.check_scratch);
-        let options = SegmentOptions { resolution };
-        let outcome = solver.asked.view()?.checker().segment(&from, &to, &options, &mut scratch);
-        solver.check_scratch = scratch;
-        segment.put(describe::segment(solver.asked.scene(), outcome));
+        let (from, to) = (solver.scene().config(from?)?, solver.scene().config(to?)?);
+        let outcome = solver.check_segment(&from, &to, &SegmentOptions::default().resolution(resolution));
+        segment.put(describe::segment(solver.scene(), outcome));
         Ok(())
     })
 }
 
-/// How far two configurations are from each other, in the scene's metric: what depths are measured
-/// by.
+/// How far two configurations are from each other in the metric of the scene, by which depths are
+/// measured too.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn extricate_metric_distance(
     scene: *const ExtricateScene,
@@ -131,9 +122,10 @@ pub unsafe extern "C" fn extricate_metric_distance(
     // SAFETY: the same.
     let (to, distance) = unsafe { (raw::slice(to, nq, "to"), raw::place(distance, "distance")) };
     guarded(|| {
-        let (asked, distance) = (&scene?.0, distance?);
-        let (from, to) = (asked.config(from?, false)?, asked.config(to?, false)?);
-        distance.put(asked.world()?.metric().distance(&from, &to));
+        let (solver, distance) = (&scene?.solver, distance?);
+        let space = solver.scene().space();
+        let (from, to) = (space.config_anywhere(from?)?, space.config_anywhere(to?)?);
+        distance.put(solver.metric().distance(&from, &to));
         Ok(())
     })
 }

@@ -1,17 +1,17 @@
 //! An answer of the library in the structures of the header. No pointers of callers.
 
-use extricate::{Answer, Contact, PairId, Scene, SegmentOutcome, Unproved};
+use extricate::{Answer, Contact, PairId, Scene, SegmentOutcome};
 
 use super::handles::ExtricateAnswer;
 use super::types::{
-    EXTRICATE_IS_PROVED, EXTRICATE_UNPROVED_SHALLOW, EXTRICATE_UNPROVED_SURFACES, ExtricateContact, ExtricateExit,
-    ExtricatePair, ExtricateSegment, ExtricateSummary,
+    EXTRICATE_IS_PROVED, ExtricateContact, ExtricateExit, ExtricatePair, ExtricateSegment, ExtricateSummary,
 };
+use crate::numbers::{UNPROVED, number};
 
-/// Where there is no pair.
+/// What stands for a pair if there is none.
 pub const NO_PAIR: ExtricatePair = ExtricatePair { first: usize::MAX, second: usize::MAX };
 
-/// Where nothing free was found.
+/// The summary of a query for which nothing free was found.
 pub const NOTHING: ExtricateSummary = ExtricateSummary {
     depth: f64::INFINITY,
     lower_bound: 0.0,
@@ -45,11 +45,7 @@ pub fn summary(answer: &Answer) -> ExtricateSummary {
         segment_colliding_until: or_nan(answer.segment.map(|segment| segment.colliding_until)),
         segment_free_from: or_nan(answer.segment.map(|segment| segment.free_from)),
         checks: answer.checks as u64,
-        unproved: match answer.unproved {
-            None => EXTRICATE_IS_PROVED,
-            Some(Unproved::Surfaces) => EXTRICATE_UNPROVED_SURFACES,
-            Some(Unproved::Shallow) => EXTRICATE_UNPROVED_SHALLOW,
-        },
+        unproved: answer.unproved.map_or(EXTRICATE_IS_PROVED, |why| number(UNPROVED, why)),
         found: true,
         is_free: answer.is_free(),
         verified: answer.verified,
@@ -61,29 +57,16 @@ pub fn summary(answer: &Answer) -> ExtricateSummary {
 /// All of an answer.
 pub fn answer(scene: &Scene, answer: Answer) -> ExtricateAnswer {
     let pairs = |pairs: &[PairId]| pairs.iter().map(|id| pair(scene, *id)).collect();
-    let contact = |contact: &Contact| ExtricateContact {
-        pair: pair(scene, contact.pair),
-        distance: contact.distance,
-        point_first: contact.point_first.into(),
-        point_second: contact.point_second.into(),
-        normal: contact.normal.into(),
+    let contact = |contact: &Contact| {
+        let [point_first, point_second] = contact.points();
+        let (pair, distance, normal) = (pair(scene, contact.pair), contact.distance, contact.normal());
+        ExtricateContact { pair, distance, point_first, point_second, normal }
     };
-    let (summary, colliding, touching) = (summary(&answer), pairs(&answer.colliding), pairs(&answer.touching));
+    let (colliding, touching) = (pairs(&answer.colliding), pairs(&answer.touching));
     let contacts = answer.contacts.iter().map(contact).collect();
-    let (depths, witnesses): (Vec<f64>, Vec<Vec<f64>>) =
-        answer.exits.into_iter().map(|exit| (exit.depth, exit.witness)).unzip();
-    let exit = |(depth, witness): (f64, &Vec<f64>)| ExtricateExit { depth, witness: witness.as_ptr() };
-    ExtricateAnswer {
-        summary,
-        witness: answer.witness,
-        gradient: answer.gradient,
-        colliding,
-        touching,
-        outside: answer.outside,
-        contacts,
-        exits: depths.into_iter().zip(&witnesses).map(exit).collect(),
-        _exit_witnesses: witnesses,
-    }
+    let exits = answer.exits.iter().map(|exit| ExtricateExit { depth: exit.depth, witness: exit.witness.as_ptr() });
+    let (summary, exits) = (summary(&answer), exits.collect());
+    ExtricateAnswer { summary, colliding, touching, contacts, exits, answer }
 }
 
 /// What is known of a segment.
@@ -98,9 +81,11 @@ pub fn segment(scene: &Scene, outcome: SegmentOutcome) -> ExtricateSegment {
         SegmentOutcome::Undecided { free_until, near_at, pair: id } => {
             ExtricateSegment { is_free: false, collides: false, free_until, at: near_at, pair: pair(scene, id) }
         }
+        // The library may come to know of more outcomes: nothing is told of them.
+        _ => ExtricateSegment { is_free: false, collides: false, free_until: 0.0, at: f64::NAN, pair: NO_PAIR },
     }
 }
 
 fn pair(scene: &Scene, id: PairId) -> ExtricatePair {
-    scene.pairs.get(id.index()).map_or(NO_PAIR, |pair| ExtricatePair { first: pair.first, second: pair.second })
+    scene.pairs().get(id.index()).map_or(NO_PAIR, |pair| ExtricatePair { first: pair.first, second: pair.second })
 }

@@ -1,44 +1,95 @@
 //! What handles hold. To the header they are opaque.
 
-use std::sync::Arc;
+use std::ffi::CString;
+use std::sync::{Arc, OnceLock};
 
-use extricate::{CheckScratch, QueryScratch, Stream};
+use extricate::{Answer, Config, Scene, Solver, Stream, StreamOptions};
 
 use crate::abi::types::{ExtricateContact, ExtricateExit, ExtricatePair, ExtricateSummary};
-use crate::asked::Asked;
-use crate::options::Wanted;
+use crate::status::{Result, c_string};
 
-/// A scene, or a model in its scene or in another one. Immutable; may be shared between threads.
-pub struct ExtricateScene(pub(crate) Arc<Asked>);
-
-/// Options of queries of one scene, and memory. One for each thread.
-pub struct ExtricateSolver {
-    pub(crate) asked: Arc<Asked>,
-    pub(crate) wanted: Wanted,
-    pub(crate) scratch: QueryScratch,
-    pub(crate) check_scratch: CheckScratch,
+/// A scene, perhaps with a model that was learned of it or of a scene like it. It never changes.
+pub struct ExtricateScene {
+    /// With the usual options.
+    pub(crate) solver: Solver,
+    names: OnceLock<Names>,
 }
 
-/// Queries that follow each other closely. One for each thread.
+/// A scene with options of queries. Only extricate_solver_set_options() changes it.
+pub struct ExtricateSolver {
+    /// With the options of the caller.
+    pub(crate) solver: Solver,
+    /// Whether configurations beyond the limits are refused.
+    pub(crate) refuse_outside: bool,
+}
+
+/// Queries that follow each other closely, each of which begins with the exit of the one before.
 pub struct ExtricateStream {
-    pub(crate) asked: Arc<Asked>,
-    pub(crate) wanted: Wanted,
-    pub(crate) hysteresis: f64,
-    pub(crate) starts_per_frame: usize,
+    /// The solver of the scene that the stream began in, with the options of its queries.
+    pub(crate) first: ExtricateSolver,
+    pub(crate) options: StreamOptions,
+    /// The solver of the scene of the next frame.
+    pub(crate) solver: Solver,
     /// None after a fault of this library, which may have left it half written.
     pub(crate) stream: Option<Stream>,
 }
 
-/// An answer. Immutable; may be shared between threads.
+/// The answer to a query. It never changes, and what its functions point to lives as long as it.
 pub struct ExtricateAnswer {
     pub(crate) summary: ExtricateSummary,
-    pub(crate) witness: Vec<f64>,
-    pub(crate) gradient: Vec<f64>,
     pub(crate) colliding: Vec<ExtricatePair>,
     pub(crate) touching: Vec<ExtricatePair>,
-    pub(crate) outside: Vec<usize>,
     pub(crate) contacts: Vec<ExtricateContact>,
+    /// They point into `answer`.
     pub(crate) exits: Vec<ExtricateExit>,
-    /// What the exits point to.
-    pub(crate) _exit_witnesses: Vec<Vec<f64>>,
+    pub(crate) answer: Answer,
+}
+
+/// Names as C reads them.
+pub struct Names {
+    /// Names of the joints, in the order of coordinates.
+    pub joints: Vec<CString>,
+    /// Names of the bodies, in the order of their indices.
+    pub bodies: Vec<CString>,
+    /// What the user should know.
+    pub warnings: Vec<CString>,
+}
+
+/// Threads share scenes and solvers, as the header says.
+const _: fn() = || {
+    fn is_shared<T: Send + Sync>() {}
+    is_shared::<ExtricateScene>();
+    is_shared::<ExtricateSolver>();
+};
+
+impl ExtricateScene {
+    /// The handle of a solver with the usual options.
+    pub fn new(solver: Solver) -> Self {
+        Self { solver, names: OnceLock::new() }
+    }
+
+    /// The scene.
+    pub fn scene(&self) -> &Arc<Scene> {
+        self.solver.scene()
+    }
+
+    /// Names of joints and bodies, and warnings.
+    pub fn names(&self) -> &Names {
+        self.names.get_or_init(|| Names {
+            joints: self.scene().joints().iter().map(|joint| c_string(&joint.name)).collect(),
+            bodies: self.scene().bodies().iter().map(|body| c_string(&body.name)).collect(),
+            warnings: self.scene().warnings().iter().map(|warning| c_string(warning)).collect(),
+        })
+    }
+}
+
+impl ExtricateSolver {
+    /// A configuration to query.
+    ///
+    /// # Errors
+    /// If it is of the wrong length, not finite, or beyond limits while that is refused.
+    pub fn config(&self, q: &[f64]) -> Result<Config> {
+        let scene = self.solver.scene();
+        Ok(if self.refuse_outside { scene.config(q) } else { scene.space().config_anywhere(q) }?)
+    }
 }

@@ -5,21 +5,18 @@
 use std::ffi::{CStr, CString, c_char};
 use std::path::Path;
 
-use extricate::internals::scene::import::joint_positions;
-use extricate::internals::scene::named_configs::config_of;
-use extricate::{LoadLimits, Manifold, MetricKind};
+use extricate::files::joint_positions;
+use extricate::{LoadLimits, Manifold};
 
 use super::handles::ExtricateScene;
-use super::types::{
-    EXTRICATE_ABI, EXTRICATE_METRIC_JOINT, EXTRICATE_METRIC_MAX_DISPLACEMENT, EXTRICATE_METRIC_OBJECT_NORM,
-    ExtricatePair, ExtricateStatus,
-};
+use super::types::{EXTRICATE_ABI, EXTRICATE_METRIC_JOINT, ExtricatePair, ExtricateStatus};
+use crate::numbers::{METRICS, number};
 use crate::raw;
 use crate::status::{Fault, guarded, last_error};
 
 /// What the last call that failed on this thread says is wrong: file or argument, value, and what
-/// was expected. Empty where none failed. It stays until the next call on this thread fails, or the
-/// thread ends: destructors of its variables may find that messages are gone.
+/// was expected. It is empty if none failed, and stays until the next call on this thread fails, or
+/// the thread ends: destructors of its variables may find that messages are gone.
 #[unsafe(no_mangle)]
 pub extern "C" fn extricate_last_error() -> *const c_char {
     last_error(CStr::as_ptr)
@@ -46,35 +43,36 @@ pub extern "C" fn extricate_abi() -> u32 {
     EXTRICATE_ABI
 }
 
-/// Coordinates of a configuration; 0 for null.
+/// How many coordinates a configuration has; 0 for null.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn extricate_scene_nq(scene: *const ExtricateScene) -> usize {
     // SAFETY: the contract of this module.
-    unsafe { raw::shared(scene, "scene") }.map_or(0, |scene| scene.0.scene().space.nq())
+    unsafe { raw::shared(scene, "scene") }.map_or(0, |scene| scene.scene().space().nq())
 }
 
-/// Tangent coordinates: one a coordinate, three for a rotation; 0 for null.
+/// How many tangent coordinates there are: one for each coordinate, but three for a rotation, which
+/// has four coordinates; 0 for null.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn extricate_scene_nv(scene: *const ExtricateScene) -> usize {
     // SAFETY: the contract of this module.
-    unsafe { raw::shared(scene, "scene") }.map_or(0, |scene| scene.0.scene().space.nv())
+    unsafe { raw::shared(scene, "scene") }.map_or(0, |scene| scene.scene().space().nv())
 }
 
-/// Joints that have coordinates, in the order of these; 0 for null.
+/// How many joints have coordinates; 0 for null. They are counted in the order of coordinates.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn extricate_scene_joint_count(scene: *const ExtricateScene) -> usize {
     // SAFETY: the contract of this module.
-    unsafe { raw::shared(scene, "scene") }.map_or(0, |scene| scene.0.scene().joints.len())
+    unsafe { raw::shared(scene, "scene") }.map_or(0, |scene| scene.scene().joints().len())
 }
 
-/// Name of a joint, which lives as long as the scene; null where there is none.
+/// Name of a joint, which lives as long as the scene; null if there is no such joint.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn extricate_scene_joint_name(scene: *const ExtricateScene, index: usize) -> *const c_char {
     // SAFETY: the contract of this module.
-    unsafe { raw::shared(scene, "scene") }.map_or(std::ptr::null(), |scene| nth(&scene.0.names().joints, index))
+    unsafe { raw::shared(scene, "scene") }.map_or(std::ptr::null(), |scene| nth(&scene.names().joints, index))
 }
 
-/// The first coordinate of a joint and how many it has; 0 and 0 where there is no such joint.
+/// The first coordinate of a joint and how many it has; 0 and 0 if there is no such joint.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn extricate_scene_joint_coordinates(
     scene: *const ExtricateScene,
@@ -87,15 +85,15 @@ pub unsafe extern "C" fn extricate_scene_joint_coordinates(
         unsafe { (raw::shared(scene, "scene"), raw::place(first, "first"), raw::place(count, "count")) };
     guarded(|| {
         let (first, count) = (first?, count?);
-        let range = scene?.0.scene().joints.get(index).map_or(0..0, |joint| joint.q.clone());
+        let range = scene?.scene().joints().get(index).map_or(0..0, |joint| joint.q.clone());
         first.put(range.start);
         count.put(range.len());
         Ok(())
     })
 }
 
-/// Limits of all coordinates: `nq` lower and `nq` upper ones. Angles of continuous joints have
-/// minus and plus pi, which are the same place; quaternions minus and plus 1.
+/// Limits of all coordinates: `nq` lower and `nq` upper ones. Those of a continuous joint are minus
+/// and plus pi, which are the same place; those of a quaternion are minus and plus 1.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn extricate_scene_limits(
     scene: *const ExtricateScene,
@@ -108,7 +106,7 @@ pub unsafe extern "C" fn extricate_scene_limits(
     // SAFETY: the same.
     let (lower, upper) = unsafe { (raw::places(lower, nq, "lower"), raw::places(upper, nq, "upper")) };
     guarded(|| {
-        let (space, mut lower, mut upper) = (&scene?.0.scene().space, lower?, upper?);
+        let (space, mut lower, mut upper) = (scene?.scene().space(), lower?, upper?);
         let own = space.nq();
         if nq != own {
             return Err(Fault::argument(format!("nq: got {nq}, expected {own}")));
@@ -146,18 +144,19 @@ pub unsafe extern "C" fn extricate_scene_config(
     // SAFETY: the same.
     let q = unsafe { raw::places(q, nq, "q") };
     guarded(|| {
-        let (scene, names, positions, mut q) = (scene?.0.scene(), names?, positions?, q?);
-        let own = scene.space.nq();
+        let (scene, names, positions, mut q) = (scene?.scene(), names?, positions?, q?);
+        let own = scene.space().nq();
         if nq != own {
             return Err(Fault::argument(format!("nq: got {nq}, expected {own}")));
         }
-        q.fill(config_of(scene, names.into_iter().zip(positions.chunks_exact(1)))?.values);
+        q.fill(scene.config_of(names.into_iter().zip(positions.chunks_exact(1)))?.values);
         Ok(())
     })
 }
 
-/// The same of a message as text: a JointState, alone or in a RobotState, a PlanningScene or a
-/// request to plan. The end of `name` tells what it is: .yaml or .json; messages repeat the name.
+/// The configuration that a message of ROS holds as text: a JointState, alone or in a RobotState, a
+/// PlanningScene or a request to plan. The end of `name` tells what it is: .yaml or .json; messages
+/// repeat the name.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn extricate_scene_config_text(
     scene: *const ExtricateScene,
@@ -171,45 +170,45 @@ pub unsafe extern "C" fn extricate_scene_config_text(
     // SAFETY: the same.
     let (name, text, q) = unsafe { (raw::text(name, "name"), raw::text(text, "text"), raw::places(q, nq, "q")) };
     guarded(|| {
-        let (scene, mut q) = (scene?.0.scene(), q?);
-        let own = scene.space.nq();
+        let (scene, mut q) = (scene?.scene(), q?);
+        let own = scene.space().nq();
         if nq != own {
             return Err(Fault::argument(format!("nq: got {nq}, expected {own}")));
         }
         let positions = joint_positions(Path::new(name?), text?, &LoadLimits::default())?;
         let named = positions.iter().map(|(name, position)| (name.as_str(), std::slice::from_ref(position)));
-        q.fill(config_of(scene, named)?.values);
+        q.fill(scene.config_of(named)?.values);
         Ok(())
     })
 }
 
-/// Bodies: links with geometry, obstacles, attached objects; 0 for null.
+/// How many bodies there are: links with geometry, obstacles, attached objects; 0 for null.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn extricate_scene_body_count(scene: *const ExtricateScene) -> usize {
     // SAFETY: the contract of this module.
-    unsafe { raw::shared(scene, "scene") }.map_or(0, |scene| scene.0.scene().bodies.len())
+    unsafe { raw::shared(scene, "scene") }.map_or(0, |scene| scene.scene().bodies().len())
 }
 
-/// Name of a body, which lives as long as the scene; null where there is none.
+/// Name of a body, which lives as long as the scene; null if there is no such body.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn extricate_scene_body_name(scene: *const ExtricateScene, index: usize) -> *const c_char {
     // SAFETY: the contract of this module.
-    unsafe { raw::shared(scene, "scene") }.map_or(std::ptr::null(), |scene| nth(&scene.0.names().bodies, index))
+    unsafe { raw::shared(scene, "scene") }.map_or(std::ptr::null(), |scene| nth(&scene.names().bodies, index))
 }
 
-/// Checked pairs; 0 for null.
+/// How many pairs of bodies are checked; 0 for null.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn extricate_scene_pair_count(scene: *const ExtricateScene) -> usize {
     // SAFETY: the contract of this module.
-    unsafe { raw::shared(scene, "scene") }.map_or(0, |scene| scene.0.scene().pairs.len())
+    unsafe { raw::shared(scene, "scene") }.map_or(0, |scene| scene.scene().pairs().len())
 }
 
-/// A checked pair; both indices are SIZE_MAX where there is none.
+/// A checked pair; both indices are SIZE_MAX if there is no such pair.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn extricate_scene_pair(scene: *const ExtricateScene, index: usize) -> ExtricatePair {
     // SAFETY: the contract of this module.
     let scene = unsafe { raw::shared(scene, "scene") };
-    let pair = scene.ok().and_then(|scene| scene.0.scene().pairs.get(index).copied());
+    let pair = scene.ok().and_then(|scene| scene.scene().pairs().get(index).copied());
     pair.map_or(super::describe::NO_PAIR, |pair| ExtricatePair { first: pair.first, second: pair.second })
 }
 
@@ -218,41 +217,38 @@ pub unsafe extern "C" fn extricate_scene_pair(scene: *const ExtricateScene, inde
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn extricate_scene_clearance(scene: *const ExtricateScene) -> f64 {
     // SAFETY: the contract of this module.
-    unsafe { raw::shared(scene, "scene") }.map_or(f64::NAN, |scene| scene.0.scene().clearance)
+    unsafe { raw::shared(scene, "scene") }.map_or(f64::NAN, |scene| scene.scene().clearance())
 }
 
-/// EXTRICATE_METRIC_JOINT and so on, which distances are measured by.
+/// EXTRICATE_METRIC_JOINT or another metric, by which depths are measured.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn extricate_scene_metric(scene: *const ExtricateScene) -> u32 {
     // SAFETY: the contract of this module.
     let scene = unsafe { raw::shared(scene, "scene") };
-    scene.map_or(EXTRICATE_METRIC_JOINT, |scene| match scene.0.scene().metric {
-        MetricKind::Joint => EXTRICATE_METRIC_JOINT,
-        MetricKind::ObjectNorm => EXTRICATE_METRIC_OBJECT_NORM,
-        MetricKind::MaxDisplacement => EXTRICATE_METRIC_MAX_DISPLACEMENT,
-    })
+    scene.map_or(EXTRICATE_METRIC_JOINT, |scene| number(METRICS, scene.scene().metric()))
 }
 
-/// Whether there is a model, of this scene or of the one that it was made from.
+/// Whether a model was learned of this very scene, which extricate_save() then writes. A changed
+/// scene keeps the model of the scene before, whose samples are starts of queries there.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn extricate_scene_is_learned(scene: *const ExtricateScene) -> bool {
     // SAFETY: the contract of this module.
-    unsafe { raw::shared(scene, "scene") }.is_ok_and(|scene| scene.0.model().is_some())
+    unsafe { raw::shared(scene, "scene") }.is_ok_and(|scene| scene.solver.is_learned())
 }
 
-/// Things to know of the scene: open meshes, defaults taken, what a message of MoveIt says that is
-/// not taken; 0 for null.
+/// How many warnings there are, things to know of the scene: open meshes, defaults taken, what a
+/// message of MoveIt says that is not taken; 0 for null.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn extricate_scene_warning_count(scene: *const ExtricateScene) -> usize {
     // SAFETY: the contract of this module.
-    unsafe { raw::shared(scene, "scene") }.map_or(0, |scene| scene.0.scene().warnings.len())
+    unsafe { raw::shared(scene, "scene") }.map_or(0, |scene| scene.scene().warnings().len())
 }
 
-/// A warning, which lives as long as the scene; null where there is none.
+/// A warning, which lives as long as the scene; null if there is no such warning.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn extricate_scene_warning(scene: *const ExtricateScene, index: usize) -> *const c_char {
     // SAFETY: the contract of this module.
-    unsafe { raw::shared(scene, "scene") }.map_or(std::ptr::null(), |scene| nth(&scene.0.names().warnings, index))
+    unsafe { raw::shared(scene, "scene") }.map_or(std::ptr::null(), |scene| nth(&scene.names().warnings, index))
 }
 
 fn nth(texts: &[CString], index: usize) -> *const c_char {

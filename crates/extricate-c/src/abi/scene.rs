@@ -3,36 +3,37 @@
 #![allow(unsafe_code)]
 
 use std::ffi::c_char;
+use std::fs::File;
+use std::io::Read;
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 
-use extricate::internals::io;
-use extricate::internals::scene::file;
-use extricate::{LearnOptions, Model, builtin, save_model};
+use extricate::entries::{assemble_scene, parse};
+use extricate::files::{check_model_output, check_regular};
+use extricate::{LearnOptions, Model, Scene, Solver, builtin, load_model, load_scene, save_model};
 
 use super::handles::ExtricateScene;
 use super::types::{ExtricateStatus, ExtricateText};
-use crate::asked::Asked;
 use crate::options::threads as thread_count;
 use crate::raw;
 use crate::status::{Fault, Result, guarded};
 
-/// Loads a scene file (TOML), a URDF, as a scene of that robot alone, or a model file.
+/// Loads a scene file (TOML); a URDF, as a scene of that robot alone; or a model file, as the scene
+/// that was learned, with the model.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn extricate_load(path: *const c_char, scene: *mut *mut ExtricateScene) -> ExtricateStatus {
     // SAFETY: the contract of this module.
     let (path, scene) = unsafe { (raw::text(path, "path"), raw::place(scene, "scene")) };
     guarded(|| {
         let (path, scene) = (path?, scene?);
-        scene.hand_over(ExtricateScene(Arc::new(Asked::load(Path::new(path))?)));
+        scene.hand_over(ExtricateScene::new(load(Path::new(path))?));
         Ok(())
     })
 }
 
 /// Makes a scene of the text of a scene file (TOML) or of a URDF, without a file.
 ///
-/// Paths in it start from `folder`, null for the working directory. Where a path in the text is one
-/// of `texts`, that text stands for the file: so a URDF that a program holds needs no file either.
+/// Paths in it start from `folder`, null for the working directory. If a path in the text is one of
+/// `texts`, that text stands for the file: so a URDF that a program holds needs no file either.
 /// Meshes are read from files.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn extricate_scene_from_text(
@@ -48,7 +49,8 @@ pub unsafe extern "C" fn extricate_scene_from_text(
     let (texts, scene) = unsafe { (named_texts(texts, text_count), raw::place(scene, "scene")) };
     guarded(|| {
         let (text, folder, texts, scene) = (text?, folder?, texts?, scene?);
-        scene.hand_over(ExtricateScene(Arc::new(of_text(text, Path::new(folder.unwrap_or_default()), &texts)?)));
+        let made = of_text(text, Path::new(folder.unwrap_or_default()), &texts)?;
+        scene.hand_over(ExtricateScene::new(Solver::new(made)));
         Ok(())
     })
 }
@@ -63,16 +65,17 @@ pub unsafe extern "C" fn extricate_scene_builtin(
     let (name, scene) = unsafe { (raw::text(name, "name"), raw::place(scene, "scene")) };
     guarded(|| {
         let (name, scene) = (name?, scene?);
-        scene.hand_over(ExtricateScene(Arc::new(Asked::of_scene(builtin::scene(name)?))));
+        scene.hand_over(ExtricateScene::new(Solver::new(builtin::scene(name)?)));
         Ok(())
     })
 }
 
-/// Learns a model of the scene, which adds stored samples as starts: seconds for most cells.
+/// Learns a model of the scene: stored samples, from which queries start too. It takes seconds for
+/// most robots. The result is the same scene with the model.
 ///
 /// `labels` are the exact checks to spend, 0 for the usual number; `seconds` is the most time, more
 /// than 0, infinity for no limit; `threads` is 0 for one a core. The model depends on scene, labels
-/// and seed alone, unless time ended it.
+/// and seed alone, unless the limit in seconds ended learning.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn extricate_learn(
     scene: *const ExtricateScene,
@@ -86,12 +89,11 @@ pub unsafe extern "C" fn extricate_learn(
     let (scene, model) = unsafe { (raw::shared(scene, "scene"), raw::place(model, "model")) };
     guarded(|| {
         let (scene, model) = (scene?, model?);
-        let usual = LearnOptions::default();
-        let labels = if labels == 0 { usual.labels } else { labels };
-        let seconds = (seconds != f64::INFINITY).then_some(seconds);
-        let options = LearnOptions { labels, seconds, seed, threads: thread_count(threads)? };
-        let learned = Model::learn(scene.0.scene().clone(), &options)?;
-        model.hand_over(ExtricateScene(Arc::new(Asked::of_model(learned))));
+        let mut options = LearnOptions::default().seed(seed).threads(thread_count(threads)?);
+        options.labels = if labels == 0 { options.labels } else { labels };
+        options.seconds = (seconds != f64::INFINITY).then_some(seconds);
+        let learned = Model::learn(Scene::clone(scene.scene()), &options)?;
+        model.hand_over(ExtricateScene::new(Solver::of_model(learned)));
         Ok(())
     })
 }
@@ -104,19 +106,22 @@ pub unsafe extern "C" fn extricate_save(model: *const ExtricateScene, path: *con
     guarded(|| {
         let (model, path) = (model?, Path::new(path?));
         let nothing = || Fault::argument("model: got a scene of which nothing was learned, expected a learned model");
-        let learned = model.0.learned().ok_or_else(nothing)?;
-        io::check_model_output(path)?;
+        let learned = model.solver.model().filter(|_| model.solver.is_learned()).ok_or_else(nothing)?;
+        check_model_output(path)?;
         Ok(save_model(learned, path)?)
     })
 }
 
-/// Prepares the scene for queries: what the first solver or check would do. Takes milliseconds to
-/// seconds, the longest for meshes.
+/// Prepares the scene for queries, as the first query or check of it does if this was not called.
+/// It takes milliseconds to seconds, the longest for meshes.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn extricate_scene_prepare(scene: *const ExtricateScene) -> ExtricateStatus {
     // SAFETY: the contract of this module.
     let scene = unsafe { raw::shared(scene, "scene") };
-    guarded(|| scene?.0.view().map(drop))
+    guarded(|| {
+        scene?.solver.prepare();
+        Ok(())
+    })
 }
 
 /// Frees a scene; solvers, streams and answers that were made of it stay.
@@ -143,12 +148,26 @@ unsafe fn named_texts<'a>(texts: *const ExtricateText, count: usize) -> Result<V
     texts.iter().enumerate().map(named).collect()
 }
 
-/// Name of a scene that was no file.
+/// As much of a file as tells whether it is a model \[bytes\].
+const HEAD: u64 = 4096;
+
+/// A scene file, a URDF or a model file.
+fn load(path: &Path) -> Result<Solver> {
+    let mut head = Vec::new();
+    // What cannot be read, and a pipe, on which opening would wait, is refused below in the
+    // library's words.
+    if let Ok(file) = check_regular(path).and_then(|_| File::open(path)) {
+        let _ = file.take(HEAD).read_to_end(&mut head);
+    }
+    Ok(if Model::is_model(&head) { Solver::of_model(load_model(path)?) } else { Solver::new(load_scene(path)?) })
+}
+
+/// What messages call a scene that was no file.
 const NAME: &str = "scene";
-/// Name of a URDF that was no file.
+/// What messages call a URDF that was no file.
 const URDF: &str = "robot.urdf";
 
-fn of_text(text: &str, folder: &Path, texts: &[(&str, &str)]) -> Result<Asked> {
+fn of_text(text: &str, folder: &Path, texts: &[(&str, &str)]) -> Result<Scene> {
     let path = |name: &str| folder.join(name).display().to_string();
     let mut known: Vec<(String, String)> = texts.iter().map(|(at, text)| (path(at), text.to_string())).collect();
     let is_urdf = text.trim_start_matches('\u{feff}').trim_start().starts_with('<');
@@ -159,8 +178,7 @@ fn of_text(text: &str, folder: &Path, texts: &[(&str, &str)]) -> Result<Asked> {
         text.to_string()
     };
     let name: PathBuf = folder.join(NAME);
-    let entries = file::parse(NAME, &entries)?;
-    Ok(Asked::of_scene(io::assemble_scene(&name.display().to_string(), &entries, &known)?))
+    Ok(assemble_scene(&name.display().to_string(), &parse(NAME, &entries)?, &known)?)
 }
 
 #[cfg(test)]
@@ -174,13 +192,26 @@ mod tests {
     #[test]
     fn texts_stand_for_files() {
         let alone = of_text(ROBOT, Path::new(""), &[]).unwrap();
-        assert_eq!(alone.scene().space.nq(), 1);
+        assert_eq!(alone.space().nq(), 1);
         let scene = "[[robot]]\nurdf = 'arm.urdf'\n[[obstacle]]\nname = 'box'\nshape = { box = [1, 1, 1] }";
         let both = of_text(scene, Path::new("some/folder"), &[("arm.urdf", ROBOT)]).unwrap();
-        assert_eq!(both.scene().pairs.len(), 1);
+        assert_eq!(both.pairs().len(), 1);
         let missing = of_text(scene, Path::new("some/folder"), &[]).map(drop).unwrap_err();
         assert!(missing.message.contains("arm.urdf"), "{missing:?}");
         let wrong = of_text("[[robot]]\nurd = 'a'", Path::new(""), &[]).map(drop).unwrap_err();
         assert!(wrong.message.starts_with("scene: line 2"), "{wrong:?}");
+    }
+
+    #[test]
+    fn models_and_scenes_are_told_by_their_bytes() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("arm.model");
+        let options = LearnOptions::default().labels(2_000);
+        let model = Model::learn(builtin::scene("planar-arm").unwrap(), &options).unwrap();
+        save_model(&model, &path).unwrap();
+        assert!(load(&path).unwrap().is_learned());
+        let missing = load(&folder.path().join("none.toml")).map(drop).unwrap_err();
+        assert!(missing.message.contains("none.toml"), "{missing:?}");
+        assert!(load(folder.path()).map(drop).unwrap_err().message.contains("directory"));
     }
 }

@@ -1,9 +1,7 @@
 //! Queries that follow each other closely, as from a simulation: each begins with the exit of the
-//! last one.
+//! one before.
 
 #![allow(unsafe_code)]
-
-use std::sync::Arc;
 
 use extricate::{Stream, StreamOptions};
 
@@ -11,15 +9,17 @@ use super::describe;
 use super::handles::{ExtricateAnswer, ExtricateScene, ExtricateStream};
 use super::solver::nothing_free;
 use super::types::{ExtricateOptions, ExtricateStatus};
-use crate::options::Wanted;
+use crate::options::{Wanted, fault};
 use crate::raw;
 use crate::status::{Fault, guarded};
 
-/// Makes a stream of queries of the scene, which it keeps. One for each thread.
+/// Makes a stream, which answers queries that follow each other closely, the frames of one motion.
+/// Each begins with the exit of the one before. The stream keeps the scene; one thread at a time
+/// may use it.
 ///
 /// The exit of the last frame is kept until another is nearer by more than the share `hysteresis`
 /// of its depth, in \[0, 1); 0 always takes the nearest. `starts_per_frame` other starts are tried
-/// each frame; 4 are usual.
+/// each frame; 2 are usual.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn extricate_stream_new(
     scene: *const ExtricateScene,
@@ -31,19 +31,19 @@ pub unsafe extern "C" fn extricate_stream_new(
     // SAFETY: the contract of this module.
     let (scene, stream) = unsafe { (raw::shared(scene, "scene"), raw::place(stream, "stream")) };
     guarded(|| {
-        let (asked, stream) = (Arc::clone(&scene?.0), stream?);
-        if !(0.0..1.0).contains(&hysteresis) {
-            return Err(Fault::argument(format!("hysteresis: got {hysteresis}, expected 0 or more, and less than 1")));
-        }
+        let (scene, stream) = (scene?, stream?);
         // SAFETY: the same.
-        let wanted = unsafe { Wanted::read(options, asked.scene()) }?;
-        if wanted.options.exits > 1 || wanted.options.toward.is_some() {
-            return Err(Fault::argument(
-                "options: got several exits or a goal, expected none: a stream follows one exit",
-            ));
+        let wanted = unsafe { Wanted::read(options, scene.scene()) }?;
+        if wanted.options.exits > 1 {
+            return Err(fault("exits", wanted.options.exits, "1: a stream follows one exit"));
         }
-        asked.view()?;
-        stream.hand_over(ExtricateStream { asked, wanted, hysteresis, starts_per_frame, stream: None });
+        if wanted.options.toward.is_some() {
+            return Err(fault("toward", "a goal", "null: a stream follows one exit"));
+        }
+        let (solver, first) = (scene.solver.clone(), wanted.of(&scene.solver)?);
+        let options = StreamOptions::default().hysteresis(hysteresis).starts_per_frame(starts_per_frame);
+        options.check()?;
+        stream.hand_over(ExtricateStream { first, options, solver, stream: None });
         Ok(())
     })
 }
@@ -62,28 +62,22 @@ pub unsafe extern "C" fn extricate_stream_query(
     let answer = unsafe { raw::place(answer, "answer") };
     guarded(|| {
         let (stream, answer) = (stream?, answer?);
-        let q = stream.asked.config(q?, stream.wanted.refuse_outside)?;
-        let begin = || {
-            let (query, hysteresis) = (stream.wanted.options.clone(), stream.hysteresis);
-            Stream::new(StreamOptions {
-                query,
-                hysteresis,
-                starts_per_frame: stream.starts_per_frame,
-                ..StreamOptions::default()
-            })
-        };
+        let q = stream.first.config(q?)?;
         // Taken, so that a fault leaves no half written memory behind.
-        let mut frames = stream.stream.take().unwrap_or_else(begin);
-        let found = stream.asked.view()?.query_next(&q, &mut frames);
+        let mut frames = match stream.stream.take() {
+            Some(frames) => frames,
+            None => stream.first.solver.stream(stream.options.clone())?,
+        };
+        let found = frames.query_in(&stream.solver, &q)?;
         stream.stream = Some(frames);
         let found = found.ok_or_else(nothing_free)?;
-        answer.hand_over(describe::answer(stream.asked.scene(), found));
+        answer.hand_over(describe::answer(stream.solver.scene(), found));
         Ok(())
     })
 }
 
-/// Another scene for the frames that follow, such as one in which obstacles moved. It must have the
-/// same coordinates.
+/// Gives a stream another scene for the frames that follow, such as one in which obstacles moved.
+/// It must have the same coordinates.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn extricate_stream_set_scene(
     stream: *mut ExtricateStream,
@@ -93,11 +87,10 @@ pub unsafe extern "C" fn extricate_stream_set_scene(
     let (stream, scene) = unsafe { (raw::exclusive(stream, "stream"), raw::shared(scene, "scene")) };
     guarded(|| {
         let (stream, scene) = (stream?, scene?);
-        if scene.0.scene().space != stream.asked.scene().space {
+        if scene.scene().space() != stream.first.solver.scene().space() {
             return Err(Fault::argument("scene: got other coordinates than those of the stream, expected the same"));
         }
-        scene.0.view()?;
-        stream.asked = Arc::clone(&scene.0);
+        stream.solver = scene.solver.clone();
         Ok(())
     })
 }

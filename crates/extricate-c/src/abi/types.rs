@@ -7,64 +7,64 @@ pub type ExtricateStatus = i32;
 
 /// There is a result.
 pub const EXTRICATE_OK: i32 = 0;
-/// Nothing free was found: no fault of the call.
+/// Nothing free was found, though nothing is wrong with the call.
 pub const EXTRICATE_NOTHING_FREE: i32 = 1;
-/// A null pointer, a wrong length, a name that nothing has, an option that makes no sense.
+/// An argument is a null pointer, has a wrong length, or is an option that makes no sense.
 pub const EXTRICATE_ARGUMENT: i32 = 2;
-/// A configuration of the wrong length, not finite, or beyond limits where that is refused.
+/// A configuration has a wrong length, is not finite, or is beyond limits while that is refused.
 pub const EXTRICATE_CONFIGURATION: i32 = 3;
 /// A file cannot be read or written.
 pub const EXTRICATE_FILE: i32 = 4;
-/// A scene, robot, mesh or world says something that cannot be used.
+/// A scene, robot, mesh or world says something that cannot be used, or a name is unknown.
 pub const EXTRICATE_INPUT: i32 = 5;
 /// A model file is truncated, altered, foreign or of another version.
 pub const EXTRICATE_MODEL: i32 = 6;
-/// A fault of this library, caught.
+/// A fault of this library was caught.
 pub const EXTRICATE_INTERNAL: i32 = 7;
 
-/// Number of this interface: it grows where a program has to be compiled anew.
+/// Number of this interface: it grows if programs have to be compiled anew.
 pub const EXTRICATE_ABI: u32 = 1;
 
-/// Effort: the nearest stored sample; needs a model.
+/// Effort: the nearest stored sample of a model; without a model, the first exit that is found.
 pub const EXTRICATE_NEAREST: u32 = 0;
-/// Effort: diverse starts, descents, verification. The default.
+/// Effort: descents from several starts in different directions; the best end is verified.
 pub const EXTRICATE_REFINED: u32 = 1;
-/// Effort: many starts.
+/// Effort: many starts and long refinement.
 pub const EXTRICATE_EXHAUSTIVE: u32 = 2;
-/// Effort: as refined, and then branch and bound until the gap is proved or the budget ends.
+/// Effort: as refined, and then branch and bound until the gap is proved or a limit is reached.
 pub const EXTRICATE_PROVED: u32 = 3;
-/// As refined, with fewer starts: about half the checks.
+/// Effort: as refined with fewer descents, which takes about half the checks.
 pub const EXTRICATE_QUICK: u32 = 4;
 
-/// Metric of the joints \[rad\], weighted.
+/// Metric: the weighted change of the joints \[rad or m\].
 pub const EXTRICATE_METRIC_JOINT: u32 = 0;
-/// Root mean square displacement of the robot's solids \[m\].
+/// Metric: the root mean square displacement of the robot's solids \[m\].
 pub const EXTRICATE_METRIC_OBJECT_NORM: u32 = 1;
-/// Largest displacement of any point \[m\].
+/// Metric: the largest displacement of any point of the robot \[m\].
 pub const EXTRICATE_METRIC_MAX_DISPLACEMENT: u32 = 2;
 
-/// Something is proved, or the query is free.
+/// A lower bound above 0 is proved, or the query is free.
 pub const EXTRICATE_IS_PROVED: u32 = 0;
-/// Nothing is proved: what collides are surfaces, which enclose nothing.
+/// No lower bound is proved: what collides are surfaces, which enclose nothing.
 pub const EXTRICATE_UNPROVED_SURFACES: u32 = 1;
-/// Nothing is proved: the overlap is too shallow.
+/// No lower bound is proved: the bodies overlap too little.
 pub const EXTRICATE_UNPROVED_SHALLOW: u32 = 2;
 
-/// Shape: a box, `size` are its full sides \[m\].
+/// Shape: a box; `size` holds its full sides \[m\].
 pub const EXTRICATE_BOX: u32 = 0;
-/// Shape: `size[0]` is the radius \[m\].
+/// Shape: a ball; `size[0]` is its radius \[m\].
 pub const EXTRICATE_SPHERE: u32 = 1;
-/// Shape: `size` are radius and length \[m\], along z.
+/// Shape: a cylinder along z; `size` holds its radius and its length \[m\].
 pub const EXTRICATE_CYLINDER: u32 = 2;
-/// Shape: `size` are radius and length of the cylindrical part \[m\], along z.
+/// Shape: a capsule along z; `size` holds radius and length of its cylindrical part \[m\].
 pub const EXTRICATE_CAPSULE: u32 = 3;
-/// Shape: `points` are corners \[m\], `triangles` indices of three each.
+/// Shape: a mesh; `points` are its corners \[m\], and each of `triangles` joins three of them.
 pub const EXTRICATE_MESH: u32 = 4;
-/// Shape: `points` \[m\] with balls of radius `size[0]` about them; obstacles only.
+/// Shape: balls of radius `size[0]` around `points` \[m\]; for obstacles alone.
 pub const EXTRICATE_POINTS: u32 = 5;
-/// Shape: occupied `cells` of side `size[0]` \[m\]; obstacles only.
+/// Shape: occupied `cells` of side `size[0]` \[m\]; for obstacles alone.
 pub const EXTRICATE_VOXELS: u32 = 6;
-/// Shape: what lies behind the plane with the normal `size`, at `offset` \[m\]; obstacles only.
+/// Shape: all behind a plane of normal `size` at `offset` \[m\] along it; for obstacles alone.
 pub const EXTRICATE_HALF_SPACE: u32 = 7;
 
 /// Where something stands.
@@ -80,36 +80,36 @@ pub struct ExtricatePose {
 /// One shape. Members that its kind does not name are not read.
 #[repr(C)]
 pub struct ExtricateShape {
-    /// EXTRICATE_BOX and so on.
+    /// EXTRICATE_BOX or another of the kinds.
     pub kind: u32,
-    /// See the kinds.
+    /// Numbers that the kinds explain.
     pub size: [f64; 3],
-    /// Of a half-space, along its unit normal \[m\].
+    /// Where the plane of a half-space is, along its unit normal \[m\].
     pub offset: f64,
-    /// Three numbers each \[m\].
+    /// Points, three numbers each \[m\].
     pub points: *const f64,
     /// How many points.
     pub point_count: usize,
-    /// Three indices of points each.
+    /// Triangles, three indices of points each.
     pub triangles: *const u32,
     /// How many triangles.
     pub triangle_count: usize,
-    /// Three indices each.
+    /// Cells, three indices each.
     pub cells: *const i32,
     /// How many cells.
     pub cell_count: usize,
-    /// Of a mesh: not 0 where its convex hull stands for it.
+    /// Whether the convex hull of a mesh stands for it: 0 or 1.
     pub convex: u32,
 }
 
 /// An obstacle, or an object for a link to hold.
 #[repr(C)]
 pub struct ExtricateObstacle {
-    /// A name of its own.
+    /// Its name, which nothing else in the scene has.
     pub name: *const c_char,
     /// Its shape.
     pub shape: ExtricateShape,
-    /// In the world; of an attached object, in the link's coordinates.
+    /// Its pose in the world; that of an object for a link, in the coordinates of the link.
     pub pose: ExtricatePose,
 }
 
@@ -122,45 +122,55 @@ pub struct ExtricateText {
     pub text: *const c_char,
 }
 
-/// What is asked of a query. Fill it with extricate_options_init() first.
+/// What is asked of a query. extricate_options_init() fills in the defaults; set what differs then.
+/// Any number but 0 counts as 1 in a member that is 0 or 1.
 #[repr(C)]
 pub struct ExtricateOptions {
-    /// EXTRICATE_REFINED and so on.
+    /// How hard to try: EXTRICATE_NEAREST, _QUICK, _REFINED, _EXHAUSTIVE or _PROVED;
+    /// EXTRICATE_REFINED by default.
     pub effort: u32,
-    /// Not 0: configurations beyond the limits are refused, not answered.
+    /// Whether to refuse configurations beyond the limits, in place of answering them: 0 or 1; 0 by
+    /// default.
     pub refuse_outside: u32,
-    /// Not 0: prove within which distance of the witness nothing touches.
+    /// Whether to prove how far around the witness nothing touches: 0 or 1; 0 by default.
     pub free_radius: u32,
-    /// Not 0: tell how much of the straight segment to the witness collides.
+    /// Whether to tell how much of the straight segment to the witness collides: 0 or 1; 0 by
+    /// default.
     pub segment: u32,
-    /// Not 0: tell contacts with EXTRICATE_NEAREST too.
+    /// Whether to tell contacts with EXTRICATE_NEAREST as well; the other efforts always do: 0 or
+    /// 1; 0 by default.
     pub contacts: u32,
-    /// How many distinct exits to look for; 1 by default.
+    /// How many distinct exits to look for: 1 to 100000; 1 by default.
     pub exits: usize,
-    /// How many starts; 0 leaves it to the effort.
+    /// How many descents to start: 1 to 100000; 0 by default, which leaves it to the effort.
     pub starts: usize,
-    /// Share of the depth that need not be proved, in \[0, 1); nan for none.
+    /// Share of the depth that need not be proved, at which the search stops: 0 or more and less
+    /// than 1; nan by default, which leaves it to the effort.
     pub gap: f64,
-    /// Clearance to aim at \[m\]; nan for that of the scene.
+    /// Clearance that the witness is to keep: 0 to 1e9 \[m\]; nan by default, for that of the
+    /// scene.
     pub clearance: f64,
-    /// Most checks; SIZE_MAX for no limit.
+    /// Most collision checks and distance evaluations to spend: 0 or more; SIZE_MAX by default, for
+    /// no limit.
     pub max_checks: usize,
-    /// Most seconds; infinity for no limit.
+    /// Most seconds to spend: more than 0; infinity by default, for no limit.
     pub max_seconds: f64,
-    /// Names of joints that stay where the query has them.
+    /// The names of joints that stay where the query has them; null by default, for none.
     pub locked: *const *const c_char,
-    /// How many.
+    /// How many joints are locked.
     pub locked_count: usize,
-    /// A configuration that the witness is to be near to, among exits about as near; or null.
+    /// The goal, a configuration: of exits that are about as near as the nearest, the one that is
+    /// nearest to it becomes the witness; null by default, for none.
     pub toward: *const f64,
-    /// How many numbers it has: those of a configuration.
+    /// How many numbers the goal has: those of a configuration.
     pub toward_count: usize,
-    /// Exits count that are farther than the nearest one by at most this share of its depth.
+    /// By which share of its depth an exit may be farther than the nearest to count as about as
+    /// near: 0 to 1e9; 0.25 by default.
     pub toward_share: f64,
-    /// Ends a query early where it says true: called between its steps, on any thread, of a batch
-    /// on several at once; null for none. It must not throw.
+    /// Ends a query early if it returns true; null by default, for none. It is called between the
+    /// steps of a query, on any thread, and on several at once. It must not throw.
     pub stop: Option<unsafe extern "C" fn(*mut c_void) -> bool>,
-    /// What `stop` is given.
+    /// What `stop` is called with.
     pub stop_data: *mut c_void,
 }
 
@@ -168,8 +178,8 @@ pub struct ExtricateOptions {
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ExtricateSummary {
-    /// Distance from the query to the witness, in the scene's metric; 0 where the query is free,
-    /// infinity where nothing free was found.
+    /// Distance from the query to the witness, in the scene's metric; 0 if the query is free,
+    /// infinity if nothing free was found.
     pub depth: f64,
     /// Proved: no free configuration is nearer.
     pub lower_bound: f64,
@@ -177,19 +187,19 @@ pub struct ExtricateSummary {
     pub gap: f64,
     /// Largest displacement of any point of the robot, from the query to the witness \[m\].
     pub max_displacement: f64,
-    /// Estimated share of starts that would lead to an exit which was not met; nan where unknown.
+    /// Estimated share of starts that would lead to an exit which was not met; nan if unknown.
     pub unseen: f64,
-    /// What the witness keeps \[m\].
+    /// Clearance that the witness keeps \[m\], but for pairs with one of their own.
     pub clearance: f64,
-    /// Proved: nothing touches nearer to the witness than this; nan where not requested.
+    /// Proved: nothing touches nearer to the witness than this; nan if it was not requested.
     pub free_radius: f64,
-    /// Fraction of the straight segment up to which a collision was found; nan where not requested.
+    /// Fraction of the straight segment up to which a collision was found; nan if not requested.
     pub segment_colliding_until: f64,
-    /// Fraction from which on the straight segment is proved free; nan where not requested.
+    /// Fraction from which on the straight segment is proved free; nan if not requested.
     pub segment_free_from: f64,
     /// Collision checks and distance evaluations spent.
     pub checks: u64,
-    /// EXTRICATE_IS_PROVED, or why nothing is.
+    /// EXTRICATE_IS_PROVED, or why no lower bound is proved.
     pub unproved: u32,
     /// Whether there is a witness.
     pub found: bool,
@@ -219,13 +229,13 @@ pub struct ExtricatePair {
 pub struct ExtricateContact {
     /// The bodies.
     pub pair: ExtricatePair,
-    /// Signed \[m\]; negative where they overlap.
+    /// Signed distance of the points \[m\]; negative if the bodies overlap.
     pub distance: f64,
-    /// On the first body \[m\].
+    /// Point on the first body \[m\].
     pub point_first: [f64; 3],
-    /// On the second body \[m\].
+    /// Point on the second body \[m\].
     pub point_second: [f64; 3],
-    /// Unit, from the second body toward the first.
+    /// Unit vector from the second body toward the first.
     pub normal: [f64; 3],
 }
 
@@ -233,9 +243,9 @@ pub struct ExtricateContact {
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ExtricateExit {
-    /// Distance from the query.
+    /// Distance from the query to the witness, in the scene's metric.
     pub depth: f64,
-    /// nq numbers, which live as long as the answer.
+    /// A free configuration, as many numbers as the query, which live as long as the answer.
     pub witness: *const f64,
 }
 
@@ -245,12 +255,13 @@ pub struct ExtricateExit {
 pub struct ExtricateSegment {
     /// Proved: every configuration of the segment is free.
     pub is_free: bool,
-    /// A collision was found; where neither is set, nothing is proved.
+    /// A collision was found. If neither this nor `is_free` is set, only `free_until` is proved.
     pub collides: bool,
-    /// Up to here every configuration is free: proved.
+    /// Proved: up to this fraction every configuration is free.
     pub free_until: f64,
-    /// Where a configuration collides, or nearly does where nothing is proved; nan where free.
+    /// Fraction at which a configuration collides, or nearly does if that is not proved; nan if the
+    /// segment is free.
     pub at: f64,
-    /// What does; no bodies where free, both indices are SIZE_MAX then.
+    /// The bodies that do; both indices are SIZE_MAX if the segment is free.
     pub pair: ExtricatePair,
 }

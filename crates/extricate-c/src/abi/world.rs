@@ -1,16 +1,13 @@
-//! Scenes with something changed. Each is another one; what did not change is shared, and a model
-//! stays usable.
+//! Scenes with something changed. Each is another one, which shares what did not change and keeps
+//! the model.
 
 #![allow(unsafe_code)]
 
 use std::ffi::c_char;
 use std::path::Path;
-use std::sync::Arc;
 
-use extricate::internals::io;
-use extricate::internals::scene::file::SceneFile;
-use extricate::internals::scene::file::{self};
-use extricate::internals::scene::import::{Imported, import, is_foreign};
+use extricate::entries::{assemble_world, parse};
+use extricate::files::{Imported, import, is_foreign, load_world};
 use extricate::{LoadLimits, LoadOptions, Scene};
 
 use super::handles::ExtricateScene;
@@ -19,7 +16,7 @@ use crate::raw::{self, Place};
 use crate::shapes;
 use crate::status::{Fault, Result, guarded};
 
-/// Obstacles elsewhere: `count` names and their poses in the world.
+/// The scene with obstacles elsewhere: `count` names, and their poses in the world.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn extricate_scene_moved(
     scene: *const ExtricateScene,
@@ -41,7 +38,7 @@ pub unsafe extern "C" fn extricate_scene_moved(
     })
 }
 
-/// More obstacles.
+/// The scene with more obstacles.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn extricate_scene_with_obstacles(
     scene: *const ExtricateScene,
@@ -56,13 +53,11 @@ pub unsafe extern "C" fn extricate_scene_with_obstacles(
     change(scene, changed, |scene| {
         // SAFETY: the same.
         let (bodies, told) = unsafe { shapes::bodies(obstacles?) }?;
-        let mut changed = scene.with_obstacles(bodies)?;
-        changed.warnings.extend(told);
-        Ok(changed)
+        Ok(scene.with_obstacles(bodies)?.with_warnings(told))
     })
 }
 
-/// Fewer obstacles, or objects that links hold, by their names.
+/// The scene without the obstacles, or the objects that links hold, of these names.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn extricate_scene_without(
     scene: *const ExtricateScene,
@@ -77,7 +72,7 @@ pub unsafe extern "C" fn extricate_scene_without(
     change(scene, changed, |scene| Ok(scene.without(names?)?))
 }
 
-/// Without any obstacle; objects that links hold stay.
+/// The scene without any obstacle; objects that links hold stay.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn extricate_scene_without_obstacles(
     scene: *const ExtricateScene,
@@ -88,7 +83,7 @@ pub unsafe extern "C" fn extricate_scene_without_obstacles(
     change(scene, changed, |scene| Ok(scene.without_obstacles()))
 }
 
-/// Pairs of bodies that are no longer checked: two names a pair, one after the other.
+/// The scene with these pairs of bodies no longer checked: two names a pair, one after the other.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn extricate_scene_disabled(
     scene: *const ExtricateScene,
@@ -106,8 +101,9 @@ pub unsafe extern "C" fn extricate_scene_disabled(
     })
 }
 
-/// An object that a link holds, such as a can in a gripper. Its pose is in the link's coordinates;
-/// it is checked against everything but what is fixed to the link and the bodies named in `touch`.
+/// The scene with an object that a link holds, such as a can in a gripper. Its pose is in the
+/// coordinates of the link; it is checked against everything but what is fixed to the link and the
+/// bodies named in `touch`.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn extricate_scene_attached(
     scene: *const ExtricateScene,
@@ -127,9 +123,7 @@ pub unsafe extern "C" fn extricate_scene_attached(
         // SAFETY: the same.
         let (mut objects, told) = unsafe { shapes::bodies(object?) }?;
         let object = objects.pop().ok_or_else(|| Fault::argument("object: got none"))?;
-        let mut changed = scene.attached(object, link?, &touch?)?;
-        changed.warnings.extend(told);
-        Ok(changed)
+        Ok(scene.attached(object, link?, &touch?)?.with_warnings(told))
     })
 }
 
@@ -145,11 +139,11 @@ pub unsafe extern "C" fn extricate_scene_in_world(
     let (scene, changed) = unsafe { (raw::shared(scene, "scene"), raw::place(changed, "changed")) };
     // SAFETY: the same.
     let path = unsafe { raw::text(path, "path") };
-    change(scene, changed, |scene| Ok(io::load_world(scene, Path::new(path?), &LoadOptions::default())?))
+    change(scene, changed, |scene| Ok(load_world(scene, Path::new(path?), &LoadOptions::default())?))
 }
 
-/// The same of a text. The end of `name` tells what it is: .toml, .scene, .yaml or .json; messages
-/// repeat the name.
+/// The robots of the scene in the world of a text, as extricate_scene_in_world() takes a file. The
+/// end of `name` tells what it is: .toml, .scene, .yaml or .json; messages repeat the name.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn extricate_scene_in_world_text(
     scene: *const ExtricateScene,
@@ -172,8 +166,7 @@ fn change(
 ) -> ExtricateStatus {
     guarded(|| {
         let (scene, changed) = (scene?, changed?);
-        let other = scene.0.changed(work(scene.0.scene())?);
-        changed.hand_over(ExtricateScene(Arc::new(other)));
+        changed.hand_over(ExtricateScene::new(scene.solver.with_scene(work(scene.scene())?)?));
         Ok(())
     })
 }
@@ -181,13 +174,11 @@ fn change(
 fn in_world_of_text(scene: &Scene, name: &str, text: &str) -> Result<Scene> {
     let path = Path::new(name);
     if !is_foreign(path) {
-        return Ok(io::assemble_world(scene, name, &file::parse(name, text)?)?);
+        return Ok(assemble_world(scene, name, &parse(name, text)?)?);
     }
     let Imported { entries, notes } = import(path, text, Some(scene), &LoadLimits::default())?;
-    let entries: SceneFile = entries;
-    let mut world = io::assemble_world(scene, name, &entries)?;
-    world.warnings.extend(notes.into_iter().map(|note| format!("{name}: {note}")));
-    Ok(world)
+    let notes = notes.into_iter().map(|note| format!("{name}: {note}"));
+    Ok(assemble_world(scene, name, &entries)?.with_warnings(notes))
 }
 
 #[cfg(test)]
@@ -207,8 +198,8 @@ mod tests {
             "primitive_poses": [{"position": {"x": 0, "y": 0, "z": 0}, "orientation": {"w": 1, "x": 0, "y": 0, "z": 0}}],
             "operation": 0}]}, "object_colors": [{"id": "ball"}]}"#;
         let message = in_world_of_text(&scene, "w.json", json).unwrap();
-        assert_eq!(ball.pairs, message.pairs);
-        assert!(message.warnings.iter().any(|warning| warning.starts_with("w.json: colours")));
+        assert_eq!(ball.pairs(), message.pairs());
+        assert!(message.warnings().iter().any(|warning| warning.starts_with("w.json: colours")));
         assert!(in_world_of_text(&scene, "w.json", "{").unwrap_err().message.starts_with("w.json"));
     }
 }

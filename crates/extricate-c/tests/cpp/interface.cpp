@@ -77,16 +77,16 @@ static void print(const Answer& answer) {
     std::printf("\n");
 }
 
-/// Eight threads share one scene; each has its solver, and every answer is that of one thread.
+/// Eight threads share one solver, which nobody has asked before; every answer is that of one thread.
 static void threads_share(const Scene& scene, const Rows& rows, const std::vector<Answer>& answers) {
     std::atomic<int> equal{0};
+    const Solver solver(scene.without({}));
     std::vector<std::thread> threads;
     for (int thread = 0; thread < 8; ++thread) {
         threads.emplace_back([&, thread] {
-            Solver solver(scene);
             for (std::size_t k = 0; k < rows.size(); ++k) {
                 const std::size_t at = (k + 3 * static_cast<std::size_t>(thread)) % rows.size();
-                equal += same(solver.query(rows[at]), answers[at]);
+                equal += same(solver.query(rows[at]), answers[at]) && solver.check(answers[at].witness());
             }
         });
     }
@@ -176,6 +176,9 @@ static void streams(const Scene& scene, const std::vector<double>& q) {
     CHECK(stream.restart() && same(stream.query(q), first));
     CHECK(stream.set_scene(scene.without_obstacles()) && stream.query(q));
     CHECK(contains(refused(EXTRICATE_ARGUMENT, [&] { extricate::Stream(scene, Options(), 1.0); }), "hysteresis: got 1"));
+    Options several;
+    several.exits = 3;
+    CHECK(contains(refused(EXTRICATE_ARGUMENT, [&] { extricate::Stream(scene, several); }), "options.exits: got 3"));
     CHECK(contains(refused(EXTRICATE_ARGUMENT, [&] { stream.set_scene(Scene::builtin("planar-arm")); }), "coordinates"));
 }
 
@@ -245,6 +248,7 @@ static void models(const Scene& scene, const std::vector<double>& q, const std::
     Solver first(model), second(loaded), changed(loaded.without_obstacles());
     CHECK(same(first.query(q), second.query(q)));
     CHECK(first.query(q) && changed.query(q));
+    CHECK(loaded.is_learned() && !changed.scene().is_learned());
     CHECK(contains(refused(EXTRICATE_FILE, [&] { Scene("none.model"); }), "none.model"));
     for (const double seconds : {0.0, -1.0, std::nan("")})
         CHECK(contains(refused(EXTRICATE_ARGUMENT, [&] { scene.learn(1000, seconds); }), "seconds: got"));

@@ -5,7 +5,7 @@ use std::io::Read;
 use std::path::Path;
 
 use anyhow::Context;
-use extricate::internals::io::check_regular;
+use extricate::files::check_regular;
 use serde::Serialize;
 
 /// What a file is.

@@ -8,20 +8,21 @@ use std::sync::mpsc;
 use std::thread;
 
 use anyhow::{Context, bail};
-use clap::{Args, ValueEnum};
+use clap::Args;
+use clap::builder::TypedValueParser;
+use extricate::entries::{SceneFile, read_obstacles};
+use extricate::files::{GrowingFile, check_not_read};
 use extricate::geometry::Body;
-use extricate::internals::grasp::{Released, release_each, release_rows};
-use extricate::internals::io::{self, GrowingFile};
-use extricate::internals::scene::file::SceneFile;
-use extricate::{Config, Grasp, Hand, Keep, QueryOptions, ReleaseOptions, Scene, Stop, Termination, World};
+use extricate::{Config, Grasp, Hand, Keep, QueryOptions, ReleaseOptions, Released, Scene, Solver, Stop};
 use rayon::ThreadPool;
+use rayon::prelude::*;
 use serde::Serialize;
 
-use super::{load_scene, tell_warnings, world_of};
-use crate::args::{InputArgs, Limits, LoadArgs, length, seconds, share_or_more, threads, whole};
+use super::{load_scene, tell_warnings};
+use crate::args::{self, InputArgs, Limits, LoadArgs, choice, length, seconds, share_or_more, threads, whole};
 use crate::input::{BadLine, Configs};
 use crate::output::Output;
-use crate::progress::Progress;
+use crate::progress::{Progress, busy};
 use crate::{notice, report};
 
 /// The keys of `--json`.
@@ -48,8 +49,8 @@ pub struct GraspArgs {
     object: ObjectArgs,
     /// What is to stay: the links that touch, each on its side of the object; or the pose alone,
     /// whatever it touches
-    #[arg(long, value_enum, default_value_t = KeepArg::Contacts)]
-    keep: KeepArg,
+    #[arg(long, value_parser = keep(), default_value_t = Keep::Contacts)]
+    keep: Keep,
     /// A link touches where it is nearer than this in metres beyond the clearance
     #[arg(long, value_name = "M", value_parser = length, allow_negative_numbers = true, default_value_t = 0.002)]
     touch: f64,
@@ -112,13 +113,12 @@ struct OutputArgs {
     resume: bool,
 }
 
-/// [`Keep`] as the command line spells it.
-#[derive(Clone, Copy, ValueEnum)]
-enum KeepArg {
-    /// The links that touch
-    Contacts,
-    /// The pose
-    Pose,
+/// Reads what is to stay, and says in `--help` what each is.
+fn keep() -> impl TypedValueParser<Value = Keep> {
+    choice(Keep::ALL.iter().map(|keep| {
+        let about = if *keep == Keep::Pose { "The pose" } else { "The links that touch" };
+        (keep.name(), about)
+    }))
 }
 
 /// Lines that are read before they are answered.
@@ -148,14 +148,14 @@ pub fn run(args: &GraspArgs, json: bool) -> anyhow::Result<()> {
     let scene = load_scene(&args.scene, &args.load)?;
     tell_warnings(&scene);
     let weighted = if args.scene_weights { None } else { Hand::weighted(&scene) };
-    let asked = AskedOfAll::new(args, &scene, weighted)?;
+    let asked = AskedOfAll::new(args, weighted.unwrap_or(scene))?;
     let mut progress = Progress::beside_rows("releasing");
     let size = if configs.is_stream() { 1 } else { BLOCK };
     let mut is_last = false;
     while !is_last {
         let mut block = Vec::new();
         while block.len() < size && !is_last {
-            let entry = configs.next_grasp(asked.world.scene(), args.object.objects.is_some())?;
+            let entry = configs.next_grasp(asked.solver.scene(), args.object.objects.is_some())?;
             for note in configs.take_notes() {
                 progress.aside(|| notice::warning(note));
             }
@@ -189,7 +189,7 @@ type Entry = Result<Line, BadLine>;
 /// What holds for all lines.
 struct AskedOfAll<'a> {
     args: &'a GraspArgs,
-    world: World,
+    solver: Solver,
     /// The one that holds the object of all lines, if they have one.
     hand: Option<Hand>,
     options: ReleaseOptions,
@@ -199,15 +199,16 @@ struct AskedOfAll<'a> {
 }
 
 impl<'a> AskedOfAll<'a> {
-    fn new(args: &'a GraspArgs, scene: &Scene, weighted: Option<Scene>) -> anyhow::Result<Self> {
-        let mut options = options(args, scene)?;
+    fn new(args: &'a GraspArgs, scene: Scene) -> anyhow::Result<Self> {
+        let mut options = options(args, &scene)?;
         let is_over = Arc::new(AtomicBool::new(false));
         let asks = Arc::clone(&is_over);
         options.query.termination.stop = Some(Stop::when(move || asks.load(Ordering::Relaxed)));
-        let world = world_of(weighted.unwrap_or_else(|| scene.clone()));
-        let hand = args.object.object.as_deref().map(|name| Hand::new(world.scene(), name)).transpose()?;
+        let hand = args.object.object.as_deref().map(|name| Hand::new(&scene, name)).transpose()?;
+        let solver = Solver::new(scene);
+        busy("preparing the scene", || solver.prepare());
         let pool = rayon::ThreadPoolBuilder::new().num_threads(args.threads).build();
-        Ok(Self { args, world, hand, options, pool: pool.context("cannot start threads")?, is_over })
+        Ok(Self { args, solver, hand, options, pool: pool.context("cannot start threads")?, is_over })
     }
 
     /// Releases the grasps of some lines. `take` is given every line in turn, as soon as its answer
@@ -250,8 +251,8 @@ impl<'a> AskedOfAll<'a> {
         let lines = block.iter().enumerate().filter_map(|(at, entry)| Some((at, entry.as_ref().ok()?)));
         match &self.hand {
             Some(hand) => {
-                let rows = lines.map(|(at, line)| (at, &line.q));
-                release_rows(&self.world, hand, rows, &self.options, tell);
+                let release = |line: &Line| self.solver.release(hand, &line.q, &self.options);
+                lines.par_bridge().for_each(|(at, line)| tell(at, Ok(release(line))));
             }
             None => self.release_many(lines, tell),
         }
@@ -279,29 +280,23 @@ impl<'a> AskedOfAll<'a> {
             mesh_object(path, *scale, &self.args.load)
         };
         let tell = |at: usize, released: Released| tell(places[at], released);
-        release_each(&self.world, &grasps, &object_of, &self.options, &tell);
+        self.solver.release_each(&grasps, &object_of, &self.options, &tell);
     }
 }
 
 fn options(args: &GraspArgs, scene: &Scene) -> anyhow::Result<ReleaseOptions> {
-    let locked = scene.joints_named("--locked", args.locked.iter().map(String::as_str))?;
-    let termination =
-        Termination { max_checks: args.max_checks, max_seconds: args.max_seconds, ..Termination::default() };
+    let mut query = QueryOptions::default().termination(args::termination(args.max_checks, args.max_seconds));
+    query.locked = scene.joints_named("--locked", args.locked.iter().map(String::as_str))?;
+    query.clearance = args.clearance;
     let open = args.open.as_ref().map(|words| {
         let found = Configs::of_words(std::slice::from_ref(words)).next(scene)?.and_then(Result::ok);
-        let expected = || format!("--open: got {words}, expected {} numbers within the limits", scene.space.nq());
+        let expected = || format!("--open: got {words}, expected {} numbers within the limits", scene.space().nq());
         found.map(|(_, q)| q.to_vec()).with_context(expected)
     });
-    Ok(ReleaseOptions {
-        keep: match args.keep {
-            KeepArg::Contacts => Keep::Contacts,
-            KeepArg::Pose => Keep::Pose,
-        },
-        touch: args.touch,
-        friction: Some(args.friction).filter(|friction| *friction > 0.0),
-        open: open.transpose()?,
-        query: QueryOptions { clearance: args.clearance, locked, termination, ..QueryOptions::default() },
-    })
+    let mut options = ReleaseOptions::default().keep(args.keep).touch(args.touch).query(query);
+    options.friction = Some(args.friction).filter(|friction| *friction > 0.0);
+    options.open = open.transpose()?;
+    Ok(options)
 }
 
 /// A mesh at the world's origin.
@@ -313,7 +308,7 @@ fn mesh_object(path: &Path, scale: f64, load: &LoadArgs) -> extricate::Result<Bo
     let read = |error: serde_json::Error| extricate::Error::input(name.clone(), "object", error.to_string());
     let mut entries: SceneFile = serde_json::from_value(entry).map_err(read)?;
     entries.limits = load.limits();
-    let (mut bodies, _) = io::read_obstacles("objects", &entries)?;
+    let (mut bodies, _) = read_obstacles("objects", &entries)?;
     bodies.pop().ok_or_else(|| extricate::Error::input(name, "object", "got no shape, expected a mesh"))
 }
 
@@ -348,7 +343,7 @@ impl Rows {
         let mut rows = Self { out: Output::new(true), json, file: None, done: 0, summary: Summary::default() };
         let Some(path) = &args.output.output else { return Ok(rows) };
         let inputs = || [args.scene.as_path()].into_iter().chain(args.input.input.as_deref());
-        io::check_not_read(path, inputs())?;
+        check_not_read(path, inputs())?;
         let file = if args.output.resume {
             let read = |line: &[u8]| {
                 rows.done = number_of(line)?;
@@ -365,7 +360,7 @@ impl Rows {
             }
             file
         };
-        io::check_not_read(file.part(), inputs())?;
+        check_not_read(file.part(), inputs())?;
         rows.file = Some(file);
         Ok(rows)
     }

@@ -3,8 +3,7 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use extricate::internals::io::check_not_read;
-use extricate::internals::io::worlds::{import_world, is_urdf};
+use extricate::files::{check_not_read, import_world, is_urdf};
 use serde::Serialize;
 
 use super::load_scene;

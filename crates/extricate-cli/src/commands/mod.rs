@@ -13,12 +13,13 @@ pub mod query;
 pub mod sample;
 pub mod shell;
 
+use std::ops::ControlFlow;
 use std::path::Path;
 use std::sync::Arc;
 
-use extricate::internals::collision::{advice_if_never_free, disable_list};
-use extricate::internals::io;
-use extricate::{Checker, Model, Scene, World};
+use anyhow::Context;
+use extricate::parts::disable_list;
+use extricate::{Checker, Config, Label, Model, Sampler, Scene, Solver, files};
 
 use crate::args::{Cli, Command, LoadArgs};
 use crate::notice;
@@ -55,16 +56,17 @@ fn disable_line(names: &[[&str; 2]]) -> String {
 
 /// `problem`, that nothing free was found, and which pairs are to blame, if some collide wherever
 /// one looks.
-fn with_advice(problem: &str, checker: &Checker) -> String {
-    advice_if_never_free(checker, || false).map_or_else(|| problem.to_owned(), |advice| format!("{problem}; {advice}"))
+fn with_advice(problem: &str, solver: &Solver) -> String {
+    let advice = solver.checker().advice_if_never_free(|| false);
+    advice.map_or_else(|| problem.to_owned(), |advice| format!("{problem}; {advice}"))
 }
 
-/// Of a scene file, a URDF or a model file, which holds its scene.
+/// The scene of a scene file, a URDF or a model file, which holds its scene.
 fn load_scene(path: &Path, load: &LoadArgs) -> anyhow::Result<Scene> {
     if kind_of(path)? == FileKind::Model {
-        return Ok(load_model(path)?.scene().clone());
+        return Ok(Scene::clone(load_model(path)?.scene()));
     }
-    Ok(busy(&format!("loading {}", path.display()), || io::load_scene_with(path, &load.options()))?)
+    Ok(busy(&format!("loading {}", path.display()), || extricate::load_scene_with(path, &load.options()))?)
 }
 
 /// The robots of `robots` in the world of a file, or in the scene of a model file.
@@ -72,11 +74,11 @@ fn load_world(robots: &Scene, path: &Path, load: &LoadArgs) -> anyhow::Result<Sc
     if kind_of(path)? == FileKind::Model {
         return load_scene(path, load);
     }
-    Ok(io::load_world(robots, path, &load.options())?)
+    Ok(files::load_world(robots, path, &load.options())?)
 }
 
 fn load_model(path: &Path) -> extricate::Result<Model> {
-    busy(&format!("loading {}", path.display()), || io::load_model(path))
+    busy(&format!("loading {}", path.display()), || extricate::load_model(path))
 }
 
 /// Builds the exact checker, which takes a while where meshes are large.
@@ -84,17 +86,34 @@ fn prepare(scene: impl Into<Arc<Scene>>) -> Checker {
     busy("preparing the collision checker", || Checker::new(scene.into()))
 }
 
-/// Prepares a scene for queries, which then take no time for that.
-fn world_of(scene: Scene) -> World {
-    busy("preparing the scene", || {
-        let world = World::new(scene);
-        world.view();
-        world
-    })
+/// Loads what answers: a scene or a model, in the world of another file if one is given. It is
+/// prepared, so that no answer takes time for that.
+fn load_solver(file: &Path, world: Option<&Path>, load: &LoadArgs) -> anyhow::Result<Solver> {
+    let mut solver = match kind_of(file)? {
+        FileKind::Scene => Solver::new(load_scene(file, load)?),
+        FileKind::Model => Solver::of_model(load_model(file)?),
+    };
+    if let Some(path) = world {
+        let scene = load_world(solver.scene(), path, load)?;
+        let changed = solver.with_scene(scene);
+        solver = changed.with_context(|| format!("{} does not fit the model", path.display()))?;
+    }
+    if solver.model().is_none() {
+        tell_warnings(solver.scene());
+    }
+    busy("preparing the scene", || solver.prepare());
+    Ok(solver)
+}
+
+/// Random configurations in collision.
+fn draw_colliding(solver: &Solver, count: usize, seed: u64) -> anyhow::Result<Vec<Config>> {
+    let mut sampler = Sampler::new(solver, Some(Label::Colliding), seed);
+    let drawn = busy("drawing configurations", || sampler.draw(count, &mut |_, _| ControlFlow::Continue(())))?;
+    Ok(drawn.iter().map(|q| solver.scene().config(q)).collect::<extricate::Result<_>>()?)
 }
 
 fn tell_warnings(scene: &Scene) {
-    for warning in &scene.warnings {
+    for warning in scene.warnings() {
         notice::warning(warning);
     }
 }

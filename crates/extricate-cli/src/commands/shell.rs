@@ -7,7 +7,7 @@ use anyhow::Context;
 use clap::{Args, Command, CommandFactory};
 use clap_complete::Shell;
 use clap_mangen::Man;
-use extricate::internals::io::{self, OutputLock};
+use extricate::files::{self, OutputLock};
 
 use crate::args::Cli;
 use crate::output::Output;
@@ -41,12 +41,12 @@ pub fn man(args: &ManArgs) -> anyhow::Result<()> {
     program.build();
     let pages = pages(&program)?;
     fs::create_dir_all(&args.folder).with_context(|| format!("cannot write {}", args.folder.display()))?;
-    let files: Vec<_> = pages.into_iter().map(|(name, page)| (args.folder.join(name), page)).collect();
+    let pages: Vec<_> = pages.into_iter().map(|(name, page)| (args.folder.join(name), page)).collect();
     let _lock = OutputLock::take(&args.folder.join("extricate.1"))?;
-    for (path, _) in &files {
-        io::check_output(path, "manual page of this program", is_manual)?;
+    for (path, _) in &pages {
+        files::check_output(path, "manual page of this program", is_manual)?;
     }
-    Ok(io::write_together(&files)?)
+    Ok(files::write_together(&pages)?)
 }
 
 /// The page of a command and those of the commands below it, with their names.

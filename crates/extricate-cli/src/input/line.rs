@@ -3,7 +3,6 @@
 
 use std::collections::HashSet;
 
-use extricate::internals::scene::{named_configs, units};
 use extricate::{Config, Scene};
 use serde_json::{Map, Value};
 
@@ -70,7 +69,7 @@ pub fn parse_config(text: &str, scene: &Scene, reading: &mut Reading) -> Result<
         return config_of(&value, scene, reading).map(Some);
     }
     let words: Vec<&str> = text.split([',', ';', ' ', '\t']).filter(|word| !word.is_empty()).collect();
-    let is_joint = |word: &&&str| scene.joints.iter().any(|joint| joint.name == **word);
+    let is_joint = |word: &&&str| scene.joints().iter().any(|joint| joint.name == **word);
     if may_be_heading && words.iter().filter(is_joint).count() > 0 {
         reading.columns = Some(words.into_iter().map(String::from).collect());
         return Ok(None);
@@ -142,7 +141,7 @@ pub(super) fn config_of(found: &Value, scene: &Scene, reading: &mut Reading) -> 
 
 /// All coordinates in order.
 fn coordinates(found: &Value, scene: &Scene, reading: &mut Reading) -> Result<Config, String> {
-    let expected = format!("an array of {} numbers", scene.space.nq());
+    let expected = format!("an array of {} numbers", scene.space().nq());
     let Value::Array(elements) = found else { return Err(format!("got {}, expected {expected}", describe(found))) };
     if !elements.is_empty() && elements.iter().all(Value::is_array) {
         // What a batch of one is; of several, each would need an answer of its own.
@@ -175,18 +174,18 @@ pub(super) fn by_name<'a>(
     scene: &Scene,
     reading: &mut Reading,
 ) -> Result<Config, String> {
-    let named = named_configs::config_of(scene, positions).map_err(|error| error.to_string())?;
+    let named = scene.config_of(positions).map_err(|error| error.to_string())?;
     named.differing.into_iter().for_each(|(joint, text)| reading.note(&joint, text));
     checked(&named.values, scene, reading)
 }
 
 fn checked(values: &[f64], scene: &Scene, reading: &mut Reading) -> Result<Config, String> {
     let config = match reading.limits {
-        Limits::Forgive => scene.space.config_anywhere(values),
-        Limits::Refuse => units::config(scene, values),
+        Limits::Forgive => scene.space().config_anywhere(values),
+        Limits::Refuse => scene.config(values),
     };
     let config = config.map_err(|error| error.to_string())?;
-    if let Some(hint) = units::degrees_hint(scene, values) {
+    if let Some(hint) = scene.degrees_hint(values) {
         reading.note("degrees", hint);
     }
     Ok(config)
@@ -254,8 +253,8 @@ pub mod tests {
             "</robot>".into(),
         ];
         let entries = "[[robot]]\nurdf = 'r'\nlocked = { lid = 0.25 }";
-        let entries = extricate::internals::scene::file::parse("s", entries).unwrap();
-        extricate::internals::io::assemble_scene("s", &entries, &[("r".into(), urdf.concat())]).unwrap()
+        let entries = extricate::entries::parse("s", entries).unwrap();
+        extricate::entries::assemble_scene("s", &entries, &[("r".into(), urdf.concat())]).unwrap()
     }
 
     fn read(text: &str) -> Result<(Vec<f64>, Vec<String>), String> {
@@ -304,7 +303,7 @@ pub mod tests {
             assert_eq!(notes.len(), told, "{notes:?}");
             if told > 0 {
                 assert_eq!(notes[0], "joint `lid` is locked: got 0.5, the scene has it at 0.25");
-                assert_eq!(notes[1], units::DEGREES);
+                assert!(notes[1].contains("if these were degrees"), "{}", notes[1]);
             }
         }
     }

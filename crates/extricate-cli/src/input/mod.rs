@@ -112,7 +112,7 @@ impl Configs {
     /// # Errors
     /// Where reading fails; a bad line is an [`Entry`], not an error.
     pub fn next(&mut self, scene: &Scene) -> anyhow::Result<Option<Entry>> {
-        let expected = format!("{} numbers", scene.space.nq());
+        let expected = format!("{} numbers", scene.space().nq());
         self.next_parsed(&expected, |text, reading| parse_config(text, scene, reading))
     }
 
@@ -121,7 +121,7 @@ impl Configs {
     /// # Errors
     /// If the input cannot be read any further.
     pub fn next_segment(&mut self, scene: &Scene) -> anyhow::Result<Option<SegmentEntry>> {
-        let expected = format!("two configurations of {} numbers", scene.space.nq());
+        let expected = format!("two configurations of {} numbers", scene.space().nq());
         self.next_parsed(&expected, |text, reading| parse_segment(text, scene, reading).map(Some))
     }
 
@@ -131,7 +131,7 @@ impl Configs {
     /// # Errors
     /// If the input cannot be read any further.
     pub fn next_grasp(&mut self, scene: &Scene, names_object: bool) -> anyhow::Result<Option<GraspEntry>> {
-        let expected = format!("{} numbers", scene.space.nq());
+        let expected = format!("{} numbers", scene.space().nq());
         self.next_parsed(&expected, |text, reading| {
             let Some(q) = parse_config(text, scene, reading)? else { return Ok(None) };
             let object = if names_object { Some(line::parse_object(text)?) } else { None };
@@ -144,7 +144,7 @@ impl Configs {
     /// # Errors
     /// If the input cannot be read any further.
     pub fn next_path(&mut self, scene: &Scene) -> anyhow::Result<Option<PathEntry>> {
-        let expected = format!("configurations of {} numbers", scene.space.nq());
+        let expected = format!("configurations of {} numbers", scene.space().nq());
         self.next_parsed(&expected, |text, reading| path::parse_path(text, scene, reading).map(Some))
     }
 
@@ -154,7 +154,7 @@ impl Configs {
     /// # Errors
     /// If the input cannot be read any further.
     pub fn next_waypoints(&mut self, scene: &Scene) -> anyhow::Result<Option<WaypointsEntry>> {
-        let expected = format!("configurations of {} numbers", scene.space.nq());
+        let expected = format!("configurations of {} numbers", scene.space().nq());
         self.next_parsed(&expected, |text, reading| path::parse_waypoints(text, scene, reading))
     }
 

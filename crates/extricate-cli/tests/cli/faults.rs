@@ -34,7 +34,7 @@ fn with_old_files() -> Workspace {
     workspace.run("import tray.json -o tray.toml").expect_code(0);
     workspace.write("tray.json", WORLD.replace("SIZE", "2"));
     workspace.run("learn scene.toml -o a.model --labels 3000 --seed 1").expect_code(0);
-    workspace.run("demo --scene planar-arm --queries 1 --seconds 0.05 --out demo.svg").expect_code(0);
+    workspace.run("demo --scene planar-arm --queries 1 --seconds 0.05 --out demo.html").expect_code(0);
     crate::grasps::add_files(&workspace);
     workspace.write("g.jsonl", crate::grasps::grasps_of_a_mesh(4));
     for line in [
@@ -54,7 +54,7 @@ const WRITERS: [(&str, &str); 10] = [
     ("learn scene.toml -o a.model --labels 5000", "a.model"),
     ("learn scene.toml -o new.model --labels 5000", "new.model"),
     ("import tray.json -o tray.toml", "tray-meshes/tray.obj"),
-    ("demo --scene planar-arm --queries 1 --seconds 0.05 --out demo.svg", "demo.svg"),
+    ("demo --scene planar-arm --queries 1 --seconds 0.05 --out demo.html", "demo.html"),
     ("plan scene.toml --from 2.5,0 --to -2.5,0.1 --roadmap kept", "kept"),
     ("view scene.toml --q 0.1,0 -o view.html", "view.html"),
     ("report a.model -n 2 -o report.html", "report.html"),
@@ -133,11 +133,11 @@ fn little_memory_ends_in_an_error_or_an_abort_and_leaves_files_whole() {
         let is_kept = |path: &PathBuf| {
             let name = path.file_name().unwrap().to_string_lossy();
             // A part is replaced by that of the next run; the rest is what an abort leaves.
-            // The demo draws before it learns: its picture and its page may be new, and are whole.
-            let is_drawn = ["demo.svg", "demo.html"].contains(&&*name);
-            let is_whole = |end: &str| std::fs::read_to_string(path).is_ok_and(|text| text.trim_end().ends_with(end));
-            assert!(!is_drawn || is_whole("</svg>") || is_whole("</html>"), "{name}");
-            !is_drawn && !name.ends_with(".part") && !name.starts_with(".extricate-")
+            // The demo writes its page before it learns: it may be new, and is whole.
+            let is_shown = name == "demo.html";
+            let is_whole = || std::fs::read_to_string(path).is_ok_and(|text| text.ends_with("</html>\n"));
+            assert!(!is_shown || is_whole(), "{name}");
+            !is_shown && !name.ends_with(".part") && !name.starts_with(".extricate-")
         };
         files.into_iter().filter(|(path, _)| is_kept(path)).collect()
     };

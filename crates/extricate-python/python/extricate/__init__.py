@@ -1,18 +1,22 @@
 """Globally nearest collision-free configurations of articulated robots, verified and bounded.
 
     scene = extricate.Scene("robot.urdf", [extricate.Box([0.2, 0.6, 0.4], pose=[0.45, 0, 0.45])])
-    model = extricate.learn(scene)
-    answer = model.query(q)            # q in collision
+    answer = scene.query(q)            # q in collision
     answer.witness                     # the nearest free configuration that was found
+    solver = extricate.Solver(scene, extricate.learn(scene), effort="exhaustive")
+    solver.batch(Q)                    # many, from stored samples too, with options that stay the same
+
+A `Solver` answers all that is asked of a scene, with a model or without. The calls of a `Scene` and a `Model` are short forms of its calls.
 
 Configurations are float64 arrays of shape (nq,), lists of them (n, nq), coordinates in the order of `Scene.joints`: angles in
-rad, lengths in m, quaternions x, y, z, w. Calls release the interpreter lock; scenes and models may be shared between threads.
+rad, lengths in m, quaternions x, y, z, w. Calls release the interpreter lock; scenes, models and solvers may be shared between
+threads.
 """
 
 from . import fleet, grasps
 from ._answer import Answer, Contact, Exit
 from ._grasp import Grasp, GraspContact
-from ._extricate import ChangedScene, Joint, Model, Progress, Roadmap, Scene, Stream, __version__, import_world, learn
+from ._extricate import Joint, Model, Progress, Roadmap, Scene, Solver, Stream, __version__, import_world, learn
 from ._motion import Escape, Plan, Repaired
 from ._options import QueryOptions
 from ._page import Page
@@ -37,7 +41,6 @@ __all__ = [
     "Answer",
     "Box",
     "Capsule",
-    "ChangedScene",
     "Contact",
     "Cylinder",
     "Escape",
@@ -61,6 +64,7 @@ __all__ = [
     "Robot",
     "Scene",
     "SdfRobot",
+    "Solver",
     "Sphere",
     "Stream",
     "Voxels",

@@ -1,4 +1,4 @@
-"""What queries give back. Made by `Model`; plain data, so it pickles."""
+"""What queries give back; plain data, so it pickles."""
 
 from __future__ import annotations
 

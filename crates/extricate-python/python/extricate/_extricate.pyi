@@ -20,7 +20,20 @@ _Weights = Mapping[str, Union[float, Tuple[float, float]]]
 _Floats = npt.NDArray[np.float64]
 _Tell = Union[bool, Callable[[Progress], Optional[bool]]]
 
-__all__ = ["ChangedScene", "Joint", "Model", "Progress", "Roadmap", "Scene", "Stream", "__version__", "_find_package", "import_world", "learn"]
+__all__ = [
+    "Joint",
+    "Model",
+    "Progress",
+    "Roadmap",
+    "Scene",
+    "Solver",
+    "Stream",
+    "__version__",
+    "_find_package",
+    "_query_options",
+    "import_world",
+    "learn",
+]
 
 __version__: str
 
@@ -31,6 +44,7 @@ def import_world(
     robot: Union[_Path, Scene, None] = None,
     load_limits: Optional[Mapping[str, int]] = None,
 ) -> List[Path]: ...
+def _query_options() -> List[Tuple[str, str, str]]: ...
 def _find_package(package: str, near: _Path, packages: Sequence[_Path]) -> Optional[Path]: ...
 
 class _JointState(Protocol):
@@ -65,8 +79,112 @@ class Progress:
     @property
     def accuracy(self) -> Optional[float]: ...
 
+class _Calls:
+    """What a scene, a model and a solver can be asked alike."""
+
+    def query(
+        self,
+        q: npt.ArrayLike,
+        *,
+        options: Optional[QueryOptions] = None,
+        effort: str = "refined",
+        exits: int = 1,
+        gap: Optional[float] = None,
+        starts: Optional[int] = None,
+        max_checks: Optional[int] = None,
+        max_seconds: Optional[float] = None,
+        segment: bool = False,
+        contacts: bool = False,
+        clearance: Optional[float] = None,
+        locked: Optional[Sequence[str]] = None,
+        free: Optional[Sequence[str]] = None,
+        weights: Optional[_Weights] = None,
+        toward: Optional[npt.ArrayLike] = None,
+        toward_share: float = 0.25,
+        free_radius: bool = False,
+        limits: str = "forgive",
+    ) -> Optional[Answer]: ...
+    def show(
+        self, Q: Optional[npt.ArrayLike] = None, *, path: Optional[_Path] = None, open: Optional[bool] = None,
+        live: bool = False, **options: Any,
+    ) -> Page: ...
+    def stream(
+        self,
+        *,
+        options: Optional[QueryOptions] = None,
+        effort: str = "refined",
+        hysteresis: float = 0.0,
+        starts_per_frame: int = 2,
+        continuous: bool = False,
+        gap: Optional[float] = None,
+        starts: Optional[int] = None,
+        max_checks: Optional[int] = None,
+        max_seconds: Optional[float] = None,
+        segment: bool = False,
+        contacts: bool = False,
+        clearance: Optional[float] = None,
+        locked: Optional[Sequence[str]] = None,
+        free: Optional[Sequence[str]] = None,
+        weights: Optional[_Weights] = None,
+        free_radius: bool = False,
+        limits: str = "forgive",
+    ) -> Stream: ...
+    def escape(
+        self,
+        q: npt.ArrayLike,
+        *,
+        aim: Optional[float] = None,
+        tolerance: float = 1e-3,
+        exits: int = 6,
+        resolution: float = 1e-4,
+        tree_checks: int = 20_000,
+        seed: int = 0,
+        max_checks: Optional[int] = None,
+        max_seconds: Optional[float] = None,
+    ) -> Escape: ...
+    def plan(
+        self,
+        start: npt.ArrayLike,
+        goal: npt.ArrayLike,
+        *,
+        roadmap: Optional[Roadmap] = None,
+        resolution: float = 1e-4,
+        shortcut: bool = True,
+        seed: int = 0,
+        threads: int = 0,
+        max_checks: Optional[int] = 1_000_000,
+        max_seconds: Optional[float] = None,
+    ) -> Plan: ...
+    def repair(
+        self,
+        path: npt.ArrayLike,
+        *,
+        aim: Optional[float] = None,
+        max_deviation: Optional[float] = None,
+        resolution: float = 1e-4,
+        seed: int = 0,
+        max_checks: Optional[int] = 100_000,
+        max_seconds: Optional[float] = None,
+    ) -> Repaired: ...
+    def release(
+        self,
+        Q: npt.ArrayLike,
+        *,
+        object: Union[str, Obstacle, Sequence[Obstacle]],
+        keep: str = "contacts",
+        touch: float = 2e-3,
+        friction: Optional[float] = 0.8,
+        open: Optional[npt.ArrayLike] = None,
+        clearance: Optional[float] = None,
+        locked: Sequence[str] = ...,
+        weights: Union[_Weights, str, None] = None,
+        max_checks: Optional[int] = None,
+        max_seconds: Optional[float] = None,
+        threads: int = 0,
+    ) -> Any: ...
+
 @final
-class Scene:
+class Scene(_Calls):
     def __new__(
         cls,
         robot: Union[_Robot, Sequence[_Robot]],
@@ -136,32 +254,6 @@ class Scene:
     def colliding_pairs(self, q: npt.ArrayLike) -> List[_NamePair]: ...
     def always_colliding(self, n: int = 100, *, seed: int = 0, share: float = 1.0) -> List[_NamePair]: ...
     def sample(self, n: int, *, seed: int = 0, colliding: Optional[bool] = None, threads: int = 0) -> _Floats: ...
-    def query(
-        self,
-        q: npt.ArrayLike,
-        *,
-        options: Optional[QueryOptions] = None,
-        effort: str = "refined",
-        exits: int = 1,
-        gap: Optional[float] = None,
-        starts: Optional[int] = None,
-        max_checks: Optional[int] = None,
-        max_seconds: Optional[float] = None,
-        segment: bool = False,
-        contacts: bool = False,
-        clearance: Optional[float] = None,
-        locked: Optional[Sequence[str]] = None,
-        free: Optional[Sequence[str]] = None,
-        weights: Optional[_Weights] = None,
-        toward: Optional[npt.ArrayLike] = None,
-        toward_share: float = 0.25,
-        free_radius: bool = False,
-        limits: str = "forgive",
-    ) -> Optional[Answer]: ...
-    def show(
-        self, Q: Optional[npt.ArrayLike] = None, *, path: Optional[_Path] = None, open: Optional[bool] = None,
-        live: bool = False, **options: Any,
-    ) -> Page: ...
     def query_batch(
         self,
         Q: npt.ArrayLike,
@@ -186,80 +278,6 @@ class Scene:
         errors: str = "raise",
         threads: int = 0,
     ) -> npt.NDArray[np.void]: ...
-    def release(
-        self,
-        Q: npt.ArrayLike,
-        *,
-        object: Union[str, Obstacle, Sequence[Obstacle]],
-        keep: str = "contacts",
-        touch: float = 2e-3,
-        friction: Optional[float] = 0.8,
-        open: Optional[npt.ArrayLike] = None,
-        clearance: Optional[float] = None,
-        locked: Sequence[str] = ...,
-        weights: Union[_Weights, str, None] = None,
-        max_checks: Optional[int] = None,
-        max_seconds: Optional[float] = None,
-        threads: int = 0,
-    ) -> Any: ...
-    def stream(
-        self,
-        *,
-        options: Optional[QueryOptions] = None,
-        effort: str = "refined",
-        hysteresis: float = 0.0,
-        starts_per_frame: int = 2,
-        continuous: bool = False,
-        gap: Optional[float] = None,
-        starts: Optional[int] = None,
-        max_checks: Optional[int] = None,
-        max_seconds: Optional[float] = None,
-        segment: bool = False,
-        contacts: bool = False,
-        clearance: Optional[float] = None,
-        locked: Optional[Sequence[str]] = None,
-        free: Optional[Sequence[str]] = None,
-        weights: Optional[_Weights] = None,
-        free_radius: bool = False,
-        limits: str = "forgive",
-    ) -> Stream: ...
-    def escape(
-        self,
-        q: npt.ArrayLike,
-        *,
-        aim: Optional[float] = None,
-        tolerance: float = 1e-3,
-        exits: int = 6,
-        resolution: float = 1e-4,
-        tree_checks: int = 20_000,
-        seed: int = 0,
-        max_checks: Optional[int] = None,
-        max_seconds: Optional[float] = None,
-    ) -> Escape: ...
-    def plan(
-        self,
-        start: npt.ArrayLike,
-        goal: npt.ArrayLike,
-        *,
-        roadmap: Optional[Roadmap] = None,
-        resolution: float = 1e-4,
-        shortcut: bool = True,
-        seed: int = 0,
-        threads: int = 0,
-        max_checks: Optional[int] = 1_000_000,
-        max_seconds: Optional[float] = None,
-    ) -> Plan: ...
-    def repair(
-        self,
-        path: npt.ArrayLike,
-        *,
-        aim: Optional[float] = None,
-        max_deviation: Optional[float] = None,
-        resolution: float = 1e-4,
-        seed: int = 0,
-        max_checks: Optional[int] = 100_000,
-        max_seconds: Optional[float] = None,
-    ) -> Repaired: ...
     @staticmethod
     def _from_bytes(data: bytes) -> Scene: ...
     def __reduce__(self) -> Tuple[Any, ...]: ...
@@ -277,7 +295,7 @@ class Roadmap:
     def checks(self) -> int: ...
 
 @final
-class Model:
+class Model(_Calls):
     @staticmethod
     def load(path: _Path) -> Model: ...
     def save(self, path: _Path) -> None: ...
@@ -286,43 +304,6 @@ class Model:
     def to_bytes(self) -> bytes: ...
     @property
     def scene(self) -> Scene: ...
-    def escape(
-        self,
-        q: npt.ArrayLike,
-        *,
-        aim: Optional[float] = None,
-        tolerance: float = 1e-3,
-        exits: int = 6,
-        resolution: float = 1e-4,
-        tree_checks: int = 20_000,
-        seed: int = 0,
-        max_checks: Optional[int] = None,
-        max_seconds: Optional[float] = None,
-    ) -> Escape: ...
-    def plan(
-        self,
-        start: npt.ArrayLike,
-        goal: npt.ArrayLike,
-        *,
-        roadmap: Optional[Roadmap] = None,
-        resolution: float = 1e-4,
-        shortcut: bool = True,
-        seed: int = 0,
-        threads: int = 0,
-        max_checks: Optional[int] = 1_000_000,
-        max_seconds: Optional[float] = None,
-    ) -> Plan: ...
-    def repair(
-        self,
-        path: npt.ArrayLike,
-        *,
-        aim: Optional[float] = None,
-        max_deviation: Optional[float] = None,
-        resolution: float = 1e-4,
-        seed: int = 0,
-        max_checks: Optional[int] = 100_000,
-        max_seconds: Optional[float] = None,
-    ) -> Repaired: ...
     @property
     def boundary(self) -> _Floats: ...
     @property
@@ -374,10 +355,6 @@ class Model:
         free_radius: bool = False,
         limits: str = "forgive",
     ) -> Optional[Answer]: ...
-    def show(
-        self, Q: Optional[npt.ArrayLike] = None, *, path: Optional[_Path] = None, open: Optional[bool] = None,
-        live: bool = False, **options: Any,
-    ) -> Page: ...
     def query_batch(
         self,
         Q: npt.ArrayLike,
@@ -402,40 +379,16 @@ class Model:
         errors: str = "raise",
         threads: int = 0,
     ) -> npt.NDArray[np.void]: ...
-    def in_world(self, world: Union[Scene, Iterable[Obstacle]]) -> ChangedScene: ...
-    def in_scene(self, scene: Scene) -> ChangedScene: ...
-    def stream(
-        self,
-        *,
-        options: Optional[QueryOptions] = None,
-        effort: str = "refined",
-        hysteresis: float = 0.0,
-        starts_per_frame: int = 2,
-        continuous: bool = False,
-        gap: Optional[float] = None,
-        starts: Optional[int] = None,
-        max_checks: Optional[int] = None,
-        max_seconds: Optional[float] = None,
-        segment: bool = False,
-        contacts: bool = False,
-        clearance: Optional[float] = None,
-        locked: Optional[Sequence[str]] = None,
-        free: Optional[Sequence[str]] = None,
-        weights: Optional[_Weights] = None,
-        free_radius: bool = False,
-        limits: str = "forgive",
-    ) -> Stream: ...
+    def in_world(self, world: Union[Scene, Iterable[Obstacle]]) -> Solver: ...
+    def in_scene(self, scene: Scene) -> Solver: ...
     def __reduce__(self) -> Tuple[Any, ...]: ...
 
 @final
-class ChangedScene:
-    @property
-    def scene(self) -> Scene: ...
-    @property
-    def model(self) -> Model: ...
-    def query(
-        self,
-        q: npt.ArrayLike,
+class Solver(_Calls):
+    def __new__(
+        cls,
+        scene: Scene,
+        model: Optional[Model] = None,
         *,
         options: Optional[QueryOptions] = None,
         effort: str = "refined",
@@ -454,12 +407,14 @@ class ChangedScene:
         toward_share: float = 0.25,
         free_radius: bool = False,
         limits: str = "forgive",
-    ) -> Optional[Answer]: ...
-    def show(
-        self, Q: Optional[npt.ArrayLike] = None, *, path: Optional[_Path] = None, open: Optional[bool] = None,
-        live: bool = False, **options: Any,
-    ) -> Page: ...
-    def query_batch(
+    ) -> Solver: ...
+    @property
+    def scene(self) -> Scene: ...
+    @property
+    def model(self) -> Optional[Model]: ...
+    def with_scene(self, scene: Scene) -> Solver: ...
+    def check(self, Q: npt.ArrayLike, *, threads: int = 0) -> npt.NDArray[np.bool_]: ...
+    def batch(
         self,
         Q: npt.ArrayLike,
         *,
@@ -490,7 +445,7 @@ class Stream:
     @overload
     def query(self, q: npt.ArrayLike, *, scene: None = None) -> Answer: ...
     @overload
-    def query(self, q: npt.ArrayLike, *, scene: ChangedScene) -> Optional[Answer]: ...
+    def query(self, q: npt.ArrayLike, *, scene: Solver) -> Optional[Answer]: ...
     def restart(self) -> None: ...
 
 def learn(

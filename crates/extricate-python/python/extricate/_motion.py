@@ -1,4 +1,4 @@
-"""What motions give back. Made by `Scene` and `Model`; plain data, so it pickles."""
+"""What motions give back; plain data, so it pickles."""
 
 from __future__ import annotations
 

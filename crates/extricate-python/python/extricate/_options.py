@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 @dataclass(frozen=True, eq=False)
 class QueryOptions:
-    """Options of `query`, `query_batch` and `stream`, to be given as `options=`. A keyword beside it counts more.
+    """Options of queries, batches and streams, to be given as `options=`. A keyword beside it counts more.
 
     effort: "nearest" (a stored sample), "quick" (fewer starts), "refined", "exhaustive" or "proved".
     exits: how many distinct exits are wanted.

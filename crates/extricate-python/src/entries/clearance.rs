@@ -1,6 +1,6 @@
 //! The argument `clearance` of `Scene`, and lengths beside it.
 
-use extricate::internals::scene::clearances::{ClearanceEntry, SplitClearance};
+use extricate::entries::{ClearanceEntry, SplitClearance};
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyMapping;

@@ -2,9 +2,8 @@
 
 use std::sync::Arc;
 
-use extricate::geometry::Vec3;
-use extricate::internals::robot::formats;
-use extricate::internals::scene::file::{ScaleEntry, ShapeEntry};
+use extricate::entries::{ScaleEntry, ShapeEntry};
+use extricate::parts::from_arrays;
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 
@@ -33,9 +32,8 @@ pub fn mesh(element: &str, given: &Bound<'_, PyAny>, shape: &mut ShapeEntry) -> 
                 .into_iter()
                 .map(|[a, b, c]| Ok([corner(a)?, corner(b)?, corner(c)?]))
                 .collect::<PyResult<Vec<_>>>()?;
-            let vertices = vertices.into_iter().map(Vec3::from).collect();
             let name = element.to_string();
-            let made = move || formats::from_arrays(&name, vertices, triangles);
+            let made = move || from_arrays(&name, &vertices, triangles);
             shape.triangles = Some(Arc::new(long_call::apart(given.py(), made)?.map_err(exception)?));
         }
     }

@@ -10,18 +10,17 @@ pub mod scenery;
 use std::collections::{BTreeMap, HashSet};
 use std::path::PathBuf;
 
-use extricate::MetricKind;
-use extricate::internals::robot::packages::PackageSearch;
-use extricate::internals::scene::file::limits::{BoundsEntry, LimitsEntry};
-use extricate::internals::scene::file::{
-    BaseKind, GeometryKind, MetricEntry, ObstacleEntry, PairsEntry, PoseEntry, RobotEntry, SceneFile, ShapeEntry,
-    WeightEntry,
+use extricate::entries::{
+    BaseKind, BoundsEntry, GeometryKind, LimitsEntry, MetricEntry, ObstacleEntry, PairsEntry, PoseEntry, RobotEntry,
+    SceneFile, ShapeEntry, WeightEntry,
 };
+use extricate::parts::PackageSearch;
 use numpy::PyUntypedArrayMethods;
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyMapping, PyString};
 
+use crate::error::exception;
 use crate::rows::arrays::{floats, numbers, tuple};
 use clearance::{Clearance, length};
 use lists::Folders;
@@ -100,12 +99,7 @@ pub fn describe(
     let mut all = brought("obstacles")?;
     all.extend(obstacles.iter().cloned());
     let entries = obstacle_entries(&all, Vec::new())?;
-    let metric = match options.metric.as_str() {
-        "joint" => MetricKind::Joint,
-        "object-norm" => MetricKind::ObjectNorm,
-        "max-displacement" => MetricKind::MaxDisplacement,
-        other => return Err(unknown("metric", other, &["joint", "object-norm", "max-displacement"])),
-    };
+    let metric = options.metric.parse().map_err(exception)?;
     let weight = |element: &str, value: &Bound<'_, PyAny>| match floats(element, value)?[..] {
         [all] => Ok(WeightEntry::Uniform(all)),
         [translation, rotation] => Ok(WeightEntry::Split([translation, rotation])),

@@ -1,7 +1,6 @@
 //! Poses as Python has them: arrays, or a dict with the keys of a scene file.
 
-use extricate::geometry::Vec3;
-use extricate::internals::scene::file::PoseEntry;
+use extricate::entries::PoseEntry;
 use numpy::PyUntypedArrayMethods;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
@@ -63,19 +62,19 @@ fn pose_by_key(element: &str, mapping: &Bound<'_, PyMapping>) -> PyResult<PoseEn
 
 /// Of the rotation in a 4 x 4 transform, row major.
 fn roll_pitch_yaw(element: &str, m: &[f64]) -> PyResult<[f64; 3]> {
-    let column = |k: usize| Vec3::new(m[k], m[4 + k], m[8 + k]);
-    let (x, y, z) = (column(0), column(1), column(2));
-    let off =
-        [x.dot(&x) - 1.0, y.dot(&y) - 1.0, x.dot(&y)].into_iter().fold((x.cross(&y) - z).norm(), |a, b| a.max(b.abs()));
-    let last = [m[12], m[13], m[14], m[15] - 1.0].into_iter().fold(0.0, |a: f64, b| a.max(b.abs()));
-    // Written so that NaN fails.
-    if !(off <= ROTATION_TOLERANCE && last <= ROTATION_TOLERANCE) {
+    let [x, y, z] = [0, 1, 2].map(|k| [m[k], m[4 + k], m[8 + k]]);
+    let dot = |a: [f64; 3], b: [f64; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+    let cross = |k: usize| x[(k + 1) % 3] * y[(k + 2) % 3] - x[(k + 2) % 3] * y[(k + 1) % 3];
+    let off = [dot(x, x) - 1.0, dot(y, y) - 1.0, dot(x, y), cross(0) - z[0], cross(1) - z[1], cross(2) - z[2]];
+    let last = [m[12], m[13], m[14], m[15] - 1.0];
+    // NaN is not small either.
+    if !off.into_iter().chain(last).all(|x| x.abs() <= ROTATION_TOLERANCE) {
         return Err(PyValueError::new_err(format!(
             "{element}: got a 4 x 4 matrix that is no rigid transform, expected a rotation and a last row 0, 0, 0, 1"
         )));
     }
-    let cosine = x.x.hypot(x.y);
-    let pitch = (-x.z).atan2(cosine);
+    let cosine = x[0].hypot(x[1]);
+    let pitch = (-x[2]).atan2(cosine);
     // Where pitch is a right angle, roll and yaw turn about one axis; all of it is called roll.
-    if cosine < 1e-9 { Ok([(-z.y).atan2(y.y), pitch, 0.0]) } else { Ok([y.z.atan2(z.z), pitch, x.y.atan2(x.x)]) }
+    if cosine < 1e-9 { Ok([(-z[1]).atan2(y[1]), pitch, 0.0]) } else { Ok([y[2].atan2(z[2]), pitch, x[1].atan2(x[0])]) }
 }

@@ -2,8 +2,7 @@
 
 use std::sync::Arc;
 
-use extricate::geometry::{Geometry, HeightField, PointCloud, Vec3, Voxels};
-use extricate::internals::scene::units;
+use extricate::geometry::{Geometry, HeightField, PointCloud, Voxels};
 use numpy::{PyArray1, PyUntypedArray, PyUntypedArrayMethods};
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
@@ -34,8 +33,8 @@ pub fn geometry(class: &str, element: &str, given: &Bound<'_, PyAny>) -> PyResul
     let mut left_out = 0;
     let geometry = match class {
         "Points" => {
-            let points = rows_of_three(&format!("{element}: xyz"), &get("xyz")?)?.into_iter().map(Vec3::from).collect();
-            let (cloud, lost) = PointCloud::seen(NAME, element, number("radius")?, points).map_err(exception)?;
+            let points = rows_of_three(&format!("{element}: xyz"), &get("xyz")?)?;
+            let (cloud, lost) = PointCloud::seen(NAME, element, number("radius")?, &points).map_err(exception)?;
             left_out = lost;
             Geometry::Points(Arc::new(cloud))
         }
@@ -115,21 +114,21 @@ impl Scene {
         if !(padding >= 0.0 && padding.is_finite()) {
             return Err(PyValueError::new_err(format!("padding: got {padding}, expected 0 m or more")));
         }
-        let points: Vec<Vec3> = rows_of_three("points", points)?.into_iter().map(Vec3::from).collect();
+        let points = rows_of_three("points", points)?;
         if let Some(row) = points.iter().position(|p| !p.iter().all(|x| x.is_finite())) {
             return Err(PyValueError::new_err(format!("points: row {row}: expected finite coordinates [m]")));
         }
-        let space = &self.inner().space;
+        let space = self.inner().space();
         let values = one_config("q", q, space)?;
-        let config = units::config(self.inner(), values.values()).map_err(|error| bad_row("q", 0, true, error))?;
-        let checker = py.detach(|| self.checker())?;
+        let config = self.inner().config(values.values()).map_err(|error| bad_row("q", 0, true, error))?;
+        let solver = self.handle().for_checks(py)?;
         let watch = long_call::Watch::new();
         let stop = watch.stop();
         let filter = |scratch: &mut _| {
             let parts = points.chunks(AT_ONCE).take_while(|_| !stop.is_asked());
-            parts.flat_map(|part| checker.robot_filter(&config, part, padding, scratch)).collect::<Vec<bool>>()
+            parts.flat_map(|part| solver.checker().robot_filter(&config, part, padding, scratch)).collect::<Vec<bool>>()
         };
-        let keep = py.detach(|| watch.over(|| self.scratches().with(filter)))?;
+        let keep = py.detach(|| watch.over(|| solver.with_scratch(filter)))?;
         Ok(PyArray1::from_vec(py, keep))
     }
 }

@@ -3,7 +3,6 @@
 use std::ops::ControlFlow;
 
 use extricate::{Error, LearnOptions};
-use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
 use super::Model;
@@ -14,17 +13,17 @@ use crate::scene::Scene;
 
 /// Learns a scene: all that queries need.
 ///
-/// labels: most exact collision checks to spend; 160,000 where None.
-/// seconds: most seconds to spend; where None, 5, or without limit where `labels` is given.
+/// labels: most exact collision checks to spend; 160,000 if None.
+/// seconds: most seconds to spend; if None, 5, or without limit if `labels` is given.
 /// Without a limit in seconds the model depends on scene, seed and labels alone.
-/// seed: of all random numbers; 0 where None.
+/// seed: of all random numbers; 0 if None.
 /// threads: 0 for one per core. The model does not depend on it.
 /// progress: True for a bar (tqdm's, if it is installed), False for none, None for one if stderr is
 /// a terminal, or a function that is called with a `Progress` about twenty times a second, on the
-/// calling thread; where it returns False, learning ends early and what was learned is kept.
+/// calling thread; if it returns False, learning ends early and what was learned is kept.
 ///
 /// Ctrl-C ends learning with KeyboardInterrupt; what was learned is then lost. Raises RuntimeError
-/// where no free configuration was found, ValueError for options that make no sense.
+/// if no free configuration was found, ValueError for options that make no sense.
 #[pyfunction]
 #[pyo3(signature = (scene, *, labels = None, seconds = None, seed = None, threads = 0, progress = None))]
 pub fn learn(
@@ -45,8 +44,7 @@ pub fn learn(
         |line| {
             let mut report = |state: &extricate::LearnProgress| {
                 line.tell(state.clone());
-                let ended = line.stopped() || listener.has_enough();
-                if ended { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+                if listener.has_enough() { ControlFlow::Break(()) } else { line.flow() }
             };
             let model = extricate::Model::learn_with(copy, &options, &mut report)?;
             // Nobody will see the model of a call that was stopped.
@@ -54,7 +52,7 @@ pub fn learn(
         },
     );
     listener.close(py, learned.is_ok())?;
-    Ok(Model::of(learned?.map_err(exception)?))
+    Ok(Model::of(learned?.map_err(exception)?.into()))
 }
 
 /// The options of a run, from arguments of Python.
@@ -67,16 +65,17 @@ fn options(
     seed: Option<Seed>,
     thread_count: i64,
 ) -> PyResult<LearnOptions> {
-    if let Some(bad) = seconds.filter(|seconds| seconds.is_nan() || *seconds <= 0.0) {
-        return Err(PyValueError::new_err(format!("seconds: got {bad}, expected more than 0")));
+    let mut options = LearnOptions::default().threads(threads(thread_count)?);
+    // Who counts labels wants a model that another machine learns too; a silent time limit would
+    // break that.
+    if labels.is_some() || seconds.is_some() {
+        options.seconds = seconds;
     }
-    let (default, labels) = (LearnOptions::default(), labels.map(|labels| count("labels", labels, 1)).transpose()?);
-    Ok(LearnOptions {
-        // Who counts labels wants a model that another machine learns too; a silent time limit
-        // would break that.
-        seconds: if labels.is_some() { seconds } else { seconds.or(default.seconds) },
-        labels: labels.unwrap_or(default.labels),
-        seed: seed.map_or(default.seed, |Seed(seed)| seed),
-        threads: threads(thread_count)?,
-    })
+    if let Some(labels) = labels {
+        options.labels = count("labels", labels, 1)?;
+    }
+    if let Some(Seed(seed)) = seed {
+        options.seed = seed;
+    }
+    Ok(options)
 }

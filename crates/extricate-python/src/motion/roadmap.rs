@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
-use extricate::internals::io;
+use extricate::files;
 use pyo3::prelude::*;
 
 use crate::error::{Seed, exception};
@@ -50,16 +50,16 @@ impl Roadmap {
     #[new]
     #[pyo3(signature = (scene, *, seed = Seed(0)), text_signature = "(scene, *, seed=0)")]
     fn new(scene: &Scene, seed: Seed) -> Self {
-        Self::of(extricate::Roadmap::new(&scene.inner().space, seed.0))
+        Self::of(extricate::Roadmap::new(scene.inner().space(), seed.0))
     }
 
     /// Reads a roadmap file, for `scene`.
     ///
-    /// Raises ValueError where it is no roadmap of the scene's coordinates.
+    /// Raises ValueError if it is no roadmap of the scene's coordinates.
     #[staticmethod]
     fn load(py: Python<'_>, path: PathBuf, scene: &Scene) -> PyResult<Self> {
         let inner = scene.inner();
-        Ok(Self::of(py.detach(|| io::load_roadmap(&path, inner)).map_err(exception)?))
+        Ok(Self::of(py.detach(|| files::load_roadmap(&path, inner)).map_err(exception)?))
     }
 
     /// Writes a roadmap file: another reader sees the old one or the whole new one.
@@ -67,7 +67,7 @@ impl Roadmap {
     fn save(&self, py: Python<'_>, path: PathBuf) -> PyResult<()> {
         let kept = self.inner().clone();
         let Some(roadmap) = kept else { return Ok(()) };
-        py.detach(|| io::save_roadmap(&roadmap, &path)).map_err(exception)
+        py.detach(|| files::save_roadmap(&roadmap, &path)).map_err(exception)
     }
 
     /// Number of configurations.

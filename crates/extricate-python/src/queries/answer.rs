@@ -1,6 +1,6 @@
 //! Answers of queries as objects.
 
-use extricate::{Effort, PairId, Scene};
+use extricate::{Answer, ContactRecord, ExitRecord, Scene, Unproved};
 use numpy::{PyArray1, PyArray2};
 use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
@@ -13,34 +13,32 @@ static CONTACT: PyOnceLock<Py<PyType>> = PyOnceLock::new();
 static EXIT: PyOnceLock<Py<PyType>> = PyOnceLock::new();
 
 /// `answer` as an object of the class `Answer`, with the names that `scene` gives pairs.
-pub fn object<'py>(py: Python<'py>, answer: extricate::Answer, scene: &Scene) -> PyResult<Bound<'py, PyAny>> {
-    let pair = |pair: PairId| -> (&str, &str) { scene.pair_names(pair).into() };
-    let named = |pairs: &[PairId]| -> Vec<(&str, &str)> { pairs.iter().map(|&index| pair(index)).collect() };
-    let contact = |contact: &extricate::Contact| {
-        let points = [contact.point_first, contact.point_second].map(|point| point.iter().copied().collect());
-        let points = PyArray2::from_vec2(py, &points)?;
-        let normal = PyArray1::from_iter(py, contact.normal.iter().copied());
+pub fn object<'py>(py: Python<'py>, answer: &Answer, scene: &Scene) -> PyResult<Bound<'py, PyAny>> {
+    let answer = answer.record(scene);
+    let contact = |contact: &ContactRecord| {
+        let points = PyArray2::from_vec2(py, &[contact.point_first, contact.point_second].map(Vec::from))?;
+        let normal = PyArray1::from_slice(py, &contact.normal);
         CONTACT.import(py, HOME, "Contact")?.call1((pair(contact.pair), contact.distance, points, normal))
     };
-    let exit = |exit: &extricate::Exit| {
-        let witness = PyArray1::from_slice(py, &exit.witness);
-        EXIT.import(py, HOME, "Exit")?.call1((exit.depth, witness, named(&exit.touching)))
+    let exit = |exit: &ExitRecord| {
+        let witness = PyArray1::from_slice(py, exit.witness);
+        EXIT.import(py, HOME, "Exit")?.call1((exit.depth, witness, pairs(&exit.touching)))
     };
     let fields: [Bound<'_, PyAny>; 22] = [
         answer.depth.into_pyobject(py)?.into_any(),
         answer.lower_bound.into_pyobject(py)?.into_any(),
         answer.gap.into_pyobject(py)?.into_any(),
-        answer.unproved.map(extricate::Unproved::name).into_pyobject(py)?.into_any(),
-        PyArray1::from_slice(py, &answer.witness).into_any(),
+        answer.unproved.map(Unproved::name).into_pyobject(py)?.into_any(),
+        PyArray1::from_slice(py, answer.witness).into_any(),
         answer.verified.into_pyobject(py)?.to_owned().into_any(),
         answer.clearance.into_pyobject(py)?.into_any(),
         answer.unseen.into_pyobject(py)?.into_any(),
         answer.max_displacement.into_pyobject(py)?.into_any(),
-        named(&answer.colliding).into_pyobject(py)?.into_any(),
-        scene.joints_of(&answer.outside).into_pyobject(py)?.into_any(),
-        named(&answer.touching).into_pyobject(py)?.into_any(),
+        pairs(&answer.colliding).into_pyobject(py)?.into_any(),
+        answer.outside.into_pyobject(py)?.into_any(),
+        pairs(&answer.touching).into_pyobject(py)?.into_any(),
         answer.contacts.iter().map(contact).collect::<PyResult<Vec<_>>>()?.into_pyobject(py)?.into_any(),
-        PyArray1::from_slice(py, &answer.gradient).into_any(),
+        PyArray1::from_slice(py, answer.gradient).into_any(),
         answer.unique.into_pyobject(py)?.to_owned().into_any(),
         answer.cut_short.into_pyobject(py)?.to_owned().into_any(),
         answer.exits.iter().map(exit).collect::<PyResult<Vec<_>>>()?.into_pyobject(py)?.into_any(),
@@ -48,12 +46,16 @@ pub fn object<'py>(py: Python<'py>, answer: extricate::Answer, scene: &Scene) ->
         answer.free_radius.into_pyobject(py)?.into_any(),
         answer.nearest.into_pyobject(py)?.into_any(),
         answer.checks.into_pyobject(py)?.into_any(),
-        effort_name(answer.effort).into_pyobject(py)?.into_any(),
+        answer.effort.name().into_pyobject(py)?.into_any(),
     ];
     ANSWER.import(py, HOME, "Answer")?.call1(PyTuple::new(py, fields)?)
 }
 
-/// What Python calls an effort.
-pub fn effort_name(effort: Effort) -> &'static str {
-    effort.name()
+/// The names of a pair as a tuple.
+fn pair([first, second]: [&str; 2]) -> (&str, &str) {
+    (first, second)
+}
+
+fn pairs<'a>(named: &[[&'a str; 2]]) -> Vec<(&'a str, &'a str)> {
+    named.iter().map(|&[first, second]| (first, second)).collect()
 }

@@ -1,43 +1,29 @@
 //! Many queries: from the rows of one array into the rows of another, on many threads.
 
-use std::sync::Mutex;
+use std::sync::atomic::{AtomicBool, Ordering};
 
-use extricate::internals::cspace::Factor;
-use extricate::internals::scene::units;
-use extricate::{Answer, Config, ConfigSpace, Manifold, QueryOptions, QueryScratch, Scene, Termination};
+use extricate::parts::Factor;
+use extricate::{ConfigSpace, Manifold, Scene};
 use numpy::{PyArray1, PyArrayMethods};
 use pyo3::exceptions::PyMemoryError;
 use pyo3::prelude::*;
+use pyo3::types::PyDict;
 use rayon::prelude::*;
 
 use super::layout::Layout;
-use super::options::Asked;
+use super::options::{Asked, Call};
 use crate::error::{threads, warn};
 use crate::long_call;
 use crate::rows::LOOK;
 use crate::rows::arrays::{Configs, bad_row, configs};
+use crate::solver::handle::Handle;
 
 /// Queries handed to a thread at once.
 const CHUNK: usize = 32;
 
-/// Memory that queries or checks reuse: one for each thread that was ever at it at the same time.
-#[derive(Default)]
-pub struct Scratches<Scratch = QueryScratch>(Mutex<Vec<Scratch>>);
-
-impl<Scratch: Default> Scratches<Scratch> {
-    /// Does `work` with one that nobody else uses meanwhile.
-    pub fn with<T>(&self, work: impl FnOnce(&mut Scratch) -> T) -> T {
-        let poisoned = "never poisoned: nothing panics while it is held";
-        let mut scratch = self.0.lock().expect(poisoned).pop().unwrap_or_default();
-        let result = work(&mut scratch);
-        self.0.lock().expect(poisoned).push(scratch);
-        result
-    }
-}
-
-/// Limits of every coordinate, where all that is between them is a configuration: rows of free
+/// Limits of every coordinate, if all that is between them is a configuration: rows of free
 /// space are answered in a few microseconds, and this tells most of them right in a few
-/// nanoseconds. `None` where a rotation is among the coordinates.
+/// nanoseconds. `None` if a rotation is among the coordinates.
 fn plain_limits(space: &ConfigSpace) -> Option<Vec<[f64; 2]>> {
     let limits = |factor: &Factor| match factor.manifold {
         Manifold::Interval { lower, upper } => Some([lower, upper]),
@@ -47,9 +33,6 @@ fn plain_limits(space: &ConfigSpace) -> Option<Vec<[f64; 2]>> {
     space.factors().iter().map(limits).collect()
 }
 
-/// Answers one query; `None` where nothing free was found.
-pub type Ask<'a> = dyn Fn(&Config, &QueryOptions, &mut QueryScratch) -> Option<Answer> + Sync + 'a;
-
 /// Looks at all rows before any is answered: nobody wants to hear after an hour that the last one
 /// was wrong. Warns if one looks like degrees.
 ///
@@ -57,13 +40,13 @@ pub type Ask<'a> = dyn Fn(&Config, &QueryOptions, &mut QueryScratch) -> Option<A
 /// That of the first wrong row, unless wrong rows are masked; `KeyboardInterrupt`.
 fn look_over(py: Python<'_>, scene: &Scene, asked: &Asked, q: &Configs) -> PyResult<()> {
     let (rows, single) = (q.values(), q.single);
-    let limits = plain_limits(&scene.space);
+    let limits = plain_limits(scene.space());
     let plain = |q: &[f64]| limits.iter().flatten().zip(q).all(|([lower, upper], x)| lower <= x && x <= upper);
     let watch = long_call::Watch::new();
     let stop = watch.stop();
     let look = || {
         let mut degrees = None;
-        for (row, values) in rows.chunks_exact(scene.space.nq()).enumerate() {
+        for (row, values) in rows.chunks_exact(scene.space().nq()).enumerate() {
             if row % LOOK == 0 && stop.is_asked() {
                 break;
             }
@@ -71,7 +54,7 @@ fn look_over(py: Python<'_>, scene: &Scene, asked: &Asked, q: &Configs) -> PyRes
                 continue;
             }
             if degrees.is_none() {
-                degrees = units::degrees_hint(scene, values).map(|hint| (row, hint));
+                degrees = scene.degrees_hint(values).map(|hint| (row, hint));
             }
             if !asked.masks {
                 asked.config_of(values, scene).map_err(|error| bad_row("Q", row, single, error))?;
@@ -86,68 +69,87 @@ fn look_over(py: Python<'_>, scene: &Scene, asked: &Asked, q: &Configs) -> PyRes
     }
 }
 
-/// What `ask`, given the options, says of each row of `queries`, configurations of `scene`, as a
-/// structured array of [`Layout`].
+/// The answers for all rows as a structured array of [`Layout`], with a warning if some have none
+/// because some pairs collide wherever one looks.
 ///
 /// # Errors
 /// `ValueError` for a shape or a row that is no configuration, before anything is asked;
-/// `MemoryError` where the answers cannot be kept; what [`long_call::run`] raises.
+/// `MemoryError` if the answers cannot be kept; what [`long_call::run`] raises.
 pub fn answers<'py>(
+    handle: &Handle,
     queries: &Bound<'py, PyAny>,
-    scene: &Scene,
-    scratches: &Scratches,
-    asked: Asked,
-    ask: &Ask,
+    given: Option<&Bound<'py, PyDict>>,
 ) -> PyResult<Bound<'py, PyAny>> {
-    let py = queries.py();
-    let (space, layout) = (&scene.space, Layout::new(scene, &asked.options));
-    let nq = space.nq();
-    let q = configs("Q", queries, space)?;
-    let (values, rows, single) = (q.values(), q.rows, q.single);
+    let (py, scene) = (queries.py(), handle.scene());
+    let asked = handle.asked(py, given, Call::Batch)?;
+    let q = configs("Q", queries, scene.space())?;
     let pool = long_call::pool(threads(asked.threads)?)?;
-    let config = |row: usize, q: &[f64]| asked.config_of(q, scene).map_err(|error| bad_row("Q", row, single, error));
+    let solver = handle.solver_for(py, &asked)?;
     look_over(py, scene, &asked, &q)?;
-    let size = layout.size().filter(|size| size.checked_mul(rows).is_some_and(|bytes| bytes <= isize::MAX as usize));
-    let size = size.ok_or_else(|| PyMemoryError::new_err("query_batch: the answers are more than can be addressed"))?;
+    let layout = Layout::new(scene, &asked.options);
+    let is_kept = |size: &usize| size.checked_mul(q.rows).is_some_and(|bytes| bytes <= isize::MAX as usize);
+    let size = layout.size().filter(is_kept);
+    let size = size.ok_or_else(|| PyMemoryError::new_err("the answers are more than can be addressed"))?;
     // Written by the byte, because no type of Rust has the layout of a row; read through a view.
-    let answers = py.import("numpy")?.call_method1("zeros", (rows * size, "u1"))?.cast_into::<PyArray1<u8>>()?;
+    let answers = py.import("numpy")?.call_method1("zeros", (q.rows * size, "u1"))?.cast_into::<PyArray1<u8>>()?;
+    let batch = Batch { asked: &asked, scene, layout, size, lacks_answers: AtomicBool::new(false) };
     {
         let mut answers = answers.readwrite();
         let answers = answers.as_slice_mut().expect("contiguous: it was just made");
-        let chunk = |line: &long_call::Line<()>,
-                     options: &QueryOptions,
-                     at: usize,
-                     values: &[f64],
-                     answers: &mut [u8]|
-         -> PyResult<()> {
-            scratches.with(|scratch| {
-                let rows = values.chunks_exact(nq).zip(answers.chunks_exact_mut(size));
-                for (row, (q, answer)) in rows.enumerate().take_while(|_| !line.stopped()) {
-                    match config(at * CHUNK + row, q) {
-                        Ok(config) => layout.write(ask(&config, options, scratch).as_ref(), answer),
-                        Err(_) if asked.masks => layout.write_no_query(answer),
-                        Err(error) => return Err(error),
-                    }
-                }
-                Ok(())
+        let (values, single, nq) = (q.values(), q.single, scene.space().nq());
+        let mut fill = |line: &long_call::Line<()>| {
+            let solver = asked.stopped_by(&solver, line.stop());
+            let answers = answers.par_chunks_mut(CHUNK * size);
+            let chunks = values.par_chunks(CHUNK * nq).zip(answers).enumerate();
+            chunks.try_for_each(|(at, (values, answers))| {
+                let place = (at * CHUNK, single);
+                batch.fill(&solver, values, answers, place, &|| line.stopped())
             })
         };
-        long_call::run(
-            py,
-            |_, ()| Ok(()),
-            |line| {
-                let options = QueryOptions {
-                    termination: Termination { stop: Some(line.stop()), ..asked.options.termination.clone() },
-                    ..asked.options.clone()
-                };
-                let answers = || {
-                    let answers = answers.par_chunks_mut(CHUNK * size);
-                    let chunks = values.par_chunks(CHUNK * nq).zip(answers).enumerate();
-                    chunks.try_for_each(|(at, (values, answers))| chunk(line, &options, at, values, answers))
-                };
-                pool.install(answers)
-            },
-        )??;
+        long_call::run(py, |_, ()| Ok(()), |line| pool.install(|| fill(line)))??;
+    }
+    if batch.lacks_answers.into_inner() {
+        handle.advise(py)?;
     }
     answers.call_method1("view", (layout.dtype(py, size)?,))
+}
+
+/// What is written into the rows of a batch.
+struct Batch<'a> {
+    asked: &'a Asked,
+    scene: &'a Scene,
+    layout: Layout,
+    /// Bytes of a row.
+    size: usize,
+    /// Whether nothing free was found for some row.
+    lacks_answers: AtomicBool,
+}
+
+impl Batch<'_> {
+    /// Answers some rows. `first` is the number of the first of them; `single` tells that a row on
+    /// its own was given.
+    fn fill(
+        &self,
+        solver: &extricate::Solver,
+        values: &[f64],
+        answers: &mut [u8],
+        (first, single): (usize, bool),
+        stopped: &dyn Fn() -> bool,
+    ) -> PyResult<()> {
+        let rows = values.chunks_exact(self.scene.space().nq()).zip(answers.chunks_exact_mut(self.size));
+        for (row, (q, row_of_answer)) in rows.enumerate().take_while(|_| !stopped()) {
+            match self.asked.config_of(q, self.scene) {
+                Ok(config) => {
+                    let answer = solver.query(&config);
+                    if answer.is_none() {
+                        self.lacks_answers.store(true, Ordering::Relaxed);
+                    }
+                    self.layout.write(answer.as_ref(), row_of_answer);
+                }
+                Err(_) if self.asked.masks => self.layout.write_no_query(row_of_answer),
+                Err(error) => return Err(bad_row("Q", first + row, single, error)),
+            }
+        }
+        Ok(())
+    }
 }

@@ -13,9 +13,9 @@ pub struct Layout {
     nv: usize,
     segment: bool,
     free_radius: bool,
-    /// Places for exits; 0 where one alone was asked for.
+    /// Places for exits; 0 if one alone was asked for.
     exits: usize,
-    /// Checked pairs of the scene; 0 where they are not to be told.
+    /// Checked pairs of the scene; 0 if they are not to be told.
     pairs: usize,
 }
 
@@ -23,15 +23,15 @@ pub struct Layout {
 type Field = (&'static str, &'static str, Vec<usize>);
 
 impl Layout {
-    /// Of answers about `scene` that are asked for with `options`.
+    /// The layout of answers in `scene` to queries with `options`.
     pub fn new(scene: &Scene, options: &QueryOptions) -> Self {
         Self {
-            nq: scene.space.nq(),
-            nv: scene.space.nv(),
+            nq: scene.space().nq(),
+            nv: scene.space().nv(),
             segment: options.segment,
             free_radius: options.free_radius,
             exits: if options.exits > 1 { options.exits } else { 0 },
-            pairs: if options.contacts { scene.pairs.len() } else { 0 },
+            pairs: if options.contacts { scene.pairs().len() } else { 0 },
         }
     }
 
@@ -63,7 +63,7 @@ impl Layout {
         fields
     }
 
-    /// Bytes of a row; `None` where that is more than can be counted.
+    /// Bytes of a row; `None` if that is more than can be counted.
     pub fn size(self) -> Option<usize> {
         let add = |sum: usize, (_, kind, shape): Field| {
             let one = if kind == "?" { 1usize } else { 8 };
@@ -103,7 +103,7 @@ impl Layout {
         row[8..16].copy_from_slice(&f64::NAN.to_ne_bytes());
     }
 
-    /// Writes an answer into the bytes of its row, which are 0; where there is none, an infinite
+    /// Writes an answer into the bytes of its row, which are 0; if there is none, an infinite
     /// depth and no numbers.
     pub fn write(self, answer: Option<&Answer>, row: &mut [u8]) {
         let mut at = 0;
@@ -136,7 +136,7 @@ impl Layout {
             let missing = self.exits - exits.len();
             exits.iter().for_each(|exit| put(&exit.depth.to_ne_bytes()));
             (0..missing).for_each(|_| put(&f64::NAN.to_ne_bytes()));
-            exits.iter().flat_map(|exit| &exit.witness).for_each(|x| put(&x.to_ne_bytes()));
+            exits.iter().flat_map(|exit| exit.witness.iter()).for_each(|x| put(&x.to_ne_bytes()));
             (0..missing * self.nq).for_each(|_| put(&f64::NAN.to_ne_bytes()));
         }
         put(&answer.map_or([0; 3], |a| [a.verified.into(), a.is_free().into(), a.unique.into()]));

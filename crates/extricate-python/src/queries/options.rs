@@ -1,118 +1,130 @@
-//! What is asked of a query: the keywords of `query`, `query_batch` and `stream`, read and checked
-//! in one place.
+//! What is asked of a query: the keywords of `query`, `batch` and `stream`, read in one place. The
+//! library checks what they mean.
 
-use std::sync::{Arc, Mutex};
-
-use extricate::internals::query::options::{MAX_EXITS, MAX_STARTS};
-use extricate::internals::scene::units;
-use extricate::{Config, Effort, QueryOptions, Scene, Termination, Toward, World};
+use extricate::{Config, Error, QUERY_OPTIONS, QueryOptions, Scene, Stop, StreamOptions, Termination, Toward};
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
 use pyo3::types::{PyDict, PyMapping, PyType};
 
-use super::Source;
-use super::answer::effort_name;
 use crate::entries::lists::Names;
-use crate::error::{count, exception, warn};
-use crate::long_call;
+use crate::error::{Whole, count, exception, warn};
 use crate::rows::arrays::{bad_row, floats, one_config};
 
-/// What each kind of call may be given beside [`COMMON`].
-pub const QUERY: &[&str] = &["exits", "toward", "toward_share"];
-/// The same of many queries.
-pub const BATCH: &[&str] = &["exits", "toward", "toward_share", "threads", "errors"];
-/// The same of a stream.
-pub const STREAM: &[&str] = &["hysteresis", "starts_per_frame", "continuous"];
-
+/// The keywords that every call has beside those of [`QUERY_OPTIONS`].
+const BESIDE: [&str; 4] = ["options", "free", "weights", "limits"];
+/// The options that a stream does not have, as each of its answers is the nearest exit.
+const NOT_OF_STREAMS: [&str; 3] = ["exits", "toward", "toward_share"];
 /// The keyword that may hold values of most others.
 const OPTIONS: &str = "options";
 static CLASS: PyOnceLock<Py<PyType>> = PyOnceLock::new();
 
-/// What every call may be given.
-const COMMON: [&str; 13] = [
-    "effort",
-    "gap",
-    "starts",
-    "max_checks",
-    "max_seconds",
-    "segment",
-    "contacts",
-    "clearance",
-    "locked",
-    "free",
-    "weights",
-    "free_radius",
-    "limits",
-];
+/// The options of queries that the library has: (name, default, expected), the default as Python
+/// writes it.
+#[pyfunction]
+pub fn _query_options() -> Vec<(&'static str, &'static str, &'static str)> {
+    QUERY_OPTIONS.iter().map(|option| (option.name, option.default, option.expected)).collect()
+}
 
-/// Everything that was given, checked.
+/// A call, which decides what keywords there are.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub enum Call {
+    Query,
+    Batch,
+    Stream,
+}
+
+impl Call {
+    fn takes(self, name: &str) -> bool {
+        let is_of_queries = BESIDE.contains(&name) || QUERY_OPTIONS.iter().any(|option| option.name == name);
+        match self {
+            Self::Query => is_of_queries,
+            Self::Batch => is_of_queries || ["errors", "threads"].contains(&name),
+            Self::Stream => {
+                let is_own = ["hysteresis", "starts_per_frame", "continuous"].contains(&name);
+                is_own || is_of_queries && !NOT_OF_STREAMS.contains(&name)
+            }
+        }
+    }
+}
+
+/// Everything that was given.
 pub struct Asked {
+    /// What the solver is told, which checks it.
     pub options: QueryOptions,
+    /// Whether something says how many exits are wanted.
+    pub says_exits: bool,
     /// Whether configurations beyond the limits are refused.
     pub refuses: bool,
-    /// Whether a row that is no configuration is answered as such.
+    /// Whether a row that is no configuration gets an answer that says so.
     pub masks: bool,
     pub threads: i64,
-    pub hysteresis: f64,
-    pub starts_per_frame: i64,
-    pub continuous: bool,
-    /// By joint, of translations and rotation; empty where none were given.
-    pub weights: Vec<(String, [f64; 2])>,
+    /// What a stream is told.
+    pub stream: StreamOptions,
+    /// The weights in place of the scene's; empty if none were given.
+    pub weights: Weights,
 }
 
 impl Asked {
-    /// Reads the keywords of a call.
+    /// Reads the keywords of a call; `defaults` are those that stand in if it has none.
     ///
     /// # Errors
     /// `TypeError` for keywords that the call does not take, and values of a wrong kind;
-    /// `ValueError` that says what was expected.
-    pub fn read(given: Option<&Bound<'_, PyDict>>, scene: &Scene, call: &[&str]) -> PyResult<Self> {
-        let given = Given { given, call };
-        given.check_names()?;
-        let mut options = given.effort_and_budget()?;
-        options.segment = given.or("segment", false)?;
-        options.contacts = given.or("contacts", false)?;
-        options.free_radius = given.or("free_radius", false)?;
-        options.clearance = given.get("clearance")?;
-        if let Some(bad) = options.clearance.filter(|length| !(0.0..=1e9).contains(length)) {
-            return Err(PyValueError::new_err(format!("clearance: got {bad}, expected 0 to 1e9 [m]")));
+    /// `ValueError` for values that cannot be options.
+    pub fn read<'py>(
+        given: Option<&Bound<'py, PyDict>>,
+        defaults: Option<&Bound<'py, PyDict>>,
+        scene: &Scene,
+        call: Call,
+    ) -> PyResult<Self> {
+        let given = Given::new(given, defaults, call)?;
+        let mut options = QueryOptions::default();
+        if let Some(word) = given.get::<String>("effort")? {
+            options.effort = word.parse().map_err(exception)?;
         }
+        options.exits = given.whole("exits")?.unwrap_or(options.exits);
+        options.starts = given.whole("starts")?;
+        options.gap = given.get("gap")?;
+        options.clearance = given.get("clearance")?;
         options.locked = given.locked(scene)?;
         options.toward = given.toward(scene)?;
-        if options.toward.is_some() && (options.gap.is_some() || options.effort == Effort::Proved) {
-            let message = "toward: got a goal with a gap to prove, expected None: the search stops at the nearest";
-            return Err(PyValueError::new_err(message));
+        options.termination.max_checks = given.whole("max_checks")?;
+        options.termination.max_seconds = given.get("max_seconds")?;
+        options.segment = given.or("segment", options.segment)?;
+        options.contacts = given.or("contacts", options.contacts)?;
+        options.free_radius = given.or("free_radius", options.free_radius)?;
+        let mut stream = StreamOptions::default();
+        stream.hysteresis = given.or("hysteresis", stream.hysteresis)?;
+        if let Some(starts) = given.get("starts_per_frame")? {
+            stream.starts_per_frame = count("starts_per_frame", starts, 0)?;
         }
+        stream.continuous = given.or("continuous", stream.continuous)?;
         Ok(Self {
             options,
+            says_exits: given.find("exits")?.is_some(),
             refuses: given.either("limits", ["forgive", "refuse"])?,
             masks: given.either("errors", ["raise", "mask"])?,
             threads: given.or("threads", 0)?,
-            hysteresis: given.or("hysteresis", 0.0)?,
-            starts_per_frame: given.or("starts_per_frame", 2)?,
-            continuous: given.or("continuous", false)?,
+            stream,
             weights: given.weights()?,
         })
     }
 
-    /// The scene with the weights, where some were given.
-    ///
-    /// # Errors
-    /// As [`Weighted::of`].
-    pub fn other_weights(&self, py: Python<'_>, source: Source, weighted: &Weighted) -> PyResult<Option<Arc<World>>> {
-        let of = || py.detach(|| weighted.of(source.world(), &self.weights));
-        if self.weights.is_empty() { Ok(None) } else { of().map(Some) }
+    /// `solver`, which has these options, such that `stop` ends its queries.
+    pub fn stopped_by(&self, solver: &extricate::Solver, stop: Stop) -> extricate::Solver {
+        let mut options = self.options.clone();
+        options.termination.stop = Some(stop);
+        solver.clone().options(options).expect("the solver has them but for the stop")
     }
 
     /// The configuration of one query.
     ///
     /// # Errors
-    /// `ValueError` for a wrong shape, values that are not finite, or beyond a limit where that is
+    /// `ValueError` for a wrong shape, values that are not finite, or beyond a limit if that is
     /// refused.
     pub fn config(&self, q: &Bound<'_, PyAny>, scene: &Scene) -> PyResult<Config> {
-        let values = one_config("q", q, &scene.space)?;
-        if let Some(hint) = units::degrees_hint(scene, values.values()).filter(|_| !self.refuses) {
+        let values = one_config("q", q, scene.space())?;
+        if let Some(hint) = scene.degrees_hint(values.values()).filter(|_| !self.refuses) {
             warn(q.py(), &format!("q: {hint}"))?;
         }
         self.config_of(values.values(), scene).map_err(|error| bad_row("q", 0, true, error))
@@ -120,76 +132,102 @@ impl Asked {
 
     /// The same of numbers.
     pub fn config_of(&self, values: &[f64], scene: &Scene) -> extricate::Result<Config> {
-        if self.refuses { units::config(scene, values) } else { scene.space.config_anywhere(values) }
+        if self.refuses { scene.config(values) } else { scene.space().config_anywhere(values) }
     }
 }
 
-struct Given<'a, 'py> {
-    given: Option<&'a Bound<'py, PyDict>>,
-    call: &'a [&'a str],
+/// A budget that motions and grasps have.
+///
+/// # Errors
+/// `ValueError` for a budget that makes no sense.
+pub fn termination(max_checks: Option<Whole>, max_seconds: Option<f64>) -> PyResult<Termination> {
+    let mut termination = Termination::default();
+    termination.max_checks = max_checks.map(|checks| whole("max_checks", checks)).transpose()?;
+    termination.max_seconds = max_seconds;
+    QueryOptions::default().termination(termination.clone()).check().map_err(exception)?;
+    Ok(termination)
 }
 
-impl<'py> Given<'_, 'py> {
-    fn check_names(&self) -> PyResult<()> {
-        for name in self.given.iter().flat_map(|given| given.keys()) {
+/// The count that an option has, if it is one; the library checks how large it may be.
+fn whole(name: &'static str, value: Whole) -> PyResult<usize> {
+    match value {
+        Whole::Number(number) if number < 0 => {
+            let expected = QUERY_OPTIONS.iter().find(|option| option.name == name).map_or("", |option| option.expected);
+            Err(exception(Error::Option { name, value: number.to_string(), expected: expected.into() }))
+        }
+        value => count(name, value, 0),
+    }
+}
+
+/// The keywords of a call, then its defaults. The first layer that has a name decides.
+struct Given<'py> {
+    call: Call,
+    layers: Vec<Layer<'py>>,
+}
+
+enum Layer<'py> {
+    Keywords(Bound<'py, PyDict>),
+    /// A `QueryOptions`.
+    Options(Bound<'py, PyAny>),
+}
+
+impl<'py> Layer<'py> {
+    /// The value that it has for a name, which may be None of Python.
+    fn find(&self, name: &str) -> PyResult<Option<Bound<'py, PyAny>>> {
+        match self {
+            Self::Keywords(keywords) => keywords.get_item(name),
+            Self::Options(options) => options.getattr_opt(name),
+        }
+    }
+}
+
+impl<'py> Given<'py> {
+    fn new(given: Option<&Bound<'py, PyDict>>, defaults: Option<&Bound<'py, PyDict>>, call: Call) -> PyResult<Self> {
+        for name in given.iter().flat_map(|given| given.keys()) {
             let name: String = name.extract()?;
-            if name != OPTIONS && !COMMON.contains(&name.as_str()) && !self.call.contains(&name.as_str()) {
+            if !call.takes(&name) {
                 return Err(PyTypeError::new_err(format!("got an unexpected keyword argument '{name}'")));
             }
         }
-        self.check_options()
-    }
-
-    /// `options=`, where it was given.
-    fn options(&self) -> PyResult<Option<Bound<'py, PyAny>>> {
-        let value = self.given.map_or(Ok(None), |given| given.get_item(OPTIONS))?;
-        Ok(value.filter(|value| !value.is_none()))
-    }
-
-    /// Whether it is an object of its class, and holds nothing that the call does not take.
-    fn check_options(&self) -> PyResult<()> {
-        let Some(options) = self.options()? else { return Ok(()) };
-        let class = CLASS.import(options.py(), "extricate._options", "QueryOptions")?;
-        if !options.is_instance(class)? {
-            let found = options.get_type().name()?;
-            return Err(PyTypeError::new_err(format!("options: got {found}, expected extricate.QueryOptions")));
-        }
-        let is_set = |name: &str| -> PyResult<bool> { Ok(!options.getattr(name)?.eq(class.getattr(name)?)?) };
-        for name in QUERY.iter().filter(|name| !self.call.contains(name)) {
-            if is_set(name)? {
-                let message = format!("options: got {name}, expected none: a stream answers with the nearest exit");
-                return Err(PyValueError::new_err(message));
+        let mut layers = Vec::new();
+        for (keywords, is_of_call) in given.iter().map(|given| (given, true)).chain(defaults.iter().map(|d| (d, false)))
+        {
+            layers.push(Layer::Keywords((*keywords).clone()));
+            if let Some(options) = keywords.get_item(OPTIONS)?.filter(|options| !options.is_none()) {
+                check_options(&options, is_of_call.then_some(call))?;
+                layers.push(Layer::Options(options));
             }
         }
-        Ok(())
+        Ok(Self { call, layers })
     }
 
-    /// A value that was given and is not None: as a keyword, or else among the options.
+    fn find(&self, name: &str) -> PyResult<Option<Bound<'py, PyAny>>> {
+        if self.call == Call::Stream && NOT_OF_STREAMS.contains(&name) {
+            return Ok(None);
+        }
+        for layer in &self.layers {
+            if let Some(found) = layer.find(name)? {
+                return Ok(Some(found));
+            }
+        }
+        Ok(None)
+    }
+
+    /// A value that was given and is not None.
     fn value(&self, name: &str) -> PyResult<Option<Bound<'py, PyAny>>> {
-        let value = self.given.map_or(Ok(None), |given| given.get_item(name))?;
-        let value = match (value, self.options()?) {
-            (None, Some(options)) if options.hasattr(name)? => Some(options.getattr(name)?),
-            (value, _) => value,
-        };
-        Ok(value.filter(|value| !value.is_none()))
+        Ok(self.find(name)?.filter(|value| !value.is_none()))
     }
 
     fn get<T: for<'a> FromPyObject<'a, 'py>>(&self, name: &str) -> PyResult<Option<T>> {
-        let named = |value: Bound<'py, PyAny>| {
-            let wrong = |error: PyErr| {
-                let message = format!("argument '{name}': {}", error.value(value.py()));
-                match error.is_instance_of::<PyTypeError>(value.py()) {
-                    true => PyTypeError::new_err(message),
-                    false => PyValueError::new_err(message),
-                }
-            };
-            value.extract::<T>().map_err(|error| wrong(error.into()))
-        };
-        self.value(name)?.map(named).transpose()
+        self.value(name)?.map(|value| extracted(name, &value)).transpose()
     }
 
     fn or<T: for<'a> FromPyObject<'a, 'py>>(&self, name: &str, default: T) -> PyResult<T> {
         Ok(self.get(name)?.unwrap_or(default))
+    }
+
+    fn whole(&self, name: &'static str) -> PyResult<Option<usize>> {
+        self.get(name)?.map(|value| whole(name, value)).transpose()
     }
 
     /// Whether it is the second of two words; the first is the default.
@@ -204,80 +242,40 @@ impl<'py> Given<'_, 'py> {
         }
     }
 
-    fn effort_and_budget(&self) -> PyResult<QueryOptions> {
-        let effort: String = self.or("effort", "refined".into())?;
-        let found = Effort::ALL.into_iter().find(|known| effort_name(*known) == effort).ok_or_else(|| {
-            PyValueError::new_err(format!(
-                "effort: got \"{effort}\", expected \"nearest\", \"refined\", \"exhaustive\" or \"proved\""
-            ))
-        })?;
-        let exits: i64 = self.or("exits", 1)?;
-        let wanted = usize::try_from(exits).ok().filter(|wanted| (1..=MAX_EXITS).contains(wanted));
-        let wrong = || PyValueError::new_err(format!("exits: got {exits}, expected 1 to {MAX_EXITS}"));
-        let exits = wanted.ok_or_else(wrong)?;
-        if exits > 1 && found == Effort::Nearest {
-            let message =
-                format!("exits: got {exits} with effort \"nearest\", expected 1: others are found by refinement");
-            return Err(PyValueError::new_err(message));
-        }
-        let seconds: Option<f64> = self.get("max_seconds")?;
-        if let Some(bad) = seconds.filter(|seconds| seconds.is_nan() || *seconds <= 0.0) {
-            return Err(PyValueError::new_err(format!("max_seconds: got {bad}, expected more than 0")));
-        }
-        let starts = self.get("starts")?.map(|starts| count("starts", starts, 1)).transpose()?;
-        if let Some(starts) = starts.filter(|starts| *starts > MAX_STARTS) {
-            return Err(PyValueError::new_err(format!("starts: got {starts}, expected 1 to {MAX_STARTS}")));
-        }
-        if let Some(starts) = starts.filter(|_| found == Effort::Nearest) {
-            let message = format!("starts: got {starts} with effort \"nearest\", expected None: it refines nothing");
-            return Err(PyValueError::new_err(message));
-        }
-        let checks = self.get("max_checks")?.map(|checks| count("max_checks", checks, 0)).transpose()?;
-        let gap: Option<f64> = self.get("gap")?;
-        if let Some(bad) = gap.filter(|gap| !(0.0..1.0).contains(gap)) {
-            return Err(PyValueError::new_err(format!("gap: got {bad}, expected 0 or more, and less than 1")));
-        }
-        if let Some(gap) = gap.filter(|_| found == Effort::Nearest) {
-            let message = format!("gap: got {gap} with effort \"nearest\", expected None: it searches nothing");
-            return Err(PyValueError::new_err(message));
-        }
-        if exits > 1 && (gap.is_some() || found == Effort::Proved) {
-            let message = format!("exits: got {exits} with a gap to prove, expected 1: the search stops at one");
-            return Err(PyValueError::new_err(message));
-        }
-        let termination = Termination { max_checks: checks, max_seconds: seconds, stop: None };
-        Ok(QueryOptions { effort: found, exits, starts, gap, termination, ..QueryOptions::default() })
-    }
-
-    /// Those of `locked`, or all but those of `free`.
+    /// The joints that `locked` names, or all but those that `free` names. The first layer that has
+    /// one of the two decides.
     fn locked(&self, scene: &Scene) -> PyResult<Vec<usize>> {
-        let joints = |name: &str, names: Names| {
-            let names = names.of(name)?;
+        let joints = |name: &str, value: &Bound<'py, PyAny>| {
+            let names = extracted::<Names>(name, value)?.of(name)?;
             scene.joints_named(name, names.iter().map(String::as_str)).map_err(exception)
         };
-        match (self.get::<Names>("locked")?, self.get::<Names>("free")?) {
-            (Some(_), Some(_)) => Err(PyValueError::new_err("locked, free: got both, expected one of them")),
-            (Some(locked), None) => joints("locked", locked),
-            (None, Some(free)) => {
-                let free = joints("free", free)?;
-                Ok((0..scene.joints.len()).filter(|joint| !free.contains(joint)).collect())
+        for layer in &self.layers {
+            let both = [layer.find("locked")?, layer.find("free")?];
+            if both.iter().all(Option::is_none) {
+                continue;
             }
-            (None, None) => Ok(Vec::new()),
+            return match both.map(|value| value.filter(|value| !value.is_none())) {
+                [Some(_), Some(_)] => Err(PyValueError::new_err("locked, free: got both, expected one of them")),
+                [Some(locked), None] => joints("locked", &locked),
+                [None, Some(free)] => {
+                    let free = joints("free", &free)?;
+                    Ok((0..scene.joints().len()).filter(|joint| !free.contains(joint)).collect())
+                }
+                [None, None] => Ok(Vec::new()),
+            };
         }
+        Ok(Vec::new())
     }
 
     fn toward(&self, scene: &Scene) -> PyResult<Option<Toward>> {
-        let share: f64 = self.or("toward_share", 0.25)?;
-        if !(0.0..=1e9).contains(&share) {
-            return Err(PyValueError::new_err(format!("toward_share: got {share}, expected 0 or more")));
-        }
+        let share = self.or("toward_share", 0.25)?;
         let Some(goal) = self.value("toward")? else { return Ok(None) };
-        let values = one_config("toward", &goal, &scene.space)?;
-        let goal = scene.space.config(values.values()).map_err(|error| bad_row("toward", 0, true, error))?;
-        Ok(Some(Toward { goal: goal.to_vec(), share }))
+        let values = one_config("toward", &goal, scene.space())?;
+        let goal = scene.config(values.values()).map_err(|error| bad_row("toward", 0, true, error))?;
+        Ok(Some(Toward::new(goal, share)))
     }
 
-    fn weights(&self) -> PyResult<Vec<(String, [f64; 2])>> {
+    fn weights(&self) -> PyResult<Weights> {
         let Some(weights) = self.value("weights")? else { return Ok(Vec::new()) };
         let weights =
             weights.cast_into::<PyMapping>().map_err(|_| PyTypeError::new_err("weights: expected a dict by joint"))?;
@@ -285,8 +283,36 @@ impl<'py> Given<'_, 'py> {
     }
 }
 
-/// By joint, of translations and rotation.
-type Weights = Vec<(String, [f64; 2])>;
+/// Whether `options` is an object of its class, and holds nothing that `call` does not take.
+fn check_options(options: &Bound<'_, PyAny>, call: Option<Call>) -> PyResult<()> {
+    let class = CLASS.import(options.py(), "extricate._options", "QueryOptions")?;
+    if !options.is_instance(class)? {
+        let found = options.get_type().name()?;
+        return Err(PyTypeError::new_err(format!("options: got {found}, expected extricate.QueryOptions")));
+    }
+    for name in NOT_OF_STREAMS.iter().filter(|_| call == Some(Call::Stream)) {
+        if !options.getattr(name)?.eq(class.getattr(name)?)? {
+            let message = format!("options: got {name}, expected none: a stream answers with the nearest exit");
+            return Err(PyValueError::new_err(message));
+        }
+    }
+    Ok(())
+}
+
+/// The value of a keyword; errors name it.
+fn extracted<'py, T: for<'a> FromPyObject<'a, 'py>>(name: &str, value: &Bound<'py, PyAny>) -> PyResult<T> {
+    let wrong = |error: PyErr| {
+        let message = format!("argument '{name}': {}", error.value(value.py()));
+        match error.is_instance_of::<PyTypeError>(value.py()) {
+            true => PyTypeError::new_err(message),
+            false => PyValueError::new_err(message),
+        }
+    };
+    value.extract::<T>().map_err(|error| wrong(error.into()))
+}
+
+/// Weights of translations and of the rotation, by joint.
+pub type Weights = Vec<(String, [f64; 2])>;
 
 /// Weights as they are given: a number, or one of translations and one of the rotation, by joint.
 ///
@@ -303,26 +329,4 @@ pub fn weights_of(weights: &Bound<'_, PyMapping>) -> PyResult<Weights> {
         }
     };
     weights.items()?.iter().map(read).collect()
-}
-
-/// The last scene with other weights that was asked.
-#[derive(Default)]
-pub struct Weighted(Mutex<Option<(Weights, Arc<World>)>>);
-
-impl Weighted {
-    /// `world` with the weights; made anew where others were asked for last.
-    ///
-    /// # Errors
-    /// `ValueError` for weights that mean nothing.
-    pub fn of(&self, world: &World, weights: &Weights) -> PyResult<Arc<World>> {
-        let mut last = self.0.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
-        if let Some((_, known)) = last.as_ref().filter(|(known, _)| known == weights) {
-            return Ok(Arc::clone(known));
-        }
-        let named = weights.iter().map(|(name, both)| (name.as_str(), *both));
-        let scene = world.scene().weighted(named).map_err(exception)?;
-        let made = Arc::new(long_call::pool(0)?.install(|| world.with_scene(scene)));
-        *last = Some((weights.clone(), Arc::clone(&made)));
-        Ok(made)
-    }
 }

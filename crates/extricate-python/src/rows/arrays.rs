@@ -1,4 +1,4 @@
-//! Configurations from Python: arrays as they are where that is possible, else converted once.
+//! Configurations from Python: arrays as they are if that is possible, else converted once.
 
 use extricate::ConfigSpace;
 use numpy::{
@@ -100,7 +100,7 @@ pub fn floats(element: &str, value: &Bound<'_, PyAny>) -> PyResult<Vec<f64>> {
     }
 }
 
-/// The message for row `row` of `name`, where it is one of several.
+/// The message for row `row` of `name`, if it is one of several.
 pub fn bad_row(name: &str, row: usize, single: bool, error: extricate::Error) -> PyErr {
     let message = exception(error);
     let place = if single { name.to_string() } else { format!("{name}[{row}]") };

@@ -3,15 +3,15 @@
 pub mod arrays;
 pub mod segments;
 
-use extricate::internals::scene::units;
-use extricate::{CheckScratch, Checker};
+use extricate::{CheckScratch, Checker, Label};
 use numpy::{PyArray1, PyArrayDyn, PyArrayMethods};
 use pyo3::prelude::*;
 use rayon::prelude::*;
 
+use crate::error::threads as thread_count;
 use crate::long_call;
-use crate::scene::Scene;
-use arrays::{Configs, bad_row};
+use crate::solver::handle::Handle;
+use arrays::{Configs, bad_row, configs};
 
 /// Configurations handed to a thread at once: the least work that is worth the handing out.
 const CHUNK: usize = 64;
@@ -22,68 +22,86 @@ pub const LOOK: usize = 4096;
 /// Fewer configurations than this are not worth starting threads for.
 const FEW: usize = 64;
 
-impl Scene {
-    /// Fills one value for each row, on `threads` threads. `one` sees rows that were checked, at
-    /// most `at_once`, after which a call looks whether to stop: some rows take a tenth of a
-    /// second.
-    pub fn map_rows<T: Send + Default + Clone>(
-        &self,
-        py: Python<'_>,
-        q: &Configs<'_>,
-        (threads, at_once): (usize, usize),
-        one: impl Fn(&Checker, &[f64], &mut [T], &mut CheckScratch) + Sync,
-    ) -> PyResult<Vec<T>> {
-        let (values, rows, single, nq) = (q.values(), q.rows, q.single, self.inner().space.nq());
-        let mut found = vec![T::default(); rows];
-        let checker = py.detach(|| self.checker())?;
-        let group = |first: usize, values: &[f64], found: &mut [T], scratch: &mut CheckScratch| -> PyResult<()> {
-            let mut checked = Vec::with_capacity(values.len());
-            for (row, q) in values.chunks_exact(nq).enumerate() {
-                let q = units::config(self.inner(), q).map_err(|error| bad_row("Q", first + row, single, error))?;
-                checked.extend_from_slice(&q);
-            }
-            one(checker, &checked, found, scratch);
-            Ok(())
-        };
-        let chunk =
-            |first: usize, values: &[f64], found: &mut [T], scratch: &mut CheckScratch, stop: &dyn Fn() -> bool| {
-                let mut groups = values.chunks(at_once * nq).zip(found.chunks_mut(at_once)).enumerate();
-                groups.try_for_each(|(at, (values, found))| match stop() {
-                    true => Ok(()),
-                    false => group(first + at * at_once, values, found, scratch),
-                })
-            };
-        if rows <= at_once {
-            py.detach(|| self.scratches().with(|scratch| group(0, values, &mut found, scratch)))?;
-            return Ok(found);
+/// Fills one value for each row, on `threads` threads. `one` sees rows that were checked, at most
+/// `at_once`, after which a call looks whether to stop: some rows take a tenth of a second.
+///
+/// # Errors
+/// `ValueError` for a row that is no configuration within the limits; what [`long_call::run`]
+/// raises.
+pub fn map<T: Send + Default + Clone>(
+    handle: &Handle,
+    py: Python<'_>,
+    q: &Configs<'_>,
+    (threads, at_once): (usize, usize),
+    one: impl Fn(&Checker, &[f64], &mut [T], &mut CheckScratch) + Sync,
+) -> PyResult<Vec<T>> {
+    let (values, rows, single, scene) = (q.values(), q.rows, q.single, handle.scene());
+    let nq = scene.space().nq();
+    let mut found = vec![T::default(); rows];
+    let solver = handle.for_checks(py)?;
+    let group = |first: usize, values: &[f64], found: &mut [T], scratch: &mut CheckScratch| -> PyResult<()> {
+        let mut checked = Vec::with_capacity(values.len());
+        for (row, q) in values.chunks_exact(nq).enumerate() {
+            let q = scene.config(q).map_err(|error| bad_row("Q", first + row, single, error))?;
+            checked.extend_from_slice(&q);
         }
-        if rows <= FEW {
-            let watch = long_call::Watch::new();
-            let stop = watch.stop();
-            let few = || self.scratches().with(|scratch| chunk(0, values, &mut found, scratch, &|| stop.is_asked()));
-            py.detach(|| watch.over(few))??;
-            return Ok(found);
-        }
-        let pool = long_call::pool(threads)?;
-        let result = long_call::run(
-            py,
-            |_, ()| Ok(()),
-            |line| {
-                let results = || {
-                    values
-                        .par_chunks(CHUNK * nq)
-                        .zip(found.par_chunks_mut(CHUNK))
-                        .enumerate()
-                        .try_for_each_init(CheckScratch::default, |scratch, (at, (values, found))| {
-                            chunk(at * CHUNK, values, found, scratch, &|| line.stopped())
-                        })
-                };
-                pool.install(results)
-            },
-        )?;
-        result?;
-        Ok(found)
+        one(solver.checker(), &checked, found, scratch);
+        Ok(())
+    };
+    let chunk = |first: usize, values: &[f64], found: &mut [T], stop: &dyn Fn() -> bool| {
+        solver.with_scratch(|scratch| {
+            let mut groups = values.chunks(at_once * nq).zip(found.chunks_mut(at_once)).enumerate();
+            groups.try_for_each(|(at, (values, found))| match stop() {
+                true => Ok(()),
+                false => group(first + at * at_once, values, found, scratch),
+            })
+        })
+    };
+    if rows <= at_once {
+        py.detach(|| chunk(0, values, &mut found, &|| false))?;
+        return Ok(found);
     }
+    if rows <= FEW {
+        let watch = long_call::Watch::new();
+        let stop = watch.stop();
+        py.detach(|| watch.over(|| chunk(0, values, &mut found, &|| stop.is_asked())))??;
+        return Ok(found);
+    }
+    let pool = long_call::pool(threads)?;
+    let all = |line: &long_call::Line<()>| {
+        let chunks = values.par_chunks(CHUNK * nq).zip(found.par_chunks_mut(CHUNK)).enumerate();
+        let one =
+            |(at, (values, found)): (usize, (&[f64], &mut [T]))| chunk(at * CHUNK, values, found, &|| line.stopped());
+        pool.install(|| chunks.try_for_each(one))
+    };
+    long_call::run(py, |_, ()| Ok(()), all)??;
+    Ok(found)
+}
+
+/// Whether configurations are free, see `Scene.check`.
+///
+/// # Errors
+/// As [`map`].
+pub fn check<'py>(
+    handle: &Handle,
+    queries: &Bound<'py, PyAny>,
+    threads: i64,
+) -> PyResult<Bound<'py, PyArrayDyn<bool>>> {
+    let py = queries.py();
+    let q = configs("Q", queries, handle.scene().space())?;
+    let free = map(handle, py, &q, (thread_count(threads)?, GROUP), |checker, rows, free, scratch| {
+        if let [free] = free {
+            // The kernel for eight would do the work of eight.
+            *free = checker.label(rows, scratch) == Label::Free;
+            return;
+        }
+        let mut labels = vec![Label::Free; free.len()];
+        checker.label_batch_serial(rows, &mut labels, scratch);
+        for (free, label) in free.iter_mut().zip(labels) {
+            *free = label == Label::Free;
+        }
+    })?;
+    shaped(py, free, q.single)
 }
 
 /// One value for `(nq,)`, a list of them for `(n, nq)`.

@@ -1,7 +1,6 @@
 //! `Scene.check_segments`: whole ways between configurations.
 
-use extricate::internals::scene::units;
-use extricate::{CheckScratch, SegmentOptions, SegmentOutcome};
+use extricate::{SegmentOptions, SegmentOutcome};
 use numpy::PyArray1;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
@@ -27,32 +26,32 @@ pub fn check<'py>(
     if !(resolution > 0.0 && resolution.is_finite()) {
         return Err(PyValueError::new_err(format!("resolution: got {resolution}, expected more than 0 m")));
     }
-    let space = &scene.inner().space;
+    let space = scene.inner().space();
     let (from, to) = (configs("A", from, space)?, configs("B", to, space)?);
     if from.rows != to.rows {
         let (a, b) = (from.rows, to.rows);
         return Err(PyValueError::new_err(format!("B: got {b} configurations, expected as many as in A, {a}")));
     }
     let (from, to) = (checked(py, "A", &from, scene.inner())?, checked(py, "B", &to, scene.inner())?);
-    let (pool, options, nq) = (long_call::pool(threads)?, SegmentOptions { resolution }, space.nq());
+    let options = SegmentOptions::default().resolution(resolution);
+    let (solver, pool, nq) = (scene.handle().for_checks(py)?, long_call::pool(threads)?, space.nq());
     // What a call that was stopped did not look at: nobody will see it.
     let unseen = SegmentOutcome::Undecided { free_until: 0.0, near_at: 0.0, pair: extricate::PairId::new(0) };
     let outcomes: Vec<SegmentOutcome> = long_call::run(
         py,
         |_, ()| Ok(()),
         |line| {
-            let checker = scene.checker()?;
-            let one = |scratch: &mut CheckScratch, (from, to): (&[f64], &[f64])| {
-                if line.stopped() { unseen } else { checker.segment(from, to, &options, scratch) }
+            let one = |(from, to): (&[f64], &[f64])| {
+                if line.stopped() { unseen } else { solver.check_segment(from, to, &options) }
             };
             let ways = from.par_chunks_exact(nq).zip(to.par_chunks_exact(nq));
-            Ok::<_, PyErr>(pool.install(|| ways.map_init(CheckScratch::default, one).collect()))
+            pool.install(|| ways.map(one).collect())
         },
-    )??;
+    )?;
     let rows: Vec<Row> = outcomes.into_iter().map(Row::of).collect();
     let fields = [("free", "?"), ("contact", "?"), ("free_until", "f8"), ("at", "f8"), ("pair", "i8")];
     let answers = py.import("numpy")?.call_method1("zeros", (rows.len(), fields.to_vec()))?;
-    answers.set_item("free", PyArray1::from_iter(py, rows.iter().map(|row| row.pair.is_none())))?;
+    answers.set_item("free", PyArray1::from_iter(py, rows.iter().map(|row| row.free)))?;
     answers.set_item("contact", PyArray1::from_iter(py, rows.iter().map(|row| row.contact)))?;
     answers.set_item("free_until", PyArray1::from_iter(py, rows.iter().map(|row| row.free_until)))?;
     answers.set_item("at", PyArray1::from_iter(py, rows.iter().map(|row| row.at)))?;
@@ -62,6 +61,7 @@ pub fn check<'py>(
 }
 
 struct Row {
+    free: bool,
     contact: bool,
     free_until: f64,
     at: f64,
@@ -74,19 +74,22 @@ impl Row {
             SegmentOutcome::Free => (false, 1.0, f64::NAN, None),
             SegmentOutcome::Contact { free_until, colliding_at, pair } => (true, free_until, colliding_at, Some(pair)),
             SegmentOutcome::Undecided { free_until, near_at, pair } => (false, free_until, near_at, Some(pair)),
+            // What is not known here proves nothing.
+            _ => (false, 0.0, 0.0, None),
         };
-        Self { contact, free_until, at, pair: pair.map(extricate::PairId::index) }
+        let free = outcome == SegmentOutcome::Free;
+        Self { free, contact, free_until, at, pair: pair.map(extricate::PairId::index) }
     }
 }
 
 /// The rows as the space keeps them: angles wrapped, quaternions unit.
 fn checked(py: Python<'_>, name: &str, rows: &Configs<'_>, scene: &extricate::Scene) -> PyResult<Vec<f64>> {
     let mut all = Vec::with_capacity(rows.values().len());
-    for (row, q) in rows.values().chunks_exact(scene.space.nq()).enumerate() {
+    for (row, q) in rows.values().chunks_exact(scene.space().nq()).enumerate() {
         if row % LOOK == 0 {
             py.check_signals()?;
         }
-        all.extend_from_slice(&units::config(scene, q).map_err(|error| bad_row(name, row, rows.single, error))?);
+        all.extend_from_slice(&scene.config(q).map_err(|error| bad_row(name, row, rows.single, error))?);
     }
     Ok(all)
 }

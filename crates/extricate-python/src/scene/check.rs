@@ -1,23 +1,25 @@
 //! Checks of configurations of a scene, and random ones.
 
-use extricate::Label;
-use extricate::internals::collision::misses_allowed;
-use extricate::internals::scene::units;
+use extricate::parts::misses_allowed;
+use extricate::{Label, Sampler};
 use numpy::{Ix2, PyArray, PyArray1, PyArrayDyn, PyArrayMethods};
-use pyo3::exceptions::{PyMemoryError, PyRuntimeError, PyValueError};
+use pyo3::exceptions::{PyMemoryError, PyValueError};
 use pyo3::prelude::*;
 
-use super::{Scene, sampling};
-use crate::error::{Seed, Whole, count, threads as thread_count};
+use super::Scene;
+use crate::error::{Seed, Whole, count, exception, threads as thread_count};
 use crate::long_call;
-use crate::rows::arrays::{bad_row, configs};
-use crate::rows::{GROUP, segments, shaped};
+use crate::rows::arrays::{bad_row, configs, one_config};
+use crate::rows::{self, segments, shaped};
+
+/// Configurations that are drawn at once.
+const DRAWN: usize = 4096;
 
 #[pymethods]
 impl Scene {
     /// Whether configurations are free: every checked pair keeps the clearance.
     ///
-    /// Q: float64 (n, nq), or (nq,) for one; within the limits. Not copied where it is
+    /// Q: float64 (n, nq), or (nq,) for one; within the limits. Not copied if it is
     ///     C-contiguous.
     /// threads: 0 for one per core.
     /// Returns bool (n,), or of no dimension for one. Exact, see `Scene.distances`.
@@ -26,30 +28,16 @@ impl Scene {
     #[pyo3(signature = (Q, *, threads = 0))]
     #[allow(non_snake_case)]
     fn check<'py>(&self, Q: &Bound<'py, PyAny>, threads: i64) -> PyResult<Bound<'py, PyArrayDyn<bool>>> {
-        let py = Q.py();
-        let q = configs("Q", Q, &self.inner().space)?;
-        let free = self.map_rows(py, &q, (thread_count(threads)?, GROUP), |checker, rows, free, scratch| {
-            if let [free] = free {
-                // The kernel for eight would do the work of eight.
-                *free = checker.label(rows, scratch) == Label::Free;
-                return;
-            }
-            let mut labels = vec![Label::Free; free.len()];
-            checker.label_batch_serial(rows, &mut labels, scratch);
-            for (free, label) in free.iter_mut().zip(labels) {
-                *free = label == Label::Free;
-            }
-        })?;
-        shaped(py, free, q.single)
+        rows::check(self.handle(), Q, threads)
     }
 
-    /// Least signed distance [m] of any checked pair of bodies: negative where two overlap, inf
-    /// where no pair is checked.
+    /// Least signed distance [m] of any checked pair of bodies: negative if two overlap, inf
+    /// if no pair is checked.
     ///
-    /// Q: float64 (n, nq), or (nq,) for one; within the limits. Not copied where it is
+    /// Q: float64 (n, nq), or (nq,) for one; within the limits. Not copied if it is
     ///     C-contiguous.
     /// threads: 0 for one per core.
-    /// Returns float64 (n,), or of no dimension for one. Exact where positive, and for convex
+    /// Returns float64 (n,), or of no dimension for one. Exact if positive, and for convex
     /// shapes; for overlapping meshes an estimate of the overlap from below.
     ///
     /// Raises ValueError for wrong shapes, values that are not finite or beyond a limit.
@@ -57,13 +45,14 @@ impl Scene {
     #[allow(non_snake_case)]
     fn distances<'py>(&self, Q: &Bound<'py, PyAny>, threads: i64) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
         let py = Q.py();
-        let q = configs("Q", Q, &self.inner().space)?;
-        let nq = self.inner().space.nq();
-        let distances = self.map_rows(py, &q, (thread_count(threads)?, 1), |checker, rows, out, scratch| {
-            for (q, out) in rows.chunks_exact(nq).zip(out) {
-                *out = checker.clearance(q, scratch);
-            }
-        })?;
+        let space = self.inner().space();
+        let (q, nq) = (configs("Q", Q, space)?, space.nq());
+        let distances =
+            rows::map(self.handle(), py, &q, (thread_count(threads)?, 1), |checker, rows, out, scratch| {
+                for (q, out) in rows.chunks_exact(nq).zip(out) {
+                    *out = checker.clearance(q, scratch);
+                }
+            })?;
         shaped(py, distances, q.single)
     }
 
@@ -77,7 +66,7 @@ impl Scene {
     /// threads: 0 for one per core. Returns a structured array (n,) with the fields free (proved),
     /// contact (a collision was found; neither: undecided), free_until (fraction of the segment up
     /// to which it is proved free), at (fraction where a configuration collides, or nearly does
-    /// where undecided; nan where free) and pair (index into `pairs` of what does; -1 where free).
+    /// if undecided; nan if free) and pair (index into `pairs` of what does; -1 if free).
     ///
     /// Raises ValueError for wrong shapes, values that are not finite or beyond a limit.
     #[pyo3(signature = (A, B, *, resolution = 1e-4, threads = 0))]
@@ -98,15 +87,12 @@ impl Scene {
     ///
     /// Raises ValueError for a wrong shape, values that are not finite or beyond a limit.
     fn colliding_pairs(&self, q: &Bound<'_, PyAny>) -> PyResult<Vec<(&str, &str)>> {
-        let values = crate::rows::arrays::one_config("q", q, &self.inner().space)?;
-        let config = units::config(self.inner(), values.values()).map_err(|error| bad_row("q", 0, true, error))?;
-        let mut pairs = Vec::new();
-        q.py().detach(|| {
-            let checker = self.checker()?;
-            self.scratches().with(|scratch| checker.colliding_pairs(&config, scratch, &mut pairs));
-            Ok::<_, PyErr>(())
-        })?;
-        Ok(pairs.into_iter().map(|pair| self.inner().pair_names(pair).into()).collect())
+        let (py, scene) = (q.py(), self.inner());
+        let values = one_config("q", q, scene.space())?;
+        let config = scene.config(values.values()).map_err(|error| bad_row("q", 0, true, error))?;
+        let solver = self.handle().for_checks(py)?;
+        let pairs = py.detach(|| solver.colliding_pairs(&config));
+        Ok(pairs.into_iter().map(|pair| scene.pair_names(pair).into()).collect())
     }
 
     /// Pairs of bodies that collide in every one of some random configurations: most likely links
@@ -123,11 +109,14 @@ impl Scene {
             return Err(PyValueError::new_err(format!("share: got {share}, expected more than 0, at most 1")));
         }
         let misses = misses_allowed(n, share);
+        let solver = self.handle().for_checks(py)?;
+        let mut sampler = Sampler::new(solver, None, seed.0);
         let always = |line: &long_call::Line<()>| {
-            Ok::<_, PyErr>(sampling::always(self.checker()?, n, seed.0, misses, || line.stopped()))
+            let drawn = (0..n).map_while(|_| sampler.draw(1, &mut |_, _| line.flow()).ok()?.pop());
+            solver.checker().nearly_always_colliding(drawn, misses)
         };
-        let pairs = long_call::run(py, |_, ()| Ok(()), always)??;
-        Ok(pairs.into_iter().map(|pair| self.inner().pair_names(pair).into()).collect())
+        let pairs = long_call::run(py, |_, ()| Ok(()), always)?;
+        Ok(pairs.into_iter().map(|(pair, _)| self.inner().pair_names(pair).into()).collect())
     }
 
     /// Uniformly random configurations within the limits.
@@ -139,7 +128,7 @@ impl Scene {
     /// threads: 0 for one per core. The configurations do not depend on it.
     /// Returns float64 (n, nq).
     ///
-    /// Raises RuntimeError where a million in a row are not of that kind, MemoryError where n are
+    /// Raises RuntimeError if a million in a row are not of that kind, MemoryError if n are
     /// too many to hold.
     #[pyo3(
         signature = (n, *, seed = Seed(0), colliding = None, threads = 0),
@@ -155,20 +144,21 @@ impl Scene {
     ) -> PyResult<Bound<'py, PyArray<f64, Ix2>>> {
         let (n, pool) = (count("n", n, 0)?, long_call::pool(thread_count(threads)?)?);
         let wanted = colliding.map(|colliding| if colliding { Label::Colliding } else { Label::Free });
-        let mut found = Vec::new();
-        let reserved = n.checked_mul(self.inner().space.nq()).map(|len| found.try_reserve_exact(len));
+        let (mut found, nq) = (Vec::new(), self.inner().space().nq());
+        let reserved = n.checked_mul(nq).map(|len| found.try_reserve_exact(len));
         if !matches!(reserved, Some(Ok(()))) {
             return Err(PyMemoryError::new_err(format!("n: {n} configurations are more than memory holds")));
         }
-        let drawn = long_call::run(
-            py,
-            |_, ()| Ok(()),
-            |line| {
-                let checker = self.checker()?;
-                Ok::<_, PyErr>(pool.install(|| sampling::sample(checker, n, seed.0, wanted, found, || line.stopped())))
-            },
-        )??;
-        let drawn = drawn.map_err(PyRuntimeError::new_err)?.unwrap_or_default();
-        PyArray1::from_vec(py, drawn).reshape([n, self.inner().space.nq()])
+        let mut sampler = Sampler::new(self.handle().for_checks(py)?, wanted, seed.0);
+        let draw = |line: &long_call::Line<()>| {
+            while found.len() < n * nq {
+                let missing = n - found.len() / nq;
+                let drawn = pool.install(|| sampler.draw(missing.min(DRAWN), &mut |_, _| line.flow()))?;
+                drawn.iter().for_each(|q| found.extend_from_slice(q));
+            }
+            Ok(found)
+        };
+        let drawn = long_call::run(py, |_, ()| Ok(()), draw)?.map_err(exception)?;
+        PyArray1::from_vec(py, drawn).reshape([n, nq])
     }
 }

@@ -1,7 +1,6 @@
 //! Signed distances and contacts by pair, of any configuration.
 
 use extricate::Contact;
-use extricate::internals::collision::{contacts_within, signed_distances};
 use numpy::{PyArray1, PyArrayDyn, PyArrayMethods};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
@@ -9,11 +8,12 @@ use pyo3::types::PyTuple;
 
 use super::Scene;
 use crate::error::threads as thread_count;
+use crate::rows;
 use crate::rows::arrays::configs;
 
 #[pymethods]
 impl Scene {
-    /// Signed distance [m] of every checked pair of bodies: negative where the two overlap.
+    /// Signed distance [m] of every checked pair of bodies: negative if the two overlap.
     ///
     /// Q: float64 (n, nq), or (nq,) for one; within the limits.
     /// threads: 0 for one per core.
@@ -25,11 +25,11 @@ impl Scene {
     #[allow(non_snake_case)]
     fn pair_distances<'py>(&self, Q: &Bound<'py, PyAny>, threads: i64) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
         let py = Q.py();
-        let q = configs("Q", Q, &self.inner().space)?;
-        let (nq, pairs) = (self.inner().space.nq(), self.inner().pairs.len());
-        let found = self.map_rows(py, &q, (thread_count(threads)?, 1), |checker, rows, out, scratch| {
+        let q = configs("Q", Q, self.inner().space())?;
+        let (nq, pairs) = (self.inner().space().nq(), self.inner().pairs().len());
+        let found = rows::map(self.handle(), py, &q, (thread_count(threads)?, 1), |checker, rows, out, scratch| {
             for (q, out) in rows.chunks_exact(nq).zip(out) {
-                *out = signed_distances(checker, q, scratch);
+                *out = checker.signed_distances(q, scratch);
             }
         })?;
         let shape = if q.single { vec![pairs] } else { vec![q.rows, pairs] };
@@ -42,11 +42,11 @@ impl Scene {
     /// within: pairs nearer than this [m] are told.
     /// threads: 0 for one per core.
     /// Returns a structured array, a row a contact, by configuration and pair, with the fields row
-    /// (of Q), pair (index into `pairs`), distance (signed [m]; negative where the two overlap),
+    /// (of Q), pair (index into `pairs`), distance (signed [m]; negative if the two overlap),
     /// points (2, 3) (nearest, or deepest, on the first and on the second body, world coordinates
     /// [m]) and normal (3,) (unit, from the second body toward the first). A pair of convex shapes
-    /// has one contact, exact also where they overlap; meshes have several, the nearest exact;
-    /// where meshes overlap, they are estimates.
+    /// has one contact, exact also if they overlap; meshes have several, the nearest exact;
+    /// if meshes overlap, they are estimates.
     ///
     /// Raises ValueError for wrong shapes, values that are not finite or beyond a limit.
     #[pyo3(signature = (Q, *, within, threads = 0))]
@@ -56,11 +56,11 @@ impl Scene {
         if !within.is_finite() {
             return Err(PyValueError::new_err(format!("within: got {within}, expected a finite distance [m]")));
         }
-        let q = configs("Q", Q, &self.inner().space)?;
-        let nq = self.inner().space.nq();
-        let found = self.map_rows(py, &q, (thread_count(threads)?, 1), |checker, rows, out, scratch| {
+        let q = configs("Q", Q, self.inner().space())?;
+        let nq = self.inner().space().nq();
+        let found = rows::map(self.handle(), py, &q, (thread_count(threads)?, 1), |checker, rows, out, scratch| {
             for (q, out) in rows.chunks_exact(nq).zip(out) {
-                contacts_within(checker, q, within, scratch, out);
+                checker.contacts_within(q, within, scratch, out);
             }
         })?;
         let all = || found.iter().enumerate().flat_map(|(row, contacts)| contacts.iter().map(move |c| (row, c)));
@@ -73,9 +73,9 @@ impl Scene {
         answers.set_item("row", PyArray1::from_iter(py, all().map(|(row, _)| row as i64)))?;
         answers.set_item("pair", PyArray1::from_iter(py, all().map(|(_, contact)| contact.pair.index() as i64)))?;
         answers.set_item("distance", of(&|contact| contact.distance))?;
-        let points = all().flat_map(|(_, c)| c.point_first.iter().chain(&c.point_second).copied().collect::<Vec<_>>());
+        let points = all().flat_map(|(_, contact)| contact.points().concat());
         answers.set_item("points", PyArray1::from_iter(py, points).reshape([count, 2, 3])?)?;
-        let normals = all().flat_map(|(_, contact)| contact.normal.iter().copied().collect::<Vec<_>>());
+        let normals = all().flat_map(|(_, contact)| contact.normal());
         answers.set_item("normal", PyArray1::from_iter(py, normals).reshape([count, 3])?)?;
         Ok(answers)
     }

@@ -1,8 +1,7 @@
 //! Scenes with something changed. Each is another one; what did not change is shared.
 
+use extricate::entries::{SceneFile, read_obstacles};
 use extricate::geometry::{Body, Pose};
-use extricate::internals::io;
-use extricate::internals::scene::file::SceneFile;
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use pyo3::types::PyMapping;
@@ -23,31 +22,25 @@ pub fn with_obstacles(
     obstacles: &Bound<'_, PyAny>,
 ) -> PyResult<extricate::Scene> {
     let given: Obstacles<'_> = obstacles.extract()?;
-    let taken: Vec<String> = scene.bodies.iter().map(|body| body.name.clone()).collect();
+    let taken: Vec<String> = scene.bodies().iter().map(|body| body.name.clone()).collect();
     let entries = SceneFile { obstacle: entries::obstacle_entries(&given.0, taken)?, ..SceneFile::default() };
     let (bodies, told) = read(py, entries)?;
-    let made = long_call::pooled(py, || scene.with_obstacles(bodies))?.map_err(exception)?;
-    let made = with_warnings(made, told);
+    let made = long_call::pooled(py, || scene.with_obstacles(bodies))?.map_err(exception)?.with_warnings(told);
     warn_of_new(py, scene, &made)?;
     Ok(made)
 }
 
 /// Obstacles with the files that they name, and what is to be said of those.
 fn read(py: Python<'_>, entries: SceneFile) -> PyResult<(Vec<Body>, Vec<String>)> {
-    long_call::apart(py, move || io::read_obstacles(entries::NAME, &entries))?.map_err(exception)
-}
-
-fn with_warnings(mut scene: extricate::Scene, told: Vec<String>) -> extricate::Scene {
-    scene.warnings.extend(told);
-    scene
+    long_call::apart(py, move || read_obstacles(entries::NAME, &entries))?.map_err(exception)
 }
 
 /// Raises a `UserWarning` for each warning that the scene before did not have.
 ///
 /// # Errors
-/// The warning, where warnings are errors.
+/// The warning, if warnings are errors.
 pub fn warn_of_new(py: Python<'_>, before: &extricate::Scene, after: &extricate::Scene) -> PyResult<()> {
-    let mut came = after.warnings.iter().filter(|warning| !before.warnings.contains(warning));
+    let mut came = after.warnings().iter().filter(|warning| !before.warnings().contains(warning));
     came.try_for_each(|warning| warn(py, warning))
 }
 
@@ -74,7 +67,7 @@ impl Scene {
         };
         let poses = poses.items()?.iter().map(read).collect::<PyResult<Vec<_>>>()?;
         let moved = self.inner().moved(poses.iter().map(|(name, pose)| (name.as_str(), *pose)));
-        Ok(self.changed(moved.map_err(exception)?))
+        self.changed(moved.map_err(exception)?)
     }
 
     /// This scene with more obstacles; what is prepared of the rest is shared.
@@ -83,7 +76,7 @@ impl Scene {
     ///
     /// Raises ValueError for names that are taken, and what `Scene` refuses.
     fn with_obstacles(&self, obstacles: &Bound<'_, PyAny>) -> PyResult<Self> {
-        Ok(self.changed(with_obstacles(obstacles.py(), self.inner(), obstacles)?))
+        self.changed(with_obstacles(obstacles.py(), self.inner(), obstacles)?)
     }
 
     /// This scene without some obstacles, or objects that links hold; what is prepared of the rest
@@ -125,7 +118,7 @@ impl Scene {
         pose: Option<&Bound<'_, PyAny>>,
         touch: Names,
     ) -> PyResult<Self> {
-        let taken: Vec<String> = self.inner().bodies.iter().map(|body| body.name.clone()).collect();
+        let taken: Vec<String> = self.inner().bodies().iter().map(|body| body.name.clone()).collect();
         let mut entries = entries::obstacle_entries(std::slice::from_ref(shape), taken)?;
         if let Some(pose) = pose {
             entries[0].pose = crate::entries::pose::pose("pose", pose)?;
@@ -135,7 +128,7 @@ impl Scene {
         let touch: Vec<&str> = touch.iter().map(String::as_str).collect();
         let (mut bodies, told) = read(shape.py(), entries)?;
         let attached = self.inner().attached(bodies.remove(0), link, &touch).map_err(exception)?;
-        self.told(shape.py(), with_warnings(attached, told))
+        self.told(shape.py(), attached.with_warnings(told))
     }
 }
 
@@ -146,6 +139,6 @@ impl Scene {
     /// As [`warn_of_new`].
     pub fn told(&self, py: Python<'_>, scene: extricate::Scene) -> PyResult<Self> {
         warn_of_new(py, self.inner(), &scene)?;
-        Ok(self.changed(scene))
+        self.changed(scene)
     }
 }

@@ -1,7 +1,6 @@
 //! Where the bodies of a scene are, and their triangles: what a viewer needs.
 
-use extricate::internals::kinematics::forward;
-use extricate::internals::scene::drawing::{Seated, mesh_of_body, seat_named, seat_of_body};
+use extricate::parts::Seated;
 use numpy::{Ix2, PyArray, PyArray1, PyArrayDyn, PyArrayMethods};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
@@ -21,7 +20,7 @@ impl Scene {
     /// Where bodies are in the world: forward kinematics.
     ///
     /// Q: float64 (n, nq), or (nq,) for one; beyond the limits too.
-    /// of: names of bodies or of links, which need no geometry; all of `bodies` where None.
+    /// of: names of bodies or of links, which need no geometry; all of `bodies` if None.
     /// Returns float64 (n, len(of), 4, 4), or (len(of), 4, 4) for one: transforms from a body's own
     /// coordinates [m] to those of the world. Those of a link are the URDF's; of an obstacle or an
     /// attached object, those of its shape.
@@ -32,18 +31,19 @@ impl Scene {
     fn poses<'py>(&self, Q: &Bound<'py, PyAny>, of: Option<Names>) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
         let (py, scene) = (Q.py(), self.inner());
         let named = |name: &String| {
-            let known = || scene.links.iter().map(|link| &link.name).chain(scene.bodies.iter().map(|body| &body.name));
+            let known =
+                || scene.links().iter().map(|link| &link.name).chain(scene.bodies().iter().map(|body| &body.name));
             let listed = || known().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ");
             let unknown = || PyValueError::new_err(format!("of: got `{name}`, expected some of {}", listed()));
-            seat_named(scene, name).ok_or_else(unknown)
+            scene.seat_named(name).ok_or_else(unknown)
         };
         let of = of.map(|of| of.of("of")).transpose()?;
         let seats: Vec<Seated> = match &of {
             Some(names) => names.iter().map(named).collect::<PyResult<_>>()?,
-            None => (0..scene.bodies.len()).map(|body| seat_of_body(scene, body)).collect(),
+            None => (0..scene.bodies().len()).map(|body| scene.seat_of_body(body)).collect(),
         };
-        let q = configs("Q", Q, &scene.space)?;
-        let (values, rows, single, nq) = (q.values(), q.rows, q.single, scene.space.nq());
+        let q = configs("Q", Q, scene.space())?;
+        let (values, rows, single, nq) = (q.values(), q.rows, q.single, scene.space().nq());
         let watch = long_call::Watch::new();
         let stop = watch.stop();
         let all = || {
@@ -52,12 +52,12 @@ impl Scene {
                 if row % GROUP == 0 && stop.is_asked() {
                     break;
                 }
-                let q = scene.space.config_anywhere(q).map_err(|error| bad_row("Q", row, single, error))?;
-                forward(scene, &q, &mut frames);
+                let q = scene.space().config_anywhere(q).map_err(|error| bad_row("Q", row, single, error))?;
+                scene.poses(&q, &mut frames);
                 for seat in &seats {
                     let pose = frames[seat.frame].then(&seat.pose_frame_own);
-                    let (r, t) = (&pose.rotation, &pose.translation);
-                    (0..3).for_each(|i| numbers.extend([r[(i, 0)], r[(i, 1)], r[(i, 2)], t[i]]));
+                    let ([x, y, z], t) = (pose.columns(), pose.origin());
+                    (0..3).for_each(|i| numbers.extend([x[i], y[i], z[i], t[i]]));
                     numbers.extend([0.0, 0.0, 0.0, 1.0]);
                 }
             }
@@ -80,13 +80,13 @@ impl Scene {
     #[pyo3(signature = (body, segments = Whole::Number(32)), text_signature = "($self, body, segments=32)")]
     fn mesh<'py>(&self, py: Python<'py>, body: &str, segments: Whole) -> PyResult<Triangles<'py>> {
         let (scene, segments) = (self.inner(), count("segments", segments, 3)?);
-        let names = || scene.bodies.iter().map(|body| format!("`{}`", body.name)).collect::<Vec<_>>().join(", ");
-        let index = scene.bodies.iter().position(|other| other.name == body);
+        let names = || scene.bodies().iter().map(|body| format!("`{}`", body.name)).collect::<Vec<_>>().join(", ");
+        let index = scene.bodies().iter().position(|other| other.name == body);
         let unknown = || PyValueError::new_err(format!("body: got `{body}`, expected one of {}", names()));
         let index = index.ok_or_else(unknown)?;
-        let (vertices, triangles) = py.detach(|| mesh_of_body(scene, index, segments));
+        let (vertices, triangles) = py.detach(|| scene.mesh_of_body(index, segments));
         let corners: Vec<i64> = triangles.iter().flatten().map(|corner| i64::from(*corner)).collect();
-        let numbers: Vec<f64> = vertices.iter().flat_map(|vertex| [vertex.x, vertex.y, vertex.z]).collect();
+        let numbers: Vec<f64> = vertices.iter().flatten().copied().collect();
         let vertices = PyArray1::from_vec(py, numbers).reshape([vertices.len(), 3])?;
         Ok((vertices, PyArray1::from_vec(py, corners).reshape([triangles.len(), 3])?))
     }

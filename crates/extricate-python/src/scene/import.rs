@@ -2,8 +2,7 @@
 
 use std::path::PathBuf;
 
-use extricate::LoadOptions;
-use extricate::internals::io::{self, worlds};
+use extricate::{LoadOptions, files, load_scene_within};
 use pyo3::prelude::*;
 
 use super::Scene;
@@ -33,9 +32,9 @@ impl Scene {
         load_limits: Option<Limits>,
         packages: Folders,
     ) -> PyResult<Self> {
-        let options = LoadOptions { limits: limits_of(load_limits)?, packages: packages.of("packages")? };
+        let options = LoadOptions::default().limits(limits_of(load_limits)?).packages(packages.of("packages")?);
         let robots = self.inner().clone();
-        let scene = long_call::apart(py, move || io::load_world(&robots, &path, &options))?.map_err(exception)?;
+        let scene = long_call::apart(py, move || files::load_world(&robots, &path, &options))?.map_err(exception)?;
         self.told(py, scene)
     }
 }
@@ -67,12 +66,12 @@ pub fn import_world(
             robots = Some(scene.get().inner().clone());
         } else {
             let file: PathBuf = robot.extract()?;
-            urdf = worlds::is_urdf(&file).map_err(exception)?.then(|| file.clone());
-            let loaded = long_call::pooled(py, || io::load_scene_within(&file, &limits))?;
+            urdf = files::is_urdf(&file).map_err(exception)?.then(|| file.clone());
+            let loaded = long_call::pooled(py, || load_scene_within(&file, &limits))?;
             robots = Some(warned(py, loaded.map_err(exception)?)?);
         }
     }
-    let import = || worlds::import_world(&path, &output, robots.as_deref(), urdf.as_deref(), &limits);
+    let import = || files::import_world(&path, &output, robots.as_deref(), urdf.as_deref(), &limits);
     let done = long_call::pooled(py, import)?.map_err(exception)?;
     done.notes.iter().try_for_each(|note| warn(py, note))?;
     Ok([output].into_iter().chain(done.meshes).collect())
@@ -81,5 +80,5 @@ pub fn import_world(
 /// The folder of a package that a file names, by the rule by which meshes of URDFs are found.
 #[pyfunction]
 pub fn _find_package(package: &str, near: PathBuf, packages: Vec<PathBuf>) -> Option<PathBuf> {
-    io::find_package(package, &near, &packages)
+    files::find_package(package, &near, &packages)
 }

@@ -1,12 +1,12 @@
 //! The class `Joint`: what coordinates are of.
 
-use extricate::internals::scene::SceneJoint;
+use extricate::parts::SceneJoint;
 use pyo3::prelude::*;
 
 /// A joint, or the moving base of a robot, that has coordinates.
 #[pyclass(frozen, get_all, module = "extricate._extricate")]
 pub struct Joint {
-    /// As in the URDF; `robot/joint` where two robots share a name.
+    /// As in the URDF; `robot/joint` if two robots share a name.
     name: String,
     /// As URDF spells it.
     kind: String,

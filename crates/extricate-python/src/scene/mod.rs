@@ -7,21 +7,15 @@ pub mod geometry;
 pub mod import;
 pub mod joint;
 pub mod load_limits;
-pub mod motion;
 pub mod positions;
-pub mod query;
-pub mod release;
-pub mod sampling;
 
 use std::path::PathBuf;
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
+use std::sync::Arc;
 
-use extricate::internals::io;
-use extricate::internals::scene::assemble::sound;
-use extricate::{CheckScratch, Checker, LoadOptions, Manifold, World, builtin};
+use extricate::entries::assemble_scene;
+use extricate::{LoadOptions, Manifold, builtin, load_scene_with};
 use numpy::PyArray1;
-use pyo3::exceptions::{PyTypeError, PyValueError};
+use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict, PyMapping};
 
@@ -30,8 +24,7 @@ use crate::entries::lists::Folders;
 use crate::entries::{self, Obstacles, Options};
 use crate::error::{exception, warned};
 use crate::long_call;
-use crate::queries::Memory;
-use crate::queries::batch::Scratches;
+use crate::solver::handle::Handle;
 use joint::Joint;
 use load_limits::{Limits, limits_of};
 
@@ -48,10 +41,10 @@ use load_limits::{Limits, limits_of};
 /// obstacles: `Box`, `Sphere`, `Cylinder`, `Capsule`, `Mesh`, `Points`, `Voxels`, `HalfSpace` and
 ///     `HeightField` objects.
 /// clearance: least distance [m] that every checked pair of a free configuration keeps; or
-///     {"world": .., "self": ..}, of pairs with an obstacle and of others, 1e-4 where one is not
+///     {"world": .., "self": ..}, of pairs with an obstacle and of others, 1e-4 if one is not
 ///     named.
 /// metric: "joint" [rad], "object-norm" [m] or "max-displacement" [m].
-/// weights: by joint, of squared displacements in the joint metric; 1 where a joint is not named.
+/// weights: by joint, of squared displacements in the joint metric; 1 if a joint is not named.
 /// disable: pairs of names of bodies that need not stay apart.
 /// enable: pairs of names of bodies that must, although one joint joins them or an SRDF disables
 ///     them.
@@ -64,106 +57,34 @@ use load_limits::{Limits, limits_of};
 ///     AMENT_PREFIX_PATH and ROS_PACKAGE_PATH.
 #[pyclass(frozen, module = "extricate._extricate")]
 pub struct Scene {
-    scene: Arc<extricate::Scene>,
-    world: Arc<OnceLock<World>>,
-    /// Of the scene that this one was made from, to share what did not change; until its own is
-    /// made.
-    before: Mutex<Option<Arc<OnceLock<World>>>>,
-    scratches: Scratches<CheckScratch>,
-    memory: Memory,
-    /// Whether [`Scene::ready`] has nothing left to do.
-    is_ready: AtomicBool,
-}
-
-/// The world of a scene, which shares what it can with the one of the scene that it was made from.
-fn prepared(scene: &Arc<extricate::Scene>, before: Option<Arc<OnceLock<World>>>) -> World {
-    match before.as_ref().and_then(|before| before.get()) {
-        Some(world) => world.with_scene(scene.clone()),
-        None => World::new(scene.clone()),
-    }
+    handle: Handle,
 }
 
 impl Scene {
     pub fn of(scene: Arc<extricate::Scene>) -> Self {
-        Self::after(scene, None)
+        Self::of_solver(extricate::Solver::new(scene))
     }
 
-    fn after(scene: Arc<extricate::Scene>, before: Option<Arc<OnceLock<World>>>) -> Self {
-        Self {
-            scene,
-            world: Arc::default(),
-            before: Mutex::new(before),
-            scratches: Scratches::default(),
-            memory: Memory::default(),
-            is_ready: AtomicBool::new(false),
-        }
+    /// The scene of a solver, which has no model.
+    pub fn of_solver(solver: extricate::Solver) -> Self {
+        Self { handle: Handle::new(solver) }
     }
 
     /// This scene with something changed: what is prepared of the rest is shared.
-    pub fn changed(&self, scene: extricate::Scene) -> Self {
-        // Of scenes that were never asked none is kept, or a long row of small changes would keep
-        // all.
-        let before = match self.world.get() {
-            Some(_) => Some(Arc::clone(&self.world)),
-            None => self.before().clone(),
-        };
-        Self::after(Arc::new(scene), before)
-    }
-
-    fn before(&self) -> MutexGuard<'_, Option<Arc<OnceLock<World>>>> {
-        self.before.lock().unwrap_or_else(PoisonError::into_inner)
+    ///
+    /// # Errors
+    /// None: a solver without a model takes every scene.
+    pub fn changed(&self, scene: extricate::Scene) -> PyResult<Self> {
+        self.handle.solver().with_scene(scene).map(Self::of_solver).map_err(exception)
     }
 
     pub fn inner(&self) -> &Arc<extricate::Scene> {
-        &self.scene
+        self.handle.scene()
     }
 
-    /// Prepared when it is first needed, on a pool of its own. Call it without the interpreter
-    /// lock, and not on a thread of another pool: that thread would take up other work meanwhile,
-    /// and wait for itself if that work needs the world too.
-    ///
-    /// # Errors
-    /// As [`long_call::pool`].
-    pub fn world(&self) -> PyResult<&World> {
-        if let Some(world) = self.world.get() {
-            return Ok(world);
-        }
-        let pool = long_call::pool(0)?;
-        // Not held while the world is prepared: other threads look at it with the interpreter lock.
-        let before = self.before().clone();
-        let world = self.world.get_or_init(|| pool.install(|| prepared(&self.scene, before)));
-        *self.before() = None;
-        Ok(world)
-    }
-
-    /// The checker of [`Scene::world`].
-    ///
-    /// # Errors
-    /// As [`Scene::world`].
-    pub fn checker(&self) -> PyResult<&Checker> {
-        Ok(self.world()?.checker())
-    }
-
-    /// Ready for queries: the convex pieces around meshes are made too.
-    pub fn ready(&self, py: Python<'_>) -> PyResult<&World> {
-        if !self.is_ready.load(Ordering::Acquire) {
-            let (world, scene, before) = (Arc::clone(&self.world), Arc::clone(&self.scene), self.before().clone());
-            let prepare = move || world.get_or_init(|| prepared(&scene, before)).checker().prepare_proposals();
-            long_call::apart(py, prepare)?;
-            *self.before() = None;
-            self.is_ready.store(true, Ordering::Release);
-        }
-        self.world()
-    }
-
-    /// Memory of queries.
-    pub fn memory(&self) -> &Memory {
-        &self.memory
-    }
-
-    /// Memory of checks of few configurations.
-    pub fn scratches(&self) -> &Scratches<CheckScratch> {
-        &self.scratches
+    /// What the scene is asked through, without a model.
+    pub fn handle(&self) -> &Handle {
+        &self.handle
     }
 }
 
@@ -196,7 +117,7 @@ impl Scene {
             packages: packages.of("packages")?,
         };
         let described = entries::describe(robot, &obstacles.0, options)?;
-        let assemble = move || io::assemble_scene(entries::NAME, &described.entries, &described.texts);
+        let assemble = move || assemble_scene(entries::NAME, &described.entries, &described.texts);
         let assembled = long_call::apart(py, assemble)?;
         warned(py, assembled.map_err(exception)?).map(Self::of)
     }
@@ -209,8 +130,8 @@ impl Scene {
     #[staticmethod]
     #[pyo3(signature = (path, *, load_limits = None, packages = Folders::default()), text_signature = "(path, *, load_limits=None, packages=())")]
     fn load(py: Python<'_>, path: PathBuf, load_limits: Option<Limits>, packages: Folders) -> PyResult<Self> {
-        let options = LoadOptions { limits: limits_of(load_limits)?, packages: packages.of("packages")? };
-        let loaded = long_call::apart(py, move || io::load_scene_with(&path, &options))?;
+        let options = LoadOptions::default().limits(limits_of(load_limits)?).packages(packages.of("packages")?);
+        let loaded = long_call::apart(py, move || load_scene_with(&path, &options))?;
         warned(py, loaded.map_err(exception)?).map(Self::of)
     }
 
@@ -235,31 +156,31 @@ impl Scene {
     /// Number of coordinates of a configuration.
     #[getter]
     fn nq(&self) -> usize {
-        self.scene.space.nq()
+        self.inner().space().nq()
     }
 
-    /// Number of degrees of freedom; less than `nq` where there are quaternions.
+    /// Number of degrees of freedom; less than `nq` if there are quaternions.
     #[getter]
     fn nv(&self) -> usize {
-        self.scene.space.nv()
+        self.inner().space().nv()
     }
 
     /// Least distance [m] that every checked pair of a free configuration keeps.
     #[getter]
     fn clearance(&self) -> f64 {
-        self.scene.clearance
+        self.inner().clearance()
     }
 
     /// "joint", "object-norm" or "max-displacement".
     #[getter]
     fn metric(&self) -> &'static str {
-        self.scene.metric.name()
+        self.inner().metric().name()
     }
 
     /// What the coordinates are, in order.
     #[getter]
     fn joints(&self) -> Vec<Joint> {
-        self.scene.joints.iter().map(Joint::of).collect()
+        self.inner().joints().iter().map(Joint::of).collect()
     }
 
     /// Least value of each coordinate [rad or m], shape (nq,): -pi for full turns, -1 in
@@ -279,50 +200,45 @@ impl Scene {
     /// Names of the bodies that have geometry: links, then obstacles.
     #[getter]
     fn bodies(&self) -> Vec<&str> {
-        self.scene.bodies.iter().map(|body| body.name.as_str()).collect()
+        self.inner().bodies().iter().map(|body| body.name.as_str()).collect()
     }
 
     /// The pairs of bodies that are checked.
     #[getter]
     fn pairs(&self) -> Vec<(&str, &str)> {
-        (0..self.scene.pairs.len()).map(|pair| self.scene.pair_names(extricate::PairId::new(pair)).into()).collect()
+        let scene = self.inner();
+        (0..scene.pairs().len()).map(|pair| scene.pair_names(extricate::PairId::new(pair)).into()).collect()
     }
 
     /// What a user should know: meshes that are not closed, defaults that were taken.
     #[getter]
     fn warnings(&self) -> Vec<&str> {
-        self.scene.warnings.iter().map(String::as_str).collect()
+        self.inner().warnings().iter().map(String::as_str).collect()
     }
 
     fn __repr__(&self) -> String {
-        let Self { scene, .. } = self;
-        let (nq, bodies, pairs) = (scene.space.nq(), scene.bodies.len(), scene.pairs.len());
+        let scene = self.inner();
+        let (nq, bodies, pairs) = (scene.space().nq(), scene.bodies().len(), scene.pairs().len());
         format!("<Scene of {nq} coordinates, {bodies} bodies, {pairs} checked pairs, metric {}>", self.metric())
     }
 
     /// The inverse of pickling.
     #[staticmethod]
     fn _from_bytes(py: Python<'_>, data: &[u8]) -> PyResult<Self> {
-        let read = || {
-            let scene: extricate::Scene = postcard::from_bytes(data).map_err(|error| error.to_string())?;
-            sound::check(&scene).map(|()| scene)
-        };
-        let wrong =
-            |error| PyValueError::new_err(format!("got bytes that are no pickled scene of this version ({error})"));
-        Ok(Self::of(Arc::new(long_call::pooled(py, read)?.map_err(wrong)?)))
+        let scene = long_call::pooled(py, || extricate::Scene::from_bytes(data))?;
+        Ok(Self::of(Arc::new(scene.map_err(exception)?)))
     }
 
     fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, (Bound<'py, PyBytes>,))> {
-        let bytes = py.detach(|| postcard::to_stdvec(&*self.scene));
-        let bytes = bytes.map_err(|error| PyTypeError::new_err(error.to_string()))?;
+        let bytes = py.detach(|| self.inner().to_bytes());
         Ok((py.get_type::<Self>().getattr("_from_bytes")?, (PyBytes::new(py, &bytes),)))
     }
 }
 
 impl Scene {
     fn limits(&self, pick: impl Fn(f64, f64) -> f64) -> Vec<f64> {
-        let mut all = Vec::with_capacity(self.scene.space.nq());
-        for factor in self.scene.space.factors() {
+        let mut all = Vec::with_capacity(self.inner().space().nq());
+        for factor in self.inner().space().factors() {
             match factor.manifold {
                 Manifold::Interval { lower, upper } => all.push(pick(lower, upper)),
                 Manifold::Circle => all.push(pick(-std::f64::consts::PI, std::f64::consts::PI)),

@@ -1,6 +1,5 @@
 //! Configurations by the names of joints, and back.
 
-use extricate::internals::scene::{named_configs, units};
 use numpy::{PyArray1, PyUntypedArrayMethods, ToPyArray};
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
@@ -18,7 +17,7 @@ impl Scene {
     /// positions: a dict by joint, for each of `joints` a number [rad or m], or as many as it has
     ///     coordinates; or a JointState: an object with `name` and `position`, or a dict with
     ///     these. Joints that are locked, mimic or fixed may be among them: a UserWarning says
-    ///     where their position is not the scene's.
+    ///     if their position is not the scene's.
     /// Returns float64 (nq,): angles of continuous joints within [-pi, pi), quaternions of length
     /// 1.
     ///
@@ -31,11 +30,11 @@ impl Scene {
             None => by_name(positions)?,
         };
         let pairs = pairs.iter().map(|(name, values)| (name.as_str(), values.as_slice()));
-        let found = named_configs::config_of(scene, pairs).map_err(exception)?;
+        let found = scene.config_of(pairs).map_err(exception)?;
         for (_, text) in &found.differing {
             warn(py, text)?;
         }
-        Ok(units::config(scene, &found.values).map_err(exception)?.to_pyarray(py))
+        Ok(scene.config(&found.values).map_err(exception)?.to_pyarray(py))
     }
 
     /// The positions of all joints that are not fixed, by name: the inverse of `config`, with what
@@ -47,10 +46,10 @@ impl Scene {
     /// Raises ValueError for a wrong shape and values that are not finite.
     fn positions<'py>(&self, q: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyDict>> {
         let (py, scene) = (q.py(), self.inner());
-        let values = one_config("q", q, &scene.space)?;
-        let config = scene.space.config_anywhere(values.values()).map_err(|error| bad_row("q", 0, true, error))?;
+        let values = one_config("q", q, scene.space())?;
+        let config = scene.space().config_anywhere(values.values()).map_err(|error| bad_row("q", 0, true, error))?;
         let all = PyDict::new(py);
-        for (name, values) in named_configs::positions_at(scene, &config) {
+        for (name, values) in scene.positions_at(&config) {
             match values[..] {
                 [one] => all.set_item(name, one)?,
                 _ => all.set_item(name, PyArray1::from_vec(py, values))?,
@@ -62,7 +61,7 @@ impl Scene {
 
 type Positions = Vec<(String, Vec<f64>)>;
 
-/// Names and positions of a JointState, where it is one.
+/// Names and positions of a JointState, if it is one.
 fn joint_state(given: &Bound<'_, PyAny>) -> PyResult<Option<Positions>> {
     let fields = match given.cast::<PyMapping>() {
         Ok(map) if map.contains("name")? && map.contains("position")? => {

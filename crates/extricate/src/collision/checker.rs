@@ -2,6 +2,7 @@
 //! configuration. What is asked of them is elsewhere.
 
 use std::collections::BinaryHeap;
+use std::fmt;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
@@ -72,6 +73,21 @@ pub struct CheckScratch {
     pub(super) buffers: Buffers,
     pub(super) contact_buffers: ContactBuffers,
     pub(super) segment: SegmentScratch,
+}
+
+impl fmt::Debug for Checker {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Checker")
+            .field("pairs", &self.pairs.len())
+            .field("clearance", &self.clearance)
+            .finish_non_exhaustive()
+    }
+}
+
+impl fmt::Debug for CheckScratch {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("CheckScratch").finish_non_exhaustive()
+    }
 }
 
 impl Checker {

@@ -19,8 +19,7 @@ mod segment;
 pub mod shapes;
 
 pub use answers::{
-    advice_if_never_free, always_colliding, contacts_within, disable_list, misses_allowed, most_often_colliding,
-    nearly_always_colliding, pairs_always_colliding, pairs_nearly_always_colliding, signed_distances,
+    always_colliding, contacts_within, disable_list, misses_allowed, most_often_colliding, signed_distances,
     signed_distances_of,
 };
 pub use checker::{CheckScratch, Checker};
@@ -28,6 +27,7 @@ pub use contacts::{Contact, ContactQuery, ContactSearch};
 pub use convex_decomposition::convex_parts;
 pub use narrow_phase::shape_pair::PairScratch;
 pub use overlap::{ConvexOverlap, ConvexPair, OverlappingPieces};
+pub(crate) use prepared::shared_shape;
 pub use prepared::{PieceArrays, PreparedShape, TreeArrays};
 pub use segment::{LEAST_RESOLUTION, SegmentOptions, SegmentOutcome};
 pub(crate) use segment::{SegmentBudget, prove};

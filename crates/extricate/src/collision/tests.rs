@@ -6,10 +6,7 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use super::shapes::test_mesh::{bumpy, cuboid, joined, opened, placed};
-use super::{
-    CheckScratch, Checker, Contact, ContactQuery, ContactSearch, always_colliding, most_often_colliding,
-    nearly_always_colliding,
-};
+use super::{CheckScratch, Checker, Contact, ContactQuery, ContactSearch, always_colliding, most_often_colliding};
 use crate::cspace::sampling::uniform;
 use crate::cspace::{ConfigSpace, Label, Manifold};
 use crate::kinematics;
@@ -70,7 +67,7 @@ fn two(checker: &Checker, x: f64) -> (Label, f64) {
 #[test]
 fn primitives_in_closed_form() {
     let ball = || part(Geometry::Sphere { radius: 0.5 });
-    let block = part(Geometry::Box { half_extents: Vec3::new(1.0, 2.0, 3.0) });
+    let block = part(Geometry::Box { half_extents: [1.0, 2.0, 3.0] });
     let can = part(Geometry::Cylinder { radius: 0.25, half_length: 1.0 });
     let pill = part(Geometry::Capsule { radius: 0.25, half_length: 1.0 });
     let cube = mesh(cuboid(Vec3::zeros(), Vec3::new(1.0, 2.0, 3.0)));
@@ -300,13 +297,13 @@ fn pairs_that_always_collide_are_found() {
     assert!(always_colliding(&checker, [[0.0; 0]; 0]).is_empty());
     let more: Vec<Vec<f64>> = (0..7).map(|k| configs[usize::from(k != 3)].clone()).collect();
     let nearly = |misses| {
-        let found = nearly_always_colliding(&checker, &more, misses);
+        let found = checker.nearly_always_colliding(&more, misses);
         found.into_iter().map(|(pair, count)| (pair.index(), count)).collect::<Vec<_>>()
     };
     assert_eq!(nearly(0), [(1, 7), (2, 7)]);
     assert_eq!(nearly(5), [(1, 7), (2, 7)]);
     assert_eq!(nearly(6), [(0, 1), (1, 7), (2, 7)]);
-    assert_eq!(nearly_always_colliding(&checker, &more[..3], usize::MAX).len(), 2);
+    assert_eq!(checker.nearly_always_colliding(&more[..3], usize::MAX).len(), 2);
     assert_eq!(
         most_often_colliding(&checker, &configs),
         [(1, 2), (2, 2), (0, 1)].map(|(pair, count)| (PairId::new(pair), count))

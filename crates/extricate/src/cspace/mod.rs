@@ -25,8 +25,27 @@ pub const LIMIT_TOLERANCE: f64 = 1e-9;
 ///
 /// Made by [`ConfigSpace::config`], and by [`ConfigSpace::config_anywhere`], for queries, which may
 /// lie beyond limits.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[serde(transparent)]
 pub struct Config(Box<[f64]>);
+
+impl Config {
+    /// A configuration that a search or an exact check has been at: it is one already.
+    pub(crate) fn trusted(values: &[f64]) -> Self {
+        Self(values.into())
+    }
+
+    /// Becomes another configuration that a search has been at.
+    pub(crate) fn set(&mut self, values: &[f64]) {
+        self.0.copy_from_slice(values);
+    }
+}
+
+impl From<Config> for Vec<f64> {
+    fn from(config: Config) -> Self {
+        config.0.into_vec()
+    }
+}
 
 impl Deref for Config {
     type Target = [f64];

@@ -5,6 +5,7 @@ use std::env;
 use std::path::{Path, PathBuf};
 
 use super::files::read_within;
+use crate::interface::setters;
 use crate::robot::formats::xml::{decoded, package_name};
 use crate::robot::packages::{PackageSearch, PackageUri};
 use crate::robot::{LoadLimit, LoadLimits};
@@ -13,10 +14,11 @@ use crate::robot::{LoadLimit, LoadLimits};
 ///
 /// ```
 /// use extricate::{LoadOptions, load_scene_with};
-/// let options = LoadOptions { packages: vec!["ws/src".into()], ..LoadOptions::default() };
+/// let options = LoadOptions::default().packages(vec!["ws/src".into()]);
 /// assert!(load_scene_with("missing.urdf", &options).is_err());
 /// ```
 #[derive(Debug, Clone, Default)]
+#[non_exhaustive]
 pub struct LoadOptions {
     /// How much the files may hold.
     pub limits: LoadLimits,
@@ -25,6 +27,8 @@ pub struct LoadOptions {
     /// `ROS_PACKAGE_PATH`.
     pub packages: Vec<PathBuf>,
 }
+
+setters! { LoadOptions { limits: LoadLimits, packages: Vec<PathBuf> } }
 
 /// The folder of a package that the file `near` names, by the rule by which meshes of URDFs are
 /// found; `given` are looked in first.

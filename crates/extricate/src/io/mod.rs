@@ -170,7 +170,7 @@ pub fn save_model(model: &Model, path: impl AsRef<Path>) -> Result<()> {
     write_atomically(path, &model_file::encode(model))
 }
 
-/// Whether [`save_model`] can be expected to succeed; to be asked before learning.
+/// Whether [`save_model`] can be expected to succeed; call it before learning.
 ///
 /// # Errors
 /// [`crate::Error::Write`] for a directory, a device, a folder that does not exist or takes no

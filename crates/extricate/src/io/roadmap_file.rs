@@ -131,21 +131,21 @@ fn nodes(bytes: &[u8]) -> Vec<u32> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::query::World;
     use crate::scene::builtin;
+    use crate::solver::Solver;
 
     /// A roadmap of some nodes.
-    fn grown() -> (World, Roadmap) {
-        let world = World::new(builtin::scene("planar-arm").unwrap());
-        let mut roadmap = Roadmap::new(&world.scene().space, 3);
-        world.view().grow_roadmap(&mut roadmap, 500, &Default::default()).unwrap();
-        (world, roadmap)
+    fn grown() -> (Solver, Roadmap) {
+        let solver = Solver::new(builtin::scene("planar-arm").unwrap());
+        let mut roadmap = Roadmap::new(&solver.scene().space, 3);
+        solver.grow_roadmap(&mut roadmap, 500, &Default::default()).unwrap();
+        (solver, roadmap)
     }
 
     #[test]
     fn roadmaps_are_read_as_they_were_written() {
-        let (world, roadmap) = grown();
-        let space = &world.scene().space;
+        let (solver, roadmap) = grown();
+        let space = &solver.scene().space;
         let bytes = encode(&roadmap);
         assert!(is_roadmap(&bytes) && roadmap.len() > 5);
         assert_eq!(decode(Path::new("r"), &bytes, space).unwrap(), roadmap);
@@ -155,8 +155,8 @@ mod tests {
 
     #[test]
     fn every_altered_byte_is_noticed() {
-        let (world, roadmap) = grown();
-        let space = &world.scene().space;
+        let (solver, roadmap) = grown();
+        let space = &solver.scene().space;
         let bytes = encode(&roadmap);
         for at in 0..bytes.len() {
             let mut altered = bytes.clone();

@@ -21,6 +21,13 @@ use joint::{Joint, joint_pose};
 /// Revolute joints whose sines and cosines are taken together.
 const TOGETHER: usize = 8;
 
+impl Scene {
+    /// Writes the poses of all frames in the world at `q` (length `nq`) to `poses`.
+    pub fn poses(&self, q: &[f64], poses: &mut Vec<Pose>) {
+        forward(self, q, poses);
+    }
+}
+
 /// World poses of all frames of `scene` at configuration `q` (length `nq`), into `poses` (one per
 /// frame).
 ///

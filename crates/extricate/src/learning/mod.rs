@@ -10,6 +10,7 @@ pub mod svm;
 use crate::cspace::Label;
 use crate::error::{Error, Result};
 
+use crate::interface::setters;
 pub use budget::Budget;
 
 /// Exact labels of many configurations (row major) at once; may use many threads, answers in order.
@@ -17,6 +18,7 @@ pub type LabelBatch<'a> = dyn Fn(&[f64]) -> Vec<Label> + Sync + 'a;
 
 /// How much to learn.
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub struct LearnOptions {
     /// Most labels (exact checks, and evaluations of contacts while solving) to spend.
     pub labels: usize,
@@ -26,6 +28,15 @@ pub struct LearnOptions {
     pub seed: u64,
     /// Threads; 0 for one per core. The model does not depend on it.
     pub threads: usize,
+}
+
+setters! {
+    LearnOptions {
+        labels: usize,
+        seconds: f64 = Some,
+        seed: u64,
+        threads: usize,
+    }
 }
 
 impl LearnOptions {
@@ -38,7 +49,7 @@ impl LearnOptions {
         rayon::ThreadPoolBuilder::new().num_threads(self.threads).build().map_err(|e| Error::Option {
             name: "threads",
             value: format!("{} ({e})", self.threads),
-            expected: "a number of threads that the system can start",
+            expected: "a number of threads that the system can start".into(),
         })
     }
 
@@ -46,10 +57,10 @@ impl LearnOptions {
     /// [`Error::Option`] for one that makes no sense.
     pub(crate) fn check(&self) -> Result<()> {
         if self.labels == 0 {
-            return Err(Error::Option { name: "labels", value: "0".into(), expected: "at least 1" });
+            return Err(Error::Option { name: "labels", value: "0".into(), expected: "at least 1".into() });
         }
         if let Some(seconds) = self.seconds.filter(|seconds| seconds.is_nan() || *seconds <= 0.0) {
-            return Err(Error::Option { name: "seconds", value: seconds.to_string(), expected: "more than 0" });
+            return Err(Error::Option { name: "seconds", value: seconds.to_string(), expected: "more than 0".into() });
         }
         Ok(())
     }
@@ -63,6 +74,7 @@ impl Default for LearnOptions {
 
 /// Where a learning run stands, for a progress bar.
 #[derive(Debug, Clone)]
+#[non_exhaustive]
 pub struct LearnProgress {
     /// What is being done: `exploring`, `training`, `tracing the boundary`, `solving`, ...
     pub stage: &'static str,

@@ -39,8 +39,10 @@ pub fn vectorized<R>(f: impl FnOnce() -> R) -> R {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Pose {
     /// Orthonormal, determinant +1.
+    #[doc(hidden)]
     pub rotation: Mat3,
     /// Origin of `b` in `a` \[m\].
+    #[doc(hidden)]
     pub translation: Vec3,
 }
 
@@ -56,7 +58,34 @@ impl Pose {
         Self { rotation: Mat3::identity(), translation: Vec3::zeros() }
     }
 
+    /// The pose with these columns of the rotation, and this origin of `b` in `a` \[m\]. The
+    /// columns have to be orthonormal, with determinant +1; scenes refuse others.
+    pub fn new(columns: [[f64; 3]; 3], origin: [f64; 3]) -> Self {
+        Self { rotation: Mat3::from_columns(&columns.map(Vec3::from)), translation: origin.into() }
+    }
+
+    /// A pure translation to `origin` \[m\].
+    pub fn at(origin: [f64; 3]) -> Self {
+        Self::translation(origin.into())
+    }
+
+    /// The columns of the rotation.
+    pub fn columns(&self) -> [[f64; 3]; 3] {
+        [0, 1, 2].map(|column| self.rotation.column(column).into_owned().into())
+    }
+
+    /// The origin of `b` in `a` \[m\].
+    pub fn origin(&self) -> [f64; 3] {
+        self.translation.into()
+    }
+
+    /// The coordinates in `a` of a point given in `b` \[m\].
+    pub fn transform(&self, point: [f64; 3]) -> [f64; 3] {
+        self.point(&point.into()).into()
+    }
+
     /// A pure translation \[m\].
+    #[doc(hidden)]
     pub fn translation(translation: Vec3) -> Self {
         Self { rotation: Mat3::identity(), translation }
     }
@@ -83,12 +112,14 @@ impl Pose {
     }
 
     /// Coordinates in `a` of a point given in `b`.
+    #[doc(hidden)]
     pub fn point(&self, point: &Vec3) -> Vec3 {
         self.rotation * point + self.translation
     }
 
     /// [`Pose::point`] of eight points at once, axis by axis.
     #[inline(always)]
+    #[doc(hidden)]
     pub fn points(&self, points: &[[f64; LANES]; 3]) -> [[f64; LANES]; 3] {
         let mut mapped = [[0.0; LANES]; 3];
         for (row, mapped) in mapped.iter_mut().enumerate() {
@@ -101,16 +132,19 @@ impl Pose {
     }
 
     /// Coordinates in `b` of a point given in `a`.
+    #[doc(hidden)]
     pub fn inverse_point(&self, point: &Vec3) -> Vec3 {
         self.rotation.tr_mul(&(point - self.translation))
     }
 
     /// Coordinates in `a` of a direction given in `b`.
+    #[doc(hidden)]
     pub fn vector(&self, vector: &Vec3) -> Vec3 {
         self.rotation * vector
     }
 
     /// Coordinates in `b` of a direction given in `a`.
+    #[doc(hidden)]
     pub fn inverse_vector(&self, vector: &Vec3) -> Vec3 {
         self.rotation.tr_mul(vector)
     }

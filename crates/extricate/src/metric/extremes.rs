@@ -162,7 +162,11 @@ impl FrameExtremes {
             Geometry::Box { half_extents } => {
                 for corner in 0..8 {
                     let sign = |bit: usize| if corner >> bit & 1 == 1 { 1.0 } else { -1.0 };
-                    self.points.push(pose.point(&half_extents.component_mul(&Vec3::new(sign(0), sign(1), sign(2)))));
+                    self.points.push(pose.point(&Vec3::from(*half_extents).component_mul(&Vec3::new(
+                        sign(0),
+                        sign(1),
+                        sign(2),
+                    ))));
                 }
             }
             Geometry::Mesh(mesh) | Geometry::ConvexHull(mesh) => {

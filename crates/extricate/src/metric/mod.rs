@@ -13,6 +13,7 @@ pub mod quadratic;
 pub mod relative;
 pub mod solids;
 
+use std::fmt;
 use std::sync::Arc;
 
 use crate::cspace::sampling::Halton;
@@ -47,7 +48,8 @@ pub struct Metric {
 pub struct Anchor {
     /// The configuration.
     pub q: Vec<f64>,
-    /// Of the frames there.
+    /// The poses of the frames there.
+    #[doc(hidden)]
     pub poses: Vec<Pose>,
     embedding: Vec<f64>,
 }
@@ -57,6 +59,12 @@ pub struct Anchor {
 pub struct MetricScratch {
     poses: Vec<Pose>,
     embedding: Vec<f64>,
+}
+
+impl fmt::Debug for Metric {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Metric").field("kind", &self.kind).field("diameter", &self.diameter).finish_non_exhaustive()
+    }
 }
 
 impl Metric {
@@ -81,6 +89,7 @@ impl Metric {
 
     /// Whether it is the metric of `scene` too: coordinates, frames and all that moves are the
     /// same.
+    #[doc(hidden)]
     pub fn is_of(&self, scene: &Scene) -> bool {
         let own = &*self.scene;
         let is_of_joints = self.kind == scene.metric && own.space == scene.space && own.frames == scene.frames;
@@ -93,6 +102,7 @@ impl Metric {
     }
 
     /// Moving frames with their volume moments.
+    #[doc(hidden)]
     pub fn solids(&self) -> &Solids {
         &self.solids
     }
@@ -110,6 +120,7 @@ impl Metric {
     }
 
     /// Number of coordinates of the embedding, at least one.
+    #[doc(hidden)]
     pub fn embedding_len(&self) -> usize {
         match self.kind {
             MetricKind::Joint => self.scene.space.factors().iter().map(|f| chord_len(&f.manifold)).sum(),
@@ -122,6 +133,7 @@ impl Metric {
     ///
     /// # Guarantee
     /// `|phi(a) - phi(b)| <= distance(a, b)` up to rounding.
+    #[doc(hidden)]
     pub fn embed(&self, q: &[f64], scratch: &mut MetricScratch, out: &mut [f64]) {
         match self.kind {
             MetricKind::Joint => self.embed_joint(q, out),
@@ -158,6 +170,7 @@ impl Metric {
 
     /// Whether the distance between two embeddings is the metric's, not only at most that: joints
     /// that all have limits.
+    #[doc(hidden)]
     pub fn embedding_is_exact(&self) -> bool {
         let is_interval = |factor: &Factor| matches!(factor.manifold, Manifold::Interval { .. });
         self.kind == MetricKind::Joint && self.scene.space.factors().iter().all(is_interval)
@@ -171,12 +184,14 @@ impl Metric {
 
     /// Largest displacement of a point \[m\] that a small step of length 1 (metric units) typically
     /// causes.
+    #[doc(hidden)]
     pub fn lever(&self) -> f64 {
         self.lever
     }
 
     /// How far each tangent coordinate moves what it carries at `q`, root mean square over its
     /// volume [m per rad, or 1]; 0 where it carries nothing.
+    #[doc(hidden)]
     pub fn levers(&self, q: &[f64]) -> Vec<f64> {
         let mut poses = Vec::new();
         forward(&self.scene, q, &mut poses);
@@ -213,6 +228,7 @@ impl Metric {
     }
 
     /// The same where the poses of the frames at `q` are known.
+    #[doc(hidden)]
     pub fn anchor_at(&self, q: &[f64], poses: &[Pose], anchor: &mut Anchor) {
         anchor.poses.clear();
         anchor.poses.extend_from_slice(poses);
@@ -257,6 +273,7 @@ impl Metric {
     }
 
     /// The same, to a configuration with frame poses `poses`.
+    #[doc(hidden)]
     pub fn max_displacement_at(&self, anchor: &Anchor, poses: &[Pose]) -> f64 {
         self.extremes.max_displacement(&anchor.poses, poses)
     }

@@ -64,6 +64,7 @@ impl Metric {
     /// [`super::solids::FrameSolid::motion_factor`]; for two moving frames the squares add, since
     /// their shares of the volume do. Largest displacement: one per moving frame where the point
     /// lies in its hull (`inside`), otherwise as the object norm.
+    #[doc(hidden)]
     pub fn motion_bound(&self, poses: &[Pose], point: &BoundedPoint, distance: f64, path: &mut MotionPath) -> f64 {
         self.motion_between(poses, point.of, point.relative_to, path);
         self.motion_of(poses, point, path);
@@ -71,6 +72,7 @@ impl Metric {
     }
 
     /// Prepares for points of frame `of`, seen from `relative_to`.
+    #[doc(hidden)]
     pub fn motion_between(&self, poses: &[Pose], of: usize, relative_to: usize, path: &mut MotionPath) {
         (path.of, path.relative_to) = (of, relative_to);
         path.steps.clear();
@@ -81,6 +83,7 @@ impl Metric {
     }
 
     /// Prepares for one of them; its frames have to be those that the path was prepared for.
+    #[doc(hidden)]
     pub fn motion_of(&self, poses: &[Pose], point: &BoundedPoint, path: &mut MotionPath) {
         debug_assert_eq!((point.of, point.relative_to), (path.of, path.relative_to));
         match self.kind() {
@@ -162,6 +165,7 @@ fn joint_steps(scene: &Scene, uses: &[CoordinateUse], poses: &[Pose], path: &mut
 impl MotionPath {
     /// What the joints do to the points of the path's frame by themselves, without what they do to
     /// each other's levers; nothing for other metrics than the joint metric.
+    #[doc(hidden)]
     pub fn levers(&self) -> Levers {
         let mut levers = Levers { squared: Mat3::zeros(), linear: Vec3::zeros(), constant: 0.0 };
         for step in &self.steps {

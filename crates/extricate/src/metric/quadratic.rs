@@ -46,6 +46,7 @@ impl Metric {
     /// Exact to second order for the joint metric without rotations; a Gauss-Newton model for the
     /// object norm; for the largest displacement `s`, half of `s^2` with one linearised row `s >=
     /// |displacement|` for each of the points that move farthest.
+    #[doc(hidden)]
     pub fn quadratic_model(&self, anchor: &Anchor, x: &[f64], poses: &[Pose], out: &mut Quadratic) {
         let nv = self.scene().space.nv();
         out.tensor.clear();
@@ -94,6 +95,7 @@ impl Metric {
 
     /// Gradient over the tangent coordinates at `x` of half the squared distance from `anchor`, for
     /// the joint metric: as [`Metric::quadratic_model`] has it.
+    #[doc(hidden)]
     pub fn joint_gradient(&self, anchor: &Anchor, x: &[f64], gradient: &mut [f64]) {
         let space = &self.scene().space;
         space.difference(&anchor.q, x, gradient);

@@ -81,7 +81,7 @@ fn object_norm_is_the_integral_over_the_volume() {
     let (mut sum, count) = (0.0, 200_000);
     for _ in 0..count {
         let corner = Vec3::from_fn(|_, _| rng.random::<f64>() * 2.0 - 1.0);
-        let point = body.parts[0].pose_frame_part.point(&corner.component_mul(half_extents));
+        let point = body.parts[0].pose_frame_part.point(&corner.component_mul(&Vec3::from(*half_extents)));
         sum += (from[body.frame].point(&point) - to[body.frame].point(&point)).norm_squared();
     }
     let sampled = (sum / f64::from(count)).sqrt();

@@ -29,7 +29,8 @@ use crate::learning::obstacle_classifier::{ObstacleClassifier, Parts};
 use crate::learning::{Budget, LearnOptions, LearnProgress};
 use crate::metric::MetricScratch;
 use crate::metric::relative::{self, RelativePoses};
-use crate::query::{QueryOptions, QueryScratch, Termination, World, index_samples, nearest_exit};
+use crate::query::prepared::Prepared;
+use crate::query::{QueryOptions, QueryScratch, Termination, index_samples, nearest_exit};
 use crate::samples::SampleSet;
 use crate::samples::trace::{TraceGround, trace};
 use crate::scene::Scene;
@@ -67,9 +68,10 @@ pub fn learn(scene: Scene, options: &LearnOptions, report: &mut Report) -> Resul
         }
         let classified = train(&ground, &mut known, &mut budget);
         let mut samples = trace_boundary(&ground, &mut known, &mut budget);
-        let solved = solve(&ground.world, ground.gap, &ground.halton, &mut known, &mut samples, &mut budget);
+        let solved = solve(&ground.prepared, ground.gap, &ground.halton, &mut known, &mut samples, &mut budget);
         let stand_ins = stand_in(&ground, &known, &mut samples);
-        let boundary = index_samples(ground.world.checker(), ground.world.metric(), samples, solved, options.seed);
+        let boundary =
+            index_samples(ground.prepared.checker(), ground.prepared.metric(), samples, solved, options.seed);
         let end_of_learning = budget.end();
         let measured = measure_learned(&ground, &boundary, &mut budget);
 
@@ -94,7 +96,7 @@ pub fn learn(scene: Scene, options: &LearnOptions, report: &mut Report) -> Resul
             measuring_checks: checks,
             ended_by: ended_by(end_of_learning, &budget),
         };
-        Ok(Model { world: ground.world, boundary, classifier, statistics })
+        Ok(Model { prepared: ground.prepared.into(), boundary, classifier, statistics })
     })
 }
 
@@ -102,7 +104,7 @@ pub fn learn(scene: Scene, options: &LearnOptions, report: &mut Report) -> Resul
 struct Ground<'a> {
     options: &'a LearnOptions,
     /// The scene, with nothing learned.
-    world: World,
+    prepared: Prepared,
     /// Where configurations are drawn.
     halton: Halton,
     /// Every boundary sample has a colliding configuration within this distance (metric units).
@@ -111,27 +113,27 @@ struct Ground<'a> {
 
 impl<'a> Ground<'a> {
     fn new(scene: Scene, options: &'a LearnOptions) -> Self {
-        let world = World::new(Arc::new(scene));
-        let halton = Halton::new(world.scene().space.nv(), options.seed);
-        let gap = GAP_SHARE * world.metric().diameter();
-        Self { options, world, halton, gap }
+        let prepared = Prepared::new(Arc::new(scene));
+        let halton = Halton::new(prepared.scene().space.nv(), options.seed);
+        let gap = GAP_SHARE * prepared.metric().diameter();
+        Self { options, prepared, halton, gap }
     }
 
     fn nq(&self) -> usize {
-        self.world.scene().space.nq()
+        self.prepared.scene().space.nq()
     }
 
     /// The exact labels of many configurations, row major.
     fn label(&self, configs: &[f64]) -> Vec<Label> {
         let mut labels = vec![Label::Free; configs.len() / self.nq()];
-        self.world.checker().label_batch(configs, &mut labels);
+        self.prepared.checker().label_batch(configs, &mut labels);
         labels
     }
 }
 
 /// Labels evenly spread configurations, until some are free. Also tells the share that collides.
 fn explore(ground: &Ground, budget: &mut Budget) -> (Exploration, f64) {
-    let (space, nq) = (&ground.world.scene().space, ground.nq());
+    let (space, nq) = (&ground.prepared.scene().space, ground.nq());
     let label = |configs: &[f64]| ground.label(configs);
     let wanted = ((ground.options.labels as f64 * EXPLORED) as usize).clamp(1, MOST_EXPLORED);
     let mut known = Exploration::default();
@@ -152,7 +154,8 @@ fn explore(ground: &Ground, budget: &mut Budget) -> (Exploration, f64) {
 
 /// Adds exits of colliding configurations to the free ones.
 fn add_exits(ground: &Ground, known: &mut Exploration, budget: &mut Budget) {
-    let (context, space, mut scratch) = (ground.world.context(), &ground.world.scene().space, QueryScratch::default());
+    let (context, space, mut scratch) =
+        (ground.prepared.context(), &ground.prepared.scene().space, QueryScratch::default());
     for seed in known.colliding.chunks_exact(ground.nq()).take(FEW_FREE) {
         if budget.end().is_some() {
             break;
@@ -160,7 +163,7 @@ fn add_exits(ground: &Ground, known: &mut Exploration, budget: &mut Budget) {
         let options = QueryOptions { termination: Termination::after_checks(budget.left()), ..QueryOptions::default() };
         let answer = space.config(seed).ok().and_then(|q| nearest_exit(&context, &q, &options, &mut scratch));
         budget.spend(scratch.checks().min(budget.left()));
-        known.free.extend(answer.into_iter().flat_map(|answer| answer.witness));
+        known.free.extend(answer.into_iter().flat_map(|answer| Vec::from(answer.witness)));
     }
 }
 
@@ -169,7 +172,7 @@ fn nothing_free(ground: &Ground, known: &Exploration, budget: &Budget) -> Error 
     if budget.end() == Some(BudgetEnd::Interrupted) {
         return Error::Interrupted;
     }
-    Error::NothingFree { labels: budget.spent(), advice: advice(ground.world.checker(), &known.colliding) }
+    Error::NothingFree { labels: budget.spent(), advice: advice(ground.prepared.checker(), &known.colliding) }
 }
 
 /// Trains the classifier of the obstacle region, one support vector machine for each pair of
@@ -180,7 +183,7 @@ fn train(ground: &Ground, known: &mut Exploration, budget: &mut Budget) -> Class
         return Classified::default();
     }
     budget.stage("training");
-    let (checker, nq) = (ground.world.checker(), ground.nq());
+    let (checker, nq) = (ground.prepared.checker(), ground.nq());
     let relative = RelativePoses::new(checker.scene_arc().clone());
     let label = |configs: &[f64]| ground.label(configs);
     let features = |configs: &[f64], pairs: &[u32]| relative_poses(&relative, nq, configs, pairs);
@@ -193,7 +196,7 @@ fn train(ground: &Ground, known: &mut Exploration, budget: &mut Budget) -> Class
         width: relative::WIDTH,
     };
     let classified = classify(&checker.scene().space, &parts, known, ground.options.seed, budget);
-    let seeds = NearMisses::new(checker, ground.world.metric()).seeds(known, &label, budget);
+    let seeds = NearMisses::new(checker, ground.prepared.metric()).seeds(known, &label, budget);
     if let Some(classifier) = &classified.classifier
         && budget.end() != Some(BudgetEnd::Interrupted)
     {
@@ -209,8 +212,8 @@ fn trace_boundary(ground: &Ground, known: &mut Exploration, budget: &mut Budget)
     budget.stage("tracing the boundary");
     let label = |configs: &[f64]| ground.label(configs);
     let to_trace = TraceGround {
-        space: &ground.world.scene().space,
-        metric: ground.world.metric(),
+        space: &ground.prepared.scene().space,
+        metric: ground.prepared.metric(),
         label: &label,
         halton: &ground.halton,
         gap: ground.gap,
@@ -239,7 +242,7 @@ fn measure_learned(ground: &Ground, boundary: &SampleSet, budget: &mut Budget) -
         budget.stage("measuring");
         budget.end() != Some(BudgetEnd::Interrupted)
     };
-    measure(&ground.world, boundary, &extent, &mut go_on).unwrap_or_default()
+    measure(&ground.prepared, boundary, &extent, &mut go_on).unwrap_or_default()
 }
 
 /// What ended learning, or the caller who stopped the measuring.

@@ -1,12 +1,14 @@
 //! The learned model of a scene: what it holds, and how it is asked. Not how it is learned.
 
+use std::fmt;
+use std::sync::Arc;
+
 use super::statistics::Statistics;
 use crate::collision::Checker;
-use crate::cspace::Config;
 use crate::learning::obstacle_classifier::ObstacleClassifier;
 use crate::metric::Metric;
-use crate::query::inner_balls::InnerBalls;
-use crate::query::{Answer, ChangedScene, Context, QueryOptions, Solver, Stored, View, World, index_samples};
+use crate::query::prepared::Prepared;
+use crate::query::{Stored, index_samples};
 use crate::samples::SampleSet;
 use crate::scene::Scene;
 
@@ -15,10 +17,16 @@ use crate::scene::Scene;
 ///
 /// Immutable; share it between threads.
 pub struct Model {
-    pub(super) world: World,
+    pub(super) prepared: Arc<Prepared>,
     pub(super) boundary: SampleSet,
     pub(super) classifier: Option<ObstacleClassifier>,
     pub(super) statistics: Statistics,
+}
+
+impl fmt::Debug for Model {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Model").field("statistics", &self.statistics).finish_non_exhaustive()
+    }
 }
 
 impl Model {
@@ -42,29 +50,17 @@ impl Model {
         classifier: Option<ObstacleClassifier>,
         statistics: Statistics,
     ) -> Self {
-        let balls = InnerBalls::new(&checker, None);
-        let world = World::of_parts(checker, metric.into(), balls);
-        Self { world, boundary, classifier, statistics }
-    }
-
-    /// Its scene, ready to be queried without what was learned of it.
-    pub fn world(&self) -> &World {
-        &self.world
+        let prepared = Prepared::from_parts(checker, metric).into();
+        Self { prepared, boundary, classifier, statistics }
     }
 
     /// The scene it was learned for.
-    pub fn scene(&self) -> &Scene {
-        self.world.scene()
+    pub fn scene(&self) -> &Arc<Scene> {
+        self.prepared.scene()
     }
 
-    /// The exact checker of its scene.
-    pub fn checker(&self) -> &Checker {
-        self.world.checker()
-    }
-
-    /// The metric of its scene.
-    pub fn metric(&self) -> &Metric {
-        self.world.metric()
+    pub(crate) fn prepared(&self) -> &Arc<Prepared> {
+        &self.prepared
     }
 
     /// Its verified boundary samples.
@@ -90,35 +86,8 @@ impl Model {
         &self.statistics
     }
 
-    /// What its queries are answered from, in the scene that was learned.
-    pub fn view(&self) -> View<'_> {
-        View::new(self.context())
-    }
-
-    /// The same in a scene that differs from the one that was learned: what was stored is a start
-    /// of descents like any other there.
-    ///
-    /// # Guarantee
-    /// That of a query without a model in that scene.
-    pub fn in_scene<'a>(&'a self, scene: &'a ChangedScene) -> View<'a> {
-        View::new(scene.context(self.stored()))
-    }
-
-    /// The nearest free configuration to `q`, with default options; see [`View::query`].
-    pub fn query(&self, q: &Config) -> Option<Answer> {
-        self.view().query(q)
-    }
-
-    /// Answers with these options, and keeps memory between queries. One for each thread.
-    pub fn solver(&self, options: QueryOptions) -> Solver<'_> {
-        self.view().solver(options)
-    }
-
-    fn stored(&self) -> Stored<'_> {
+    /// What queries start from, in the scene that was learned.
+    pub(crate) fn stored(&self) -> Stored<'_> {
         Stored { samples: &self.boundary, holding: None }
-    }
-
-    pub(crate) fn context(&self) -> Context<'_> {
-        self.world.with(Some(self.stored()))
     }
 }

@@ -14,7 +14,8 @@ use crate::cspace::sampling::Halton;
 use crate::cspace::{Config, Label};
 use crate::learning::Budget;
 use crate::learning::exploration::{BATCH, Exploration};
-use crate::query::{Context, Effort, QueryOptions, QueryScratch, Termination, World, nearest_exit_under};
+use crate::query::prepared::Prepared;
+use crate::query::{Context, Effort, QueryOptions, QueryScratch, Termination, nearest_exit_under};
 
 /// A query is not begun with fewer checks than this: it would not be carried to its end.
 const LEAST_CHECKS: usize = 200;
@@ -37,18 +38,18 @@ const CHECKS_AFTER: usize = 12;
 /// Every exit was labelled free, and the configuration within `gap` of it toward the one that was
 /// solved was labelled colliding.
 pub fn solve(
-    world: &World,
+    prepared: &Prepared,
     gap: f64,
     halton: &Halton,
     known: &mut Exploration,
     samples: &mut Vec<f64>,
     budget: &mut Budget,
 ) -> usize {
-    let (space, context) = (&world.scene().space, world.context());
+    let (space, context) = (&prepared.scene().space, prepared.context());
     let (nq, before) = (space.nq(), samples.len());
     let label = |configs: &[f64]| {
         let mut labels = vec![Label::Free; configs.len() / nq];
-        world.checker().label_batch(configs, &mut labels);
+        prepared.checker().label_batch(configs, &mut labels);
         labels
     };
     let (mut kept, mut solved) = (HashSet::new(), 0);
@@ -116,7 +117,7 @@ impl Task<'_> {
         let answer = answer.filter(|answer| answer.depth > 0.0 && left() != Some(0.0));
         let Some(answer) = answer else { return (None, scratch.checks()) };
         let is_exit = answer.verified && self.is_beside_collision(&answer.witness, answer.depth, &q, scratch);
-        (is_exit.then_some(answer.witness), scratch.checks())
+        (is_exit.then(|| answer.witness.into()), scratch.checks())
     }
 
     /// Whether the configuration within the gap of an exit, toward `q` at its depth, collides.
@@ -134,8 +135,10 @@ mod tests {
     use crate::collision::{Checker, ContactQuery, ContactSearch};
     use crate::learning::LearnOptions;
     use crate::metric::{Anchor, Metric};
-    use crate::model::evaluate::tests::colliding;
+    use crate::model::evaluate::tests::of_model;
     use crate::model::{Model, Statistics};
+    use crate::query::prepared::tests::colliding;
+    use crate::query::query;
     use crate::samples::{BoundaryScratch, SampleKind, SampleQuery};
     use crate::scene::builtin;
 
@@ -150,7 +153,7 @@ mod tests {
 
     /// The model as it is put together again from what is stored of it, with other statistics.
     fn stored(model: &Model, statistics: Statistics) -> Model {
-        let scene = model.checker().scene_arc().clone();
+        let scene = model.scene().clone();
         let rows = model.boundary().configs().to_vec();
         Model::from_parts(Checker::new(scene.clone()), Metric::new(scene), rows, None, statistics)
     }
@@ -159,9 +162,9 @@ mod tests {
     fn a_stored_model_answers_as_the_learned_one() {
         let learned = learned();
         let stored = stored(&learned, learned.statistics().clone());
-        for q in colliding(&learned, 100) {
+        for q in colliding(learned.prepared(), 100) {
             let [a, b] = [&learned, &stored].map(|model| {
-                model.view().query_with(&q, &QueryOptions::default(), &mut QueryScratch::default()).unwrap()
+                query(&of_model(model), &q, &QueryOptions::default(), &mut QueryScratch::default()).unwrap()
             });
             assert_eq!((a.witness, a.lower_bound, a.checks), (b.witness, b.lower_bound, b.checks));
         }
@@ -171,33 +174,34 @@ mod tests {
     fn exits_are_free_beside_a_collision_and_the_nearest_are_found() {
         let model = learned();
         let (set, nq) = (model.boundary(), model.scene().space.nq());
+        let (checker, metric) = (model.prepared().checker(), model.prepared().metric());
         assert!(set.solved() > 50 && set.solved() == model.statistics().solved_samples, "{}", set.solved());
         assert!(model.statistics().labels <= LABELS);
         let gap = model.statistics().boundary_gap.unwrap();
         let first = set.len() - set.solved();
         for exit in set.configs()[first * nq..].chunks_exact(nq) {
-            assert_eq!(model.checker().label(exit, &mut Default::default()), Label::Free);
+            assert_eq!(checker.label(exit, &mut Default::default()), Label::Free);
             // Some direction within the gap collides: that toward what was solved, which is not
             // kept.
             let (mut scratch, mut contacts) = (Default::default(), Vec::new());
-            let margin = model.metric().lever() * gap;
+            let margin = metric.lever() * gap;
             let query = ContactQuery { margin, search: ContactSearch::Exact };
-            model.checker().contacts(exit, query, &mut scratch, &mut contacts);
+            checker.contacts(exit, query, &mut scratch, &mut contacts);
             assert!(!contacts.is_empty());
         }
         let (mut scratch, mut found, mut anchor) = (BoundaryScratch::default(), Vec::new(), Anchor::default());
         for q in set.configs().chunks_exact(nq).step_by(97).take(40) {
-            model.metric().anchor(q, &mut anchor);
+            metric.anchor(q, &mut anchor);
             set.nearest(
                 SampleQuery { among: SampleKind::Solved, ..SampleQuery::NEAREST },
-                model.metric(),
+                metric,
                 &anchor,
                 5,
                 &mut scratch,
                 &mut found,
             );
             let mut all: Vec<f64> =
-                set.configs()[first * nq..].chunks_exact(nq).map(|e| model.metric().distance(q, e)).collect();
+                set.configs()[first * nq..].chunks_exact(nq).map(|e| metric.distance(q, e)).collect();
             all.sort_by(f64::total_cmp);
             assert!(found.iter().zip(&all).all(|((id, d), e)| (d - e).abs() < 1e-9 && *id as usize >= first));
             assert_eq!(found.len(), 5);
@@ -206,8 +210,8 @@ mod tests {
 
     #[test]
     fn nothing_is_begun_after_the_time_is_over() {
-        let world = World::new(builtin::scene("planar-arm").unwrap());
-        let (context, space) = (world.context(), &world.scene().space);
+        let prepared = Prepared::new(builtin::scene("planar-arm").unwrap());
+        let (context, space) = (prepared.context(), &prepared.scene().space);
         let halton = Halton::new(space.nv(), 7);
         let mut configs = vec![0.0; 20 * space.nq()];
         configs.chunks_exact_mut(space.nq()).enumerate().for_each(|(at, q)| halton.config(space, at as u64, q));
@@ -228,10 +232,11 @@ mod tests {
             let options = LearnOptions { labels: LABELS, seconds: None, seed: 5, ..LearnOptions::default() };
             let model = Model::learn(builtin::scene(name).unwrap(), &options).unwrap();
             let (mut scratch, mut checks, mut farther) = (QueryScratch::default(), [0; 2], 0);
-            let queries = colliding(&model, 200);
+            let (contexts, queries) =
+                ([of_model(&model), model.prepared().context()], colliding(model.prepared(), 200));
             for q in &queries {
-                let [with, without] = [model.view(), model.world().view()]
-                    .map(|view| view.query_with(q, &QueryOptions::default(), &mut scratch).unwrap());
+                let [with, without] =
+                    [0, 1].map(|which| query(&contexts[which], q, &QueryOptions::default(), &mut scratch).unwrap());
                 assert!(with.depth <= 1.05 * without.depth, "{name}: {} {}", with.depth, without.depth);
                 farther += usize::from(with.depth > 1.01 * without.depth);
                 checks = [checks[0] + with.checks, checks[1] + without.checks];

@@ -4,9 +4,11 @@
 use serde::{Deserialize, Serialize};
 
 use super::evaluate::figures::{Density, Excess, Gap};
+use crate::interface::words;
 
 /// How a model was learned and how good it measured itself to be.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct Statistics {
     /// Exact checks spent, those of solving and its evaluations of contacts included.
     pub labels: usize,
@@ -138,6 +140,7 @@ pub const FARTHEST_DISTANCE: f64 = 1e18;
 /// What ended a learning run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
+#[non_exhaustive]
 pub enum EndedBy {
     /// The budget of labels. Versions before 14 knew two ends more, which are read as this one.
     #[serde(alias = "memory", alias = "quality")]
@@ -146,4 +149,8 @@ pub enum EndedBy {
     Seconds,
     /// The caller.
     Interruption,
+}
+
+words! {
+    EndedBy as "ended_by" { Labels = "labels", Seconds = "seconds", Interruption = "interruption" }
 }

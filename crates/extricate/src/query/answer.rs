@@ -1,14 +1,16 @@
 //! What a query gives back.
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::options::Effort;
 use crate::collision::Contact;
 use crate::cspace::Config;
+use crate::interface::words;
 use crate::scene::PairId;
 
 /// The nearest free configuration found, and what is known about it.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct Answer {
     /// Distance from the query to the witness, in the scene's metric; 0 where the query is free.
     pub depth: f64,
@@ -20,7 +22,7 @@ pub struct Answer {
     /// Why nothing is proved, where that is so: `lower_bound` is 0 and the query is not free.
     pub unproved: Option<Unproved>,
     /// A free configuration at distance `depth`.
-    pub witness: Vec<f64>,
+    pub witness: Config,
     /// What was requested.
     pub effort: Effort,
     /// Collision checks and distance evaluations spent.
@@ -97,6 +99,7 @@ impl Answer {
 /// Why no lower bound above 0 is proved for a query that is not free.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
+#[non_exhaustive]
 pub enum Unproved {
     /// What collides are surfaces: they enclose nothing, and might pass through each other.
     Surfaces,
@@ -104,30 +107,24 @@ pub enum Unproved {
     Shallow,
 }
 
-impl Unproved {
-    /// As it is written.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Surfaces => "surfaces",
-            Self::Shallow => "shallow",
-        }
-    }
-}
+words! { Unproved as "unproved" { Surfaces = "surfaces", Shallow = "shallow" } }
 
 /// One of several exits.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct Exit {
     /// Distance from the query, in the scene's metric.
     pub depth: f64,
     /// A free configuration at that distance; verified.
-    pub witness: Vec<f64>,
+    pub witness: Config,
     /// Pairs of the scene that touch there.
     pub touching: Vec<PairId>,
 }
 
 /// The geodesic from the query to the witness; fractions are those of
 /// [`crate::ConfigSpace::interpolate`].
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct StraightSegment {
     /// The last fraction at which a collision (or a pair that nearly collides) was found; before it
     /// the segment may be free in parts.
@@ -153,7 +150,7 @@ pub fn free_answer(q: &Config, nv: usize, effort: Effort, clearance: f64) -> Ans
         lower_bound: 0.0,
         gap: 0.0,
         unproved: None,
-        witness: q.to_vec(),
+        witness: q.clone(),
         effort,
         checks: 1,
         nearest: None,

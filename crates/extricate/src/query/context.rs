@@ -6,7 +6,8 @@ use crate::metric::Metric;
 use crate::samples::SampleSet;
 use crate::scene::PairId;
 
-/// What a query stands on; borrowed from a world, and from a model if it has one.
+/// What a query stands on, borrowed from what is prepared of a scene, and from a model if there
+/// is one.
 #[derive(Clone, Copy)]
 pub struct Context<'a> {
     /// The exact checker.

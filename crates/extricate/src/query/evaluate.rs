@@ -168,13 +168,13 @@ impl Evaluator {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::query::World;
+    use crate::query::prepared::Prepared;
     use crate::scene::builtin;
 
     /// Whoever offers a witness, a stored sample or a step, keeps the limits; this holds if not.
     #[test]
     fn what_lies_beyond_limits_is_not_free() {
-        let world = World::new(builtin::scene("planar-arm").unwrap());
+        let world = Prepared::new(builtin::scene("planar-arm").unwrap());
         let (mut evaluator, context) = (Evaluator::default(), world.context());
         evaluator.begin(Deadline::default());
         let straight = [1.9, 0.0, 0.0];

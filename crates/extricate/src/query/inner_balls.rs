@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use rayon::prelude::*;
 
-use crate::collision::{Checker, largest_balls};
+use crate::collision::{Checker, largest_balls, shared_shape};
 use crate::math::{LANES, Pose, Vec3};
 
 /// Balls inside every body of a scene, computed once.
@@ -56,12 +56,21 @@ impl InnerBalls {
     /// Looks for balls in every body of the checker's scene, on a grid and on the surface;
     /// takes those of `before` where it has the same solid.
     pub fn new(checker: &Checker, before: Option<(&Checker, &Self)>) -> Self {
-        let count = checker.scene().bodies.len();
+        let scene = checker.scene();
+        let count = scene.bodies.len();
         let twins = before.map_or_else(|| vec![None; count], |(old, _)| checker.same_solids(old));
         let known = |body: usize| Some(Arc::clone(&before?.1.solids[twins[body]?].0));
         let first = checker.first_of_equal_solids();
         let of_first = |body: usize| known(body).or_else(|| (first[body] == body).then(|| balls(checker, body).into()));
-        let made: Vec<Option<Arc<[Ball]>>> = (0..count).into_par_iter().map(of_first).collect();
+        let is_shared =
+            |body: usize| scene.bodies[body].parts.iter().any(|part| shared_shape(&part.geometry).is_some());
+        // A change that brings no mesh needs no threads.
+        let made: Vec<Option<Arc<[Ball]>>> = match before {
+            Some(_) if !(0..count).any(|body| known(body).is_none() && is_shared(body)) => {
+                (0..count).map(of_first).collect()
+            }
+            _ => (0..count).into_par_iter().map(of_first).collect(),
+        };
         let of_equal = |body: usize| made[body].clone().or_else(|| made[first[body]].clone());
         let solid = |body: usize| (of_equal(body).unwrap_or_default(), checker.pose_frame_solid(body));
         let solids: Vec<(Arc<[Ball]>, Pose)> = (0..count).map(solid).collect();

@@ -18,7 +18,6 @@
 //! 7. *Report* what is said of the witness.
 
 pub mod answer;
-pub mod batch;
 mod beyond_limits;
 pub mod bound;
 pub(crate) mod constraints;
@@ -33,24 +32,22 @@ mod local_metric;
 mod nearest_exit;
 pub mod options;
 pub(crate) mod plan;
+pub mod prepared;
 pub mod qp;
+mod read_record;
+mod record;
 pub mod report;
 pub(crate) mod search;
 pub mod stream;
 pub(crate) mod termination;
-pub mod worlds;
 
 pub use answer::{Answer, Exit, StraightSegment, Unproved};
-pub use batch::Answered;
 pub use contact_planes::index_samples;
 pub use context::{Context, Held, Stored};
 pub(crate) use nearest_exit::nearest_exit_under;
 pub use nearest_exit::{nearest_exit, query};
 pub use options::{DEFAULT_GAP, Effort, QueryOptions, REFINED_GAP, Toward};
+pub use record::{AnswerRecord, ContactRecord, ExitRecord};
 pub use search::scratch::QueryScratch;
-pub use stream::{Stream, StreamOptions};
 pub(crate) use termination::Deadline;
 pub use termination::{Stop, Termination};
-pub use worlds::World;
-pub use worlds::changed::ChangedScene;
-pub use worlds::view::{Solver, View};

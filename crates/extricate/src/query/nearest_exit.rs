@@ -107,7 +107,7 @@ pub(crate) fn find(
     let chosen =
         options.toward.as_ref().map_or(nearest, |toward| nearest_to_goal(context, toward, &known.exits, nearest));
     (answer.depth, answer.verified) = (chosen.distance, chosen.is_verified);
-    answer.witness.copy_from_slice(&chosen.config);
+    answer.witness.set(&chosen.config);
     answer.cut_short = evaluator.is_cut();
     Some(answer)
 }
@@ -189,7 +189,7 @@ fn take_nearest_sample(context: &Context, answer: &mut Answer, scratch: &mut Que
         let config = stored.samples.config(id);
         if is_here || evaluator.label(context, config) == Label::Free {
             (answer.depth, answer.verified) = (depth, !is_here);
-            answer.witness.copy_from_slice(config);
+            answer.witness.set(config);
             scratch.known.proof.set_colliding(answer.colliding.iter().copied());
             return true;
         }
@@ -216,37 +216,35 @@ fn nothing_may_part(context: &Context, answer: &Answer) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::collision::{CheckScratch, Checker};
+    use crate::collision::CheckScratch;
     use crate::cspace::Label;
     use crate::cspace::sampling::Halton;
-    use crate::learning::LearnOptions;
-    use crate::metric::Metric;
-    use crate::model::Model;
+    use crate::query::context::Stored;
+    use crate::query::index_samples;
+    use crate::query::prepared::Prepared;
     use crate::query::termination::Termination;
     use crate::scene::builtin;
 
     /// A model file may hold anything: no answer that is to be verified rests on its samples.
     #[test]
     fn stored_samples_that_collide_make_no_answer() {
-        let options = LearnOptions { labels: 3_000, seconds: None, ..LearnOptions::default() };
-        let model = Model::learn(builtin::scene("planar-arm").unwrap(), &options).unwrap();
-        let (scene, space) = (model.checker().scene_arc(), &model.scene().space);
+        let prepared = Prepared::new(builtin::scene("planar-arm").unwrap());
+        let (checker, space) = (prepared.checker(), &prepared.scene().space);
         let (halton, mut q, mut scratch) = (Halton::new(space.nv(), 8), vec![0.0; space.nq()], CheckScratch::default());
         let drawn = (0..).filter_map(|index| {
             halton.config(space, index, &mut q);
-            (model.checker().label(&q, &mut scratch) == Label::Colliding).then(|| q.clone())
+            (checker.label(&q, &mut scratch) == Label::Colliding).then(|| q.clone())
         });
         let colliding: Vec<Vec<f64>> = drawn.take(400).collect();
-        let statistics = crate::model::Statistics { solved_samples: 200, ..model.statistics().clone() };
-        let (checker, metric) = (Checker::new(scene.clone()), Metric::new(scene.clone()));
-        let crafted = Model::from_parts(checker, metric, colliding.concat(), None, statistics);
+        let samples = index_samples(checker, prepared.metric(), colliding.concat(), 200, 0);
+        let crafted = prepared.with(Some(Stored { samples: &samples, holding: None }));
         for q in colliding.iter().step_by(20).map(|q| space.config(q).unwrap()) {
             for effort in [Effort::Refined, Effort::Exhaustive, Effort::Proved] {
                 for termination in [Termination::after_checks(1), Termination::after_checks(300)] {
                     let options = QueryOptions { effort, termination, ..QueryOptions::default() };
-                    let answer = crafted.view().query_with(&q, &options, &mut QueryScratch::default()).unwrap();
+                    let answer = query(&crafted, &q, &options, &mut QueryScratch::default()).unwrap();
                     assert!(answer.verified && answer.depth > 0.0, "{effort:?}: {answer:?}");
-                    assert_eq!(model.checker().label(&answer.witness, &mut scratch), Label::Free);
+                    assert_eq!(checker.label(&answer.witness, &mut scratch), Label::Free);
                     assert!(answer.lower_bound <= answer.depth);
                 }
             }

@@ -3,10 +3,14 @@
 use serde::Serialize;
 
 use super::termination::Termination;
+use crate::cspace::Config;
+use crate::error::{Error, Result};
+use crate::interface::{setters, words};
 
 /// How hard a query tries.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
 #[serde(rename_all = "lowercase")]
+#[non_exhaustive]
 pub enum Effort {
     /// The nearest stored boundary sample, or in many dimensions one nearly as near (4 % farther in
     /// the mean on a hand of 16 joints); free as of learning. Its lower bound is that of a few
@@ -25,19 +29,13 @@ pub enum Effort {
     Proved,
 }
 
-impl Effort {
-    /// All, by how hard they try.
-    pub const ALL: [Self; 5] = [Self::Nearest, Self::Quick, Self::Refined, Self::Exhaustive, Self::Proved];
-
-    /// As it is written.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Nearest => "nearest",
-            Self::Quick => "quick",
-            Self::Refined => "refined",
-            Self::Exhaustive => "exhaustive",
-            Self::Proved => "proved",
-        }
+words! {
+    Effort as "effort" {
+        Nearest = "nearest",
+        Quick = "quick",
+        Refined = "refined",
+        Exhaustive = "exhaustive",
+        Proved = "proved",
     }
 }
 
@@ -46,35 +44,34 @@ pub const DEFAULT_GAP: f64 = 0.05;
 /// Gap at which [`Effort::Quick`] and [`Effort::Refined`] stop if none is requested.
 pub const REFINED_GAP: f64 = 0.15;
 
-/// Most exits that a shell should let anyone ask for in [`QueryOptions::exits`]: memory is taken
-/// for all of them.
+/// Most exits in [`QueryOptions::exits`]: memory is taken for all of them.
 pub const MAX_EXITS: usize = 100_000;
 
-/// Most starts that a query makes of [`QueryOptions::starts`], and that a shell lets anyone ask
-/// for: each takes a descent, and millions would never end.
+/// Most starts in [`QueryOptions::starts`]: each takes a descent, and millions would never end.
 pub const MAX_STARTS: usize = 100_000;
 
 /// Exits that are looked for where the one nearest to a goal is chosen.
 const TO_CHOOSE: usize = 8;
 
 /// Options of a query. The default is one refined answer without limits.
-#[derive(Debug, Clone, Default, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub struct QueryOptions {
     /// How hard to try.
     pub effort: Effort,
-    /// How many distinct exits are wanted, see [`super::Answer::exits`]; 0 and 1 ask for the
-    /// nearest alone. More than one is found by refinement, so not with [`Effort::Nearest`].
+    /// How many distinct exits are wanted, at least 1, see [`super::Answer::exits`]. More than one
+    /// is found by refinement, so not with [`Effort::Nearest`].
     pub exits: usize,
     /// Starts of descents, all in all; `None` leaves it to the effort. Directions come first, then
     /// stored samples of a model; the rest are around the query. Fewer are faster and find the
-    /// nearest exit less often. More than [`MAX_STARTS`] are as many.
+    /// nearest exit less often.
     pub starts: Option<usize>,
     /// Share of the depth that need not be proved, in `[0, 1)`: the search stops as soon as
     /// `lower_bound >= (1 - gap) depth`. [`Effort::Proved`] works for it ([`DEFAULT_GAP`] if it is
     /// `None`). The other efforts stop as soon as they happen to meet it, and otherwise end as
     /// without it: quick and refined ones at [`REFINED_GAP`] if it is `None`, exhaustive ones at
-    /// none. 0 searches on, whatever is proved. It has no effect with several
-    /// [`QueryOptions::exits`] or a goal ([`QueryOptions::toward`]).
+    /// none. 0 searches on, whatever is proved. Not with several [`QueryOptions::exits`] or a goal
+    /// ([`QueryOptions::toward`]).
     pub gap: Option<f64>,
     /// Clearance \[m\] to aim at in place of the scene's, for pairs without one of their own
     /// ([`crate::scene::clearances`]). If nothing is found that keeps it, or only what is more than
@@ -102,16 +99,109 @@ pub struct QueryOptions {
     pub contacts: bool,
 }
 
+setters! {
+    QueryOptions {
+        effort: Effort,
+        exits: usize,
+        starts: usize = Some,
+        gap: f64 = Some,
+        clearance: f64 = Some,
+        locked: Vec<usize>,
+        toward: Toward = Some,
+        termination: Termination,
+        free_radius: bool,
+        segment: bool,
+        contacts: bool,
+    }
+}
+
+impl Default for QueryOptions {
+    /// One refined answer, without limits.
+    fn default() -> Self {
+        Self {
+            effort: Effort::default(),
+            exits: 1,
+            starts: None,
+            gap: None,
+            clearance: None,
+            locked: Vec::new(),
+            toward: None,
+            termination: Termination::default(),
+            free_radius: false,
+            segment: false,
+            contacts: false,
+        }
+    }
+}
+
 impl QueryOptions {
+    /// Whether every option has a value, and goes with the others.
+    ///
+    /// # Errors
+    /// [`Error::Option`], which names the option, its value and what was expected.
+    pub fn check(&self) -> Result<()> {
+        let stops = self.gap.is_some() || self.effort == Effort::Proved;
+        let is_nearest = self.effort == Effort::Nearest;
+        let is_length = |length: f64| (0.0..=1e9).contains(&length);
+        let faults = [
+            ("exits", self.exits.to_string(), !(1..=MAX_EXITS).contains(&self.exits), ""),
+            (
+                "exits",
+                self.exits.to_string(),
+                self.exits > 1 && is_nearest,
+                "1 with effort \"nearest\": others are found by refinement",
+            ),
+            (
+                "exits",
+                self.exits.to_string(),
+                self.exits > 1 && stops,
+                "1 with a gap to prove: the search stops at one",
+            ),
+            ("starts", told(self.starts), self.starts.is_some_and(|starts| !(1..=MAX_STARTS).contains(&starts)), ""),
+            (
+                "starts",
+                told(self.starts),
+                self.starts.is_some() && is_nearest,
+                "none with effort \"nearest\", which refines nothing",
+            ),
+            ("gap", told(self.gap), self.gap.is_some_and(|gap| !(0.0..1.0).contains(&gap)), ""),
+            (
+                "gap",
+                told(self.gap),
+                self.gap.is_some() && is_nearest,
+                "none with effort \"nearest\", which searches nothing",
+            ),
+            ("clearance", told(self.clearance), self.clearance.is_some_and(|length| !is_length(length)), ""),
+            (
+                "max_seconds",
+                told(self.termination.max_seconds),
+                self.termination.max_seconds.is_some_and(|seconds| seconds.is_nan() || seconds <= 0.0),
+                "",
+            ),
+            (
+                "toward",
+                "a goal".into(),
+                self.toward.is_some() && stops,
+                "none with a gap to prove: the search stops at the nearest exit",
+            ),
+            (
+                "toward_share",
+                told(self.toward.as_ref().map(|toward| toward.share)),
+                self.toward.as_ref().is_some_and(|toward| !is_length(toward.share)),
+                "",
+            ),
+        ];
+        match faults.into_iter().find(|(_, _, is_fault, _)| *is_fault) {
+            None => Ok(()),
+            Some((name, value, _, "")) => Err(Error::Option { name, value, expected: expected(name).into() }),
+            Some((name, value, _, expected)) => Err(Error::Option { name, value, expected: expected.into() }),
+        }
+    }
+
     /// How many exits to look for: several where one of them is chosen.
     pub(crate) fn wanted(&self) -> usize {
         let to_choose = if self.toward.is_some() && self.effort != Effort::Nearest { TO_CHOOSE } else { 1 };
         self.exits.max(to_choose)
-    }
-
-    /// How many starts to make, if the effort does not say.
-    pub(crate) fn wanted_starts(&self) -> Option<usize> {
-        self.starts.map(|starts| starts.min(MAX_STARTS))
     }
 
     /// The gap that ends what a refined query does: the first part of every effort above.
@@ -140,10 +230,94 @@ impl QueryOptions {
 
 /// Where the witness is to lie, where several exits are about as near.
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub struct Toward {
     /// A configuration.
-    pub goal: Vec<f64>,
+    pub goal: Config,
     /// Exits count that are farther than the nearest one by at most this share of its depth, at
     /// least 0.
     pub share: f64,
+}
+
+impl Toward {
+    /// Near to `goal`, among exits that are farther than the nearest by at most `share` of its
+    /// depth.
+    pub fn new(goal: Config, share: f64) -> Self {
+        Self { goal, share }
+    }
+}
+
+/// An option of queries, as Python spells it; the command line has `-` for `_`, C the same names.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct OptionEntry {
+    /// Its name.
+    pub name: &'static str,
+    /// Its value if none is given, as Python writes it.
+    pub default: &'static str,
+    /// The values that it may have.
+    pub expected: &'static str,
+}
+
+/// All options of queries: what the signatures of Python, the help of the command line and the
+/// header of C are checked against.
+pub const QUERY_OPTIONS: &[OptionEntry] = &[
+    entry("effort", "'refined'", "\"nearest\", \"quick\", \"refined\", \"exhaustive\" or \"proved\""),
+    entry("exits", "1", "1 to 100000"),
+    entry("starts", "None", "1 to 100000"),
+    entry("gap", "None", "0 or more and less than 1"),
+    entry("clearance", "None", "0 to 1e9 [m]"),
+    entry("locked", "None", "names of joints"),
+    entry("toward", "None", "a configuration"),
+    entry("toward_share", "0.25", "0 to 1e9"),
+    entry("max_checks", "None", "0 or more"),
+    entry("max_seconds", "None", "more than 0"),
+    entry("free_radius", "False", "True or False"),
+    entry("segment", "False", "True or False"),
+    entry("contacts", "False", "True or False"),
+];
+
+const fn entry(name: &'static str, default: &'static str, expected: &'static str) -> OptionEntry {
+    OptionEntry { name, default, expected }
+}
+
+/// The values that an option may have.
+fn expected(name: &str) -> &'static str {
+    QUERY_OPTIONS.iter().find(|option| option.name == name).map_or("another value", |option| option.expected)
+}
+
+fn told<T: ToString>(value: Option<T>) -> String {
+    value.map_or("none".into(), |value| value.to_string())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_makes_no_sense_is_named() {
+        let options = QueryOptions::default;
+        assert!(options().check().is_ok());
+        let goal = Toward { goal: Config::trusted(&[0.0]), share: 0.25 };
+        for (bad, part) in [
+            (options().exits(0), "option exits: got 0, expected 1 to 100000"),
+            (options().exits(2).effort(Effort::Nearest), "exits: got 2, expected 1 with effort"),
+            (options().exits(2).gap(0.1), "exits: got 2, expected 1 with a gap"),
+            (options().starts(0), "starts: got 0, expected 1 to 100000"),
+            (options().gap(1.0), "gap: got 1, expected 0 or more and less than 1"),
+            (options().gap(0.1).effort(Effort::Nearest), "gap: got 0.1, expected none"),
+            (options().clearance(-1.0), "clearance: got -1, expected 0 to 1e9 [m]"),
+            (options().termination(Termination::after_seconds(0.0)), "max_seconds: got 0, expected more than 0"),
+            (options().toward(goal.clone()).effort(Effort::Proved), "toward: got a goal, expected none"),
+            (options().toward(Toward { share: f64::NAN, ..goal.clone() }), "toward_share: got NaN, expected 0 to"),
+        ] {
+            let message = bad.check().unwrap_err().to_string();
+            assert!(message.contains(part), "{message}");
+        }
+        assert!("quick".parse::<Effort>().is_ok_and(|effort| effort == Effort::Quick && effort.to_string() == "quick"));
+        let unknown = "quickly".parse::<Effort>().unwrap_err().to_string();
+        assert!(unknown.contains(expected("effort")), "{unknown}");
+        for (name, most) in [("exits", MAX_EXITS), ("starts", MAX_STARTS)] {
+            assert_eq!(expected(name), format!("1 to {most}"));
+        }
+    }
 }

@@ -108,7 +108,7 @@ impl Plan {
             polish,
         };
         let plan = plan.over(context.checker.scene().space.nv());
-        match options.wanted_starts() {
+        match options.starts {
             // The first direction is the query itself.
             Some(count) => {
                 let (most_directions, around) =
@@ -133,7 +133,7 @@ impl Plan {
 
     /// The same, as far as an exhaustive query goes.
     pub fn exhaustive(self, context: &Context, options: &QueryOptions) -> Self {
-        let (stored, around) = options.wanted_starts().map_or(EXHAUSTIVE_STARTS, |n| (n.div_ceil(2), n / 2));
+        let (stored, around) = options.starts.map_or(EXHAUSTIVE_STARTS, |n| (n.div_ceil(2), n / 2));
         let all_convex = context.checker.all_convex();
         let descent = DescentOptions {
             iterations: 60,

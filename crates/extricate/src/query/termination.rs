@@ -1,5 +1,6 @@
 //! When a query ends before it is done.
 
+use crate::interface::setters;
 use std::fmt;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -18,6 +19,7 @@ use std::time::{Duration, Instant};
 /// budget: a query with a budget has an answer whenever one without has, and no descent begins once
 /// it is spent. Only a [`Stop`] ends that search, and leaves no answer.
 #[derive(Debug, Clone, Default, PartialEq)]
+#[non_exhaustive]
 pub struct Termination {
     /// Collision checks and distance evaluations. Overdrawn by what ends the query: at most three
     /// of them for the answer, one for each of several [`crate::query::Answer::exits`], one for the
@@ -27,6 +29,14 @@ pub struct Termination {
     pub max_seconds: Option<f64>,
     /// Who may end the query before.
     pub stop: Option<Stop>,
+}
+
+setters! {
+    Termination {
+        max_checks: usize = Some,
+        max_seconds: f64 = Some,
+        stop: Stop = Some,
+    }
 }
 
 impl Termination {

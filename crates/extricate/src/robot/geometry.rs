@@ -8,11 +8,11 @@ use serde::{Deserialize, Serialize};
 use super::TriangleMesh;
 pub use super::mesh::moments::Moments;
 use super::scenery::{HeightField, PointCloud, Voxels};
-use crate::math::Vec3;
 
 /// A shape in its own frame, centred as URDF does it: cylinders and capsules along z, origin at the
 /// middle.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub enum Geometry {
     /// A ball.
     Sphere {
@@ -22,7 +22,7 @@ pub enum Geometry {
     /// A cuboid.
     Box {
         /// Half of each side \[m\].
-        half_extents: Vec3,
+        half_extents: [f64; 3],
     },
     /// A solid cylinder along z.
     Cylinder {
@@ -51,7 +51,7 @@ pub enum Geometry {
     /// Solid where `normal . x <= offset`, without end; obstacles only.
     HalfSpace {
         /// Unit.
-        normal: Vec3,
+        normal: [f64; 3],
         /// \[m\]
         offset: f64,
     },

@@ -88,7 +88,7 @@ impl PackageSearch {
         roots
     }
 
-    /// Where [`PackageSearch::roots`] looks, in words.
+    /// The places that [`PackageSearch::roots`] tries, in words.
     pub fn in_words(&self, folder: &Path, named: &[PathBuf]) -> String {
         let shown = |folders: &[PathBuf], none: &str| match folders {
             [] => none.to_string(),

@@ -100,6 +100,7 @@ impl Voxels {
     }
 
     /// The middle of a cell \[m\].
+    #[doc(hidden)]
     pub fn center(&self, cell: &[i32; 3]) -> Vec3 {
         Vec3::from(cell.map(|i| (f64::from(i) + 0.5) * self.size))
     }
@@ -111,8 +112,8 @@ impl PointCloud {
     /// # Errors
     /// [`Error::Input`] of `element` in `file`: a radius \[m\] that is negative, a coordinate \[m\]
     /// that is not finite or beyond 1e9.
-    pub fn new(file: &str, element: &str, radius: f64, points: Vec<Vec3>) -> Result<Self> {
-        let cloud = Self { radius, points };
+    pub fn new(file: &str, element: &str, radius: f64, points: &[[f64; 3]]) -> Result<Self> {
+        let cloud = Self { radius, points: points.iter().copied().map(Vec3::from).collect() };
         cloud.check(file, element)?;
         Ok(cloud)
     }
@@ -122,14 +123,14 @@ impl PointCloud {
     ///
     /// # Errors
     /// As [`PointCloud::new`].
-    pub fn seen(file: &str, element: &str, radius: f64, points: Vec<Vec3>) -> Result<(Self, usize)> {
-        let is_lost = |point: &Vec3| point.iter().any(|x| x.is_nan());
+    pub fn seen(file: &str, element: &str, radius: f64, points: &[[f64; 3]]) -> Result<(Self, usize)> {
+        let is_lost = |point: &[f64; 3]| point.iter().any(|x| x.is_nan());
         let lost = points.iter().filter(|point| is_lost(point)).count();
         // What is lost becomes a point that is there, so that rows keep their numbers in messages.
-        let seen = points.iter().map(|point| if is_lost(point) { Vec3::zeros() } else { *point }).collect();
-        let mut cloud = Self::new(file, element, radius, seen)?;
+        let seen: Vec<[f64; 3]> = points.iter().map(|point| if is_lost(point) { [0.0; 3] } else { *point }).collect();
+        let mut cloud = Self::new(file, element, radius, &seen)?;
         if lost > 0 {
-            cloud.points = points.into_iter().filter(|point| !is_lost(point)).collect();
+            cloud.points = points.iter().filter(|point| !is_lost(point)).copied().map(Vec3::from).collect();
         }
         Ok((cloud, lost))
     }
@@ -155,6 +156,7 @@ impl PointCloud {
     }
 
     /// The points \[m\], as they were given.
+    #[doc(hidden)]
     pub fn points(&self) -> &[Vec3] {
         &self.points
     }
@@ -203,11 +205,13 @@ impl HeightField {
     }
 
     /// The surface at a place of the grid \[m\].
+    #[doc(hidden)]
     pub fn vertex(&self, i: usize, j: usize) -> Vec3 {
         Vec3::new(i as f64 * self.size, j as f64 * self.size, self.heights[i * self.shape()[1] + j])
     }
 
     /// One of the two triangles of a cell, seen from above counter-clockwise.
+    #[doc(hidden)]
     pub fn triangle(&self, i: usize, j: usize, second: bool) -> [Vec3; 3] {
         let (near, far) = (self.vertex(i, j), self.vertex(i + 1, j + 1));
         if second { [near, far, self.vertex(i, j + 1)] } else { [near, self.vertex(i + 1, j), far] }
@@ -231,7 +235,7 @@ impl Geometry {
             return fault(format!("got {normal:?} and the offset {offset:?}, expected finite numbers within 1e9"));
         }
         match Vec3::from(normal).try_normalize(1e-9) {
-            Some(unit) => Ok(Self::HalfSpace { normal: unit, offset }),
+            Some(unit) => Ok(Self::HalfSpace { normal: unit.into(), offset }),
             None => fault(format!("got the normal {normal:?}, expected one that points somewhere")),
         }
     }
@@ -249,9 +253,10 @@ impl Geometry {
                 check_field(SHAPE, "height-field", field.size, field.columns as usize, &field.heights)
             }
             Self::HalfSpace { normal, offset } => {
-                Self::half_space(SHAPE, "half-space", (*normal).into(), *offset)?;
-                if (normal.norm() - 1.0).abs() > 1e-9 {
-                    let problem = format!("got a normal of length {}, expected length 1", normal.norm());
+                Self::half_space(SHAPE, "half-space", *normal, *offset)?;
+                let length = Vec3::from(*normal).norm();
+                if (length - 1.0).abs() > 1e-9 {
+                    let problem = format!("got a normal of length {length}, expected length 1");
                     return Err(Error::input(SHAPE, "half-space", problem));
                 }
                 Ok(())
@@ -300,10 +305,11 @@ impl Geometry {
         match self {
             Self::Points(cloud) => copies(Self::Sphere { radius: cloud.radius }, &mut cloud.points.iter().copied()),
             Self::Voxels(voxels) => {
-                let cube = Self::Box { half_extents: Vec3::repeat(0.5 * voxels.size) };
+                let cube = Self::Box { half_extents: [0.5 * voxels.size; 3] };
                 copies(cube, &mut voxels.cells.iter().map(|cell| voxels.center(cell)))
             }
             Self::HalfSpace { normal, offset } => {
+                let normal = Vec3::from(*normal);
                 let across = normal.cross(&Vec3::ith(normal.iamin(), 1.0)).normalize() * 5.0;
                 let (foot, other) = (normal * *offset, normal.cross(&across));
                 let corner = |x: f64, y: f64| foot + across * x + other * y;
@@ -341,11 +347,11 @@ mod tests {
     #[test]
     fn what_a_sensor_did_not_see_is_left_out_and_counted() {
         let nan = f64::NAN;
-        let points = || vec![Vec3::zeros(), Vec3::repeat(nan), Vec3::x(), Vec3::new(0.0, nan, 1.0)];
-        let (cloud, lost) = PointCloud::seen("s", "p", 0.1, points()).unwrap();
+        let points = [[0.0; 3], [nan; 3], [1.0, 0.0, 0.0], [0.0, nan, 1.0]];
+        let (cloud, lost) = PointCloud::seen("s", "p", 0.1, &points).unwrap();
         assert_eq!((cloud.points(), lost), (&[Vec3::zeros(), Vec3::x()][..], 2));
-        let far = [points(), vec![Vec3::new(0.0, f64::INFINITY, 0.0)]].concat();
-        let message = PointCloud::seen("s", "p", 0.1, far).unwrap_err().to_string();
+        let far = [&points[..], &[[0.0, f64::INFINITY, 0.0]]].concat();
+        let message = PointCloud::seen("s", "p", 0.1, &far).unwrap_err().to_string();
         assert!(message.contains("p: row 5: got (0, inf, 0)"), "{message}");
     }
 
@@ -358,9 +364,9 @@ mod tests {
             "s: voxels: row 2: got [0, 2147483647, 0] of cells of 0.5 m, expected one within 1e9 m"
         );
         assert!(told(Voxels::new("s", "v", -1.0, Vec::new()).unwrap_err()).contains("v: size: got -1.0"));
-        let points = PointCloud::new("s", "points", 0.1, vec![Vec3::zeros(), Vec3::new(0.0, f64::NAN, 1.0)]);
+        let points = PointCloud::new("s", "points", 0.1, &[[0.0; 3], [0.0, f64::NAN, 1.0]]);
         assert!(told(points.unwrap_err()).contains("points: row 2: got (0, NaN, 1), expected finite coordinates"));
-        assert!(told(PointCloud::new("s", "p", f64::NAN, Vec::new()).unwrap_err()).contains("p: radius: got NaN"));
+        assert!(told(PointCloud::new("s", "p", f64::NAN, &[]).unwrap_err()).contains("p: radius: got NaN"));
         let field = |columns, heights: &[f64]| HeightField::new("s", "f", 0.1, columns, heights.to_vec());
         assert!(told(field(2, &[0.0; 5]).unwrap_err()).contains("got 5 heights in rows of 2, expected two full rows"));
         assert!(told(field(0, &[]).unwrap_err()).contains("got 0 heights"));
@@ -379,13 +385,13 @@ mod tests {
         let field = HeightField::new("s", "f", 1.0, 2, vec![0.0; 4]).unwrap();
         let all = [
             Geometry::Sphere { radius: 1.0 },
-            Geometry::Box { half_extents: Vec3::x() },
+            Geometry::Box { half_extents: [1.0, 0.0, 0.0] },
             Geometry::Cylinder { radius: 1.0, half_length: 1.0 },
             Geometry::Capsule { radius: 1.0, half_length: 1.0 },
             Geometry::Mesh(mesh.clone()),
             Geometry::ConvexHull(mesh),
             Geometry::Voxels(Arc::new(Voxels::new("s", "v", 1.0, vec![[1, 2, 3]]).unwrap())),
-            Geometry::Points(Arc::new(PointCloud::new("s", "p", 0.0, vec![Vec3::y()]).unwrap())),
+            Geometry::Points(Arc::new(PointCloud::new("s", "p", 0.0, &[[0.0, 1.0, 0.0]]).unwrap())),
             Geometry::half_space("s", "h", [0.0, 0.0, 2.0], 1.0).unwrap(),
             Geometry::HeightField(Arc::new(field)),
         ];

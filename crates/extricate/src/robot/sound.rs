@@ -115,7 +115,7 @@ mod tests {
         let sound = [
             Geometry::Sphere { radius: 1.0 },
             Geometry::Voxels(Arc::new(Voxels::new("s", "v", 1.0, vec![[1, 2, 3]]).unwrap())),
-            Geometry::Points(Arc::new(PointCloud::new("s", "p", 0.0, vec![Vec3::y()]).unwrap())),
+            Geometry::Points(Arc::new(PointCloud::new("s", "p", 0.0, &[[0.0, 1.0, 0.0]]).unwrap())),
             Geometry::half_space("s", "h", [0.3, 0.5, 2.0], 1.0).unwrap(),
             Geometry::HeightField(Arc::new(HeightField::new("s", "f", 1.0, 2, vec![0.0; 4]).unwrap())),
         ];
@@ -123,10 +123,10 @@ mod tests {
         for bad in [0.0, -1.0, f64::NAN, f64::INFINITY, 1e10] {
             let wrong = [
                 Geometry::Sphere { radius: bad },
-                Geometry::Box { half_extents: Vec3::new(1.0, bad, 1.0) },
+                Geometry::Box { half_extents: [1.0, bad, 1.0] },
                 Geometry::Cylinder { radius: 1.0, half_length: bad },
                 Geometry::Capsule { radius: bad, half_length: 1.0 },
-                Geometry::HalfSpace { normal: Vec3::new(0.3, 0.0, bad), offset: 0.0 },
+                Geometry::HalfSpace { normal: [0.3, 0.0, bad], offset: 0.0 },
             ];
             wrong.iter().for_each(|geometry| assert!(geometry.check().unwrap_err().contains("expected"), "{bad}"));
         }

@@ -2,7 +2,7 @@
 //! at a configuration (`kinematics`).
 
 use super::{LinkAttachment, Scene};
-use crate::math::{Pose, Vec3};
+use crate::math::Pose;
 
 /// Where something named is: its frame, and the pose that maps its own coordinates to the frame's.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -13,45 +13,49 @@ pub struct Seated {
     pub pose_frame_own: Pose,
 }
 
-/// The seat of a body. A link's coordinates are those of the URDF; those of an obstacle or an
-/// attached object are those of its shape, of its first where it has several.
-pub fn seat_of_body(scene: &Scene, body: usize) -> Seated {
-    let body = &scene.bodies[body];
-    let first = || body.parts.first().map_or(Pose::identity(), |part| part.pose_frame_part);
-    let link = || scene.links.iter().find(|link| link.name == body.name).map(|link| link.pose_frame_link);
-    let pose_frame_own = match body.robot {
-        // Of models of earlier versions the links are not known: the frame's coordinates stand in.
-        Some(_) => link().unwrap_or_default(),
-        None => first(),
-    };
-    Seated { frame: body.frame, pose_frame_own }
-}
-
-/// The seat of a body or a link of this name; links need no geometry.
-pub fn seat_named(scene: &Scene, name: &str) -> Option<Seated> {
-    let seat = |link: &LinkAttachment| Seated { frame: link.frame, pose_frame_own: link.pose_frame_link };
-    let body = scene.bodies.iter().position(|body| body.name == name);
-    body.map(|body| seat_of_body(scene, body)).or_else(|| scene.links.iter().find(|link| link.name == name).map(seat))
-}
-
-/// Vertices \[m\] and triangles of all shapes of a body in its own coordinates, see
-/// [`seat_of_body`]; round shapes get `segments` sides around their axis.
-pub fn mesh_of_body(scene: &Scene, body: usize, segments: usize) -> (Vec<Vec3>, Vec<[u32; 3]>) {
-    let own = seat_of_body(scene, body).pose_frame_own.inverse();
-    let (mut vertices, mut triangles) = (Vec::new(), Vec::new());
-    for part in &scene.bodies[body].parts {
-        let (mesh, pose) = (part.geometry.tessellate(segments), own.then(&part.pose_frame_part));
-        let first = vertices.len() as u32;
-        vertices.extend(mesh.vertices.iter().map(|vertex| pose.point(vertex)));
-        triangles.extend(mesh.triangles.iter().map(|triangle| triangle.map(|corner| corner + first)));
+impl Scene {
+    /// The frame of a body, and the pose that maps the body's own coordinates to the frame's. A
+    /// link's coordinates are those of the URDF; those of an obstacle or an attached object are
+    /// those of its first shape.
+    pub fn seat_of_body(&self, body: usize) -> Seated {
+        let body = &self.bodies[body];
+        let first = || body.parts.first().map_or(Pose::identity(), |part| part.pose_frame_part);
+        let link = || self.links.iter().find(|link| link.name == body.name).map(|link| link.pose_frame_link);
+        let pose_frame_own = match body.robot {
+            // Of models of earlier versions the links are not known: the frame's coordinates stand
+            // in.
+            Some(_) => link().unwrap_or_default(),
+            None => first(),
+        };
+        Seated { frame: body.frame, pose_frame_own }
     }
-    (vertices, triangles)
+
+    /// The seat of a body or a link of this name; links need no geometry.
+    pub fn seat_named(&self, name: &str) -> Option<Seated> {
+        let seat = |link: &LinkAttachment| Seated { frame: link.frame, pose_frame_own: link.pose_frame_link };
+        let body = self.bodies.iter().position(|body| body.name == name);
+        body.map(|body| self.seat_of_body(body)).or_else(|| self.links.iter().find(|link| link.name == name).map(seat))
+    }
+
+    /// Vertices \[m\] and triangles of all shapes of a body in its own coordinates, see
+    /// [`Scene::seat_of_body`]; round shapes get `segments` sides around their axis.
+    pub fn mesh_of_body(&self, body: usize, segments: usize) -> (Vec<[f64; 3]>, Vec<[u32; 3]>) {
+        let own = self.seat_of_body(body).pose_frame_own.inverse();
+        let (mut vertices, mut triangles) = (Vec::new(), Vec::new());
+        for part in &self.bodies[body].parts {
+            let (mesh, pose) = (part.geometry.tessellate(segments), own.then(&part.pose_frame_part));
+            let first = vertices.len() as u32;
+            vertices.extend(mesh.vertices.iter().map(|vertex| <[f64; 3]>::from(pose.point(vertex))));
+            triangles.extend(mesh.triangles.iter().map(|triangle| triangle.map(|corner| corner + first)));
+        }
+        (vertices, triangles)
+    }
 }
 
 #[cfg(test)]
 mod tests {
-    use super::*;
     use crate::kinematics::forward;
+    use crate::math::Vec3;
     use crate::robot::JointKind::{Fixed, Revolute};
     use crate::scene::testing::{PLAIN, chain, scene};
 
@@ -66,13 +70,13 @@ mod tests {
         for (name, expected) in
             [("l0", [0.0, 0.0, 0.0]), ("l2", [1.0, 1.0, 0.0]), ("rod", [1.0, 1.0, 2.0]), ("wall", [9.0, 0.0, 0.0])]
         {
-            let seat = seat_named(&scene, name).unwrap();
+            let seat = scene.seat_named(name).unwrap();
             let pose = poses[seat.frame].then(&seat.pose_frame_own);
             assert!((pose.translation - Vec3::from(expected)).norm() < 1e-12, "{name}: {pose:?}");
         }
-        assert_eq!(seat_named(&scene, "l3"), None);
+        assert_eq!(scene.seat_named("l3"), None);
         let body = scene.bodies.iter().position(|body| body.name == "rod").unwrap();
-        let (vertices, triangles) = mesh_of_body(&scene, body, 8);
+        let (vertices, triangles) = scene.mesh_of_body(body, 8);
         assert_eq!((vertices.len(), triangles.len()), (8, 12));
         assert!(vertices.iter().all(|vertex| vertex.iter().all(|x| (x.abs() - 0.5).abs() < 1e-12)), "{vertices:?}");
     }

@@ -3,7 +3,7 @@
 //!
 //! Every function gives another scene, which shares geometry with this one, and whose warnings tell
 //! of what came and no more of what went. With
-//! [`crate::World::with_scene`] what is prepared of it is shared as well.
+//! [`crate::Solver::with_scene`] what is prepared of it is shared as well.
 
 use std::collections::{HashMap, HashSet};
 
@@ -59,6 +59,22 @@ impl Scene {
             }
         }
         Ok(scene)
+    }
+
+    /// With another metric.
+    pub fn with_metric(&self, metric: MetricKind) -> Self {
+        Self { metric, ..self.clone() }
+    }
+
+    /// With another clearance \[m\] of pairs that have none of their own.
+    ///
+    /// # Errors
+    /// [`Error::Input`] for one that is not within 0 to 1e9.
+    pub fn with_clearance(&self, clearance: f64) -> Result<Self> {
+        if !(0.0..=1e9).contains(&clearance) {
+            return Err(Error::input(SCENE, "clearance", format!("got {clearance}, expected 0 to 1e9 [m]")));
+        }
+        Ok(Self { clearance, ..self.clone() })
     }
 
     /// More obstacles, see [`Body::obstacle`], which everything that moves is checked against.
@@ -225,6 +241,13 @@ impl Scene {
         }
         scene.pairs.sort_unstable();
         Ok(scene.telling(self.bodies.len()))
+    }
+
+    /// The same scene with more to tell its user, such as what [`crate::entries::read_obstacles`]
+    /// says of the files that it reads.
+    pub fn with_warnings(mut self, told: impl IntoIterator<Item = String>) -> Self {
+        self.warnings.extend(told);
+        Self { warnings: bounded(self.warnings), ..self }
     }
 
     /// With what a user should know of the bodies from `first` on, which came, and of the pairs.

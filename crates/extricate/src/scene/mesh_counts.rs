@@ -17,27 +17,29 @@ pub struct MeshCount {
     pub hull_triangles: usize,
 }
 
-/// The links whose meshes are checked as they are, those with the most triangles first.
-pub fn mesh_counts(scene: &Scene) -> Vec<MeshCount> {
-    let mut hulls = OncePerMesh::default();
-    let mut count = |part: &Part| match &part.geometry {
-        Geometry::Mesh(mesh) => {
-            let own = mesh.triangles.len();
-            let hull = |_: &Geometry| convex_hull(&mesh.vertices).map_or(own, |hull| hull.triangles.len());
-            [own, hulls.of(&part.geometry, hull)]
+impl Scene {
+    /// The links whose meshes are checked as they are, those with the most triangles first.
+    pub fn mesh_counts(&self) -> Vec<MeshCount> {
+        let mut hulls = OncePerMesh::default();
+        let mut count = |part: &Part| match &part.geometry {
+            Geometry::Mesh(mesh) => {
+                let own = mesh.triangles.len();
+                let hull = |_: &Geometry| convex_hull(&mesh.vertices).map_or(own, |hull| hull.triangles.len());
+                [own, hulls.of(&part.geometry, hull)]
+            }
+            _ => [0, 0],
+        };
+        let mut counts = Vec::new();
+        for (body, link) in self.bodies.iter().enumerate().filter(|(_, body)| body.robot.is_some()) {
+            let [triangles, hull_triangles] =
+                link.parts.iter().map(&mut count).fold([0, 0], |all, part| [all[0] + part[0], all[1] + part[1]]);
+            if triangles > 0 {
+                counts.push(MeshCount { body, triangles, hull_triangles });
+            }
         }
-        _ => [0, 0],
-    };
-    let mut counts = Vec::new();
-    for (body, link) in scene.bodies.iter().enumerate().filter(|(_, body)| body.robot.is_some()) {
-        let [triangles, hull_triangles] =
-            link.parts.iter().map(&mut count).fold([0, 0], |all, part| [all[0] + part[0], all[1] + part[1]]);
-        if triangles > 0 {
-            counts.push(MeshCount { body, triangles, hull_triangles });
-        }
+        counts.sort_by_key(|count| std::cmp::Reverse(count.triangles));
+        counts
     }
-    counts.sort_by_key(|count| std::cmp::Reverse(count.triangles));
-    counts
 }
 
 #[cfg(test)]
@@ -52,7 +54,7 @@ mod tests {
     #[test]
     fn meshes_are_counted_and_so_are_their_hulls() {
         let mut scene = builtin::scene("planar-arm").unwrap();
-        assert_eq!(mesh_counts(&scene), []);
+        assert_eq!(scene.mesh_counts(), []);
         // A tetrahedron with a dent, and a sheet.
         let (a, b, c, d) = (Vec3::zeros(), Vec3::x(), Vec3::y(), Vec3::z());
         let dent = Vec3::new(0.1, 0.1, 0.1);
@@ -65,8 +67,8 @@ mod tests {
         scene.bodies[links[1]].parts =
             vec![part(Geometry::Mesh(Arc::clone(&solid))), part(Geometry::Mesh(Arc::clone(&solid)))];
         let count = |body, triangles, hull_triangles| MeshCount { body, triangles, hull_triangles };
-        assert_eq!(mesh_counts(&scene), [count(links[1], 12, 8), count(links[0], 1, 1)]);
+        assert_eq!(scene.mesh_counts(), [count(links[1], 12, 8), count(links[0], 1, 1)]);
         scene.bodies[links[1]].parts = vec![part(Geometry::ConvexHull(solid))];
-        assert_eq!(mesh_counts(&scene), [count(links[0], 1, 1)]);
+        assert_eq!(scene.mesh_counts(), [count(links[0], 1, 1)]);
     }
 }

@@ -1,10 +1,12 @@
 //! The name of a metric. Not what it measures.
 
+use crate::interface::words;
 use serde::{Deserialize, Serialize};
 
 /// Which distance between configurations, see `metric`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
+#[non_exhaustive]
 pub enum MetricKind {
     /// `sqrt(sum w_j delta_j^2)`; the weights are in [`crate::ConfigSpace`].
     Joint,
@@ -14,13 +16,10 @@ pub enum MetricKind {
     MaxDisplacement,
 }
 
-impl MetricKind {
-    /// As scene files spell it.
-    pub fn name(self) -> &'static str {
-        match self {
-            MetricKind::Joint => "joint",
-            MetricKind::ObjectNorm => "object-norm",
-            MetricKind::MaxDisplacement => "max-displacement",
-        }
+words! {
+    MetricKind as "metric" {
+        Joint = "joint",
+        ObjectNorm = "object-norm",
+        MaxDisplacement = "max-displacement",
     }
 }

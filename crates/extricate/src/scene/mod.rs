@@ -21,7 +21,7 @@ pub mod units;
 
 use serde::{Deserialize, Serialize};
 
-use crate::cspace::{Config, ConfigSpace};
+use crate::cspace::ConfigSpace;
 use crate::error::{Error, Result};
 use crate::math::{Pose, Vec3};
 use crate::robot::Geometry;
@@ -32,28 +32,28 @@ pub use metric_kind::MetricKind;
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Scene {
     /// Least distance \[m\] that every checked pair of a free configuration keeps.
-    pub clearance: f64,
+    pub(crate) clearance: f64,
     /// How far two configurations are from each other.
-    pub metric: MetricKind,
+    pub(crate) metric: MetricKind,
     /// The coordinates: one entry per moving joint, in configuration order.
-    pub joints: Vec<SceneJoint>,
+    pub(crate) joints: Vec<SceneJoint>,
     /// The configuration space that `joints` spans.
-    pub space: ConfigSpace,
+    pub(crate) space: ConfigSpace,
     /// Kinematic tree; `frames[0]` is the world, and a parent precedes its children.
-    pub frames: Vec<Frame>,
+    pub(crate) frames: Vec<Frame>,
     /// Links that have geometry, then obstacles, then objects attached to links; what came later
     /// ([`Scene::with_obstacles`], [`Scene::attached`]) at the end.
-    pub bodies: Vec<Body>,
+    pub(crate) bodies: Vec<Body>,
     /// Checked pairs, sorted.
-    pub pairs: Vec<BodyPair>,
+    pub(crate) pairs: Vec<BodyPair>,
     /// What the user should know: open meshes, defaults taken, pairs that always collide.
-    pub warnings: Vec<String>,
+    pub(crate) warnings: Vec<String>,
     /// Every link of every robot, those without geometry too.
-    pub links: Vec<LinkAttachment>,
+    pub(crate) links: Vec<LinkAttachment>,
     /// Pairs that keep another distance than `clearance`.
-    pub clearances: Clearances,
+    pub(crate) clearances: Clearances,
     /// Joints that do not move: fixed ones, and those that are locked.
-    pub rigid: Vec<RigidJoint>,
+    pub(crate) rigid: Vec<RigidJoint>,
 }
 
 /// A joint without coordinates that follows no other.
@@ -107,6 +107,43 @@ pub struct SceneJoint {
     pub q: std::ops::Range<usize>,
 }
 
+/// How a frame moves, as [`Frame::motion_record`] says it. The position of a joint is `factor`
+/// times coordinate `q`, plus `offset`.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[serde(tag = "motion", rename_all = "lowercase")]
+#[non_exhaustive]
+pub enum MotionRecord {
+    /// The world, which does not move.
+    World,
+    /// A turn \[rad\] about a unit axis of the joint's frame.
+    Revolute {
+        /// The axis.
+        axis: [f64; 3],
+        /// The coordinate.
+        q: usize,
+        /// The factor.
+        factor: f64,
+        /// The offset \[rad\].
+        offset: f64,
+    },
+    /// A slide \[m\] along a unit axis of the joint's frame.
+    Prismatic {
+        /// The axis.
+        axis: [f64; 3],
+        /// The coordinate.
+        q: usize,
+        /// The factor.
+        factor: f64,
+        /// The offset \[m\].
+        offset: f64,
+    },
+    /// A turn by the unit quaternion x, y, z, w at four coordinates.
+    Ball {
+        /// The first of the four.
+        q: usize,
+    },
+}
+
 /// A rigid frame, moved relative to its parent by one elementary joint.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Frame {
@@ -117,7 +154,24 @@ pub struct Frame {
     /// Maps joint coordinates (before the motion) to parent coordinates.
     pub pose_parent_joint: Pose,
     /// How it moves.
+    #[doc(hidden)]
     pub motion: Motion,
+}
+
+impl Frame {
+    /// How it moves.
+    pub fn motion_record(&self) -> MotionRecord {
+        match &self.motion {
+            Motion::World => MotionRecord::World,
+            Motion::Ball { q, .. } => MotionRecord::Ball { q: *q },
+            Motion::Revolute { axis, coordinate: Coordinate { q, multiplier, offset, .. } } => {
+                MotionRecord::Revolute { axis: (*axis).into(), q: *q, factor: *multiplier, offset: *offset }
+            }
+            Motion::Prismatic { axis, coordinate: Coordinate { q, multiplier, offset, .. } } => {
+                MotionRecord::Prismatic { axis: (*axis).into(), q: *q, factor: *multiplier, offset: *offset }
+            }
+        }
+    }
 }
 
 /// An elementary joint. Planar joints are two prismatic ones and a revolute one, floating ones
@@ -222,15 +276,6 @@ impl Scene {
         all
     }
 
-    /// A configuration of the robot: checked, angles wrapped, quaternions normalised.
-    ///
-    /// # Errors
-    /// [`crate::Error::Config`], naming the coordinate: where the length is not that of the scene's
-    /// coordinates, a number is not finite or beyond its limits.
-    pub fn config(&self, values: &[f64]) -> Result<Config> {
-        self.space.config(values)
-    }
-
     /// Names of a checked pair, in the order of the scene.
     pub fn pair_names(&self, pair: PairId) -> [&str; 2] {
         let BodyPair { first, second } = self.pairs[pair.index()];
@@ -273,6 +318,75 @@ impl Scene {
     pub fn joints_of(&self, coordinates: &[usize]) -> Vec<&str> {
         let has_one = |joint: &&SceneJoint| coordinates.iter().any(|at| joint.q.contains(at));
         self.joints.iter().filter(has_one).map(|joint| joint.name.as_str()).collect()
+    }
+}
+
+impl Scene {
+    /// Whether another scene is the same but for its warnings.
+    pub(crate) fn is_like(&self, other: &Self) -> bool {
+        let Self { clearance, metric, joints, space, frames, bodies, pairs, warnings: _, links, clearances, rigid } =
+            self;
+        (*clearance, *metric) == (other.clearance, other.metric)
+            && (joints, space, frames) == (&other.joints, &other.space, &other.frames)
+            && (pairs, links, clearances, rigid) == (&other.pairs, &other.links, &other.clearances, &other.rigid)
+            && *bodies == other.bodies
+    }
+
+    /// What a checked pair keeps \[m\].
+    pub fn clearance_of(&self, pair: PairId) -> f64 {
+        self.pair_clearances()[pair.index()].over(self.clearance)
+    }
+
+    /// Joints that do not move: fixed ones, and those that are locked.
+    pub fn rigid_joints(&self) -> &[RigidJoint] {
+        &self.rigid
+    }
+
+    /// The least distance \[m\] that every checked pair of a free configuration keeps, but for
+    /// pairs that have their own.
+    pub fn clearance(&self) -> f64 {
+        self.clearance
+    }
+
+    /// How far two configurations are from each other.
+    pub fn metric(&self) -> MetricKind {
+        self.metric
+    }
+
+    /// One entry for each moving joint, in the order of coordinates.
+    pub fn joints(&self) -> &[SceneJoint] {
+        &self.joints
+    }
+
+    /// The configuration space that the joints span.
+    pub fn space(&self) -> &ConfigSpace {
+        &self.space
+    }
+
+    /// The kinematic tree: the first frame is the world, and a parent precedes its children.
+    pub fn frames(&self) -> &[Frame] {
+        &self.frames
+    }
+
+    /// Links that have geometry, then obstacles, then objects attached to links; what came later is
+    /// at the end.
+    pub fn bodies(&self) -> &[Body] {
+        &self.bodies
+    }
+
+    /// The checked pairs, sorted.
+    pub fn pairs(&self) -> &[BodyPair] {
+        &self.pairs
+    }
+
+    /// What the user should know: open meshes, defaults taken, pairs that always collide.
+    pub fn warnings(&self) -> &[String] {
+        &self.warnings
+    }
+
+    /// Every link of every robot, those without geometry too.
+    pub fn links(&self) -> &[LinkAttachment] {
+        &self.links
     }
 }
 

@@ -21,64 +21,64 @@ pub struct NamedConfig {
     pub differing: Vec<(String, String)>,
 }
 
-/// The configuration in which the joints of these names have these positions \[rad or m, as many
-/// as the joint has coordinates\].
-///
-/// Joints that are locked, follow another (`mimic`) or are fixed may be among them: real robots
-/// report them. Where their position is another than the scene's, that is told, no error.
-///
-/// # Errors
-/// [`Error::Input`] for a name that is unknown or occurs twice, a joint without a position, and a
-/// number of positions that is not that of the joint's coordinates.
-pub fn config_of<'a>(scene: &Scene, positions: impl IntoIterator<Item = (&'a str, &'a [f64])>) -> Result<NamedConfig> {
-    let mut values = vec![f64::NAN; scene.space.nq()];
-    let mut seen = vec![false; scene.joints.len()];
-    let mut others: Vec<(&str, f64)> = Vec::new();
-    for (name, found) in positions {
-        let count = |expected: usize| match found.len() == expected {
-            true => Ok(()),
-            false => {
-                let problem = format!("got {} numbers, expected {expected}", found.len());
-                Err(Error::input(FILE, format!("`{name}`"), problem))
+impl Scene {
+    /// The configuration in which the joints of these names have these positions \[rad or m, as
+    /// many as the joint has coordinates\]. Joints that are locked, fixed, or follow another may be
+    /// among them: if their position is not the scene's, the answer says so.
+    ///
+    /// # Errors
+    /// [`Error::Input`] for a name that is unknown or occurs twice, a joint without a position, and
+    /// a wrong number of positions.
+    pub fn config_of<'a>(&self, positions: impl IntoIterator<Item = (&'a str, &'a [f64])>) -> Result<NamedConfig> {
+        let mut values = vec![f64::NAN; self.space.nq()];
+        let mut seen = vec![false; self.joints.len()];
+        let mut others: Vec<(&str, f64)> = Vec::new();
+        for (name, found) in positions {
+            let count = |expected: usize| match found.len() == expected {
+                true => Ok(()),
+                false => {
+                    let problem = format!("got {} numbers, expected {expected}", found.len());
+                    Err(Error::input(FILE, format!("`{name}`"), problem))
+                }
+            };
+            let twice = || Error::input(FILE, format!("`{name}`"), "it occurs twice, expected every joint once");
+            if let Some(joint) = self.joints.iter().position(|joint| joint.name == name) {
+                let coordinates = self.joints[joint].q.clone();
+                count(coordinates.len())?;
+                if std::mem::replace(&mut seen[joint], true) {
+                    return Err(twice());
+                }
+                values[coordinates].copy_from_slice(found);
+            } else if follower(self, name).is_some() || self.rigid.iter().any(|joint| joint.name == name) {
+                count(1)?;
+                if others.iter().any(|(other, _)| *other == name) {
+                    return Err(twice());
+                }
+                others.push((name, found[0]));
+            } else {
+                let names: Vec<&str> = self.joints.iter().map(|joint| joint.name.as_str()).collect();
+                return Err(Error::input(FILE, "name", unknown(name, &names)));
             }
-        };
-        let twice = || Error::input(FILE, format!("`{name}`"), "it occurs twice, expected every joint once");
-        if let Some(joint) = scene.joints.iter().position(|joint| joint.name == name) {
-            let coordinates = scene.joints[joint].q.clone();
-            count(coordinates.len())?;
-            if std::mem::replace(&mut seen[joint], true) {
-                return Err(twice());
-            }
-            values[coordinates].copy_from_slice(found);
-        } else if follower(scene, name).is_some() || scene.rigid.iter().any(|joint| joint.name == name) {
-            count(1)?;
-            if others.iter().any(|(other, _)| *other == name) {
-                return Err(twice());
-            }
-            others.push((name, found[0]));
-        } else {
-            let names: Vec<&str> = scene.joints.iter().map(|joint| joint.name.as_str()).collect();
-            return Err(Error::input(FILE, "name", unknown(name, &names)));
         }
+        let missing = self.joints.iter().zip(&seen).filter(|(_, seen)| !**seen);
+        let missing: Vec<String> = missing.map(|(joint, _)| format!("`{}`", joint.name)).collect();
+        if !missing.is_empty() {
+            let problem = format!("got none for {}, expected one for each joint that moves", missing.join(", "));
+            return Err(Error::input(FILE, "joints", problem));
+        }
+        let differing = others.into_iter().filter_map(|(name, found)| difference(self, name, found, &values)).collect();
+        Ok(NamedConfig { values, differing })
     }
-    let missing = scene.joints.iter().zip(&seen).filter(|(_, seen)| !**seen);
-    let missing: Vec<String> = missing.map(|(joint, _)| format!("`{}`", joint.name)).collect();
-    if !missing.is_empty() {
-        let problem = format!("got none for {}, expected one for each joint that moves", missing.join(", "));
-        return Err(Error::input(FILE, "joints", problem));
-    }
-    let differing = others.into_iter().filter_map(|(name, found)| difference(scene, name, found, &values)).collect();
-    Ok(NamedConfig { values, differing })
-}
 
-/// The positions of all joints that are not fixed at a configuration \[rad or m\]: those that have
-/// coordinates, in order, then those that follow them, then those that are locked.
-pub fn positions_at(scene: &Scene, q: &[f64]) -> Vec<(String, Vec<f64>)> {
-    let moving = scene.joints.iter().map(|joint| (joint.name.clone(), q[joint.q.clone()].to_vec()));
-    let following = scene.frames.iter().filter(|frame| !scene.joints.iter().any(|joint| joint.name == frame.name));
-    let following = following.filter_map(|frame| Some((frame.name.clone(), vec![position(&frame.motion, q)?])));
-    let locked = scene.rigid.iter().filter(|joint| joint.kind != "fixed");
-    moving.chain(following).chain(locked.map(|joint| (joint.name.clone(), vec![joint.position]))).collect()
+    /// The positions of all joints that are not fixed at `q` \[rad or m\]: those that have
+    /// coordinates, in order, then those that follow them, then those that are locked.
+    pub fn positions_at(&self, q: &[f64]) -> Vec<(String, Vec<f64>)> {
+        let moving = self.joints.iter().map(|joint| (joint.name.clone(), q[joint.q.clone()].to_vec()));
+        let following = self.frames.iter().filter(|frame| !self.joints.iter().any(|joint| joint.name == frame.name));
+        let following = following.filter_map(|frame| Some((frame.name.clone(), vec![position(&frame.motion, q)?])));
+        let locked = self.rigid.iter().filter(|joint| joint.kind != "fixed");
+        moving.chain(following).chain(locked.map(|joint| (joint.name.clone(), vec![joint.position]))).collect()
+    }
 }
 
 /// How a joint moves that has no coordinates of its own, but follows another.
@@ -132,7 +132,7 @@ mod tests {
     }
 
     fn read(scene: &Scene, positions: &[(&str, f64)]) -> Result<NamedConfig> {
-        config_of(scene, positions.iter().map(|(name, position)| (*name, std::slice::from_ref(position))))
+        scene.config_of(positions.iter().map(|(name, position)| (*name, std::slice::from_ref(position))))
     }
 
     #[test]
@@ -142,10 +142,10 @@ mod tests {
             [("thumb", 0.3), ("bolt", 0.0), ("finger", 0.2), ("lid", 0.25 - std::f64::consts::TAU), ("wrist", -1.0)];
         let read = read(&scene, &reported).unwrap();
         assert_eq!(read, NamedConfig { values: vec![-1.0, 0.2], differing: vec![] });
-        let back = positions_at(&scene, &read.values);
+        let back = scene.positions_at(&read.values);
         let expected = [("wrist", -1.0), ("finger", 0.2), ("thumb", 0.3), ("lid", 0.25)];
         assert_eq!(back, expected.map(|(name, x)| (name.to_string(), vec![x])));
-        let again = config_of(&scene, back.iter().map(|(name, x)| (name.as_str(), x.as_slice()))).unwrap();
+        let again = scene.config_of(back.iter().map(|(name, x)| (name.as_str(), x.as_slice()))).unwrap();
         assert_eq!(again, read);
     }
 
@@ -176,11 +176,11 @@ mod tests {
         assert!(message(&[("wrist", 0.0), ("wrist", 0.0)]).contains("`wrist`: it occurs twice"));
         assert!(message(&[("lid", 0.0), ("lid", 0.0)]).contains("`lid`: it occurs twice"));
         let two = [0.0; 2];
-        let message = config_of(&scene, [("wrist", &two[..])]).unwrap_err().to_string();
+        let message = scene.config_of([("wrist", &two[..])]).unwrap_err().to_string();
         assert_eq!(message, "positions: `wrist`: got 2 numbers, expected 1");
         let base = "base = 'planar'\nbounds = { min = [-1, -1], max = [1, 1] }";
         let moving = crate::scene::testing::scene(&format!("{PLAIN}{base}"), &[chain(&[Revolute])]).unwrap();
-        let named = positions_at(&moving, &[0.1, 0.2, 0.3, 0.4]);
+        let named = moving.positions_at(&[0.1, 0.2, 0.3, 0.4]);
         assert_eq!(named, [("base".to_string(), vec![0.1, 0.2, 0.3]), ("j0".into(), vec![0.4])]);
     }
 }

@@ -23,41 +23,45 @@ pub const DEGREES: &str = "angles are in rad: all of them would be within their 
 pub const MOSTLY_DEGREES: &str =
     "angles are in rad: most of those beyond their limits would be within them if these were degrees";
 
-/// [`crate::cspace::ConfigSpace::config`] of the scene's space, with a hint where values beyond
-/// limits look like degrees.
-///
-/// # Errors
-/// [`Error::Config`], naming the coordinate.
-pub fn config(scene: &Scene, values: &[f64]) -> Result<Config> {
-    scene.space.config(values).map_err(|error| match (error, degrees_hint(scene, values)) {
-        (Error::Config { element, value, expected }, Some(hint)) => {
-            Error::Config { element, value, expected: format!("{expected} ({hint})") }
-        }
-        (other, _) => other,
-    })
-}
+impl Scene {
+    /// A configuration of the robot: checked, angles wrapped, quaternions normalised.
+    ///
+    /// # Errors
+    /// [`crate::Error::Config`], naming the coordinate: if the length is not that of the scene's
+    /// coordinates, a number is not finite or beyond its limits; with a hint if the values look
+    /// like degrees.
+    pub fn config(&self, values: &[f64]) -> Result<Config> {
+        self.space.config(values).map_err(|error| match (error, self.degrees_hint(values)) {
+            (Error::Config { element, value, expected }, Some(hint)) => {
+                Error::Config { element, value, expected: format!("{expected} ({hint})") }
+            }
+            (other, _) => other,
+        })
+    }
 
-/// What is said if most angles far beyond their limits would be within them in degrees.
-pub fn degrees_hint(scene: &Scene, values: &[f64]) -> Option<&'static str> {
-    if values.len() != scene.space.nq() {
-        return None;
-    }
-    let is_angle = |q: usize| scene.joints.iter().any(|joint| joint.q.contains(&q) && joint.kind == "revolute");
-    let (mut far, mut would_fit, mut all_fit) = (0, 0, true);
-    for factor in scene.space.factors() {
-        if let Manifold::Interval { lower, upper } = factor.manifold
-            && is_angle(factor.q)
-        {
-            let angle = values[factor.q];
-            let fits = (lower..=upper).contains(&angle.to_radians());
-            let is_far = !(lower - FAR_BEYOND..=upper + FAR_BEYOND).contains(&angle);
-            far += usize::from(is_far);
-            would_fit += usize::from(is_far && fits);
-            all_fit &= fits;
+    /// What is said if most angles of `values` far beyond their limits would be within them in
+    /// degrees.
+    pub fn degrees_hint(&self, values: &[f64]) -> Option<&'static str> {
+        if values.len() != self.space.nq() {
+            return None;
         }
+        let is_angle = |q: usize| self.joints.iter().any(|joint| joint.q.contains(&q) && joint.kind == "revolute");
+        let (mut far, mut would_fit, mut all_fit) = (0, 0, true);
+        for factor in self.space.factors() {
+            if let Manifold::Interval { lower, upper } = factor.manifold
+                && is_angle(factor.q)
+            {
+                let angle = values[factor.q];
+                let fits = (lower..=upper).contains(&angle.to_radians());
+                let is_far = !(lower - FAR_BEYOND..=upper + FAR_BEYOND).contains(&angle);
+                far += usize::from(is_far);
+                would_fit += usize::from(is_far && fits);
+                all_fit &= fits;
+            }
+        }
+        let is_most = 2 * would_fit > far;
+        is_most.then_some(if all_fit { DEGREES } else { MOSTLY_DEGREES })
     }
-    let is_most = 2 * would_fit > far;
-    is_most.then_some(if all_fit { DEGREES } else { MOSTLY_DEGREES })
 }
 
 /// Warns of obstacles and attached objects whose size beside the robots' suggests millimetres. The
@@ -93,7 +97,7 @@ pub fn warn_of_sizes(scene: &Scene, bodies: &[Body], warnings: &mut Vec<String>)
 fn sides(geometry: &Geometry) -> Option<[f64; 2]> {
     let full = match geometry {
         Geometry::Sphere { radius } => Vec3::repeat(2.0 * radius),
-        Geometry::Box { half_extents } => 2.0 * half_extents,
+        Geometry::Box { half_extents } => 2.0 * Vec3::from(*half_extents),
         Geometry::Cylinder { radius, half_length } => 2.0 * Vec3::new(*radius, *radius, *half_length),
         Geometry::Capsule { radius, half_length } => 2.0 * Vec3::new(*radius, *radius, radius + half_length),
         Geometry::Mesh(mesh) | Geometry::ConvexHull(mesh) => {
@@ -151,7 +155,7 @@ mod tests {
     #[test]
     fn degrees_are_told_where_all_angles_would_fit() {
         let scene = scene(PLAIN, &[chain(&[Revolute, Prismatic, Revolute, Continuous])]).unwrap();
-        let message = |q: &[f64]| config(&scene, q).unwrap_err().to_string();
+        let message = |q: &[f64]| scene.config(q).unwrap_err().to_string();
         assert_eq!(
             message(&[45.0, 0.5, -30.0, 90.0]),
             "configuration: `j0` (coordinate 0): got 45, expected a value within [-1, 1] (angles are in rad: all of them \
@@ -161,18 +165,18 @@ mod tests {
         for q in [[1.2, 0.0, 0.0, 0.0], [45.0, 0.0, 80.0, 0.0], [0.0, 9.0, 0.0, 0.0]] {
             assert!(message(&q).ends_with("[-1, 1]"), "{}", message(&q));
         }
-        assert_eq!(degrees_hint(&scene, &[45.0]), None);
-        assert_eq!(degrees_hint(&scene, &[f64::NAN; 4]), None);
-        assert_eq!(&*config(&scene, &[1.0, 0.0, 0.0, 0.0]).unwrap(), &[1.0, 0.0, 0.0, 0.0]);
+        assert_eq!(scene.degrees_hint(&[45.0]), None);
+        assert_eq!(scene.degrees_hint(&[f64::NAN; 4]), None);
+        assert_eq!(&*scene.config(&[1.0, 0.0, 0.0, 0.0]).unwrap(), &[1.0, 0.0, 0.0, 0.0]);
     }
 
     #[test]
     fn degrees_are_told_where_most_angles_would_fit() {
         let scene = scene(PLAIN, &[chain(&[Revolute, Revolute, Revolute, Revolute])]).unwrap();
-        assert_eq!(degrees_hint(&scene, &[45.0, -30.0, 80.0, 0.0]), Some(MOSTLY_DEGREES));
-        assert_eq!(degrees_hint(&scene, &[45.0, -30.0, 20.0, 0.0]), Some(DEGREES));
+        assert_eq!(scene.degrees_hint(&[45.0, -30.0, 80.0, 0.0]), Some(MOSTLY_DEGREES));
+        assert_eq!(scene.degrees_hint(&[45.0, -30.0, 20.0, 0.0]), Some(DEGREES));
         for q in [[45.0, 70.0, 80.0, 0.0], [500.0, 0.3, 0.2, 0.1], [0.9, -0.9, 0.2, 1.1]] {
-            assert_eq!(degrees_hint(&scene, &q), None, "{q:?}");
+            assert_eq!(scene.degrees_hint(&q), None, "{q:?}");
         }
     }
 

@@ -2,23 +2,29 @@
 //! usable and told as it is.
 
 use std::ops::ControlFlow;
+use std::sync::Arc;
 
-use crate::memory::scene;
-use extricate::internals::model::EndedBy;
-use extricate::{Error, LearnOptions, Model, QueryOptions, QueryScratch, Result, builtin};
+use extricate::{EndedBy, Error, LearnOptions, Model, Result, Solver, builtin};
 
-fn learned(labels: usize, seconds: Option<f64>, most_reports: usize) -> Result<Model> {
-    let options = LearnOptions { labels, seconds, seed: 4, threads: 2 };
+use crate::baselines::{
+    BOUNDARY_FOUND_LABELS, LITTLE_TIME_BOUNDARY_SAMPLES, SOMETHING_FREE_LABELS, SPENT_BUDGET_LABELS, SPENT_LABELS_SHARE,
+};
+use crate::memory::{labels_alone, scene};
+
+fn learned(labels: usize, seconds: Option<f64>, most_reports: usize) -> Result<Arc<Model>> {
+    let mut options = LearnOptions::default().labels(labels).seed(4).threads(2);
+    options.seconds = seconds;
     let mut reports = 0;
     Model::learn_with(builtin::scene("planar-arm").unwrap(), &options, &mut |_| {
         reports += 1;
         if reports >= most_reports { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     })
+    .map(Arc::new)
 }
 
-fn assert_usable(model: &Model) {
-    let q = model.scene().space.config(&[0.4, 0.1, 0.0]).unwrap();
-    let answer = model.view().query_with(&q, &QueryOptions::default(), &mut QueryScratch::default()).unwrap();
+fn assert_usable(model: &Arc<Model>) {
+    let q = model.scene().space().config(&[0.4, 0.1, 0.0]).unwrap();
+    let answer = Solver::of_model(Arc::clone(model)).query(&q).unwrap();
     assert!(answer.depth > 0.0 && answer.verified && answer.lower_bound <= answer.depth, "{answer:?}");
 }
 
@@ -28,7 +34,8 @@ fn labels_are_a_limit_that_holds() {
         let model = match learned(labels, None, usize::MAX) {
             Ok(model) => model,
             Err(Error::NothingFree { labels: spent, advice }) => {
-                assert!(spent <= labels && labels < 10 && advice.contains("too few"), "{spent} {advice}");
+                let is_few = spent <= labels && labels < SOMETHING_FREE_LABELS;
+                assert!(is_few && advice.contains("too few"), "{spent} {advice}");
                 continue;
             }
             Err(other) => panic!("{other}"),
@@ -36,8 +43,9 @@ fn labels_are_a_limit_that_holds() {
         let found = model.statistics();
         assert!(found.labels <= labels, "{} of {labels}", found.labels);
         assert_eq!(found.ended_by, EndedBy::Labels);
-        assert!(labels < 100 || found.boundary_gap.is_some(), "no boundary from {labels} labels");
-        assert!(labels < 5000 || found.labels > labels * 9 / 10, "{} of {labels}", found.labels);
+        assert!(labels < BOUNDARY_FOUND_LABELS || found.boundary_gap.is_some(), "no boundary from {labels} labels");
+        let is_spent = found.labels as f64 > SPENT_LABELS_SHARE * labels as f64;
+        assert!(labels < SPENT_BUDGET_LABELS || is_spent, "{} of {labels}", found.labels);
         assert_usable(&model);
     }
 }
@@ -51,7 +59,7 @@ fn where_nothing_is_free_the_pairs_that_collide_most_often_are_named() {
         format!("[[obstacle]]\nname = \"{name}\"\nshape = {{ box = [2, 1, 1] }}\npose = {{ xyz = [{x}, 0, 0] }}\n")
     };
     let walls = format!("[[robot]]\nurdf = \"r.urdf\"\n{}{}", wall("left", -1.0), wall("right", 0.5));
-    let options = LearnOptions { labels: 3000, seconds: None, ..LearnOptions::default() };
+    let options = labels_alone(3000, 0);
     // Without and with a third one, which cannot be left at all.
     let around = "[[obstacle]]\nname = \"around\"\nshape = { box = [4, 1, 1] }\n";
     let told = [
@@ -78,7 +86,8 @@ fn little_time_and_boundless_labels_still_find_the_boundary() {
         let model = learned(usize::MAX, Some(seconds), usize::MAX).unwrap();
         let found = model.statistics();
         assert_eq!(found.ended_by, EndedBy::Seconds);
-        assert!(found.boundary_gap.is_some() && found.boundary_samples > 10, "{found:?}");
+        let has_samples = found.boundary_samples > LITTLE_TIME_BOUNDARY_SAMPLES;
+        assert!(found.boundary_gap.is_some() && has_samples, "{found:?}");
         assert_usable(&model);
     }
 }

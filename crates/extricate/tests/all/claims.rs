@@ -4,14 +4,15 @@
 use extricate::internals::cspace::sampling::Halton;
 use extricate::internals::metric::{Anchor, MetricScratch};
 use extricate::{
-    CheckScratch, Config, Effort, MetricKind, QueryOptions, QueryScratch, Stream, StreamOptions, Termination, World,
-    builtin,
+    CheckScratch, Checker, Config, Effort, MetricKind, QueryOptions, Solver, StreamOptions, Termination, builtin,
 };
+
+use crate::baselines::{DEPTH_JUMPS_SHARE, MOVED_ANSWERS};
 
 /// Drawn motions: configurations from one random one toward another, each `step` (metric units)
 /// after the last.
-fn motion(world: &World, seed: u64, step: f64, frames: usize) -> Vec<Config> {
-    let (space, metric) = (&world.scene().space, world.metric());
+fn motion(world: &Solver, seed: u64, step: f64, frames: usize) -> Vec<Config> {
+    let (space, metric) = (world.scene().space(), world.metric());
     let (halton, mut ends) = (Halton::new(space.nv(), seed), [(); 2].map(|()| vec![0.0; space.nq()]));
     ends.iter_mut().enumerate().for_each(|(at, q)| halton.config(space, at as u64, q));
     let (share, mut q) = (step / metric.distance(&ends[0], &ends[1]), vec![0.0; space.nq()]);
@@ -28,7 +29,7 @@ fn displacements_are_those_of_the_witness() {
     let mut moved = 0;
     for name in builtin::NAMES {
         for metric in [MetricKind::Joint, MetricKind::MaxDisplacement] {
-            let world = World::new(extricate::Scene { metric, ..builtin::scene(name).unwrap() });
+            let world = Solver::new(builtin::scene(name).unwrap().with_metric(metric));
             let (mut anchor, mut memory) = (Anchor::default(), MetricScratch::default());
             let mut judge = |q: &Config, answer: &extricate::Answer, how: &str| {
                 world.metric().anchor(q, &mut anchor);
@@ -39,25 +40,26 @@ fn displacements_are_those_of_the_witness() {
                 assert!(is_depth, "{name}, {how}: {told} of {}", answer.depth);
                 moved += usize::from(told > 0.0);
             };
-            let (frames, mut scratch) = (motion(&world, 3, 0.03, 12), QueryScratch::default());
+            let frames = motion(&world, 3, 0.03, 12);
             for effort in [Effort::Refined, Effort::Proved, Effort::Exhaustive] {
                 let termination = Termination::after_checks(150);
-                let options = QueryOptions { effort, termination, segment: true, ..QueryOptions::default() };
+                let options = QueryOptions::default().effort(effort).termination(termination).segment(true);
+                let solver = world.clone().options(options).unwrap();
                 for q in &frames {
-                    let answer = world.view().query_with(q, &options, &mut scratch).unwrap();
+                    let answer = solver.query(q).unwrap();
                     judge(q, &answer, &format!("{effort:?}"));
                 }
             }
             for continuous in [false, true] {
-                let mut stream = Stream::new(StreamOptions { continuous, ..StreamOptions::default() });
+                let mut stream = world.stream(StreamOptions::default().continuous(continuous)).unwrap();
                 for q in &frames {
-                    let answer = world.view().query_next(q, &mut stream).unwrap();
+                    let answer = stream.query(q).unwrap();
                     judge(q, &answer, if continuous { "a continuous stream" } else { "a stream" });
                 }
             }
         }
     }
-    assert!(moved > 200, "{moved}");
+    assert!(moved > MOVED_ANSWERS, "{moved}");
 }
 
 /// A depth is a distance to a set: between two configurations it changes by no more than they are
@@ -69,13 +71,11 @@ fn depths_change_no_faster_than_configurations() {
     const STEP: f64 = 4e-3;
     let (mut missed, mut all) = (0, 0);
     for name in builtin::NAMES {
-        let world = World::new(builtin::scene(name).unwrap());
-        let (mut scratch, options) = (QueryScratch::default(), QueryOptions::default());
+        let world = Solver::new(builtin::scene(name).unwrap());
         let (mut own, mut most) = (0, 0.0_f64);
         for seed in 0..(count as u64).div_ceil(100) {
             let frames = motion(&world, seed, STEP, 100);
-            let depths: Vec<f64> =
-                frames.iter().map(|q| world.view().query_with(q, &options, &mut scratch).unwrap().depth).collect();
+            let depths: Vec<f64> = frames.iter().map(|q| world.query(q).unwrap().depth).collect();
             for (pair, depths) in frames.windows(2).zip(depths.windows(2)) {
                 let beyond = (depths[0] - depths[1]).abs() - world.metric().distance(&pair[0], &pair[1]);
                 own += usize::from(beyond > 1e-5);
@@ -87,17 +87,19 @@ fn depths_change_no_faster_than_configurations() {
         missed += own;
     }
     println!("{missed} jumps in {all} frames");
-    assert!(missed * 200 <= all, "{missed} of {all} frames jump, expected at most one in 200");
+    let most = DEPTH_JUMPS_SHARE * all as f64;
+    assert!(missed as f64 <= most, "{missed} of {all} frames jump, expected at most {most}");
 }
 
-/// A view is made with all that queries need of meshes; labels alone need nothing of it.
+/// A solver prepares all that queries need of meshes; labels alone need nothing of it.
 #[test]
 fn the_first_query_finds_its_meshes_prepared() {
     let scene = crate::repeatable::gripper();
     let q = scene.config(&[0.0, 0.0, 0.0, 0.0]).unwrap();
-    let world = World::new(scene);
-    world.checker().label(&q, &mut CheckScratch::default());
-    assert!(!world.checker().has_pieces());
-    world.view();
+    let checker = Checker::new(scene.clone().into());
+    checker.label(&q, &mut CheckScratch::default());
+    assert!(!checker.has_pieces());
+    let world = Solver::new(scene);
+    world.prepare();
     assert!(world.checker().has_pieces());
 }

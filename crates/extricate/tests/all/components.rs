@@ -10,6 +10,10 @@ use extricate::{Checker, Label, Model, Scene};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
+use crate::baselines::{
+    FIXED_HUBS_3000_LABELS_COMPONENTS, FIXED_HUBS_10000_LABELS_COMPONENTS, SLIDING_HUBS_3000_LABELS_COMPONENTS,
+    SLIDING_HUBS_10000_LABELS_COMPONENTS, SMALL_COMPONENTS_CONFIGS,
+};
 use crate::memory::{learn, scene};
 
 /// Lengths of the spokes of two wheels \[m\] whose hubs are 2 m apart: spoke `i` of one and `j` of
@@ -81,16 +85,16 @@ fn count(found: impl Iterator<Item = usize>) -> usize {
 /// Components beside which the model has a verified boundary sample; free configurations that stand
 /// in for one do not count.
 fn found_by_learning(model: &Model) -> usize {
-    let samples = model.boundary().configs().chunks_exact(model.scene().space.nq());
+    let samples = model.boundary().configs().chunks_exact(model.scene().space().nq());
     count(samples.skip(model.statistics().stand_ins).filter_map(component))
 }
 
 /// Components that at least one of `labels` uniform configurations lies in.
 fn found_by_chance(scene: &Scene, checker: &Checker, labels: usize, seed: u64) -> usize {
     let (mut rng, mut q, mut scratch) =
-        (ChaCha8Rng::seed_from_u64(seed), vec![0.0; scene.space.nq()], Default::default());
+        (ChaCha8Rng::seed_from_u64(seed), vec![0.0; scene.space().nq()], Default::default());
     count((0..labels).filter_map(|_| {
-        uniform(&scene.space, &mut rng, &mut q);
+        uniform(scene.space(), &mut rng, &mut q);
         (checker.label(&q, &mut scratch) == Label::Colliding).then(|| component(&q))?
     }))
 }
@@ -102,19 +106,24 @@ fn there_are_as_many_components_as_pairs_of_spokes() {
     let (halton, mut q, mut scratch) = (Halton::new(2, 3), vec![0.0; 2], Default::default());
     let (mut inside, mut sizes) = (0, [0; 25]);
     for i in 0..200_000 {
-        halton.config(&scene.space, i, &mut q);
+        halton.config(scene.space(), i, &mut q);
         if checker.label(&q, &mut scratch) == Label::Colliding {
             inside += 1;
             sizes[component(&q).expect("only spokes that point at each other touch")] += 1;
         }
     }
     println!("components: {:.3} % of all configurations; of 200,000: {sizes:?}", inside as f64 / 2000.0);
-    assert!(sizes.iter().all(|size| *size > 0) && inside < 4000, "{sizes:?}");
+    assert!(sizes.iter().all(|size| *size > 0) && inside < SMALL_COMPONENTS_CONFIGS, "{sizes:?}");
 }
 
 #[test]
 fn small_components_are_found() {
-    for (slide, labels, least) in [(0.0, 3000, 90), (0.0, 10_000, 98), (0.6, 3000, 58), (0.6, 10_000, 86)] {
+    for (slide, labels, least) in [
+        (0.0, 3000, FIXED_HUBS_3000_LABELS_COMPONENTS),
+        (0.0, 10_000, FIXED_HUBS_10000_LABELS_COMPONENTS),
+        (0.6, 3000, SLIDING_HUBS_3000_LABELS_COMPONENTS),
+        (0.6, 10_000, SLIDING_HUBS_10000_LABELS_COMPONENTS),
+    ] {
         let scene = wheels(slide);
         let checker = Checker::new(std::sync::Arc::new(scene.clone()));
         let (mut learned, mut by_chance) = (0, 0);

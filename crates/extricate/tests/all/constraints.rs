@@ -2,13 +2,21 @@
 
 use extricate::internals::cspace::sampling::Halton;
 use extricate::{
-    Answer, CheckScratch, Config, Effort, Label, LearnOptions, MetricKind, Model, QueryOptions, QueryScratch, Scene,
-    Stream, StreamOptions, Toward, World, builtin,
+    Answer, CheckScratch, Config, Effort, Label, MetricKind, QueryOptions, Scene, Solver, StreamOptions, Toward,
+    builtin,
 };
 
+use crate::baselines::{
+    CLEARANCE_AS_NEAR_SHARE, FREE_RADIUS_COLLIDING_CONFIGS, GOAL_OTHER_EXIT_SHARE, LOCKED_FOUND_ANSWERS,
+    LOCKED_NONE_ANSWERS, LOCKED_STREAM_COLLIDING_FRAMES, WEIGHTED_DEPTH_RATIO, WEIGHTED_TURNED_LESS_EXITS,
+    WEIGHTED_TURNED_MORE_EXITS,
+};
+use crate::memory;
+use crate::query::ask;
+
 /// The first `count` configurations of a low-discrepancy sequence that collide.
-fn colliding(world: &World, count: usize) -> Vec<Config> {
-    let (space, mut scratch) = (&world.scene().space, CheckScratch::default());
+fn colliding(world: &Solver, count: usize) -> Vec<Config> {
+    let (space, mut scratch) = (world.scene().space(), CheckScratch::default());
     let (halton, mut q) = (Halton::new(space.nv(), 5), vec![0.0; space.nq()]);
     let config = |index| {
         halton.config(space, index, &mut q);
@@ -18,24 +26,23 @@ fn colliding(world: &World, count: usize) -> Vec<Config> {
     (0..).map(config).filter(collides).take(count).collect()
 }
 
-fn learned(scene: &Scene) -> Model {
-    let options = LearnOptions { labels: 20_000, seconds: None, ..LearnOptions::default() };
-    Model::learn(scene.clone(), &options).unwrap()
+fn learned(scene: &Scene) -> Solver {
+    memory::learned(scene.clone(), 20_000, 0)
 }
 
 #[test]
 fn a_clearance_of_a_query_is_that_of_a_scene() {
     for name in ["planar-arm", "shelf-arm"] {
         let scene = builtin::scene(name).unwrap();
-        let (world, model) = (World::new(scene.clone()), learned(&scene));
-        let wider = World::new(Scene { clearance: 0.02, ..scene });
-        let options = QueryOptions { clearance: Some(0.02), ..QueryOptions::default() };
-        let (mut scratch, mut near, all) = (QueryScratch::default(), [0; 2], 150);
+        let (world, model) = (Solver::new(scene.clone()), learned(&scene));
+        let wider = Solver::new(scene.with_clearance(0.02).unwrap());
+        let options = QueryOptions::default().clearance(0.02);
+        let (mut near, all) = ([0; 2], 150);
         for q in colliding(&wider, all) {
-            let expected = wider.view().query_with(&q, &QueryOptions::default(), &mut scratch).unwrap();
-            let of_world = world.view().query_with(&q, &options, &mut scratch).unwrap();
+            let expected = wider.query(&q).unwrap();
+            let of_world = ask(&world, &q, &options);
             assert_eq!(of_world, expected);
-            let of_model = model.view().query_with(&q, &options, &mut scratch).unwrap();
+            let of_model = ask(&model, &q, &options);
             let mut check = CheckScratch::default();
             for answer in [&of_world, &of_model] {
                 assert_eq!((answer.clearance, answer.verified), (0.02, true));
@@ -46,25 +53,26 @@ fn a_clearance_of_a_query_is_that_of_a_scene() {
             near[1] += usize::from(expected.depth <= 1.01 * of_model.depth);
         }
         println!("{name}: {near:?} of {all}");
-        assert!(near.iter().all(|near| near * 100 >= 94 * all), "{name}: {near:?}");
+        let least = CLEARANCE_AS_NEAR_SHARE * all as f64;
+        assert!(near.iter().all(|near| *near as f64 >= least), "{name}: {near:?}");
     }
 }
 
 #[test]
 fn a_clearance_that_nothing_keeps_is_given_up() {
-    let world = World::new(builtin::scene("shelf-arm").unwrap());
+    let world = Solver::new(builtin::scene("shelf-arm").unwrap());
     // Wider than links that are side by side: nothing at all is that free.
-    let options = QueryOptions { clearance: Some(5.0), ..QueryOptions::default() };
+    let options = QueryOptions::default().clearance(5.0);
     for q in colliding(&world, 3) {
-        let answer = world.view().query_with(&q, &options, &mut QueryScratch::default()).unwrap();
-        let plain = world.view().query_with(&q, &QueryOptions::default(), &mut QueryScratch::default()).unwrap();
-        assert_eq!((answer.clearance, answer.depth), (world.scene().clearance, plain.depth));
+        let answer = ask(&world, &q, &options);
+        let plain = world.query(&q).unwrap();
+        assert_eq!((answer.clearance, answer.depth), (world.scene().clearance(), plain.depth));
     }
 }
 
 /// The nearest free configuration on a grid over the joints that are not locked.
-fn on_a_grid(world: &World, q: &Config, locked: &[usize]) -> f64 {
-    let (space, cells) = (&world.scene().space, 300);
+fn on_a_grid(world: &Solver, q: &Config, locked: &[usize]) -> f64 {
+    let (space, cells) = (world.scene().space(), 300);
     let free: Vec<usize> = (0..3).filter(|joint| !locked.contains(joint)).collect();
     let (mut scratch, mut best) = (CheckScratch::default(), f64::INFINITY);
     let place = |k: usize| -std::f64::consts::PI + (k as f64 + 0.5) * std::f64::consts::TAU / cells as f64;
@@ -84,14 +92,12 @@ fn on_a_grid(world: &World, q: &Config, locked: &[usize]) -> f64 {
 #[test]
 fn locked_joints_stay_and_the_others_find_the_nearest() {
     let scene = builtin::scene("planar-arm").unwrap();
-    let (world, model) = (World::new(scene.clone()), learned(&scene));
+    let (world, model) = (Solver::new(scene.clone()), learned(&scene));
     let (mut found, mut none) = (0, 0);
     for (k, q) in colliding(&world, 45).iter().enumerate() {
         let locked = [&[0][..], &[1], &[2], &[0, 1], &[0, 2]][k % 5];
-        let options = QueryOptions { locked: locked.to_vec(), ..QueryOptions::default() };
-        let mut scratch = QueryScratch::default();
-        let answers =
-            [world.view().query_with(q, &options, &mut scratch), model.view().query_with(q, &options, &mut scratch)];
+        let options = QueryOptions::default().locked(locked.to_vec());
+        let answers = [&world, &model].map(|solver| solver.clone().options(options.clone()).unwrap().query(q));
         let best = on_a_grid(&world, q, locked);
         for answer in answers {
             let Some(Answer { depth, witness, verified, lower_bound, .. }) = answer else {
@@ -106,22 +112,22 @@ fn locked_joints_stay_and_the_others_find_the_nearest() {
         }
     }
     println!("{found} found, {none} without any");
-    assert!(found > 60 && none > 3, "{found} {none}");
+    assert!(found > LOCKED_FOUND_ANSWERS && none > LOCKED_NONE_ANSWERS, "{found} {none}");
 }
 
 #[test]
 fn streams_keep_joints_locked_too() {
-    let world = World::new(builtin::scene("shelf-arm").unwrap());
-    let query = QueryOptions { locked: vec![0, 3], ..QueryOptions::default() };
-    let mut stream = Stream::new(StreamOptions { query: query.clone(), ..StreamOptions::default() });
+    let query = QueryOptions::default().locked(vec![0, 3]);
+    let world = Solver::new(builtin::scene("shelf-arm").unwrap()).options(query).unwrap();
+    let mut stream = world.stream(StreamOptions::default()).unwrap();
     let mut seen = 0;
     for corner in colliding(&world, 6).windows(2) {
         for k in 0..10 {
             let mut q = corner[0].to_vec();
-            world.scene().space.interpolate(&corner[0], &corner[1], f64::from(k) / 200.0, &mut q);
-            let q = world.scene().space.config(&q).unwrap();
-            let single = world.view().query_with(&q, &query, &mut QueryScratch::default());
-            let Some(answer) = world.view().query_next(&q, &mut stream) else {
+            world.scene().space().interpolate(&corner[0], &corner[1], f64::from(k) / 200.0, &mut q);
+            let q = world.scene().space().config(&q).unwrap();
+            let single = world.query(&q);
+            let Some(answer) = stream.query(&q) else {
                 assert!(single.is_none());
                 continue;
             };
@@ -129,20 +135,19 @@ fn streams_keep_joints_locked_too() {
             seen += usize::from(!answer.is_free());
         }
     }
-    assert!(seen > 20, "{seen}");
+    assert!(seen > LOCKED_STREAM_COLLIDING_FRAMES, "{seen}");
 }
 
 #[test]
 fn of_exits_that_are_about_as_near_the_one_toward_the_goal_is_taken() {
-    let world = World::new(builtin::scene("planar-arm").unwrap());
-    let (mut scratch, mut other, mut all) = (QueryScratch::default(), 0, 0);
+    let world = Solver::new(builtin::scene("planar-arm").unwrap());
+    let (mut other, mut all) = (0, 0);
     let configs = colliding(&world, 120);
     for (q, goal) in configs.iter().zip(configs.iter().rev()) {
-        let several = QueryOptions { exits: 8, ..QueryOptions::default() };
-        let exits = world.view().query_with(q, &several, &mut scratch).unwrap().exits;
-        let toward = Toward { goal: goal.to_vec(), share: 0.5 };
-        let answer =
-            world.view().query_with(q, &QueryOptions { toward: Some(toward), ..several }, &mut scratch).unwrap();
+        let several = QueryOptions::default().exits(8);
+        let exits = ask(&world, q, &several).exits;
+        let toward = Toward::new(goal.clone(), 0.5);
+        let answer = ask(&world, q, &several.toward(toward));
         let from_goal = |witness: &[f64]| world.metric().distance(goal, witness);
         let near = exits.iter().filter(|exit| exit.depth <= 1.5 * exits[0].depth);
         let best = near.map(|exit| from_goal(&exit.witness)).fold(f64::INFINITY, f64::min);
@@ -151,9 +156,9 @@ fn of_exits_that_are_about_as_near_the_one_toward_the_goal_is_taken() {
         other += usize::from(answer.witness != exits[0].witness);
         all += 1;
     }
-    assert!(other * 20 > all, "{other} of {all}");
-    let refused = QueryOptions { effort: Effort::Nearest, ..QueryOptions::default() };
-    assert_eq!(world.view().query_with(&configs[0], &refused, &mut scratch).unwrap().exits, []);
+    assert!(other as f64 > GOAL_OTHER_EXIT_SHARE * f64::from(all), "{other} of {all}");
+    let refused = QueryOptions::default().effort(Effort::Nearest);
+    assert_eq!(ask(&world, &configs[0], &refused).exits, []);
 }
 
 #[test]
@@ -165,15 +170,15 @@ fn nothing_touches_within_the_free_radius() {
         ("dual-arm", MetricKind::ObjectNorm),
         ("free-box", MetricKind::ObjectNorm),
     ] {
-        let world = World::new(Scene { metric, ..builtin::scene(name).unwrap() });
+        let world = Solver::new(builtin::scene(name).unwrap().with_metric(metric));
         // Touching alone: without clearance.
-        let judge = World::new(Scene { clearance: 0.0, ..world.scene().clone() });
-        let space = &world.scene().space;
-        let (mut scratch, mut check) = (QueryScratch::default(), CheckScratch::default());
-        let options = QueryOptions { free_radius: true, clearance: Some(5e-3), exits: 1, ..QueryOptions::default() };
+        let judge = Solver::new(world.scene().with_clearance(0.0).unwrap());
+        let space = world.scene().space();
+        let mut check = CheckScratch::default();
+        let options = QueryOptions::default().free_radius(true).clearance(5e-3).exits(1);
         let (halton, mut touched_beyond) = (Halton::new(space.nv(), 3), 0);
         for q in colliding(&world, 12) {
-            let answer = world.view().query_with(&q, &options, &mut scratch).unwrap();
+            let answer = ask(&world, &q, &options);
             let radius = answer.free_radius.unwrap();
             assert!(radius > 0.0, "{name}: {answer:?}");
             let mut far = vec![0.0; space.nq()];
@@ -198,31 +203,33 @@ fn nothing_touches_within_the_free_radius() {
                 touched_beyond += usize::from(at(30.0 * share).1 == Label::Colliding);
             }
         }
-        assert!(touched_beyond > 10, "{name}: the radius tells nothing: {touched_beyond}");
+        let tells = touched_beyond > FREE_RADIUS_COLLIDING_CONFIGS;
+        assert!(tells, "{name}: the radius tells nothing: {touched_beyond}");
     }
 }
 
 #[test]
 fn weights_change_what_is_nearest() {
     let scene = builtin::scene("planar-arm").unwrap();
-    let world = World::new(scene.clone());
-    let name = scene.joints[0].name.as_str();
-    let weighted = world.with_scene(scene.weighted([(name, [100.0, 100.0])]).unwrap());
-    let mut scratch = QueryScratch::default();
+    let world = Solver::new(scene.clone());
+    let name = scene.joints()[0].name.as_str();
+    let weighted = world.weighted([(name, [100.0, 100.0])]).unwrap();
     let (mut moved, mut as_before) = (0, 0);
     for q in colliding(&world, 60) {
-        let plain = world.view().query_with(&q, &QueryOptions::default(), &mut scratch).unwrap();
-        let heavy = weighted.view().query_with(&q, &QueryOptions::default(), &mut scratch).unwrap();
+        let plain = world.query(&q).unwrap();
+        let heavy = weighted.query(&q).unwrap();
         // What was nearest is an exit still, at another distance.
-        assert!(heavy.verified && heavy.depth <= weighted.metric().distance(&q, &plain.witness) * 1.01);
+        let most = weighted.metric().distance(&q, &plain.witness) * WEIGHTED_DEPTH_RATIO;
+        assert!(heavy.verified && heavy.depth <= most);
         let turn = |answer: &Answer| (answer.witness[0] - q[0]).abs();
         moved += usize::from(turn(&heavy) < 0.5 * turn(&plain));
         as_before += usize::from(turn(&heavy) > 2.0 * turn(&plain) + 1e-3);
     }
-    assert!(moved > 15 && as_before < 5, "{moved} {as_before}");
+    let is_weighted = moved > WEIGHTED_TURNED_LESS_EXITS && as_before < WEIGHTED_TURNED_MORE_EXITS;
+    assert!(is_weighted, "{moved} {as_before}");
     let refused = scene.weighted([("elbo", [1.0; 2])]).unwrap_err().to_string();
     assert!(refused.contains("metric: weights: got `elbo`, expected one of"), "{refused}");
     let metric = MetricKind::ObjectNorm;
-    let refused = Scene { metric, ..scene.clone() }.weighted([(name, [1.0; 2])]).unwrap_err().to_string();
+    let refused = scene.with_metric(metric).weighted([(name, [1.0; 2])]).unwrap_err().to_string();
     assert!(refused.contains("only that of the joints"), "{refused}");
 }

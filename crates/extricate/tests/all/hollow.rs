@@ -3,13 +3,15 @@
 use std::path::Path;
 
 use extricate::internals::io;
-use extricate::{Effort, QueryOptions, QueryScratch, World};
+use extricate::{Effort, QueryOptions, Solver};
+
+use crate::query::ask;
 
 /// A ball of this radius slides along x, y and z \[m\].
 const RADIUS: f64 = 0.05;
 
 /// The ball among one mesh, given as an OBJ.
-fn world(mesh: &str) -> World {
+fn world(mesh: &str) -> Solver {
     let folder = tempfile::tempdir().unwrap();
     let write = |name: &str, text: &str| std::fs::write(folder.path().join(name), text).unwrap();
     let slide = |axis: &str, parent: &str, child: &str, along: &str| {
@@ -24,7 +26,7 @@ fn world(mesh: &str) -> World {
     write("r.urdf", &format!("<robot name='r'>{links}{joints}</robot>"));
     write("m.obj", mesh);
     write("s.toml", "[[robot]]\nurdf = 'r.urdf'\n[[obstacle]]\nname = 'm'\nshape = { mesh = 'm.obj' }\n");
-    World::new(io::load_scene(folder.path().join(Path::new("s.toml"))).unwrap())
+    Solver::new(io::load_scene(folder.path().join(Path::new("s.toml"))).unwrap())
 }
 
 /// Boxes by their corners, which may overlap, in one file.
@@ -46,11 +48,11 @@ fn boxes(all: &[[[f64; 2]; 3]]) -> String {
 const CHANNEL: &str = "v 0 -2 -1\nv 0 2 -1\nv 0 2 1\nv 0 -2 1\nv 1.5 -2 -1\nv 1.5 2 -1\nv 1.5 2 1\nv 1.5 -2 1\n\
                        f 1 2 3 4\nf 5 6 7 8\nf 1 2 6 5\n";
 
-fn assert_depth(world: &World, q: [f64; 3], expected: f64, what: &str) {
+fn assert_depth(world: &Solver, q: [f64; 3], expected: f64, what: &str) {
     let q = world.scene().config(&q).unwrap();
     for effort in [Effort::Refined, Effort::Exhaustive] {
-        let options = QueryOptions { effort, ..QueryOptions::default() };
-        let answer = world.view().query_with(&q, &options, &mut QueryScratch::default()).unwrap();
+        let options = QueryOptions::default().effort(effort);
+        let answer = ask(world, &q, &options);
         let is_near = (answer.depth - expected).abs() < 1e-3 * expected + 1e-6;
         assert!(is_near && answer.lower_bound <= expected + 1e-9, "{what} {q:?}: {} for {expected}", answer.depth);
     }

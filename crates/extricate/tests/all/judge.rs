@@ -4,8 +4,9 @@
 
 use std::sync::Arc;
 
-use extricate::geometry::{Geometry, Pose, Vec3};
+use extricate::geometry::{Geometry, Pose};
 use extricate::internals::kinematics::forward;
+use extricate::internals::math::Vec3;
 use extricate::internals::metric::Metric;
 use extricate::internals::query::answer::{RIVAL, TOUCHING};
 use extricate::internals::scene::Part;
@@ -106,11 +107,11 @@ impl Hearing<'_> {
     fn free(&mut self, q: &Config, answer: &Answer) {
         let agrees = self.judge.recheck.agrees_free(q) && self.is_free(q);
         self.expect("called free, but collides", agrees);
-        let is_plain = answer.witness == q[..]
+        let is_plain = answer.witness == *q
             && answer.lower_bound == 0.0
             && answer.max_displacement == 0.0
             && answer.gradient.iter().all(|slope| *slope == 0.0)
-            && answer.gradient.len() == self.judge.scene.space.nv()
+            && answer.gradient.len() == self.judge.scene.space().nv()
             && answer.touching.is_empty()
             && answer.contacts.is_empty()
             && answer.exits.is_empty()
@@ -129,7 +130,7 @@ impl Hearing<'_> {
         self.expect("colliding pairs are out of order or told twice", told.is_sorted_by(|a, b| a < b));
         let are_all = options.contacts || options.effort != Effort::Nearest;
         self.expect("more than one colliding pair without contacts", are_all || told.len() <= 1);
-        let clearance = self.judge.scene.clearance;
+        let clearance = self.judge.scene.clearance();
         for (pair, distance) in self.judge.recheck.distances(q, clearance + 2.0 * SLACK).into_iter().enumerate() {
             if told.contains(&PairId::new(pair)) {
                 let near = distance <= clearance + SLACK || self.judge.recheck.has_mesh(pair);
@@ -153,7 +154,7 @@ impl Hearing<'_> {
         let mut pairs: Vec<PairId> = answer.contacts.iter().map(|contact| contact.pair).collect();
         pairs.dedup();
         self.expect("contacts and touching pairs disagree", pairs == answer.touching);
-        let far = self.judge.scene.clearance + TOUCHING + 2.0 * CONTACT_SLACK;
+        let far = self.judge.scene.clearance() + TOUCHING + 2.0 * CONTACT_SLACK;
         let distances = self.judge.recheck.distances(&answer.witness, far);
         for (pair, distance) in distances.iter().enumerate() {
             let nearest =
@@ -173,7 +174,7 @@ impl Hearing<'_> {
     fn free_at_depth(&mut self, whose: &str, q: &Config, depth: f64, witness: &[f64]) {
         let agrees = self.judge.recheck.agrees_free(witness) && self.is_free(witness);
         self.expect(&format!("{whose} collides"), agrees);
-        let limited = self.judge.scene.space.config(witness);
+        let limited = self.judge.scene.space().config(witness);
         let keeps = limited.is_ok_and(|w| w.iter().zip(witness).all(|(a, b)| (a - b).abs() < 1e-9));
         self.expect(&format!("{whose} is out of limits"), keeps);
         let distance = self.judge.metric.distance(q, witness);
@@ -183,7 +184,7 @@ impl Hearing<'_> {
     /// The pairs that are told to touch do, and no others.
     fn touching(&mut self, whose: &str, witness: &[f64], told: &[PairId]) {
         self.expect("touching pairs are out of order or told twice", told.is_sorted_by(|a, b| a < b));
-        let margin = self.judge.scene.clearance + TOUCHING;
+        let margin = self.judge.scene.clearance() + TOUCHING;
         for (pair, distance) in
             self.judge.recheck.distances(witness, margin + 2.0 * CONTACT_SLACK).into_iter().enumerate()
         {
@@ -196,13 +197,13 @@ impl Hearing<'_> {
     /// The slope along each coordinate lies between those of short steps to both sides; under the
     /// metric of the joints the steepest is 1.
     fn gradient(&mut self, q: &Config, answer: &Answer) {
-        let space = &self.judge.scene.space;
+        let space = self.judge.scene.space();
         self.expect("the gradient is of another length than tangents", answer.gradient.len() == space.nv());
         // Kinks beside an exit of the largest displacement are nearer than any step that rounding
         // allows.
         if answer.depth < 1e-4
             || answer.gradient.len() != space.nv()
-            || self.judge.scene.metric == MetricKind::MaxDisplacement
+            || self.judge.scene.metric() == MetricKind::MaxDisplacement
         {
             return;
         }
@@ -230,7 +231,7 @@ impl Hearing<'_> {
             }
         }
         self.expect("the gradient is not the slope of the distance", !off);
-        let is_unit = self.judge.scene.metric != MetricKind::Joint || (steepest.sqrt() - 1.0).abs() < 1e-6;
+        let is_unit = self.judge.scene.metric() != MetricKind::Joint || (steepest.sqrt() - 1.0).abs() < 1e-6;
         self.expect("the gradient is not of unit length", is_unit);
     }
 
@@ -241,7 +242,7 @@ impl Hearing<'_> {
         forward(self.judge.scene, q, &mut from);
         forward(self.judge.scene, &answer.witness, &mut to);
         let (mut least, mut most) = (0.0, 0.0);
-        for body in self.judge.scene.bodies.iter().filter(|body| body.frame != 0) {
+        for body in self.judge.scene.bodies().iter().filter(|body| body.frame != 0) {
             for part in &body.parts {
                 let (inside, around) = points(part);
                 let far = |points: &[Vec3]| {
@@ -259,7 +260,7 @@ impl Hearing<'_> {
         let told = answer.max_displacement;
         self.expect("a point moves farther than is told", told >= least - 1e-9);
         self.expect("no point moves as far as is told", told <= most + 1e-9);
-        let is_depth = self.judge.scene.metric != MetricKind::MaxDisplacement || (told - answer.depth).abs() < 1e-6;
+        let is_depth = self.judge.scene.metric() != MetricKind::MaxDisplacement || (told - answer.depth).abs() < 1e-6;
         self.expect("the depth is not the largest displacement", is_depth);
     }
 
@@ -288,10 +289,10 @@ impl Hearing<'_> {
 
     /// The stretch that is proved free is, and where it was last seen to collide the two are near.
     fn segment(&mut self, q: &Config, segment: &StraightSegment, answer: &Answer) {
-        let StraightSegment { colliding_until, free_from } = *segment;
+        let StraightSegment { colliding_until, free_from, .. } = *segment;
         let in_order = 0.0 <= colliding_until && colliding_until <= free_from && free_from <= 1.0;
         self.expect("the parts of the segment are out of order", in_order);
-        let space = &self.judge.scene.space;
+        let space = self.judge.scene.space();
         let at = |t: f64| {
             let mut config = q.to_vec();
             space.interpolate(q, &answer.witness, t, &mut config);
@@ -309,7 +310,7 @@ impl Hearing<'_> {
             let holds = !matches!(proof, SegmentOutcome::Contact { .. });
             self.expect(&format!("the segment is not free by another proof ({proof:?})"), holds);
         }
-        let margin = self.judge.scene.clearance + NEARLY;
+        let margin = self.judge.scene.clearance() + NEARLY;
         let distances = self.judge.recheck.distances(&near, margin + SLACK);
         let meets = !self.is_free(&near) || distances.iter().any(|distance| *distance <= margin);
         self.expect("nothing is near where the segment was last seen to collide", meets);
@@ -325,7 +326,7 @@ fn points(part: &Part) -> (Vec<Vec3>, Vec<Vec3>) {
     let ends = |half: f64| vec![Vec3::new(0.0, 0.0, half), Vec3::new(0.0, 0.0, -half)];
     match &part.geometry {
         Geometry::Sphere { radius } => (vec![Vec3::zeros()], corners(Vec3::repeat(*radius))),
-        Geometry::Box { half_extents } => (corners(*half_extents), corners(*half_extents)),
+        Geometry::Box { half_extents } => (corners((*half_extents).into()), corners((*half_extents).into())),
         Geometry::Cylinder { radius, half_length } => {
             (ends(*half_length), corners(Vec3::new(*radius, *radius, *half_length)))
         }

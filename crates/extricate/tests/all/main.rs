@@ -2,6 +2,7 @@
 
 mod allocations;
 mod analytic;
+mod baselines;
 mod beyond_limits;
 mod budgets;
 mod circles;

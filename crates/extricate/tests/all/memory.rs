@@ -5,7 +5,7 @@ use std::io::{Error as IoError, ErrorKind};
 use std::path::Path;
 
 use extricate::internals::scene::assemble::assemble;
-use extricate::{Error, LearnOptions, Model, Scene};
+use extricate::{Error, LearnOptions, Model, Scene, Solver};
 
 /// Assembles `scene.toml` among `files` (path relative to the scene, contents).
 pub fn scene(toml: &str, files: &[(&str, String)]) -> Scene {
@@ -21,8 +21,19 @@ pub fn scene(toml: &str, files: &[(&str, String)]) -> Scene {
 
 /// Learns with a number of labels and nothing else to end it.
 pub fn learn(scene: Scene, labels: usize, seed: u64) -> Model {
-    let options = LearnOptions { labels, seconds: None, seed, ..LearnOptions::default() };
-    Model::learn(scene, &options).unwrap()
+    Model::learn(scene, &labels_alone(labels, seed)).unwrap()
+}
+
+/// The same, ready to be asked.
+pub fn learned(scene: Scene, labels: usize, seed: u64) -> Solver {
+    Solver::of_model(learn(scene, labels, seed))
+}
+
+/// Options of a run that a number of labels ends, and nothing else.
+pub fn labels_alone(labels: usize, seed: u64) -> LearnOptions {
+    let mut options = LearnOptions::default().labels(labels).seed(seed);
+    options.seconds = None;
+    options
 }
 
 /// Joint type, origin, axis, lower and upper limit, collision XML of the link.

@@ -5,16 +5,19 @@ use std::path::Path;
 
 use extricate::internals::cspace::sampling::Halton;
 use extricate::internals::io;
-use extricate::{CheckScratch, Effort, Label, MetricKind, QueryOptions, QueryScratch, World};
+use extricate::{CheckScratch, Effort, Label, MetricKind, QueryOptions, Solver};
+
+use crate::baselines::{L_CONVEX_PARTS, ROOM_BOUND_OF_DEPTH_SHARE, ROOM_BOUNDS_PER_QUERY, ROOM_COLLIDING_CONFIGS};
+use crate::query::ask;
 
 /// A ball that slides along x, y and z among one mesh.
-fn world(radius: f64, file: &str, mesh: &[u8], extra: &str) -> World {
+fn world(radius: f64, file: &str, mesh: &[u8], extra: &str) -> Solver {
     let shape = format!("{{ mesh = '{file}' }}");
     world_of(radius, file, mesh, &shape, extra)
 }
 
 /// The same, with the shape as a scene file has it.
-fn world_of(radius: f64, file: &str, mesh: &[u8], shape: &str, extra: &str) -> World {
+fn world_of(radius: f64, file: &str, mesh: &[u8], shape: &str, extra: &str) -> Solver {
     let folder = tempfile::tempdir().unwrap();
     let write = |name: &str, bytes: &[u8]| std::fs::write(folder.path().join(name), bytes).unwrap();
     let link = |name: &str| format!("<link name='{name}'/>");
@@ -38,14 +41,14 @@ fn world_of(radius: f64, file: &str, mesh: &[u8], shape: &str, extra: &str) -> W
     write(file, mesh);
     let scene = format!("{extra}[[robot]]\nurdf = 'r.urdf'\n[[obstacle]]\nname = 'o'\nshape = {shape}\n");
     write("s.toml", scene.as_bytes());
-    World::new(io::load_scene(folder.path().join(Path::new("s.toml"))).unwrap())
+    Solver::new(io::load_scene(folder.path().join(Path::new("s.toml"))).unwrap())
 }
 
-fn clearance(world: &World, q: [f64; 3]) -> f64 {
+fn clearance(world: &Solver, q: [f64; 3]) -> f64 {
     let mut scratch = CheckScratch::default();
     let clearance = world.checker().clearance(&q, &mut scratch);
     let label = world.checker().label(&q, &mut scratch);
-    assert_eq!(label == Label::Free, clearance >= world.scene().clearance, "{q:?} {clearance}");
+    assert_eq!(label == Label::Free, clearance >= world.scene().clearance(), "{q:?} {clearance}");
     clearance
 }
 
@@ -88,15 +91,15 @@ fn cube_with_seams(half: f32) -> Vec<u8> {
 #[test]
 fn a_solid_with_seams_holds_what_is_in_it() {
     let world = world(0.02, "cube.stl", &cube_with_seams(0.15), "");
-    let warnings = &world.scene().warnings;
+    let warnings = world.scene().warnings();
     assert!(warnings.iter().all(|warning| !warning.contains("open: ")), "{warnings:?}");
     assert!(
         warnings.iter().any(|warning| warning.contains("cube.stl: ") && warning.contains("welded")),
         "{warnings:?}"
     );
     assert!((clearance(&world, [0.0; 3]) + 0.17).abs() < 1e-6);
-    let q = world.scene().space.config(&[0.0; 3]).unwrap();
-    let answer = world.view().query_with(&q, &QueryOptions::default(), &mut QueryScratch::default()).unwrap();
+    let q = world.scene().space().config(&[0.0; 3]).unwrap();
+    let answer = world.query(&q).unwrap();
     assert!((answer.depth - 0.1701).abs() < 1e-5 && answer.lower_bound > 0.0, "{answer:?}");
 }
 
@@ -118,17 +121,17 @@ fn a_room_is_free_within_and_bounds_hold_in_its_walls() {
     for metric in [MetricKind::Joint, MetricKind::MaxDisplacement] {
         let extra = if metric == MetricKind::Joint { "" } else { "metric = { kind = 'max-displacement' }\n" };
         let world = world(0.1, "room.obj", boxes(&ROOM).as_bytes(), extra);
-        assert!(world.scene().warnings.iter().any(|warning| warning.contains("it is a cavity")));
+        assert!(world.scene().warnings().iter().any(|warning| warning.contains("it is a cavity")));
         assert!((clearance(&world, [0.0; 3]) - 1.2).abs() < 1e-9);
         assert!((clearance(&world, [1.5, 0.2, 0.1]) - 0.2).abs() < 1e-9);
         assert!((clearance(&world, [4.0, 0.2, 0.1]) - 1.9).abs() < 1e-9);
-        let space = &world.scene().space;
+        let space = world.scene().space();
         let (halton, mut q) = (Halton::new(3, 7), vec![0.0; 3]);
-        let (mut asked, mut bounded, mut scratch) = (0, 0, QueryScratch::default());
+        let (mut asked, mut bounded) = (0, 0);
         for k in 0..400 {
             halton.config(space, k, &mut q);
             q.iter_mut().for_each(|x| *x *= 0.44);
-            let depth = depth_in_walls(&q, 0.1, world.scene().clearance);
+            let depth = depth_in_walls(&q, 0.1, world.scene().clearance());
             let label = world.checker().label(&q, &mut CheckScratch::default());
             assert_eq!(label == Label::Free, depth == 0.0, "{q:?} {depth}");
             if depth == 0.0 {
@@ -136,15 +139,16 @@ fn a_room_is_free_within_and_bounds_hold_in_its_walls() {
             }
             asked += 1;
             for effort in [Effort::Nearest, Effort::Refined] {
-                let options = QueryOptions { effort, ..QueryOptions::default() };
-                let answer = world.view().query_with(&space.config(&q).unwrap(), &options, &mut scratch).unwrap();
+                let options = QueryOptions::default().effort(effort);
+                let answer = ask(&world, &space.config(&q).unwrap(), &options);
                 assert!(answer.lower_bound <= depth + 1e-9, "{q:?}: bound {} depth {depth}", answer.lower_bound);
                 assert!(answer.depth >= depth - 1e-9, "{q:?}: {} {depth}", answer.depth);
                 assert!(effort == Effort::Nearest || answer.depth < 1.01 * depth + 1e-5, "{q:?}: {answer:?} {depth}");
-                bounded += usize::from(answer.lower_bound > 0.3 * depth);
+                bounded += usize::from(answer.lower_bound > ROOM_BOUND_OF_DEPTH_SHARE * depth);
             }
         }
-        assert!(asked > 60 && bounded > asked / 2, "{asked} {bounded}");
+        let are_bounded = bounded as f64 > ROOM_BOUNDS_PER_QUERY * asked as f64;
+        assert!(asked > ROOM_COLLIDING_CONFIGS && are_bounded, "{asked} {bounded}");
     }
 }
 
@@ -153,7 +157,7 @@ fn overlapping_boxes_that_face_outward_stay_solid() {
     let both = [([2.0, 2.0, 1.5], true), ([1.8, 1.8, 1.3], true)];
     let world = world(0.1, "both.obj", boxes(&both).as_bytes(), "");
     assert!(clearance(&world, [0.0; 3]) < -1.5);
-    assert!(world.scene().warnings.is_empty(), "{:?}", world.scene().warnings);
+    assert!(world.scene().warnings().is_empty(), "{:?}", world.scene().warnings());
 }
 
 #[test]
@@ -174,7 +178,7 @@ fn notches_of_concave_faces_are_free() {
             assert!((found - 0.4).abs() < 1e-9, "{start} {z}: {found}");
         }
         assert!(clearance(&world, [0.5, 0.5, 0.5]) < 0.0);
-        assert!(world.scene().warnings.is_empty());
+        assert!(world.scene().warnings().is_empty());
     }
 }
 
@@ -196,8 +200,8 @@ fn convex_parts_hold_the_mesh_and_follow_it() {
     let of = |kind: &str| world_of(0.05, "l.obj", mesh.as_bytes(), &format!("{{ mesh = 'l.obj', {kind} = true }}"), "");
     let (whole, parts) = (world(0.05, "l.obj", mesh.as_bytes(), ""), of("convex-parts"));
     let hull = of("convex");
-    let body = parts.checker().scene().bodies.iter().find(|body| body.name == "o").unwrap();
-    assert!((2..=8).contains(&body.parts.len()), "{}", body.parts.len());
+    let body = parts.checker().scene().bodies().iter().find(|body| body.name == "o").unwrap();
+    assert!((2..=L_CONVEX_PARTS).contains(&body.parts.len()), "{}", body.parts.len());
     let halton = Halton::new(3, 7);
     for q in (0..300).map(|index| [0, 1, 2].map(|k| 3.0 * halton.coordinate(index, k) - 0.5)) {
         let (exact, held) = (clearance(&whole, q), clearance(&parts, q));
@@ -210,7 +214,7 @@ fn convex_parts_hold_the_mesh_and_follow_it() {
     }
     let corner = [1.0, 1.0, 0.2];
     assert!(clearance(&hull, corner) < 0.0 && clearance(&parts, corner) > 0.4);
-    assert!(parts.scene().warnings.is_empty(), "{:?}", parts.scene().warnings);
+    assert!(parts.scene().warnings().is_empty(), "{:?}", parts.scene().warnings());
 }
 
 #[test]
@@ -233,11 +237,11 @@ fn convex_parts_that_fill_a_hollow_say_how_far_they_stand_out() {
         }
     }
     let parts = world_of(0.05, "bin.obj", mesh.as_bytes(), "{ mesh = 'bin.obj', convex-parts = true }", "");
-    let [warning] = &parts.scene().warnings[..] else { panic!("{:?}", parts.scene().warnings) };
+    let [warning] = parts.scene().warnings() else { panic!("{:?}", parts.scene().warnings()) };
     assert!(warning.contains("convex parts stand out of the mesh by up to ") && warning.contains(" m: "), "{warning}");
     let far: f64 = warning.split("up to ").nth(1).unwrap().split(' ').next().unwrap().parse().unwrap();
     assert!((0.1..0.6).contains(&far), "{warning}");
     // As a mesh its hollow is open, and nothing is to be said.
     let whole = world_of(0.05, "bin.obj", mesh.as_bytes(), "{ mesh = 'bin.obj' }", "");
-    assert!(whole.scene().warnings.is_empty() && clearance(&whole, [0.0; 3]) > 0.4);
+    assert!(whole.scene().warnings().is_empty() && clearance(&whole, [0.0; 3]) > 0.4);
 }

@@ -3,7 +3,7 @@
 //! `EXTRICATE_EDGES=100000 cargo test --release -p extricate --test all motions` judges as many
 //! edges.
 
-use extricate::{Config, EscapeOptions, Label, PlanOptions, RepairOptions, Rows, Termination, World};
+use extricate::{Config, EscapeOptions, Label, PlanOptions, RepairOptions, Rows, Solver, Termination};
 
 use crate::recheck::{Recheck, SLACK};
 
@@ -18,7 +18,7 @@ fn wanted() -> usize {
 }
 
 struct Judge<'a> {
-    world: &'a World,
+    world: &'a Solver,
     recheck: Recheck<'a>,
     edges: usize,
 }
@@ -30,34 +30,33 @@ impl Judge<'_> {
         for (a, b) in points.iter().zip(points.iter().skip(1)).skip(first) {
             self.edges += 1;
             for sample in 0..=SAMPLES {
-                scene.space.interpolate(a, b, sample as f64 / SAMPLES as f64, &mut q);
+                scene.space().interpolate(a, b, sample as f64 / SAMPLES as f64, &mut q);
                 let distances = self.recheck.distances(&q, 0.01);
                 let nearest = distances.into_iter().fold(f64::INFINITY, f64::min);
-                assert!(nearest >= scene.clearance - SLACK, "{nearest} at {q:?}, between {a:?} and {b:?}");
+                assert!(nearest >= scene.clearance() - SLACK, "{nearest} at {q:?}, between {a:?} and {b:?}");
             }
         }
     }
 
     /// Three configurations give one path of each kind.
     fn paths_of(&mut self, rows: &[Config; 3], seed: u64) {
-        let view = self.world.view();
         let termination = Termination::after_checks(20_000);
         let [colliding, from, to] = rows;
-        let options = EscapeOptions { tree_checks: 2_000, seed, ..EscapeOptions::default() };
-        let escape = view.escape(colliding, &options).unwrap();
+        let options = EscapeOptions::default().tree_checks(2_000).seed(seed);
+        let escape = self.world.escape(colliding, &options).unwrap();
         if escape.is_found() {
             self.judge(&escape.points, escape.free_from);
         }
-        let options = PlanOptions { seed, termination: termination.clone(), threads: 1, ..PlanOptions::default() };
-        let plan = view.plan(from, to, &options).unwrap();
+        let options = PlanOptions::default().seed(seed).termination(termination.clone()).threads(1);
+        let plan = self.world.plan(from, to, &options).unwrap();
         if plan.is_found() {
             assert_eq!([&plan.points[0][..], &plan.points[plan.points.len() - 1]], [&from[..], &to[..]]);
             self.judge(&plan.points, 0);
         }
         let old = [&from[..], colliding, to].concat();
         let rows = Rows::new(&old, from.len()).unwrap();
-        let options = RepairOptions { seed, termination, ..RepairOptions::default() };
-        let repaired = view.repair(rows, &options).unwrap();
+        let options = RepairOptions::default().seed(seed).termination(termination);
+        let repaired = self.world.repair(rows, &options).unwrap();
         if repaired.is_found() {
             assert_eq!([&repaired.points[0][..], &repaired.points[repaired.points.len() - 1]], [&from[..], &to[..]]);
             self.judge(&repaired.points, 0);
@@ -69,7 +68,7 @@ impl Judge<'_> {
 fn another_library_finds_every_edge_free() {
     let (wanted, mut edges) = (wanted(), 0);
     for name in SCENES {
-        let world = World::new(extricate::builtin::scene(name).unwrap());
+        let world = Solver::new(extricate::builtin::scene(name).unwrap());
         let mut judge = Judge { world: &world, recheck: Recheck::new(world.scene()), edges: 0 };
         let mut seed = 0;
         while judge.edges < wanted.div_ceil(SCENES.len()) {
@@ -83,9 +82,9 @@ fn another_library_finds_every_edge_free() {
 }
 
 /// The first configuration with this label, of a random sequence of this number.
-fn nth(world: &World, label: Label, number: u64) -> Config {
+fn nth(world: &Solver, label: Label, number: u64) -> Config {
     use rand::SeedableRng;
-    let space = &world.scene().space;
+    let space = world.scene().space();
     let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(number);
     let (mut scratch, mut q) = (Default::default(), vec![0.0; space.nq()]);
     loop {

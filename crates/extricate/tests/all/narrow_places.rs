@@ -2,15 +2,20 @@
 //! what is near is preferred to what keeps more distance elsewhere.
 
 use extricate::{
-    Answer, CheckScratch, Escape, EscapeOptions, Label, LearnOptions, Model, QueryOptions, QueryScratch, RepairOptions,
-    Repaired, Rows, Scene, SegmentOptions, SegmentOutcome, Stream, StreamOptions, View, World, builtin,
+    Answer, CheckScratch, Escape, EscapeOptions, Label, QueryOptions, RepairOptions, Repaired, Rows, SegmentOptions,
+    SegmentOutcome, Solver, StreamOptions, Termination, builtin,
 };
 
-use crate::memory::{chain, collision, scene};
+use crate::baselines::{
+    ARM_STREAM_CLEARANCE_METRES, BOX_REPAIR_DEVIATION_METRES, GIVEN_UP_CLEARANCE_OVERDRAWN_CHECKS,
+    NARROW_ESCAPE_CHECKS, NARROW_REPAIR_CHECKS, SPIKE_REPAIR_DEVIATION_METRES,
+};
+use crate::memory::{chain, collision, learned, scene};
+use crate::query::ask;
 
 /// A block of side 0.2 that slides along some axes among boxes of these widths \[m\] along x, at
 /// these places, and much larger otherwise.
-fn sliding(axes: &[[f64; 3]], clearance: f64, boxes: &[(f64, f64)]) -> World {
+fn sliding(axes: &[[f64; 3]], clearance: f64, boxes: &[(f64, f64)]) -> Solver {
     let shape = collision([0.0; 3], [0.0; 3], "<box size=\"0.2 0.2 0.2\"/>");
     let last = axes.len() - 1;
     let joint = |(k, axis): (usize, &[f64; 3])| {
@@ -22,7 +27,7 @@ fn sliding(axes: &[[f64; 3]], clearance: f64, boxes: &[(f64, f64)]) -> World {
         toml += &format!("[[obstacle]]\nname = \"box{k}\"\n");
         toml += &format!("shape = {{ box = [{width:?}, 2.0, 2.0] }}\npose = {{ xyz = [{x:?}, 0, 0] }}\n");
     }
-    World::new(scene(&toml, &[("r.urdf", chain(&joints))]))
+    Solver::new(scene(&toml, &[("r.urdf", chain(&joints))]))
 }
 
 const X: [f64; 3] = [1.0, 0.0, 0.0];
@@ -30,35 +35,35 @@ const Y: [f64; 3] = [0.0, 1.0, 0.0];
 const Z: [f64; 3] = [0.0, 0.0, 1.0];
 
 /// A gap of 205 mm whose middle keeps 2.5 mm; the scene's clearance is 2 mm.
-fn gap() -> World {
+fn gap() -> Solver {
     sliding(&[X], 2e-3, &[(0.5, -0.25), (0.5, 0.455)])
 }
 
 /// A slot with 0.9 mm of play on both sides of the origin; the scene's clearance is 0.1 mm.
-fn slot(axes: &[[f64; 3]]) -> World {
+fn slot(axes: &[[f64; 3]]) -> Solver {
     sliding(axes, 1e-4, &[(0.4, 0.3009), (0.4, -0.3009)])
 }
 
-fn escape(world: &World, q: &[f64]) -> Escape {
-    world.view().escape(&world.scene().config(q).unwrap(), &EscapeOptions::default()).unwrap()
+fn escape(world: &Solver, q: &[f64]) -> Escape {
+    world.escape(&world.scene().config(q).unwrap(), &EscapeOptions::default()).unwrap()
 }
 
-fn query(world: &World, q: &[f64], clearance: f64) -> Answer {
-    let options = QueryOptions { clearance: Some(clearance), ..QueryOptions::default() };
+fn query(world: &Solver, q: &[f64], clearance: f64) -> Answer {
+    let options = QueryOptions::default().clearance(clearance);
     let q = world.scene().config(q).unwrap();
-    world.view().query_with(&q, &options, &mut QueryScratch::default()).unwrap()
+    ask(world, &q, &options)
 }
 
 #[test]
 fn an_escape_takes_the_near_exit_of_a_narrow_place() {
     // In the gap 5 mm lead to the scene's clearance, the middle is another 0.5 mm away.
     let found = escape(&gap(), &[0.097]);
-    assert!((0.005..0.0056).contains(&found.length) && found.checks < 500, "{found:?}");
+    assert!((0.005..0.0056).contains(&found.length) && found.checks < NARROW_ESCAPE_CHECKS, "{found:?}");
     for axes in [&[X][..], &[X, Y, Z]] {
         let mut q = vec![0.0; axes.len()];
         q[0] = 0.00117;
         let found = escape(&slot(axes), &q);
-        assert!((3.7e-4..1.2e-3).contains(&found.length) && found.checks < 500, "{found:?}");
+        assert!((3.7e-4..1.2e-3).contains(&found.length) && found.checks < NARROW_ESCAPE_CHECKS, "{found:?}");
     }
     // Fits of pegs that overlap one side by half the play.
     for play in [1e-3, 2e-4, 5e-5] {
@@ -72,9 +77,9 @@ fn an_escape_takes_the_near_exit_of_a_narrow_place() {
 fn a_repair_takes_the_near_exit_of_a_narrow_place() {
     for last in [0.1025, 0.103] {
         let rows = [0.097, last];
-        let repaired = gap().view().repair(Rows::new(&rows, 1).unwrap(), &RepairOptions::default()).unwrap();
+        let repaired = gap().repair(Rows::new(&rows, 1).unwrap(), &RepairOptions::default()).unwrap();
         assert!(repaired.is_found() && repaired.deviation < 0.0056, "{repaired:?}");
-        assert!(repaired.checks < 1_000, "{repaired:?}");
+        assert!(repaired.checks < NARROW_REPAIR_CHECKS, "{repaired:?}");
     }
 }
 
@@ -85,12 +90,12 @@ fn a_query_gives_up_clearance_rather_than_go_far() {
     assert!(answer.depth < 1e-3 && answer.clearance > 1e-4 && answer.clearance < 9e-4, "{answer:?}");
     assert!(answer.verified && answer.lower_bound > 0.0 && answer.lower_bound <= answer.depth, "{answer:?}");
     // It is what a scene of that clearance answers.
-    let wider = World::new(Scene { clearance: answer.clearance, ..world.scene().clone() });
+    let wider = Solver::new(world.scene().with_clearance(answer.clearance).unwrap());
     let expected = wider.query(&world.scene().config(&[0.00117, 0.0, 0.0]).unwrap()).unwrap();
     // It begins with the exit that it pushed, which is carried to the same end but for rounding.
     let is_near = |a: f64, b: f64| (a - b).abs() < 1e-9;
     assert!(is_near(answer.depth, expected.depth) && is_near(answer.lower_bound, expected.lower_bound), "{answer:?}");
-    assert!(answer.witness.iter().zip(&expected.witness).all(|(a, b)| is_near(*a, *b)), "{answer:?} {expected:?}");
+    assert!(answer.witness.iter().zip(&expected.witness[..]).all(|(a, b)| is_near(*a, *b)), "{answer:?} {expected:?}");
     assert_eq!((&answer.colliding, &answer.touching), (&expected.colliding, &expected.touching));
     // What is free already does not jump through a wall either.
     let answer = query(&world, &[0.0003, 0.0, 0.0], 1e-3);
@@ -105,25 +110,22 @@ fn what_is_asked_again_keeps_the_budget() {
     let (world, q) = (slot(&[X, Y, Z]), [0.00117, 0.0, 0.0]);
     let q = world.scene().config(&q).unwrap();
     for budget in [0, 1, 5, 20, 50, 100, 200] {
-        let options = QueryOptions {
-            clearance: Some(1e-3),
-            termination: extricate::Termination::after_checks(budget),
-            ..QueryOptions::default()
-        };
-        let answer = world.view().query_with(&q, &options, &mut QueryScratch::default()).unwrap();
+        let options = QueryOptions::default().clearance(1e-3).termination(Termination::after_checks(budget));
+        let answer = ask(&world, &q, &options);
         // Each of the three queries may overdraw by what ends it.
-        assert!(answer.checks <= budget + 40, "{budget}: {answer:?}");
+        assert!(answer.checks <= budget + GIVEN_UP_CLEARANCE_OVERDRAWN_CHECKS, "{budget}: {answer:?}");
     }
 }
 
 /// The answers of a continuous stream along a straight motion, whose last 10 frames stand still.
-fn follow(view: &View, options: QueryOptions, ends: [&[f64]; 2], frames: usize) -> Vec<Answer> {
-    let space = &view.scene().space;
-    let mut stream = Stream::new(StreamOptions { query: options, continuous: true, ..StreamOptions::default() });
+fn follow(solver: &Solver, options: QueryOptions, ends: [&[f64]; 2], frames: usize) -> Vec<Answer> {
+    let space = solver.scene().space();
+    let mut stream =
+        solver.clone().options(options).unwrap().stream(StreamOptions::default().continuous(true)).unwrap();
     let frame = |k: usize| {
         let mut q = vec![0.0; space.nq()];
         space.interpolate(ends[0], ends[1], (k as f64 / (frames - 10) as f64).min(1.0), &mut q);
-        view.query_next(&space.config(&q).unwrap(), &mut stream).unwrap()
+        stream.query(&space.config(&q).unwrap()).unwrap()
     };
     (0..frames).map(frame).collect()
 }
@@ -131,9 +133,8 @@ fn follow(view: &View, options: QueryOptions, ends: [&[f64]; 2], frames: usize) 
 #[test]
 fn a_continuous_stream_that_begins_in_collision_follows() {
     let world = sliding(&[X], 1e-4, &[(0.5, -0.25)]);
-    for (clearance, aim) in [(None, 6e-4), (Some(5e-3), 5e-3)] {
-        let options = QueryOptions { clearance, ..QueryOptions::default() };
-        let answers = follow(&world.view(), options, [&[0.09], &[0.5]], 42);
+    for (options, aim) in [(QueryOptions::default(), 6e-4), (QueryOptions::default().clearance(5e-3), 5e-3)] {
+        let answers = follow(&world, options, [&[0.09], &[0.5]], 42);
         assert!((answers[0].witness[0] - 0.1 - aim).abs() < 1e-6, "{:?}", answers[0]);
         assert!((answers[0].clearance - aim).abs() < 1e-6, "{:?}", answers[0]);
         let last = &answers[41];
@@ -142,8 +143,8 @@ fn a_continuous_stream_that_begins_in_collision_follows() {
     }
     // In a slot that is too narrow for what is aimed at, it keeps less, and still moves.
     let world = slot(&[X]);
-    let options = QueryOptions { clearance: Some(5e-3), ..QueryOptions::default() };
-    let answers = follow(&world.view(), options, [&[0.00117], &[-0.0005]], 40);
+    let options = QueryOptions::default().clearance(5e-3);
+    let answers = follow(&world, options, [&[0.00117], &[-0.0005]], 40);
     let kept = 1e-4 + 4.9e-3 / 8.0;
     assert!((answers[0].witness[0] - (9e-4 - kept)).abs() < 1e-6, "{:?}", answers[0]);
     assert!((answers[39].witness[0] + (9e-4 - kept)).abs() < 1e-6, "{:?}", answers[39]);
@@ -153,18 +154,17 @@ fn a_continuous_stream_that_begins_in_collision_follows() {
 #[test]
 fn continuous_streams_of_arms_that_begin_in_collision_follow() {
     for name in ["planar-arm", "shelf-arm"] {
-        let (world, mut scratch) = (World::new(builtin::scene(name).unwrap()), CheckScratch::default());
-        let aimed = World::new(Scene { clearance: 6e-4, ..builtin::scene(name).unwrap() });
-        let options = LearnOptions { labels: 4_000, seconds: None, ..LearnOptions::default() };
-        let model = Model::learn(builtin::scene(name).unwrap(), &options).unwrap();
-        for view in [world.view(), model.view()] {
+        let (world, mut scratch) = (Solver::new(builtin::scene(name).unwrap()), CheckScratch::default());
+        let aimed = Solver::new(builtin::scene(name).unwrap().with_clearance(6e-4).unwrap());
+        let model = learned(builtin::scene(name).unwrap(), 4_000, 0);
+        for solver in [&world, &model] {
             let (mut moved, mut reached) = (0, 0);
             let (colliding, free) = (labelled(&world, Label::Colliding, 6), labelled(&world, Label::Free, 6));
             for (first, last) in colliding.iter().zip(&free) {
-                let answers = follow(&view, QueryOptions::default(), [first, last], 60);
+                let answers = follow(solver, QueryOptions::default(), [first, last], 60);
                 let far = |answer: &Answer| world.metric().distance(&answer.witness, &answers[0].witness);
                 moved += usize::from(answers.iter().map(far).fold(0.0, f64::max) > 0.05);
-                assert!(answers[0].clearance > 1.2e-4, "{}", answers[0].clearance);
+                assert!(answers[0].clearance > ARM_STREAM_CLEARANCE_METRES, "{}", answers[0].clearance);
                 let end = &answers[59];
                 reached += usize::from(end.depth == 0.0);
                 // It is held behind something, or the last query is within what it aims at.
@@ -183,17 +183,17 @@ fn continuous_streams_of_arms_that_begin_in_collision_follow() {
 fn a_continuous_stream_that_something_moved_onto_follows_on() {
     let near = sliding(&[X], 1e-4, &[(0.5, -0.25)]);
     let moved = sliding(&[X], 1e-4, &[(0.5, -0.1)]);
-    let mut stream = Stream::new(StreamOptions { continuous: true, ..StreamOptions::default() });
+    let mut stream = near.stream(StreamOptions::default().continuous(true)).unwrap();
     let mut at =
-        |world: &World, x: f64| world.view().query_next(&world.scene().config(&[x]).unwrap(), &mut stream).unwrap();
+        |world: &Solver, x: f64| stream.query_in(world, &world.scene().config(&[x]).unwrap()).unwrap().unwrap();
     at(&near, 0.15);
     let answer = at(&moved, 0.2);
     assert!((answer.witness[0] - 0.2506).abs() < 1e-6, "{answer:?}");
-    assert_eq!(at(&moved, 0.4).witness, [0.4]);
+    assert_eq!(at(&moved, 0.4).witness[..], [0.4]);
 }
 
-fn labelled(world: &World, label: Label, count: usize) -> Vec<Vec<f64>> {
-    let (space, mut scratch) = (&world.scene().space, CheckScratch::default());
+fn labelled(world: &Solver, label: Label, count: usize) -> Vec<Vec<f64>> {
+    let (space, mut scratch) = (world.scene().space(), CheckScratch::default());
     let halton = extricate::internals::cspace::sampling::Halton::new(space.nv(), 5);
     let mut q = vec![0.0; space.nq()];
     let config = |index| {
@@ -205,16 +205,17 @@ fn labelled(world: &World, label: Label, count: usize) -> Vec<Vec<f64>> {
 }
 
 /// A disc of radius 0.1 in the plane over a box of half side 0.3; its centre is free beyond 0.4.
-fn disc() -> World {
+fn disc() -> Solver {
     let shape = collision([0.0; 3], [0.0; 3], "<sphere radius=\"0.1\"/>");
     let joints = [("prismatic", [0.0; 3], X, -3.0, 3.0, ""), ("prismatic", [0.0; 3], Y, -3.0, 3.0, shape.as_str())];
     let toml = "clearance = 0.0\n[[robot]]\nurdf = \"r.urdf\"\n[[obstacle]]\nname = \"box\"\nshape = { box = [0.6, 0.6, 0.6] }\n";
-    World::new(scene(toml, &[("r.urdf", chain(&joints))]))
+    Solver::new(scene(toml, &[("r.urdf", chain(&joints))]))
 }
 
 fn repair(rows: &[f64], max_deviation: Option<f64>, seed: u64) -> Repaired {
-    let options = RepairOptions { max_deviation, seed, ..RepairOptions::default() };
-    disc().view().repair(Rows::new(rows, 2).unwrap(), &options).unwrap()
+    let mut options = RepairOptions::default().seed(seed);
+    options.max_deviation = max_deviation;
+    disc().repair(Rows::new(rows, 2).unwrap(), &options).unwrap()
 }
 
 /// The farthest that two paths are from each other at equal places, by samples.
@@ -239,7 +240,7 @@ fn sampled_deviation(rows: &[f64], repaired: &Repaired) -> f64 {
 fn the_deviation_counts_rows_that_are_cut_off() {
     let spike = [-1.0, 1.0, 0.0, 0.2, 1.0, 1.0];
     let repaired = repair(&spike, None, 0);
-    assert!((0.2..0.25).contains(&repaired.deviation), "{repaired:?}");
+    assert!((0.2..SPIKE_REPAIR_DEVIATION_METRES).contains(&repaired.deviation), "{repaired:?}");
     assert!(sampled_deviation(&spike, &repaired) <= repaired.deviation + 1e-12);
     for most in [0.01, 0.1, 0.19] {
         assert!(!repair(&spike, Some(most), 0).is_found(), "{most}");
@@ -250,9 +251,10 @@ fn the_deviation_counts_rows_that_are_cut_off() {
 fn a_repair_over_a_box_is_about_as_near_as_can_be() {
     let straight: Vec<f64> = (0..=20).flat_map(|k| [-1.0 + 0.1 * f64::from(k), 0.05]).collect();
     for seed in 0..4 {
-        let repaired = repair(&straight, Some(0.4), seed);
+        let most = BOX_REPAIR_DEVIATION_METRES;
+        let repaired = repair(&straight, Some(most), seed);
         println!("seed {seed}: {:.3} in {} checks", repaired.deviation, repaired.checks);
-        assert!(repaired.is_found() && repaired.deviation <= 0.4, "seed {seed}: {:?}", repair(&straight, None, seed));
+        assert!(repaired.is_found() && repaired.deviation <= most, "seed {seed}: {:?}", repair(&straight, None, seed));
         assert!(sampled_deviation(&straight, &repaired) <= repaired.deviation + 1e-12);
         assert!(repaired.places.is_sorted());
     }

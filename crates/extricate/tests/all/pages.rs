@@ -38,9 +38,9 @@ fn names_that_pages_name_exist() {
     let (python, cpp, rust) = (python_names(), cpp_names(), rust_names());
     check(|code| missing_names(code, &python, &cpp, &rust));
     let found = |code: &str| missing_names(code, &python, &cpp, &rust).len();
-    assert_eq!(found("extricate.Scene.builtin(name) extricate.fleet extricate::Solver World::query"), 0);
+    assert_eq!(found("extricate.Scene.builtin(name) extricate.fleet extricate::Solver Solver::query"), 0);
     assert_eq!(found("extricate.hpp Eigen::VectorXd"), 0);
-    assert_eq!(found("extricate.Model.ask extricate.Cell extricate::Cell World::ask"), 4);
+    assert_eq!(found("extricate.Model.ask extricate.Cell extricate::Cell Solver::ask"), 4);
 }
 
 /// Fails with every fault that `faults` finds in the code of the pages: file, line and words.

@@ -2,21 +2,22 @@
 //! the stated distance, a bound below it, the same bytes for the same seed.
 
 use extricate::internals::cspace::sampling::Halton;
-use extricate::{CheckScratch, Checker, Effort, Label, MetricKind, QueryOptions, QueryScratch, builtin};
+use extricate::{CheckScratch, Checker, Effort, Label, MetricKind, QueryOptions, builtin};
 
-use crate::memory::learn;
+use crate::baselines::{BOUNDARY_BESIDE_SAMPLES, PROPERTY_COLLIDING_CONFIGS};
+use crate::memory::learned;
+use crate::query::ask;
 
 #[test]
 fn every_witness_is_free_and_every_bound_holds() {
     for name in builtin::NAMES {
         for metric in [MetricKind::Joint, MetricKind::ObjectNorm, MetricKind::MaxDisplacement] {
-            let mut scene = builtin::scene(name).unwrap();
-            scene.metric = metric;
+            let scene = builtin::scene(name).unwrap().with_metric(metric);
             let checker = Checker::new(std::sync::Arc::new(scene.clone()));
-            let model = learn(scene, 6_000, 7);
-            let space = &model.scene().space;
+            let model = learned(scene, 6_000, 7);
+            let space = model.scene().space();
             let halton = Halton::new(space.nv(), 11);
-            let (mut scratch, mut check) = (QueryScratch::default(), CheckScratch::default());
+            let mut check = CheckScratch::default();
             let mut q = vec![0.0; space.nq()];
             let mut colliding = 0;
             for i in 0..200 {
@@ -27,14 +28,7 @@ fn every_witness_is_free_and_every_bound_holds() {
                 let free = checker.label(&q, &mut check) == Label::Free;
                 colliding += usize::from(!free);
                 let config = space.config(&q).unwrap();
-                let refined = model
-                    .view()
-                    .query_with(
-                        &config,
-                        &QueryOptions { effort: Effort::Refined, ..QueryOptions::default() },
-                        &mut scratch,
-                    )
-                    .unwrap();
+                let refined = ask(&model, &config, &QueryOptions::default().effort(Effort::Refined));
                 assert_eq!(free, refined.depth == 0.0, "{name}: {q:?}");
                 assert_eq!(free, refined.colliding.is_empty());
                 let witness = space.config(&refined.witness).expect("a witness keeps the limits");
@@ -46,33 +40,27 @@ fn every_witness_is_free_and_every_bound_holds() {
                     refined.depth
                 );
                 assert!(refined.lower_bound >= 0.0 && refined.lower_bound <= refined.depth);
-                let nearest = model
-                    .view()
-                    .query_with(
-                        &config,
-                        &QueryOptions { effort: Effort::Nearest, ..QueryOptions::default() },
-                        &mut scratch,
-                    )
-                    .unwrap();
+                let nearest = ask(&model, &config, &QueryOptions::default().effort(Effort::Nearest));
                 assert!(nearest.depth >= refined.depth, "{name}: refinement made it worse");
                 assert!(checker.label(&nearest.witness, &mut check) == Label::Free, "{name}: a stored sample collides");
                 assert!(nearest.depth >= refined.lower_bound && refined.depth >= nearest.lower_bound, "{name}: {q:?}");
             }
-            assert!(colliding > 3, "{name}: only {colliding} of 200 collide");
+            assert!(colliding > PROPERTY_COLLIDING_CONFIGS, "{name}: only {colliding} of 200 collide");
         }
     }
 }
 
 #[test]
 fn boundary_samples_are_free_and_beside_a_collision() {
-    let model = learn(builtin::scene("planar-arm").unwrap(), 20_000, 5);
-    let (space, gap) = (&model.scene().space, model.statistics().boundary_gap.expect("a boundary"));
+    let model = learned(builtin::scene("planar-arm").unwrap(), 20_000, 5);
+    let (space, learned) = (model.scene().space(), model.model().unwrap());
+    let gap = learned.statistics().boundary_gap.expect("a boundary");
     let mut check = CheckScratch::default();
     let mut beside = 0;
     let mut near = vec![0.0; space.nq()];
     let halton = Halton::new(space.nv(), 1);
     let (mut low, mut high) = (vec![0.0; space.nq()], vec![0.0; space.nq()]);
-    for (i, q) in model.boundary().configs().chunks_exact(space.nq()).enumerate() {
+    for (i, q) in learned.boundary().configs().chunks_exact(space.nq()).enumerate() {
         assert_eq!(model.checker().label(q, &mut check), Label::Free);
         // The colliding partner is not stored; some short step must find one.
         let found = (0..200).any(|k| {
@@ -90,5 +78,5 @@ fn boundary_samples_are_free_and_beside_a_collision() {
             break;
         }
     }
-    assert!(beside > 270, "{beside} of 300 samples have a collision within the gap");
+    assert!(beside > BOUNDARY_BESIDE_SAMPLES, "{beside} of 300 samples have a collision within the gap");
 }

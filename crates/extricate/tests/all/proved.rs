@@ -1,40 +1,38 @@
 //! What effort `proved` promises: depths in closed form, bounds that no other search is below, gaps
 //! that close, and answers that only get nearer.
 
-use std::sync::Arc;
-
 use extricate::internals::cspace::sampling::Halton;
-use extricate::{Config, Effort, MetricKind, QueryOptions, QueryScratch, Scene, Termination, Unproved, World, builtin};
+use extricate::{Config, Effort, MetricKind, QueryOptions, Scene, Solver, Termination, Unproved, builtin};
 
 use crate::analytic::CLEARANCE;
+use crate::baselines::{PROVED_BOUND_KEPT_SHARE, PROVED_GAPS_CLOSED_SHARE};
 use crate::memory::{chain, collision, scene};
+use crate::query::ask;
 
 fn proved(gap: f64, checks: usize) -> QueryOptions {
     let termination = Termination::after_checks(checks);
-    QueryOptions { effort: Effort::Proved, gap: Some(gap), termination, ..QueryOptions::default() }
+    QueryOptions::default().effort(Effort::Proved).gap(gap).termination(termination)
 }
 
 /// The first colliding of low-discrepancy configurations.
-fn colliding(world: &World, count: usize) -> Vec<Config> {
-    let space = &world.scene().space;
+fn colliding(world: &Solver, count: usize) -> Vec<Config> {
+    let space = world.scene().space();
     let halton = Halton::new(space.nv(), 5);
     let mut q = vec![0.0; space.nq()];
     let mut all = (0..).map(|k| {
         halton.config(space, k, &mut q);
         space.config(&q).unwrap()
     });
-    let mut scratch = QueryScratch::default();
-    let nearest = QueryOptions { termination: Termination::after_checks(1), ..QueryOptions::default() };
-    let mut collides =
-        |q: &Config| world.view().query_with(q, &nearest, &mut scratch).is_some_and(|answer| !answer.is_free());
+    let asked = world.clone().options(QueryOptions::default().termination(Termination::after_checks(1))).unwrap();
+    let collides = |q: &Config| asked.query(q).is_some_and(|answer| !answer.is_free());
     all.by_ref().take(20_000).filter(|q| collides(q)).take(count).collect()
 }
 
 /// Asks for a gap of 1e-3 where the depth is known.
 fn closes(scene: Scene, count: usize, exact: impl Fn(&[f64]) -> f64) {
-    let (world, mut scratch) = (World::new(scene), QueryScratch::default());
+    let world = Solver::new(scene);
     for q in colliding(&world, count) {
-        let answer = world.view().query_with(&q, &proved(1e-3, 20_000), &mut scratch).unwrap();
+        let answer = ask(&world, &q, &proved(1e-3, 20_000));
         let depth = exact(&q);
         assert!((answer.depth - depth).abs() < 1.1e-3 * depth, "{q:?}: {} {depth}", answer.depth);
         assert!(answer.lower_bound <= depth * (1.0 + 1e-9) && answer.gap <= 1.1e-3, "{q:?}: {answer:?} {depth}");
@@ -98,16 +96,13 @@ fn rigid_bodies_under_the_largest_displacement() {
     let toml = "metric = { kind = \"max-displacement\" }\n[[robot]]\nurdf = \"r.urdf\"\nbase = \"floating\"\n\
                 bounds = { min = [-1, -1, -1], max = [1, 1, 1] }\n\
                 [[obstacle]]\nname = \"wall\"\nshape = { box = [0.6, 0.5, 0.4] }\n";
-    let (world, mut scratch) = (World::new(scene(toml, &[("r.urdf", urdf)])), QueryScratch::default());
+    let world = Solver::new(scene(toml, &[("r.urdf", urdf)]));
     let mut seen = 0;
     for x in [0.1, 0.2, 0.3, 0.35] {
         // Upright: beyond a face of the wall.
         let q = [x, 0.05, 0.02, 0.0, 0.0, 0.0, 1.0];
         let exact = [0.4 - x, 0.4 - 0.05, 0.4 - 0.02].into_iter().fold(f64::INFINITY, f64::min) + CLEARANCE;
-        let answer = world
-            .view()
-            .query_with(&world.scene().space.config(&q).unwrap(), &proved(1e-3, 5000), &mut scratch)
-            .unwrap();
+        let answer = ask(&world, &world.scene().space().config(&q).unwrap(), &proved(1e-3, 5000));
         assert!(
             (answer.depth - exact).abs() < 1.1e-3 * exact && answer.lower_bound <= exact * (1.0 + 1e-9),
             "{q:?}: {answer:?} {exact}"
@@ -128,18 +123,13 @@ fn bounds_hold_and_only_get_better() {
         for kind in [MetricKind::Joint, MetricKind::ObjectNorm, MetricKind::MaxDisplacement] {
             let clearances = if kind == MetricKind::Joint { &[0.0, 0.02][..] } else { &[1e-4] };
             for &clearance in clearances {
-                let mut scene = builtin::scene(name).unwrap();
-                (scene.metric, scene.clearance) = (kind, clearance);
-                let (world, mut scratch) = (World::new(Arc::new(scene)), QueryScratch::default());
+                let scene = builtin::scene(name).unwrap().with_metric(kind).with_clearance(clearance).unwrap();
+                let world = Solver::new(scene);
                 for q in colliding(&world, 2) {
-                    let ask = |options: &QueryOptions, scratch: &mut QueryScratch| {
-                        world.view().query_with(&q, options, scratch)
-                    };
-                    let exhaustive =
-                        QueryOptions { effort: Effort::Exhaustive, starts: Some(12), ..QueryOptions::default() };
-                    let best = ask(&exhaustive, &mut scratch).unwrap();
-                    let short = ask(&proved(0.05, 40), &mut scratch).unwrap();
-                    let long = ask(&proved(0.05, 80), &mut scratch).unwrap();
+                    let exhaustive = QueryOptions::default().effort(Effort::Exhaustive).starts(12);
+                    let best = ask(&world, &q, &exhaustive);
+                    let short = ask(&world, &q, &proved(0.05, 40));
+                    let long = ask(&world, &q, &proved(0.05, 80));
                     let what = format!("{name} {kind:?} {clearance} {q:?}");
                     for answer in [&short, &long] {
                         assert!(answer.lower_bound <= best.depth * (1.0 + 1e-9), "{what}: {answer:?} {}", best.depth);
@@ -150,7 +140,8 @@ fn bounds_hold_and_only_get_better() {
                     assert!(long.depth <= short.depth, "{what}");
                     // What bends is bounded as far as the depth, which is another in each.
                     let [before, after] = [&short, &long].map(|answer| answer.lower_bound);
-                    assert!(after >= 0.97 * before, "{what}: {before} {after} at {} {}", short.depth, long.depth);
+                    let is_kept = after >= PROVED_BOUND_KEPT_SHARE * before;
+                    assert!(is_kept, "{what}: {before} {after} at {} {}", short.depth, long.depth);
                     if long.gap <= 0.05 + 1e-9 {
                         assert!(
                             long.depth * 0.95 <= best.depth * (1.0 + 1e-9),
@@ -166,7 +157,7 @@ fn bounds_hold_and_only_get_better() {
         }
     }
     println!("closed {closed:?}");
-    assert!(closed[0] * 10 > closed[1], "{closed:?}");
+    assert!(f64::from(closed[0]) > PROVED_GAPS_CLOSED_SHARE * f64::from(closed[1]), "{closed:?}");
 }
 
 /// Surfaces enclose nothing: the answer says that this is why nothing is proved, and says it of
@@ -184,9 +175,9 @@ fn what_is_not_proved_is_told_why() {
     {
         let urdf = chain(&[("prismatic", [0.0; 3], [1.0, 0.0, 0.0], -1.0, 1.0, shape)]);
         let files = [("r.urdf", urdf), ("sheet.obj", obj.into()), ("wall.obj", wall.into())];
-        let world = World::new(scene(toml, &files));
-        let q = world.scene().space.config(&[0.02]).unwrap();
-        let answer = world.view().query_with(&q, &QueryOptions::default(), &mut QueryScratch::default()).unwrap();
+        let world = Solver::new(scene(toml, &files));
+        let q = world.scene().space().config(&[0.02]).unwrap();
+        let answer = world.query(&q).unwrap();
         assert!(answer.depth > 0.05 && answer.unproved == expected, "{answer:?}");
         assert_eq!(answer.unproved.is_some(), answer.lower_bound == 0.0);
     }

@@ -9,21 +9,23 @@ use std::time::Duration;
 use extricate::internals::cspace::sampling::Halton;
 use extricate::internals::query::answer::RIVAL;
 use extricate::{
-    Answer, CheckScratch, Config, Effort, Label, MetricKind, Model, QueryOptions, QueryScratch, SegmentOptions,
-    SegmentOutcome, Stop, Termination, builtin,
+    Answer, CheckScratch, Config, Effort, Label, MetricKind, QueryOptions, SegmentOptions, SegmentOutcome, Solver,
+    Stop, Termination, builtin,
 };
 
-use crate::memory::learn;
+use crate::baselines::{
+    BUDGET_FOUND_EXITS, GRADIENT_KINKS_SLOPES, GRADIENT_OF_DEPTH_QUERIES, SEGMENT_COLLIDING_SHARE,
+    SEVERAL_EXITS_FOUND_EXITS, SEVERAL_PAIRS_QUERIES, STOPPED_CHECKS_SHARE,
+};
+use crate::memory::learned;
 
-fn model(name: &str, metric: MetricKind) -> Model {
-    let mut scene = builtin::scene(name).unwrap();
-    scene.metric = metric;
-    learn(scene, 6_000, 7)
+fn model(name: &str, metric: MetricKind) -> Solver {
+    learned(builtin::scene(name).unwrap().with_metric(metric), 6_000, 7)
 }
 
 /// The first `count` colliding configurations of a low-discrepancy sequence.
-pub fn colliding(model: &Model, count: usize) -> Vec<Config> {
-    let space = &model.scene().space;
+pub fn colliding(solver: &Solver, count: usize) -> Vec<Config> {
+    let space = solver.scene().space();
     let halton = Halton::new(space.nv(), 5);
     let mut check = CheckScratch::default();
     let mut q = vec![0.0; space.nq()];
@@ -31,23 +33,25 @@ pub fn colliding(model: &Model, count: usize) -> Vec<Config> {
         halton.config(space, i, &mut q);
         space.config(&q).unwrap()
     });
-    all.filter(|q| model.checker().label(q, &mut check) == Label::Colliding).take(count).collect()
+    all.filter(|q| solver.checker().label(q, &mut check) == Label::Colliding).take(count).collect()
 }
 
-fn ask(model: &Model, q: &Config, options: &QueryOptions) -> Answer {
-    model.view().query_with(q, options, &mut QueryScratch::default()).unwrap()
+/// The answer with other options than those of the solver.
+pub fn ask(solver: &Solver, q: &Config, options: &QueryOptions) -> Answer {
+    solver.clone().options(options.clone()).unwrap().query(q).expect("something is free")
 }
 
 #[test]
 fn a_query_that_was_warmed_up_says_what_a_first_one_says() {
     for (name, effort) in [("shelf-arm", Effort::Nearest), ("planar-arm", Effort::Refined), ("hand", Effort::Nearest)] {
         let model = model(name, MetricKind::Joint);
-        let options = QueryOptions { effort, ..QueryOptions::default() };
-        let mut warm = QueryScratch::default();
-        model.view().warm_up(&options, &mut warm, Duration::from_millis(5));
+        let options = QueryOptions::default().effort(effort);
+        let warm = model.clone().options(options.clone()).unwrap();
+        warm.warm_up(Duration::from_millis(5));
         for q in colliding(&model, 20) {
-            let (first, warmed) =
-                (ask(&model, &q, &options), model.view().query_with(&q, &options, &mut warm).unwrap());
+            // It shares the model, and no memory.
+            let fresh = Solver::of_model(Arc::clone(model.model().unwrap()));
+            let (first, warmed) = (ask(&fresh, &q, &options), warm.query(&q).unwrap());
             assert_eq!(format!("{first:?}"), format!("{warmed:?}"), "{name}");
         }
     }
@@ -66,7 +70,7 @@ fn several_exits_are_free_distinct_sorted_and_begin_with_the_witness() {
         let mut check = CheckScratch::default();
         for q in colliding(&model, 6) {
             let one = ask(&model, &q, &QueryOptions::default());
-            let answer = ask(&model, &q, &QueryOptions { exits: 4, ..QueryOptions::default() });
+            let answer = ask(&model, &q, &QueryOptions::default().exits(4));
             assert!(one.exits.is_empty());
             assert!((1..=4).contains(&answer.exits.len()), "{name}: {}", answer.exits.len());
             assert!(answer.depth <= one.depth * 1.001, "{name}: {} {}", answer.depth, one.depth);
@@ -84,18 +88,18 @@ fn several_exits_are_free_distinct_sorted_and_begin_with_the_witness() {
             found += answer.exits.len();
         }
     }
-    assert!(found > 40, "{found} exits of 24 queries");
+    assert!(found > SEVERAL_EXITS_FOUND_EXITS, "{found} exits of 24 queries");
 }
 
 #[test]
 fn an_exit_is_a_local_minimum() {
     let model = model("planar-arm", MetricKind::Joint);
-    let space = &model.scene().space;
+    let space = model.scene().space();
     let (mut check, halton) = (CheckScratch::default(), Halton::new(space.nv(), 3));
     let (mut a, mut b) = (vec![0.0; space.nq()], vec![0.0; space.nq()]);
     let (mut step, mut near) = (vec![0.0; space.nv()], vec![0.0; space.nq()]);
     for q in colliding(&model, 10) {
-        for exit in ask(&model, &q, &QueryOptions { exits: 3, ..QueryOptions::default() }).exits {
+        for exit in ask(&model, &q, &QueryOptions::default().exits(3)).exits {
             for k in 0..300 {
                 halton.config(space, 2 * k, &mut a);
                 halton.config(space, 2 * k + 1, &mut b);
@@ -117,7 +121,7 @@ fn a_larger_budget_is_never_worse_and_checks_are_kept() {
         for effort in [Effort::Refined, Effort::Exhaustive] {
             for q in colliding(&model, 4) {
                 let with =
-                    |termination| ask(&model, &q, &QueryOptions { effort, termination, ..QueryOptions::default() });
+                    |termination| ask(&model, &q, &QueryOptions::default().effort(effort).termination(termination));
                 let full = with(Termination::default());
                 let mut last = f64::INFINITY;
                 for checks in [0, 1, 3, 10, 30, 60, 100, 300] {
@@ -127,7 +131,7 @@ fn a_larger_budget_is_never_worse_and_checks_are_kept() {
                     last = answer.depth;
                 }
                 assert!(full.depth <= last);
-                let none = with(Termination::after_seconds(-1.0));
+                let none = with(Termination::after_seconds(f64::MIN_POSITIVE));
                 assert!(none.verified && none.checks <= 4, "{}", none.checks);
                 assert_eq!(with(Termination::after_seconds(f64::MAX)), full);
             }
@@ -142,13 +146,13 @@ fn several_exits_keep_to_a_budget() {
     let mut told = 0;
     for q in colliding(&model, 200) {
         let termination = Termination::after_checks(40);
-        let answer = ask(&model, &q, &QueryOptions { exits: 6, termination, segment: true, ..QueryOptions::default() });
+        let answer = ask(&model, &q, &QueryOptions::default().exits(6).termination(termination).segment(true));
         assert!(answer.checks <= 40 + 3 + answer.exits.len() + 1, "{} of 40, {}", answer.checks, answer.exits.len());
         assert!(answer.cut_short || answer.checks < 40);
         assert_eq!(answer.is_doubtful(), answer.cut_short && answer.gap > 0.5);
         told += answer.exits.len();
     }
-    assert!(told > 300, "{told}");
+    assert!(told > BUDGET_FOUND_EXITS, "{told}");
 }
 
 #[test]
@@ -156,35 +160,21 @@ fn a_query_ends_when_its_caller_says_so() {
     for (name, metric) in [("planar-arm", MetricKind::Joint), ("free-box", MetricKind::MaxDisplacement)] {
         let model = model(name, metric);
         for q in colliding(&model, 2) {
-            let options = QueryOptions { effort: Effort::Exhaustive, exits: 3, ..QueryOptions::default() };
+            let options = QueryOptions::default().effort(Effort::Exhaustive).exits(3);
             let full = ask(&model, &q, &options);
             let mut last = f64::INFINITY;
             for questions in [0, 1, 30, 300] {
                 let asked = Arc::new(AtomicUsize::new(0));
                 let counted = asked.clone();
                 let stop = Stop::when(move || counted.fetch_add(1, Ordering::Relaxed) >= questions);
-                let answer = ask(
-                    &model,
-                    &q,
-                    &QueryOptions {
-                        termination: Termination { stop: Some(stop.clone()), ..Termination::default() },
-                        ..options.clone()
-                    },
-                );
+                let answer = ask(&model, &q, &options.clone().termination(Termination::default().stop(stop.clone())));
                 assert!(answer.verified && answer.lower_bound <= answer.depth && full.depth <= answer.depth, "{name}");
-                assert!(
-                    answer.depth <= last && 5 * answer.checks < full.checks,
-                    "{} of {}",
-                    answer.checks,
-                    full.checks
-                );
+                let is_stopped = (answer.checks as f64) < STOPPED_CHECKS_SHARE * full.checks as f64;
+                assert!(answer.depth <= last && is_stopped, "{} of {}", answer.checks, full.checks);
                 assert!(stop.is_asked() && stop == stop.clone() && stop != Stop::when(|| true));
                 last = answer.depth;
             }
-            let never = QueryOptions {
-                termination: Termination { stop: Some(Stop::when(|| false)), ..Termination::default() },
-                ..options
-            };
+            let never = options.termination(Termination::default().stop(Stop::when(|| false)));
             assert_eq!(ask(&model, &q, &never), full);
         }
     }
@@ -199,7 +189,7 @@ fn the_gradient_is_that_of_the_distance_and_of_the_depth_where_it_is_smooth() {
         ("shelf-arm", MetricKind::MaxDisplacement),
     ] {
         let model = model(name, metric);
-        let space = &model.scene().space;
+        let space = model.scene().space();
         let (mut off, mut of_depth) = (0, 0);
         let mut moved = vec![0.0; space.nq()];
         for q in colliding(&model, 8) {
@@ -231,9 +221,10 @@ fn the_gradient_is_that_of_the_distance_and_of_the_depth_where_it_is_smooth() {
                 }
             }
         }
-        let kinks = if metric == MetricKind::MaxDisplacement { 8 } else { 0 };
+        let kinks = if metric == MetricKind::MaxDisplacement { GRADIENT_KINKS_SLOPES } else { 0 };
         assert!(off <= kinks, "{name} {metric:?}: {off}");
-        assert!(metric != MetricKind::Joint || of_depth >= 6, "{name}: {of_depth} of 8");
+        let is_smooth = metric != MetricKind::Joint || of_depth >= GRADIENT_OF_DEPTH_QUERIES;
+        assert!(is_smooth, "{name}: {of_depth} of 8");
     }
 }
 
@@ -242,11 +233,12 @@ fn the_way_ends_in_a_stretch_that_is_proved_free() {
     let model = model("shelf-arm", MetricKind::Joint);
     let mut check = CheckScratch::default();
     for q in colliding(&model, 10) {
-        let answer = ask(&model, &q, &QueryOptions { segment: true, ..QueryOptions::default() });
+        let answer = ask(&model, &q, &QueryOptions::default().segment(true));
         let segment = answer.segment.expect("asked for");
-        assert!(segment.colliding_until <= segment.free_from && segment.colliding_until > 0.5, "{segment:?}");
+        let collides = segment.colliding_until > SEGMENT_COLLIDING_SHARE;
+        assert!(segment.colliding_until <= segment.free_from && collides, "{segment:?}");
         let mut from = q.to_vec();
-        model.scene().space.interpolate(&q, &answer.witness, segment.free_from, &mut from);
+        model.scene().space().interpolate(&q, &answer.witness, segment.free_from, &mut from);
         let outcome = model.checker().segment(&answer.witness, &from, &SegmentOptions::default(), &mut check);
         assert!(matches!(outcome, SegmentOutcome::Free) || segment.free_from > 0.999, "{segment:?} {outcome:?}");
         assert_eq!(answer.touching.is_empty(), answer.contacts.is_empty());
@@ -258,13 +250,11 @@ fn the_way_ends_in_a_stretch_that_is_proved_free() {
 fn a_batch_answers_as_one_by_one_in_order_and_can_be_ended() {
     let model = model("planar-arm", MetricKind::Joint);
     let queries = colliding(&model, 40);
-    let options = QueryOptions { exits: 2, ..QueryOptions::default() };
-    let mut scratch = QueryScratch::default();
-    let single: Vec<Answer> =
-        queries.iter().map(|q| model.view().query_with(q, &options, &mut scratch).unwrap()).collect();
+    let several = model.clone().options(QueryOptions::default().exits(2)).unwrap();
+    let single: Vec<Answer> = queries.iter().map(|q| several.query(q).unwrap()).collect();
     for threads in [0, 1, 3] {
         let mut answers = Vec::new();
-        let done = model.view().query_batch(queries.iter().cloned(), &options, threads, &mut |answered| {
+        let done = several.batch_each(queries.iter().cloned(), threads, &mut |answered| {
             assert_eq!(answered.index, answers.len());
             assert!(answered.seconds > 0.0);
             answers.push(answered.answer);
@@ -273,13 +263,12 @@ fn a_batch_answers_as_one_by_one_in_order_and_can_be_ended() {
         assert!(done == 40 && answers == single.iter().cloned().map(Some).collect::<Vec<_>>(), "{threads} threads");
     }
     let mut seen = 0;
-    let ended =
-        model.view().query_batch(std::iter::repeat(queries[0].clone()), &QueryOptions::default(), 2, &mut |_| {
-            seen += 1;
-            if seen == 17 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
-        });
+    let ended = model.batch_each(std::iter::repeat(queries[0].clone()), 2, &mut |_| {
+        seen += 1;
+        if seen == 17 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    });
     assert_eq!((ended, seen), (17, 17));
-    assert_eq!(model.view().query_batch(Vec::new(), &options, 2, &mut |_| ControlFlow::Continue(())), 0);
+    assert_eq!(several.batch_each(Vec::new(), 2, &mut |_| ControlFlow::Continue(())), 0);
 }
 
 #[test]
@@ -288,8 +277,8 @@ fn the_nearest_sample_comes_with_its_contacts_where_they_are_asked_for() {
         let model = model(name, metric);
         let mut several = 0;
         for q in colliding(&model, 40) {
-            let bare = QueryOptions { effort: Effort::Nearest, ..QueryOptions::default() };
-            let told = ask(&model, &q, &QueryOptions { contacts: true, ..bare.clone() });
+            let bare = QueryOptions::default().effort(Effort::Nearest);
+            let told = ask(&model, &q, &bare.clone().contacts(true));
             let bare = ask(&model, &q, &bare);
             assert_eq!((bare.depth, &bare.witness), (told.depth, &told.witness));
             assert_eq!((bare.max_displacement, &bare.gradient), (told.max_displacement, &told.gradient));
@@ -301,6 +290,6 @@ fn the_nearest_sample_comes_with_its_contacts_where_they_are_asked_for() {
             several += usize::from(told.colliding.len() > 1);
             assert_eq!(told.touching.is_empty(), told.contacts.is_empty());
         }
-        assert!(several > 3, "{name}: {several} of 40 with several pairs");
+        assert!(several > SEVERAL_PAIRS_QUERIES, "{name}: {several} of 40 with several pairs");
     }
 }

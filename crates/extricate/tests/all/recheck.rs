@@ -3,8 +3,9 @@
 //! checker, and no code that decides.
 
 use extricate::Scene;
-use extricate::geometry::{Geometry, Pose, TriangleMesh, Vec3};
+use extricate::geometry::{Geometry, Pose, TriangleMesh};
 use extricate::internals::kinematics::forward;
+use extricate::internals::math::Vec3;
 use parry3d_f64::math::{Pose as ParryPose, Rotation, Vector};
 use parry3d_f64::query::{self, ClosestPoints};
 use parry3d_f64::shape::{Ball, Capsule, ConvexPolyhedron, Cuboid, Cylinder, Shape, TriMesh};
@@ -30,7 +31,7 @@ pub const SLACK: f64 = 2e-6;
 impl<'a> Recheck<'a> {
     /// Prepares every body.
     pub fn new(scene: &'a Scene) -> Self {
-        let bodies = scene.bodies.iter().map(|body| {
+        let bodies = scene.bodies().iter().map(|body| {
             let part = |part: &extricate::internals::scene::Part| {
                 // Its cylinders stand along y.
                 let upright = Pose::from_xyz_rpy([0.0; 3], [std::f64::consts::FRAC_PI_2, 0.0, 0.0]);
@@ -56,13 +57,13 @@ impl<'a> Recheck<'a> {
     pub fn distances(&self, q: &[f64], far: f64) -> Vec<f64> {
         let mut poses = Vec::new();
         forward(self.scene, q, &mut poses);
-        (0..self.scene.pairs.len()).map(|pair| self.distance(pair, &poses, far)).collect()
+        (0..self.scene.pairs().len()).map(|pair| self.distance(pair, &poses, far)).collect()
     }
 
     fn distance(&self, pair: usize, poses: &[Pose], far: f64) -> f64 {
-        let pair = &self.scene.pairs[pair];
+        let pair = &self.scene.pairs()[pair];
         let placed = |body: usize| {
-            let pose = poses[self.scene.bodies[body].frame];
+            let pose = poses[self.scene.bodies()[body].frame];
             self.bodies[body].iter().map(move |part| (pose.then(&part.pose_frame_shape), part))
         };
         let mut least = far;
@@ -88,15 +89,15 @@ impl<'a> Recheck<'a> {
     /// Whether a mesh is among the bodies of a pair: one may hold the other without their surfaces
     /// touching.
     pub fn has_mesh(&self, pair: usize) -> bool {
-        let pair = &self.scene.pairs[pair];
+        let pair = &self.scene.pairs()[pair];
         [pair.first, pair.second].iter().any(|&body| self.bodies[body].iter().any(|part| part.is_mesh))
     }
 
     /// Whether this library agrees that `q` is free. Distances above the clearance count as equal:
     /// they decide nothing, and balls around the shapes rule most of them out.
     pub fn agrees_free(&self, q: &[f64]) -> bool {
-        let far = self.scene.clearance + 2.0 * SLACK;
-        self.distances(q, far).iter().all(|distance| *distance >= self.scene.clearance - SLACK)
+        let far = self.scene.clearance() + 2.0 * SLACK;
+        self.distances(q, far).iter().all(|distance| *distance >= self.scene.clearance() - SLACK)
     }
 }
 
@@ -104,7 +105,7 @@ fn shape(geometry: &Geometry) -> Box<dyn Shape> {
     let points = |mesh: &TriangleMesh| mesh.vertices.iter().map(|v| Vector::new(v.x, v.y, v.z)).collect::<Vec<_>>();
     match geometry {
         Geometry::Sphere { radius } => Box::new(Ball::new(*radius)),
-        Geometry::Box { half_extents: h } => Box::new(Cuboid::new(Vector::new(h.x, h.y, h.z))),
+        Geometry::Box { half_extents: h } => Box::new(Cuboid::new(Vector::new(h[0], h[1], h[2]))),
         Geometry::Cylinder { radius, half_length } => Box::new(Cylinder::new(*half_length, *radius)),
         Geometry::Capsule { radius, half_length } => Box::new(Capsule::new_z(*half_length, *radius)),
         Geometry::Mesh(mesh) => Box::new(TriMesh::new(points(mesh), mesh.triangles.clone()).expect("a mesh")),

@@ -2,14 +2,16 @@
 //! order, with whatever memory, of raw meshes too.
 
 use std::fmt::Debug;
+use std::sync::Arc;
 
 use extricate::internals::cspace::sampling::Halton;
 use extricate::internals::io;
 use extricate::{
-    CheckScratch, Config, Effort, EscapeOptions, Hand, Label, LearnOptions, Model, PlanOptions, QueryOptions,
-    QueryScratch, ReleaseOptions, RepairOptions, Rows, Scene, SegmentOptions, Stream, StreamOptions, Termination, View,
-    World,
+    CheckScratch, Config, Effort, EscapeOptions, Hand, Label, PlanOptions, QueryOptions, ReleaseOptions, RepairOptions,
+    Rows, Scene, SegmentOptions, Solver, StreamOptions, Termination,
 };
+
+use crate::memory::learn;
 
 /// Two fingers of two links each, all of them brackets of triangles, and a ring of triangles
 /// between them.
@@ -75,68 +77,59 @@ fn ring(sides: usize, radii: [f64; 2], half: f64) -> String {
     text
 }
 
-/// What is asked, each with memory that it shares with the others.
-type Question = fn(&View, &Config, &mut Memory) -> String;
-
-#[derive(Default)]
-struct Memory {
-    query: QueryScratch,
-    check: CheckScratch,
-}
+/// What is asked, each with memory that it shares with the others: that of the solver, and that of
+/// checks.
+type Question = fn(&Solver, &Config, &mut CheckScratch) -> String;
 
 fn text(answer: impl Debug) -> String {
     format!("{answer:?}")
 }
 
-fn query(view: &View, q: &Config, memory: &mut Memory, options: &QueryOptions) -> String {
-    text(view.query_with(q, options, &mut memory.query))
+fn query(solver: &Solver, q: &Config, options: QueryOptions) -> String {
+    text(solver.clone().options(options).unwrap().query(q))
 }
 
 /// The configuration of the arms is one of four joints.
 const QUESTIONS: [(&str, Question); 10] = [
-    ("refined", |view, q, memory| query(view, q, memory, &QueryOptions::default())),
-    ("exits", |view, q, memory| {
-        query(view, q, memory, &QueryOptions { exits: 3, segment: true, free_radius: true, ..QueryOptions::default() })
-    }),
-    ("proved", |view, q, memory| {
+    ("refined", |solver, q, _| query(solver, q, QueryOptions::default())),
+    ("exits", |solver, q, _| query(solver, q, QueryOptions::default().exits(3).segment(true).free_radius(true))),
+    ("proved", |solver, q, _| {
         let termination = Termination::after_checks(150);
-        query(view, q, memory, &QueryOptions { effort: Effort::Proved, termination, ..QueryOptions::default() })
+        query(solver, q, QueryOptions::default().effort(Effort::Proved).termination(termination))
     }),
-    ("clearance", |view, q, memory| {
-        query(view, q, memory, &QueryOptions { clearance: Some(0.003), ..QueryOptions::default() })
+    ("clearance", |solver, q, _| query(solver, q, QueryOptions::default().clearance(0.003))),
+    ("escape", |solver, q, _| text(solver.escape(q, &EscapeOptions::default().tree_checks(500)))),
+    ("release", |solver, q, _| {
+        let hand = Hand::new(solver.scene(), "ring").unwrap();
+        text(solver.release(&hand, q, &ReleaseOptions::default()))
     }),
-    ("escape", |view, q, _| text(view.escape(q, &EscapeOptions { tree_checks: 500, ..EscapeOptions::default() }))),
-    ("release", |view, q, memory| {
-        let hand = Hand::new(view.scene(), "ring").unwrap();
-        text(hand.release(view, q, &ReleaseOptions::default(), &mut memory.query))
-    }),
-    ("repair", |view, q, _| {
+    ("repair", |solver, q, _| {
         let rows = [&[0.0; 4][..], q, &[0.4, 0.0, -0.4, 0.0]].concat();
-        let options = RepairOptions { termination: Termination::after_checks(1_000), ..RepairOptions::default() };
-        text(view.repair(Rows::new(&rows, 4).unwrap(), &options))
+        let options = RepairOptions::default().termination(Termination::after_checks(1_000));
+        text(solver.repair(Rows::new(&rows, 4).unwrap(), &options))
     }),
-    ("plan", |view, q, _| {
-        let answer = view.query(q).unwrap();
-        let [from, to] = [&answer.witness[..], &[-1.2, 0.0, 1.2, 0.0]].map(|q| view.scene().config(q).unwrap());
-        let options = PlanOptions { termination: Termination::after_checks(2_000), ..PlanOptions::default() };
-        text(view.plan(&from, &to, &options))
+    ("plan", |solver, q, _| {
+        let answer = solver.query(q).unwrap();
+        let [from, to] = [&answer.witness[..], &[-1.2, 0.0, 1.2, 0.0]].map(|q| solver.scene().config(q).unwrap());
+        let options = PlanOptions::default().termination(Termination::after_checks(2_000));
+        text(solver.plan(&from, &to, &options))
     }),
-    ("checks", |view, q, memory| {
-        let checker = view.checker();
+    ("checks", |solver, q, memory| {
+        let checker = solver.checker();
         let middle = vec![0.1; q.len()];
-        let label = checker.label(q, &mut memory.check);
-        let clearance = checker.clearance(q, &mut memory.check);
-        text((label, clearance, checker.segment(q, &middle, &SegmentOptions::default(), &mut memory.check)))
+        let label = checker.label(q, memory);
+        let clearance = checker.clearance(q, memory);
+        text((label, clearance, checker.segment(q, &middle, &SegmentOptions::default(), memory)))
     }),
-    ("stream", |view, q, _| {
-        let mut stream = Stream::new(StreamOptions { continuous: true, ..StreamOptions::default() });
-        text([0, 1].map(|_| view.query_next(q, &mut stream)))
+    ("stream", |solver, q, _| {
+        let mut stream = solver.stream(StreamOptions::default().continuous(true)).unwrap();
+        text([0, 1].map(|_| stream.query(q)))
     }),
 ];
 
 /// Colliding configurations of the gripper.
-fn colliding(world: &World, count: usize) -> Vec<Config> {
-    let space = &world.scene().space;
+fn colliding(world: &Solver, count: usize) -> Vec<Config> {
+    let space = world.scene().space();
     let (halton, mut q, mut scratch) = (Halton::new(space.nv(), 5), vec![0.0; space.nq()], CheckScratch::default());
     let drawn = (0..).filter_map(|index| {
         halton.config(space, index, &mut q);
@@ -147,11 +140,12 @@ fn colliding(world: &World, count: usize) -> Vec<Config> {
 }
 
 /// All questions of all configurations, in this order of the questions.
-fn asked<'a>(view: &View, configs: &[Config], order: impl Iterator<Item = &'a usize> + Clone) -> Vec<Vec<String>> {
-    let (mut memory, mut answers) = (Memory::default(), vec![vec![String::new(); configs.len()]; QUESTIONS.len()]);
+fn asked<'a>(solver: &Solver, configs: &[Config], order: impl Iterator<Item = &'a usize>) -> Vec<Vec<String>> {
+    let (mut memory, mut answers) =
+        (CheckScratch::default(), vec![vec![String::new(); configs.len()]; QUESTIONS.len()]);
     for question in order {
         for (at, q) in configs.iter().enumerate() {
-            answers[*question][at] = QUESTIONS[*question].1(view, q, &mut memory);
+            answers[*question][at] = QUESTIONS[*question].1(solver, q, &mut memory);
         }
     }
     answers
@@ -168,34 +162,34 @@ fn assert_equal(expected: &[Vec<String>], found: &[Vec<String>], how: &str) {
 #[test]
 fn answers_do_not_depend_on_what_was_asked_before() {
     let scene = gripper();
-    let configs = colliding(&World::new(scene.clone()), 6);
+    let configs = colliding(&Solver::new(scene.clone()), 6);
     let forward: Vec<usize> = (0..QUESTIONS.len()).collect();
-    let world = World::new(scene.clone());
-    let expected = asked(&world.view(), &configs, forward.iter());
-    assert_equal(&expected, &asked(&world.view(), &configs, forward.iter()), "asked again");
-    let other = World::new(scene.clone());
-    assert_equal(&expected, &asked(&other.view(), &configs, forward.iter().rev()), "the last question first");
+    let world = Solver::new(scene.clone());
+    let expected = asked(&world, &configs, forward.iter());
+    assert_equal(&expected, &asked(&world, &configs, forward.iter()), "asked again");
+    let other = Solver::new(scene.clone());
+    assert_equal(&expected, &asked(&other, &configs, forward.iter().rev()), "the last question first");
     for question in &forward {
-        let alone = World::new(scene.clone());
-        let found = asked(&alone.view(), &configs, std::iter::once(question));
+        let alone = Solver::new(scene.clone());
+        let found = asked(&alone, &configs, std::iter::once(question));
         assert_equal(&expected[*question..=*question], &found[*question..=*question], "asked alone");
     }
     // Prepared for another scene, which shares the pieces of links.
-    let moved = world.with_scene(scene.with_obstacles([]).unwrap());
-    moved.view();
-    assert_equal(&expected, &asked(&moved.with_scene(scene).view(), &configs, forward.iter()), "shared bodies");
+    let moved = world.with_scene(scene.with_obstacles([]).unwrap()).unwrap();
+    moved.prepare();
+    assert_equal(&expected, &asked(&moved.with_scene(scene).unwrap(), &configs, forward.iter()), "shared bodies");
 }
 
 #[test]
 fn with_a_model_neither() {
-    let options = LearnOptions { labels: 4_000, seconds: None, ..LearnOptions::default() };
-    let model = Model::learn(gripper(), &options).unwrap();
-    let configs = colliding(model.world(), 6);
+    let model = Arc::new(learn(gripper(), 4_000, 0));
+    let (solver, other) = (Solver::of_model(Arc::clone(&model)), Solver::of_model(Arc::clone(&model)));
+    let configs = colliding(&solver, 6);
     let forward: Vec<usize> = (0..QUESTIONS.len()).collect();
-    let expected = asked(&model.view(), &configs, forward.iter());
-    assert_equal(&expected, &asked(&model.view(), &configs, forward.iter().rev()), "the last question first");
+    let expected = asked(&solver, &configs, forward.iter());
+    assert_equal(&expected, &asked(&other, &configs, forward.iter().rev()), "the last question first");
     let file = tempfile::NamedTempFile::new().unwrap();
     io::save_model(&model, file.path()).unwrap();
-    let again = io::load_model(file.path()).unwrap();
-    assert_equal(&expected, &asked(&again.view(), &configs, forward.iter()), "written and read");
+    let again = Solver::of_model(io::load_model(file.path()).unwrap());
+    assert_equal(&expected, &asked(&again, &configs, forward.iter()), "written and read");
 }

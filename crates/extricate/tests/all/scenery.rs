@@ -5,12 +5,17 @@ use std::fmt::Write as _;
 use std::path::Path;
 
 use allocation_counter::measure;
-use extricate::geometry::Vec3;
 use extricate::internals::cspace::sampling::Halton;
+use extricate::internals::math::Vec3;
 use extricate::internals::scene::assemble::assemble;
-use extricate::{CheckScratch, Checker, Label, QueryOptions, QueryScratch, Scene, World};
+use extricate::{CheckScratch, Checker, Label, Scene, Solver};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
+
+use crate::baselines::{
+    CLOUD_COLLIDING_SHARE, GROUND_COLLIDING_CONFIGS, HALF_SPACE_COLLIDING_CONFIGS, SCENERY_QUERY_ALLOCATIONS,
+    VOXELS_COLLIDING_SHARE,
+};
 
 /// An arm of four links that turn: a box, a cylinder, a capsule and a ball; `{last}` stands for a
 /// fifth.
@@ -77,7 +82,7 @@ const POSE: &str = "pose = { xyz = [0.1, -0.05, 0.02], rpy = [0.3, -0.2, 0.7] }"
 
 /// Labels and distances of both at so many configurations; how many collide.
 fn assert_same(one: &Checker, many: &Checker, count: u64) -> usize {
-    let space = &one.scene().space;
+    let space = one.scene().space();
     let (halton, mut q) = (Halton::new(space.nv(), 3), vec![0.0; space.nq()]);
     let [mut a, mut b] = [(); 2].map(|()| CheckScratch::default());
     let mut colliding = 0;
@@ -87,7 +92,7 @@ fn assert_same(one: &Checker, many: &Checker, count: u64) -> usize {
         let distances = [one.clearance(&q, &mut a), many.clearance(&q, &mut b)];
         assert_eq!(labels[0], labels[1], "{k}: {distances:?}");
         assert!((distances[0] - distances[1]).abs() < 1e-7, "{k}: {distances:?}");
-        assert_eq!(labels[0] == Label::Colliding, distances[0] < one.scene().clearance, "{k}: {distances:?}");
+        assert_eq!(labels[0] == Label::Colliding, distances[0] < one.scene().clearance(), "{k}: {distances:?}");
         colliding += usize::from(labels[0] == Label::Colliding);
     }
     colliding
@@ -110,9 +115,10 @@ fn a_cloud_is_as_many_balls() {
         };
         let many: String = points.iter().enumerate().map(ball).collect();
         let (one, many) = (checker(last, &one), checker(last, &many));
-        assert!(one.scene().pairs.len() < 12 && many.scene().pairs.len() > 500);
+        assert!(one.scene().pairs().len() < 12 && many.scene().pairs().len() > 500);
         let colliding = assert_same(&one, &many, count);
-        assert!(colliding > count as usize / 40 && colliding < count as usize, "{last}: {colliding}");
+        let collide = colliding as f64 > CLOUD_COLLIDING_SHARE * count as f64;
+        assert!(collide && colliding < count as usize, "{last}: {colliding}");
     }
 }
 
@@ -135,7 +141,8 @@ fn voxels_are_as_many_boxes() {
         };
         let many: String = cells.iter().enumerate().map(cube).collect();
         let colliding = assert_same(&checker(last, &one), &checker(last, &many), count);
-        assert!(colliding > count as usize / 20 && colliding < count as usize, "{last}: {colliding}");
+        let collide = colliding as f64 > VOXELS_COLLIDING_SHARE * count as f64;
+        assert!(collide && colliding < count as usize, "{last}: {colliding}");
     }
 }
 
@@ -152,7 +159,7 @@ fn labels_of_scenery_allocate_nothing() {
     );
     for last in [BALL, BRACKET] {
         let checker = checker(last, &obstacles);
-        let space = &checker.scene().space;
+        let space = checker.scene().space();
         let (halton, mut q, mut scratch) = (Halton::new(space.nv(), 3), vec![0.0; space.nq()], CheckScratch::default());
         let pass = |scratch: &mut CheckScratch, q: &mut [f64]| {
             measure(|| {
@@ -169,8 +176,8 @@ fn labels_of_scenery_allocate_nothing() {
     }
 }
 
-/// As of all scenes: a query asks for the lists of its answer, and no more once its scratch has
-/// grown.
+/// As of all scenes: a query asks for the lists of its answer, and no more once the memory of
+/// its solver has grown.
 #[test]
 fn queries_among_scenery_allocate_their_answers_alone() {
     let obstacles = format!(
@@ -179,22 +186,21 @@ fn queries_among_scenery_allocate_their_answers_alone() {
          [[obstacle]]\nname = 'ground'\nshape = {{ height-field = [[0, 0.1], [0, 0.2]], size = 0.7 }}\npose = {{ xyz = [0.2, -0.3, 0] }}\n",
         rows(&cloud(1_000, 8))
     );
-    let world = World::new(scene(BALL, &obstacles));
-    let space = &world.scene().space;
-    let (halton, mut q, mut scratch) = (Halton::new(space.nv(), 3), vec![0.0; space.nq()], QueryScratch::default());
+    let world = Solver::new(scene(BALL, &obstacles));
+    let space = world.scene().space();
+    let (halton, mut q) = (Halton::new(space.nv(), 3), vec![0.0; space.nq()]);
     let mut most = 0;
     for pass in 0..5 {
         for k in 0..40 {
             halton.config(space, k, &mut q);
             let config = space.config(&q).unwrap();
             let mut answer = None;
-            let count = measure(|| answer = world.view().query_with(&config, &QueryOptions::default(), &mut scratch))
-                .count_total;
+            let count = measure(|| answer = world.query(&config)).count_total;
             assert!(answer.is_some());
             most = if pass == 4 { most.max(count) } else { 0 };
         }
     }
-    assert!(most <= 8, "{most}");
+    assert!(most <= SCENERY_QUERY_ALLOCATIONS, "{most}");
 }
 
 /// The pose of a height field of 3 m a side, tilted a little.
@@ -254,9 +260,9 @@ fn the_ground_is_a_deep_closed_mesh() {
             _ => Ok(mesh.clone().into_bytes()),
         };
         let closed = Checker::new(assemble(Path::new("scene.toml"), &text, &mut read).unwrap().into());
-        assert!(closed.scene().warnings.is_empty(), "{:?}", closed.scene().warnings);
+        assert!(closed.scene().warnings().is_empty(), "{:?}", closed.scene().warnings());
         let field = checker(last, &entry(&field));
-        let space = &field.scene().space;
+        let space = field.scene().space();
         let (halton, mut q) = (Halton::new(space.nv(), 3), vec![0.0; space.nq()]);
         let [mut a, mut b] = [(); 2].map(|()| CheckScratch::default());
         let mut colliding = 0;
@@ -272,7 +278,7 @@ fn the_ground_is_a_deep_closed_mesh() {
                 assert!(distances[0] <= 1e-9, "{k}: {distances:?}");
             }
         }
-        assert!((100..2_900).contains(&colliding), "{colliding}");
+        assert!(GROUND_COLLIDING_CONFIGS.contains(&colliding), "{colliding}");
     }
 }
 
@@ -288,7 +294,7 @@ fn a_half_space_is_a_large_box() {
              pose = {{ xyz = {at:?}, rpy = [0.3, -0.2, 0.7] }}\n"
         );
         let (half, large) = (checker(last, half), checker(last, &large));
-        let space = &half.scene().space;
+        let space = half.scene().space();
         let (halton, mut q) = (Halton::new(space.nv(), 3), vec![0.0; space.nq()]);
         let [mut a, mut b] = [(); 2].map(|()| CheckScratch::default());
         let mut colliding = 0;
@@ -303,6 +309,6 @@ fn a_half_space_is_a_large_box() {
             }
             colliding += usize::from(labels[0] == Label::Colliding);
         }
-        assert!((200..2_950).contains(&colliding), "{colliding}");
+        assert!(HALF_SPACE_COLLIDING_CONFIGS.contains(&colliding), "{colliding}");
     }
 }

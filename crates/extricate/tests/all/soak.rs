@@ -4,14 +4,10 @@
 use std::collections::BTreeMap;
 use std::ops::ControlFlow;
 
-use extricate::geometry::{Body, Geometry, Pose, Vec3};
+use extricate::geometry::{Body, Geometry, Pose};
 use extricate::internals::cspace::sampling::Halton;
-use extricate::internals::kinematics::forward;
-use extricate::internals::scene::{BodyPair, Part};
-use extricate::{
-    Answer, ChangedScene, CheckScratch, Config, Effort, Label, Model, QueryOptions, QueryScratch, Scene, Stream,
-    StreamOptions, Termination,
-};
+use extricate::internals::math::Vec3;
+use extricate::{Answer, CheckScratch, Config, Effort, Label, QueryOptions, Scene, Solver, StreamOptions, Termination};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
@@ -65,11 +61,11 @@ struct Questions {
 
 /// Asks `model` about `count` configurations, in all kinds, and judges every answer. `tell` hears
 /// of progress.
-pub fn soak(model: &Model, count: usize, tell: &mut dyn FnMut(&Findings)) -> Findings {
+pub fn soak(model: &Solver, count: usize, tell: &mut dyn FnMut(&Findings)) -> Findings {
     let mut findings = Findings::default();
     let [fewest, most, each] = CHANGES;
     let changes = (count / each).clamp(fewest, most);
-    let changed: Vec<ChangedScene> = (0..changes as u64).map(|seed| change(model, seed)).collect();
+    let changed: Vec<Solver> = (0..changes as u64).map(|seed| change(model, seed)).collect();
     let judge = Judge::new(model.scene(), false);
     let elsewhere: Vec<Judge> = changed.iter().map(|scene| Judge::new(scene.scene(), true)).collect();
     // Every kind has configurations of its own.
@@ -86,9 +82,9 @@ pub fn soak(model: &Model, count: usize, tell: &mut dyn FnMut(&Findings)) -> Fin
                 "streams" => streams(model, &changed, (&judge, &elsewhere), &configs),
                 "changed" => {
                     let at = blocks % changed.len();
-                    block(model, Some(&changed[at]), &elsewhere[at], &questions(kind), &configs)
+                    block(&changed[at], &elsewhere[at], &questions(kind), &configs)
                 }
-                _ => block(model, None, &judge, &questions(kind), &configs),
+                _ => block(model, &judge, &questions(kind), &configs),
             };
             blocks += 1;
             let count = findings.counts.entry(kind).or_default();
@@ -106,28 +102,28 @@ pub fn soak(model: &Model, count: usize, tell: &mut dyn FnMut(&Findings)) -> Fin
 
 fn questions(kind: &str) -> Questions {
     let plain = QueryOptions::default();
-    let nearest = QueryOptions { effort: Effort::Nearest, ..plain.clone() };
-    let segment = QueryOptions { segment: true, ..plain.clone() };
-    let exits = QueryOptions { exits: 3, ..segment.clone() };
+    let nearest = plain.clone().effort(Effort::Nearest);
+    let segment = plain.clone().segment(true);
+    let exits = segment.clone().exits(3);
     let termination = |checks: usize| Termination::after_checks(checks);
     let (asked, in_order) = match kind {
         "refined" => (vec![plain], false),
-        "nearest" => (vec![nearest.clone(), QueryOptions { contacts: true, ..nearest }], true),
-        "exits" => (vec![exits.clone(), QueryOptions { exits: 6, termination: termination(40), ..exits }], false),
+        "nearest" => (vec![nearest.clone(), nearest.contacts(true)], true),
+        "exits" => (vec![exits.clone(), exits.exits(6).termination(termination(40))], false),
         "budgets" => {
-            let few = [0, 3, 30].map(|checks| QueryOptions { termination: termination(checks), ..plain.clone() });
+            let few = [0, 3, 30].map(|checks| plain.clone().termination(termination(checks)));
             (few.into_iter().chain([segment]).collect(), true)
         }
-        "changed" => (vec![nearest, segment, QueryOptions { starts: Some(2), ..exits }], false),
-        "exhaustive" => (vec![nearest, plain, QueryOptions { effort: Effort::Exhaustive, ..segment }], true),
+        "changed" => (vec![nearest, segment, exits.starts(2)], false),
+        "exhaustive" => (vec![nearest, plain, segment.effort(Effort::Exhaustive)], true),
         other => unreachable!("{other} is no kind of questions"),
     };
     Questions { asked, in_order }
 }
 
 /// Low-discrepancy configurations from index `first` on.
-fn configs(model: &Model, first: u64, count: usize) -> Vec<Config> {
-    let space = &model.scene().space;
+fn configs(model: &Solver, first: u64, count: usize) -> Vec<Config> {
+    let space = model.scene().space();
     let (halton, mut q) = (Halton::new(space.nv(), 17), vec![0.0; space.nq()]);
     let config = |index: u64| {
         halton.config(space, index, &mut q);
@@ -140,30 +136,18 @@ fn configs(model: &Model, first: u64, count: usize) -> Vec<Config> {
 type Judged = (usize, usize, Vec<String>);
 
 /// Asks all questions of all configurations, each question as one batch, and judges the answers.
-fn block(
-    model: &Model,
-    changed: Option<&ChangedScene>,
-    judge: &Judge,
-    questions: &Questions,
-    configs: &[Config],
-) -> Judged {
+fn block(solver: &Solver, judge: &Judge, questions: &Questions, configs: &[Config]) -> Judged {
     let mut faults = Vec::new();
     let answers: Vec<Vec<Option<Answer>>> = questions
         .asked
         .iter()
         .map(|options| {
             let mut answers = Vec::with_capacity(configs.len());
-            let queries = configs.iter().cloned();
-            let given = match changed {
-                None => model.view().query_batch(queries, options, 0, &mut |answered| {
-                    answers.push(answered.answer);
-                    ControlFlow::Continue(())
-                }),
-                Some(changed) => model.in_scene(changed).query_batch(queries, options, 0, &mut |answered| {
-                    answers.push(answered.answer);
-                    ControlFlow::Continue(())
-                }),
-            };
+            let solver = solver.clone().options(options.clone()).unwrap();
+            let given = solver.batch_each(configs.iter().cloned(), 0, &mut |answered| {
+                answers.push(answered.answer);
+                ControlFlow::Continue(())
+            });
             if given != configs.len() || answers.len() != configs.len() {
                 faults.push(format!("{given} answers to {} queries", configs.len()));
             }
@@ -177,7 +161,7 @@ fn block(
             let mut known: Vec<&Answer> = Vec::new();
             for (options, answers) in questions.asked.iter().zip(&answers) {
                 let Some(Some(answer)) = answers.get(row) else {
-                    found.extend(unanswered(model, hearing).map(|fault| format!("{fault}: query {:?}", &q[..])));
+                    found.extend(unanswered(solver, hearing).map(|fault| format!("{fault}: query {:?}", &q[..])));
                     continue;
                 };
                 let wrong = hearing.faults(q, options, answer, false);
@@ -201,7 +185,7 @@ fn block(
 
 /// Streams through walks that begin at some of `configs` that collide, one judged frame for each of
 /// them.
-fn streams(model: &Model, changed: &[ChangedScene], judges: (&Judge, &[Judge]), configs: &[Config]) -> Judged {
+fn streams(model: &Solver, changed: &[Solver], judges: (&Judge, &[Judge]), configs: &[Config]) -> Judged {
     let mut check = CheckScratch::default();
     let mut collides = |q: &&Config| model.checker().label(q, &mut check) == Label::Colliding;
     let each = FRAMES.min(configs.len().div_ceil(WALKS));
@@ -219,30 +203,24 @@ fn streams(model: &Model, changed: &[ChangedScene], judges: (&Judge, &[Judge]), 
 /// A random walk; every fourth through scenes that change on the way. What is asked differs from
 /// walk to walk.
 fn walk(
-    model: &Model,
-    changed: &[ChangedScene],
+    model: &Solver,
+    changed: &[Solver],
     (judge, elsewhere): (&Judge, &[Judge]),
     index: usize,
     (start, frames): (&Config, usize),
 ) -> Judged {
     let (mut hearing, mut hearings): (_, Vec<Hearing>) =
         (judge.hearing(), elsewhere.iter().map(Judge::hearing).collect());
-    let space = &model.scene().space;
+    let space = model.scene().space();
     let mut rng = ChaCha8Rng::seed_from_u64(index as u64);
     let effort = if index % 8 == 5 { Effort::Nearest } else { Effort::Refined };
-    let query = QueryOptions {
-        effort,
-        segment: index.is_multiple_of(3),
-        contacts: index.is_multiple_of(2),
-        ..QueryOptions::default()
-    };
-    let options = StreamOptions {
-        query: query.clone(),
-        hysteresis: [0.0, 0.1, 0.5][index % 3],
-        starts_per_frame: [4, 0, 1, 8][index % 4],
-        ..StreamOptions::default()
-    };
-    let (mut stream, mut scratch) = (Stream::new(options), QueryScratch::default());
+    let query =
+        QueryOptions::default().effort(effort).segment(index.is_multiple_of(3)).contacts(index.is_multiple_of(2));
+    let options =
+        StreamOptions::default().hysteresis([0.0, 0.1, 0.5][index % 3]).starts_per_frame([4, 0, 1, 8][index % 4]);
+    let with = |solver: &Solver| solver.clone().options(query.clone()).unwrap();
+    let (here, changed) = (with(model), changed.iter().map(with).collect::<Vec<_>>());
+    let mut stream = here.stream(options).unwrap();
     let (mut answered, mut colliding, mut faults) = (0, 0, Vec::new());
     let (mut q, mut step) = (start.clone(), vec![0.0; space.nv()]);
     for frame in 0..frames {
@@ -261,14 +239,8 @@ fn walk(
             stream.restart();
         }
         let (answer, single, hearing) = match there {
-            None => {
-                let single = model.view().query_with(&q, &query, &mut scratch).unwrap();
-                (Some(model.view().query_next(&q, &mut stream).unwrap()), Some(single), &mut hearing)
-            }
-            Some(at) => {
-                let single = model.in_scene(&changed[at]).query_with(&q, &query, &mut scratch);
-                (model.in_scene(&changed[at]).query_next(&q, &mut stream), single, &mut hearings[at])
-            }
+            None => (Some(stream.query(&q).unwrap()), Some(here.query(&q).unwrap()), &mut hearing),
+            Some(at) => (stream.query_in(&changed[at], &q).unwrap(), changed[at].query(&q), &mut hearings[at]),
         };
         let (Some(answer), Some(single)) = (answer, single) else {
             faults.extend(unanswered(model, hearing).map(|fault| format!("{fault}: frame {frame} of walk {index}")));
@@ -288,8 +260,9 @@ fn walk(
 }
 
 /// A fault where there is no answer, though a sample is free.
-fn unanswered(model: &Model, hearing: &mut Hearing) -> Option<&'static str> {
-    let mut samples = model.boundary().configs().chunks_exact(model.scene().space.nq());
+fn unanswered(solver: &Solver, hearing: &mut Hearing) -> Option<&'static str> {
+    let samples = solver.model().expect("one was learned").boundary().configs();
+    let mut samples = samples.chunks_exact(solver.scene().space().nq());
     samples.any(|sample| hearing.is_free(sample)).then_some("no answer, though a sample is free")
 }
 
@@ -310,22 +283,24 @@ const STILL_FREE: (usize, f64) = (64, 0.1);
 
 /// The scene with an obstacle moved by some centimetres (even seeds), or with one more, somewhere
 /// that the robot comes to and that leaves it free.
-fn change(model: &Model, seed: u64) -> ChangedScene {
+fn change(model: &Solver, seed: u64) -> Solver {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let mut check = CheckScratch::default();
+    let scene = model.scene();
+    let obstacles: Vec<&Body> = scene.bodies().iter().filter(|body| body.is_obstacle()).collect();
+    let samples = model.model().expect("one was learned").boundary().configs();
     loop {
-        let mut scene = model.scene().clone();
-        let obstacles: Vec<usize> = (0..scene.bodies.len()).filter(|&b| scene.bodies[b].robot.is_none()).collect();
-        if seed.is_multiple_of(2) && !obstacles.is_empty() {
+        let scene = if seed.is_multiple_of(2) && !obstacles.is_empty() {
             let by = Vec3::from_fn(|_, _| rng.random_range(-0.05..0.05));
             let moved = obstacles[rng.random_range(0..obstacles.len())];
-            scene.bodies[moved].parts.iter_mut().for_each(|part| part.pose_frame_part.translation += by);
+            let pose = Pose::translation(by).then(&moved.parts[0].pose_frame_part);
+            scene.moved([(moved.name.as_str(), pose)])
         } else {
             let q = &configs(model, rng.random_range(1 << 30..1 << 31), 1)[0];
-            add_ball(&mut scene, q, &mut rng);
-        }
-        let changed = ChangedScene::new(model.world(), scene).expect("obstacles alone differ");
-        let samples = model.boundary().configs().chunks_exact(model.scene().space.nq()).step_by(STILL_FREE.0);
+            scene.with_obstacles([ball(scene, q, &mut rng)])
+        };
+        let changed = model.with_scene(scene.expect("an edit")).expect("obstacles alone differ");
+        let samples = samples.chunks_exact(model.scene().space().nq()).step_by(STILL_FREE.0);
         let (looked, checker) = (samples.len() as f64, changed.checker());
         let free = samples.filter(|q| checker.label(q, &mut check) == Label::Free).count();
         if free as f64 >= STILL_FREE.1 * looked {
@@ -334,32 +309,28 @@ fn change(model: &Model, seed: u64) -> ChangedScene {
     }
 }
 
-/// A ball where some part of the robot is at `q`, that all that moves is checked with.
-fn add_ball(scene: &mut Scene, q: &Config, rng: &mut ChaCha8Rng) {
+/// A ball where some part of the robot is at `q`.
+fn ball(scene: &Scene, q: &Config, rng: &mut ChaCha8Rng) -> Body {
     let mut poses = Vec::new();
-    forward(scene, q, &mut poses);
-    let moving: Vec<usize> = (0..scene.bodies.len()).filter(|&body| scene.bodies[body].frame != 0).collect();
+    scene.poses(q, &mut poses);
+    let moving: Vec<usize> = (0..scene.bodies().len()).filter(|&body| scene.bodies()[body].frame != 0).collect();
     // Of those that move far: the last links.
-    let body = &scene.bodies[moving[rng.random_range(moving.len() / 2..moving.len())]];
+    let body = &scene.bodies()[moving[rng.random_range(moving.len() / 2..moving.len())]];
     let center = poses[body.frame].then(&body.parts[0].pose_frame_part).translation;
     let radius = rng.random_range(0.02..0.08);
-    let ball = Part { pose_frame_part: Pose::translation(center), geometry: Geometry::Sphere { radius } };
-    let added = scene.bodies.len();
-    scene.bodies.push(Body { name: "added ball".into(), robot: None, frame: 0, parts: vec![ball] });
-    scene.pairs.extend(moving.into_iter().map(|first| BodyPair { first, second: added }));
-    scene.pairs.sort();
+    Body::obstacle("added ball", Geometry::Sphere { radius }, Pose::translation(center))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::memory::learn;
+    use crate::memory::learned;
     use extricate::builtin;
 
     #[test]
     fn no_answer_is_wrong_or_missing() {
         for name in builtin::NAMES {
-            let model = learn(builtin::scene(name).unwrap(), 6_000, 3);
+            let model = learned(builtin::scene(name).unwrap(), 6_000, 3);
             let Findings { counts, faults } = soak(&model, 100, &mut |_| {});
             assert!(faults.is_empty(), "{name}: {} faults, first: {}", faults.len(), faults[0]);
             assert_eq!(counts.len(), KINDS.len());

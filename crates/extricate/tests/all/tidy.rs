@@ -9,16 +9,16 @@ use std::path::{Path, PathBuf};
 const MAY_USE: &[(&str, &[&str])] = &[
     ("math", &[]),
     ("error", &[]),
+    ("interface", &["error"]),
     ("robot", &["math", "error"]),
     ("cspace", &["math", "error"]),
-    ("scene", &["cspace", "robot", "math", "error"]),
+    ("scene", &["cspace", "robot", "math", "interface", "error"]),
     ("kinematics", &["scene", "cspace", "math"]),
     ("metric", &["kinematics", "scene", "robot", "cspace", "math", "error"]),
-    ("collision", &["kinematics", "scene", "robot", "cspace", "math", "error"]),
-    ("learning", &["cspace", "math", "error"]),
+    ("collision", &["kinematics", "scene", "robot", "cspace", "math", "interface", "error"]),
+    ("learning", &["cspace", "math", "interface", "error"]),
     ("samples", &["learning", "metric", "cspace", "math", "error"]),
-    ("query", &["samples", "collision", "metric", "kinematics", "scene", "cspace", "math", "error"]),
-    ("applications", &["query", "collision", "metric", "scene", "cspace", "robot", "math", "error"]),
+    ("query", &["samples", "collision", "metric", "kinematics", "scene", "cspace", "math", "interface", "error"]),
     (
         "model",
         &[
@@ -32,14 +32,21 @@ const MAY_USE: &[(&str, &[&str])] = &[
             "cspace",
             "robot",
             "math",
+            "interface",
             "error",
         ],
+    ),
+    ("solver", &["model", "query", "collision", "metric", "scene", "cspace", "robot", "error"]),
+    (
+        "applications",
+        &["solver", "query", "collision", "metric", "scene", "cspace", "robot", "math", "interface", "error"],
     ),
     (
         "io",
         &[
-            "model",
             "applications",
+            "solver",
+            "model",
             "query",
             "samples",
             "learning",
@@ -50,6 +57,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
             "cspace",
             "robot",
             "math",
+            "interface",
             "error",
         ],
     ),
@@ -60,8 +68,11 @@ const QUERY_ROOMS: &[(&str, &[&str])] = &[
     ("qp", &[]),
     ("termination", &[]),
     ("context", &["inner_balls"]),
+    ("prepared", &["context", "inner_balls"]),
     ("options", &["termination"]),
     ("answer", &["options"]),
+    ("record", &["answer", "options"]),
+    ("read_record", &["answer"]),
     ("evaluate", &["context", "termination"]),
     ("groups", &["context"]),
     ("local_metric", &["context"]),
@@ -71,7 +82,6 @@ const QUERY_ROOMS: &[(&str, &[&str])] = &[
     ("plan", &["context", "descent", "options"]),
     ("contact_planes", &["plan"]),
     ("search", &["answer", "bound", "context", "descent", "evaluate", "exits", "groups", "local_metric", "plan", "qp"]),
-    ("batch", &["answer", "search"]),
     ("beyond_limits", &["answer", "context", "search"]),
     ("constraints", &["answer", "context", "descent", "options", "plan", "search", "termination"]),
     ("report", &["answer", "beyond_limits", "bound", "context", "evaluate", "exits", "options", "search"]),
@@ -110,7 +120,6 @@ const QUERY_ROOMS: &[(&str, &[&str])] = &[
             "termination",
         ],
     ),
-    ("worlds", &["answer", "batch", "context", "inner_balls", "nearest_exit", "options", "search", "stream"]),
 ];
 /// The facade may name every module.
 const FACADE: &str = "lib";
@@ -174,6 +183,18 @@ fn files_say_what_they_are() {
         .map(|path| format!("{}: does not begin with a module doc (//!)", path.display()))
         .collect();
     assert!(faults.is_empty(), "\n{}", faults.join("\n"));
+}
+
+/// What the shells need is in the interface, so that others can build what they are.
+#[test]
+fn shells_use_the_interface_alone() {
+    for shell in ["cli", "c", "python", "view", "wasm"] {
+        for path in files_below(&repository().join(format!("crates/extricate-{shell}/src")), &["rs"]) {
+            let is_test = path.file_name() == Some("tests.rs".as_ref());
+            let code = without_comments_and_tests(&read(&path));
+            assert!(is_test || !code.contains("internals"), "{}: names `internals`", path.display());
+        }
+    }
 }
 
 #[test]

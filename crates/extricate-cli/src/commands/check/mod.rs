@@ -6,8 +6,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use clap::Args;
-use extricate::internals::collision::LEAST_RESOLUTION;
-use extricate::{CheckScratch, Checker, Config, Label, SegmentOptions};
+use extricate::{CheckScratch, Checker, Config, LEAST_RESOLUTION, Label, SegmentOptions};
 use serde::Serialize;
 
 use super::{load_scene, prepare, tell_warnings};
@@ -62,7 +61,7 @@ pub fn run(args: &CheckArgs, json: bool) -> anyhow::Result<()> {
     tell_warnings(&scene);
     let checker = prepare(scene.clone());
     if args.segments {
-        return check_segments(configs, &checker, &SegmentOptions { resolution: args.resolution }, json);
+        return check_segments(configs, &checker, &SegmentOptions::default().resolution(args.resolution), json);
     }
     let mut scratch = CheckScratch::default();
     let mut out = Output::new(configs.is_stream());

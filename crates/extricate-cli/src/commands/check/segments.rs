@@ -69,6 +69,7 @@ fn verdict(checker: &Checker, outcome: SegmentOutcome) -> Verdict<'_> {
             ("contact", free_until, Some(colliding_at), Some(pair))
         }
         SegmentOutcome::Undecided { free_until, near_at, pair } => ("undecided", free_until, Some(near_at), Some(pair)),
+        _ => ("undecided", 0.0, None, None),
     };
     Verdict { outcome, free_until, at, pair: pair.map(|pair| checker.scene().pair_names(pair)) }
 }

@@ -1,27 +1,26 @@
-//! `extricate demo`: a built-in scene asked at once and drawn, then learned and asked again, with
-//! nothing to prepare.
+//! `extricate demo`: a built-in scene asked at once and shown as a page, then learned and asked
+//! again, with nothing to prepare.
 
 pub mod table;
 
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::time::Instant;
+use std::sync::Arc;
 
 use anyhow::{Context, bail};
 use clap::Args;
 use clap::builder::PossibleValuesParser;
-use extricate::internals::io::{self, OutputLock};
-use extricate::{Answer, Config, Effort, LearnOptions, QueryOptions, QueryScratch, Scene, World, builtin};
+use extricate::files::{self, OutputLock};
+use extricate::{Answer, Config, Effort, LearnOptions, QueryOptions, Scene, Solver, builtin};
 use extricate_view::{Live, is_page};
 
 use super::learn::run::{Learned, learn_with_progress};
+use super::query::ask;
 use super::query::summary::{Figures, Summary};
-use super::sample::CollidingSampler;
-use super::tell_warnings;
+use super::{draw_colliding, tell_warnings};
 use crate::args::{positive, seconds, seed};
 use crate::output::Output;
 use crate::pages::{self, About, Shown};
-use crate::picture;
 use crate::progress::Progress;
 use crate::report::count;
 use table::{DemoReport, at_once_text};
@@ -43,13 +42,9 @@ pub struct DemoArgs {
     /// Colliding configurations to answer
     #[arg(long, value_name = "N", default_value_t = 1000, value_parser = positive, allow_negative_numbers = true)]
     queries: usize,
-    /// Picture to write; an existing one is replaced
-    #[arg(long, value_name = "PICTURE.svg", default_value = "extricate-demo.svg")]
+    /// Page of some of the answers to write, for a browser; an existing one is replaced
+    #[arg(long, value_name = "PAGE.html", default_value = "extricate-demo.html")]
     out: PathBuf,
-    /// Page of some of the answers to write, for a browser; an existing one is replaced. By default
-    /// beside the picture, under its name
-    #[arg(long, value_name = "PAGE.html")]
-    page: Option<PathBuf>,
     /// Only write the scene's files into this directory, for the other commands to use; replaces
     /// nothing
     #[arg(long, value_name = "DIR")]
@@ -62,50 +57,36 @@ pub struct DemoArgs {
     seconds: f64,
 }
 
-/// A query, its answer and how long it took \[s\].
-pub struct Answered {
-    /// Its exit.
-    pub answer: Answer,
-    /// Time of the library call \[s\].
-    pub seconds: f64,
-}
+/// An answer, and how long it took \[s\].
+type Answered = (Answer, f64);
 
 /// Runs the command.
 pub fn run(args: &DemoArgs, json: bool) -> anyhow::Result<()> {
     if let Some(folder) = &args.export {
         return export(&args.scene, folder, json);
     }
-    io::check_output(&args.out, "picture (SVG)", |head| head.starts_with(b"<svg"))?;
+    files::check_output(&args.out, "page of this program", is_page)?;
     let _lock = OutputLock::take(&args.out)?;
-    let page = args.page.clone().unwrap_or_else(|| args.out.with_extension("html"));
-    if io::is_same_output(&args.out, &page) {
-        bail!("--page: got {}, which is the picture to write, expected another file", page.display());
-    }
-    io::check_output(&page, "page of this program", is_page)?;
-    let _page_lock = OutputLock::take(&page)?;
     let scene = builtin::scene(&args.scene)?;
     tell_warnings(&scene);
-    let world = World::new(scene.clone());
-    let queries = draw(&world, args.queries, args.seed)?;
-    let at_once = answer_all("answering at once", &queries, |q, scratch| {
-        world.view().query_with(q, &QueryOptions::default(), scratch).context("nothing free was found")
-    })?;
+    let solver = Solver::new(scene.clone());
+    let queries = draw_colliding(&solver, args.queries, args.seed ^ QUERY_STREAM)?;
+    let at_once = answer_all("answering at once", &solver, &queries)?;
     let figures_at_once = figures(&at_once);
-    draw_and_write(&world, (&args.scene, &queries), most_instructive(world.scene(), &at_once), [&args.out, &page])?;
-    let (picture, page) = (args.out.display().to_string(), page.display().to_string());
+    write_page(&solver, (&args.scene, &queries), most_instructive(&scene, &at_once), &args.out)?;
+    let page = args.out.display().to_string();
     let mut out = Output::new(false);
     if !json {
         // Whoever waits for the model has answers meanwhile.
-        out.line(at_once_text(&figures_at_once, world.scene(), [&picture, &page]))?;
+        out.line(at_once_text(&figures_at_once, &scene, &page))?;
         out.flush()?;
     }
-    let options = LearnOptions { seconds: Some(args.seconds), seed: args.seed, ..LearnOptions::default() };
+    let options = LearnOptions::default().seconds(args.seconds).seed(args.seed);
     let Learned { model, seconds: learning_seconds, .. } = learn_with_progress(scene, &options)?;
-    let answers = answer_all("querying", &queries, |q, scratch| {
-        let options = QueryOptions { effort: Effort::Quick, ..QueryOptions::default() };
-        model.view().query_with(q, &options, scratch).context("nothing free was found")
-    })?;
-    let is_as_near = |(a, b): &(&Answered, &Answered)| b.answer.depth <= 1.05 * a.answer.depth;
+    let model = Arc::new(model);
+    let learned = solver.with_model(Arc::clone(&model))?.options(QueryOptions::default().effort(Effort::Quick))?;
+    let answers = answer_all("querying", &learned, &queries)?;
+    let is_as_near = |((a, _), (b, _)): &(&Answered, &Answered)| b.depth <= 1.05 * a.depth;
     let as_near = at_once.iter().zip(&answers).filter(is_as_near).count();
     let report = DemoReport {
         scene: &args.scene,
@@ -114,7 +95,6 @@ pub fn run(args: &DemoArgs, json: bool) -> anyhow::Result<()> {
         learned: model.statistics(),
         learning_seconds,
         queries: figures(&answers),
-        picture,
         page,
     };
     if json {
@@ -125,117 +105,87 @@ pub fn run(args: &DemoArgs, json: bool) -> anyhow::Result<()> {
     out.finish()
 }
 
-/// The picture of the query at `shown`, and the page of it and of those after it, with several
-/// exits each; live if the library is built in. Both show the nearest exits that the most thorough
-/// effort finds.
-fn draw_and_write(
-    world: &World,
-    (name, queries): (&str, &[Config]),
-    shown: usize,
-    [picture, page]: [&Path; 2],
-) -> anyhow::Result<()> {
-    let options = QueryOptions { effort: Effort::Exhaustive, exits: PAGE_EXITS, ..QueryOptions::default() };
-    let mut scratch = QueryScratch::default();
-    let chosen: Vec<&Config> =
-        (0..PAGE_QUERIES.min(queries.len())).map(|at| &queries[(shown + at) % queries.len()]).collect();
-    let mut answers = Vec::new();
-    for q in &chosen {
-        let started = Instant::now();
-        answers.push((world.view().query_with(q, &options, &mut scratch), started.elapsed().as_secs_f64()));
-    }
-    if let (Some(q), Some((Some(answer), _))) = (chosen.first(), answers.first()) {
-        picture::write(world.scene(), q, answer, picture)?;
-    }
-    let answers = chosen.into_iter().zip(answers).map(|(q, answer)| Shown::Answer(q.clone(), answer)).collect();
-    let live = Live::built_in().map(|program| Live::of_scene(program, world.scene())).transpose()?;
+/// Writes the page of the query at `shown` and of those after it, each with the nearest exits that
+/// the most thorough effort finds. It is live if the library is built in.
+fn write_page(solver: &Solver, (name, queries): (&str, &[Config]), shown: usize, page: &Path) -> anyhow::Result<()> {
+    let options = QueryOptions::default().effort(Effort::Exhaustive).exits(PAGE_EXITS);
+    let solver = solver.clone().options(options)?;
+    let chosen = queries.iter().cycle().skip(shown).take(PAGE_QUERIES.min(queries.len()));
+    let answered = chosen.flat_map(|q| {
+        let answers = ask(&solver, None, vec![q.clone()], 1);
+        answers.into_iter().map(|answer| Shown::Answer(q.clone(), answer))
+    });
+    let live = Live::built_in().map(|program| Live::new(program, &solver));
     let command = format!("extricate query --effort exhaustive --exits {PAGE_EXITS} --json");
     let about = About { title: name, source: &command, is_stream: false, live: live.as_ref() };
-    let html = pages::html(world.checker(), answers, &about)?;
-    Ok(io::write_atomically(page, html.as_bytes())?)
+    let html = pages::html(&solver, answered.collect(), &about)?;
+    Ok(files::write_atomically(page, html.as_bytes())?)
 }
 
 fn figures(answers: &[Answered]) -> Figures {
     let mut summary = Summary::default();
-    answers.iter().for_each(|a| summary.add(&a.answer, a.seconds));
+    answers.iter().for_each(|(answer, seconds)| summary.add(answer, *seconds));
     summary.figures()
 }
 
-/// Random colliding configurations.
-fn draw(world: &World, count: usize, seed: u64) -> anyhow::Result<Vec<Config>> {
-    let space = &world.scene().space;
-    let mut sampler = CollidingSampler::new(world.checker(), seed ^ QUERY_STREAM);
-    let mut query = vec![0.0; space.nq()];
-    let draw = |_| {
-        sampler.next(&mut query, |_, _| {})?;
-        Ok(space.config(&query)?)
-    };
-    (0..count).map(draw).collect()
-}
-
-fn answer_all(
-    doing: &'static str,
-    queries: &[Config],
-    ask: impl Fn(&Config, &mut QueryScratch) -> anyhow::Result<Answer>,
-) -> anyhow::Result<Vec<Answered>> {
-    let mut scratch = QueryScratch::default();
+fn answer_all(doing: &'static str, solver: &Solver, queries: &[Config]) -> anyhow::Result<Vec<Answered>> {
     let mut progress = Progress::new(doing);
     let mut answers = Vec::with_capacity(queries.len());
     for (index, q) in queries.iter().enumerate() {
-        let started = Instant::now();
-        let answer = ask(q, &mut scratch)?;
-        answers.push(Answered { answer, seconds: started.elapsed().as_secs_f64() });
+        for (answer, seconds) in ask(solver, None, vec![q.clone()], 1) {
+            answers.push((answer.context("nothing free was found")?, seconds));
+        }
         progress.update(Some(index as f64 / queries.len() as f64), || format!("{} answers", count(index)));
     }
     Ok(answers)
 }
 
-/// The answer to draw: verified, in collision with an obstacle if any is, and of a displacement
-/// that can be seen without being the worst (the 80th percentile).
+/// The answer to show first: verified, in collision with an obstacle if any is, and of a
+/// displacement that can be seen without being the worst (the 80th percentile).
 fn most_instructive(scene: &Scene, answers: &[Answered]) -> usize {
-    let hits_obstacle = |a: &Answered| {
-        a.answer.colliding.iter().any(|&pair| {
-            let pair = scene.pairs[pair.index()];
-            scene.bodies[pair.first].robot.is_none() || scene.bodies[pair.second].robot.is_none()
-        })
+    let is_obstacle = |body: usize| scene.bodies()[body].robot.is_none();
+    let hits_obstacle = |(answer, _): &Answered| {
+        let pairs = answer.colliding.iter().map(|pair| scene.pairs()[pair.index()]);
+        pairs.into_iter().any(|pair| is_obstacle(pair.first) || is_obstacle(pair.second))
     };
     let mut candidates: Vec<usize> = (0..answers.len()).collect();
-    for keep in [&hits_obstacle as &dyn Fn(&Answered) -> bool, &|a: &Answered| a.answer.verified] {
+    for keep in [&hits_obstacle as &dyn Fn(&Answered) -> bool, &|(answer, _)| answer.verified] {
         let kept: Vec<usize> = candidates.iter().copied().filter(|&i| keep(&answers[i])).collect();
         if !kept.is_empty() {
             candidates = kept;
         }
     }
-    candidates.sort_by(|&a, &b| answers[a].answer.max_displacement.total_cmp(&answers[b].answer.max_displacement));
+    candidates.sort_by(|&a, &b| answers[a].0.max_displacement.total_cmp(&answers[b].0.max_displacement));
     candidates[(candidates.len() - 1) * 4 / 5]
 }
 
 fn export(name: &str, folder: &Path, json: bool) -> anyhow::Result<()> {
-    let Some(files) = builtin::files(name) else {
+    let Some(named) = builtin::files(name) else {
         bail!("there is no built-in scene {name}");
     };
-    let scene = folder.join(&files[0].0);
+    let scene = folder.join(&named[0].0);
     fs::create_dir_all(folder).with_context(|| format!("cannot create {}", folder.display()))?;
     let _lock = OutputLock::take(&scene)?;
     let scene = scene.display().to_string();
-    let files: Vec<_> = files.into_iter().map(|(path, content)| (folder.join(path), content)).collect();
+    let all: Vec<_> = named.into_iter().map(|(path, content)| (folder.join(path), content)).collect();
     // A run that was killed may have left some of the files, and this one then writes all of them.
-    let (there, missing): (Vec<_>, Vec<_>) = files.iter().partition(|(path, _)| path.exists());
+    let (there, missing): (Vec<_>, Vec<_>) = all.iter().partition(|(path, _)| path.exists());
     let in_the_way = |(path, content): &&&(PathBuf, Vec<u8>)| {
         missing.is_empty() || !fs::read(path).is_ok_and(|found| found == *content)
     };
     if let Some((path, _)) = there.iter().find(in_the_way) {
         bail!("{} exists; nothing was written", path.display());
     }
-    for parent in files.iter().filter_map(|(path, _)| path.parent()) {
+    for parent in all.iter().filter_map(|(path, _)| path.parent()) {
         fs::create_dir_all(parent).with_context(|| format!("cannot create {}", parent.display()))?;
     }
-    io::write_together(&files)?;
+    files::write_together(&all)?;
     let mut out = Output::new(false);
     if json {
-        let written: Vec<_> = files.iter().map(|(path, _)| path.display().to_string()).collect();
+        let written: Vec<_> = all.iter().map(|(path, _)| path.display().to_string()).collect();
         out.json(&serde_json::json!({ "scene": scene, "files": written }))?;
     } else {
-        out.line(format_args!("wrote {} files; the scene is {scene}", count(files.len())))?;
+        out.line(format_args!("wrote {} files; the scene is {scene}", count(all.len())))?;
         out.line(format_args!("try: extricate info {scene}\n     extricate sample {scene} -n 5 --colliding | extricate query {scene} --input -\n     extricate learn {scene} -o {name}.model"))?;
     }
     out.finish()

@@ -22,8 +22,6 @@ pub struct DemoReport<'a> {
     pub learning_seconds: f64,
     /// Figures of the queries.
     pub queries: Figures,
-    /// The file with the picture.
-    pub picture: String,
     /// The page of some answers, for a browser.
     pub page: String,
 }
@@ -32,9 +30,12 @@ impl DemoReport<'_> {
     /// The table.
     pub fn text(&self, scene: &Scene) -> String {
         let (learned, queries, unit) = (self.learned, &self.queries, metric_unit(scene));
-        let obstacles = scene.bodies.iter().filter(|b| b.robot.is_none()).count();
+        let obstacles = scene.bodies().iter().filter(|b| b.robot.is_none()).count();
         let learning = [
-            ("robot", format!("{} degrees of freedom, {} checked pairs", scene.space.nv(), count(scene.pairs.len()))),
+            (
+                "robot",
+                format!("{} degrees of freedom, {} checked pairs", scene.space().nv(), count(scene.pairs().len())),
+            ),
             ("obstacles", obstacles.to_string()),
             (
                 "labels spent",
@@ -79,7 +80,7 @@ impl DemoReport<'_> {
 }
 
 /// What is known before anything was learned.
-pub fn at_once_text(queries: &Figures, scene: &Scene, [picture, page]: [&str; 2]) -> String {
+pub fn at_once_text(queries: &Figures, scene: &Scene, page: &str) -> String {
     let unit = metric_unit(scene);
     let rows = [
         ("verified", percent(queries.verified)),
@@ -90,7 +91,7 @@ pub fn at_once_text(queries: &Figures, scene: &Scene, [picture, page]: [&str; 2]
     let asked = count(queries.queries);
     let table = two_columns(&rows);
     format!(
-        "At once, before anything is learned: nearest exit of {asked} random collisions\n{table}\n\nPicture: {picture}\nPage: {page} (open it in a browser)\n"
+        "At once, before anything is learned: nearest exit of {asked} random collisions\n{table}\n\nPage: {page} (open it in a browser)\n"
     )
 }
 
@@ -105,29 +106,16 @@ fn angle(depth: f64, unit: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::picture::tests::small_scene;
+    use crate::commands::learn::tests::statistics;
+    use extricate::builtin;
+    use serde_json::json;
 
     #[test]
     fn the_table_says_everything_that_was_promised() {
-        let statistics = Statistics {
-            labels: 12345,
-            seed: 0,
-            boundary_samples: 4000,
-            solved_samples: 500,
-            stand_ins: 0,
-            support_vectors: 900,
-            colliding_share: 0.2,
-            accuracy_free: Some(0.97),
-            accuracy_free_interval: Some([0.96, 0.98]),
-            accuracy_colliding: Some(0.95),
-            accuracy_colliding_interval: Some([0.93, 0.96]),
-            boundary_gap: Some(1e-3),
-            density: None,
-            excess: None,
-            gap: None,
-            measuring_checks: 0,
-            ended_by: extricate::internals::model::EndedBy::Seconds,
-        };
+        let statistics = statistics(json!({
+            "labels": 12345, "accuracy_free": 0.97, "accuracy_free_interval": [0.96, 0.98],
+        }));
+        let scene = builtin::scene("planar-arm").unwrap();
         let queries = Figures {
             queries: 1000,
             free: 0,
@@ -141,8 +129,8 @@ mod tests {
             checks_median: 80.0,
         };
         let at_once = Figures { checks_median: 160.0, ..queries.clone() };
-        let first = at_once_text(&at_once, &small_scene(), ["a.svg", "a.html"]);
-        assert!(["median 160", "1,000 random", "a.svg", "a.html"].iter().all(|part| first.contains(part)), "{first}");
+        let first = at_once_text(&at_once, &scene, "a.html");
+        assert!(["median 160", "1,000 random", "a.html"].iter().all(|part| first.contains(part)), "{first}");
         let report = DemoReport {
             scene: "shelf-arm",
             at_once,
@@ -150,10 +138,9 @@ mod tests {
             learned: &statistics,
             learning_seconds: 19.9,
             queries,
-            picture: "a.svg".into(),
             page: "a.html".into(),
         };
-        let text = report.text(&small_scene());
+        let text = report.text(&scene);
         for part in [
             "12,345",
             "97 % on free",

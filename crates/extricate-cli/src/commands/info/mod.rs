@@ -6,7 +6,6 @@ use std::path::PathBuf;
 
 use clap::Args;
 use extricate::Statistics;
-use extricate::internals::collision::pairs_nearly_always_colliding;
 use serde::Serialize;
 
 use super::file_kind::{FileKind, kind_of};
@@ -55,7 +54,7 @@ pub fn run(args: &InfoArgs, json: bool) -> anyhow::Result<()> {
         FileKind::Scene => {
             let checker = prepare(load_scene(&args.file, &args.load)?);
             let scene = checker.scene();
-            let found = pairs_nearly_always_colliding(&checker, SAMPLES, NEARLY_ALWAYS);
+            let found = checker.pairs_nearly_always_colliding(SAMPLES, NEARLY_ALWAYS);
             let found = found.into_iter().map(|(pair, count)| (scene.pair_names(pair), count as u64));
             let colliding = Some(OftenColliding::new(SAMPLES, NEARLY_ALWAYS, found));
             let scene = SceneInfo::new(scene);

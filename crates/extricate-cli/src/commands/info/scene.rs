@@ -2,8 +2,7 @@
 
 use std::fmt::Write;
 
-use extricate::internals::scene::SceneJoint;
-use extricate::internals::scene::mesh_counts::{MeshCount, mesh_counts};
+use extricate::parts::{MeshCount, SceneJoint};
 use extricate::{Manifold, PairId, Scene};
 use serde::Serialize;
 
@@ -105,23 +104,23 @@ impl<'a> SceneInfo<'a> {
             parts: body.parts.len(),
         };
         let mesh = |mesh: MeshCount| MeshInfo {
-            link: &scene.bodies[mesh.body].name,
+            link: &scene.bodies()[mesh.body].name,
             triangles: mesh.triangles,
             hull_triangles: mesh.hull_triangles,
         };
         Self {
-            clearance: scene.clearance,
-            metric: scene.metric.name(),
+            clearance: scene.clearance(),
+            metric: scene.metric().name(),
             unit: metric_unit(scene),
             what_a_unit_is: what_a_unit_is(scene, "`weights` of the metric"),
-            coordinates: scene.space.nq(),
-            degrees_of_freedom: scene.space.nv(),
-            joints: scene.joints.iter().map(|joint| joint_info(scene, joint)).collect(),
-            bodies: scene.bodies.iter().map(body).collect(),
-            meshes: mesh_counts(scene).into_iter().map(mesh).collect(),
-            pair_count: scene.pairs.len(),
-            pairs: (0..scene.pairs.len()).map(|pair| scene.pair_names(PairId::new(pair))).collect(),
-            warnings: &scene.warnings,
+            coordinates: scene.space().nq(),
+            degrees_of_freedom: scene.space().nv(),
+            joints: scene.joints().iter().map(|joint| joint_info(scene, joint)).collect(),
+            bodies: scene.bodies().iter().map(body).collect(),
+            meshes: scene.mesh_counts().into_iter().map(mesh).collect(),
+            pair_count: scene.pairs().len(),
+            pairs: (0..scene.pairs().len()).map(|pair| scene.pair_names(PairId::new(pair))).collect(),
+            warnings: scene.warnings(),
         }
     }
 
@@ -184,7 +183,7 @@ impl FactorInfo<'_> {
 }
 
 fn joint_info<'a>(scene: &'a Scene, joint: &'a SceneJoint) -> JointInfo<'a> {
-    let factors = scene.space.factors().iter().filter(|factor| joint.q.contains(&factor.q));
+    let factors = scene.space().factors().iter().filter(|factor| joint.q.contains(&factor.q));
     let factors = factors.map(|factor| {
         let (manifold, limits) = match factor.manifold {
             Manifold::Interval { lower, upper } => ("interval", Some([lower, upper])),
@@ -268,7 +267,28 @@ impl<'a> OftenColliding<'a> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::picture::tests::small_scene;
+    use extricate::entries::{assemble_scene, parse};
+
+    /// Two links that turn, before a wall.
+    fn small_scene() -> Scene {
+        let link = |name: &str| {
+            format!(
+                "<link name='{name}'><collision><geometry><box size='0.3 0.05 0.05'/></geometry></collision></link>"
+            )
+        };
+        let urdf = format!(
+            "<robot name='r'><link name='base'/>{}{}\
+             <joint name='shoulder' type='revolute'><parent link='base'/><child link='upper'/><axis xyz='0 0 1'/>\
+             <limit lower='-3' upper='3' effort='1' velocity='1'/></joint>\
+             <joint name='elbow' type='continuous'><origin xyz='0.4 0 0'/><parent link='upper'/><child link='fore'/>\
+             <axis xyz='0 1 0'/></joint></robot>",
+            link("upper"),
+            link("fore")
+        );
+        let wall = "metric = { kind = 'joint' }\n[[robot]]\nurdf = 'r'\n[[obstacle]]\nname = 'wall'\nshape = { box = [0.04, 0.8, 0.6] }\n\
+                    pose = { xyz = [0.9, 0, 0.3] }\n";
+        assemble_scene("s", &parse("s", wall).unwrap(), &[("r".into(), urdf)]).unwrap()
+    }
 
     #[test]
     fn a_scene_is_described_in_order() {

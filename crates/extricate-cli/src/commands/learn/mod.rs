@@ -5,11 +5,8 @@ pub mod run;
 use std::path::PathBuf;
 
 use clap::Args;
-use extricate::internals::collision::pairs_always_colliding;
-use extricate::internals::io::{self, OutputLock};
-use extricate::internals::model::EndedBy;
-use extricate::internals::model::evaluate::figures::Density;
-use extricate::{LearnOptions, Scene, Statistics};
+use extricate::files::{self, OutputLock};
+use extricate::{Density, EndedBy, LearnOptions, Scene, Statistics};
 use serde::Serialize;
 
 use super::{disable_line, load_scene, prepare, tell_warnings};
@@ -70,14 +67,14 @@ struct Report<'a> {
 
 /// Runs the command.
 pub fn run(args: &LearnArgs, json: bool) -> anyhow::Result<()> {
-    io::check_model_output(&args.output)?;
-    io::check_not_read(&args.output, [args.scene.as_path()])?;
+    files::check_model_output(&args.output)?;
+    files::check_not_read(&args.output, [args.scene.as_path()])?;
     let _lock = OutputLock::take(&args.output)?;
     let scene = load_scene(&args.scene, &args.load)?;
     tell_warnings(&scene);
     warn_of_pairs_always_colliding(&scene);
     let Learned { model, seconds, interrupted } = learn_with_progress(scene, &options(args))?;
-    interrupt::uninterrupted(|| io::save_model(&model, &args.output))?;
+    interrupt::uninterrupted(|| extricate::save_model(&model, &args.output))?;
     let unit = report::metric_unit(model.scene());
     let statistics = model.statistics();
     let mut out = Output::new(false);
@@ -121,9 +118,9 @@ fn verdict(statistics: &Statistics) -> String {
 /// What a model's statistics say, for people.
 pub fn statistics_rows(statistics: &Statistics, unit: &str) -> Vec<(&'static str, String)> {
     let ended = match statistics.ended_by {
-        EndedBy::Labels => "",
         EndedBy::Seconds => " (ended by the time limit)",
         EndedBy::Interruption => " (interrupted)",
+        _ => "",
     };
     vec![
         ("labels spent", format!("{} exact checks{ended}", count(statistics.labels))),
@@ -214,17 +211,15 @@ fn options(args: &LearnArgs) -> LearnOptions {
     // Who counts labels wants a model that another machine learns too; a silent time limit would
     // break that.
     let seconds = if args.labels.is_some() { args.seconds } else { args.seconds.or(default.seconds) };
-    LearnOptions {
-        labels: args.labels.unwrap_or(default.labels),
-        seconds,
-        seed: args.seed.unwrap_or(default.seed),
-        threads: args.threads,
-    }
+    let (labels, seed) = (args.labels.unwrap_or(default.labels), args.seed.unwrap_or(default.seed));
+    let mut options = default.labels(labels).seed(seed).threads(args.threads);
+    options.seconds = seconds;
+    options
 }
 
 fn warn_of_pairs_always_colliding(scene: &Scene) {
     let checker = prepare(scene.clone());
-    let pairs = pairs_always_colliding(&checker, ALWAYS_COLLIDING_SAMPLES);
+    let pairs = checker.pairs_always_colliding(ALWAYS_COLLIDING_SAMPLES);
     if pairs.is_empty() {
         return;
     }
@@ -237,10 +232,24 @@ fn warn_of_pairs_always_colliding(scene: &Scene) {
 }
 
 #[cfg(test)]
-mod tests {
+pub mod tests {
     use super::*;
     use clap::CommandFactory;
-    use extricate::internals::model::evaluate::figures::Excess;
+    use extricate::Excess;
+    use serde_json::json;
+
+    /// Statistics that say little but for these fields.
+    pub fn statistics(fields: serde_json::Value) -> Statistics {
+        let mut all = json!({
+            "labels": 10, "seed": 1, "boundary_samples": 3, "solved_samples": 1, "stand_ins": 0, "support_vectors": 0,
+            "colliding_share": 0.0, "accuracy_free": null, "accuracy_free_interval": null, "accuracy_colliding": null,
+            "accuracy_colliding_interval": null, "boundary_gap": null, "density": null, "excess": null, "gap": null,
+            "measuring_checks": 0, "ended_by": "seconds",
+        });
+        let given = fields.as_object().cloned().unwrap_or_default();
+        all.as_object_mut().unwrap().extend(given);
+        serde_json::from_value(all).unwrap()
+    }
 
     fn args(labels: Option<usize>, seconds: Option<f64>) -> LearnArgs {
         LearnArgs {
@@ -275,25 +284,7 @@ mod tests {
 
     #[test]
     fn statistics_claim_no_more_than_was_found() {
-        let mut statistics = Statistics {
-            labels: 10,
-            seed: 1,
-            boundary_samples: 3,
-            solved_samples: 1,
-            stand_ins: 2,
-            support_vectors: 0,
-            colliding_share: 0.0,
-            accuracy_free: None,
-            accuracy_free_interval: None,
-            accuracy_colliding: None,
-            accuracy_colliding_interval: None,
-            boundary_gap: None,
-            density: None,
-            excess: None,
-            gap: None,
-            measuring_checks: 0,
-            ended_by: EndedBy::Labels,
-        };
+        let mut statistics = statistics(json!({ "stand_ins": 2, "ended_by": "labels" }));
         let text = |statistics: &Statistics| report::two_columns(&statistics_rows(statistics, "rad"));
         assert!(text(&statistics).contains("no boundary found") && text(&statistics).contains("nothing was held out"));
         assert_eq!(text(&statistics).matches("not measured").count(), 3);

@@ -3,7 +3,7 @@
 use std::ops::ControlFlow;
 use std::time::Instant;
 
-use extricate::{LearnOptions, LearnProgress, Model, Scene};
+use extricate::{LearnOptions, Model, Scene};
 
 use crate::interrupt::StopOnInterrupt;
 use crate::notice;
@@ -26,7 +26,9 @@ pub fn learn_with_progress(scene: Scene, options: &LearnOptions) -> extricate::R
     let stop = StopOnInterrupt::new();
     let mut progress = Progress::new("learning");
     let learned = Model::learn_with(scene, options, &mut |state| {
-        progress.update(Some(state.fraction), || in_words(state));
+        progress.update(Some(state.fraction), || {
+            in_words(state.stage, state.labels, state.boundary_samples, state.accuracy)
+        });
         if stop.asked() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     });
     drop(progress);
@@ -43,10 +45,9 @@ pub fn memory_in_words() -> String {
     peak_memory().map_or(String::new(), |bytes| format!(", with {} MiB at most", count(bytes as usize >> 20)))
 }
 
-fn in_words(state: &LearnProgress) -> String {
-    let accuracy = state.accuracy.map_or(String::new(), |a| format!(", accuracy {}", percent(a)));
-    let (labels, samples) = (count(state.labels), count(state.boundary_samples));
-    format!("{}: {labels} labels, {samples} boundary samples{accuracy}", state.stage)
+fn in_words(stage: &str, labels: usize, samples: usize, accuracy: Option<f64>) -> String {
+    let accuracy = accuracy.map_or(String::new(), |a| format!(", accuracy {}", percent(a)));
+    format!("{stage}: {} labels, {} boundary samples{accuracy}", count(labels), count(samples))
 }
 
 /// The most memory that this process ever had \[bytes\]; `None` where the system does not say.
@@ -62,11 +63,9 @@ mod tests {
 
     #[test]
     fn progress_reads_well() {
-        let mut state =
-            LearnProgress { stage: "exploring", fraction: 0.1, labels: 1500, boundary_samples: 30, accuracy: None };
-        assert_eq!(in_words(&state), "exploring: 1,500 labels, 30 boundary samples");
-        state.accuracy = Some(0.953);
-        assert!(in_words(&state).ends_with("accuracy 95.3 %"));
+        let told = |accuracy| in_words("exploring", 1500, 30, accuracy);
+        assert_eq!(told(None), "exploring: 1,500 labels, 30 boundary samples");
+        assert!(told(Some(0.953)).ends_with("accuracy 95.3 %"));
     }
 
     #[test]

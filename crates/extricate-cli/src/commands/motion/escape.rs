@@ -5,12 +5,11 @@ use std::path::PathBuf;
 
 use anyhow::bail;
 use clap::Args;
-use extricate::{Escape, EscapeMethod, EscapeOptions, Scene, Termination};
+use extricate::{Escape, EscapeMethod, EscapeOptions, Scene};
 use serde::Serialize;
 
 use crate::args::{self, InputArgs, LoadArgs, length, seconds, seed, whole};
-use crate::commands::query::asker::Asked;
-use crate::commands::with_advice;
+use crate::commands::{load_solver, with_advice};
 use crate::input::BadLine;
 use crate::output::Output;
 use crate::progress::Progress;
@@ -107,14 +106,13 @@ fn header(unit: &str) -> String {
 /// Runs the command.
 pub fn run(args: &EscapeArgs, json: bool) -> anyhow::Result<()> {
     let mut configs = args.input.open()?;
-    let asked = Asked::load(&args.file, args.world.as_deref(), &args.load)?;
-    let termination = Termination { max_checks: args.max_checks, max_seconds: args.max_seconds, stop: None };
-    let (aim, tolerance, exits, tree_checks, seed) =
-        (args.aim, args.tolerance, args.exits, args.tree_checks, args.seed);
-    let options = EscapeOptions { aim, tolerance, exits, tree_checks, seed, termination, ..EscapeOptions::default() };
-    let scene = asked.scene();
+    let solver = load_solver(&args.file, args.world.as_deref(), &args.load)?;
+    let mut options = EscapeOptions::default().tolerance(args.tolerance).exits(args.exits).seed(args.seed);
+    (options.aim, options.tree_checks) = (args.aim, args.tree_checks);
+    options.termination = args::termination(args.max_checks, args.max_seconds);
+    let scene = solver.scene();
     let told = OnceCell::new();
-    let no_path = || told.get_or_init(|| with_advice("no path was found", asked.view().checker())).as_str();
+    let no_path = || told.get_or_init(|| with_advice("no path was found", &solver)).as_str();
     // A path may take minutes; those that were found are not to be lost with the next.
     let mut out = Output::new(true);
     let mut progress = Progress::beside_rows("escaping");
@@ -124,7 +122,7 @@ pub fn run(args: &EscapeArgs, json: bool) -> anyhow::Result<()> {
             progress.aside(|| notice::warning(note));
         }
         let answered = entry.and_then(|(line, q)| {
-            let escape = asked.view().escape(&q, &options);
+            let escape = solver.escape(&q, &options);
             escape.map(|escape| (line, escape)).map_err(|error| BadLine { line, error: error.to_string() })
         });
         match answered {
@@ -157,7 +155,7 @@ pub fn run(args: &EscapeArgs, json: bool) -> anyhow::Result<()> {
         out.line(format_args!("\nfound a path for {} of {all} ({share})", report::count(found)))?;
     }
     out.finish()?;
-    let none = || with_advice("none was found", asked.view().checker());
+    let none = || with_advice("none was found", &solver);
     match (configs.conclude(), found < total) {
         (Ok(()), false) => Ok(()),
         (Ok(()), true) => bail!("found no path for {missing}: {}", none()),

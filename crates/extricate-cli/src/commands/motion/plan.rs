@@ -5,12 +5,12 @@ use std::sync::Arc;
 
 use anyhow::{Context, bail};
 use clap::Args;
-use extricate::internals::io::{OutputLock, check_not_read, check_roadmap_output, load_roadmap, save_roadmap};
-use extricate::{Config, Plan, PlanMethod, PlanOptions, Roadmap, Scene, Stop, Termination};
+use extricate::files::{OutputLock, check_not_read, check_roadmap_output, load_roadmap, save_roadmap};
+use extricate::{Config, Plan, PlanMethod, PlanOptions, Roadmap, Scene, Stop};
 use serde::Serialize;
 
-use crate::args::{LoadArgs, length, seconds, seed, threads, whole};
-use crate::commands::query::asker::Asked;
+use crate::args::{self, LoadArgs, length, seconds, seed, threads, whole};
+use crate::commands::load_solver;
 use crate::input::Configs;
 use crate::interrupt::{StopOnInterrupt, uninterrupted};
 use crate::notice;
@@ -74,30 +74,27 @@ struct Line<'a> {
 
 /// Runs the command.
 pub fn run(args: &PlanArgs, json: bool) -> anyhow::Result<()> {
-    let asked = Asked::load(&args.file, args.world.as_deref(), &args.load)?;
-    let scene = asked.scene();
+    let solver = load_solver(&args.file, args.world.as_deref(), &args.load)?;
+    let scene = solver.scene();
     let (from, to) = (config("--from", &args.from, scene)?, config("--to", &args.to, scene)?);
     // Held from before it is read until it is written: else what another run adds is lost.
     let _lock = args.roadmap.as_deref().map(|path| hold(path, args)).transpose()?;
     let mut roadmap = match &args.roadmap {
         Some(path) if path.exists() => load_roadmap(path, scene)?,
-        _ => Roadmap::new(&scene.space, args.seed),
+        _ => Roadmap::new(scene.space(), args.seed),
     };
     if let Some(path) = &args.roadmap {
         check_roadmap_output(path)?;
     }
     let listening = Arc::new(StopOnInterrupt::new());
     let stop = Stop::when(move || listening.asked());
-    let termination =
-        Termination { max_checks: Some(args.max_checks), max_seconds: args.max_seconds, stop: Some(stop.clone()) };
-    let options = PlanOptions {
-        resolution: args.resolution,
-        shortcut: !args.no_shortcut,
-        seed: args.seed,
-        threads: args.threads,
-        termination,
-    };
-    let plan = busy("planning", || asked.view().plan_with(&from, &to, &options, &mut roadmap))?;
+    let options = PlanOptions::default()
+        .resolution(args.resolution)
+        .shortcut(!args.no_shortcut)
+        .seed(args.seed)
+        .threads(args.threads)
+        .termination(args::termination(Some(args.max_checks), args.max_seconds).stop(stop.clone()));
+    let plan = busy("planning", || solver.plan_with(&from, &to, &options, &mut roadmap))?;
     let was_stopped = stop.is_asked();
     // The path first: it is known, and whatever becomes of the file it is not lost.
     let printed = print(&plan, scene, json);

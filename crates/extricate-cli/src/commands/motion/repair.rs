@@ -4,11 +4,11 @@ use std::path::PathBuf;
 
 use anyhow::{anyhow, bail};
 use clap::Args;
-use extricate::{RepairOptions, Repaired, Rows, Scene, Termination};
+use extricate::{RepairOptions, Repaired, Rows, Scene};
 use serde::Serialize;
 
-use crate::args::{LoadArgs, length, seconds, seed, whole};
-use crate::commands::query::asker::Asked;
+use crate::args::{self, LoadArgs, length, seconds, seed, whole};
+use crate::commands::load_solver;
 use crate::input::Configs;
 use crate::notice;
 use crate::output::Output;
@@ -67,15 +67,15 @@ struct Line<'a> {
 /// Runs the command.
 pub fn run(args: &RepairArgs, json: bool) -> anyhow::Result<()> {
     let mut configs = Configs::open(&args.path)?;
-    let asked = Asked::load(&args.file, args.world.as_deref(), &args.load)?;
-    let scene = asked.scene();
+    let solver = load_solver(&args.file, args.world.as_deref(), &args.load)?;
+    let scene = solver.scene();
     let points = path_of(&mut configs, scene, args)?;
     configs.conclude()?;
-    let termination = Termination { max_checks: Some(args.max_checks), max_seconds: args.max_seconds, stop: None };
-    let (aim, max_deviation, seed) = (args.aim, args.max_deviation, args.seed);
-    let options = RepairOptions { aim, max_deviation, seed, termination, ..RepairOptions::default() };
-    let rows = Rows::new(&points, scene.space.nq())?;
-    let repaired = busy("repairing", || asked.view().repair(rows, &options))?;
+    let mut options = RepairOptions::default().seed(args.seed);
+    (options.aim, options.max_deviation) = (args.aim, args.max_deviation);
+    options.termination = args::termination(Some(args.max_checks), args.max_seconds);
+    let rows = Rows::new(&points, scene.space().nq())?;
+    let repaired = busy("repairing", || solver.repair(rows, &options))?;
     print(&repaired, json, report::metric_unit(scene))?;
     if !repaired.is_found() {
         bail!("no path was found in {}", report::counted(repaired.checks, "check", "checks"));

@@ -2,9 +2,9 @@
 
 use anyhow::Context;
 use clap::Args;
-use extricate::{QueryOptions, Scene, Toward};
+use extricate::{QueryOptions, Scene, Solver};
 
-use crate::args::{length, share_or_more};
+use crate::args::{goal_to_come, length, share_or_more};
 use crate::input::Configs;
 
 /// What an answer has to keep, and where it should lie.
@@ -25,7 +25,8 @@ pub struct ConstraintArgs {
     /// learned is then not used
     #[arg(long, value_name = "JOINT=W", value_delimiter = ',', value_parser = weight)]
     weights: Vec<(String, f64)>,
-    /// Of exits that are about as near, choose the one nearest to this configuration
+    /// Choose the exit nearest to this configuration, among those that are about as near as the
+    /// nearest
     #[arg(long, value_name = "Q", allow_hyphen_values = true)]
     toward: Option<String>,
     /// With --toward: an exit counts that is farther than the nearest by at most this share
@@ -37,36 +38,36 @@ pub struct ConstraintArgs {
 }
 
 impl ConstraintArgs {
-    /// Whether an exit is to be chosen by a goal.
-    pub fn has_goal(&self) -> bool {
-        self.toward.is_some()
-    }
-
-    /// Adds them to the options of queries in a scene.
-    pub fn apply(&self, scene: &Scene, options: &mut QueryOptions) -> anyhow::Result<()> {
+    /// Sets the options that need no scene. The goal is one to come.
+    pub fn set(&self, options: &mut QueryOptions) {
         options.clearance = self.clearance;
         options.free_radius = self.free_radius;
+        options.toward = self.toward.as_ref().map(|_| goal_to_come(self.toward_share));
+    }
+
+    /// Sets what only the scene tells: which joints have the names, and the goal.
+    pub fn set_in(&self, scene: &Scene, options: &mut QueryOptions) -> anyhow::Result<()> {
         options.locked = scene.joints_named("--locked", self.locked.iter().map(String::as_str))?;
         if !self.free.is_empty() {
             let free = scene.joints_named("--free", self.free.iter().map(String::as_str))?;
-            options.locked = (0..scene.joints.len()).filter(|joint| !free.contains(joint)).collect();
+            options.locked = (0..scene.joints().len()).filter(|joint| !free.contains(joint)).collect();
         }
-        if let Some(words) = &self.toward {
+        if let (Some(words), Some(toward)) = (&self.toward, &mut options.toward) {
             let goal = Configs::of_words(std::slice::from_ref(words)).next(scene)?;
             let goal = goal.and_then(Result::ok).map(|(_, goal)| goal);
-            let expected = || format!("--toward: got {words}, expected {} numbers within the limits", scene.space.nq());
-            options.toward = Some(Toward { goal: goal.with_context(expected)?.to_vec(), share: self.toward_share });
+            let expected =
+                || format!("--toward: got {words}, expected {} numbers within the limits", scene.space().nq());
+            toward.goal = goal.with_context(expected)?;
         }
         Ok(())
     }
 
-    /// The scene with the weights, where some were given.
-    pub fn weighted(&self, scene: &Scene) -> anyhow::Result<Option<Scene>> {
+    /// The solver with the weights, if some were given.
+    pub fn weighted(&self, solver: Solver) -> extricate::Result<Solver> {
         if self.weights.is_empty() {
-            return Ok(None);
+            return Ok(solver);
         }
-        let weights = self.weights.iter().map(|(name, weight)| (name.as_str(), [*weight; 2]));
-        Ok(Some(scene.weighted(weights)?))
+        solver.weighted(self.weights.iter().map(|(name, weight)| (name.as_str(), [*weight; 2])))
     }
 }
 

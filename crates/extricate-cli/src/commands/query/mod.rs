@@ -1,25 +1,25 @@
 //! `extricate query`: the nearest free configuration for each of many.
 
-pub mod asker;
 pub mod constraints;
 pub mod row;
 pub mod summary;
 
 use std::cell::OnceCell;
+use std::ops::ControlFlow;
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
 use anyhow::bail;
-use clap::{Args, ValueEnum};
-use extricate::{Answer, Config, Effort, QueryOptions, Scene, StreamOptions, Termination};
+use clap::Args;
+use clap::builder::TypedValueParser;
+use extricate::{Answer, Config, Effort, QueryOptions, Scene, Solver, Stream, StreamOptions};
 
-use crate::args::{self, InputArgs, Limits, LoadArgs, exits, seconds, share, threads, whole};
-use crate::commands::with_advice;
+use crate::args::{self, InputArgs, Limits, LoadArgs, choice, exits, seconds, share, threads, whole};
+use crate::commands::{load_solver, with_advice};
 use crate::input::BadLine;
 use crate::output::Output;
 use crate::progress::Progress;
 use crate::{notice, report};
-use asker::{Asked, Asker};
 use constraints::ConstraintArgs;
 use row::{QueryRow, header};
 use summary::Summary;
@@ -27,13 +27,13 @@ use summary::Summary;
 /// The keys of `--json`.
 const KEYS: &str = "With --json, one object a line, in the order of the input: depth and lower_bound (in the \
 scene's metric), gap (the share of the depth that is not proved), unproved (why nothing is proved: \"surfaces\" or \
-\"shallow\"; else null), witness, seconds (the library call alone), checks, max_displacement [m], colliding and touching \
+\"shallow\"; else null), witness, checks, max_displacement [m], colliding and touching \
 (lists of [name, name]), outside (joints of the query beyond their limits), \
 clearance (that the witness keeps [m], of pairs without a \
 clearance of their own), verified, effort, contacts (at the witness: pair, distance [m], point_first, \
 point_second, normal), gradient (of the depth), unique, cut_short (whether a limit ended the search), exits (with --exits: depth, witness, touching), segment (with \
 --segment: colliding_until, free_from, fractions of the straight segment), free_radius (with --free-radius: in the metric, \
-around the witness), nearest (with --continuous: depth of the nearest exit that was found).";
+around the witness), nearest (with --continuous: depth of the nearest exit that was found), seconds (the library call alone).";
 
 /// Arguments of `query`.
 #[derive(Args)]
@@ -87,8 +87,8 @@ pub struct QueryArgs {
 #[command(next_help_heading = "Search")]
 struct SearchArgs {
     /// How hard to try
-    #[arg(long, value_enum, default_value_t = EffortArg::Refined)]
-    effort: EffortArg,
+    #[arg(long, value_parser = effort(), default_value_t = Effort::Refined)]
+    effort: Effort,
     /// Find up to K distinct exits, each a local minimum, nearest first; more than one not with
     /// --effort nearest
     #[arg(long, value_name = "K", value_parser = exits, allow_negative_numbers = true, default_value_t = 1)]
@@ -131,93 +131,64 @@ struct StreamArgs {
     continuous: bool,
 }
 
-/// [`Effort`] as the command line spells it.
-#[derive(Clone, Copy, ValueEnum)]
-pub enum EffortArg {
-    /// The nearest stored boundary sample, or in many dimensions one nearly as near; verified when
-    /// learned
-    Nearest,
-    /// As refined, with fewer starts: about half the checks
-    Quick,
-    /// Several candidates, each refined by descents along the contact surface; verified now
-    Refined,
-    /// Many starts and long refinement, for ground truth
-    Exhaustive,
-    /// As refined, then branch and bound until --gap is proved or the budget is spent; give
-    /// --max-seconds
-    Proved,
-}
-
-impl From<EffortArg> for Effort {
-    fn from(effort: EffortArg) -> Self {
-        match effort {
-            EffortArg::Nearest => Effort::Nearest,
-            EffortArg::Quick => Effort::Quick,
-            EffortArg::Refined => Effort::Refined,
-            EffortArg::Exhaustive => Effort::Exhaustive,
-            EffortArg::Proved => Effort::Proved,
+/// Reads an effort, and says in `--help` what each is.
+pub fn effort() -> impl TypedValueParser<Value = Effort> {
+    let about = |effort| match effort {
+        Effort::Nearest => {
+            "The nearest stored boundary sample, or in many dimensions one nearly as near; verified when learned"
         }
-    }
-}
-
-/// Why an effort cannot find so many exits, if it cannot.
-pub fn exits_contradiction(effort: EffortArg, exits: usize) -> Option<&'static str> {
-    match effort {
-        EffortArg::Nearest if exits > 1 => {
-            Some("--effort nearest gives one exit, expected --exits 1: others are found by refinement")
+        Effort::Quick => "As refined, with fewer starts: about half the checks",
+        Effort::Refined => "Several candidates, each refined by descents along the contact surface; verified now",
+        Effort::Exhaustive => "Many starts and long refinement, for ground truth",
+        Effort::Proved => {
+            "As refined, then branch and bound until --gap is proved or the budget is spent; give --max-seconds"
         }
-        EffortArg::Proved if exits > 1 => Some("--gap and --effort proved stop at one exit, expected --exits 1"),
-        _ => None,
-    }
+        _ => "",
+    };
+    choice(Effort::ALL.iter().map(move |effort| (effort.name(), about(*effort))))
 }
 
 impl QueryArgs {
-    /// What makes no sense together, if anything does.
-    pub fn contradiction(&self) -> Option<&'static str> {
-        match self.search.effort {
-            EffortArg::Nearest if self.search.exits > 1 => exits_contradiction(EffortArg::Nearest, self.search.exits),
-            EffortArg::Nearest if self.search.starts.is_some() => {
-                Some("--effort nearest refines nothing, expected no --starts: they are what refinement starts from")
-            }
-            EffortArg::Nearest if self.search.gap.is_some() => {
-                Some("--effort nearest searches nothing, expected no --gap: it is where searches stop")
-            }
-            _ if self.constraints.has_goal()
-                && (self.search.gap.is_some() || matches!(self.search.effort, EffortArg::Proved)) =>
-            {
-                Some(
-                    "--gap and --effort proved stop at the nearest exit, expected no --toward: it chooses among several",
-                )
-            }
-            effort => {
-                let stops = self.search.gap.is_some();
-                exits_contradiction(if stops { EffortArg::Proved } else { effort }, self.search.exits)
-            }
-        }
+    /// The options of its queries, without what only the scene tells.
+    pub fn options(&self) -> QueryOptions {
+        let mut options = QueryOptions::default().effort(self.search.effort).exits(self.search.exits);
+        (options.starts, options.gap) = (self.search.starts, self.search.gap);
+        options.termination = args::termination(self.max_checks, self.max_seconds);
+        (options.segment, options.contacts) = (self.segment, self.contacts);
+        self.constraints.set(&mut options);
+        options
     }
 
-    fn stream_options(&self, options: &QueryOptions) -> Option<StreamOptions> {
-        let of = || StreamOptions {
-            query: options.clone(),
-            hysteresis: self.stream.hysteresis,
-            starts_per_frame: self.stream.starts_per_frame,
-            continuous: self.stream.continuous,
-        };
-        self.stream.stream.then(of)
+    fn stream(&self, solver: &Solver) -> extricate::Result<Option<Stream>> {
+        let StreamArgs { stream, hysteresis, starts_per_frame, continuous } = self.stream;
+        let options = StreamOptions::default().hysteresis(hysteresis).starts_per_frame(starts_per_frame);
+        stream.then(|| solver.stream(options.continuous(continuous))).transpose()
     }
+}
 
-    fn options(&self) -> QueryOptions {
-        QueryOptions {
-            effort: self.search.effort.into(),
-            exits: self.search.exits,
-            starts: self.search.starts,
-            gap: self.search.gap,
-            termination: Termination { max_checks: self.max_checks, max_seconds: self.max_seconds, stop: None },
-            segment: self.segment,
-            contacts: self.contacts,
-            ..QueryOptions::default()
+/// An answer, if anything free was found, and how long it took \[s\].
+pub type Timed = (Option<Answer>, f64);
+
+/// Answers in the order of the queries, which are the next frames of a stream if there is one.
+pub fn ask(solver: &Solver, stream: Option<&mut Stream>, queries: Vec<Config>, threads: usize) -> Vec<Timed> {
+    let mut answers = Vec::with_capacity(queries.len());
+    match stream {
+        Some(stream) => {
+            for q in &queries {
+                let started = Instant::now();
+                let answer = stream.query(q);
+                answers.push((answer, started.elapsed().as_secs_f64()));
+            }
+        }
+        None => {
+            let threads = if queries.len() == 1 { 1 } else { threads };
+            solver.batch_each(queries, threads, &mut |answered| {
+                answers.push((answered.answer, answered.seconds));
+                ControlFlow::Continue(())
+            });
         }
     }
+    answers
 }
 
 /// How long a program that has just begun asks other configurations first, where loading the model
@@ -231,23 +202,24 @@ const BLOCK: usize = 1024;
 pub fn run(args: &QueryArgs, json: bool) -> anyhow::Result<()> {
     let mut configs = args.input.open()?.with_limits(args.search.limits);
     let started = Instant::now();
-    let mut asked = Asked::load(&args.file, args.world.as_deref(), &args.load)?;
-    if let Some(scene) = args.constraints.weighted(asked.scene())? {
-        asked = asked.in_scene(scene);
-    }
+    let solver = args.constraints.weighted(load_solver(&args.file, args.world.as_deref(), &args.load)?)?;
+    solver.prepare();
     let loaded_in = started.elapsed();
     let mut options = args.options();
-    args.constraints.apply(asked.scene(), &mut options)?;
+    args.constraints.set_in(solver.scene(), &mut options)?;
     let aim = options.clearance;
-    let stream = args.stream_options(&options);
-    let mut asker = Asker::new(&asked, options, stream);
-    asker.warm_up(LONGEST_WARM_UP.min(loaded_in));
-    let scene = asked.scene();
+    let solver = solver.options(options)?;
+    // Who asks without a model wants the first answer soon.
+    if solver.model().is_some() {
+        solver.warm_up(LONGEST_WARM_UP.min(loaded_in));
+    }
+    let mut stream = args.stream(&solver)?;
+    let scene = solver.scene();
     let told = OnceCell::new();
-    let none_free = || told.get_or_init(|| with_advice(NONE_FREE, asked.view().checker())).as_str();
+    let none_free = || told.get_or_init(|| with_advice(NONE_FREE, &solver)).as_str();
     // An answer may take seconds, and those that are known are not to be lost with the next; stored
     // samples are found in less time than a line takes to leave.
-    let flush_lines = configs.is_stream() || !matches!(args.search.effort, EffortArg::Nearest);
+    let flush_lines = configs.is_stream() || args.search.effort != Effort::Nearest;
     let mut report = Report::new(scene, flush_lines, json);
     report.aim = aim;
     report.tells_witness = args.witness || args.input.input.is_none();
@@ -267,7 +239,7 @@ pub fn run(args: &QueryArgs, json: bool) -> anyhow::Result<()> {
         block.extend(entry);
         if block.len() >= size || ended {
             let queries: Vec<Config> = block.iter().flatten().map(|(_, q)| q.clone()).collect();
-            let mut answers = asker.ask(queries, args.threads).into_iter();
+            let mut answers = ask(&solver, stream.as_mut(), queries, args.threads).into_iter();
             for entry in block.drain(..) {
                 match entry {
                     Err(bad) => report.bad(&bad)?,
@@ -297,7 +269,7 @@ pub fn run(args: &QueryArgs, json: bool) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// Why a query in a changed scene may have no answer.
+/// Why a query may have no answer.
 const NONE_FREE: &str = "no free configuration was found";
 
 /// Share of the clearance aimed at that counts as all of it.
@@ -355,5 +327,87 @@ impl<'a> Report<'a> {
             }
         }
         self.out.finish()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::args::{Cli, Command};
+    use clap::{Arg, ArgAction, CommandFactory};
+    use extricate::QUERY_OPTIONS;
+
+    /// What `query` has beside the options of the library.
+    const OWN: [&str; 16] = [
+        "continuous",
+        "free",
+        "help",
+        "hysteresis",
+        "input",
+        "json",
+        "limits",
+        "load-limit",
+        "packages",
+        "q",
+        "starts-per-frame",
+        "stream",
+        "threads",
+        "weights",
+        "witness",
+        "world",
+    ];
+
+    fn read(line: &str) -> Result<QueryArgs, clap::Error> {
+        match Cli::read(format!("extricate query scene.toml --q 0 {line}").split_whitespace())?.command {
+            Command::Query(args) => Ok(args),
+            _ => panic!("another command"),
+        }
+    }
+
+    #[test]
+    fn options_are_those_of_the_library() {
+        let mut program = Cli::command();
+        program.build();
+        let command = program.find_subcommand("query").unwrap();
+        let mut others: Vec<&str> = command.get_arguments().filter_map(Arg::get_long).collect();
+        for option in QUERY_OPTIONS {
+            let name = option.name.replace('_', "-");
+            let argument = command.get_arguments().find(|argument| argument.get_long() == Some(&name));
+            let argument = argument.unwrap_or_else(|| panic!("there is no --{name}"));
+            assert!(argument.get_help().is_some(), "--{name}");
+            let defaults: Vec<_> = argument.get_default_values().iter().map(|word| word.to_string_lossy()).collect();
+            match option.default {
+                "None" => assert!(defaults.is_empty(), "--{name}: {defaults:?}"),
+                "False" => assert!(matches!(argument.get_action(), ArgAction::SetTrue), "--{name}"),
+                word => assert_eq!(defaults, [word.trim_matches('\'')], "--{name}"),
+            }
+            others.retain(|other| *other != name);
+        }
+        others.sort_unstable();
+        assert_eq!(others, OWN);
+        assert_eq!(read("").ok().unwrap().options(), QueryOptions::default());
+    }
+
+    #[test]
+    fn values_are_refused_with_what_the_library_expects() {
+        let expected = |name: &str| QUERY_OPTIONS.iter().find(|option| option.name == name).unwrap().expected;
+        for (name, value) in [
+            ("exits", "0"),
+            ("starts", "100001"),
+            ("gap", "1"),
+            ("clearance", "-1"),
+            ("toward_share", "-1"),
+            ("max_seconds", "0"),
+        ] {
+            let option = format!("--{}", name.replace('_', "-"));
+            let message = read(&format!("--toward 0 {option} {value}")).err().unwrap().to_string();
+            for part in [&option, value, &format!("expected {}", expected(name))] {
+                assert!(message.contains(part), "{part} is not in {message}");
+            }
+        }
+        let message = read("--effort lucky").err().unwrap().to_string();
+        assert!(Effort::ALL.iter().all(|effort| message.contains(effort.name())), "{message}");
+        let message = read("--exits 2 --gap 0.1").err().unwrap().to_string();
+        assert!(message.contains("--exits: got 2, expected 1 with a gap to prove"), "{message}");
     }
 }

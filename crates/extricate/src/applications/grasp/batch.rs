@@ -7,80 +7,73 @@ use rayon::prelude::*;
 
 use super::hand::Hand;
 use super::options::ReleaseOptions;
+use super::release::release;
 use super::report::Grasp;
 use crate::cspace::Config;
 use crate::error::Result;
-use crate::query::{QueryScratch, World};
+use crate::query::QueryScratch;
+use crate::query::prepared::Prepared;
 use crate::scene::Body;
+use crate::solver::Solver;
 
 /// What became of a grasp: `None` where nothing free was found; the message where its object cannot
 /// be used.
 pub type Released = std::result::Result<Option<Grasp>, String>;
 
-/// Releases grasps, each of the object of its number, which `object_of` gives; in order, on all
-/// threads of the current rayon pool. `world` is the hand without the objects: what is prepared of
-/// it is shared, and each object is prepared once.
-///
-/// # Guarantee
-/// Each is what [`Hand::release`] says of it alone, whatever the number of threads.
-pub fn release_batch(
-    world: &World,
-    grasps: &[(usize, Config)],
-    object_of: &(dyn Fn(usize) -> Result<Body> + Sync),
-    options: &ReleaseOptions,
-) -> Vec<Released> {
-    let found = Mutex::new(Vec::with_capacity(grasps.len()));
-    let keep = |at: usize, released: Released| {
-        found.lock().unwrap_or_else(PoisonError::into_inner).push((at, released));
-    };
-    release_each(world, grasps, object_of, options, &keep);
-    let mut found = found.into_inner().unwrap_or_else(PoisonError::into_inner);
-    found.sort_unstable_by_key(|(at, _)| *at);
-    found.into_iter().map(|(_, released)| released).collect()
-}
-
-/// As [`release_batch`]; `tell` is given each as soon as it is known, and its place among `grasps`.
-/// The objects come in the order of their numbers, as far as threads allow.
-pub fn release_each(
-    world: &World,
-    grasps: &[(usize, Config)],
-    object_of: &(dyn Fn(usize) -> Result<Body> + Sync),
-    options: &ReleaseOptions,
-    tell: &(dyn Fn(usize, Released) + Sync),
-) {
-    let mut by_object: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
-    grasps.iter().enumerate().for_each(|(at, (object, _))| by_object.entry(*object).or_default().push(at));
-    by_object.iter().par_bridge().for_each(|(object, places)| {
-        let prepared = object_of(*object).and_then(|body| with_object(world, body));
-        let (world, hand) = match prepared {
-            Ok(prepared) => prepared,
-            Err(error) => return places.iter().for_each(|at| tell(*at, Err(error.to_string()))),
+impl Solver {
+    /// Releases grasps, each of the object of its number, which `object_of` gives; in order, on all
+    /// threads of the current rayon pool. The scene is the hand without the objects: what is
+    /// prepared of it is shared, and each object is prepared once.
+    ///
+    /// # Guarantee
+    /// Each is what [`Solver::release`] says of it alone, whatever the number of threads.
+    pub fn release_batch(
+        &self,
+        grasps: &[(usize, Config)],
+        object_of: &(dyn Fn(usize) -> Result<Body> + Sync),
+        options: &ReleaseOptions,
+    ) -> Vec<Released> {
+        let found = Mutex::new(Vec::with_capacity(grasps.len()));
+        let keep = |at: usize, released: Released| {
+            found.lock().unwrap_or_else(PoisonError::into_inner).push((at, released));
         };
-        let rows = places.iter().map(|at| (*at, &grasps[*at].1));
-        release_rows(&world, &hand, rows, options, tell);
-    });
+        self.release_each(grasps, object_of, options, &keep);
+        let mut found = found.into_inner().unwrap_or_else(PoisonError::into_inner);
+        found.sort_unstable_by_key(|(at, _)| *at);
+        found.into_iter().map(|(_, released)| released).collect()
+    }
+
+    /// As [`Solver::release_batch`]; `tell` is given each as soon as it is known, and its place
+    /// among `grasps`. The objects come in the order of their numbers, as far as threads allow.
+    pub fn release_each(
+        &self,
+        grasps: &[(usize, Config)],
+        object_of: &(dyn Fn(usize) -> Result<Body> + Sync),
+        options: &ReleaseOptions,
+        tell: &(dyn Fn(usize, Released) + Sync),
+    ) {
+        let mut by_object: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
+        grasps.iter().enumerate().for_each(|(at, (object, _))| by_object.entry(*object).or_default().push(at));
+        let hand = self.prepared();
+        by_object.iter().par_bridge().for_each(|(object, places)| {
+            let prepared = object_of(*object).and_then(|body| with_object(hand, body));
+            let (prepared, hand) = match prepared {
+                Ok(prepared) => prepared,
+                Err(error) => return places.iter().for_each(|at| tell(*at, Err(error.to_string()))),
+            };
+            let context = prepared.context();
+            places.par_iter().for_each_init(QueryScratch::default, |scratch, at| {
+                tell(*at, Ok(release(&hand, &context, &grasps[*at].1, options, scratch)));
+            });
+        });
+    }
 }
 
-/// The same of one object, which `world` holds; `grasps` are places and configurations.
-pub fn release_rows<'a>(
-    world: &World,
-    hand: &Hand,
-    grasps: impl Iterator<Item = (usize, &'a Config)> + Send,
-    options: &ReleaseOptions,
-    tell: &(dyn Fn(usize, Released) + Sync),
-) {
-    let view = world.view();
-    let release = |scratch: &mut QueryScratch, (at, q): (usize, &Config)| {
-        tell(at, Ok(hand.release(&view, q, options, scratch)));
-    };
-    grasps.par_bridge().for_each_init(QueryScratch::default, release);
-}
-
-fn with_object(world: &World, body: Body) -> Result<(World, Hand)> {
+fn with_object(prepared: &Prepared, body: Body) -> Result<(Prepared, Hand)> {
     let name = body.name.clone();
-    let scene = world.scene().with_obstacles([body])?;
+    let scene = prepared.scene().with_obstacles([body])?;
     let hand = Hand::new(&scene, &name)?;
-    Ok((world.with_scene(scene), hand))
+    Ok((prepared.with_scene(scene), hand))
 }
 
 #[cfg(test)]
@@ -94,7 +87,7 @@ mod tests {
     #[test]
     fn batches_say_what_single_releases_say() {
         let scene = builtin::scene("hand").unwrap();
-        let world = World::new(scene.clone());
+        let solver = Solver::new(scene.clone());
         let object_of = |number: usize| match number {
             2 => Err(Error::input("objects", "object 2", "got none")),
             _ => {
@@ -106,7 +99,7 @@ mod tests {
         let config = |curl: f64| scene.config(&[0.0, curl, 0.0, curl, curl]).unwrap();
         let grasps: Vec<(usize, Config)> = (0..24).map(|k| (k % 4, config(0.3 + 0.02 * k as f64))).collect();
         let options = ReleaseOptions::default();
-        let found = release_batch(&world, &grasps, &object_of, &options);
+        let found = solver.release_batch(&grasps, &object_of, &options);
         assert_eq!(found.len(), grasps.len());
         let mut moved = 0;
         for ((number, q), found) in grasps.iter().zip(&found) {
@@ -114,8 +107,9 @@ mod tests {
                 assert!(found.as_ref().unwrap_err().contains("object 2"));
                 continue;
             }
-            let (world, hand) = with_object(&world, object_of(*number).unwrap()).unwrap();
-            let alone = hand.release(&world.view(), q, &options, &mut QueryScratch::default());
+            let with_object = scene.with_obstacles([object_of(*number).unwrap()]).unwrap();
+            let hand = Hand::new(&with_object, "object").unwrap();
+            let alone = solver.with_scene(with_object).unwrap().release(&hand, q, &options);
             assert_eq!(found.as_ref().unwrap(), &alone);
             moved += usize::from(alone.is_some_and(|grasp| grasp.moved > 0.0));
         }

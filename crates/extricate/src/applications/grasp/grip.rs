@@ -17,10 +17,10 @@ pub struct GraspContact {
     pub link: String,
     /// Distance \[m\].
     pub distance: f64,
-    /// On the object, world coordinates \[m\].
-    pub point: Vec3,
-    /// Unit, into the object, world coordinates.
-    pub normal: Vec3,
+    /// The point on the object, in the world \[m\].
+    pub point: [f64; 3],
+    /// The unit normal into the object, in the world.
+    pub normal: [f64; 3],
 }
 
 /// The links of a hand against the object, in the order of the hand.
@@ -28,12 +28,12 @@ pub struct GraspContact {
 pub struct Grip {
     /// Nearest signed distances beyond the clearance \[m\]; below 0 where a link penetrates.
     pub gaps: Vec<f64>,
-    /// Unit, from the object toward the link, at the nearest place.
+    /// The unit vectors from the object toward the links, at the nearest places.
     pub normals: Vec<Vec3>,
 }
 
 impl Grip {
-    /// Of the hand at `q`. Within `margin` \[m\] beyond the clearance, or however far.
+    /// The links of the hand at `q`, within `margin` \[m\] beyond the clearance, or however far.
     pub fn at(hand: &Hand, context: &Context, q: &[f64], margin: Option<f64>, scratch: &mut CheckScratch) -> Self {
         let (mut grip, mut contacts) = (Self::default(), Vec::new());
         let margin = context.clearance + margin.unwrap_or(FAR);
@@ -53,12 +53,12 @@ impl Grip {
         grip
     }
 
-    /// Of every link, whether it is nearer than that \[m\] beyond the clearance.
+    /// Whether each link is nearer than `touch` \[m\] beyond the clearance.
     pub fn touching(&self, touch: f64) -> Vec<bool> {
         self.gaps.iter().map(|gap| *gap <= touch).collect()
     }
 
-    /// Of every finger of the hand, whether one of these links is of it.
+    /// Whether each finger of the hand has one of these links.
     pub fn fingers(hand: &Hand, links: &[bool]) -> Vec<bool> {
         let mut fingers = vec![false; hand.fingers.len()];
         for (link, is_one) in hand.links.iter().zip(links) {
@@ -67,7 +67,7 @@ impl Grip {
         fingers
     }
 
-    /// Of every finger, whether a link of it that touches both here and there has changed the side.
+    /// Whether each finger has a link that touches both here and there, on different sides.
     pub fn turned(&self, hand: &Hand, other: &Self, links: &[bool]) -> Vec<bool> {
         let has_turned = |at: usize| links[at] && self.normals[at].dot(&other.normals[at]) < 0.0;
         let turned: Vec<bool> = (0..hand.links.len()).map(has_turned).collect();

@@ -13,15 +13,13 @@ use crate::scene::{Motion, PairId, Scene};
 /// all of them share (base, wrist) are left out.
 ///
 /// ```
-/// use extricate::geometry::{Body, Geometry, Pose, Vec3};
-/// use extricate::{Hand, QueryScratch, ReleaseOptions, World, builtin};
-/// let pose = Pose::translation(Vec3::new(0.0, 0.0, 0.08));
-/// let ball = Body::obstacle("ball", Geometry::Sphere { radius: 0.03 }, pose);
-/// let world = World::new(builtin::scene("hand")?.with_obstacles([ball])?);
-/// let hand = Hand::new(world.scene(), "ball")?;
-/// let q = world.scene().config(&[0.0, 0.4, 0.0, 0.4, 0.4])?;     // three fingers in the ball
-/// let options = ReleaseOptions::default();
-/// let grasp = hand.release(&world.view(), &q, &options, &mut QueryScratch::default()).unwrap();
+/// use extricate::geometry::{Body, Geometry, Pose};
+/// use extricate::{Hand, ReleaseOptions, Solver, builtin};
+/// let ball = Body::obstacle("ball", Geometry::Sphere { radius: 0.03 }, Pose::at([0.0, 0.0, 0.08]));
+/// let solver = Solver::new(builtin::scene("hand")?.with_obstacles([ball])?);
+/// let hand = Hand::new(solver.scene(), "ball")?;
+/// let q = solver.scene().config(&[0.0, 0.4, 0.0, 0.4, 0.4])?;    // three fingers in the ball
+/// let grasp = solver.release(&hand, &q, &ReleaseOptions::default()).unwrap();
 /// assert!(grasp.verified && grasp.fingers == [3, 3]);
 /// # extricate::Result::Ok(())
 /// ```

@@ -17,7 +17,7 @@ mod report;
 mod weights;
 mod wrench_hull;
 
-pub use batch::{Released, release_batch, release_each, release_rows};
+pub use batch::Released;
 pub use grip::GraspContact;
 pub use hand::Hand;
 pub use options::{Keep, ReleaseOptions};

@@ -1,9 +1,11 @@
 //! What is asked of a release.
 
+use crate::interface::{setters, words};
 use crate::query::QueryOptions;
 
-/// Options of [`super::Hand::release`].
+/// Options of [`crate::Solver::release`].
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub struct ReleaseOptions {
     /// What is to stay.
     pub keep: Keep,
@@ -20,12 +22,25 @@ pub struct ReleaseOptions {
 
 /// What of a grasp is to stay.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[non_exhaustive]
 pub enum Keep {
     /// The links that touched.
     #[default]
     Contacts,
     /// The pose alone: the nearest free configuration, whatever it touches.
     Pose,
+}
+
+words! { Keep as "keep" { Contacts = "contacts", Pose = "pose" } }
+
+setters! {
+    ReleaseOptions {
+        keep: Keep,
+        touch: f64,
+        friction: f64 = Some,
+        open: Vec<f64> = Some,
+        query: QueryOptions,
+    }
 }
 
 impl Default for ReleaseOptions {

@@ -51,7 +51,7 @@ struct Cone {
 
 impl Cone {
     fn new(contact: &GraspContact, center: &Vec3, size: f64) -> Self {
-        Self { normal: contact.normal, arm: (contact.point - center) / size }
+        Self { normal: contact.normal.into(), arm: (Vec3::from(contact.point) - center) / size }
     }
 
     /// The wrench that is farthest along a direction, of those with a unit normal force.
@@ -75,23 +75,23 @@ fn dot(a: &Wrench, b: &Wrench) -> f64 {
 mod tests {
     use super::*;
     use crate::math::Pose;
-    use crate::query::World;
     use crate::robot::Geometry;
     use crate::scene::{Body, builtin};
+    use crate::solver::Solver;
 
     fn of(contacts: &[([f64; 3], [f64; 3])], friction: f64) -> GraspQuality {
         let scene = builtin::scene("planar-arm").unwrap().without_obstacles();
         let ball = Body::obstacle("ball", Geometry::Sphere { radius: 0.5 }, Pose::identity());
-        let world = World::new(scene.with_obstacles([ball]).unwrap());
+        let solver = Solver::new(scene.with_obstacles([ball]).unwrap());
         let contact = |(point, normal): &([f64; 3], [f64; 3])| GraspContact {
             link: String::new(),
             distance: 0.0,
-            point: Vec3::from(*point),
-            normal: Vec3::from(*normal),
+            point: *point,
+            normal: *normal,
         };
         let contacts: Vec<GraspContact> = contacts.iter().map(contact).collect();
-        let object = world.scene().bodies.len() - 1;
-        quality(&world.context(), object, &contacts, friction)
+        let object = solver.scene().bodies.len() - 1;
+        quality(&solver.context(), object, &contacts, friction)
     }
 
     /// Six contacts on the axes of a ball: without friction forces are held and moments not.

@@ -22,22 +22,23 @@ use crate::query::descent::{DescentScratch, Start, descend};
 use crate::query::evaluate::Evaluator;
 use crate::query::plan::Plan;
 use crate::query::termination::Deadline;
-use crate::query::{Context, Effort, Held, QueryOptions, QueryScratch, Stop, View, nearest_exit};
+use crate::query::{Context, Effort, Held, QueryOptions, QueryScratch, Stop, nearest_exit};
 use crate::scene::{PairId, Scene};
+use crate::solver::Solver;
 
 /// What is held may part by this share of a touch: less, and hardly a step is straight enough.
 const BAND: f64 = 0.25;
-/// Of the way from the first touch to the query, where fingers changed their side on it.
+/// Stages of the way from the first touch to the query, if fingers changed their side on it.
 const STAGES: usize = 5;
-/// Exits that are looked through where descents from the first touch find nothing.
+/// Exits that are compared if descents from the first touch find nothing.
 const EXITS: usize = 4;
 
-impl Hand {
+impl Solver {
     /// The nearest configuration to `q` at which nothing penetrates and what touched the object
-    /// still does, each finger on its side of it. `None` where nothing free was found, and where
-    /// a stop ends the query before it begins. `q` may lie beyond limits
-    /// ([`crate::ConfigSpace::config_anywhere`]). The view has to be of the scene that the hand was
-    /// made for, or of one with the same bodies and pairs.
+    /// still does, each finger on its side of it. `None` if nothing free was found, and if a stop
+    /// ends the query before it begins. `q` may lie beyond limits
+    /// ([`crate::ConfigSpace::config_anywhere`]). The scene has to be the one that the hand was
+    /// made for, or one with the same bodies and pairs.
     ///
     /// # Guarantee
     /// [`Grasp::verified`]: the exact checker called the configuration free, of every checked pair,
@@ -45,19 +46,13 @@ impl Hand {
     ///
     /// # Cost
     /// A few descents: about as much as a query. No model is used.
-    pub fn release(
-        &self,
-        view: &View,
-        q: &Config,
-        options: &ReleaseOptions,
-        scratch: &mut QueryScratch,
-    ) -> Option<Grasp> {
-        if options.query.termination.stop.as_ref().is_some_and(Stop::is_asked) {
-            return None;
-        }
-        release(self, view.context(), q, options, scratch)
+    pub fn release(&self, hand: &Hand, q: &Config, options: &ReleaseOptions) -> Option<Grasp> {
+        let context = self.prepared().context();
+        self.memory().of_queries(|scratch| release(hand, &context, q, options, scratch))
     }
+}
 
+impl Hand {
     /// The scene with weights of a floating or planar base that make moving the hand about as dear
     /// as moving its fingers. `None` where the base is fixed, has weights other than 1, or where
     /// another metric is, which measures the bodies themselves.
@@ -73,14 +68,17 @@ impl Hand {
     }
 }
 
-/// See [`Hand::release`].
-fn release(
+/// See [`Solver::release`].
+pub fn release(
     hand: &Hand,
     context: &Context,
     q: &Config,
     options: &ReleaseOptions,
     scratch: &mut QueryScratch,
 ) -> Option<Grasp> {
+    if options.query.termination.stop.as_ref().is_some_and(Stop::is_asked) {
+        return None;
+    }
     let mut grasp = under(context, q, &options.query, scratch, |context, query, _, scratch| {
         let options = &ReleaseOptions { query: query.clone(), ..options.clone() };
         let mut release = Release::begin(hand, context, q, options, scratch);
@@ -122,9 +120,9 @@ struct Release<'a> {
     plan: Plan,
     anchor: Anchor,
     scratch: &'a mut QueryScratch,
-    /// At the query.
+    /// The links at the query.
     before: Grip,
-    /// Of every link, whether it touched there.
+    /// Whether each link touched there.
     touched: Vec<bool>,
     /// Where the fingers first touched.
     sides: Option<Grip>,
@@ -134,9 +132,9 @@ struct Release<'a> {
 struct Candidate {
     config: Vec<f64>,
     depth: f64,
-    /// Of every link, whether it touched and still does.
+    /// Whether each link touched and still does.
     kept: Vec<bool>,
-    /// Of every finger, whether it is on the wrong side.
+    /// Whether each finger is on the wrong side.
     turned: Vec<bool>,
 }
 
@@ -313,8 +311,8 @@ mod tests {
     use super::*;
     use crate::applications::grasp::hand::tests::with_ball;
     use crate::collision::{CheckScratch, Checker};
-    use crate::query::World;
     use crate::scene::Scene;
+    use crate::solver::Solver;
     use rand::{RngExt, SeedableRng};
     use rand_chacha::ChaCha8Rng;
 
@@ -335,9 +333,9 @@ mod tests {
     }
 
     fn release_of(scene: &Scene, q: &[f64], options: &ReleaseOptions) -> Option<Grasp> {
-        let world = World::new(scene.clone());
+        let solver = Solver::new(scene.clone());
         let hand = Hand::new(scene, "ball").unwrap();
-        hand.release(&world.view(), &scene.config(q).unwrap(), options, &mut QueryScratch::default())
+        solver.release(&hand, &scene.config(q).unwrap(), options)
     }
 
     /// Whatever the squeeze, nothing penetrates any more, all fingers still touch on their sides,
@@ -372,7 +370,7 @@ mod tests {
         let checker = Checker::new(scene.clone().into());
         let q = squeezed(&checker, [0.1, -0.1], &mut || 0.0);
         let grasp = release_of(&scene, &q, &ReleaseOptions::default()).unwrap();
-        assert_eq!((grasp.config.as_slice(), grasp.moved), (q.as_slice(), 0.0));
+        assert_eq!((&*grasp.config, grasp.moved), (q.as_slice(), 0.0));
         assert!(grasp.contacts.len() >= 3 && grasp.kept == grasp.touched);
         let q = squeezed(&checker, [0.1, -0.1], &mut || 0.2);
         let held = release_of(&scene, &q, &ReleaseOptions::default()).unwrap();

@@ -7,14 +7,16 @@ use super::hand::Hand;
 use super::options::ReleaseOptions;
 use super::quality::{GraspQuality, quality};
 use crate::collision::contacts_within;
+use crate::cspace::Config;
 use crate::query::Context;
 use crate::query::evaluate::Evaluator;
 
 /// A hand that holds an object and penetrates nothing.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct Grasp {
-    /// The configuration (length `nq`).
-    pub config: Vec<f64>,
+    /// The configuration.
+    pub config: Config,
     /// How far it is from the query, in the scene's metric.
     pub moved: f64,
     /// Whether the exact checker called it free during this call: every checked pair keeps the
@@ -71,7 +73,7 @@ pub(super) fn report(
         contacts,
         quality,
         checks: evaluator.checks,
-        config,
+        config: Config::trusted(&config),
     }
 }
 
@@ -90,8 +92,8 @@ fn contacts_of(
         Some(GraspContact {
             link: scene.bodies[link.body].name.clone(),
             distance: contact.distance,
-            point: if link.is_second { contact.point_first } else { contact.point_second },
-            normal: -toward_link(link, contact),
+            point: if link.is_second { contact.point_first } else { contact.point_second }.into(),
+            normal: (-toward_link(link, contact)).into(),
         })
     };
     found.iter().filter_map(of_link).collect()

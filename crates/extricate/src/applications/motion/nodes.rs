@@ -74,13 +74,13 @@ impl<'a> Nodes<'a> {
 mod tests {
     use super::*;
     use crate::cspace::sampling::Halton;
-    use crate::query::World;
     use crate::scene::builtin;
+    use crate::solver::Solver;
 
     #[test]
     fn the_nearest_are_those_of_a_scan() {
-        let world = World::new(builtin::scene("free-box").unwrap());
-        let (metric, space) = (world.metric(), &world.scene().space);
+        let solver = Solver::new(builtin::scene("free-box").unwrap());
+        let (metric, space) = (solver.metric(), &solver.scene().space);
         let (mut nodes, halton) = (Nodes::new(metric), Halton::new(space.nv(), 4));
         let mut q = vec![0.0; space.nq()];
         assert_eq!(nodes.nearest(&q), None);

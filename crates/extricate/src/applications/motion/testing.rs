@@ -5,8 +5,8 @@ use std::path::Path;
 use crate::collision::{CheckScratch, Checker};
 use crate::cspace::sampling::Halton;
 use crate::cspace::{Config, Label};
-use crate::query::World;
 use crate::scene::assemble::assemble;
+use crate::solver::Solver;
 
 /// The first `count` configurations of a low-discrepancy sequence that have this label.
 pub fn labelled(checker: &Checker, label: Label, count: usize, seed: u64) -> Vec<Config> {
@@ -41,7 +41,7 @@ pub fn along(checker: &Checker, points: &[Vec<f64>], mut each: impl FnMut(&[f64]
 
 /// A peg of 1 x 1 x 4.5 m, floating, over a square hole of this width [m] in a plate 3 m thick,
 /// which fills its bounds; from above it to below.
-pub fn peg(hole: f64) -> (World, [Config; 2]) {
+pub fn peg(hole: f64) -> (Solver, [Config; 2]) {
     let urdf = r#"<robot name="peg"><link name="peg"><collision><geometry><box size="1 1 4.5"/></geometry></collision></link></robot>"#;
     let side = (10.0 - hole) / 2.0;
     let off = (hole + side) / 2.0;
@@ -57,5 +57,5 @@ pub fn peg(hole: f64) -> (World, [Config; 2]) {
     let half = std::f64::consts::FRAC_1_SQRT_2;
     let ends = [[2.0, 2.0, 4.8, 0.0, 0.0, 0.0, 1.0], [-2.0, -2.0, -4.8, half, 0.0, 0.0, half]];
     let ends = ends.map(|end| scene.space.config(&end).unwrap());
-    (World::new(scene), ends)
+    (Solver::new(scene), ends)
 }

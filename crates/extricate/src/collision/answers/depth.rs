@@ -129,7 +129,7 @@ mod tests {
         for geometry in [
             Geometry::ConvexHull(mesh.clone()),
             Geometry::Mesh(mesh),
-            Geometry::Box { half_extents: Vec3::new(0.3, 0.6, 0.9) },
+            Geometry::Box { half_extents: [0.3, 0.6, 0.9] },
             Geometry::Capsule { radius: 0.3, half_length: 0.5 },
         ] {
             let shape = PreparedShape::new(&geometry).unwrap();

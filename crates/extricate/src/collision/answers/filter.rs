@@ -8,7 +8,7 @@ use crate::math::Vec3;
 pub fn robot_filter(
     checker: &Checker,
     q: &[f64],
-    points: &[Vec3],
+    points: &[[f64; 3]],
     padding: f64,
     scratch: &mut CheckScratch,
 ) -> Vec<bool> {
@@ -24,5 +24,5 @@ pub fn robot_filter(
             && (point - prepared.ball.0).norm_squared() <= reach * reach
             && solid_depth_above(checker, body, &point, -padding, scratch).is_some()
     };
-    points.iter().map(|point| !links.iter().any(|&body| is_near(body, point))).collect()
+    points.iter().map(|point| !links.iter().any(|&body| is_near(body, &Vec3::from(*point)))).collect()
 }

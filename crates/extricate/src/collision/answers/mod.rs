@@ -9,13 +9,8 @@ mod never_free;
 pub mod recent_pairs;
 mod solids;
 
-pub use found::{
-    always_colliding, contacts_within, most_often_colliding, nearly_always_colliding, signed_distances,
-    signed_distances_of,
-};
-pub use never_free::{
-    advice_if_never_free, disable_list, misses_allowed, pairs_always_colliding, pairs_nearly_always_colliding,
-};
+pub use found::{always_colliding, contacts_within, most_often_colliding, signed_distances, signed_distances_of};
+pub use never_free::{disable_list, misses_allowed};
 
 use crate::collision::checker::{CheckScratch, Checker};
 use crate::collision::contacts::{Contact, ContactQuery, ContactSearch};
@@ -164,6 +159,47 @@ impl Checker {
         depth::solid_depth_bounds(self, body, pose_body_points, points, depths);
     }
 
+    /// Appends the contacts of all checked pairs that are nearer than `within` \[m\] at `q`, free
+    /// or not, in the order of the pairs. Distances are signed ones between the bodies, whatever
+    /// clearances they keep; else as [`Checker::contacts`].
+    pub fn contacts_within(&self, q: &[f64], within: f64, scratch: &mut CheckScratch, contacts: &mut Vec<Contact>) {
+        found::contacts_within(self, q, within, scratch, contacts);
+    }
+
+    /// The signed distance \[m\] of every checked pair at `q`, by pair: what [`Checker::clearance`]
+    /// is the least of, and as exact.
+    pub fn signed_distances(&self, q: &[f64], scratch: &mut CheckScratch) -> Vec<f64> {
+        found::signed_distances(self, q, scratch)
+    }
+
+    /// The checked pairs that collide in all but at most `misses` of `configs`, and in how many, in
+    /// the order of the pairs. Such pairs most likely overlap by design, see [`disable_list`].
+    pub fn nearly_always_colliding(
+        &self,
+        configs: impl IntoIterator<Item = impl AsRef<[f64]>>,
+        misses: usize,
+    ) -> Vec<(PairId, usize)> {
+        found::nearly_always_colliding(self, configs, misses)
+    }
+
+    /// The checked pairs that collide in each of `samples` evenly spread configurations.
+    pub fn pairs_always_colliding(&self, samples: u64) -> Vec<PairId> {
+        never_free::pairs_always_colliding(self, samples)
+    }
+
+    /// The checked pairs that collide in at least this share of `samples` evenly spread
+    /// configurations, and in how many, the most frequent first.
+    pub fn pairs_nearly_always_colliding(&self, samples: u64, share: f64) -> Vec<(PairId, usize)> {
+        never_free::pairs_nearly_always_colliding(self, samples, share)
+    }
+
+    /// What to say if no free configuration was found: which pairs collide in all of a hundred
+    /// configurations, and what to do if they overlap by design. `None` if no pair does. Nothing to
+    /// rely on if `stopped` said so.
+    pub fn advice_if_never_free(&self, stopped: impl Fn() -> bool) -> Option<String> {
+        never_free::advice_if_never_free(self, stopped)
+    }
+
     /// Whether every checked pair keeps the clearance at `q` (length `nq`, within limits).
     ///
     /// Closed components of meshes are solid, open ones are surfaces. With a clearance of 0,
@@ -208,7 +244,7 @@ impl Checker {
     ///
     /// # Cost
     /// A ball a point and link, and a look at the link's shapes where that is near.
-    pub fn robot_filter(&self, q: &[f64], points: &[Vec3], padding: f64, scratch: &mut CheckScratch) -> Vec<bool> {
+    pub fn robot_filter(&self, q: &[f64], points: &[[f64; 3]], padding: f64, scratch: &mut CheckScratch) -> Vec<bool> {
         filter::robot_filter(self, q, points, padding, scratch)
     }
 
@@ -295,6 +331,11 @@ impl Checker {
     #[doc(hidden)]
     pub fn prepare_proposals(&self) {
         solids::prepare_proposals(self);
+    }
+
+    /// Whether [`Checker::prepare_proposals`] has anything to make.
+    pub(crate) fn lacks_pieces(&self) -> bool {
+        solids::lacks_pieces(self)
     }
 
     /// Whether [`Checker::prepare_proposals`] was called.

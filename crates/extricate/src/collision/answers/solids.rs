@@ -8,7 +8,7 @@ use std::sync::atomic::Ordering;
 use rayon::prelude::*;
 
 use crate::collision::checker::Checker;
-use crate::collision::prepared::{PreparedBody, PreparedShape};
+use crate::collision::prepared::{PreparedBody, PreparedPart, PreparedShape};
 use crate::collision::shapes::ShapeKind;
 use crate::math::{Pose, Vec3};
 use crate::scene::correspondence::by_name;
@@ -61,30 +61,56 @@ pub fn is_convex(checker: &Checker, body: usize) -> bool {
     parts.iter().all(|part| !matches!(part.shape().kind, ShapeKind::Mesh(_)))
 }
 
+/// See [`Checker::lacks_pieces`].
+pub fn lacks_pieces(checker: &Checker) -> bool {
+    !checker.has_pieces() && (!without_cells(checker).is_empty() || !without_fine_pieces(checker).is_empty())
+}
+
 /// See [`Checker::prepare_proposals`].
 pub fn prepare_proposals(checker: &Checker) {
     if checker.has_pieces() {
         return;
     }
-    let parts = |body: usize| &checker.bodies.parts[checker.bodies.bodies[body].parts.clone()];
+    // A pool that a process has lost in a fork is not needed if nothing is to be made.
+    let coarse = without_cells(checker);
+    if !coarse.is_empty() {
+        coarse.par_iter().for_each(|shape| shape.make_cells());
+    }
+    let fine = without_fine_pieces(checker);
+    if !fine.is_empty() {
+        fine.par_iter().for_each(|(index, shape)| shape.make_fine(*index));
+    }
+    // Two threads that come at once both do it: one that waits for its parts in a pool may be given
+    // this very work.
+    checker.is_prepared.store(true, Ordering::Release);
+}
+
+fn parts_of(checker: &Checker, body: usize) -> &[PreparedPart] {
+    &checker.bodies.parts[checker.bodies.bodies[body].parts.clone()]
+}
+
+/// The shapes of checked bodies whose coarse pieces are not made yet, each once.
+fn without_cells(checker: &Checker) -> Vec<&PreparedShape> {
     let mut wanted = vec![false; checker.bodies.bodies.len()];
     for pair in &*checker.pairs {
         (wanted[pair.first], wanted[pair.second]) = (true, true);
     }
     let bodies = (0..wanted.len()).filter(|body| wanted[*body]);
-    let shapes = bodies.flat_map(parts).map(|part| &*part.prepared);
+    let shapes = bodies.flat_map(|body| parts_of(checker, body)).map(|part| &*part.prepared);
     let mut coarse: Vec<&PreparedShape> = shapes.filter(|shape| !shape.has_cells()).collect();
     // Bodies that are alike share one.
     coarse.sort_by_key(|shape| std::ptr::from_ref(*shape));
     coarse.dedup_by(|a, b| std::ptr::eq(*a, *b));
-    // A pool that a process has lost in a fork is not needed if nothing is to be made.
-    if !coarse.is_empty() {
-        coarse.par_iter().for_each(|shape| shape.make_cells());
-    }
+    coarse
+}
+
+/// The finer pieces that pairs of shapes need beside each other and that are not made yet, each
+/// once. Coarse pieces have to be there.
+fn without_fine_pieces(checker: &Checker) -> Vec<(usize, &PreparedShape)> {
     let mut fine: HashMap<(*const PreparedShape, usize), &PreparedShape> = HashMap::new();
     for pair in &*checker.pairs {
-        for a in parts(pair.first) {
-            for b in parts(pair.second) {
+        for a in parts_of(checker, pair.first) {
+            for b in parts_of(checker, pair.second) {
                 for (one, other) in [(&a.prepared, &b.prepared), (&b.prepared, &a.prepared)] {
                     if let Some(index) = one.missing_beside(other) {
                         fine.insert((Arc::as_ptr(one), index), one);
@@ -93,11 +119,5 @@ pub fn prepare_proposals(checker: &Checker) {
             }
         }
     }
-    if !fine.is_empty() {
-        let fine: Vec<(usize, &PreparedShape)> = fine.into_iter().map(|((_, index), shape)| (index, shape)).collect();
-        fine.par_iter().for_each(|(index, shape)| shape.make_fine(*index));
-    }
-    // Two threads that come at once both do it: one that waits for its parts in a pool may be given
-    // this very work.
-    checker.is_prepared.store(true, Ordering::Release);
+    fine.into_iter().map(|((_, index), shape)| (index, shape)).collect()
 }

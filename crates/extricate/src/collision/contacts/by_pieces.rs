@@ -265,7 +265,7 @@ mod tests {
         let shapes = [
             mesh(joined(&bracket)),
             mesh(placed(bumpy(3, 2, 0.3), 0.15, Vec3::zeros())),
-            Geometry::Box { half_extents: Vec3::new(0.3, 0.2, 0.02) },
+            Geometry::Box { half_extents: [0.3, 0.2, 0.02] },
             Geometry::Capsule { radius: 0.05, half_length: 0.1 },
         ]
         .map(|geometry| PreparedShape::new(&geometry).unwrap());

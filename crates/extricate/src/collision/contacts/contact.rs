@@ -8,6 +8,7 @@ use crate::scene::{PairId, Scene};
 
 /// Two places of a checked pair that are near each other.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct Contact {
     /// Index into [`Scene::pairs`].
     pub pair: PairId,
@@ -16,18 +17,33 @@ pub struct Contact {
     /// clearance of the scene.
     pub distance: f64,
     /// Nearest (or deepest) point on the first body, world coordinates \[m\].
+    #[doc(hidden)]
     pub point_first: Vec3,
     /// The same on the second body.
+    #[doc(hidden)]
     pub point_second: Vec3,
     /// Unit, world coordinates, from the second body toward the first: moving the first body along
     /// it by `t` changes `distance` by `t`.
+    #[doc(hidden)]
     pub normal: Vec3,
 }
 
 impl Contact {
+    /// The nearest (or deepest) points \[m\] of the first and of the second body, in the world.
+    pub fn points(&self) -> [[f64; 3]; 2] {
+        [self.point_first, self.point_second].map(Into::into)
+    }
+
+    /// The unit normal from the second body toward the first, in the world: moving the first along
+    /// it by `t` changes `distance` by `t`.
+    pub fn normal(&self) -> [f64; 3] {
+        self.normal.into()
+    }
+
     /// Adds the gradient of the distance over the tangent coordinates to `gradient` (length `nv`)
     /// \[m per rad or m\], to first order: the two points stay fixed to their bodies. `twists` are
     /// those of the configuration.
+    #[doc(hidden)]
     pub fn add_gradient(&self, scene: &Scene, twists: &Twists, gradient: &mut [f64]) {
         let pair = &scene.pairs[self.pair.index()];
         let (mut first, mut second) = (scene.bodies[pair.first].frame, scene.bodies[pair.second].frame);

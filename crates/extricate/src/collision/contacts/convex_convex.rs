@@ -115,7 +115,7 @@ mod tests {
         let all = [
             hull(1),
             hull(2),
-            Geometry::Box { half_extents: Vec3::new(0.2, 0.3, 0.4) },
+            Geometry::Box { half_extents: [0.2, 0.3, 0.4] },
             Geometry::Cylinder { radius: 0.3, half_length: 0.2 },
             Geometry::Capsule { radius: 0.2, half_length: 0.3 },
             Geometry::Sphere { radius: 0.3 },

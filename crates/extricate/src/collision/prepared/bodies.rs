@@ -223,12 +223,24 @@ impl<'a> Twin<'a> {
 /// sizes or the mesh that it shares.
 type Key = (u8, [u64; 3]);
 
+/// What tells shapes apart that are shared by pointer and may take long to prepare: meshes, clouds
+/// and grids. `None` for any other.
+pub fn shared_shape(geometry: &Geometry) -> Option<usize> {
+    match geometry {
+        Geometry::Mesh(mesh) | Geometry::ConvexHull(mesh) => Some(Arc::as_ptr(mesh) as usize),
+        Geometry::Voxels(voxels) => Some(Arc::as_ptr(voxels) as usize),
+        Geometry::Points(points) => Some(Arc::as_ptr(points) as usize),
+        Geometry::HeightField(field) => Some(Arc::as_ptr(field) as usize),
+        _ => None,
+    }
+}
+
 fn key(geometry: &Geometry) -> Option<Key> {
     let sizes = |sizes: [f64; 3]| sizes.map(f64::to_bits);
     let shared = |mesh: &Arc<TriangleMesh>| [Arc::as_ptr(mesh) as u64, 0, 0];
     Some(match geometry {
         Geometry::Sphere { radius } => (0, sizes([*radius, 0.0, 0.0])),
-        Geometry::Box { half_extents } => (1, sizes([half_extents.x, half_extents.y, half_extents.z])),
+        Geometry::Box { half_extents } => (1, sizes(*half_extents)),
         Geometry::Cylinder { radius, half_length } => (2, sizes([*radius, *half_length, 0.0])),
         Geometry::Capsule { radius, half_length } => (3, sizes([*radius, *half_length, 0.0])),
         Geometry::Mesh(mesh) => (4, shared(mesh)),
@@ -262,7 +274,8 @@ fn prepared_meshes<'a>(
         };
         Some((key, Arc::new(shape)))
     };
-    unique.into_par_iter().map(prepared).collect()
+    // A change that brings no mesh needs no threads.
+    if unique.is_empty() { Some(HashMap::new()) } else { unique.into_par_iter().map(prepared).collect() }
 }
 
 fn prepared_parts(body: &Body, shapes: &mut HashMap<Key, Arc<PreparedShape>>) -> impl Iterator<Item = PreparedPart> {

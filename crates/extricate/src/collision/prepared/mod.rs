@@ -7,7 +7,7 @@ mod placed;
 mod shape;
 mod tree_arrays;
 
-pub use bodies::{Bodies, Placement, PreparedBody, PreparedPart};
+pub use bodies::{Bodies, Placement, PreparedBody, PreparedPart, shared_shape};
 pub use piece_arrays::{PieceArrays, kept_pieces, take_pieces};
 pub use placed::Placed;
 pub use shape::PreparedShape;

@@ -18,9 +18,9 @@ pub type Cells = (Pieces, [bool; SIZES]);
 ///
 /// ```
 /// use extricate::internals::collision::{PairScratch, PreparedShape};
-/// use extricate::geometry::{Geometry, Pose, Vec3};
+/// use extricate::geometry::{Geometry, Pose};
 /// let ball = PreparedShape::new(&Geometry::Sphere { radius: 1.0 }).unwrap();
-/// let apart = Pose::translation(Vec3::new(2.5, 0.0, 0.0));
+/// let apart = Pose::at([2.5, 0.0, 0.0]);
 /// assert!(!ball.is_nearer(&ball, &apart, 0.4, &mut PairScratch::default()));
 /// assert!(ball.is_nearer(&ball, &apart, 0.6, &mut PairScratch::default()));
 /// ```

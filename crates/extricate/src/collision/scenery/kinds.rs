@@ -29,7 +29,7 @@ impl Scenery {
             Geometry::Voxels(voxels) => Many::of_voxels(voxels).map(with_ball),
             Geometry::HalfSpace { normal, offset } => {
                 let all = Aabb { center: Vec3::zeros(), half: Vec3::repeat(ENDLESS) };
-                let half_space = Self::HalfSpace(HalfSpace { normal: *normal, offset: *offset });
+                let half_space = Self::HalfSpace(HalfSpace { normal: (*normal).into(), offset: *offset });
                 Some((half_space, all, (Vec3::zeros(), 2.0 * ENDLESS)))
             }
             Geometry::HeightField(field) => {

@@ -49,7 +49,7 @@ fn nothing_near_is_left_out_and_little_else_is_found() {
         let points: Vec<Vec3> = (0..count).map(|_| vector(&mut rng, 3.0)).collect();
         let cells = points.iter().map(|p| [0, 1, 2].map(|k| (p[k] / 0.1).floor() as i32)).collect();
         let all = [
-            scenery(Geometry::Points(Arc::new(PointCloud::new("s", "p", 0.02, points).unwrap()))),
+            scenery(Geometry::Points(Arc::new(PointCloud::new("s", "p", 0.02, &arrays(&points)).unwrap()))),
             scenery(Geometry::Voxels(Arc::new(Voxels::new("s", "v", 0.1, cells).unwrap()))),
             scenery(Geometry::HeightField(grid(&mut rng, 2 + count % 20, 2 + count % 13))),
         ];
@@ -83,11 +83,15 @@ fn nothing_near_is_left_out_and_little_else_is_found() {
     }
 }
 
+fn arrays(points: &[Vec3]) -> Vec<[f64; 3]> {
+    points.iter().map(|point| (*point).into()).collect()
+}
+
 #[test]
 fn depths_of_balls_and_cubes_are_those_of_the_deepest() {
     let mut rng = ChaCha8Rng::seed_from_u64(3);
     let points: Vec<Vec3> = (0..300).map(|_| vector(&mut rng, 1.0)).collect();
-    let balls = scenery(Geometry::Points(Arc::new(PointCloud::new("s", "p", 0.05, points.clone()).unwrap())));
+    let balls = scenery(Geometry::Points(Arc::new(PointCloud::new("s", "p", 0.05, &arrays(&points)).unwrap())));
     let mut stack = Vec::new();
     let mut inside = 0;
     for _ in 0..2_000 {

@@ -7,6 +7,7 @@ pub mod speed_paths;
 pub mod stretches;
 
 use super::checker::{CheckScratch, Checker};
+use crate::interface::setters;
 use crate::scene::{PairId, Scene};
 pub(crate) use proved::prove;
 pub use search::LEAST_RESOLUTION;
@@ -16,6 +17,7 @@ use stretches::Stretch;
 
 /// How finely a segment is checked.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
 pub struct SegmentOptions {
     /// Where bodies come nearer than about this \[m\] to losing the clearance, nothing may be
     /// proved; and a contact is enclosed in a stretch in which bodies that may collide there move
@@ -23,6 +25,8 @@ pub struct SegmentOptions {
     /// that.
     pub resolution: f64,
 }
+
+setters! { SegmentOptions { resolution: f64 } }
 
 impl Default for SegmentOptions {
     /// A tenth of a millimetre.
@@ -33,6 +37,7 @@ impl Default for SegmentOptions {
 
 /// What is known of a segment. Fractions are those of [`crate::cspace::ConfigSpace::interpolate`].
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
 pub enum SegmentOutcome {
     /// Every configuration of the segment is free: proved.
     Free,

@@ -42,7 +42,7 @@ fn one_joint(turns: bool, carried: (Vec3, Geometry), obstacle: (Vec3, Geometry))
 }
 
 fn cuboid(x: f64, y: f64, z: f64) -> Geometry {
-    Geometry::Box { half_extents: Vec3::new(x, y, z) }
+    Geometry::Box { half_extents: [x, y, z] }
 }
 
 fn ask(checker: &Checker, from: f64, to: f64) -> SegmentOutcome {

@@ -143,7 +143,7 @@ mod tests {
             mesh(two),
             mesh(opened(bumpy(2, 2, 0.9), 40)),
             Geometry::ConvexHull(Arc::new(bumpy(4, 1, 0.2))),
-            Geometry::Box { half_extents: Vec3::new(0.3, 0.6, 0.9) },
+            Geometry::Box { half_extents: [0.3, 0.6, 0.9] },
             Geometry::Cylinder { radius: 0.3, half_length: 0.8 },
             Geometry::Capsule { radius: 0.3, half_length: 0.5 },
             Geometry::Sphere { radius: 0.7 },

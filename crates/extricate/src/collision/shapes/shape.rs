@@ -59,7 +59,10 @@ impl Shape {
                 return (!mesh.triangles.is_empty()).then(|| Self::of_mesh(MeshShape::new(mesh), geometry));
             }
             Geometry::Sphere { radius } => (radius, Vec3::repeat(radius)),
-            Geometry::Box { half_extents } => (half_extents.norm(), half_extents),
+            Geometry::Box { half_extents } => {
+                let half_extents = Vec3::from(half_extents);
+                (half_extents.norm(), half_extents)
+            }
             Geometry::Cylinder { radius, half_length } => {
                 (hypot(radius, half_length), Vec3::new(radius, radius, half_length))
             }
@@ -70,7 +73,7 @@ impl Shape {
         };
         let kind = match *geometry {
             Geometry::Sphere { radius } => solid(ConvexCore::Point, radius),
-            Geometry::Box { half_extents } => solid(ConvexCore::Box { half_extents }, 0.0),
+            Geometry::Box { half_extents } => solid(ConvexCore::Box { half_extents: half_extents.into() }, 0.0),
             Geometry::Cylinder { radius, half_length } => solid(ConvexCore::Cylinder { radius, half_length }, 0.0),
             Geometry::Capsule { radius, half_length } => solid(ConvexCore::Segment { half_length }, radius),
             _ => unreachable!("returned above"),
@@ -157,7 +160,7 @@ mod tests {
     fn depths_of_primitives_in_closed_form() {
         let close = |found: f64, expected: f64| assert!((found - expected).abs() < 1e-12, "{found} {expected}");
         close(depth(Geometry::Sphere { radius: 2.0 }, 0.0, 0.6, 0.8), 1.0);
-        let block = Geometry::Box { half_extents: Vec3::new(1.0, 2.0, 3.0) };
+        let block = Geometry::Box { half_extents: [1.0, 2.0, 3.0] };
         close(depth(block.clone(), 0.5, 0.0, 0.0), 0.5);
         close(depth(block, 4.0, 6.0, 0.0), -5.0);
         let can = Geometry::Cylinder { radius: 1.0, half_length: 2.0 };
@@ -178,7 +181,7 @@ mod tests {
         for _ in 0..500 {
             let p = Vec3::from_fn(|_, _| 8.0 * (rng.random::<f64>() - 0.5));
             let found = shape.depth(&p, &mut Vec::new());
-            let expected = depth(Geometry::Box { half_extents: half }, p.x, p.y, p.z);
+            let expected = depth(Geometry::Box { half_extents: half.into() }, p.x, p.y, p.z);
             assert!((found - expected).abs() < 1e-9, "{p} {found} {expected}");
         }
     }

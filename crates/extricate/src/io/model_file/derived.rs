@@ -32,8 +32,8 @@ const EXITS: Names = ["exits.lists", "exits.centres", "exits.margins", "exits.ba
 pub fn arrays(model: &Model) -> Vec<Array> {
     let SampleArrays { all, solved, tangents } = model.boundary().kept();
     let ContactPlaneArrays { counts, pairs, columns, numbers } = tangents;
-    let pieces = model.checker().kept_pieces();
-    let trees = model.checker().kept_trees();
+    let pieces = model.prepared().checker().kept_pieces();
+    let trees = model.prepared().checker().kept_trees();
     let mut arrays = Vec::from(of_index(ALL, &all));
     arrays.extend(solved.iter().flat_map(|solved| of_index(EXITS, solved)));
     arrays.extend([

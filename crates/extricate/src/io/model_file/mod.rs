@@ -67,6 +67,26 @@ struct Header {
     checksum: String,
 }
 
+impl Model {
+    /// The model as the bytes of a model file.
+    pub fn to_bytes(&self) -> Vec<u8> {
+        encode(self)
+    }
+
+    /// The model that the bytes of a model file hold; `name` is what messages call them.
+    ///
+    /// # Errors
+    /// [`Error::Model`] for bytes that are truncated, altered, foreign or of another version.
+    pub fn from_bytes(name: &str, bytes: &[u8]) -> Result<Self> {
+        decode(Path::new(name), bytes)
+    }
+
+    /// Whether bytes, or the first of them, are those of a model file.
+    pub fn is_model(bytes: &[u8]) -> bool {
+        is_model(bytes)
+    }
+}
+
 /// The bytes of a model file. The same model gives the same bytes.
 pub fn encode(model: &Model) -> Vec<u8> {
     let mut arrays = learned(model);
@@ -219,6 +239,9 @@ pub(super) fn hash(parts: &[&[u8]]) -> String {
 mod tests {
     use super::*;
     use crate::learning::LearnOptions;
+    use crate::model::evaluate::tests::of_model;
+    use crate::query::prepared::tests::colliding;
+    use crate::query::query;
     use crate::scene::{MetricKind, builtin};
 
     fn small(threads: usize) -> Model {
@@ -241,9 +264,9 @@ mod tests {
     }
 
     fn assert_answers_equal(a: &Model, b: &Model) {
-        for q in crate::model::evaluate::tests::colliding(a, 30) {
+        for q in colliding(a.prepared(), 30) {
             let [x, y] =
-                [a, b].map(|model| model.view().query_with(&q, &Default::default(), &mut Default::default()).unwrap());
+                [a, b].map(|model| query(&of_model(model), &q, &Default::default(), &mut Default::default()).unwrap());
             assert_eq!((x.witness, x.lower_bound, x.checks), (y.witness, y.lower_bound, y.checks));
         }
     }
@@ -291,7 +314,7 @@ mod tests {
             if version > 5 {
                 arrays.extend(derived::arrays(&model));
             }
-            let scene = scene_bytes::encode_old(version.into(), model.scene().clone());
+            let scene = scene_bytes::encode_old(version.into(), (**model.scene()).clone());
             let array = arrays.iter_mut().find(|array| array.name == "scene").unwrap();
             (array.shape, array.bytes) = (vec![scene.len()], scene);
             let before = container(version, model.statistics(), arrays);

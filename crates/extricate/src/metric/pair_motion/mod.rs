@@ -68,6 +68,7 @@ struct Joint {
 impl Metric {
     /// Prepares for points of the bodies that `frames` carry, at the configuration with frame poses
     /// `poses`. Tangent coordinates that `is_locked` stay.
+    #[doc(hidden)]
     pub fn pair_motion(
         &self,
         poses: &[Pose],
@@ -97,6 +98,7 @@ impl Metric {
 
     /// Looks at point `a` of the first body and `b` of the second (world coordinates
     /// \[m\]); both have to lie in their bodies' convex hulls.
+    #[doc(hidden)]
     pub fn place_points(&self, poses: &[Pose], [a, b]: [&Vec3; 2], motion: &mut PairMotion) {
         match self.kind() {
             MetricKind::Joint => motion.place([a, b]),

@@ -22,8 +22,8 @@ pub struct Density {
 /// true excess is this or more.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Excess {
-    /// Held-out colliding configurations that were asked, drawn uniformly; nothing was learned from
-    /// them.
+    /// Held-out colliding configurations that were queried, drawn uniformly; nothing was learned
+    /// from them.
     pub queries: usize,
     /// Median of `depth / depth of the longer search - 1`.
     pub median: f64,
@@ -38,7 +38,7 @@ pub struct Excess {
 /// How much of the depth refined queries leave unproved, on the same configurations.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Gap {
-    /// Held-out colliding configurations that were asked.
+    /// Held-out colliding configurations that were queried.
     pub queries: usize,
     /// Median of `1 - lower_bound / depth`.
     pub median: f64,

@@ -11,7 +11,8 @@ use rayon::prelude::*;
 use crate::cspace::sampling::uniform;
 use crate::cspace::{Config, Label};
 use crate::metric::{Anchor, Metric};
-use crate::query::{Context, Effort, QueryOptions, QueryScratch, Stored, Termination, World, query};
+use crate::query::prepared::Prepared;
+use crate::query::{Context, Effort, QueryOptions, QueryScratch, Stored, Termination, query};
 use crate::samples::{BoundaryScratch, SampleQuery, SampleSet};
 use figures::{Density, Excess, Gap, percentile};
 
@@ -91,15 +92,15 @@ const HELD_OUT: u64 = u64::from_be_bytes(*b"held-out");
 /// Without a time to stop at, the result depends on context and extent alone, not on the number of
 /// threads.
 pub fn measure(
-    world: &World,
+    prepared: &Prepared,
     samples: &SampleSet,
     extent: &Extent,
     go_on: &mut dyn FnMut() -> bool,
 ) -> Option<Evaluation> {
-    let (context, nq) = (&world.with(Some(Stored { samples, holding: None })), samples.nq());
+    let (context, nq) = (&prepared.with(Some(Stored { samples, holding: None })), samples.nq());
     let (colliding, mut checks) = held_out(context, extent, go_on)?;
-    let reaches = nearest_others(world.metric(), samples, &colliding, 1);
-    let spacings = nearest_others(world.metric(), samples, &evenly(samples.configs(), nq, SPACED), 2);
+    let reaches = nearest_others(prepared.metric(), samples, &colliding, 1);
+    let spacings = nearest_others(prepared.metric(), samples, &evenly(samples.configs(), nq, SPACED), 2);
     let density = (!reaches.is_empty()).then(|| Density {
         spacing_median: percentile(&spacings, 0.5),
         spacing_p95: percentile(&spacings, 0.95),

@@ -3,6 +3,8 @@
 use super::*;
 use crate::learning::LearnOptions;
 use crate::model::Model;
+use crate::query::prepared::tests::colliding;
+use crate::query::query;
 use crate::scene::builtin;
 
 fn learned(labels: usize) -> Model {
@@ -10,15 +12,9 @@ fn learned(labels: usize) -> Model {
     Model::learn(builtin::scene("planar-arm").unwrap(), &options).unwrap()
 }
 
-/// Uniform colliding configurations that nothing else uses.
-pub fn colliding(model: &Model, count: usize) -> Vec<Config> {
-    let space = &model.scene().space;
-    let (mut rng, mut q) = (ChaCha8Rng::seed_from_u64(4711), vec![0.0; space.nq()]);
-    let all = std::iter::repeat_with(|| {
-        uniform(space, &mut rng, &mut q);
-        space.config(&q).unwrap()
-    });
-    all.filter(|q| model.checker().label(q, &mut Default::default()) == Label::Colliding).take(count).collect()
+/// What queries of a model stand on, in its own scene.
+pub fn of_model(model: &Model) -> Context<'_> {
+    model.prepared().with(Some(model.stored()))
 }
 
 #[test]
@@ -27,9 +23,9 @@ fn figures_hold_for_configurations_that_were_not_measured() {
     let found = model.statistics();
     let (density, excess) = (found.density.unwrap(), found.excess.unwrap());
     let options = QueryOptions { effort: Effort::Nearest, ..QueryOptions::default() };
-    let mut scratch = QueryScratch::default();
-    let answers: Vec<_> =
-        colliding(&model, 2000).iter().map(|q| model.view().query_with(q, &options, &mut scratch).unwrap()).collect();
+    let (context, mut scratch) = (of_model(&model), QueryScratch::default());
+    let queries = colliding(model.prepared(), 2000);
+    let answers: Vec<_> = queries.iter().map(|q| query(&context, q, &options, &mut scratch).unwrap()).collect();
     let share = |of: &dyn Fn(&crate::query::Answer) -> bool| {
         answers.iter().filter(|answer| of(answer)).count() as f64 / answers.len() as f64
     };
@@ -57,9 +53,9 @@ fn a_caller_that_says_no_gets_nothing() {
             asked += 1;
             asked <= most
         };
-        assert!(measure(model.world(), model.boundary(), &Extent::after(LABELS, 1), &mut go_on).is_none(), "{most}");
+        assert!(measure(model.prepared(), model.boundary(), &Extent::after(LABELS, 1), &mut go_on).is_none(), "{most}");
     }
     let over = Extent { until: Some(Instant::now()), ..Extent::after(LABELS, 1) };
-    let found = measure(model.world(), model.boundary(), &over, &mut || true).unwrap();
+    let found = measure(model.prepared(), model.boundary(), &over, &mut || true).unwrap();
     assert_eq!((found.density, found.excess, found.gap, found.checks), (None, None, None, 0));
 }

@@ -51,11 +51,11 @@ mod tests {
     use std::path::Path;
 
     use crate::metric::Anchor;
-    use crate::query::World;
     use crate::query::descent::prune::Pruning;
     use crate::query::descent::{DescentScratch, Start, descend};
     use crate::query::evaluate::Evaluator;
     use crate::query::plan::POLISH_MESHES;
+    use crate::query::prepared::Prepared;
     use crate::scene::assemble::assemble;
 
     /// A block of 10 x 10 x 3 with a square hole of side 1.5, as OBJ.
@@ -92,7 +92,7 @@ mod tests {
             let is_block = path.extension().is_some_and(|extension| extension == "obj");
             Ok(if is_block { block().into_bytes() } else { peg.into() })
         };
-        let world = World::new(assemble(Path::new("scene.toml"), toml, &mut read).unwrap());
+        let world = Prepared::new(assemble(Path::new("scene.toml"), toml, &mut read).unwrap());
         let (context, mut anchor) = (world.context(), Anchor::default());
         let turn = [0.6941133784094932, 0.1349319010203283, 0.1349319010203283, 0.6941133784094932];
         let q = [&[-1.5123456790123457, 2.436, -1.77921875], &turn[..]].concat();

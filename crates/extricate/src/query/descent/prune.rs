@@ -100,14 +100,14 @@ impl Subproblem {
 mod tests {
     use super::*;
     use crate::metric::{Anchor, MetricScratch};
-    use crate::query::World;
     use crate::query::local_metric::LocalMetric;
+    use crate::query::prepared::Prepared;
     use crate::samples::contact_planes::ContactPlanes;
     use crate::scene::builtin;
 
     #[test]
     fn the_projection_tells_starts_that_lead_far_and_those_that_lead_to_known_ends() {
-        let world = World::new(builtin::scene("planar-arm").unwrap());
+        let world = Prepared::new(builtin::scene("planar-arm").unwrap());
         let (metric, space) = (world.metric(), &world.scene().space);
         let (x, nv): (Vec<f64>, usize) = (vec![0.0; space.nq()], space.nv());
         let at = |steps: [f64; 2]| -> Vec<f64> {

@@ -11,6 +11,7 @@ use super::options::QueryOptions;
 use super::search::known::Known;
 use super::search::scratch::{QueryScratch, ReportScratch};
 use crate::collision::{CheckScratch, SegmentOptions, SegmentOutcome};
+use crate::cspace::Config;
 use crate::metric::{Anchor, MetricScratch};
 use crate::scene::{MetricKind, PairId};
 use free_radius::free_radius;
@@ -113,7 +114,7 @@ fn report_exits(context: &Context, wanted: usize, known: &Known, evaluator: &mut
     for End { distance: depth, config: witness, .. } in known.exits.iter().filter(|end| end.is_verified).take(wanted) {
         let mut touching: Vec<PairId> = evaluator.touching(context, witness, margin).iter().map(|c| c.pair).collect();
         touching.dedup();
-        answer.exits.push(Exit { depth: *depth, witness: witness.clone(), touching });
+        answer.exits.push(Exit { depth: *depth, witness: Config::trusted(witness), touching });
     }
     if answer.exits.is_empty() {
         let (witness, touching) = (answer.witness.clone(), answer.touching.clone());
@@ -136,10 +137,10 @@ fn segment(context: &Context, q: &[f64], evaluator: &mut Evaluator, answer: &Ans
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::LearnOptions;
     use crate::collision::{ContactQuery, ContactSearch};
-    use crate::model::Model;
-    use crate::model::evaluate::tests::colliding;
+    use crate::query::prepared::Prepared;
+    use crate::query::prepared::tests::colliding;
+    use crate::query::query;
     use crate::scene::builtin;
 
     /// What the last descent saw of its end has no effect again; it has to be what a look would
@@ -147,15 +148,14 @@ mod tests {
     #[test]
     fn contacts_are_those_of_a_look_at_the_witness_alone() {
         for name in ["planar-arm", "hand"] {
-            let options = LearnOptions { labels: 30_000, seconds: None, ..LearnOptions::default() };
-            let model = Model::learn(builtin::scene(name).unwrap(), &options).unwrap();
-            let (mut scratch, mut seen) = (QueryScratch::default(), 0);
-            for q in colliding(&model, 100) {
-                let answer = model.view().query_with(&q, &QueryOptions::default(), &mut scratch).unwrap();
-                let margin = model.scene().clearance + TOUCHING;
+            let prepared = Prepared::new(builtin::scene(name).unwrap());
+            let (context, mut scratch, mut seen) = (prepared.context(), QueryScratch::default(), 0);
+            for q in colliding(&prepared, 100) {
+                let answer = query(&context, &q, &QueryOptions::default(), &mut scratch).unwrap();
+                let margin = prepared.scene().clearance + TOUCHING;
                 let look = ContactQuery { margin, search: ContactSearch::Exact };
                 let mut contacts = Vec::new();
-                model.checker().contacts(&answer.witness, look, &mut CheckScratch::default(), &mut contacts);
+                prepared.checker().contacts(&answer.witness, look, &mut CheckScratch::default(), &mut contacts);
                 contacts.sort_by_key(|contact| contact.pair);
                 assert_eq!(contacts.len(), answer.contacts.len(), "{name} {q:?}");
                 for (told, found) in answer.contacts.iter().zip(&contacts) {

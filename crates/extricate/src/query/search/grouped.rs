@@ -229,7 +229,8 @@ mod tests {
     use std::path::Path;
 
     use super::*;
-    use crate::query::{Effort, QueryOptions, World, query};
+    use crate::query::prepared::Prepared;
+    use crate::query::{Effort, QueryOptions, query};
     use crate::scene::assemble::assemble;
     use crate::scene::{MetricKind, Scene};
 
@@ -240,7 +241,7 @@ mod tests {
 
     /// Carts on rails of their own, each before a wall: one that collides is free where it is 0.6
     /// and the clearance from its wall's middle.
-    fn carts(n: usize, metric: MetricKind) -> World {
+    fn carts(n: usize, metric: MetricKind) -> Prepared {
         let (mut urdf, mut toml) = (String::from("<robot name='carts'><link name='base'/>"), String::new());
         for k in 0..n {
             urdf += &format!(
@@ -254,7 +255,7 @@ mod tests {
         }
         let mut scene = scene(&(urdf + "</robot>"), &toml);
         scene.metric = metric;
-        World::new(scene)
+        Prepared::new(scene)
     }
 
     #[test]
@@ -302,8 +303,11 @@ mod tests {
         );
         let toml = "[[obstacle]]\nname = 'wall'\nshape = { box = [0.4, 0.1, 0.2] }\npose = { xyz = [-0.1, 0, 0] }\n\
                     [[obstacle]]\nname = 'post'\nshape = { box = [0.05, 0.1, 0.2] }\npose = { xyz = [-0.4, 0, 0] }\n";
-        let world = World::new(scene(&urdf, toml));
-        let ask = |q: [f64; 2]| world.query(&world.scene().config(&q).unwrap()).unwrap();
+        let world = Prepared::new(scene(&urdf, toml));
+        let ask = |q: [f64; 2]| {
+            let q = world.scene().config(&q).unwrap();
+            query(&world.context(), &q, &QueryOptions::default(), &mut QueryScratch::default()).unwrap()
+        };
         let apart = ask([0.0, 0.7]);
         assert!(apart.witness[1] == 0.7 && (apart.depth - 0.2).abs() < 1e-3, "{apart:?}");
         let behind = ask([0.0, 0.15]);

@@ -16,13 +16,14 @@ use super::search::scratch::QueryScratch;
 use super::search::{Hint, Search, Turn};
 use super::termination::Termination;
 use crate::cspace::{Config, Label};
+use crate::error::{Error, Result};
+use crate::interface::setters;
 use proxy::{Proxy, ROOM};
 
 /// Options of a stream.
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub struct StreamOptions {
-    /// Of each query; a stream gives one exit a frame, so `exits` has no effect.
-    pub query: QueryOptions,
     /// The exit of the last frame is kept until another one is nearer by more than this share of
     /// its depth, in `[0, 1)`: 0 always takes the nearest, 0.1 keeps directions from flipping
     /// between two exits that are about as near.
@@ -34,26 +35,50 @@ pub struct StreamOptions {
     /// Whether the witness is a proxy that never jumps: from frame to frame it only moves where
     /// every configuration on its way is proved free. It may then be held behind something while
     /// another exit is nearer ([`Answer::nearest`]), or while the query is free. It aims at
-    /// the clearance of `query`, by default 0.5 mm more than the scene's, and `hysteresis` has no
-    /// effect.
+    /// [`QueryOptions::clearance`], by default 0.5 mm more than the scene's, and `hysteresis` has
+    /// no effect.
     pub continuous: bool,
+}
+
+setters! {
+    StreamOptions {
+        hysteresis: f64,
+        starts_per_frame: usize,
+        continuous: bool,
+    }
+}
+
+impl StreamOptions {
+    /// Whether every option has a value.
+    ///
+    /// # Errors
+    /// [`Error::Option`], which names the option, its value and what was expected.
+    pub fn check(&self) -> Result<()> {
+        if (0.0..1.0).contains(&self.hysteresis) {
+            return Ok(());
+        }
+        let (value, expected) = (self.hysteresis.to_string(), "0 or more and less than 1".into());
+        Err(Error::Option { name: "hysteresis", value, expected })
+    }
 }
 
 impl Default for StreamOptions {
     /// No hysteresis, two starts a frame.
     fn default() -> Self {
-        Self { query: QueryOptions::default(), hysteresis: 0.0, starts_per_frame: 2, continuous: false }
+        Self { hysteresis: 0.0, starts_per_frame: 2, continuous: false }
     }
 }
 
 /// Least room that a proxy aims at \[m\]: with less, its moves along contacts are not proved.
 const LEAST_ROOM: f64 = 1e-4;
 
-/// What is carried from one query to the next, and memory. It belongs to no model: used with
-/// another one, it begins anew.
+/// What is carried from one query to the next, and memory. It belongs to no scene: each frame may
+/// be in another one of the same joints.
 #[derive(Default)]
-pub struct Stream {
+pub struct Follower {
     options: StreamOptions,
+    /// The options of each query.
+    query: QueryOptions,
     scratch: QueryScratch,
     last: Last,
     proxy: Proxy,
@@ -82,10 +107,11 @@ impl Last {
     }
 }
 
-impl Stream {
-    /// A stream that has seen nothing.
-    pub fn new(options: StreamOptions) -> Self {
-        Self { options, ..Self::default() }
+impl Follower {
+    /// One that has seen nothing. A frame has one answer: `exits` has no effect.
+    pub fn new(options: StreamOptions, query: QueryOptions) -> Self {
+        let query = QueryOptions { exits: 1, ..query };
+        Self { options, query, ..Self::default() }
     }
 
     /// Forgets the frames so far: the next one is answered as a query on its own.
@@ -96,23 +122,22 @@ impl Stream {
     }
 
     /// What the next frames may spend.
-    pub(crate) fn limit(&mut self, termination: Termination) {
-        self.options.query.termination = termination;
+    pub fn limit(&mut self, termination: Termination) {
+        self.query.termination = termination;
     }
 
     /// Checks of the last frame.
-    pub(crate) fn checks(&self) -> usize {
+    pub fn checks(&self) -> usize {
         self.scratch.checks()
     }
 
-    /// The answer for the next frame; `None` only where samples are stale and nothing free was
-    /// found.
+    /// The answer for the next frame; `None` as of [`super::query`].
     ///
     /// # Guarantee
     /// That of [`super::query`]. While the query stands still, every start of a refined query is
     /// tried within as many frames as `starts_per_frame` goes into their number.
-    pub(crate) fn query(&mut self, context: &Context, q: &Config) -> Option<Answer> {
-        let options = QueryOptions { exits: 0, ..self.options.query.clone() };
+    pub fn query(&mut self, context: &Context, q: &Config) -> Option<Answer> {
+        let options = self.query.clone();
         if self.last.nq != q.len() {
             self.restart();
             self.last.nq = q.len();
@@ -140,7 +165,7 @@ impl Stream {
     fn follow(&mut self, context: &Context, q: &Config, options: &QueryOptions) -> Option<Answer> {
         let aim = options.clearance.unwrap_or(context.clearance + ROOM).max(context.clearance + LEAST_ROOM);
         let asked = QueryOptions { clearance: None, ..options.clone() };
-        let Self { options: own, scratch, last, proxy } = self;
+        let Self { options: own, scratch, last, proxy, .. } = self;
         under(context, q, &asked, scratch, |context, options, hint, scratch| {
             let mut answer = search(context, q, (own, options), last, hint, scratch)?;
             last.keep(&answer);
@@ -152,7 +177,7 @@ impl Stream {
             }
             let QueryScratch { evaluator, known, .. } = scratch;
             let clearance = proxy.follow(context, aim, &known.anchor, evaluator);
-            answer.witness.copy_from_slice(&proxy.config);
+            answer.witness.set(&proxy.config);
             answer.depth = evaluator.distance(context, &known.anchor, &answer.witness);
             answer.verified = evaluator.label(context, &answer.witness) == Label::Free;
             if answer.is_free() && answer.depth > 0.0 {
@@ -218,7 +243,7 @@ fn keep_to_last(
     {
         search.offer_free(&answer.witness);
         (answer.depth, answer.verified) = (last, true);
-        answer.witness.copy_from_slice(&search.descent.best);
+        answer.witness.set(&search.descent.best);
     }
 }
 

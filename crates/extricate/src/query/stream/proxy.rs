@@ -160,7 +160,9 @@ fn proved(context: &Context, aimed: &Context, (from, to): (&[f64], &[f64]), eval
 mod tests {
     use super::*;
     use crate::collision::CheckScratch;
-    use crate::query::{Stream, StreamOptions, World};
+    use crate::query::QueryOptions;
+    use crate::query::prepared::Prepared;
+    use crate::query::stream::{Follower, StreamOptions};
     use crate::scene::builtin;
     use rand::{RngExt, SeedableRng};
 
@@ -170,31 +172,32 @@ mod tests {
     fn a_proxy_never_jumps_and_never_lags_in_the_open() {
         let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(9);
         for name in ["planar-arm", "shelf-arm", "free-box"] {
-            let world = World::new(builtin::scene(name).unwrap());
+            let world = Prepared::new(builtin::scene(name).unwrap());
             let (space, checker) = (&world.scene().space, world.checker());
-            let (mut scratch, options) = (CheckScratch::default(), SegmentOptions { resolution: 2e-5 });
+            let (mut scratch, resolution) = (CheckScratch::default(), SegmentOptions { resolution: 2e-5 });
             let (mut frames, mut behind, mut reached) = (0, 0, 0);
             for _ in 0..3 {
-                let mut stream = Stream::new(StreamOptions { continuous: true, ..StreamOptions::default() });
+                let options = StreamOptions { continuous: true, ..StreamOptions::default() };
+                let mut stream = Follower::new(options, QueryOptions::default());
                 let halton = crate::cspace::sampling::Halton::new(space.nv(), rng.random());
                 let mut ends = [vec![0.0; space.nq()], vec![0.0; space.nq()]];
                 ends.iter_mut().enumerate().for_each(|(k, q)| halton.config(space, k as u64, q));
                 let (mut before, mut q) = (Vec::new(), vec![0.0; space.nq()]);
                 for frame in 0..40 {
                     space.interpolate(&ends[0], &ends[1], f64::from(frame) / 200.0, &mut q);
-                    let answer = world.view().query_next(&space.config_anywhere(&q).unwrap(), &mut stream).unwrap();
+                    let answer = stream.query(&world.context(), &space.config_anywhere(&q).unwrap()).unwrap();
                     let nearest = answer.nearest.unwrap();
                     assert!(answer.verified && answer.depth >= nearest - 1e-9, "{name}: {} {nearest}", answer.depth);
                     assert!(answer.lower_bound <= nearest + 1e-9, "{name}");
                     if !before.is_empty() {
-                        let moved = checker.segment(&before, &answer.witness, &options, &mut scratch);
+                        let moved = checker.segment(&before, &answer.witness, &resolution, &mut scratch);
                         let is_contact = matches!(moved, SegmentOutcome::Contact { .. });
                         assert!(!is_contact, "{name}, frame {frame}: {moved:?}");
                         frames += 1;
                     }
                     behind += usize::from(answer.depth > 1.05 * nearest + 1e-3);
                     reached += usize::from(answer.is_free() && answer.depth == 0.0);
-                    before = answer.witness;
+                    before = answer.witness.into();
                 }
             }
             assert!(

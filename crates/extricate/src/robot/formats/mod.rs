@@ -111,8 +111,8 @@ pub fn parse_among(
 /// # Errors
 /// [`Error::Input`] for an index without its vertex, a coordinate that is not finite (or beyond 1e9
 /// m), and where no triangle has a positive area.
-pub fn from_arrays(name: &str, vertices: Vec<Vec3>, triangles: Vec<[u32; 3]>) -> Result<TriangleMesh> {
-    Ok(checked(name, vertices, triangles)?.0)
+pub fn from_arrays(name: &str, vertices: &[[f64; 3]], triangles: Vec<[u32; 3]>) -> Result<TriangleMesh> {
+    Ok(checked(name, vertices.iter().copied().map(Vec3::from).collect(), triangles)?.0)
 }
 
 fn checked(name: &str, vertices: Vec<Vec3>, triangles: Vec<[u32; 3]>) -> Result<(TriangleMesh, Mending)> {
@@ -138,14 +138,14 @@ mod tests {
 
     #[test]
     fn arrays_are_checked_before_they_are_used() {
-        let corners = || [[0., 0., 0.], [1., 0., 0.], [0., 1., 0.]].map(Vec3::from).to_vec();
-        assert_eq!(from_arrays("m", corners(), vec![[0, 1, 2]]).unwrap().triangles.len(), 1);
-        let refused = |vertices, triangle| from_arrays("m", vertices, vec![triangle]).unwrap_err().to_string();
-        assert!(refused(corners(), [0, 1, 3]).contains("m: triangle 0: got [0, 1, 3], expected indices below the 3"));
-        assert!(refused(corners(), [0, 1, 1]).contains("no triangles of positive area"));
-        let mut broken = corners();
-        broken[1].y = f64::NAN;
-        assert!(refused(broken, [0, 1, 2]).contains("vertex 1: got (1, NaN, 0)"));
+        let corners = [[0., 0., 0.], [1., 0., 0.], [0., 1., 0.]];
+        assert_eq!(from_arrays("m", &corners, vec![[0, 1, 2]]).unwrap().triangles.len(), 1);
+        let refused = |vertices: &[_], triangle| from_arrays("m", vertices, vec![triangle]).unwrap_err().to_string();
+        assert!(refused(&corners, [0, 1, 3]).contains("m: triangle 0: got [0, 1, 3], expected indices below the 3"));
+        assert!(refused(&corners, [0, 1, 1]).contains("no triangles of positive area"));
+        let mut broken = corners;
+        broken[1][1] = f64::NAN;
+        assert!(refused(&broken, [0, 1, 2]).contains("vertex 1: got (1, NaN, 0)"));
     }
 
     #[test]

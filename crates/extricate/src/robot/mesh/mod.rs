@@ -24,14 +24,15 @@ pub use part::Component;
 /// Welded triangles, sorted into connected components.
 ///
 /// ```
-/// use extricate::geometry::{TriangleMesh, Vec3};
-/// let corners = [[0., 0., 0.], [1., 0., 0.], [0., 1., 0.], [0., 0., 1.]].map(Vec3::from).to_vec();
-/// let mesh = TriangleMesh::new(corners, vec![[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]]);
+/// use extricate::geometry::TriangleMesh;
+/// let corners = [[0., 0., 0.], [1., 0., 0.], [0., 1., 0.], [0., 0., 1.]];
+/// let mesh = TriangleMesh::from_arrays(&corners, vec![[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]]);
 /// assert!(mesh.is_closed());
 /// ```
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct TriangleMesh {
     /// Distinct points \[m\].
+    #[doc(hidden)]
     pub vertices: Vec<Vec3>,
     /// Indices into `vertices`; triangles of one component are contiguous, in the order of
     /// `components`.
@@ -72,6 +73,12 @@ impl TriangleMesh {
     ///
     /// # Panics
     /// Where an index is not one of a vertex.
+    pub fn from_arrays(vertices: &[[f64; 3]], triangles: Vec<[u32; 3]>) -> TriangleMesh {
+        Self::new(vertices.iter().copied().map(Vec3::from).collect(), triangles)
+    }
+
+    /// As [`TriangleMesh::from_arrays`].
+    #[doc(hidden)]
     pub fn new(vertices: Vec<Vec3>, triangles: Vec<[u32; 3]>) -> TriangleMesh {
         Self::mended(vertices, triangles).0
     }
@@ -108,6 +115,11 @@ impl TriangleMesh {
         mesh
     }
 
+    /// The distinct points \[m\].
+    pub fn vertices(&self) -> impl ExactSizeIterator<Item = [f64; 3]> + '_ {
+        self.vertices.iter().map(|vertex| (*vertex).into())
+    }
+
     /// Whether there are triangles and every component is closed.
     pub fn is_closed(&self) -> bool {
         !self.components.is_empty() && self.components.iter().all(|c| c.closed)
@@ -121,6 +133,7 @@ impl TriangleMesh {
     }
 
     /// The corners of a triangle \[m\].
+    #[doc(hidden)]
     pub fn corners(&self, triangle: usize) -> [Vec3; 3] {
         self.triangles[triangle].map(|index| self.vertices[index as usize])
     }

@@ -85,10 +85,11 @@ impl Geometry {
     /// Moments of the solid; `None` where it has no volume, and for a mesh with an open component
     /// or one whose triangles contradict each other. Components that overlap count as often as they
     /// cover.
+    #[doc(hidden)]
     pub fn volume_moments(&self) -> Option<Moments> {
         match *self {
             Geometry::Sphere { radius } => solid(4.0 / 3.0 * PI * radius.powi(3), Vec3::repeat(radius * radius / 5.0)),
-            Geometry::Box { half_extents: h } => solid(8.0 * h.x * h.y * h.z, h.component_mul(&h) / 3.0),
+            Geometry::Box { half_extents: [x, y, z] } => solid(8.0 * x * y * z, Vec3::new(x * x, y * y, z * z) / 3.0),
             Geometry::Cylinder { radius, half_length } => cylinder(radius, half_length),
             Geometry::Capsule { radius, half_length } => {
                 let ball = 4.0 / 3.0 * PI * radius.powi(3);
@@ -108,6 +109,7 @@ impl Geometry {
 
     /// Moments of the surface: exact for meshes, through a tessellation for primitives. A surface
     /// without area has measure 0 and no spread, at its first vertex.
+    #[doc(hidden)]
     pub fn area_moments(&self) -> Moments {
         let mesh = self.tessellate(SURFACE_SEGMENTS);
         let origin = mesh.vertices.first().copied().unwrap_or_default();
@@ -167,7 +169,7 @@ mod tests {
 
     const SHAPES: [Geometry; 4] = [
         Geometry::Sphere { radius: 0.4 },
-        Geometry::Box { half_extents: Vec3::new(0.1, 0.2, 0.3) },
+        Geometry::Box { half_extents: [0.1, 0.2, 0.3] },
         Geometry::Cylinder { radius: 0.2, half_length: 0.5 },
         Geometry::Capsule { radius: 0.2, half_length: 0.3 },
     ];
@@ -246,7 +248,7 @@ mod tests {
     #[test]
     fn parts_combine() {
         // A box is two boxes.
-        let half = Geometry::Box { half_extents: Vec3::new(0.1, 0.2, 0.15) }.volume_moments().unwrap();
+        let half = Geometry::Box { half_extents: [0.1, 0.2, 0.15] }.volume_moments().unwrap();
         let parts = [-0.15, 0.15].map(|z| half.transformed(&Pose::translation(Vec3::new(0.0, 0.0, z))));
         assert_near(&Moments::combine(parts).unwrap(), &SHAPES[1].volume_moments().unwrap(), 1e-12);
         assert!(Moments::combine([]).is_none());

@@ -13,7 +13,7 @@ impl Geometry {
     pub fn tessellate(&self, segments: usize) -> TriangleMesh {
         let segments = segments.max(3);
         match *self {
-            Geometry::Box { half_extents } => cuboid(half_extents),
+            Geometry::Box { half_extents } => cuboid(half_extents.into()),
             Geometry::Cylinder { radius, half_length } => {
                 let ring = [(0.0, half_length), (radius, half_length), (radius, -half_length), (0.0, -half_length)];
                 revolved(&ring, segments)
@@ -86,7 +86,7 @@ mod tests {
     fn primitives_become_closed_outward_meshes_on_their_surface() {
         for shape in [
             Geometry::Sphere { radius: 0.4 },
-            Geometry::Box { half_extents: Vec3::new(0.1, 0.2, 0.3) },
+            Geometry::Box { half_extents: [0.1, 0.2, 0.3] },
             Geometry::Cylinder { radius: 0.2, half_length: 0.5 },
             Geometry::Capsule { radius: 0.2, half_length: 0.3 },
         ] {
@@ -117,6 +117,6 @@ mod tests {
     #[test]
     fn shapes_without_extent_do_no_harm() {
         assert!(Geometry::Sphere { radius: 0.0 }.tessellate(8).triangles.is_empty());
-        assert!(!Geometry::Box { half_extents: Vec3::new(1.0, 1.0, 0.0) }.tessellate(8).triangles.is_empty());
+        assert!(!Geometry::Box { half_extents: [1.0, 1.0, 0.0] }.tessellate(8).triangles.is_empty());
     }
 }

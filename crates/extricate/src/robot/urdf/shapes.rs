@@ -4,7 +4,6 @@ use roxmltree::Node;
 
 use super::place::{LoadMesh, Place};
 use crate::error::{Result, quoted};
-use crate::math::Vec3;
 use crate::robot::Geometry;
 use crate::robot::formats::xml::{child, numbers, own_attribute};
 use crate::robot::mesh::is_scale;
@@ -47,7 +46,7 @@ pub(crate) fn geometry(
                     return Ok(None);
                 }
             }
-            Geometry::Box { half_extents: 0.5 * Vec3::from(sides.map(|side| side.max(THIN * f64::from(side == 0.0)))) }
+            Geometry::Box { half_extents: sides.map(|side| 0.5 * side.max(THIN * f64::from(side == 0.0))) }
         }
         "sphere" => match one("radius")? {
             0.0 => {

@@ -73,7 +73,7 @@ fn every_geometry_is_read() {
     assert_eq!(warnings, ["r.urdf: link \"a\": a <collision> without geometry is ignored"]);
     assert!((parts[0].pose_link_geometry.point(&Vec3::x()) - Vec3::new(1., 3., 3.)).norm() < 1e-15);
     assert!((parts[1].pose_link_geometry.point(&Vec3::x()) - Vec3::y()).norm() < 1e-15);
-    assert!(matches!(parts[0].geometry, Geometry::Box { half_extents } if half_extents == Vec3::new(1., 2., 3.)));
+    assert!(matches!(parts[0].geometry, Geometry::Box { half_extents } if half_extents == [1., 2., 3.]));
     assert!(matches!(parts[1].geometry, Geometry::Sphere { radius: 0.5 }));
     assert!(matches!(parts[2].geometry, Geometry::Cylinder { radius: 1.0, half_length: 1.5 }));
     assert!(matches!(parts[3].geometry, Geometry::Capsule { radius: 1.0, half_length: 1.5 }));
@@ -133,7 +133,7 @@ fn shapes_without_volume_are_told() {
         assert_eq!(read(shape), (None, warnings));
     }
     let (plate, warnings) = read("<box size='1 0 2'/>");
-    assert_eq!(plate, Some(Geometry::Box { half_extents: Vec3::new(0.5, 5e-7, 1.0) }));
+    assert_eq!(plate, Some(Geometry::Box { half_extents: [0.5, 5e-7, 1.0] }));
     assert!(warnings[0].contains("size=\"1 0 2\" is taken for 1e-6 m thick"), "{warnings:?}");
     let (disc, _) = read("<cylinder radius='1' length='0'/>");
     assert_eq!(disc, Some(Geometry::Cylinder { radius: 1.0, half_length: 5e-7 }));
@@ -146,7 +146,7 @@ fn planes_are_half_spaces() {
         let text = format!("<link name='a'><collision><geometry>{plane}</geometry></collision></link>");
         robot(&text).unwrap().links[0].collision[0].geometry.clone()
     };
-    let below = |normal: Vec3| Geometry::HalfSpace { normal, offset: 0.0 };
+    let below = |normal: Vec3| Geometry::HalfSpace { normal: normal.into(), offset: 0.0 };
     assert_eq!(read("<plane/>"), below(Vec3::z()));
     assert_eq!(read("<plane normal='0 2 0'/>"), below(Vec3::y()));
     assert_eq!(read("<plane normal='0,0,-1'><size>5 5</size></plane>"), below(-Vec3::z()));

@@ -212,7 +212,7 @@ pub fn refuse_vast(file: &str, body: &Body) -> error::Result<()> {
 pub fn radius(geometry: &Geometry) -> f64 {
     match geometry {
         Geometry::Sphere { radius } => *radius,
-        Geometry::Box { half_extents } => half_extents.norm(),
+        Geometry::Box { half_extents } => Vec3::from(*half_extents).norm(),
         Geometry::Cylinder { radius, half_length } => radius.hypot(*half_length),
         Geometry::Capsule { radius, half_length } => radius + half_length,
         Geometry::Mesh(mesh) | Geometry::ConvexHull(mesh) => mesh.vertices.iter().map(|v| v.norm()).fold(0.0, f64::max),

@@ -208,7 +208,6 @@ fn pair_rules(
 
 #[cfg(test)]
 mod tests {
-    use crate::math::Vec3;
     use crate::robot::JointKind::*;
     use crate::robot::{Geometry, Robot};
     use crate::scene::Scene;
@@ -324,7 +323,7 @@ mod tests {
     #[test]
     fn planes_stand_still() {
         let mut arm = chain(&[Fixed, Revolute]);
-        let plane = Geometry::HalfSpace { normal: Vec3::z(), offset: 0.0 };
+        let plane = Geometry::HalfSpace { normal: [0.0, 0.0, 1.0], offset: 0.0 };
         arm.links[1].collision[0].geometry = plane.clone();
         let scene_of = |text: &str, arm: &Robot| scene(text, std::slice::from_ref(arm));
         assert_eq!(pairs(&scene_of(&format!("{PLAIN}[pairs]\ndisable = [['l0', 'l2']]"), &arm).unwrap()), [""; 0]);

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use super::bodies::{hull, refuse_vast, replaced};
 use crate::error::{Error, Result};
-use crate::math::{FARTHEST, Pose, Vec3};
+use crate::math::{FARTHEST, Pose};
 use crate::robot::mesh::is_scale;
 use crate::robot::{Geometry, LoadLimit, TriangleMesh};
 use crate::scene::file::shape_entry::SCENERY;
@@ -146,7 +146,7 @@ fn shape(
     };
     if let Some(sides) = entry.cuboid {
         sizes(&sides, "full sides [x, y, z], each")?;
-        return Ok(Some(Geometry::Box { half_extents: Vec3::from(sides) / 2.0 }));
+        return Ok(Some(Geometry::Box { half_extents: sides.map(|side| side / 2.0) }));
     }
     if let Some(radius) = entry.sphere {
         sizes(&[radius], "a radius")?;
@@ -182,6 +182,7 @@ fn shape(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::math::Vec3;
     use crate::scene::file;
 
     fn assembled(text: &str) -> Result<Vec<Body>> {
@@ -209,7 +210,7 @@ mod tests {
     #[test]
     fn sizes_are_halved_where_geometry_wants_halves() {
         assert!(
-            matches!(one("{ box = [2, 4, 6] }"), Ok(Geometry::Box { half_extents }) if half_extents == Vec3::new(1.0, 2.0, 3.0))
+            matches!(one("{ box = [2, 4, 6] }"), Ok(Geometry::Box { half_extents }) if half_extents == [1.0, 2.0, 3.0])
         );
         assert!(matches!(one("{ sphere = 2 }"), Ok(Geometry::Sphere { radius: 2.0 })));
         assert!(matches!(one("{ cylinder = [1, 4] }"), Ok(Geometry::Cylinder { radius: 1.0, half_length: 2.0 })));

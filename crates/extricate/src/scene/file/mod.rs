@@ -96,6 +96,7 @@ pub struct SceneFile {
     pub padding: BTreeMap<String, f64>,
     /// How meshes are cut into convex parts, which is not a matter of scenes; `store` says it.
     #[serde(skip)]
+    #[doc(hidden)]
     pub cut: Option<CutMesh>,
     /// How much the files may hold that are named here; no matter of scenes either.
     #[serde(skip)]

@@ -9,7 +9,7 @@ use crate::math::{FARTHEST, Pose, Vec3, quaternion_matrix};
 /// A quaternion may be off unit length by this much: what files with a few digits leave.
 pub const QUATERNION_TOLERANCE: f64 = 1e-3;
 
-/// `pose = { xyz = .., rpy = .. }`, or with a quaternion whose name tells its order.
+/// `pose = { xyz = .., rpy = .. }`, or with a quaternion whose name says its order.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Deserialize)]
 #[serde(
     deny_unknown_fields,

@@ -8,7 +8,6 @@ use serde::Deserialize;
 use super::arrays::exactly_if_any;
 use super::{GeometryKind, ObstacleEntry, ScaleEntry};
 use crate::error::{Error, Result};
-use crate::math::Vec3;
 use crate::robot::formats::rows::for_each_row;
 use crate::robot::{Geometry, HeightField, LoadLimits, PointCloud, TriangleMesh, Voxels, formats};
 use crate::scene::Part;
@@ -189,19 +188,19 @@ fn cloud(
     limits: &LoadLimits,
     load: LoadRows,
 ) -> Result<(PointCloud, usize)> {
-    let (name, points) = match rows {
+    let (name, points): (_, Vec<[f64; 3]>) = match rows {
         RowsEntry::Rows(_) => {
             let table = table_of(file, element, rows, load)?;
             let points = table.triples(element, "three coordinates x, y, z [m]")?;
-            (file.to_string(), points.map(|(_, point)| Vec3::from(point)).collect())
+            (file.to_string(), points.map(|(_, point)| point).collect())
         }
         RowsEntry::File(path) => {
             let (name, bytes) = load(element, path)?;
             let points = formats::cloud::parse(&name, element, &bytes, limits)?;
-            (name, points)
+            (name, points.into_iter().map(<[f64; 3]>::from).collect())
         }
     };
-    PointCloud::seen(&name, element, entry.radius.unwrap_or(0.0), points)
+    PointCloud::seen(&name, element, entry.radius.unwrap_or(0.0), &points)
 }
 
 /// `None` for a shape of another kind.
@@ -296,6 +295,7 @@ fn table_of(file: &str, element: &str, entry: &RowsEntry, load: LoadRows) -> Res
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::math::Vec3;
     use crate::scene::assemble::obstacles::others;
     use crate::scene::file;
 
@@ -344,7 +344,7 @@ mod tests {
         assert_eq!((voxels.cells(), voxels.size()), (&[[1, 2, -3]][..], 0.5));
         let Geometry::HeightField(field) = one("{ height-field = 'heights.csv', size = 2 }").unwrap() else { panic!() };
         assert_eq!((field.shape(), field.heights()), ([2, 3], &[0.0, 1.0, 2.0, 3.0, 4.0, 5.0][..]));
-        let half = Geometry::HalfSpace { normal: Vec3::z(), offset: -1.0 };
+        let half = Geometry::HalfSpace { normal: [0.0, 0.0, 1.0], offset: -1.0 };
         assert_eq!(one("{ half-space = [0, 0, 4], offset = -1 }").unwrap(), half);
         assert!(matches!(one("{ points = [] }"), Ok(Geometry::Points(cloud)) if cloud.points().is_empty()));
     }

@@ -13,7 +13,7 @@ use crate::scene::file::most_values;
 const AROUND: [&str; 6] = ["msg", "values", "scene", "robot_state", "start_state", "joint_state"];
 
 /// Names and positions \[rad or m\] of the joints of a message, as YAML or JSON, which the end of
-/// the name of `path` tells: a JointState, alone or in a RobotState, a PlanningScene or a request.
+/// the name of `path` says: a JointState, alone or in a RobotState, a PlanningScene or a request.
 /// Joints of several coordinates (`multi_dof_joint_state`) are left out.
 ///
 /// # Errors

@@ -8,7 +8,6 @@ use super::objects::{Object, Objects, Shape};
 use super::place::Place;
 use super::value::At;
 use crate::error::Result;
-use crate::math::Vec3;
 use crate::robot::formats;
 
 /// Fields of a CollisionObject.
@@ -125,7 +124,7 @@ fn mesh(at: &At) -> Result<Shape> {
         let scale = at.get("dimensions")?.map_or(Ok([1.0; 3]), |scale| scale.numbers(["x", "y", "z"]))?;
         return Ok(Shape::MeshFile(path.into(), scale));
     }
-    let vertex = |at: At| at.numbers(["x", "y", "z"]).map(Vec3::from);
+    let vertex = |at: At| at.numbers(["x", "y", "z"]);
     let vertices = at.list("vertices")?.into_iter().map(vertex).collect::<Result<Vec<_>>>()?;
     let triangle = |at: At| -> Result<[u32; 3]> {
         let corners = if at.value.is_object() { at.get("vertex_indices")? } else { Some(at.clone()) };
@@ -139,7 +138,7 @@ fn mesh(at: &At) -> Result<Shape> {
         Ok(indices)
     };
     let triangles = at.list("triangles")?.into_iter().map(triangle).collect::<Result<Vec<_>>>()?;
-    let mesh = formats::from_arrays(&format!("{}: {}", at.file, at.path), vertices.clone(), triangles)?;
+    let mesh = formats::from_arrays(&format!("{}: {}", at.file, at.path), &vertices, triangles)?;
     Ok(Shape::Mesh(Arc::new(mesh)))
 }
 

@@ -10,7 +10,6 @@ use super::objects::{Object, Objects, Shape};
 use super::place::Place;
 use super::value::unit;
 use crate::error::{Error, Result};
-use crate::math::Vec3;
 use crate::robot::{LoadLimits, formats};
 
 /// Most vertices or triangles that a mesh may claim to have.
@@ -101,12 +100,12 @@ fn shape(words: &mut Words, object: &str) -> Result<Shape> {
             let vertices = words.count("the number of vertices")?;
             let triangles = words.count("the number of triangles")?;
             let line = words.line;
-            let vertex = |_| words.numbers("the coordinates of a vertex [m]").map(Vec3::from);
+            let vertex = |_| words.numbers("the coordinates of a vertex [m]");
             let vertices = (0..vertices).map(vertex).collect::<Result<Vec<_>>>()?;
             let corner = |_| Ok([words.index(&vertices)?, words.index(&vertices)?, words.index(&vertices)?]);
             let triangles = (0..triangles).map(corner).collect::<Result<Vec<_>>>()?;
             let name = format!("{}: line {line}: mesh of object \"{object}\"", words.file);
-            Shape::Mesh(Arc::new(formats::from_arrays(&name, vertices, triangles)?))
+            Shape::Mesh(Arc::new(formats::from_arrays(&name, &vertices, triangles)?))
         }
         other => return Err(words.fault(other, KINDS)),
     })
@@ -167,7 +166,7 @@ impl<'a> Words<'a> {
         parsed.map(|count| count as usize).ok_or_else(|| self.fault(word, expected))
     }
 
-    fn index(&mut self, vertices: &[Vec3]) -> Result<u32> {
+    fn index(&mut self, vertices: &[[f64; 3]]) -> Result<u32> {
         let expected = "the index of a vertex";
         let word = self.word(expected)?;
         let parsed = word.parse::<u32>().ok().filter(|index| (*index as usize) < vertices.len());

@@ -2,14 +2,14 @@
 //! the other, and where boundary samples touch.
 
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
-use extricate::internals::collision::contacts_within;
-use extricate::internals::query::answer::TOUCHING;
-use extricate::{Answer, CheckScratch, Config, Effort, Model, QueryOptions, QueryScratch, Termination};
+use extricate::{Answer, CheckScratch, Effort, Model, PairId, QueryOptions, Solver, TOUCHING};
 use rayon::prelude::*;
 use serde::Serialize;
 
-use crate::commands::sample::CollidingSampler;
+use crate::args::termination;
+use crate::commands::draw_colliding;
 use crate::progress::busy;
 use crate::report::quantile;
 
@@ -27,13 +27,13 @@ const QUERY_STREAM: u64 = 0x72_65_70_6f_72_74;
 pub struct Measured {
     /// Random configurations in collision that were asked.
     pub queries: usize,
-    /// By budget, the least first.
+    /// The quality with each budget, the least first.
     pub budgets: Vec<Quality>,
-    /// Without a budget.
+    /// The quality without a budget.
     pub refined: Quality,
-    /// Of refined answers, in the metric.
+    /// The depths of refined answers, in the metric.
     pub depths: Vec<f64>,
-    /// Of each, the share of the depth that is proved.
+    /// The share of each depth that is proved.
     pub proved: Vec<f64>,
     /// How many boundary samples touch with a pair, the most frequent first.
     pub touching: Vec<([String; 2], usize)>,
@@ -56,26 +56,19 @@ pub struct Quality {
 ///
 /// # Errors
 /// Where no configuration in collision is found.
-pub fn measure(model: &Model, count: usize, seed: u64) -> anyhow::Result<Measured> {
-    let space = &model.scene().space;
-    let mut sampler = CollidingSampler::new(model.checker(), seed ^ QUERY_STREAM);
-    let mut q = vec![0.0; space.nq()];
-    let mut next = |_| {
-        sampler.next(&mut q, |_, _| {})?;
-        Ok(space.config(&q)?)
-    };
-    let queries =
-        busy("drawing configurations", || (0..count).map(&mut next).collect::<anyhow::Result<Vec<Config>>>())?;
-    let ask = |effort, max_checks| -> Vec<Option<Answer>> {
-        let termination = Termination { max_checks, ..Termination::default() };
-        let options = QueryOptions { effort, termination, ..QueryOptions::default() };
-        let one = |scratch: &mut QueryScratch, q: &Config| model.view().query_with(q, &options, scratch);
-        queries.par_iter().map_init(QueryScratch::default, one).collect()
+pub fn measure(model: &Arc<Model>, count: usize, seed: u64) -> anyhow::Result<Measured> {
+    let solver = Solver::of_model(Arc::clone(model));
+    let queries = draw_colliding(&solver, count, seed ^ QUERY_STREAM)?;
+    let ask = |effort, max_checks| -> extricate::Result<Vec<Option<Answer>>> {
+        let options = QueryOptions::default().effort(effort).termination(termination(max_checks, None));
+        let solver = solver.clone().options(options)?;
+        Ok(queries.par_iter().map(|q| solver.query(q)).collect())
     };
     let (refined, limited, exhaustive) = busy("asking the model", || {
-        let limited: Vec<_> = BUDGETS.iter().map(|checks| ask(Effort::Refined, Some(*checks))).collect();
-        (ask(Effort::Refined, None), limited, ask(Effort::Exhaustive, None))
-    });
+        let limited = BUDGETS.iter().map(|checks| ask(Effort::Refined, Some(*checks)));
+        let limited = limited.collect::<extricate::Result<Vec<_>>>()?;
+        extricate::Result::Ok((ask(Effort::Refined, None)?, limited, ask(Effort::Exhaustive, None)?))
+    })?;
     let best: Vec<f64> = (0..queries.len())
         .map(|at| {
             limited
@@ -85,7 +78,7 @@ pub fn measure(model: &Model, count: usize, seed: u64) -> anyhow::Result<Measure
                 .fold(f64::INFINITY, f64::min)
         })
         .collect();
-    let (touching, samples) = busy("looking where samples touch", || touching(model));
+    let (touching, samples) = busy("looking where samples touch", || touching(&solver, model));
     let found = || refined.iter().flatten();
     Ok(Measured {
         queries: queries.len(),
@@ -114,13 +107,13 @@ fn quality(answers: &[Option<Answer>], best: &[f64]) -> Quality {
 }
 
 /// Pairs that touch at boundary samples, spread evenly over all of them.
-fn touching(model: &Model) -> (Vec<([String; 2], usize)>, usize) {
-    let (checker, scene, samples) = (model.checker(), model.scene(), model.boundary());
+fn touching(solver: &Solver, model: &Model) -> (Vec<([String; 2], usize)>, usize) {
+    let (checker, scene, samples) = (solver.checker(), solver.scene(), model.boundary());
     let step = samples.len().div_ceil(MOST_SAMPLES).max(1);
-    let configs: Vec<&[f64]> = samples.configs().chunks_exact(scene.space.nq()).step_by(step).collect();
+    let configs: Vec<&[f64]> = samples.configs().chunks_exact(scene.space().nq()).step_by(step).collect();
     let of = |scratch: &mut CheckScratch, q: &&[f64]| {
         let mut contacts = Vec::new();
-        contacts_within(checker, q, scene.clearance + TOUCHING, scratch, &mut contacts);
+        checker.contacts_within(q, scene.clearance() + TOUCHING, scratch, &mut contacts);
         let mut pairs: Vec<usize> = contacts.iter().map(|contact| contact.pair.index()).collect();
         pairs.dedup();
         pairs
@@ -128,8 +121,7 @@ fn touching(model: &Model) -> (Vec<([String; 2], usize)>, usize) {
     let found: Vec<Vec<usize>> = configs.par_iter().map_init(CheckScratch::default, of).collect();
     let mut counts = BTreeMap::new();
     found.iter().flatten().for_each(|pair| *counts.entry(*pair).or_insert(0) += 1);
-    let named =
-        |(pair, count): (usize, usize)| (scene.pair_names(extricate::PairId::new(pair)).map(String::from), count);
+    let named = |(pair, count): (usize, usize)| (scene.pair_names(PairId::new(pair)).map(String::from), count);
     let mut named: Vec<_> = counts.into_iter().map(named).collect();
     named.sort_by_key(|(_, count)| std::cmp::Reverse(*count));
     (named, configs.len())

@@ -8,9 +8,10 @@ mod page;
 mod plots;
 
 use std::path::PathBuf;
+use std::sync::Arc;
 
 use clap::Args;
-use extricate::internals::io;
+use extricate::files;
 use extricate_view::is_page;
 
 use crate::args::{positive, seed};
@@ -37,12 +38,12 @@ pub struct ReportArgs {
 
 /// Runs the command.
 pub fn run(args: &ReportArgs, json: bool) -> anyhow::Result<()> {
-    io::check_not_read(&args.output, [args.model.as_path()])?;
-    io::check_output(&args.output, "page of this program", is_page)?;
-    let model = load_model(&args.model)?;
+    files::check_not_read(&args.output, [args.model.as_path()])?;
+    files::check_output(&args.output, "page of this program", is_page)?;
+    let model = Arc::new(load_model(&args.model)?);
     let measured = measure::measure(&model, args.count, args.seed)?;
     let html = page::html(&model, &name_of(&args.model), &measured);
-    io::write_atomically(&args.output, html.as_bytes())?;
+    files::write_atomically(&args.output, html.as_bytes())?;
     let (mut out, page) = (Output::new(false), args.output.display().to_string());
     if json {
         out.json(&serde_json::json!({ "page": page, "measured": measured }))?;

@@ -10,20 +10,18 @@ use std::path::PathBuf;
 
 use anyhow::{Context, bail};
 use clap::Args;
-use extricate::internals::io;
-use extricate::{Config, Effort, QueryOptions, StreamOptions};
+use extricate::{Config, Effort, QueryOptions, Solver, StreamOptions, files};
 use extricate_view::{Live, is_page};
 use serde_json::json;
 
 use crate::args::{Limits, LoadArgs, exits, port, positive, seed};
-use crate::commands::query::asker::{Asked, Asker, Timed};
-use crate::commands::query::{EffortArg, exits_contradiction};
-use crate::commands::sample::CollidingSampler;
+use crate::commands::query::{Timed, ask, effort};
+use crate::commands::{draw_colliding, load_solver};
 use crate::input::Configs;
 use crate::notice;
 use crate::output::Output;
 use crate::pages::{self, About, Shown, name_of};
-use crate::progress::{Progress, busy};
+use crate::progress::Progress;
 use crate::report::count;
 use answers::{Answers, Given};
 
@@ -45,11 +43,11 @@ pub struct ViewArgs {
     #[arg(value_name = "SCENE|MODEL")]
     file: PathBuf,
     /// A configuration to show, its coordinates between commas. May be given several times
-    #[arg(long, value_name = "Q", allow_hyphen_values = true, conflicts_with = "input")]
+    #[arg(long, value_name = "Q", allow_hyphen_values = true, group = "configurations")]
     q: Vec<String>,
     /// Configurations to show, one a line, in every spelling that `query` takes; `-` reads standard
     /// input
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", group = "configurations")]
     input: Option<PathBuf>,
     /// Where none are given: show this many random ones in collision
     #[arg(short = 'n', long = "count", value_name = "N", default_value_t = 5, value_parser = positive, allow_negative_numbers = true)]
@@ -59,19 +57,19 @@ pub struct ViewArgs {
     seed: u64,
     /// Show these answers, lines of `query --json` or `grasp --json` for the same configurations,
     /// in place of new ones
-    #[arg(long, value_name = "FILE", conflicts_with_all = ["exits", "effort"])]
+    #[arg(long, value_name = "FILE", requires = "configurations", conflicts_with_all = ["exits", "effort"])]
     answers: Option<PathBuf>,
     /// The configurations are frames of a motion, which the page plays. They are answered as
     /// `query --stream` does
-    #[arg(long, conflicts_with = "exits")]
+    #[arg(long, requires = "input", conflicts_with_all = ["q", "exits"])]
     stream: bool,
     /// Show paths in place of configurations, one a line: an array of waypoints, {"path": [...]} or
     /// a JointTrajectory. The exact checker says what is free
     #[arg(long, value_name = "FILE", conflicts_with_all = ["q", "input", "answers", "stream", "exits", "effort", "live"])]
     paths: Option<PathBuf>,
     /// How hard to try, as for `query`
-    #[arg(long, value_enum, default_value_t = EffortArg::Refined)]
-    effort: EffortArg,
+    #[arg(long, value_parser = effort(), default_value_t = Effort::Refined)]
+    effort: Effort,
     /// Show up to K distinct exits, at most 9; by default 3, or 1 with an effort that finds one
     #[arg(long, value_name = "K", value_parser = exits, allow_negative_numbers = true)]
     exits: Option<usize>,
@@ -97,24 +95,16 @@ pub struct ViewArgs {
 }
 
 impl ViewArgs {
-    /// What makes no sense together, if anything does.
-    pub fn contradiction(&self) -> Option<&'static str> {
-        if self.answers.is_some() && self.q.is_empty() && self.input.is_none() {
-            return Some("--answers are those of configurations, expected --q or --input beside it");
-        }
-        if self.stream && self.input.is_none() {
-            return Some("--stream plays the frames of a motion, expected --input beside it");
-        }
-        exits_contradiction(self.effort, self.exits())
+    /// The options of its queries.
+    pub fn options(&self) -> QueryOptions {
+        QueryOptions::default().effort(self.effort).exits(self.exits()).contacts(true)
     }
 
     fn exits(&self) -> usize {
-        if self.stream {
-            return 1;
-        }
         let usual = match self.effort {
-            EffortArg::Quick | EffortArg::Refined | EffortArg::Exhaustive => USUAL_EXITS,
-            EffortArg::Nearest | EffortArg::Proved => 1,
+            Effort::Nearest | Effort::Proved => 1,
+            _ if self.stream => 1,
+            _ => USUAL_EXITS,
         };
         self.exits.unwrap_or(usual)
     }
@@ -125,18 +115,18 @@ pub fn run(args: &ViewArgs, json: bool) -> anyhow::Result<()> {
     if args.serve.is_none() {
         let read = [&args.input, &args.answers, &args.paths, &args.world, &args.wasm];
         let read = read.into_iter().flatten().chain([&args.file]);
-        io::check_not_read(&args.output, read.map(PathBuf::as_path))?;
-        io::check_output(&args.output, "page of this program", is_page)?;
+        files::check_not_read(&args.output, read.map(PathBuf::as_path))?;
+        files::check_output(&args.output, "page of this program", is_page)?;
     }
-    let asked = Asked::load(&args.file, args.world.as_deref(), &args.load)?;
+    let solver = load_solver(&args.file, args.world.as_deref(), &args.load)?.options(args.options())?;
     let (shown, input) = match &args.paths {
         Some(path) => {
             let mut lines = Configs::open(path)?.with_limits(Limits::Forgive);
-            (paths(&mut lines, &asked)?, Some(lines))
+            (paths(&mut lines, &solver)?, Some(lines))
         }
-        None => answered(args, &asked)?,
+        None => answered(args, &solver)?,
     };
-    let html = page(args, &asked, shown)?;
+    let html = page(args, &solver, shown)?;
     let mut out = Output::new(true);
     match args.serve {
         Some(port) => serve::serve(html.as_bytes(), port, |address| {
@@ -144,7 +134,7 @@ pub fn run(args: &ViewArgs, json: bool) -> anyhow::Result<()> {
             if json { out.json(&json!({ "address": format!("http://{address}/") })) } else { out.line(text) }
         })?,
         None => {
-            io::write_atomically(&args.output, html.as_bytes())?;
+            files::write_atomically(&args.output, html.as_bytes())?;
             let (page, bytes) = (args.output.display().to_string(), html.len());
             match json {
                 true => out.json(&json!({ "page": page, "bytes": bytes }))?,
@@ -157,7 +147,7 @@ pub fn run(args: &ViewArgs, json: bool) -> anyhow::Result<()> {
 }
 
 /// Configurations and their answers, and the input that they are of.
-fn answered(args: &ViewArgs, asked: &Asked) -> anyhow::Result<(Vec<Shown>, Option<Configs>)> {
+fn answered(args: &ViewArgs, solver: &Solver) -> anyhow::Result<(Vec<Shown>, Option<Configs>)> {
     let input = match (&args.input, args.q.is_empty()) {
         (Some(path), _) => Some(Configs::open(path)?),
         (None, false) => Some(Configs::of_words(&args.q)),
@@ -165,12 +155,12 @@ fn answered(args: &ViewArgs, asked: &Asked) -> anyhow::Result<(Vec<Shown>, Optio
     };
     let mut input = input.map(|configs| configs.with_limits(Limits::Forgive));
     let queries = match &mut input {
-        Some(configs) => read(configs, asked)?,
-        None => draw(args, asked)?,
+        Some(configs) => read(configs, solver)?,
+        None => draw(args, solver)?,
     };
     let given = match &args.answers {
-        Some(path) => Answers::open(path)?.read(asked.scene(), queries.len())?,
-        None => answer(args, asked, &queries).into_iter().map(Given::Answer).collect(),
+        Some(path) => Answers::open(path)?.read(solver.scene(), queries.len())?,
+        None => answer(args, solver, &queries)?.into_iter().map(Given::Answer).collect(),
     };
     let shown = queries.into_iter().zip(given).map(|(q, given)| match given {
         Given::Answer(timed) => Shown::Answer(q, timed),
@@ -180,9 +170,9 @@ fn answered(args: &ViewArgs, asked: &Asked) -> anyhow::Result<(Vec<Shown>, Optio
 }
 
 /// All paths of an input; those that cannot be used are reported.
-fn paths(lines: &mut Configs, asked: &Asked) -> anyhow::Result<Vec<Shown>> {
+fn paths(lines: &mut Configs, solver: &Solver) -> anyhow::Result<Vec<Shown>> {
     let (mut shown, mut waypoints) = (Vec::new(), 0);
-    while let Some(entry) = lines.next_path(asked.scene())? {
+    while let Some(entry) = lines.next_path(solver.scene())? {
         lines.take_notes().into_iter().for_each(notice::warning);
         match entry {
             Ok((line, (first, rest))) => {
@@ -202,9 +192,9 @@ fn paths(lines: &mut Configs, asked: &Asked) -> anyhow::Result<Vec<Shown>> {
 }
 
 /// All configurations of an input; those that cannot be used are reported.
-fn read(configs: &mut Configs, asked: &Asked) -> anyhow::Result<Vec<Config>> {
+fn read(configs: &mut Configs, solver: &Solver) -> anyhow::Result<Vec<Config>> {
     let mut queries = Vec::new();
-    while let Some(entry) = configs.next(asked.scene())? {
+    while let Some(entry) = configs.next(solver.scene())? {
         configs.take_notes().into_iter().for_each(notice::warning);
         match entry {
             Ok((line, _)) if queries.len() == MOST_QUERIES => {
@@ -217,36 +207,26 @@ fn read(configs: &mut Configs, asked: &Asked) -> anyhow::Result<Vec<Config>> {
     Ok(queries)
 }
 
-fn draw(args: &ViewArgs, asked: &Asked) -> anyhow::Result<Vec<Config>> {
+fn draw(args: &ViewArgs, solver: &Solver) -> anyhow::Result<Vec<Config>> {
     if args.count > MOST_QUERIES {
         bail!("--count: got {}, expected at most {MOST_QUERIES}: a page holds them all", args.count);
     }
-    let space = &asked.scene().space;
-    let mut sampler = CollidingSampler::new(asked.view().checker(), args.seed);
-    let mut q = vec![0.0; space.nq()];
-    let mut next = |_| {
-        sampler.next(&mut q, |_, _| {})?;
-        Ok(space.config(&q)?)
-    };
-    busy("drawing configurations", || (0..args.count).map(&mut next).collect())
+    draw_colliding(solver, args.count, args.seed)
 }
 
-fn answer(args: &ViewArgs, asked: &Asked, queries: &[Config]) -> Vec<Timed> {
-    let effort = Effort::from(args.effort);
-    let options = QueryOptions { effort, exits: args.exits(), contacts: true, ..QueryOptions::default() };
-    let stream = args.stream.then(|| StreamOptions { query: options.clone(), ..StreamOptions::default() });
-    let mut asker = Asker::new(asked, options, stream);
+fn answer(args: &ViewArgs, solver: &Solver, queries: &[Config]) -> extricate::Result<Vec<Timed>> {
+    let mut stream = args.stream.then(|| solver.stream(StreamOptions::default())).transpose()?;
     let mut progress = Progress::new("querying");
     let mut answers = Vec::with_capacity(queries.len());
     for (at, q) in queries.iter().enumerate() {
-        answers.extend(asker.ask(vec![q.clone()], 1));
+        answers.extend(ask(solver, stream.as_mut(), vec![q.clone()], 1));
         progress.update(Some(at as f64 / queries.len() as f64), || format!("{} answers", count(at)));
     }
-    answers
+    Ok(answers)
 }
 
-fn page(args: &ViewArgs, asked: &Asked, shown: Vec<Shown>) -> anyhow::Result<String> {
-    let effort = Effort::from(args.effort).name();
+fn page(args: &ViewArgs, solver: &Solver, shown: Vec<Shown>) -> anyhow::Result<String> {
+    let effort = args.effort;
     let source = match (&args.paths, &args.answers) {
         (Some(path), _) => name_of(path),
         (None, Some(path)) => format!("the answers of {}", name_of(path)),
@@ -254,13 +234,13 @@ fn page(args: &ViewArgs, asked: &Asked, shown: Vec<Shown>) -> anyhow::Result<Str
         _ => format!("extricate query --effort {effort} --exits {} --json", args.exits()),
     };
     let title = name_of(args.world.as_deref().unwrap_or(&args.file));
-    let live = args.live.then(|| live(args, asked)).transpose()?;
+    let live = args.live.then(|| live(args, solver)).transpose()?;
     let about = About { title: &title, source: &source, is_stream: args.stream, live: live.as_ref() };
-    pages::html(asked.view().checker(), shown, &about)
+    pages::html(solver, shown, &about)
 }
 
 /// The library for the page, and what it opens there.
-fn live(args: &ViewArgs, asked: &Asked) -> anyhow::Result<Live> {
+fn live(args: &ViewArgs, solver: &Solver) -> anyhow::Result<Live> {
     let program = match &args.wasm {
         Some(path) => std::fs::read(path).with_context(|| format!("cannot read {}", path.display()))?,
         None => Live::built_in().context(NOT_BUILT_IN)?.to_vec(),
@@ -269,10 +249,5 @@ fn live(args: &ViewArgs, asked: &Asked) -> anyhow::Result<Live> {
     if !program.starts_with(b"\0asm") && !program.starts_with(&[0x1f, 0x8b]) {
         bail!("--wasm: got a file that is no WebAssembly, expected what scripts/build-wasm.sh makes");
     }
-    let live = match asked {
-        Asked::Model(model) => Ok(Live::of_model(&program, model)),
-        Asked::Changed(model, changed) => Live::of_model_in(&program, model, changed.scene()),
-        Asked::World(_) => Live::of_scene(&program, asked.scene()),
-    };
-    live.context("cannot write the scene into the page")
+    Ok(Live::new(&program, solver))
 }

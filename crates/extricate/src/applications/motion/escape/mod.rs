@@ -26,13 +26,14 @@ use super::prover::Prover;
 use crate::collision::CheckScratch;
 use crate::cspace::Config;
 use crate::error::{Error, Result};
-use crate::query::{Answer, Context, Deadline, QueryScratch, View};
+use crate::query::{Answer, Context, Deadline, QueryScratch};
+use crate::solver::Solver;
 use finish::finish;
 use options::found_nothing;
 use relaxed::Relaxed;
 use search::Search;
 
-impl View<'_> {
+impl Solver {
     /// A path out of collision: from `q` to a free configuration, such that on the way no pair
     /// collides that does not at `q`, and none that does gets deeper by more than
     /// [`EscapeOptions::tolerance`]. From [`Escape::free_from`] on it is free.
@@ -41,7 +42,7 @@ impl View<'_> {
     /// All of this is proved for every configuration of the path, not for samples. Depths are those
     /// of [`crate::Checker::clearance`]: exact for convex shapes, from below for meshes; surfaces
     /// that cross have a depth of 0, whatever of them is beyond. Where no such path is found,
-    /// [`Escape::points`] is empty; that proves nothing. The same view, `q` and options give the
+    /// [`Escape::points`] is empty; that proves nothing. The same solver, `q` and options give the
     /// same answer, unless a limit in seconds ends it.
     ///
     /// # Errors
@@ -57,7 +58,7 @@ impl View<'_> {
                 expected: "a value within its limits: a path cannot begin beyond them".into(),
             });
         }
-        Ok(escape(self.context(), q, options))
+        Ok(escape(&self.context(), q, options))
     }
 }
 
@@ -90,8 +91,10 @@ impl Search<'_> {
             return found;
         }
         let mut exits: Vec<Vec<f64>> = match self.options.exits {
-            0 | 1 => vec![wanted.witness],
-            several => self.query(several, wanted.clearance)?.exits.into_iter().map(|exit| exit.witness).collect(),
+            0 | 1 => vec![wanted.witness.into()],
+            several => {
+                self.query(several, wanted.clearance)?.exits.into_iter().map(|exit| exit.witness.into()).collect()
+            }
         };
         if let Some(path) = self.straight(&exits) {
             return Some((path, EscapeMethod::Exit));
@@ -103,7 +106,7 @@ impl Search<'_> {
             if let Some((path, method)) = found {
                 return Some((self.raised(path), method));
             }
-            exits.push(own.witness);
+            exits.push(own.witness.into());
             pushed = if other.len() > pushed.len() { other } else { pushed };
         }
         let grown = grow::grow(self, &pushed, &exits)?;
@@ -114,7 +117,7 @@ impl Search<'_> {
     /// A path to the witness of an answer or to where descents of its query ended besides, straight
     /// or pushed; else none, and how far pushing came.
     fn lead_out(&mut self, answer: &Answer) -> (Option<Found>, Vec<Vec<f64>>) {
-        if let Some(path) = self.straight(std::slice::from_ref(&answer.witness)) {
+        if let Some(path) = self.straight(&[answer.witness.to_vec()]) {
             return (Some((path, EscapeMethod::Nearest)), Vec::new());
         }
         let met = self.query.other_exits(&self.context.checker.scene().space, answer, OTHER_EXITS);

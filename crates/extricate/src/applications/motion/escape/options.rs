@@ -4,6 +4,7 @@ use serde::Serialize;
 
 use crate::cspace::Config;
 use crate::error::{Error, Result};
+use crate::interface::{setters, words};
 use crate::query::Termination;
 use crate::query::options::MAX_EXITS;
 use crate::scene::PairId;
@@ -14,6 +15,7 @@ pub const AIM: f64 = 1e-3;
 
 /// Options of an escape.
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub struct EscapeOptions {
     /// Clearance \[m\] that the end of the path is to keep, for pairs without one of their own. A
     /// near end that keeps less of it, at least the scene's, is taken before one that is far.
@@ -27,10 +29,22 @@ pub struct EscapeOptions {
     pub resolution: f64,
     /// Checks of the trees that grow where nothing simpler leads out.
     pub tree_checks: usize,
-    /// Of all random numbers.
+    /// The seed of all random numbers.
     pub seed: u64,
     /// When to give up.
     pub termination: Termination,
+}
+
+setters! {
+    EscapeOptions {
+        aim: f64 = Some,
+        tolerance: f64,
+        exits: usize,
+        resolution: f64,
+        tree_checks: usize,
+        seed: u64,
+        termination: Termination,
+    }
 }
 
 impl Default for EscapeOptions {
@@ -58,11 +72,15 @@ impl EscapeOptions {
         let lengths =
             [("aim", self.aim.unwrap_or(0.0)), ("tolerance", self.tolerance), ("resolution", self.resolution)];
         if self.exits > MAX_EXITS {
-            return Err(Error::Option { name: "exits", value: self.exits.to_string(), expected: "at most 100000" });
+            return Err(Error::Option {
+                name: "exits",
+                value: self.exits.to_string(),
+                expected: "at most 100000".into(),
+            });
         }
         match lengths.into_iter().find(|(_, length)| !is_length(*length)) {
             Some((name, length)) => {
-                Err(Error::Option { name, value: length.to_string(), expected: "a length in metres, 0 to 1e9" })
+                Err(Error::Option { name, value: length.to_string(), expected: "a length in metres, 0 to 1e9".into() })
             }
             None => Ok(()),
         }
@@ -72,6 +90,7 @@ impl EscapeOptions {
 /// Which step found the path.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
+#[non_exhaustive]
 pub enum EscapeMethod {
     /// The query is free.
     Free,
@@ -85,21 +104,19 @@ pub enum EscapeMethod {
     Grown,
 }
 
-impl EscapeMethod {
-    /// As it is written.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Free => "free",
-            Self::Nearest => "nearest",
-            Self::Exit => "exit",
-            Self::Pushed => "pushed",
-            Self::Grown => "grown",
-        }
+words! {
+    EscapeMethod as "method" {
+        Free = "free",
+        Nearest = "nearest",
+        Exit = "exit",
+        Pushed = "pushed",
+        Grown = "grown",
     }
 }
 
-/// A path out of collision, see [`crate::View::escape`].
+/// A path out of collision, see [`crate::Solver::escape`].
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct Escape {
     /// Configurations, the query first; between two of them the geodesic. Empty where no path was
     /// found.

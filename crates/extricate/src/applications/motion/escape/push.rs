@@ -34,7 +34,7 @@ pub fn push(search: &mut Search, clearance: f64) -> Pushed {
         let Ok(from) = space.config(here) else { break };
         let answer = nearest_exit(&context, &from, &options, &mut memory);
         search.prover.checks += memory.checks();
-        let there = answer.map(|answer| answer.witness);
+        let there = answer.map(|answer| Vec::from(answer.witness));
         match there.filter(|there| search.prover.proves(here, there)) {
             Some(there) => {
                 points.push(there);

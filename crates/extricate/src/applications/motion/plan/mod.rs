@@ -19,7 +19,8 @@ use super::shortcut::shortcut;
 use crate::cspace::Config;
 use crate::cspace::sampling::uniform;
 use crate::error::{Error, Result};
-use crate::query::{Context, Deadline, View};
+use crate::query::{Context, Deadline};
+use crate::solver::Solver;
 
 /// Checks of the trees in the first round: scenes that are open need a tenth.
 const FIRST_ROUND: usize = 2_000;
@@ -31,13 +32,13 @@ const MOST_OF_A_BATCH: usize = 20_000;
 /// open scenes (`bench/applications open`).
 const RANGE: f64 = 0.2;
 
-impl View<'_> {
+impl Solver {
     /// A path between two free configurations, every edge of it proved free.
     ///
     /// # Guarantee
     /// Every configuration of the path is free: proved. Where none is found [`Plan::points`] is
-    /// empty, which proves nothing. The same view, ends and options give the same path whatever the
-    /// number of threads, unless a limit in seconds ends it.
+    /// empty, which proves nothing. The same solver, ends and options give the same path whatever
+    /// the number of threads, unless a limit in seconds ends it.
     ///
     /// # Errors
     /// [`Error::Config`] where an end is not free, named `from` or `to`; [`Error::Option`] for an
@@ -47,12 +48,12 @@ impl View<'_> {
         self.plan_in(&mut roadmap, false, [from, to], options)
     }
 
-    /// As [`View::plan`], with a roadmap of earlier calls, which it adds to: queries of one scene
+    /// As [`Solver::plan`], with a roadmap of earlier calls, which it adds to: queries of one scene
     /// that share it become cheaper. One that was made for another scene with the same coordinates
     /// is of use where the two are alike; the guarantee is the same.
     ///
     /// # Errors
-    /// As [`View::plan`]; [`Error::Input`] where the roadmap is one of other coordinates.
+    /// As [`Solver::plan`]; [`Error::Input`] where the roadmap is one of other coordinates.
     pub fn plan_with(&self, from: &Config, to: &Config, options: &PlanOptions, roadmap: &mut Roadmap) -> Result<Plan> {
         self.plan_in(roadmap, true, [from, to], options)
     }
@@ -65,26 +66,26 @@ impl View<'_> {
         let mut prover = Prover::new(self.checker(), options.resolution, limit.clone());
         for (name, end) in ["from", "to"].into_iter().zip(ends) {
             if !prover.holds(end) {
-                return Err(not_free(self.context(), name, end));
+                return Err(not_free(&self.context(), name, end));
             }
         }
         let pool = options.pool()?;
-        let planner = Planner { context: self.context(), ends, keeps, options, prover, limit };
+        let planner = Planner { context: &self.context(), ends, keeps, options, prover, limit };
         Ok(pool.install(|| planner.plan(roadmap)))
     }
 }
 
-impl View<'_> {
+impl Solver {
     /// Adds to a roadmap, for plans to come, by spending about so many checks.
     ///
     /// # Errors
-    /// [`Error::Option`] and [`Error::Input`] as [`View::plan_with`].
+    /// [`Error::Option`] and [`Error::Input`] as [`Solver::plan_with`].
     pub fn grow_roadmap(&self, roadmap: &mut Roadmap, checks: usize, options: &PlanOptions) -> Result<()> {
         options.check()?;
         roadmap.check(&self.scene().space).map_err(|problem| Error::input("roadmap", "contents", problem))?;
         let limit = Deadline::of(&options.termination);
         options.pool()?.install(|| {
-            let context = RoadmapContext::new(self.context(), options.resolution);
+            let context = RoadmapContext::new(&self.context(), options.resolution);
             let mut grower = Grower::new(context, roadmap, &limit, checks);
             while !grower.is_spent() {
                 let left = grower.left;

@@ -4,22 +4,34 @@ use rayon::{ThreadPool, ThreadPoolBuilder};
 use serde::Serialize;
 
 use crate::error::{Error, Result};
+use crate::interface::{setters, words};
 use crate::query::Termination;
 
 /// Options of a plan.
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub struct PlanOptions {
     /// How finely edges are proved \[m\], see [`crate::SegmentOptions::resolution`]: edges that
     /// pass something by less than about this are not found.
     pub resolution: f64,
     /// Whether to remove points that are not needed.
     pub shortcut: bool,
-    /// Of all random numbers.
+    /// The seed of all random numbers.
     pub seed: u64,
     /// Threads that grow the roadmap, 0 for one a core; the path is the same.
     pub threads: usize,
     /// When to give up.
     pub termination: Termination,
+}
+
+setters! {
+    PlanOptions {
+        resolution: f64,
+        shortcut: bool,
+        seed: u64,
+        threads: usize,
+        termination: Termination,
+    }
 }
 
 impl Default for PlanOptions {
@@ -36,14 +48,14 @@ impl PlanOptions {
             return Ok(());
         }
         let value = self.resolution.to_string();
-        Err(Error::Option { name: "resolution", value, expected: "a length in metres, 0 to 1e9" })
+        Err(Error::Option { name: "resolution", value, expected: "a length in metres, 0 to 1e9".into() })
     }
 
     pub(super) fn pool(&self) -> Result<ThreadPool> {
         let refused = |_| Error::Option {
             name: "threads",
             value: self.threads.to_string(),
-            expected: "a number that the system can start",
+            expected: "a number that the system can start".into(),
         };
         ThreadPoolBuilder::new().num_threads(self.threads).build().map_err(refused)
     }
@@ -52,6 +64,7 @@ impl PlanOptions {
 /// Which step found the path.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
+#[non_exhaustive]
 pub enum PlanMethod {
     /// The straight edge.
     Straight,
@@ -61,19 +74,11 @@ pub enum PlanMethod {
     Roadmap,
 }
 
-impl PlanMethod {
-    /// As it is written.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Straight => "straight",
-            Self::Trees => "trees",
-            Self::Roadmap => "roadmap",
-        }
-    }
-}
+words! { PlanMethod as "method" { Straight = "straight", Trees = "trees", Roadmap = "roadmap" } }
 
-/// A path between two free configurations, see [`crate::View::plan`].
+/// A path between two free configurations, see [`crate::Solver::plan`].
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct Plan {
     /// Configurations from the first end to the last; between two of them the geodesic. Empty where
     /// no path was found.

@@ -4,29 +4,30 @@ use super::*;
 use crate::applications::motion::testing::{along, labelled, peg};
 use crate::collision::CheckScratch;
 use crate::cspace::Label;
-use crate::query::{Termination, World};
+use crate::query::Termination;
 use crate::scene::builtin;
+use crate::solver::Solver;
 
 /// Asserts that a path leads from one end to the other and that samples of it are free.
-fn assert_path(world: &World, [from, to]: [&Config; 2], plan: &Plan) {
+fn assert_path(solver: &Solver, [from, to]: [&Config; 2], plan: &Plan) {
     assert_eq!((&plan.points[0], &plan.points[plan.points.len() - 1]), (&from.to_vec(), &to.to_vec()));
     let mut scratch = CheckScratch::default();
-    along(world.checker(), &plan.points, |p| assert_eq!(world.checker().label(p, &mut scratch), Label::Free));
+    along(solver.checker(), &plan.points, |p| assert_eq!(solver.checker().label(p, &mut scratch), Label::Free));
 }
 
 #[test]
 fn paths_are_free_and_do_not_depend_on_threads() {
     for name in builtin::NAMES {
-        let world = World::new(builtin::scene(name).unwrap());
-        let free = labelled(world.checker(), Label::Free, 6, 3);
+        let solver = Solver::new(builtin::scene(name).unwrap());
+        let free = labelled(solver.checker(), Label::Free, 6, 3);
         for (seed, ends) in free.chunks_exact(2).enumerate() {
             let termination = Termination::after_checks(20_000);
             let options = PlanOptions { seed: seed as u64, threads: 1, termination, ..PlanOptions::default() };
-            let plan = world.view().plan(&ends[0], &ends[1], &options).unwrap();
-            let again = world.view().plan(&ends[0], &ends[1], &PlanOptions { threads: 2, ..options }).unwrap();
+            let plan = solver.plan(&ends[0], &ends[1], &options).unwrap();
+            let again = solver.plan(&ends[0], &ends[1], &PlanOptions { threads: 2, ..options }).unwrap();
             assert_eq!(plan, again, "{name}");
             if plan.is_found() {
-                assert_path(&world, [&ends[0], &ends[1]], &plan);
+                assert_path(&solver, [&ends[0], &ends[1]], &plan);
             }
         }
     }
@@ -34,36 +35,36 @@ fn paths_are_free_and_do_not_depend_on_threads() {
 
 #[test]
 fn a_roadmap_leads_through_a_hole_and_is_kept() {
-    let (world, ends) = peg(2.0);
+    let (solver, ends) = peg(2.0);
     let options = PlanOptions { resolution: 1e-3, ..PlanOptions::default() };
-    let mut roadmap = Roadmap::new(&world.scene().space, 0);
-    let plan = world.view().plan_with(&ends[0], &ends[1], &options, &mut roadmap).unwrap();
+    let mut roadmap = Roadmap::new(&solver.scene().space, 0);
+    let plan = solver.plan_with(&ends[0], &ends[1], &options, &mut roadmap).unwrap();
     assert!(plan.is_found());
-    assert_path(&world, [&ends[0], &ends[1]], &plan);
-    let again = world.view().plan_with(&ends[1], &ends[0], &options, &mut roadmap).unwrap();
+    assert_path(&solver, [&ends[0], &ends[1]], &plan);
+    let again = solver.plan_with(&ends[1], &ends[0], &options, &mut roadmap).unwrap();
     assert!(again.method == Some(PlanMethod::Roadmap) && again.checks < plan.checks / 4, "{}", again.checks);
-    assert_path(&world, [&ends[1], &ends[0]], &again);
+    assert_path(&solver, [&ends[1], &ends[0]], &again);
 }
 
 #[test]
 fn ends_that_are_not_free_are_named() {
-    let world = World::new(builtin::scene("planar-arm").unwrap());
-    let free = &labelled(world.checker(), Label::Free, 1, 3)[0];
-    let colliding = &labelled(world.checker(), Label::Colliding, 1, 3)[0];
-    let message = |from, to| world.view().plan(from, to, &PlanOptions::default()).unwrap_err().to_string();
+    let solver = Solver::new(builtin::scene("planar-arm").unwrap());
+    let free = &labelled(solver.checker(), Label::Free, 1, 3)[0];
+    let colliding = &labelled(solver.checker(), Label::Colliding, 1, 3)[0];
+    let message = |from, to| solver.plan(from, to, &PlanOptions::default()).unwrap_err().to_string();
     assert!(message(free, colliding).contains("to: got a collision of"), "{}", message(free, colliding));
     assert!(message(colliding, free).contains("from: got a collision of"));
     let options = PlanOptions { resolution: f64::NAN, ..PlanOptions::default() };
-    assert!(world.view().plan(free, free, &options).unwrap_err().to_string().contains("resolution"));
+    assert!(solver.plan(free, free, &options).unwrap_err().to_string().contains("resolution"));
 }
 
 /// Trees, roadmaps, the proofs inside of batches and shortcuts together.
 #[test]
 fn plans_keep_to_their_budget() {
-    let (world, ends) = peg(1.05);
+    let (solver, ends) = peg(1.05);
     for checks in [100, 3_000, 12_000] {
         let options = PlanOptions { termination: Termination::after_checks(checks), ..PlanOptions::default() };
-        let plan = world.view().plan(&ends[0], &ends[1], &options).unwrap();
+        let plan = solver.plan(&ends[0], &ends[1], &options).unwrap();
         let most = checks + checks / 10;
         assert!(plan.is_found() || (checks..=most).contains(&plan.checks), "{} of {checks}", plan.checks);
         assert!(plan.checks <= most, "{} of {checks}", plan.checks);
@@ -73,10 +74,10 @@ fn plans_keep_to_their_budget() {
 /// However few checks are left, they are spent, and then it ends.
 #[test]
 fn roadmaps_grow_by_the_last_check_too() {
-    let world = World::new(builtin::scene("planar-arm").unwrap());
+    let solver = Solver::new(builtin::scene("planar-arm").unwrap());
     for checks in 1..=12 {
-        let mut roadmap = Roadmap::new(&world.scene().space, 0);
-        world.view().grow_roadmap(&mut roadmap, checks, &PlanOptions::default()).unwrap();
+        let mut roadmap = Roadmap::new(&solver.scene().space, 0);
+        solver.grow_roadmap(&mut roadmap, checks, &PlanOptions::default()).unwrap();
         assert!(roadmap.checks() >= checks, "{} of {checks}", roadmap.checks());
     }
 }

@@ -32,17 +32,17 @@ pub use options::{RepairOptions, Repaired};
 use super::path;
 use crate::cspace::{Config, Rows};
 use crate::error::{Error, Result};
-use crate::query::View;
+use crate::solver::Solver;
 use old_path::Point;
 use repairer::Repairer;
 
-impl View<'_> {
+impl Solver {
     /// A path that is proved free, as near to the path of `points` (rows, one or more) as is found:
     /// what of it is free stays as it is. An end that collides is moved too.
     ///
     /// # Guarantee
     /// Every configuration of the result is free: proved. Where no such path is found,
-    /// [`Repaired::points`] is empty; that proves nothing. The same view, points and options give
+    /// [`Repaired::points`] is empty; that proves nothing. The same solver, points and options give
     /// the same result, unless a limit in seconds ends it.
     ///
     /// # Errors
@@ -58,7 +58,7 @@ impl View<'_> {
         if old.is_empty() {
             return Err(Error::input("path", "rows", "got none, expected one or more"));
         }
-        Ok(Repairer::new(self.context(), &old, options).repair())
+        Ok(Repairer::new(&self.context(), &old, options).repair())
     }
 }
 

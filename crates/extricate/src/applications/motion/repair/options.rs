@@ -3,6 +3,7 @@
 use serde::Serialize;
 
 use crate::error::{Error, Result};
+use crate::interface::setters;
 use crate::query::{Context, Termination};
 
 /// What pushed configurations keep beyond the scene's clearance where no aim is given, as a share
@@ -11,6 +12,7 @@ const AIM: f64 = 0.1;
 
 /// Options of a repair.
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub struct RepairOptions {
     /// Clearance \[m\] that configurations are pushed out to, for pairs without one of their own;
     /// or as much of it as is kept nearby, at least the scene's. `None`: a tenth of the radius of
@@ -21,10 +23,20 @@ pub struct RepairOptions {
     pub max_deviation: Option<f64>,
     /// How finely edges are proved \[m\], see [`crate::SegmentOptions::resolution`].
     pub resolution: f64,
-    /// Of all random numbers.
+    /// The seed of all random numbers.
     pub seed: u64,
     /// When to give up.
     pub termination: Termination,
+}
+
+setters! {
+    RepairOptions {
+        aim: f64 = Some,
+        max_deviation: f64 = Some,
+        resolution: f64,
+        seed: u64,
+        termination: Termination,
+    }
 }
 
 impl Default for RepairOptions {
@@ -44,7 +56,7 @@ impl RepairOptions {
         ];
         match lengths.into_iter().find(|(_, length)| !(0.0..=1e9).contains(length)) {
             Some((name, value)) => {
-                Err(Error::Option { name, value: value.to_string(), expected: "a number from 0 to 1e9" })
+                Err(Error::Option { name, value: value.to_string(), expected: "a number from 0 to 1e9".into() })
             }
             None => Ok(()),
         }
@@ -56,8 +68,9 @@ impl RepairOptions {
     }
 }
 
-/// A repaired path, see [`crate::View::repair`].
+/// A repaired path, see [`crate::Solver::repair`].
 #[derive(Debug, Clone, PartialEq, Default, Serialize)]
+#[non_exhaustive]
 pub struct Repaired {
     /// Configurations; between two of them the geodesic. Empty where no path was found.
     pub points: Vec<Vec<f64>>,

@@ -83,7 +83,7 @@ impl Repairer<'_> {
             QueryOptions { starts: Some(1), clearance: aim, termination: self.left(), ..QueryOptions::default() };
         let answer = nearest_exit_under(self.context, &config, &options, &mut self.query);
         self.prover.checks += self.query.checks();
-        answer.map(|answer| answer.witness)
+        answer.map(|answer| Vec::from(answer.witness))
     }
 }
 

@@ -7,7 +7,8 @@ use super::old_path::{OldPath, Point};
 use super::options::RepairOptions;
 use crate::applications::motion::prover::Prover;
 use crate::cspace::Config;
-use crate::query::{Context, Deadline, QueryOptions, QueryScratch, Stream, StreamOptions, Termination};
+use crate::query::stream::{Follower, StreamOptions};
+use crate::query::{Context, Deadline, QueryOptions, QueryScratch, Termination};
 
 /// Share by which another exit has to be nearer for the stream to leave the last one: a path that
 /// jumps from exit to exit has gaps.
@@ -19,7 +20,7 @@ pub struct Repairer<'a> {
     pub options: &'a RepairOptions,
     pub old: OldPath<'a>,
     pub prover: Prover<'a>,
-    pub stream: Stream,
+    pub stream: Follower,
     pub query: QueryScratch,
     pub rng: ChaCha8Rng,
     /// Stretches that pushing did not close.
@@ -31,13 +32,13 @@ impl<'a> Repairer<'a> {
     pub fn new(context: &'a Context<'a>, points: &'a [Config], options: &'a RepairOptions) -> Self {
         let limit = Deadline::of(&options.termination);
         let query = QueryOptions { clearance: Some(options.aim_over(context)), ..QueryOptions::default() };
-        let stream = StreamOptions { query, hysteresis: HYSTERESIS, ..StreamOptions::default() };
+        let stream = StreamOptions { hysteresis: HYSTERESIS, ..StreamOptions::default() };
         Self {
             context,
             options,
             old: OldPath::new(context.metric, points),
             prover: Prover::new(context.checker, options.resolution, limit),
-            stream: Stream::new(stream),
+            stream: Follower::new(stream, query),
             query: QueryScratch::default(),
             rng: ChaCha8Rng::seed_from_u64(options.seed),
             gaps: 0,
@@ -49,7 +50,7 @@ impl<'a> Repairer<'a> {
         self.stream.limit(self.left());
         let answer = self.stream.query(self.context, q);
         self.prover.checks += self.stream.checks();
-        answer.map(|answer| answer.witness)
+        answer.map(|answer| answer.witness.into())
     }
 
     /// How far a new point is from the old one that it stands for, in metric units.

@@ -86,7 +86,7 @@ fn retracted(q: &[f64], (aim, effort): (f64, Effort), context: &RoadmapContext, 
             checks += 1;
             context.query.checker.label(&answer.witness, &mut memory.evaluator.check) == Label::Free
         };
-        is_free.then_some(answer.witness)
+        is_free.then(|| answer.witness.into())
     });
     Drawn { config, checks }
 }

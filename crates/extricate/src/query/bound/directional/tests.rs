@@ -9,7 +9,7 @@ use crate::collision::CheckScratch;
 use crate::cspace::sampling::uniform;
 use crate::kinematics::forward;
 use crate::query::bound::directional::*;
-use crate::query::worlds::World;
+use crate::query::prepared::Prepared;
 use crate::scene::{MetricKind, builtin};
 
 /// No configuration in which a pair has parted is nearer than the bound of that pair, under any
@@ -22,7 +22,7 @@ fn nothing_parts_nearer_than_the_bound() {
         for kind in [MetricKind::Joint, MetricKind::ObjectNorm, MetricKind::MaxDisplacement] {
             let mut scene = builtin::scene(name).unwrap();
             scene.metric = kind;
-            let world = World::new(Arc::new(scene));
+            let world = Prepared::new(Arc::new(scene));
             let (context, scene) = (world.context(), world.scene().clone());
             let space = &scene.space;
             let [mut q, mut to] = [(); 2].map(|()| vec![0.0; space.nq()]);

@@ -38,7 +38,7 @@ fn moved(mut mesh: TriangleMesh, by: Vec3) -> TriangleMesh {
 fn random_seams_are_closed_wherever_the_solid_is() {
     let mut rng = ChaCha8Rng::seed_from_u64(51);
     let shapes = [
-        Geometry::Box { half_extents: Vec3::new(0.3, 0.15, 0.07) },
+        Geometry::Box { half_extents: [0.3, 0.15, 0.07] },
         Geometry::Sphere { radius: 0.4 },
         Geometry::Capsule { radius: 0.03, half_length: 0.3 },
         Geometry::Cylinder { radius: 900.0, half_length: 20.0 },
@@ -79,7 +79,7 @@ fn what_does_not_close_stays_as_it_was() {
 #[test]
 fn a_solid_with_seams_closes_beside_what_is_open() {
     let mut rng = ChaCha8Rng::seed_from_u64(53);
-    let block = Geometry::Box { half_extents: Vec3::repeat(0.25) }.tessellate(4);
+    let block = Geometry::Box { half_extents: [0.25; 3] }.tessellate(4);
     let mut corners = soup(&block, 1, &mut rng);
     let solid = corners.len() / 3;
     // A sheet that ends at a corner of the block.
@@ -115,7 +115,7 @@ fn two_sides_of_a_sheet_enclose_nothing() {
 #[test]
 fn what_was_welded_is_told() {
     let mut rng = ChaCha8Rng::seed_from_u64(55);
-    let corners = soup(&Geometry::Box { half_extents: Vec3::new(0.1, 0.2, 0.3) }.tessellate(4), 1, &mut rng);
+    let corners = soup(&Geometry::Box { half_extents: [0.1, 0.2, 0.3] }.tessellate(4), 1, &mut rng);
     let mut text = String::new();
     for (k, v) in corners.iter().enumerate() {
         text += &format!("v {} {} {}\n", v.x, v.y, v.z);
@@ -135,7 +135,7 @@ fn what_was_welded_is_told() {
 fn a_box_with_a_fin_is_closed() {
     let mut rng = ChaCha8Rng::seed_from_u64(56);
     let half = Vec3::new(0.3, 0.15, 0.07);
-    let block = Geometry::Box { half_extents: half }.tessellate(4);
+    let block = Geometry::Box { half_extents: half.into() }.tessellate(4);
     let [a, b] = [half, Vec3::new(half.x, half.y, -half.z)];
     let tip = Vec3::new(0.9, 0.7, 0.0);
     for sides in [1, 2] {

@@ -8,6 +8,7 @@ mod bodies;
 mod tree;
 mod values;
 
+use crate::error::{self, Error};
 use crate::scene::Scene;
 
 /// Whether the scene holds what an assembled one does.
@@ -18,6 +19,26 @@ pub fn check(scene: &Scene) -> Result<(), String> {
     scene.space.check()?;
     tree::check(scene)?;
     bodies::check(scene)
+}
+
+impl Scene {
+    /// The scene as bytes, for other processes of the same version.
+    pub fn to_bytes(&self) -> Vec<u8> {
+        postcard::to_stdvec(self).expect("a scene has nothing that cannot be written")
+    }
+
+    /// The scene that [`Scene::to_bytes`] wrote.
+    ///
+    /// # Errors
+    /// [`Error::Input`] for bytes that are no scene of this version.
+    pub fn from_bytes(bytes: &[u8]) -> error::Result<Self> {
+        let wrong = |problem: String| {
+            Error::input("scene", "bytes", format!("got bytes that are no scene of this version ({problem})"))
+        };
+        let scene: Self = postcard::from_bytes(bytes).map_err(|error| wrong(error.to_string()))?;
+        check(&scene).map_err(wrong)?;
+        Ok(scene)
+    }
 }
 
 #[cfg(test)]

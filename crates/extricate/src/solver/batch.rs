@@ -4,9 +4,9 @@ use std::ops::ControlFlow;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::{Duration, Instant};
 
-use super::answer::Answer;
-use super::search::scratch::QueryScratch;
+use super::memory::Memory;
 use crate::cspace::Config;
+use crate::query::{Answer, QueryScratch};
 
 /// One answer of a batch.
 #[derive(Debug, Clone)]
@@ -29,17 +29,17 @@ const MOST: usize = 4096;
 /// order, on the calling thread; `Break` ends it. Returns how many were handed over.
 ///
 /// # Guarantee
-/// The order, and what is asked with which memory, do not depend on the number of threads. At most
-/// 4096 answers are kept at a time.
+/// The order, and the answers, do not depend on the number of threads. At most
+/// 4096 answers are kept at a time, or one a thread.
 pub fn in_blocks<T: Send>(
     queries: &mut dyn Iterator<Item = Config>,
     threads: usize,
+    memory: &Memory,
     ask: &(dyn Fn(&Config, &mut QueryScratch) -> T + Sync),
     each: &mut dyn FnMut(Answered<T>) -> ControlFlow<()>,
 ) -> usize {
     let cores = || std::thread::available_parallelism().map_or(1, |n| n.get());
     let threads = if threads == 0 { cores() } else { threads };
-    let mut scratches: Vec<QueryScratch> = (0..threads).map(|_| QueryScratch::default()).collect();
     let (mut block, mut done, mut size) = (Vec::new(), 0, threads);
     loop {
         block.clear();
@@ -48,7 +48,7 @@ pub fn in_blocks<T: Send>(
             return done;
         }
         let started = Instant::now();
-        let answers = answer_block(&block, ask, &mut scratches);
+        let answers = answer_block(&block, memory, ask, threads);
         for (answer, seconds) in answers {
             done += 1;
             if each(Answered { index: done - 1, answer, seconds }).is_break() {
@@ -67,30 +67,29 @@ pub fn in_blocks<T: Send>(
 /// Threads take the next query as they become free.
 fn answer_block<T: Send>(
     block: &[Config],
+    memory: &Memory,
     ask: &(dyn Fn(&Config, &mut QueryScratch) -> T + Sync),
-    scratches: &mut [QueryScratch],
+    threads: usize,
 ) -> Vec<(T, f64)> {
     let next = AtomicUsize::new(0);
-    let work = |scratch: &mut QueryScratch| {
-        let mut answers = Vec::new();
-        loop {
-            let at = next.fetch_add(1, Ordering::Relaxed);
-            let Some(q) = block.get(at) else { return answers };
-            let started = Instant::now();
-            let answer = ask(q, scratch);
-            answers.push((at, (answer, started.elapsed().as_secs_f64())));
-        }
+    let work = || {
+        memory.of_queries(|scratch| {
+            let mut answers = Vec::new();
+            loop {
+                let at = next.fetch_add(1, Ordering::Relaxed);
+                let Some(q) = block.get(at) else { return answers };
+                let started = Instant::now();
+                let answer = ask(q, scratch);
+                answers.push((at, (answer, started.elapsed().as_secs_f64())));
+            }
+        })
     };
-    let Some((own, others)) = scratches.split_first_mut() else { return Vec::new() };
     let mut answers = std::thread::scope(|scope| {
-        let needed = block.len().saturating_sub(1).min(others.len());
-        let spawned = others[..needed].iter_mut().map(|scratch| {
-            let work = &work;
-            std::thread::Builder::new().spawn_scoped(scope, move || work(scratch))
-        });
+        let more = block.len().min(threads).saturating_sub(1);
+        let spawned = (0..more).map(|_| std::thread::Builder::new().spawn_scoped(scope, work));
         // Where the system starts no more threads, those that there are do the work.
         let spawned: Vec<_> = spawned.filter_map(Result::ok).collect();
-        let mut answers = work(own);
+        let mut answers = work();
         for thread in spawned {
             match thread.join() {
                 Ok(more) => answers.extend(more),

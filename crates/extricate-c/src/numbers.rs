@@ -1,0 +1,56 @@
+//! The numbers that the header has for choices of the library.
+
+use extricate::{Effort, MetricKind, Unproved};
+
+use crate::abi::types::{
+    EXTRICATE_EXHAUSTIVE, EXTRICATE_METRIC_JOINT, EXTRICATE_METRIC_MAX_DISPLACEMENT, EXTRICATE_METRIC_OBJECT_NORM,
+    EXTRICATE_NEAREST, EXTRICATE_PROVED, EXTRICATE_QUICK, EXTRICATE_REFINED, EXTRICATE_UNPROVED_SHALLOW,
+    EXTRICATE_UNPROVED_SURFACES,
+};
+
+/// How hard a query tries.
+pub const EFFORTS: &[(Effort, u32)] = &[
+    (Effort::Nearest, EXTRICATE_NEAREST),
+    (Effort::Quick, EXTRICATE_QUICK),
+    (Effort::Refined, EXTRICATE_REFINED),
+    (Effort::Exhaustive, EXTRICATE_EXHAUSTIVE),
+    (Effort::Proved, EXTRICATE_PROVED),
+];
+
+/// What distances between configurations are measured by.
+pub const METRICS: &[(MetricKind, u32)] = &[
+    (MetricKind::Joint, EXTRICATE_METRIC_JOINT),
+    (MetricKind::ObjectNorm, EXTRICATE_METRIC_OBJECT_NORM),
+    (MetricKind::MaxDisplacement, EXTRICATE_METRIC_MAX_DISPLACEMENT),
+];
+
+/// Why nothing is proved.
+pub const UNPROVED: &[(Unproved, u32)] =
+    &[(Unproved::Surfaces, EXTRICATE_UNPROVED_SURFACES), (Unproved::Shallow, EXTRICATE_UNPROVED_SHALLOW)];
+
+/// The number of a choice. A test holds every choice in its table.
+pub fn number<T: PartialEq>(table: &[(T, u32)], choice: T) -> u32 {
+    table.iter().find(|(known, _)| *known == choice).map_or(u32::MAX, |(_, number)| *number)
+}
+
+/// The choice of a number, if it is one.
+pub fn choice<T: Copy>(table: &[(T, u32)], number: u32) -> Option<T> {
+    table.iter().find(|(_, known)| *known == number).map(|(choice, _)| *choice)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_choice_has_a_number_of_its_own() {
+        fn check<T: Copy + PartialEq>(table: &[(T, u32)], all: &[T]) {
+            assert_eq!(table.len(), all.len());
+            assert!(all.iter().all(|known| choice(table, number(table, *known)) == Some(*known)));
+        }
+        check(EFFORTS, Effort::ALL);
+        check(METRICS, MetricKind::ALL);
+        check(UNPROVED, Unproved::ALL);
+        assert_eq!(choice(EFFORTS, 99), None);
+    }
+}

@@ -1,0 +1,321 @@
+//! The calls that a `Solver`, a `Scene` and a `Model` have alike: those of a scene are those of a
+//! solver of it, those of a model are those of a solver of its scene and itself.
+
+use std::path::PathBuf;
+
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+
+use super::Solver;
+use super::stream::Stream;
+use crate::entries::lists::Names;
+use crate::error::{Seed, Whole};
+use crate::model::Model;
+use crate::motion::roadmap::Roadmap;
+use crate::motion::{escape, plan, release, repair};
+use crate::queries;
+use crate::queries::batch;
+use crate::queries::page::{self, Shown};
+use crate::scene::Scene;
+
+/// Gives a class the calls; `batch` is what it calls many queries.
+macro_rules! calls {
+    ($class:ident, $batch:ident) => {
+        #[pymethods]
+        impl $class {
+            /// The nearest free configuration to q, at once: nothing has to be learned.
+            ///
+            /// q: float64 (nq,). Beyond limits it is not free; it is measured from where it is,
+            ///     `Answer.outside` names the joints.
+            /// options: a `QueryOptions` that holds these keywords; one that stands beside it
+            ///     counts more.
+            /// effort: "nearest" (the nearest stored sample of a model, or one nearly as near;
+            ///     without a model the first exit that is found), "quick" (fewer starts than
+            ///     refined), "refined" (descents from several starts, the nearest exit verified),
+            ///     "exhaustive", or "proved": as refined, then until the gap is proved or the
+            ///     budget is spent; give max_seconds.
+            /// exits: how many distinct exits are wanted, in `Answer.exits`.
+            /// gap: stop as soon as it is proved that nothing free is nearer by more than this
+            ///     share of the depth; effort "proved" works for it. None is 0.15 with "quick" and
+            ///     "refined", 0.05 with "proved", and no reason to stop with "exhaustive"; 0
+            ///     searches on. Not with several exits.
+            /// starts: from how many stored samples and configurations around q descents start,
+            ///     None for what the effort takes: fewer are faster and miss the nearest exit more
+            ///     often. Not with effort "nearest".
+            /// max_checks, max_seconds: where to stop early, with the best answer so far; more of
+            ///     either never gives a larger depth.
+            /// segment: whether to look at the straight segment to the witness, see
+            ///     `Answer.segment`; costs as much as many checks.
+            /// contacts: with effort "nearest", whether to tell every colliding pair, not one
+            ///     alone, and the contacts at the witness; both take longer than to find it. The
+            ///     other efforts always tell them.
+            /// clearance: aim at this one [m] in place of the scene's, for pairs without one of
+            ///     their own; a witness that would be more than ten times as far as the nearest at
+            ///     the scene's clearance keeps less, see `Answer.clearance`.
+            /// locked: names of joints that stay where q has them; or free: the names of those
+            ///     that may move.
+            /// weights: by joint, of squared displacements, in place of the scene's, in the metric
+            ///     of the joints; asked without what was learned.
+            /// toward, toward_share: a configuration and a share; of exits that are farther than
+            ///     the nearest by at most that share of its depth, the one nearest to the
+            ///     configuration is taken.
+            /// free_radius: whether to prove how far around the witness nothing touches, see
+            ///     `Answer.free_radius`; costs as much as many checks.
+            /// limits: "forgive" answers what is beyond them, "refuse" raises ValueError.
+            ///
+            /// None if nothing free was found, not even among 20,000 configurations, or if
+            /// locked joints leave nothing. A warning names the pairs that collide wherever one
+            /// looks, if some do. They are looked for once, whatever `max_checks` and
+            /// `max_seconds` are. If warnings are errors, the warning is raised in place of all
+            /// answers of a call.
+            ///
+            /// Raises ValueError for a wrong shape, values that are not finite, options that make
+            /// no sense.
+            #[pyo3(signature = (q, **options), text_signature = "($self, q, *, options=None, effort='refined', exits=1, gap=None, starts=None, max_checks=None, max_seconds=None, segment=False, contacts=False, clearance=None, locked=None, free=None, weights=None, toward=None, toward_share=0.25, free_radius=False, limits='forgive')")]
+            fn query<'py>(
+                slf: &Bound<'py, Self>,
+                q: &Bound<'py, PyAny>,
+                options: Option<&Bound<'py, PyDict>>,
+            ) -> PyResult<Option<Bound<'py, PyAny>>> {
+                queries::query(slf.get().handle(), q, options, slf)
+            }
+
+            /// The nearest free configuration to each of Q, on many threads.
+            ///
+            /// Q: float64 (n, nq); beyond limits as in `query`. Not copied if it is
+            ///     C-contiguous; do not write to it meanwhile.
+            /// options, effort, gap, starts, max_checks, max_seconds: as in `query`, of each.
+            /// exits: how many distinct exits are wanted.
+            /// segment: whether to look at the straight ways to the witnesses; costs as much as
+            ///     many checks.
+            /// contacts: whether to tell the pairs that collide and that touch; with effort
+            ///     "nearest" that takes longer than to find the witness.
+            /// clearance, locked, free, weights, toward, toward_share, free_radius, limits: as in
+            ///     `query`, of each.
+            /// errors: "raise", or "mask": a row that is no configuration is answered as such,
+            ///     with a depth of nan, and the others as ever.
+            /// threads: 0 for one per core.
+            ///
+            /// Returns a structured array (n,) with the fields depth, lower_bound, gap,
+            /// max_displacement [m], clearance, unseen, checks, witness (nq,), gradient (nv,),
+            /// verified, free and unique, which mean what they mean in `Answer`. With exits of
+            /// more than one also: exit_count, how many were found (0 if the query is free),
+            /// exit_depths (exits,) and exit_witnesses (exits, nq), nearest first, the witness
+            /// before others, nan from exit_count on. With segment: segment (2,), nan if the
+            /// query is free. With free_radius: free_radius, nan if the query is free. With
+            /// contacts: colliding and touching, bool (pairs,), in the order of `Scene.pairs`; with
+            /// several exits also exit_touching, (exits, pairs). Points and normals of contacts
+            /// `query` tells.
+            ///
+            /// Where nothing free was found, depth is inf, witness, gradient and max_displacement
+            /// are nan, verified and free are False, and there are no exits; a warning as of
+            /// `query`.
+            ///
+            /// Raises ValueError that names the row for a wrong shape, values that are not finite,
+            /// before any is answered.
+            #[pyo3(signature = (Q, **options), text_signature = "($self, Q, *, options=None, effort='refined', exits=1, gap=None, starts=None, max_checks=None, max_seconds=None, segment=False, contacts=False, clearance=None, locked=None, free=None, weights=None, toward=None, toward_share=0.25, free_radius=False, limits='forgive', errors='raise', threads=0)")]
+            #[allow(non_snake_case)]
+            fn $batch<'py>(
+                &self,
+                Q: &Bound<'py, PyAny>,
+                options: Option<&Bound<'py, PyDict>>,
+            ) -> PyResult<Bound<'py, PyAny>> {
+                batch::answers(self.handle(), Q, options)
+            }
+
+            /// For queries that follow each other closely, as from a simulation: each is
+            /// warm-started from the one before.
+            ///
+            /// options, effort, gap, starts, max_checks, max_seconds, segment, contacts, clearance,
+            ///     locked, free, weights, free_radius, limits: as in `query`, of each frame.
+            /// hysteresis: the exit of the last frame is kept until another one is nearer by more
+            ///     than this share of its depth; 0 always takes the nearest.
+            /// starts_per_frame: how many starts are tried each frame for a nearer exit, beside
+            ///     those that cost no check.
+            /// continuous: whether the witness never jumps: from frame to frame it only moves if
+            ///     every configuration on its way is proved free. It may then be held behind
+            ///     something while another exit is nearer (`Answer.nearest`), or while the query is
+            ///     free. It aims at `clearance`, by default 0.5 mm more than the scene's;
+            ///     hysteresis has no effect.
+            #[pyo3(signature = (**options), text_signature = "($self, *, options=None, effort='refined', hysteresis=0.0, starts_per_frame=2, continuous=False, gap=None, starts=None, max_checks=None, max_seconds=None, segment=False, contacts=False, clearance=None, locked=None, free=None, weights=None, free_radius=False, limits='forgive')")]
+            fn stream(&self, py: Python<'_>, options: Option<&Bound<'_, PyDict>>) -> PyResult<Stream> {
+                Stream::new(py, self.handle(), options)
+            }
+
+            /// Shows configurations and their answers as a page, in a browser or a notebook: robot,
+            /// ghost of the query, contacts, the slider to each exit, the numbers and the proof,
+            /// and a slice of the space.
+            ///
+            /// Q: float64 (n, nq), or (nq,) for one; 5 random ones in collision if None.
+            /// path: the file that is written; a temporary one if None.
+            /// open: whether a browser opens it; if None, unless this is a notebook, which shows
+            ///     the page that is returned.
+            /// live: whether joints can be dragged in the page.
+            /// All other keywords: as in `query`; exits is 3 if the effort finds several.
+            #[pyo3(signature = (Q = None, *, path = None, open = None, live = false, **options))]
+            #[allow(non_snake_case)]
+            fn show<'py>(
+                &self,
+                py: Python<'py>,
+                Q: Option<&Bound<'py, PyAny>>,
+                path: Option<PathBuf>,
+                open: Option<bool>,
+                live: bool,
+                options: Option<&Bound<'py, PyDict>>,
+            ) -> PyResult<Bound<'py, PyAny>> {
+                page::show(py, self.handle(), Q, options, Shown { path, open, live })
+            }
+
+            /// A path out of collision: from q to a free configuration, such that on the way no
+            /// pair of bodies collides that does not at q, and none that does gets deeper by more
+            /// than `tolerance`.
+            ///
+            /// q: a configuration within its limits, (nq,).
+            /// aim: clearance that the end is to keep [m]; a near end that keeps less, at least the
+            ///     scene's, is preferred to a far one. None: the scene's and 1 mm.
+            /// tolerance: by how much a pair that collides at q may get deeper [m].
+            /// exits: how many exits straight edges are tried to.
+            /// resolution: how finely edges are proved [m].
+            /// tree_checks: checks of the trees that grow if nothing simpler leads out.
+            /// seed: of all random numbers.
+            /// max_checks, max_seconds: when to give up.
+            ///
+            /// Returns an `Escape`; its `points` are None if no path was found, with a warning
+            /// as of `query`. All that it says of the path is proved for every configuration
+            /// between, not for samples.
+            ///
+            /// Raises ValueError for a wrong shape, values beyond limits, options that make no
+            /// sense.
+            #[pyo3(signature = (q, *, aim = None, tolerance = 1e-3, exits = Whole::Number(6), resolution = 1e-4, tree_checks = Whole::Number(20_000), seed = Seed(0), max_checks = None, max_seconds = None), text_signature = "($self, q, *, aim=None, tolerance=1e-3, exits=6, resolution=1e-4, tree_checks=20000, seed=0, max_checks=None, max_seconds=None)")]
+            fn escape<'py>(
+                &self,
+                q: &Bound<'py, PyAny>,
+                aim: Option<f64>,
+                tolerance: f64,
+                exits: Whole,
+                resolution: f64,
+                tree_checks: Whole,
+                seed: Seed,
+                max_checks: Option<Whole>,
+                max_seconds: Option<f64>,
+            ) -> PyResult<Bound<'py, PyAny>> {
+                let keywords = (aim, tolerance, exits, resolution, tree_checks, seed.0, max_checks, max_seconds);
+                escape::escape(self.handle(), q, keywords)
+            }
+
+            /// A path between two free configurations, every edge of it proved free: also through
+            /// narrow passages.
+            ///
+            /// start, goal: configurations, (nq,).
+            /// roadmap: a `Roadmap` of earlier calls, which this one adds to.
+            /// resolution: how finely edges are proved [m].
+            /// shortcut: whether to remove points that are not needed.
+            /// seed: of all random numbers.
+            /// threads: that grow the roadmap, 0 for one a core; the path is the same.
+            /// max_checks, max_seconds: when to give up.
+            ///
+            /// Returns a `Plan`; its `points` are None if no path was found.
+            ///
+            /// Raises ValueError for a wrong shape, ends that are not free (start and goal are
+            /// "from" and "to" in the message), options that make no sense.
+            #[pyo3(signature = (start, goal, *, roadmap = None, resolution = 1e-4, shortcut = true, seed = Seed(0), threads = 0, max_checks = Some(Whole::Number(1_000_000)), max_seconds = None), text_signature = "($self, start, goal, *, roadmap=None, resolution=1e-4, shortcut=True, seed=0, threads=0, max_checks=1000000, max_seconds=None)")]
+            fn plan<'py>(
+                &self,
+                start: &Bound<'py, PyAny>,
+                goal: &Bound<'py, PyAny>,
+                roadmap: Option<Bound<'py, Roadmap>>,
+                resolution: f64,
+                shortcut: bool,
+                seed: Seed,
+                threads: i64,
+                max_checks: Option<Whole>,
+                max_seconds: Option<f64>,
+            ) -> PyResult<Bound<'py, PyAny>> {
+                let keywords = (roadmap, resolution, shortcut, seed.0, threads, max_checks, max_seconds);
+                plan::plan(self.handle(), (start, goal), keywords)
+            }
+
+            /// A path that collides as one that is proved free, as near to the old one as is found:
+            /// what of it is free stays.
+            ///
+            /// path: configurations one after the other, (n, nq).
+            /// aim: clearance that configurations are pushed out to [m], or as much of it as is
+            ///     kept nearby. None: the scene's and a tenth of the radius of the smallest moving
+            ///     body.
+            /// max_deviation: most that the new path may be from the old one, and rows that are cut
+            ///     off from the new one, in the scene's metric.
+            /// resolution: how finely edges are proved [m].
+            /// seed: of all random numbers.
+            /// max_checks, max_seconds: when to give up.
+            ///
+            /// Returns a `Repaired`; its `points` are None if no path was found.
+            ///
+            /// Raises ValueError for a wrong shape, rows beyond limits, options that make no sense.
+            #[pyo3(signature = (path, *, aim = None, max_deviation = None, resolution = 1e-4, seed = Seed(0), max_checks = Some(Whole::Number(100_000)), max_seconds = None), text_signature = "($self, path, *, aim=None, max_deviation=None, resolution=1e-4, seed=0, max_checks=100000, max_seconds=None)")]
+            fn repair<'py>(
+                &self,
+                path: &Bound<'py, PyAny>,
+                aim: Option<f64>,
+                max_deviation: Option<f64>,
+                resolution: f64,
+                seed: Seed,
+                max_checks: Option<Whole>,
+                max_seconds: Option<f64>,
+            ) -> PyResult<Bound<'py, PyAny>> {
+                let keywords = (aim, max_deviation, resolution, seed.0, max_checks, max_seconds);
+                repair::repair(self.handle(), path, keywords)
+            }
+
+            /// The nearest hands to Q at which nothing penetrates and what touched the object still
+            /// does, each finger on its side of it. No model is used.
+            ///
+            /// Q: float64 (n, nq), or (nq,) for one; may lie beyond limits.
+            /// object: what is held: the name of an obstacle; an obstacle that is not in the scene,
+            ///     such as a `Mesh`; or a sequence of n obstacles, one a row (equal ones are
+            ///     prepared once).
+            /// keep: "contacts", or "pose": the nearest free hand, whatever it touches.
+            /// touch: a link touches if it is nearer than this [m] beyond the clearance.
+            /// friction: coefficient, for `Grasp.epsilon` and `Grasp.force_closure`; None leaves
+            ///     them out.
+            /// open: a configuration with open fingers (nq,), which tells on which side of the
+            ///     object each is; None takes 0 for every joint, or the limit nearest to it.
+            /// clearance: to aim at in place of the scene's [m].
+            /// locked: names of joints that stay; "base" is the base of a floating hand.
+            /// weights: as in `query`. None: moving a floating base is about as dear as moving
+            ///     fingers, if the scene gives it no weights. "scene": those of the scene.
+            /// max_checks: end each after about this many checks and contact evaluations.
+            /// max_seconds: end each after about this many seconds.
+            /// threads: 0 for one per core; the answers are the same.
+            ///
+            /// Returns a `Grasp` for one, else a list; None if nothing free was found.
+            ///
+            /// Raises ValueError for wrong shapes, names and values, and objects that cannot be
+            /// used.
+            #[pyo3(signature = (Q, *, object, keep = "contacts", touch = 2e-3, friction = Some(0.8), open = None, clearance = None, locked = Names::default(), weights = None, max_checks = None, max_seconds = None, threads = 0), text_signature = "($self, Q, *, object, keep='contacts', touch=2e-3, friction=0.8, open=None, clearance=None, locked=(), weights=None, max_checks=None, max_seconds=None, threads=0)")]
+            #[allow(non_snake_case)]
+            fn release<'py>(
+                &self,
+                Q: &Bound<'py, PyAny>,
+                object: &Bound<'py, PyAny>,
+                keep: &str,
+                touch: f64,
+                friction: Option<f64>,
+                open: Option<&Bound<'py, PyAny>>,
+                clearance: Option<f64>,
+                locked: Names,
+                weights: Option<&Bound<'py, PyAny>>,
+                max_checks: Option<Whole>,
+                max_seconds: Option<f64>,
+                threads: i64,
+            ) -> PyResult<Bound<'py, PyAny>> {
+                let lengths = (touch, friction, clearance);
+                let keywords = (keep, lengths, open, locked, weights, max_checks, max_seconds, threads);
+                release::release(self.handle(), Q, object, keywords)
+            }
+        }
+    };
+}
+
+calls!(Solver, batch);
+calls!(Scene, query_batch);
+calls!(Model, query_batch);

@@ -1,0 +1,143 @@
+//! What a `Scene`, a `Model` and a `Solver` of Python are asked through.
+
+use std::sync::{Arc, Mutex, PoisonError};
+
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+
+use crate::error::{Advice, exception};
+use crate::long_call;
+use crate::queries::options::{Asked, Call, Weights};
+
+/// A solver of the library, and what calls on it leave for later ones. A clone shares all of it.
+#[derive(Clone)]
+pub struct Handle {
+    solver: extricate::Solver,
+    /// The keywords of calls that do not have them.
+    defaults: Option<Arc<Py<PyDict>>>,
+    kept: Arc<Kept>,
+}
+
+#[derive(Default)]
+struct Kept {
+    /// The solver with the weights that were asked for last.
+    weighted: Mutex<Option<(Weights, extricate::Solver)>>,
+    advice: Advice,
+}
+
+impl Handle {
+    /// A handle on a solver, whose calls have the defaults of the package.
+    pub fn new(solver: extricate::Solver) -> Self {
+        Self { solver, defaults: None, kept: Arc::default() }
+    }
+
+    /// The same with keywords that calls have unless they say otherwise.
+    pub fn with_defaults(self, defaults: Option<Arc<Py<PyDict>>>) -> Self {
+        Self { defaults, ..self }
+    }
+
+    /// The keywords of calls that do not have them.
+    pub fn defaults(&self) -> Option<&Arc<Py<PyDict>>> {
+        self.defaults.as_ref()
+    }
+
+    /// The solver, which may not be prepared yet, see [`Handle::ready`].
+    pub fn solver(&self) -> &extricate::Solver {
+        &self.solver
+    }
+
+    /// The scene that is asked in.
+    pub fn scene(&self) -> &Arc<extricate::Scene> {
+        self.solver.scene()
+    }
+
+    /// The solver, prepared.
+    ///
+    /// # Errors
+    /// As [`long_call::aside`].
+    pub fn ready(&self, py: Python<'_>) -> PyResult<&extricate::Solver> {
+        prepare(py, &self.solver)?;
+        Ok(&self.solver)
+    }
+
+    /// What the keywords of a call ask, with the defaults.
+    ///
+    /// # Errors
+    /// As [`Asked::read`].
+    pub fn asked(&self, py: Python<'_>, given: Option<&Bound<'_, PyDict>>, call: Call) -> PyResult<Asked> {
+        let defaults = self.defaults.as_ref().map(|defaults| defaults.bind(py));
+        Asked::read(given, defaults, self.scene(), call)
+    }
+
+    /// The solver with these weights of joints, prepared.
+    ///
+    /// # Errors
+    /// `ValueError` for weights that make no sense; as [`long_call::aside`].
+    pub fn with_weights(&self, py: Python<'_>, weights: &Weights) -> PyResult<extricate::Solver> {
+        let solver = if weights.is_empty() { self.solver.clone() } else { self.weighted(weights)? };
+        prepare(py, &solver)?;
+        Ok(solver)
+    }
+
+    /// Whether weights of joints make sense.
+    ///
+    /// # Errors
+    /// `ValueError` that names the joint and what was expected.
+    pub fn check_weights(&self, weights: &Weights) -> PyResult<()> {
+        if weights.is_empty() { Ok(()) } else { self.weighted(weights).map(drop) }
+    }
+
+    /// The solver, whose checker is prepared: all that checks need.
+    ///
+    /// # Errors
+    /// As [`long_call::aside`].
+    pub fn for_checks(&self, py: Python<'_>) -> PyResult<&extricate::Solver> {
+        if !self.solver.has_checker() {
+            let solver = self.solver.clone();
+            long_call::aside(py, move || {
+                solver.checker();
+            })?;
+        }
+        Ok(&self.solver)
+    }
+
+    /// The solver with what a call asks, prepared.
+    ///
+    /// # Errors
+    /// `ValueError` for options and weights that make no sense; as [`long_call::aside`].
+    pub fn solver_for(&self, py: Python<'_>, asked: &Asked) -> PyResult<extricate::Solver> {
+        self.with_weights(py, &asked.weights)?.options(asked.options.clone()).map_err(exception)
+    }
+
+    /// Raises a `UserWarning` after a call that found nothing free, see [`Advice::warn`].
+    ///
+    /// # Errors
+    /// As [`Advice::warn`].
+    pub fn advise(&self, py: Python<'_>) -> PyResult<()> {
+        self.kept.advice.warn(py, &self.solver)
+    }
+
+    /// Calls one by one with the same weights would otherwise prepare the scene each time.
+    fn weighted(&self, weights: &Weights) -> PyResult<extricate::Solver> {
+        let mut last = self.kept.weighted.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some((_, solver)) = last.as_ref().filter(|(known, _)| known == weights) {
+            return Ok(solver.clone());
+        }
+        let named = weights.iter().map(|(name, both)| (name.as_str(), *both));
+        let solver = self.solver.weighted(named).map_err(exception)?;
+        *last = Some((weights.clone(), solver.clone()));
+        Ok(solver)
+    }
+}
+
+/// Prepares a solver without the interpreter lock; Ctrl-C leaves that alone.
+///
+/// # Errors
+/// As [`long_call::aside`].
+pub fn prepare(py: Python<'_>, solver: &extricate::Solver) -> PyResult<()> {
+    if solver.is_prepared() {
+        return Ok(());
+    }
+    let solver = solver.clone();
+    long_call::aside(py, move || solver.prepare())
+}

@@ -1,0 +1,135 @@
+//! The class `Solver`: all that can be asked of a scene, with a model or without.
+
+mod calls;
+pub mod handle;
+pub mod stream;
+
+use std::sync::Arc;
+
+use numpy::PyArrayDyn;
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+
+use crate::error::exception;
+use crate::model::Model;
+use crate::queries::options::Call;
+use crate::rows;
+use crate::scene::Scene;
+use handle::Handle;
+
+/// Answers what is asked of a scene: the nearest free configuration, checks, and motions.
+///
+/// A model adds stored samples as further starts of queries; what is said of an answer holds with
+/// and without one. It is prepared when it is first asked. Immutable: threads may share it, each
+/// query runs without the interpreter lock. Pickles.
+///
+/// Solver(scene, model=None, **options)
+///
+/// scene: the `Scene` that is asked in.
+/// model: a `Model` of this scene, or of one with the same joints, limits, weights and metric:
+///     obstacles, checked pairs and clearance may differ. Beside obstacles that moved it has no
+///     samples.
+/// options: keywords of `Solver.query`, which `query`, `batch`, `stream` and `show` then have
+///     unless they say otherwise; an `options` object of a call takes the place of all of them.
+///     Motions have keywords of their own.
+///
+/// Raises ValueError if the model cannot be asked in the scene, and for options that make no
+/// sense.
+#[pyclass(frozen, module = "extricate._extricate")]
+pub struct Solver {
+    handle: Handle,
+}
+
+impl Solver {
+    /// A solver whose calls have these keywords unless they say otherwise.
+    ///
+    /// # Errors
+    /// As [`Handle::asked`], and for options that make no sense in the scene.
+    pub fn new(py: Python<'_>, handle: Handle, defaults: Option<Arc<Py<PyDict>>>) -> PyResult<Self> {
+        let given = defaults.as_ref().map(|defaults| defaults.bind(py));
+        let asked = handle.asked(py, given, Call::Query)?;
+        asked.options.check().map_err(exception)?;
+        handle.check_weights(&asked.weights)?;
+        Ok(Self { handle: handle.with_defaults(defaults) })
+    }
+
+    /// What it is asked through.
+    pub fn handle(&self) -> &Handle {
+        &self.handle
+    }
+}
+
+#[pymethods]
+impl Solver {
+    #[new]
+    #[pyo3(signature = (scene, model = None, **options), text_signature = "(scene, model=None, *, options=None, effort='refined', exits=1, gap=None, starts=None, max_checks=None, max_seconds=None, segment=False, contacts=False, clearance=None, locked=None, free=None, weights=None, toward=None, toward_share=0.25, free_radius=False, limits='forgive')")]
+    fn python_new<'py>(
+        py: Python<'py>,
+        scene: &Scene,
+        model: Option<&Model>,
+        options: Option<&Bound<'py, PyDict>>,
+    ) -> PyResult<Self> {
+        // Nobody changes a solver by changing what it was made with.
+        let copy = |options: &Bound<'py, PyDict>| -> PyResult<Bound<'py, PyDict>> {
+            Ok(py.import("copy")?.call_method1("deepcopy", (options,))?.cast_into::<PyDict>()?)
+        };
+        let options = options.map(copy).transpose()?;
+        let handle = match model {
+            Some(model) => model.handle_in(py, scene)?,
+            None => scene.handle().clone(),
+        };
+        Self::new(py, handle, options.map(|options| Arc::new(options.unbind())))
+    }
+
+    /// The scene that is asked in.
+    #[getter]
+    fn scene(&self) -> Scene {
+        Scene::of_solver(self.handle.solver().without_model())
+    }
+
+    /// The model, or None.
+    #[getter]
+    fn model(&self) -> Option<Model> {
+        self.handle.solver().model().map(|model| Model::of(Arc::clone(model)))
+    }
+
+    /// The same model and options in another scene, such as one by `Scene.moved`; what is prepared
+    /// of equal bodies is shared.
+    ///
+    /// Raises ValueError if the model cannot be asked there, or if an option names what the
+    /// scene has not.
+    fn with_scene(&self, py: Python<'_>, scene: &Scene) -> PyResult<Self> {
+        let solver = py.detach(|| self.handle.solver().with_scene(Arc::clone(scene.inner()))).map_err(exception)?;
+        Self::new(py, Handle::new(solver), self.handle.defaults().cloned())
+    }
+
+    /// Whether configurations are free, as `Scene.check`.
+    ///
+    /// Q: float64 (n, nq), or (nq,) for one; within the limits.
+    /// threads: 0 for one per core.
+    #[pyo3(signature = (Q, *, threads = 0))]
+    #[allow(non_snake_case)]
+    fn check<'py>(&self, Q: &Bound<'py, PyAny>, threads: i64) -> PyResult<Bound<'py, PyArrayDyn<bool>>> {
+        rows::check(&self.handle, Q, threads)
+    }
+
+    /// Pickles as the call that makes it again.
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, ())> {
+        let options = self.handle.defaults().map(|defaults| defaults.bind(py));
+        let partial = py.import("functools")?.getattr("partial")?;
+        Ok((partial.call((py.get_type::<Self>(), self.scene(), self.model()), options)?, ()))
+    }
+
+    fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
+        let (scene, model) = (self.handle.scene(), self.handle.solver().model());
+        let (bodies, pairs) = (scene.bodies().len(), scene.pairs().len());
+        let mut told = format!("<Solver of {bodies} bodies, {pairs} checked pairs");
+        if let Some(model) = model {
+            told += &format!(", {} stored samples", model.statistics().boundary_samples);
+        }
+        for (name, value) in self.handle.defaults().iter().flat_map(|defaults| defaults.bind(py).iter()) {
+            told += &format!(", {name}={}", value.repr()?);
+        }
+        Ok(told + ">")
+    }
+}

@@ -1,0 +1,373 @@
+//! One handle on all that is asked of a scene, with a model or without.
+
+mod batch;
+mod checks;
+mod memory;
+mod preparing;
+mod sampling;
+mod shared;
+mod stream;
+
+use std::fmt;
+use std::ops::ControlFlow;
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use crate::collision::Checker;
+use crate::cspace::sampling::Halton;
+use crate::cspace::{Config, Rows};
+use crate::error::{Error, Result};
+use crate::metric::Metric;
+use crate::model::Model;
+use crate::query::prepared::Prepared;
+use crate::query::stream::StreamOptions;
+use crate::query::{Answer, Context, QueryOptions, QueryScratch, Stored, query};
+use crate::scene::Scene;
+pub use batch::Answered;
+use batch::in_blocks;
+pub(crate) use memory::Memory;
+pub use sampling::Sampler;
+use shared::{Learned, Shared};
+pub use stream::Stream;
+
+/// The handle on a scene: it finds nearest free configurations, checks, and finds motions.
+///
+/// A model adds stored samples as further starts; the guarantees are the same with and without one.
+/// Threads may share a solver, and a clone shares all that is prepared.
+///
+/// ```
+/// use extricate::{Effort, QueryOptions, Rows, Solver, builtin};
+/// let solver = Solver::new(builtin::scene("planar-arm")?);
+/// let q = solver.scene().config(&[0.0, 0.0, 0.0])?;
+/// let answer = solver.query(&q).expect("something is free");
+/// assert!(solver.check(&answer.witness) && answer.lower_bound <= answer.depth);
+///
+/// let solver = solver.options(QueryOptions::default().effort(Effort::Exhaustive))?;
+/// let both = solver.batch(Rows::new(&[0.0, 0.0, 0.0, 0.5, 0.0, 0.0], 3)?)?;
+/// assert_eq!(both[0], solver.query(&q));
+/// # extricate::Result::Ok(())
+/// ```
+#[derive(Clone)]
+pub struct Solver {
+    shared: Arc<Shared>,
+    options: QueryOptions,
+}
+
+impl Solver {
+    /// A solver of a scene of which nothing was learned. It prepares nothing yet, see
+    /// [`Solver::prepare`].
+    pub fn new(scene: impl Into<Arc<Scene>>) -> Self {
+        Self::of(Shared::new(scene.into(), None, None))
+    }
+
+    /// A solver of the scene that a model was learned in, with the model.
+    pub fn of_model(model: impl Into<Arc<Model>>) -> Self {
+        Self::of(Shared::at_home(model.into()))
+    }
+
+    fn of(shared: Shared) -> Self {
+        Self { shared: Arc::new(shared), options: QueryOptions::default() }
+    }
+
+    /// The same with a model, which was learned in this scene or in one of the same joints and
+    /// metric: obstacles, checked pairs and clearance may differ.
+    ///
+    /// # Errors
+    /// [`Error::Input`](crate::Error::Input) if coordinates, limits, weights or the metric differ;
+    /// for the metrics of displacement, also if what moves does.
+    pub fn with_model(&self, model: impl Into<Arc<Model>>) -> Result<Self> {
+        let shared = self.shared.of_learned(model.into(), Arc::clone(self.scene()))?;
+        Ok(Self { shared: shared.into(), options: self.options.clone() })
+    }
+
+    /// The same without a model.
+    pub fn without_model(&self) -> Self {
+        let shared = match self.shared.learned {
+            None => Arc::clone(&self.shared),
+            Some(_) => {
+                let scene = Arc::clone(&self.shared.scene);
+                Shared::new(scene, None, self.shared.passed_on()).into()
+            }
+        };
+        Self { shared, options: self.options.clone() }
+    }
+
+    /// The same of another scene, such as one in which an obstacle moved ([`Scene::moved`]); what
+    /// is prepared of equal bodies is shared, so it takes as long as what differs.
+    ///
+    /// # Guarantee
+    /// Without a model, answers are those of [`Solver::new`]. A model's samples are starts there
+    /// that may collide; the guarantees of answers stay.
+    ///
+    /// # Errors
+    /// Those of [`Solver::with_model`]; [`Error::Option`] if options of this solver name joints or
+    /// a goal that the scene does not have.
+    pub fn with_scene(&self, scene: impl Into<Arc<Scene>>) -> Result<Self> {
+        let scene = scene.into();
+        self.check_options(&self.options, &scene)?;
+        let shared = match &self.shared.learned {
+            None => Shared::new(scene, None, self.shared.passed_on()),
+            Some(learned) => self.shared.of_learned(Arc::clone(&learned.model), scene)?,
+        };
+        Ok(Self { shared: shared.into(), options: self.options.clone() })
+    }
+
+    /// The same with other weights of joints in the metric, see [`Scene::weighted`]. A model is not
+    /// used there: its samples are stored by the metric that was learned.
+    ///
+    /// # Errors
+    /// Those of [`Scene::weighted`].
+    pub fn weighted<'a>(&self, weights: impl IntoIterator<Item = (&'a str, [f64; 2])>) -> Result<Self> {
+        self.without_model().with_scene(self.scene().weighted(weights)?)
+    }
+
+    /// The same with options of queries.
+    ///
+    /// # Errors
+    /// [`Error::Option`](crate::Error::Option) for an option that makes no sense, see
+    /// [`QueryOptions::check`]; also for a goal or locked joints that the scene does not have.
+    pub fn options(self, options: QueryOptions) -> Result<Self> {
+        options.check()?;
+        self.check_options(&options, self.scene())?;
+        Ok(Self { options, ..self })
+    }
+
+    /// The options of its queries.
+    pub fn query_options(&self) -> &QueryOptions {
+        &self.options
+    }
+
+    /// Whether the joints that options name are those of `scene`.
+    fn check_options(&self, options: &QueryOptions, scene: &Scene) -> Result<()> {
+        let (joints, nq) = (scene.joints.len(), scene.space.nq());
+        if let Some(bad) = options.locked.iter().find(|joint| **joint >= joints) {
+            let expected = format!("indices below the {joints} joints");
+            return Err(Error::Option { name: "locked", value: bad.to_string(), expected });
+        }
+        if !options.locked.is_empty() && scene.joints != self.scene().joints {
+            let (value, expected) = ("those of other joints".into(), "joints of the scene".into());
+            return Err(Error::Option { name: "locked", value, expected });
+        }
+        match options.toward.as_ref().map(|toward| toward.goal.len()).filter(|length| *length != nq) {
+            Some(length) => {
+                let (value, expected) = (format!("{length} coordinates"), format!("{nq}"));
+                Err(Error::Option { name: "toward", value, expected })
+            }
+            None => Ok(()),
+        }
+    }
+
+    /// The scene.
+    pub fn scene(&self) -> &Arc<Scene> {
+        &self.shared.scene
+    }
+
+    /// The model, if there is one, whichever scene it was learned in.
+    pub fn model(&self) -> Option<&Arc<Model>> {
+        self.shared.learned.as_ref().map(|learned| &learned.model)
+    }
+
+    /// Whether there is a model, and it was learned in this scene.
+    pub fn is_learned(&self) -> bool {
+        self.shared.learned.as_ref().is_some_and(|learned| learned.is_at_home)
+    }
+
+    /// Makes all that answers need: the checker, the metric, the convex pieces around meshes. The
+    /// first query does it too, and checks what they need of it; later calls cost nothing.
+    ///
+    /// # Cost
+    /// Some tenths of a second for a robot of raw meshes, on all cores.
+    pub fn prepare(&self) {
+        self.shared.ready();
+    }
+
+    /// Whether [`Solver::prepare`] has nothing left to do.
+    pub fn is_prepared(&self) -> bool {
+        self.shared.is_ready()
+    }
+
+    /// Whether [`Solver::checker`] is made.
+    pub fn has_checker(&self) -> bool {
+        self.shared.has_checker()
+    }
+
+    /// The exact checker.
+    pub fn checker(&self) -> &Checker {
+        self.shared.prepared().checker()
+    }
+
+    /// The metric that depths are measured in.
+    pub fn metric(&self) -> &Arc<Metric> {
+        self.shared.prepared().metric()
+    }
+
+    pub(crate) fn prepared(&self) -> &Prepared {
+        self.shared.ready()
+    }
+
+    pub(crate) fn memory(&self) -> &Memory {
+        &self.shared.memory
+    }
+
+    /// What a query stands on.
+    pub(crate) fn context(&self) -> Context<'_> {
+        let prepared = self.shared.ready();
+        match &self.shared.learned {
+            None => prepared.with(None),
+            Some(Learned { model, is_at_home: true }) => prepared.with(Some(model.stored())),
+            Some(Learned { model, is_at_home: false }) => {
+                prepared.with(Some(Stored { holding: Some(&[]), ..model.stored() }))
+            }
+        }
+    }
+
+    /// The nearest free configuration to `q`, and what is proved of it. `None` if nothing free was
+    /// found, not even among 20,000 configurations; if locked joints or a clearance leave nothing;
+    /// or if the search for a first witness was stopped.
+    ///
+    /// # Guarantee
+    /// The exact checker called the witness free during this call, and the lower bound is proved.
+    /// With [`Effort::Nearest`](crate::Effort::Nearest) of a model in its own scene, the checker
+    /// did so when the model was learned. Without a limit in seconds, the answer depends on the
+    /// scene, the model, `q` and the options alone.
+    pub fn query(&self, q: &Config) -> Option<Answer> {
+        self.shared.memory.of_queries(|scratch| query(&self.context(), q, &self.options, scratch))
+    }
+
+    /// The answers to all rows, in order, on all cores.
+    ///
+    /// # Guarantee
+    /// Each is that of [`Solver::query`].
+    ///
+    /// # Errors
+    /// If a row is not finite, or not as long as a configuration; the row is named.
+    pub fn batch(&self, rows: Rows) -> Result<Vec<Option<Answer>>> {
+        let space = &self.scene().space;
+        let configs = rows.iter().map(|row| space.config_anywhere(row)).collect::<Result<Vec<Config>>>()?;
+        let mut answers = Vec::with_capacity(configs.len());
+        self.batch_each(configs, 0, &mut |answered| {
+            answers.push(answered.answer);
+            ControlFlow::Continue(())
+        });
+        Ok(answers)
+    }
+
+    /// Gives the answers to many queries, in order, to `each`, which may end it; returns how many
+    /// were given. Works on `threads` threads (0: one a core).
+    ///
+    /// # Guarantee
+    /// Each is that of [`Solver::query`], whatever the number of threads. At most 4096 answers are
+    /// held at a time, or one a thread.
+    pub fn batch_each(
+        &self,
+        queries: impl IntoIterator<Item = Config>,
+        threads: usize,
+        each: &mut dyn FnMut(Answered<Option<Answer>>) -> ControlFlow<()>,
+    ) -> usize {
+        self.prepare();
+        let context = self.context();
+        let ask = |q: &Config, scratch: &mut QueryScratch| query(&context, q, &self.options, scratch);
+        in_blocks(&mut queries.into_iter(), threads, self.memory(), &ask, each)
+    }
+
+    /// Queries that follow each other closely, with the options of this solver.
+    ///
+    /// # Errors
+    /// [`Error::Option`](crate::Error::Option) for an option that makes no sense.
+    pub fn stream(&self, options: StreamOptions) -> Result<Stream> {
+        options.check()?;
+        Ok(Stream::new(self.clone(), options))
+    }
+
+    /// Queries configurations spread over the whole space, for about as long as `duration`, so that
+    /// the first query that counts takes as long as those that follow: the first hundred of a
+    /// program take up to twice as long. 30 ms are enough.
+    pub fn warm_up(&self, duration: Duration) {
+        let (space, started) = (&self.scene().space, Instant::now());
+        let (halton, mut q) = (Halton::new(space.nv(), 1), vec![0.0; space.nq()]);
+        let configs = (0..).map_while(|index| {
+            halton.config(space, index, &mut q);
+            (started.elapsed() < duration).then(|| space.config(&q))
+        });
+        configs.flatten().for_each(|q| {
+            self.query(&q);
+        });
+    }
+}
+
+impl fmt::Debug for Solver {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (bodies, pairs) = (self.scene().bodies.len(), self.scene().pairs.len());
+        let model = self.model().map(|model| model.statistics().boundary_samples);
+        let mut told = f.debug_struct("Solver");
+        told.field("bodies", &bodies).field("pairs", &pairs).field("stored_samples", &model);
+        told.field("options", &self.options).finish()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::learning::LearnOptions;
+    use crate::scene::builtin;
+
+    fn scene() -> Scene {
+        builtin::scene("planar-arm").unwrap()
+    }
+
+    #[test]
+    fn public_types_can_be_printed() {
+        fn printed<T: fmt::Debug>() {}
+        printed::<(Solver, Stream, Sampler, Model, Checker, Metric, crate::CheckScratch)>();
+        printed::<(crate::Hand, crate::Roadmap, crate::files::OutputLock, crate::files::GrowingFile)>();
+        let told = format!("{:?}", Solver::new(scene()));
+        assert!(told.starts_with("Solver { bodies: "), "{told}");
+    }
+
+    #[test]
+    fn changes_share_and_let_go() {
+        let first = Solver::new(scene());
+        let unprepared = first.with_scene(first.scene().without_obstacles()).unwrap();
+        let strong = || Arc::strong_count(&first.shared);
+        assert_eq!(strong(), 1, "nothing to share yet");
+        first.prepare();
+        let second = first.with_scene(first.scene().without_obstacles()).unwrap();
+        assert_eq!(strong(), 2, "kept until the second is prepared");
+        let third = second.with_scene(Arc::clone(first.scene())).unwrap();
+        assert_eq!(strong(), 3, "what was never prepared passes on what it has");
+        let q = first.scene().config(&[0.4, 0.0, 0.0]).unwrap();
+        let answers = [&first, &unprepared, &second, &third].map(|solver| solver.query(&q).unwrap());
+        assert_eq!(strong(), 1);
+        assert!(answers[0].depth > 0.0);
+        assert_eq!(answers[0], answers[3]);
+        assert_eq!([answers[1].depth, answers[2].depth], [0.0, 0.0]);
+    }
+
+    #[test]
+    fn a_model_is_at_home_in_an_equal_scene_alone() {
+        let options = LearnOptions { labels: 2_000, ..LearnOptions::default() };
+        let model = Arc::new(Model::learn(scene(), &options).unwrap());
+        let solver = Solver::new(scene()).with_model(Arc::clone(&model)).unwrap();
+        assert!(solver.is_learned());
+        let q = solver.scene().config(&[0.4, 0.0, 0.0]).unwrap();
+        assert_eq!(solver.query(&q), Solver::of_model(Arc::clone(&model)).query(&q));
+        let emptied = solver.with_scene(scene().without_obstacles()).unwrap();
+        assert!(!emptied.is_learned() && emptied.model().is_some());
+        assert_eq!(emptied.query(&q).unwrap().depth, 0.0);
+        assert!(emptied.with_scene(scene()).unwrap().is_learned());
+        assert!(solver.without_model().model().is_none());
+        let weighted = solver.weighted([("joint_1", [4.0, 4.0])]).unwrap();
+        assert!(weighted.model().is_none() && weighted.query(&q).unwrap().depth > 0.0);
+        let other = Solver::new(builtin::scene("hand").unwrap()).with_model(model);
+        assert!(other.unwrap_err().to_string().contains("learn it anew"));
+    }
+
+    #[test]
+    fn threads_of_a_pool_prepare_a_shared_solver() {
+        let solver = Solver::new(builtin::scene("shelf-arm").unwrap());
+        let q = solver.scene().config(&vec![0.1; solver.scene().space.nq()]).unwrap();
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(4).build().unwrap();
+        let asked = pool.broadcast(|_| solver.query(&q).unwrap());
+        assert!(asked.iter().all(|answer| *answer == asked[0]));
+    }
+}

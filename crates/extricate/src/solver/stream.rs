@@ -1,0 +1,73 @@
+//! Queries that follow each other closely, as from a simulation or a haptic device.
+
+use std::fmt;
+
+use super::Solver;
+use crate::cspace::Config;
+use crate::error::{Error, Result};
+use crate::query::Answer;
+use crate::query::stream::{Follower, StreamOptions};
+
+/// Answers frames of one motion, each begun from the answer before. It has a memory: its answers
+/// depend on the frames before.
+///
+/// ```
+/// use extricate::{Solver, StreamOptions, builtin};
+/// let solver = Solver::new(builtin::scene("planar-arm")?);
+/// let mut stream = solver.stream(StreamOptions::default())?;
+/// for step in 0..5 {
+///     let q = solver.scene().config(&[0.0, 0.01 * f64::from(step), 0.0])?;
+///     let answer = stream.query(&q).expect("something is free");
+///     assert!(answer.lower_bound <= answer.depth);
+/// }
+/// # extricate::Result::Ok(())
+/// ```
+pub struct Stream {
+    solver: Solver,
+    follower: Follower,
+}
+
+impl Stream {
+    pub(super) fn new(solver: Solver, options: StreamOptions) -> Self {
+        let follower = Follower::new(options, solver.options.clone());
+        Self { solver, follower }
+    }
+
+    /// The answer for the next frame; `None` as of [`Solver::query`].
+    ///
+    /// # Guarantee
+    /// That of [`Solver::query`]. While the query stands still, every start of a refined query is
+    /// tried within as many frames as `starts_per_frame` goes into their number.
+    pub fn query(&mut self, q: &Config) -> Option<Answer> {
+        self.follower.query(&self.solver.context(), q)
+    }
+
+    /// As [`Stream::query`], of a frame in which the scene is that of another solver, such as one
+    /// by [`Solver::with_scene`]. The options stay those of the stream.
+    ///
+    /// # Errors
+    /// [`Error::Input`](crate::Error::Input) if that scene has other joints.
+    pub fn query_in(&mut self, solver: &Solver, q: &Config) -> Result<Option<Answer>> {
+        if solver.scene().joints != self.solver.scene().joints {
+            let problem = "got other joints than the stream's, expected the same: begin a stream of that scene";
+            return Err(Error::input("scene", "joints", problem));
+        }
+        Ok(self.follower.query(&solver.context(), q))
+    }
+
+    /// Forgets the frames so far: the next one is answered as a query on its own.
+    pub fn restart(&mut self) {
+        self.follower.restart();
+    }
+
+    /// The solver that it was made by.
+    pub fn solver(&self) -> &Solver {
+        &self.solver
+    }
+}
+
+impl fmt::Debug for Stream {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Stream").field("solver", &self.solver).finish_non_exhaustive()
+    }
+}
