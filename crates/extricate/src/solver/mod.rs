@@ -363,6 +363,41 @@ mod tests {
     }
 
     #[test]
+    fn a_loaded_model_is_prepared_when_it_says_so() {
+        let options = LearnOptions { labels: 2_000, ..LearnOptions::default() };
+        let learned = Model::learn(builtin::scene("shelf-arm").unwrap(), &options).unwrap();
+        let solver = Solver::of_model(Model::from_bytes("m", &learned.to_bytes()).unwrap());
+        assert!(!solver.is_prepared() && !solver.has_checker());
+        let q = vec![0.1; solver.scene().space.nq()];
+        solver.check(&q);
+        assert!(solver.has_checker() && !solver.is_prepared(), "checks need no pieces");
+        solver.prepare();
+        assert!(solver.is_prepared() && solver.checker().has_pieces() && !solver.checker().lacks_pieces());
+        let again = solver.without_model();
+        again.prepare();
+        assert!(Arc::ptr_eq(again.metric(), solver.metric()), "the same scene is prepared once");
+    }
+
+    #[test]
+    fn options_of_other_joints_are_refused() {
+        let solver = Solver::new(scene());
+        let goal = solver.scene().config(&[0.1, 0.2, 0.3]).unwrap();
+        let toward = QueryOptions::default().toward(crate::query::Toward::new(goal, 0.25));
+        let locked = QueryOptions::default().locked(vec![0]);
+        let hand = || builtin::scene("hand").unwrap();
+        for (options, part) in [(toward, "toward: got 3 coordinates, expected 5"), (locked, "locked: got those of")] {
+            let refused = solver.clone().options(options).unwrap().with_scene(hand()).unwrap_err().to_string();
+            assert!(refused.contains(part), "{refused}");
+        }
+        let refused = solver.clone().options(QueryOptions::default().locked(vec![3])).unwrap_err().to_string();
+        assert!(refused.contains("locked: got 3, expected indices below the 3 joints"), "{refused}");
+        let mut stream = solver.stream(StreamOptions::default()).unwrap();
+        let hand = Solver::new(hand());
+        let q = hand.scene().config(&[0.0; 5]).unwrap();
+        assert!(stream.query_in(&hand, &q).unwrap_err().to_string().contains("other joints"));
+    }
+
+    #[test]
     fn threads_of_a_pool_prepare_a_shared_solver() {
         let solver = Solver::new(builtin::scene("shelf-arm").unwrap());
         let q = solver.scene().config(&vec![0.1; solver.scene().space.nq()]).unwrap();
