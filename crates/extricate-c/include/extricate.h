@@ -356,8 +356,8 @@ ExtricateStatus extricate_scene_config(const struct ExtricateScene *scene,
                                        size_t nq);
 
 // The configuration that a message of ROS holds as text: a JointState, alone or in a RobotState, a
-// PlanningScene or a request to plan. The end of `name` tells what it is: .yaml or .json; messages
-// repeat the name.
+// PlanningScene or a request to plan. The end of `name` tells what it is: .yaml or .json. Messages
+// of errors say `name`.
 ExtricateStatus extricate_scene_config_text(const struct ExtricateScene *scene,
                                             const char *name,
                                             const char *text,
@@ -526,7 +526,7 @@ const double *extricate_answer_witness(const struct ExtricateAnswer *answer);
 const double *extricate_answer_gradient(const struct ExtricateAnswer *answer);
 
 // Pairs that collide at the query, one of them alone with EXTRICATE_NEAREST unless contacts are
-// told: returns how many, and writes where they are.
+// told: returns how many, and points to them.
 size_t extricate_answer_colliding(const struct ExtricateAnswer *answer,
                                   const struct ExtricatePair **pairs);
 
@@ -534,8 +534,8 @@ size_t extricate_answer_colliding(const struct ExtricateAnswer *answer,
 size_t extricate_answer_touching(const struct ExtricateAnswer *answer,
                                  const struct ExtricatePair **pairs);
 
-// Coordinates of the query that are beyond their limits: returns how many, and writes where their
-// indices are.
+// Coordinates of the query that are beyond their limits: returns how many, and points to their
+// indices.
 size_t extricate_answer_outside(const struct ExtricateAnswer *answer, const size_t **coordinates);
 
 // Where bodies touch at the witness: returns how many contacts, and writes where they are.
@@ -564,8 +564,8 @@ ExtricateStatus extricate_distance(const struct ExtricateSolver *solver,
                                    size_t nq,
                                    double *distance);
 
-// Signed distances of all checked pairs [m], in the order of extricate_scene_pair();
-// `pair_count` is extricate_scene_pair_count().
+// Signed distances of all checked pairs [m], in the order of extricate_scene_pair().
+// There are as many as extricate_scene_pair_count() says, and `pair_count` has to be that number.
 ExtricateStatus extricate_pair_distances(const struct ExtricateSolver *solver,
                                          const double *q,
                                          size_t nq,
@@ -582,8 +582,7 @@ ExtricateStatus extricate_check_segment(const struct ExtricateSolver *solver,
                                         double resolution,
                                         struct ExtricateSegment *segment);
 
-// How far two configurations are from each other in the metric of the scene, by which depths are
-// measured too.
+// How far two configurations are from each other, in the metric of the scene: that of depths.
 ExtricateStatus extricate_metric_distance(const struct ExtricateScene *scene,
                                           const double *from,
                                           const double *to,

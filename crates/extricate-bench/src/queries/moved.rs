@@ -25,8 +25,8 @@ const FARTHEST: f64 = 0.05;
 
 /// Moves `count` obstacles of the scene at `path` at a time, and writes medians \[s\] as a line of
 /// JSON: `moved` of the changed scene and its solver, prepared; `first` of what a first query there
-/// takes beyond the same query once more; `anew` of a solver prepared from nothing; and whether
-/// both `agree`.
+/// takes beyond the same query once more; `anew` of a solver prepared from nothing; and `agree`,
+/// whether both solvers give the same answers.
 ///
 /// # Errors
 /// For a scene that cannot be read or has fewer obstacles.

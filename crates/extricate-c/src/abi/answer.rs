@@ -29,7 +29,7 @@ pub unsafe extern "C" fn extricate_answer_gradient(answer: *const ExtricateAnswe
 }
 
 /// Pairs that collide at the query, one of them alone with EXTRICATE_NEAREST unless contacts are
-/// told: returns how many, and writes where they are.
+/// told: returns how many, and points to them.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn extricate_answer_colliding(
     answer: *const ExtricateAnswer,
@@ -49,8 +49,8 @@ pub unsafe extern "C" fn extricate_answer_touching(
     unsafe { list(answer, pairs, |answer| &answer.touching) }
 }
 
-/// Coordinates of the query that are beyond their limits: returns how many, and writes where their
-/// indices are.
+/// Coordinates of the query that are beyond their limits: returns how many, and points to their
+/// indices.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn extricate_answer_outside(
     answer: *const ExtricateAnswer,

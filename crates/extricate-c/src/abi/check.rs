@@ -53,8 +53,8 @@ pub unsafe extern "C" fn extricate_distance(
     })
 }
 
-/// Signed distances of all checked pairs \[m\], in the order of extricate_scene_pair();
-/// `pair_count` is extricate_scene_pair_count().
+/// Signed distances of all checked pairs \[m\], in the order of extricate_scene_pair().
+/// There are as many as extricate_scene_pair_count() says, and `pair_count` has to be that number.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn extricate_pair_distances(
     solver: *const ExtricateSolver,
@@ -107,8 +107,7 @@ pub unsafe extern "C" fn extricate_check_segment(
     })
 }
 
-/// How far two configurations are from each other in the metric of the scene, by which depths are
-/// measured too.
+/// How far two configurations are from each other, in the metric of the scene: that of depths.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn extricate_metric_distance(
     scene: *const ExtricateScene,

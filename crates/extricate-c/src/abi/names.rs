@@ -155,8 +155,8 @@ pub unsafe extern "C" fn extricate_scene_config(
 }
 
 /// The configuration that a message of ROS holds as text: a JointState, alone or in a RobotState, a
-/// PlanningScene or a request to plan. The end of `name` tells what it is: .yaml or .json; messages
-/// repeat the name.
+/// PlanningScene or a request to plan. The end of `name` tells what it is: .yaml or .json. Messages
+/// of errors say `name`.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn extricate_scene_config_text(
     scene: *const ExtricateScene,

@@ -140,62 +140,48 @@ impl QueryOptions {
     /// # Errors
     /// [`Error::Option`], which names the option, its value and what was expected.
     pub fn check(&self) -> Result<()> {
-        let stops = self.gap.is_some() || self.effort == Effort::Proved;
-        let is_nearest = self.effort == Effort::Nearest;
         let is_length = |length: f64| (0.0..=1e9).contains(&length);
-        let faults = [
-            ("exits", self.exits.to_string(), !(1..=MAX_EXITS).contains(&self.exits), ""),
-            (
-                "exits",
-                self.exits.to_string(),
-                self.exits > 1 && is_nearest,
-                "1 with effort \"nearest\": others are found by refinement",
-            ),
-            (
-                "exits",
-                self.exits.to_string(),
-                self.exits > 1 && stops,
-                "1 with a gap to prove: the search stops at one",
-            ),
-            ("starts", told(self.starts), self.starts.is_some_and(|starts| !(1..=MAX_STARTS).contains(&starts)), ""),
-            (
-                "starts",
-                told(self.starts),
-                self.starts.is_some() && is_nearest,
-                "none with effort \"nearest\", which refines nothing",
-            ),
-            ("gap", told(self.gap), self.gap.is_some_and(|gap| !(0.0..1.0).contains(&gap)), ""),
-            (
-                "gap",
-                told(self.gap),
-                self.gap.is_some() && is_nearest,
-                "none with effort \"nearest\", which searches nothing",
-            ),
-            ("clearance", told(self.clearance), self.clearance.is_some_and(|length| !is_length(length)), ""),
-            (
-                "max_seconds",
-                told(self.termination.max_seconds),
-                self.termination.max_seconds.is_some_and(|seconds| seconds.is_nan() || seconds <= 0.0),
-                "",
-            ),
-            (
-                "toward",
-                "a goal".into(),
-                self.toward.is_some() && stops,
-                "none with a gap to prove: the search stops at the nearest exit",
-            ),
-            (
-                "toward_share",
-                told(self.toward.as_ref().map(|toward| toward.share)),
-                self.toward.as_ref().is_some_and(|toward| !is_length(toward.share)),
-                "",
-            ),
-        ];
-        match faults.into_iter().find(|(_, _, is_fault, _)| *is_fault) {
-            None => Ok(()),
-            Some((name, value, _, "")) => Err(Error::Option { name, value, expected: expected(name).into() }),
-            Some((name, value, _, expected)) => Err(Error::Option { name, value, expected: expected.into() }),
+        self.check_together()?;
+        if !(1..=MAX_EXITS).contains(&self.exits) {
+            return refuse("exits", self.exits, expected("exits"));
         }
+        if let Some(bad) = self.starts.filter(|starts| !(1..=MAX_STARTS).contains(starts)) {
+            return refuse("starts", bad, expected("starts"));
+        }
+        if let Some(bad) = self.gap.filter(|gap| !(0.0..1.0).contains(gap)) {
+            return refuse("gap", bad, expected("gap"));
+        }
+        if let Some(bad) = self.clearance.filter(|length| !is_length(*length)) {
+            return refuse("clearance", bad, expected("clearance"));
+        }
+        if let Some(bad) = self.termination.max_seconds.filter(|seconds| seconds.is_nan() || *seconds <= 0.0) {
+            return refuse("max_seconds", bad, expected("max_seconds"));
+        }
+        match self.toward.as_ref().map(|toward| toward.share).filter(|share| !is_length(*share)) {
+            Some(bad) => refuse("toward_share", bad, expected("toward_share")),
+            None => Ok(()),
+        }
+    }
+
+    /// Whether the options go with each other.
+    fn check_together(&self) -> Result<()> {
+        let stops = self.gap.is_some() || self.effort == Effort::Proved;
+        if self.exits > 1 && self.effort == Effort::Nearest {
+            return refuse("exits", self.exits, "1 with effort \"nearest\": others are found by refinement");
+        }
+        if self.exits > 1 && stops {
+            return refuse("exits", self.exits, "1 with a gap to prove: the search stops at one");
+        }
+        if let Some(starts) = self.starts.filter(|_| self.effort == Effort::Nearest) {
+            return refuse("starts", starts, "none with effort \"nearest\", which refines nothing");
+        }
+        if let Some(gap) = self.gap.filter(|_| self.effort == Effort::Nearest) {
+            return refuse("gap", gap, "none with effort \"nearest\", which searches nothing");
+        }
+        if self.toward.is_some() && stops {
+            return refuse("toward", "a goal", "none with a gap to prove: the search stops at the nearest exit");
+        }
+        Ok(())
     }
 
     /// How many exits to look for: several where one of them is chosen.
@@ -285,8 +271,8 @@ fn expected(name: &str) -> &'static str {
     QUERY_OPTIONS.iter().find(|option| option.name == name).map_or("another value", |option| option.expected)
 }
 
-fn told<T: ToString>(value: Option<T>) -> String {
-    value.map_or("none".into(), |value| value.to_string())
+fn refuse(name: &'static str, value: impl ToString, expected: &str) -> Result<()> {
+    Err(Error::Option { name, value: value.to_string(), expected: expected.into() })
 }
 
 #[cfg(test)]

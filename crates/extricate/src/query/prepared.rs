@@ -42,7 +42,7 @@ impl Prepared {
         Self { checker, metric, balls }
     }
 
-    /// The scene.
+    /// The scene that is prepared.
     pub fn scene(&self) -> &Arc<Scene> {
         self.checker.scene_arc()
     }

@@ -157,7 +157,7 @@ impl Solver {
         }
     }
 
-    /// The scene.
+    /// The scene that is queried.
     pub fn scene(&self) -> &Arc<Scene> {
         &self.shared.scene
     }

@@ -1,25 +1,31 @@
 //! Preparing a scene, and whether a model may be asked in it.
 
-use std::collections::HashSet;
 use std::thread;
 
 use rayon::ThreadPoolBuilder;
 
 use crate::collision::shared_shape;
 use crate::error::{Error, Result};
-use crate::robot::Geometry;
-use crate::scene::{MetricKind, Scene};
+use crate::scene::correspondence::by_name;
+use crate::scene::{Body, MetricKind, Part, Scene};
 
-/// Whether a scene has no mesh, cloud or grid that `before` has not: what is new then is prepared
-/// by the calling thread, in less time than it takes to start others.
+/// Whether each body of `scene` that has a mesh, a cloud or a grid is in `before` too, under its
+/// name, with equal shapes. What is new then is prepared by the calling thread, in less time than
+/// it takes to start others.
 pub fn is_small_change(before: &Scene, scene: &Scene) -> bool {
-    let known: HashSet<usize> = shapes(before).filter_map(shared_shape).collect();
-    // Equal shapes that were read twice are told apart by their pointers alone.
-    let is_known = |shape: &Geometry| match shared_shape(shape) {
-        Some(pointer) => known.contains(&pointer) || shapes(before).any(|other| other == shape),
-        None => true,
+    let is_known = |(body, namesake): (&Body, Option<usize>)| {
+        let has_large_shape = body.parts.iter().any(|part| shared_shape(&part.geometry).is_some());
+        !has_large_shape || namesake.is_some_and(|at| are_alike(&before.bodies[at].parts, &body.parts))
     };
-    shapes(scene).all(is_known)
+    scene.bodies.iter().zip(by_name(before, scene)).all(is_known)
+}
+
+/// Whether two bodies have equal shapes, which stay to each other if there are several.
+fn are_alike(one: &[Part], other: &[Part]) -> bool {
+    match (one, other) {
+        ([one], [other]) => one.geometry == other.geometry,
+        _ => one == other,
+    }
 }
 
 /// Runs `work`, which prepares a scene, on threads of its own.
@@ -42,10 +48,6 @@ pub fn apart<T: Send>(work: &(dyn Fn() -> T + Sync)) -> T {
             Err(_) => work(),
         }
     })
-}
-
-fn shapes(scene: &Scene) -> impl Iterator<Item = &Geometry> {
-    scene.bodies.iter().flat_map(|body| &body.parts).map(|part| &part.geometry)
 }
 
 /// Whether a model that was learned in `learned` may be asked in `scene`: obstacles, checked pairs
@@ -74,4 +76,30 @@ pub fn fits(learned: &Scene, scene: &Scene) -> Result<()> {
         return differs("robots", problem.into());
     }
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::math::Pose;
+    use crate::robot::{Geometry, TriangleMesh};
+    use crate::scene::builtin;
+
+    #[test]
+    fn a_mesh_that_is_new_or_has_another_name_is_no_small_change() {
+        let corners = [[0.0; 3], [0.1, 0.0, 0.0], [0.0, 0.1, 0.0], [0.0, 0.0, 0.1]];
+        let mesh = || TriangleMesh::from_arrays(&corners, vec![[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]]);
+        let wedge = Geometry::Mesh(mesh().into());
+        let named = |name: &str, geometry: &Geometry| Body::obstacle(name, geometry.clone(), Pose::at([2.0, 0.0, 0.0]));
+        let bare = builtin::scene("planar-arm").unwrap();
+        let ball = named("ball", &Geometry::Sphere { radius: 0.1 });
+        let scene = bare.with_obstacles([named("wedge", &wedge)]).unwrap();
+        let moved = scene.moved([("wedge", Pose::at([3.0, 0.0, 0.0]))]).unwrap();
+        let read_again = bare.with_obstacles([named("wedge", &Geometry::Mesh(mesh().into()))]).unwrap();
+        for small in [&scene, &moved, &read_again, &bare, &scene.with_obstacles([ball]).unwrap()] {
+            assert!(is_small_change(&scene, small));
+        }
+        assert!(!is_small_change(&bare, &scene));
+        assert!(!is_small_change(&scene, &scene.with_obstacles([named("other", &wedge)]).unwrap()));
+    }
 }

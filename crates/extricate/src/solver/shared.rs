@@ -11,7 +11,7 @@ use crate::scene::Scene;
 
 /// What the clones of a solver share.
 pub struct Shared {
-    /// The scene.
+    /// The scene that is queried.
     pub scene: Arc<Scene>,
     /// The model, if there is one.
     pub learned: Option<Learned>,
