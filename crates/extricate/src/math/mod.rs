@@ -3,6 +3,7 @@
 
 pub mod elementary;
 pub mod linear_algebra;
+pub mod quadratic_form;
 pub mod simd;
 
 use serde::{Deserialize, Serialize};

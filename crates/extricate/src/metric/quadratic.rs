@@ -5,6 +5,7 @@ use super::inertia::{Carried, Sums, object_norm_model};
 use super::{Anchor, Metric};
 use crate::kinematics::{Twists, Wrench};
 use crate::math::Pose;
+use crate::math::quadratic_form::QuadraticForm;
 use crate::scene::MetricKind;
 
 /// `d(anchor, x + t)^2 / 2 ~ u' H u / 2 + g' u + const  subject to  R u >= r`, where `u` is `t`
@@ -14,19 +15,17 @@ use crate::scene::MetricKind;
 pub struct Quadratic {
     /// Length of `u`.
     pub unknowns: usize,
-    /// `unknowns x unknowns`, row major, symmetric positive definite.
-    pub hessian: Vec<f64>,
-    /// Whether nothing of it is off its diagonal, which holds for the joint metric.
-    pub is_diagonal: bool,
+    /// Over the unknowns; diagonal for the joint metric.
+    pub hessian: QuadraticForm,
     /// `unknowns`.
     pub gradient: Vec<f64>,
     /// `R`, row major; empty but for the largest displacement.
     pub rows: Vec<f64>,
     /// `r`.
     pub bounds: Vec<f64>,
-    /// The metric's own tensor (of the object norm, for the largest displacement): `nv x nv`, row
-    /// major.
-    pub tensor: Vec<f64>,
+    /// The metric's own tensor (of the object norm, for the largest displacement), over tangent
+    /// coordinates.
+    pub tensor: QuadraticForm,
     slope: Vec<f64>,
     twists: Twists,
     carried: Vec<Carried>,
@@ -49,46 +48,44 @@ impl Metric {
     #[doc(hidden)]
     pub fn quadratic_model(&self, anchor: &Anchor, x: &[f64], poses: &[Pose], out: &mut Quadratic) {
         let nv = self.scene().space.nv();
-        out.tensor.clear();
-        out.tensor.resize(nv * nv, 0.0);
+        out.tensor.reset(nv, self.kind() == MetricKind::Joint);
         out.slope.clear();
         out.slope.resize(nv, 0.0);
         out.rows.clear();
         out.bounds.clear();
-        out.is_diagonal = self.kind() == MetricKind::Joint;
         match self.kind() {
             MetricKind::Joint => self.joint_model(anchor, x, out),
             MetricKind::ObjectNorm | MetricKind::MaxDisplacement => {
                 out.twists.set(self.scene(), poses);
                 let Quadratic { tensor, slope, twists, carried, .. } = out;
+                let tensor = tensor.entries_mut();
                 let sums = Sums { tensor, slope, twists, carried };
                 object_norm_model(self.scene(), self.solids(), poses, &anchor.embedding, sums);
             }
         }
-        let largest = out.tensor.iter().step_by(nv + 1).copied().fold(0.0, f64::max).max(1e-12);
-        out.tensor.iter_mut().step_by(nv + 1).for_each(|entry| *entry += DAMPING * largest);
-        if out.is_diagonal {
+        out.tensor.damp(DAMPING, 1e-12);
+        if out.tensor.is_diagonal() {
             out.unknowns = nv;
-            out.hessian.clone_from(&out.tensor);
+            out.hessian.copy_from(&out.tensor);
             out.gradient.clone_from(&out.slope);
             return;
         }
         let extra = usize::from(self.kind() == MetricKind::MaxDisplacement);
         let unknowns = nv + extra;
         out.unknowns = unknowns;
-        out.hessian.clear();
-        out.hessian.resize(unknowns * unknowns, 0.0);
+        out.hessian.reset(unknowns, false);
         out.gradient.clear();
         out.gradient.resize(unknowns, 0.0);
         let (weight, slope) = if extra == 1 { (PROXIMAL, 0.0) } else { (1.0, 1.0) };
+        let hessian = out.hessian.entries_mut();
         for i in 0..nv {
             out.gradient[i] = slope * out.slope[i];
             for j in 0..nv {
-                out.hessian[i * unknowns + j] = weight * out.tensor[i * nv + j];
+                hessian[i * unknowns + j] = weight * out.tensor.entries()[i * nv + j];
             }
         }
         if extra == 1 {
-            out.hessian[unknowns * unknowns - 1] = 1.0;
+            hessian[unknowns * unknowns - 1] = 1.0;
             self.farthest_points(anchor, poses, out);
         }
     }
@@ -106,12 +103,9 @@ impl Metric {
 
     fn joint_model(&self, anchor: &Anchor, x: &[f64], out: &mut Quadratic) {
         let space = &self.scene().space;
-        let nv = space.nv();
         self.joint_gradient(anchor, x, &mut out.slope);
         for factor in space.factors() {
-            for k in factor.tangents() {
-                out.tensor[k * nv + k] = factor.weight;
-            }
+            out.tensor.entries_mut()[factor.tangents()].fill(factor.weight);
         }
     }
 
@@ -139,16 +133,6 @@ impl Quadratic {
             return u[self.unknowns - 1];
         }
         let change: f64 = self.gradient.iter().zip(u).map(|(g, u)| g * u).sum();
-        (distance * distance + 2.0 * change + self.step_length(u).powi(2)).max(0.0).sqrt()
-    }
-
-    /// Length of a step in metric units, by the tensor.
-    pub fn step_length(&self, step: &[f64]) -> f64 {
-        let nv = self.slope.len();
-        if self.is_diagonal {
-            return self.tensor.iter().step_by(nv + 1).zip(step).map(|(h, s)| h * s * s).sum::<f64>().sqrt();
-        }
-        let row = |i: usize| (0..nv).map(|j| self.tensor[i * nv + j] * step[j]).sum::<f64>();
-        (0..nv).map(|i| step[i] * row(i)).sum::<f64>().max(0.0).sqrt()
+        (distance * distance + 2.0 * change + self.tensor.product(u, u)).max(0.0).sqrt()
     }
 }

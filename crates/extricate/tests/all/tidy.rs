@@ -313,7 +313,8 @@ fn long_functions(text: &str) -> Vec<(String, usize)> {
         let is_signature = words[..place].iter().all(|word| {
             word.starts_with("pub") || word.starts_with("in") || ["const", "unsafe", "async"].contains(word)
         });
-        let Some(name) = words.get(place + 1).filter(|_| is_signature) else { continue };
+        let has_body = !line.trim_end().ends_with(';');
+        let Some(name) = words.get(place + 1).filter(|_| is_signature && has_body) else { continue };
         let ends = |other: &&str| indent(other) == indent(line) && other.trim_start().starts_with('}');
         let Some(length) = lines[at..].iter().position(ends) else { continue };
         if length + 1 > MOST_LINES_OF_A_FUNCTION {

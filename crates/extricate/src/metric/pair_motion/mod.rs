@@ -12,10 +12,13 @@
 //! `z` is how a joint turns, `L_k` how the point moves by joint `k` alone. All joints keep their
 //! rates along a geodesic, so derivatives there are bounded by how far points may be from axes.
 
+mod lanes;
+
 use super::Metric;
 use crate::math::elementary::hypot;
 use crate::math::{Pose, Vec3};
 use crate::scene::{MetricKind, Motion, Scene};
+pub use lanes::{Lanes, PairMotions, lanes};
 
 /// The joints that move one body against another, and a point of each that is looked at.
 #[derive(Debug, Clone, Default)]
@@ -180,29 +183,22 @@ impl PairMotion {
         }
     }
 
-    /// Bound \[m\] on the second derivative of `a - b` here along any geodesic at unit speed.
-    pub fn second(&mut self) -> f64 {
-        self.derivative(0.0, |turned| turned * turned, |turned| 2.0 * turned)
-    }
-
-    /// Bound \[m\] on the mean third derivative of `a - b` along a geodesic of length `distance` at
-    /// unit speed, as far as it counts for the end: that at time `t` counts `(1 - t)^2`.
+    /// Bounds \[m\] on derivatives of `a - b` along any geodesic of length `distance` at unit
+    /// speed: on the second one here, and on the mean third one, as far as it counts for the end:
+    /// that at time `t` counts `(1 - t)^2`.
     ///
     /// Bounds on derivatives are convex in `t`, as reaches are: at most `1 - t` times those here
     /// and `t` times those at the end.
-    pub fn third(&mut self, distance: f64) -> f64 {
-        let at = |motion: &mut Self, distance| {
-            motion.derivative(distance, |turned| turned.powi(3), |turned| 3.0 * turned * turned)
-        };
-        0.75 * at(self, 0.0) + 0.25 * at(self, distance)
-    }
-
-    /// `by_turn` of all turns up to a joint counts what ends in a joint up to it; `by_slide`, what
-    /// ends in a slide.
-    fn derivative(&mut self, distance: f64, by_turn: impl Fn(f64) -> f64, by_slide: impl Fn(f64) -> f64) -> f64 {
-        let of_chains = self.chains.each_mut().map(|chain| chain.derivative(distance, &by_turn, &by_slide));
+    pub fn derivatives(&mut self, distance: f64) -> [f64; 2] {
+        let here = self.chains.each_ref().map(|chain| chain.derivatives(|joint| chain.joints[joint].lever));
+        let there = self.chains.each_mut().map(|chain| {
+            chain.measure_reaches(distance);
+            chain.derivatives(|joint| chain.reaches[joint])
+        });
         // Of chains that have no coordinate in common, each gets a part of the distance alone.
-        if self.is_shared { of_chains[0] + of_chains[1] } else { of_chains[0].max(of_chains[1]) }
+        let both = |[x, y]: [f64; 2]| if self.is_shared { x + y } else { x.max(y) };
+        let [second, third] = [0, 1].map(|order| both(here.map(|of_chain| of_chain[order])));
+        [second, 0.75 * third + 0.25 * both(there.map(|of_chain| of_chain[1]))]
     }
 }
 
@@ -262,21 +258,24 @@ impl Chain {
         }
     }
 
-    fn derivative(&mut self, distance: f64, by_turn: impl Fn(f64) -> f64, by_slide: impl Fn(f64) -> f64) -> f64 {
-        self.measure_reaches(distance);
-        // What ends in joint `k` is its reach times `by_turn` of the turns up to it less those
-        // before it. Where no reach is below one farther out, the sum by parts has no negative
-        // term.
-        let (mut sum, mut farthest) = (0.0, 0.0);
+    /// Bounds on the second and third derivative where the point is no farther from the axis of
+    /// each joint than its reach.
+    fn derivatives(&self, reach: impl Fn(usize) -> f64) -> [f64; 2] {
+        // What ends in joint `k` is its reach times a power of the turns up to it less those before
+        // it. Where no reach is below one farther out, the sum by parts has no negative term.
+        let ([mut second, mut third], mut farthest) = ([0.0; 2], 0.0);
         for (k, joint) in self.joints.iter().enumerate().rev() {
+            let (turned, reach) = (self.turned[k], reach(k));
             if joint.is_slide {
-                sum += joint.rate * by_slide(self.turned[k]);
-            } else if self.reaches[k] > farthest {
-                sum += (self.reaches[k] - farthest) * by_turn(self.turned[k]);
-                farthest = self.reaches[k];
+                second += joint.rate * 2.0 * turned;
+                third += joint.rate * 3.0 * turned * turned;
+            } else if reach > farthest {
+                second += (reach - farthest) * turned * turned;
+                third += (reach - farthest) * turned.powi(3);
+                farthest = reach;
             }
         }
-        sum
+        [second, third]
     }
 
     /// How far from a joint's axis the point may be within `distance`: as far as it is, and what

@@ -7,6 +7,7 @@ use rand_chacha::ChaCha8Rng;
 
 use crate::cspace::sampling::uniform;
 use crate::kinematics::forward;
+use crate::math::LANES;
 use crate::metric::pair_motion::*;
 use crate::scene::builtin;
 
@@ -55,7 +56,8 @@ fn points_move_as_derivatives_say() {
             let linear: f64 = g.iter().zip(&e).map(|(g, e)| g * e).sum();
             let width = e.len();
             let bent: f64 = (0..width * width).map(|i| h[i] * e[i / width] * e[i % width]).sum();
-            let (second, third) = (motion.second() * length.powi(2) / 2.0, motion.third(length) * length.powi(3) / 6.0);
+            let [second, third] = motion.derivatives(length);
+            let (second, third) = (second * length.powi(2) / 2.0, third * length.powi(3) / 6.0);
             let rest = grown - linear - 0.5 * bent;
             assert!(bent.abs() <= 2.0 * second * (1.0 + 1e-9) + 1e-12, "{name} {frames:?}: {bent} {second}");
             assert!(rest.abs() <= third * (1.0 + 1e-9) + 1e-12, "{name} {frames:?}: {rest} {third} at {length}");
@@ -66,6 +68,40 @@ fn points_move_as_derivatives_say() {
         }
     }
     assert!(seen > 300 && closest < 20.0, "{seen} {closest}");
+}
+
+/// Lanes tell of each pair of points what is told of it alone, whatever joints a scene has.
+#[test]
+fn lanes_tell_what_single_pairs_do() {
+    let mut rng = ChaCha8Rng::seed_from_u64(9);
+    let (mut seen, mut motions) = (0, PairMotions::default());
+    for name in builtin::NAMES {
+        let scene = Arc::new(builtin::scene(name).unwrap());
+        let metric = Metric::of_kind(scene.clone(), MetricKind::Joint);
+        let (mut q, mut motion) = (vec![0.0; scene.space.nq()], PairMotion::default());
+        for round in 0..200 {
+            uniform(&scene.space, &mut rng, &mut q);
+            let poses = poses_of(&scene, &q);
+            let frames = [0, 0].map(|_: usize| rng.random_range(0..scene.frames.len()));
+            metric.pair_motion(&poses, frames, |_| false, &mut motion);
+            let mut unit = || Vec3::from_fn(|_, _| 2.0 * rng.random::<f64>() - 1.0);
+            let points: Vec<[Vec3; 2]> = (0..1 + round % LANES).map(|_| [unit(), unit()]).collect();
+            let distance = [0.0, 0.3, 1.5][round % 3];
+            motion.place_all(&points, distance, &mut motions);
+            for (lane, [a, b]) in points.iter().enumerate() {
+                metric.place_points(&poses, [a, b], &mut motion);
+                let [second, third] = motion.derivatives(distance);
+                let near = |x: f64, y: f64| assert!((x - y).abs() <= 1e-12 * (1.0 + y.abs()), "{name}: {x} {y}");
+                near(motions.second[lane], second);
+                near(motions.third[lane], third);
+                for (of_lanes, column) in motions.columns.iter().zip(motion.columns()) {
+                    (0..3).for_each(|axis| near(of_lanes[axis][lane], column[axis]));
+                }
+                seen += usize::from(second > 0.0);
+            }
+        }
+    }
+    assert!(seen > 2_000, "{seen}");
 }
 
 fn poses_of(scene: &Scene, q: &[f64]) -> Vec<Pose> {

@@ -24,6 +24,7 @@ use super::half_spaces::Around;
 use crate::collision::{CheckScratch, ConvexPair};
 use crate::cspace::Manifold;
 use crate::math::linear_algebra::dot;
+use crate::math::quadratic_form::QuadraticForm;
 use crate::math::{Pose, Vec3};
 use crate::metric::pair_motion::PairMotion;
 use crate::query::context::Context;
@@ -56,7 +57,7 @@ pub struct Branches {
     numbers: Vec<f64>,
     open: BinaryHeap<Open>,
     qp: Qp,
-    identity: Vec<f64>,
+    identity: QuadraticForm,
     zero: Vec<f64>,
     cells: Cells,
     motion: PairMotion,
@@ -150,8 +151,7 @@ impl Branches {
                 (self.low[v], self.high[v]) = (root * low, root * high);
             }
         }
-        self.identity.clear();
-        self.identity.extend((0..nv * nv).map(|i| if i % (nv + 1) == 0 { 1.0 } else { 0.0 }));
+        self.identity = QuadraticForm::identity(nv);
         self.nodes.clear();
         self.numbers.clear();
         self.open.clear();

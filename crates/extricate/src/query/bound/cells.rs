@@ -13,24 +13,35 @@
 
 use std::cmp::Ordering;
 use std::collections::BinaryHeap;
+use std::collections::binary_heap::PeekMut;
+
+use arrayvec::ArrayVec;
 
 use crate::collision::ConvexPair;
-use crate::math::Vec3;
+use crate::math::{LANES, Vec3};
+use crate::metric::pair_motion::Lanes;
 
 /// What is to be bounded: how far a configuration has to go to part two points along a direction.
 pub trait Parting {
     /// Looks at point `a` of the first set and `b` of the second (world \[m\]).
     fn place(&mut self, points: [&Vec3; 2]);
 
-    /// No more than this comes of [`Parting::rough_distance`]; takes no time.
-    fn linear_distance(&mut self, n: &Vec3, needed: f64) -> f64;
-
     /// Proved: no configuration nearer than this (metric units) has `n . (a - b)` larger than here
-    /// by `needed` \[m\].
-    fn rough_distance(&mut self, n: &Vec3, needed: f64) -> f64;
-
-    /// The same, looked at more closely; no closer once it is `enough`.
+    /// by `needed` \[m\]; no closer once it is `enough`.
     fn distance(&mut self, n: &Vec3, needed: f64, enough: f64) -> f64;
+
+    /// The least of what each candidate's inequalities prove, not looked at closely; at most
+    /// `enough`. As many as there are candidates, eight at most.
+    fn rough_distances(&mut self, candidates: &[Candidate], enough: f64) -> Lanes;
+}
+
+/// Points that a cell may choose, or that are looked at along another number of directions.
+#[derive(Debug, Clone, Copy)]
+pub struct Candidate<const N: usize = 3> {
+    /// World points of either set.
+    pub points: [Vec3; 2],
+    /// Directions, and by how much \[m\] the points have to part along each.
+    pub needs: [(Vec3, f64); N],
 }
 
 /// Cells that cover the sphere.
@@ -75,12 +86,12 @@ impl Cells {
         self.cells.clear();
         let corner = |direction: Vec3| Corner { direction, supports: pair.supports(&direction) };
         if let Some(cone) = cone {
-            self.cells.push(Cell::new(pair, cone.map(corner), None, parting, enough));
+            self.add(pair, &[cone.map(corner)], None, parting, enough);
         } else {
             let axes = [0, 1, 2].map(|k| [corner(Vec3::ith(k, 1.0)), corner(Vec3::ith(k, -1.0))]);
-            for k in 0..8 {
-                let corners = [axes[0][k & 1], axes[1][k >> 1 & 1], axes[2][k >> 2]];
-                self.cells.push(Cell::new(pair, corners, None, parting, enough));
+            for x in axes[0] {
+                let octants = [0, 1, 2, 3].map(|k| [x, axes[1][k & 1], axes[2][k >> 1]]);
+                self.add(pair, &octants, None, parting, enough);
             }
         }
         for _ in 0..most {
@@ -92,12 +103,40 @@ impl Cells {
                 worst.look_closely(pair, parting, enough);
                 continue;
             }
-            let [one, other] = worst.split(&corner).map(|half| Cell::new(pair, half, Some(&worst), parting, enough));
-            *worst = one;
-            drop(worst);
-            self.cells.push(other);
+            let worst = PeekMut::pop(worst);
+            self.add(pair, &worst.split(&corner), Some(&worst), parting, enough);
         }
         self.cells.peek().map_or(f64::NEG_INFINITY, |cell| cell.bound)
+    }
+
+    /// Adds cells, each with the points that bound most for it: two of a parent, or four.
+    fn add(
+        &mut self,
+        pair: &ConvexPair,
+        cells: &[[Corner; 3]],
+        parent: Option<&Cell>,
+        parting: &mut impl Parting,
+        enough: f64,
+    ) {
+        let mut candidates = ArrayVec::<Candidate, LANES>::new();
+        let mut cells: ArrayVec<_, 4> = cells
+            .iter()
+            .map(|corners| {
+                let (middle, start) = (middle(corners), candidates.len());
+                let choices = [parent.map(|cell| cell.points), Some(pair.supports(&middle)), toward_origin(corners)];
+                let choices = choices.into_iter().flatten();
+                candidates
+                    .extend(choices.map(|points| Candidate { points, needs: needs(pair, corners, &middle, &points) }));
+                (*corners, start..candidates.len())
+            })
+            .collect();
+        let bounds = parting.rough_distances(&candidates, enough);
+        for (corners, own) in cells.drain(..) {
+            let best = own.max_by(|x, y| bounds[*x].total_cmp(&bounds[*y]).then(y.cmp(x))).expect("its supports");
+            // What holds for the whole cell holds for a part of it.
+            let bound = parent.map_or(bounds[best], |parent| bounds[best].max(parent.bound));
+            self.cells.push(Cell { corners, points: candidates[best].points, bound, is_close: false });
+        }
     }
 
     /// The cells that bound less than `enough`.
@@ -107,44 +146,11 @@ impl Cells {
 }
 
 impl Cell {
-    /// The cell with the points that bound most for it.
-    fn new(
-        pair: &ConvexPair,
-        corners: [Corner; 3],
-        parent: Option<&Self>,
-        parting: &mut impl Parting,
-        enough: f64,
-    ) -> Self {
-        let supports = pair.supports(&middle(&corners));
-        let candidates = [parent.map(|cell| cell.points), Some(supports), toward_origin(&corners)];
-        let mut cell = Self { corners, points: supports, bound: f64::NEG_INFINITY, is_close: false };
-        for points in candidates.into_iter().flatten() {
-            parting.place(points.each_ref());
-            let needs = cell.needs(pair, &points);
-            if needs.iter().any(|(n, needed)| parting.linear_distance(n, *needed) <= cell.bound) {
-                continue;
-            }
-            let mut bound = enough;
-            for (n, needed) in needs {
-                bound = bound.min(parting.rough_distance(&n, needed));
-                if bound <= cell.bound {
-                    break;
-                }
-            }
-            if bound > cell.bound {
-                (cell.bound, cell.points) = (bound, points);
-            }
-        }
-        // What holds for the whole cell holds for a part of it.
-        cell.bound = parent.map_or(cell.bound, |parent| cell.bound.max(parent.bound));
-        cell
-    }
-
     fn look_closely(&mut self, pair: &ConvexPair, parting: &mut impl Parting, enough: f64) {
         self.is_close = true;
         parting.place(self.points.each_ref());
         let mut bound = enough;
-        for (n, needed) in self.needs(pair, &self.points) {
+        for (n, needed) in needs(pair, &self.corners, &middle(&self.corners), &self.points) {
             bound = bound.min(parting.distance(&n, needed, bound));
         }
         self.bound = self.bound.max(bound);
@@ -157,16 +163,7 @@ impl Cell {
 
     /// The three inequalities of the chosen points.
     pub fn inequalities(&self, pair: &ConvexPair) -> ([Vec3; 2], [(Vec3, f64); 3]) {
-        (self.points, self.needs(pair, &self.points))
-    }
-
-    /// Corners, and by how much \[m\] the two points have to part along each.
-    fn needs(&self, pair: &ConvexPair, [a, b]: &[Vec3; 2]) -> [(Vec3, f64); 3] {
-        let middle = middle(&self.corners);
-        let cosine = self.corners.iter().map(|corner| corner.direction.dot(&middle)).fold(1.0, f64::min);
-        // Of positions and of the few products.
-        let rounding = ROUNDING * (a.norm() + b.norm() + pair.keeps());
-        self.corners.map(|corner| (corner.direction, pair.keeps() * cosine - corner.direction.dot(&(a - b)) - rounding))
+        (self.points, needs(pair, &self.corners, &middle(&self.corners), &self.points))
     }
 
     /// Two cells that make it up, parted at its longest edge.
@@ -182,6 +179,14 @@ impl Cell {
 
 /// Of some dozen operations on positions, relative to them.
 const ROUNDING: f64 = 1e-14;
+
+/// Corners, and by how much \[m\] two points have to part along each.
+fn needs(pair: &ConvexPair, corners: &[Corner; 3], middle: &Vec3, [a, b]: &[Vec3; 2]) -> [(Vec3, f64); 3] {
+    let cosine = corners.iter().map(|corner| corner.direction.dot(middle)).fold(1.0, f64::min);
+    // Of positions and of the few products.
+    let rounding = ROUNDING * (a.norm() + b.norm() + pair.keeps());
+    corners.map(|corner| (corner.direction, pair.keeps() * cosine - corner.direction.dot(&(a - b)) - rounding))
+}
 
 fn middle(corners: &[Corner; 3]) -> Vec3 {
     corners.iter().map(|corner| corner.direction).sum::<Vec3>().normalize()

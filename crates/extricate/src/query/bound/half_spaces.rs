@@ -4,12 +4,12 @@
 //! `g . d + d' H d / 2 + K |d|^3 / 6`. Directions in which `H` bends most are parted by sign: with
 //! `s` the displacement along one, between 0 and `r`, `s^2 <= r s`, which is linear.
 
-use super::cells::Parting;
+use super::cells::{Candidate, Parting};
 use crate::collision::ConvexPair;
 use crate::math::linear_algebra::dot;
-use crate::math::{Pose, Vec3};
+use crate::math::{LANES, Pose, Vec3};
 use crate::metric::Metric;
-use crate::metric::pair_motion::PairMotion;
+use crate::metric::pair_motion::{Lanes, PairMotion};
 use crate::query::context::Context;
 
 /// What they are seen from, and the points that are to part.
@@ -116,7 +116,8 @@ impl<'a> Around<'a> {
     fn along(&mut self, n: &Vec3, needed: f64) -> Along {
         if !std::mem::replace(&mut self.is_bounded, true) {
             let radius = self.radius(self.target);
-            (self.second, self.third) = (self.motion.second(), self.motion.third(radius) / 6.0);
+            let [second, third] = self.motion.derivatives(radius);
+            (self.second, self.third) = (second, third / 6.0);
             let slopes = self.motion.columns().iter().map(Vec3::norm).sum::<f64>();
             self.slack = HELD * (slopes + self.second);
         }
@@ -290,16 +291,6 @@ impl Parting for Around<'_> {
         self.is_bounded = false;
     }
 
-    fn linear_distance(&mut self, n: &Vec3, needed: f64) -> f64 {
-        let (mut squared, mut along) = (0.0, 0.0);
-        for (column, here) in self.motion.columns().iter().zip(&self.here) {
-            let slope = n.dot(column);
-            squared += slope * slope;
-            along += slope * here;
-        }
-        (needed + along) / f64::sqrt(squared).max(f64::MIN_POSITIVE)
-    }
-
     fn distance(&mut self, n: &Vec3, needed: f64, enough: f64) -> f64 {
         let mut along = self.along(n, needed);
         let near = self.nearest(&along);
@@ -310,8 +301,15 @@ impl Parting for Around<'_> {
         self.nearest(&along).max(near)
     }
 
-    fn rough_distance(&mut self, n: &Vec3, needed: f64) -> f64 {
-        let along = self.along(n, needed);
-        self.nearest(&along)
+    fn rough_distances(&mut self, candidates: &[Candidate], enough: f64) -> Lanes {
+        let mut bounds = [enough; LANES];
+        for (Candidate { points, needs }, bound) in candidates.iter().zip(&mut bounds) {
+            self.place(points.each_ref());
+            for (n, needed) in needs {
+                let along = self.along(n, *needed);
+                *bound = bound.min(self.nearest(&along));
+            }
+        }
+        bounds
     }
 }

@@ -12,9 +12,10 @@
 //! J. J. Moré and D. C. Sorensen, "Computing a trust region step", SIAM J. Sci. Stat. Comput. 4,
 //! 1983, doi:10.1137/0904038, for the search for `m`.
 
+use crate::math::LANES;
 use crate::math::Vec3;
 use crate::math::linear_algebra::{cholesky_solve, dot, forward_solve};
-use crate::metric::pair_motion::PairMotion;
+use crate::metric::pair_motion::{Lanes, PairMotion, PairMotions, lanes};
 
 /// Memory that reaches reuse.
 #[derive(Debug, Clone, Default)]
@@ -39,6 +40,8 @@ pub struct Curvature {
 /// Share by which bounds are lowered for rounding: that of some hundred operations, many times
 /// over.
 const ROUNDING: f64 = 1e-12;
+/// Newton's steps to a root in lanes: from as near as they begin, four mostly do.
+const STEPS: usize = 6;
 /// How many multipliers are tried.
 const TRIES: usize = 3;
 
@@ -46,7 +49,8 @@ impl Curvature {
     /// Of the points that `motion` was placed at, within `ceiling`.
     pub fn of(motion: &mut PairMotion, ceiling: f64) -> Self {
         let first = motion.columns().iter().map(Vec3::norm_squared).sum::<f64>().sqrt();
-        Self { second: motion.second(), third: motion.third(ceiling) / 6.0, first }
+        let [second, third] = motion.derivatives(ceiling);
+        Self { second, third: third / 6.0, first }
     }
 }
 
@@ -67,7 +71,7 @@ pub fn reach(
         return 0.0;
     }
     if motion.rate() > 0.0 {
-        return (needed / motion.rate() * (1.0 - ROUNDING)).min(ceiling);
+        return reach_by_rate(motion, needed, ceiling);
     }
     let ReachScratch { gradient, hessian, factor, solved } = scratch;
     gradient.clear();
@@ -117,23 +121,50 @@ pub fn reach(
     best
 }
 
-/// What [`rough_reach`] would be at most, were nothing bent.
-pub fn linear_reach(motion: &PairMotion, n: &Vec3, needed: f64) -> f64 {
-    if motion.rate() > 0.0 {
-        return needed / motion.rate();
-    }
-    let squared: f64 = motion.columns().iter().map(|column| n.dot(column).powi(2)).sum();
-    needed / squared.sqrt().max(f64::MIN_POSITIVE)
+/// As [`reach`], where the metric says how far any point moves.
+pub fn reach_by_rate(motion: &PairMotion, needed: f64, ceiling: f64) -> f64 {
+    (needed / motion.rate() * (1.0 - ROUNDING)).clamp(0.0, ceiling)
 }
 
-/// As [`reach`], as far as bounds on all second derivatives tell.
-pub fn rough_reach(motion: &PairMotion, curvature: &Curvature, n: &Vec3, needed: f64, ceiling: f64) -> f64 {
-    if motion.rate() > 0.0 {
-        return (needed / motion.rate() * (1.0 - ROUNDING)).min(ceiling);
+/// As [`reach`], as far as bounds on all second derivatives tell, of each lane; under the joint
+/// metric, along directions by axis of the world.
+#[inline(always)]
+pub fn rough_reaches(motions: &PairMotions, n: &[Lanes; 3], needed: &Lanes, ceiling: f64) -> Lanes {
+    let [mut squared, mut first] = [[0.0; LANES]; 2];
+    for [x, y, z] in &motions.columns {
+        let along = lanes(|k| n[0][k] * x[k] + n[1][k] * y[k] + n[2][k] * z[k]);
+        squared = lanes(|k| squared[k] + along[k] * along[k]);
+        first = lanes(|k| first[k] + x[k] * x[k] + y[k] * y[k] + z[k] * z[k]);
     }
-    let squared: f64 = motion.columns().iter().map(|column| n.dot(column).powi(2)).sum();
-    let slope = squared.sqrt() + ROUNDING * curvature.first;
-    root([0.0, slope, 0.5 * curvature.second, curvature.third], needed, ceiling)
+    let slope = lanes(|k| squared[k].sqrt() + ROUNDING * first[k].sqrt());
+    let (half, third) = (lanes(|k| 0.5 * motions.second[k]), lanes(|k| motions.third[k] / 6.0));
+    roots([&slope, &half, &third], needed, ceiling)
+}
+
+/// The same as [`root`] of each lane, for coefficients from the linear one up.
+#[inline(always)]
+fn roots([p, q, s]: [&Lanes; 3], needed: &Lanes, ceiling: f64) -> Lanes {
+    let smaller = |a: f64, b: f64| if a < b { a } else { b };
+    let value = |r: &Lanes| lanes(|k| r[k] * (p[k] + r[k] * (q[k] + r[k] * s[k])));
+    let rest = lanes(|k| needed[k] * (1.0 - ROUNDING));
+    let mut r = lanes(|k| smaller(smaller(ceiling, rest[k] / p[k]), (rest[k] / q[k]).sqrt()));
+    for _ in 0..STEPS {
+        let now = value(&r);
+        let slope = lanes(|k| p[k] + r[k] * (2.0 * q[k] + 3.0 * r[k] * s[k]));
+        r = lanes(|k| r[k] - (now[k] - rest[k]) / slope[k]);
+    }
+    let mut found = lanes(|k| r[k] * (1.0 - 1e-11));
+    let (at_found, at_ceiling) = (value(&found), value(&[ceiling; LANES]));
+    for k in 0..LANES {
+        if rest[k] <= 0.0 {
+            found[k] = 0.0;
+        } else if at_ceiling[k] <= rest[k] {
+            found[k] = ceiling;
+        } else if !(found[k] <= ceiling && at_found[k] <= needed[k]) {
+            found[k] = root([0.0, p[k], q[k], s[k]], needed[k], ceiling);
+        }
+    }
+    found
 }
 
 /// Largest `r` up to `ceiling` with `p(r) <= needed`, for coefficients of `p` from the constant one
@@ -175,4 +206,34 @@ fn is_definite(m: &mut [f64], n: usize, least: f64) -> bool {
         }
     }
     true
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rand::{RngExt, SeedableRng};
+
+    /// This holds too if a coefficient is zero, if nothing is needed, and if the root is beyond the
+    /// ceiling.
+    #[test]
+    fn roots_in_lanes_are_those_of_one() {
+        let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(3);
+        let (mut inside, mut ends) = (0, 0);
+        for _ in 0..2_000 {
+            let mut number =
+                |most: f64| if rng.random::<f64>() < 0.1 { 0.0 } else { most * rng.random::<f64>().powi(3) };
+            let [p, q, s] = [2.0, 5.0, 9.0].map(|most| lanes(|_| number(most)));
+            let needed = lanes(|k| number(1.0) - 0.02 * (k % 2) as f64);
+            let ceiling = 0.01 + number(2.0);
+            for (k, found) in roots([&p, &q, &s], &needed, ceiling).into_iter().enumerate() {
+                let expected = root([0.0, p[k], q[k], s[k]], needed[k], ceiling);
+                assert!((found - expected).abs() <= 1e-10 * expected, "{found} {expected}");
+                let value = found * (p[k] + found * (q[k] + found * s[k]));
+                assert!(found == 0.0 || value <= needed[k], "{value} {}", needed[k]);
+                let is_end = found == 0.0 || found == ceiling;
+                (inside, ends) = (inside + usize::from(!is_end), ends + usize::from(is_end));
+            }
+        }
+        assert!(inside > 5_000 && ends > 2_000, "{inside} {ends}");
+    }
 }

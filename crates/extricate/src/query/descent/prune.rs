@@ -50,7 +50,7 @@ impl Subproblem {
         pruning: &Pruning,
     ) -> bool {
         let limit = pruning.factor * pruning.incumbent;
-        if self.quadratic.is_diagonal && self.one_plane_leads_beyond(planes, limit) {
+        if self.quadratic.hessian.is_diagonal() && self.one_plane_leads_beyond(planes, limit) {
             return true;
         }
         self.build_from_planes(space, x, FAR * distance, (planes, &[]));
@@ -69,7 +69,7 @@ impl Subproblem {
         pruning.exits.into_iter().flat_map(Exits::last).any(|end| {
             space.difference(x, &end.config, rest);
             rest.iter_mut().zip(&qp.step).for_each(|(rest, step)| *rest -= step);
-            quadratic.step_length(rest) < SEPARATION * pruning.incumbent.min(end.distance)
+            quadratic.tensor.length(rest) < SEPARATION * pruning.incumbent.min(end.distance)
         })
     }
 
@@ -78,9 +78,8 @@ impl Subproblem {
     /// without a program.
     fn one_plane_leads_beyond(&mut self, planes: Planes, limit: f64) -> bool {
         let Self { quadratic, step, inverse_weights, slack, .. } = self;
-        let nv = quadratic.unknowns;
         inverse_weights.clear();
-        inverse_weights.extend((0..nv).map(|k| 1.0 / quadratic.hessian[k * nv + k]));
+        inverse_weights.extend(quadratic.hessian.entries().iter().map(|h| 1.0 / h));
         // Back to the query.
         step.clear();
         step.extend(quadratic.gradient.iter().zip(&*inverse_weights).map(|(slope, inverse)| -slope * inverse));

@@ -91,7 +91,7 @@ impl Subproblem {
         low.clear();
         high.clear();
         for k in 0..nv {
-            let reach = radius / quadratic.tensor[k * nv + k].sqrt();
+            let reach = radius / quadratic.tensor.diagonal(k).sqrt();
             low.push(-reach);
             high.push(reach);
         }
@@ -139,7 +139,7 @@ impl Subproblem {
         for (s, (l, h)) in step.iter_mut().zip(low.iter().zip(&*high)) {
             *s = s.clamp(*l, *h);
         }
-        quadratic.step_length(step)
+        quadratic.tensor.length(step)
     }
 
     /// Whether the trust region, not only a joint limit, held the step back in some coordinate.
@@ -147,8 +147,7 @@ impl Subproblem {
     /// Measured by coordinate, because along a self-motion that moves bodies little a step that
     /// fills the box is short.
     pub fn step_at_rim(&self, radius: f64) -> bool {
-        let nv = self.step.len();
-        let reach = |k: usize| radius / self.quadratic.tensor[k * nv + k].sqrt();
+        let reach = |k: usize| radius / self.quadratic.tensor.diagonal(k).sqrt();
         self.step.iter().enumerate().any(|(k, s)| s.abs() > 0.99 * reach(k))
     }
 }

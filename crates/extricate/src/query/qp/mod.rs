@@ -1,6 +1,7 @@
 //! A small dense quadratic program: the step of one refinement iteration.
 
-use crate::math::linear_algebra::{LANES, cholesky, cholesky_solve, dot};
+use crate::math::linear_algebra::{LANES, dot};
+use crate::math::quadratic_form::{Factor, QuadraticForm};
 use crate::math::vectorized;
 
 /// `minimise t' H t / 2 + g' t  subject to  A t >= b` and a box around the first unknowns, by a
@@ -21,9 +22,8 @@ pub struct Qp {
     nv: usize,
     /// Numbers a row: the unknowns, and zeros up to whole lanes.
     width: usize,
-    /// Cholesky factor of the Hessian; of a diagonal one the inverse of its diagonal.
-    factor: Vec<f64>,
-    is_diagonal: bool,
+    /// The Hessian's.
+    factor: Factor,
     /// Rows of `A`, row major, `width` numbers each, as all vectors over the unknowns.
     rows: Vec<f64>,
     /// Right-hand sides.
@@ -62,16 +62,6 @@ pub enum QpOutcome {
     /// The least value of the objective is above what was requested; the step is the last one
     /// reached.
     Above,
-}
-
-/// `H^-1 x`, in place.
-#[inline(always)]
-fn lift(factor: &[f64], is_diagonal: bool, x: &mut [f64]) {
-    if is_diagonal {
-        x.iter_mut().zip(factor).for_each(|(x, inverse)| *x *= inverse);
-    } else {
-        cholesky_solve(factor, x.len(), x);
-    }
 }
 
 /// A row is violated when it misses its bound by more than this times its norm \[rad or m\].
@@ -123,9 +113,9 @@ impl Qp {
         self.active.iter().zip(&self.multipliers).filter(|(row, _)| **row < rows).map(|(_, m)| m).sum()
     }
 
-    /// Solves for `hessian` (row major, symmetric positive definite) and `gradient`; the solution
-    /// is `step`. Ends as soon as the objective is proved to stay above `most`.
-    pub fn solve(&mut self, hessian: &[f64], gradient: &[f64], most: f64) -> QpOutcome {
+    /// Solves for a Hessian and a gradient over the unknowns; the solution is `step`. Ends as soon
+    /// as the objective is proved to stay above `most`.
+    pub fn solve(&mut self, hessian: &QuadraticForm, gradient: &[f64], most: f64) -> QpOutcome {
         let outcome = vectorized(
             #[inline(always)]
             || self.solve_padded(hessian, gradient, most),
@@ -135,27 +125,19 @@ impl Qp {
     }
 
     #[inline(always)]
-    fn solve_padded(&mut self, hessian: &[f64], gradient: &[f64], most: f64) -> QpOutcome {
+    fn solve_padded(&mut self, hessian: &QuadraticForm, gradient: &[f64], most: f64) -> QpOutcome {
         let nv = self.nv;
-        let mut rows = hessian.chunks_exact(nv).enumerate();
-        self.is_diagonal = rows.all(|(i, row)| row[..i].iter().chain(&row[i + 1..]).all(|h| *h == 0.0));
-        self.factor.clear();
-        if self.is_diagonal {
-            self.factor.extend(hessian.iter().step_by(nv + 1).map(|h| 1.0 / h));
-        } else {
-            self.factor.extend_from_slice(hessian);
-            cholesky(&mut self.factor, nv);
-        }
+        hessian.factor(&mut self.factor);
         self.step.clear();
         self.step.extend(gradient.iter().map(|g| -g));
-        lift(&self.factor, self.is_diagonal, &mut self.step);
+        self.factor.solve(&mut self.step);
         self.active.clear();
         self.multipliers.clear();
         self.lifted.clear();
         self.gram.clear();
         self.objective = 0.5 * dot(&self.step, gradient);
         self.step.resize(self.width, 0.0);
-        if self.is_diagonal {
+        if self.factor.is_diagonal() {
             self.start_in_box();
         }
         self.scales.clear();
@@ -179,7 +161,7 @@ impl Qp {
     fn start_in_box(&mut self) {
         let width = self.low.len();
         for k in 0..width {
-            let (least, inverse) = (self.step[k], self.factor[k]);
+            let (least, inverse) = (self.step[k], self.factor.inverse(k));
             let held = least.clamp(self.low[k], self.high[k]);
             let off = (held - least).abs();
             if off <= TOLERANCE {
@@ -277,7 +259,7 @@ impl Qp {
                 None => self.direction.copy_from_slice(&self.rows[row * width..][..width]),
                 Some((k, sign)) => self.direction[k] = sign,
             }
-            lift(&self.factor, self.is_diagonal, &mut self.direction[..nv]);
+            self.factor.solve(&mut self.direction[..nv]);
             self.raised.clear();
             self.raised.extend_from_slice(&self.direction);
             let own = self.row_dot(row, &self.direction);

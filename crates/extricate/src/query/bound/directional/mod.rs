@@ -8,18 +8,22 @@
 //!
 //! The minimum is over a sphere, whatever the degrees of freedom; [`Cells`] cover it.
 
-use super::cells::{Cells, Parting};
-use super::reach::{Curvature, ReachScratch, linear_reach, reach, rough_reach};
+use arrayvec::ArrayVec;
+
+use super::cells::{Candidate, Cells, Parting};
+use super::reach::{Curvature, ReachScratch, reach, reach_by_rate, rough_reaches};
 use crate::collision::ConvexPair;
-use crate::math::{Pose, Vec3};
+use crate::math::{LANES, Pose, Vec3, vectorized};
 use crate::metric::Metric;
-use crate::metric::pair_motion::PairMotion;
+use crate::metric::pair_motion::{Lanes, PairMotion, PairMotions, lanes};
 use crate::query::context::Context;
+use crate::scene::MetricKind;
 
 /// Memory that bounds reuse.
 #[derive(Debug, Default)]
 pub struct DirectionalScratch {
     motion: PairMotion,
+    motions: PairMotions,
     reach: ReachScratch,
     cells: Cells,
 }
@@ -36,8 +40,8 @@ pub fn directional(
     most_splits: usize,
     scratch: &mut DirectionalScratch,
 ) -> f64 {
-    let DirectionalScratch { motion, reach, cells } = scratch;
-    let mut from_here = FromHere::of(context, poses, pair, ceiling, (motion, reach));
+    let DirectionalScratch { motion, motions, reach, cells } = scratch;
+    let mut from_here = FromHere::of(context, poses, pair, ceiling, (motion, motions, reach));
     cells.cover(pair, None, &mut from_here, ceiling, most_splits).max(0.0)
 }
 
@@ -50,19 +54,18 @@ pub fn promise(
     ceiling: f64,
     scratch: &mut DirectionalScratch,
 ) -> f64 {
-    let DirectionalScratch { motion, reach, .. } = scratch;
-    let mut from_here = FromHere::of(context, poses, pair, ceiling, (motion, reach));
-    let mut least = ceiling;
-    for k in (0..27).filter(|k| *k != 13) {
-        let n = Vec3::new((k % 3) as f64 - 1.0, (k / 3 % 3) as f64 - 1.0, (k / 9) as f64 - 1.0).normalize();
-        let [a, b] = pair.supports(&n);
-        from_here.place([&a, &b]);
-        let needed = pair.keeps() - n.dot(&(a - b));
-        if from_here.linear_distance(&n, needed) < least {
-            least = least.min(from_here.rough_distance(&n, needed));
-        }
-    }
-    least
+    let DirectionalScratch { motion, motions, reach, .. } = scratch;
+    let mut from_here = FromHere::of(context, poses, pair, ceiling, (motion, motions, reach));
+    let along = |k: usize| Vec3::new((k % 3) as f64 - 1.0, (k / 3 % 3) as f64 - 1.0, (k / 9) as f64 - 1.0).normalize();
+    let directions = (0..27).filter(|k| *k != 13).map(along);
+    let candidates: ArrayVec<Candidate<1>, 26> = directions
+        .map(|n| {
+            let [a, b] = pair.supports(&n);
+            Candidate { points: [a, b], needs: [(n, pair.keeps() - n.dot(&(a - b)))] }
+        })
+        .collect();
+    let least = |some: &[Candidate<1>]| from_here.rough(some, ceiling).into_iter().fold(ceiling, f64::min);
+    candidates.chunks(LANES).map(least).fold(ceiling, f64::min)
 }
 
 struct FromHere<'a> {
@@ -72,6 +75,7 @@ struct FromHere<'a> {
     /// Of the points that are looked at, once it is requested.
     curvature: Option<Curvature>,
     ceiling: f64,
+    motions: &'a mut PairMotions,
     memory: &'a mut ReachScratch,
 }
 
@@ -81,17 +85,46 @@ impl<'a> FromHere<'a> {
         poses: &'a [Pose],
         pair: &ConvexPair,
         ceiling: f64,
-        (motion, memory): (&'a mut PairMotion, &'a mut ReachScratch),
+        (motion, motions, memory): (&'a mut PairMotion, &'a mut PairMotions, &'a mut ReachScratch),
     ) -> Self {
         let (metric, scene) = (context.metric, context.checker.scene());
         let bodies = scene.pairs[pair.pair().index()];
         let frames = [bodies.first, bodies.second].map(|body| scene.bodies[body].frame);
         metric.pair_motion(poses, frames, |v| context.is_locked(v), motion);
-        Self { metric, poses, motion, curvature: None, ceiling, memory }
+        Self { metric, poses, motion, curvature: None, ceiling, motions, memory }
     }
 
     fn curvature(&mut self) -> Curvature {
         *self.curvature.get_or_insert_with(|| Curvature::of(self.motion, self.ceiling))
+    }
+
+    /// See [`Parting::rough_distances`].
+    fn rough<const N: usize>(&mut self, candidates: &[Candidate<N>], enough: f64) -> Lanes {
+        let mut bounds = [enough; LANES];
+        let ceiling = self.ceiling;
+        if self.metric.kind() != MetricKind::Joint {
+            for (Candidate { points, needs }, bound) in candidates.iter().zip(&mut bounds) {
+                self.place(points.each_ref());
+                let distances = needs.map(|(_, needed)| reach_by_rate(self.motion, needed, ceiling));
+                *bound = distances.into_iter().fold(*bound, f64::min);
+            }
+            return bounds;
+        }
+        let Self { motion, motions, .. } = self;
+        let points: ArrayVec<[Vec3; 2], LANES> = candidates.iter().map(|candidate| candidate.points).collect();
+        vectorized(
+            #[inline(always)]
+            || {
+                motion.place_all(&points, ceiling, motions);
+                for corner in 0..N {
+                    let need = |lane: usize| &candidates.get(lane).unwrap_or(&candidates[0]).needs[corner];
+                    let n = [0, 1, 2].map(|axis| lanes(|lane| need(lane).0[axis]));
+                    let reaches = rough_reaches(motions, &n, &lanes(|lane| need(lane).1), ceiling);
+                    bounds.iter_mut().zip(reaches).for_each(|(bound, reach)| *bound = bound.min(reach));
+                }
+            },
+        );
+        bounds
     }
 }
 
@@ -101,18 +134,13 @@ impl Parting for FromHere<'_> {
         self.curvature = None;
     }
 
-    fn linear_distance(&mut self, n: &Vec3, needed: f64) -> f64 {
-        linear_reach(self.motion, n, needed)
-    }
-
     fn distance(&mut self, n: &Vec3, needed: f64, enough: f64) -> f64 {
         let curvature = self.curvature();
         reach(self.motion, &curvature, n, needed, (enough, self.ceiling), self.memory)
     }
 
-    fn rough_distance(&mut self, n: &Vec3, needed: f64) -> f64 {
-        let curvature = self.curvature();
-        rough_reach(self.motion, &curvature, n, needed, self.ceiling)
+    fn rough_distances(&mut self, candidates: &[Candidate], enough: f64) -> Lanes {
+        self.rough(candidates, enough)
     }
 }
 

@@ -23,7 +23,7 @@ const NEAR: f64 = 1.1;
 pub fn visit_next(search: &mut Search) -> bool {
     let mut tree = std::mem::take(&mut search.known.directions);
     if tree.nodes.is_empty() {
-        tree.begin(search.context, &search.known.anchor.q);
+        tree.begin(search.context, &search.known.local, &search.known.anchor.q);
     }
     let most = search.plan.direction_factor * search.known.ceiling();
     let mut was_new = false;
@@ -42,7 +42,9 @@ fn visit(tree: &mut Directions, search: &mut Search, at: usize) -> bool {
     let step = &tree.steps[at * nv..][..nv];
     let length = tree.nodes[at].length;
     let is_like = |(other, node): (usize, &Node)| {
-        node.is_visited && search.known.local.between(step, &tree.steps[other * nv..][..nv]) < ALIKE * length
+        let product = || search.known.local.product(step, &tree.steps[other * nv..][..nv]);
+        let between = || length * length + node.length * node.length - 2.0 * product();
+        node.is_visited && between() < (ALIKE * length).powi(2)
     };
     let is_known = tree.nodes.iter().enumerate().any(is_like);
     (tree.nodes[at].is_open, tree.nodes[at].is_visited) = (false, !is_known);

@@ -77,7 +77,7 @@ impl Directions {
     }
 
     /// Begins with the query itself.
-    pub fn begin(&mut self, context: &Context, q: &[f64]) {
+    pub fn begin(&mut self, context: &Context, local: &LocalMetric, q: &[f64]) {
         let space = &context.checker.scene().space;
         let nv = space.nv();
         if self.sphere.is_empty() {
@@ -93,7 +93,8 @@ impl Directions {
         space.clamp(&mut self.config);
         self.begins_outside = space.outside(q).next().is_some();
         space.difference(q, &self.config, &mut self.steps);
-        self.nodes.push(Node { length: 0.0, parent: None, choices: 0, bound: 0.0, is_open: true, is_visited: false });
+        let length = local.length(&self.steps);
+        self.nodes.push(Node { length, parent: None, choices: 0, bound: 0.0, is_open: true, is_visited: false });
         for factor in space.factors() {
             for v in factor.tangents().filter(|v| !context.is_locked(*v)) {
                 (self.low[v], self.high[v]) = match factor.manifold {
@@ -143,14 +144,17 @@ impl Directions {
             let bound = self.farthest.all[choice].overlap + dot(row, &self.steps[at * nv..][..nv]);
             let sides = self.low.iter().zip(&self.high);
             let reach: f64 = row.iter().zip(sides).map(|(g, (low, high))| f64::max(g * low, g * high)).sum();
-            if reach < WITHIN_LIMITS * bound || !self.solve(at, choice, bound, local) {
+            if reach < WITHIN_LIMITS * bound || !self.solve(at, choice, bound, (local, most)) {
                 continue;
             }
             let step = &self.qp.step[..nv];
             let length = local.length(step);
             // Whoever goes the same way parts on the way of the shorter.
-            let is_like = |child: usize| local.cosine(step, &self.steps[child * nv..][..nv]) > LIKE_DIRECTION;
-            if length > most || (first..self.nodes.len()).any(is_like) {
+            let is_like = |child: usize| {
+                let least = LIKE_DIRECTION * length * self.nodes[child].length;
+                local.product(step, &self.steps[child * nv..][..nv]) > least
+            };
+            if (first..self.nodes.len()).any(is_like) {
                 continue;
             }
             let choices = self.nodes[at].choices + 1;
@@ -160,9 +164,9 @@ impl Directions {
         }
     }
 
-    /// The shortest displacement in the half-spaces of a node and of a choice; whether there is
-    /// one.
-    fn solve(&mut self, at: usize, choice: usize, bound: f64, local: &LocalMetric) -> bool {
+    /// The shortest displacement in the half-spaces of a node and of a choice; whether there is one
+    /// that is no longer than `most`.
+    fn solve(&mut self, at: usize, choice: usize, bound: f64, (local, most): (&LocalMetric, f64)) -> bool {
         let nv = self.low.len();
         self.qp.reset(nv);
         self.qp.set_box(&self.low, &self.high);
@@ -172,6 +176,6 @@ impl Directions {
             self.qp.push(self.nodes[above].bound).copy_from_slice(&self.rows[above * nv..][..nv]);
             above = parent;
         }
-        self.qp.solve(local.tensor(), &self.zeros, f64::INFINITY) == QpOutcome::Solved
+        self.qp.solve(local.tensor(), &self.zeros, 0.5 * most * most) == QpOutcome::Solved
     }
 }
