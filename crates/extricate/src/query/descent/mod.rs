@@ -36,8 +36,8 @@ const LEAST_MARGIN: f64 = 0.001;
 /// The trust region shrinks to this share of a step that was not taken.
 const SHRINK: f64 = 0.35;
 /// Where contacts overlap and no step longer than this share of the distance to the query makes
-/// that better, a descent is stuck: with 0.01 queries take a tenth fewer checks, and under the
-/// metrics of bodies one in fifty more ends over 1 % farther.
+/// that better, a descent is stuck: with 0.01 queries take a twenty-fifth fewer checks, and under
+/// the metrics of bodies one in fifty more ends over 1 % farther.
 const STUCK: f64 = 0.001;
 /// A step shorter than this share of the space's diameter is none.
 const NO_STEP: f64 = 1e-12;
@@ -146,6 +146,8 @@ struct Descent<'a> {
     penalty: f64,
     cut: Option<Cut>,
     was_rejected: bool,
+    /// Whether the linearised contacts contradict each other.
+    contradicts: bool,
     /// Depth of the best.
     found: Option<f64>,
 }
@@ -184,6 +186,7 @@ impl<'a> Descent<'a> {
             penalty: 0.0,
             cut: None,
             was_rejected: false,
+            contradicts: false,
             found: None,
             context,
             anchor,
@@ -270,6 +273,7 @@ impl<'a> Descent<'a> {
         if outcome == QpOutcome::Above {
             return if self.drops_cut() { ControlFlow::Continue(()) } else { ControlFlow::Break(Outcome::Pruned) };
         }
+        self.contradicts = outcome == QpOutcome::Infeasible;
         let length = subproblem.clip_step();
         let at_rim = subproblem.step_at_rim(self.radius);
         let wanted = if outcome == QpOutcome::Solved {
@@ -360,6 +364,11 @@ impl<'a> Descent<'a> {
     /// Flat on a face, contacts do not tell of all corners and the step turns another one into the
     /// face: once that is known, a step as long may do.
     fn reject(&mut self, length: f64) -> ControlFlow<Outcome> {
+        // Shorter steps would mostly end here too: such descents took half of the checks of a
+        // search and found an exit in one of some hundred queries. Other starts find more.
+        if self.contradicts && self.violation > 0.0 && self.pruning.exits.is_some() {
+            return ControlFlow::Break(Outcome::Ended);
+        }
         self.scratch.hit.clone_from(&self.evaluator.contacts);
         self.scratch.hit_poses.clear();
         self.scratch.hit_poses.extend_from_slice(self.evaluator.check.poses());

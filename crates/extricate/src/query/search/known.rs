@@ -41,6 +41,8 @@ pub struct Known {
     pub proof: Proof,
     /// Starts of the group that were tried, those that cost no check among them.
     pub tried: usize,
+    /// Those among them that ended in collision.
+    pub stuck: usize,
     /// A configuration that a descent is to start from.
     pub start: Vec<f64>,
     /// Several of them, row major.
@@ -66,7 +68,7 @@ impl Known {
         self.exits.clear();
         self.directions.reset();
         self.stored.reset();
-        self.tried = 0;
+        (self.tried, self.stuck) = (0, 0);
     }
 
     /// What is not nearer than this is of no use.

@@ -37,6 +37,9 @@ pub struct Hint<'a> {
     pub config: &'a [f64],
     /// Whether a search whose descents find nothing does not look for anything free.
     pub looks_nowhere_else: bool,
+    /// Whether only a witness is wanted: no default gap ends the search then, as what would have to
+    /// be proved takes longer than it spares.
+    pub is_unproved: bool,
     /// In a stream, which starts are tried beside where a descent from it leads; then those of the
     /// next frame.
     pub turn: Option<Turn>,
@@ -132,7 +135,8 @@ impl<'a> Search<'a> {
     /// Notes where a descent ended that found no exit.
     fn note_stuck(&mut self) {
         let distance = self.evaluator.distance(self.context, &self.known.anchor, &self.descent.end);
-        let Known { exits, local, .. } = &mut *self.known;
+        let Known { exits, local, stuck, .. } = &mut *self.known;
+        *stuck += 1;
         exits.note_stuck((&self.context.checker.scene().space, local), (distance, &self.descent.end));
     }
 

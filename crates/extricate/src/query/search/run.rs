@@ -11,6 +11,9 @@ const NEARER: f64 = 0.99;
 /// is that finds the nearest exit has a long tail: if one in so many has just succeeded, as many
 /// more may well do so again.
 const PATIENCE: usize = 2;
+/// A start that gets stuck tells nothing of exits and is made up for, by at most this many for each
+/// that the plan has.
+const MADE_UP: usize = 3;
 
 /// Looks for exits: at the hint, then from one source after another.
 pub fn run(search: &mut Search) {
@@ -43,8 +46,9 @@ fn find_any(search: &mut Search) {
 /// Descents from the starts of one source.
 fn ask(search: &mut Search, source: Source) {
     let [fewest, most] = source.starts(&search.plan);
-    let (mut tried, mut last_success) = (0, 0);
-    while tried < fewest.max(PATIENCE * last_success).min(most) && !search.is_over() {
+    let (mut tried, mut last_success, stuck_before) = (0, 0, search.known.stuck);
+    let more = |search: &Search| (search.known.stuck - stuck_before).min(MADE_UP * fewest);
+    while tried < (fewest + more(search)).max(PATIENCE * last_success).min(most) && !search.is_over() {
         let before = search.known.exits.depth();
         if !source.descend(search, tried) {
             break;
