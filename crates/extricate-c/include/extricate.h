@@ -516,6 +516,14 @@ ExtricateStatus extricate_query(const struct ExtricateSolver *solver,
                                 size_t nq,
                                 struct ExtricateAnswer **answer);
 
+// The witness of extricate_query() alone: writes `nq` numbers, those of `q` if it is free. Nothing
+// is proved but what effort `proved` or a gap of the options ask for, which takes less time.
+// Returns what extricate_query() does.
+ExtricateStatus extricate_nearest_exit(const struct ExtricateSolver *solver,
+                                       const double *q,
+                                       size_t nq,
+                                       double *witness);
+
 // The numbers of an answer, such as depth and lower bound; null for null.
 const struct ExtricateSummary *extricate_answer_summary(const struct ExtricateAnswer *answer);
 

@@ -601,6 +601,13 @@ public:
     Answer query(Config q) const {
         return detail::answered(scene_, [&](ExtricateAnswer** out) { return extricate_query(solver_.get(), q.data(), q.size(), out); });
     }
+    /// The witness of a query alone: nothing is proved but what effort `proved` or a gap of the options ask for, which takes less
+    /// time. Empty if nothing free was found.
+    std::vector<double> nearest_exit(Config q) const {
+        std::vector<double> witness(q.size());
+        const bool found = detail::succeeded(extricate_nearest_exit(solver_.get(), q.data(), q.size(), witness.data()));
+        return found ? witness : std::vector<double>();
+    }
     /// Queries for so many seconds, so that the first query that counts takes as long as those that follow.
     bool warm_up(double seconds = 0.03) const { return detail::succeeded(extricate_solver_warm_up(solver_.get(), seconds)); }
     /// Whether a configuration is within the limits and collides with nothing.

@@ -44,6 +44,19 @@ def test_options_of_a_solver_are_defaults_of_its_queries(planar: Scene, model: M
     assert by_object is not None and by_object.exits and by_object.effort == "quick"
 
 
+def test_the_nearest_exit_alone_is_a_witness(planar: Scene) -> None:
+    solver, Q = Solver(planar), planar.sample(30, seed=5, colliding=True)
+    for q in Q:
+        witness, answer = solver.nearest_exit(q), solver.query(q)
+        assert witness is not None and answer is not None and solver.check(witness)
+        moved = (witness - q + np.pi) % (2 * np.pi) - np.pi  # turns without limits wrap
+        assert np.linalg.norm(moved) <= 1.0001 * answer.depth
+        kept = Solver(planar, locked=[planar.joints[0].name]).nearest_exit(q)
+        assert kept is None or kept[0] == q[0]
+    free = planar.sample(1, seed=2, colliding=False)[0]
+    np.testing.assert_array_equal(solver.nearest_exit(free), free)
+
+
 def test_a_call_says_which_joints_move(planar: Scene) -> None:
     q = planar.sample(1, seed=5, colliding=True)[0]
     names = [joint.name for joint in planar.joints]

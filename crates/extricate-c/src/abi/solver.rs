@@ -106,6 +106,28 @@ pub unsafe extern "C" fn extricate_query(
     })
 }
 
+/// The witness of extricate_query() alone: writes `nq` numbers, those of `q` if it is free. Nothing
+/// is proved but what effort `proved` or a gap of the options ask for, which takes less time.
+/// Returns what extricate_query() does.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn extricate_nearest_exit(
+    solver: *const ExtricateSolver,
+    q: *const f64,
+    nq: usize,
+    witness: *mut f64,
+) -> ExtricateStatus {
+    // SAFETY: the contract of this module.
+    let (solver, q) = unsafe { (raw::shared(solver, "solver"), raw::slice(q, nq, "q")) };
+    // SAFETY: the same.
+    let witness = unsafe { raw::places(witness, nq, "witness") };
+    guarded(|| {
+        let (solver, mut witness) = (solver?, witness?);
+        let found = solver.solver.nearest_exit(&solver.config(q?)?).ok_or_else(nothing_free)?;
+        witness.fill(found.iter().copied());
+        Ok(())
+    })
+}
+
 /// What there is to say if nothing free was found.
 pub fn nothing_free() -> Fault {
     let message = "query: nothing free was found, not even among 20,000 configurations".into();

@@ -132,6 +132,8 @@ static void options(const Scene& scene, const std::vector<double>& q) {
     proved.gap = 0.5;
     CHECK(solver.set_options(proved));
     CHECK(solver.query(q).gap() <= 1);
+    const std::vector<double> witness = solver.nearest_exit(q);
+    CHECK(witness.size() == q.size() && solver.check(witness) && solver.nearest_exit(witness) == witness);
 
     Options locked;
     locked.locked = {scene.joints()[0]};
@@ -294,6 +296,10 @@ static void pointers() {
     CHECK(extricate_query(solver, nullptr, 3, &answer) == EXTRICATE_ARGUMENT);
     CHECK(extricate_query(solver, q, SIZE_MAX, &answer) == EXTRICATE_ARGUMENT);
     CHECK(extricate_query(solver, q, 3, &answer) == EXTRICATE_OK);
+    double witness[3] = {};
+    CHECK(extricate_nearest_exit(solver, q, 3, nullptr) == EXTRICATE_ARGUMENT);
+    CHECK(extricate_nearest_exit(solver, q, 2, witness) == EXTRICATE_ARGUMENT);
+    CHECK(extricate_nearest_exit(solver, q, 3, witness) == EXTRICATE_OK && witness[0] != 0);
     extricate_solver_free(solver);
     const ExtricatePair* pairs = nullptr;
     CHECK(extricate_answer_colliding(answer, &pairs) > 0 && pairs != nullptr);

@@ -14,6 +14,22 @@ use crate::long_call;
 use crate::solver::handle::Handle;
 use options::Call;
 
+/// The witness alone, with the defaults of the handle; `None` if nothing free was found, with the
+/// warning of [`query`].
+pub fn nearest_exit<'py>(handle: &Handle, q: &Bound<'py, PyAny>) -> PyResult<Option<Bound<'py, PyArray1<f64>>>> {
+    let py = q.py();
+    let mut asked = handle.asked(py, None, Call::Query)?;
+    let watch = long_call::Watch::new();
+    asked.options.termination.stop = Some(watch.stop());
+    let config = asked.config(q, handle.scene())?;
+    let solver = handle.solver_for(py, &asked)?;
+    let Some(witness) = py.detach(|| watch.over(|| solver.nearest_exit(&config)))? else {
+        handle.advise(py)?;
+        return Ok(None);
+    };
+    Ok(Some(PyArray1::from_slice(py, &witness)))
+}
+
 /// The answer for one configuration as an object; `None` if nothing free was found, with a
 /// warning if that is because some pairs collide wherever one looks. `owner` is the object of
 /// Python that was asked.

@@ -6,12 +6,13 @@ pub mod stream;
 
 use std::sync::Arc;
 
-use numpy::PyArrayDyn;
+use numpy::{PyArray1, PyArrayDyn};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
 use crate::error::exception;
 use crate::model::Model;
+use crate::queries;
 use crate::queries::options::Call;
 use crate::rows;
 use crate::scene::Scene;
@@ -101,6 +102,17 @@ impl Solver {
     fn with_scene(&self, py: Python<'_>, scene: &Scene) -> PyResult<Self> {
         let solver = py.detach(|| self.handle.solver().with_scene(Arc::clone(scene.inner()))).map_err(exception)?;
         Self::new(py, Handle::new(solver), self.handle.defaults().cloned())
+    }
+
+    /// The witness of `query` alone, with the options of the solver: nothing is proved but what
+    /// effort "proved" or a gap ask for, which takes less time.
+    ///
+    /// q: float64 (nq,), as in `query`.
+    ///
+    /// Returns float64 (nq,), free by the exact checker: q itself if it is free; None if nothing
+    /// free was found.
+    fn nearest_exit<'py>(&self, q: &Bound<'py, PyAny>) -> PyResult<Option<Bound<'py, PyArray1<f64>>>> {
+        queries::nearest_exit(&self.handle, q)
     }
 
     /// Whether configurations are free, as `Scene.check`.

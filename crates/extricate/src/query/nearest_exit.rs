@@ -39,26 +39,28 @@ pub fn query(context: &Context, q: &Config, options: &QueryOptions, scratch: &mu
     Some(answer)
 }
 
-/// As [`query`], for a caller who wants the witness alone: nothing is proved or said of it.
+/// As [`query`], for a caller who wants the witness alone: nothing is said of it, and nothing is
+/// proved but what the options ask for.
 pub fn nearest_exit(
     context: &Context,
     q: &Config,
     options: &QueryOptions,
     scratch: &mut QueryScratch,
 ) -> Option<Answer> {
-    find(context, q, options, &mut Hint::default(), scratch)
+    find(context, q, options, &mut Hint { is_unproved: true, ..Hint::default() }, scratch)
 }
 
-/// The same under the constraints of the options, as [`query`] has them; `None` also if descents
-/// find nothing, for who has no use for any other free configuration.
+/// The same under the constraints of the options, as [`query`] has them; with `looks_nowhere_else`
+/// `None` also if descents find nothing, for who has no use for any other free configuration.
 pub(crate) fn nearest_exit_under(
     context: &Context,
     q: &Config,
-    options: &QueryOptions,
+    (options, looks_nowhere_else): (&QueryOptions, bool),
     scratch: &mut QueryScratch,
 ) -> Option<Answer> {
     under(context, q, options, scratch, |context, options, hint, scratch| {
-        find(context, q, options, &mut Hint { looks_nowhere_else: true, ..hint }, scratch)
+        let looks_nowhere_else = hint.looks_nowhere_else || looks_nowhere_else;
+        find(context, q, options, &mut Hint { looks_nowhere_else, is_unproved: true, ..hint }, scratch)
     })
 }
 
@@ -89,7 +91,7 @@ pub(crate) fn find(
     context.metric.anchor_at(q, evaluator.check.poses(), &mut known.anchor);
     known.begin(context, options.wanted());
     known.looks_anywhere = !hint.looks_nowhere_else;
-    known.proof.begin(options.effort, options.first_gap());
+    known.proof.begin(options.effort, options.first_gap(hint.is_unproved));
     if options.effort == Effort::Nearest && take_nearest_sample(context, &mut answer, scratch) {
         return Some(answer);
     }

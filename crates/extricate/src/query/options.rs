@@ -190,9 +190,10 @@ impl QueryOptions {
         self.exits.max(to_choose)
     }
 
-    /// The gap that ends what a refined query does: the first part of every effort above.
-    pub(crate) fn first_gap(&self) -> Option<f64> {
-        self.stopping(self.gap.or(Some(REFINED_GAP)))
+    /// The gap that ends what a refined query does: the first part of every effort above. No
+    /// default one if a witness alone is wanted.
+    pub(crate) fn first_gap(&self, is_unproved: bool) -> Option<f64> {
+        self.stopping(self.gap.or((!is_unproved).then_some(REFINED_GAP)))
     }
 
     /// The gap that ends all that an effort does.

@@ -21,7 +21,7 @@ use crate::metric::Metric;
 use crate::model::Model;
 use crate::query::prepared::Prepared;
 use crate::query::stream::StreamOptions;
-use crate::query::{Answer, Context, QueryOptions, QueryScratch, Stored, query};
+use crate::query::{Answer, Context, QueryOptions, QueryScratch, Stored, nearest_exit_under, query};
 use crate::scene::Scene;
 pub use batch::Answered;
 use batch::in_blocks;
@@ -232,6 +232,29 @@ impl Solver {
     /// scene, the model, `q` and the options alone.
     pub fn query(&self, q: &Config) -> Option<Answer> {
         self.shared.memory.of_queries(|scratch| query(&self.context(), q, &self.options, scratch))
+    }
+
+    /// The witness of [`Solver::query`] alone, such as for a simulator that resets a state in
+    /// collision: nothing is proved but what effort `proved` or a gap of the options ask for.
+    /// `None` as of a query; `q` itself if it is free.
+    ///
+    /// # Guarantee
+    /// The exact checker called it free, as of a query. Without the default gap, which ends
+    /// queries, it may be nearer than their witness.
+    ///
+    /// ```
+    /// # use extricate::{Solver, builtin};
+    /// let solver = Solver::new(builtin::scene("planar-arm")?);
+    /// let q = solver.scene().config(&[0.0, 0.1, 0.2])?;
+    /// let witness = solver.nearest_exit(&q).expect("something is free");
+    /// assert!(solver.check(&witness));
+    /// # extricate::Result::Ok(())
+    /// ```
+    pub fn nearest_exit(&self, q: &Config) -> Option<Config> {
+        let find = |scratch: &mut QueryScratch| {
+            nearest_exit_under(&self.context(), q, (&self.options, false), scratch).map(|answer| answer.witness)
+        };
+        self.shared.memory.of_queries(find)
     }
 
     /// The answers to all rows, in order, on all cores.
