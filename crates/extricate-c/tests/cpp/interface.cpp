@@ -298,7 +298,7 @@ static void pointers() {
     CHECK(extricate_query(solver, q, 3, &answer) == EXTRICATE_OK);
     double witness[3] = {};
     CHECK(extricate_nearest_exit(solver, q, 3, nullptr) == EXTRICATE_ARGUMENT);
-    CHECK(extricate_nearest_exit(solver, q, 2, witness) == EXTRICATE_ARGUMENT);
+    CHECK(extricate_nearest_exit(solver, q, 2, witness) == EXTRICATE_CONFIGURATION && witness[0] == 0);
     CHECK(extricate_nearest_exit(solver, q, 3, witness) == EXTRICATE_OK && witness[0] != 0);
     extricate_solver_free(solver);
     const ExtricatePair* pairs = nullptr;
