@@ -601,8 +601,8 @@ public:
     Answer query(Config q) const {
         return detail::answered(scene_, [&](ExtricateAnswer** out) { return extricate_query(solver_.get(), q.data(), q.size(), out); });
     }
-    /// The witness of a query alone: nothing is proved but what effort `proved` or a gap of the options ask for, which takes less
-    /// time. Empty if nothing free was found.
+    /// The witness of a query alone: nothing is proved but what effort `proved` or a gap of the
+    /// options ask for, which takes less time. Empty if nothing free was found.
     std::vector<double> nearest_exit(Config q) const {
         std::vector<double> witness(q.size());
         const bool found = detail::succeeded(extricate_nearest_exit(solver_.get(), q.data(), q.size(), witness.data()));

@@ -39,7 +39,8 @@ impl QuadraticForm {
         Self { size, is_diagonal: true, entries: vec![1.0; size] }
     }
 
-    /// A form of all its entries, row major.
+    /// A form of all its entries, row major, for tests.
+    #[cfg(test)]
     pub fn dense(size: usize, entries: Vec<f64>) -> Self {
         debug_assert_eq!(entries.len(), size * size);
         Self { size, is_diagonal: false, entries }

@@ -113,7 +113,7 @@ impl Task<'_> {
         let Some(q) = space.config(seed).ok().filter(|_| left() != Some(0.0)) else { return (None, 0) };
         let termination = Termination { max_checks: Some(self.checks), max_seconds: left(), stop: None };
         let options = QueryOptions { effort: Effort::Quick, termination, ..QueryOptions::default() };
-        let answer = nearest_exit_under(self.context, &q, (&options, true), scratch);
+        let answer = nearest_exit_under(self.context, &q, &options, true, scratch);
         let answer = answer.filter(|answer| answer.depth > 0.0 && left() != Some(0.0));
         let Some(answer) = answer else { return (None, scratch.checks()) };
         let is_exit = answer.verified && self.is_beside_collision(&answer.witness, answer.depth, &q, scratch);

@@ -55,7 +55,8 @@ pub fn nearest_exit(
 pub(crate) fn nearest_exit_under(
     context: &Context,
     q: &Config,
-    (options, looks_nowhere_else): (&QueryOptions, bool),
+    options: &QueryOptions,
+    looks_nowhere_else: bool,
     scratch: &mut QueryScratch,
 ) -> Option<Answer> {
     under(context, q, options, scratch, |context, options, hint, scratch| {

@@ -252,7 +252,7 @@ impl Solver {
     /// ```
     pub fn nearest_exit(&self, q: &Config) -> Option<Config> {
         let find = |scratch: &mut QueryScratch| {
-            nearest_exit_under(&self.context(), q, (&self.options, false), scratch).map(|answer| answer.witness)
+            nearest_exit_under(&self.context(), q, &self.options, false, scratch).map(|answer| answer.witness)
         };
         self.shared.memory.of_queries(find)
     }

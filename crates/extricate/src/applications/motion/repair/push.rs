@@ -81,7 +81,7 @@ impl Repairer<'_> {
         let aim = Some(self.options.aim_over(self.context));
         let options =
             QueryOptions { starts: Some(1), clearance: aim, termination: self.left(), ..QueryOptions::default() };
-        let answer = nearest_exit_under(self.context, &config, (&options, true), &mut self.query);
+        let answer = nearest_exit_under(self.context, &config, &options, true, &mut self.query);
         self.prover.checks += self.query.checks();
         answer.map(|answer| Vec::from(answer.witness))
     }

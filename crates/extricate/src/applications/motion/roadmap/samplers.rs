@@ -79,7 +79,7 @@ fn retracted(q: &[f64], (aim, effort): (f64, Effort), context: &RoadmapContext, 
     // The first exit that is found will do: that it is the nearest is not worth its checks.
     let termination = Termination::after_checks(RETRACTION_CHECKS);
     let options = QueryOptions { effort, starts, clearance: Some(aim), termination, ..QueryOptions::default() };
-    let answer = nearest_exit_under(&context.query, &q, (&options, true), memory);
+    let answer = nearest_exit_under(&context.query, &q, &options, true, memory);
     let mut checks = memory.checks();
     let config = answer.and_then(|answer| {
         let is_free = answer.verified || {
