@@ -1,5 +1,5 @@
-//! The shapes a link or an obstacle can have, with their volume moments. Not the structures that
-//! make checks fast.
+//! The shapes that a link or an obstacle can have. The structures that make checks fast are
+//! elsewhere.
 
 use std::sync::Arc;
 
@@ -9,31 +9,31 @@ use super::TriangleMesh;
 pub use super::mesh::moments::Moments;
 use super::scenery::{HeightField, PointCloud, Voxels};
 
-/// A shape in its own frame, centred as URDF does it: cylinders and capsules along z, origin at the
-/// middle.
+/// A shape in its own frame. As in URDF, cylinders and capsules lie along z, and the origin is in
+/// their middle.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub enum Geometry {
-    /// A ball.
+    /// A solid ball around the origin.
     Sphere {
-        /// \[m\]
+        /// Radius of the ball \[m\].
         radius: f64,
     },
-    /// A cuboid.
+    /// A solid cuboid around the origin.
     Box {
         /// Half of each side \[m\].
         half_extents: [f64; 3],
     },
     /// A solid cylinder along z.
     Cylinder {
-        /// \[m\]
+        /// Radius of the cylinder \[m\].
         radius: f64,
         /// Half of the length \[m\].
         half_length: f64,
     },
     /// A cylinder along z with a half ball on both ends.
     Capsule {
-        /// \[m\]
+        /// Radius of cylinder and balls \[m\].
         radius: f64,
         /// Half of the length of the cylindrical part \[m\].
         half_length: f64,
@@ -43,18 +43,18 @@ pub enum Geometry {
     /// The convex hull of the mesh's vertices, solid. The mesh is the hull itself: vertices and
     /// outward faces.
     ConvexHull(Arc<TriangleMesh>),
-    // New variants come last: stored models and pickled scenes know them by their numbers.
-    /// Solid cubes of a grid; obstacles only.
+    // New variants come last: stored models and pickled scenes store variants as numbers.
+    /// Occupied cells of a grid, which are solid; for obstacles only.
     Voxels(Arc<Voxels>),
-    /// A ball about every point; obstacles only.
+    /// A ball around every point; for obstacles only.
     Points(Arc<PointCloud>),
-    /// Solid where `normal . x <= offset`, without end; obstacles only.
+    /// The unbounded solid `normal . x <= offset`; for obstacles only.
     HalfSpace {
-        /// Unit.
+        /// Unit normal, which points out of the solid.
         normal: [f64; 3],
-        /// \[m\]
+        /// Signed distance of the plane from the origin, along `normal` \[m\].
         offset: f64,
     },
-    /// The ground below a grid of heights; obstacles only.
+    /// The solid below a grid of heights; for obstacles only.
     HeightField(Arc<HeightField>),
 }

@@ -1,31 +1,31 @@
-//! How much files may hold: what is more is refused before it takes memory or time. Reads nothing.
+//! Limits on what files may hold: more is refused before it takes memory or time. Reads nothing.
 
 use crate::error::{Error, Result};
 
-/// What of files is limited, see [`LoadLimits`].
+/// A quantity of files that [`LoadLimits`] bounds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum LoadLimit {
-    /// Bytes of a file: a mesh, a list of points.
+    /// Bytes of a mesh file or of a file of points.
     FileBytes,
-    /// Bytes of scene file, URDFs and SRDFs of a scene, or of a world.
+    /// Bytes of the scene file, URDFs and SRDFs of a scene together, or of a world.
     TextBytes,
     /// Elements, texts and comments of an XML file.
     XmlNodes,
-    /// Attributes of an element of an XML file.
+    /// Attributes of one element of an XML file.
     XmlAttributes,
-    /// Elements of an XML file within each other.
+    /// Nesting depth of elements in an XML file.
     XmlDepth,
     /// Values of a scene file (TOML) or of a world (JSON, YAML).
     Values,
-    /// Nodes that a COLLADA or glTF file shows, those shown again counted.
+    /// Nodes that a COLLADA or glTF file shows, repeated instances included.
     MeshNodes,
-    /// Corners that nodes of a COLLADA or glTF file place, beyond those that its bytes can hold:
-    /// nodes may show a geometry as often as they like.
+    /// Corners that nodes of a COLLADA or glTF file place beyond those that its bytes can hold:
+    /// nodes may show a geometry any number of times.
     Placed,
-    /// Corners of a mesh file before equal ones are welded; points of a file of points.
+    /// Corners of a mesh file before equal ones are welded, or points of a file of points.
     Vertices,
-    /// Triangles of the meshes of a scene, scaled copies counted.
+    /// Triangles of the meshes of a scene, scaled copies included.
     Triangles,
     /// Links of the robots of a scene.
     Links,
@@ -42,7 +42,7 @@ pub enum LoadLimit {
 use LoadLimit::*;
 
 impl LoadLimit {
-    /// All of them.
+    /// All limits, in the order of the variants.
     pub const ALL: [LoadLimit; 15] = [
         FileBytes,
         TextBytes,
@@ -61,15 +61,15 @@ impl LoadLimit {
         NameBytes,
     ];
 
-    /// How messages and the command line call it.
+    /// Name of the limit in messages and on the command line.
     pub fn name(self) -> &'static str {
         self.row().0
     }
 
-    /// What holds where nothing is said.
+    /// Value that holds unless another one is set.
     ///
-    /// They are several times what robots and worlds in use have, and such that what is within them
-    /// takes no more than some hundred megabytes.
+    /// The defaults are several times what robots and worlds in use have, and bound the memory that
+    /// loading takes.
     pub fn default_value(self) -> usize {
         self.row().1
     }
@@ -96,7 +96,7 @@ impl LoadLimit {
     }
 }
 
-/// How much the files of a scene may hold. What is more is refused with an error that names the
+/// Limits on what the files of a scene may hold. More is refused with an error that names the
 /// limit.
 ///
 /// ```
@@ -116,19 +116,19 @@ impl Default for LoadLimits {
 }
 
 impl LoadLimits {
-    /// What is allowed.
+    /// Returns the largest value that is allowed.
     pub fn get(&self, limit: LoadLimit) -> usize {
         self.most[limit as usize]
     }
 
-    /// The same limits, but for one.
+    /// Returns the same limits with one changed.
     #[must_use]
     pub fn with(mut self, limit: LoadLimit, most: usize) -> Self {
         self.most[limit as usize] = most;
         self
     }
 
-    /// Refuses `found` of `element` of `file` where that is more than is allowed.
+    /// Refuses a count `found` in `element` of `file` if it exceeds the limit.
     ///
     /// # Errors
     /// [`Error::Input`] that names the limit.
@@ -139,7 +139,7 @@ impl LoadLimits {
         Err(Error::input(file, element, self.exceeded(limit, found)))
     }
 
-    /// What is wrong with `found`, which is more than is allowed.
+    /// Describes the problem with a count `found` that exceeds the limit.
     pub fn exceeded(&self, limit: LoadLimit, found: usize) -> String {
         let (name, _, what) = limit.row();
         let most = self.get(limit);

@@ -1,5 +1,5 @@
-//! A robot as its files describe it: links, joints and collision geometry. No configuration, no
-//! world, no checks.
+//! Robots as their files describe them: links, joints and collision geometry, without
+//! configurations, scenes and checks.
 
 pub mod formats;
 pub mod geometry;
@@ -23,13 +23,13 @@ use crate::math::{Pose, Vec3};
 /// A tree of links joined by joints, from one URDF file.
 #[derive(Debug, Clone)]
 pub struct Robot {
-    /// The `name` attribute.
+    /// Value of the `name` attribute, or `robot` if there is none.
     pub name: String,
-    /// In document order.
+    /// All links, in document order.
     pub links: Vec<Link>,
-    /// In document order: the order of coordinates in a configuration.
+    /// All joints, in document order, which is the order of coordinates in a configuration.
     pub joints: Vec<Joint>,
-    /// Index of the one link that no joint has as child.
+    /// Index of the only link that is no joint's child.
     pub root: usize,
 }
 
@@ -38,37 +38,37 @@ pub struct Robot {
 pub struct Link {
     /// Unique within the robot.
     pub name: String,
-    /// Every `<collision>` element, in the link's frame.
+    /// Shapes that collide, in the link's frame.
     pub collision: Vec<LinkGeometry>,
 }
 
-/// One `<collision>` element.
+/// A shape of a link, from one `<collision>` or `<visual>` element.
 #[derive(Debug, Clone)]
 pub struct LinkGeometry {
     /// Maps geometry coordinates to link coordinates.
     pub pose_link_geometry: Pose,
-    /// The shape.
+    /// The shape in its own frame.
     pub geometry: Geometry,
 }
 
-/// What a joint lets its child link do.
+/// The motion that a joint allows its child link.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum JointKind {
-    /// Nothing.
+    /// No motion at all.
     Fixed,
-    /// Turn about the axis within limits \[rad\].
+    /// Rotation about the axis within limits \[rad\].
     Revolute,
-    /// Turn about the axis without limits.
+    /// Rotation about the axis without limits.
     Continuous,
-    /// Slide along the axis within limits \[m\].
+    /// Translation along the axis within limits \[m\].
     Prismatic,
-    /// Slide in the plane normal to the axis, and turn about the axis. Coordinates: two \[m\], one
-    /// angle \[rad\].
+    /// Translation in the plane normal to the axis, and rotation about the axis. Coordinates: two
+    /// \[m\], one angle \[rad\].
     Planar,
-    /// Turn about any axis (the ball-joint extension of URDF). Coordinates: unit quaternion x, y,
-    /// z, w.
+    /// Rotation about any axis (the ball-joint extension of URDF). Coordinates: unit quaternion x,
+    /// y, z, w.
     Spherical,
-    /// Move freely. Coordinates: position x, y, z \[m\], unit quaternion x, y, z, w.
+    /// Free motion. Coordinates: position x, y, z \[m\], unit quaternion x, y, z, w.
     Floating,
 }
 
@@ -77,7 +77,7 @@ pub enum JointKind {
 pub struct Joint {
     /// Unique within the robot.
     pub name: String,
-    /// What it allows.
+    /// The motion that it allows.
     pub kind: JointKind,
     /// Index of the parent link.
     pub parent: usize,
@@ -90,17 +90,17 @@ pub struct Joint {
     /// Lower and upper limit \[rad or m\]; for `Planar` and `Floating` they hold for each
     /// translation.
     pub limits: Option<(f64, f64)>,
-    /// Set where the joint follows another one.
+    /// Set if the joint follows another one.
     pub mimic: Option<Mimic>,
 }
 
-/// `position = multiplier * position(joint) + offset`.
+/// Makes a joint follow another: `position = multiplier * position(joint) + offset`.
 #[derive(Debug, Clone, Copy)]
 pub struct Mimic {
-    /// Index of the joint that is followed.
+    /// Index of the joint to follow.
     pub joint: usize,
-    /// Factor.
+    /// Factor on the position of the joint to follow.
     pub multiplier: f64,
-    /// Offset \[rad or m\].
+    /// Offset of the position \[rad or m\].
     pub offset: f64,
 }

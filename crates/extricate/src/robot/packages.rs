@@ -1,19 +1,18 @@
-//! Where the package of a `package://` address may be: the one rule of URDFs, xacro files and the
-//! scenes that name them. Makes paths; reads nothing but `package.xml` files, through a function
-//! that is passed in.
+//! Where the package of a `package://` address may be: one rule for URDFs, xacro files and scenes.
+//! Only makes paths; the caller passes in the function that reads `package.xml` files.
 
 use std::path::{Component, Path, PathBuf};
 
 use crate::error::{listed, quoted};
 
-/// The folders in which packages are looked up, beside those that a robot's entry in a scene names
-/// and those above its URDF.
+/// Folders to search for packages, besides those that a robot's entry in a scene names and those
+/// above its URDF.
 #[derive(Debug, Clone, Default)]
 pub struct PackageSearch {
-    /// Those that the caller gave; looked in first.
+    /// Folders that the caller gave, which are searched first.
     pub given: Vec<PathBuf>,
-    /// What relative paths start from, so that the folders above it are known; empty if they are
-    /// not looked in.
+    /// Folder from which relative paths start, so that the folders above it are known. If it is
+    /// empty, they are not searched.
     pub working_folder: PathBuf,
     /// `AMENT_PREFIX_PATH`: a package is at `PREFIX/share/NAME`.
     pub ament_prefixes: Vec<PathBuf>,
@@ -24,15 +23,15 @@ pub struct PackageSearch {
 /// A `package://` or `model://` address.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct PackageUri<'a> {
-    /// The package.
+    /// Name of the package.
     pub package: &'a str,
-    /// The path inside it.
+    /// Path inside the package.
     pub rest: &'a str,
 }
 
 impl<'a> PackageUri<'a> {
-    /// `None` for an address of another kind. `package:///arm/a.stl`, which some exporters write,
-    /// names the package `arm` too.
+    /// Parses an address; `None` for one of another kind. Some exporters write
+    /// `package:///arm/a.stl`, which names the package `arm` too.
     pub fn of(uri: &'a str) -> Option<Self> {
         let path = uri.strip_prefix("package://").or_else(|| uri.strip_prefix("model://"))?;
         let path = path.trim_start_matches('/');
@@ -40,10 +39,10 @@ impl<'a> PackageUri<'a> {
         Some(Self { package, rest: rest.trim_start_matches('/') })
     }
 
-    /// What makes it lead out of a package, if anything does.
+    /// Checks that the address stays inside its package.
     ///
     /// # Errors
-    /// Where the name is not that of a folder, or the path leaves it.
+    /// A package that is not the name of a folder, or a path that leaves it.
     pub fn check(&self) -> Result<(), String> {
         let mut parts = Path::new(self.package).components();
         if !matches!((parts.next(), parts.next()), (Some(Component::Normal(_)), None)) {
@@ -65,9 +64,10 @@ impl<'a> PackageUri<'a> {
 }
 
 impl PackageSearch {
-    /// The folders at which the package of a URDF in `folder` may be, likeliest first: in or at the
-    /// folders given and those of the scene (`named`), then those that the URDF lies in, then where
-    /// ROS says that packages are. `name_of` says what the `package.xml` of a folder calls it.
+    /// Returns the folders that may be the package of a URDF in `folder`, likeliest first. They are
+    /// in or at the given folders and those of the scene (`named`), then in or at those above the
+    /// URDF, then where ROS keeps packages. `name_of` returns the package name in a folder's
+    /// `package.xml`.
     pub fn roots(
         &self,
         package: &str,
@@ -88,7 +88,7 @@ impl PackageSearch {
         roots
     }
 
-    /// The places that [`PackageSearch::roots`] tries, in words.
+    /// Lists the places that [`PackageSearch::roots`] tries, for messages.
     pub fn in_words(&self, folder: &Path, named: &[PathBuf]) -> String {
         let shown = |folders: &[PathBuf], none: &str| match folders {
             [] => none.to_string(),
@@ -107,7 +107,7 @@ impl PackageSearch {
         )
     }
 
-    /// `folder` and those that it lies in, the innermost first.
+    /// Returns `folder` and the folders above it, the innermost first.
     fn above(&self, folder: &Path) -> Vec<PathBuf> {
         let mut whole = PathBuf::new();
         for part in self.working_folder.join(folder).components() {

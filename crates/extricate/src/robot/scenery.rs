@@ -1,6 +1,5 @@
-//! What a sensor or a map says of the surroundings, one body each: cells of a grid, points, a
-//! half-space, a grid of heights. For obstacles only. Plain data; what makes checks fast is
-//! elsewhere.
+//! Surroundings as sensors and maps give them: voxels, points, half-spaces and height fields, each
+//! one body. For obstacles only. Plain data; the structures that make checks fast are elsewhere.
 
 use serde::{Deserialize, Serialize};
 
@@ -8,13 +7,13 @@ use super::{Geometry, TriangleMesh};
 use crate::error::{Error, Result};
 use crate::math::{FARTHEST, Vec3};
 
-/// Most cells, points or heights of one shape.
+/// Largest number of cells, points or heights of one shape.
 pub const MOST: usize = 1 << 26;
 
-/// What messages call scenery that stands in no file of its own.
+/// File name in messages about scenery that was not read from a file.
 const SHAPE: &str = "shape";
 
-/// Solid cubes, the occupied cells of a regular grid: cell `[i, j, k]` fills from `(i, j, k) *
+/// Occupied cells of a regular grid, which are solid: cell `[i, j, k]` extends from `(i, j, k) *
 /// size` to `(i + 1, j + 1, k + 1) * size`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Voxels {
@@ -22,19 +21,18 @@ pub struct Voxels {
     cells: Vec<[i32; 3]>,
 }
 
-/// A ball about every point, all of one radius. With the radius 0 a distance is that to the nearest
-/// point.
+/// A ball around every point, all of one radius. With radius 0, distances are to the points
+/// themselves.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct PointCloud {
     radius: f64,
     points: Vec<Vec3>,
 }
 
-/// The ground below a grid of heights, without end downward.
+/// The solid below a grid of heights, unbounded downward.
 ///
-/// Height `[i, j]` stands at `x = i * size`, `y = j * size`. Between them the surface consists of
-/// two triangles a cell, which meet along the line from `[i, j]` to `[i + 1, j + 1]`. Beyond the
-/// grid there is nothing.
+/// Height `[i, j]` is at `x = i * size`, `y = j * size`. The surface consists of two triangles per
+/// cell, which share the edge from `[i, j]` to `[i + 1, j + 1]`. There is nothing beyond the grid.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct HeightField {
     size: f64,
@@ -68,11 +66,11 @@ fn check_cells(file: &str, element: &str, size: f64, cells: &[[i32; 3]]) -> Resu
 }
 
 impl Voxels {
-    /// Cells may be given in any order and more than once; there may be none.
+    /// Makes voxels from cells in any order; repeated ones count once, and there may be none.
     ///
     /// # Errors
-    /// [`Error::Input`] of `element` in `file`: a side \[m\] that is not positive, a cell farther
-    /// out than 1e9 m.
+    /// [`Error::Input`] of `element` in `file`: a side \[m\] that is not positive, a cell beyond
+    /// 1e9 m.
     pub fn new(file: &str, element: &str, size: f64, mut cells: Vec<[i32; 3]>) -> Result<Self> {
         check_cells(file, element, size, &cells)?;
         cells.sort_unstable();
@@ -80,7 +78,7 @@ impl Voxels {
         Ok(Self { size, cells })
     }
 
-    /// As [`Voxels::new`] of what has come from elsewhere.
+    /// Checks deserialised voxels, which did not pass through [`Voxels::new`].
     fn check(&self) -> Result<()> {
         check_cells(SHAPE, "voxels", self.size, &self.cells)?;
         match self.cells.windows(2).position(|two| two[0] >= two[1]) {
@@ -94,12 +92,12 @@ impl Voxels {
         self.size
     }
 
-    /// The occupied cells, ascending, each once.
+    /// The occupied cells in ascending order, each once.
     pub fn cells(&self) -> &[[i32; 3]] {
         &self.cells
     }
 
-    /// The middle of a cell \[m\].
+    /// Centre of a cell \[m\].
     #[doc(hidden)]
     pub fn center(&self, cell: &[i32; 3]) -> Vec3 {
         Vec3::from(cell.map(|i| (f64::from(i) + 0.5) * self.size))
@@ -107,7 +105,7 @@ impl Voxels {
 }
 
 impl PointCloud {
-    /// There may be no point.
+    /// Makes a cloud, which may be empty.
     ///
     /// # Errors
     /// [`Error::Input`] of `element` in `file`: a radius \[m\] that is negative, a coordinate \[m\]
@@ -118,15 +116,15 @@ impl PointCloud {
         Ok(cloud)
     }
 
-    /// As [`PointCloud::new`], but points of which a coordinate is NaN are left out, as sensors
-    /// give them where they saw nothing; how many these were, too.
+    /// As [`PointCloud::new`], but leaves out points with a NaN coordinate, which sensors report
+    /// for missing measurements. Also returns their number.
     ///
     /// # Errors
     /// As [`PointCloud::new`].
     pub fn seen(file: &str, element: &str, radius: f64, points: &[[f64; 3]]) -> Result<(Self, usize)> {
         let is_lost = |point: &[f64; 3]| point.iter().any(|x| x.is_nan());
         let lost = points.iter().filter(|point| is_lost(point)).count();
-        // What is lost becomes a point that is there, so that rows keep their numbers in messages.
+        // The origin replaces lost points, so that messages have the right row numbers.
         let seen: Vec<[f64; 3]> = points.iter().map(|point| if is_lost(point) { [0.0; 3] } else { *point }).collect();
         let mut cloud = Self::new(file, element, radius, &seen)?;
         if lost > 0 {
@@ -150,12 +148,12 @@ impl PointCloud {
         Ok(())
     }
 
-    /// \[m\]
+    /// Radius of the balls \[m\].
     pub fn radius(&self) -> f64 {
         self.radius
     }
 
-    /// The points \[m\], as they were given.
+    /// The points \[m\] in the given order.
     #[doc(hidden)]
     pub fn points(&self) -> &[Vec3] {
         &self.points
@@ -183,7 +181,8 @@ fn check_field(file: &str, element: &str, size: f64, columns: usize, heights: &[
 }
 
 impl HeightField {
-    /// `heights` \[m\] row by row, `columns` of them each; `size` is the side of a cell \[m\].
+    /// Makes a field from `heights` \[m\] row by row, `columns` to a row, with cells of side `size`
+    /// \[m\].
     ///
     /// # Errors
     /// [`Error::Input`] of `element` in `file`: fewer than two rows or columns, rows of different
@@ -198,19 +197,19 @@ impl HeightField {
         self.size
     }
 
-    /// How many rows (along x) and columns (along y) of heights there are.
+    /// Number of rows (along x) and of columns (along y).
     pub fn shape(&self) -> [usize; 2] {
         let columns = (self.columns as usize).max(1);
         [self.heights.len() / columns, columns]
     }
 
-    /// The surface at a place of the grid \[m\].
+    /// Point of the surface at a row and column of the grid \[m\].
     #[doc(hidden)]
     pub fn vertex(&self, i: usize, j: usize) -> Vec3 {
         Vec3::new(i as f64 * self.size, j as f64 * self.size, self.heights[i * self.shape()[1] + j])
     }
 
-    /// One of the two triangles of a cell, seen from above counter-clockwise.
+    /// One of the two triangles of a cell, counter-clockwise seen from above.
     #[doc(hidden)]
     pub fn triangle(&self, i: usize, j: usize, second: bool) -> [Vec3; 3] {
         let (near, far) = (self.vertex(i, j), self.vertex(i + 1, j + 1));
@@ -224,7 +223,7 @@ impl HeightField {
 }
 
 impl Geometry {
-    /// A half-space: solid where `normal . x <= offset`; `normal` of any length, made unit.
+    /// Makes the solid `n . x <= offset` \[m\], with `n` the unit vector along `normal`.
     ///
     /// # Errors
     /// [`Error::Input`] of `element` in `file`: a normal without direction, numbers that are not
@@ -240,8 +239,7 @@ impl Geometry {
         }
     }
 
-    /// Whether scenery that has come from elsewhere is as its constructors make it; true of other
-    /// shapes.
+    /// Checks that deserialised scenery could come from its constructors; accepts all other shapes.
     ///
     /// # Errors
     /// [`Error::Input`] that names the row.
@@ -265,14 +263,14 @@ impl Geometry {
         }
     }
 
-    /// Whether it is one of the shapes that only obstacles have: they do not move, and may have no
-    /// end.
+    /// Whether only obstacles can have the shape: it does not move and may be unbounded.
     pub fn is_scenery(&self) -> bool {
         matches!(self, Self::Voxels(_) | Self::Points(_) | Self::HalfSpace { .. } | Self::HeightField(_))
     }
 
-    /// Distance \[m\] of the farthest point of scenery from the origin of its frame; of a
-    /// half-space that of its plane, of a height field that of its surface.
+    /// Distance \[m\] of the farthest point of scenery from the origin of its frame. For a
+    /// half-space it is the distance of the plane; for a height field, that of the surface's
+    /// farthest point.
     pub fn scenery_radius(&self) -> f64 {
         let farthest = |points: &mut dyn Iterator<Item = Vec3>| points.map(|p| p.norm()).fold(0.0, f64::max);
         match self {
@@ -289,8 +287,8 @@ impl Geometry {
         }
     }
 
-    /// Scenery as triangles, for pictures: cubes, balls of few faces, a square of 10 m on the
-    /// plane, the surface.
+    /// Triangulates scenery for pictures: cubes, coarse balls, a surface, a square of 10 m on a
+    /// plane.
     pub(crate) fn scenery_triangles(&self, segments: usize) -> TriangleMesh {
         let copies = |shape: Self, places: &mut dyn Iterator<Item = Vec3>| {
             let one = shape.tessellate(segments);
@@ -376,8 +374,8 @@ mod tests {
         assert!(told(flat).contains("h: got the normal [0.0, 0.0, 0.0], expected one that points somewhere"));
     }
 
-    /// Models and pickled scenes are read by the numbers of the variants, so that new ones may only
-    /// be added behind.
+    /// Models and pickled scenes store variants as numbers, so new ones may only be added at the
+    /// end.
     #[test]
     fn bytes_of_older_shapes_stay_what_they_were() {
         let first = |geometry: &Geometry| postcard::to_stdvec(geometry).unwrap()[0];

@@ -1,5 +1,5 @@
-//! Whether shapes that were read as bytes are what files of robots and scenes can say. What is
-//! wrong is said, not repaired.
+//! Checks deserialised shapes against what robot and scene files can describe. Faults are reported,
+//! not repaired.
 
 use super::mesh::cavities::face_inward;
 use super::mesh::edges::all_edges_even;
@@ -7,8 +7,8 @@ use super::{Geometry, TriangleMesh};
 use crate::math::FARTHEST;
 
 impl Geometry {
-    /// Whether its sizes are positive and within 1e9 m, its indices those of something, and what it
-    /// says of itself true.
+    /// Checks that sizes are positive and within 1e9 m, that indices exist, and that components are
+    /// as closed and oriented as they claim.
     ///
     /// # Errors
     /// The element, the value, and what was expected.

@@ -1,4 +1,5 @@
-//! SRDF: `disable_collisions` and groups. Everything else in the file is ignored.
+//! SRDF: pairs of links that need no check, groups and virtual joints. Everything else in the file
+//! is ignored.
 
 use std::collections::{BTreeSet, HashMap, HashSet};
 
@@ -8,39 +9,38 @@ use super::formats::xml::{children, document, elements, label, own_attribute, re
 use super::{Joint, LoadLimit, LoadLimits, Robot};
 use crate::error::{Error, MOST_LISTED, Result, listed, quoted};
 
-/// Which pairs of links need no check, and named sets of joints.
+/// Pairs of links that need no check, and named sets of joints.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Srdf {
-    /// Names of two links that are never checked against each other.
+    /// Pairs of links, by name, that are never checked against each other.
     pub disabled: Vec<[String; 2]>,
-    /// Links that are checked against no other one, but for `enabled` (MoveIt 2:
-    /// `disable_default_collisions`).
+    /// Links that are only checked in pairs of `enabled` (MoveIt 2: `disable_default_collisions`).
     pub disabled_by_default: Vec<String>,
-    /// Pairs that are checked although one of them is in `disabled_by_default`
+    /// Pairs that are checked although `disabled_by_default` has one link of them
     /// (`enable_collisions`).
     pub enabled: Vec<[String; 2]>,
-    /// In document order.
+    /// All groups, in document order.
     pub groups: Vec<Group>,
-    /// Joints that fix the robot to the world; groups may name them, the URDF does not.
+    /// Names of joints that fix the robot to the world. Groups may name them; the URDF does not.
     pub virtual_joints: Vec<String>,
 }
 
 /// A named set of joints, as the file describes it.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Group {
-    /// Unique within the file.
+    /// Name of the group; if several have it, the first counts.
     pub name: String,
-    /// Joints.
+    /// Names of joints in the group.
     pub joints: Vec<String>,
-    /// Links, each standing for the joint above it.
+    /// Names of links, each standing for the joint above it.
     pub links: Vec<String>,
-    /// Base link and tip link; the joints between them.
+    /// Base link and tip link of each chain, which stands for the joints between them.
     pub chains: Vec<[String; 2]>,
-    /// Other groups.
+    /// Names of other groups, whose joints belong to this one too.
     pub subgroups: Vec<String>,
 }
 
-/// Parses SRDF `text`; `file` is its name in messages. Names are not looked up: that takes a robot.
+/// Parses SRDF `text`; `file` is its name in messages. Names are not resolved: that takes a robot.
 pub fn parse(file: &str, text: &str) -> Result<Srdf> {
     parse_within(file, text, &LoadLimits::default())
 }
@@ -82,8 +82,8 @@ pub fn parse_within(file: &str, text: &str, limits: &LoadLimits) -> Result<Srdf>
     Ok(srdf)
 }
 
-/// An attribute of a child of `node`, or of itself. Most elements have no name, and telling their
-/// line goes through the whole file: only where it is missing.
+/// Returns an attribute of `child`, which is `node` or a child of it. A label without a name scans
+/// the whole file for its line, so it is only made for messages.
 fn attribute_of(file: &str, node: Node, child: Node, attribute: &str) -> Result<String> {
     match own_attribute(child, attribute) {
         Some(text) => Ok(text.to_owned()),
@@ -92,12 +92,12 @@ fn attribute_of(file: &str, node: Node, child: Node, attribute: &str) -> Result<
 }
 
 impl Srdf {
-    /// The joints of a group: indices into [`Robot::joints`], ascending, fixed and mimic joints
-    /// among them.
+    /// Returns the joints of a group: ascending indices into [`Robot::joints`], fixed and mimic
+    /// joints included.
     ///
-    /// A link stands for the joint above it (the root link for none), a chain for all joints on the
-    /// way from its base to its tip (by their common ancestor, as MoveIt has it), a subgroup for
-    /// its own joints. Virtual joints are left out.
+    /// A link stands for the joint above it (the root link for none), a subgroup for its own
+    /// joints. A chain stands for all joints between its base and its tip (by their common
+    /// ancestor, as in MoveIt). Virtual joints are left out.
     ///
     /// # Errors
     /// [`Error::Input`] for a name that does not exist (with those that do), and for groups that
@@ -112,8 +112,8 @@ impl Srdf {
         let lookup = Lookup::of(robot, &self.virtual_joints);
         let mut joints = BTreeSet::new();
         let mut state = vec![Visit::Ahead; self.groups.len()];
-        // Groups on the way to the current one, each with how many of its subgroups are done: a
-        // chain of them may be longer than the stack of a thread is deep.
+        // Groups from the first to the current one, each with the number of subgroups that are
+        // done. A chain of groups may be too long for recursion.
         let mut path: Vec<(usize, usize)> = vec![(find("robot", group)?, 0)];
         while let Some((at, next)) = path.last_mut() {
             let group = &self.groups[*at];
@@ -144,7 +144,6 @@ impl Srdf {
     }
 }
 
-/// How far the walk through subgroups is with a group.
 #[derive(Clone, Copy)]
 enum Visit {
     Ahead,
@@ -152,7 +151,7 @@ enum Visit {
     Done,
 }
 
-/// Names of a robot, looked up as often as a file has them.
+/// Maps from names of a robot to indices, since a file may use the names many times.
 struct Lookup<'a> {
     robot: &'a Robot,
     links: HashMap<&'a str, usize>,
@@ -182,7 +181,7 @@ impl<'a> Lookup<'a> {
 }
 
 impl Group {
-    /// Adds the joints that the group names itself.
+    /// Adds the joints of the group itself, without those of its subgroups.
     fn add_own(&self, file: &str, lookup: &Lookup, joints: &mut BTreeSet<usize>) -> Result<()> {
         let element = &format!("group \"{}\"", quoted(&self.name));
         let robot = lookup.robot;
@@ -203,7 +202,7 @@ impl Group {
         }
         let chains: HashSet<[usize; 2]> =
             self.chains.iter().map(|[base, tip]| Ok([link_of(base)?, link_of(tip)?])).collect::<Result<_>>()?;
-        // Joints above only one of the two ends.
+        // A chain has the joints above exactly one of its two ends.
         let mut on_way = vec![false; robot.joints.len()];
         for [base, tip] in chains {
             lookup.way_up(base).for_each(|joint| on_way[joint] = true);
@@ -248,7 +247,7 @@ mod tests {
         <disable_collisions link1='a' link2='b' reason='Adjacent'/><disable_default_collisions link='c'/>\
         <enable_collisions link1='c' link2='base'/><end_effector name='e' parent_link='b' group='hand'/></robot>";
 
-    /// A thread's stack holds some ten thousand calls.
+    /// Recursion would overflow here: a thread's stack holds some ten thousand calls.
     #[test]
     fn chains_of_groups_may_be_long() {
         let robot =

@@ -1,5 +1,5 @@
-//! What makes links and joints a robot: one tree of links, and mimic joints that follow independent
-//! ones.
+//! Checks what makes links and joints a robot: one tree of links, and mimic joints that follow
+//! independent ones.
 
 use std::collections::HashMap;
 
@@ -7,8 +7,7 @@ use super::{Joint, JointKind, Link, Mimic};
 use crate::error::{Error, Result, listed, quoted};
 use crate::math::FARTHEST;
 
-/// A mimic element before names are resolved: joint index, name of the joint followed, multiplier,
-/// offset.
+/// A `<mimic>` element before the name of the followed joint is resolved.
 pub(crate) struct NamedMimic {
     pub joint: usize,
     pub followed: String,
@@ -16,7 +15,7 @@ pub(crate) struct NamedMimic {
     pub offset: f64,
 }
 
-/// Index of the root link.
+/// Returns the index of the root link.
 ///
 /// # Errors
 /// A link with two parents, no link at all, several roots, a cycle.
@@ -42,7 +41,7 @@ pub(crate) fn root(file: &str, links: &[Link], joints: &[Joint]) -> Result<usize
             return Err(Error::input(file, "robot", problem));
         }
     };
-    // With one parent each, what the root does not lead to is on a cycle, or below one.
+    // Each link has one parent, so those that the root does not reach are on or below a cycle.
     let mut children: Vec<Vec<usize>> = vec![Vec::new(); links.len()];
     joints.iter().for_each(|joint| children[joint.parent].push(joint.child));
     let mut is_reached = vec![false; links.len()];
@@ -60,7 +59,7 @@ pub(crate) fn root(file: &str, links: &[Link], joints: &[Joint]) -> Result<usize
     Ok(root)
 }
 
-/// Whether a follower stays within 1e9 rad or m, as far as limits tell.
+/// Checks that a follower stays within 1e9 rad or m, as far as its leader's limits show.
 ///
 /// # Errors
 /// A composed multiplier or offset beyond that, or a translation that goes beyond it.
@@ -82,11 +81,12 @@ fn check_range(file: &str, joints: &[Joint], follower: usize, mimic: &Mimic) -> 
     Ok(())
 }
 
-/// Lets every mimic joint follow an independent one, chains composed, in `joints`.
+/// Composes chains in `joints`, so that every mimic joint follows an independent one. A leader may
+/// be fixed: its followers stay at their offsets.
 ///
 /// # Errors
-/// An unknown joint, a cycle, and a follower or leader that has several coordinates. A leader may
-/// be fixed: what follows it stays at its offset.
+/// An unknown joint, a cycle, a follower or leader that has several coordinates, a range beyond
+/// 1e9.
 pub(crate) fn resolve_mimics(file: &str, mimics: &[NamedMimic], joints: &mut [Joint]) -> Result<()> {
     let index_of: HashMap<&str, usize> = joints.iter().enumerate().map(|(k, joint)| (joint.name.as_str(), k)).collect();
     let mut direct: HashMap<usize, Mimic> = HashMap::new();
@@ -109,7 +109,7 @@ pub(crate) fn resolve_mimics(file: &str, mimics: &[NamedMimic], joints: &mut [Jo
     }
     let mut resolved: HashMap<usize, Mimic> = HashMap::with_capacity(mimics.len());
     for mimic in mimics {
-        // Down to a joint that is independent or resolved, then back up.
+        // Go down to a joint that is independent or resolved, then compose on the way back up.
         let mut chain = vec![mimic.joint];
         while let Some(next) = chain.last().and_then(|joint| direct.get(joint)).map(|next| next.joint) {
             if !direct.contains_key(&next) || resolved.contains_key(&next) {

@@ -1,4 +1,5 @@
-//! Files of points: PLY, PCD, and text with a point a line. What a sensor did not see stays NaN.
+//! Files of points: PLY, PCD, and text with one point per line. Measurements that a sensor misses
+//! stay NaN.
 
 use super::rows::for_each_row;
 use super::{pcd, ply, without_mark};
@@ -6,8 +7,8 @@ use crate::error::{Error, Result};
 use crate::math::Vec3;
 use crate::robot::{LoadLimit, LoadLimits};
 
-/// The points \[m\] of a file, by the extension of `file` (its name in messages), in any case:
-/// `ply`, `pcd`; all others are text. `element` is what messages say of text.
+/// Parses points \[m\] by the extension of `file` (its name in messages), in any case: `ply` or
+/// `pcd`, otherwise text. Messages about text use `element`.
 ///
 /// # Errors
 /// [`Error::Input`] for a file that is not what its extension says or that is cut short, rows of
@@ -22,7 +23,7 @@ pub fn parse(file: &str, element: &str, bytes: &[u8], limits: &LoadLimits) -> Re
     }
 }
 
-/// Points in the first three columns; what is in others, such as colours, is left out.
+/// Reads points from the first three columns, and ignores others, such as colours.
 fn text(file: &str, element: &str, bytes: &[u8], limits: &LoadLimits) -> Result<Vec<Vec3>> {
     let (mut points, mut columns) = (Vec::new(), None);
     let accepts = |column: usize, x: f64| column > 2 || !x.is_infinite();

@@ -3,12 +3,12 @@
 
 use std::io::{BufRead, Error, ErrorKind, Read, Result, Seek, SeekFrom};
 
-/// Hands out one line at a time: however large the buffer of who reads, it is never ahead of the
-/// line it works on.
+/// Returns one line at a time, so that even a parser with a large buffer never reads ahead of its
+/// line.
 pub(crate) struct CountedLines<'a> {
     text: &'a [u8],
     at: usize,
-    /// Lines begun so far: the number, from 1, of the line read last.
+    /// Number, from 1, of the line that was read last.
     pub line: usize,
 }
 
@@ -46,8 +46,8 @@ impl Read for CountedLines<'_> {
 }
 
 impl Seek for CountedLines<'_> {
-    /// Back to the beginning, which is all that a parser needs that looks at the first line to tell
-    /// the format.
+    /// Seeks to the beginning only, as parsers do after reading the first line to detect the
+    /// format.
     fn seek(&mut self, to: SeekFrom) -> Result<u64> {
         if to != SeekFrom::Start(0) {
             return Err(Error::new(ErrorKind::Unsupported, "only back to the beginning"));

@@ -1,18 +1,19 @@
-//! LZF, the compression of PCD files: decompression alone.
+//! Decompresses LZF, the compression of PCD files.
 //!
-//! A byte below 32 announces one more literal bytes than it says. Any other one repeats what has
-//! come out before: three bits tell how much, beyond 6 with one byte more; thirteen how far back.
+//! A control byte below 32 precedes literal bytes, one more than its value. Any other one repeats
+//! earlier output. Its upper three bits are the length, to which another byte is added if they are
+//! 7. Its lower five bits and one more byte are the distance back.
 
-/// Bytes that a repeat gives at least.
-const LEAST_REPEAT: usize = 2;
+/// Bytes to add to the stored length of a repeat.
+const REPEAT_OFFSET_BYTES: usize = 2;
 
-/// What `packed` stands for, `size` bytes.
+/// Decompresses `packed` to `size` bytes.
 ///
 /// # Errors
-/// What is wrong where it is not that.
+/// A description of the problem if `packed` is damaged or of another size.
 pub(super) fn unpacked(packed: &[u8], size: usize) -> Result<Vec<u8>, String> {
     let short = || "got compressed data that is cut short, expected all of it".to_owned();
-    // It grows as it is filled: the size may be a lie.
+    // It grows as it is filled, since the size may be wrong.
     let mut out: Vec<u8> = Vec::new();
     let mut rest = packed;
     while let Some((&control, after)) = rest.split_first() {
@@ -24,12 +25,12 @@ pub(super) fn unpacked(packed: &[u8], size: usize) -> Result<Vec<u8>, String> {
         } else {
             let (more, after) = if control >> 5 == 7 { after.split_first().ok_or_else(short)? } else { (&0, after) };
             let (low, after) = after.split_first().ok_or_else(short)?;
-            let length = (control >> 5) + usize::from(*more) + LEAST_REPEAT;
+            let length = (control >> 5) + usize::from(*more) + REPEAT_OFFSET_BYTES;
             let back = (control & 31) << 8 | usize::from(*low);
             let from = out.len().checked_sub(back + 1);
             let from =
                 from.ok_or_else(|| format!("got a repeat of {} bytes before the first, expected data", back + 1))?;
-            // It may repeat what it has just given.
+            // A repeat may overlap its own output, so bytes are copied one by one.
             (from..from + length).for_each(|at| out.push(out[at]));
             rest = after;
         }

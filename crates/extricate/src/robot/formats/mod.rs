@@ -21,21 +21,20 @@ use crate::error::{Error, Result, quoted};
 use crate::math::{FARTHEST, Vec3};
 use soup::Neighbour;
 
-/// What editors on some systems put before a text: the byte order mark of UTF-8.
-const MARK: &[u8] = b"\xef\xbb\xbf";
+/// The byte order mark of UTF-8, which editors on some systems put before a text.
+const BYTE_ORDER_MARK: &[u8] = b"\xef\xbb\xbf";
 
-/// A text without the byte order mark before it.
 pub(crate) fn without_mark(text: &[u8]) -> &[u8] {
-    text.strip_prefix(MARK).unwrap_or(text)
+    text.strip_prefix(BYTE_ORDER_MARK).unwrap_or(text)
 }
 
-/// Parses by the extension of `file` (its name in messages), in any case: `stl`, `obj`, `dae`,
-/// `ply`, `glb` or `gltf`, the last with all that it needs in it. (See [`parse_among`] for a
-/// `.gltf` that names other files.)
+/// Parses a mesh file by the extension of `file` (its name in messages), in any case: `stl`, `obj`,
+/// `dae`, `ply`, `glb` or `gltf`. A `.gltf` has to contain its data; [`parse_among`] reads one that
+/// names other files.
 ///
 /// All objects of a file become one mesh. COLLADA: node transforms and `<unit>` are applied,
-/// `<up_axis>` is not, which is what RViz shows. glTF: node transforms are applied, and the axes
-/// stay those of the file.
+/// `<up_axis>` is not, as in RViz. glTF: node transforms are applied, and the axes stay those of
+/// the file.
 ///
 /// # Errors
 /// [`Error::Input`] for an unknown extension, text that does not parse, a file cut short, an index
@@ -45,8 +44,8 @@ pub fn parse(file: &str, bytes: &[u8]) -> Result<TriangleMesh> {
     parse_and_warn(file, bytes, &mut Vec::new())
 }
 
-/// As [`parse`]; appends to `warnings` what was done with the file that its author may not have
-/// meant: faces that cannot be triangulated, seams that were welded.
+/// As [`parse`], and appends to `warnings` what the file's author may not have meant: faces that
+/// cannot be triangulated, seams that were welded, walls that were left out.
 ///
 /// # Errors
 /// As [`parse`].
@@ -58,10 +57,10 @@ pub fn parse_and_warn(file: &str, bytes: &[u8], warnings: &mut Vec<String>) -> R
     parse_among(file, bytes, &LoadLimits::default(), &mut alone, warnings)
 }
 
-/// As [`parse_and_warn`], within limits and with what `neighbour` reads.
+/// As [`parse_and_warn`], within limits; `neighbour` reads the files that a `.gltf` names.
 ///
 /// # Errors
-/// As [`parse`]; where the file holds more than is allowed; whatever `neighbour` gives.
+/// As [`parse`], a file that exceeds the limits, and errors of `neighbour`.
 pub fn parse_among(
     file: &str,
     bytes: &[u8],
@@ -71,7 +70,7 @@ pub fn parse_among(
 ) -> Result<TriangleMesh> {
     limits.check(LoadLimit::FileBytes, bytes.len(), file, "file")?;
     let extension = file.rsplit_once('.').map_or("", |(_, extension)| extension).to_ascii_lowercase();
-    // The first bytes of a binary STL may be any.
+    // A binary STL may begin with any bytes, so they are no mark there.
     let is_text = extension != "stl" || stl::looks_like_text(without_mark(bytes));
     let bytes = if is_text { without_mark(bytes) } else { bytes };
     let soup = match extension.as_str() {
@@ -110,7 +109,7 @@ pub fn parse_among(
 ///
 /// # Errors
 /// [`Error::Input`] for an index without its vertex, a coordinate that is not finite (or beyond 1e9
-/// m), and where no triangle has a positive area.
+/// m), and if no triangle has a positive area.
 pub fn from_arrays(name: &str, vertices: &[[f64; 3]], triangles: Vec<[u32; 3]>) -> Result<TriangleMesh> {
     Ok(checked(name, vertices.iter().copied().map(Vec3::from).collect(), triangles)?.0)
 }
@@ -169,8 +168,8 @@ mod tests {
             let marked = parse(file, format!("\u{feff}{text}").as_bytes()).unwrap();
             assert_eq!(marked, parse(file, text.as_bytes()).unwrap(), "{file}");
         }
-        // A binary STL whose header begins so stays one.
-        let mut binary = [MARK, &[b' '; 77], &1u32.to_le_bytes(), &[0; 12]].concat();
+        // A binary STL whose header begins with the mark stays binary.
+        let mut binary = [BYTE_ORDER_MARK, &[b' '; 77], &1u32.to_le_bytes(), &[0; 12]].concat();
         [0f32, 0., 0., 1., 0., 0., 0., 1., 0.].iter().for_each(|x| binary.extend(x.to_le_bytes()));
         binary.extend([0; 2]);
         assert_eq!(parse("a.stl", &binary).unwrap().triangles.len(), 1);

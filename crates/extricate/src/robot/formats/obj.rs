@@ -1,5 +1,5 @@
-//! Wavefront OBJ to triangles, through `tobj`: vertices and faces; materials, normals and textures
-//! are skipped.
+//! Reads vertices and faces of Wavefront OBJ, through `tobj`; skips materials, normals and
+//! textures.
 
 use tobj::{LoadError, LoadOptions, Model};
 
@@ -35,15 +35,15 @@ pub(crate) fn parse(file: &str, bytes: &[u8], limits: &LoadLimits) -> Result<Sou
     Ok(soup)
 }
 
-/// Where a face stands, counted among those of three corners or more.
+/// Returns the line of a face, counted among faces of three corners or more.
 fn line_of_face(plain: &str, face: usize) -> String {
     let faces = plain.lines().zip(1..).filter(|(line, _)| line.starts_with('f') && line.split(' ').count() > 3);
     faces.map(|(_, number)| format!("line {number}")).nth(face).unwrap_or_else(|| "a line".into())
 }
 
-/// The lines of `text`, one for one, as far as they are of use: `v` with three coordinates, `f`
-/// with the indices of its vertices. `tobj` takes a comment at the end of a line for data, knows no
-/// continued lines, divides by a fourth coordinate, and would read the rest.
+/// Reduces `text`, line by line, to what is used: `v` with three coordinates, `f` with the indices
+/// of its vertices. `tobj` takes a comment at the end of a line for data, knows no continued lines,
+/// divides by a fourth coordinate, and would read the rest.
 fn plain(text: &str) -> String {
     let mut plain = String::with_capacity(text.len());
     let mut lines = text.lines();
@@ -75,7 +75,7 @@ fn plain(text: &str) -> String {
     plain
 }
 
-/// What `tobj` reads, or its error and the line it was at.
+/// Returns what `tobj` reads, or its error and the line at which it occurred.
 fn load(plain: &str) -> std::result::Result<Vec<Model>, (LoadError, usize)> {
     let options = LoadOptions { ignore_points: true, ignore_lines: true, ..LoadOptions::default() };
     let mut lines = CountedLines::new(plain);
@@ -97,8 +97,8 @@ fn explain(file: &str, text: &str, plain: &str, error: LoadError, line: usize) -
     Error::input(file, format!("line {line}"), format!("got `{}`, expected {expected}", quoted(got)))
 }
 
-/// The first line with an index that no vertex before it has, and the number of these vertices.
-/// `tobj` looks at indices where an object ends, and does not say which it was.
+/// Finds the first line with an index that no vertex before it has, and the number of these
+/// vertices. `tobj` checks indices at the end of an object, and does not say which one is wrong.
 fn bad_index(plain: &str) -> Option<(usize, u64)> {
     let mut count = 0;
     for (line, number) in plain.lines().zip(1..) {
@@ -163,7 +163,7 @@ mod tests {
         assert!(message("v 0 0 0\n").contains("no triangles"));
     }
 
-    /// An L of height 1; its two ends begin at a corner of choice.
+    /// An L-shaped solid of height 1, whose two ends begin at the corner `start`.
     fn angle(start: usize) -> String {
         let ends = [[1, 2, 3, 4, 5, 6], [12, 11, 10, 9, 8, 7]].map(|mut end: [u32; 6]| {
             end.rotate_left(start);

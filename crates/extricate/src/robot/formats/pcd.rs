@@ -1,16 +1,15 @@
-//! PCD, the point clouds of PCL, to points: ASCII, binary and compressed. Other fields than x, y
-//! and z are skipped; the viewpoint is not applied, as PCL does not apply it.
+//! Reads PCD, the point clouds of PCL: ASCII, binary and compressed. Skips fields other than x, y
+//! and z. Like PCL, it does not apply the viewpoint.
 
 use super::lzf;
 use crate::error::{Error, Result, quoted};
 use crate::math::Vec3;
 use crate::robot::{LoadLimit, LoadLimits};
 
-/// Most bytes of a line of the header, and of a point: those in use have some hundred.
-const MOST_LINE: usize = 1 << 16;
-const MOST_POINT: usize = 1 << 20;
+/// Largest header line and largest point \[bytes\]; those in use have some hundred.
+const MAX_LINE_BYTES: usize = 1 << 16;
+const MAX_POINT_BYTES: usize = 1 << 20;
 
-/// How a file holds its points.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Data {
     Ascii,
@@ -23,9 +22,9 @@ struct Field {
     name: String,
     /// Bytes of each number.
     size: usize,
-    /// `F`, `I` or `U`.
+    /// `F` (float), `I` (signed) or `U` (unsigned), as in the header.
     kind: u8,
-    /// How many numbers.
+    /// Numbers of this field in each point.
     count: usize,
 }
 
@@ -76,7 +75,7 @@ pub(crate) fn points(file: &str, bytes: &[u8], limits: &LoadLimits) -> Result<Ve
     Ok(points)
 }
 
-/// The number of bytes of the numbers of one kind, least significant first.
+/// Decodes a number of a field, least significant byte first.
 fn number(kind: u8, bytes: &[u8]) -> f64 {
     let mut wide = [0; 8];
     wide[..bytes.len()].copy_from_slice(bytes);
@@ -95,7 +94,7 @@ fn cut(file: &str, found: usize, needed: usize, points: usize) -> Error {
     Error::input(file, "data", problem)
 }
 
-/// The packed bytes of a compressed file, and what is behind them.
+/// Returns the packed bytes of a compressed file, and the bytes after them.
 fn packed<'a>(file: &str, data: &'a [u8], needed: usize) -> Result<(&'a [u8], &'a [u8])> {
     let fault = |problem: String| Error::input(file, "data", problem);
     let size = |at: usize| data.get(at..at + 4).map(|b| u32::from_le_bytes([b[0], b[1], b[2], b[3]]) as usize);
@@ -139,7 +138,7 @@ fn ascii(file: &str, header: &Header, axes: [usize; 3], data: &[u8]) -> Result<V
 }
 
 impl Header {
-    /// Which fields are x, y and z.
+    /// Returns the indices of the fields x, y and z.
     fn axes(&self, file: &str) -> Result<[usize; 3]> {
         let mut axes = [0; 3];
         for (axis, name) in axes.iter_mut().zip(["x", "y", "z"]) {
@@ -151,12 +150,12 @@ impl Header {
     }
 }
 
-/// The header, and the bytes behind it.
+/// Parses the header, and returns the bytes after it.
 fn header<'a>(file: &str, bytes: &'a [u8]) -> Result<(Header, &'a [u8])> {
     let mut rest = bytes;
     let mut lines: Vec<(String, Vec<String>)> = Vec::new();
     loop {
-        let end = rest.iter().take(MOST_LINE).position(|&byte| byte == b'\n');
+        let end = rest.iter().take(MAX_LINE_BYTES).position(|&byte| byte == b'\n');
         let Some(end) = end else {
             let problem = "got no line DATA, expected the header of a PCD, which ends with `DATA ascii`, `DATA binary` or \
                            `DATA binary_compressed`";
@@ -211,12 +210,15 @@ fn resolved(file: &str, lines: &[(String, Vec<String>)]) -> Result<Header> {
                 return Err(fault("TYPE and SIZE", problem));
             }
         };
-        let count = count.ok().filter(|count| (1..=MOST_POINT / size).contains(count));
+        let count = count.ok().filter(|count| (1..=MAX_POINT_BYTES / size).contains(count));
         let count =
             count.ok_or_else(|| fault("COUNT", format!("got `{}`, expected small numbers from 1", listed("COUNT"))))?;
         point += size * count;
-        if point > MOST_POINT {
-            return Err(fault("COUNT", format!("got points of more than {MOST_POINT} bytes, expected smaller ones")));
+        if point > MAX_POINT_BYTES {
+            return Err(fault(
+                "COUNT",
+                format!("got points of more than {MAX_POINT_BYTES} bytes, expected smaller ones"),
+            ));
         }
         fields.push(Field { name: name.clone(), size, kind, count });
     }
@@ -275,14 +277,14 @@ mod tests {
         bytes
     }
 
-    /// All numbers of a field after each other, as literals and one run that is repeated.
+    /// A compressed file: the numbers field by field, as literals and one repeat.
     fn compressed() -> Vec<u8> {
         let mut fields: Vec<u8> = Vec::new();
         for axis in 0..3 {
             POINTS.iter().for_each(|point| fields.extend(point[axis].to_le_bytes()));
         }
         fields.extend([9; 12]);
-        // Colours: one zero, then fifteen like it.
+        // The colours are one zero, and fifteen repeats of it.
         let mut packed = vec![0, 0, 7 << 5, 6, 0];
         for run in fields.chunks(32) {
             packed.push(run.len() as u8 - 1);
@@ -364,8 +366,8 @@ mod tests {
         assert!(read(&far).unwrap_err().to_string().contains("got more than 4 points"));
     }
 
-    /// As many fields as the header holds, before those of the axes; without offsets that are known
-    /// before the points, that takes minutes.
+    /// The axes come after as many fields as the header holds. Minutes would pass if every point
+    /// added up the sizes of these fields.
     #[test]
     fn many_fields_cost_nothing_a_point() {
         let fields = 20_000;

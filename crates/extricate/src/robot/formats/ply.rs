@@ -1,5 +1,5 @@
-//! PLY to triangles, through `ply_rs_bw`: ASCII, and binary of both byte orders. Colours, normals
-//! and confidences are skipped.
+//! Reads PLY through `ply_rs_bw`: ASCII, and binary of both byte orders. Skips colours, normals and
+//! confidences.
 
 use std::io::BufReader;
 
@@ -13,11 +13,10 @@ use crate::robot::{LoadLimit, LoadLimits};
 
 type Source<'a> = Reader<BufReader<&'a [u8]>>;
 
-/// What a file holds.
 #[derive(Default)]
 struct Contents {
     vertices: Vec<Vec3>,
-    /// Whether they are faces, and the corners of each.
+    /// Corners of each face or strip, by element; true for faces.
     rows: Vec<(bool, Vec<Indices>)>,
 }
 
@@ -47,7 +46,7 @@ pub(crate) fn parse(file: &str, bytes: &[u8], limits: &LoadLimits) -> Result<Sou
     Ok(soup)
 }
 
-/// The vertices of a file \[m\], whatever faces it has; some may be NaN.
+/// Parses the vertices \[m\] of a file, whatever faces it has; some may be NaN.
 pub(crate) fn points(file: &str, bytes: &[u8], limits: &LoadLimits) -> Result<Vec<Vec3>> {
     let mut source = Reader::new(BufReader::new(bytes));
     let header = header(file, &mut source)?;
@@ -60,7 +59,7 @@ pub(crate) fn points(file: &str, bytes: &[u8], limits: &LoadLimits) -> Result<Ve
     Ok(contents(file, (&mut source, &header), bytes.len(), limits)?.vertices)
 }
 
-/// The same of an ASCII file, in which `ply_rs_bw` takes no NaN.
+/// As [`points`], for an ASCII file, in which `ply_rs_bw` takes no NaN.
 fn ascii_points(file: &str, bytes: &[u8], header: &Header, limits: &LoadLimits) -> Result<Vec<Vec3>> {
     let text = String::from_utf8_lossy(bytes);
     let mut lines = text.lines().map(str::trim).zip(1..).skip_while(|(line, _)| *line != "end_header").skip(1);
@@ -85,7 +84,7 @@ fn ascii_points(file: &str, bytes: &[u8], header: &Header, limits: &LoadLimits) 
     Ok(points)
 }
 
-/// `None` for a line that does not hold what the header says.
+/// Parses a vertex; `None` if the line does not hold what the header says.
 fn ascii_point(line: &str, vertex: &ElementDef) -> Option<Vec3> {
     let mut words = line.split_whitespace();
     let mut point = Vec3::zeros();
@@ -107,7 +106,7 @@ fn header(file: &str, source: &mut Source) -> Result<Header> {
     Parser::<Vertex>::new().read_header(source).map_err(|error| explain(file, "header", &error))
 }
 
-/// What a file of so many bytes holds behind its header.
+/// Reads what comes after the header in a file of so many bytes.
 fn contents(
     file: &str,
     (source, header): (&mut Source, &Header),
@@ -132,8 +131,8 @@ fn contents(
     Ok(contents)
 }
 
-/// Refuses vertices without coordinates, and elements that the file cannot hold: those without a
-/// property take no bytes, however many there are.
+/// Refuses vertices without coordinates, and more elements than the file has bytes: those without a
+/// property take none, however many there are.
 fn check_element(file: &str, element: &ElementDef, bytes: usize, limits: &LoadLimits) -> Result<()> {
     let name = quoted(&element.name);
     let limit = if element.name == "vertex" { LoadLimit::Vertices } else { LoadLimit::Triangles };
@@ -149,7 +148,7 @@ fn check_element(file: &str, element: &ElementDef, bytes: usize, limits: &LoadLi
     }
 }
 
-/// What stands for the index -1, which ends a strip.
+/// Stands for the index -1, which ends a strip.
 const END_OF_STRIP: u32 = u32::MAX;
 
 fn corners(file: &str, number: usize, row: &[i64], count: usize, are_faces: bool) -> Result<Vec<u32>> {
@@ -175,7 +174,7 @@ fn elements<E: PropertyAccess>(
 }
 
 fn explain(file: &str, what: &str, error: &ParseError) -> Error {
-    // It tells of the line, then of its text, in lines of their own.
+    // The error's text spans several lines, and a message is one.
     let told = error.to_string().split_whitespace().collect::<Vec<_>>().join(" ");
     Error::input(file, what, format!("got what is no PLY ({}), expected it as the header has it", quoted(&told)))
 }
@@ -236,7 +235,7 @@ impl PropertyAccess for Indices {
     }
 }
 
-/// An element that does not matter.
+/// An element whose properties are ignored.
 struct Skipped;
 
 impl PropertyAccess for Skipped {
@@ -320,7 +319,7 @@ mod tests {
             let points = super::points("a.ply", &bytes, &LoadLimits::default()).unwrap();
             assert!(points.len() == 3 && points[1].x.is_nan() && points[2] == Vec3::new(1.0, -2.0, 0.5), "{points:?}");
             assert!(parse("a.ply", &bytes).unwrap_err().to_string().contains("takes such a file as `points`"));
-            // One digit less is another number, and the end of the last line may lack.
+            // A number that lacks a digit is still one, and the last line may lack its end.
             for length in 0..bytes.len() - 2 {
                 assert!(super::points("a.ply", &bytes[..length], &LoadLimits::default()).is_err(), "{length}");
             }

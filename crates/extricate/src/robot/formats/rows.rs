@@ -1,15 +1,14 @@
-//! Rows of numbers in a text file: one a line, between blanks, commas or semicolons. Not what the
-//! numbers mean.
+//! Rows of numbers in a text file: one per line, separated by blanks, commas or semicolons.
 
 use super::without_mark;
 use crate::error::{Error, Result, quoted};
 
-/// Hands every row of a text to `take`, with the number of its line, from 1. Empty lines, what
-/// follows a `#`, and a first line of words are left out.
+/// Passes every row of a text to `take`, with the number of its line, from 1. Skips empty lines,
+/// text after a `#`, and a first line of words.
 ///
 /// # Errors
-/// [`Error::Input`] of `element` in `file`: text that is not UTF-8, a word that is no number or one
-/// that `accepts`, asked with its column, does not take; whatever `take` gives.
+/// [`Error::Input`] of `element` in `file`: text that is not UTF-8, a word that is no number, or a
+/// number that `accepts` refuses for its column; errors of `take`.
 pub fn for_each_row(
     file: &str,
     element: &str,

@@ -5,13 +5,13 @@ use crate::math::Vec3;
 use crate::robot::mesh::polygon;
 use crate::robot::{LoadLimit, LoadLimits};
 
-/// What a file says: vertices that may repeat, and triangles with valid indices into them.
+/// Contents of a mesh file: vertices that may repeat, and triangles with valid indices into them.
 pub(crate) struct Soup {
     pub vertices: Vec<Vec3>,
     pub triangles: Vec<[u32; 3]>,
-    /// Which faces are not what they seem, and what they are taken for: the first of them.
+    /// The first faces that could not be triangulated, and what they became instead.
     pub faults: Vec<String>,
-    /// Nodes of a scene graph that were gone through, and what else cost as much.
+    /// Nodes of a scene graph that were visited, and other work that cost as much.
     nodes: usize,
     more_faults: usize,
     /// Corners that the bytes of the file can hold.
@@ -19,40 +19,40 @@ pub(crate) struct Soup {
     limits: LoadLimits,
 }
 
-/// Bytes that a corner takes in a file, at least: three numbers and what is between them.
-const CORNER_BYTES: usize = 6;
+/// Fewest bytes of a corner in a file: three numbers and what is between them.
+const MIN_CORNER_BYTES: usize = 6;
 
 impl Soup {
-    /// Nothing, and how much may come.
+    /// Returns an empty soup that may grow up to `limits`.
     pub fn new(limits: &LoadLimits) -> Self {
         let (vertices, triangles, faults) = Default::default();
         Self { vertices, triangles, faults, nodes: 0, more_faults: 0, held: 0, limits: limits.clone() }
     }
 
-    /// As [`Soup::new`], for what the nodes of a file of so many bytes show.
+    /// As [`Soup::new`], for what nodes show in a file of so many bytes.
     pub fn shown(limits: &LoadLimits, bytes: usize) -> Self {
-        Self { held: bytes / CORNER_BYTES, ..Self::new(limits) }
+        Self { held: bytes / MIN_CORNER_BYTES, ..Self::new(limits) }
     }
 
-    /// What is wrong where so many corners and triangles are too many for one more node to place.
+    /// Returns the problem if one more node may not place so many corners and triangles.
     pub fn may_place(&self, vertices: usize, triangles: usize) -> std::result::Result<(), String> {
         let placed = self.vertices.len().saturating_add(vertices);
         self.within(LoadLimit::Placed, placed.saturating_sub(self.held))?;
         self.has_room(vertices, triangles)
     }
 
-    /// Counts a node of a scene graph; what is wrong where there are too many.
+    /// Counts a node of a scene graph; returns the problem if there are too many.
     pub fn enter_node(&mut self) -> std::result::Result<(), String> {
         self.enter_nodes(1)
     }
 
-    /// As [`Soup::enter_node`], for what costs as much as `count` nodes.
+    /// As [`Soup::enter_node`], for work that costs as much as `count` nodes.
     pub fn enter_nodes(&mut self, count: usize) -> std::result::Result<(), String> {
         self.nodes += count;
         self.within(LoadLimit::MeshNodes, self.nodes)
     }
 
-    /// What is wrong where so many corners and triangles more are too many.
+    /// Returns the problem if so many more corners and triangles are too many.
     pub fn has_room(&self, vertices: usize, triangles: usize) -> std::result::Result<(), String> {
         self.within(LoadLimit::Vertices, self.vertices.len().saturating_add(vertices))?;
         self.within(LoadLimit::Triangles, self.triangles.len().saturating_add(triangles))
@@ -62,13 +62,13 @@ impl Soup {
         if found > self.limits.get(limit) { Err(self.limits.exceeded(limit, found)) } else { Ok(()) }
     }
 
-    /// What is to be told of the faces.
+    /// Returns the warnings about faces.
     pub fn told(&self) -> impl Iterator<Item = String> + '_ {
         let more = (self.more_faults > 0).then(|| format!("{} more faces are taken so too", self.more_faults));
         self.faults.iter().cloned().chain(more)
     }
 
-    /// Adds another one, its points moved by `place`; turned inside out where `mirrored`.
+    /// Adds another soup, its points moved by `place`, its triangles reversed if `mirrored`.
     pub fn add(
         &mut self,
         other: &Soup,
@@ -89,12 +89,12 @@ impl Soup {
         self.triangles.push([first, first + 1, first + 2]);
     }
 
-    /// A fan around its first corner; points and lines are nothing.
+    /// Adds a fan around the first corner; points and lines add nothing.
     pub fn push_fan(&mut self, indices: &[u32]) {
         polygon::fan(indices, &mut self.triangles);
     }
 
-    /// Triangles each of which takes two corners over from the one before.
+    /// Adds a strip of triangles, each of which shares two corners with the one before.
     pub fn push_strip(&mut self, indices: &[u32]) {
         for k in 2..indices.len() {
             let (a, b) = if k % 2 == 0 { (k - 2, k - 1) } else { (k - 1, k - 2) };
@@ -102,7 +102,8 @@ impl Soup {
         }
     }
 
-    /// A face: its outline, then its holes. `place` names it where it cannot be triangulated.
+    /// Adds a face of an outline and holes; `place` names it in the warning if it cannot be
+    /// triangulated.
     pub fn push_face(&mut self, rings: &[&[u32]], place: impl FnOnce() -> String) {
         if polygon::triangulate(&self.vertices, rings, &mut self.triangles).is_err() {
             if self.faults.len() == MOST_LISTED {
@@ -120,5 +121,5 @@ impl Soup {
     }
 }
 
-/// Reads a file beside a mesh file, by the address that the mesh file has of it.
+/// Reads a file that a mesh file refers to, by the address in the mesh file.
 pub type Neighbour<'a> = &'a mut dyn FnMut(&str) -> Result<Vec<u8>>;

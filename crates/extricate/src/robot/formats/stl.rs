@@ -1,8 +1,8 @@
-//! STL, binary and ASCII, to triangle soup, through `stl_io`.
+//! Reads STL, binary and ASCII, through `stl_io`.
 //!
-//! What `stl_io` would take for something else is settled before: which of the two kinds a file is,
-//! whether it is complete, and what ASCII writers vary (case, several solids in one file, normals
-//! of triangles without area).
+//! The reader first settles what `stl_io` would misread: which kind a file is, whether it is
+//! complete, and how ASCII writers differ. They vary in case, in the number of solids, and in
+//! normals of triangles without area.
 
 use std::io::{Cursor, ErrorKind};
 
@@ -12,20 +12,17 @@ use crate::error::{Error, Result, quoted};
 use crate::math::Vec3;
 use crate::robot::LoadLimits;
 
-/// What comes before the triangles of a binary file: anything, then their number.
-const HEADER: usize = 80;
-const COUNT: usize = 4;
-const RECORD: usize = 50;
+/// Sizes in a binary file \[bytes\]: the header, the number of triangles after it, and a triangle.
+const HEADER_BYTES: usize = 80;
+const COUNT_BYTES: usize = 4;
+const RECORD_BYTES: usize = 50;
 
-/// Numbers of a corner.
-const CORNER: usize = 3;
-
-/// Parses either kind. Which one it is, the length decides: many binary files begin with "solid"
+/// Parses either kind. The length decides which one it is: many binary files begin with "solid"
 /// too.
 pub(crate) fn parse(file: &str, bytes: &[u8], limits: &LoadLimits) -> Result<Soup> {
-    let start = HEADER + COUNT;
-    let count = bytes.get(HEADER..start).map_or(0, |b| u32::from_le_bytes([b[0], b[1], b[2], b[3]]) as usize);
-    let needed = start + RECORD * count;
+    let start = HEADER_BYTES + COUNT_BYTES;
+    let count = bytes.get(HEADER_BYTES..start).map_or(0, |b| u32::from_le_bytes([b[0], b[1], b[2], b[3]]) as usize);
+    let needed = start + RECORD_BYTES * count;
     let text = looks_like_text(bytes);
     if bytes.len() >= start && (bytes.len() == needed || !text && bytes.len() > needed) {
         let empty = Soup::new(limits);
@@ -50,9 +47,9 @@ pub(super) fn looks_like_text(bytes: &[u8]) -> bool {
 }
 
 fn binary(bytes: &[u8], empty: Soup) -> std::io::Result<Soup> {
-    // Without the header's text, which `stl_io` would look at to tell the kind.
+    // The header's text is cleared, since `stl_io` would guess the kind from it.
     let mut bytes = bytes.to_vec();
-    bytes[..HEADER].fill(0);
+    bytes[..HEADER_BYTES].fill(0);
     let mut cursor = Cursor::new(bytes);
     soup(&mut cursor, empty)
 }
@@ -67,15 +64,15 @@ fn ascii(file: &str, text: &str, empty: Soup) -> Result<Soup> {
             ErrorKind::UnexpectedEof => ("the end of the file", "`endsolid`"),
             _ => (text.lines().nth(number.saturating_sub(1)).unwrap_or("").trim(), "a line of an ASCII STL"),
         };
-        // The parser repeats the line, too.
+        // The parser's message repeats the line, so it is quoted too.
         let (got, error) = (quoted(got), error.to_string());
         let problem = format!("got `{got}`, expected {expected} ({})", quoted(&error));
         Error::input(file, format!("line {number}"), problem)
     })
 }
 
-/// A line `solid`, then the lines of `text`, one for one, as `stl_io` wants them: keywords in lower
-/// case, one solid, which ends where the last one does, no normals.
+/// Rewrites `text`, line by line after a line `solid`, as `stl_io` wants it: keywords in lower
+/// case, no normals, and one solid, which ends where the last one does.
 fn plain(text: &str) -> String {
     let mut plain = String::with_capacity(text.len() + text.len() / 8);
     plain.push_str("solid \n");
@@ -93,8 +90,8 @@ fn plain(text: &str) -> String {
             }
             known @ ("vertex" | "endloop" | "endfacet") => {
                 plain.push_str(known);
-                // One word too many tells that there are more.
-                words.take(CORNER + 1).for_each(|word| plain.extend([" ", word]));
+                // One word too many is kept, so that `stl_io` sees that there are more.
+                words.take(4).for_each(|word| plain.extend([" ", word]));
             }
             _ => plain.push_str(&quoted(line)),
         }
@@ -115,7 +112,6 @@ fn soup<R: std::io::Read + std::io::Seek>(reader: &mut R, mut soup: Soup) -> std
 mod tests {
     use crate::robot::formats::parse;
 
-    /// A tetrahedron.
     pub(crate) fn binary(header: &[u8]) -> Vec<u8> {
         let corners = [[0f32, 0., 0.], [1., 0., 0.], [0., 1., 0.], [0., 0., 1.]];
         let mut bytes = header.to_vec();

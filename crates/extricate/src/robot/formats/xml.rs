@@ -1,4 +1,5 @@
-//! Reading of XML attributes with messages that say where, what and what instead. Knows no format.
+//! Reads XML and its attributes; messages say the place, what was found and what was expected.
+//! Knows no format.
 
 use std::borrow::Cow;
 use std::collections::HashSet;
@@ -10,9 +11,9 @@ use crate::error::{Error, Result, quoted};
 use crate::math::FARTHEST;
 use crate::robot::{LoadLimit, LoadLimits};
 
-/// Namespaces that the parser may copy: it hands all that are in scope to each element that
-/// declares one.
-const MOST_COPIES: usize = 2_000_000;
+/// Largest number of namespaces that the parser may copy: each element that declares one gets all
+/// that are in scope.
+const MAX_NAMESPACE_COPIES: usize = 2_000_000;
 
 /// Parses a document; `what` names the format in the message.
 pub(crate) fn document<'a>(file: &str, text: &'a str, what: &str, limits: &LoadLimits) -> Result<Document<'a>> {
@@ -46,11 +47,11 @@ fn parsed<'a>(text: &'a str, limits: &LoadLimits) -> std::result::Result<Documen
     Document::parse_with_options(text, ParsingOptions { allow_dtd, nodes_limit, ..ParsingOptions::default() })
 }
 
-/// Refuses what takes the parser time or memory that grows with a square: it compares every
+/// Refuses text for which the parser's time or memory grows with a square: it compares every
 /// attribute of an element with all others, and copies namespaces from element to element.
 fn check_before(file: &str, text: &str, limits: &LoadLimits) -> Result<()> {
     let mut line = 1;
-    // No attribute holds this sign; comments and the like begin with others.
+    // No attribute contains `<`; comments and declarations begin with `!` or `?`.
     for piece in text.split('<') {
         if !piece.starts_with(['!', '?']) {
             let attributes = attributes_in(piece);
@@ -64,15 +65,17 @@ fn check_before(file: &str, text: &str, limits: &LoadLimits) -> Result<()> {
     let declared = || text.split("xmlns").skip(1);
     let names: HashSet<&str> = declared().filter_map(|rest| rest.split('=').next()).collect();
     let count = declared().count();
-    if count.saturating_mul(names.len()) > MOST_COPIES {
-        let problem =
-            format!("got {count} declarations of {}, expected less than {MOST_COPIES} pairs of both", names.len());
+    if count.saturating_mul(names.len()) > MAX_NAMESPACE_COPIES {
+        let problem = format!(
+            "got {count} declarations of {}, expected less than {MAX_NAMESPACE_COPIES} pairs of both",
+            names.len()
+        );
         return Err(Error::input(file, "namespaces", problem));
     }
     Ok(())
 }
 
-/// Attributes of the tag that a piece of text between two `<` begins with: its quoted values.
+/// Counts the attributes of the tag that begins a piece of text between two `<`: its quoted values.
 fn attributes_in(piece: &str) -> usize {
     let (mut quote, mut count) = (None, 0);
     for byte in piece.bytes() {
@@ -89,7 +92,7 @@ fn attributes_in(piece: &str) -> usize {
 
 fn check_depth(file: &str, document: &Document, limits: &LoadLimits) -> Result<()> {
     let most = limits.get(LoadLimit::XmlDepth);
-    // Parents come first.
+    // Parents come before their children.
     let mut depths: Vec<usize> = Vec::new();
     for node in document.descendants() {
         let depth = node.parent().map_or(0, |parent| depths[parent.id().get_usize()] + 1);
@@ -102,9 +105,9 @@ fn check_depth(file: &str, document: &Document, limits: &LoadLimits) -> Result<(
     Ok(())
 }
 
-/// The text of an XML file in the encoding that its byte order mark or its first line declares;
-/// else in UTF-8, where bytes that are none become replacement characters (in comments they do not
-/// matter; in names and numbers they are met later).
+/// Decodes an XML file by its byte order mark or the encoding that its first line declares, else as
+/// UTF-8. Invalid bytes become replacement characters: they do not matter in comments, and names
+/// and numbers are checked later.
 pub fn decoded(bytes: &[u8]) -> String {
     let first = bytes.split(|&byte| byte == b'>').next().unwrap_or_default();
     let first = String::from_utf8_lossy(first);
@@ -115,7 +118,7 @@ pub fn decoded(bytes: &[u8]) -> String {
     declared.output_encoding().decode(bytes).0.into_owned()
 }
 
-/// What a ROS `package.xml` calls its package.
+/// Returns the name of the package in a ROS `package.xml`.
 pub fn package_name(text: &str) -> Option<String> {
     let document = document("package.xml", text, "a package", &LoadLimits::default()).ok()?;
     Some(child(document.root_element(), "name")?.text()?.trim().to_owned())
@@ -124,25 +127,25 @@ pub fn package_name(text: &str) -> Option<String> {
 /// The namespace of prefixes that a file does not declare.
 const UNDECLARED: &str = "undeclared";
 
-/// `text` with the namespaces declared that it uses without: readers that know no namespaces take
-/// such files, and simulators' extensions are full of them. What else is wrong is left for
-/// [`document`] to tell, macros too.
+/// Declares the namespaces that `text` uses without a declaration. Readers that know no namespaces
+/// take such files, and simulators' extensions are full of them. Other faults, also macros, are
+/// left for [`document`] to report.
 ///
 /// # Errors
-/// Where it is too much to be looked at.
+/// Text that exceeds the limits.
 pub(crate) fn with_declared_prefixes<'a>(file: &str, text: &'a str, limits: &LoadLimits) -> Result<Cow<'a, str>> {
     check_before(file, text, limits)?;
     let (mut declared, mut known) = (Cow::Borrowed(text), HashSet::new());
     let Some(end) = end_of_root_name(text) else { return Ok(declared) };
-    while known.len() < MOST_PREFIXES {
+    while known.len() < MAX_PREFIXES {
         let Err(roxmltree::Error::UnknownNamespace(prefix, _)) = parsed(&declared, limits) else { break };
         if prefix == "xacro" || known.contains(&prefix) {
             break;
         }
-        // The parser finds one at a time: those of elements are declared with the first.
+        // The parser reports one at a time, so those of elements are declared with the first.
         let of_elements = if known.is_empty() { undeclared_prefixes(text) } else { Vec::new() };
         for prefix in of_elements.into_iter().chain([prefix]) {
-            if known.len() < MOST_PREFIXES && known.insert(prefix.clone()) {
+            if known.len() < MAX_PREFIXES && known.insert(prefix.clone()) {
                 declared.to_mut().insert_str(end, &format!(" xmlns:{prefix}=\"{UNDECLARED}\""));
             }
         }
@@ -150,10 +153,10 @@ pub(crate) fn with_declared_prefixes<'a>(file: &str, text: &'a str, limits: &Loa
     Ok(declared)
 }
 
-/// More prefixes than this in one file are not declared.
-const MOST_PREFIXES: usize = 128;
+/// Largest number of prefixes to declare in one file.
+const MAX_PREFIXES: usize = 128;
 
-/// Prefixes of names of elements that are declared nowhere, as far as a glance tells; in order.
+/// Finds the prefixes of element names that seem to be declared nowhere, in order.
 fn undeclared_prefixes(text: &str) -> Vec<String> {
     let names =
         text.split('<').skip(1).map(|piece| piece.split([' ', '\t', '\r', '\n', '/', '>']).next().unwrap_or(""));
@@ -163,7 +166,7 @@ fn undeclared_prefixes(text: &str) -> Vec<String> {
         let is_name = prefix.starts_with(char::is_alphabetic)
             && prefix.chars().all(|c| c.is_alphanumeric() || ['_', '-', '.'].contains(&c));
         let is_ours = is_name && !["xacro", "xml", "xmlns"].contains(&prefix);
-        if is_ours && prefixes.len() < MOST_PREFIXES && seen.insert(prefix) {
+        if is_ours && prefixes.len() < MAX_PREFIXES && seen.insert(prefix) {
             prefixes.push(prefix);
         }
     }
@@ -171,7 +174,7 @@ fn undeclared_prefixes(text: &str) -> Vec<String> {
     prefixes.into_iter().map(String::from).collect()
 }
 
-/// Where the name of the first element ends.
+/// Returns the position at which the name of the first element ends.
 fn end_of_root_name(text: &str) -> Option<usize> {
     let mut at = 0;
     loop {
@@ -180,18 +183,18 @@ fn end_of_root_name(text: &str) -> Option<usize> {
         at += match rest.as_bytes().get(1)? {
             b'?' => rest.find("?>")?,
             b'!' if rest.starts_with("<!--") => rest.find("-->")?,
-            // What is declared within brackets begins with this sign again.
+            // Declarations within brackets begin with `<` again.
             b'!' => 2,
             _ => return Some(at + rest.find(|c: char| c.is_ascii_whitespace() || matches!(c, '>' | '/'))?),
         };
     }
 }
 
-/// What to say about a macro that is not expanded.
+/// Message about a macro that is not expanded.
 pub(crate) const NEEDS_XACRO: &str = "got a xacro macro, expected plain URDF: expand it first, with `xacro robot.urdf.xacro > robot.urdf`, or in Python with \
      `extricate.Robot.from_xacro(path)`";
 
-/// `<joint> "elbow"` for messages: tag, name where there is one, line otherwise.
+/// Labels an element in messages: `joint "elbow"` if it has a name or id, else `<joint> in line 3`.
 pub(crate) fn label(node: Node) -> String {
     let tag = node.tag_name().name();
     match own_attribute(node, "name").or_else(|| own_attribute(node, "id")) {
@@ -200,13 +203,12 @@ pub(crate) fn label(node: Node) -> String {
     }
 }
 
-/// An attribute of an element, if it has one of this name without a prefix; those with one are
-/// extensions.
+/// Returns the attribute of this name without a prefix; those with one are extensions.
 pub(crate) fn own_attribute<'a>(node: Node<'a, '_>, name: &str) -> Option<&'a str> {
     node.attributes().find(|attribute| attribute.namespace().is_none() && attribute.name() == name).map(|a| a.value())
 }
 
-/// Child elements, whatever their namespace, if the file declares it.
+/// Child elements, except those of a namespace that the file does not declare.
 pub(crate) fn elements<'a, 'i: 'a>(node: Node<'a, 'i>) -> impl Iterator<Item = Node<'a, 'i>> {
     node.children().filter(|child| child.is_element() && child.tag_name().namespace() != Some(UNDECLARED))
 }
@@ -221,7 +223,7 @@ pub(crate) fn child<'a, 'i: 'a>(node: Node<'a, 'i>, tag: &'static str) -> Option
     children(node, tag).next()
 }
 
-/// The value of an attribute that must be there; `element` names the place in the message.
+/// Returns the value of an attribute, which has to exist; `element` names the place in the message.
 pub(crate) fn required<'a>(file: &str, element: &str, node: Node<'a, '_>, attribute: &str) -> Result<&'a str> {
     own_attribute(node, attribute).ok_or_else(|| {
         let tag = node.tag_name().name();
@@ -229,12 +231,13 @@ pub(crate) fn required<'a>(file: &str, element: &str, node: Node<'a, '_>, attrib
     })
 }
 
-/// `N` numbers within 1e9, separated by blanks, from the text `value` of `name`.
+/// Parses `N` numbers within 1e9, separated by blanks, from `value`; `name` is that of the
+/// attribute.
 pub(crate) fn numbers<const N: usize>(file: &str, element: &str, name: &str, value: &str) -> Result<[f64; N]> {
     numbers_within(FARTHEST, file, element, name, value)
 }
 
-/// `N` finite numbers of size `most` at most.
+/// As [`numbers`], but within `most`.
 pub(crate) fn numbers_within<const N: usize>(
     most: f64,
     file: &str,
@@ -265,7 +268,7 @@ pub(crate) fn numbers_within<const N: usize>(
     Ok(out)
 }
 
-/// `N` finite numbers from an attribute, or `default` where it is missing.
+/// Returns the `N` finite numbers of an attribute, or `default` if it is missing.
 pub(crate) fn numbers_or<const N: usize>(
     file: &str,
     element: &str,
@@ -312,7 +315,7 @@ mod tests {
         };
         assert_eq!(decoded(&wide(u16::to_le_bytes)), text("UTF-16"));
         assert_eq!(decoded(&wide(u16::to_be_bytes)), text("UTF-16"));
-        // Undeclared bytes in a comment.
+        // Bytes that are not UTF-8 do no harm in a comment.
         assert!(document("a", &decoded(b"<!-- 90\xb0 --><r/>"), "URDF", &LoadLimits::default()).is_ok());
         assert_eq!(decoded(b"\xef\xbb\xbf<r/>"), "<r/>");
     }
@@ -336,7 +339,7 @@ mod tests {
             declared(broken);
         }
         assert!(document("a", &declared("<a:b/>"), "URDF", &LoadLimits::default()).is_ok());
-        let many: String = (0..MOST_PREFIXES + 1).map(|k| format!("<p{k}:a/>")).collect();
+        let many: String = (0..MAX_PREFIXES + 1).map(|k| format!("<p{k}:a/>")).collect();
         assert!(document("a", &declared(&format!("<r>{many}</r>")), "URDF", &LoadLimits::default()).is_err());
     }
 

@@ -9,22 +9,22 @@ use super::part::Component;
 use crate::math::Vec3;
 use crate::robot::TriangleMesh;
 
-/// Thinner than this share of the largest extent is flat.
-const FLAT: f64 = 1e-9;
+/// Points are flat if their width or height is below this share of their largest extent.
+const FLAT_EXTENT_SHARE: f64 = 1e-9;
 
-/// The convex hull as a closed mesh with outward faces; `None` where the points lie (nearly) in one
-/// plane.
+/// Returns the convex hull as a closed mesh with outward faces; `None` if the points lie (nearly)
+/// in one plane.
 ///
 /// # Guarantee
-/// Every face is a plane that exactly no point lies beyond, so every point is in the hull; every
-/// vertex is one of `points`, unchanged. Never panics; points that are not finite, or beyond 1e60,
-/// give `None`.
+/// In exact arithmetic, no point lies beyond the plane of a face, so every point is in the hull.
+/// Every vertex is one of `points`, unchanged. Never panics; points that are not finite, or beyond
+/// 1e60, give `None`.
 ///
 /// # Source
 /// Barber, Dobkin, Huhdanpaa, "The Quickhull algorithm for convex hulls", ACM TOMS 22(4), 1996,
-/// doi:10.1145/235815.235821, on triangles and without merging: Shewchuk's exact predicate (1997,
-/// doi:10.1007/PL00009321) takes the place of its tolerances. A point in the plane of a face does
-/// not see it.
+/// doi:10.1145/235815.235821. It works on triangles here, without merging, and Shewchuk's exact
+/// predicate (1997, doi:10.1007/PL00009321) replaces its tolerances. A point in the plane of a face
+/// does not see it.
 pub fn convex_hull(points: &[Vec3]) -> Option<TriangleMesh> {
     let [a, b, c, d] = simplex(points)?;
     let mut hull = Hull { points, facets: Vec::new(), facet_at: vec![usize::MAX; points.len()] };
@@ -61,7 +61,7 @@ fn simplex(points: &[Vec3]) -> Option<[u32; 4]> {
     let (c, third, width) = farthest(&|p| (p - base).cross(&line).norm())?;
     let normal = line.cross(&(third - base)).try_normalize(0.0)?;
     let (d, fourth, height) = farthest(&|p| (p - base).dot(&normal).abs())?;
-    let least = FLAT * length(widest);
+    let least = FLAT_EXTENT_SHARE * length(widest);
     if !(width > least && height > least) {
         return None;
     }
@@ -80,13 +80,13 @@ fn coord(p: &Vec3) -> Coord3D<f64> {
 }
 
 struct Facet {
-    /// Counter-clockwise seen from outside.
+    /// Vertices, counter-clockwise seen from outside.
     corners: [u32; 3],
     /// The facet across the side that begins at each corner.
     adjacent: [usize; 3],
-    /// Not unit.
+    /// Outward normal of any length.
     normal: Vec3,
-    /// Points beyond this facet, the farthest (by rounded distance: any would do) last.
+    /// Points beyond this facet, the farthest last (by rounded distance; any order would do).
     outside: Vec<u32>,
     reach: f64,
     alive: bool,
@@ -95,7 +95,7 @@ struct Facet {
 struct Hull<'a> {
     points: &'a [Vec3],
     facets: Vec<Facet>,
-    /// By the vertex at which a new facet's horizon side begins. Scratch.
+    /// Scratch: the new facet whose horizon side begins at each vertex.
     facet_at: Vec<usize>,
 }
 
@@ -135,7 +135,7 @@ impl Hull<'_> {
         }
     }
 
-    /// Puts the farthest point beyond `facet` on the hull, and returns the new facets. `None`
+    /// Adds the farthest point beyond `facet` to the hull, and returns the new facets. `None`
     /// cannot happen while the predicate is exact.
     fn grow(&mut self, facet: usize) -> Option<std::ops::Range<usize>> {
         let apex = self.facets[facet].outside.pop()?;
@@ -211,7 +211,8 @@ mod tests {
         (0..mesh.triangles.len()).map(|t| mesh.corners(t)).map(|[a, b, c]| a.cross(&b).dot(&c) / 6.0).sum()
     }
 
-    /// Closed, outward, convex, and no point beyond a face by more than 1e-9 of the diagonal.
+    /// Asserts that the hull is closed, outward and convex, and that no point is beyond a face by
+    /// more than 1e-9 of the diagonal.
     fn assert_hull(points: &[Vec3]) -> TriangleMesh {
         let hull = convex_hull(points).unwrap();
         let welded = TriangleMesh::new(hull.vertices.clone(), hull.triangles.clone());

@@ -1,21 +1,22 @@
-//! Edges of triangles: which triangles hang together by them, and how many share one.
+//! Edges of triangles: which triangles they connect, and how many triangles share one.
 
 use rayon::prelude::*;
 
-/// Groups in order of appearance of what hangs together by edges of the triangles that `triangle`
-/// gives.
+/// Groups items whose triangles (which `triangle` returns) are connected by edges. Groups come in
+/// the order of their first items.
 pub fn edge_connected<T>(all: Vec<T>, triangle: impl Fn(&T) -> [u32; 3]) -> Vec<Vec<T>> {
     connected(all, triangle, |_| true)
 }
 
-/// The same by those edges alone of whose sides `joins` says so.
+/// As [`edge_connected`], but an edge only connects if `joins` returns true for its sides.
 pub fn connected<T>(all: Vec<T>, triangle: impl Fn(&T) -> [u32; 3], joins: impl Fn(&[Side]) -> bool) -> Vec<Vec<T>> {
     let mut parent: Vec<u32> = (0..all.len() as u32).collect();
     let triangles: Vec<[u32; 3]> = all.iter().map(triangle).collect();
     for ring in sorted_sides(&triangles).chunk_by(same_edge).filter(|ring| joins(ring)) {
         for side in &ring[1..] {
             let (root, other) = (find(&mut parent, ring[0].triangle), find(&mut parent, side.triangle));
-            // The earlier one leads, so that groups come in the order of their first.
+            // The smaller index becomes the root, so that groups come in the order of their first
+            // items.
             parent[root.max(other) as usize] = root.min(other);
         }
     }
@@ -40,14 +41,14 @@ pub fn find(parent: &mut [u32], mut vertex: u32) -> u32 {
     vertex
 }
 
-/// A triangle's side, in the direction of its winding or (`forward == false`) against it; `low <
-/// high`.
+/// A side of a triangle between `low` and `high`, with `low < high`; the winding runs from `low` to
+/// `high` if it is `forward`.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Side {
     pub low: u32,
     pub high: u32,
     pub triangle: u32,
-    /// Which of the triangle's edges it is: that from this corner.
+    /// Number (0 to 2) of the triangle's corner at which the side begins.
     pub edge: u8,
     pub forward: bool,
 }
@@ -76,7 +77,7 @@ pub fn odd_edges(triangles: &[[u32; 3]]) -> Vec<[u32; 2]> {
     rings.map(|ring| [ring[0].low, ring[0].high]).collect()
 }
 
-/// Edges that one triangle alone has, ascending.
+/// Edges of one triangle alone, ascending.
 pub fn single_edges(triangles: &[[u32; 3]]) -> Vec<[u32; 2]> {
     let sides = sorted_sides(triangles);
     sides.chunk_by(same_edge).filter(|ring| ring.len() == 1).map(|ring| [ring[0].low, ring[0].high]).collect()

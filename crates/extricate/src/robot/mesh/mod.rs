@@ -1,5 +1,4 @@
-//! Triangle meshes: the type, its making and its scaling. Not file formats (see `mesh_file`), nor
-//! moments.
+//! Triangle meshes: the type, its construction and its scaling. File formats are in `formats`.
 
 pub mod cavities;
 pub mod components;
@@ -31,18 +30,18 @@ pub use part::Component;
 /// ```
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct TriangleMesh {
-    /// Distinct points \[m\].
+    /// Corners of the triangles \[m\], without repeats.
     #[doc(hidden)]
     pub vertices: Vec<Vec3>,
     /// Indices into `vertices`; triangles of one component are contiguous, in the order of
     /// `components`.
     pub triangles: Vec<[u32; 3]>,
-    /// Connected components (triangles that share an edge). Closed ones face outward; a cavity
-    /// comes behind the solid that it is in, and faces into it.
+    /// Connected components: triangles that share edges. Closed ones face outward, but a cavity
+    /// faces inward and follows the solid that it is in.
     pub components: Vec<Component>,
 }
 
-/// Meshes are shared by what has the same shape, so most comparisons are of one with itself.
+/// Compares addresses first: equal shapes share a mesh, so most comparisons are of one with itself.
 impl PartialEq for TriangleMesh {
     fn eq(&self, other: &Self) -> bool {
         std::ptr::eq(self, other)
@@ -53,37 +52,39 @@ impl PartialEq for TriangleMesh {
 }
 
 impl TriangleMesh {
-    /// Welds vertices nearer than 1e-9 of the bounding box's diagonal, drops triangles without area
-    /// (slivers stay) and repeated ones, and sorts the rest into components, in the order of
-    /// `triangles` (where some are open, closed ones first).
+    /// Welds vertices nearer than 1e-9 of the bounding box's diagonal, and drops repeated triangles
+    /// and those without area (slivers stay). Sorts the rest into components, in the order of
+    /// `triangles` (if some are open, closed ones come first).
     ///
-    /// Corners of open edges are welded at the precision of `f32` too, where that closes a
-    /// component.
+    /// Corners of open edges are welded at the precision of `f32` too, if that closes a component.
     ///
     /// # Guarantee
-    /// The same input gives the same mesh. A closed component is turned to face outward (positive
-    /// volume) where its triangles can be oriented at all; open ones keep their winding. One that
-    /// lies within another and was wound to face the other way than the outermost around it is a
-    /// cavity and faces into it (negative volume), where winding numbers say that what it encloses
-    /// is outside and the outermost does not contradict itself. What edges of two triangles hold
-    /// together stays closed if it is by itself, whatever hangs on it. Triangles inside a solid
-    /// that hang on its surface along edges of three triangles or more are left out. A triangle
-    /// whose corners lie exactly on a line counts as a bridge when closedness is decided, and is
-    /// dropped then.
+    /// The same input gives the same mesh. A closed component faces outward (positive volume) if
+    /// its triangles can be oriented at all; open ones keep their winding.
+    ///
+    /// A closed component within another one is a cavity, which faces inward (negative volume), if
+    /// three conditions hold. It was wound to face the other way than the outermost one around it;
+    /// that one does not contradict itself; and winding numbers say that what it encloses is
+    /// outside.
+    ///
+    /// Triangles that edges of two triangles connect stay closed if they are closed by themselves,
+    /// whatever touches them. Triangles inside a solid that meet its surface along edges of three
+    /// triangles or more are left out. A triangle whose corners lie exactly on a line counts as a
+    /// bridge when closedness is decided, and is dropped then.
     ///
     /// # Panics
-    /// Where an index is not one of a vertex.
+    /// If an index is not one of a vertex.
     pub fn from_arrays(vertices: &[[f64; 3]], triangles: Vec<[u32; 3]>) -> TriangleMesh {
         Self::new(vertices.iter().copied().map(Vec3::from).collect(), triangles)
     }
 
-    /// As [`TriangleMesh::from_arrays`].
+    /// As [`TriangleMesh::from_arrays`], from vectors.
     #[doc(hidden)]
     pub fn new(vertices: Vec<Vec3>, triangles: Vec<[u32; 3]>) -> TriangleMesh {
         Self::mended(vertices, triangles).0
     }
 
-    /// As [`TriangleMesh::new`], and all that was done to the triangles.
+    /// As [`TriangleMesh::new`], but also returns what was mended.
     pub(crate) fn mended(vertices: Vec<Vec3>, triangles: Vec<[u32; 3]>) -> (TriangleMesh, Mending) {
         let mut used = vec![u32::MAX; vertices.len()];
         let mut points = Vec::with_capacity(vertices.len());
@@ -104,8 +105,8 @@ impl TriangleMesh {
         (Self { vertices: points, triangles, components }.without_unused_vertices(), mending)
     }
 
-    /// The mesh with its axes scaled about the origin by factors that [`is_scale`] takes. A
-    /// mirroring scale turns the windings, so outward stays outward.
+    /// Scales the axes about the origin by factors that [`is_scale`] accepts. A mirroring scale
+    /// reverses the windings, so outward stays outward.
     pub fn scaled(&self, scale: [f64; 3]) -> TriangleMesh {
         let mut mesh = self.clone();
         mesh.vertices.iter_mut().for_each(|v| v.component_mul_assign(&Vec3::from(scale)));
@@ -154,8 +155,7 @@ impl TriangleMesh {
     }
 }
 
-/// Whether a mesh can be scaled by these factors: beyond them it becomes a point, or leaves the
-/// numbers.
+/// Whether a mesh can be scaled by these factors: others collapse it to a point or overflow.
 pub fn is_scale(scale: &[f64; 3]) -> bool {
     scale.iter().all(|x| (1e-9..=1e9).contains(&x.abs()))
 }

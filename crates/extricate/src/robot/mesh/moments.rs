@@ -14,13 +14,13 @@ const SURFACE_SEGMENTS: usize = 64;
 pub struct Moments {
     /// Volume [m^3] or area [m^2].
     pub measure: f64,
-    /// \[m\]
+    /// Centre of the solid or surface \[m\].
     pub centroid: Vec3,
     /// Mean of `(x - centroid)(x - centroid)'` [m^2].
     pub second_moment: Mat3,
 }
 
-/// Sums from which [`Moments`] are made: of 1, `x - origin` and `(x - origin)(x - origin)'`.
+/// Integrals from which [`Moments`] are made: of 1, `x - origin` and `(x - origin)(x - origin)'`.
 struct Sums {
     origin: Vec3,
     measure: f64,
@@ -33,8 +33,8 @@ impl Sums {
         Self { origin, measure: 0.0, first: Vec3::zeros(), second: Mat3::zeros() }
     }
 
-    /// A simplex of this measure: a triangle by its three corners, a tetrahedron by three corners
-    /// and the origin.
+    /// Adds a simplex of this measure: a triangle by its three corners, a tetrahedron by three
+    /// corners and the origin.
     ///
     /// Barycentric coordinates have mean `1/n` and mean products `(1 + [i = j]) / (n (n + 1))` for
     /// `n` corners.
@@ -66,8 +66,8 @@ impl Moments {
         }
     }
 
-    /// The moments of several parts together, given in one frame; `None` where they measure
-    /// nothing. What parts have in common counts as often as it is covered.
+    /// Combines the moments of parts in one frame; `None` if they measure nothing. A volume that
+    /// several parts cover counts for each of them.
     pub fn combine(parts: impl IntoIterator<Item = Moments>) -> Option<Moments> {
         let mut parts = parts.into_iter().peekable();
         let mut sums = Sums::new(parts.peek()?.centroid);
@@ -82,9 +82,8 @@ impl Moments {
 }
 
 impl Geometry {
-    /// Moments of the solid; `None` where it has no volume, and for a mesh with an open component
-    /// or one whose triangles contradict each other. Components that overlap count as often as they
-    /// cover.
+    /// Moments of the solid; `None` if it has no volume, and for a mesh with an open component or
+    /// whose triangles contradict each other. Overlaps of components count for each of them.
     #[doc(hidden)]
     pub fn volume_moments(&self) -> Option<Moments> {
         match *self {
@@ -102,12 +101,12 @@ impl Geometry {
                 )
             }
             Geometry::Mesh(ref mesh) | Geometry::ConvexHull(ref mesh) => mesh_volume(mesh),
-            // Moments are those of what moves.
+            // Only moving bodies need moments, and these shapes do not move.
             _ => None,
         }
     }
 
-    /// Moments of the surface: exact for meshes, through a tessellation for primitives. A surface
+    /// Moments of the surface: exact for meshes, from a tessellation for primitives. A surface
     /// without area has measure 0 and no spread, at its first vertex.
     #[doc(hidden)]
     pub fn area_moments(&self) -> Moments {
@@ -123,7 +122,7 @@ impl Geometry {
     }
 }
 
-/// A solid about the origin, with its axes of symmetry along the frame's.
+/// Moments of a solid about the origin, with its axes of symmetry along the frame's.
 fn solid(measure: f64, squares: Vec3) -> Option<Moments> {
     let second_moment = Mat3::from_diagonal(&squares);
     (measure > 0.0).then_some(Moments { measure, centroid: Vec3::zeros(), second_moment })
@@ -150,7 +149,7 @@ fn mesh_volume(mesh: &TriangleMesh) -> Option<Moments> {
             area += cross.norm();
             sums.add_simplex(corners[0].cross(&corners[1]).dot(&corners[2]) / 6.0, &corners, 4.0);
         }
-        // Where all faces look outward, their area vectors cancel; otherwise the sums mean nothing.
+        // If all faces face outward, their area vectors cancel; otherwise the sums mean nothing.
         if area_vector.norm() > 1e-6 * area {
             return None;
         }
@@ -247,7 +246,7 @@ mod tests {
 
     #[test]
     fn parts_combine() {
-        // A box is two boxes.
+        // Two half boxes make the box.
         let half = Geometry::Box { half_extents: [0.1, 0.2, 0.15] }.volume_moments().unwrap();
         let parts = [-0.15, 0.15].map(|z| half.transformed(&Pose::translation(Vec3::new(0.0, 0.0, z))));
         assert_near(&Moments::combine(parts).unwrap(), &SHAPES[1].volume_moments().unwrap(), 1e-12);

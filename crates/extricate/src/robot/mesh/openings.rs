@@ -1,36 +1,36 @@
-//! How far apart the sides of a mesh's openings are. Not welding.
+//! How wide the openings of a mesh are. `seams` closes narrow ones.
 
 use super::edges::{same_edge, single_edges, sorted_sides};
 use crate::math::Vec3;
 use crate::robot::TriangleMesh;
 
-/// Open edges that are looked at, spread evenly over all.
-const LOOKED_AT: usize = 256;
-/// Pairs of edges that are compared: fewer edges are looked at where there are many in all,
-const PAIRS: usize = 20_000_000;
-/// but so many at least.
-const LEAST: usize = 8;
-/// Cosine below which an edge runs against another one: less than that of the sides of a regular
-/// triangle.
-const AGAINST: f64 = -0.25;
+/// Largest number of open edges to measure, spread evenly over all.
+const MAX_EDGES: usize = 256;
+/// Largest number of edge pairs to compare: with many open edges, fewer are measured.
+const MAX_EDGE_PAIRS: usize = 20_000_000;
+/// Smallest number of open edges to measure, however many there are.
+const MIN_EDGES: usize = 8;
+/// Largest cosine of the angle between edges that run against each other. It is above -0.5, so that
+/// the sides of a regular triangle do.
+const MAX_OPPOSING_COSINE: f64 = -0.25;
 
-/// How many edges of the open components of a mesh have three triangles or more: walls inside, or
-/// sheets that meet.
+/// Counts the edges of open components with three triangles or more: walls inside, or sheets that
+/// meet.
 pub fn branches(mesh: &TriangleMesh) -> usize {
     let open = mesh.components.iter().filter(|component| !component.closed);
     let of = |triangles: &[[u32; 3]]| sorted_sides(triangles).chunk_by(same_edge).filter(|ring| ring.len() > 2).count();
     open.map(|component| of(&mesh.triangles[component.triangles.clone()])).sum()
 }
 
-/// The largest distance \[m\] of an open edge of a mesh from the nearest other one that runs
-/// against it, as the other side of a slit or of a hole does; `None` where no edge is open. As up
-/// to 256 of the open edges tell.
+/// Width of the widest opening \[m\], from up to 256 of the open edges. It is the largest distance
+/// from one of them to the nearest that runs against it, as across a slit or a hole. `None` if no
+/// edge is open.
 pub fn widest_gap(mesh: &TriangleMesh) -> Option<f64> {
     let mut edges: Vec<[Vec3; 2]> = Vec::new();
     for component in mesh.components.iter().filter(|component| !component.closed) {
         let triangles = &mesh.triangles[component.triangles.clone()];
         let open: Vec<[u32; 2]> = single_edges(triangles);
-        // As their triangles run along them.
+        // Edges keep the direction in which their triangles run along them.
         for t in triangles {
             for (from, to) in [(t[0], t[1]), (t[1], t[2]), (t[2], t[0])] {
                 if open.binary_search(&[from.min(to), from.max(to)]).is_ok() {
@@ -39,17 +39,17 @@ pub fn widest_gap(mesh: &TriangleMesh) -> Option<f64> {
             }
         }
     }
-    let looked_at = (PAIRS / edges.len().max(1)).clamp(LEAST, LOOKED_AT);
+    let looked_at = (MAX_EDGE_PAIRS / edges.len().max(1)).clamp(MIN_EDGES, MAX_EDGES);
     let step = edges.len().div_ceil(looked_at).max(1);
     (0..edges.len()).step_by(step).map(|k| gap(&edges, k)).reduce(f64::max)
 }
 
-/// From the middle of an edge to the nearest one that runs against it; the length of the edge where
-/// none does.
+/// Distance from the middle of an edge to the nearest one that runs against it; the length of the
+/// edge if none does.
 fn gap(edges: &[[Vec3; 2]], at: usize) -> f64 {
     let [from, to] = edges[at];
     let (middle, along) = ((from + to) * 0.5, to - from);
-    let against = |[a, b]: &&[Vec3; 2]| (b - a).dot(&along) < AGAINST * (b - a).norm() * along.norm();
+    let against = |[a, b]: &&[Vec3; 2]| (b - a).dot(&along) < MAX_OPPOSING_COSINE * (b - a).norm() * along.norm();
     let distance = |[a, b]: &[Vec3; 2]| {
         let edge = b - a;
         let share = ((middle - a).dot(&edge) / edge.norm_squared()).clamp(0.0, 1.0);
@@ -63,8 +63,8 @@ fn gap(edges: &[[Vec3; 2]], at: usize) -> f64 {
 mod tests {
     use super::*;
 
-    /// A cube of side 1 without its top; or with a top that is `shift` above the rim and stands
-    /// free.
+    /// A cube of side 1 without its top, or with a separate top at a height of `shift` above the
+    /// rim.
     fn cube(shift: Option<f64>) -> TriangleMesh {
         let corner = |k: u32, up: f64| Vec3::new(f64::from(k & 1), f64::from(k >> 1 & 1), f64::from(k >> 2) + up);
         let mut vertices: Vec<Vec3> = (0..8).map(|k| corner(k, 0.0)).collect();

@@ -7,27 +7,27 @@ use super::edges::{Side, all_edges_even, same_edge, sorted_sides};
 use crate::math::Vec3;
 use serde::{Deserialize, Serialize};
 
-/// Triangles around an edge closer than this \[rad\] lie in one plane: files in f32 say no more.
-pub(super) const SAME_ANGLE: f64 = 1e-6;
+/// Angle \[rad\] around an edge below which two triangles lie in one plane: files in f32 resolve no
+/// smaller ones.
+pub(super) const COPLANAR_ANGLE_RAD: f64 = 1e-6;
 
-/// A connected part of a mesh: triangles that hang together by edges.
+/// A part of a mesh: triangles that edges connect.
 #[derive(Debug, Clone)]
 pub struct Part {
-    /// Of a closed part such that they face outward, as far as they can be oriented.
+    /// Triangles; those of a closed part face outward if they can be oriented.
     pub triangles: Vec<[u32; 3]>,
-    /// Whether it bounds a solid.
     pub closed: bool,
     /// Whether all triangles of a closed part were wound to face into it.
     pub was_inward: bool,
-    /// Whether the file's windings say of a closed part what its order around edges says: false if
-    /// some triangles had to be turned and none is repeated.
+    /// Whether the file's windings of a closed part agree with the order of triangles around edges:
+    /// false if some triangles had to be reversed and none is repeated.
     pub agrees: bool,
-    /// How many triangles inside it are left out.
+    /// Number of triangles inside it that are left out.
     pub walls: usize,
 }
 
 impl Part {
-    /// Drops triangles that repeat another, and turns what is closed outward.
+    /// Drops repeated triangles, and orients a closed part outward.
     pub fn new(vertices: &[Vec3], triangles: Vec<[u32; 3]>) -> Self {
         let Boundary { mut triangles, closed, says_its_side, is_repeated } = boundary(triangles);
         let mut part = Self { triangles: Vec::new(), closed, was_inward: false, agrees: true, walls: 0 };
@@ -40,7 +40,7 @@ impl Part {
     }
 }
 
-/// What to keep of a component in which triangles may be repeated.
+/// The triangles to keep of a component that may repeat some.
 struct Boundary {
     triangles: Vec<[u32; 3]>,
     closed: bool,
@@ -49,7 +49,7 @@ struct Boundary {
     is_repeated: bool,
 }
 
-/// How triangles were turned to face outward.
+/// Which triangles had to be reversed to face outward.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Turned {
     None,
@@ -57,24 +57,23 @@ enum Turned {
     All,
 }
 
-/// Triangles, each once.
+/// Drops triangles that repeat another, however wound.
 pub(super) fn distinct(triangles: &[[u32; 3]]) -> Vec<[u32; 3]> {
     let mut seen = HashSet::with_capacity(triangles.len());
     triangles.iter().filter(|t| seen.insert(sorted(t))).copied().collect()
 }
 
-/// The corners of a triangle, ascending.
 pub(super) fn sorted(triangle: &[u32; 3]) -> [u32; 3] {
     let mut key = *triangle;
     key.sort_unstable();
     key
 }
 
-/// Whether that is closed, too.
+/// Decides which copies of repeated triangles to keep, and whether the rest is closed.
 ///
-/// Double-sided files repeat each triangle: one copy says it all. But where two solids share a
-/// wall, both copies are needed to make every edge even; they are kept if more than repeated
-/// triangles makes up the component.
+/// Double-sided files repeat every triangle, and one copy is enough. If two solids share a wall,
+/// both copies are needed to make every edge even; they are kept if some triangle occurs an odd
+/// number of times.
 fn boundary(triangles: Vec<[u32; 3]>) -> Boundary {
     let mut copies: HashMap<[u32; 3], usize> = HashMap::with_capacity(triangles.len());
     triangles.iter().for_each(|t| *copies.entry(sorted(t)).or_default() += 1);
@@ -98,14 +97,14 @@ fn boundary(triangles: Vec<[u32; 3]>) -> Boundary {
     Boundary { triangles: single, closed: false, says_its_side: false, is_repeated: true }
 }
 
-/// Turns the triangles of a closed component to face outward, as far as they can be oriented; which
-/// of them faced inward before.
+/// Orients the triangles of a closed component outward, as far as possible, and returns which were
+/// reversed.
 ///
 /// Two triangles that are neighbours around an edge bound one wedge, so they run along the edge in
-/// opposite directions; that holds for edges of more than two triangles too, taken in order of
-/// angle. Each set of triangles that hangs together by edges is then turned as a whole to have a
-/// positive volume. A component that contradicts itself (a Klein bottle, walls that overlap in
-/// part) is turned as a whole only: the file may know better.
+/// opposite directions. That holds for edges of more than two triangles too, taken in order of
+/// angle. Each connected set of triangles is then oriented as a whole to have a positive volume. A
+/// component that contradicts itself (a Klein bottle, walls that overlap in part) is reversed as a
+/// whole or not at all: the file may know better.
 fn orient(vertices: &[Vec3], triangles: &mut [[u32; 3]]) -> Turned {
     let neighbours = neighbours_around_edges(vertices, triangles);
     let mut turned: Vec<Option<bool>> = vec![None; triangles.len()];
@@ -162,8 +161,8 @@ fn orient(vertices: &[Vec3], triangles: &mut [[u32; 3]]) -> Turned {
     }
 }
 
-/// For each triangle of a closed component those next to it around its edges, and whether one of
-/// the two has to be turned for both to face the same way.
+/// For each triangle of a closed component, its neighbours around its edges, and whether one of the
+/// two must be reversed for both to face the same way.
 fn neighbours_around_edges(vertices: &[Vec3], triangles: &[[u32; 3]]) -> Vec<Vec<(u32, bool)>> {
     let mut neighbours: Vec<Vec<(u32, bool)>> = vec![Vec::with_capacity(3); triangles.len()];
     let mut link = |a: &Side, b: &Side| {
@@ -178,14 +177,14 @@ fn neighbours_around_edges(vertices: &[Vec3], triangles: &[[u32; 3]]) -> Vec<Vec
             link(a, b);
             continue;
         }
-        // Triangles at one angle are a wall of no thickness: they cancel in pairs, and the rest
-        // does not notice.
+        // Two triangles at one angle are a wall without thickness: they pair up, and the others
+        // ignore them.
         single.clear();
         let angles = sort_by_angle(vertices, triangles, ring);
         let mut pair = None;
         for (k, side) in ring.iter().enumerate() {
             match pair.take() {
-                Some(first) if angles[k] - angles[k - 1] < SAME_ANGLE => {
+                Some(first) if angles[k] - angles[k - 1] < COPLANAR_ANGLE_RAD => {
                     link(first, side);
                     single.pop();
                 }
@@ -202,7 +201,7 @@ fn neighbours_around_edges(vertices: &[Vec3], triangles: &[[u32; 3]]) -> Vec<Vec
     neighbours
 }
 
-/// Sorts the sides of one edge by the angle of their triangles around it, and gives these angles
+/// Sorts the sides of one edge by the angle of their triangles around it, and returns these angles
 /// \[rad\].
 pub(super) fn sort_by_angle(vertices: &[Vec3], triangles: &[[u32; 3]], ring: &mut [Side]) -> Vec<f64> {
     let (low, high) = (ring[0].low, ring[0].high);
@@ -214,18 +213,19 @@ pub(super) fn sort_by_angle(vertices: &[Vec3], triangles: &[[u32; 3]], ring: &mu
     };
     let x = axis.cross(&arm(&ring[0])).cross(&axis).normalize();
     let y = axis.cross(&x).normalize();
-    // Shifted by a hair, so that no two at one angle end up on both sides of a full turn.
-    let angle = |side: &Side| (y.dot(&arm(side)).atan2(x.dot(&arm(side))) + SAME_ANGLE).rem_euclid(TAU);
+    // A small shift keeps equal angles together, which rounding could put at both ends of the
+    // range.
+    let angle = |side: &Side| (y.dot(&arm(side)).atan2(x.dot(&arm(side))) + COPLANAR_ANGLE_RAD).rem_euclid(TAU);
     ring.sort_by(|a, b| angle(a).total_cmp(&angle(b)));
     ring.iter().map(angle).collect()
 }
 
-/// A connected part of a mesh.
+/// Triangles of a mesh that edges connect.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Component {
-    /// Range of its triangles.
+    /// Range in the triangles of the mesh.
     pub triangles: std::ops::Range<usize>,
-    /// Whether it bounds a solid: every edge is shared by two triangles, or by an even number where
-    /// the surface touches itself (so every ray from afar crosses it an even number of times).
+    /// Whether it bounds a solid: every edge has two triangles, or an even number if the surface
+    /// touches itself. So every ray from afar crosses it an even number of times.
     pub closed: bool,
 }

@@ -1,12 +1,12 @@
-//! Which solids and surfaces triangles make up that edges connect: solids may touch along edges,
-//! and walls may stand inside.
+//! Divides connected triangles into solids and surfaces: solids may touch along edges, and walls
+//! may be inside.
 
 use super::edges::{Side, all_edges_even, connected, same_edge, sorted_sides};
 use super::part::Part;
 use super::walls;
 use crate::math::Vec3;
 
-/// The parts that an edge-connected group of triangles consists of.
+/// Divides an edge-connected group of triangles into parts.
 pub fn parts_of(vertices: &[Vec3], group: Vec<[u32; 3]>) -> Vec<Part> {
     let rings =
         |sides: &[Side]| sides.chunk_by(same_edge).map(<[Side]>::len).fold((2, 2), |(l, m), n| (l.min(n), m.max(n)));
@@ -33,11 +33,12 @@ pub fn parts_of(vertices: &[Vec3], group: Vec<[u32; 3]>) -> Vec<Part> {
     parts
 }
 
-/// The solids of an edge-connected group that only touch the rest along edges, and that rest.
+/// Splits an edge-connected group into the solids that only touch the rest along edges, and that
+/// rest.
 ///
-/// Where four triangles share an edge, nothing says which two belong together if solids overlap
-/// there: their walls may lie in one plane. So a solid is what edges of two triangles hold
-/// together, if that is closed; the winding of each is then its own matter.
+/// If solids overlap at an edge of four triangles, nothing says which two belong together: their
+/// walls may lie in one plane. So a solid is a closed set that edges of exactly two triangles
+/// connect; each is oriented by itself.
 pub fn closed_patches(group: Vec<[u32; 3]>) -> (Vec<Vec<[u32; 3]>>, Vec<[u32; 3]>) {
     let patches = connected(group, |triangle| *triangle, |ring| ring.len() == 2);
     // Two triangles back to back are a fold, not a solid.

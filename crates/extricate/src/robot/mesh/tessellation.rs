@@ -6,10 +6,10 @@ use crate::math::Vec3;
 use crate::robot::{Geometry, TriangleMesh};
 
 impl Geometry {
-    /// A mesh of the shape: the mesh itself, or for a primitive one with `segments` (at least 3)
-    /// sides around z, and half as many bands from pole to pole, inscribed in the shape.
+    /// Returns a mesh of the shape. A primitive gets an inscribed one with `segments` (at least 3)
+    /// sides around z, and half as many bands from pole to pole.
     ///
-    /// Where a primitive has no extent, the mesh is empty or flat.
+    /// If a primitive has no extent, the mesh is empty or flat.
     pub fn tessellate(&self, segments: usize) -> TriangleMesh {
         let segments = segments.max(3);
         match *self {
@@ -33,7 +33,7 @@ fn cuboid(half: Vec3) -> TriangleMesh {
     TriangleMesh::new(corners, quads.iter().flat_map(|&[a, b, c, d]| [[a, b, c], [a, c, d]]).collect())
 }
 
-/// Two half balls, `half_length` above and below the origin.
+/// Meshes two half balls, `half_length` above and below the origin, and the cylinder between them.
 fn ball_profile(radius: f64, half_length: f64, segments: usize) -> TriangleMesh {
     let bands = segments.div_ceil(4).max(2);
     let mut profile = Vec::with_capacity(2 * bands + 2);
@@ -52,7 +52,7 @@ fn ball_profile(radius: f64, half_length: f64, segments: usize) -> TriangleMesh 
     revolved(&profile, segments)
 }
 
-/// Turns a profile of (distance from z, height), from the upper pole to the lower one, around z.
+/// Revolves a profile of (distance from z, height), from the upper pole to the lower one, around z.
 fn revolved(profile: &[(f64, f64)], segments: usize) -> TriangleMesh {
     let mut vertices = vec![Vec3::new(0.0, 0.0, profile[0].1)];
     for &(distance, height) in &profile[1..profile.len() - 1] {

@@ -1,20 +1,20 @@
-//! Merging of coincident vertices. Not which triangles survive it (see `mesh`).
+//! Merges coincident vertices; `components` then decides which triangles stay.
 
 use std::collections::HashMap;
 
 use crate::math::Vec3;
 
-/// Vertices nearer than this share of the bounding box's diagonal are one. Far below what a file in
-/// f32 resolves (6e-8), so only the rounding of a transform is undone, never a feature; `seams`
-/// looks at what files in f32 leave open.
-const TOLERANCE: f64 = 1e-9;
+/// Share of the bounding box's diagonal below which two vertices are one. It is far below what f32
+/// resolves (6e-8), so it undoes the rounding of a transform, but never a feature. `seams` closes
+/// what files in f32 leave open.
+const WELD_DIAGONAL_SHARE: f64 = 1e-9;
 
-/// Width of a grid cell in tolerances: wide, so that most vertices have to look into one cell only;
-/// not so wide that a cell could hold more than some thousand, which are all compared.
-const CELL: f64 = 16.0;
+/// Width of a grid cell, in tolerances. It is so wide that most vertices search one cell only, and
+/// so narrow that a cell holds at most some thousand, which are all compared.
+const CELL_TOLERANCES: f64 = 16.0;
 
-/// The representatives of `points`, in order of first appearance, and for each point the index of
-/// its representative.
+/// Returns the representatives of `points`, in order of first appearance, and for each point the
+/// index of its representative.
 ///
 /// # Guarantee
 /// Representatives are at least 1e-9 of the bounding box's diagonal apart, and each point is nearer
@@ -23,7 +23,7 @@ const CELL: f64 = 16.0;
 pub(crate) fn weld(points: &[Vec3]) -> (Vec<Vec3>, Vec<u32>) {
     let (low, high) = bounds(points);
     let diagonal = (high - low).norm();
-    weld_within(points, if diagonal.is_finite() { TOLERANCE * diagonal } else { 0.0 })
+    weld_within(points, if diagonal.is_finite() { WELD_DIAGONAL_SHARE * diagonal } else { 0.0 })
 }
 
 fn bounds(points: &[Vec3]) -> (Vec3, Vec3) {
@@ -31,15 +31,15 @@ fn bounds(points: &[Vec3]) -> (Vec3, Vec3) {
     points.iter().fold((none, -none), |(low, high), point| (low.inf(point), high.sup(point)))
 }
 
-/// As [`weld`], with a tolerance \[m\] of its own.
+/// As [`weld`], within `tolerance` \[m\].
 pub(crate) fn weld_within(points: &[Vec3], tolerance: f64) -> (Vec<Vec3>, Vec<u32>) {
     let (low, _) = bounds(points);
     let mut exact: HashMap<[u64; 3], u32> = HashMap::with_capacity(points.len() / 4);
     let mut grid: HashMap<[i64; 3], Vec<u32>> = HashMap::new();
     let mut kept: Vec<Vec3> = Vec::new();
     let mut map = Vec::with_capacity(points.len());
-    // Division by the cell width would overflow where the points are all but one.
-    let inverse_width = if tolerance > 0.0 { 1.0 / (CELL * tolerance) } else { 0.0 };
+    // Without a tolerance the grid is not used, and its cells would have no width.
+    let inverse_width = if tolerance > 0.0 { 1.0 / (CELL_TOLERANCES * tolerance) } else { 0.0 };
     let cell = |point: &Vec3| [0, 1, 2].map(|k| ((point[k] - low[k]) * inverse_width).floor() as i64);
     for point in points {
         let point = point.map(|x| x + 0.0);

@@ -1,4 +1,4 @@
-//! The `<joint>` elements of a URDF to [`Joint`]s. Whether they make a tree is `tree`'s matter.
+//! Converts the `<joint>` elements of a URDF to [`Joint`]s. `tree` checks whether they make a tree.
 
 use std::collections::{HashMap, HashSet};
 
@@ -11,10 +11,11 @@ use crate::robot::formats::xml::{child, children, label, numbers_within, own_att
 use crate::robot::tree::NamedMimic;
 use crate::robot::{Joint, JointKind};
 
-/// From this version of URDF on, a limit has to be stated.
-const LIMITS_ARE_STATED: f64 = 1.2;
+/// From this URDF version on, a missing limit is not 0 but infinite, and it is an error to state
+/// only one.
+const EXPLICIT_LIMITS_VERSION: f64 = 1.2;
 
-/// All joints in document order, and which follow others.
+/// Reads all joints in document order, and which of them follow others.
 pub(crate) fn joints(
     file: &str,
     robot: Node,
@@ -26,7 +27,7 @@ pub(crate) fn joints(
     let known: HashSet<&str> = children(robot, "joint").filter_map(|node| own_attribute(node, "name")).collect();
     for node in children(robot, "joint") {
         let place = Place { file, element: label(node) };
-        // Fixed joints stay fixed, whatever they are said to follow.
+        // Fixed joints stay fixed even if they have a <mimic>.
         let follows = child(node, "mimic").filter(|_| own_attribute(node, "type") != Some("fixed"));
         let followed = follows.map(|mimic| place.required(mimic, "joint")).transpose()?;
         let is_known = followed.is_some_and(|name| known.contains(name));
@@ -113,7 +114,7 @@ fn kind(place: &Place, name: &str) -> Result<JointKind> {
     })
 }
 
-/// What `<limit>` says; `None` where there are no limits to say.
+/// Returns the limits that `<limit>` states; `None` if there are none.
 fn stated_limits(place: &Place, node: Node, kind: JointKind, version: f64) -> Result<Option<(f64, f64)>> {
     let Some(limit) = child(node, "limit") else { return Ok(None) };
     let has = |name: &str| own_attribute(limit, name).is_some();
@@ -122,9 +123,9 @@ fn stated_limits(place: &Place, node: Node, kind: JointKind, version: f64) -> Re
         JointKind::Planar | JointKind::Floating if !(has("lower") && has("upper")) => return Ok(None),
         _ => {}
     }
-    let unstated = if version < LIMITS_ARE_STATED { 0.0 } else { f64::INFINITY };
+    let unstated = if version < EXPLICIT_LIMITS_VERSION { 0.0 } else { f64::INFINITY };
     let value = |name: &str, unstated: f64| match own_attribute(limit, name) {
-        // Some say "no limit" with 1e16, or with infinity.
+        // Some files say "no limit" with 1e16, others with infinity.
         Some(text) if text.trim().parse().is_ok_and(f64::is_infinite) => Ok(text.trim().parse().unwrap_or(unstated)),
         Some(text) => numbers_within::<1>(f64::MAX, place.file, &place.element, name, text).map(|[value]| value),
         None => Ok(unstated),
@@ -138,7 +139,7 @@ fn limits(
     (lower, upper): (f64, f64),
     warnings: &mut Vec<String>,
 ) -> Result<Option<(f64, f64)>> {
-    // The scene may have other limits.
+    // Such limits bound nothing; the scene may set others.
     if lower < -FARTHEST && upper > FARTHEST {
         return Ok(None);
     }

@@ -1,7 +1,7 @@
-//! URDF to [`Robot`]: what collides and what moves. Visuals (unless they are asked for), inertias
-//! and plugins are skipped.
+//! Converts URDF to a [`Robot`]: collision shapes and joints. Skips visuals (unless they are
+//! requested), inertias and plugins.
 //!
-//! Read from the XML tree itself: a file may have what does not matter here as it likes, and every
+//! Works on the XML tree itself: a file may contain anything that does not matter here, and every
 //! message names the link or joint, the value and what was expected.
 
 mod joints;
@@ -20,12 +20,12 @@ use crate::error::{Error, Result, listed, quoted};
 pub use place::LoadMesh;
 use place::Place;
 
-/// Which shapes of its links a robot collides with.
+/// The elements that give a robot its shapes for collision.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Shapes {
-    /// Those of `<collision>` elements.
+    /// The shapes in `<collision>` elements.
     Collision,
-    /// Those of `<visual>` elements.
+    /// The shapes in `<visual>` elements.
     Visual,
 }
 
@@ -40,37 +40,37 @@ impl Shapes {
 
 /// Parses URDF `text`; `file` is its name in messages. Warnings are appended to `warnings`.
 ///
-/// Joint types are those of URDF and `spherical`; geometries those of URDF, `capsule`, whose length
-/// is that of the cylindrical part, and `plane`, the half-space below it. A mimic joint has no
-/// limits of its own: it goes where the joint it follows takes it; one that follows a fixed joint
-/// stays at its offset. Soft limits (`safety_controller`) are ignored. A lower or upper limit that
-/// is not stated is 0, from URDF version 1.2 on an error.
+/// Joint types are those of URDF and `spherical`. Geometries are those of URDF, `capsule` (its
+/// length is that of the cylindrical part) and `plane` (the half-space below it). A mimic joint has
+/// no limits of its own; if it follows a fixed joint, it stays at its offset. Soft limits
+/// (`safety_controller`) are ignored. If `<limit>` lacks a lower or upper value, that is 0; from
+/// URDF version 1.2 on, it is an error to state only one.
 ///
 /// # Errors
 /// [`Error::Input`], with the link or joint, the value and what was expected: text that is not
-/// plain URDF, names that repeat or do not exist, links that are not one tree, limits or axes that
-/// make no sense, sizes that are negative. Points and segments are left out, discs and plates are
-/// as thin as a micrometre, each with a warning.
+/// plain URDF, names that repeat or do not exist, links that are not one tree, invalid limits or
+/// axes, negative sizes. Points and segments are left out, and plates and discs without thickness
+/// get a micrometre, each with a warning.
 pub fn parse(file: &str, text: &str, shapes: Shapes, load_mesh: LoadMesh, warnings: &mut Vec<String>) -> Result<Robot> {
     let wanted = Wanted { shapes, limits: &LoadLimits::default(), is_replaced: &|_| false };
     parse_within(file, text, &wanted, load_mesh, warnings)
 }
 
-/// What is to be read of a URDF.
+/// Which parts of a URDF to read, within which limits.
 pub struct Wanted<'a> {
-    /// Which shapes of links.
+    /// The elements that give links their shapes.
     pub shapes: Shapes,
     /// How much the file may hold.
     pub limits: &'a LoadLimits,
-    /// Whether a joint of this name gets its limits from elsewhere: those of the file are not read
-    /// then, since they may make no sense.
+    /// Whether a joint of this name gets its limits from elsewhere. Those of the file are then not
+    /// read, since they may be invalid.
     pub is_replaced: &'a dyn Fn(&str) -> bool,
 }
 
-/// As [`parse`], of what is wanted.
+/// As [`parse`], but reads what is `wanted`.
 ///
 /// # Errors
-/// As [`parse`]; where the file holds more than is allowed.
+/// As [`parse`], and if the file holds more than is allowed.
 pub fn parse_within(
     file: &str,
     text: &str,
@@ -151,7 +151,7 @@ fn link(place: &Place, node: Node, shapes: Shapes, load_mesh: LoadMesh, warnings
     Ok(Link { name, collision })
 }
 
-/// Tells of a robot that collides with nothing because all its shapes are visual.
+/// Warns of a robot that collides with nothing because all its shapes are visual.
 fn warn_of_visuals(file: &str, robot: Node, shapes: Shapes, warnings: &mut Vec<String>) {
     let have = |tag: &'static str| children(robot, "link").filter(move |link| child(*link, tag).is_some());
     if shapes != Shapes::Collision || have("collision").next().is_some() {

@@ -1,4 +1,4 @@
-//! Where in a file messages point to, and attributes that are read there.
+//! The elements of a file that messages point to, and how their attributes are read.
 
 use std::sync::Arc;
 
@@ -9,36 +9,33 @@ use crate::math::{Pose, quaternion_matrix};
 use crate::robot::TriangleMesh;
 use crate::robot::formats::xml::{child, numbers, numbers_or, own_attribute, required};
 
-/// Where a message points to.
+/// The link or joint that messages point to.
 pub struct Place<'a> {
-    /// Its name in messages.
     pub file: &'a str,
-    /// The link or joint.
     pub element: String,
 }
 
 impl Place<'_> {
-    /// An error of this place.
     pub fn error(&self, problem: impl Into<String>) -> Error {
         Error::input(self.file, &self.element, problem)
     }
 
-    /// An attribute that must be there.
+    /// Returns the value of an attribute, or an error if it is missing.
     pub fn required<'n>(&self, node: Node<'n, '_>, name: &str) -> Result<&'n str> {
         required(self.file, &self.element, node, name)
     }
 
-    /// An attribute that must be there and hold `N` finite numbers.
+    /// Returns the `N` finite numbers of an attribute that has to exist.
     pub fn numbers<const N: usize>(&self, node: Node, name: &str) -> Result<[f64; N]> {
         numbers(self.file, &self.element, name, self.required(node, name)?)
     }
 
-    /// As [`Place::numbers`]; `default` where the attribute is missing.
+    /// As [`Place::numbers`], but `default` if the attribute is missing.
     pub fn numbers_or<const N: usize>(&self, node: Option<Node>, name: &str, default: [f64; N]) -> Result<[f64; N]> {
         numbers_or(self.file, &self.element, node, name, default)
     }
 
-    /// The `<origin>` of a joint, or of a collision or visual element.
+    /// Returns the pose in the `<origin>` of a joint, or of a collision or visual element.
     pub fn origin(&self, parent: Node) -> Result<Pose> {
         let node = child(parent, "origin");
         let xyz = self.numbers_or(node, "xyz", [0.0; 3])?;
@@ -53,5 +50,5 @@ impl Place<'_> {
     }
 }
 
-/// Loads an unscaled mesh by the `filename` attribute of a `<mesh>` element.
+/// Loads a mesh by the `filename` of a `<mesh>` element, and scales its axes.
 pub type LoadMesh<'a> = &'a mut dyn FnMut(&str, [f64; 3]) -> Result<Arc<TriangleMesh>>;

@@ -1,4 +1,5 @@
-//! The `<geometry>` of a URDF to [`Geometry`]: sizes checked, those of zero told, meshes scaled.
+//! Converts the `<geometry>` of a URDF to [`Geometry`]: checks sizes, warns of zero ones, loads
+//! meshes.
 
 use roxmltree::Node;
 
@@ -8,12 +9,13 @@ use crate::robot::Geometry;
 use crate::robot::formats::xml::{child, numbers, own_attribute};
 use crate::robot::mesh::is_scale;
 
-/// What a geometry without volume is taken for \[m\], where it has an area: more than rounding,
-/// less than any clearance in use.
-const THIN: f64 = 1e-6;
+/// Thickness \[m\] of a plate or disc that has none in the file: more than rounding, less than any
+/// clearance in use.
+const PLATE_THICKNESS_M: f64 = 1e-6;
 
-/// The shape that `node` describes; `None`, with a warning, where it is a point or a segment, which
-/// exporters write where nothing shall collide. A disc or plate is as thin as [`THIN`].
+/// Returns the shape of `node`, or `None`, with a warning, for a point or a segment: exporters
+/// write those if nothing shall collide. A disc or plate without thickness gets
+/// [`PLATE_THICKNESS_M`].
 pub(crate) fn geometry(
     place: &Place,
     node: Node,
@@ -21,7 +23,7 @@ pub(crate) fn geometry(
     warnings: &mut Vec<String>,
 ) -> Result<Option<Geometry>> {
     let mut tell = |size: String, has_area: bool| {
-        let taken = if has_area { format!("{THIN:e} m thick") } else { "none".into() };
+        let taken = if has_area { format!("{PLATE_THICKNESS_M:e} m thick") } else { "none".into() };
         let Place { file, element } = place;
         warnings.push(format!("{file}: {element}: a collision geometry with {size} is taken for {taken}"));
     };
@@ -46,7 +48,7 @@ pub(crate) fn geometry(
                     return Ok(None);
                 }
             }
-            Geometry::Box { half_extents: sides.map(|side| 0.5 * side.max(THIN * f64::from(side == 0.0))) }
+            Geometry::Box { half_extents: sides.map(|side| 0.5 * side.max(PLATE_THICKNESS_M * f64::from(side == 0.0))) }
         }
         "sphere" => match one("radius")? {
             0.0 => {
@@ -63,7 +65,7 @@ pub(crate) fn geometry(
                 if radius == 0.0 {
                     return Ok(None);
                 }
-                length = THIN;
+                length = PLATE_THICKNESS_M;
             }
             let radius = positive("radius", radius)?;
             match tag {
@@ -91,9 +93,8 @@ fn mesh(place: &Place, node: Node, load_mesh: LoadMesh) -> Result<Geometry> {
     Ok(Geometry::Mesh(load_mesh(filename, scale)?))
 }
 
-/// All below a plane through the origin. Its normal is an attribute or an element, as readers that
-/// know planes have it, and z where it is not stated; a size, of which they draw it, does not
-/// matter.
+/// Returns the half-space below a plane through the origin. As in other readers, its normal is an
+/// attribute or an element, and z by default; its size only matters for drawing.
 fn plane(place: &Place, node: Node) -> Result<Geometry> {
     let text = own_attribute(node, "normal").or_else(|| child(node, "normal")?.text());
     let normal = match text {

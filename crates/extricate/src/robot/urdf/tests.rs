@@ -1,4 +1,4 @@
-//! Robots written here, good and broken.
+//! Tests robots that are written here, valid and broken.
 
 use std::sync::Arc;
 

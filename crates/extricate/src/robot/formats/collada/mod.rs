@@ -1,14 +1,14 @@
-//! COLLADA 1.4 and 1.5 to triangles: geometries, placed by the nodes of the scene, in metres.
+//! Reads COLLADA 1.4 and 1.5: geometries, placed by the nodes of the scene, in metres.
 //!
 //! Node transforms and `<unit meter="...">` are applied, as RViz and Gazebo do (pinocchio and
 //! MoveIt drop the unit along with assimp's root node). `<up_axis>` is not applied, as in all of
 //! these: ROS files say `Y_UP` and mean z.
 //!
-//! An own reader, because no crate reads the 286 files of example-robot-data 6.0 (this one does,
-//! with the bounding boxes that assimp gives). `dae-parser` 0.11 refuses 85 of them (68 are COLLADA
-//! 1.5, 17 have no `<created>`), panics on one where an id repeats, and keeps `f32`. `mesh-loader`
-//! 0.1.13 misplaces 3, puts nested nodes and geometries that are shown twice where they are not,
-//! and panics on 3.6 % of files with one to three bytes changed.
+//! This reader exists because no crate reads all 286 files of example-robot-data 6.0, as it does,
+//! with the bounding boxes of assimp. `dae-parser` 0.11 refuses 85 of them (68 are COLLADA 1.5, 17
+//! have no `<created>`), panics on one that repeats an id, and keeps `f32`. `mesh-loader` 0.1.13
+//! misplaces 3 of them, nested nodes, and geometries that are shown twice. It panics on 3.6 % of
+//! files with one to three bytes changed.
 
 use std::collections::HashMap;
 use std::rc::Rc;
@@ -22,25 +22,25 @@ use crate::error::{Error, Result, quoted};
 use crate::math::Vec3;
 use crate::robot::LoadLimits;
 
-/// Nodes may be nested and instanced this deep; more is a cycle of `<instance_node>`.
-const DEEPEST: usize = 64;
-/// Bytes of text that take as long as a node.
-const NODE_BYTES: usize = 256;
+/// Largest depth of nested and instanced nodes; more is a cycle of `<instance_node>`.
+const MAX_NODE_DEPTH: usize = 64;
+/// Bytes of text that take as long as one node.
+const TEXT_BYTES_PER_NODE: usize = 256;
 
 struct Reader<'a, 'i> {
     file: &'a str,
     limits: &'a LoadLimits,
     by_id: HashMap<&'a str, Node<'a, 'i>>,
-    /// Geometries in their own coordinates: nodes may show one as often as they like.
+    /// Geometries in their own coordinates; nodes may show one any number of times.
     geometries: HashMap<NodeId, Rc<Soup>>,
-    /// What controllers show: a geometry, and its matrix.
+    /// Geometry that each controller shows, and its matrix.
     controllers: HashMap<NodeId, Option<(Node<'a, 'i>, Matrix4<f64>)>>,
     /// Numbers of arrays, which many primitives may share.
     arrays: HashMap<NodeId, Rc<Vec<f64>>>,
     soup: Soup,
 }
 
-/// Parses what the file's scene shows; where it shows nothing, all its geometries, unplaced.
+/// Parses what the file's scene shows; if that is nothing, all geometries, unplaced.
 pub(crate) fn parse(file: &str, bytes: &[u8], limits: &LoadLimits) -> Result<Soup> {
     let text = String::from_utf8_lossy(bytes);
     let document = document(file, &text, "COLLADA", limits)?;
@@ -83,7 +83,7 @@ impl<'a, 'i> Reader<'a, 'i> {
 
     /// The element that an attribute such as `url="#id"` points to.
     fn target(&self, node: Node<'a, 'i>, attribute: &str) -> Result<Node<'a, 'i>> {
-        // Labels take long where they tell the line.
+        // A label without a name scans the file for its line, so it is only made for messages.
         let url = match own_attribute(node, attribute) {
             Some(url) => url,
             None => required(self.file, &label(node), node, attribute)?,
@@ -94,14 +94,14 @@ impl<'a, 'i> Reader<'a, 'i> {
     }
 
     fn node(&mut self, node: Node<'a, 'i>, parent: &Matrix4<f64>, depth: usize) -> Result<()> {
-        if depth > DEEPEST {
-            return Err(self.error(node, format!("got nodes nested deeper than {DEEPEST}, expected no cycle")));
+        if depth > MAX_NODE_DEPTH {
+            return Err(self.error(node, format!("got nodes nested deeper than {MAX_NODE_DEPTH}, expected no cycle")));
         }
         self.soup.enter_node().map_err(|problem| self.error(node, problem))?;
         let mut matrix = *parent;
         for element in node.children() {
-            // A node that is shown again is gone through again, with all that is in it.
-            let cost = 1 + element.text().map_or(0, str::len) / NODE_BYTES;
+            // Each instance of a node is visited again, with everything in it.
+            let cost = 1 + element.text().map_or(0, str::len) / TEXT_BYTES_PER_NODE;
             self.soup.enter_nodes(cost).map_err(|problem| self.error(node, problem))?;
             if !element.is_element() {
                 continue;
@@ -111,14 +111,14 @@ impl<'a, 'i> Reader<'a, 'i> {
                 "instance_node" => self.node(self.target(element, "url")?, &matrix, depth + 1)?,
                 "instance_geometry" => self.geometry(self.target(element, "url")?, &matrix)?,
                 "instance_controller" => self.controller(self.target(element, "url")?, &matrix)?,
-                // Transforms stand before all else and compose in document order.
+                // Transforms come before all else and compose in document order.
                 _ => matrix *= self.transform(element)?,
             }
         }
         Ok(())
     }
 
-    /// A skinned geometry in its rest shape.
+    /// Adds a skinned geometry in its rest shape.
     fn controller(&mut self, controller: Node<'a, 'i>, matrix: &Matrix4<f64>) -> Result<()> {
         let shown = match self.controllers.get(&controller.id()) {
             Some(known) => *known,
@@ -161,7 +161,7 @@ impl<'a, 'i> Reader<'a, 'i> {
         })
     }
 
-    /// Adds a geometry, placed.
+    /// Adds a geometry, placed by `matrix`.
     fn geometry(&mut self, geometry: Node<'a, 'i>, matrix: &Matrix4<f64>) -> Result<()> {
         let local = match self.geometries.get(&geometry.id()) {
             Some(known) => Rc::clone(known),
@@ -174,12 +174,12 @@ impl<'a, 'i> Reader<'a, 'i> {
         };
         let linear = matrix.fixed_view::<3, 3>(0, 0);
         let place = |p: &Vec3| linear * p + matrix.fixed_view::<3, 1>(0, 3);
-        // What a node mirrors faces the same way as before only if it is wound the other way.
+        // Mirroring reverses the side that a triangle faces, so its winding is reversed too.
         let mirrored = linear.determinant() < 0.0;
         self.soup.add(&local, place, mirrored).map_err(|problem| self.error(geometry, problem))
     }
 
-    /// A geometry in its own coordinates.
+    /// Reads a geometry in its own coordinates.
     fn local(&mut self, geometry: Node<'a, 'i>) -> Result<Soup> {
         let mut local = Local { soup: Soup::new(self.limits), known: HashMap::new() };
         let Some(mesh) = child(geometry, "mesh") else { return Ok(local.soup) };
@@ -201,7 +201,7 @@ impl<'a, 'i> Reader<'a, 'i> {
                 vertex = Some((input, offset));
             }
         }
-        // Exporters write primitives without anything in them.
+        // Exporters write empty primitives too.
         let Some((input, offset)) = vertex else { return Ok(()) };
         let vertices = self.target(input, "source")?;
         let points = self.points(vertices)?;
@@ -221,8 +221,8 @@ impl<'a, 'i> Reader<'a, 'i> {
         self.faces(primitive, &lists, &mut local.soup)
     }
 
-    /// The corners that an element lists: indices into the points of `local`, which get those that
-    /// are used. An index of `points` stands at `offset` of every `stride` numbers.
+    /// Reads the corners in `list` as indices into the soup of `local`, to which it adds the points
+    /// that are used. In every `stride` numbers, the one at `offset` is an index of `points`.
     fn corners(
         &self,
         list: Node,
@@ -247,14 +247,14 @@ impl<'a, 'i> Reader<'a, 'i> {
         Ok(corners)
     }
 
-    /// The faces of a primitive, of lists of corners.
+    /// Adds the faces of a primitive, from its lists of corners.
     fn faces(&self, primitive: Node<'a, 'i>, lists: &[Vec<Vec<u32>>], soup: &mut Soup) -> Result<()> {
         let tag = primitive.tag_name().name();
         let sizes = match child(primitive, "vcount") {
             Some(element) if tag == "polylist" => self.counts(element)?,
             _ => Vec::new(),
         };
-        // Every list would be gone through with all the sizes.
+        // Each list would be divided by all the sizes.
         if tag == "polylist" && lists.len() > 1 {
             return Err(self.error(primitive, format!("got {} lists of corners, expected one <p>", lists.len())));
         }
@@ -289,7 +289,7 @@ impl<'a, 'i> Reader<'a, 'i> {
         Ok(())
     }
 
-    /// Numbers of corners.
+    /// Reads how many corners each face has.
     fn counts(&self, element: Node) -> Result<Vec<usize>> {
         let count = |count: f64| match (0.0..=f64::from(u32::MAX)).contains(&count) && count.fract() == 0.0 {
             true => Ok(count as usize),
@@ -298,7 +298,7 @@ impl<'a, 'i> Reader<'a, 'i> {
         self.numbers(element, None)?.into_iter().map(count).collect()
     }
 
-    /// The points of a `<vertices>` element.
+    /// Reads the points of a `<vertices>` element.
     fn points(&mut self, vertices: Node<'a, 'i>) -> Result<Points> {
         let input = children(vertices, "input").find(|input| own_attribute(*input, "semantic") == Some("POSITION"));
         let input = input.ok_or_else(|| self.error(vertices, "got no POSITION input, expected one"))?;
@@ -321,12 +321,12 @@ impl<'a, 'i> Reader<'a, 'i> {
             }
         };
         let rest = values.len().saturating_sub(offset);
-        // The last one may be without what comes between two of them.
+        // The last point may lack the numbers between two points.
         let count = rest / stride + usize::from(rest % stride >= 3);
         Ok(Points { values, stride, offset, count })
     }
 
-    /// A small whole number in an attribute, or `default`.
+    /// Reads a small whole number from an attribute, or returns `default` if it is missing.
     fn whole(&self, element: Option<Node>, attribute: &str, default: usize) -> Result<usize> {
         let Some(element) = element else { return Ok(default) };
         let Some(text) = own_attribute(element, attribute) else { return Ok(default) };
@@ -335,7 +335,7 @@ impl<'a, 'i> Reader<'a, 'i> {
         })
     }
 
-    /// The numbers in an element's text, `count` of them where that is given.
+    /// Reads the numbers in an element's text, which have to be `count` if that is given.
     fn numbers(&self, element: Node, count: Option<usize>) -> Result<Vec<f64>> {
         let text = element.text().unwrap_or("");
         let mut values = Vec::with_capacity(text.len() / 8);
@@ -353,7 +353,7 @@ impl<'a, 'i> Reader<'a, 'i> {
     }
 }
 
-/// Three of every `stride` numbers.
+/// Points, each the first three of `stride` numbers.
 struct Points {
     values: Rc<Vec<f64>>,
     stride: usize,
@@ -370,7 +370,7 @@ impl Points {
 /// A geometry in its own coordinates.
 struct Local {
     soup: Soup,
-    /// Places in `soup` of the points of `<vertices>` that are used, by element and index.
+    /// Index in `soup` of each point that is used, by `<vertices>` element and index there.
     known: HashMap<(NodeId, u32), u32>,
 }
 

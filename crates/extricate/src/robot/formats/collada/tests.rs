@@ -1,4 +1,5 @@
-//! COLLADA files written here; positions as coal (through assimp) gives them, but for the unit.
+//! Tests COLLADA files written here, with positions as coal gives them (through assimp), except for
+//! the unit.
 
 use crate::math::Vec3;
 use crate::robot::formats::parse;
@@ -49,7 +50,7 @@ fn nodes_place_and_units_scale() {
     let matrix = format!("<node><matrix>0 -1 0 7 1 0 0 8 0 0 1 9 0 0 0 1</matrix>{HERE}</node>");
     assert_bounds("", &matrix, [5., 8., 9.], [7., 9., 12.]);
     assert_bounds("", "<node><instance_node url='#n'/></node>", [0., 0., 5.], [1., 2., 8.]);
-    // Nothing in the scene: the geometry as it is.
+    // The scene shows nothing, so the geometry stays unplaced.
     assert_bounds("", "<node><translate>10 0 0</translate></node>", [0., 0., 0.], [1., 2., 3.]);
 }
 
@@ -123,7 +124,7 @@ fn frame(front: &str, back: &str) -> String {
 fn holes_of_polygons_stay_open() {
     let [front, back] = [
         "<ph><p>8 9 10 11</p><h>12 15 14 13</h></ph>",
-        // Wound either way.
+        // Holes may be wound either way.
         "<ph><p>0 3 2 1</p><h>4 7 6 5</h></ph>",
     ];
     let mut warnings = Vec::new();
@@ -131,8 +132,7 @@ fn holes_of_polygons_stay_open() {
     assert!(mesh.is_closed() && warnings.is_empty(), "{warnings:?}");
     let volume = crate::robot::Geometry::Mesh(mesh.into()).volume_moments().unwrap().measure;
     assert!((volume - 12.0).abs() < 1e-12, "{volume}");
-    // A hole that reaches beyond its outline is none; the face is named, and the solid stays
-    // closed.
+    // A face is named if its hole reaches beyond its outline, and the solid stays closed.
     let wrong = frame(front, "<ph><p>4 7 6 5</p><h>0 3 2 1</h></ph>");
     let mesh = crate::robot::formats::parse_and_warn("a.dae", wrong.as_bytes(), &mut warnings).unwrap();
     assert!(mesh.is_closed());

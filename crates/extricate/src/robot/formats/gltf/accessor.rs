@@ -1,5 +1,5 @@
-//! Rows of numbers of a glTF accessor, every range checked: plain, with a stride, normalised,
-//! sparse.
+//! Reads rows of numbers of a glTF accessor, plain, strided, normalised or sparse; checks every
+//! range.
 
 use std::rc::Rc;
 
@@ -11,7 +11,7 @@ use gltf::buffer::View;
 use crate::error::{Error, Result};
 use crate::robot::{LoadLimit, LoadLimits};
 
-/// All rows of an accessor. One without a view is all zeros, but for what is sparse.
+/// Reads all rows of an accessor. A sparse one without a view is zero in the other rows.
 pub(crate) fn rows<const N: usize>(
     file: &str,
     buffers: &[Rc<[u8]>],
@@ -23,7 +23,7 @@ pub(crate) fn rows<const N: usize>(
         return Err(fault(format!("got {:?}, expected {N} numbers a row", accessor.dimensions())));
     }
     let (kind, count) = (accessor.data_type(), accessor.count());
-    // Rows that nothing was written of take no bytes in the file.
+    // Sparse rows may take no bytes in the file, so their number is checked first.
     limits.check(LoadLimit::Vertices, count / if N == 1 { 3 } else { 1 }, file, "accessors")?;
     let row = |bytes: &[u8]| -> [f64; N] {
         std::array::from_fn(|k| number(kind, accessor.normalized(), &bytes[k * kind.size()..]))
@@ -55,8 +55,8 @@ pub(crate) fn rows<const N: usize>(
     Ok(rows)
 }
 
-/// The bytes of `count` elements of `size` bytes from `offset` of a view; `None` where they are not
-/// all there.
+/// Returns the bytes of `count` elements of `size` bytes from `offset` of a view; `None` if not all
+/// are there.
 fn chunks<'a>(
     buffers: &'a [Rc<[u8]>],
     view: &View,
@@ -74,7 +74,7 @@ fn chunks<'a>(
     (fits && stride >= size).then(|| (0..count).map(move |k| &bytes[k * stride..k * stride + size]))
 }
 
-/// The first number of `bytes`. Normalised integers are shares of the greatest one.
+/// Decodes the first number of `bytes`. Normalised integers are shares of the greatest one.
 fn number(kind: DataType, normalized: bool, bytes: &[u8]) -> f64 {
     let share = |value: f64, greatest: f64| if normalized { (value / greatest).max(-1.0) } else { value };
     let two = || [bytes[0], bytes[1]];

@@ -1,9 +1,9 @@
-//! glTF 2.0 (`.glb`, `.gltf`) to triangles: the meshes of the scene, placed by its nodes. The crate
-//! `gltf` reads and validates the description; numbers are read here, because the crate's own
-//! readers take the file's word for how many there are.
+//! Reads glTF 2.0 (`.glb`, `.gltf`): the meshes of the scene, placed by its nodes. The crate `gltf`
+//! reads and validates the description; numbers are read here, because the crate's readers trust
+//! the counts in the file.
 //!
 //! The axes stay those of the file, as in assimp, trimesh and the viewers of robots that use them:
-//! glTF means y to be up, exporters of robots mean z. Materials, skins, morphs and animations are
+//! glTF specifies y up, but exporters of robots mean z. Materials, skins, morphs and animations are
 //! skipped.
 
 mod accessor;
@@ -23,10 +23,10 @@ use crate::error::{Error, Result};
 use crate::math::Vec3;
 use crate::robot::{LoadLimit, LoadLimits};
 
-/// Nodes may be nested this deep.
-const DEEPEST: usize = 64;
+/// Largest depth of nested nodes; more is a cycle.
+const MAX_NODE_DEPTH: usize = 64;
 
-/// Extensions without which the numbers cannot be read.
+/// Extensions that compress the numbers, so that they cannot be read.
 const COMPRESSED: [&str; 2] = ["KHR_draco_mesh_compression", "EXT_meshopt_compression"];
 
 struct Reader<'a> {
@@ -36,14 +36,14 @@ struct Reader<'a> {
     soup: Soup,
 }
 
-/// Parses the default scene, or the first; where there is none, all meshes, unplaced. `neighbour`
-/// gives the bytes of a file that a `.gltf` names.
+/// Parses the default scene, or the first one; if there is none, all meshes, unplaced. `neighbour`
+/// reads the files that a `.gltf` names.
 pub(crate) fn parse(file: &str, bytes: &[u8], limits: &LoadLimits, neighbour: Neighbour) -> Result<Soup> {
     let (root, blob) = root(file, bytes, limits)?;
     let document = Document::from_json_without_validation(root);
     let blob: Rc<[u8]> = blob.unwrap_or_default().into();
     let (mut buffers, mut total) = (Vec::new(), 0);
-    // Many buffers may be one file.
+    // Many buffers may name one file.
     let mut known: HashMap<&str, Rc<[u8]>> = HashMap::new();
     for (number, buffer) in document.buffers().enumerate() {
         buffers.push(match buffer.source() {
@@ -76,10 +76,10 @@ pub(crate) fn parse(file: &str, bytes: &[u8], limits: &LoadLimits, neighbour: Ne
     Ok(reader.soup)
 }
 
-/// What the file says, validated, and the binary part of a `.glb`.
+/// Returns the description, validated, and the binary part of a `.glb`.
 fn root(file: &str, bytes: &[u8], limits: &LoadLimits) -> Result<(Root, Option<Vec<u8>>)> {
     let (json, blob) = if bytes.starts_with(b"glTF") {
-        // The crate subtracts the length of the header from this number.
+        // The crate subtracts the header's size from this length, so it must not be smaller.
         let length =
             bytes.get(8..12).map_or(0, |field| field.iter().rev().fold(0, |all, &byte| all << 8 | usize::from(byte)));
         if !(12..=bytes.len()).contains(&length) {
@@ -93,7 +93,7 @@ fn root(file: &str, bytes: &[u8], limits: &LoadLimits) -> Result<(Root, Option<V
     } else {
         (bytes.into(), None)
     };
-    // Each becomes a node, an accessor or the like, of hundreds of bytes.
+    // Each object becomes a node, an accessor or the like, of hundreds of bytes.
     let objects = json.iter().filter(|&&byte| byte == b'{').count();
     limits.check(LoadLimit::MeshNodes, objects, file, "JSON")?;
     let root: Root = serde_json::from_slice(&json)
@@ -108,9 +108,9 @@ fn root(file: &str, bytes: &[u8], limits: &LoadLimits) -> Result<(Root, Option<V
     }
 }
 
-/// What is wrong with the description, and where.
+/// Returns what is wrong with the description, and where.
 fn fault(root: &Root) -> Option<(String, Fault)> {
-    // The validation of the crate takes these for indices of accessors.
+    // The crate's validation takes these for valid indices of accessors.
     for (number, mesh) in root.meshes.iter().enumerate() {
         let mut indices = mesh.primitives.iter().flat_map(|primitive| primitive.attributes.values());
         if indices.any(|index| index.value() >= root.accessors.len()) {
@@ -120,8 +120,8 @@ fn fault(root: &Root) -> Option<(String, Fault)> {
     let mut fault = None;
     root.validate(root, Path::new, &mut |path, error| {
         let path = path().to_string();
-        // Other extensions are about looks; of attributes only positions are asked for, and not
-        // their bounds.
+        // Other extensions concern appearance. Of attributes only positions are used, without their
+        // bounds.
         let matters = error == Fault::IndexOutOfBounds || error == Fault::Invalid && !path.contains("attributes");
         if matters && fault.is_none() {
             fault = Some((path, error));
@@ -142,8 +142,8 @@ fn buffer(file: &str, number: usize, uri: &str, neighbour: Neighbour) -> Result<
 impl Reader<'_> {
     fn node(&mut self, node: &Node, parent: &Matrix4<f64>, depth: usize) -> Result<()> {
         let place = || format!("nodes[{}]", node.index());
-        if depth > DEEPEST {
-            let problem = format!("got nodes nested deeper than {DEEPEST}, expected no cycle");
+        if depth > MAX_NODE_DEPTH {
+            let problem = format!("got nodes nested deeper than {MAX_NODE_DEPTH}, expected no cycle");
             return Err(Error::input(self.file, place(), problem));
         }
         self.soup.enter_node().map_err(|problem| Error::input(self.file, place(), problem))?;
@@ -191,7 +191,7 @@ impl Reader<'_> {
             Mode::TriangleFan => self.soup.push_fan(&corners),
             _ => self.soup.triangles.extend_from_slice(corners.as_chunks().0),
         }
-        // What a node mirrors faces the same way as before only if it is wound the other way.
+        // Mirroring reverses the side that a triangle faces, so its winding is reversed too.
         if matrix.fixed_view::<3, 3>(0, 0).determinant() < 0.0 {
             self.soup.triangles[from..].iter_mut().for_each(|triangle| triangle.swap(1, 2));
         }

@@ -1,10 +1,10 @@
-//! Files written here, good and broken.
+//! Tests glTF files that are written here, valid and broken.
 
 use crate::robot::TriangleMesh;
 use crate::robot::formats::gltf::*;
 use crate::robot::formats::{parse, parse_among};
 
-/// A tetrahedron: corners, then the indices of its faces.
+/// A tetrahedron: its corners, then the indices of its faces.
 const CORNERS: [[f32; 3]; 4] = [[0., 0., 0.], [1., 0., 0.], [0., 1., 0.], [0., 0., 1.]];
 const FACES: [[u32; 3]; 4] = [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]];
 
@@ -13,7 +13,7 @@ fn data(index_bytes: fn(u32) -> Vec<u8>) -> Vec<u8> {
     corners.chain(FACES.iter().flatten().flat_map(|&index| index_bytes(index))).collect()
 }
 
-/// `5125`: u32, `5123`: u16, `5121`: u8.
+/// `component` is the type of indices: 5125 for u32, 5123 for u16, 5121 for u8.
 fn json(nodes: &str, component: u32, length: usize, uri: &str) -> String {
     format!(
         r#"{{"asset":{{"version":"2.0"}},"scene":0,"scenes":[{{"nodes":[0]}}],"nodes":[{nodes}],
@@ -90,7 +90,7 @@ fn nodes_place_meshes() {
     );
     let mesh = parse("a.glb", &tetrahedron(&node)).unwrap();
     assert_eq!((mesh.components.len(), mesh.is_closed()), (2, true));
-    // Mirrored, turned by a quarter, moved: x of 1 + 2 * 10 + 2 along y.
+    // Nodes mirror, rotate by a quarter and move: x up to 10 + 1 along y, times 2.
     let expected = Vec3::new(1.0, 2.0 + 2.0 * 11.0, 3.0);
     assert!((farthest(&mesh) - expected).norm() < 1e-6, "{:?}", farthest(&mesh));
 }

@@ -1,44 +1,41 @@
-//! Cavities: closed parts of a mesh that lie within another one and face the other way. Not what is
-//! inside at a point.
+//! Cavities: closed parts of a mesh that lie within another one and face the other way.
 
 use std::collections::HashSet;
 
 use super::part::Part;
 use crate::math::Vec3;
 
-/// Corners of a part that are asked whether they lie in another one; fewer where parts are many and
-/// large, and where less than [`LEAST_ASKED`] could be asked there are no cavities.
-const ASKED: usize = 256;
-const LEAST_ASKED: usize = 4;
-/// Solid angles that may be computed for one mesh: some seconds.
-const MOST_ANGLES: usize = 50_000_000;
-/// Meshes of more closed parts that face both ways have no cavities: every part would be compared
-/// with every other one.
-const MOST_PARTS: usize = 20_000;
-/// A cavity encloses more than this share of its area to the power of 3/2: less is the rounding of
+/// Largest number of corners of a part to test for lying in another one; fewer if parts are many
+/// and large. There are no cavities if fewer than [`MIN_CORNERS`] can be tested.
+const MAX_CORNERS: usize = 256;
+const MIN_CORNERS: usize = 4;
+/// Largest number of solid angles to compute for one mesh; they take some seconds.
+const MAX_SOLID_ANGLES: usize = 50_000_000;
+/// Largest number of closed parts in a mesh with cavities: all pairs of parts are compared.
+const MAX_CLOSED_PARTS: usize = 20_000;
+/// Smallest volume of a cavity, as a share of its area to the power of 3/2: less is the rounding of
 /// flat parts. A ball has 0.09.
-pub(super) const LEAST: f64 = 1e-9;
+pub(super) const MIN_CAVITY_VOLUME_SHARE: f64 = 1e-9;
 
-/// A closed part.
+/// A closed part, its bounding box and its volume.
 struct Shell {
-    /// Index of the part.
     part: usize,
     low: Vec3,
     high: Vec3,
     volume: f64,
 }
 
-/// Turns cavities to face into the cavity, and puts each behind the solid that it is in.
+/// Orients cavities to face into the cavity, and puts each behind the solid that it is in.
 ///
-/// Winding numbers decide. Every closed part counts 1 in what it encloses, but for those that face
-/// against the outermost part around them: they count -1 where the others around them add up to 1,
-/// so that what they enclose is outside. Where solids overlap that both face outward, nothing
-/// becomes a cavity. A mesh whose parts all face inward is one that is wound the other way.
+/// Winding numbers decide. Every closed part counts 1 in what it encloses, except those that face
+/// against the outermost part around them. They count -1 if the others around them add up to 1, so
+/// that what they enclose is outside. If two solids that face outward overlap, nothing in both
+/// becomes a cavity. A mesh whose parts all face inward is taken to be wound the other way.
 pub(crate) fn turn(vertices: &[Vec3], parts: &mut Vec<Part>) {
     let closed = || parts.iter().filter(|part| part.closed);
     let inward = closed().filter(|part| part.was_inward).count();
     let count = closed().count();
-    if inward == 0 || inward == count || count > MOST_PARTS {
+    if inward == 0 || inward == count || count > MAX_CLOSED_PARTS {
         return;
     }
     let mut shells: Vec<Shell> =
@@ -49,13 +46,13 @@ pub(crate) fn turn(vertices: &[Vec3], parts: &mut Vec<Part>) {
     let mut outermost: Vec<usize> = Vec::with_capacity(shells.len());
     let mut solid_of: Vec<Option<usize>> = vec![None; parts.len()];
     for k in 0..shells.len() {
-        // What holds a part is larger.
+        // Only larger parts, which come first, can hold a part.
         let holds = |other: &usize| shells[*other].holds(&shells[k], vertices, parts, asked);
         let around: Vec<usize> = (0..k).filter(holds).collect();
         let side = |shell: usize| parts[shells[shell].part].was_inward;
         outermost.push(around.first().map_or(k, |first| outermost[*first]));
         let within: i32 = around.iter().map(|other| counts[*other]).sum();
-        // Nothing faces against what contradicts itself.
+        // If a part contradicts itself, nothing faces against it.
         let says_its_side = parts[shells[outermost[k]].part].agrees;
         if says_its_side && side(k) != side(outermost[k]) && within == 1 && shells[k].is_spacious(vertices, parts) {
             counts[k] = -1;
@@ -80,17 +77,17 @@ pub(crate) fn turn(vertices: &[Vec3], parts: &mut Vec<Part>) {
     }
 }
 
-/// How many corners of each part can be asked; `None` where these are too few to tell anything.
+/// Number of corners of each part that can be tested; `None` if that is too few to decide anything.
 fn corners_to_ask(shells: &[Shell], parts: &[Part]) -> Option<usize> {
     let mut angles: usize = 0;
     for (k, shell) in shells.iter().enumerate() {
         let around = shells[..k].iter().filter(|other| other.may_hold(shell));
         angles = angles.saturating_add(around.map(|other| parts[other.part].triangles.len()).sum());
-        if angles > MOST_ANGLES / LEAST_ASKED {
+        if angles > MAX_SOLID_ANGLES / MIN_CORNERS {
             return None;
         }
     }
-    Some((MOST_ANGLES / angles.max(1)).min(ASKED))
+    Some((MAX_SOLID_ANGLES / angles.max(1)).min(MAX_CORNERS))
 }
 
 impl Shell {
@@ -102,29 +99,29 @@ impl Shell {
         Self { part, low, high, volume: volume_and_area(vertices, triangles).0 }
     }
 
-    /// Whether the box of `other` lies within the own one.
+    /// Whether the box of `other` lies within this one.
     fn may_hold(&self, other: &Shell) -> bool {
         (0..3).all(|k| self.low[k] <= other.low[k] && other.high[k] <= self.high[k])
     }
 
-    /// Whether the box of a triangle meets the own one.
+    /// Whether the box of a triangle meets this one.
     fn may_meet(&self, [a, b, c]: [&Vec3; 3]) -> bool {
         let (low, high) = (a.inf(b).inf(c), a.sup(b).sup(c));
         (0..3).all(|k| low[k] <= self.high[k] && self.low[k] <= high[k])
     }
 
-    /// Whether the whole of `other` lies within, as far as its box and some of its corners tell
-    /// that are not shared with it.
+    /// Whether all of `other` lies within, judged by its box and by some of its corners that the
+    /// two do not share.
     fn holds(&self, other: &Shell, vertices: &[Vec3], parts: &[Part], most: usize) -> bool {
         if !self.may_hold(other) {
             return false;
         }
         let corners = parts[other.part].triangles.as_flattened();
         let own = &parts[self.part].triangles;
-        // Half within is on a face.
+        // A corner on a face has the winding number 0.5.
         let is_within = |&at: &u32| winding_number(vertices, own, &vertices[at as usize]).abs() > 0.75;
         if !own.iter().any(|t| other.may_meet(t.map(|index| &vertices[index as usize]))) {
-            // All of the box of the other one is within, or none of it.
+            // No triangle meets the box of `other`, so all of that is within, or none of it.
             return corners.first().is_some_and(is_within);
         }
         let shared: HashSet<u32> = own.as_flattened().iter().copied().collect();
@@ -139,7 +136,7 @@ impl Shell {
 }
 
 fn encloses((volume, area): (f64, f64)) -> bool {
-    volume.abs() > LEAST * area.powf(1.5)
+    volume.abs() > MIN_CAVITY_VOLUME_SHARE * area.powf(1.5)
 }
 
 /// Whether triangles enclose a cavity, that is, face inward.
@@ -148,7 +145,7 @@ pub(crate) fn face_inward(vertices: &[Vec3], triangles: &[[u32; 3]]) -> bool {
     volume < 0.0 && encloses((volume, area))
 }
 
-/// Signed volume [m^3], positive where triangles face outward, and area [m^2].
+/// Signed volume [m^3], positive if triangles face outward, and area [m^2].
 pub(crate) fn volume_and_area(vertices: &[Vec3], triangles: &[[u32; 3]]) -> (f64, f64) {
     let Some(first) = triangles.first() else { return (0.0, 0.0) };
     let origin = vertices[first[0] as usize];

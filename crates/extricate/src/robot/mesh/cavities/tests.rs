@@ -1,4 +1,4 @@
-//! Nested balls and boxes, wound as files may have them.
+//! Tests nested balls, wound as files may have them.
 
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -7,7 +7,7 @@ use crate::robot::Geometry;
 use crate::robot::mesh::TriangleMesh;
 use crate::robot::mesh::cavities::*;
 
-/// A closed ball, wound outward or inward.
+/// A closed ball: its centre, its radius, and whether it is wound outward.
 #[derive(Clone, Copy)]
 struct Ball(Vec3, f64, bool);
 
@@ -93,14 +93,14 @@ fn mirrored_and_scaled_meshes_keep_their_cavities() {
     }
 }
 
-/// Winding numbers of what is left against those of the file: solids where the file winds at all.
+/// Winding numbers of the mesh have to be those of the file.
 #[test]
 fn random_nests_wind_as_their_files_do() {
     let mut rng = ChaCha8Rng::seed_from_u64(61);
     let (mut hollow, mut solid) = (0, 0);
     for _ in 0..120 {
-        // Each ball within one before it, or beside those in it; some that lie in solid face
-        // inward.
+        // Each ball lies within an earlier one, and apart from others in it. Some that lie in solid
+        // face inward.
         let mut balls = vec![at_origin(1.0, true)];
         for _ in 0..rng.random_range(1..6) {
             let within = rng.random_range(0..balls.len());
@@ -130,7 +130,7 @@ fn random_nests_wind_as_their_files_do() {
     assert!(hollow > 200 && solid > 1000, "{hollow} {solid}");
 }
 
-/// A hull whose triangles are wound as it happens does not say which way the ball in it faces.
+/// A hull with random windings does not say which way the ball in it faces.
 #[test]
 fn what_contradicts_itself_has_no_cavities() {
     for (every, expected) in [(usize::MAX, true), (3, false)] {

@@ -1,4 +1,4 @@
-//! Connected components of triangles: solids, cavities and surfaces in order. Not welding.
+//! Sorts triangles into connected components: solids, cavities and surfaces.
 
 use robust::{Coord, orient2d};
 
@@ -9,18 +9,18 @@ use super::partition::parts_of;
 use super::seams::{self, Welding};
 use crate::math::Vec3;
 
-/// What was done to the triangles of a file that its author may not have meant.
+/// Changes to the triangles of a file that its author may not have meant.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Mending {
-    /// What was welded to close some.
+    /// Welding that closed components, if any did.
     pub welding: Option<Welding>,
-    /// How many triangles inside solids are left out.
+    /// Number of triangles inside solids that are left out.
     pub walls: usize,
 }
 
-/// Sorts triangles (of three different vertices each) into components in order of appearance,
-/// cavities behind the solids that they are in, drops those that repeat another and those without
-/// area, and turns closed components outward, cavities into the cavity. Says what was mended.
+/// Sorts triangles (of three different vertices each) into components in order of appearance, each
+/// cavity behind its solid. Drops repeated triangles and those without area, and orients closed
+/// components outward, cavities into the cavity. Also returns what was mended.
 pub(crate) fn components(vertices: &[Vec3], triangles: Vec<[u32; 3]>) -> (Vec<[u32; 3]>, Vec<Component>, Mending) {
     let groups = edge_connected(triangles, |triangle| *triangle);
     let mut parts: Vec<Part> = groups.into_iter().flat_map(|group| parts_of(vertices, group)).collect();
@@ -39,7 +39,8 @@ pub(crate) fn components(vertices: &[Vec3], triangles: Vec<[u32; 3]>) -> (Vec<[u
     (sorted, components, mending)
 }
 
-/// Whether three points lie exactly on a line (so do their three projections, and only then).
+/// Whether three points lie exactly on a line, as they do if and only if their three projections
+/// do.
 fn on_a_line([a, b, c]: [&Vec3; 3]) -> bool {
     let flat = |i: usize, j: usize| {
         let at = |p: &Vec3| Coord { x: p[i], y: p[j] };

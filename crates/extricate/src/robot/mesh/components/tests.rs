@@ -1,4 +1,4 @@
-//! Cubes and tetrahedra, as files have them.
+//! Tests cubes and tetrahedra as files have them.
 
 use crate::robot::mesh::TriangleMesh;
 use crate::robot::mesh::components::*;
@@ -57,7 +57,7 @@ fn solids_that_touch_at_an_edge_a_corner_or_a_wall_are_closed() {
         second.reverse();
         soup.extend(second);
         let mesh = mesh(soup);
-        // A wall makes them one, an edge or a corner alone does not.
+        // A shared wall makes them one component; an edge or a corner alone does not.
         let parts = if corner == [1., 0., 0.] { 1 } else { 2 };
         assert_eq!((mesh.components.len(), mesh.triangles.len()), (parts, 24));
         assert!(mesh.is_closed());
@@ -75,7 +75,7 @@ fn block(high: Vec3, outward: bool) -> Vec<Vec3> {
     soup
 }
 
-/// The walls at the edge that they share lie in one plane: no order around it tells them apart.
+/// Their walls at the shared edge lie in one plane, so no order around it tells them apart.
 #[test]
 fn solids_that_overlap_and_share_an_edge_are_both_solid() {
     for (first, second) in [(true, true), (true, false), (false, true), (false, false)] {
@@ -91,7 +91,7 @@ fn solids_that_overlap_and_share_an_edge_are_both_solid() {
 #[test]
 fn a_cavity_that_touches_an_edge_of_its_solid_is_one() {
     for wound in [true, false] {
-        // A wedge with one edge on the block's, wound inward as it stands.
+        // A wedge shares an edge with the block, and is wound inward.
         let mut soup = block(Vec3::repeat(2.0), wound);
         let [a, b] = [Vec3::new(0., 0., 0.), Vec3::new(0., 0., 2.)];
         let [c, d] = [Vec3::new(1., 0.5, 0.5), Vec3::new(0.5, 1., 1.)];
@@ -146,7 +146,7 @@ fn a_flat_triangle_bridges_a_t_junction() {
 fn slivers_stay_and_a_moebius_strip_does_no_harm() {
     let sliver = [[0., 0., 0.], [1., 0., 0.], [0.5, 1e-8, 0.]].map(Vec3::from).to_vec();
     assert_eq!(TriangleMesh::new(sliver, vec![[0, 1, 2]]).triangles.len(), 1);
-    // The projective plane: closed, cannot be oriented.
+    // The projective plane is closed and cannot be oriented.
     let faces = [[0, 1, 2], [0, 2, 3], [0, 3, 4], [0, 4, 5], [0, 5, 1], [1, 2, 4], [2, 3, 5], [3, 4, 1], [4, 5, 2]];
     let points = (0..6).map(|k| Vec3::new((k as f64).cos(), (k as f64).sin(), (k * k) as f64)).collect();
     let plane = TriangleMesh::new(points, [faces.to_vec(), vec![[5, 1, 3]]].concat());

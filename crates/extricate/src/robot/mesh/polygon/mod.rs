@@ -1,8 +1,7 @@
-//! Faces of many corners to triangles: concave ones, and ones with holes. One face, no mesh.
+//! Triangulates single faces of many corners, also concave ones and ones with holes.
 //!
-//! Every corner stays a corner of a triangle and every side a side of one, also where three corners
-//! lie on a line: neighbours of the face share them, and a mesh is closed only where sides meet
-//! sides.
+//! Every corner and every side of a face stays one of a triangle, even if three corners lie on a
+//! line. Neighbouring faces share them, and a mesh is only closed if sides meet sides.
 
 use std::collections::hash_map::Entry;
 use std::collections::{HashMap, HashSet};
@@ -13,20 +12,20 @@ use spade::{ConstrainedDelaunayTriangulation, HasPosition, HierarchyHintGenerato
 
 use crate::math::Vec3;
 
-/// The face crosses itself, or its holes cross it or lie outside, or it is so far from flat that it
-/// does when seen along its normal.
+/// The face crosses itself (perhaps only as seen along its normal, if it is far from flat), or its
+/// holes cross it or lie outside.
 #[derive(Debug, PartialEq, Eq)]
 pub(crate) struct Untriangulable;
 
-/// Share of the area of a face that rounding may take from or add to that of its triangles.
-const ROUNDING: f64 = 1e-9;
+/// Share of a face's area that rounding may take from or add to the area of its triangles.
+const AREA_ROUNDING_SHARE: f64 = 1e-9;
 
-/// Appends the triangles of a face, wound as its outline is. `rings` are its outline and its holes,
-/// wound either way, as indices into `vertices`; rings of less than three corners are nothing.
+/// Appends the triangles of a face, wound like its outline. `rings` are the outline and the holes,
+/// wound either way, as indices into `vertices`. Rings of fewer than three corners are ignored.
 ///
-/// Convex outlines become fans around their first corner, others the constrained Delaunay
-/// triangulation of the face seen along the axis that is nearest to its normal. A face of which
-/// that is not possible becomes a fan a ring, so that its sides are there.
+/// A convex outline becomes a fan around its first corner. Other faces get a constrained Delaunay
+/// triangulation, seen along the axis that is nearest to the normal. If that fails, each ring
+/// becomes a fan, so that all sides exist.
 ///
 /// # Source
 /// The normal: I. E. Sutherland, R. F. Sproull and R. A. Schumacker, "A characterization of ten
@@ -61,20 +60,20 @@ pub(crate) fn triangulate(
     }
 }
 
-/// Appends a fan around the first corner.
+/// Appends the triangles of a fan around the first corner.
 pub(crate) fn fan(ring: &[u32], triangles: &mut Vec<[u32; 3]>) {
     triangles.extend((2..ring.len()).map(|k| [ring[0], ring[k - 1], ring[k]]));
 }
 
-/// Points seen along an axis, so that coordinates stay what they are: corners on a line are seen on
-/// a line.
+/// Points seen along an axis, which keeps their coordinates exact: corners on a line stay on a
+/// line.
 struct View<'a> {
     vertices: &'a [Vec3],
     axes: [usize; 2],
 }
 
 impl<'a> View<'a> {
-    /// In which `outline` runs counterclockwise.
+    /// Returns the view in which `outline` runs counterclockwise.
     fn along_normal(vertices: &'a [Vec3], outline: &[u32]) -> Self {
         let at = |k: usize| &vertices[outline[k % outline.len()] as usize];
         let origin = at(0);
@@ -89,7 +88,7 @@ impl<'a> View<'a> {
         Coord { x: point[self.axes[0]], y: point[self.axes[1]] }
     }
 
-    /// Whether a ring turns left or not at all at every corner, and once around in all.
+    /// Whether a ring never turns right, and goes around once.
     fn is_convex(&self, ring: &[u32]) -> bool {
         let corner = |k: usize| self.at(ring[k % ring.len()]);
         let turns_left = |k: usize| orient2d(corner(k), corner(k + 1), corner(k + 2)) >= 0.0;
@@ -100,7 +99,7 @@ impl<'a> View<'a> {
         (0..ring.len()).all(turns_left) && (0..ring.len()).filter(|&k| goes_on(k) != goes_on(k + 1)).count() == 2
     }
 
-    /// Twice the area within a ring, positive where it runs counterclockwise.
+    /// Twice the area within a ring, positive if it runs counterclockwise.
     fn area(&self, ring: &[u32]) -> f64 {
         let origin = self.at(ring[0]);
         let corner = |k: usize| {
@@ -125,7 +124,7 @@ impl<'a> View<'a> {
                 place.insert(handle);
                 match first_at.get(handle.index()) {
                     None => first_at.push(index),
-                    // Corners that are seen at one place have to be at one.
+                    // Corners that coincide in the view must coincide in space.
                     Some(&first) if self.vertices[first as usize] == self.vertices[index as usize] => {}
                     Some(_) => return None,
                 }
@@ -144,7 +143,7 @@ impl<'a> View<'a> {
         let holes: f64 = rings[1..].iter().map(|ring| self.area(ring).abs()).sum();
         let expected = self.area(rings[0]) - holes;
         found.append(&mut outlines.bridges);
-        ((sum - expected).abs() <= ROUNDING * self.area(rings[0]) && expected > 0.0).then_some(found)
+        ((sum - expected).abs() <= AREA_ROUNDING_SHARE * self.area(rings[0]) && expected > 0.0).then_some(found)
     }
 }
 
@@ -162,21 +161,22 @@ impl HasPosition for Corner {
     }
 }
 
-/// Finds where a corner lies in logarithmic time, also where corners jump to and fro.
+/// A triangulation that locates a corner in logarithmic time, even if successive ones are far
+/// apart.
 type Plane = ConstrainedDelaunayTriangulation<Corner, (), (), (), HierarchyHintGenerator<f64>>;
 
 /// The sides of a face in a triangulation of its corners.
 struct Outlines {
     plane: Plane,
-    /// Edges of the triangulation that lie on an odd number of sides: what is inside lies on one
-    /// side of them.
+    /// Edges of the triangulation that lie on an odd number of sides, so that one side of each is
+    /// inside.
     sides: HashSet<[usize; 2]>,
     /// Flat triangles between a side and the corners that lie on it.
     bridges: Vec<[u32; 3]>,
 }
 
 impl Outlines {
-    /// `None` where the side crosses another one.
+    /// Adds a side; `None` if it crosses another one.
     fn add_side(&mut self, from: FixedVertexHandle, to: FixedVertexHandle) -> Option<()> {
         let edges = self.plane.try_add_constraint(from, to);
         let mut on_side = Vec::new();
@@ -199,7 +199,7 @@ impl Outlines {
         Some(())
     }
 
-    /// The triangles between the sides: from outside, every side leads in or out.
+    /// Returns the triangles inside: on a way in from the outer face, every side leads in or out.
     fn inside(&self) -> Vec<[u32; 3]> {
         let mut beside: Vec<Vec<(usize, bool)>> = vec![Vec::new(); self.plane.num_all_faces()];
         for edge in self.plane.directed_edges() {

@@ -1,4 +1,4 @@
-//! Against areas and crossing numbers, which know no triangles.
+//! Compares triangulations with areas and crossing numbers, which need no triangles.
 
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -44,7 +44,7 @@ fn check(rings: &[Vec<[f64; 2]>], pose: &Pose, rng: &mut ChaCha8Rng) {
         let covers = triangles.iter().filter(|t| within(&[corners(t)], point)).count();
         assert_eq!(covers, usize::from(within(rings, point)), "{point:?} {rings:?}");
     }
-    // Neighbours find every side, and inner sides meet each other.
+    // Every side of a ring is one of a triangle, and inner sides meet each other.
     let mut sides: HashMap<[u32; 2], usize> = HashMap::new();
     let same = |k: u32| flat.iter().position(|corner| *corner == flat[k as usize]).unwrap() as u32;
     let mut add = |a: u32, b: u32| {
@@ -126,7 +126,7 @@ fn corners_on_a_line_stay_corners() {
         let pose = Pose::from_xyz_rpy([0.0; 3], [0.0, 0.0, [0.0, 0.3][round % 2]]);
         check(&[ring], &pose, &mut rng);
     }
-    // A convex one too.
+    // A convex ring keeps them too.
     check(
         &[vec![[0.0, 0.0], [1.0, 0.0], [2.0, 0.0], [2.0, 1.0], [2.0, 2.0], [0.0, 2.0], [0.0, 1.0]]],
         &Pose::identity(),
@@ -152,11 +152,11 @@ fn faces_that_cross_themselves_are_refused_and_keep_their_sides() {
     refused(&square, &[&[0, 2, 1, 3]], 2);
     refused(&[[0., 0.], [4., 0.], [4., 4.], [0., 4.], [5., 1.], [5., 2.], [6., 1.]], &[&[0, 1, 2, 3], &[4, 5, 6]], 3);
     refused(&[[0., 0.], [4., 0.], [4., 4.], [0., 4.], [3., 1.], [5., 2.], [3., 3.]], &[&[0, 1, 2, 3], &[4, 5, 6]], 3);
-    // A pentagram turns left everywhere, but twice around.
+    // A pentagram turns left everywhere, but goes around twice.
     let star: Vec<[f64; 2]> =
         (0..5).map(|k| (2.0 * std::f64::consts::TAU * f64::from(k) / 5.0).sin_cos().into()).collect();
     refused(&star, &[&[0, 1, 2, 3, 4]], 3);
-    // Twice around the same square.
+    // This ring goes around the same square twice.
     refused(&square, &[&[0, 1, 2, 3, 0, 1, 2, 3]], 6);
 }
 

@@ -1,5 +1,5 @@
-//! Seams: open edges whose two sides are apart by no more than a file in f32 can say. Not how far
-//! wider ones are open (`openings`).
+//! Seams: open edges whose two sides are no farther apart than f32 can resolve. `openings` measures
+//! wider ones.
 
 use std::collections::HashSet;
 
@@ -10,35 +10,35 @@ use super::partition::parts_of;
 use super::weld::weld_within;
 use crate::math::Vec3;
 
-/// How far two corners may be from each other that a seam joins, as a share of the mesh's size or
-/// of its farthest coordinate: eight units in the last place of f32 for numbers just above a power
+/// Largest distance of two corners that a seam joins, as a share of the mesh's size or of its
+/// farthest coordinate. It is eight units in the last place of f32 for numbers just above a power
 /// of two. Exporters that transform triangle by triangle are off by one or two units in each
-/// coordinate; of 155 meshes of public robots that had open parts, ten are closed by a millionth of
-/// the size.
-const TOLERANCE: f64 = 1.0 / (1 << 20) as f64;
-/// The same where the mesh lies far from its origin: most, as a share of its size.
-const MOST: f64 = 1e-4;
+/// coordinate. Of 155 meshes of public robots that had open parts, a millionth of the size closes
+/// ten.
+const MAX_SEAM_SHARE: f64 = 1.0 / (1 << 20) as f64;
+/// The same as a share of the mesh's size alone, for meshes far from their origin.
+const MAX_SEAM_SIZE_SHARE: f64 = 1e-4;
 
-/// What was done to close a mesh.
+/// Welding of corners that closed parts of a mesh.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Welding {
-    /// Corners that were moved onto others.
+    /// Number of corners that were moved onto others.
     pub corners: usize,
-    /// Farthest of these moves \[m\].
+    /// Length of the farthest of these moves \[m\].
     pub farthest: f64,
-    /// Parts of the mesh that are closed by that.
+    /// Number of parts of the mesh that this closed.
     pub closed: usize,
 }
 
-/// Welds corners of open edges where that closes a part of the mesh: each part by itself, then all
-/// that are left together. What does not become closed stays as it was.
+/// Welds corners of open edges if that closes a part of the mesh: first each part by itself, then
+/// all that are left together. What does not become closed stays as it was.
 pub(crate) fn close(vertices: &[Vec3], parts: &mut Vec<Part>) -> Option<Welding> {
     let tolerance = tolerance(vertices)?;
     let (mut closed, open): (Vec<Part>, Vec<Part>) = std::mem::take(parts).into_iter().partition(|part| part.closed);
     let mut welding = Welding { corners: 0, farthest: 0.0, closed: 0 };
     let mut left = Vec::new();
     for part in open {
-        // No solid has less than four faces.
+        // No solid has fewer than four faces.
         let found = if part.triangles.len() < 4 { None } else { welded(vertices, &part.triangles, tolerance) };
         match found.filter(|found| found.left.is_empty()) {
             Some(found) => {
@@ -63,7 +63,8 @@ fn tolerance(vertices: &[Vec3]) -> Option<f64> {
     let (low, high) = vertices.iter().fold((*first, *first), |(low, high), v| (low.inf(v), high.sup(v)));
     let size = (high - low).norm();
     let farthest = low.amax().max(high.amax()).max(size);
-    Some((TOLERANCE * farthest).min(MOST * size)).filter(|tolerance| *tolerance > 0.0 && tolerance.is_finite())
+    Some((MAX_SEAM_SHARE * farthest).min(MAX_SEAM_SIZE_SHARE * size))
+        .filter(|tolerance| *tolerance > 0.0 && tolerance.is_finite())
 }
 
 impl Welding {
@@ -76,14 +77,13 @@ impl Welding {
 
 struct Closing {
     parts: Vec<Part>,
-    /// What is in none of the parts.
+    /// Triangles that are in none of the parts.
     left: Vec<[u32; 3]>,
     welding: Welding,
 }
 
-/// Corners of open edges, and which others they are welded to.
+/// Corners of open edges in ascending order, and the corners that they are welded to.
 struct Seams {
-    /// Ascending.
     corners: Vec<u32>,
     to: Vec<u32>,
 }
@@ -95,7 +95,7 @@ impl Seams {
         corners.dedup();
         let points: Vec<Vec3> = corners.iter().map(|&index| vertices[index as usize]).collect();
         let (kept, map) = weld_within(&points, tolerance);
-        // The first of those that are welded is the one that is kept.
+        // Of corners that are welded together, the first one is kept.
         let mut first = vec![u32::MAX; kept.len()];
         corners.iter().zip(&map).rev().for_each(|(&index, &place)| first[place as usize] = index);
         Self { to: map.into_iter().map(|place| first[place as usize]).collect(), corners }
@@ -106,7 +106,7 @@ impl Seams {
     }
 }
 
-/// `None` where nothing becomes closed.
+/// Welds what can be welded; `None` if nothing becomes closed.
 fn welded(vertices: &[Vec3], triangles: &[[u32; 3]], tolerance: f64) -> Option<Closing> {
     let seams = Seams::of(vertices, triangles, tolerance);
     if seams.corners == seams.to {
@@ -124,7 +124,7 @@ fn welded(vertices: &[Vec3], triangles: &[[u32; 3]], tolerance: f64) -> Option<C
         if solids.is_empty() {
             continue;
         }
-        // Walls inside are in none of the parts.
+        // Walls inside are in none of the parts, and go with the solids.
         let others: HashSet<[u32; 3]> = others.iter().flat_map(|part| &part.triangles).map(sorted).collect();
         for &t in group.iter().filter(|&&t| !others.contains(&sorted(&moved[t]))) {
             is_closed[t] = true;
@@ -132,7 +132,7 @@ fn welded(vertices: &[Vec3], triangles: &[[u32; 3]], tolerance: f64) -> Option<C
         }
         parts.extend(solids);
     }
-    // A sliver that shrinks to a line was part of a seam.
+    // A sliver that welding shrinks to a line was part of a seam.
     let shrunk = |t: usize| !has_three_corners(&moved[t]) && moved[t].iter().any(|index| in_solid.contains(index));
     let left = (0..moved.len()).filter(|&t| !is_closed[t] && !shrunk(t)).map(|t| triangles[t]).collect();
     let mut ways: Vec<(u32, u32)> = Vec::new();
@@ -151,7 +151,7 @@ fn has_three_corners([a, b, c]: &[u32; 3]) -> bool {
     a != b && b != c && c != a
 }
 
-/// Whether what is enclosed is thicker in the mean than what is welded: two sides of one sheet
+/// Whether the enclosed volume is thicker on average than the tolerance; the two sides of one sheet
 /// enclose nothing.
 fn is_thick(vertices: &[Vec3], triangles: &[[u32; 3]], tolerance: f64) -> bool {
     let (volume, area) = volume_and_area(vertices, triangles);

@@ -1,5 +1,5 @@
-//! Solids as files in f32 have them: every triangle with corners of its own, each off by units in
-//! the last place.
+//! Tests solids as files in f32 have them: every triangle with corners of its own, each off by
+//! units in the last place.
 
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -8,8 +8,8 @@ use crate::robot::mesh::TriangleMesh;
 use crate::robot::mesh::seams::*;
 use crate::robot::{Geometry, formats};
 
-/// The triangles of a mesh, each corner rounded to f32 and moved by up to `ulps` units in the last
-/// place of each coordinate.
+/// Returns the corners of all triangles, each coordinate rounded to f32 and moved by up to `ulps`
+/// units in the last place.
 fn soup(mesh: &TriangleMesh, ulps: i32, rng: &mut ChaCha8Rng) -> Vec<Vec3> {
     let mut off = |x: f64| {
         let x = x as f32;
@@ -70,7 +70,7 @@ fn what_does_not_close_stays_as_it_was() {
         let stays = |corner: &Vec3| found.vertices.iter().any(|v| (v - corner).norm() < 1e-9);
         assert!(corners.iter().all(stays), "corners moved");
     }
-    // Wider than f32 explains.
+    // This seam is wider than f32 explains.
     let mut lid = soup(&ball, 0, &mut rng);
     lid[..90].iter_mut().for_each(|corner| corner.x += 1e-5);
     assert!(from_soup(lid).1.is_none());
@@ -82,7 +82,7 @@ fn a_solid_with_seams_closes_beside_what_is_open() {
     let block = Geometry::Box { half_extents: [0.25; 3] }.tessellate(4);
     let mut corners = soup(&block, 1, &mut rng);
     let solid = corners.len() / 3;
-    // A sheet that ends at a corner of the block.
+    // A sheet ends at a corner of the block.
     let tip = Vec3::repeat(0.25);
     corners.extend([tip, tip + Vec3::x(), tip + Vec3::y()]);
     let (found, welding) = from_soup(corners.clone());
@@ -90,7 +90,7 @@ fn a_solid_with_seams_closes_beside_what_is_open() {
     let sizes: Vec<(usize, bool)> = found.components.iter().map(|part| (part.triangles.len(), part.closed)).collect();
     assert_eq!(sizes, [(solid, true), (1, false)]);
     assert!(corners[3 * solid..].iter().all(|corner| found.vertices.contains(corner)));
-    // And two solids that touch.
+    // Two solids that touch are closed too.
     let other = moved(block.clone(), Vec3::repeat(0.5));
     let both = [soup(&block, 1, &mut rng), soup(&other, 1, &mut rng)].concat();
     let (found, _) = from_soup(both);
@@ -130,7 +130,7 @@ fn what_was_welded_is_told() {
     assert!(warnings[0].starts_with("a.obj: ") && warnings[0].contains("1 of 1 components are closed"), "{warnings:?}");
 }
 
-/// The fin is open once its two sides are one; the box does not depend on it.
+/// The fin is open once its two sides are welded; the box does not depend on it.
 #[test]
 fn a_box_with_a_fin_is_closed() {
     let mut rng = ChaCha8Rng::seed_from_u64(56);

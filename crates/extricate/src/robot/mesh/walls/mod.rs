@@ -1,37 +1,37 @@
-//! Walls: triangles inside a solid, which hang on its surface along edges of three triangles or
-//! more. Not what bounds a solid by itself (`part`).
+//! Walls: triangles inside a solid that meet its surface along edges of three triangles or more.
+//! `part` handles what bounds a solid by itself.
 
 use std::collections::HashSet;
 use std::f64::consts::TAU;
 
 use rayon::prelude::*;
 
-use super::cavities::{LEAST, volume_and_area, winding_number};
+use super::cavities::{MIN_CAVITY_VOLUME_SHARE, volume_and_area, winding_number};
 use super::edges::{Side, all_edges_even, edge_connected, find, same_edge, sorted_sides};
-use super::part::{Part, SAME_ANGLE, distinct, sort_by_angle, sorted};
+use super::part::{COPLANAR_ANGLE_RAD, Part, distinct, sort_by_angle, sorted};
 use crate::math::Vec3;
 
-/// Solid angles that may be computed to see that what is left out is inside: some seconds.
-const MOST_ANGLES: usize = 50_000_000;
+/// Largest number of solid angles to compute to verify that walls are inside: some seconds.
+const MAX_SOLID_ANGLES: usize = 50_000_000;
 
-/// What triangles that hang together by edges consist of.
+/// Connected triangles, by what is on their two sides.
 #[derive(Default)]
 struct Sorted {
-    /// What separates the inside from the outside: every edge is even.
+    /// Triangles between the inside and the outside.
     boundary: Vec<[u32; 3]>,
-    /// What has the outside on both sides.
+    /// Triangles with the outside on both sides.
     sheets: Vec<[u32; 3]>,
-    /// What has the inside on both sides.
+    /// Triangles with the inside on both sides.
     walls: Vec<[u32; 3]>,
 }
 
-/// The parts of what is not in `solids` of triangles that hang together by edges, if some of these
-/// edges have three triangles or more: walls inside are left out, and sheets outside are parts of
-/// their own; and how many walls there are. `None` if `rest` has to stay what it is.
+/// Divides the triangles of `group` that are not in `solids` into parts, and leaves out walls
+/// inside; also returns their number. Sheets outside become parts of their own. `None` if `rest`
+/// has to stay as it is, as it does if no edge has three triangles or more.
 ///
-/// `solids` are closed by themselves and stay whatever is around them: the order around an edge
-/// may be wrong if they cross what they hang on. `rest` is all the others as one part; if that is
-/// closed, none of it becomes a sheet. `patches` divides triangles into solids and what is left.
+/// `solids` are closed by themselves and stay as they are: the order around an edge may be wrong if
+/// they cross what they touch. `rest` is everything else as one part; if that is closed, none of it
+/// becomes a sheet. `patches` divides triangles into solids and the rest.
 pub(crate) fn without_walls(
     vertices: &[Vec3],
     group: &[[u32; 3]],
@@ -69,13 +69,13 @@ pub(crate) fn without_walls(
     Some((parts, walls.len()))
 }
 
-/// Sorts triangles that hang together by edges by what is on their two sides.
+/// Sorts connected triangles by what is on their two sides.
 ///
-/// The two sides of every triangle look into cells. Two sides that face each other around an edge
-/// look into the same one; two triangles in one plane face each other twice, and what is around
-/// them does not notice. Of more than two in one plane nothing says which comes first, so what is
-/// around them becomes one cell. Of a cell with an end the triangles around it, turned to face out
-/// of it, enclose a positive volume; of the outside that is negative.
+/// Each side of a triangle faces a cell, and sides that face each other around an edge face the
+/// same one. Two triangles in one plane face each other on both sides and do not affect the cells
+/// around them. The order of more than two in one plane is unknown, so the cells around them become
+/// one. The triangles around a bounded cell, oriented out of it, enclose a positive volume; for the
+/// outside it is negative.
 fn by_cells(vertices: &[Vec3], triangles: &[[u32; 3]], sides: &mut [Side]) -> Sorted {
     // The front of a triangle, to which its normal points, is at 2 t, its back at 2 t + 1.
     let mut cell_of: Vec<u32> = (0..2 * triangles.len() as u32).collect();
@@ -93,7 +93,7 @@ fn by_cells(vertices: &[Vec3], triangles: &[[u32; 3]], sides: &mut [Side]) -> So
         volumes[find(&mut cell_of, 2 * t as u32) as usize] -= part;
         volumes[find(&mut cell_of, 2 * t as u32 + 1) as usize] += part;
     }
-    let least = LEAST * volume_and_area(vertices, triangles).1.powf(1.5);
+    let least = MIN_CAVITY_VOLUME_SHARE * volume_and_area(vertices, triangles).1.powf(1.5);
     let mut found = Sorted::default();
     for (t, triangle) in triangles.iter().enumerate() {
         let mut is_outside = |side: usize| volumes[find(&mut cell_of, side as u32) as usize] < -least;
@@ -108,7 +108,7 @@ fn by_cells(vertices: &[Vec3], triangles: &[[u32; 3]], sides: &mut [Side]) -> So
 
 /// Joins the sides of triangles that face each other around one edge.
 fn join_around(vertices: &[Vec3], triangles: &[[u32; 3]], ring: &mut [Side], mut join: impl FnMut(u32, u32)) {
-    // A triangle that runs along the edge has its front where angles grow.
+    // The front of a triangle that runs forward along the edge faces growing angles.
     let onward = |side: &Side| 2 * side.triangle + u32::from(!side.forward);
     let back = |side: &Side| 2 * side.triangle + u32::from(side.forward);
     let mut face = |sides: &[Side]| {
@@ -120,10 +120,10 @@ fn join_around(vertices: &[Vec3], triangles: &[[u32; 3]], ring: &mut [Side], mut
         return face(ring);
     }
     let angles = sort_by_angle(vertices, triangles, ring);
-    // Angles that are no numbers are those of triangles without area: they may be anywhere.
+    // The angle of a triangle without area is NaN, and its place in the order does not matter.
     let is_next = |k: usize| {
         let gap = (angles[k] - angles[(k + ring.len() - 1) % ring.len()]).rem_euclid(TAU);
-        gap >= SAME_ANGLE
+        gap >= COPLANAR_ANGLE_RAD
     };
     let first = (0..ring.len()).find(|&k| is_next(k)).unwrap_or(0);
     let order: Vec<usize> = (0..ring.len()).map(|k| (first + k) % ring.len()).collect();
@@ -142,8 +142,8 @@ fn join_around(vertices: &[Vec3], triangles: &[[u32; 3]], ring: &mut [Side], mut
     face(&single);
 }
 
-/// Whether closed parts together wind around triangles, as far as the middles of these and their
-/// corners tell that no closed part has; `false` if that costs too much.
+/// Whether closed parts together wind around all triangles, judged by their middles and by the
+/// corners that no closed part has; `false` if that costs too much.
 fn are_inside(vertices: &[Vec3], parts: &[&Part], triangles: &[[u32; 3]]) -> bool {
     let boundary: Vec<[u32; 3]> = parts.iter().flat_map(|part| part.triangles.iter().copied()).collect();
     let shared: HashSet<u32> = boundary.as_flattened().iter().copied().collect();
@@ -154,10 +154,10 @@ fn are_inside(vertices: &[Vec3], parts: &[&Part], triangles: &[[u32; 3]]) -> boo
     let middle = |t: &[u32; 3]| t.map(|index| vertices[index as usize]).iter().sum::<Vec3>() / 3.0;
     let mut asked: Vec<Vec3> = triangles.iter().map(middle).collect();
     asked.extend(corners.iter().map(|&index| vertices[index as usize]));
-    if asked.len().saturating_mul(boundary.len()) > MOST_ANGLES {
+    if asked.len().saturating_mul(boundary.len()) > MAX_SOLID_ANGLES {
         return false;
     }
-    // One that faces against the others may be a cavity.
+    // A part that faces against the others may be a cavity.
     let is_mixed = parts.iter().any(|part| !part.was_inward);
     let winding = |point: &Vec3| {
         let around = |part: &&Part| {

@@ -1,4 +1,4 @@
-//! Boxes that are divided by walls of any shape, wound at random.
+//! Tests boxes that walls of any shape divide, wound at random.
 
 use rand::seq::SliceRandom;
 use rand::{RngExt, SeedableRng};
@@ -36,8 +36,8 @@ impl Faces {
         self.triangles.extend([[a, b, c], [a, c, d]]);
     }
 
-    /// Faces between two cells of a grid, or between one and the outside, for which `parts` says
-    /// so.
+    /// Adds faces between two cells of a grid, or between one and the outside, if `parts` returns
+    /// true.
     fn of_cells(size: [i32; 3], parts: impl Fn([i32; 3], [i32; 3]) -> bool) -> Self {
         let mut faces = Self::default();
         for axis in 0..3 {
@@ -59,7 +59,7 @@ impl Faces {
         faces
     }
 
-    /// Turns each triangle by chance, mixes them, and moves all; how all are moved, too.
+    /// Reverses triangles at random, shuffles them, and moves all points; also returns the motion.
     fn spoiled(mut self, rng: &mut ChaCha8Rng) -> (Self, impl Fn(Vec3) -> Vec3) {
         for triangle in &mut self.triangles {
             if rng.random() {
@@ -128,7 +128,7 @@ fn a_diagonal_wall_is_left_out() {
     }
 }
 
-/// As files in f32 have them: every triangle with corners of its own.
+/// Every triangle has corners of its own, as in files in f32.
 #[test]
 fn walls_are_left_out_behind_seams_too_and_that_is_told() {
     let mut rng = ChaCha8Rng::seed_from_u64(4);
@@ -159,7 +159,7 @@ fn cavities_and_other_shells_beside_walls_stay_what_they_are() {
         faces.triangles.extend(ball.triangles.iter().map(|t| turned(t.map(|v| v + first))));
     };
     let mut faces = with_walls(&diagonal_wall());
-    // Not on the wall, where x is z; then beside the cube.
+    // Two balls are off the wall, on which x is z, and one is beside the cube.
     shell(&mut faces, Vec3::new(-0.5, 0.0, 0.5), 0.2, false);
     shell(&mut faces, Vec3::new(0.5, 0.0, -0.5), 0.2, true);
     shell(&mut faces, Vec3::new(4.0, 0.0, 0.0), 0.2, true);
@@ -212,7 +212,7 @@ fn a_lens_between_two_walls_is_as_the_file_winds_it() {
         assert!(mesh.is_closed());
         (mesh.triangles.len(), winding_number(&mesh.vertices, &mesh.triangles, &Vec3::zeros()).round())
     };
-    // Outward seen from the solid, so that what is between the walls is outside.
+    // Triangles face out of the solid, so that what is between the walls is outside.
     let mut outward = faces.triangles.clone();
     for t in &mut outward {
         let [a, b, c] = t.map(|v| faces.vertices[v as usize]);
@@ -231,8 +231,7 @@ fn a_lens_between_two_walls_is_as_the_file_winds_it() {
     assert_eq!([inside(outward), inside(inward), inside(random)], [(all, 0.0), (all, 0.0), (all - 8, 1.0)]);
 }
 
-/// Chambers of cells of a grid, at random, with one wall between two of them: what stays bounds all
-/// of them together.
+/// Random chambers of grid cells have one wall between neighbours; only the outer boundary stays.
 #[test]
 fn random_walls_between_cells_leave_one_solid() {
     let mut rng = ChaCha8Rng::seed_from_u64(5);
@@ -245,7 +244,7 @@ fn random_walls_between_cells_leave_one_solid() {
         let of = |cell: [i32; 3]| full.iter().position(|other| *other == cell).map(|k| chamber[k]);
         let faces = Faces::of_cells(size, |a, b| of(a) != of(b));
         let bare = Faces::of_cells(size, |a, b| of(a).is_some() != of(b).is_some());
-        // A hole that nothing leads to is glued to walls: it is solid.
+        // A hole that the outside does not reach has walls all around, so it is solid.
         let reached = outside_cells(size, &full);
         let solid = cells(size).filter(|cell| !reached.contains(cell)).count();
         let holes = solid - full.len();
@@ -286,7 +285,7 @@ fn outside_cells(size: [i32; 3], full: &[[i32; 3]]) -> Vec<[i32; 3]> {
     reached
 }
 
-/// A block from `low` to `high` that shares corners with what is there, turned about the z axis.
+/// Adds a block from `low` to `high`, rotated about z, which shares corners with what is there.
 fn add_block(faces: &mut Faces, low: [f64; 3], high: [f64; 3], turn: f64) {
     let at = |k: usize| {
         let v = Vec3::from_fn(|axis, _| if k >> (2 - axis) & 1 == 0 { low[axis] } else { high[axis] });
@@ -303,7 +302,7 @@ fn add_flap(faces: &mut Faces, corners: [[f64; 3]; 3]) {
     faces.triangles.push(flap);
 }
 
-/// The number of triangles in open components; checks that these are no block's.
+/// Counts the triangles in open components, and checks that no block has them.
 fn open_triangles(faces: &Faces, blocks: usize) -> usize {
     let mesh = faces.mesh();
     let closed = mesh.components.iter().filter(|part| part.closed);
@@ -335,7 +334,7 @@ fn solids_that_touch_along_edges_stay_solid_beside_a_flap() {
     }
 }
 
-/// Blocks that share edges at any angle, and flaps on them.
+/// Blocks share edges at any angle, with flaps on them.
 #[test]
 fn no_triangle_of_a_closed_block_becomes_a_surface() {
     let mut rng = ChaCha8Rng::seed_from_u64(13);
@@ -348,7 +347,7 @@ fn no_triangle_of_a_closed_block_becomes_a_surface() {
             add_block(&mut faces, [0.0; 3], [wide[0] + 0.01 * k as f64, wide[1] + 0.01 * k as f64, 1.0], turn);
         }
         for _ in 0..rng.random_range(1..4) {
-            // Out of all blocks, if only with its tip.
+            // At least the tip is outside of all blocks.
             let far = [rng.random_range(-3.0..3.0), rng.random_range(-3.0..3.0), 3.0];
             add_flap(&mut faces, [[0., 0., 0.], [0., 0., 1.], far]);
         }
@@ -358,7 +357,7 @@ fn no_triangle_of_a_closed_block_becomes_a_surface() {
     }
 }
 
-/// A box with a wall, below a smaller one whose floor lies in the lid of the first.
+/// A box with a wall is below a smaller one, whose floor lies in the lid of the first.
 #[test]
 fn the_order_of_triangles_in_one_plane_does_not_decide() {
     let mut rng = ChaCha8Rng::seed_from_u64(14);
@@ -370,12 +369,12 @@ fn the_order_of_triangles_in_one_plane_does_not_decide() {
     }
 }
 
-/// Most of its triangles are inside, but it reaches out of the box on whose edge it hangs.
+/// Most of the fan is inside, but it reaches out of the box whose edge it shares.
 #[test]
 fn a_closed_box_that_reaches_out_is_no_wall() {
     let mut faces = cube();
     let [a, b] = [[-1., -1., -1.], [-1., -1., 1.]].map(|at| faces.corner(at));
-    // A fan of slices with all but one tip inside.
+    // The fan has slices, with all but one tip inside.
     let count = 600;
     let tips: Vec<u32> = (0..=count)
         .map(|k| {
@@ -415,7 +414,7 @@ fn one_triangle_or_one_corner_outside_is_seen() {
     }
 }
 
-/// A cavity that hangs on an edge of its solid is hollow: a sheet in it is no wall.
+/// A cavity that touches an edge of its solid is hollow, so a sheet in it is no wall.
 #[test]
 fn a_sheet_in_a_cavity_is_no_wall() {
     let mut faces = cube();
@@ -435,7 +434,7 @@ fn a_sheet_in_a_cavity_is_no_wall() {
     assert!(flap.iter().all(|corner| corners.contains(corner)));
 }
 
-/// What is closed with no look at walls: solids, cavities, and what is left of each group.
+/// Returns what is closed if walls are ignored: solids, cavities, and what is left of each group.
 fn closed_by_edges_alone(mesh: &Faces) -> Vec<[u32; 3]> {
     let groups = edge_connected(mesh.triangles.clone(), |triangle| *triangle);
     let divided = groups.into_iter().flat_map(|group| {
@@ -448,7 +447,7 @@ fn closed_by_edges_alone(mesh: &Faces) -> Vec<[u32; 3]> {
     parts.into_iter().filter(|part| part.closed).flat_map(|part| part.triangles).collect()
 }
 
-/// Blocks of a grid that overlap, touch and share walls, each wound as it happens, with flaps.
+/// Blocks of a grid overlap, touch and share walls, each wound at random, with flaps.
 #[test]
 fn what_is_solid_by_edges_alone_stays_solid() {
     let mut rng = ChaCha8Rng::seed_from_u64(15);
@@ -467,7 +466,7 @@ fn what_is_solid_by_edges_alone_stays_solid() {
                 }
             }
         }
-        // As where parts are glued: each wall once.
+        // Glued parts have each wall once.
         if rng.random() {
             let mut seen = std::collections::HashSet::new();
             faces.triangles.retain(|triangle| seen.insert(sorted(triangle)));
