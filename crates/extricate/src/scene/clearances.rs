@@ -1,30 +1,29 @@
-//! How far pairs of bodies stay apart: [`crate::Scene::clearance`], and exceptions from it. No
-//! distances.
+//! Exceptions from [`crate::Scene::clearance`], and clearances as scene files write them.
 
 use std::fmt;
 
 use serde::de::{MapAccess, Visitor, value::MapAccessDeserializer};
 use serde::{Deserialize, Deserializer, Serialize};
 
-/// The clearance of scenes that name none \[m\].
+/// Clearance of scenes that give none \[m\].
 pub const CLEARANCE: f64 = 1e-4;
 
 /// `clearance = 1e-4`, or `clearance = { world = 0.02, self = 1e-4 }`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum ClearanceEntry {
-    /// Of every pair \[m\].
+    /// One clearance for every pair \[m\].
     Uniform(f64),
-    /// Of pairs with an obstacle, and of others.
+    /// One clearance for pairs with an obstacle, another for all other pairs.
     Split(SplitClearance),
 }
 
-/// `{ world = .., self = .. }`; each is [`CLEARANCE`] where absent.
+/// `{ world = .., self = .. }`; each is [`CLEARANCE`] if absent.
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct SplitClearance {
-    /// Of pairs with an obstacle \[m\].
+    /// Clearance of pairs with an obstacle \[m\].
     pub world: Option<f64>,
-    /// Of pairs of links and of what they hold \[m\].
+    /// Clearance of pairs of links and attached objects \[m\].
     #[serde(rename = "self")]
     pub own: Option<f64>,
 }
@@ -36,7 +35,7 @@ impl Default for ClearanceEntry {
 }
 
 impl ClearanceEntry {
-    /// That of the scene, and that of pairs without an obstacle where it is another \[m\].
+    /// Returns the scene's clearance, and for a table that of pairs without an obstacle \[m\].
     pub fn lengths(&self) -> (f64, Option<f64>) {
         match *self {
             Self::Uniform(length) => (length, None),
@@ -71,40 +70,40 @@ impl<'de> Deserialize<'de> for ClearanceEntry {
     }
 }
 
-/// Exceptions from [`crate::Scene::clearance`], by names of bodies: pairs that come later follow
-/// them too.
+/// Exceptions from [`crate::Scene::clearance`]. They name bodies, so that they hold for pairs that
+/// are added later, too.
 ///
-/// The world can be kept far away and the robot's own links be let near each other: `own` and
-/// `pairs` say what those keep, `padding` what is added toward obstacles.
+/// A scene can keep the world far away and still let the robot's own links come near each other:
+/// `own` and `pairs` replace the clearance, `padding` adds to it toward obstacles.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct Clearances {
-    /// Of pairs of which neither body is an obstacle \[m\]; `None` for that of the scene.
+    /// Clearance of pairs without an obstacle \[m\]; `None` stands for that of the scene.
     pub own: Option<f64>,
-    /// Of a pair of names, whatever else is said \[m\].
+    /// Clearance of a pair by the names of its bodies \[m\]; it overrides all others and padding.
     pub pairs: Vec<([String; 2], f64)>,
-    /// What a body adds to the clearance of its pairs with obstacles, or an obstacle to that of all
-    /// its pairs \[m\], at least 0.
+    /// Length \[m\], at least 0, that a body adds to the clearance of its pairs with obstacles, or
+    /// an obstacle to that of all its pairs.
     pub padding: Vec<(String, f64)>,
 }
 
-/// What a pair keeps.
+/// Clearance of one pair, relative to that of the scene.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PairClearance {
-    /// Where it is not the scene's \[m\].
+    /// Clearance that replaces the scene's \[m\].
     pub own: Option<f64>,
-    /// Added to the scene's \[m\].
+    /// Length added to the scene's clearance \[m\], without effect if `own` is given.
     pub padding: f64,
 }
 
 impl PairClearance {
-    /// Least distance \[m\] where that of the scene is `base`.
+    /// Returns the pair's clearance \[m\] in a scene with the clearance `base`.
     pub fn over(&self, base: f64) -> f64 {
         self.own.unwrap_or(base + self.padding)
     }
 }
 
 impl Clearances {
-    /// Whether there are none.
+    /// Returns whether there are no exceptions.
     pub fn is_empty(&self) -> bool {
         *self == Self::default()
     }

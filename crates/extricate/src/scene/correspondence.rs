@@ -1,16 +1,15 @@
-//! Which bodies of one scene another one has too, and where. Neither what differs between the
-//! scenes besides, nor what follows of it.
+//! Finds the bodies of one scene in another one.
 
 use std::collections::{BTreeMap, HashMap};
 
 use super::Scene;
 
-/// For every body of `old`, the index of the same one in `new`: of the same name, with the same
-/// shapes, carried by the same joints. `None` where there is none.
+/// Returns for every body of `old` the index of the same body in `new`: one with the same name and
+/// shapes, carried by the same joints. `None` means that `new` has no such body.
 pub fn bodies_in_both(old: &Scene, new: &Scene) -> Vec<Option<usize>> {
     let mut carried_alike: Vec<bool> = Vec::with_capacity(old.frames.len());
     for (index, frame) in old.frames.iter().enumerate() {
-        // A parent precedes its children; the world is its own.
+        // A parent precedes its children, and the world has no parent.
         let parent = index == 0 || carried_alike[frame.parent];
         carried_alike.push(parent && new.frames.get(index) == Some(frame));
     }
@@ -22,8 +21,7 @@ pub fn bodies_in_both(old: &Scene, new: &Scene) -> Vec<Option<usize>> {
     (0..old.bodies.len()).map(found).collect()
 }
 
-/// For every body of `new`, the index of the one of the same name in `old`. `None` where there is
-/// none.
+/// Returns for every body of `new` the index of the body with the same name in `old`, if any.
 pub fn by_name(old: &Scene, new: &Scene) -> Vec<Option<usize>> {
     let mut named: Option<HashMap<&str, usize>> = None;
     let mut find = |name: &str| {
@@ -31,7 +29,7 @@ pub fn by_name(old: &Scene, new: &Scene) -> Vec<Option<usize>> {
         named.get(name).copied()
     };
     let body = |(at, name): (usize, &str)| match old.bodies.get(at) {
-        // Mostly nothing came or went.
+        // Scenes mostly have the same bodies in the same order, which needs no map of names.
         Some(body) if body.name == name => Some(at),
         _ => find(name),
     };

@@ -1,44 +1,42 @@
-//! What is needed to draw a scene: coordinates of bodies and their triangles. Not where anything is
-//! at a configuration (`kinematics`).
+//! Coordinate systems and triangles of bodies, for drawing a scene. `kinematics` computes where the
+//! frames are at a configuration.
 
 use super::{LinkAttachment, Scene};
 use crate::math::Pose;
 
-/// Where something named is: its frame, and the pose that maps its own coordinates to the frame's.
+/// The frame of a body or link, and the pose of its own coordinates on that frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Seated {
     /// Index of the frame.
     pub frame: usize,
-    /// Maps its coordinates to the frame's.
+    /// Maps its own coordinates to the frame's.
     pub pose_frame_own: Pose,
 }
 
 impl Scene {
-    /// The frame of a body, and the pose that maps the body's own coordinates to the frame's. A
-    /// link's coordinates are those of the URDF; those of an obstacle or an attached object are
-    /// those of its first shape.
+    /// Returns the seat of a body. A link's own coordinates are those of the URDF; those of an
+    /// obstacle or an attached object are those of its first shape.
     pub fn seat_of_body(&self, body: usize) -> Seated {
         let body = &self.bodies[body];
         let first = || body.parts.first().map_or(Pose::identity(), |part| part.pose_frame_part);
         let link = || self.links.iter().find(|link| link.name == body.name).map(|link| link.pose_frame_link);
         let pose_frame_own = match body.robot {
-            // Of models of earlier versions the links are not known: the frame's coordinates stand
-            // in.
+            // Models of earlier versions lack the links; the frame's coordinates stand in for them.
             Some(_) => link().unwrap_or_default(),
             None => first(),
         };
         Seated { frame: body.frame, pose_frame_own }
     }
 
-    /// The seat of a body or a link of this name; links need no geometry.
+    /// Returns the seat of the body or link of this name; the link needs no geometry.
     pub fn seat_named(&self, name: &str) -> Option<Seated> {
         let seat = |link: &LinkAttachment| Seated { frame: link.frame, pose_frame_own: link.pose_frame_link };
         let body = self.bodies.iter().position(|body| body.name == name);
         body.map(|body| self.seat_of_body(body)).or_else(|| self.links.iter().find(|link| link.name == name).map(seat))
     }
 
-    /// Vertices \[m\] and triangles of all shapes of a body in its own coordinates, see
-    /// [`Scene::seat_of_body`]; round shapes get `segments` sides around their axis.
+    /// Returns vertices \[m\] and triangles of all shapes of a body in its own coordinates, see
+    /// [`Scene::seat_of_body`]. Round shapes get `segments` sides around their axis.
     pub fn mesh_of_body(&self, body: usize, segments: usize) -> (Vec<[f64; 3]>, Vec<[u32; 3]>) {
         let own = self.seat_of_body(body).pose_frame_own.inverse();
         let (mut vertices, mut triangles) = (Vec::new(), Vec::new());
@@ -66,7 +64,7 @@ mod tests {
         let scene = scene(&format!("{PLAIN}{wall}{held}"), &[chain(&[Revolute, Fixed])]).unwrap();
         let mut poses = Vec::new();
         forward(&scene, &[std::f64::consts::FRAC_PI_2], &mut poses);
-        // The joint is at x = 1, and turns what follows toward y.
+        // The joint is at x = 1 and rotates the links after it toward y.
         for (name, expected) in
             [("l0", [0.0, 0.0, 0.0]), ("l2", [1.0, 1.0, 0.0]), ("rod", [1.0, 1.0, 2.0]), ("wall", [9.0, 0.0, 0.0])]
         {

@@ -1,9 +1,9 @@
-//! The same scene with something changed: obstacles moved, added or gone, objects attached to
-//! links, pairs no longer checked. Robots, coordinates and metric stay.
+//! Changes to a scene: obstacles, attached objects, disabled pairs, clearance, metric and weights.
+//! Robots and coordinates stay.
 //!
-//! Every function gives another scene, which shares geometry with this one, and whose warnings tell
-//! of what came and no more of what went. With
-//! [`crate::Solver::with_scene`] what is prepared of it is shared as well.
+//! Every function returns another scene, which shares geometry with this one. Warnings about bodies
+//! that were removed are dropped, and warnings about added ones are new.
+//! [`crate::Solver::with_scene`] shares the prepared data, too.
 
 use std::collections::{HashMap, HashSet};
 
@@ -17,34 +17,35 @@ use crate::error::{Error, Result, bounded, quoted};
 use crate::math::{FARTHEST, Pose};
 use crate::robot::Geometry;
 
-/// How messages call what is changed here.
+/// Name that error messages give in place of a file.
 const SCENE: &str = "scene";
 
 impl Body {
-    /// An obstacle of one shape; `pose` maps shape coordinates to those of the world.
+    /// Creates an obstacle of one shape; `pose` maps shape coordinates to world coordinates.
     pub fn obstacle(name: impl Into<String>, geometry: Geometry, pose: Pose) -> Self {
         Self { name: name.into(), robot: None, frame: 0, parts: vec![Part { pose_frame_part: pose, geometry }] }
     }
 
-    /// What a link holds, given in the link's coordinates.
+    /// Attaches this body, whose parts are in link coordinates, to the frame of a link.
     pub(super) fn on(mut self, seat: &LinkAttachment) -> Self {
         let place = |part: &mut Part| part.pose_frame_part = seat.pose_frame_link.then(&part.pose_frame_part);
         self.parts.iter_mut().for_each(place);
         Self { robot: None, frame: seat.frame, ..self }
     }
 
-    /// Whether it is no link and does not move.
+    /// Returns whether it is fixed to the world and no link of a robot.
     pub fn is_obstacle(&self) -> bool {
         self.robot.is_none() && self.frame == 0
     }
 }
 
 impl Scene {
-    /// The obstacles of these names at other poses, each of its first shape, in the world; other
-    /// shapes of the obstacle go with it.
+    /// Returns this scene with the named obstacles moved. A pose maps the coordinates of the
+    /// obstacle's first shape to world coordinates; its other shapes move with the first.
     ///
     /// # Errors
-    /// [`Error::Input`] for a name that no obstacle has, and a pose that is none.
+    /// [`Error::Input`] for a name that no obstacle has, and for a pose without a rotation matrix
+    /// or beyond 1e9 m.
     pub fn moved<'a>(&self, poses: impl IntoIterator<Item = (&'a str, Pose)>) -> Result<Self> {
         let mut scene = self.clone();
         let obstacles = self.index(Body::is_obstacle);
@@ -61,15 +62,15 @@ impl Scene {
         Ok(scene)
     }
 
-    /// With another metric.
+    /// Returns this scene with another metric.
     pub fn with_metric(&self, metric: MetricKind) -> Self {
         Self { metric, ..self.clone() }
     }
 
-    /// With another clearance \[m\] of pairs that have none of their own.
+    /// Returns this scene with another clearance \[m\]; pairs with one of their own keep that.
     ///
     /// # Errors
-    /// [`Error::Input`] for one that is not within 0 to 1e9.
+    /// [`Error::Input`] for a clearance that is not within 0 to 1e9.
     pub fn with_clearance(&self, clearance: f64) -> Result<Self> {
         if !(0.0..=1e9).contains(&clearance) {
             return Err(Error::input(SCENE, "clearance", format!("got {clearance}, expected 0 to 1e9 [m]")));
@@ -77,16 +78,17 @@ impl Scene {
         Ok(Self { clearance, ..self.clone() })
     }
 
-    /// More obstacles, see [`Body::obstacle`], which everything that moves is checked against.
+    /// Returns this scene with more obstacles, see [`Body::obstacle`]. Every body that moves is
+    /// checked against them.
     ///
     /// # Errors
-    /// [`Error::Input`] for a name that is taken or none, a pose that is none, and a radius over
-    /// 1e5 m.
+    /// [`Error::Input`] for a name that is empty, not printable or taken, for an invalid pose, and
+    /// for a radius over 1e5 m.
     pub fn with_obstacles(&self, obstacles: impl IntoIterator<Item = Body>) -> Result<Self> {
         let mut scene = self.clone();
         let links = self.links.iter().map(|link| link.name.clone());
         let mut taken: HashSet<String> = self.bodies.iter().map(|body| body.name.clone()).chain(links).collect();
-        // Obstacles are not checked against each other, and there may be many of them.
+        // Obstacles are not checked against each other, so only pairs with moving bodies are added.
         let moving: Vec<usize> = (0..self.bodies.len()).filter(|&body| self.bodies[body].frame != 0).collect();
         for obstacle in obstacles {
             let element = format!("obstacle \"{}\"", quoted(&obstacle.name));
@@ -99,10 +101,10 @@ impl Scene {
         Ok(scene.telling(self.bodies.len()))
     }
 
-    /// Without the obstacles, or objects attached to links, of these names.
+    /// Returns this scene without the obstacles or attached objects of these names.
     ///
     /// # Errors
-    /// [`Error::Input`] for a name that none of them has.
+    /// [`Error::Input`] for a name that no obstacle or attached object has.
     pub fn without<'a>(&self, names: impl IntoIterator<Item = &'a str>) -> Result<Self> {
         let mut goes = vec![false; self.bodies.len()];
         let others = self.index(|body| body.robot.is_none());
@@ -125,13 +127,13 @@ impl Scene {
         Ok(Self { bodies, pairs, warnings, ..self.clone() }.telling(came))
     }
 
-    /// Without any obstacle.
+    /// Returns this scene without its obstacles; attached objects stay.
     pub fn without_obstacles(&self) -> Self {
         let names = self.bodies.iter().filter(|body| body.is_obstacle()).map(|body| body.name.as_str());
         self.without(names).expect("obstacles of this scene")
     }
 
-    /// With these pairs of bodies no longer checked.
+    /// Returns this scene with these pairs of bodies no longer checked.
     ///
     /// # Errors
     /// [`Error::Input`] for a name that no body and no link has.
@@ -149,12 +151,13 @@ impl Scene {
         Ok(scene.telling(self.bodies.len()))
     }
 
-    /// With other weights of squared displacements in the metric of the joints, by joint: of its
-    /// translations and its rotation. Joints that are not named keep theirs.
+    /// Returns this scene with other weights of squared displacements in the joint metric, by
+    /// joint as `[translation, rotation]`. A joint with one coordinate takes the second; joints
+    /// that are not named keep their weights.
     ///
     /// # Errors
-    /// [`Error::Input`] for another metric, a name that no joint has, and weights that are not
-    /// within 1e-9 to 1e9.
+    /// [`Error::Input`] if the scene has another metric, for a name that no joint has, and for
+    /// weights that are not within 1e-9 to 1e9.
     pub fn weighted<'a>(&self, weights: impl IntoIterator<Item = (&'a str, [f64; 2])>) -> Result<Self> {
         let element = "metric: weights";
         if self.metric != MetricKind::Joint {
@@ -184,18 +187,18 @@ impl Scene {
         Ok(Self { space, ..self.clone() })
     }
 
-    /// An object held by a link, such as a can in a gripper: `object` stands in the link's
-    /// coordinates ([`Body::obstacle`]), moves with it, and is checked against everything but what
-    /// is fixed to the link and the bodies of the names `touch`.
+    /// Returns this scene with an object that a link holds, such as a can in a gripper. The pose of
+    /// `object` ([`Body::obstacle`]) is in the link's coordinates. The object moves with the link
+    /// and is checked against all bodies except those on the link's frame and those in `touch`.
     ///
     /// # Errors
-    /// [`Error::Input`] for names that are taken or that nothing has, and a pose that is none.
+    /// [`Error::Input`] for a name that is taken or unknown, an invalid pose, a shape of large
+    /// worlds, and a radius over 1e5 m.
     pub fn attached(&self, object: Body, link: &str, touch: &[&str]) -> Result<Self> {
         self.attached_all([(object, link, touch.to_vec())], usize::MAX)
     }
 
-    /// [`Scene::attached`] of many objects, one after another, until there are more pairs than
-    /// `most_pairs`.
+    /// As [`Scene::attached`] for many objects; stops once there are more than `most_pairs` pairs.
     pub(super) fn attached_all<'a>(
         &self,
         objects: impl IntoIterator<Item = (Body, &'a str, Vec<&'a str>)>,
@@ -243,14 +246,14 @@ impl Scene {
         Ok(scene.telling(self.bodies.len()))
     }
 
-    /// The same scene with more to tell its user, such as what [`crate::entries::read_obstacles`]
-    /// says of the files that it reads.
+    /// Returns this scene with more warnings, such as those of [`crate::entries::read_obstacles`]
+    /// about the files that it reads.
     pub fn with_warnings(mut self, told: impl IntoIterator<Item = String>) -> Self {
         self.warnings.extend(told);
         Self { warnings: bounded(self.warnings), ..self }
     }
 
-    /// With what a user should know of the bodies from `first` on, which came, and of the pairs.
+    /// Adds warnings about new bodies, from index `first` on, and about a lack of checked pairs.
     pub(super) fn telling(mut self, first: usize) -> Self {
         let mut warnings = std::mem::take(&mut self.warnings);
         let (came, mut known) = (&self.bodies[first..], OncePerMesh::default());
@@ -258,7 +261,7 @@ impl Scene {
         if !came.is_empty() {
             warn_of_sizes(&self, came, &mut warnings);
         }
-        // It may have been true of the scene before.
+        // The scene before the change may have left this warning.
         warnings.retain(|warning| warning != NOTHING_CHECKED);
         if self.pairs.is_empty() {
             warnings.push(NOTHING_CHECKED.into());
@@ -266,14 +269,14 @@ impl Scene {
         Self { warnings: bounded(warnings), ..self }
     }
 
-    /// Adds a body and its pairs with all bodies on other frames but those of `touch`.
+    /// Adds a body and its pairs with all bodies on other frames, except those in `touch`.
     fn push(&mut self, body: Body, element: &str, touch: &HashSet<usize>) -> Result<()> {
         let meets = |first: &usize| self.bodies[*first].frame != body.frame && !touch.contains(first);
         let others: Vec<usize> = (0..self.bodies.len()).filter(meets).collect();
         self.push_among(&others, body, element)
     }
 
-    /// Adds a body and its pairs with these others.
+    /// Adds a body and its pairs with `others`.
     fn push_among(&mut self, others: &[usize], body: Body, element: &str) -> Result<()> {
         check_name(&body.name).map_err(|problem| Error::input(SCENE, element, problem))?;
         body.parts.iter().try_for_each(|part| check_pose(element, &part.pose_frame_part))?;
@@ -284,13 +287,13 @@ impl Scene {
         Ok(())
     }
 
-    /// The first body of every name, of those that are meant.
+    /// Maps names to bodies, considering those that `is_meant` selects; the first of a name counts.
     pub(super) fn index(&self, is_meant: impl Fn(&Body) -> bool) -> HashMap<&str, usize> {
         let meant = self.bodies.iter().enumerate().filter(|(_, body)| is_meant(body));
         meant.rev().map(|(index, body)| (body.name.as_str(), index)).collect()
     }
 
-    /// The body of this name; `None` for a link without geometry, which touches nothing.
+    /// Finds a body by its name; `None` stands for a link without geometry, which touches nothing.
     pub(super) fn body_or_link(
         &self,
         bodies: &HashMap<&str, usize>,
@@ -305,13 +308,12 @@ impl Scene {
     }
 }
 
-/// The name of the obstacle or attached object that a warning tells something of.
+/// Returns the name of the obstacle or attached object that a warning is about.
 fn body_told(warning: &str) -> Option<&str> {
     let rest = warning.strip_prefix("obstacle `").or_else(|| warning.strip_prefix("attached `"))?;
     rest.split_once('`').map(|(name, _)| name)
 }
 
-/// The body of this name.
 fn found(bodies: &HashMap<&str, usize>, name: &str, element: &str) -> Result<usize> {
     bodies.get(name).copied().ok_or_else(|| {
         let mut names: Vec<(usize, &str)> = bodies.iter().map(|(name, body)| (*body, *name)).collect();

@@ -1,24 +1,24 @@
-//! How many triangles the links of a scene have, and how many their convex hulls would have. Checks
-//! take longer the more there are.
+//! Counts the triangles of the links of a scene and of their convex hulls, because checks take
+//! longer with more triangles.
 
 use super::assemble::bodies::OncePerMesh;
 use super::{Part, Scene};
 use crate::robot::Geometry;
 use crate::robot::mesh::convex_hull::convex_hull;
 
-/// A link whose meshes are checked as they are.
+/// Triangles of a link whose meshes are checked as they are.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct MeshCount {
-    /// Its index among the bodies.
+    /// Index of the link among the bodies.
     pub body: usize,
-    /// Triangles of its meshes.
+    /// Number of triangles of its meshes.
     pub triangles: usize,
-    /// Triangles of the convex hulls of the same meshes; of a flat one, which has no hull, its own.
+    /// Number of triangles of their convex hulls; a flat mesh has no hull and counts itself.
     pub hull_triangles: usize,
 }
 
 impl Scene {
-    /// The links whose meshes are checked as they are, those with the most triangles first.
+    /// Counts the triangles of links whose meshes are checked as they are, largest count first.
     pub fn mesh_counts(&self) -> Vec<MeshCount> {
         let mut hulls = OncePerMesh::default();
         let mut count = |part: &Part| match &part.geometry {
@@ -55,7 +55,7 @@ mod tests {
     fn meshes_are_counted_and_so_are_their_hulls() {
         let mut scene = builtin::scene("planar-arm").unwrap();
         assert_eq!(scene.mesh_counts(), []);
-        // A tetrahedron with a dent, and a sheet.
+        // `solid` is a tetrahedron with a dent.
         let (a, b, c, d) = (Vec3::zeros(), Vec3::x(), Vec3::y(), Vec3::z());
         let dent = Vec3::new(0.1, 0.1, 0.1);
         let solid = vec![[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 4], [2, 3, 4], [3, 1, 4]];

@@ -1,9 +1,9 @@
-//! The name of a metric. Not what it measures.
+//! Names of the metrics, which module `metric` computes.
 
 use crate::interface::words;
 use serde::{Deserialize, Serialize};
 
-/// Which distance between configurations, see `metric`.
+/// The metric that measures distances between configurations.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 #[non_exhaustive]

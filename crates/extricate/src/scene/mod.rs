@@ -1,9 +1,8 @@
-//! The resolved world: a kinematic tree of frames, bodies with geometry on them, and which pairs
-//! are checked.
+//! The resolved scene: a kinematic tree of frames, the bodies on them, and the checked pairs.
 //!
-//! Everything a query needs to know of the robot and its surroundings is in [`Scene`]; it is plain
-//! data, free of files, and is stored whole in the model file. Not here: positions of anything at a
-//! configuration (`kinematics`).
+//! [`Scene`] holds everything that a query needs to know about the robot and its surroundings. It
+//! is plain data without references to files, and model files store it whole. `kinematics` computes
+//! positions at a configuration.
 
 pub mod assemble;
 pub mod builtin;
@@ -31,46 +30,43 @@ pub use metric_kind::MetricKind;
 /// Robots, obstacles, checked pairs, clearance and metric.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Scene {
-    /// Least distance \[m\] that every checked pair of a free configuration keeps.
+    /// Least distance \[m\] that a checked pair of a free configuration keeps, unless
+    /// `clearances` holds another for it.
     pub(crate) clearance: f64,
-    /// How far two configurations are from each other.
     pub(crate) metric: MetricKind,
-    /// The coordinates: one entry per moving joint, in configuration order.
+    /// One entry for each moving joint, in configuration order.
     pub(crate) joints: Vec<SceneJoint>,
     /// The configuration space that `joints` spans.
     pub(crate) space: ConfigSpace,
     /// Kinematic tree; `frames[0]` is the world, and a parent precedes its children.
     pub(crate) frames: Vec<Frame>,
-    /// Links that have geometry, then obstacles, then objects attached to links; what came later
-    /// ([`Scene::with_obstacles`], [`Scene::attached`]) at the end.
+    /// Links that have geometry, then obstacles, then objects attached to links. Bodies that are
+    /// added later ([`Scene::with_obstacles`], [`Scene::attached`]) are at the end.
     pub(crate) bodies: Vec<Body>,
-    /// Checked pairs, sorted.
+    /// Checked pairs in ascending order.
     pub(crate) pairs: Vec<BodyPair>,
-    /// What the user should know: open meshes, defaults taken, pairs that always collide.
     pub(crate) warnings: Vec<String>,
-    /// Every link of every robot, those without geometry too.
+    /// Every link of every robot, with or without geometry.
     pub(crate) links: Vec<LinkAttachment>,
-    /// Pairs that keep another distance than `clearance`.
     pub(crate) clearances: Clearances,
-    /// Joints that do not move: fixed ones, and those that are locked.
     pub(crate) rigid: Vec<RigidJoint>,
 }
 
-/// A joint without coordinates that follows no other.
+/// A joint that does not move: it is fixed or locked, or follows one that is.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct RigidJoint {
-    /// As in the URDF; `robot/joint` where two robots share a name.
+    /// Name as in the URDF, or `robot/joint` if two robots share it.
     pub name: String,
-    /// What it would allow, as URDF spells it.
+    /// Type of the joint as URDF spells it.
     pub kind: String,
-    /// Where it stands \[rad or m\]; 0 where it is fixed, or has several coordinates.
+    /// Position \[rad or m\]; 0 if the joint is fixed or has several coordinates.
     pub position: f64,
 }
 
-/// Where a link sits.
+/// A link and its pose on a frame.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct LinkAttachment {
-    /// As in the URDF; `robot/link` where two robots share a name.
+    /// Name as in the URDF, or `robot/link` if two robots share it.
     pub name: String,
     /// Index of the frame that it is fixed to.
     pub frame: usize,
@@ -78,18 +74,18 @@ pub struct LinkAttachment {
     pub pose_frame_link: Pose,
 }
 
-/// A checked pair of a scene, of that scene alone: [`Scene::pair_names`] has its bodies.
+/// Identifies a checked pair within one scene; [`Scene::pair_names`] returns its bodies.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 #[serde(transparent)]
 pub struct PairId(usize);
 
 impl PairId {
-    /// The pair at `index` of the scene's pairs.
+    /// Identifies the pair at `index` of [`Scene::pairs`].
     pub fn new(index: usize) -> Self {
         Self(index)
     }
 
-    /// Its place among the scene's pairs.
+    /// Returns its index into [`Scene::pairs`].
     pub fn index(self) -> usize {
         self.0
     }
@@ -98,16 +94,15 @@ impl PairId {
 /// A joint (or the base of a robot) that has coordinates.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct SceneJoint {
-    /// As in the URDF; `robot/joint` where two robots share a name; `base` or `robot/base` for a
-    /// base.
+    /// Name as in the URDF, or `base` for a base; `robot/joint` if two robots share the name.
     pub name: String,
-    /// What it allows, as URDF spells it.
+    /// Type of the joint as URDF spells it.
     pub kind: String,
     /// Its coordinates in a configuration.
     pub q: std::ops::Range<usize>,
 }
 
-/// How a frame moves, as [`Frame::motion_record`] says it. The position of a joint is `factor`
+/// How a frame moves, as [`Frame::motion_record`] returns it. The position of a joint is `factor`
 /// times coordinate `q`, plus `offset`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[serde(tag = "motion", rename_all = "lowercase")]
@@ -115,31 +110,31 @@ pub struct SceneJoint {
 pub enum MotionRecord {
     /// The world, which does not move.
     World,
-    /// A turn \[rad\] about a unit axis of the joint's frame.
+    /// A rotation \[rad\] about a fixed axis.
     Revolute {
-        /// The axis.
+        /// Unit axis in the joint's frame.
         axis: [f64; 3],
-        /// The coordinate.
+        /// Index of its coordinate in a configuration.
         q: usize,
-        /// The factor.
+        /// Factor of the coordinate; 1 except for mimic joints.
         factor: f64,
-        /// The offset \[rad\].
+        /// Offset of the position \[rad\]; 0 except for mimic joints.
         offset: f64,
     },
-    /// A slide \[m\] along a unit axis of the joint's frame.
+    /// A translation \[m\] along a fixed axis.
     Prismatic {
-        /// The axis.
+        /// Unit axis in the joint's frame.
         axis: [f64; 3],
-        /// The coordinate.
+        /// Index of its coordinate in a configuration.
         q: usize,
-        /// The factor.
+        /// Factor of the coordinate; 1 except for mimic joints.
         factor: f64,
-        /// The offset \[m\].
+        /// Offset of the position \[m\]; 0 except for mimic joints.
         offset: f64,
     },
-    /// A turn by the unit quaternion x, y, z, w at four coordinates.
+    /// A rotation by the unit quaternion x, y, z, w at four coordinates.
     Ball {
-        /// The first of the four.
+        /// Index of the first of the four coordinates.
         q: usize,
     },
 }
@@ -153,13 +148,13 @@ pub struct Frame {
     pub parent: usize,
     /// Maps joint coordinates (before the motion) to parent coordinates.
     pub pose_parent_joint: Pose,
-    /// How it moves.
+    /// Its motion relative to the parent.
     #[doc(hidden)]
     pub motion: Motion,
 }
 
 impl Frame {
-    /// How it moves.
+    /// Returns its motion relative to the parent.
     pub fn motion_record(&self) -> MotionRecord {
         match &self.motion {
             Motion::World => MotionRecord::World,
@@ -174,37 +169,37 @@ impl Frame {
     }
 }
 
-/// An elementary joint. Planar joints are two prismatic ones and a revolute one, floating ones
-/// three prismatic and a ball.
+/// An elementary joint. A planar joint is two prismatic ones and a revolute one, a floating joint
+/// three prismatic ones and a ball.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub enum Motion {
     /// The world, which does not move.
     World,
-    /// Turn about `axis` (unit, joint frame) by the coordinate \[rad\].
+    /// A rotation about `axis` by the coordinate \[rad\].
     Revolute {
-        /// Unit, in the joint's frame.
+        /// Unit axis in the joint's frame.
         axis: Vec3,
-        /// The angle \[rad\].
+        /// Coordinate of the angle \[rad\].
         coordinate: Coordinate,
     },
-    /// Slide along `axis` (unit, joint frame) by the coordinate \[m\].
+    /// A translation along `axis` by the coordinate \[m\].
     Prismatic {
-        /// Unit, in the joint's frame.
+        /// Unit axis in the joint's frame.
         axis: Vec3,
-        /// The length \[m\].
+        /// Coordinate of the length \[m\].
         coordinate: Coordinate,
     },
-    /// Turn by the unit quaternion at `q..q + 4`; its tangent (body frame rotation vector) is at
-    /// `v..v + 3`.
+    /// A rotation by the unit quaternion at `q..q + 4`; its tangent (rotation vector in the body
+    /// frame) is at `v..v + 3`.
     Ball {
-        /// First of four coordinates: x, y, z, w.
+        /// Index of the first of four coordinates: x, y, z, w.
         q: usize,
-        /// First of three tangent coordinates.
+        /// Index of the first of three tangent coordinates.
         v: usize,
     },
 }
 
-/// `position = multiplier * config[q] + offset`; the factor and offset differ from 1 and 0 for
+/// `position = multiplier * config[q] + offset`; the multiplier and offset differ from 1 and 0 for
 /// mimic joints.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Coordinate {
@@ -212,22 +207,22 @@ pub struct Coordinate {
     pub q: usize,
     /// Index into a tangent vector.
     pub v: usize,
-    /// Factor.
+    /// Factor of the configuration's coordinate.
     pub multiplier: f64,
-    /// \[rad or m\]
+    /// Offset of the position \[rad or m\].
     pub offset: f64,
 }
 
 /// A link, an obstacle, or an object attached to a link: shapes fixed to one frame.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Body {
-    /// As in the URDF or scene file; `robot/link` where two robots share a name.
+    /// Name as in the URDF or scene file, or `robot/link` if two robots share it.
     pub name: String,
-    /// Which robot it belongs to; `None` for an obstacle or an object attached to a link.
+    /// Index of the robot whose link it is; `None` for an obstacle or an attached object.
     pub robot: Option<usize>,
-    /// Index of the frame that it is fixed to; 0 does not move.
+    /// Index of the frame that it is fixed to; frame 0 does not move.
     pub frame: usize,
-    /// Its shapes.
+    /// Shapes that make up the body.
     pub parts: Vec<Part>,
 }
 
@@ -236,21 +231,21 @@ pub struct Body {
 pub struct Part {
     /// Maps shape coordinates to frame coordinates.
     pub pose_frame_part: Pose,
-    /// The shape.
+    /// The shape in its own coordinates.
     pub geometry: Geometry,
 }
 
 /// Two bodies that must keep the clearance; `first < second`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
 pub struct BodyPair {
-    /// Index into [`Scene::bodies`].
+    /// Smaller index into [`Scene::bodies`].
     pub first: usize,
-    /// Index into [`Scene::bodies`].
+    /// Larger index into [`Scene::bodies`].
     pub second: usize,
 }
 
 impl Scene {
-    /// What every checked pair keeps, in order.
+    /// Returns the clearance of every checked pair, in the order of `pairs`.
     pub(crate) fn pair_clearances(&self) -> Vec<PairClearance> {
         let bodies = self.index(|_| true);
         let named = |name: &str| bodies.get(name).copied();
@@ -276,21 +271,21 @@ impl Scene {
         all
     }
 
-    /// Names of a checked pair, in the order of the scene.
+    /// Returns the names of a pair's bodies, in the order of the scene.
     pub fn pair_names(&self, pair: PairId) -> [&str; 2] {
         let BodyPair { first, second } = self.pairs[pair.index()];
         [&self.bodies[first].name, &self.bodies[second].name]
     }
 
-    /// Frames and shapes of the bodies that move, which distances are measured by.
+    /// Yields frame and shapes of every body that moves; metrics measure displacements of these.
     pub fn moving_bodies(&self) -> impl Iterator<Item = (usize, &[Part])> {
         self.bodies.iter().filter(|body| body.frame != 0).map(|body| (body.frame, &*body.parts))
     }
 
-    /// Indices of the joints of these names.
+    /// Returns the indices of the joints with these names.
     ///
     /// # Errors
-    /// [`Error::Input`] for a name that no joint has; `element` is what messages call the names.
+    /// [`Error::Input`] for a name that no joint has; the message calls the names `element`.
     pub fn joints_named<'a>(&self, element: &str, names: impl IntoIterator<Item = &'a str>) -> Result<Vec<usize>> {
         let find = |name: &str| {
             let found = self.joints.iter().position(|joint| joint.name == name);
@@ -302,10 +297,10 @@ impl Scene {
         names.into_iter().map(find).collect()
     }
 
-    /// Index of the body of that name.
+    /// Returns the index of the body with this name.
     ///
     /// # Errors
-    /// [`Error::Input`] where no body has it; `element` is what messages call the name.
+    /// [`Error::Input`] if no body has it; the message calls the name `element`.
     pub fn body_named(&self, element: &str, name: &str) -> Result<usize> {
         let found = self.bodies.iter().position(|body| body.name == name);
         found.ok_or_else(|| {
@@ -314,7 +309,7 @@ impl Scene {
         })
     }
 
-    /// Names of the joints that have any of these coordinates, each once.
+    /// Returns the names of the joints that have any of these coordinates, each once.
     pub fn joints_of(&self, coordinates: &[usize]) -> Vec<&str> {
         let has_one = |joint: &&SceneJoint| coordinates.iter().any(|at| joint.q.contains(at));
         self.joints.iter().filter(has_one).map(|joint| joint.name.as_str()).collect()
@@ -322,7 +317,7 @@ impl Scene {
 }
 
 impl Scene {
-    /// Whether another scene is the same but for its warnings.
+    /// Returns whether both scenes are equal apart from their warnings.
     pub(crate) fn is_like(&self, other: &Self) -> bool {
         let Self { clearance, metric, joints, space, frames, bodies, pairs, warnings: _, links, clearances, rigid } =
             self;
@@ -332,59 +327,59 @@ impl Scene {
             && *bodies == other.bodies
     }
 
-    /// What a checked pair keeps \[m\].
+    /// Returns the clearance of one checked pair \[m\].
     pub fn clearance_of(&self, pair: PairId) -> f64 {
         self.pair_clearances()[pair.index()].over(self.clearance)
     }
 
-    /// Joints that do not move: fixed ones, and those that are locked.
+    /// Returns the joints that do not move.
     pub fn rigid_joints(&self) -> &[RigidJoint] {
         &self.rigid
     }
 
-    /// The least distance \[m\] that every checked pair of a free configuration keeps, but for
-    /// pairs that have their own.
+    /// Returns the least distance \[m\] that a checked pair of a free configuration keeps, unless
+    /// the pair has a clearance of its own.
     pub fn clearance(&self) -> f64 {
         self.clearance
     }
 
-    /// How far two configurations are from each other.
+    /// Returns the metric that measures distances between configurations.
     pub fn metric(&self) -> MetricKind {
         self.metric
     }
 
-    /// One entry for each moving joint, in the order of coordinates.
+    /// Returns one entry for each moving joint, in the order of coordinates.
     pub fn joints(&self) -> &[SceneJoint] {
         &self.joints
     }
 
-    /// The configuration space that the joints span.
+    /// Returns the configuration space that the joints span.
     pub fn space(&self) -> &ConfigSpace {
         &self.space
     }
 
-    /// The kinematic tree: the first frame is the world, and a parent precedes its children.
+    /// Returns the kinematic tree: frame 0 is the world, and a parent precedes its children.
     pub fn frames(&self) -> &[Frame] {
         &self.frames
     }
 
-    /// Links that have geometry, then obstacles, then objects attached to links; what came later is
-    /// at the end.
+    /// Returns links that have geometry, then obstacles, then objects attached to links. Bodies
+    /// that were added later are at the end.
     pub fn bodies(&self) -> &[Body] {
         &self.bodies
     }
 
-    /// The checked pairs, sorted.
+    /// Returns the checked pairs in ascending order.
     pub fn pairs(&self) -> &[BodyPair] {
         &self.pairs
     }
 
-    /// What the user should know: open meshes, defaults taken, pairs that always collide.
+    /// Returns what the user should know, such as open meshes and defaults that were taken.
     pub fn warnings(&self) -> &[String] {
         &self.warnings
     }
 
-    /// Every link of every robot, those without geometry too.
+    /// Returns every link of every robot, with or without geometry.
     pub fn links(&self) -> &[LinkAttachment] {
         &self.links
     }

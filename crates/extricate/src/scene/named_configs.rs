@@ -1,34 +1,35 @@
-//! Configurations by the names of joints, as messages of ROS have them, and back.
+//! Converts between configurations and positions by joint name, as ROS messages have them.
 
 use super::names::unknown;
 use super::{Motion, Scene};
 use crate::error::{Error, Result};
 use crate::math::wrap_angle;
 
-/// A position of a joint that the scene holds still may differ from the scene's by this much [rad
-/// or m] without being told: encoders have noise.
-const DIFFERS: f64 = 1e-3;
+/// Largest difference [rad or m] between the position of a joint without coordinates and the
+/// scene's position that goes unreported, because encoders have noise.
+const POSITION_TOLERANCE: f64 = 1e-3;
 
-/// What messages call positions by name.
+/// Name that error messages give in place of a file.
 const FILE: &str = "positions";
 
-/// The coordinates that named positions give.
+/// Coordinates that were read from positions by name.
 #[derive(Debug, Clone, PartialEq)]
 pub struct NamedConfig {
-    /// Coordinates in the order of the scene, length `nq`; finite or not, within limits or not.
+    /// The `nq` coordinates in the order of the scene; they may be beyond limits or not finite.
     pub values: Vec<f64>,
-    /// Names of locked, mimic and fixed joints whose position is not the scene's, and what to say.
+    /// Names of locked, mimic and fixed joints whose position is not the scene's, and a message for
+    /// each.
     pub differing: Vec<(String, String)>,
 }
 
 impl Scene {
-    /// The configuration in which the joints of these names have these positions \[rad or m, as
-    /// many as the joint has coordinates\]. Joints that are locked, fixed, or follow another may be
-    /// among them: if their position is not the scene's, the answer says so.
+    /// Reads a configuration from positions by joint name \[rad or m; as many as the joint has
+    /// coordinates\]. Joints that are locked, fixed or follow another may be among them;
+    /// [`NamedConfig::differing`] lists those whose position is not the scene's.
     ///
     /// # Errors
-    /// [`Error::Input`] for a name that is unknown or occurs twice, a joint without a position, and
-    /// a wrong number of positions.
+    /// [`Error::Input`] for a name that is unknown or occurs twice, a moving joint without a
+    /// position, and a wrong number of positions.
     pub fn config_of<'a>(&self, positions: impl IntoIterator<Item = (&'a str, &'a [f64])>) -> Result<NamedConfig> {
         let mut values = vec![f64::NAN; self.space.nq()];
         let mut seen = vec![false; self.joints.len()];
@@ -70,8 +71,8 @@ impl Scene {
         Ok(NamedConfig { values, differing })
     }
 
-    /// The positions of all joints that are not fixed at `q` \[rad or m\]: those that have
-    /// coordinates, in order, then those that follow them, then those that are locked.
+    /// Returns the positions at `q` \[rad or m\] of all joints that are not fixed: first those with
+    /// coordinates, in order, then those that follow them, then locked ones.
     pub fn positions_at(&self, q: &[f64]) -> Vec<(String, Vec<f64>)> {
         let moving = self.joints.iter().map(|joint| (joint.name.clone(), q[joint.q.clone()].to_vec()));
         let following = self.frames.iter().filter(|frame| !self.joints.iter().any(|joint| joint.name == frame.name));
@@ -81,7 +82,7 @@ impl Scene {
     }
 }
 
-/// How a joint moves that has no coordinates of its own, but follows another.
+/// Returns the motion of a joint that follows another one; `None` for a name without a frame.
 fn follower<'a>(scene: &'a Scene, name: &str) -> Option<&'a Motion> {
     let frame = scene.frames.iter().find(|frame| frame.name == name && frame.motion != Motion::World)?;
     Some(&frame.motion)
@@ -96,7 +97,7 @@ fn position(motion: &Motion, q: &[f64]) -> Option<f64> {
     }
 }
 
-/// What to say where a joint that does not move of itself is reported elsewhere.
+/// Returns name and message for a joint without coordinates whose position is not the scene's.
 fn difference(scene: &Scene, name: &str, found: f64, q: &[f64]) -> Option<(String, String)> {
     let (expected, why, turns) = match follower(scene, name) {
         Some(motion) => (position(motion, q)?, "follows another joint", matches!(motion, Motion::Revolute { .. })),
@@ -107,8 +108,8 @@ fn difference(scene: &Scene, name: &str, found: f64, q: &[f64]) -> Option<(Strin
         }
     };
     let off = if turns { wrap_angle(found - expected) } else { found - expected };
-    // Written so that NaN is told too.
-    let is_same = off.abs() <= DIFFERS;
+    // The comparison is false for NaN, so that a NaN is reported, too.
+    let is_same = off.abs() <= POSITION_TOLERANCE;
     let text = || format!("joint `{name}` {why}: got {found}, the scene has it at {expected}");
     (!is_same).then(|| (name.to_string(), text()))
 }
@@ -119,7 +120,6 @@ mod tests {
     use crate::robot::JointKind::*;
     use crate::scene::testing::{PLAIN, chain, following, joint, robot, scene};
 
-    /// Two joints that move, one that follows, one locked, one fixed.
     fn hand() -> Scene {
         let joints = vec![
             joint("wrist", Revolute, 0, 1),

@@ -1,5 +1,4 @@
-//! Names in a scene: made unique by their robot's name, looked up as users write them, listed where
-//! unknown.
+//! Makes names in a scene unique, finds what users name, and suggests names for unknown ones.
 
 use std::collections::{HashMap, HashSet};
 
@@ -9,14 +8,14 @@ use crate::error::{Error, MOST_LISTED, listed, quoted};
 /// A link, joint or obstacle as a user may name it: `name`, or `robot/name`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Named<'a> {
-    /// The robot's name; `None` for an obstacle.
+    /// Name of the robot; `None` for an obstacle.
     pub robot: Option<&'a str>,
-    /// As in its own file.
+    /// Name as in its own file.
     pub name: &'a str,
 }
 
 impl Named<'_> {
-    /// `robot/name`, or `name` for an obstacle.
+    /// Returns `robot/name`, or `name` for an obstacle.
     pub fn qualified(&self) -> String {
         match self.robot {
             Some(robot) => format!("{robot}/{}", self.name),
@@ -25,7 +24,7 @@ impl Named<'_> {
     }
 }
 
-/// The plain name where it occurs once, else the qualified one.
+/// Returns the plain name of each entry if it occurs once, else the qualified one.
 pub fn unique(all: &[Named]) -> Vec<String> {
     let mut counts: HashMap<&str, usize> = HashMap::new();
     for named in all {
@@ -34,14 +33,13 @@ pub fn unique(all: &[Named]) -> Vec<String> {
     all.iter().map(|named| if counts[named.name] == 1 { named.name.to_string() } else { named.qualified() }).collect()
 }
 
-/// Names in an order, looked up as often as a file has them.
+/// An ordered list of names with a hash map for repeated searches.
 pub struct NameIndex<'a> {
     all: Vec<Named<'a>>,
     places: HashMap<String, Vec<usize>>,
 }
 
 impl<'a> NameIndex<'a> {
-    /// Of these names.
     pub fn new(all: Vec<Named<'a>>) -> Self {
         let mut places: HashMap<String, Vec<usize>> = HashMap::with_capacity(all.len());
         for (place, named) in all.iter().enumerate() {
@@ -53,8 +51,8 @@ impl<'a> NameIndex<'a> {
         Self { all, places }
     }
 
-    /// Index of the one entry that `wanted` names, plain or qualified; else what is wrong with it,
-    /// with the candidates.
+    /// Returns the index of the one entry that `wanted` names, plain or qualified. The error lists
+    /// candidates for an unknown or ambiguous name.
     pub fn find(&self, wanted: &str) -> Result<usize, String> {
         match self.places.get(wanted).map_or(&[][..], Vec::as_slice) {
             [one] => Ok(*one),
@@ -66,14 +64,14 @@ impl<'a> NameIndex<'a> {
         }
     }
 
-    /// Whether one of the names is this one, as its own file has it.
+    /// Returns whether an entry has this plain name.
     pub fn has_plain(&self, wanted: &str) -> bool {
         let places = self.places.get(wanted).map_or(&[][..], Vec::as_slice);
         places.iter().any(|&place| self.all[place].name == wanted)
     }
 }
 
-/// Refuses names that are empty or would break a line of a message or of a report.
+/// Refuses names that are empty or would break a line of a message or report.
 pub fn check_name(name: &str) -> Result<(), String> {
     if name.trim().is_empty() || name.chars().any(char::is_control) {
         return Err(format!("got the name {:?}, expected one of printed characters", quoted(name)));
@@ -81,11 +79,11 @@ pub fn check_name(name: &str) -> Result<(), String> {
     Ok(())
 }
 
-/// The names of robots: as their entries say, else as their URDFs do, with `-2` and so on where
-/// that is taken.
+/// Returns the names of robots from their entries or else from their URDFs; a URDF's name that is
+/// taken gets `-2` and so on.
 ///
 /// # Errors
-/// [`Error::Input`] where an entry's name is no name or another entry's.
+/// [`Error::Input`] if an entry's name is empty, not printable, or the name of another entry.
 pub fn robot_names<'a>(
     file: &str,
     entries: &[RobotEntry],
@@ -118,10 +116,10 @@ pub fn robot_names<'a>(
     Ok(entries.iter().zip(urdf_names).map(name).collect())
 }
 
-/// Candidates that are compared with what was found: the most similar of them are told.
-const COMPARED: usize = 2000;
+/// Largest number of candidates that [`unknown`] ranks by similarity.
+const MAX_RANKED_NAMES: usize = 2000;
 
-/// `got x, expected one of ..`: the most similar candidates first where there are many.
+/// Writes `got x, expected one of ..`; of many candidates it lists the most similar ones.
 pub fn unknown<S: AsRef<str>>(wanted: &str, candidates: &[S]) -> String {
     let mut told: Vec<&str> = candidates.iter().map(AsRef::as_ref).collect();
     let wanted = quoted(wanted);
@@ -130,7 +128,7 @@ pub fn unknown<S: AsRef<str>>(wanted: &str, candidates: &[S]) -> String {
     }
     let more = told.len().saturating_sub(MOST_LISTED);
     if more > 0 {
-        told.truncate(COMPARED);
+        told.truncate(MAX_RANKED_NAMES);
         told.sort_by_cached_key(|candidate| edits(&wanted, &quoted(candidate)));
         told.truncate(MOST_LISTED);
     }

@@ -1,4 +1,4 @@
-//! Robots built in code and scenes of them, for tests of this module.
+//! Builds robots in code, and scenes of them, for tests of this module.
 
 use super::assemble::build;
 use super::assemble::loaded::LoadedRobot;
@@ -10,11 +10,11 @@ use crate::math::{Pose, Vec3};
 use crate::robot::srdf::Srdf;
 use crate::robot::{Geometry, Joint, JointKind, Link, LinkGeometry, Mimic, Robot};
 
-/// The name of the scene file in messages.
+/// Name of the scene file in messages.
 pub const FILE: &str = "s.toml";
 
-/// A joint from link `l<parent>` to `l<child>` about (along) z, 1 m along x from its parent; limits
-/// -1 and 1 for revolute and prismatic ones.
+/// Creates a joint about (along) z from link `l<parent>` to `l<child>`, 1 m along x from its
+/// parent. Revolute and prismatic joints get the limits -1 and 1.
 pub fn joint(name: &str, kind: JointKind, parent: usize, child: usize) -> Joint {
     let limits = matches!(kind, JointKind::Revolute | JointKind::Prismatic).then_some((-1.0, 1.0));
     let pose_parent_joint = Pose::translation(Vec3::x());
@@ -26,14 +26,14 @@ pub fn following(joint: Joint, leader: usize, multiplier: f64, offset: f64) -> J
     Joint { mimic: Some(Mimic { joint: leader, multiplier, offset }), ..joint }
 }
 
-/// Links `l0`, `l1` and so on, each a ball of 0.1 m, rooted at `l0`; its name is `arm`.
+/// Creates a robot `arm` with links `l0` (the root), `l1` and so on, each a ball of radius 0.1 m.
 pub fn robot(joints: Vec<Joint>) -> Robot {
     let ball = LinkGeometry { pose_link_geometry: Pose::identity(), geometry: Geometry::Sphere { radius: 0.1 } };
     let link = |k| Link { name: format!("l{k}"), collision: vec![ball.clone()] };
     Robot { name: "arm".into(), links: (0..=joints.len()).map(link).collect(), joints, root: 0 }
 }
 
-/// A chain `j0`, `j1` and so on of the given kinds.
+/// Creates a chain of joints `j0`, `j1` and so on of the given kinds.
 pub fn chain(kinds: &[JointKind]) -> Robot {
     robot(kinds.iter().enumerate().map(|(k, &kind)| joint(&format!("j{k}"), kind, k, k + 1)).collect())
 }
@@ -43,7 +43,7 @@ pub fn scene(text: &str, robots: &[Robot]) -> Result<Scene> {
     scene_with(text, robots, &[], None)
 }
 
-/// [`scene`] with what an SRDF would say of every robot.
+/// As [`scene`], with disabled pairs and a group that an SRDF would give to every robot.
 pub fn scene_with(text: &str, robots: &[Robot], disabled: &[[String; 2]], group: Option<Vec<usize>>) -> Result<Scene> {
     let file = file::parse(FILE, text)?;
     let names = robot_names(FILE, &file.robot, robots.iter().map(|robot| robot.name.as_str()))?;
@@ -67,5 +67,5 @@ pub fn scene_with(text: &str, robots: &[Robot], disabled: &[[String; 2]], group:
     build(FILE, &file, &loaded, bodies, warnings)
 }
 
-/// One entry without options.
+/// A `[[robot]]` entry without options.
 pub const PLAIN: &str = "[[robot]]\nurdf = 'arm.urdf'\n";

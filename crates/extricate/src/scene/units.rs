@@ -1,4 +1,5 @@
-//! Numbers that are most likely in other units: degrees for radians, millimetres for metres.
+//! Detects numbers that are most likely in other units: degrees for radians, millimetres for
+//! metres.
 
 use super::assemble::bodies::{OncePerMesh, radius};
 use super::{Body, Motion, Scene};
@@ -7,29 +8,27 @@ use crate::error::{Error, Result};
 use crate::math::Vec3;
 use crate::robot::Geometry;
 
-/// Angles that far beyond their limits \[rad\] are no overshoot of a drive.
-const FAR_BEYOND: f64 = 0.5;
-/// Obstacles of more than so many times the robot's reach are told.
-const TOO_LARGE: f64 = 50.0;
-/// Obstacles of less than this share of the robot's reach are told.
-const TOO_SMALL: f64 = 1e-3;
+/// Largest excess over a joint limit \[rad\] that may still be the overshoot of a drive.
+const MAX_OVERSHOOT_RAD: f64 = 0.5;
+/// Thickness of an obstacle in reaches of the robot above which a warning suspects its unit.
+const MAX_THICKNESS_REACHES: f64 = 50.0;
+/// Length of an obstacle in reaches of the robot below which a warning suspects its unit.
+const MIN_LENGTH_REACHES: f64 = 1e-3;
+/// Largest number of bodies whose suspicious size gets a warning of its own.
+const MAX_SIZE_WARNINGS: usize = 3;
 
-/// Bodies that a warning names.
-const MOST_TOLD: usize = 3;
-
-/// What is said of angles that look like degrees.
+/// Hint for a query whose angles are beyond their limits, but would all be within them as degrees.
 pub const DEGREES: &str = "angles are in rad: all of them would be within their limits if these were degrees";
-/// The same where some would still be beyond their limits.
+/// Hint for a query of which most angles beyond their limits would be within them as degrees.
 pub const MOSTLY_DEGREES: &str =
     "angles are in rad: most of those beyond their limits would be within them if these were degrees";
 
 impl Scene {
-    /// A configuration of the robot: checked, angles wrapped, quaternions normalised.
+    /// Checks the coordinates of a configuration, wraps angles and normalises quaternions.
     ///
     /// # Errors
-    /// [`crate::Error::Config`], naming the coordinate: if the length is not that of the scene's
-    /// coordinates, a number is not finite or beyond its limits; with a hint if the values look
-    /// like degrees.
+    /// [`crate::Error::Config`], which names the coordinate, if the number of values is wrong or a
+    /// value is not finite or beyond its limits. It has a hint if the values look like degrees.
     pub fn config(&self, values: &[f64]) -> Result<Config> {
         self.space.config(values).map_err(|error| match (error, self.degrees_hint(values)) {
             (Error::Config { element, value, expected }, Some(hint)) => {
@@ -39,8 +38,8 @@ impl Scene {
         })
     }
 
-    /// What is said if most angles of `values` far beyond their limits would be within them in
-    /// degrees.
+    /// Returns a hint if most angles of `values` that are far beyond their limits would be within
+    /// them as degrees.
     pub fn degrees_hint(&self, values: &[f64]) -> Option<&'static str> {
         if values.len() != self.space.nq() {
             return None;
@@ -53,7 +52,7 @@ impl Scene {
             {
                 let angle = values[factor.q];
                 let fits = (lower..=upper).contains(&angle.to_radians());
-                let is_far = !(lower - FAR_BEYOND..=upper + FAR_BEYOND).contains(&angle);
+                let is_far = !(lower - MAX_OVERSHOOT_RAD..=upper + MAX_OVERSHOOT_RAD).contains(&angle);
                 far += usize::from(is_far);
                 would_fit += usize::from(is_far && fits);
                 all_fit &= fits;
@@ -65,7 +64,7 @@ impl Scene {
 }
 
 /// Warns of obstacles and attached objects whose size beside the robots' suggests millimetres. The
-/// shortest side tells what is too large, as floors and walls are long.
+/// shortest side decides whether one is too large, because floors and walls are long.
 pub fn warn_of_sizes(scene: &Scene, bodies: &[Body], warnings: &mut Vec<String>) {
     let Some([arm, reach]) = reaches(scene) else { return };
     let mut told = 0;
@@ -74,26 +73,26 @@ pub fn warn_of_sizes(scene: &Scene, bodies: &[Body], warnings: &mut Vec<String>)
         let all: Vec<[f64; 2]> = body.parts.iter().filter_map(|part| known.of(&part.geometry, sides)).collect();
         let Some(shortest) = all.iter().map(|sides| sides[0]).reduce(f64::max) else { continue };
         let longest = all.iter().map(|sides| sides[1]).fold(0.0, f64::max);
-        let size = if shortest > TOO_LARGE * reach {
+        let size = if shortest > MAX_THICKNESS_REACHES * reach {
             format!("{shortest:.0} m thick, more than 50 times the robot's reach of {reach:.3} m")
-        } else if longest < TOO_SMALL * arm {
+        } else if longest < MIN_LENGTH_REACHES * arm {
             format!("{longest:.1e} m long, less than a thousandth of the robot's reach of {arm:.3} m")
         } else {
             continue;
         };
         told += 1;
-        if told <= MOST_TOLD {
+        if told <= MAX_SIZE_WARNINGS {
             let kind = if body.is_obstacle() { "obstacle" } else { "attached" };
             warnings.push(format!("{kind} `{}` is {size}: lengths are in m, not mm", body.name));
         }
     }
-    if told > MOST_TOLD {
-        warnings.push(format!("{} more obstacles look like mm or scaled twice", told - MOST_TOLD));
+    if told > MAX_SIZE_WARNINGS {
+        warnings.push(format!("{} more obstacles look like mm or scaled twice", told - MAX_SIZE_WARNINGS));
     }
 }
 
-/// The shortest and the longest side of a box around a shape \[m\]; `None` of what has no end, and
-/// of points.
+/// Returns the shortest and the longest side of the box around a shape \[m\]; `None` for scenery
+/// and for an empty mesh.
 fn sides(geometry: &Geometry) -> Option<[f64; 2]> {
     let full = match geometry {
         Geometry::Sphere { radius } => Vec3::repeat(2.0 * radius),
@@ -110,13 +109,13 @@ fn sides(geometry: &Geometry) -> Option<[f64; 2]> {
     Some([full.min(), full.max()])
 }
 
-/// How far from its first joint a robot reaches \[m\], at most: without the travel of what slides,
-/// and with it. `None` where no link has geometry.
+/// Returns upper bounds on how far any robot reaches from its first joint \[m\], without and with
+/// the travel of sliding joints. Returns `None` if no link has geometry.
 fn reaches(scene: &Scene) -> Option<[f64; 2]> {
     let mut lengths: Vec<[f64; 2]> = Vec::with_capacity(scene.frames.len());
     for (index, frame) in scene.frames.iter().enumerate() {
         let [arm, reach] = if index == 0 { [0.0; 2] } else { lengths[frame.parent] };
-        // Where the first joint stands in the world says nothing of the robot.
+        // The place of the first joint in the world does not add to the reach.
         let own = if frame.parent == 0 { 0.0 } else { frame.pose_parent_joint.translation.norm() };
         let travel = match &frame.motion {
             Motion::Prismatic { coordinate, .. } => travel(scene, coordinate.q) * coordinate.multiplier.abs(),
@@ -128,7 +127,7 @@ fn reaches(scene: &Scene) -> Option<[f64; 2]> {
     let mut known = OncePerMesh::default();
     let mut of_link = |body: &Body| {
         let mut far = |part: &super::Part| {
-            // A link that stands still is as large as it is, wherever it stands.
+            // The place of a link that does not move does not add to the reach either.
             let place = if body.frame == 0 { 0.0 } else { part.pose_frame_part.translation.norm() };
             place + known.of(&part.geometry, radius)
         };
@@ -161,7 +160,7 @@ mod tests {
             "configuration: `j0` (coordinate 0): got 45, expected a value within [-1, 1] (angles are in rad: all of them \
              would be within their limits if these were degrees)"
         );
-        // An overshoot, as many angles too wide in degrees too, and a length: none of these is one.
+        // No hint for an overshoot, if only half of the angles fit as degrees, or for a length.
         for q in [[1.2, 0.0, 0.0, 0.0], [45.0, 0.0, 80.0, 0.0], [0.0, 9.0, 0.0, 0.0]] {
             assert!(message(&q).ends_with("[-1, 1]"), "{}", message(&q));
         }
@@ -186,7 +185,7 @@ mod tests {
             let text = format!("{PLAIN}[[obstacle]]\nname = 'box'\nshape = {shape}");
             scene(&text, &[chain(&[Revolute, Revolute, Prismatic])]).unwrap().warnings
         };
-        // Two metres of joints and a ball; two more that slide.
+        // The joint origins and a ball reach 2.1 m; the sliding joint adds 2 m.
         let large = warnings("{ box = [300, 600, 400] }");
         assert_eq!(
             large,

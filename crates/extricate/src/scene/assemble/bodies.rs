@@ -1,5 +1,4 @@
-//! From links and their seats to bodies, hulls in place of meshes, and what to say about surfaces
-//! that are not solids.
+//! Creates the bodies of links, replaces meshes by hulls, and warns of open meshes and cavities.
 
 use std::collections::HashMap;
 use std::collections::hash_map::Entry;
@@ -14,7 +13,8 @@ use crate::robot::{Geometry, LinkGeometry, Robot, TriangleMesh};
 use crate::scene::file::{CutMesh, GeometryKind};
 use crate::scene::{Body, Part};
 
-/// Bodies of the links that have geometry, in document order; `seats` and `names` are by link.
+/// Creates a body for each link that has geometry, in document order; `seats` and `names` are by
+/// link.
 pub fn link_bodies(robot_index: usize, robot: &Robot, seats: &[FramePlacement], names: &[String]) -> Vec<Body> {
     let with_geometry = (0..robot.links.len()).filter(|&link| !robot.links[link].collision.is_empty());
     with_geometry
@@ -29,7 +29,7 @@ pub fn link_bodies(robot_index: usize, robot: &Robot, seats: &[FramePlacement], 
         .collect()
 }
 
-/// Replaces the meshes of `robot` by what `kind` says of their link; meshes that links share are
+/// Replaces the meshes of `robot` as `kind` returns for their link. Meshes that links share are
 /// hulled or cut once.
 pub fn replace_meshes(
     robot: &mut Robot,
@@ -61,17 +61,18 @@ pub fn replace_meshes(
     Ok(())
 }
 
-/// Convex parts that stand out of their mesh by more than this share of its extent fill hollows.
-const FAR_BEYOND: f64 = 0.01;
+/// Largest overhang of convex parts beyond their mesh, as a share of its extent, that gets no
+/// warning that they fill hollows.
+const MAX_OVERHANG_SHARE: f64 = 0.01;
 
-/// The diagonal of the box around a mesh \[m\].
+/// Returns the diagonal of the box around a mesh \[m\].
 fn extent(mesh: &TriangleMesh) -> f64 {
     let low = mesh.vertices.iter().fold(Vec3::repeat(f64::INFINITY), |low, p| low.inf(p));
     let high = mesh.vertices.iter().fold(Vec3::repeat(f64::NEG_INFINITY), |high, p| high.sup(p));
     (high - low).norm()
 }
 
-/// What stands for a mesh.
+/// Returns the shapes that replace a mesh, with a warning if convex parts fill its hollows.
 pub fn replaced(
     mesh: &Arc<TriangleMesh>,
     kind: GeometryKind,
@@ -85,7 +86,7 @@ pub fn replaced(
         GeometryKind::ConvexParts => {
             let cut = cut.ok_or("got convex-parts where nothing cuts meshes, expected a scene that `store` loads")?;
             let (parts, beyond) = cut(mesh);
-            if beyond > FAR_BEYOND * extent(mesh) {
+            if beyond > MAX_OVERHANG_SHARE * extent(mesh) {
                 let count = parts.len();
                 warnings.push(format!(
                     "{owner}: {count} convex parts stand out of the mesh by up to {beyond:.2e} m: what is in a hollow of it collides there; `mesh` keeps hollows open"
@@ -96,7 +97,8 @@ pub fn replaced(
     }
 }
 
-/// The convex hull of a mesh; the mesh itself, with a warning that names `owner`, where it is flat.
+/// Returns the convex hull of a mesh. A flat mesh has none and stays, with a warning that names
+/// `owner`.
 pub fn hull(mesh: &Arc<TriangleMesh>, owner: &str, warnings: &mut Vec<String>) -> Geometry {
     match convex_hull(&mesh.vertices) {
         Some(hull) => Geometry::ConvexHull(Arc::new(hull)),
@@ -107,7 +109,7 @@ pub fn hull(mesh: &Arc<TriangleMesh>, owner: &str, warnings: &mut Vec<String>) -
     }
 }
 
-/// Something about meshes that takes long to find, once a mesh: many bodies may share one.
+/// Caches a slow result by mesh, because many bodies may share one.
 #[derive(Debug)]
 pub struct OncePerMesh<T>(HashMap<*const TriangleMesh, (Arc<TriangleMesh>, T)>);
 
@@ -118,11 +120,11 @@ impl<T> Default for OncePerMesh<T> {
 }
 
 impl<T: Copy> OncePerMesh<T> {
-    /// What `find` gives for the mesh of a shape, or for a shape that is none.
+    /// Returns `find(geometry)`; for a mesh or hull the result is computed once.
     pub fn of(&mut self, geometry: &Geometry, find: impl Fn(&Geometry) -> T) -> T {
         match geometry {
             Geometry::Mesh(mesh) | Geometry::ConvexHull(mesh) => {
-                // Kept, so that no other mesh takes its address.
+                // The clone keeps the mesh alive, so that no other one reuses its address.
                 self.0.entry(Arc::as_ptr(mesh)).or_insert_with(|| (Arc::clone(mesh), find(geometry))).1
             }
             other => find(other),
@@ -130,15 +132,15 @@ impl<T: Copy> OncePerMesh<T> {
     }
 }
 
-/// What there is to say of a mesh.
+/// Numbers of open components, cavities and all components of a mesh, for warnings.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Surfaces {
     open: usize,
     cavities: usize,
     all: usize,
-    /// How far open edges are from each other \[m\].
+    /// Largest distance between facing open edges \[m\].
     gap: Option<f64>,
-    /// Edges of open components that have three triangles or more.
+    /// Number of edges of open components that have three triangles or more.
     branches: usize,
 }
 
@@ -155,8 +157,8 @@ impl Surfaces {
     }
 }
 
-/// Warns once of a body whose meshes have components that are not closed, and once of one whose
-/// meshes have cavities; `known` holds what is known of meshes.
+/// Warns once if the meshes of a body have open components, and once if they have cavities; `known`
+/// caches the counts.
 pub fn warn_of_surfaces(body: &Body, known: &mut OncePerMesh<Surfaces>, warnings: &mut Vec<String>) {
     let Surfaces { open, cavities, all, gap, branches } = body.parts.iter().fold(Surfaces::default(), |sum, part| {
         let own = known.of(&part.geometry, Surfaces::of);
@@ -194,12 +196,14 @@ pub fn warn_of_surfaces(body: &Body, known: &mut OncePerMesh<Surfaces>, warnings
     }
 }
 
-/// Radius \[m\] of the largest body: beside larger ones what double precision leaves of a distance
-/// is coarse. With a cylinder of 1e9 m, a configuration was called free that overlapped by 0.3 m.
+/// Largest radius of a shape \[m\]. Double precision is too coarse for distances to larger ones:
+/// with a cylinder of 1e9 m, a configuration was called free that overlapped by 0.3 m.
 pub const LARGEST: f64 = 1e5;
 
+/// Refuses bodies that are too large for exact distances.
+///
 /// # Errors
-/// Where a shape is larger than [`LARGEST`]; planes have no end.
+/// [`Error::Input`] if the radius of a shape exceeds [`LARGEST`]; scenery may be larger.
 pub fn refuse_vast(file: &str, body: &Body) -> error::Result<()> {
     let radii = body.parts.iter().filter(|part| !part.geometry.is_scenery()).map(|part| radius(&part.geometry));
     let Some(vast) = radii.into_iter().find(|radius| *radius > LARGEST) else { return Ok(()) };
@@ -208,7 +212,7 @@ pub fn refuse_vast(file: &str, body: &Body) -> error::Result<()> {
     Err(Error::input(file, format!("body \"{}\"", body.name), problem))
 }
 
-/// The greatest distance \[m\] of a point of a shape from the shape's own origin.
+/// Returns the greatest distance \[m\] of a point of a shape from its own origin.
 pub fn radius(geometry: &Geometry) -> f64 {
     match geometry {
         Geometry::Sphere { radius } => *radius,

@@ -1,11 +1,12 @@
-//! From the lengths in a scene file to clearances of bodies by name.
+//! Converts the clearances of a scene file to clearances by names of bodies.
 
 use crate::error::Result;
 use crate::scene::clearances::Clearances;
 use crate::scene::file::SceneFile;
 
-/// The clearances that a scene file asks for; `body` finds the name of a body as the scene has it
-/// by an element of a message and a name as the file has it, `None` for what has no geometry.
+/// Returns the exceptions from the clearance that a scene file gives. `body` takes the element for
+/// messages and a name of the file; it returns the body's name in the scene, or `None` if the link
+/// has no geometry.
 pub fn clearances_of(entry: &SceneFile, body: &dyn Fn(String, &str) -> Result<Option<String>>) -> Result<Clearances> {
     let mut all = Clearances { own: entry.clearance.unwrap_or_default().lengths().1, ..Clearances::default() };
     for (a, b, length) in &entry.pairs.clearance {

@@ -1,5 +1,4 @@
-//! The coordinates of a scene: which joints and bases have them, in which order, under which names
-//! and weights.
+//! Assigns the coordinates of a scene to joints and bases, with order, names and weights.
 
 use super::frames::{Mover, Place};
 use super::joint_roles::{JointRole, factor_suffixes, roles};
@@ -13,45 +12,45 @@ use crate::scene::file::{BaseKind, MetricEntry, WeightEntry};
 use crate::scene::names::{NameIndex, Named, unique};
 use crate::scene::{Body, MetricKind, RigidJoint, SceneJoint};
 
-/// What [`coordinates`] finds.
+/// The coordinates of a whole scene, as [`coordinates`] returns them.
 #[derive(Debug, Clone)]
 pub struct Coordinates {
-    /// Per robot the base, then the joints in document order.
+    /// For each robot the base, if it moves, then the joints in document order.
     pub joints: Vec<SceneJoint>,
-    /// The space that they span.
+    /// The space that the joints span.
     pub space: ConfigSpace,
     /// Joints that do not move.
     pub rigid: Vec<RigidJoint>,
-    /// By robot.
+    /// Coordinates of each robot.
     pub robots: Vec<RobotCoordinates>,
 }
 
 /// The coordinates of one robot; all vectors are by joint in document order.
 #[derive(Debug, Clone)]
 pub struct RobotCoordinates {
-    /// The base, where it moves.
+    /// The base if it moves.
     pub base: Option<Base>,
-    /// What each joint does.
+    /// Role of each joint.
     pub roles: Vec<JointRole>,
-    /// Names that are unique in the scene.
+    /// Name of each joint, unique in the scene.
     pub names: Vec<String>,
-    /// Where each joint's factors stand; empty for those that have none of their own.
+    /// Places of each joint's factors; empty for joints without coordinates.
     pub places: Vec<Vec<Place>>,
 }
 
 /// A base that moves.
 #[derive(Debug, Clone)]
 pub struct Base {
-    /// Unique in the scene.
+    /// Name, unique in the scene.
     pub name: String,
-    /// Planar or floating.
+    /// Kind of the joint, planar or floating.
     pub kind: JointKind,
-    /// Where its factors stand.
+    /// Places of its factors in the configuration space.
     pub places: Vec<Place>,
 }
 
 impl Base {
-    /// The base as a joint: planar about the world's z.
+    /// Returns the base as a joint; a planar one moves in the x-y plane of its pose.
     pub fn mover(&self) -> Mover<'_> {
         let Base { name, kind, places } = self;
         Mover { name, kind: *kind, axis: Vec3::z(), places, multiplier: 1.0, offset: 0.0 }
@@ -62,10 +61,10 @@ impl Base {
 struct Candidate<'a> {
     named: Named<'a>,
     kind: JointKind,
-    /// Empty where it has no coordinates.
+    /// Manifolds of its factors; empty if it has no coordinates.
     manifolds: Vec<Manifold>,
     robot: usize,
-    /// `None` for the base.
+    /// Index of the joint; `None` for the base.
     joint: Option<usize>,
 }
 
@@ -73,7 +72,7 @@ struct Candidate<'a> {
 ///
 /// # Errors
 /// [`Error::Input`] for all that [`roles`] refuses, missing or bad bounds of a base, weights of
-/// unknown joints or that are not positive, and scenes where nothing moves.
+/// unknown joints or outside 1e-9 to 1e9, and scenes in which nothing moves.
 pub fn coordinates(
     file: &str,
     metric: &MetricEntry,
@@ -135,7 +134,7 @@ pub fn coordinates(
     Ok(Coordinates { joints, space, rigid, robots: found })
 }
 
-/// Name, kind and manifolds of a base that moves.
+/// Returns name, kind and manifolds of a base; `None` if it is fixed.
 fn base(
     file: &str,
     loaded: &LoadedRobot,
@@ -171,7 +170,7 @@ fn base(
     Ok(Some((if taken { "moving_base" } else { "base" }, kind, manifolds)))
 }
 
-/// Weights of the factors of every candidate.
+/// Returns the weights of every candidate's factors.
 fn weights(
     file: &str,
     metric: &MetricEntry,
@@ -211,7 +210,7 @@ fn weights(
     Ok(weights)
 }
 
-/// As URDF spells it.
+/// Returns the kind as URDF spells it.
 fn spelled(kind: JointKind) -> &'static str {
     match kind {
         JointKind::Fixed => "fixed",

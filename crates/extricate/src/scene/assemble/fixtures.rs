@@ -1,5 +1,5 @@
-//! Obstacles and attached objects with all that they name: meshes, lists of numbers, and robot
-//! files in which nothing moves, which are bodies of several shapes.
+//! Reads obstacles and attached objects with the files that they name: meshes, lists of numbers,
+//! and robot files without moving joints, which become bodies of several shapes.
 
 use std::collections::BTreeMap;
 
@@ -12,11 +12,11 @@ use crate::scene::Part;
 use crate::scene::file::shape_entry::with_scenery;
 use crate::scene::file::{AttachedEntry, ObstacleEntry, SceneFile, ShapeEntry};
 
-/// The obstacles of a scene file, and the attached objects, if they are wanted; `name` is the
-/// file's in messages.
+/// Reads the obstacles of a scene file, and its attached objects if `with_attached`; `name` is the
+/// name of the file in messages.
 ///
 /// # Errors
-/// As [`others`]; a URDF with a joint that moves.
+/// As [`others`], and for a URDF with a joint that moves or without geometry.
 pub fn read_others(
     name: &str,
     scene: &SceneFile,
@@ -52,7 +52,7 @@ fn read_parts(element: &str, shape: &mut ShapeEntry, files: &mut Files, warnings
     Ok(())
 }
 
-/// All shapes of a robot in which nothing moves, in the coordinates of its root link.
+/// Returns all shapes of a robot without moving joints, in the coordinates of its root link.
 fn parts(file: &str, robot: &Robot) -> Result<Vec<Part>> {
     if let Some(joint) = robot.joints.iter().find(|joint| joint.kind != JointKind::Fixed) {
         let problem = "got one that moves, expected fixed joints only in an obstacle: what moves is a [[robot]], its joints \

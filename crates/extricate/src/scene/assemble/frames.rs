@@ -1,5 +1,5 @@
-//! The kinematic tree: elementary frames for every joint that moves, and where each link sits. No
-//! geometry.
+//! Builds the kinematic tree: elementary frames for every joint that moves, and the seat of each
+//! link.
 
 use super::joint_roles::JointRole;
 use crate::math::{Mat3, Pose, Vec3, axis_rotation};
@@ -9,39 +9,39 @@ use crate::scene::{Coordinate, Frame, Motion};
 /// First coordinate and first tangent coordinate of a factor of the configuration space.
 pub type Place = (usize, usize);
 
-/// Frames of all robots.
+/// The kinematic tree of all robots.
 #[derive(Debug, Clone)]
 pub struct Tree {
     /// `frames[0]` is the world; a parent precedes its children.
     pub frames: Vec<Frame>,
-    /// For every frame, the frame that its whole joint hangs on: past the intermediate frames of a
-    /// composite joint, the one whose bodies are adjacent to this one's. 0 for the world.
+    /// For every frame, the frame that carries its whole joint, past the intermediate frames of a
+    /// composite joint. Bodies on both are neighbours. 0 for the world.
     pub carriers: Vec<usize>,
 }
 
-/// Where a link sits.
+/// The seat of a link: a frame, and the link's pose on it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FramePlacement {
-    /// The frame it is fixed to.
+    /// Index of the frame that the link is fixed to.
     pub frame: usize,
     /// Maps link coordinates to frame coordinates.
     pub pose_frame_link: Pose,
 }
 
-/// A joint with its numbers: what [`Tree::attach`] makes frames of.
+/// A joint that moves, from which [`Tree::attach`] makes frames.
 #[derive(Debug, Clone, Copy)]
 pub struct Mover<'a> {
     /// Name of its frames.
     pub name: &'a str,
-    /// What it allows.
+    /// Kind of the joint.
     pub kind: JointKind,
     /// Unit axis in the joint's frame.
     pub axis: Vec3,
-    /// Its factors in the configuration space; of the followed joint for a follower.
+    /// Places of its factors in the configuration space; a follower has those of its leader.
     pub places: &'a [Place],
-    /// Factor of a follower, else 1.
+    /// Factor of a follower; 1 for other joints.
     pub multiplier: f64,
-    /// Offset of a follower \[rad or m\], else 0.
+    /// Offset of a follower \[rad or m\]; 0 for other joints.
     pub offset: f64,
 }
 
@@ -54,8 +54,8 @@ impl Default for Tree {
 }
 
 impl Tree {
-    /// Hangs a joint on `seat`, where `seat.pose_frame_link` maps joint coordinates to frame
-    /// coordinates; returns the seat of what it moves.
+    /// Adds the frames of a joint at `seat`, whose pose maps joint coordinates to frame
+    /// coordinates. Returns the seat of the link that the joint moves.
     pub fn attach(&mut self, seat: FramePlacement, mover: &Mover) -> FramePlacement {
         let mut parent = seat.frame;
         let mut pose = seat.pose_frame_link;
@@ -68,11 +68,11 @@ impl Tree {
         FramePlacement { frame: parent, pose_frame_link: pose }
     }
 
-    /// Adds the frames of a robot whose root link sits on `root`; returns the seat of every link.
+    /// Adds the frames of a robot whose root link sits on `root`. Returns the seat of every link,
+    /// or `None` for a link that no chain of joints connects to the root.
     ///
-    /// `roles`, `names` and `places` are by joint in document order; the tree is walked from the
-    /// root, so a parent's frame precedes its children's in whatever order the document has them.
-    /// `None` stands for links that the root does not lead to.
+    /// `roles`, `names` and `places` are by joint in document order. The walk starts at the root,
+    /// so that a parent's frame precedes its children's in any order of the document.
     pub fn add_robot(
         &mut self,
         robot: &Robot,
@@ -129,7 +129,7 @@ fn rigid_motion(kind: JointKind, axis: &Vec3, position: f64) -> Pose {
     }
 }
 
-/// The elementary motions of a joint, outermost first.
+/// Returns the elementary motions of a joint, outermost first.
 fn motions(mover: &Mover) -> Vec<Motion> {
     let place = |k: usize| {
         let (q, v) = mover.places[k];
@@ -153,7 +153,8 @@ fn motions(mover: &Mover) -> Vec<Motion> {
     }
 }
 
-/// Where the smallest rotation that takes z to `normal` takes x and y; for -z it turns about x.
+/// Returns the images of x and y under the smallest rotation that takes z to `normal`; for -z it is
+/// the one about x.
 fn plane_axes(normal: &Vec3) -> [Vec3; 2] {
     let rotation = nalgebra::Rotation3::rotation_between(&Vec3::z(), normal)
         .map_or(Mat3::from_diagonal(&Vec3::new(1.0, -1.0, -1.0)), |rotation| rotation.into_inner());
@@ -169,7 +170,7 @@ mod tests {
     use crate::scene::testing::{PLAIN, chain, joint, robot, scene};
     use JointKind::*;
 
-    /// World poses of all bodies at `q`.
+    /// Returns the world poses of all bodies at `q`.
     fn bodies(scene: &Scene, q: &[f64]) -> Vec<Pose> {
         let mut poses = Vec::new();
         forward(scene, &scene.space.config(q).unwrap(), &mut poses);
@@ -178,7 +179,7 @@ mod tests {
 
     #[test]
     fn document_order_gives_coordinates_and_the_tree_gives_frames() {
-        // In the document a child's joint precedes its parent's.
+        // The document has a child's joint before its parent's.
         let joints = vec![joint("tip", Prismatic, 2, 3), joint("side", Revolute, 0, 1), joint("root", Revolute, 0, 2)];
         let scene = scene(PLAIN, &[robot(joints)]).unwrap();
         let names: Vec<&str> = scene.joints.iter().map(|joint| joint.name.as_str()).collect();

@@ -1,5 +1,4 @@
-//! What each joint of a robot does in a scene: stand still, follow another joint, or move. Not
-//! where it is (`frames`).
+//! Decides the role of each joint in a scene: rigid, follower of another, or with coordinates.
 
 use std::f64::consts::PI;
 
@@ -11,26 +10,26 @@ use crate::robot::{Joint, JointKind};
 use crate::scene::file::limits::{LimitsEntry, interval};
 use crate::scene::names;
 
-/// What a joint does.
+/// The role of a joint in a scene.
 #[derive(Debug, Clone, PartialEq)]
 pub enum JointRole {
-    /// Fixed or locked at a position \[rad or m\]; 0 for fixed joints and those with several
+    /// The joint stays at this position \[rad or m\]; 0 for fixed joints and those with several
     /// coordinates.
     Locked(f64),
-    /// `multiplier * position(joint) + offset`, where that joint moves.
+    /// The position is `multiplier * position(joint) + offset`; `joint` has a coordinate.
     Mimic {
-        /// Index of the joint.
+        /// Index of the joint that it follows.
         joint: usize,
-        /// Factor.
+        /// Factor of that joint's position.
         multiplier: f64,
-        /// \[rad or m\]
+        /// Offset of the position \[rad or m\].
         offset: f64,
     },
-    /// Has coordinates on these manifolds, see [`factor_suffixes`] for their order.
+    /// The joint has coordinates on these manifolds; [`factor_suffixes`] has their order.
     Active(Vec<Manifold>),
 }
 
-/// Suffixes of the names of a joint's factors: translations first, then the rotation.
+/// Returns the suffixes of the names of a joint's factors: translations first, then the rotation.
 pub fn factor_suffixes(kind: JointKind) -> &'static [&'static str] {
     match kind {
         JointKind::Planar => &[".x", ".y", ".yaw"],
@@ -39,16 +38,16 @@ pub fn factor_suffixes(kind: JointKind) -> &'static [&'static str] {
     }
 }
 
-/// The role of every joint, in document order.
+/// Returns the role of every joint, in document order.
 ///
-/// A joint that is both locked and a follower is locked. A continuous joint whose followers do not
-/// return to their place after one turn gets the interval `[-pi, pi]` instead of a circle, because
-/// the scene is not the same on both sides of the seam. `reach` \[m\] bounds translations that have
-/// no limits, with a warning.
+/// A joint that is both locked and a follower is locked. If a follower of a continuous joint does
+/// not return to its place after one revolution, the scene differs on both sides of the seam. The
+/// joint then gets the interval `[-pi, pi]` instead of a circle. Translations without limits are
+/// bounded by `reach` \[m\], with a warning.
 ///
 /// # Errors
-/// [`Error::Input`] for unknown joints in `locked` and `limits`, values outside limits, missing
-/// limits, and followers that go in circles or follow a joint with several coordinates.
+/// [`Error::Input`] for unknown or fixed joints in `locked` and `limits`, values outside limits,
+/// missing limits, and followers in a circle or of a joint with several coordinates.
 pub fn roles(file: &str, loaded: &LoadedRobot, reach: f64, warnings: &mut Vec<String>) -> Result<Vec<JointRole>> {
     let robot = &loaded.robot;
     let known: Vec<&str> = robot.joints.iter().map(|joint| joint.name.as_str()).collect();
@@ -74,7 +73,7 @@ pub fn roles(file: &str, loaded: &LoadedRobot, reach: f64, warnings: &mut Vec<St
     Ok(roles)
 }
 
-/// The role of one joint; manifolds are still empty. `depth` counts the followers that led here.
+/// Returns the role of one joint, with empty manifolds. `depth` counts the followers that led here.
 fn role(file: &str, loaded: &LoadedRobot, index: usize, depth: usize) -> Result<JointRole> {
     let robot = &loaded.robot;
     let joint = &robot.joints[index];
@@ -136,8 +135,8 @@ fn locked_value(file: &str, loaded: &LoadedRobot, joint: &Joint, value: f64) -> 
     }
 }
 
-/// Limits of a joint with one coordinate, or of each translation of one with several; the scene's
-/// before the URDF's.
+/// Returns the limits of a joint with one coordinate, or of each translation of one with several.
+/// Limits of the scene replace those of the URDF.
 fn limits(file: &str, loaded: &LoadedRobot, joint: &Joint) -> Result<Option<(f64, f64)>> {
     let what = limits_element(loaded, joint);
     match loaded.entry.limits.get(&joint.name) {
@@ -217,7 +216,7 @@ fn manifolds(
     Ok(all)
 }
 
-/// Turns circles into intervals where a follower does not return to its place after one turn.
+/// Replaces circles by intervals if a follower does not return to its place after one revolution.
 fn cut_circles(loaded: &LoadedRobot, roles: &mut [JointRole], warnings: &mut Vec<String>) {
     for (index, joint) in loaded.robot.joints.iter().enumerate() {
         let JointRole::Mimic { joint: leader, multiplier, .. } = roles[index] else { continue };

@@ -1,5 +1,5 @@
-//! Reads what a scene file names: URDF, SRDF and mesh files, each mesh once. Paths are resolved
-//! here and, those of packages, in `robot/packages`.
+//! Reads the URDF, SRDF and mesh files that a scene file names, each mesh once. `robot/packages`
+//! resolves paths in packages.
 
 use std::collections::{BTreeMap, HashMap};
 use std::io::ErrorKind;
@@ -17,49 +17,49 @@ use crate::robot::{LoadLimit, LoadLimits, Robot, TriangleMesh, formats};
 use crate::scene::file::{CutMesh, GeometryKind, RobotEntry, SceneFile};
 use crate::scene::names::{robot_names, unknown};
 
-/// The files of one scene.
+/// Reads and caches the files of one scene.
 pub struct Files<'a> {
-    /// The scene file's name in messages.
+    /// Name of the scene file in messages.
     file: String,
-    /// The folder that paths in the scene file start from.
+    /// Folder that paths in the scene file are relative to.
     folder: PathBuf,
     read: ReadFile<'a>,
     cut: Option<CutMesh>,
     limits: LoadLimits,
     search: PackageSearch,
     meshes: HashMap<PathBuf, Arc<TriangleMesh>>,
-    /// Meshes with their axes scaled, by the bits of the factors.
+    /// Scaled meshes by path and bits of the scale factors.
     scaled: HashMap<(PathBuf, [u64; 3]), Arc<TriangleMesh>>,
-    /// Triangles of all of these, and bytes of text that was read.
+    /// Number of triangles in `meshes` and `scaled`.
     triangles: usize,
+    /// Number of bytes of text that was read.
     text_bytes: usize,
-    /// By folder, what its `package.xml` calls it.
+    /// Name of the package in each folder, from its `package.xml`.
     package_names: HashMap<PathBuf, Option<String>>,
-    /// What to say of the meshes, each once.
     mesh_warnings: Vec<String>,
 }
 
-/// Folders in which every mesh is looked for, at most.
-const MOST_PACKAGES: usize = 1000;
+/// Largest number of `packages` of one entry, because every mesh is searched in each.
+const MAX_PACKAGES: usize = 1000;
 
 /// A URDF that a scene file names.
 pub struct Source<'a> {
-    /// What names it, in messages.
+    /// Element that names it, for messages.
     pub element: &'a str,
-    /// Its path, as the scene file has it.
+    /// Its path in the scene file.
     pub urdf: &'a str,
-    /// Folders where `package://` is looked up.
+    /// Folders where `package://` is looked up first.
     pub packages: &'a [String],
-    /// Which shapes, and what becomes of their meshes.
+    /// Kind of its shapes, and treatment of their meshes.
     pub geometry: GeometryKind,
-    /// The same of single links.
+    /// Treatment of the meshes of single links, by name.
     pub links: &'a BTreeMap<String, GeometryKind>,
-    /// Whether the scene has limits for a joint of this name.
+    /// Returns whether the scene has limits for the joint of this name.
     pub is_replaced: &'a dyn Fn(&str) -> bool,
 }
 
 impl<'a> Files<'a> {
-    /// Of the `scene` whose file is at `path`.
+    /// Creates an empty cache for the `scene` whose file is at `path`.
     pub fn new(path: &Path, scene: &SceneFile, read: ReadFile<'a>) -> Self {
         let folder = path.parent().unwrap_or(Path::new("")).to_path_buf();
         Self {
@@ -78,7 +78,7 @@ impl<'a> Files<'a> {
         }
     }
 
-    /// Parses every robot; names are made unique.
+    /// Reads every robot and makes their names unique.
     pub fn robots<'e>(
         &mut self,
         entries: &'e [RobotEntry],
@@ -128,15 +128,15 @@ impl<'a> Files<'a> {
         Ok(LoadedRobot { name: robot.name.clone(), urdf: file, robot, srdf: of_srdf, group, entry })
     }
 
-    /// The name of a URDF file in messages, and what it describes, its meshes replaced as is asked.
+    /// Reads a URDF and replaces its meshes as requested; also returns its name for messages.
     pub fn links(&mut self, source: &Source, warnings: &mut Vec<String>) -> Result<(String, Robot)> {
         let Source { element, urdf, packages, geometry, links, is_replaced } = *source;
         let path = self.folder.join(urdf);
         let file = path.display().to_string();
         let text = self.text(&path, element)?;
         let folder = path.parent().unwrap_or(Path::new("")).to_path_buf();
-        if packages.len() > MOST_PACKAGES {
-            let problem = format!("got {} packages, expected at most {MOST_PACKAGES}", packages.len());
+        if packages.len() > MAX_PACKAGES {
+            let problem = format!("got {} packages, expected at most {MAX_PACKAGES}", packages.len());
             return Err(Error::input(&self.file, element, problem));
         }
         let packages: Vec<PathBuf> = packages.iter().map(|package| self.folder.join(package)).collect();
@@ -167,13 +167,12 @@ impl<'a> Files<'a> {
         Ok((file, robot))
     }
 
-    /// What there is to say of the meshes that were read.
+    /// Returns the warnings about the meshes that were read.
     pub fn into_mesh_warnings(self) -> Vec<String> {
         self.mesh_warnings
     }
 
-    /// A mesh by its path as the scene file has it, its axes scaled; `element` names it in
-    /// messages.
+    /// Returns the scaled mesh at a path of the scene file; `element` names it in messages.
     pub fn mesh(&mut self, element: &str, path: &str, scale: [f64; 3]) -> Result<Arc<TriangleMesh>> {
         let path = self.folder.join(path);
         match self.mesh_at(&path).map_err(|error| named(&self.file, element, error))? {
@@ -185,7 +184,7 @@ impl<'a> Files<'a> {
         }
     }
 
-    /// A mesh that was found, its axes scaled: once, however often it is asked for.
+    /// Returns the scaled mesh at a path; every scale of a mesh is computed once.
     fn scaled(&mut self, path: &Path, scale: [f64; 3]) -> Result<Arc<TriangleMesh>> {
         let mesh =
             self.mesh_at(path)?.ok_or_else(|| Error::Read { path: path.into(), source: ErrorKind::NotFound.into() })?;
@@ -208,18 +207,17 @@ impl<'a> Files<'a> {
         self.limits.check(LoadLimit::Triangles, self.triangles, &self.file, &element)
     }
 
-    /// The name of a file, as messages have it, and its bytes, by its path as the scene file has
-    /// it.
+    /// Reads the file at a path of the scene file. Returns its name for messages and its bytes.
     pub fn bytes(&mut self, element: &str, path: &str) -> Result<(String, Vec<u8>)> {
         let path = self.folder.join(path);
         let bytes = (self.read)(&path).map_err(|error| named(&self.file, element, error))?;
         Ok((path.display().to_string(), bytes))
     }
 
-    /// Where the file is that the URDF `file` in `folder` calls `uri`.
+    /// Finds the file that the URDF `file` in `folder` calls `uri`.
     fn mesh_of(&mut self, file: &str, uri: &str, folder: &Path, packages: &[PathBuf]) -> Result<PathBuf> {
         let Some(address) = PackageUri::of(uri) else {
-            // `join` replaces the folder where the path is absolute.
+            // `join` drops the folder if the path is absolute.
             let path = folder.join(uri.strip_prefix("file://").unwrap_or(uri));
             return match self.mesh_at(&path).map_err(|error| named(file, &in_mesh(uri), error))? {
                 Some(_) => Ok(path),
@@ -236,7 +234,7 @@ impl<'a> Files<'a> {
             match self.mesh_at(&path) {
                 Ok(Some(_)) => return Ok(path),
                 Ok(None) => {}
-                // Nobody named the folders above the URDF: one that may not be read is no fault.
+                // Nobody named the folders above the URDF, so an unreadable one is no fault yet.
                 Err(error @ Error::Read { .. }) if is_denied(&error) => denied = denied.or(Some(error)),
                 Err(error) => return Err(named(file, &in_mesh(uri), error)),
             }
@@ -253,7 +251,7 @@ impl<'a> Files<'a> {
         Err(Error::not_found(file, in_mesh(uri), problem))
     }
 
-    /// The name that a folder's `package.xml` gives it, if it has one that can be read.
+    /// Returns the package name in a folder's `package.xml`, if that can be read.
     fn package_at(&mut self, folder: &Path) -> Option<String> {
         if let Some(known) = self.package_names.get(folder) {
             return known.clone();
@@ -263,7 +261,7 @@ impl<'a> Files<'a> {
         name
     }
 
-    /// `None` where there is no such file.
+    /// Returns the mesh at a path; `None` if there is no such file.
     fn mesh_at(&mut self, path: &Path) -> Result<Option<Arc<TriangleMesh>>> {
         if let Some(mesh) = self.meshes.get(path) {
             return Ok(Some(Arc::clone(mesh)));
@@ -305,7 +303,7 @@ fn in_mesh(uri: &str) -> String {
     format!("mesh \"{}\"", quoted(uri))
 }
 
-/// A file that cannot be read, with what names it: `element` of `file`.
+/// Adds the `element` of `file` that names an unreadable file to its error.
 fn named(file: &str, element: &str, error: Error) -> Error {
     match error {
         Error::Read { path, source } => {

@@ -1,4 +1,4 @@
-//! From a scene file and the robots it names to a resolved [`Scene`].
+//! Assembles a resolved [`Scene`] from a scene file and the robots that it names.
 
 pub mod bodies;
 pub mod clearances;
@@ -32,20 +32,20 @@ pub use loaded::ReadFile;
 use obstacles::Others;
 use pairs::{PairName, PairRules, SrdfNames, checked, pairs_of_scene};
 
-/// What is said of a scene without checked pairs.
+/// Warning about a scene without checked pairs.
 pub const NOTHING_CHECKED: &str = "no pair of bodies is checked: every configuration within the limits is free";
 
 /// Parses the TOML `text` of the scene file at `path` and every file that it names.
 ///
 /// # Errors
-/// [`Error::Input`] naming the file, the element, the value found and what was expected; whatever
-/// `read` gives.
+/// [`Error::Input`] that names the file, the element, the value and what was expected; errors of
+/// `read`.
 pub fn assemble(path: &Path, text: &str, read: ReadFile) -> Result<Scene> {
     assemble_entries(path, &file::parse(&path.display().to_string(), text)?, read)
 }
 
-/// As [`assemble`], for a scene that is parsed already or was never written down. Paths in it start
-/// from the folder of `path`.
+/// As [`assemble`], for a scene that is already parsed or was built in code. Its paths are relative
+/// to the folder of `path`.
 ///
 /// # Errors
 /// As [`assemble`].
@@ -60,8 +60,8 @@ pub fn assemble_entries(path: &Path, scene: &SceneFile, read: ReadFile) -> Resul
     build(&name, scene, &robots, others, warnings)
 }
 
-/// Puts parsed robots and obstacles together; `file` is the scene file's name in messages. Reads
-/// nothing.
+/// Builds a scene from parsed robots and obstacles without reading files; `file` is the name of the
+/// scene file in messages.
 pub fn build(
     file: &str,
     entry: &SceneFile,
@@ -140,7 +140,7 @@ pub fn build(
     Ok(Scene { warnings: bounded(warnings), ..scene })
 }
 
-/// What a link holds, fixed to the link's frame.
+/// Fixes an attached object to the frame of its link.
 fn held(file: &str, object: Body, link: &str, names: &NameIndex, links: &[LinkAttachment]) -> Result<Body> {
     let element = format!("attached \"{}\": link", object.name);
     let seat = &links[names.find(link).map_err(|problem| Error::input(file, element, problem))?];
@@ -152,8 +152,8 @@ fn link_names<'a>(loaded: &'a LoadedRobot) -> impl Iterator<Item = Named<'a>> {
     loaded.robot.links.iter().map(move |link| Named { robot, name: &link.name })
 }
 
-/// Planes have no end, and nothing that bounds motion or moments knows them: links that move have
-/// none.
+/// Refuses planes on links that move: they are unbounded, and bounds on motion and moments do not
+/// handle them.
 fn refuse_scenery(loaded: &LoadedRobot, seats: &[FramePlacement]) -> Result<()> {
     let is_scenery = |link: &crate::robot::Link| link.collision.iter().any(|shape| shape.geometry.is_scenery());
     let mut links = loaded.robot.links.iter().zip(seats);
@@ -174,8 +174,8 @@ fn all_seats(loaded: &LoadedRobot, seats: Vec<Option<FramePlacement>>) -> Result
     links.map(seat).collect()
 }
 
-/// All that pairs may name. Bodies are in the order of the links that have geometry, then obstacles
-/// and attached objects.
+/// Lists everything that pairs may name. The order of `bodies` is links that have geometry, then
+/// obstacles, then attached objects.
 fn pair_names<'a>(robots: &'a [LoadedRobot], bodies: &'a [Body]) -> Vec<PairName<'a>> {
     let mut next = 0..bodies.len();
     let mut all = Vec::new();
@@ -237,7 +237,7 @@ mod tests {
         let enabled = scene_of("enable = [['l1', 'l0'], ['arm/l2', 'l3'], ['l3', 'ball']]").unwrap();
         assert_eq!(pairs(&enabled), ["l0 l1", "l0 l3", "l1 ball", "l2 l3", "l2 ball", "l3 ball"]);
         assert!(enabled.warnings.iter().all(|warning| !warning.contains("enable")), "{:?}", enabled.warnings);
-        // What never moves is told and left out.
+        // A pair that never moves is left out with a warning.
         let fixed = scene_of("enable = [['l1', 'l2'], ['l0', 'ball']]").unwrap();
         assert_eq!(pairs(&fixed), ["l0 l3", "l1 ball", "l2 ball", "l3 ball"]);
         let told = "pairs: enable [\"l1\", \"l2\"]: nothing moves one against the other: the pair is not checked";

@@ -1,4 +1,4 @@
-//! From `[[obstacle]]` and `[[attached]]` entries to bodies.
+//! Converts `[[obstacle]]` and `[[attached]]` entries to bodies.
 
 use std::collections::HashSet;
 use std::sync::Arc;
@@ -13,25 +13,25 @@ use crate::scene::file::{AttachedEntry, CutMesh, GeometryKind, ObstacleEntry, Sc
 use crate::scene::names::check_name;
 use crate::scene::{Body, Part};
 
-/// Reads a mesh by the element that names it, for messages, its path, as the scene file has it, and
-/// its scale.
+/// Reads a mesh. The arguments are the element that names it, for messages, its path in the scene
+/// file, and its scale.
 pub type LoadMesh<'a> = &'a mut dyn FnMut(&str, &str, [f64; 3]) -> Result<Arc<TriangleMesh>>;
 
-/// What is no link.
+/// Bodies that are no links.
 #[derive(Debug, Clone, Default)]
 pub struct Others {
-    /// Fixed to the world.
+    /// Bodies that are fixed to the world.
     pub obstacles: Vec<Body>,
-    /// What links hold, each in the coordinates of its link.
+    /// Bodies that links hold, each in the coordinates of its link.
     pub attached: Vec<Body>,
 }
 
-/// The obstacles and attached objects of a scene file; those of a URDF have their parts already.
-/// `scene` says how meshes are cut, and how much there may be.
+/// Creates the bodies of obstacles and attached objects. Entries with a URDF already have its
+/// parts; `scene` has the function that cuts meshes, and the limits.
 ///
 /// # Errors
-/// [`Error::Input`] for repeated or empty names, shapes that are not exactly one shape, sizes that
-/// are not positive and scales that are 0; whatever reading a mesh gives.
+/// [`Error::Input`] for repeated or empty names, entries without exactly one shape, sizes that are
+/// not positive, and scales that are 0; errors of `load_mesh`.
 pub fn others(
     file: &str,
     (obstacles, attached): (&[ObstacleEntry], &[AttachedEntry]),
@@ -77,7 +77,7 @@ pub fn others(
     Ok(others)
 }
 
-/// Tells how many points a cloud lacks, because they are NaN.
+/// Warns of the points that a cloud lacks because they are NaN.
 fn warn_of_lost_points(name: &str, entry: &ShapeEntry, parts: &[Part], warnings: &mut Vec<String>) {
     let [Part { geometry: Geometry::Points(cloud), .. }] = parts else { return };
     let (lost, all) = (entry.left_out, entry.left_out + cloud.points().len());
@@ -89,7 +89,7 @@ fn warn_of_lost_points(name: &str, entry: &ShapeEntry, parts: &[Part], warnings:
     warnings.push(format!("obstacle `{name}`: {lost} of {all} {words}"));
 }
 
-/// The parts of an entry, relative to its pose.
+/// Returns the parts of an entry, relative to its pose.
 fn shapes(
     file: &str,
     element: &str,
@@ -111,7 +111,7 @@ fn shapes(
     }
 }
 
-/// The one shape of an entry; `None` of a URDF.
+/// Returns the one shape of an entry; `None` for a URDF.
 fn shape(
     file: &str,
     element: &str,

@@ -1,4 +1,4 @@
-//! Which pairs of bodies are checked.
+//! Decides which pairs of bodies are checked.
 
 use std::collections::{HashMap, HashSet};
 
@@ -8,16 +8,16 @@ use crate::scene::file::SceneFile;
 use crate::scene::names::Named;
 use crate::scene::{Body, BodyPair};
 
-/// Every pair of bodies, sorted, but for
-/// - those fixed to one frame (one rigid group; all that cannot move shares the world's frame),
-/// - links of one robot whose frames are joined by one joint, where `carriers` names for every
-///   frame the one that its joint hangs on,
-/// - those that `rules` disable.
+/// Returns all pairs of bodies in ascending order, except
+/// - pairs on one frame (bodies that cannot move are all on that of the world),
+/// - links of one robot whose frames are joined by one joint; `carriers` has for every frame the
+///   one that carries its joint,
+/// - pairs that `rules` disable.
 ///
-/// Pairs that `rules` enable are checked, unless they are fixed to one frame.
+/// Pairs that `rules` enable are checked, unless they are on one frame.
 ///
 /// # Errors
-/// Their number where it is more than `most`, as far as it was counted.
+/// The number of pairs when it exceeded `most`, which may be before all were counted.
 pub fn checked(
     bodies: &[Body],
     carriers: &[usize],
@@ -35,7 +35,7 @@ pub fn checked(
             (a.frame != b.frame && !(one_robot && joined) && !rules.disable(bodies, pair)).then_some(pair)
         };
         match a.frame {
-            // There may be hundreds of thousands of obstacles, none checked against another.
+            // There may be hundreds of thousands of obstacles, so they skip each other.
             0 => {
                 pairs.extend(moving[moving.partition_point(|&body| body <= first)..].iter().copied().filter_map(meets))
             }
@@ -52,18 +52,18 @@ pub fn checked(
     if pairs.len() > most { Err(pairs.len()) } else { Ok(pairs) }
 }
 
-/// Whether the distance of two bodies can change.
+/// Returns whether the distance of two bodies can change.
 fn may_meet(bodies: &[Body], pair: BodyPair) -> bool {
     bodies[pair.first].frame != bodies[pair.second].frame
 }
 
-/// Which pairs of bodies are not checked, and which are although a rule says otherwise.
+/// Pairs of bodies that are disabled, and exceptions from that.
 #[derive(Debug, Default)]
 pub struct PairRules {
     disabled: HashSet<BodyPair>,
-    /// Bodies that no link of these robots is checked against but for the pairs in `enabled`.
+    /// Maps a body to the robots whose links it is not checked against, except pairs in `enabled`.
     by_default: HashMap<usize, HashSet<usize>>,
-    /// What is not in `disabled` of these is checked.
+    /// Pairs that are checked unless `disabled` has them.
     enabled: HashSet<BodyPair>,
 }
 
@@ -77,15 +77,16 @@ impl PairRules {
         self.disabled.contains(&pair) || by_default(first, second) || by_default(second, first)
     }
 
-    /// What the scene says, which goes before what SRDFs say: no pair may be in both.
+    /// Adds the pairs of the scene, which override those of SRDFs. No pair may be in both sets.
     pub fn add_scene(&mut self, disabled: HashSet<BodyPair>, enabled: HashSet<BodyPair>) {
         self.disabled.retain(|pair| !enabled.contains(pair));
         self.disabled.extend(disabled);
         self.enabled.extend(enabled);
     }
 
-    /// What the SRDF of a robot disables and enables: its own links and obstacles by their plain
-    /// names. What does not exist is ignored, as SRDFs are shared between variants of a robot.
+    /// Adds the pairs that a robot's SRDF disables and enables; it names the robot's links and
+    /// obstacles by their plain names. Unknown names are ignored, because variants of a robot share
+    /// SRDFs.
     pub fn add_srdf(&mut self, (index, robot): (usize, &str), srdf: &Srdf, names: &SrdfNames) {
         let body = |name: &String| names.body(robot, name);
         let pairs = |entries: &[[String; 2]]| -> Vec<BodyPair> {
@@ -99,44 +100,45 @@ impl PairRules {
     }
 }
 
-/// Bodies by what SRDFs may call them.
+/// Finds bodies by the names that SRDFs use.
 pub struct SrdfNames<'a> {
     bodies: HashMap<(Option<&'a str>, &'a str), Option<usize>>,
 }
 
 impl<'a> SrdfNames<'a> {
-    /// Of all that pairs may name.
+    /// Creates the map from everything that pairs may name.
     pub fn new(all: &[PairName<'a>]) -> Self {
         let key = |entry: &PairName<'a>| (entry.named.robot, entry.named.name);
         Self { bodies: all.iter().rev().map(|entry| (key(entry), entry.body)).collect() }
     }
 
-    /// A link of the robot, else an obstacle.
+    /// Returns the body of a link of the robot, or else of an obstacle.
     fn body(&self, robot: &str, name: &str) -> Option<usize> {
         let found = self.bodies.get(&(Some(robot), name)).or_else(|| self.bodies.get(&(None, name)));
         found.copied().flatten()
     }
 }
 
-/// Something that `[pairs]` may name, and its body where it has geometry.
+/// A link, obstacle or attached object that `[pairs]` may name.
 #[derive(Debug, Clone, Copy)]
 pub struct PairName<'a> {
-    /// How it is called.
+    /// Its name, and that of its robot.
     pub named: Named<'a>,
-    /// Index of its body.
+    /// Index of its body; `None` for a link without geometry.
     pub body: Option<usize>,
 }
 
-/// The body that a name means, `None` for a link without geometry; else what is wrong with it.
+/// Returns the body that a name means, `None` for a link without geometry, or what is wrong with
+/// the name.
 pub type FindBody<'a> = dyn Fn(&str) -> std::result::Result<Option<usize>, String> + 'a;
 
-/// The pairs of bodies that a scene file disables, by `[pairs] disable` and by `touch` of attached
-/// objects, and those that it enables, by `[pairs] enable`. A pair to enable that can never be
-/// checked is left out and told.
+/// Returns the pairs of bodies that a scene file disables, by `[pairs] disable` and by `touch` of
+/// attached objects, and those that it enables, by `[pairs] enable`. Enabled pairs that can never
+/// be checked are left out with a warning.
 ///
 /// # Errors
-/// [`Error::Input`] for names that mean nothing or several things, for one body twice, and for a
-/// pair to enable that is there twice or is disabled as well.
+/// [`Error::Input`] for unknown and ambiguous names, for one body twice, and for an enabled pair
+/// that occurs twice or is disabled as well.
 pub fn pairs_of_scene(
     file: &str,
     scene: &SceneFile,
@@ -210,8 +212,8 @@ mod tests {
 
     #[test]
     fn groups_and_neighbours_are_skipped() {
-        // Base link, two links on frame 1, one on frame 2; an obstacle; a second robot's link on
-        // frame 3, on the world.
+        // Base link, two links on frame 1, one on frame 2; a second robot's link on frame 3, which
+        // the world carries; an obstacle.
         let bodies =
             [body(Some(0), 0), body(Some(0), 1), body(Some(0), 1), body(Some(0), 2), body(Some(1), 3), body(None, 0)];
         let carriers = [0, 0, 1, 0];
@@ -268,7 +270,7 @@ mod tests {
         let strings = |pairs: &[[&str; 2]]| pairs.iter().map(|pair| pair.map(String::from)).collect::<Vec<_>>();
         let enabled = strings(&[["l0", "l1"], ["l1", "l2"], ["l2", "l3"], ["l0", "gone"]]);
         let srdf = Srdf { disabled: strings(&[["l2", "l1"]]), enabled, ..Srdf::default() };
-        // A chain, and a fourth link fixed to the third.
+        // Three links in a chain, and a fourth one fixed to the third.
         let bodies = [body(Some(0), 0), body(Some(0), 1), body(Some(0), 2), body(Some(0), 2)];
         let names = ["l0", "l1", "l2", "l3"];
         let name = |k: usize| PairName { named: Named { robot: Some("arm"), name: names[k] }, body: Some(k) };
@@ -285,7 +287,7 @@ mod tests {
 
     #[test]
     fn intermediate_frames_do_not_part_neighbours() {
-        // Frames 2, 3 and 4 are one planar joint on frame 1.
+        // Frames 2, 3 and 4 belong to one planar joint on frame 1.
         let bodies = [body(Some(0), 1), body(Some(0), 4), body(None, 0)];
         assert_eq!(pairs(&bodies, &[0, 0, 1, 1, 1]), [(0, 2), (1, 2)]);
     }

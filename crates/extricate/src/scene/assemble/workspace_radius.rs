@@ -1,4 +1,4 @@
-//! A length that any body can leave any other by, for translations that nothing else limits.
+//! Computes a bound for translations without limits, by which any body can leave any other.
 
 use super::bodies::{OncePerMesh, radius};
 use super::loaded::LoadedRobot;
@@ -7,13 +7,13 @@ use crate::robot::{Geometry, JointKind};
 use crate::scene::Body;
 use crate::scene::file::limits::LimitsEntry;
 
-/// Twice the radius \[m\] of a ball about the world's origin that holds all geometry in every
-/// configuration, but for the travel of joints without limits; rounded up to a decimetre.
+/// Returns twice the radius \[m\] of a ball about the world's origin, rounded up to 0.1 m. The ball
+/// contains all geometry in every configuration, apart from the travel of joints without limits.
 ///
-/// The radius adds the lengths of all joint origins and travels, and the radii of all shapes: a
-/// bound, not the least one. A subtree that moves by twice this radius along any axis has left
-/// everything that does not move with it, but for half-spaces and the ground, which count as far as
-/// their planes and surfaces are: those it leaves on one side.
+/// The radius is a bound, not the least one: it adds the lengths of all joint origins and travels,
+/// and the radii of all shapes. A subtree that moves by twice this radius along any axis has left
+/// everything that does not move with it. Half-spaces and height fields count with the distance of
+/// their surfaces, so that it leaves them on one side only.
 pub fn reach(robots: &[LoadedRobot], obstacles: &[Body]) -> f64 {
     let mut known = OncePerMesh::default();
     let mut shape = |pose: &Pose, geometry: &Geometry| pose.translation.norm() + known.of(geometry, radius);
@@ -33,7 +33,7 @@ pub fn reach(robots: &[LoadedRobot], obstacles: &[Body]) -> f64 {
     ((of_obstacles + of_robots) * 20.0).ceil() / 10.0
 }
 
-/// Length of the joint's origin and of its limited travel \[m\].
+/// Returns the length of the joint's origin plus a bound on its limited travel \[m\].
 fn span(loaded: &LoadedRobot, joint: usize) -> f64 {
     let joint = &loaded.robot.joints[joint];
     let slides = matches!(joint.kind, JointKind::Prismatic | JointKind::Planar | JointKind::Floating);

@@ -3,7 +3,7 @@
 use super::file::File;
 use super::seven_joint_arm;
 
-/// The scene file and the robots' files.
+/// Returns the scene file and the robots' files.
 pub fn files() -> (String, Vec<File>) {
     (SCENE.into(), seven_joint_arm::files())
 }

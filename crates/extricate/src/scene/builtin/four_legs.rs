@@ -1,5 +1,4 @@
-//! `four-legs`: a torso held in the world, with four legs that each stand between blocks of their
-//! own.
+//! `four-legs`: a fixed torso with four legs, each between two blocks.
 
 use std::fmt::Write;
 
@@ -8,22 +7,22 @@ use super::loft::End::Round;
 use super::loft::{stl, tube};
 use super::urdf_text::{JointText, Shape, UrdfText};
 
-/// Name, and on which side of the torso's centre the hip is: front or hind, left or right.
+/// Name of each leg, and signs of its hip's x and y from the torso's centre.
 const LEGS: [(&str, [f64; 2]); 4] = [
     ("front_left", [1.0, 1.0]),
     ("front_right", [1.0, -1.0]),
     ("hind_left", [-1.0, 1.0]),
     ("hind_right", [-1.0, -1.0]),
 ];
-/// The hip from the torso's centre \[m\].
-const HIP: [f64; 2] = [0.4, 0.25];
+/// Distance of a hip from the torso's centre along x and y \[m\].
+const HIP_OFFSET: [f64; 2] = [0.4, 0.25];
 /// Height of the torso's centre above the ground \[m\].
 const HEIGHT: f64 = 0.5;
 /// Length of the thigh, and of the shin \[m\].
 const LENGTH: f64 = 0.22;
 
-/// Of each leg, its two blocks: sides, and position from below its hip \[m\], x and y away from
-/// the torso's centre. No block is within reach of another leg.
+/// The two blocks of each leg: full sides, and position \[m\] relative to the ground below the hip,
+/// with x and y pointing away from the torso's centre. Other legs cannot reach them.
 const BLOCKS: [[[[f64; 3]; 2]; 2]; 4] = [
     [[[0.14, 0.3, 0.26], [0.17, 0.0, 0.13]], [[0.36, 0.12, 0.24], [0.0, 0.18, 0.12]]],
     [[[0.12, 0.3, 0.22], [-0.14, 0.03, 0.11]], [[0.14, 0.3, 0.28], [0.19, 0.0, 0.14]]],
@@ -31,7 +30,7 @@ const BLOCKS: [[[[f64; 3]; 2]; 2]; 4] = [
     [[[0.32, 0.1, 0.28], [0.04, 0.17, 0.14]], [[0.12, 0.26, 0.26], [-0.15, 0.0, 0.13]]],
 ];
 
-/// The scene file and the robot's files.
+/// Returns the scene file and the robot's files.
 pub fn files() -> (String, Vec<File>) {
     let mut urdf = UrdfText::new("four-legs");
     urdf.link("torso", &[(Shape::Box([0.9, 0.3, 0.12]), [0.0; 3])]);
@@ -42,7 +41,7 @@ pub fn files() -> (String, Vec<File>) {
     (scene(), vec![("robot/legs.urdf".into(), urdf.finish()), ("robot/meshes/shin.stl".into(), stl(&[shin]))])
 }
 
-/// A leg hangs down; it spreads about x, and swings and bends its knee about y.
+/// Adds a leg that hangs down; it spreads about x, and swings and bends its knee about y.
 fn add_leg(urdf: &mut UrdfText, (leg, [front, left]): (&str, [f64; 2])) {
     let [hip, thigh, shin] = ["hip", "thigh", "shin"].map(|part| format!("{leg}_{part}"));
     let [spread, swing, knee] = ["spread", "swing", "knee"].map(|joint| format!("{leg}_{joint}"));
@@ -51,8 +50,8 @@ fn add_leg(urdf: &mut UrdfText, (leg, [front, left]): (&str, [f64; 2])) {
     urdf.joint(&JointText {
         name: &spread,
         parent_child: ["torso", &hip],
-        xyz: [front * HIP[0], left * HIP[1], 0.0],
-        // Positive is away from the torso.
+        xyz: [front * HIP_OFFSET[0], left * HIP_OFFSET[1], 0.0],
+        // Positive angles move the leg away from the torso.
         axis: [left, 0.0, 0.0],
         limits: Some([-0.4, 0.9]),
         ..revolute
@@ -73,8 +72,8 @@ fn scene() -> String {
     );
     for ((leg, [front, left]), blocks) in LEGS.into_iter().zip(BLOCKS) {
         for (k, [size, [x, y, z]]) in blocks.into_iter().enumerate() {
-            // To the tenth of a millimetre, as sums of decimals are not exact.
-            let at = [front * (HIP[0] + x), left * (HIP[1] + y), z].map(|v| (v * 1e4).round() / 1e4);
+            // Rounds to 0.1 mm, because sums of decimals are not exact.
+            let at = [front * (HIP_OFFSET[0] + x), left * (HIP_OFFSET[1] + y), z].map(|v| (v * 1e4).round() / 1e4);
             // Writing to a `String` cannot fail.
             let _ = write!(
                 scene,

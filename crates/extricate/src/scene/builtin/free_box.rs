@@ -4,7 +4,7 @@ use super::file::File;
 use super::loft::{stl, torus};
 use super::urdf_text::{Shape, UrdfText};
 
-/// The scene file and the robot's files.
+/// Returns the scene file and the robot's files.
 pub fn files() -> (String, Vec<File>) {
     let mut urdf = UrdfText::new("free-box");
     urdf.link("body", &[(Shape::Box([0.3, 0.2, 0.1]), [0.0; 3])]);

@@ -1,4 +1,4 @@
-//! `hand`: three fingers whose tips follow their curl; nothing to touch but itself.
+//! `hand`: three fingers whose tips follow their curl, without obstacles.
 
 use std::f64::consts::PI;
 
@@ -7,17 +7,17 @@ use super::loft::End::Round;
 use super::loft::{stl, tube};
 use super::urdf_text::{JointText, Shape, UrdfText};
 
-/// Name, direction from the palm's centre \[rad\], and whether it spreads.
+/// Name of each finger, its direction from the palm's centre \[rad\], and whether it spreads.
 const FINGERS: [(&str, f64, bool); 3] = [("index", 0.9, true), ("middle", -0.9, true), ("thumb", PI, false)];
 /// Distance of the knuckles from the palm's centre \[m\].
 const KNUCKLE_RADIUS: f64 = 0.055;
-/// Height of the knuckles above the palm's centre \[m\]; the lowest finger joint clears the palm by
-/// 3 mm.
+/// Height of the knuckles above the palm's centre \[m\]; it leaves 3 mm between the proximal links
+/// and the palm.
 const KNUCKLE_HEIGHT: f64 = 0.027;
-/// From the knuckle to the last joint \[m\].
-const PROXIMAL: f64 = 0.05;
+/// Distance from the knuckle to the last joint \[m\].
+const PROXIMAL_LENGTH: f64 = 0.05;
 
-/// The scene file and the robot's files.
+/// Returns the scene file and the robot's files.
 pub fn files() -> (String, Vec<File>) {
     let mut urdf = UrdfText::new("hand");
     urdf.link("palm", &[(Shape::Cylinder([0.068, 0.03]), [0.0; 3])]);
@@ -34,7 +34,7 @@ pub fn files() -> (String, Vec<File>) {
     (SCENE.into(), files)
 }
 
-/// A finger points up (z) and curls about y, toward the palm's axis (x).
+/// Adds a finger that points up (z) and curls about y, toward the palm's axis (x).
 fn add_finger(urdf: &mut UrdfText, (finger, angle, spreads): (&str, f64, bool)) {
     let [spread, proximal, tip] = ["spread", "proximal", "tip"].map(|part| format!("{finger}_{part}"));
     let at_palm = JointText {
@@ -63,7 +63,7 @@ fn add_finger(urdf: &mut UrdfText, (finger, angle, spreads): (&str, f64, bool)) 
         name: &tip,
         kind: "revolute",
         parent_child: [&proximal, &tip],
-        xyz: [0.0, 0.0, PROXIMAL],
+        xyz: [0.0, 0.0, PROXIMAL_LENGTH],
         axis: [0.0, 1.0, 0.0],
         limits: Some([-0.2, 1.5]),
         mimic: Some((&format!("{finger}_curl"), 0.7, 0.1)),

@@ -1,4 +1,4 @@
-//! Closed surfaces swept along curves, as binary STL. For the meshes of built-in robots.
+//! Sweeps closed surfaces along curves and writes them as STL, for meshes of built-in scenes.
 
 use std::f64::consts::{FRAC_PI_2, TAU};
 
@@ -12,30 +12,28 @@ pub type Station = [f64; 4];
 /// How a tube ends.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum End {
-    /// With a disc.
+    /// A disc closes it.
     Flat,
-    /// With a half ball.
+    /// A half ball closes it.
     Round,
 }
 
-/// Triangles with outward faces.
+/// Vertices \[m\], and triangles whose normals point outward.
 #[derive(Debug, Clone, Default)]
 pub struct Surface {
-    /// Points \[m\].
     pub vertices: Vec<Vec3>,
-    /// Indices into `vertices`.
     pub triangles: Vec<[usize; 3]>,
 }
 
-/// Vertices around a tube.
+/// Number of vertices around a tube.
 const SIDES: usize = 14;
-/// Rings between two stations.
-const STEPS: usize = 3;
-/// Rings of a half ball between its rim and its pole.
+/// Number of rings for each span between two stations.
+const RINGS_PER_SPAN: usize = 3;
+/// Number of rings of a half ball between its rim and its pole.
 const CAP_RINGS: usize = 3;
 
-/// A closed tube along the Catmull-Rom curve through `stations` (at least two); the radius follows
-/// the same curve.
+/// Builds a closed tube along the Catmull-Rom curve through `stations` (at least two); the radius
+/// follows the same curve.
 ///
 /// # Source
 /// E. Catmull and R. Rom, "A class of local interpolating splines", 1974,
@@ -46,8 +44,7 @@ pub fn tube(stations: &[Station], ends: [End; 2]) -> Surface {
     let last = line.len() - 1;
     let tangents: Vec<Vec3> =
         (0..=last).map(|k| (line[(k + 1).min(last)] - line[k.saturating_sub(1)]).xyz().normalize()).collect();
-    // Rings as center, tangent and radius: the first cap from its pole, the line, the last cap to
-    // its pole.
+    // Rings are (center, tangent, radius): first cap from its pole, line, last cap to its pole.
     let mut rings = Vec::new();
     let cap_angles = |end: End| (1..=CAP_RINGS).filter(move |_| end == End::Round).map(|k| k as f64 / 4.0 * FRAC_PI_2);
     let cap = |k: usize, sign: f64, angle: f64| {
@@ -69,8 +66,8 @@ fn smooth(stations: &[Station]) -> Vec<Vector4<f64>> {
         let (b, c) = (points[k], points[k + 1]);
         let a = if k == 0 { 2.0 * b - c } else { points[k - 1] };
         let d = if k + 1 == last { 2.0 * c - b } else { points[k + 2] };
-        for step in 0..STEPS {
-            let t = step as f64 / STEPS as f64;
+        for step in 0..RINGS_PER_SPAN {
+            let t = step as f64 / RINGS_PER_SPAN as f64;
             let cubic = (3.0 * (b - c) + d - a) * t + 2.0 * a - 5.0 * b + 4.0 * c - d;
             line.push(b + 0.5 * t * (c - a + t * cubic));
         }
@@ -85,7 +82,7 @@ fn close(rings: &[(Vec3, Vec3, f64)], first_pole: Vec3, last_pole: Vec3) -> Surf
     let least = rings[0].1.iamin();
     let mut normal = Vec3::ith(least, 1.0);
     for (center, tangent, radius) in rings {
-        // Parallel transport: what is left of the last normal across the new tangent.
+        // Parallel transport projects the last normal onto the plane across the new tangent.
         normal = (normal - tangent * tangent.dot(&normal)).normalize();
         let binormal = tangent.cross(&normal);
         surface.vertices.extend((0..SIDES).map(|side| {
@@ -114,20 +111,20 @@ fn quad(surface: &mut Surface, [a, b, c, d]: [usize; 4]) {
     surface.triangles.extend([[a, b, c], [a, c, d]]);
 }
 
-/// A torus about z of the given radii \[m\] of its middle line and of its tube.
+/// Builds a torus about z from the radii \[m\] of its middle line and of its tube.
 pub fn torus(radius: f64, tube_radius: f64) -> Surface {
-    const AROUND: usize = 36;
+    const TORUS_RINGS: usize = 36;
     let mut surface = Surface::default();
-    for ring in 0..AROUND {
-        let (sin, cos) = (TAU * ring as f64 / AROUND as f64).sin_cos();
+    for ring in 0..TORUS_RINGS {
+        let (sin, cos) = (TAU * ring as f64 / TORUS_RINGS as f64).sin_cos();
         for side in 0..SIDES {
             let (up, out) = (TAU * side as f64 / SIDES as f64).sin_cos();
             let r = radius + tube_radius * out;
             surface.vertices.push(Vec3::new(r * cos, r * sin, tube_radius * up));
         }
     }
-    let vertex = |ring: usize, side: usize| ring % AROUND * SIDES + side % SIDES;
-    for ring in 0..AROUND {
+    let vertex = |ring: usize, side: usize| ring % TORUS_RINGS * SIDES + side % SIDES;
+    for ring in 0..TORUS_RINGS {
         for side in 0..SIDES {
             quad(
                 &mut surface,
@@ -138,7 +135,7 @@ pub fn torus(radius: f64, tube_radius: f64) -> Surface {
     surface
 }
 
-/// Binary STL of several surfaces: little-endian `f32`, normals left 0 for readers to compute.
+/// Writes several surfaces as binary STL; normals stay 0, because readers compute them.
 pub fn stl(surfaces: &[Surface]) -> Vec<u8> {
     let mut bytes = vec![0u8; 80];
     let count: usize = surfaces.iter().map(|surface| surface.triangles.len()).sum();
@@ -188,7 +185,7 @@ mod tests {
         let round = tube(&[[0.0, 0.0, 0.0, 0.1], [0.0, 0.1, 0.5, 0.08], [0.2, 0.2, 1.0, 0.1]], [End::Round; 2]);
         assert_closed(&round);
         assert!(volume(&round) > 0.02);
-        assert_eq!(round.triangles.len(), 2 * SIDES * (2 * STEPS + 2 * CAP_RINGS + 1));
+        assert_eq!(round.triangles.len(), 2 * SIDES * (2 * RINGS_PER_SPAN + 2 * CAP_RINGS + 1));
     }
 
     #[test]

@@ -1,7 +1,7 @@
-//! Built-in scenes: robots and obstacles that this code generates, as files in memory.
+//! Built-in scenes: robots and obstacles that this code generates as files in memory.
 //!
-//! They are written in the formats that users write (TOML, URDF, binary STL) and read back by the
-//! same code, so what runs on them runs on files. All measures are in metres and radians.
+//! The files have the formats of users (TOML, URDF, binary STL) and are read by the same code as
+//! files on disk. All lengths are in metres, all angles in radians.
 
 mod dual_arm;
 mod file;
@@ -21,11 +21,11 @@ use super::assemble::assemble;
 use super::{Scene, names};
 use crate::error::{Error, Result};
 
-/// Names that [`scene`] knows.
+/// Names of all built-in scenes.
 pub const NAMES: &[&str] = &["shelf-arm", "planar-arm", "free-box", "dual-arm", "hand", "four-legs"];
 
-/// The files of a built-in scene: path relative to the scene file (first entry: the scene file
-/// itself) and contents.
+/// Returns path and contents of each file of a built-in scene, the scene file first. Paths are
+/// relative to the scene file.
 ///
 /// ```
 /// let files = extricate::builtin::files("planar-arm").unwrap();
@@ -45,10 +45,10 @@ pub fn files(name: &str) -> Option<Vec<(String, Vec<u8>)>> {
     Some(rest)
 }
 
-/// A built-in scene, assembled.
+/// Assembles a built-in scene.
 ///
 /// # Errors
-/// [`Error::Input`] with the known names where there is no such scene.
+/// [`Error::Input`] with the known names if there is no such scene.
 pub fn scene(name: &str) -> Result<Scene> {
     let files = files(name).ok_or_else(|| Error::input(name, "built-in scene", names::unknown(name, NAMES)))?;
     let text = String::from_utf8_lossy(&files[0].1);

@@ -21,7 +21,7 @@ const CYLINDERS: [[f64; 3]; 6] = [
     [0.8, -0.35, 0.14],
 ];
 
-/// The scene file and the robot's files.
+/// Returns the scene file and the robot's files.
 pub fn files() -> (String, Vec<File>) {
     let mut scene = String::from(
         "# Three revolute joints in a plane, the first without limits, among cylinders.\nclearance = 1e-4\n\

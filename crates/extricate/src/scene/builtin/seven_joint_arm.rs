@@ -1,5 +1,5 @@
-//! A 7-joint arm with a gripper, with the published kinematics of the KUKA LBR iiwa 7 R800 and our
-//! own shapes.
+//! A 7-joint arm with a gripper; it has the published kinematics of the KUKA LBR iiwa 7 R800, and
+//! shapes of our own.
 
 use super::file::File;
 use super::loft::End::{Flat, Round};
@@ -12,8 +12,7 @@ use super::urdf_text::{JointText, Shape, UrdfText};
 /// # Source
 /// KUKA, "LBR iiwa 7 R800, LBR iiwa 14 R820: specification", axis data and principal dimensions:
 /// the shoulder is 0.340 above the base, then 0.400 to the elbow, 0.400 to the wrist and 0.126 to
-/// the flange. How a distance divides between the two links that span it has no effect on the
-/// motion, and is ours.
+/// the flange. How two links share a distance is our choice; it has no effect on the motion.
 const JOINTS: [(f64, [f64; 3], f64); 7] = [
     (0.15, [0.0, 0.0, 1.0], 170.0),
     (0.19, [0.0, 1.0, 0.0], 120.0),
@@ -23,11 +22,11 @@ const JOINTS: [(f64, [f64; 3], f64); 7] = [
     (0.19, [0.0, 1.0, 0.0], 120.0),
     (0.081, [0.0, 0.0, 1.0], 175.0),
 ];
-/// From the last joint to the flange \[m\].
-const FLANGE: f64 = 0.045;
+/// Distance from the last joint to the flange \[m\].
+const FLANGE_DISTANCE: f64 = 0.045;
 
 /// Middle line and radius of every link, base first. Links alternate sides at the bending joints,
-/// as forearm and upper arm must pass each other there.
+/// because forearm and upper arm pass each other there.
 const LINKS: [&[Station]; 8] = [
     &[[0.0, 0.0, 0.0, 0.105], [0.0, 0.0, 0.07, 0.1], [0.0, 0.0, 0.13, 0.08]],
     &[[0.0, 0.0, -0.015, 0.075], [0.0, 0.0, 0.09, 0.072], [0.0, -0.035, 0.19, 0.06]],
@@ -39,15 +38,15 @@ const LINKS: [&[Station]; 8] = [
     &[[0.0, 0.0, -0.01, 0.04], [0.0, 0.0, 0.045, 0.038]],
 ];
 
-/// Palm and fingers, from the flange.
+/// Middle line and radius of palm and fingers, in the flange's frame.
 const GRIPPER: [&[Station]; 3] = [
     &[[0.0, -0.06, 0.02, 0.022], [0.0, 0.0, 0.025, 0.026], [0.0, 0.06, 0.02, 0.022]],
     &[[0.0, -0.058, 0.03, 0.012], [0.0, -0.062, 0.08, 0.012], [0.0, -0.04, 0.135, 0.008]],
     &[[0.0, 0.058, 0.03, 0.012], [0.0, 0.062, 0.08, 0.012], [0.0, 0.04, 0.135, 0.008]],
 ];
 
-/// `robot/arm.urdf` and its meshes. Links: `base`, `link_1` to `link_7`, `gripper`; joints:
-/// `joint_1` to `joint_7`.
+/// Returns `robot/arm.urdf` and its meshes. The links are `base`, `link_1` to `link_7` and
+/// `gripper`, the moving joints `joint_1` to `joint_7`.
 pub fn files() -> Vec<File> {
     let mut urdf = UrdfText::new("seven-joint-arm");
     let mut meshes = Vec::new();
@@ -75,7 +74,7 @@ pub fn files() -> Vec<File> {
     urdf.joint(&JointText {
         name: "flange",
         parent_child: ["link_7", "gripper"],
-        xyz: [0.0, 0.0, FLANGE],
+        xyz: [0.0, 0.0, FLANGE_DISTANCE],
         ..Default::default()
     });
     meshes.insert(0, ("robot/arm.urdf".into(), urdf.finish()));

@@ -2,38 +2,31 @@
 
 use std::fmt::Write;
 
-/// A robot's description as it grows.
 pub struct UrdfText {
     text: String,
 }
 
-/// A collision shape \[m\].
+/// A collision shape \[m\]: a mesh, a box by full sides, or a cylinder by radius and length.
 pub enum Shape<'a> {
     /// Path of a mesh file, below the package `robot`.
     Mesh(&'a str),
-    /// Full sides.
     Box([f64; 3]),
-    /// Radius and length, along z.
     Cylinder([f64; 2]),
 }
 
-/// A joint as URDF has it.
+/// Elements of a URDF joint; `xyz` \[m\] and `rpy` \[rad\] place it in the parent's frame.
 pub struct JointText<'a> {
-    /// Unique.
     pub name: &'a str,
-    /// `fixed`, `revolute` and so on.
+    /// Type of the joint as URDF spells it.
     pub kind: &'a str,
-    /// Links.
+    /// Names of the two links.
     pub parent_child: [&'a str; 2],
-    /// Origin in the parent \[m\].
     pub xyz: [f64; 3],
-    /// Orientation in the parent \[rad\].
     pub rpy: [f64; 3],
-    /// Axis.
     pub axis: [f64; 3],
-    /// Lower and upper.
+    /// Lower and upper limit \[rad or m\].
     pub limits: Option<[f64; 2]>,
-    /// Joint that it follows, factor and offset.
+    /// Name of the joint that it follows, factor and offset.
     pub mimic: Option<(&'a str, f64, f64)>,
 }
 
@@ -53,7 +46,6 @@ impl Default for JointText<'_> {
 }
 
 impl UrdfText {
-    /// A robot of that name.
     pub fn new(name: &str) -> Self {
         Self { text: format!("<?xml version=\"1.0\"?>\n<robot name=\"{name}\">\n") }
     }
@@ -73,7 +65,6 @@ impl UrdfText {
         self.line("  </link>");
     }
 
-    /// Adds a joint.
     pub fn joint(&mut self, joint: &JointText) {
         let JointText { name, kind, parent_child: [parent, child], .. } = joint;
         self.line(&format!("  <joint name=\"{name}\" type=\"{kind}\">"));
@@ -91,7 +82,6 @@ impl UrdfText {
         self.line("  </joint>");
     }
 
-    /// The whole text.
     pub fn finish(mut self) -> Vec<u8> {
         self.line("</robot>");
         self.text.into_bytes()

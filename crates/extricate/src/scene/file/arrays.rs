@@ -1,22 +1,21 @@
-//! Arrays of the exact length: `toml` takes the first elements of a longer one and says nothing of
-//! the rest.
+//! Deserialises arrays of exact length: `toml` silently drops the rest of one that is too long.
 
 use serde::de::Error;
 use serde::{Deserialize, Deserializer};
 
-/// An array of `N` elements, no more and no fewer.
+/// Deserialises an array of exactly `N` elements.
 pub fn exactly<'de, D: Deserializer<'de>, T: Deserialize<'de>, const N: usize>(of: D) -> Result<[T; N], D::Error> {
     sized(Vec::deserialize(of)?)
 }
 
-/// The same for a key that may be absent.
+/// As [`exactly`], for a key that may be absent.
 pub fn exactly_if_any<'de, D: Deserializer<'de>, T: Deserialize<'de>, const N: usize>(
     of: D,
 ) -> Result<Option<[T; N]>, D::Error> {
     exactly(of).map(Some)
 }
 
-/// Arrays of two names.
+/// Deserialises a list of arrays of two names.
 pub fn pairs_of_names<'de, D: Deserializer<'de>>(of: D) -> Result<Vec<[String; 2]>, D::Error> {
     Vec::<Vec<String>>::deserialize(of)?.into_iter().map(sized).collect()
 }

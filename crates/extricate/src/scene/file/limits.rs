@@ -6,13 +6,13 @@ use super::arrays::exactly;
 use crate::error::{Error, Result};
 use crate::math::FARTHEST;
 
-/// Least and greatest value of several coordinates [m or rad].
+/// Bounds of several coordinates [m or rad].
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields, expecting = "a table `{ min = [..], max = [..] }`")]
 pub struct BoundsEntry {
-    /// Least values.
+    /// Least value of each coordinate.
     pub min: Vec<f64>,
-    /// Greatest values.
+    /// Greatest value of each coordinate.
     pub max: Vec<f64>,
 }
 
@@ -20,18 +20,19 @@ pub struct BoundsEntry {
 #[derive(Debug, Clone, Deserialize)]
 #[serde(untagged, expecting = "expected [lower, upper] or { min = [..], max = [..] }")]
 pub enum LimitsEntry {
-    /// Of its one coordinate, or of each of its translations.
+    /// Limits of its one coordinate, or of each of its translations.
     Interval(#[serde(deserialize_with = "exactly")] [f64; 2]),
-    /// Of each translation, and for a planar joint optionally of its angle.
+    /// One entry for a single coordinate, or one for each translation; a planar joint may have
+    /// another for its angle.
     Bounds(BoundsEntry),
 }
 
 impl BoundsEntry {
-    /// `(min, max)` of each coordinate; `counts` are the numbers of entries allowed, `what` the
-    /// element in messages.
+    /// Returns `(min, max)` of each coordinate. `counts` are the allowed numbers of entries, `what`
+    /// is the element in messages.
     ///
     /// # Errors
-    /// [`Error::Input`] where the lengths differ or are not allowed, a number is not finite, or a
+    /// [`Error::Input`] if the lengths differ or are not allowed, a number is not within 1e9, or a
     /// minimum exceeds its maximum.
     pub fn intervals(&self, file: &str, what: &str, counts: &[usize]) -> Result<Vec<(f64, f64)>> {
         if self.min.len() != self.max.len() || !counts.contains(&self.min.len()) {

@@ -1,23 +1,23 @@
-//! The scene file format (TOML), as written by users. Not the resolved scene.
+//! The scene file format (TOML), as users write it.
 //!
 //! ```toml
-//! clearance = 1e-4                  # metres, the default | { world = 0.02, self = 1e-4 }: of pairs with obstacles, of others
+//! clearance = 1e-4                  # [m], the default | { world = 0.02, self = 1e-4 }: pairs with obstacles, other pairs
 //! padding = { LINK = 0.01 }         # added toward obstacles
 //! metric = { kind = "joint" }       # joint | object-norm | max-displacement
 //!                                   # joint takes weights = { JOINT = w or [translation, rotation] }
 //! [[robot]]
 //! urdf = "../robots/panda/panda.urdf"
-//! name = "panda"                    # optional: qualifies names as in panda/link0; default: the URDF's name
-//! srdf = "../robots/panda/panda.srdf"        # optional: its disable_collisions count, its groups can be named
-//! group = "arm"                     # optional: an SRDF group; joints outside it are locked at `locked` or nearest to 0
-//! packages = ["../robots"]          # folders where package:// is looked up, before those that the URDF lies in
+//! name = "panda"                    # optional: qualifies names, as in panda/link0; default: the URDF's name
+//! srdf = "../robots/panda/panda.srdf"        # optional: disables pairs and defines groups
+//! group = "arm"                     # optional: an SRDF group; other joints are locked, at `locked` or nearest to 0
+//! packages = ["../robots"]          # folders where package:// is looked up, before those above the URDF
 //! geometry = "mesh"                 # mesh (default) | convex-hull: every mesh of this robot becomes its convex hull
-//!                                   # | convex-parts: convex hulls that together hold it | visual
+//!                                   # | convex-parts: several convex hulls that cover it | visual
 //! links = { LINK = "convex-parts" } # mesh, convex-hull or convex-parts for some links
 //! base = "planar"                   # fixed (default) | planar | floating, relative to `pose`
 //! bounds = { min = [-1, -1], max = [1, 1] }  # planar: x, y and optionally yaw; floating: x, y, z
-//! pose = { xyz = [0, 0, 0], rpy = [0, 0, 0] }  # or quat_xyzw = [x, y, z, w], or quat_wxyz = [w,
-//! x, y, z]
+//! pose = { xyz = [0, 0, 0], rpy = [0, 0, 0] }
+//!                                   # or quat_xyzw = [x, y, z, w], or quat_wxyz = [w, x, y, z]
 //! locked = { JOINT = 0.02 }         # rad or m
 //! limits = { JOINT = [-1, 1], OTHER = { min = [-1, -1], max = [1, 1] } }  # replace the URDF's
 //!
@@ -42,7 +42,7 @@
 //! [pairs]
 //! disable = [["link_a", "link_b"], ["robot/link", "obstacle"]]
 //! enable = [["palm", "finger"]]      # checked although one joint joins them, or an SRDF disables them
-//! clearance = [["link_a", "link_c", 1e-4]]   # of this pair, whatever else is said
+//! clearance = [["link_a", "link_c", 1e-4]]   # [m], overrides all other clearances
 //! ```
 //! Paths are relative to the scene file.
 
@@ -73,51 +73,50 @@ use toml_errors::explain;
 #[derive(Debug, Clone, Default, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct SceneFile {
-    /// Least distance that free configurations keep; 1e-4 m where absent.
+    /// Least distance that checked pairs keep; 1e-4 m if absent.
     pub clearance: Option<ClearanceEntry>,
-    /// How far two configurations are from each other; that of the joints where absent.
+    /// Metric of the configuration space; the joint metric if absent.
     pub metric: Option<MetricEntry>,
     /// The robots, in the order of their coordinates.
     #[serde(default)]
     pub robot: Vec<RobotEntry>,
-    /// What does not move.
+    /// Obstacles, which do not move.
     #[serde(default)]
     pub obstacle: Vec<ObstacleEntry>,
-    /// What links hold.
+    /// Objects that links hold.
     #[serde(default)]
     pub attached: Vec<AttachedEntry>,
-    /// Pairs that are not checked, that are in spite of a rule, or that keep a clearance of their
-    /// own.
+    /// Pairs that are disabled, enabled in spite of a rule, or have a clearance of their own.
     #[serde(default)]
     pub pairs: PairsEntry,
-    /// What links add to the clearance toward obstacles, or obstacles to that of all pairs, by name
-    /// \[m\].
+    /// Length \[m\] by name that a link adds to its clearance toward obstacles, or an obstacle to
+    /// that of all its pairs.
     #[serde(default)]
     pub padding: BTreeMap<String, f64>,
-    /// How meshes are cut into convex parts, which is not a matter of scenes; `store` says it.
+    /// Cuts meshes into convex parts; `io` sets it, as `scene` may not use `collision`.
     #[serde(skip)]
     #[doc(hidden)]
     pub cut: Option<CutMesh>,
-    /// How much the files may hold that are named here; no matter of scenes either.
+    /// Limits on what the named files may hold; the caller sets them.
     #[serde(skip)]
     pub limits: LoadLimits,
-    /// Where packages are looked up beside the `packages` of robots; no matter of scenes either.
+    /// Folders of packages beside the `packages` of robots; the caller sets them.
     #[serde(skip)]
     pub search: PackageSearch,
 }
 
-/// Convex hulls that together hold a mesh, and how far they stand out of it \[m\], as far as was
-/// looked.
+/// Returns convex hulls that together cover a mesh, and an estimate of how far they stick out of
+/// it \[m\].
 pub type CutMesh = fn(&TriangleMesh) -> (Vec<TriangleMesh>, f64);
 
-/// `metric = { kind = .., weights = .. }`.
+/// `metric = { kind = .., weights = .. }` of a scene file.
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields, expecting = "a table `{ kind = .., weights = .. }`")]
 pub struct MetricEntry {
-    /// Which metric.
+    /// The metric; `joint` if absent.
     #[serde(default = "default_metric")]
     pub kind: MetricKind,
-    /// Weights of squared displacements by joint (1 where not named); only of the joint metric.
+    /// Weights of squared displacements by joint, 1 for others; only the joint metric uses them.
     #[serde(default)]
     pub weights: BTreeMap<String, WeightEntry>,
 }
@@ -136,19 +135,19 @@ impl Default for MetricEntry {
 #[derive(Debug, Clone, Copy, Deserialize)]
 #[serde(untagged, expecting = "expected a number, or [translation, rotation] for a joint that has both")]
 pub enum WeightEntry {
-    /// For all its coordinates.
+    /// One weight for all its coordinates.
     Uniform(f64),
-    /// Of its translations and its rotation.
+    /// Weights of its translations and of its rotation.
     Split(#[serde(deserialize_with = "exactly")] [f64; 2]),
 }
 
-/// `[[robot]]`.
+/// `[[robot]]` of a scene file.
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct RobotEntry {
     /// Path of the URDF file.
     pub urdf: String,
-    /// Qualifies the names of its links and joints; the URDF's name where absent.
+    /// Qualifies the names of its links and joints; the URDF's name if absent.
     pub name: Option<String>,
     /// Path of the SRDF file.
     pub srdf: Option<String>,
@@ -157,10 +156,10 @@ pub struct RobotEntry {
     /// Folders where `package://` is looked up first.
     #[serde(default)]
     pub packages: Vec<String>,
-    /// What becomes of its meshes.
+    /// Kind of its shapes, and treatment of their meshes.
     #[serde(default)]
     pub geometry: GeometryKind,
-    /// What becomes of the meshes of single links.
+    /// Treatment of the meshes of single links, by name.
     #[serde(default)]
     pub links: BTreeMap<String, GeometryKind>,
     /// How its root link may move, relative to `pose`.
@@ -168,10 +167,10 @@ pub struct RobotEntry {
     pub base: BaseKind,
     /// Limits of a moving base [m, rad].
     pub bounds: Option<BoundsEntry>,
-    /// Where it stands.
+    /// Pose of the root link in the world; a moving base moves relative to it.
     #[serde(default)]
     pub pose: PoseEntry,
-    /// Joints that do not move, and where they stand \[rad or m\].
+    /// Positions of joints that are locked, by name \[rad or m\].
     #[serde(default)]
     pub locked: BTreeMap<String, f64>,
     /// Limits that replace the URDF's or stand in for missing ones.
@@ -179,18 +178,18 @@ pub struct RobotEntry {
     pub limits: BTreeMap<String, LimitsEntry>,
 }
 
-/// Which shapes a robot has, and what becomes of their meshes.
+/// Kind of a robot's shapes, and treatment of their meshes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum GeometryKind {
-    /// They stay as they are.
+    /// Collision shapes with their meshes as they are.
     #[default]
     Mesh,
-    /// Each becomes its convex hull.
+    /// Each mesh becomes its convex hull.
     ConvexHull,
-    /// Each becomes convex hulls that together hold it.
+    /// Each mesh becomes several convex hulls that cover it.
     ConvexParts,
-    /// They stay as they are, and so do all shapes, but those of `<visual>` elements are taken.
+    /// Shapes of `<visual>` instead of `<collision>` elements, with their meshes as they are.
     Visual,
 }
 
@@ -198,24 +197,24 @@ pub enum GeometryKind {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum BaseKind {
-    /// Not at all.
+    /// The root link does not move.
     #[default]
     Fixed,
-    /// x, y \[m\] and yaw \[rad\].
+    /// Its coordinates are x, y \[m\] and yaw \[rad\].
     Planar,
-    /// x, y, z \[m\] and a unit quaternion x, y, z, w.
+    /// Its coordinates are x, y, z \[m\] and a unit quaternion x, y, z, w.
     Floating,
 }
 
-/// `[[obstacle]]`.
+/// `[[obstacle]]` of a scene file.
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ObstacleEntry {
-    /// Unique among obstacles and links.
+    /// Name, unique among obstacles, links and attached objects.
     pub name: String,
-    /// Its shape.
+    /// Shape in its own coordinates.
     pub shape: ShapeEntry,
-    /// Where it stands.
+    /// Pose of the shape in the world.
     #[serde(default)]
     pub pose: PoseEntry,
 }
@@ -224,16 +223,16 @@ pub struct ObstacleEntry {
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct AttachedEntry {
-    /// Unique among obstacles, links and attached objects.
+    /// Name, unique among obstacles, links and attached objects.
     pub name: String,
-    /// The link, with or without geometry.
+    /// Name of the link, which needs no geometry.
     pub link: String,
-    /// Its shape.
+    /// Shape in its own coordinates.
     pub shape: ShapeEntry,
-    /// Where it is, in the link's coordinates.
+    /// Pose of the shape in the link's coordinates.
     #[serde(default)]
     pub pose: PoseEntry,
-    /// Links, obstacles and attached objects that it is not checked against.
+    /// Names of links, obstacles and attached objects that it is not checked against.
     #[serde(default)]
     pub touch: Vec<String>,
 }
@@ -242,23 +241,23 @@ pub struct AttachedEntry {
 #[derive(Debug, Clone, Copy, Deserialize)]
 #[serde(untagged, expecting = "expected a number or [x, y, z]")]
 pub enum ScaleEntry {
-    /// Along every axis.
+    /// One factor for every axis.
     Uniform(f64),
-    /// Along x, y and z.
+    /// Factors along x, y and z.
     Axes(#[serde(deserialize_with = "exactly")] [f64; 3]),
 }
 
-/// `[pairs]`.
+/// `[pairs]` of a scene file.
 #[derive(Debug, Clone, Default, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct PairsEntry {
-    /// Pairs of names that are not checked, on top of the SRDF's.
+    /// Pairs of names that are not checked, in addition to those of SRDFs.
     #[serde(default, deserialize_with = "pairs_of_names")]
     pub disable: Vec<[String; 2]>,
-    /// Pairs of names that are checked although one joint joins them or the SRDF disables them.
+    /// Pairs of names that are checked although one joint joins them or an SRDF disables them.
     #[serde(default, deserialize_with = "pairs_of_names")]
     pub enable: Vec<[String; 2]>,
-    /// What pairs of names keep, whatever else is said \[m\].
+    /// Clearance of pairs of names \[m\]; it overrides all others and padding.
     #[serde(default)]
     pub clearance: Vec<(String, String, f64)>,
 }
@@ -266,17 +265,16 @@ pub struct PairsEntry {
 /// Parses the `text` of a scene file; `file` is its name in messages.
 ///
 /// # Errors
-/// [`Error::Input`] with line and column where the text is not TOML, has a key that the format does
-/// not know (the known ones are listed) or a value of the wrong type; or where the clearance makes
-/// no sense.
+/// [`Error::Input`] with line and column if the text is not TOML, has an unknown key or a value of
+/// the wrong type. [`Error::Input`] also if a clearance or padding is outside 0 to 1e9 m.
 pub fn parse(file: &str, text: &str) -> Result<SceneFile> {
     parse_within(file, text, &LoadLimits::default())
 }
 
-/// As [`parse`], within limits, which hold for the files that the scene names, too.
+/// As [`parse`], within limits; they also apply to the files that the scene names.
 ///
 /// # Errors
-/// As [`parse`]; where the text holds more than is allowed.
+/// As [`parse`], and if the text exceeds the limits.
 pub fn parse_within(file: &str, text: &str, limits: &LoadLimits) -> Result<SceneFile> {
     limits.check(LoadLimit::TextBytes, text.len(), file, "file")?;
     limits.check(LoadLimit::Values, most_values(text), file, "scene")?;
@@ -285,17 +283,17 @@ pub fn parse_within(file: &str, text: &str, limits: &LoadLimits) -> Result<Scene
     Ok(SceneFile { limits: limits.clone(), ..scene })
 }
 
-/// Most values that a text in TOML, JSON or YAML can hold: every one is set off from others by one
-/// of these.
+/// Returns a bound on the number of values in a text in TOML or JSON: one of these characters sets
+/// off each. Block lists in YAML escape it; the limits of the YAML parser count those.
 pub fn most_values(text: &str) -> usize {
     text.bytes().filter(|byte| matches!(byte, b',' | b'=' | b'[' | b'{' | b':')).count()
 }
 
 impl SceneFile {
-    /// Checks what no other part of the scene does.
+    /// Checks clearances and padding, which need no other part of the scene.
     ///
     /// # Errors
-    /// [`Error::Input`] where a clearance or padding makes no sense.
+    /// [`Error::Input`] for a length outside 0 to 1e9 m.
     pub fn check(&self, file: &str) -> Result<()> {
         let (world, own) = self.clearance.unwrap_or_default().lengths();
         let of_scene = [("clearance", Some(world)), ("clearance: self", own)];

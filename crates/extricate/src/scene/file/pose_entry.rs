@@ -1,4 +1,4 @@
-//! `pose = { .. }`: a position and an orientation, as users write them.
+//! `pose = { .. }`: a position and an orientation as users write them.
 
 use serde::Deserialize;
 
@@ -6,17 +6,17 @@ use super::arrays::{exactly, exactly_if_any};
 use crate::error::{Error, Result};
 use crate::math::{FARTHEST, Pose, Vec3, quaternion_matrix};
 
-/// A quaternion may be off unit length by this much: what files with a few digits leave.
+/// Largest deviation of a quaternion's length from 1; files round components to a few digits.
 pub const QUATERNION_TOLERANCE: f64 = 1e-3;
 
-/// `pose = { xyz = .., rpy = .. }`, or with a quaternion whose name says its order.
+/// `pose = { xyz = .., rpy = .. }`, or with a quaternion; its key names the order of components.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Deserialize)]
 #[serde(
     deny_unknown_fields,
     expecting = "a table `{ xyz = [..], rpy = [..] }`, or with quat_xyzw or quat_wxyz in place of rpy"
 )]
 pub struct PoseEntry {
-    /// Position \[m\].
+    /// Position x, y, z \[m\].
     #[serde(default, deserialize_with = "exactly")]
     pub xyz: [f64; 3],
     /// Roll, pitch and yaw about the fixed axes x, y, z \[rad\].
@@ -31,11 +31,11 @@ pub struct PoseEntry {
 }
 
 impl PoseEntry {
-    /// The pose.
+    /// Returns the pose, without rotation if no orientation is given.
     ///
     /// # Errors
-    /// [`Error::Input`] where a number is not finite or beyond 1e9, where there are several
-    /// orientations, and where the length of a quaternion is off 1 by more than 1e-3.
+    /// [`Error::Input`] if a number is not finite or beyond 1e9, if several orientations are given,
+    /// and if the length of a quaternion differs from 1 by more than 1e-3.
     pub fn pose(&self, file: &str, element: &str) -> Result<Pose> {
         let fault = |problem: String| Err(Error::input(file, element, format!("pose: {problem}")));
         let numbers = self.xyz.iter().chain(self.rpy.iter().flatten());

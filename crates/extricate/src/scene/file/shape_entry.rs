@@ -1,5 +1,4 @@
-//! `shape = { .. }` of an obstacle: what may be written there, and the shapes that lists or files
-//! of numbers describe.
+//! `shape = { .. }` of an entry, and the shapes that lists or files of numbers describe.
 
 use std::sync::Arc;
 
@@ -20,15 +19,15 @@ use crate::scene::Part;
     expecting = "a table with one of box, sphere, cylinder, capsule, mesh, urdf, voxels, points, half-space, height-field"
 )]
 pub struct ShapeEntry {
-    /// Full sides \[m\].
+    /// Full sides of a box \[m\].
     #[serde(rename = "box", default, deserialize_with = "exactly_if_any")]
     pub cuboid: Option<[f64; 3]>,
-    /// Radius \[m\].
+    /// Radius of a sphere \[m\].
     pub sphere: Option<f64>,
-    /// Radius and length \[m\].
+    /// Radius and length of a cylinder \[m\].
     #[serde(default, deserialize_with = "exactly_if_any")]
     pub cylinder: Option<[f64; 2]>,
-    /// Radius and length of the cylindrical part \[m\].
+    /// Radius of a capsule, and length of its cylindrical part \[m\].
     #[serde(default, deserialize_with = "exactly_if_any")]
     pub capsule: Option<[f64; 2]>,
     /// Path of a mesh file.
@@ -36,66 +35,67 @@ pub struct ShapeEntry {
     /// A mesh in place of a path, for scenes that are not written as files.
     #[serde(skip)]
     pub triangles: Option<Arc<TriangleMesh>>,
-    /// Of the mesh.
+    /// Scale of the mesh; 1 if absent.
     pub scale: Option<ScaleEntry>,
     /// Whether the mesh is replaced by its convex hull.
     #[serde(default)]
     pub convex: bool,
-    /// Whether the mesh is replaced by convex hulls that together hold it.
+    /// Whether the mesh is replaced by several convex hulls that cover it.
     #[serde(default)]
     pub convex_parts: bool,
     /// Path of a URDF whose joints are all fixed.
     pub urdf: Option<String>,
-    /// Where its `package://` is looked up.
+    /// Folders where `package://` in the URDF is looked up first.
     #[serde(default)]
     pub packages: Vec<String>,
-    /// Which shapes it has, and what becomes of their meshes.
+    /// Kind of shapes of the URDF, and treatment of their meshes.
     pub geometry: Option<GeometryKind>,
-    /// Its shapes, once it is read.
+    /// Shapes of the URDF once it is read.
     #[serde(skip)]
     pub parts: Option<Vec<Part>>,
-    /// Indices of occupied cells.
+    /// Indices i, j, k of occupied cells.
     pub voxels: Option<RowsEntry>,
-    /// Points \[m\].
+    /// Points x, y, z of a cloud \[m\].
     pub points: Option<RowsEntry>,
-    /// The normal of the plane that it lies behind.
+    /// Outward normal of a half-space, of any length.
     #[serde(default, deserialize_with = "exactly_if_any")]
     pub half_space: Option<[f64; 3]>,
-    /// Heights \[m\].
+    /// Heights of a field, row by row \[m\].
     pub height_field: Option<RowsEntry>,
-    /// Side of a cell, of voxels or a height field \[m\].
+    /// Side of a cell of voxels or of a height field \[m\].
     pub size: Option<f64>,
-    /// Of the balls about points \[m\].
+    /// Radius of the ball around each point \[m\]; 0 if absent.
     pub radius: Option<f64>,
-    /// Of the plane, along its unit normal \[m\].
+    /// Offset of a half-space's plane along its unit normal \[m\]; 0 if absent.
     pub offset: Option<f64>,
-    /// One of the last four shapes as it is, for scenes that are not written as files.
+    /// Voxels, points, half-space or height field as geometry, once it is read or for scenes that
+    /// are not written as files.
     #[serde(skip)]
     pub scenery: Option<Geometry>,
-    /// Points that were left out of it, because a coordinate was NaN.
+    /// Number of points that were left out because a coordinate is NaN.
     #[serde(skip)]
     pub left_out: usize,
 }
 
-/// The shapes of large worlds, which only obstacles have.
+/// Kinds of shapes for large worlds, which only obstacles may have.
 pub const SCENERY: [&str; 4] = ["voxels", "points", "half-space", "height-field"];
 
 /// Rows of numbers, or the path of a text file that holds them.
 #[derive(Debug, Clone, Deserialize)]
 #[serde(untagged, expecting = "expected rows of numbers or the path of a text file")]
 pub enum RowsEntry {
-    /// The path.
+    /// Path of a text file.
     File(String),
-    /// The rows.
+    /// Rows written in the scene file.
     Rows(Vec<Vec<f64>>),
 }
 
-/// Reads a file by the element that names it, for messages, and its path, as the scene file has it;
-/// gives its name, for messages, and its bytes.
+/// Reads a file. The arguments are the element that names it, for messages, and the path in the
+/// scene file; the results are the file's name, for messages, and its bytes.
 pub type LoadRows<'a> = &'a mut dyn FnMut(&str, &str) -> Result<(String, Vec<u8>)>;
 
 impl ShapeEntry {
-    /// The names of all shapes that are given.
+    /// Returns the names of all shapes that are given.
     pub fn kinds(&self) -> Vec<&'static str> {
         let kind = |name: &str| match &self.scenery {
             Some(Geometry::Voxels(_)) => name == "voxels",
@@ -119,7 +119,7 @@ impl ShapeEntry {
         given.into_iter().filter_map(|(name, given)| given.then_some(name)).collect()
     }
 
-    /// Numbers that are given, and the shapes that they belong to.
+    /// Yields the keys of numbers that are given, and the shapes that each belongs to.
     fn numbers(&self) -> impl Iterator<Item = (&'static str, &'static [&'static str])> {
         let all: [(&str, &[&str], Option<f64>); 3] = [
             ("size", &["voxels", "height-field"], self.size),
@@ -129,10 +129,10 @@ impl ShapeEntry {
         all.into_iter().filter(|(_, _, given)| given.is_some()).map(|(name, owners, _)| (name, owners))
     }
 
-    /// Refuses numbers that belong to another shape.
+    /// Refuses keys that belong to another shape than `kind`.
     ///
     /// # Errors
-    /// [`Error::Input`] that names them.
+    /// [`Error::Input`] that names the key and its shapes.
     pub fn check_numbers(&self, file: &str, element: &str, kind: &str) -> Result<()> {
         let of_urdf = self.geometry.is_some() || !self.packages.is_empty();
         if kind != "urdf" && of_urdf {
@@ -150,12 +150,11 @@ impl ShapeEntry {
     }
 }
 
-/// The entries, with what lists and files describe read into [`ShapeEntry::scenery`] where that is
-/// the only shape of an entry.
+/// Reads lists and files of numbers into [`ShapeEntry::scenery`], for entries that have no other
+/// shape.
 ///
 /// # Errors
-/// [`Error::Input`] that names file, obstacle, row, value and what was expected; whatever `load`
-/// gives.
+/// [`Error::Input`] that names file, obstacle, row, value and what was expected; errors of `load`.
 pub fn with_scenery(
     file: &str,
     entries: &[ObstacleEntry],
@@ -179,7 +178,7 @@ pub fn with_scenery(
     Ok(all)
 }
 
-/// The points of an entry, and how many are left out.
+/// Reads the points of an entry; also returns how many were left out.
 fn cloud(
     file: &str,
     element: &str,
@@ -203,7 +202,7 @@ fn cloud(
     PointCloud::seen(&name, element, entry.radius.unwrap_or(0.0), &points)
 }
 
-/// `None` for a shape of another kind.
+/// Reads voxels, a half-space or a height field; returns `None` for a shape of another kind.
 fn scenery(file: &str, element: &str, kind: &str, entry: &ShapeEntry, load: LoadRows) -> Result<Option<Geometry>> {
     let element = &format!("{element}: {kind}");
     let size = || {
@@ -234,7 +233,7 @@ fn scenery(file: &str, element: &str, kind: &str, entry: &ShapeEntry, load: Load
     Ok(None)
 }
 
-/// A cell from three numbers that must be whole.
+/// Converts three numbers to the indices of a cell; they must be whole.
 fn index(table: &Table, element: &str, row: usize, cell: [f64; 3]) -> Result<[i32; 3]> {
     let most = f64::from(i32::MAX);
     match cell.into_iter().find(|x| x.fract() != 0.0 || !(-most..=most).contains(x)) {
@@ -243,12 +242,12 @@ fn index(table: &Table, element: &str, row: usize, cell: [f64; 3]) -> Result<[i3
     }
 }
 
-/// Rows of numbers, and where they stand.
+/// Rows of numbers with the places that messages name.
 struct Table {
     file: String,
-    /// How messages call a row.
+    /// Word for a row in messages.
     word: &'static str,
-    /// Numbers of the rows, from 1, and the rows.
+    /// Number of each row or line, from 1, and the row.
     rows: Vec<(usize, Vec<f64>)>,
 }
 
@@ -257,7 +256,7 @@ impl Table {
         Error::input(&self.file, format!("{element}: {} {row}", self.word), problem)
     }
 
-    /// Rows of three numbers.
+    /// Yields number and contents of all rows; fails unless each has three numbers.
     fn triples(&self, element: &str, expected: &str) -> Result<impl Iterator<Item = (usize, [f64; 3])> + '_> {
         if let Some((row, found)) = self.rows.iter().find(|(_, row)| row.len() != 3) {
             let problem = format!("got {} numbers, expected {expected}", found.len());
@@ -267,7 +266,6 @@ impl Table {
     }
 }
 
-/// The rows that an entry holds or names.
 fn table_of(file: &str, element: &str, entry: &RowsEntry, load: LoadRows) -> Result<Table> {
     match entry {
         RowsEntry::Rows(rows) => {

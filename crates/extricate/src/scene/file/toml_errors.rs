@@ -1,9 +1,8 @@
-//! What `toml` and `serde` say of a scene file, in words of the format: where, what was found, what
-//! was expected.
+//! Translates errors of `toml` and `serde` into words of the format.
 
 use crate::error::Error;
 
-/// The error of `toml` for `text`, with line, column and the text there.
+/// Converts an error of `toml` for `text`; adds line, column and the text there.
 pub fn explain(file: &str, text: &str, error: &toml::de::Error) -> Error {
     let element = match error.span() {
         Some(span) => place(text, span.start),
@@ -12,8 +11,8 @@ pub fn explain(file: &str, text: &str, error: &toml::de::Error) -> Error {
     Error::input(file, element, in_toml_words(error.message().trim()))
 }
 
-/// Longest piece of a line that a message quotes \[characters\].
-const QUOTED: usize = 60;
+/// Largest part of a line that a message quotes \[characters\].
+const MAX_QUOTED_CHARS: usize = 60;
 
 fn place(text: &str, at: usize) -> String {
     let at = at.min(text.len());
@@ -24,12 +23,12 @@ fn place(text: &str, at: usize) -> String {
     let line = String::from_utf8_lossy(&text.as_bytes()[start..]);
     let line = line.lines().next().unwrap_or("").trim();
     let printed = |c: char| if c.is_control() { c.escape_default().to_string() } else { c.to_string() };
-    let quoted: String = line.chars().take(QUOTED).map(printed).collect();
-    let cut = if line.chars().nth(QUOTED).is_some() { ".." } else { "" };
+    let quoted: String = line.chars().take(MAX_QUOTED_CHARS).map(printed).collect();
+    let cut = if line.chars().nth(MAX_QUOTED_CHARS).is_some() { ".." } else { "" };
     format!("line {number}, column {column} (`{quoted}{cut}`)")
 }
 
-/// `serde` speaks of Rust's types; people who write TOML know tables, arrays and numbers.
+/// Replaces the names of Rust's types, which `serde` uses, by those of TOML.
 fn in_toml_words(message: &str) -> String {
     let mut words = message.to_string();
     for (from, to) in [

@@ -1,5 +1,5 @@
-//! A world for a robot that is there already: a scene file whose obstacles, attached objects and
-//! pairs replace or join those of another scene.
+//! A world file for a robot that is already loaded: its obstacles replace those of a scene, its
+//! attached objects and pairs join them.
 
 use std::path::Path;
 
@@ -15,11 +15,11 @@ use crate::scene::assemble::{ReadFile, assemble_entries};
 use crate::scene::clearances::Clearances;
 use crate::scene::{Body, Scene, file};
 
-/// The scene of the robots of `robots` in the world of the TOML `text` of the file at `path`.
+/// Puts the robots of a scene into the world that the TOML `text` of the file at `path` describes.
 ///
-/// Where the file has a `[[robot]]`, it is a scene of its own and all there is. Else its obstacles
-/// take the place of those of `robots`, and its attached objects, disabled and enabled pairs,
-/// clearances of pairs and padding come on top; its clearance holds where it gives one.
+/// A file with a `[[robot]]` is a whole scene and replaces `robots`. Otherwise its obstacles
+/// replace those of `robots`, and its clearance does if it gives one. Attached objects, disabled
+/// and enabled pairs, clearances of pairs and padding are added.
 ///
 /// # Errors
 /// As [`crate::scene::assemble::assemble`]; [`Error::Input`] for a metric, which belongs to robots.
@@ -28,7 +28,7 @@ pub fn in_world(robots: &Scene, path: &Path, text: &str, read: ReadFile) -> Resu
     in_world_of_entries(robots, path, &file::parse(&name, text)?, read)
 }
 
-/// As [`in_world`], for a world that is parsed already or was never written down.
+/// As [`in_world`], for a world that is already parsed or was built in code.
 ///
 /// # Errors
 /// As [`in_world`].
@@ -86,8 +86,8 @@ pub fn in_world_of_entries(robots: &Scene, path: &Path, world: &SceneFile, read:
     Ok(scene.telling(came))
 }
 
-/// The obstacles of a world that is parsed already or was never written down, and what is to be
-/// said of the files that they are read from.
+/// Reads the obstacles of a world that is already parsed or was built in code; also returns
+/// warnings about their files.
 ///
 /// # Errors
 /// As [`in_world`].
@@ -98,7 +98,7 @@ pub fn obstacles_of_entries(path: &Path, world: &SceneFile, read: ReadFile) -> R
     Ok((others.obstacles, bounded(warnings)))
 }
 
-/// An error of a change to a scene, as one of the file that asks for it.
+/// Names the file that requests a change to a scene in the error of that change.
 fn named(file: &str, error: Error) -> Error {
     match error {
         Error::Input { element, problem, .. } => Error::input(file, element, problem),

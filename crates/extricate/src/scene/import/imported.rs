@@ -1,12 +1,12 @@
-//! What reading a world gives.
+//! The result of importing a world.
 
 use crate::scene::file::SceneFile;
 
-/// A world that was read.
+/// A world of another program, as entries of a scene file.
 #[derive(Debug, Clone, Default)]
 pub struct Imported {
-    /// Its obstacles, attached objects, disabled pairs and padding.
+    /// Obstacles, attached objects, disabled pairs and padding of the world.
     pub entries: SceneFile,
-    /// What was taken for something else, or not taken, and why.
+    /// Messages about what was approximated or left out, and why.
     pub notes: Vec<String>,
 }

@@ -1,4 +1,4 @@
-//! `sensor_msgs/JointState` in a message: which joint stands where.
+//! Reads joint positions from a `sensor_msgs/JointState` in a message.
 
 use std::path::Path;
 
@@ -8,13 +8,13 @@ use crate::error::{Error, Result};
 use crate::robot::{LoadLimit, LoadLimits};
 use crate::scene::file::most_values;
 
-/// What a JointState may stand in, from outside in: a PlanningScene or a request to plan, a
+/// Keys that may lead to a JointState, from outside in, in a PlanningScene, a planning request or a
 /// RobotState.
-const AROUND: [&str; 6] = ["msg", "values", "scene", "robot_state", "start_state", "joint_state"];
+const WRAPPER_KEYS: [&str; 6] = ["msg", "values", "scene", "robot_state", "start_state", "joint_state"];
 
-/// Names and positions \[rad or m\] of the joints of a message, as YAML or JSON, which the end of
-/// the name of `path` says: a JointState, alone or in a RobotState, a PlanningScene or a request.
-/// Joints of several coordinates (`multi_dof_joint_state`) are left out.
+/// Reads names and positions of joints \[rad or m\] from a JointState, alone or in a RobotState, a
+/// PlanningScene or a request. The extension of `path` selects YAML or JSON. Joints with several
+/// coordinates (`multi_dof_joint_state`) are left out.
 ///
 /// # Errors
 /// [`Error::Input`] that names the file, the field, what is in it and what was expected.
@@ -31,7 +31,7 @@ pub fn joint_positions(path: &Path, text: &str, limits: &LoadLimits) -> Result<V
         }
     };
     let mut at = At::new(&file, "", &value);
-    for around in AROUND {
+    for around in WRAPPER_KEYS {
         if let Some(inner) = at.get(around)?.filter(|inner| inner.value.is_object()) {
             at = inner;
         }

@@ -1,4 +1,4 @@
-//! `moveit_msgs/AllowedCollisionMatrix`: which pairs need not stay apart.
+//! Converts a `moveit_msgs/AllowedCollisionMatrix` to disabled pairs.
 
 use std::collections::{BTreeSet, HashSet};
 
@@ -10,10 +10,10 @@ use crate::error::{Result, quoted};
 use crate::robot::LoadLimit;
 use crate::scene::Scene;
 
-/// What MoveIt calls its map of occupied cells.
+/// Name of the map of occupied cells in MoveIt.
 const OCTOMAP: &str = "<octomap>";
 
-/// Adds the allowed pairs to those that are disabled. An entry for a pair goes before a default.
+/// Adds the allowed pairs to the disabled ones. An entry for a pair overrides defaults.
 pub fn allowed(matrix: &At, robots: Option<&Scene>, objects: &mut Objects) -> Result<()> {
     let (names, rows) = (matrix.list("entry_names")?, matrix.list("entry_values")?);
     if rows.len() != names.len() {
@@ -55,7 +55,8 @@ pub fn allowed(matrix: &At, robots: Option<&Scene>, objects: &mut Objects) -> Re
     write(matrix, &pairs, robots, objects)
 }
 
-/// Names that are allowed to touch all that no entry says something of.
+/// Adds the pairs of names that may touch everything by default. Entries for a pair, and a default
+/// that forbids contact of the other name, override it.
 fn defaults<'a>(
     matrix: &At<'a>,
     known: &BTreeSet<&'a str>,
@@ -102,7 +103,7 @@ fn write(matrix: &At, pairs: &BTreeSet<[&str; 2]>, robots: Option<&Scene>, objec
         robots.map(|robots| robots.links.iter().map(|link| link.name.as_str()).collect());
     let mut unknown = BTreeSet::new();
     for [a, b] in pairs {
-        // What cannot move is never checked against each other, and cells are not taken.
+        // Obstacles are never checked against each other, and the octomap is not imported.
         if (objects.is_obstacle(a) && objects.is_obstacle(b)) || [a, b].contains(&&OCTOMAP) {
             continue;
         }

@@ -1,5 +1,5 @@
-//! `moveit_msgs/PlanningScene`, as YAML or JSON: the world, attached objects, padding. The matrix
-//! of allowed collisions is read in `matrix`, objects in `message_objects`.
+//! Reads world, attached objects and padding from a `moveit_msgs/PlanningScene` in YAML or JSON.
+//! `matrix` reads allowed collisions, `message_objects` the objects.
 
 use std::collections::HashMap;
 
@@ -16,8 +16,8 @@ use crate::math::Pose;
 use crate::robot::LoadLimits;
 use crate::scene::{LinkAttachment, Scene};
 
-/// Fields of a PlanningScene; those that no other place names say nothing of the world.
-const SCENE: &[&str] = &[
+/// Fields of a PlanningScene; those that no code here reads do not describe the world.
+const SCENE_FIELDS: &[&str] = &[
     "name",
     "robot_state",
     "robot_model_name",
@@ -29,16 +29,15 @@ const SCENE: &[&str] = &[
     "world",
     "is_diff",
 ];
-/// Fields of a PlanningSceneWorld.
-const WORLD: &[&str] = &["collision_objects", "octomap"];
-/// Fields of an AttachedCollisionObject; how it is let go and what it weighs mean nothing here.
-const ATTACHED: &[&str] = &["link_name", "object", "touch_links", "detach_posture", "weight"];
+const WORLD_FIELDS: &[&str] = &["collision_objects", "octomap"];
+/// Fields of an AttachedCollisionObject; `detach_posture` and `weight` are ignored.
+const ATTACHED_FIELDS: &[&str] = &["link_name", "object", "touch_links", "detach_posture", "weight"];
 
-/// Reads a message: a PlanningScene, alone, as the `msg` of rosbridge or as the `scene` of a
-/// service's answer; or a PlanningSceneWorld.
+/// Reads a PlanningSceneWorld or a PlanningScene, which may be the `msg` of rosbridge or the
+/// `scene` of a service's answer.
 ///
 /// # Errors
-/// [`Error::Input`] that names the field, what is in it and what was expected.
+/// [`Error::Input`] that names the field, its value and what was expected.
 pub fn read(file: &str, value: &Value, robots: Option<&Scene>, limits: &LoadLimits) -> Result<Imported> {
     let mut scene = At::new(file, "", value);
     for wrapper in ["msg", "values", "scene"] {
@@ -53,12 +52,12 @@ pub fn read(file: &str, value: &Value, robots: Option<&Scene>, limits: &LoadLimi
     }
     let mut objects = Objects::new(limits);
     if is_world && world.is_none() {
-        objects.note_unknown(&scene, WORLD)?;
+        objects.note_unknown(&scene, WORLD_FIELDS)?;
     } else {
-        objects.note_unknown(&scene, SCENE)?;
+        objects.note_unknown(&scene, SCENE_FIELDS)?;
     }
     if let Some(world) = &world {
-        objects.note_unknown(world, WORLD)?;
+        objects.note_unknown(world, WORLD_FIELDS)?;
     }
     let mut frames = Frames { robots, transforms: transforms(&scene)?, world: None };
     let world = world.unwrap_or_else(|| scene.clone());
@@ -96,17 +95,17 @@ pub fn read(file: &str, value: &Value, robots: Option<&Scene>, limits: &LoadLimi
     Ok(Imported { entries, notes })
 }
 
-/// Which frames poses may be given in.
+/// Frames that the poses of a message may be given in.
 pub struct Frames<'a> {
     robots: Option<&'a Scene>,
-    /// By name of the frame.
+    /// Poses in the world by name of the frame.
     transforms: HashMap<String, Place>,
-    /// The frame that is taken for the world.
+    /// Name of the frame that is taken for the world.
     world: Option<String>,
 }
 
 impl Frames<'_> {
-    /// Where the frame of a header stands in the world.
+    /// Returns the pose in the world of the frame that a header names.
     fn place(&mut self, at: &At) -> Result<Place> {
         let Some(header) = at.get("header")? else { return Ok(Place::HERE) };
         let name = header.text("frame_id")?.trim_start_matches('/');
@@ -153,7 +152,7 @@ fn transforms(scene: &At) -> Result<HashMap<String, Place>> {
         let place = at.get("transform")?.map_or(Ok(Place::HERE), |transform| transform.as_place())?;
         Ok((at.text("child_frame_id")?.trim_start_matches('/').to_string(), place))
     };
-    // Of two of one name the first counts.
+    // The map keeps the last of one name, which is the first in the message.
     scene.list("fixed_frame_transforms")?.into_iter().rev().map(read).collect()
 }
 
@@ -170,7 +169,7 @@ fn standing(at: &At, frames: &mut Frames, objects: &mut Objects) -> Result<()> {
 fn attached(at: &At, frames: &Frames, robots: Option<&Scene>, objects: &mut Objects) -> Result<()> {
     let inner = at.get("object")?.ok_or_else(|| at.fault("a mapping with `link_name` and `object`"))?;
     let named = At { path: format!("attached object {:?}", quoted(inner.text("id")?)), ..inner };
-    objects.note_unknown(&At { path: named.path.clone(), ..at.clone() }, ATTACHED)?;
+    objects.note_unknown(&At { path: named.path.clone(), ..at.clone() }, ATTACHED_FIELDS)?;
     if !operation(&named, objects)? {
         return Ok(());
     }
@@ -225,7 +224,7 @@ fn tell_octomap(at: &At, objects: &mut Objects) -> Result<()> {
     Ok(())
 }
 
-/// Padding of links is what they add to the clearance toward obstacles; scale has no place here.
+/// Imports the padding of links. A scale is only noted, because links keep their size.
 fn padding(scene: &At, robots: Option<&Scene>, objects: &mut Objects) -> Result<()> {
     for at in scene.list("link_padding")? {
         let (name, padding) = (at.text("link_name")?, at.get("padding")?.map_or(Ok(0.0), |padding| padding.number())?);

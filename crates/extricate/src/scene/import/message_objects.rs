@@ -1,4 +1,4 @@
-//! `moveit_msgs/CollisionObject`: primitives, meshes and planes, each with its pose.
+//! Reads a `moveit_msgs/CollisionObject`: primitives, meshes and planes, each with its pose.
 
 use std::sync::Arc;
 
@@ -10,8 +10,7 @@ use super::value::At;
 use crate::error::Result;
 use crate::robot::formats;
 
-/// Fields of a CollisionObject.
-const OBJECT: &[&str] = &[
+const OBJECT_FIELDS: &[&str] = &[
     "header",
     "pose",
     "id",
@@ -27,7 +26,7 @@ const OBJECT: &[&str] = &[
     "operation",
 ];
 
-/// Whether the object is added; to a full scene all are. What else becomes of it is told.
+/// Returns whether the object is added, which is the default; notes any other operation.
 pub fn operation(at: &At, objects: &mut Objects) -> Result<bool> {
     const WORDS: [&str; 4] = ["add", "remove", "append", "move"];
     let Some(operation) = at.get("operation")? else { return Ok(true) };
@@ -54,10 +53,10 @@ pub fn operation(at: &At, objects: &mut Objects) -> Result<bool> {
     }
 }
 
-/// An object whose poses are given in a frame that stands at `frame`.
+/// Reads an object; `frame` is the pose of the frame that its poses are given in.
 pub fn object(at: &At, frame: &Place, objects: &mut Objects) -> Result<Object> {
     let name = at.text("id")?.to_string();
-    objects.note_unknown(at, OBJECT)?;
+    objects.note_unknown(at, OBJECT_FIELDS)?;
     let place = frame.then(&at.place("pose")?);
     let mut shapes = Vec::new();
     for (kind, poses) in [("primitives", "primitive_poses"), ("meshes", "mesh_poses"), ("planes", "plane_poses")] {
@@ -113,7 +112,7 @@ fn swapped([height, radius]: [f64; 2]) -> [f64; 2] {
     [radius, height]
 }
 
-/// Of vertices and triangles, or of a file with a scale, as Robowflex writes it.
+/// Reads a mesh from vertices and triangles, or from a file with a scale, as Robowflex writes it.
 fn mesh(at: &At) -> Result<Shape> {
     if let Some(resource) = at.get("resource")? {
         let path = resource.string()?;

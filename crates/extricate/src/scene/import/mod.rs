@@ -1,7 +1,7 @@
-//! Worlds that other programs wrote, as entries of a scene file: MoveIt's `.scene` text, and
+//! Imports worlds that other programs wrote as entries of a scene file: MoveIt's `.scene` text, and
 //! PlanningScene messages as YAML or JSON.
 //!
-//! What has no place in a scene file is told, never dropped in silence.
+//! Notes report what a scene file cannot hold, so that nothing is dropped silently.
 
 mod imported;
 mod joint_state;
@@ -26,8 +26,7 @@ use crate::robot::{LoadLimit, LoadLimits};
 pub use imported::Imported;
 pub use joint_state::joint_positions;
 
-/// Whether the name of a file says that it is one of these formats: `.scene`, `.yaml`, `.yml` or
-/// `.json`.
+/// Returns whether a file has the extension `.scene`, `.yaml`, `.yml` or `.json`.
 pub fn is_foreign(path: &Path) -> bool {
     kind(path).is_some()
 }
@@ -47,17 +46,17 @@ fn kind(path: &Path) -> Option<Kind> {
     }
 }
 
-/// Reads the `text` of the file at `path`; the end of its name says which format it is.
+/// Reads the `text` of the file at `path`, whose extension selects the format.
 ///
-/// With the robots that it is a world of, frames that are links of theirs are understood, and names
-/// that nothing has are left out of the disabled pairs.
+/// If `robots` is given, poses may be given in frames of its links, and unknown names are left out
+/// of the disabled pairs.
 ///
 /// # Errors
 /// [`Error::Input`] that names the file, the line or element, the value and what was expected.
 ///
 /// # Source
-/// The formats are those that MoveIt's `PlanningScene::loadGeometryFromStream` reads, and
-/// `moveit_msgs/PlanningScene` with the messages in it.
+/// Text: the format that MoveIt's `PlanningScene::loadGeometryFromStream` reads. Messages:
+/// `moveit_msgs/PlanningScene` and the messages in it.
 pub fn import(path: &Path, text: &str, robots: Option<&Scene>, limits: &LoadLimits) -> Result<Imported> {
     let file = path.display().to_string();
     limits.check(LoadLimit::TextBytes, text.len(), &file, "file")?;

@@ -1,4 +1,4 @@
-//! Objects of several shapes and planes, as MoveIt has them, to entries of one shape each.
+//! Converts MoveIt's objects, which have several shapes, to entries of one shape each.
 
 use std::collections::{HashMap, HashSet};
 use std::f64::consts::{PI, TAU};
@@ -11,60 +11,60 @@ use crate::math::Vec3;
 use crate::robot::{LoadLimit, LoadLimits, TriangleMesh};
 use crate::scene::file::{AttachedEntry, ObstacleEntry, SceneFile, ShapeEntry};
 
-/// Sides of the pyramid that stands for a cone.
-const SIDES: u32 = 64;
+/// Number of sides of the pyramid that replaces a cone.
+const CONE_SIDES: u32 = 64;
 
-/// A shape as the formats have it.
+/// A shape of an imported object.
 #[derive(Debug, Clone)]
 pub enum Shape {
-    /// Full sides \[m\].
+    /// Full sides of a box \[m\].
     Box([f64; 3]),
-    /// Radius \[m\].
+    /// Radius of a sphere \[m\].
     Sphere(f64),
     /// Radius and length \[m\].
     Cylinder([f64; 2]),
-    /// Radius and height \[m\], the apex up, the origin in the middle.
+    /// Radius and height \[m\]; the apex is up, the origin in the middle.
     Cone([f64; 2]),
-    /// `a x + b y + c z + d = 0`.
+    /// Coefficients of `a x + b y + c z + d = 0`.
     Plane([f64; 4]),
-    /// As it is.
     Mesh(Arc<TriangleMesh>),
-    /// Path and scale.
+    /// Path and scale of a mesh file.
     MeshFile(String, [f64; 3]),
 }
 
-/// A named object and its shapes, each with its place in the world, or in the link that holds it.
+/// A named object and its shapes, each with its pose in the world or in the link that holds it.
 #[derive(Debug, Clone)]
 pub struct Object {
     pub name: String,
     pub shapes: Vec<(Shape, Place)>,
 }
 
-/// Objects on their way into a scene file.
+/// Collects objects and notes, and converts them to the entries of a scene file.
 #[derive(Debug)]
 pub struct Objects {
     entries: SceneFile,
     notes: Vec<String>,
     noted: HashSet<String>,
-    /// Objects in order, and by object the names of its entries.
+    /// Names of all objects, in order.
     all: Vec<String>,
+    /// Names of the entries of each object.
     names: HashMap<String, Vec<String>>,
-    /// Objects that stand in the world.
+    /// Names of objects with shapes that are obstacles.
     standing: HashSet<String>,
+    /// Names of all entries.
     taken: HashSet<String>,
-    /// Triangles of the meshes that were made here.
+    /// Number of triangles of all cones.
     triangles: usize,
 }
 
 impl Objects {
-    /// None, and how many there may be.
     pub fn new(limits: &LoadLimits) -> Self {
         let (notes, noted, all, names, standing, taken) = Default::default();
         let entries = SceneFile { limits: limits.clone(), ..SceneFile::default() };
         Self { entries, notes, noted, all, names, standing, taken, triangles: 0 }
     }
 
-    /// Something that the user should know.
+    /// Adds a note for the user, unless it repeats one.
     pub fn note(&mut self, text: impl Into<String>) {
         let text = text.into();
         if self.noted.insert(text.clone()) {
@@ -72,7 +72,7 @@ impl Objects {
         }
     }
 
-    /// Tells keys of a message that mean nothing.
+    /// Adds a note for each key of a message that is not `known`.
     pub fn note_unknown(&mut self, at: &At, known: &[&str]) -> Result<()> {
         for key in at.unknown(known)? {
             let place = if at.path.is_empty() { String::new() } else { format!("{}: ", at.path) };
@@ -81,32 +81,28 @@ impl Objects {
         Ok(())
     }
 
-    /// The names of the entries of an object, if there is such an object.
+    /// Returns the names of an object's entries; `None` for an unknown object.
     pub fn names_of(&self, object: &str) -> Option<&[String]> {
         self.names.get(object).map(Vec::as_slice)
     }
 
-    /// Names of all objects.
     pub fn all(&self) -> Vec<String> {
         self.all.clone()
     }
 
-    /// Whether an object stands in the world.
     pub fn is_obstacle(&self, object: &str) -> bool {
         self.standing.contains(object)
     }
 
-    /// All that was read.
+    /// Returns the entries and the notes.
     pub fn finish(self) -> (SceneFile, Vec<String>) {
         (self.entries, self.notes)
     }
 
-    /// What may still be added to.
     pub fn entries(&mut self) -> &mut SceneFile {
         &mut self.entries
     }
 
-    /// Adds an obstacle.
     pub fn stand(&mut self, file: &str, object: Object) -> Result<()> {
         if !object.shapes.is_empty() {
             self.standing.insert(object.name.clone());
@@ -130,7 +126,7 @@ impl Objects {
         Ok(())
     }
 
-    /// One entry a shape, with names of their own, and what there is to say of them.
+    /// Converts an object to one entry for each shape, with unique names; notes what changes.
     fn told(&mut self, file: &str, object: Object) -> Result<Vec<(String, ShapeEntry, Place)>> {
         let Object { name: object, shapes } = object;
         let element = format!("object \"{}\"", quoted(&object));
@@ -173,9 +169,9 @@ impl Objects {
                     let problem = format!("cone: got {radius} and {height}, expected a radius and a height > 0 [m]");
                     return Err(Error::input(file, element, problem));
                 }
-                let beyond = 100.0 * (1.0 / (PI / f64::from(SIDES)).cos() - 1.0);
+                let beyond = 100.0 * (1.0 / (PI / f64::from(CONE_SIDES)).cos() - 1.0);
                 self.note(format!(
-                    "{element}: a cone is taken for the pyramid of {SIDES} sides around it, {beyond:.2} % wider at its corners"
+                    "{element}: a cone is taken for the pyramid of {CONE_SIDES} sides around it, {beyond:.2} % wider at its corners"
                 ));
                 let cone = cone(radius, height);
                 self.triangles += cone.triangles.len();
@@ -204,17 +200,17 @@ impl Objects {
     }
 }
 
-/// Around a cone: its sides touch it.
+/// Builds the pyramid around a cone, whose sides touch it.
 fn cone(radius: f64, height: f64) -> TriangleMesh {
-    let (half, rim) = (height / 2.0, radius / (PI / f64::from(SIDES)).cos());
+    let (half, rim) = (height / 2.0, radius / (PI / f64::from(CONE_SIDES)).cos());
     let corner = |k: u32| {
-        let (sine, cosine) = (TAU * f64::from(k) / f64::from(SIDES)).sin_cos();
+        let (sine, cosine) = (TAU * f64::from(k) / f64::from(CONE_SIDES)).sin_cos();
         Vec3::new(rim * cosine, rim * sine, -half)
     };
-    let vertices = (0..SIDES).map(corner).chain([Vec3::new(0.0, 0.0, half), Vec3::new(0.0, 0.0, -half)]);
-    let sides = (0..SIDES).flat_map(|k| {
-        let next = (k + 1) % SIDES;
-        [[k, next, SIDES], [next, k, SIDES + 1]]
+    let vertices = (0..CONE_SIDES).map(corner).chain([Vec3::new(0.0, 0.0, half), Vec3::new(0.0, 0.0, -half)]);
+    let sides = (0..CONE_SIDES).flat_map(|k| {
+        let next = (k + 1) % CONE_SIDES;
+        [[k, next, CONE_SIDES], [next, k, CONE_SIDES + 1]]
     });
     TriangleMesh::new(vertices.collect(), sides.collect())
 }

@@ -1,4 +1,4 @@
-//! Poses as messages have them.
+//! Poses in the form of messages.
 
 use crate::math::{Mat3, Vec3, quaternion_matrix, quaternion_product};
 use crate::scene::file::PoseEntry;
@@ -11,17 +11,16 @@ pub struct Place {
 }
 
 impl Place {
-    /// Where nothing is moved.
     pub const HERE: Self = Self { xyz: [0.0; 3], quaternion: [0.0, 0.0, 0.0, 1.0] };
 
-    /// `place_a_c` from `place_a_b` (self) and `place_b_c`.
+    /// Composes poses: returns `place_a_c` from `place_a_b` (self) and `place_b_c`.
     pub fn then(&self, other: &Self) -> Self {
         let rotation: Mat3 = quaternion_matrix(&self.quaternion);
         let xyz = Vec3::from(self.xyz) + rotation * Vec3::from(other.xyz);
         Self { xyz: xyz.into(), quaternion: quaternion_product(&self.quaternion, &other.quaternion) }
     }
 
-    /// As an entry of a scene file.
+    /// Converts it to an entry of a scene file.
     pub fn entry(&self) -> PoseEntry {
         let turned = self.quaternion != Self::HERE.quaternion;
         PoseEntry { xyz: self.xyz, quat_xyzw: turned.then_some(self.quaternion), ..PoseEntry::default() }

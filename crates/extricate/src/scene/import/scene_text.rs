@@ -1,5 +1,5 @@
-//! MoveIt's `.scene` text: a name, then objects of shapes with poses, then a dot. Words between
-//! blanks; in the newer form an object has a pose and subframes of its own.
+//! Reads MoveIt's `.scene` text: words between blanks that give a name, then objects of shapes with
+//! poses, then a dot. In the newer form an object also has a pose and subframes.
 
 use std::collections::HashMap;
 use std::collections::hash_map::Entry;
@@ -12,8 +12,8 @@ use super::value::unit;
 use crate::error::{Error, Result};
 use crate::robot::{LoadLimits, formats};
 
-/// Most vertices or triangles that a mesh may claim to have.
-const MOST: f64 = 1e8;
+/// Largest number of shapes, subframes, vertices or triangles that a text may claim.
+const MAX_COUNT: f64 = 1e8;
 
 /// Reads the text of a file.
 ///
@@ -22,7 +22,7 @@ const MOST: f64 = 1e8;
 pub fn read(file: &str, text: &str, limits: &LoadLimits) -> Result<Imported> {
     let text = text.trim_start_matches('\u{feff}');
     let mut words = Words { file, lines: text.lines().enumerate(), line: 0, rest: "".split_whitespace() };
-    // The name of the scene, which no obstacle has need of.
+    // The first line is the name of the scene, which is not used.
     words.next_line();
     let is_newer = is_newer(text);
     let (mut objects, mut found) = (Objects::new(limits), Vec::<Object>::new());
@@ -54,8 +54,8 @@ pub fn read(file: &str, text: &str, limits: &LoadLimits) -> Result<Imported> {
     Ok(Imported { entries, notes })
 }
 
-/// Whether objects have poses: then several numbers stand below the first object's name, in the
-/// older form one, the number of its shapes.
+/// Returns whether objects have poses. The line below the first object's name then holds several
+/// numbers; in the older form it holds one, the number of shapes.
 fn is_newer(text: &str) -> bool {
     let mut lines = text.lines().skip(1).skip_while(|line| !line.starts_with('*')).skip(1);
     lines.next().is_some_and(|line| line.split_whitespace().count() > 1)
@@ -111,7 +111,7 @@ fn shape(words: &mut Words, object: &str) -> Result<Shape> {
     })
 }
 
-/// The words of a text, with the lines that they stand in.
+/// Iterates over the words of a text and keeps the number of the line for messages.
 struct Words<'a> {
     file: &'a str,
     lines: std::iter::Enumerate<std::str::Lines<'a>>,
@@ -132,7 +132,7 @@ impl<'a> Words<'a> {
         Some(line)
     }
 
-    /// The rest of the line, blanks within it as they are.
+    /// Returns the remaining words of the line, joined by single blanks.
     fn rest_of_line(&mut self) -> String {
         let words: Vec<&str> = std::mem::replace(&mut self.rest, "".split_whitespace()).collect();
         words.join(" ")
@@ -162,7 +162,7 @@ impl<'a> Words<'a> {
 
     fn count(&mut self, expected: &str) -> Result<usize> {
         let word = self.word(expected)?;
-        let parsed = word.parse::<u32>().ok().filter(|count| f64::from(*count) <= MOST);
+        let parsed = word.parse::<u32>().ok().filter(|count| f64::from(*count) <= MAX_COUNT);
         parsed.map(|count| count as usize).ok_or_else(|| self.fault(word, expected))
     }
 
@@ -173,7 +173,7 @@ impl<'a> Words<'a> {
         parsed.ok_or_else(|| self.fault(word, &format!("{expected} below {}", vertices.len())))
     }
 
-    /// A position, then a quaternion x, y, z, w.
+    /// Reads a position, then a quaternion x, y, z, w.
     fn place(&mut self) -> Result<Place> {
         let xyz = self.numbers("a position x, y, z [m]")?;
         let quaternion = self.numbers("a quaternion x, y, z, w")?;
@@ -183,9 +183,8 @@ impl<'a> Words<'a> {
     }
 }
 
-/// The beginning of a word.
 fn shorten(word: &str) -> String {
-    const MOST: usize = 40;
-    let cut = if word.chars().nth(MOST).is_some() { ".." } else { "" };
-    word.chars().take(MOST).chain(cut.chars()).collect()
+    const MAX_CHARS: usize = 40;
+    let cut = if word.chars().nth(MAX_CHARS).is_some() { ".." } else { "" };
+    word.chars().take(MAX_CHARS).chain(cut.chars()).collect()
 }

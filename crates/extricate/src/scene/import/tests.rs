@@ -1,18 +1,18 @@
-//! Worlds of every format, as they are written by the programs that have them.
+//! Tests with worlds of every format, as the other programs write them.
 
 use std::path::Path;
 
 use crate::scene::file::{AttachedEntry, ObstacleEntry};
 use crate::scene::import::*;
 
-/// As rviz exports it: a table at a pose of its own, a cone and a plane in one object, a mesh.
+/// An export of rviz: a table at a pose of its own, a cone and a plane in one object, a mesh.
 const SCENE: &str = "(noname)+++\n\
     * table top\n0.5 0 0.1\n0 0 0.70710678 0.70710678\n1\nbox\n0.4 0.6 0.2\n0.1 0 0\n0 0 0 1\n0.2 0.4 1 1\n0\n\
     * both\n0 0 0\n0 0 0 1\n2\ncone\n0.1 0.3\n0 0 1\n0 0 0 1\n0 0 0 0\nplane\n0 0 2 -1\n0 0 0\n0 0 0 1\n0 0 0 0\n\
     1\nhandle\n0 0 1\n0 0 0 1\n\
     * wedge\n1 0 0\n0 0 0 1\n1\nmesh\n4 4\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n0 2 1\n0 1 3\n1 2 3\n2 0 3\n0 0 0\n0 0 0 1\n0 0 0 0\n0\n.\n";
 
-/// Before objects had poses.
+/// The older form, in which objects have no pose.
 const OLDER: &str = "(noname)+\n* ball\n1\nsphere\n0.25\n1 2 3\n0 0 0 1\n0 0 0 0\n* can\n1\ncylinder\n0.05 0.2\n0 0 1\n0 0 1 0\n0 0 0 0\n.\n";
 
 const MESSAGE: &str = r#"
@@ -215,7 +215,7 @@ fn a_robot_tells_frames_and_which_names_mean_nothing() {
     use crate::scene::testing::{PLAIN, chain, scene};
     let robots = scene(PLAIN, &[chain(&[Fixed, Revolute])]).unwrap();
     let ask = |text: &str| import(Path::new("m.yaml"), text, Some(&robots), &LoadLimits::default());
-    // The first joint is fixed, one metre along x.
+    // The first joint is fixed and 1 m along x.
     let imported = ask(&MESSAGE.replace("frame_id: world", "frame_id: l1")).unwrap();
     near(obstacle(&imported, "shelf-2").pose.xyz, [2.0, 0.0, 2.0]);
     let fault = |from: &str, to: &str| ask(&MESSAGE.replace(from, to)).unwrap_err().to_string();

@@ -1,4 +1,4 @@
-//! Entries that were imported, as the text of a scene file, and their meshes as files beside it.
+//! Writes imported entries as the text of a scene file, and their meshes as files beside it.
 
 use std::fmt::Write;
 use std::sync::Arc;
@@ -6,19 +6,19 @@ use std::sync::Arc;
 use crate::robot::TriangleMesh;
 use crate::scene::file::{PoseEntry, ScaleEntry, SceneFile, ShapeEntry};
 
-/// A mesh that the text names by this path.
+/// A mesh file that the text of a scene file names.
 #[derive(Debug, Clone)]
 pub struct MeshFile {
-    /// Relative to the scene file, `/` between folders.
+    /// Path relative to the scene file, with `/` between folders.
     pub path: String,
-    /// Wavefront OBJ.
+    /// Contents in the format Wavefront OBJ.
     pub text: String,
 }
 
-/// The text of a scene file with these robots, obstacles, attached objects, disabled pairs and
-/// padding, and the meshes that it names, below `folder`. Of a robot only the URDF is told.
+/// Writes the text of a scene file with these obstacles, attached objects, disabled pairs, padding,
+/// and the URDFs of the robots. Also returns its meshes, whose paths are below `folder`.
 ///
-/// `comments` stand at its head, a line each.
+/// The text begins with `comments`, one line each.
 pub fn to_toml(entries: &SceneFile, comments: &[String], folder: &str) -> (String, Vec<MeshFile>) {
     let mut text = String::new();
     let mut meshes = Vec::new();
@@ -86,7 +86,7 @@ fn placed(
     }
 }
 
-/// What importing makes of shapes; a path stands for triangles.
+/// Writes those keys of a shape that an import can set; `mesh` is the path of its triangles.
 fn shape_text(shape: &ShapeEntry, mesh: Option<String>) -> String {
     let mut parts: Vec<String> = Vec::new();
     parts.extend(shape.cuboid.map(|sides| format!("box = {sides:?}")));
@@ -104,7 +104,7 @@ fn shape_text(shape: &ShapeEntry, mesh: Option<String>) -> String {
     parts.join(", ")
 }
 
-/// A name that every file system takes, and no other mesh has.
+/// Returns a path that every file system accepts and that no other mesh has.
 fn mesh_path(folder: &str, name: &str, others: &[MeshFile]) -> String {
     let plain = |c: char| if c.is_ascii_alphanumeric() || c == '-' || c == '_' { c } else { '_' };
     let stem: String = name.chars().map(plain).collect();

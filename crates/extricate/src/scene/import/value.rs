@@ -1,4 +1,4 @@
-//! Values of a message with their names, for messages to users; text of YAML and JSON to them.
+//! Parses YAML and JSON messages, and reads their values with errors that name the place.
 
 use serde_json::{Map, Value};
 
@@ -7,13 +7,13 @@ use crate::error::{Error, Result, quoted};
 use crate::robot::{LoadLimit, LoadLimits};
 use crate::scene::file::pose_entry::QUATERNION_TOLERANCE;
 
-/// Parses YAML: the first document that says something; `ros2 topic echo` writes one a message.
+/// Parses the first YAML document that is not empty; `ros2 topic echo` writes one for each message.
 ///
 /// # Errors
 /// [`Error::Input`] with the line.
 pub fn of_yaml(file: &str, text: &str, limits: &LoadLimits) -> Result<Value> {
     let document = first_document(text);
-    // What aliases name counts as often as it is named.
+    // The budget counts the target of an alias at every use.
     let nodes = limits.get(LoadLimit::Values);
     let budget = serde_saphyr::budget! {
         max_nodes: nodes,
@@ -45,10 +45,8 @@ fn first_document(text: &str) -> &str {
     &text[start..]
 }
 
-/// Parses JSON.
-///
 /// # Errors
-/// [`Error::Input`] with line and column.
+/// [`Error::Input`] with line and column if the text is not JSON.
 pub fn of_json(file: &str, text: &str) -> Result<Value> {
     serde_json::from_str(text.trim_start_matches('\u{feff}')).map_err(|error| {
         let place = format!("line {}, column {}", error.line(), error.column());
@@ -56,7 +54,7 @@ pub fn of_json(file: &str, text: &str) -> Result<Value> {
     })
 }
 
-/// A value, and where it is.
+/// A value with the file and the path of keys that errors name.
 #[derive(Debug, Clone)]
 pub struct At<'a> {
     pub file: &'a str,
@@ -69,7 +67,7 @@ impl<'a> At<'a> {
         Self { file, path: path.into(), value }
     }
 
-    /// What is wrong with it.
+    /// Creates the error that this value is not what was `expected`.
     pub fn fault(&self, expected: &str) -> Error {
         let mut found = self.value.to_string();
         if found.chars().count() > 40 {
@@ -94,17 +92,17 @@ impl<'a> At<'a> {
         self.value.as_object().ok_or_else(|| self.fault("a mapping"))
     }
 
-    /// The keys that are none of those that are known: what is mistyped would be lost in silence.
+    /// Returns the keys that are not `known`, so that mistyped ones can be reported.
     pub fn unknown(&self, known: &[&str]) -> Result<Vec<&'a str>> {
         Ok(self.map()?.keys().map(String::as_str).filter(|key| !known.contains(key)).collect())
     }
 
-    /// A field, where it is there and says something.
+    /// Returns a field; `None` if it is missing or null.
     pub fn get(&self, key: &str) -> Result<Option<Self>> {
         Ok(self.map()?.get(key).filter(|value| !value.is_null()).map(|value| self.inner(key, value)))
     }
 
-    /// The elements of a field that is a list; none where it is not there.
+    /// Returns the elements of a field that is a list; none if the field is missing.
     pub fn list(&self, key: &str) -> Result<Vec<Self>> {
         self.get(key)?.map_or(Ok(Vec::new()), |list| list.elements())
     }
@@ -115,7 +113,7 @@ impl<'a> At<'a> {
         Ok(elements.iter().enumerate().map(element).collect())
     }
 
-    /// The text of a field; empty where it is not there.
+    /// Returns the text of a field; empty if the field is missing.
     pub fn text(&self, key: &str) -> Result<&'a str> {
         match self.get(key)? {
             Some(at) => at.string(),
@@ -131,7 +129,7 @@ impl<'a> At<'a> {
         self.value.as_f64().filter(|x| x.is_finite()).ok_or_else(|| self.fault("a finite number"))
     }
 
-    /// Numbers of a list, or of a mapping with these keys.
+    /// Returns the numbers of a list, or of a mapping with these keys.
     pub fn numbers<const N: usize>(&self, keys: [&str; N]) -> Result<[f64; N]> {
         let mut numbers = [0.0; N];
         if self.value.is_object() {
@@ -151,12 +149,12 @@ impl<'a> At<'a> {
         Ok(numbers)
     }
 
-    /// `geometry_msgs/Pose` in a field; where nothing is moved if it is not there.
+    /// Reads a `geometry_msgs/Pose` from a field; the identity if the field is missing.
     pub fn place(&self, key: &str) -> Result<Place> {
         self.get(key)?.map_or(Ok(Place::HERE), |pose| pose.as_place())
     }
 
-    /// This value as a `geometry_msgs/Pose` or a `Transform`.
+    /// Reads this value as a `geometry_msgs/Pose` or a `Transform`.
     pub fn as_place(&self) -> Result<Place> {
         let first = |keys: [&str; 2]| -> Result<Option<Self>> {
             Ok(match self.get(keys[0])? {
@@ -168,7 +166,7 @@ impl<'a> At<'a> {
         let Some(at) = first(["orientation", "rotation"])? else { return Ok(Place { xyz, ..Place::HERE }) };
         let quaternion = at.numbers(["x", "y", "z", "w"])?;
         if quaternion == [0.0; 4] {
-            // What a message is filled with; MoveIt takes it for no rotation.
+            // Unset quaternions are zeros; MoveIt takes them for no rotation.
             return Ok(Place { xyz, ..Place::HERE });
         }
         let quaternion = unit(quaternion).ok_or_else(|| at.fault("a quaternion of length 1"))?;
@@ -176,7 +174,7 @@ impl<'a> At<'a> {
     }
 }
 
-/// The quaternion of exact unit length, where it is of about that.
+/// Scales a quaternion to unit length; `None` if its length is not near 1.
 pub fn unit(quaternion: [f64; 4]) -> Option<[f64; 4]> {
     let length = quaternion.iter().map(|c| c * c).sum::<f64>().sqrt();
     ((length - 1.0).abs() <= QUATERNION_TOLERANCE).then(|| quaternion.map(|c| c / length))

@@ -1,4 +1,4 @@
-//! Bodies, their shapes, pairs and clearances.
+//! Checks bodies, their shapes, pairs and clearances.
 
 use std::collections::HashSet;
 
@@ -6,10 +6,10 @@ use super::values::{index, length, pose};
 use crate::scene::assemble::bodies::{LARGEST, radius};
 use crate::scene::{Body, Scene};
 
-/// Most pairs of a moving body and any other: the broad phase keeps a number for each.
-const MOST_PAIRS_OF_BODIES: usize = 1 << 27;
-/// Most pairs of parts of checked bodies: a check remembers something of each.
-const MOST_PAIRS_OF_PARTS: usize = 1 << 25;
+/// Largest number of pairs of a moving body and any body; the broad phase keeps a number for each.
+const MAX_BODY_PAIRS: usize = 1 << 27;
+/// Largest number of pairs of parts of checked bodies; a check keeps memory for each.
+const MAX_PART_PAIRS: usize = 1 << 25;
 
 pub fn check(scene: &Scene) -> Result<(), String> {
     let Scene { clearance, frames, bodies, pairs, clearances, .. } = scene;
@@ -46,8 +46,8 @@ pub fn check(scene: &Scene) -> Result<(), String> {
     let moving = bodies.iter().filter(|body| body.frame != 0).count();
     let parts = |body: usize| bodies[body].parts.len();
     let of_parts = pairs.iter().map(|pair| parts(pair.first).saturating_mul(parts(pair.second)));
-    most("bodies: pairs with one that moves", moving.saturating_mul(bodies.len()), MOST_PAIRS_OF_BODIES)?;
-    most("pairs: pairs of parts", of_parts.fold(0, usize::saturating_add), MOST_PAIRS_OF_PARTS)
+    most("bodies: pairs with one that moves", moving.saturating_mul(bodies.len()), MAX_BODY_PAIRS)?;
+    most("pairs: pairs of parts", of_parts.fold(0, usize::saturating_add), MAX_PART_PAIRS)
 }
 
 fn most(what: &str, found: usize, most: usize) -> Result<(), String> {

@@ -1,8 +1,8 @@
-//! What every scene holds that was assembled, checked of one that was read as bytes: out of a model
-//! file or a pickle, which anyone can write. Says what is wrong; repairs nothing.
+//! Checks scenes that were read from bytes of a model file or a pickle, which anyone can write, for
+//! the invariants of assembled scenes. The first violation is an error; nothing is repaired.
 //!
-//! The first thing that does not hold is told: the element, its value, what was expected. After
-//! that no index leads astray, and every number and every pose is finite, at every configuration.
+//! In a scene that passes, every index is valid, and every number and pose is finite at every
+//! configuration.
 
 mod bodies;
 mod tree;
@@ -11,10 +11,10 @@ mod values;
 use crate::error::{self, Error};
 use crate::scene::Scene;
 
-/// Whether the scene holds what an assembled one does.
+/// Checks that the scene has the invariants of an assembled one.
 ///
 /// # Errors
-/// The element, the value, and what was expected.
+/// Names the element, its value and what was expected.
 pub fn check(scene: &Scene) -> Result<(), String> {
     scene.space.check()?;
     tree::check(scene)?;
@@ -22,15 +22,15 @@ pub fn check(scene: &Scene) -> Result<(), String> {
 }
 
 impl Scene {
-    /// The scene as bytes, for other processes of the same version.
+    /// Serialises the scene for other processes of the same version.
     pub fn to_bytes(&self) -> Vec<u8> {
         postcard::to_stdvec(self).expect("a scene has nothing that cannot be written")
     }
 
-    /// The scene that [`Scene::to_bytes`] wrote.
+    /// Deserialises and checks a scene that [`Scene::to_bytes`] wrote.
     ///
     /// # Errors
-    /// [`Error::Input`] for bytes that are no scene of this version.
+    /// [`Error::Input`] for bytes that are no valid scene of this version.
     pub fn from_bytes(bytes: &[u8]) -> error::Result<Self> {
         let wrong = |problem: String| {
             Error::input("scene", "bytes", format!("got bytes that are no scene of this version ({problem})"))

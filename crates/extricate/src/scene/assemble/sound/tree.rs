@@ -1,12 +1,12 @@
-//! Frames, joints, links and coordinates.
+//! Checks frames, joints, links and coordinates.
 
 use super::values::{index, pose, within};
 use crate::cspace::{Factor, Manifold};
 use crate::math::{FARTHEST, Vec3};
 use crate::scene::{Coordinate, Frame, Motion, Scene};
 
-/// How far from length 1 an axis may be.
-const UNIT: f64 = 1e-9;
+/// Largest deviation of an axis from length 1.
+const AXIS_LENGTH_TOLERANCE: f64 = 1e-9;
 
 pub fn check(scene: &Scene) -> Result<(), String> {
     let Scene { joints, space, frames, links, rigid, .. } = scene;
@@ -70,13 +70,13 @@ fn check_frame(scene: &Scene, number: usize, frame: &Frame) -> Result<(), String
 }
 
 fn check_axis(axis: &Vec3) -> Result<(), String> {
-    if (axis.norm() - 1.0).abs() < UNIT {
+    if (axis.norm() - 1.0).abs() < AXIS_LENGTH_TOLERANCE {
         return Ok(());
     }
     Err(format!("axis: got {:?}, expected length 1", axis.as_slice()))
 }
 
-/// A coordinate leads a joint to no place beyond 1e9, wherever it stands within its limits.
+/// Checks that a joint's position stays within 1e9 for every value within the coordinate's limits.
 fn check_coordinate(scene: &Scene, coordinate: &Coordinate, slides: bool) -> Result<(), String> {
     let Coordinate { q, v, multiplier, offset } = *coordinate;
     let factor = scene.space.factors().iter().find(|factor| factor.q == q && factor.manifold != Manifold::Rotation);
