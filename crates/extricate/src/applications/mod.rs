@@ -1,4 +1,4 @@
-//! What queries are used for: one folder an application.
+//! Applications of queries, one folder each.
 
 pub mod grasp;
 pub mod motion;

@@ -1,4 +1,4 @@
-//! Reading and writing of whole files. Knows no format.
+//! Reads and writes whole files, of whatever format.
 
 use std::collections::BTreeMap;
 use std::fs::{self, File, OpenOptions, TryLockError};
@@ -8,28 +8,27 @@ use std::path::{Path, PathBuf};
 use crate::error::{Error, Result, shown};
 use crate::robot::{LoadLimit, LoadLimits};
 
-/// Largest file of ours that is read, a model or a roadmap \[bytes\]: beyond it something else
-/// was meant, such as a disk image.
-const LARGEST: usize = 2 << 30;
+/// Largest model or roadmap that is read: a larger file is something else, such as a disk image.
+const MAX_FILE_BYTES: usize = 2 << 30;
 
-/// Most bytes of an output's name that names of files beside it take over: systems allow 255.
-const MOST_OF_NAME: usize = 100;
+/// Bytes of an output's name that the names of files beside it take over: systems allow 255.
+const KEPT_NAME_BYTES: usize = 100;
 
-/// How much of a file is looked at to tell what it is \[bytes\].
-pub const HEAD: u64 = 4096;
+/// Bytes at the beginning of a file that identify its kind.
+pub const HEAD_BYTES: u64 = 4096;
 
 pub fn read(path: &Path) -> Result<Vec<u8>> {
-    let too_large = |_| format!("it is larger than {LARGEST} bytes");
-    read_at_most(path, LARGEST, too_large).map_err(|source| Error::Read { path: path.into(), source })
+    let too_large = |_| format!("it is larger than {MAX_FILE_BYTES} bytes");
+    read_at_most(path, MAX_FILE_BYTES, too_large).map_err(|source| Error::Read { path: path.into(), source })
 }
 
-/// As [`read`], a file that a limit allows.
+/// As [`read`], for a file of at most the size that a limit allows.
 pub fn read_within(path: &Path, limits: &LoadLimits, limit: LoadLimit) -> Result<Vec<u8>> {
     let too_large = |length| limits.exceeded(limit, length);
     read_at_most(path, limits.get(limit), too_large).map_err(|source| Error::Read { path: path.into(), source })
 }
 
-/// Reads what scenes name.
+/// Returns a reader of the files that scenes name.
 pub fn reader(limits: &LoadLimits) -> impl FnMut(&Path) -> Result<Vec<u8>> + '_ {
     |path| read_within(path, limits, LoadLimit::FileBytes)
 }
@@ -44,7 +43,7 @@ fn read_at_most(path: &Path, most: usize, too_large: impl Fn(usize) -> String) -
         return refused(length);
     }
     let mut bytes = Vec::with_capacity(length as usize);
-    // It may have grown, and some systems tell no length of some files.
+    // The file may have grown, and some systems report no length of some files.
     File::open(path)?.take((most as u64).saturating_add(1)).read_to_end(&mut bytes)?;
     if bytes.len() > most {
         return refused(bytes.len() as u64);
@@ -52,10 +51,10 @@ fn read_at_most(path: &Path, most: usize, too_large: impl Fn(usize) -> String) -
     Ok(bytes)
 }
 
-/// The length of a file \[bytes\]. Devices may have no end, and pipes may never begin.
+/// Returns the length of a file \[bytes\]. Devices may have no end, and pipes may never begin.
 ///
 /// # Errors
-/// Where it is neither a file nor a link to one.
+/// If it is neither a file nor a link to one.
 pub fn check_regular(path: &Path) -> io::Result<u64> {
     let found = fs::metadata(path)?;
     let (kind, what) = if found.is_file() {
@@ -68,9 +67,9 @@ pub fn check_regular(path: &Path) -> io::Result<u64> {
     Err(io::Error::new(kind, format!("it is {what}, expected a file")))
 }
 
-/// Whether a file of the kind `what` can be written at `path`; one that is there already has to be
-/// empty, or to begin with bytes that `is_own` takes for its kind. Removes what killed runs left
-/// unfinished there, so that a run which fails later has done so too.
+/// Checks that a file of the kind `what` can be written at `path`. One that exists has to be empty,
+/// or to begin with bytes that `is_own` accepts. Removes unfinished files of killed runs there, so
+/// that even a run that fails later has done so.
 ///
 /// # Errors
 /// [`crate::Error::Write`], see [`crate::io::check_model_output`].
@@ -81,7 +80,7 @@ pub fn check_output(path: &Path, what: &str, is_own: fn(&[u8]) -> bool) -> Resul
             Ok(found) if !found.is_file() => return Err(io::Error::other("it is a device, expected a file name")),
             Ok(_) => {
                 let mut head = Vec::new();
-                File::open(path)?.take(HEAD).read_to_end(&mut head)?;
+                File::open(path)?.take(HEAD_BYTES).read_to_end(&mut head)?;
                 if !head.is_empty() && !is_own(&head) {
                     let problem = format!("it exists and is no {what}, expected a new name or a {what} to replace");
                     return Err(io::Error::other(problem));
@@ -100,7 +99,7 @@ pub fn check_output(path: &Path, what: &str, is_own: fn(&[u8]) -> bool) -> Resul
     check().map_err(|source| Error::Write { path: path.into(), source })
 }
 
-/// Refuses an output that is among the files which the same run reads: they would be lost.
+/// Refuses an output that the same run also reads, because it would be lost.
 ///
 /// # Errors
 /// [`crate::Error::Write`].
@@ -112,8 +111,8 @@ pub fn check_not_read<'a>(output: &Path, inputs: impl IntoIterator<Item = &'a Pa
     Ok(())
 }
 
-/// Writes a file: a reader sees the old one or the whole new one. A symbolic link stays one, its
-/// target is replaced. What killed runs left unfinished there is removed.
+/// Writes a file: a reader sees the old one or the whole new one. A symbolic link stays one, and
+/// its target is replaced. Unfinished files of killed runs there are removed.
 ///
 /// # Errors
 /// [`crate::Error::Write`]; the old file, if any, is then untouched.
@@ -123,8 +122,8 @@ pub fn write_atomically(path: &Path, bytes: &[u8]) -> Result<()> {
 
 /// Writes files that belong together, each as [`write_atomically`] does. All are on the disk before
 /// the first takes its place: if one cannot be written, none is. Whoever writes several holds an
-/// [`OutputLock`](super::OutputLock), because they are not locked one by one: systems limit how
-/// many files are open.
+/// [`OutputLock`](super::OutputLock): systems limit the number of open files, so these are not
+/// locked one by one.
 ///
 /// # Errors
 /// [`crate::Error::Write`] for the first that cannot be written.
@@ -150,13 +149,13 @@ pub fn write_together(files: &[(PathBuf, impl AsRef<[u8]>)]) -> Result<()> {
     Ok(())
 }
 
-/// A file that is whole, beside that which it replaces.
+/// A complete file, beside that which it replaces.
 struct Unfinished {
-    /// Removed if it does not get its name.
+    /// Temporary file, removed if it is not renamed to `target`.
     file: tempfile::TempPath,
     folder: PathBuf,
     target: PathBuf,
-    /// The lock of the file, which ends when it is closed.
+    /// Keeps the lock of the file, which ends when it is closed.
     held: Option<File>,
 }
 
@@ -169,14 +168,14 @@ fn unfinished(path: &Path, bytes: &[u8], is_alone: bool) -> io::Result<Unfinishe
     Ok(Unfinished { file, folder, target, held: is_alone.then_some(open) })
 }
 
-/// The folder that a file is written in, and the path there.
+/// Returns the folder in which a file is written, and its path there, after links.
 pub fn destination(path: &Path) -> io::Result<(PathBuf, PathBuf)> {
     let target = if path.exists() { path.canonicalize()? } else { path.to_path_buf() };
     let folder = target.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
     Ok((folder.to_path_buf(), target))
 }
 
-/// Whether what is written at two paths ends in one file, be it there or not.
+/// Whether writing at two paths ends in one file, which need not exist.
 pub fn is_same_output(a: &Path, b: &Path) -> bool {
     let place = |path: &Path| {
         let (folder, target) = destination(path).ok()?;
@@ -185,30 +184,30 @@ pub fn is_same_output(a: &Path, b: &Path) -> bool {
     matches!((place(a), place(b)), (Some(a), Some(b)) if a == b)
 }
 
-/// What names of files begin with that are there while `path` is written.
+/// Returns the prefix of names of files that exist while `path` is written.
 pub fn hidden_name(path: &Path) -> String {
     let name = path.file_name().unwrap_or_default().to_string_lossy();
-    let least = name.len().saturating_sub(MOST_OF_NAME);
+    let least = name.len().saturating_sub(KEPT_NAME_BYTES);
     let start = (least..=name.len()).find(|at| name.is_char_boundary(*at)).unwrap_or_default();
     format!(".extricate-{}", &name[start..])
 }
 
-/// A file that becomes that at `path`, beside it. If the run is killed it stays, until the next run
-/// that writes there removes it. It is locked while it is open, which tells the two apart.
+/// Makes a temporary file beside `path`, which is to be renamed to it. If the run is killed it
+/// stays, until the next run that writes there removes it. A lock while it is open marks living
+/// runs.
 pub fn temporary(folder: &Path, path: &Path) -> io::Result<tempfile::NamedTempFile> {
     let prefix = format!("{}-", hidden_name(path));
     let mut builder = tempfile::Builder::new();
     builder.prefix(&prefix);
-    // Temporary files are private to their owner; what becomes of this one is as public as the
-    // user's other files.
+    // Temporary files are private by default; this becomes as public as the user's other files.
     #[cfg(unix)]
     builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
     let explain =
         |error: io::Error| io::Error::new(error.kind(), format!("cannot create a file there ({})", cause(&error)));
     loop {
         let file = builder.tempfile_in(folder).map_err(explain)?;
-        // Another run may clean up in the moment before the lock is taken, and takes the file for
-        // one that was left. Some file systems lock nothing; there nothing is removed either.
+        // Another run may clean up just before the lock is taken, and take the file for an
+        // abandoned one. Some file systems lock nothing; there nothing is removed either.
         let is_taken = matches!(file.as_file().try_lock(), Err(TryLockError::WouldBlock));
         if !is_taken && file.path().exists() {
             return Ok(file);
@@ -216,8 +215,8 @@ pub fn temporary(folder: &Path, path: &Path) -> io::Result<tempfile::NamedTempFi
     }
 }
 
-/// Removes what killed runs left unfinished in a folder, of outputs whose [`hidden_name`] `is_of`
-/// takes. What a living run writes there stays, because it is locked.
+/// Removes unfinished files of killed runs from a folder, of outputs whose [`hidden_name`] `is_of`
+/// accepts. Files of living runs stay, because they are locked.
 pub fn remove_unfinished(folder: &Path, is_of: impl Fn(&str) -> bool) {
     for entry in fs::read_dir(folder).into_iter().flatten().flatten() {
         let is_unfinished = entry.file_name().to_str().and_then(hidden_part).is_some_and(&is_of);
@@ -232,24 +231,24 @@ pub fn remove_unfinished(folder: &Path, is_of: impl Fn(&str) -> bool) {
     }
 }
 
-/// What the name of a temporary file begins with; the rest is random.
+/// Returns the name of a temporary file without its random end.
 fn hidden_part(name: &str) -> Option<&str> {
     let (hidden, random) = name.rsplit_once('-')?;
     (random.len() == 6 && random.bytes().all(|b| b.is_ascii_alphanumeric())).then_some(hidden)
 }
 
-/// That a file has another name is kept by its folder: without this a new model may be gone after a
-/// power cut, though the old one is too.
+/// Syncs a folder, which keeps the names of its files. Otherwise a power cut may lose the new
+/// model, and the old one too.
 #[cfg(unix)]
 pub fn sync_folder(folder: &Path) -> io::Result<()> {
     match File::open(folder)?.sync_all() {
-        // Some file systems keep no folders.
+        // Some file systems cannot sync folders.
         Err(error) if error.kind() == ErrorKind::InvalidInput => Ok(()),
         done => done,
     }
 }
 
-/// Elsewhere folders cannot be opened, and are kept by the system.
+/// On other systems folders cannot be opened, and the system keeps them.
 #[cfg(not(unix))]
 pub fn sync_folder(_: &Path) -> io::Result<()> {
     Ok(())
@@ -259,7 +258,7 @@ fn without_name(error: &io::Error) -> io::Error {
     io::Error::new(error.kind(), cause(error))
 }
 
-/// Without the name of the temporary file, which nobody knows.
+/// Returns the message without the name of the temporary file, which no user knows.
 pub fn cause(error: &io::Error) -> String {
     let text = error.to_string();
     text.split(" at path ").next().unwrap_or(&text).to_string()

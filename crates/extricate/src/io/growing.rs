@@ -1,4 +1,4 @@
-//! A file of lines that grows while a run lasts: under another name, until it is whole.
+//! A file of lines that grows during a run, under another name until it is whole.
 
 use std::fs::{self, File, OpenOptions};
 use std::io::{self, BufRead, BufReader, ErrorKind, Seek, SeekFrom, Write};
@@ -8,21 +8,21 @@ use super::files::{check_output, check_regular, destination, sync_folder};
 use super::lock::OutputLock;
 use crate::error::{Error, Result};
 
-/// Lines that go to the file `OUTPUT.part` as they come, and become `OUTPUT` at the end. A run that
-/// ends early leaves the old `OUTPUT` whole, and a part that the next one may go on with.
+/// Writes lines to the file `OUTPUT.part` as they come, and renames it to `OUTPUT` at the end. A
+/// run that ends early leaves the old `OUTPUT` whole, and a part that the next one may continue.
 #[derive(Debug)]
 pub struct GrowingFile {
     output: PathBuf,
     part: PathBuf,
     origin: Origin,
-    /// Nothing is touched before the first line.
+    /// Opened at the first line: nothing is touched before.
     file: Option<File>,
-    /// Of all whole lines \[bytes\].
+    /// Length of all whole lines \[bytes\].
     length: u64,
     _locks: [OutputLock; 2],
 }
 
-/// What the part begins with.
+/// Contents with which the part begins.
 #[derive(Debug)]
 enum Origin {
     Nothing,
@@ -31,11 +31,11 @@ enum Origin {
 }
 
 impl GrowingFile {
-    /// A file from nothing; `what` and `is_own` are those of [`check_output`].
+    /// Begins an empty file; `what` and `is_own` are those of [`check_output`].
     ///
     /// # Errors
-    /// [`Error::Write`], if a file is there that is of another kind, also as `OUTPUT.part`, and if
-    /// another run writes it.
+    /// [`Error::Write`] if `OUTPUT` or `OUTPUT.part` is of another kind, or if another run writes
+    /// it.
     pub fn begin(output: &Path, what: &str, is_own: fn(&[u8]) -> bool) -> Result<Self> {
         check_output(output, what, is_own)?;
         let growing = Self::held(output)?;
@@ -43,11 +43,11 @@ impl GrowingFile {
         Ok(growing)
     }
 
-    /// Goes on with the part that an earlier run left, or else with its output. `line` is given
-    /// each of its whole lines and says what is wrong with it; half a line at the end is left out.
+    /// Continues the part that an earlier run left, or else its output. `line` is given each whole
+    /// line and returns what is wrong with it. Half a line at the end is left out.
     ///
     /// # Errors
-    /// As [`GrowingFile::begin`], and [`Error::Read`] with what `line` says.
+    /// As [`GrowingFile::begin`], and [`Error::Read`] with the problem that `line` returns.
     pub fn resume(
         output: &Path,
         what: &str,
@@ -72,7 +72,7 @@ impl GrowingFile {
 
     fn held(output: &Path) -> Result<Self> {
         let in_words = |source| Error::Write { path: output.into(), source };
-        // A link stays one, and what it leads to may be in another file system.
+        // A link stays one, and its target may be in another file system.
         let target = if output.is_symlink() { destination(output).map_err(in_words)?.1 } else { output.to_path_buf() };
         let mut part = target.clone().into_os_string();
         part.push(".part");
@@ -81,12 +81,12 @@ impl GrowingFile {
         Ok(Self { output: target, part, origin: Origin::Nothing, file: None, length: 0, _locks: locks })
     }
 
-    /// Where lines are until the end.
+    /// Path of the file that holds the lines until the end.
     pub fn part(&self) -> &Path {
         &self.part
     }
 
-    /// Adds a line, which is with the system when this returns.
+    /// Adds a line, which the system has when this returns.
     ///
     /// # Errors
     /// [`Error::Write`]; the lines before it stay.
@@ -107,7 +107,7 @@ impl GrowingFile {
     pub fn finish(mut self) -> Result<()> {
         let mut place = || {
             self.opened()?.sync_all()?;
-            // Elsewhere than on Unix a file that is open may not be renamed.
+            // Systems other than Unix may refuse to rename an open file.
             self.file = None;
             fs::rename(&self.part, &self.output)?;
             sync_folder(&destination(&self.output)?.0)
@@ -130,7 +130,7 @@ impl GrowingFile {
         self.file.as_mut().ok_or_else(|| io::Error::other("it is not open"))
     }
 
-    /// Takes half a line away, and a file without lines.
+    /// Removes half a line, or a file without lines.
     fn cut(&mut self) {
         if self.length == 0 {
             self.file = None;
@@ -141,7 +141,7 @@ impl GrowingFile {
     }
 }
 
-/// How long a file is up to the end of its last whole line \[bytes\].
+/// Returns the length of a file up to the end of its last whole line \[bytes\].
 fn whole_lines(path: &Path, mut line: impl FnMut(&[u8]) -> std::result::Result<(), String>) -> io::Result<u64> {
     check_regular(path)?;
     let (mut reader, mut text, mut length) = (BufReader::new(File::open(path)?), Vec::new(), 0);
@@ -183,7 +183,7 @@ mod tests {
         assert!(held.contains("another run writes it"), "{held}");
         drop(growing);
         assert_eq!(fs::read(&path).unwrap(), b"letter z\n");
-        // What was left is gone on with, from its last whole line.
+        // The part is continued from its last whole line.
         fs::write(&part, "letter a\nletter b\nlett").unwrap();
         let mut lines = 0;
         let count = |_: &[u8]| {
@@ -194,7 +194,7 @@ mod tests {
         growing.line("letter c").unwrap();
         growing.finish().unwrap();
         assert_eq!((lines, fs::read(&path).unwrap()), (2, b"letter a\nletter b\nletter c\n".to_vec()));
-        // Then with the output itself.
+        // Without a part, the output is continued.
         let mut growing = GrowingFile::resume(&path, WHAT, is_own, |_| Ok(())).unwrap();
         growing.line("letter d").unwrap();
         growing.finish().unwrap();
@@ -212,7 +212,7 @@ mod tests {
         let refused = GrowingFile::begin(&path, WHAT, is_own).unwrap_err().to_string();
         assert!(refused.contains("exists and is no file of letters"), "{refused}");
         let wrong = |_: &[u8]| Err("expected a letter".to_string());
-        // With a whole line or without, and one of its own kind that goes on with something else.
+        // A foreign file is refused with a whole line and without one.
         for foreign in ["precious", "precious\n"] {
             fs::write(&path, foreign).unwrap();
             let refused = GrowingFile::resume(&path, WHAT, is_own, |_| Ok(())).unwrap_err().to_string();

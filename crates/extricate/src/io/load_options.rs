@@ -1,5 +1,4 @@
-//! How scenes are loaded: what their files may hold, and where packages are. The one place that
-//! reads the environment.
+//! Limits and packages for loading scenes. Only this file reads the environment.
 
 use std::env;
 use std::path::{Path, PathBuf};
@@ -20,18 +19,18 @@ use crate::robot::{LoadLimit, LoadLimits};
 #[derive(Debug, Clone, Default)]
 #[non_exhaustive]
 pub struct LoadOptions {
-    /// How much the files may hold.
+    /// Limits on the contents of files.
     pub limits: LoadLimits,
-    /// Folders in which packages of `package://` addresses are looked up, before those that a scene
-    /// file names, those that the URDF lies in, and those of `AMENT_PREFIX_PATH` and
-    /// `ROS_PACKAGE_PATH`.
+    /// Folders in which packages of `package://` addresses are looked up first. After them come
+    /// those that a scene file names, those that the URDF lies in, and those of `AMENT_PREFIX_PATH`
+    /// and `ROS_PACKAGE_PATH`.
     pub packages: Vec<PathBuf>,
 }
 
 setters! { LoadOptions { limits: LoadLimits, packages: Vec<PathBuf> } }
 
-/// The folder of a package that the file `near` names, by the rule by which meshes of URDFs are
-/// found; `given` are looked in first.
+/// Returns the folder of a package that the file `near` names, found as meshes of URDFs are; the
+/// folders `given` come first.
 pub fn find_package(package: &str, near: &Path, given: &[PathBuf]) -> Option<PathBuf> {
     PackageUri { package, rest: "" }.check().ok()?;
     let limits = LoadLimits::default();
@@ -41,13 +40,13 @@ pub fn find_package(package: &str, near: &Path, given: &[PathBuf]) -> Option<Pat
     };
     let folder = near.parent().unwrap_or(Path::new(""));
     let roots = package_search(given).roots(package, folder, &[], name_of);
-    // A folder that is merely called like the package, as a repository often is, may hold it.
+    // A folder that only has the package's name, as repositories often do, may contain it.
     let is_package = |root: &&PathBuf| root.join("package.xml").is_file();
     roots.iter().find(is_package).or_else(|| roots.iter().find(|root| root.is_dir())).cloned()
 }
 
-/// Where packages are looked up in this process: in the folders `given`, those that URDFs lie in,
-/// and those of ROS.
+/// Returns where this process looks up packages: the folders `given`, those that URDFs lie in, and
+/// those of ROS.
 pub fn package_search(given: &[PathBuf]) -> PackageSearch {
     let folders = |name: &str| -> Vec<PathBuf> {
         let listed = env::var_os(name).unwrap_or_default();

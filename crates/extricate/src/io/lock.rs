@@ -1,4 +1,4 @@
-//! One writer for each output: a lock that lasts as long as a run.
+//! Allows one writer for each output, by a lock that lasts as long as a run.
 
 use std::fs::{self, File, OpenOptions, TryLockError};
 use std::io;
@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use super::files::{destination, hidden_name, remove_unfinished};
 use crate::error::{Error, Result};
 
-/// Holds an output for one run. The system gives it back when the program ends, however it does.
+/// Holds an output for one run. The system releases it when the program ends, however it does.
 #[derive(Debug)]
 pub struct OutputLock {
     path: PathBuf,
@@ -15,11 +15,11 @@ pub struct OutputLock {
 }
 
 impl OutputLock {
-    /// Takes the lock of the file that a run will write at `output`, and removes what killed runs
-    /// left there unfinished.
+    /// Takes the lock of the file that a run will write at `output`, and removes unfinished files
+    /// that killed runs left there.
     ///
     /// # Errors
-    /// [`Error::Write`] where another run has it, or where no file can be made.
+    /// [`Error::Write`] if another run has it, or if no file can be made.
     pub fn take(output: &Path) -> Result<Self> {
         let take = || {
             let (folder, target) = destination(output)?;
@@ -33,7 +33,7 @@ impl OutputLock {
                     }
                     TryLockError::Error(error) => error,
                 })?;
-                // The run that had it may have removed the file in between.
+                // The run that had the lock may have removed the file in between.
                 if is_at(&file, &path) {
                     break file;
                 }
@@ -44,7 +44,7 @@ impl OutputLock {
         take().map_err(|source| Error::Write { path: output.into(), source })
     }
 
-    /// Removes what killed runs left unfinished in a folder that only this output has.
+    /// Removes unfinished files of killed runs from a folder that only this output has.
     pub fn clear(&self, folder: &Path) {
         let prefix = hidden_name(Path::new(""));
         remove_unfinished(folder, |found| found.starts_with(&prefix));
@@ -53,7 +53,7 @@ impl OutputLock {
 
 impl Drop for OutputLock {
     fn drop(&mut self) {
-        // One that stays is empty, and is taken by the next run.
+        // A lock file that stays is empty, and the next run takes it.
         let _ = fs::remove_file(&self.path);
     }
 }
@@ -65,7 +65,7 @@ fn is_at(file: &File, path: &Path) -> bool {
     matches!((file.metadata().map(place), fs::metadata(path).map(place)), (Ok(a), Ok(b)) if a == b)
 }
 
-/// Elsewhere a file that is open cannot be removed.
+/// On systems other than Unix, open files cannot be removed.
 #[cfg(not(unix))]
 fn is_at(_: &File, _: &Path) -> bool {
     true

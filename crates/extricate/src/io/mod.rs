@@ -1,4 +1,4 @@
-//! The one place that touches files: scenes in, models in and out.
+//! The only module that touches files: scenes in, models in and out.
 
 mod files;
 mod growing;
@@ -28,16 +28,16 @@ pub use load_options::{LoadOptions, find_package};
 pub use lock::OutputLock;
 pub use roadmap_file::{check_roadmap_output, load_roadmap, save_roadmap};
 
-/// Loads a scene file and everything that it names; or a URDF, as a scene of that robot alone.
+/// Loads a scene file and everything that it names, or a URDF as a scene of that robot alone.
 ///
 /// # Errors
-/// [`crate::Error::Read`] where the file cannot be read, [`crate::Error::Input`] where it, or what
+/// [`crate::Error::Read`] if the file cannot be read, [`crate::Error::Input`] if it, or a file that
 /// it names, cannot be used.
 pub fn load_scene(path: impl AsRef<Path>) -> Result<Scene> {
     load_scene_within(path, &LoadLimits::default())
 }
 
-/// As [`load_scene`], with other limits of what the files may hold.
+/// As [`load_scene`], with other limits on the contents of files.
 ///
 /// # Errors
 /// As [`load_scene`].
@@ -53,7 +53,7 @@ pub fn load_scene_with(path: impl AsRef<Path>, options: &LoadOptions) -> Result<
     let (path, limits) = (path.as_ref(), &options.limits);
     let text = match scene_text(path, limits)? {
         SceneText::Toml(text) => text,
-        // Debug quotes a string as TOML does.
+        // Debug formatting quotes a string as TOML does.
         SceneText::Urdf => format!("[[robot]]\nurdf = {:?}\n", path.file_name().unwrap_or_default().to_string_lossy()),
     };
     assemble_entries(path, &parsed(path, &text, options)?, &mut reader(limits))
@@ -64,14 +64,13 @@ fn parsed(path: &Path, text: &str, options: &LoadOptions) -> Result<SceneFile> {
     Ok(completed(&SceneFile { search: PackageSearch { given: options.packages.clone(), ..entries.search }, ..entries }))
 }
 
-/// The same entries, with the cutter of the collision checker for the convex parts that they ask
-/// for, and where packages are looked up in this process.
+/// Adds the collision checker's cutter for convex parts, and where this process looks up packages.
 fn completed(entries: &SceneFile) -> SceneFile {
     SceneFile { cut: Some(convex_parts), search: package_search(&entries.search.given), ..entries.clone() }
 }
 
 /// Loads the scene of the robots of `robots` in the world of a scene file, see
-/// [`crate::scene::file::world_file::in_world`]; or in one that another program wrote, see
+/// [`crate::scene::file::world_file::in_world`], or in a world of another program, see
 /// [`import`](crate::scene::import::import).
 ///
 /// # Errors
@@ -90,7 +89,7 @@ pub fn load_world(robots: &Scene, path: &Path, options: &LoadOptions) -> Result<
     }
 }
 
-/// As [`load_world`], of a world that was not written as a file, as [`assemble_scene`] takes it.
+/// As [`load_world`], for entries that were not written as a file, see [`assemble_scene`].
 ///
 /// # Errors
 /// As [`load_scene`].
@@ -98,8 +97,8 @@ pub fn assemble_world(robots: &Scene, name: &str, entries: &SceneFile) -> Result
     in_world_of_entries(robots, Path::new(name), &completed(entries), &mut reader(&entries.limits))
 }
 
-/// The obstacles of entries that were not written as a file, for [`Scene::with_obstacles`], and
-/// what is to be said of the files that they are read from.
+/// Reads the obstacles of entries that were not written as a file, for [`Scene::with_obstacles`].
+/// Also returns notes on the files that they are read from.
 ///
 /// # Errors
 /// As [`load_scene`].
@@ -107,7 +106,7 @@ pub fn read_obstacles(name: &str, entries: &SceneFile) -> Result<(Vec<Body>, Vec
     obstacles_of_entries(Path::new(name), &completed(entries), &mut reader(&entries.limits))
 }
 
-/// What a scene can be read from.
+/// Text from which a scene is read.
 enum SceneText {
     Toml(String),
     Urdf,
@@ -124,7 +123,7 @@ fn scene_text(path: &Path, limits: &LoadLimits) -> Result<SceneText> {
     if model_file::is_model(&bytes) {
         return Err(Error::input(name, "file", "got a model file, expected a scene (TOML)"));
     }
-    // A URDF may be in an encoding that it declares.
+    // A URDF may declare another encoding, so its bytes are not read as UTF-8.
     if bytes.trim_ascii_start().first() == Some(&b'<') {
         return Ok(SceneText::Urdf);
     }
@@ -138,9 +137,9 @@ fn scene_text(path: &Path, limits: &LoadLimits) -> Result<SceneText> {
     Ok(SceneText::Toml(text))
 }
 
-/// Assembles a scene that was not written as a file; `name` is what messages call it. Paths in
-/// `entries` start from the working directory; where one is the first of a pair in `texts`, the
-/// second stands for the file's contents.
+/// Assembles a scene that was not written as a file; messages call it `name`. Paths in `entries`
+/// start from the working directory. If a path is the first of a pair in `texts`, the second stands
+/// for the file's contents.
 ///
 /// # Errors
 /// As [`load_scene`].
@@ -155,7 +154,7 @@ pub fn assemble_scene(name: &str, entries: &SceneFile, texts: &[(String, String)
 /// Loads a model file.
 ///
 /// # Errors
-/// [`crate::Error::Model`] where the file is truncated, altered, foreign or of another version.
+/// [`crate::Error::Model`] if the file is truncated, altered, foreign or of another version.
 pub fn load_model(path: impl AsRef<Path>) -> Result<Model> {
     let path = path.as_ref();
     model_file::decode(path, &read(path)?)
@@ -170,12 +169,11 @@ pub fn save_model(model: &Model, path: impl AsRef<Path>) -> Result<()> {
     write_atomically(path, &model_file::encode(model))
 }
 
-/// Whether [`save_model`] can be expected to succeed; call it before learning.
+/// Checks that [`save_model`] can be expected to succeed; call it before learning.
 ///
 /// # Errors
-/// [`crate::Error::Write`] for a directory, a device, a folder that does not exist or takes no
-/// files, and for a file that is there already and no model: a scene given by mistake is not
-/// replaced.
+/// [`crate::Error::Write`] for a directory, a device, a folder that does not exist or accepts no
+/// files, and an existing file that is no model: a scene given by mistake is not replaced.
 pub fn check_model_output(path: &Path) -> Result<()> {
     check_output(path, "model", model_file::is_model)
 }

@@ -2,9 +2,9 @@
 //!
 //! A safetensors container, so that NumPy reads the arrays: `configs` (f64, nodes x nq), `edges`
 //! (u32, edges x 2, indices of nodes), `narrow` (u32, indices of nodes). Its one metadata entry,
-//! `extricate-roadmap`, is JSON: format version, what else the roadmap says of itself, and the
-//! BLAKE3 hash of everything. The hash tells damage, not harm: `Roadmap::of_parts` looks at every
-//! field. No proof rests on what the file says: a path is proved before it is returned.
+//! `extricate-roadmap`, is JSON: format version, seed and counts, and the BLAKE3 hash of
+//! everything. The hash reveals damage, not malice, so `Roadmap::of_parts` checks every field. No
+//! proof rests on the file: a path is proved before it is returned.
 
 use std::collections::HashMap;
 use std::path::Path;
@@ -28,11 +28,11 @@ const KEY: &str = "extricate-roadmap";
 struct Header {
     format: u32,
     checksum: String,
-    /// JSON itself, for the hash to be over bytes that a reader has.
+    /// JSON as text, so that the hash covers bytes that a reader has.
     roadmap: String,
 }
 
-/// Writes a roadmap file, see [`write_atomically`]. Replaces nothing but roadmaps.
+/// Writes a roadmap file, see [`write_atomically`]. It replaces only roadmaps and empty files.
 ///
 /// # Errors
 /// [`Error::Write`]; the old file, if any, is then untouched.
@@ -42,7 +42,7 @@ pub fn save_roadmap(roadmap: &Roadmap, path: impl AsRef<Path>) -> Result<()> {
     write_atomically(path, &encode(roadmap))
 }
 
-/// Whether [`save_roadmap`] can be expected to succeed.
+/// Checks that [`save_roadmap`] can be expected to succeed.
 ///
 /// # Errors
 /// As [`save_roadmap`].
@@ -53,7 +53,7 @@ pub fn check_roadmap_output(path: &Path) -> Result<()> {
 /// Loads a roadmap file, for plans in `scene`.
 ///
 /// # Errors
-/// [`Error::Read`], and [`Error::Input`] where the file is truncated, altered, foreign, of another
+/// [`Error::Read`], and [`Error::Input`] if the file is truncated, altered, foreign, of another
 /// version or of other coordinates than those of the scene.
 pub fn load_roadmap(path: impl AsRef<Path>, scene: &Scene) -> Result<Roadmap> {
     let path = path.as_ref();
@@ -66,7 +66,7 @@ pub fn is_roadmap(bytes: &[u8]) -> bool {
     head.get(8) == Some(&b'{') && head.windows(KEY.len()).any(|at| at == KEY.as_bytes())
 }
 
-/// The bytes of a roadmap file. The same roadmap gives the same bytes.
+/// Returns the bytes of a roadmap file. The same roadmap gives the same bytes.
 pub fn encode(roadmap: &Roadmap) -> Vec<u8> {
     let in_memory = "plain data serialises into memory";
     let RoadmapParts { nq, configs, edges, narrow, rest } = roadmap.parts();
@@ -134,7 +134,6 @@ mod tests {
     use crate::scene::builtin;
     use crate::solver::Solver;
 
-    /// A roadmap of some nodes.
     fn grown() -> (Solver, Roadmap) {
         let solver = Solver::new(builtin::scene("planar-arm").unwrap());
         let mut roadmap = Roadmap::new(&solver.scene().space, 3);

@@ -1,4 +1,4 @@
-//! Worlds that other programs wrote: read as they are, or written anew as scene files.
+//! Worlds that other programs wrote: reads them, or writes them anew as scene files.
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -13,24 +13,24 @@ use crate::scene::file::world_file::{in_world_of_entries, obstacles_of_entries};
 use crate::scene::file::{ObstacleEntry, SceneFile};
 use crate::scene::import::{Imported, import, to_toml};
 
-/// How a scene file begins that was imported: such a one is replaced, no other.
+/// First words of an imported scene file; an import replaces no other file.
 const MARK: &str = "# Imported by extricate from ";
 
-/// What an import wrote.
+/// Scene and files that an import wrote.
 #[derive(Debug, Clone)]
 pub struct ImportReport {
-    /// What the scene file says.
+    /// Entries of the scene file.
     pub entries: SceneFile,
-    /// Mesh files beside it.
+    /// Mesh files written beside it.
     pub meshes: Vec<PathBuf>,
-    /// What was taken for something else, or not taken, and why.
+    /// Notes on what was read as something else, or left out, and why.
     pub notes: Vec<String>,
 }
 
 /// Reads a world that another program wrote.
 ///
 /// # Errors
-/// As [`import`]; [`Error::Read`].
+/// As [`import`]; [`Error::Read`] if the file cannot be read.
 pub fn read_foreign(path: &Path, robots: Option<&Scene>, limits: &LoadLimits) -> Result<Imported> {
     let text = String::from_utf8(read_within(path, limits, LoadLimit::TextBytes)?).map_err(|error| {
         let at = format!("byte {}", error.utf8_error().valid_up_to());
@@ -39,8 +39,8 @@ pub fn read_foreign(path: &Path, robots: Option<&Scene>, limits: &LoadLimits) ->
     import(path, &text, robots, limits)
 }
 
-/// The robots of `robots` in a world that another program wrote; what there is to say of it is
-/// among the scene's warnings.
+/// Loads the robots of `robots` in a world that another program wrote. Notes on it become warnings
+/// of the scene.
 pub(crate) fn load_foreign(robots: &Scene, path: &Path, limits: &LoadLimits) -> Result<Scene> {
     let Imported { entries, notes } = read_foreign(path, Some(robots), limits)?;
     let mut scene = in_world_of_entries(robots, path, &entries, &mut reader(limits))?;
@@ -50,12 +50,12 @@ pub(crate) fn load_foreign(robots: &Scene, path: &Path, limits: &LoadLimits) -> 
     Ok(scene)
 }
 
-/// Writes a world that another program wrote as a scene file at `output`, meshes into a folder
+/// Writes a world that another program wrote as a scene file at `output`, with meshes in a folder
 /// beside it. With `urdf` it is a scene of that robot; `robots` are those that it is checked with.
 ///
 /// # Errors
-/// As [`import`], and where the robots have no such links; [`Error::Write`], also where a file is
-/// at `output` that no import wrote, and where another import writes it.
+/// As [`import`], and if the robots have no such links. [`Error::Write`], also if no import wrote
+/// the file at `output`, or if another import writes it.
 pub fn import_world(
     path: &Path,
     output: &Path,
@@ -65,7 +65,7 @@ pub fn import_world(
 ) -> Result<ImportReport> {
     let read = [path].into_iter().chain(urdf);
     check_not_read(output, read)?;
-    // Before unfinished files are removed: they may be those of a run that is not over.
+    // Lock before unfinished files are removed: they may be those of a living run.
     let lock = OutputLock::take(output)?;
     check_output(output, "scene written by import", |head| head.starts_with(MARK.as_bytes()))?;
     let Imported { mut entries, mut notes } = read_foreign(path, robots, limits)?;
@@ -99,7 +99,7 @@ pub fn import_world(
     Ok(ImportReport { entries, meshes, notes })
 }
 
-/// Writes meshes, and the scene file that names them, which is the last.
+/// Writes meshes and the scene file that names them, which is the last of `files`.
 fn write_scene(lock: &OutputLock, files: &[(PathBuf, String)]) -> Result<()> {
     let [meshes @ .., _] = files else { return Ok(()) };
     let folders: BTreeSet<&Path> = meshes.iter().filter_map(|(path, _)| path.parent()).collect();
@@ -109,7 +109,7 @@ fn write_scene(lock: &OutputLock, files: &[(PathBuf, String)]) -> Result<()> {
     }
     let written = write_together(files);
     if written.is_err() {
-        // Of folders those alone go that are empty.
+        // This removes empty folders only.
         folders.iter().for_each(|folder| drop(fs::remove_dir(folder)));
     }
     written
@@ -118,14 +118,14 @@ fn write_scene(lock: &OutputLock, files: &[(PathBuf, String)]) -> Result<()> {
 /// Whether a file is XML, as URDFs are.
 ///
 /// # Errors
-/// [`Error::Read`].
+/// [`Error::Read`] if the file cannot be read.
 pub fn is_urdf(path: &Path) -> Result<bool> {
     let bytes = read_within(path, &LoadLimits::default(), LoadLimit::FileBytes)?;
     let text = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(&bytes);
     Ok(text.iter().find(|byte| !byte.is_ascii_whitespace()) == Some(&b'<'))
 }
 
-/// Whether every shape is one, held or not.
+/// Checks that every shape can be made, also of attached objects.
 fn check_shapes(path: &Path, entries: &SceneFile) -> Result<()> {
     let held = entries.attached.iter().map(|entry| ObstacleEntry {
         name: entry.name.clone(),
@@ -137,7 +137,7 @@ fn check_shapes(path: &Path, entries: &SceneFile) -> Result<()> {
     obstacles_of_entries(path, &all, &mut reader(&entries.limits)).map(drop)
 }
 
-/// A path that starts from the folder `from`, as one that starts from `to`.
+/// Rewrites a path that starts from the folder `from` as one that starts from `to`.
 fn moved(path: &Path, from: &Path, to: &Path) -> String {
     let here = |folder: &Path| if folder.as_os_str().is_empty() { PathBuf::from(".") } else { folder.to_path_buf() };
     let (Ok(target), Ok(start)) = (here(&from.join(path)).canonicalize(), here(to).canonicalize()) else {

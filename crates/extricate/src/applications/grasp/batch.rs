@@ -1,4 +1,4 @@
-//! Many grasps of many objects by one hand, as data sets hold them.
+//! Releases many grasps of many objects by one hand, as data sets hold them.
 
 use std::collections::BTreeMap;
 use std::sync::{Mutex, PoisonError};
@@ -16,17 +16,19 @@ use crate::query::prepared::Prepared;
 use crate::scene::Body;
 use crate::solver::Solver;
 
-/// What became of a grasp: `None` where nothing free was found; the message where its object cannot
-/// be used.
+/// Result of one grasp of a batch: `None` if nothing free was found, the message if its object
+/// cannot be used.
 pub type Released = std::result::Result<Option<Grasp>, String>;
 
 impl Solver {
-    /// Releases grasps, each of the object of its number, which `object_of` gives; in order, on all
-    /// threads of the current rayon pool. The scene is the hand without the objects: what is
-    /// prepared of it is shared, and each object is prepared once.
+    /// Releases grasps, each given by the number of its object and a configuration, on all threads
+    /// of the current rayon pool. `object_of` returns the object of a number. Results are in the
+    /// order of `grasps`. The scene is the hand without the objects: what is prepared for it is
+    /// shared, and each object is prepared once.
     ///
     /// # Guarantee
-    /// Each is what [`Solver::release`] says of it alone, whatever the number of threads.
+    /// Each result is the one that [`Solver::release`] returns for that grasp alone, whatever the
+    /// number of threads.
     pub fn release_batch(
         &self,
         grasps: &[(usize, Config)],
@@ -43,8 +45,8 @@ impl Solver {
         found.into_iter().map(|(_, released)| released).collect()
     }
 
-    /// As [`Solver::release_batch`]; `tell` is given each as soon as it is known, and its place
-    /// among `grasps`. The objects come in the order of their numbers, as far as threads allow.
+    /// As [`Solver::release_batch`], but calls `tell` with each result, and its index in `grasps`,
+    /// once it is known. Objects come in ascending order of their numbers, as far as threads allow.
     pub fn release_each(
         &self,
         grasps: &[(usize, Config)],

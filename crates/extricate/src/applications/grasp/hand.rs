@@ -1,16 +1,15 @@
-//! What of a scene is the hand: the bodies that can touch the object, and the joints that move a
-//! finger alone.
+//! Finds the bodies of a hand that can touch the object, and the joints that move one finger alone.
 
 use std::collections::BTreeSet;
 
 use crate::error::{Error, Result};
 use crate::scene::{Motion, PairId, Scene};
 
-/// A hand and the object that it holds: which bodies can touch it, and which joints move a finger
-/// alone. Made once for a scene.
+/// A hand and the object that it holds: the bodies that can touch the object, and the joints that
+/// move one finger alone. It is made once for a scene.
 ///
-/// A finger is what is left of the chains of joints to the outermost links where the joints that
-/// all of them share (base, wrist) are left out.
+/// A finger is the chain of joints to an outermost link, without the joints that all such chains
+/// share (base, wrist).
 ///
 /// ```
 /// use extricate::geometry::{Body, Geometry, Pose};
@@ -27,7 +26,6 @@ use crate::scene::{Motion, PairId, Scene};
 pub struct Hand {
     /// Index of the object among the bodies of the scene.
     pub(super) object: usize,
-    /// Bodies of the hand that are checked against it.
     pub(super) links: Vec<Link>,
     pub(super) fingers: Vec<Finger>,
 }
@@ -35,28 +33,28 @@ pub struct Hand {
 /// A body of the hand that is checked against the object.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Link {
-    /// With the object.
+    /// The pair of this body and the object.
     pub pair: PairId,
     /// Index among the bodies of the scene.
     pub body: usize,
-    /// Whose finger it is part of; of the palm none.
+    /// Index of its finger; `None` for the palm.
     pub finger: Option<usize>,
-    /// Whether the object is the first of the pair.
+    /// Whether it is the second body of the pair, and the object the first.
     pub is_second: bool,
 }
 
 /// Joints that move one finger alone.
 #[derive(Debug, Clone)]
 pub(super) struct Finger {
-    /// Indices of their factors of the configuration space.
+    /// Indices of their factors in the configuration space.
     pub factors: Vec<usize>,
 }
 
 impl Hand {
-    /// The hand of a scene that holds the obstacle `object`.
+    /// Makes the hand of a scene that holds the obstacle `object`.
     ///
     /// # Errors
-    /// [`Error::Input`] where no body has that name, it moves, or no moving body is checked against
+    /// [`Error::Input`] if no body has that name, it moves, or no moving body is checked against
     /// it.
     pub fn new(scene: &Scene, object: &str) -> Result<Self> {
         let object = scene.body_named("object", object)?;
@@ -104,13 +102,13 @@ impl Hand {
         Ok(Self { object, links, fingers: fingers.iter().map(of_finger).collect() })
     }
 
-    /// How many fingers can touch the object.
+    /// Number of fingers that can touch the object.
     pub fn finger_count(&self) -> usize {
         self.fingers.len()
     }
 }
 
-/// Tangent coordinates that move a frame.
+/// Returns the tangent coordinates that move a frame.
 fn chain(scene: &Scene, mut frame: usize) -> BTreeSet<usize> {
     let mut tangents = BTreeSet::new();
     while frame != 0 {
@@ -126,8 +124,8 @@ fn chain(scene: &Scene, mut frame: usize) -> BTreeSet<usize> {
     tangents
 }
 
-/// Of each chain, what is not of the base, nor shared by all outermost ones; where that leaves
-/// nothing, as of a gripper with one joint, what is not of the base.
+/// Removes from each chain the base and what all outermost chains share. If nothing is left, as for
+/// a gripper with one joint, removes the base alone.
 fn own_joints(scene: &Scene, chains: &[BTreeSet<usize>]) -> Vec<BTreeSet<usize>> {
     let base = base_tangents(scene);
     let without_base: Vec<BTreeSet<usize>> = chains.iter().map(|chain| chain - &base).collect();
@@ -142,7 +140,7 @@ fn own_joints(scene: &Scene, chains: &[BTreeSet<usize>]) -> Vec<BTreeSet<usize>>
     if own.iter().all(BTreeSet::is_empty) { without_base } else { own }
 }
 
-/// Tangent coordinates of bases of robots.
+/// Returns the tangent coordinates of the bases of all robots.
 pub(super) fn base_tangents(scene: &Scene) -> BTreeSet<usize> {
     let is_base = |name: &str| name == "base" || name.ends_with("/base");
     let bases = || scene.joints.iter().filter(|joint| is_base(&joint.name));

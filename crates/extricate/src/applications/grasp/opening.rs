@@ -1,19 +1,19 @@
-//! On which side of the object a finger is: where it first touches when it closes from open.
+//! Finds the side of the object on which a finger first touches when it closes from open.
 //!
-//! A finger deep in the object says nothing of the side: the nearest way out may be past it.
+//! A finger deep in the object does not show its side: the nearest exit may lie past the object.
 
 use super::hand::Hand;
 use crate::collision::CheckScratch;
 use crate::cspace::Manifold;
 use crate::query::Context;
 
-/// Fingers are looked at in so many places between open and where the query has them.
-const PLACES: usize = 8;
-/// Then where they touch is halved so often.
+/// Steps from the query to the open posture in which fingers are checked for collision.
+const OPENING_STEPS: usize = 8;
+/// Bisection steps after that: they find the first touch to about 1e-4 of the way to open.
 const HALVINGS: usize = 10;
 
-/// The query, with those fingers that collide with the object opened as far as where they first
-/// touched it. Fingers that collide all the way stay.
+/// Returns the query with each finger opened to where it first touches the object when it closes
+/// from open. A finger that never collides on the way, or that still collides when open, stays.
 pub fn first_touch(
     hand: &Hand,
     context: &Context,
@@ -22,12 +22,12 @@ pub fn first_touch(
     scratch: &mut CheckScratch,
 ) -> Vec<f64> {
     let posture = posture(hand, context, q, open);
-    // Of every finger how far it is opened: what is known to collide, and to be free beyond.
+    // For each finger, the widest opening known to collide, and the least free one beyond.
     let count = hand.fingers.len();
     let (mut colliding, mut free) = (vec![None; count], vec![None; count]);
     let (mut config, mut hits) = (q.to_vec(), vec![false; count]);
-    for place in 0..=PLACES {
-        let share = place as f64 / PLACES as f64;
+    for place in 0..=OPENING_STEPS {
+        let share = place as f64 / OPENING_STEPS as f64;
         look(hand, context, (q, &posture), &vec![share; count], (&mut config, scratch), &mut hits);
         for finger in 0..count {
             if hits[finger] {
@@ -52,7 +52,7 @@ pub fn first_touch(
     config
 }
 
-/// Of every finger, whether it collides with the object where it is opened by its share.
+/// Sets in `hits` whether each finger collides with the object when it is opened by its share.
 fn look(
     hand: &Hand,
     context: &Context,
@@ -68,7 +68,7 @@ fn look(
     links().zip(collide).for_each(|((_, finger), collides)| hits[finger] |= collides);
 }
 
-/// The query, with every finger opened by its share.
+/// Writes the query, with every finger opened by its share, into `config`.
 fn compose(hand: &Hand, context: &Context, (q, open): (&[f64], &[f64]), shares: &[f64], config: &mut [f64]) {
     let factors = context.checker.scene().space.factors();
     config.copy_from_slice(q);
@@ -80,7 +80,7 @@ fn compose(hand: &Hand, context: &Context, (q, open): (&[f64], &[f64]), shares: 
     }
 }
 
-/// Open fingers; what is locked or not of a finger stays.
+/// Returns the query with all fingers open, except for their locked coordinates.
 fn posture(hand: &Hand, context: &Context, q: &[f64], open: Option<&[f64]>) -> Vec<f64> {
     let factors = context.checker.scene().space.factors();
     let mut posture = q.to_vec();

@@ -1,33 +1,33 @@
-//! What is asked of a release.
+//! Options of a release.
 
 use crate::interface::{setters, words};
 use crate::query::QueryOptions;
 
-/// Options of [`crate::Solver::release`].
+/// Options of a release, see [`crate::Solver::release`].
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub struct ReleaseOptions {
-    /// What is to stay.
+    /// Part of the grasp that the release keeps.
     pub keep: Keep,
-    /// A link touches the object where it is nearer than this \[m\] beyond the clearance.
+    /// Distance beyond the clearance up to which a link touches the object \[m\].
     pub touch: f64,
-    /// Coefficient of friction, for [`super::GraspQuality`]; `None` does not measure it.
+    /// Coefficient of friction, for [`super::GraspQuality`]; with `None` quality is not measured.
     pub friction: Option<f64>,
-    /// A configuration with open fingers: from there each closes on its side of the object; of
-    /// length `nq`. `None` takes 0 for every joint, or the limit nearest to it.
+    /// Configuration with open fingers, of length `nq`, from which each finger closes on its side
+    /// of the object. `None` takes 0 for every joint, or the limit nearest to it.
     pub open: Option<Vec<f64>>,
-    /// Clearance, locked joints and budget; the rest has no effect.
+    /// Clearance, locked joints and budget; the other options have no effect.
     pub query: QueryOptions,
 }
 
-/// What of a grasp is to stay.
+/// Part of a grasp that a release keeps.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[non_exhaustive]
 pub enum Keep {
-    /// The links that touched.
+    /// Keeps the contacts of the links that touched.
     #[default]
     Contacts,
-    /// The pose alone: the nearest free configuration, whatever it touches.
+    /// Keeps the pose alone: the answer is the nearest free configuration, whatever it touches.
     Pose,
 }
 
@@ -44,7 +44,7 @@ setters! {
 }
 
 impl Default for ReleaseOptions {
-    /// Contacts are kept; 2 mm are a touch; friction 0.8.
+    /// Keeps contacts; links touch up to 2 mm, and friction is 0.8.
     fn default() -> Self {
         let query = QueryOptions::default();
         Self { keep: Keep::Contacts, touch: 2e-3, friction: Some(0.8), open: None, query }

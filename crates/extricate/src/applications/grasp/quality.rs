@@ -1,4 +1,4 @@
-//! How well an object is held: which wrenches its contacts can resist.
+//! Measures how well an object is held: which wrenches its contacts can resist.
 
 use serde::Serialize;
 
@@ -18,13 +18,13 @@ use crate::query::Context;
 /// with its largest radius. Friction cones are round, not pyramids.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct GraspQuality {
-    /// Radius of that ball; 0 where the origin is not inside.
+    /// Radius of that ball; 0 if the origin is not inside the hull.
     pub epsilon: f64,
-    /// Whether any wrench can be resisted: `epsilon` is proved to be above 0.
+    /// Whether the contacts can resist any wrench: `epsilon` is proved to be above 0.
     pub force_closure: bool,
 }
 
-/// Of the contacts of the body `object`, with a coefficient of friction.
+/// Measures the contacts of the body `object`, with the coefficient of friction `friction`.
 pub fn quality(context: &Context, object: usize, contacts: &[GraspContact], friction: f64) -> GraspQuality {
     let poses = [crate::math::Pose::identity()];
     let (mut low, mut high) = (Vec3::repeat(f64::INFINITY), Vec3::repeat(f64::NEG_INFINITY));
@@ -41,11 +41,11 @@ pub fn quality(context: &Context, object: usize, contacts: &[GraspContact], fric
     GraspQuality { epsilon, force_closure: epsilon > 0.0 }
 }
 
-/// Where a contact pushes.
+/// Friction cone of a contact.
 struct Cone {
-    /// Unit, into the object.
+    /// Unit normal into the object.
     normal: Vec3,
-    /// From the object's centre, in units of its size.
+    /// Vector from the object's centre to the contact, in units of half the object's longest side.
     arm: Vec3,
 }
 
@@ -54,7 +54,7 @@ impl Cone {
         Self { normal: contact.normal.into(), arm: (Vec3::from(contact.point) - center) / size }
     }
 
-    /// The wrench that is farthest along a direction, of those with a unit normal force.
+    /// Returns the wrench farthest along a direction, of those with a unit normal force.
     fn support(&self, direction: &Wrench, friction: f64) -> Wrench {
         let (force, moment) = (Vec3::from_column_slice(&direction[..3]), Vec3::from_column_slice(&direction[3..]));
         // (arm x f) . moment = f . (moment x arm).
@@ -94,7 +94,7 @@ mod tests {
         quality(&solver.context(), object, &contacts, friction)
     }
 
-    /// Six contacts on the axes of a ball: without friction forces are held and moments not.
+    /// Without friction, six contacts on the axes of a ball resist all forces, but no moments.
     #[test]
     fn moments_need_friction() {
         let axes = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
@@ -108,7 +108,7 @@ mod tests {
         assert!(held.force_closure && (held.epsilon - 0.5 * (2.0_f64 / 3.0).sqrt()).abs() < 1e-3, "{held:?}");
     }
 
-    /// Two opposite contacts do not hold a turn about their line; three around a circle do.
+    /// Two opposite contacts do not resist a moment about their line; three around a circle do.
     #[test]
     fn two_contacts_are_no_force_closure() {
         let side = |angle: f64| {

@@ -1,12 +1,13 @@
-//! The steps of a release.
+//! Releases a grasp, in these steps.
 //!
-//! 1. Which links touch at the query ([`Grip`]); nothing collides: it is the answer.
-//! 2. Where the fingers first touched ([`first_touch`]): there their side of the object is known.
-//! 3. From there a descent to what is nearest to the query, along the contacts.
-//! 4. What touched and no longer does is held: descents in which those pairs may not part.
-//! 5. Where fingers changed their side: the same in stages, from the first touch toward the query;
-//!    a finger stays where it was before it changed.
-//! 6. The exact checker verifies the best.
+//! 1. Find the links that touch at the query ([`Grip`]). A free query is the answer.
+//! 2. Open the fingers to where they first touched ([`first_touch`]): there, their side of the
+//!    object is known.
+//! 3. Descend from there, along the contacts, to what is nearest to the query.
+//! 4. If a link lost its contact, descend again while the pairs that touched may not part.
+//! 5. If fingers changed their side, repeat in stages from the first touch toward the query. A
+//!    finger that changes its side in a stage stays where it was before.
+//! 6. Verify the best with the exact checker.
 
 use super::grip::Grip;
 use super::hand::Hand;
@@ -26,23 +27,25 @@ use crate::query::{Context, Effort, Held, QueryOptions, QueryScratch, Stop, near
 use crate::scene::{PairId, Scene};
 use crate::solver::Solver;
 
-/// What is held may part by this share of a touch: less, and hardly a step is straight enough.
-const BAND: f64 = 0.25;
-/// Stages of the way from the first touch to the query, if fingers changed their side on it.
-const STAGES: usize = 5;
+/// Gap that held pairs may have, as a share of the touch distance. With less, contacts are hardly
+/// straight enough for a step.
+const HELD_GAP_SHARE: f64 = 0.25;
+/// Stages from the first touch to the query, used if fingers changed their side.
+const SIDE_STAGES: usize = 5;
 /// Exits that are compared if descents from the first touch find nothing.
-const EXITS: usize = 4;
+const COMPARED_EXITS: usize = 4;
 
 impl Solver {
-    /// The nearest configuration to `q` at which nothing penetrates and what touched the object
-    /// still does, each finger on its side of it. `None` if nothing free was found, and if a stop
-    /// ends the query before it begins. `q` may lie beyond limits
-    /// ([`crate::ConfigSpace::config_anywhere`]). The scene has to be the one that the hand was
-    /// made for, or one with the same bodies and pairs.
+    /// Searches for the nearest configuration to `q` at which nothing penetrates, what touched the
+    /// object still touches it, and each finger is on its side. Returns `None` if nothing free was
+    /// found, or if a stop ends the query before it begins.
+    ///
+    /// `q` may lie beyond limits ([`crate::ConfigSpace::config_anywhere`]). The scene has to be the
+    /// one that the hand was made for, or one with the same bodies and pairs.
     ///
     /// # Guarantee
-    /// [`Grasp::verified`]: the exact checker called the configuration free, of every checked pair,
-    /// during this call. Nothing is proved of how near it is.
+    /// [`Grasp::verified`]: the exact checker called the configuration free, in every checked pair,
+    /// during this call. Nothing is proved about how near it is.
     ///
     /// # Cost
     /// A few descents: about as much as a query. No model is used.
@@ -53,14 +56,14 @@ impl Solver {
 }
 
 impl Hand {
-    /// The scene with weights of a floating or planar base that make moving the hand about as dear
-    /// as moving its fingers. `None` where the base is fixed, has weights other than 1, or where
-    /// another metric is, which measures the bodies themselves.
+    /// Returns the scene with weights of a floating or planar base that make moving the hand about
+    /// as expensive as moving its fingers. Returns `None` if the base is fixed or has weights other
+    /// than 1. Metrics other than `joint` measure the bodies themselves and give `None` too.
     ///
     /// With equal weights a metre counts as a radian, and the base runs away before a finger moves.
-    /// Here moving the base by the length `l` counts as turning a joint by 1 rad, where `l` is how
-    /// far a radian of a joint moves what it carries, root mean square over the volume and the
-    /// joints.
+    /// With these weights, moving the base by the length `l` counts as turning a joint by 1 rad.
+    /// Here `l` is how far a radian of a joint moves what it carries, root mean square over the
+    /// volume and the joints.
     pub fn weighted(scene: &Scene) -> Option<Scene> {
         let weights = base_weights(scene);
         let named = weights.iter().map(|(name, weights)| (name.as_str(), *weights));
@@ -68,7 +71,6 @@ impl Hand {
     }
 }
 
-/// See [`Solver::release`].
 pub fn release(
     hand: &Hand,
     context: &Context,
@@ -112,7 +114,6 @@ impl Found for Grasp {
     }
 }
 
-/// One release.
 struct Release<'a> {
     hand: &'a Hand,
     context: &'a Context<'a>,
@@ -120,19 +121,19 @@ struct Release<'a> {
     plan: Plan,
     anchor: Anchor,
     scratch: &'a mut QueryScratch,
-    /// The links at the query.
+    /// The grip at the query.
     before: Grip,
-    /// Whether each link touched there.
+    /// Whether each link touched at the query.
     touched: Vec<bool>,
-    /// Where the fingers first touched.
+    /// The grip at the first touch, whose normals define the sides.
     sides: Option<Grip>,
 }
 
-/// What a descent led to.
+/// A free configuration to which a descent led.
 struct Candidate {
     config: Vec<f64>,
     depth: f64,
-    /// Whether each link touched and still does.
+    /// Whether each link touched at the query and still does.
     kept: Vec<bool>,
     /// Whether each finger is on the wrong side.
     turned: Vec<bool>,
@@ -159,7 +160,7 @@ impl<'a> Release<'a> {
         self.scratch.evaluator.label(self.context, q) == Label::Free
     }
 
-    /// Steps 2 to 5.
+    /// Carries out steps 2 to 5.
     fn keeping_contacts(&mut self, q: &[f64]) -> Option<Vec<f64>> {
         let open = self.options.open.as_deref();
         let first = first_touch(self.hand, self.context, q, open, &mut self.scratch.evaluator.check);
@@ -183,8 +184,8 @@ impl<'a> Release<'a> {
         Some(best.config)
     }
 
-    /// Pairs to hold: those of all links that touched, where one of them is lost; or, where that is
-    /// too much to ask, of every finger the link that is nearest.
+    /// Returns the pairs to hold if a link lost its contact: those of all links that touched. If
+    /// `is_modest`: that of the nearest such link of each finger, if a whole finger lost contact.
     fn lost(&mut self, best: Option<&Candidate>, is_modest: bool) -> Vec<PairId> {
         let Self { hand, context, touched, scratch, .. } = self;
         let Some(best) = best else { return self.pairs_of(&self.touched) };
@@ -214,10 +215,10 @@ impl<'a> Release<'a> {
         self.hand.links.iter().zip(links).filter(|(_, is_one)| **is_one).map(|(link, _)| link.pair).collect()
     }
 
-    /// Step 3, with pairs that may not part; of a stage, toward what is its anchor, with
-    /// coordinates that stay.
+    /// Carries out step 3 while the pairs `held` may not part. A stage has an anchor of its own to
+    /// descend toward, and coordinates that stay.
     fn slide(&mut self, from: &[f64], held: &[PairId], stage: Option<(&Anchor, &[bool])>) -> Option<Candidate> {
-        let most = self.context.clearance + BAND * self.options.touch;
+        let most = self.context.clearance + HELD_GAP_SHARE * self.options.touch;
         let (anchor, locked) = stage.unwrap_or((&self.anchor, self.context.locked));
         let context = Context { held: Held { pairs: held, most }, locked, ..*self.context };
         let pruning = Pruning { factor: self.plan.prune_factor, ..Pruning::alone(f64::INFINITY) };
@@ -243,7 +244,7 @@ impl<'a> Release<'a> {
         Candidate { config, depth, kept, turned }
     }
 
-    /// Step 5.
+    /// Carries out step 5.
     fn in_stages(&mut self, first: &[f64], q: &[f64]) -> Option<Candidate> {
         let space = &self.context.checker.scene().space;
         let mut locked = match self.context.locked {
@@ -252,8 +253,8 @@ impl<'a> Release<'a> {
         };
         let (mut at, mut goal, mut anchor) = (first.to_vec(), q.to_vec(), Anchor::default());
         let mut best = None;
-        for stage in 1..=STAGES {
-            space.interpolate(first, q, stage as f64 / STAGES as f64, &mut goal);
+        for stage in 1..=SIDE_STAGES {
+            space.interpolate(first, q, stage as f64 / SIDE_STAGES as f64, &mut goal);
             self.context.metric.anchor(&goal, &mut anchor);
             let mut found = self.slide(&at, &[], Some((&anchor, &locked)));
             if let Some(turned) =
@@ -272,7 +273,8 @@ impl<'a> Release<'a> {
         best
     }
 
-    /// Sides first, then fingers, then links, then how near it is.
+    /// Prefers fewer fingers on the wrong side, then more fingers that touch, more links that
+    /// touch, and the smaller depth.
     fn better(&self, one: Option<Candidate>, other: Option<Candidate>) -> Option<Candidate> {
         let rank = |candidate: &Candidate| {
             let count = |some: &[bool]| some.iter().filter(|is_one| **is_one).count() as i64;
@@ -284,10 +286,10 @@ impl<'a> Release<'a> {
         if is_better { other } else { one }
     }
 
-    /// The nearest free configuration, whatever it touches; of a few, where contacts were to be
-    /// kept, the one that keeps most.
+    /// Returns the nearest free configuration, whatever it touches. If contacts were to be kept, it
+    /// is the one of a few exits that keeps most.
     fn nearest_exit(&mut self, q: &Config) -> Option<Vec<f64>> {
-        let exits = if self.options.keep == Keep::Contacts { EXITS } else { 1 };
+        let exits = if self.options.keep == Keep::Contacts { COMPARED_EXITS } else { 1 };
         let options =
             QueryOptions { effort: Effort::Refined, exits, toward: None, gap: None, ..self.options.query.clone() };
         let checks = self.scratch.evaluator.checks;
@@ -318,7 +320,7 @@ mod tests {
 
     const CURLS: [usize; 3] = [1, 3, 4];
 
-    /// Closes every finger until it touches, and then by so much more.
+    /// Closes every finger until it touches, and then by a further `by()`.
     fn squeezed(checker: &Checker, spread: [f64; 2], by: &mut dyn FnMut() -> f64) -> Vec<f64> {
         let mut scratch = CheckScratch::default();
         let mut q = vec![spread[0], 0.0, spread[1], 0.0, 0.0];
@@ -338,8 +340,8 @@ mod tests {
         solver.release(&hand, &scene.config(q).unwrap(), options)
     }
 
-    /// Whatever the squeeze, nothing penetrates any more, all fingers still touch on their sides,
-    /// and they move about as far as they were squeezed, also where the nearest exit is past the
+    /// Whatever the squeeze, nothing penetrates any more, and nearly all fingers still touch on
+    /// their sides. They move about as far as the squeeze, even if the nearest exit is past the
     /// ball.
     #[test]
     fn squeezed_fingers_are_released_and_still_touch() {
@@ -387,7 +389,7 @@ mod tests {
         options.query.locked = scene.joints_named("locked", ["index_spread", "middle_spread"]).unwrap();
         let grasp = release_of(&scene, &q, &options).unwrap();
         assert!(grasp.verified && grasp.config[0] == q[0] && grasp.config[2] == q[2], "{grasp:?}");
-        // Fingers that may not move leave no answer.
+        // If no joint may move, there is no answer.
         options.query.locked = (0..scene.joints.len()).collect();
         assert_eq!(release_of(&scene, &q, &options), None);
     }

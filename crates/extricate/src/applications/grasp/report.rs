@@ -1,4 +1,4 @@
-//! What is said of a released grasp.
+//! The report of a released grasp.
 
 use serde::Serialize;
 
@@ -15,33 +15,33 @@ use crate::query::evaluate::Evaluator;
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct Grasp {
-    /// The configuration.
+    /// Configuration of all joints.
     pub config: Config,
-    /// How far it is from the query, in the scene's metric.
+    /// Distance from the query, in the scene's metric.
     pub moved: f64,
     /// Whether the exact checker called it free during this call: every checked pair keeps the
-    /// clearance, and joints their limits.
+    /// clearance, and every joint its limits.
     pub verified: bool,
-    /// Where the hand touches the object, link by link.
+    /// Contacts with the object, link by link.
     pub contacts: Vec<GraspContact>,
     /// Names of the links that touched the object, or were in it, at the query.
     pub touched: Vec<String>,
-    /// Names of those that still touch it.
+    /// Names of those links that still touch it.
     pub kept: Vec<String>,
-    /// Fingers that touched, and that still do.
+    /// Number of fingers that touched at the query, and of those that still do.
     pub fingers: [usize; 2],
-    /// Whether every contact that was kept is on its side of the object: its normal is turned by
-    /// less than 90 degrees from where the finger first touches when it closes from open.
+    /// Whether every kept contact is on its side of the object: its normal differs by less than 90
+    /// degrees from that of the first touch when the finger closes from open.
     pub kept_sides: bool,
-    /// Greatest signed depth \[m\] of a link in the object at the query; 0 where none was in it.
+    /// Greatest signed depth \[m\] of a link in the object at the query; 0 if none was in it.
     pub depth_before: f64,
-    /// How well the object is held; `None` where no friction was given.
+    /// How well the object is held; `None` if no friction was given.
     pub quality: Option<GraspQuality>,
-    /// Exact checks and contact evaluations.
+    /// Number of exact checks and contact evaluations.
     pub checks: usize,
 }
 
-/// Says all that is said of a configuration that was found.
+/// Measures a configuration that was found.
 pub(super) fn report(
     hand: &Hand,
     context: &Context,

@@ -1,11 +1,11 @@
-//! Weights of a base that make moving the hand about as dear as moving its fingers.
+//! Weights of a base that make moving the hand about as expensive as moving its fingers.
 
 use super::hand::base_tangents;
 use crate::cspace::Manifold;
 use crate::metric::Metric;
 use crate::scene::{MetricKind, Scene, SceneJoint};
 
-/// See [`super::Hand::weighted`]: of the base of each robot, for translations and the rotation.
+/// Returns each robot's base with its weights for translations and the rotation.
 pub fn base_weights(scene: &Scene) -> Vec<(String, [f64; 2])> {
     let (base, factors) = (base_tangents(scene), scene.space.factors());
     let is_weighted = factors.iter().any(|factor| base.contains(&factor.v) && factor.weight != 1.0);
@@ -24,13 +24,13 @@ pub fn base_weights(scene: &Scene) -> Vec<(String, [f64; 2])> {
     scene.joints.iter().filter(is_base).map(weights).collect()
 }
 
-/// Mean of the squares of those that move anything.
+/// Returns the mean square of the levers that move anything.
 fn mean_square(levers: impl Iterator<Item = f64>) -> Option<f64> {
     let (sum, count) = levers.filter(|lever| *lever > 0.0).fold((0.0, 0), |(sum, n), x| (sum + x * x, n + 1));
     (count > 0).then(|| sum / f64::from(count))
 }
 
-/// The middle of all limits, not turned.
+/// Returns the middle of all limits, with angles and rotations at 0.
 fn middle(scene: &Scene) -> Vec<f64> {
     let mut q = vec![0.0; scene.space.nq()];
     for factor in scene.space.factors() {
@@ -50,8 +50,8 @@ mod tests {
     use crate::error::Error;
     use crate::scene::builtin;
 
-    /// The hand of the cases: of a floating base, the turn of a radian about its middle is some
-    /// finger lengths, and a metre far more.
+    /// A radian of a floating base moves the built-in hand about as far as some finger lengths, and
+    /// a metre moves it far more.
     #[test]
     fn a_base_is_dearer_than_fingers() {
         let scene = crate::applications::grasp::hand::tests::with_ball(0.03);

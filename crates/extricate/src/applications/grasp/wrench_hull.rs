@@ -1,84 +1,81 @@
-//! How far the origin of six dimensions is inside a convex set of which the support function is
-//! known.
+//! Measures how deep the origin lies in a convex set of six dimensions, given its support function.
 //!
-//! No library that is kept does this: those that build hulls build the whole one, of all points,
-//! where only its nearest facets count and round cones have no last point.
+//! No maintained library does this: those that build hulls build the whole hull of all points. Here
+//! only its nearest facets count, and round cones have no last point.
 
 use std::collections::{BinaryHeap, HashMap};
 
-/// A force and a moment.
-pub type Wrench = [f64; SIZE];
+/// A force and a moment, three numbers each.
+pub type Wrench = [f64; DIMENSIONS];
 
-const SIZE: usize = 6;
-/// The result is told to this share of itself.
-const SHARE: f64 = 1e-3;
-/// What is not farther than this is none: the set holds unit forces, arms of about 1.
-const NONE: f64 = 1e-9;
-/// Most points that the polytope grows by.
-const MOST: usize = 3000;
+const DIMENSIONS: usize = 6;
+/// Relative error up to which the radius is computed.
+const RELATIVE_ERROR: f64 = 1e-3;
+/// Lengths up to this count as 0: the set holds unit forces, with arms of about 1.
+const ZERO_LENGTH: f64 = 1e-9;
+/// Maximum number of points that the polytope grows by.
+const MAX_POINTS: usize = 3000;
 
-/// The radius of the largest ball around the origin in the convex hull of what `support` tells,
-/// from below; 0 where the origin is not inside. `support` gives a point of the set that is
-/// farthest along a direction, `None` of an empty set.
+/// Returns a lower bound on the radius of the largest ball around the origin in a convex set; 0 if
+/// the origin is not inside. `support` returns a point of the set that is farthest along a
+/// direction, or `None` for an empty set.
 ///
 /// # Source
 /// Y. Zheng, "An efficient algorithm for a grasp quality measure", IEEE Transactions on Robotics
-/// 29(2), 2013, doi:10.1109/TRO.2012.2222274: a polytope inside the set grows by the support point
+/// 29(2), 2013, doi:10.1109/TRO.2012.2222274. A polytope inside the set grows by the support point
 /// of its facet nearest to the origin, until that facet is one of the set. Deviation: the polytope
-/// need not hold the origin at first; facets that leave it outside have negative distances, and are
-/// the nearest.
+/// need not hold the origin at first. Facets that leave it outside have negative distances, and
+/// count as the nearest.
 pub fn least_support(support: impl Fn(&Wrench) -> Option<Wrench>) -> f64 {
     let Some(mut polytope) = Polytope::simplex(&support) else { return 0.0 };
-    for _ in 0..MOST {
+    for _ in 0..MAX_POINTS {
         let Some(facet) = polytope.nearest() else { return 0.0 };
         let Facet { normal, offset, .. } = polytope.facets[facet];
         let Some(point) = support(&normal) else { return 0.0 };
         let ahead = dot(&normal, &point);
-        if ahead <= NONE {
+        if ahead <= ZERO_LENGTH {
             return 0.0;
         }
-        if offset > NONE && ahead - offset <= SHARE * ahead || !polytope.grow(facet, point) {
-            return if offset > NONE { offset } else { 0.0 };
+        if offset > ZERO_LENGTH && ahead - offset <= RELATIVE_ERROR * ahead || !polytope.grow(facet, point) {
+            return if offset > ZERO_LENGTH { offset } else { 0.0 };
         }
     }
-    // It has not come to an end: what it holds so far.
+    // The points are spent; the polytope so far still gives a lower bound.
     polytope.nearest().map_or(0.0, |facet| polytope.facets[facet].offset.max(0.0))
 }
 
 #[derive(Clone, Copy)]
 struct Facet {
-    vertices: [usize; SIZE],
-    /// Across the ridge opposite to each vertex.
-    neighbors: [usize; SIZE],
-    /// Unit, outward.
+    vertices: [usize; DIMENSIONS],
+    /// Facet across the ridge opposite to each vertex.
+    neighbors: [usize; DIMENSIONS],
+    /// Unit outward normal of its plane.
     normal: Wrench,
-    /// Of its plane from the origin.
+    /// Distance of its plane from the origin, negative if the origin is outside.
     offset: f64,
     is_gone: bool,
 }
 
-/// A convex polytope, its facets simplices.
+/// A convex polytope whose facets are simplices.
 struct Polytope {
     points: Vec<Wrench>,
-    /// A point inside.
     center: Wrench,
     facets: Vec<Facet>,
-    /// Nearest first.
     queue: BinaryHeap<Nearer>,
 }
 
 impl Polytope {
-    /// Seven points of the set that span the space; `None` where it is flat.
+    /// Makes a simplex of seven points of the set; `None` if the set is flat.
     fn simplex(support: impl Fn(&Wrench) -> Option<Wrench>) -> Option<Self> {
         let mut points = vec![support(&unit(0))?];
         let mut spanned: Vec<Wrench> = Vec::new();
-        while points.len() <= SIZE {
+        while points.len() <= DIMENSIONS {
             let direction = across(&spanned);
             let first = points[0];
             let height = |point: &Wrench| dot(&direction, point) - dot(&direction, &first);
             let candidates = [support(&direction)?, support(&direction.map(|x| -x))?];
             let farthest = candidates.into_iter().max_by(|a, b| height(a).abs().total_cmp(&height(b).abs()))?;
-            if height(&farthest).abs() < NONE {
+            if height(&farthest).abs() < ZERO_LENGTH {
                 return None;
             }
             spanned.push(normalized(orthogonal(&difference(&farthest, &first), &spanned))?);
@@ -86,7 +83,7 @@ impl Polytope {
         }
         let center = std::array::from_fn(|k| points.iter().map(|point| point[k]).sum::<f64>() / points.len() as f64);
         let mut polytope = Self { points, center, facets: Vec::new(), queue: BinaryHeap::new() };
-        for left_out in 0..=SIZE {
+        for left_out in 0..=DIMENSIONS {
             let vertices = std::array::from_fn(|k| k + usize::from(k >= left_out));
             // Facet number i is the one without point i.
             polytope.add(vertices, vertices);
@@ -94,17 +91,17 @@ impl Polytope {
         Some(polytope)
     }
 
-    fn add(&mut self, vertices: [usize; SIZE], neighbors: [usize; SIZE]) {
+    fn add(&mut self, vertices: [usize; DIMENSIONS], neighbors: [usize; DIMENSIONS]) {
         let (normal, offset) = self.plane(&vertices);
         self.queue.push(Nearer { offset, facet: self.facets.len() });
         self.facets.push(Facet { vertices, neighbors, normal, offset, is_gone: false });
     }
 
-    /// Outward normal and offset of the plane through the vertices; one that nothing is beyond
-    /// where they lie in no plane of their own.
-    fn plane(&self, vertices: &[usize; SIZE]) -> (Wrench, f64) {
+    /// Returns the outward normal and the offset of the plane through the vertices. If they span no
+    /// plane, the offset is infinite, so that no point lies beyond.
+    fn plane(&self, vertices: &[usize; DIMENSIONS]) -> (Wrench, f64) {
         let first = self.points[vertices[0]];
-        let mut spanned: Vec<Wrench> = Vec::with_capacity(SIZE);
+        let mut spanned: Vec<Wrench> = Vec::with_capacity(DIMENSIONS);
         for vertex in &vertices[1..] {
             let edge = orthogonal(&difference(&self.points[*vertex], &first), &spanned);
             match normalized(edge) {
@@ -118,7 +115,7 @@ impl Polytope {
         (normal, dot(&normal, &first))
     }
 
-    /// The facet whose plane is nearest, or farthest on the wrong side of the origin.
+    /// Returns the facet of least offset, which is negative on the wrong side of the origin.
     fn nearest(&mut self) -> Option<usize> {
         while let Some(Nearer { facet, .. }) = self.queue.peek() {
             if !self.facets[*facet].is_gone {
@@ -129,7 +126,7 @@ impl Polytope {
         None
     }
 
-    /// Adds a point beyond a facet; whether there was anything to add.
+    /// Adds a point if it lies beyond a facet; returns whether it does.
     fn grow(&mut self, facet: usize, point: Wrench) -> bool {
         let beyond = |facet: &Facet| dot(&facet.normal, &point) > facet.offset + 1e-12;
         if !beyond(&self.facets[facet]) {
@@ -154,16 +151,16 @@ impl Polytope {
             }
             at += 1;
         }
-        // Ridges of the new facets, by their vertices: where the first of the two is, and which of
-        // its neighbours the other is.
-        let mut open: HashMap<[usize; SIZE - 1], (usize, usize)> = HashMap::new();
+        // Ridges of new facets that lack their second facet, by vertices: the first facet, and the
+        // index of the missing neighbour.
+        let mut open: HashMap<[usize; DIMENSIONS - 1], (usize, usize)> = HashMap::new();
         for (mut vertices, k, old, other) in horizon {
             let new = self.facets.len();
             vertices[k] = vertex;
             let across = self.facets[other].neighbors.iter().position(|neighbor| *neighbor == old);
             across.into_iter().for_each(|across| self.facets[other].neighbors[across] = new);
-            let mut neighbors = [other; SIZE];
-            for j in (0..SIZE).filter(|j| *j != k) {
+            let mut neighbors = [other; DIMENSIONS];
+            for j in (0..DIMENSIONS).filter(|j| *j != k) {
                 let mut ridge = std::array::from_fn(|i| vertices[i + usize::from(i >= j)]);
                 ridge.sort_unstable();
                 match open.remove(&ridge) {
@@ -182,7 +179,7 @@ impl Polytope {
     }
 }
 
-/// In the queue of facets.
+/// Entry of the queue: the greatest is the facet of least offset.
 struct Nearer {
     offset: f64,
     facet: usize,
@@ -220,8 +217,8 @@ fn difference(a: &Wrench, b: &Wrench) -> Wrench {
     std::array::from_fn(|k| a[k] - b[k])
 }
 
-/// What of a vector is at right angles to some of unit length that are so among themselves. Twice,
-/// because once leaves what rounding took.
+/// Returns the part of a vector orthogonal to `others`, which are orthonormal. The second pass
+/// removes what rounding left in the first.
 fn orthogonal(vector: &Wrench, others: &[Wrench]) -> Wrench {
     let mut rest = *vector;
     for other in others.iter().chain(others) {
@@ -233,12 +230,12 @@ fn orthogonal(vector: &Wrench, others: &[Wrench]) -> Wrench {
 
 fn normalized(vector: Wrench) -> Option<Wrench> {
     let length = dot(&vector, &vector).sqrt();
-    (length > NONE).then(|| vector.map(|x| x / length))
+    (length > ZERO_LENGTH).then(|| vector.map(|x| x / length))
 }
 
-/// A unit vector at right angles to all of them, fewer than six.
+/// Returns a unit vector orthogonal to `others`, which are orthonormal and fewer than six.
 fn across(others: &[Wrench]) -> Wrench {
-    let rests = (0..SIZE).map(|axis| orthogonal(&unit(axis), others));
+    let rests = (0..DIMENSIONS).map(|axis| orthogonal(&unit(axis), others));
     let longest = rests.max_by(|a, b| dot(a, a).total_cmp(&dot(b, b)));
     longest.and_then(normalized).unwrap_or_else(|| unit(0))
 }
@@ -252,7 +249,7 @@ mod tests {
         least_support(|direction| points.iter().copied().max_by(|a, b| dot(a, direction).total_cmp(&dot(b, direction))))
     }
 
-    /// The cross-polytope is 1 / sqrt(6) deep, the box 1, a ball its radius.
+    /// The cross-polytope is 1 / sqrt(6) deep, the box 1, the ellipsoid its shortest half axis.
     #[test]
     fn known_depths() {
         let crosses: Vec<Wrench> = (0..6).flat_map(|k| [unit(k), unit(k).map(|x| -x)]).collect();
@@ -280,8 +277,8 @@ mod tests {
         assert_eq!(of_points(&[]), 0.0);
     }
 
-    /// Against the slow twin: the least of the support function over random directions, from above,
-    /// and descents of it.
+    /// Compares with a slow twin: the least support over random directions, each improved by random
+    /// steps. It is never below the true depth.
     #[test]
     fn no_direction_has_less_support() {
         let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(3);

@@ -1,13 +1,13 @@
-//! Motions: paths whose every edge is proved, from what queries and the exact checker say.
+//! Motions: paths whose every edge is proved, from queries and the exact checker.
 //!
-//! Read in this order: `prover` (what is proved, counted and limited), `nodes` (configurations and
-//! which are nearest), `rrt_connect`, `shortcut`, `path`; then the questions: `escape`, `roadmap`
+//! Read in this order: `prover` (proofs, counted and limited), `nodes` (configurations and a search
+//! for the nearest), `rrt_connect`, `shortcut`, `path`; then the applications: `escape`, `roadmap`
 //! with `plan`, and `repair`.
 //!
 //! An edge is the geodesic between two configurations ([`crate::ConfigSpace::interpolate`]). It is
-//! proved free by [`crate::Checker::segment`]'s argument, never by samples. A *check* is one
+//! proved free by the argument of [`crate::Checker::segment`], never by samples. A *check* is one
 //! configuration at which the exact checker evaluated anything: a label, contacts, or one stretch
-//! of a proof. No smoothing, no time.
+//! of a proof. Paths are not smoothed and have no times.
 
 pub mod escape;
 mod nodes;

@@ -1,15 +1,15 @@
-//! Configurations that are added one by one, and which of them are nearest.
+//! Configurations that are added one by one, and a search for the nearest.
 
 use kdtree::KdTree;
 use kdtree::distance::squared_euclidean;
 
 use crate::metric::{Metric, MetricScratch};
 
-/// Points of a leaf of the tree.
-const LEAF: usize = 32;
+/// Points in a leaf of the tree.
+const LEAF_POINTS: usize = 32;
 
-/// Configurations, found by the embedding of the scene's metric: nearest means nearest there, where
-/// distances are at most those of the metric.
+/// Configurations, indexed by the embedding of the scene's metric. Nearest means nearest in the
+/// embedding, where distances are at most those of the metric.
 pub struct Nodes<'a> {
     metric: &'a Metric,
     nq: usize,
@@ -18,45 +18,40 @@ pub struct Nodes<'a> {
 }
 
 impl<'a> Nodes<'a> {
-    /// None.
     pub fn new(metric: &'a Metric) -> Self {
         let nq = metric.scene().space.nq();
-        let tree = KdTree::with_capacity(metric.embedding_len(), LEAF);
+        let tree = KdTree::with_capacity(metric.embedding_len(), LEAF_POINTS);
         Self { metric, nq, configs: Vec::new(), tree }
     }
 
-    /// What is measured by.
     pub fn metric(&self) -> &'a Metric {
         self.metric
     }
 
-    /// How many there are.
     pub fn len(&self) -> usize {
         self.configs.len() / self.nq
     }
 
-    /// One of them.
     pub fn config(&self, index: usize) -> &[f64] {
         &self.configs[index * self.nq..][..self.nq]
     }
 
-    /// Adds one, which is finite, and gives its index.
+    /// Adds a finite configuration and returns its index.
     pub fn push(&mut self, q: &[f64]) -> usize {
         let (index, point) = (self.len(), self.embedded(q));
         self.configs.extend_from_slice(q);
-        // The tree refuses points that are not finite or of another length; configurations are
-        // neither.
+        // The tree refuses only points that are not finite or of another length.
         let added = self.tree.add(point, index);
         debug_assert!(added.is_ok(), "{added:?}");
         index
     }
 
-    /// The nearest to `q`; `None` where there are none.
+    /// Returns the node nearest to `q`; `None` if there are none.
     pub fn nearest(&self, q: &[f64]) -> Option<usize> {
         self.near(q, 1).first().copied()
     }
 
-    /// The `count` nearest to `q`, nearest first.
+    /// Returns the `count` nodes nearest to `q`, nearest first.
     pub fn near(&self, q: &[f64], count: usize) -> Vec<usize> {
         let point = self.embedded(q);
         let found = self.tree.nearest(&point, count, &squared_euclidean).unwrap_or_default();

@@ -1,40 +1,37 @@
-//! Labels and proofs of edges in one set of configurations, counted, until a budget is spent.
+//! Labels configurations and proves edges in one set, and counts checks until a budget is spent.
 
 use crate::collision::{CheckScratch, Checker, SegmentBudget, SegmentOptions, SegmentOutcome, prove};
 use crate::cspace::Label;
 use crate::query::{Deadline, Termination};
 
-/// What may be asked of a set: of the free configurations, or of those that a checker with other
-/// clearances of its pairs ([`Checker::with_floors`]) calls so.
+/// Evaluates a set of configurations: the free ones, or those that a checker with other clearances
+/// of its pairs ([`Checker::with_floors`]) calls free.
 pub struct Prover<'a> {
-    /// Whose set it is.
+    /// The checker that defines the set.
     pub checker: &'a Checker,
     scratch: CheckScratch,
-    /// Of the proofs of edges \[m\].
+    /// Resolution of the proofs of edges \[m\].
     resolution: f64,
-    /// Configurations that were evaluated.
+    /// Number of configurations evaluated so far.
     pub checks: usize,
     limit: Deadline,
 }
 
 impl<'a> Prover<'a> {
-    /// Spends nothing yet.
     pub fn new(checker: &'a Checker, resolution: f64, limit: Deadline) -> Self {
         Self { checker, scratch: CheckScratch::default(), resolution, checks: 0, limit }
     }
 
-    /// Whether no more is to be asked.
     pub fn is_spent(&self) -> bool {
         self.limit.is_reached(self.checks)
     }
 
-    /// What of the budget is left, for a query that is part of the same work.
+    /// Returns the rest of the budget, for a query that is part of the same work.
     pub fn left(&self) -> Termination {
         self.limit.left(self.checks)
     }
 
-    /// Lets no more than so many further checks be spent, until [`Prover::unlimit`] has what is
-    /// returned.
+    /// Allows at most `checks` further checks. Returns the limit before, for [`Prover::unlimit`].
     pub fn limited(&mut self, checks: usize) -> Option<usize> {
         let before = self.limit.checks;
         let most = self.checks.saturating_add(checks);
@@ -42,19 +39,19 @@ impl<'a> Prover<'a> {
         before
     }
 
-    /// See [`Prover::limited`].
+    /// Restores the limit that [`Prover::limited`] returned.
     pub fn unlimit(&mut self, before: Option<usize>) {
         self.limit.checks = before;
     }
 
-    /// Whether a configuration within its limits is in the set.
+    /// Whether `q` is within its limits and in the set.
     pub fn holds(&mut self, q: &[f64]) -> bool {
         self.checks += 1;
         self.checker.scene().space.is_within(q) && self.checker.label(q, &mut self.scratch) == Label::Free
     }
 
-    /// Whether the whole edge from `a`, which is in the set, is proved to be in it before the
-    /// budget is spent.
+    /// Whether the whole edge from `a`, which has to be in the set, is proved to lie in it before
+    /// the budget is spent.
     pub fn proves(&mut self, a: &[f64], b: &[f64]) -> bool {
         let (limit, spent) = (&self.limit, self.checks);
         let budget = SegmentBudget { is_spent: &|checks| limit.is_reached(spent + checks), ..SegmentBudget::UNLIMITED };
@@ -63,8 +60,8 @@ impl<'a> Prover<'a> {
         proved.is_free
     }
 
-    /// The fraction of the edge from `a` up to which it is proved to be in the set before the
-    /// budget is spent: 1 where all of it is.
+    /// Returns the fraction of the edge from `a` up to which it is proved to lie in the set before
+    /// the budget is spent; 1 for the whole edge.
     pub fn proved_until(&mut self, a: &[f64], b: &[f64]) -> f64 {
         let options = SegmentOptions { resolution: self.resolution };
         let (limit, spent) = (&self.limit, self.checks);
@@ -77,7 +74,7 @@ impl<'a> Prover<'a> {
         }
     }
 
-    /// Memory of checks, for what else is asked of the same checker.
+    /// Memory of the checker, for other evaluations by it.
     pub fn scratch(&mut self) -> &mut CheckScratch {
         &mut self.scratch
     }

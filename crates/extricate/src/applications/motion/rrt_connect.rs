@@ -9,7 +9,7 @@ use crate::metric::Metric;
 /// Draws a configuration to grow toward.
 pub type Sample<'a> = dyn FnMut(&mut ChaCha8Rng, &mut [f64]) + 'a;
 
-/// Two trees, from some configurations to others; it goes on where it was left.
+/// Two trees, from some configurations to others. They grow on from where they were left.
 ///
 /// # Source
 /// J. J. Kuffner and S. M. LaValle, "RRT-Connect: an efficient approach to single-query path
@@ -17,20 +17,20 @@ pub type Sample<'a> = dyn FnMut(&mut ChaCha8Rng, &mut [f64]) + 'a;
 /// sampled, and either tree may have several roots.
 pub struct RrtConnect<'a> {
     trees: [Tree<'a>; 2],
-    /// Which tree grows next.
+    /// Index of the tree that grows next.
     grows: usize,
     /// Longest edge, in metric units.
     range: f64,
 }
 
 impl<'a> RrtConnect<'a> {
-    /// The roots of both trees, all in the set in which they are to grow.
+    /// Takes the roots of both trees, all in the set in which they are to grow.
     pub fn new(metric: &'a Metric, roots: [&[Vec<f64>]; 2], range: f64) -> Self {
         Self { trees: roots.map(|roots| Tree::new(metric, roots)), grows: 0, range }
     }
 
-    /// Grows until the trees meet: a path from one of the first roots to one of the second, all in
-    /// the prover's set. `None` where the budget ends before.
+    /// Grows until the trees meet: returns a path in the prover's set, from one of the first roots
+    /// to one of the second. Returns `None` if the budget ends before.
     ///
     /// # Guarantee
     /// Every edge is proved. The same roots, random numbers and budgets of checks give the same
@@ -55,7 +55,8 @@ impl<'a> RrtConnect<'a> {
         None
     }
 
-    /// Of each tree the nodes that grew, and the node each of them grew from, roots counted first.
+    /// Returns the grown nodes of each tree, with indices of their parents. Roots are counted
+    /// first.
     pub fn grown(&self) -> [Vec<(Vec<f64>, usize)>; 2] {
         [0, 1].map(|side| {
             let tree = &self.trees[side];
@@ -64,8 +65,8 @@ impl<'a> RrtConnect<'a> {
         })
     }
 
-    /// The branch to a node of the first tree, then that from a node of the second, where both
-    /// stand at the same configuration.
+    /// Joins the branches to a node of the first tree and to one of the second at the same
+    /// configuration.
     fn joined(&self, [first, second]: [usize; 2]) -> Vec<Vec<f64>> {
         let [from, to] = &self.trees;
         let mut path = from.branch(first);
@@ -89,8 +90,8 @@ impl<'a> Tree<'a> {
         Self { nodes, parents: vec![None; roots.len()] }
     }
 
-    /// One edge from the nearest node toward `target`, at most `range` long: the node that it ends
-    /// in, and whether that is at the target. `None` where it is not proved.
+    /// Adds an edge from the nearest node toward `target`, at most `range` long. Returns its end
+    /// and whether that is at the target; `None` if the edge is not proved.
     fn extend(&mut self, prover: &mut Prover, target: &[f64], range: f64) -> Option<(usize, bool)> {
         let near = self.nodes.nearest(target)?;
         let from = self.nodes.config(near);
@@ -109,7 +110,7 @@ impl<'a> Tree<'a> {
         Some((self.nodes.push(&to), distance <= range))
     }
 
-    /// A node, its parent and so on to the root.
+    /// Returns the configurations of a node, its parent and so on to the root.
     fn branch(&self, node: usize) -> Vec<Vec<f64>> {
         let up = std::iter::successors(Some(node), |node| self.parents[*node]);
         up.map(|node| self.nodes.config(node).to_vec()).collect()

@@ -1,27 +1,27 @@
-//! Shorter paths: edges between points that were not neighbours, where they are proved.
+//! Shortens paths by proved edges between points that were not neighbours.
 
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 
 use super::prover::Prover;
 
-/// Attempts for each point of the path, and the fewest. More shorten what trees give by less than a
-/// hundredth each.
-const ATTEMPTS_A_POINT: usize = 2;
-const LEAST_ATTEMPTS: usize = 10;
+/// Attempts for each point of the path, and the fewest. Raising either shortens paths of trees by
+/// less than a hundredth.
+const ATTEMPTS_PER_POINT: usize = 2;
+const MIN_ATTEMPTS: usize = 10;
 
-/// Removes points that are not needed: edges between random points, then from each point to the one
-/// after its neighbour.
+/// Removes points that are not needed: tries edges between random points, then from each point to
+/// the one after its neighbour.
 ///
 /// # Guarantee
-/// Every edge of the result is proved, where those of the path are. The ends stay.
+/// Every edge of the result is proved if all edges of the path are. The ends stay.
 ///
 /// # Source
 /// The shortcut heuristic as R. Geraerts and M. H. Overmars describe it, "Creating high-quality
-/// paths for motion planning", IJRR 26(8), 2007, doi:10.1177/0278364907079280. Here between points
-/// of the path alone.
+/// paths for motion planning", IJRR 26(8), 2007, doi:10.1177/0278364907079280. Deviation: edges
+/// join points of the path only.
 pub fn shortcut(prover: &mut Prover, points: &mut Vec<Vec<f64>>, rng: &mut ChaCha8Rng) {
-    let attempts = LEAST_ATTEMPTS.max(ATTEMPTS_A_POINT * points.len());
+    let attempts = MIN_ATTEMPTS.max(ATTEMPTS_PER_POINT * points.len());
     for _ in 0..attempts {
         if points.len() < 3 || prover.is_spent() {
             return;

@@ -1,4 +1,4 @@
-//! What tests of motions share: colliding configurations, and a judge that samples.
+//! Shared by tests of motions: labelled configurations, samples along a path, and a scene.
 
 use std::path::Path;
 
@@ -8,7 +8,7 @@ use crate::cspace::{Config, Label};
 use crate::scene::assemble::assemble;
 use crate::solver::Solver;
 
-/// The first `count` configurations of a low-discrepancy sequence that have this label.
+/// Returns the first `count` configurations of a low-discrepancy sequence with this label.
 pub fn labelled(checker: &Checker, label: Label, count: usize, seed: u64) -> Vec<Config> {
     let space = &checker.scene().space;
     let (halton, mut scratch) = (Halton::new(space.nv(), seed), CheckScratch::default());
@@ -26,7 +26,7 @@ pub fn labelled(checker: &Checker, label: Label, count: usize, seed: u64) -> Vec
     found
 }
 
-/// Calls `each` with configurations along a path, at most one a hundredth of a unit apart.
+/// Calls `each` with configurations along a path, at most a hundredth of a unit apart.
 pub fn along(checker: &Checker, points: &[Vec<f64>], mut each: impl FnMut(&[f64])) {
     let space = &checker.scene().space;
     let mut p = vec![0.0; space.nq()];
@@ -39,8 +39,8 @@ pub fn along(checker: &Checker, points: &[Vec<f64>], mut each: impl FnMut(&[f64]
     }
 }
 
-/// A peg of 1 x 1 x 4.5 m, floating, over a square hole of this width [m] in a plate 3 m thick,
-/// which fills its bounds; from above it to below.
+/// A floating peg of 1 x 1 x 4.5 m, with ends above and below a plate 3 m thick that fills its
+/// bounds. The plate has a square hole of the width `hole` \[m\].
 pub fn peg(hole: f64) -> (Solver, [Config; 2]) {
     let urdf = r#"<robot name="peg"><link name="peg"><collision><geometry><box size="1 1 4.5"/></geometry></collision></link></robot>"#;
     let side = (10.0 - hole) / 2.0;

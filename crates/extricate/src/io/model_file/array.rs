@@ -2,7 +2,6 @@
 
 use safetensors::tensor::Dtype;
 
-/// A tensor to be.
 pub struct Array {
     pub name: &'static str,
     pub dtype: Dtype,

@@ -1,13 +1,15 @@
-//! What a model file holds though it could be made anew from the rest, because that takes most of
-//! the time of loading a model: the indices of samples and exits, the planes of exits, the trees
-//! and the convex pieces of meshes.
+//! Arrays of a model file that could be made anew from the rest. They are stored because making
+//! them takes most of the time of loading: indices of samples and solved samples, planes of solved
+//! samples, trees and convex pieces of meshes.
 //!
 //! `index.lists`, `index.centres`, `index.margins`, `index.basis` (see [`IndexArrays`]), the same
 //! of `exits`; `planes.counts`, `planes.pairs`, `planes.columns`, `planes.numbers` (see
 //! [`ContactPlaneArrays`]); `pieces.counts`, `pieces.coarse`, `pieces.fine`, `pieces.sizes`,
 //! `pieces.points` (see [`PieceArrays`]); `trees.counts`, `trees.elements`, `trees.order` (see
-//! [`TreeArrays`]). No proof and no verification rests on any of it (wrong pieces could lower a
-//! bound, never raise one), and none of it is taken that does not fit the rest.
+//! [`TreeArrays`]).
+//!
+//! No proof and no verification rests on any of it: wrong pieces could lower a bound, but never
+//! raise one. Arrays that do not fit the rest are refused.
 
 use std::sync::Arc;
 
@@ -22,23 +24,22 @@ use crate::samples::arrays::{IndexArrays, Mismatch, SampleArrays};
 use crate::samples::contact_planes::ContactPlaneArrays;
 use crate::scene::Scene;
 
-/// The names of an index: of its lists, centres, margins and basis.
+/// Names of an index's lists, centres, margins and basis.
 type Names = [&'static str; 4];
 
-const ALL: Names = ["index.lists", "index.centres", "index.margins", "index.basis"];
-const EXITS: Names = ["exits.lists", "exits.centres", "exits.margins", "exits.basis"];
+const SAMPLE_INDEX: Names = ["index.lists", "index.centres", "index.margins", "index.basis"];
+const SOLVED_INDEX: Names = ["exits.lists", "exits.centres", "exits.margins", "exits.basis"];
 
-/// The arrays of a model.
 pub fn arrays(model: &Model) -> Vec<Array> {
     let SampleArrays { all, solved, tangents } = model.boundary().kept();
     let ContactPlaneArrays { counts, pairs, columns, numbers } = tangents;
     let pieces = model.prepared().checker().kept_pieces();
     let trees = model.prepared().checker().kept_trees();
-    let mut arrays = Vec::from(of_index(ALL, &all));
-    arrays.extend(solved.iter().flat_map(|solved| of_index(EXITS, solved)));
+    let mut arrays = Vec::from(of_index(SAMPLE_INDEX, &all));
+    arrays.extend(solved.iter().flat_map(|solved| of_index(SOLVED_INDEX, solved)));
     arrays.extend([
         array("planes.counts", Dtype::U8, &counts, u8::to_le_bytes),
-        // Two bytes are enough as a rule, and a tenth of the file.
+        // Two bytes are enough as a rule, which makes the file smaller.
         match pairs.iter().map(|pair| u16::try_from(*pair)).collect::<Result<Vec<u16>, _>>() {
             Ok(pairs) => array("planes.pairs", Dtype::U16, &pairs, u16::to_le_bytes),
             Err(_) => array("planes.pairs", Dtype::U32, &pairs, u32::to_le_bytes),
@@ -71,10 +72,10 @@ fn array<T: Copy, const N: usize>(name: &'static str, dtype: Dtype, numbers: &[T
     Array { name, dtype, shape: vec![numbers.len()], bytes }
 }
 
-/// The checker of `scene` with the trees that were kept of it.
+/// Makes the checker of `scene` with its stored trees.
 ///
 /// # Errors
-/// Which array is missing or does not fit, and what was expected of it.
+/// The array that is missing or does not fit, and what was expected of it.
 pub fn checker(tensors: &SafeTensors, scene: Arc<Scene>) -> Result<Checker, String> {
     let trees = TreeArrays {
         counts: numbers(tensors, "trees.counts", Dtype::U32, u32::from_le_bytes)?,
@@ -85,10 +86,10 @@ pub fn checker(tensors: &SafeTensors, scene: Arc<Scene>) -> Result<Checker, Stri
     Checker::with_trees(scene, &trees).ok_or_else(|| expected.into())
 }
 
-/// Gives `checker` the pieces that were kept of its meshes.
+/// Gives `checker` the stored pieces of its meshes.
 ///
 /// # Errors
-/// Which array is missing or does not fit, and what was expected of it.
+/// The array that is missing or does not fit, and what was expected of it.
 pub fn restore_pieces(tensors: &SafeTensors, checker: &Checker) -> Result<(), String> {
     let pieces = PieceArrays {
         counts: numbers(tensors, "pieces.counts", Dtype::U32, u32::from_le_bytes)?,
@@ -103,10 +104,10 @@ pub fn restore_pieces(tensors: &SafeTensors, checker: &Checker) -> Result<(), St
     Err("`pieces`: expected hulls in the boxes of the meshes, around all of their vertices".into())
 }
 
-/// The samples `configs`, of which the last `exits` are exits, with what was kept of them.
+/// Makes the sample set of `configs`, the last `exits` of which are solved, and stored arrays.
 ///
 /// # Errors
-/// Which array is missing or does not fit, and what was expected of it.
+/// The array that is missing or does not fit, and what was expected of it.
 pub fn restore(
     tensors: &SafeTensors,
     checker: &Checker,
@@ -127,8 +128,8 @@ pub fn restore(
         columns: numbers(tensors, "planes.columns", Dtype::U8, u8::from_le_bytes)?,
         numbers: numbers(tensors, "planes.numbers", Dtype::F32, f32::from_le_bytes)?,
     };
-    let of_solved = (exits > 0).then(|| index(tensors, EXITS)).transpose()?;
-    let kept = SampleArrays { all: index(tensors, ALL)?, solved: of_solved, tangents };
+    let of_solved = (exits > 0).then(|| index(tensors, SOLVED_INDEX)).transpose()?;
+    let kept = SampleArrays { all: index(tensors, SAMPLE_INDEX)?, solved: of_solved, tangents };
     let scene = checker.scene();
     let sizes = [scene.space.nq(), scene.space.nv(), scene.pairs.len()];
     SampleSet::restored(metric, sizes, configs, exits, &kept)
@@ -144,10 +145,10 @@ fn index(tensors: &SafeTensors, [lists, centres, margins, basis]: Names) -> Resu
     })
 }
 
-/// The numbers of an array.
+/// Returns the numbers of an array.
 ///
 /// # Errors
-/// Where it is missing, or of another type.
+/// The array is missing or of another type.
 pub fn numbers<T, const N: usize>(
     tensors: &SafeTensors,
     name: &str,

@@ -1,15 +1,14 @@
-//! The model file: bytes to [`Model`] and back. No file access (see `store`).
+//! The model file: bytes to [`Model`] and back, without file access.
 //!
 //! A safetensors container, so that NumPy reads the arrays: `boundary` (f64, samples x nq; the
-//! first `stand_ins` of the statistics are stand-ins, the last `exits` exits), `scene` and
-//! `classifier` (postcard, u8); and what could be made anew from these, but takes long, as
-//! `derived.rs` describes. Its one metadata entry, `extricate`, is JSON: format version,
-//! statistics, and the BLAKE3 hash of everything else.
+//! first `stand_ins` of the statistics are stand-ins, the last `solved_samples` solved samples),
+//! `scene` and `classifier` (postcard, u8), and those that `derived.rs` describes. Its one metadata
+//! entry, `extricate`, is JSON: format version, statistics, and the BLAKE3 hash of everything else.
 //!
-//! The hash tells damage, not harm: anyone can make one. So each structure says itself whether what
-//! was read is what it would have written, before it is used:
+//! The hash reveals damage, not malice: anyone can make one. So each structure checks, before it is
+//! used, that what was read is what it would have written:
 //!
-//! | what is read | who looks at it |
+//! | what is read | checked by |
 //! |---|---|
 //! | scene: every field of the tree, bodies, shapes, pairs, clearances | `scene/assemble/sound/`, `cspace/sound.rs`, `robot/sound.rs` |
 //! | scene: names, kinds of joints, warnings | harmless: text that is only shown or compared |
@@ -20,8 +19,7 @@
 //! | indices, planes, pieces | `derived.rs`: fitting and finite; radii and codes are measured anew |
 //! | trees | `TreeLayout`: every triangle once; boxes are measured anew |
 //!
-//! Margins of indices are believed beyond that: wrong ones make queries longer, never a witness or
-//! a bound wrong.
+//! Margins of indices are checked no further: wrong ones make queries longer, but no answer wrong.
 
 mod array;
 mod derived;
@@ -44,36 +42,36 @@ use crate::scene::assemble::sound;
 use array::Array;
 use derived::numbers;
 
-/// Version of the layout; a file of another version is refused, but for 5 to 13.
+/// Version of the layout; of other versions, those of `READABLE_FORMATS` are read.
 pub const FORMAT: u32 = 14;
-/// Versions that are read. In 5 nothing was kept that can be made anew: such a file takes longer to
-/// load. Until 9 solved samples were called exits. Until 10 no trees were kept. Until 12 meshes had
-/// one list of pieces for bodies of all sizes: they are made anew. Until 13 the statistics told how
-/// many starts a query takes and from what a model was adapted, and `reaches` how far held-out
-/// configurations are from their nearest sample: neither is read.
-const READABLE: [u64; 10] = [5, 6, 7, 8, 9, 10, 11, 12, 13, FORMAT as u64];
-/// The version that began to keep the trees of meshes.
-const WITH_TREES: u64 = 11;
-/// The version that began to keep pieces by the size of the body beside them.
-const WITH_SIZES: u64 = 13;
+/// Versions that are read. 5 holds nothing that can be made anew, so it takes longer to load. Up to
+/// 9, solved samples were called exits. Up to 10 there were no trees. Up to 12, meshes had one list
+/// of pieces for bodies of all sizes, which are made anew. Up to 13 there were three more figures,
+/// which are not read: starts of a query, the origin of an adapted model, and `reaches`, distances
+/// of held-out configurations to their nearest sample.
+const READABLE_FORMATS: [u64; 10] = [5, 6, 7, 8, 9, 10, 11, 12, 13, FORMAT as u64];
+/// First version that stores the trees of meshes.
+const FIRST_WITH_TREES: u64 = 11;
+/// First version that stores pieces by the size of the body beside them.
+const FIRST_WITH_PIECE_SIZES: u64 = 13;
 
 const KEY: &str = "extricate";
 
 #[derive(Serialize, Deserialize)]
 struct Header {
     format: u32,
-    /// As it was written: another version may have other keys.
+    /// Raw text, because other versions may have other keys.
     statistics: Box<RawValue>,
     checksum: String,
 }
 
 impl Model {
-    /// The model as the bytes of a model file.
+    /// Returns the bytes of a model file.
     pub fn to_bytes(&self) -> Vec<u8> {
         encode(self)
     }
 
-    /// The model that the bytes of a model file hold; `name` is what messages call them.
+    /// Reads the bytes of a model file; messages call them `name`.
     ///
     /// # Errors
     /// [`Error::Model`] for bytes that are truncated, altered, foreign or of another version.
@@ -87,14 +85,14 @@ impl Model {
     }
 }
 
-/// The bytes of a model file. The same model gives the same bytes.
+/// Returns the bytes of a model file. The same model gives the same bytes.
 pub fn encode(model: &Model) -> Vec<u8> {
     let mut arrays = learned(model);
     arrays.extend(derived::arrays(model));
     container(FORMAT, model.statistics(), arrays)
 }
 
-/// What was learned, and cannot be made anew.
+/// Returns the arrays that were learned and cannot be made anew.
 fn learned(model: &Model) -> Vec<Array> {
     let in_memory = "plain data serialises into memory";
     let scene = postcard::to_stdvec(model.scene()).expect(in_memory);
@@ -118,7 +116,7 @@ fn container(format: u32, statistics: &Statistics, mut arrays: Vec<Array>) -> Ve
     arrays.sort_by_key(|array| array.name);
     let statistics = written(statistics);
     let checksum = checksum(&statistics, &arrays.iter().map(|array| &array.bytes[..]).collect::<Vec<_>>());
-    // One entry only: a map of several would be written in random order.
+    // There is only one entry: several would be written in random order.
     let header = serde_json::to_string(&Header { format, statistics, checksum }).expect(in_memory);
     let metadata = HashMap::from([(KEY.to_string(), header)]);
     let tensors = arrays.iter().map(|Array { name, dtype, shape, bytes }| {
@@ -148,7 +146,7 @@ pub fn decode(path: &Path, bytes: &[u8]) -> Result<Model> {
     let header = metadata.metadata().as_ref().and_then(|m| m.get(KEY));
     let header = header.ok_or_else(|| fault("a safetensors file, but not an extricate model".into()))?;
     let format = serde_json::from_str::<serde_json::Value>(header).ok().and_then(|v| v.get("format")?.as_u64());
-    if !format.is_some_and(|format| READABLE.contains(&format)) {
+    if !format.is_some_and(|format| READABLE_FORMATS.contains(&format)) {
         let found = format.map_or("an unreadable version".into(), |f| format!("version {f}"));
         return Err(fault(format!("its format is {found}, expected version {FORMAT}: learn it anew")));
     }
@@ -175,7 +173,7 @@ pub fn decode(path: &Path, bytes: &[u8]) -> Result<Model> {
     restore(stored, &tensors).map_err(|problem| altered(&problem))
 }
 
-/// What a file holds, of which nothing but the lengths is known yet.
+/// Contents of a file, of which only the lengths were checked.
 struct Stored<'a> {
     format: u64,
     statistics: Statistics,
@@ -184,8 +182,8 @@ struct Stored<'a> {
     boundary: TensorView<'a>,
 }
 
-/// The model of what is stored. A checksum without a secret proves nothing: whoever changes a file
-/// can make it right, so that everything is looked at before it is used.
+/// Makes the model of a file's contents. Whoever changes a file can make its checksum right, so
+/// everything is checked before it is used.
 ///
 /// # Errors
 /// The element, its value, and what was expected.
@@ -208,11 +206,11 @@ fn restore(stored: Stored, tensors: &SafeTensors) -> std::result::Result<Model, 
     statistics.check(rows).map_err(|problem| format!("statistics: {problem}"))?;
     let scene = Arc::new(scene);
     let metric = Metric::new(scene.clone());
-    let checker = if format < WITH_TREES { Checker::new(scene) } else { derived::checker(tensors, scene)? };
-    if format == READABLE[0] {
+    let checker = if format < FIRST_WITH_TREES { Checker::new(scene) } else { derived::checker(tensors, scene)? };
+    if format == READABLE_FORMATS[0] {
         return Ok(Model::from_parts(checker, metric, configs, classifier, statistics));
     }
-    if format >= WITH_SIZES {
+    if format >= FIRST_WITH_PIECE_SIZES {
         derived::restore_pieces(tensors, &checker)?;
     } else {
         checker.prepare_proposals();
@@ -225,7 +223,7 @@ fn checksum(statistics: &RawValue, parts: &[&[u8]]) -> String {
     hash(&[&[statistics.get().as_bytes()], parts].concat())
 }
 
-/// BLAKE3 of the parts, each after its length.
+/// Returns the BLAKE3 hash of the parts, each after its length.
 pub(super) fn hash(parts: &[&[u8]]) -> String {
     let mut hasher = blake3::Hasher::new();
     for part in parts {
@@ -257,7 +255,7 @@ mod tests {
         assert!(encode(&back) == bytes);
     }
 
-    /// The answers of two models to the same queries are the same, and so are the models.
+    /// Asserts that two models are the same, and that they give the same answers.
     fn assert_equal(a: &Model, b: &Model) {
         assert!(encode(a) == encode(b));
         assert_answers_equal(a, b);
@@ -271,7 +269,7 @@ mod tests {
         }
     }
 
-    /// With exits.
+    /// Learns a model with solved samples.
     fn with_solved(name: &str, metric: Option<MetricKind>) -> Model {
         let mut scene = builtin::scene(name).unwrap();
         scene.metric = metric.unwrap_or(scene.metric);
@@ -328,7 +326,7 @@ mod tests {
         assert!(message.contains("m: its format is version 4, expected version 14"), "{message}");
     }
 
-    /// The checksum of each is right.
+    /// The checksum of each spoiled file is right.
     #[test]
     fn arrays_that_do_not_fit_are_refused_by_name() {
         let model = with_solved("free-box", None);
@@ -349,7 +347,7 @@ mod tests {
             });
             assert!(message.unwrap().contains("of type I8"), "{name}");
             let message = refused(&|arrays| {
-                // One number too few, or too many of none.
+                // One number too few, or one too many if there are none.
                 let array = arrays.iter_mut().find(|array| array.name == name).unwrap();
                 let size = array.dtype.bitsize() / 8;
                 let len = if array.bytes.is_empty() { size } else { array.bytes.len() - size };
@@ -361,7 +359,7 @@ mod tests {
         }
     }
 
-    /// A mesh is the one thing that the scenes above do not have.
+    /// Unlike the scenes above, this one has meshes.
     #[test]
     fn trees_are_kept_made_anew_or_refused() {
         let options = LearnOptions { labels: 3_000, seconds: None, seed: 3, ..LearnOptions::default() };

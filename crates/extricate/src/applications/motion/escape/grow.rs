@@ -1,4 +1,4 @@
-//! Trees in the set of the escape: one from the query and what was pushed, one from the exits.
+//! Grows trees in the set of the escape, from the query and what was pushed, and from the exits.
 
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -7,12 +7,12 @@ use super::search::Search;
 use crate::applications::motion::rrt_connect::RrtConnect;
 use crate::cspace::sampling::uniform;
 
-/// Longest edge, as a share of the distance to the first exit that is in the set; and of samples,
-/// how far from the query half of them are.
-const RANGE: f64 = 0.5;
-const NEAR: f64 = 4.0;
+/// Longest edge, as a share of the distance from the query to the first exit in the set.
+const MAX_EDGE_SHARE: f64 = 0.5;
+/// Reach around the query of half of the samples, as a multiple of the same distance.
+const SAMPLE_REACH_FACTOR: f64 = 4.0;
 
-/// A path in the set from the query to one of the exits, by trees.
+/// Returns a path in the set from the query to one of the exits.
 pub fn grow(search: &mut Search, pushed: &[Vec<f64>], exits: &[Vec<f64>]) -> Option<Vec<Vec<f64>>> {
     let context = search.context;
     let (metric, space) = (context.metric, &context.checker.scene().space);
@@ -24,16 +24,16 @@ pub fn grow(search: &mut Search, pushed: &[Vec<f64>], exits: &[Vec<f64>]) -> Opt
         uniform(space, rng, out);
         if rng.random::<bool>() {
             far.copy_from_slice(out);
-            let share = (NEAR * size / metric.distance(q, &far)).min(1.0);
+            let share = (SAMPLE_REACH_FACTOR * size / metric.distance(q, &far)).min(1.0);
             space.interpolate(q, &far, share * rng.random::<f64>(), out);
         }
     };
     let limited = search.prover.limited(search.options.tree_checks);
-    let mut trees = RrtConnect::new(metric, [pushed, &inside], RANGE * size);
+    let mut trees = RrtConnect::new(metric, [pushed, &inside], MAX_EDGE_SHARE * size);
     let path = trees.grow(&mut search.prover, &mut sample, &mut rng);
     search.prover.unlimit(limited);
     let path = path?;
-    // The first tree has the pushed points as roots, which proved edges join.
+    // Proved edges join the pushed points, which are the roots of the first tree.
     let root = pushed.iter().position(|point| *point == path[0])?;
     Some(pushed[..root].iter().cloned().chain(path).collect())
 }

@@ -1,17 +1,18 @@
-//! Escape: from a colliding configuration a path to a free one, along which nothing gets worse.
+//! Escape: finds a path from a colliding configuration to a free one that makes nothing worse.
 //!
-//! Read in this order: `options` (what is asked and answered), `relaxed` (the set that the path
-//! stays in), `search`, `mod` (the steps), `push`, `grow`, `finish`.
+//! Read in this order: `options` (options and result), `relaxed` (the set in which the path stays),
+//! `search`, `mod` (the steps), `push`, `grow`, `finish`.
 //!
-//! 1. *Set*: what collides at `q` may overlap as deeply as there; everything else keeps its
+//! 1. *Set*: pairs that collide at `q` may overlap as deeply as there; all others keep their
 //!    clearance (`relaxed`).
-//! 2. *Straight* to the nearest exit that keeps the clearance that is aimed at, or as much of it as
-//!    is kept nearby, then to others that the query met: proved to stay in the set, or not.
-//! 3. *Push*: the pairs that collide are parted little by little, each step from where the last one
-//!    ended (`push`). Then straight to more exits.
-//! 4. The same two at the scene's clearance; from there on toward the aim.
-//! 5. *Grow*: RRT-Connect in the set, between what was pushed and the exits (`grow`).
-//! 6. *Finish*: shortcuts; from where on the path is proved free; what is told (`finish`).
+//! 2. *Straight*: try an edge to the nearest exit that keeps the aimed clearance, or as much of it
+//!    as is kept nearby, then to other exits that the query met. It is proved to stay in the set.
+//! 3. *Push*: part the colliding pairs little by little, each step from the end of the last one
+//!    (`push`). Then try straight edges to more exits.
+//! 4. Repeat steps 2 and 3 at the scene's clearance; go on from there toward the aim.
+//! 5. *Grow*: run RRT-Connect in the set, between what was pushed and the exits (`grow`). Pushed
+//!    and grown paths are shortened.
+//! 6. *Finish*: find from where on the path is proved free, and measure it (`finish`).
 
 mod finish;
 mod grow;
@@ -34,20 +35,20 @@ use relaxed::Relaxed;
 use search::Search;
 
 impl Solver {
-    /// A path out of collision: from `q` to a free configuration, such that on the way no pair
+    /// Returns a path out of collision, from `q` to a free configuration. On the way no pair
     /// collides that does not at `q`, and none that does gets deeper by more than
-    /// [`EscapeOptions::tolerance`]. From [`Escape::free_from`] on it is free.
+    /// [`EscapeOptions::tolerance`]. From [`Escape::free_from`] on the path is free.
     ///
     /// # Guarantee
     /// All of this is proved for every configuration of the path, not for samples. Depths are those
-    /// of [`crate::Checker::clearance`]: exact for convex shapes, from below for meshes; surfaces
-    /// that cross have a depth of 0, whatever of them is beyond. Where no such path is found,
+    /// of [`crate::Checker::clearance`]: exact for convex shapes, from below for meshes. Surfaces
+    /// that cross have a depth of 0, however much of them is beyond. If no such path is found,
     /// [`Escape::points`] is empty; that proves nothing. The same solver, `q` and options give the
     /// same answer, unless a limit in seconds ends it.
     ///
     /// # Errors
-    /// [`Error::Config`] where `q` lies beyond a limit: a path cannot begin there. Move it onto its
-    /// limits first. [`Error::Option`] for an option that makes no sense.
+    /// [`Error::Config`] if `q` lies beyond a limit, because a path cannot begin there: move it
+    /// onto its limits first. [`Error::Option`] for an option that makes no sense.
     pub fn escape(&self, q: &Config, options: &EscapeOptions) -> Result<Escape> {
         options.check()?;
         let space = &self.scene().space;
@@ -77,10 +78,10 @@ fn escape(context: &Context, q: &Config, options: &EscapeOptions) -> Escape {
     finish(search, points, method)
 }
 
-/// Exits besides the nearest one that a straight path is tried to.
+/// Exits besides the nearest one to which a straight edge is tried.
 const OTHER_EXITS: usize = 4;
 
-/// A path, and which step found it.
+/// A path, and the step that found it.
 type Found = (Vec<Vec<f64>>, EscapeMethod);
 
 impl Search<'_> {
@@ -99,7 +100,7 @@ impl Search<'_> {
         if let Some(path) = self.straight(&exits) {
             return Some((path, EscapeMethod::Exit));
         }
-        // A nearer exit may have a way to it that keeps the scene's clearance alone.
+        // A nearer exit may be reached if the path keeps the scene's clearance alone.
         if wanted.clearance > self.context.clearance {
             let own = self.query(1, self.context.clearance)?;
             let (found, other) = self.lead_out(&own);
@@ -114,8 +115,8 @@ impl Search<'_> {
         Some((self.raised(path), EscapeMethod::Grown))
     }
 
-    /// A path to the witness of an answer or to where descents of its query ended besides, straight
-    /// or pushed; else none, and how far pushing came.
+    /// Returns a path, straight or pushed, to the witness of an answer or to another exit that its
+    /// query met. If there is none, also returns how far pushing came.
     fn lead_out(&mut self, answer: &Answer) -> (Option<Found>, Vec<Vec<f64>>) {
         if let Some(path) = self.straight(&[answer.witness.to_vec()]) {
             return (Some((path, EscapeMethod::Nearest)), Vec::new());

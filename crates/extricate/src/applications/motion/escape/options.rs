@@ -1,4 +1,4 @@
-//! What an escape is asked to be, and what is answered.
+//! Options and result of an escape.
 
 use serde::Serialize;
 
@@ -9,25 +9,25 @@ use crate::query::Termination;
 use crate::query::options::MAX_EXITS;
 use crate::scene::PairId;
 
-/// What the end of a path keeps beyond the scene's clearance where no aim is given \[m\]: ten times
-/// what a proof cannot tell, so that the last edge is proved and another can begin there.
-pub const AIM: f64 = 1e-3;
+/// Margin \[m\] that the end of a path keeps beyond the scene's clearance if no aim is given. It is
+/// ten times the resolution of proofs, so that the last edge is proved and another can begin there.
+pub const AIM_MARGIN_M: f64 = 1e-3;
 
 /// Options of an escape.
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub struct EscapeOptions {
     /// Clearance \[m\] that the end of the path is to keep, for pairs without one of their own. A
-    /// near end that keeps less of it, at least the scene's, is taken before one that is far.
-    /// `None`: that of the scene and 1 mm.
+    /// near end that keeps less of it, at least the scene's, is preferred to a far one. `None`:
+    /// that of the scene and 1 mm.
     pub aim: Option<f64>,
-    /// By how much \[m\] a pair that collides at the query may get deeper on the way.
+    /// Depth \[m\] by which a pair that collides at the query may get deeper on the way.
     pub tolerance: f64,
-    /// Exits that straight edges are tried to, the nearest first.
+    /// Exits to which straight edges are tried, the nearest first.
     pub exits: usize,
     /// How finely edges are proved \[m\], see [`crate::SegmentOptions::resolution`].
     pub resolution: f64,
-    /// Checks of the trees that grow where nothing simpler leads out.
+    /// Checks of the trees that grow if nothing simpler leads out.
     pub tree_checks: usize,
     /// The seed of all random numbers.
     pub seed: u64,
@@ -48,7 +48,7 @@ setters! {
 }
 
 impl Default for EscapeOptions {
-    /// 1 mm of tolerance, six exits, trees of 20,000 checks.
+    /// Allows 1 mm of tolerance, six exits, and trees of 20,000 checks.
     fn default() -> Self {
         Self {
             aim: None,
@@ -63,7 +63,7 @@ impl Default for EscapeOptions {
 }
 
 impl EscapeOptions {
-    /// Whether lengths are lengths, and exits are as many as a query may find.
+    /// Checks that lengths are lengths, and that the number of exits is allowed.
     ///
     /// # Errors
     /// [`Error::Option`], which names the option.
@@ -87,7 +87,7 @@ impl EscapeOptions {
     }
 }
 
-/// Which step found the path.
+/// The step that found the path.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 #[non_exhaustive]
@@ -118,24 +118,22 @@ words! {
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct Escape {
-    /// Configurations, the query first; between two of them the geodesic. Empty where no path was
-    /// found.
+    /// Configurations from the query on, joined by geodesics; empty if no path was found.
     pub points: Vec<Vec<f64>>,
-    /// The path is proved free from this point on: an index into `points`.
+    /// Index into `points` from which on the path is proved free.
     pub free_from: usize,
-    /// Which step found it; `None` where none did.
+    /// The step that found the path; `None` if none did.
     pub method: Option<EscapeMethod>,
-    /// The pairs that collide at the query, and their signed distances \[m\] there.
+    /// Pairs that collide at the query, and their signed distances \[m\] there.
     pub colliding: Vec<(PairId, f64)>,
-    /// Most \[m\] that any of these was found deeper than at the query, at the points and between;
-    /// at most the tolerance, which is proved. 0 where none was.
+    /// Most \[m\] that any of these was measured deeper than at the query, at the points and
+    /// between, or 0. It is proved to be at most the tolerance.
     pub deepening: f64,
     /// Length of the path in the scene's metric.
     pub length: f64,
-    /// Largest displacement \[m\] of any point of the moving geometry between the query and any of
-    /// `points`.
+    /// Largest displacement \[m\] of any point of the moving geometry from the query to `points`.
     pub max_displacement: f64,
-    /// Configurations at which the exact checker evaluated anything.
+    /// Number of configurations at which the exact checker evaluated anything.
     pub checks: usize,
 }
 
@@ -146,13 +144,12 @@ impl Escape {
     }
 }
 
-/// What is said of a query that is free.
+/// Returns the result for a free query.
 pub fn is_free_already(q: &Config) -> Escape {
     let points = vec![q.to_vec()];
     Escape { points, method: Some(EscapeMethod::Free), ..found_nothing(&[], 1) }
 }
 
-/// What is said where nothing was found.
 pub fn found_nothing(colliding: &[(PairId, f64)], checks: usize) -> Escape {
     Escape {
         points: Vec::new(),

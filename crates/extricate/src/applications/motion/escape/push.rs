@@ -1,17 +1,17 @@
-//! Parting the colliding pairs little by little: each step is the nearest exit from a set that is a
-//! little smaller than the last, so the path bends around what stands beside it.
+//! Parts the colliding pairs little by little. Each step is the nearest exit from a set that is a
+//! little smaller than the last, so the path bends around obstacles.
 
 use super::search::Search;
 use crate::query::{Context, QueryOptions, QueryScratch, nearest_exit};
 
-/// Share of the way out that the first step goes, and the least: a step whose edge is not proved is
-/// halved, one that is, doubled.
-const FIRST_STEP: f64 = 0.25;
-const LEAST_STEP: f64 = 1.0 / 64.0;
+/// Length of the first step, as a share of what the pairs have to part. A step whose edge is proved
+/// is doubled, another is halved.
+const FIRST_STEP_SHARE: f64 = 0.25;
+/// Length of the least step that is tried, as the same share.
+const MIN_STEP_SHARE: f64 = 1.0 / 64.0;
 /// Descents of a step: the nearest exit of a set that is a little smaller is near.
-const STARTS: usize = 2;
+const STARTS_PER_STEP: usize = 2;
 
-/// How far it came.
 pub struct Pushed {
     /// The query, and a configuration for every step; every edge is proved to stay in the set.
     pub points: Vec<Vec<f64>>,
@@ -19,17 +19,17 @@ pub struct Pushed {
     pub is_out: bool,
 }
 
-/// Pushes the colliding pairs of the query apart until they keep `clearance` \[m\], or a step
-/// fails.
+/// Pushes the colliding pairs apart until they keep `clearance` \[m\], or a step fails.
 pub fn push(search: &mut Search, clearance: f64) -> Pushed {
     let (mut points, mut memory) = (vec![search.q.to_vec()], QueryScratch::default());
-    let (mut share, mut step) = (0.0, FIRST_STEP);
+    let (mut share, mut step) = (0.0, FIRST_STEP_SHARE);
     let space = &search.context.checker.scene().space;
-    while share < 1.0 && step >= LEAST_STEP && !search.prover.is_spent() {
+    while share < 1.0 && step >= MIN_STEP_SHARE && !search.prover.is_spent() {
         let next = f64::min(1.0, share + step);
         let checker = search.relaxed.raised(search.context.checker, clearance, next);
         let context = Context::new(&checker, search.context.metric, search.context.balls, None);
-        let options = QueryOptions { starts: Some(STARTS), termination: search.left(), ..QueryOptions::default() };
+        let options =
+            QueryOptions { starts: Some(STARTS_PER_STEP), termination: search.left(), ..QueryOptions::default() };
         let here = &points[points.len() - 1];
         let Ok(from) = space.config(here) else { break };
         let answer = nearest_exit(&context, &from, &options, &mut memory);

@@ -1,19 +1,19 @@
-//! The set that an escape stays in: what collides at the query may go on to, no deeper than there.
+//! The set in which an escape stays: colliding pairs may collide no deeper than at the query.
 
 use crate::collision::{CheckScratch, Checker, signed_distances_of};
 use crate::scene::PairId;
 
-/// That set, as what a checker with other clearances calls free.
+/// The set, as what a checker with other clearances calls free.
 pub struct Relaxed {
-    /// Pairs that collide at the query keep their signed distance there less a tolerance.
+    /// Requires of pairs that collide at the query their signed distance there less a tolerance.
     pub checker: Checker,
-    /// These pairs, and their signed distances there \[m\].
+    /// These pairs, and their signed distances at the query \[m\].
     pub colliding: Vec<(PairId, f64)>,
 }
 
 impl Relaxed {
-    /// That of `q`. An edge in it is proved as one in free space is: a signed distance changes by
-    /// no more than points of one body move, seen from the other, whether it is above 0 or below.
+    /// Makes the set for `q`. An edge in it is proved as one in free space is: a signed distance,
+    /// of either sign, changes by no more than points of one body move, seen from the other.
     pub fn at(checker: &Checker, q: &[f64], tolerance: f64, scratch: &mut CheckScratch) -> Self {
         let mut pairs = Vec::new();
         checker.colliding_pairs(q, scratch, &mut pairs);
@@ -24,8 +24,8 @@ impl Relaxed {
         Self { checker: checker.with_floors(&floors), colliding }
     }
 
-    /// The set in which the colliding pairs have come the `share` of the way to keeping `aim` \[m\]
-    /// (pairs with a clearance of their own: that), and all others keep it.
+    /// Returns the set in which the colliding pairs have come the `share` of the way to `aim`
+    /// \[m\], or to a clearance of their own, and all other pairs keep it.
     pub fn raised(&self, checker: &Checker, aim: f64, share: f64) -> Checker {
         let aimed = checker.with_clearance(aim);
         let raised = |(pair, distance): &(PairId, f64)| {

@@ -1,9 +1,9 @@
-//! What an escape is looked for with, and what all steps ask of it.
+//! State of the search for an escape, and calls that all its steps use.
 
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
-use super::options::{AIM, EscapeOptions};
+use super::options::{AIM_MARGIN_M, EscapeOptions};
 use super::relaxed::Relaxed;
 use crate::applications::motion::prover::Prover;
 use crate::applications::motion::shortcut::shortcut;
@@ -12,19 +12,19 @@ use crate::metric::Anchor;
 use crate::query::constraints::push_nearby;
 use crate::query::{Answer, Context, Deadline, QueryOptions, QueryScratch, Termination, query};
 
-/// What an escape is looked for with.
 pub struct Search<'a> {
     pub context: &'a Context<'a>,
     pub q: &'a Config,
     pub options: &'a EscapeOptions,
     pub relaxed: &'a Relaxed,
-    /// In the set of `relaxed`.
+    /// Proves edges in the set of `relaxed`.
     pub prover: Prover<'a>,
     pub query: QueryScratch,
 }
 
 impl Search<'_> {
-    /// Exits, nearest first, that keep `clearance` \[m\], or as much of it as is kept nearby.
+    /// Returns exits, nearest first, that keep `clearance` \[m\], or as much of it as is kept
+    /// nearby.
     pub fn query(&mut self, count: usize, clearance: f64) -> Option<Answer> {
         let options = QueryOptions {
             exits: count,
@@ -37,8 +37,8 @@ impl Search<'_> {
         Some(answer)
     }
 
-    /// The path, and from its end on to what keeps as much as is kept nearby of the clearance that
-    /// is aimed at, if a proved edge leads there.
+    /// Extends the path toward the aimed clearance: by a proved edge to what keeps as much of it as
+    /// is kept near its end.
     pub fn raised(&mut self, mut path: Vec<Vec<f64>>) -> Vec<Vec<f64>> {
         let (context, aim) = (self.context, self.aim());
         let Some(exit) = path.last().cloned() else { return path };
@@ -61,25 +61,24 @@ impl Search<'_> {
         path
     }
 
-    /// The first of some configurations that a proved edge leads to.
+    /// Returns the edge to the first exit to which it is proved.
     pub fn straight(&mut self, exits: &[Vec<f64>]) -> Option<Vec<Vec<f64>>> {
         let found = exits.iter().find(|exit| !self.prover.is_spent() && self.prover.proves(self.q, exit))?;
         Some(vec![self.q.to_vec(), found.clone()])
     }
 
-    /// The path with fewer points.
     pub fn shorter(&mut self, mut points: Vec<Vec<f64>>) -> Vec<Vec<f64>> {
         let mut rng = ChaCha8Rng::seed_from_u64(self.options.seed);
         shortcut(&mut self.prover, &mut points, &mut rng);
         points
     }
 
-    /// Clearance \[m\] that the end of the path is to keep.
+    /// Returns the clearance that the end of the path is to keep \[m\].
     pub fn aim(&self) -> f64 {
-        self.options.aim.unwrap_or(self.context.clearance + AIM).max(self.context.clearance)
+        self.options.aim.unwrap_or(self.context.clearance + AIM_MARGIN_M).max(self.context.clearance)
     }
 
-    /// What queries may still spend.
+    /// Returns the rest of the budget, for queries.
     pub fn left(&self) -> Termination {
         self.prover.left()
     }

@@ -1,4 +1,4 @@
-//! Escapes against samples along them.
+//! Tests escapes against samples along them.
 
 use super::*;
 use crate::applications::motion::testing::{along, labelled};
@@ -8,7 +8,7 @@ use crate::query::Termination;
 use crate::scene::{PairId, builtin};
 use crate::solver::Solver;
 
-/// Asserts what is promised of a path, by samples.
+/// Asserts by samples what is guaranteed of a path.
 fn assert_nothing_gets_worse(checker: &Checker, escape: &Escape, options: &EscapeOptions) {
     let mut scratch = CheckScratch::default();
     let pairs: Vec<PairId> = escape.colliding.iter().map(|(pair, _)| *pair).collect();

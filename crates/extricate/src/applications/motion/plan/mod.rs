@@ -1,8 +1,8 @@
 //! Plan: a proved path between two free configurations, also through narrow passages.
 //!
-//! A straight edge, then RRT-Connect, which solves most open scenes in some hundred checks; while
-//! it does not, a roadmap grows beside it ([`super::roadmap`]), with four checks for each of the
-//! trees, and twice as many in every round.
+//! It tries the straight edge, then RRT-Connect, which solves most open scenes in some hundred
+//! checks. While that fails, a roadmap grows beside it ([`super::roadmap`]), with four checks for
+//! each check of the trees. Every round has twice the checks of the last.
 
 mod options;
 
@@ -22,38 +22,38 @@ use crate::error::{Error, Result};
 use crate::query::{Context, Deadline};
 use crate::solver::Solver;
 
-/// Checks of the trees in the first round: scenes that are open need a tenth.
-const FIRST_ROUND: usize = 2_000;
-/// Times as many go to the roadmap: what trees find at all, they find early.
-const MORE: usize = 4;
-/// Most checks of one batch of the roadmap: what it finds is known to the next one only.
-const MOST_OF_A_BATCH: usize = 20_000;
-/// Longest edge of a tree, as a share of the metric's diameter; a half takes twice the checks in
+/// Checks of the trees in the first round; open scenes need a tenth.
+const FIRST_ROUND_CHECKS: usize = 2_000;
+/// Checks of the roadmap for each check of the trees: what trees find at all, they find early.
+const ROADMAP_CHECKS_PER_TREE_CHECK: usize = 4;
+/// Maximum checks of one batch of the roadmap: only the next batch knows what it found.
+const MAX_BATCH_CHECKS: usize = 20_000;
+/// Longest edge of a tree, as a share of the metric's diameter. A half takes twice the checks in
 /// open scenes (`bench/applications open`).
-const RANGE: f64 = 0.2;
+const MAX_EDGE_SHARE: f64 = 0.2;
 
 impl Solver {
-    /// A path between two free configurations, every edge of it proved free.
+    /// Returns a path between two free configurations, with every edge proved free.
     ///
     /// # Guarantee
-    /// Every configuration of the path is free: proved. Where none is found [`Plan::points`] is
-    /// empty, which proves nothing. The same solver, ends and options give the same path whatever
-    /// the number of threads, unless a limit in seconds ends it.
+    /// Every configuration of the path is proved free. If none is found, [`Plan::points`] is empty,
+    /// which proves nothing. The same solver, ends and options give the same path whatever the
+    /// number of threads, unless a limit in seconds ends it.
     ///
     /// # Errors
-    /// [`Error::Config`] where an end is not free, named `from` or `to`; [`Error::Option`] for an
+    /// [`Error::Config`] if an end is not free, named `from` or `to`; [`Error::Option`] for an
     /// option that makes no sense.
     pub fn plan(&self, from: &Config, to: &Config, options: &PlanOptions) -> Result<Plan> {
         let mut roadmap = Roadmap::new(&self.scene().space, options.seed);
         self.plan_in(&mut roadmap, false, [from, to], options)
     }
 
-    /// As [`Solver::plan`], with a roadmap of earlier calls, which it adds to: queries of one scene
-    /// that share it become cheaper. One that was made for another scene with the same coordinates
-    /// is of use where the two are alike; the guarantee is the same.
+    /// As [`Solver::plan`], with a roadmap of earlier calls, which it extends: queries of one scene
+    /// that share it become cheaper. A roadmap made for another scene with the same coordinates
+    /// helps if the two are alike; the guarantee is the same.
     ///
     /// # Errors
-    /// As [`Solver::plan`]; [`Error::Input`] where the roadmap is one of other coordinates.
+    /// As [`Solver::plan`]; [`Error::Input`] if the roadmap has other coordinates.
     pub fn plan_with(&self, from: &Config, to: &Config, options: &PlanOptions, roadmap: &mut Roadmap) -> Result<Plan> {
         self.plan_in(roadmap, true, [from, to], options)
     }
@@ -76,7 +76,7 @@ impl Solver {
 }
 
 impl Solver {
-    /// Adds to a roadmap, for plans to come, by spending about so many checks.
+    /// Extends a roadmap, for plans to come, by spending about `checks` checks.
     ///
     /// # Errors
     /// [`Error::Option`] and [`Error::Input`] as [`Solver::plan_with`].
@@ -89,7 +89,7 @@ impl Solver {
             let mut grower = Grower::new(context, roadmap, &limit, checks);
             while !grower.is_spent() {
                 let left = grower.left;
-                grow(&mut grower, left.min(MOST_OF_A_BATCH));
+                grow(&mut grower, left.min(MAX_BATCH_CHECKS));
             }
         });
         Ok(())
@@ -113,7 +113,7 @@ fn not_free(context: &Context, name: &str, end: &Config) -> Error {
 struct Planner<'a> {
     context: &'a Context<'a>,
     ends: [&'a Config; 2],
-    /// Whether the roadmap is for later plans too.
+    /// Whether the roadmap serves later plans too.
     keeps: bool,
     options: &'a PlanOptions,
     prover: Prover<'a>,
@@ -155,10 +155,10 @@ impl Planner<'_> {
         let mut trees = RrtConnect::new(
             metric,
             [std::slice::from_ref(&from), std::slice::from_ref(&to)],
-            RANGE * metric.diameter(),
+            MAX_EDGE_SHARE * metric.diameter(),
         );
         let mut sample = |rng: &mut ChaCha8Rng, out: &mut [f64]| uniform(space, rng, out);
-        let mut round = FIRST_ROUND;
+        let mut round = FIRST_ROUND_CHECKS;
         loop {
             let limited = self.prover.limited(self.left(grower.roadmap.checks() - before).min(round));
             let path = trees.grow(&mut self.prover, &mut sample, &mut rng);
@@ -172,12 +172,12 @@ impl Planner<'_> {
             grower.left = self.left(grower.roadmap.checks() - before);
             let [a, b] = *nodes.get_or_insert_with(|| [grower.add(&from), grower.add(&to)]);
             let begun = grower.roadmap.checks();
-            while grower.roadmap.checks() - begun < MORE * round {
+            while grower.roadmap.checks() - begun < ROADMAP_CHECKS_PER_TREE_CHECK * round {
                 if grower.is_spent() {
                     return None;
                 }
                 let left = grower.left;
-                grow(&mut grower, left.min(round).min(MOST_OF_A_BATCH));
+                grow(&mut grower, left.min(round).min(MAX_BATCH_CHECKS));
                 if let Some(path) = grower.solve(a, b) {
                     return Some((path, PlanMethod::Roadmap));
                 }
@@ -186,7 +186,7 @@ impl Planner<'_> {
         }
     }
 
-    /// Checks that may still be spent, where growing the roadmap took so many.
+    /// Returns the checks that may still be spent if growing the roadmap took `grown`.
     fn left(&self, grown: usize) -> usize {
         self.limit.checks.map_or(usize::MAX, |most| most.saturating_sub(self.prover.checks + grown))
     }

@@ -1,4 +1,4 @@
-//! What a path is asked to be, and what is answered.
+//! Options and result of a plan.
 
 use rayon::{ThreadPool, ThreadPoolBuilder};
 use serde::Serialize;
@@ -11,14 +11,14 @@ use crate::query::Termination;
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub struct PlanOptions {
-    /// How finely edges are proved \[m\], see [`crate::SegmentOptions::resolution`]: edges that
-    /// pass something by less than about this are not found.
+    /// How finely edges are proved \[m\], see [`crate::SegmentOptions::resolution`]. Edges that
+    /// pass a body at less than about this are not found.
     pub resolution: f64,
     /// Whether to remove points that are not needed.
     pub shortcut: bool,
     /// The seed of all random numbers.
     pub seed: u64,
-    /// Threads that grow the roadmap, 0 for one a core; the path is the same.
+    /// Threads that grow the roadmap, 0 for one a core. The path does not depend on them.
     pub threads: usize,
     /// When to give up.
     pub termination: Termination,
@@ -35,7 +35,7 @@ setters! {
 }
 
 impl Default for PlanOptions {
-    /// Proofs to 0.1 mm, a million checks.
+    /// Proves edges to 0.1 mm, and ends after a million checks.
     fn default() -> Self {
         let termination = Termination::after_checks(1_000_000);
         Self { resolution: 1e-4, shortcut: true, seed: 0, threads: 0, termination }
@@ -61,16 +61,16 @@ impl PlanOptions {
     }
 }
 
-/// Which step found the path.
+/// The step that found the path.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 #[non_exhaustive]
 pub enum PlanMethod {
-    /// The straight edge.
+    /// The straight edge between the ends.
     Straight,
     /// Trees from both ends (RRT-Connect).
     Trees,
-    /// The roadmap.
+    /// A path through the roadmap.
     Roadmap,
 }
 
@@ -80,16 +80,15 @@ words! { PlanMethod as "method" { Straight = "straight", Trees = "trees", Roadma
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct Plan {
-    /// Configurations from the first end to the last; between two of them the geodesic. Empty where
-    /// no path was found.
+    /// Configurations from one end to the other, joined by geodesics; empty if no path was found.
     pub points: Vec<Vec<f64>>,
-    /// Which step found it; `None` where none did.
+    /// The step that found the path; `None` if none did.
     pub method: Option<PlanMethod>,
     /// Length of the path in the scene's metric.
     pub length: f64,
-    /// Configurations at which the exact checker evaluated anything.
+    /// Number of configurations at which the exact checker evaluated anything.
     pub checks: usize,
-    /// Configurations of the roadmap.
+    /// Number of configurations in the roadmap.
     pub nodes: usize,
 }
 

@@ -1,4 +1,4 @@
-//! Plans against samples along them, and a passage that trees do not find.
+//! Tests plans against samples along them, and in a passage that trees do not find.
 
 use super::*;
 use crate::applications::motion::testing::{along, labelled, peg};
@@ -58,7 +58,7 @@ fn ends_that_are_not_free_are_named() {
     assert!(solver.plan(free, free, &options).unwrap_err().to_string().contains("resolution"));
 }
 
-/// Trees, roadmaps, the proofs inside of batches and shortcuts together.
+/// Trees, roadmaps, proofs inside batches, and shortcuts keep to the budget together.
 #[test]
 fn plans_keep_to_their_budget() {
     let (solver, ends) = peg(1.05);
@@ -71,7 +71,7 @@ fn plans_keep_to_their_budget() {
     }
 }
 
-/// However few checks are left, they are spent, and then it ends.
+/// However few checks are left, they are spent, and then growing ends.
 #[test]
 fn roadmaps_grow_by_the_last_check_too() {
     let solver = Solver::new(builtin::scene("planar-arm").unwrap());

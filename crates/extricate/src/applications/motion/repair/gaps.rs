@@ -1,4 +1,4 @@
-//! Gaps between pushed points: closed by trees near the old path.
+//! Closes gaps between pushed points by trees near the old path.
 
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
@@ -9,14 +9,14 @@ use super::repairer::Repairer;
 use crate::applications::motion::rrt_connect::RrtConnect;
 use crate::cspace::sampling::uniform;
 
-/// Checks of the first round of trees; each further one has twice as many, and a tube twice as
-/// wide.
-const FIRST_ROUND: usize = 500;
-/// Radius of the first tube, and longest edge of a tree, as shares of the metric's diameter.
-const TUBE: f64 = 0.05;
-const RANGE: f64 = 0.1;
-/// Share of samples that are pushed points between two gaps, where there are any.
-const BETWEEN: f64 = 0.25;
+/// Checks of the first round of trees; each further round doubles them, and the tube's radius.
+const FIRST_ROUND_CHECKS: usize = 500;
+/// Radius of the first tube, as a share of the metric's diameter.
+const TUBE_RADIUS_SHARE: f64 = 0.05;
+/// Longest edge of a tree, as the same share.
+const MAX_EDGE_SHARE: f64 = 0.1;
+/// Share of samples that are pushed points between two gaps, if there are any.
+const PUSHED_SAMPLE_SHARE: f64 = 0.25;
 
 /// Pushed points: those that proved edges join to the first, those joined to the last, and others.
 struct Parts<'a> {
@@ -26,8 +26,8 @@ struct Parts<'a> {
 }
 
 impl Repairer<'_> {
-    /// The same points, or where edges between them are not proved, a path that leaves them before
-    /// the first gap and comes back behind the last; `None` where none is found.
+    /// Returns the points if all edges between them are proved. Else it returns a path that leaves
+    /// them before the first gap and comes back behind the last, or `None` if none is found.
     pub(super) fn close(&mut self, pushed: Pushed) -> Option<Vec<Point>> {
         let Pushed { points, is_joined } = pushed;
         let gaps: Vec<usize> = (1..points.len()).filter(|at| !is_joined[*at]).collect();
@@ -39,18 +39,17 @@ impl Repairer<'_> {
         Some(closed)
     }
 
-    /// A path from the first of all points to the last, by trees in a tube around the old path that
-    /// grows.
+    /// Returns a path from the first point to the last, by trees in a widening tube.
     fn bridge(&mut self, parts: &Parts) -> Option<Vec<Point>> {
         let metric = self.context.metric;
         let roots = [parts.first, parts.last].map(|points| points.iter().map(|(_, q)| q.clone()).collect::<Vec<_>>());
         let (from, to) = (parts.first[0].0, parts.last[parts.last.len() - 1].0);
-        let (mut radius, mut round) = (TUBE * metric.diameter(), FIRST_ROUND);
-        let mut trees = RrtConnect::new(metric, [&roots[0], &roots[1]], RANGE * metric.diameter());
+        let (mut radius, mut round) = (TUBE_RADIUS_SHARE * metric.diameter(), FIRST_ROUND_CHECKS);
+        let mut trees = RrtConnect::new(metric, [&roots[0], &roots[1]], MAX_EDGE_SHARE * metric.diameter());
         while !self.prover.is_spent() {
             let (old, space, mut far) = (&self.old, &metric.scene().space, vec![0.0; roots[0][0].len()]);
             let mut sample = |rng: &mut ChaCha8Rng, out: &mut [f64]| {
-                if !parts.between.is_empty() && rng.random::<f64>() < BETWEEN {
+                if !parts.between.is_empty() && rng.random::<f64>() < PUSHED_SAMPLE_SHARE {
                     out.copy_from_slice(&parts.between[rng.random_range(0..parts.between.len())].1);
                     return;
                 }
@@ -71,14 +70,13 @@ impl Repairer<'_> {
     }
 }
 
-/// The points before the root from which a path of trees comes, it, and those behind the root that
-/// it leads to.
+/// Puts a path of trees between the points up to its first root and those from its last root on.
 fn joined(parts: &Parts, path: Vec<Vec<f64>>) -> Option<Vec<Point>> {
     let first = parts.first.iter().position(|(_, q)| *q == path[0])?;
     let last = parts.last.iter().position(|(_, q)| *q == path[path.len() - 1])?;
     let (from, to) = (parts.first[first].0, parts.last[last].0);
     let edges = (path.len() - 1).max(1) as f64;
-    // No place is beyond the last one, by rounding either.
+    // Rounding must not put a place beyond the last one.
     let place = |k: usize| (from + (to - from) * k as f64 / edges).min(to);
     let inner = path.len().saturating_sub(2);
     let new = path.into_iter().enumerate().skip(1).take(inner).map(|(k, q)| (place(k), q));

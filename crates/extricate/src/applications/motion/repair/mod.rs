@@ -1,20 +1,17 @@
-//! Repair: a path that collides becomes one that is proved free, as near to the old one as can be.
+//! Repair: turns a path that collides into one nearby that is proved free.
 //!
-//! Read in this order: `options` (what is asked and answered), `old_path` (where the old path is
-//! free), `repairer`, `mod` (the steps), `push`,
-//! `gaps`, `pull`.
+//! Read in this order: `options` (options and result), `old_path` (where the old path is free),
+//! `repairer`, `mod` (the steps), `push`, `gaps`, `pull`.
 //!
-//! 1. *Stretches*: the old path is proved free up to here and from there on; what is between is to
-//!    be replaced (`old_path`).
-//! 2. *Push*: configurations along a stretch are brought to free ones that keep the clearance that
-//!    is aimed at, each begun from the last one; where the edge between two is not proved, so is
-//!    its middle (`push`).
-//! 3. *Gaps* that are left, as where the nearest exit jumps: RRT-Connect near the old path, in a
-//!    tube that grows (`gaps`).
-//! 4. *Pull*: points are moved back toward the old path, and those that are not needed go (`pull`).
+//! 1. *Stretches*: prove the old edges free from both ends; replace what is between (`old_path`).
+//! 2. *Push*: bring configurations along a stretch to free ones that keep the aimed clearance, each
+//!    begun from the last one. If the edge between two is not proved, push its middle too (`push`).
+//! 3. *Gaps*: if any are left, as after a jump of the nearest exit, close them by RRT-Connect in a
+//!    widening tube around the old path (`gaps`).
+//! 4. *Pull*: move points back toward the old path, and remove those that are not needed (`pull`).
 //!
 //! # Source
-//! Pushing configurations of a path out at a larger clearance than the one that is proved follows
+//! Pushing configurations of a path out at a larger clearance than the proved one follows
 //! small-step retraction: M. Saha, J.-C. Latombe, Y.-C. Chang and F. Prinz, "Finding narrow
 //! passages with probabilistic roadmaps: the small-step retraction method", Autonomous Robots
 //! 19(3), 2005, doi:10.1007/s10514-005-4748-1. Deviation: exits are found by queries, not by
@@ -37,16 +34,16 @@ use old_path::Point;
 use repairer::Repairer;
 
 impl Solver {
-    /// A path that is proved free, as near to the path of `points` (rows, one or more) as is found:
-    /// what of it is free stays as it is. An end that collides is moved too.
+    /// Returns a path that is proved free, as near to the path of `points` (one or more rows) as is
+    /// found. Its free parts stay, except beside collisions. A colliding end is moved too.
     ///
     /// # Guarantee
-    /// Every configuration of the result is free: proved. Where no such path is found,
+    /// Every configuration of the result is proved free. If no such path is found,
     /// [`Repaired::points`] is empty; that proves nothing. The same solver, points and options give
     /// the same result, unless a limit in seconds ends it.
     ///
     /// # Errors
-    /// [`Error::Input`] where there is no row, or one is no configuration of the scene within its
+    /// [`Error::Input`] if there is no row, or if one is no configuration of the scene within its
     /// limits: the row is named. [`Error::Option`] for an option that makes no sense.
     pub fn repair(&self, points: Rows, options: &RepairOptions) -> Result<Repaired> {
         options.check()?;
@@ -64,11 +61,11 @@ impl Solver {
 
 impl Repairer<'_> {
     fn repair(mut self) -> Repaired {
-        let stretches = self.old.colliding(push::STEP * self.context.metric.diameter(), &mut self.prover);
+        let stretches = self.old.colliding(push::STEP_SHARE * self.context.metric.diameter(), &mut self.prover);
         let mut new: Vec<Point> = Vec::new();
         let mut from = 0.0;
         for stretch in &stretches {
-            // An end that collides is no part of the new path.
+            // A colliding end is no part of the new path.
             if stretch.from > from {
                 self.old.copy(from, stretch.from, &mut new);
             }
@@ -79,12 +76,12 @@ impl Repairer<'_> {
         if from < self.old.end() || stretches.is_empty() {
             self.old.copy(from, self.old.end(), &mut new);
         }
-        // Where stretches meet, a point is there twice; rows that are equal stay.
+        // Points where stretches meet are there twice. Equal rows stay: their places differ.
         new.dedup();
         self.answer(new, stretches.len())
     }
 
-    /// New points for the stretch between two places, both included.
+    /// Returns new points for the stretch between two places, both included.
     fn replace(&mut self, from: f64, to: f64) -> Option<Vec<Point>> {
         let pushed = self.push(from, to)?;
         let closed = self.close(pushed)?;

@@ -1,4 +1,4 @@
-//! The path that is repaired: its places, and where it is not free.
+//! The path that is repaired: its places, and its parts that are not free.
 
 use crate::applications::motion::prover::Prover;
 use crate::cspace::{Config, ConfigSpace};
@@ -7,12 +7,12 @@ use crate::metric::Metric;
 /// A point of a new path: the place on the old one that it stands for, and a configuration.
 pub type Point = (f64, Vec<f64>);
 
-/// Steps in which the nearest place of an edge is enclosed: to a thousandth of the edge.
-const SECTIONS: usize = 14;
-/// Each encloses it in this share of the last.
-const GOLDEN: f64 = 0.618;
+/// Golden-section steps that enclose the nearest place of an edge: to a thousandth of the edge.
+const GOLDEN_STEPS: usize = 14;
+/// Share of the interval that each step keeps.
+const GOLDEN_SHARE: f64 = 0.618;
 
-/// The rows of the old path. A place is a number: row 2 is at 2, the middle of the edge after it at
+/// Rows of the old path. A place is a number: row 2 is at 2, the middle of the edge after it at
 /// 2.5.
 pub struct OldPath<'a> {
     rows: &'a [Config],
@@ -20,27 +20,24 @@ pub struct OldPath<'a> {
     space: &'a ConfigSpace,
 }
 
-/// What is to be replaced, between two places. The old path is free at both, or ends there.
+/// A part that is to be replaced, between two places. The old path is free at both, or ends there.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Stretch {
-    /// Where it begins.
     pub from: f64,
-    /// Where it ends.
     pub to: f64,
 }
 
 impl<'a> OldPath<'a> {
-    /// Of one row or more.
+    /// Takes one row or more.
     pub fn new(metric: &'a Metric, rows: &'a [Config]) -> Self {
         Self { rows, metric, space: &metric.scene().space }
     }
 
-    /// The place of the last row.
+    /// Returns the place of the last row.
     pub fn end(&self) -> f64 {
         (self.rows.len() - 1) as f64
     }
 
-    /// The configuration at a place.
     pub fn at(&self, place: f64) -> Vec<f64> {
         let row = (place.floor().max(0.0) as usize).min(self.rows.len() - 1);
         let share = place - row as f64;
@@ -51,24 +48,23 @@ impl<'a> OldPath<'a> {
         q
     }
 
-    /// Length in the metric.
     pub fn length(&self) -> f64 {
         self.length_between(0.0, self.end())
     }
 
-    /// Length between two places.
+    /// Returns the length between two places, in the metric.
     pub fn length_between(&self, from: f64, to: f64) -> f64 {
         let mut points = Vec::new();
         self.copy(from, to, &mut points);
         points.iter().zip(points.iter().skip(1)).map(|(a, b)| self.metric.distance(&a.1, &b.1)).sum()
     }
 
-    /// The rows between two places, which are none of them.
+    /// Returns the rows strictly between two places.
     pub fn rows_between(&self, from: f64, to: f64) -> impl Iterator<Item = usize> + use<> {
         (from.floor() as usize + 1..self.rows.len()).take_while(move |row| (*row as f64) < to)
     }
 
-    /// The place on the old path, from one to another, that is nearest to a configuration.
+    /// Returns the place between two others that is nearest to a configuration.
     pub fn nearest_place(&self, q: &[f64], from: f64, to: f64) -> f64 {
         let ends: Vec<f64> = std::iter::once(from).chain(self.rows_between(from, to).map(|row| row as f64)).collect();
         let next = ends.iter().copied().skip(1).chain([to]);
@@ -77,12 +73,12 @@ impl<'a> OldPath<'a> {
         found.map_or(from, |(_, place)| place)
     }
 
-    /// The distance of the nearest place on an edge, and the place: by golden sections, since
+    /// Returns the least distance to an edge, and the place of it. Golden sections find it, since
     /// along an edge the distance falls and then rises.
     fn nearest_on_edge(&self, q: &[f64], mut from: f64, mut to: f64) -> (f64, f64) {
         let distance = |place: f64| self.metric.distance(&self.at(place), q);
-        for _ in 0..SECTIONS {
-            let (low, high) = (to - GOLDEN * (to - from), from + GOLDEN * (to - from));
+        for _ in 0..GOLDEN_STEPS {
+            let (low, high) = (to - GOLDEN_SHARE * (to - from), from + GOLDEN_SHARE * (to - from));
             if distance(low) <= distance(high) { to = high } else { from = low }
         }
         let place = 0.5 * (from + to);
@@ -98,9 +94,9 @@ impl<'a> OldPath<'a> {
         }
     }
 
-    /// The stretches that are not proved free, in order, and `margin` (metric units) of the free
-    /// part of their edges on both sides: right beside a collision nothing leads elsewhere. Where
-    /// edges one after the other are not, and the row between them collides, they are one.
+    /// Returns the stretches that are not proved free, in order, with up to `margin` (metric units)
+    /// of free edge on both sides: right beside a collision nothing leads elsewhere. Two that meet
+    /// at a row become one if neither leaves more than `margin` free beside it.
     pub fn colliding(&self, margin: f64, prover: &mut Prover) -> Vec<Stretch> {
         let mut stretches: Vec<Stretch> = Vec::new();
         let mut add = |from: f64, to: f64| match stretches.last_mut() {

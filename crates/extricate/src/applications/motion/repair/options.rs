@@ -1,4 +1,4 @@
-//! What a repair is asked to be, and what is answered.
+//! Options and result of a repair.
 
 use serde::Serialize;
 
@@ -6,20 +6,19 @@ use crate::error::{Error, Result};
 use crate::interface::setters;
 use crate::query::{Context, Termination};
 
-/// What pushed configurations keep beyond the scene's clearance where no aim is given, as a share
-/// of the radius of the smallest moving body: an edge between two of them may bend by as much.
+/// Margin of pushed configurations beyond the scene's clearance if no aim is given, as a share of
+/// the radius of the smallest moving body. An edge between two of them may bend by as much.
 const AIM: f64 = 0.1;
 
 /// Options of a repair.
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub struct RepairOptions {
-    /// Clearance \[m\] that configurations are pushed out to, for pairs without one of their own;
+    /// Clearance \[m\] to which configurations are pushed out, for pairs without one of their own;
     /// or as much of it as is kept nearby, at least the scene's. `None`: a tenth of the radius of
     /// the smallest moving body beyond the scene's.
     pub aim: Option<f64>,
-    /// Most that the new path may be from the old one, as [`Repaired::deviation`] has it; `None`
-    /// for no limit.
+    /// Largest [`Repaired::deviation`] of a path that is accepted; `None` for no limit.
     pub max_deviation: Option<f64>,
     /// How finely edges are proved \[m\], see [`crate::SegmentOptions::resolution`].
     pub resolution: f64,
@@ -40,7 +39,7 @@ setters! {
 }
 
 impl Default for RepairOptions {
-    /// Proofs to 0.1 mm, 100,000 checks.
+    /// Proves edges to 0.1 mm, and ends after 100,000 checks.
     fn default() -> Self {
         let termination = Termination::after_checks(100_000);
         Self { aim: None, max_deviation: None, resolution: 1e-4, seed: 0, termination }
@@ -62,7 +61,7 @@ impl RepairOptions {
         }
     }
 
-    /// The clearance that is aimed at \[m\].
+    /// Returns the clearance that is aimed at \[m\].
     pub(super) fn aim_over(&self, context: &Context) -> f64 {
         self.aim.unwrap_or(context.clearance + AIM * context.checker.moving_radius()).max(context.clearance)
     }
@@ -72,24 +71,24 @@ impl RepairOptions {
 #[derive(Debug, Clone, PartialEq, Default, Serialize)]
 #[non_exhaustive]
 pub struct Repaired {
-    /// Configurations; between two of them the geodesic. Empty where no path was found.
+    /// Configurations, joined by geodesics; empty if no path was found.
     pub points: Vec<Vec<f64>>,
-    /// Of each point, the place on the old path that it stands for: 2.25 is a quarter of the edge
-    /// from row 2 to row 3. Time stamps of rows give those of points. Ascending; whole numbers for
-    /// rows that stay.
+    /// For each point, the place on the old path that it stands for: 2.25 is a quarter of the edge
+    /// from row 2 to row 3. Places turn time stamps of rows into those of points. They ascend, and
+    /// are whole numbers for rows that stay.
     pub places: Vec<f64>,
-    /// Largest distance, in metric units, of a point from that place, and of a row of the old path
+    /// Largest distance, in metric units, of a point from its place, and of a row of the old path
     /// from the point of the new one that stands for it.
     pub deviation: f64,
     /// Length of the path in the scene's metric.
     pub length: f64,
-    /// That of the old one.
+    /// Length of the old path, in the same metric.
     pub length_before: f64,
-    /// Stretches of the old path that were replaced.
+    /// Number of stretches of the old path that were replaced.
     pub stretches: usize,
-    /// Gaps in them that trees had to close.
+    /// Number of gaps in them that trees had to close.
     pub gaps: usize,
-    /// Configurations at which the exact checker evaluated anything.
+    /// Number of configurations at which the exact checker evaluated anything.
     pub checks: usize,
 }
 

@@ -1,4 +1,4 @@
-//! Points moved back toward the old path, and those removed that are not needed.
+//! Moves points back toward the old path, and removes those that are not needed.
 
 use rand::RngExt;
 
@@ -6,18 +6,18 @@ use super::old_path::Point;
 use super::repairer::Repairer;
 
 /// Shares of the way back to the old path that are tried, the whole of it first.
-const SHARES: [f64; 4] = [1.0, 0.5, 0.25, 0.125];
-/// How often all points are tried.
-const PASSES: usize = 3;
-/// Edges that are tried between other points of a path of trees, for each of its points.
-const ATTEMPTS_A_POINT: usize = 2;
+const PULL_SHARES: [f64; 4] = [1.0, 0.5, 0.25, 0.125];
+/// Passes in which all points are tried.
+const PULL_PASSES: usize = 3;
+/// Edges tried between random points of a path of trees, for each of its points.
+const ATTEMPTS_PER_POINT: usize = 2;
 
 impl Repairer<'_> {
-    /// The same path nearer to the old one, where edges are proved: its ends stay.
+    /// Moves the path nearer to the old one, as far as edges are proved; its ends stay.
     pub(super) fn pull(&mut self, mut points: Vec<Point>) -> Vec<Point> {
         self.spread(&mut points);
         self.drop_points(&mut points);
-        for _ in 0..PASSES {
+        for _ in 0..PULL_PASSES {
             self.split(&mut points);
             for at in 1..points.len().saturating_sub(1) {
                 self.pull_point(&mut points, at);
@@ -28,9 +28,9 @@ impl Repairer<'_> {
         points
     }
 
-    /// Removes points that trees made and that are not needed.
+    /// Removes points of trees that are not needed.
     pub(super) fn shortcut(&mut self, points: &mut Vec<Point>) {
-        for _ in 0..ATTEMPTS_A_POINT * points.len() {
+        for _ in 0..ATTEMPTS_PER_POINT * points.len() {
             if points.len() < 3 || self.prover.is_spent() {
                 return;
             }
@@ -43,7 +43,7 @@ impl Repairer<'_> {
     }
 
     /// Whether the edge from the first of some points to the last is no farther from the old path
-    /// than these are, at every place between where either bends.
+    /// than the points are, at every place between where either bends.
     fn is_no_farther(&self, points: &[Point]) -> bool {
         let (before, after) = (&points[0], &points[points.len() - 1]);
         let inner = &points[1..points.len() - 1];
@@ -53,10 +53,9 @@ impl Repairer<'_> {
         self.farthest_on(before, after, &places) <= farthest
     }
 
-    /// Gives points other places between those of the first and the last, if the path is then
-    /// nearer to the old one: trees know nothing of places, and where a path is pushed aside it
-    /// may stand still and then hurry. Each has the mean of the place that its share of the length
-    /// has, which ascends, and of the nearest one.
+    /// Gives points other places, if the path is then nearer to the old one: trees know no places,
+    /// and a path that is pushed aside may stand still and then hurry. A new place is the mean of
+    /// two: the one that the point's share of the length has, which ascends, and the nearest one.
     fn spread(&self, points: &mut [Point]) {
         if self.prover.is_spent() {
             return;
@@ -83,8 +82,8 @@ impl Repairer<'_> {
         }
     }
 
-    /// Adds points where the path is farthest from the old one, for what is near a corner can only
-    /// be moved back if the path bends there.
+    /// Adds points where the path is farthest from the old one: near a corner, points can only be
+    /// moved back if the path bends there.
     fn split(&self, points: &mut Vec<Point>) {
         let (mut worst, mut row_at, mut edge) = (0.0, None, 0);
         for at in 0..points.len().saturating_sub(1) {
@@ -118,7 +117,7 @@ impl Repairer<'_> {
             return;
         }
         let mut moved = q.clone();
-        for share in SHARES {
+        for share in PULL_SHARES {
             self.context.checker.scene().space.interpolate(q, &old, share, &mut moved);
             if self.prover.is_spent() {
                 return;
@@ -132,8 +131,7 @@ impl Repairer<'_> {
         }
     }
 
-    /// Removes points whose neighbours a proved edge joins that is no farther from the old path
-    /// than they are.
+    /// Removes a point if a proved edge joins its neighbours and is no farther from the old path.
     fn drop_points(&mut self, points: &mut Vec<Point>) {
         let mut at = 1;
         while at + 1 < points.len() && !self.prover.is_spent() {

@@ -1,36 +1,36 @@
-//! Configurations of a stretch, brought to free ones beside it.
+//! Brings configurations of a stretch to free ones beside it.
 
 use super::old_path::Point;
 use super::repairer::Repairer;
 use crate::query::{QueryOptions, nearest_exit_under};
 
-/// Configurations of a stretch are at most this far apart, as a share of the metric's diameter, and
-/// there are at least so many.
-pub const STEP: f64 = 0.02;
-const LEAST: usize = 2;
-/// How often the middle of an edge that is not proved is pushed out.
-const LEVELS: usize = 4;
+/// Largest distance between configurations of a stretch, as a share of the metric's diameter.
+pub const STEP_SHARE: f64 = 0.02;
+/// Minimum number of steps along a stretch.
+const MIN_STEPS: usize = 2;
+/// Times that an unproved edge is halved, and its middle pushed out.
+const HALVING_LEVELS: usize = 4;
 
-/// The new points of a stretch, and of each whether the edge from the one before is proved.
+/// New points of a stretch, and for each whether the edge from the one before is proved.
 pub struct Pushed {
     pub points: Vec<Point>,
     pub is_joined: Vec<bool>,
 }
 
 impl Repairer<'_> {
-    /// Points from one place to another. The first and the last are the old ones where these are
-    /// free. `None` where nothing free was found, or the budget is spent.
+    /// Returns points from one place to another; the ends stay if they are free. Returns `None` if
+    /// an end leads to no free configuration, or if the budget is spent.
     pub(super) fn push(&mut self, from: f64, to: f64) -> Option<Pushed> {
         let length = self.old.length_between(from, to);
-        let steps = (length / (STEP * self.context.metric.diameter())).ceil() as usize;
-        let count = if to > from { steps.max(LEAST) } else { 0 };
+        let steps = (length / (STEP_SHARE * self.context.metric.diameter())).ceil() as usize;
+        let count = if to > from { steps.max(MIN_STEPS) } else { 0 };
         self.stream.restart();
         let mut pushed = Pushed { points: Vec::new(), is_joined: Vec::new() };
         for k in 0..=count {
             let place = if k == count { to } else { from + (to - from) * k as f64 / count as f64 };
             let is_end = k == 0 || k == count;
             let Some(q) = self.beside(place, is_end) else {
-                // What lies between two free ends may be left to trees, an end may not.
+                // Trees can replace what lies between two free ends, but not an end.
                 if is_end || self.prover.is_spent() {
                     return None;
                 }
@@ -38,13 +38,13 @@ impl Repairer<'_> {
             };
             match pushed.points.last().cloned() {
                 None => pushed.add((place, q), true),
-                Some(last) => self.join(last, (place, q), LEVELS, &mut pushed),
+                Some(last) => self.join(last, (place, q), HALVING_LEVELS, &mut pushed),
             }
         }
         Some(pushed)
     }
 
-    /// The old configuration at a place, or the free one that the stream leads to.
+    /// Returns the old configuration if it is free, else the one that the stream leads to.
     fn beside(&mut self, place: f64, is_end: bool) -> Option<Vec<f64>> {
         let q = self.old.at(place);
         if self.prover.is_spent() {
@@ -60,7 +60,7 @@ impl Repairer<'_> {
         self.next_beside(&config)
     }
 
-    /// Adds a point; where the edge to it is not proved, first what its middle is pushed out to.
+    /// Adds a point. If the edge to it is not proved, first adds what its middle is pushed out to.
     fn join(&mut self, last: Point, next: Point, levels: usize, pushed: &mut Pushed) {
         let is_joined = self.prover.proves(&last.1, &next.1);
         if is_joined || levels == 0 || self.prover.is_spent() {
@@ -75,7 +75,7 @@ impl Repairer<'_> {
         self.join((place, middle), next, levels - 1, pushed);
     }
 
-    /// The exit that one start finds: one on the side where the edge is.
+    /// Returns the exit that one start finds: it lies on the side of the edge.
     fn nearest(&mut self, q: &[f64]) -> Option<Vec<f64>> {
         let config = self.context.checker.scene().space.config(q).ok()?;
         let aim = Some(self.options.aim_over(self.context));

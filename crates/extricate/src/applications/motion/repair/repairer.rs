@@ -1,4 +1,4 @@
-//! What a path is repaired with, and what all steps ask of it.
+//! State of a repair, and measures that all its steps use.
 
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
@@ -14,7 +14,6 @@ use crate::query::{Context, Deadline, QueryOptions, QueryScratch, Termination};
 /// jumps from exit to exit has gaps.
 const HYSTERESIS: f64 = 0.5;
 
-/// What a path is repaired with.
 pub struct Repairer<'a> {
     pub context: &'a Context<'a>,
     pub options: &'a RepairOptions,
@@ -23,12 +22,11 @@ pub struct Repairer<'a> {
     pub stream: Follower,
     pub query: QueryScratch,
     pub rng: ChaCha8Rng,
-    /// Stretches that pushing did not close.
+    /// Number of edges between pushed points that were not proved.
     pub gaps: usize,
 }
 
 impl<'a> Repairer<'a> {
-    /// Nothing is done yet.
     pub fn new(context: &'a Context<'a>, points: &'a [Config], options: &'a RepairOptions) -> Self {
         let limit = Deadline::of(&options.termination);
         let query = QueryOptions { clearance: Some(options.aim_over(context)), ..QueryOptions::default() };
@@ -45,7 +43,7 @@ impl<'a> Repairer<'a> {
         }
     }
 
-    /// The free configuration beside one that the stream leads to.
+    /// Returns the free configuration to which the stream leads from `q`.
     pub fn next_beside(&mut self, q: &Config) -> Option<Vec<f64>> {
         self.stream.limit(self.left());
         let answer = self.stream.query(self.context, q);
@@ -53,29 +51,29 @@ impl<'a> Repairer<'a> {
         answer.map(|answer| answer.witness.into())
     }
 
-    /// How far a new point is from the old one that it stands for, in metric units.
+    /// Returns the distance of a new point from the old one that it stands for, in metric units.
     pub fn deviation(&self, (place, q): &Point) -> f64 {
         self.context.metric.distance(&self.old.at(*place), q)
     }
 
-    /// The farthest that a path is from the old one, at its points and at the rows that its edges
-    /// stand for. Both are straight in between, so it is no farther there if the metric is one of
-    /// vectors.
+    /// Returns the largest distance of a path from the old one, at its points and at the rows that
+    /// its edges stand for. If the metric is a norm, it is nowhere larger: both are straight in
+    /// between.
     pub fn farthest(&self, points: &[Point]) -> f64 {
         let at_points = points.iter().map(|point| self.deviation(point)).fold(0.0, f64::max);
         let edges = points.iter().zip(points.iter().skip(1));
         edges.map(|(before, after)| self.farthest_on(before, after, &[])).fold(at_points, f64::max)
     }
 
-    /// The farthest that an edge is from the old path at the rows that it stands for, and at other
-    /// places.
+    /// Returns the largest distance of an edge from the old path, at the rows that it stands for
+    /// and at other places.
     pub fn farthest_on(&self, before: &Point, after: &Point, places: &[f64]) -> f64 {
         let rows = self.old.rows_between(before.0, after.0).map(|row| row as f64);
         let at = |place: f64| self.deviation(&self.between(before, after, place));
         rows.chain(places.iter().copied()).map(at).fold(0.0, f64::max)
     }
 
-    /// The point of an edge that stands for a place.
+    /// Returns the point of an edge that stands for a place.
     pub fn between(&self, before: &Point, after: &Point, place: f64) -> Point {
         let share = (place - before.0) / (after.0 - before.0).max(1e-12);
         let mut q = before.1.clone();
@@ -83,7 +81,7 @@ impl<'a> Repairer<'a> {
         (place, q)
     }
 
-    /// What queries may still spend.
+    /// Returns the rest of the budget, for queries.
     pub fn left(&self) -> Termination {
         self.prover.left()
     }

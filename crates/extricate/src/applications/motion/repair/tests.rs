@@ -1,4 +1,4 @@
-//! Repairs against samples along them.
+//! Tests repairs against samples along them.
 
 use super::*;
 use crate::applications::motion::testing::{along, labelled};
@@ -55,7 +55,7 @@ fn ends_that_collide_are_moved() {
     assert!(message.unwrap_err().to_string().contains("path: row 0"));
 }
 
-/// Rows that are equal are a pause: none of it is cut off.
+/// Equal rows are a pause, of which nothing is cut off.
 #[test]
 fn a_free_path_with_equal_rows_stays_as_it_is() {
     let solver = Solver::new(builtin::scene("planar-arm").unwrap());

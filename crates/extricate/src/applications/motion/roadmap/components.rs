@@ -1,4 +1,4 @@
-//! Which nodes are joined: union-find.
+//! Connected components of nodes, by union-find.
 
 /// Disjoint sets of nodes, numbered from 0.
 #[derive(Debug, Clone, Default)]
@@ -7,7 +7,7 @@ pub struct Components {
 }
 
 impl Components {
-    /// Of nodes joined by edges.
+    /// Makes the sets of nodes joined by edges.
     pub fn new(nodes: usize, edges: &[[u32; 2]]) -> Self {
         let mut components = Self::default();
         (0..nodes).for_each(|_| components.push());
@@ -17,12 +17,12 @@ impl Components {
         components
     }
 
-    /// One more node, on its own.
+    /// Adds one node, in a set of its own.
     pub fn push(&mut self) {
         self.parents.push(self.parents.len() as u32);
     }
 
-    /// The node that stands for all that a node is joined to.
+    /// Returns the node that represents the set of a node.
     pub fn root(&self, mut node: usize) -> usize {
         while self.parents[node] as usize != node {
             node = self.parents[node] as usize;
@@ -30,16 +30,16 @@ impl Components {
         node
     }
 
-    /// Joins two; whether they were apart.
+    /// Joins the sets of two nodes; returns whether they were apart.
     pub fn join(&mut self, a: usize, b: usize) -> bool {
         let (a, b) = (self.halved(a), self.halved(b));
-        // The older one stands for both, whatever the order.
+        // The older root represents both, whatever the order.
         let (low, high) = (a.min(b), a.max(b));
         self.parents[high] = low as u32;
         low != high
     }
 
-    /// The root, with the way to it halved.
+    /// Returns the root, and halves the path to it.
     fn halved(&mut self, mut node: usize) -> usize {
         while self.parents[node] as usize != node {
             self.parents[node] = self.parents[self.parents[node] as usize];

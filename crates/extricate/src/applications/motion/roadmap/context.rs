@@ -1,20 +1,20 @@
-//! What a roadmap grows in.
+//! The context in which a roadmap grows.
 
 use crate::query::Context;
 
-/// What a roadmap grows in.
+/// Context of a growing roadmap: that of its queries, and two lengths.
 #[derive(Clone, Copy)]
 pub struct RoadmapContext<'a> {
-    /// What queries stand on.
+    /// Scene, metric and samples of its queries.
     pub query: Context<'a>,
-    /// Of the smallest moving body \[m\]: what lengths are shares of.
+    /// Radius of the smallest moving body \[m\], of which other lengths are shares.
     pub radius: f64,
-    /// Of the proofs of edges \[m\].
+    /// Resolution of the proofs of edges \[m\].
     pub resolution: f64,
 }
 
 impl<'a> RoadmapContext<'a> {
-    /// Of a scene.
+    /// Makes the context for queries in `query`.
     pub fn new(query: &Context<'a>, resolution: f64) -> Self {
         Self { query: *query, radius: query.checker.moving_radius(), resolution }
     }

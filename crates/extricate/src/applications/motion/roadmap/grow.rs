@@ -1,5 +1,5 @@
-//! Batches: configurations are drawn and joined on all threads, in an order that does not depend on
-//! them.
+//! Grows a roadmap in batches: draws and joins configurations on all threads, with a result that
+//! does not depend on their number.
 
 use rayon::prelude::*;
 
@@ -10,35 +10,35 @@ use super::yields::{SAMPLERS, Sampler, shares};
 use crate::applications::motion::prover::Prover;
 use crate::query::QueryScratch;
 
-/// Most configurations of one sampler in a batch: what a batch finds is known to the next one only.
-const MOST: usize = 2048;
+/// Maximum configurations of one sampler in a batch: only the next batch knows what it found.
+const MAX_DRAWS_PER_SAMPLER: usize = 2048;
 
-/// Jobs that run side by side before what is left is counted again.
-const TOGETHER: usize = 64;
-/// Checks that drawing a configuration takes at most, about, which nothing limits: fewer run side
-/// by side if little is left.
-const CHECKS_OF_A_DRAW: usize = 100;
+/// Jobs that run in parallel before the rest of the budget is counted again.
+const PARALLEL_JOBS: usize = 64;
+/// Checks that drawing a configuration takes at most, about; no budget limits them. If little is
+/// left, fewer jobs run in parallel.
+const CHECKS_PER_DRAW: usize = 100;
 
-/// What one job of a batch found.
+/// Result of one job of a batch.
 enum Found {
-    /// A configuration, and the old nodes that it can be joined to.
+    /// A drawn configuration, and the old nodes that it can be joined to.
     Node(Drawn, Vec<usize>),
-    /// Trees between an island and others.
+    /// Trees between an island and its surroundings.
     Trees(Option<Trees>),
 }
 
-/// One batch of about so many checks, and of no more than are left. Ends early where the caller
-/// stops it, or time does: then less is drawn, and what is drawn depends on when.
+/// Grows by one batch of about `checks` checks, and no more than are left. If the caller or a time
+/// limit stops it early, less is drawn, and the result depends on when.
 pub fn grow(grower: &mut Grower, checks: usize) {
     let islands = islands(grower);
     let jobs = jobs(grower, checks, !islands.is_empty());
     let until = grower.left.saturating_sub(checks);
     let mut found: Vec<(Found, usize)> = Vec::with_capacity(jobs.len());
     while found.len() < jobs.len() && grower.left > until && !grower.is_spent() {
-        let most = TOGETHER.min(1 + grower.left / CHECKS_OF_A_DRAW);
+        let most = PARALLEL_JOBS.min(1 + grower.left / CHECKS_PER_DRAW);
         let some = &jobs[found.len()..][..most.min(jobs.len() - found.len())];
         let (this, first) = (&*grower, grower.roadmap.drawn);
-        // What each may spend does not depend on what the others do at the same time.
+        // Each job has a share of its own, so that the result does not depend on the others.
         let share = this.left.div_ceil(some.len());
         let find = |(memory, prover): &mut (QueryScratch, Prover), (at, sampler): (usize, &usize)| {
             let (limited, before) = (prover.limited(share), prover.checks);
@@ -56,7 +56,7 @@ pub fn grow(grower: &mut Grower, checks: usize) {
     take(grower, &jobs, found);
 }
 
-/// What one job finds, and the checks that drawing took.
+/// Runs one job; returns its result and the checks that drawing took.
 fn find(
     grower: &Grower,
     (sampler, index): (Sampler, u64),
@@ -77,8 +77,8 @@ fn find(
     (Found::Node(drawn, neighbours), checks)
 }
 
-/// Samplers of a batch of so many checks, by index; those of each are spread evenly over it, so
-/// that a batch that ends early has drawn of all.
+/// Returns the samplers of a batch of `checks` checks, by index. Draws of each are spread evenly
+/// over the batch, so that one that ends early has drawn from all.
 fn jobs(grower: &Grower, checks: usize, has_islands: bool) -> Vec<usize> {
     let has_samples = grower.context.query.stored.is_some();
     let is_of_use = |sampler: Sampler| match sampler {
@@ -90,7 +90,7 @@ fn jobs(grower: &Grower, checks: usize, has_islands: bool) -> Vec<usize> {
     let yields = &grower.roadmap.yields;
     let counts = shares(yields, is_of_use).into_iter().zip(yields).map(|(share, of)| {
         let count = (share * checks as f64 / of.cost()).ceil() as usize;
-        count.min(MOST)
+        count.min(MAX_DRAWS_PER_SAMPLER)
     });
     let place = |at: usize, count: usize| (at as f64 + 0.5) / count as f64;
     let placed = counts.enumerate().flat_map(|(sampler, n)| (0..n).map(move |at| (place(at, n), sampler)));
@@ -99,8 +99,7 @@ fn jobs(grower: &Grower, checks: usize, has_islands: bool) -> Vec<usize> {
     placed.into_iter().map(|(_, sampler)| sampler).collect()
 }
 
-/// Adds what a batch found. What cannot be joined to what was there is tried with what else is
-/// new.
+/// Adds the results of a batch. Nodes that join no old one are tried with the other new ones.
 fn take(grower: &mut Grower, jobs: &[usize], found: Vec<(Found, usize)>) {
     let old = grower.nodes.len();
     let mut new = Vec::new();

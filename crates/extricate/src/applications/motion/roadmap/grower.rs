@@ -1,4 +1,4 @@
-//! A roadmap while it grows: its nodes by place, and what is joined.
+//! A roadmap while it grows: its nodes, indexed for nearest neighbours, and its components.
 
 use super::components::Components;
 use super::context::RoadmapContext;
@@ -8,16 +8,14 @@ use crate::applications::motion::nodes::Nodes;
 use crate::applications::motion::prover::Prover;
 use crate::query::Deadline;
 
-/// Neighbours that a new node is tried to be joined to. Of `frame-1.5` (`bench/applications plan`,
-/// three seeds) the median took 240,000 checks with these, 450,000 with 12, over 1,000,000 with 6.
+/// Neighbours that a new node is tried to be joined to. For `frame-1.5` (`bench/applications plan`,
+/// three seeds) the median took 240,000 checks with 24, 450,000 with 12, over 1,000,000 with 6.
 pub const NEIGHBOURS: usize = 24;
 
-/// A roadmap while it grows.
 pub struct Grower<'a, 'b> {
     pub context: RoadmapContext<'a>,
-    /// When time or the caller ends it; its checks are those left.
+    /// Limits in time and by the caller; `left` limits the checks.
     limit: Deadline,
-    /// Checks that may still be spent.
     pub left: usize,
     pub roadmap: &'b mut Roadmap,
     pub nodes: Nodes<'a>,
@@ -25,7 +23,7 @@ pub struct Grower<'a, 'b> {
 }
 
 impl<'a, 'b> Grower<'a, 'b> {
-    /// Goes on with a roadmap, and spends at most `left` checks.
+    /// Continues a roadmap, and spends at most `left` checks.
     pub fn new(context: RoadmapContext<'a>, roadmap: &'b mut Roadmap, limit: &Deadline, left: usize) -> Self {
         let mut nodes = Nodes::new(context.query.metric);
         roadmap.configs.chunks_exact(roadmap.nq).for_each(|q| {
@@ -36,18 +34,16 @@ impl<'a, 'b> Grower<'a, 'b> {
         Self { context, limit: limit.clone(), left, roadmap, nodes, components }
     }
 
-    /// Whether no more is to be asked.
     pub fn is_spent(&self) -> bool {
         self.left == 0 || self.limit.is_reached(0)
     }
 
-    /// Counts checks.
     pub(super) fn spend(&mut self, checks: usize) {
         self.roadmap.checks += checks;
         self.left = self.left.saturating_sub(checks);
     }
 
-    /// Adds a free configuration and joins it to what it can be joined to; its node.
+    /// Adds a free configuration, joins it to what it can be joined to, and returns its node.
     pub fn add(&mut self, q: &[f64]) -> usize {
         let mut prover = self.prover();
         let neighbours = self.joinable(q, &self.nodes.near(q, NEIGHBOURS), &mut prover);
@@ -69,22 +65,22 @@ impl<'a, 'b> Grower<'a, 'b> {
         }
     }
 
-    /// A prover that may spend all that is left.
+    /// Returns a prover that may spend all that is left.
     pub(super) fn prover(&self) -> Prover<'a> {
         let mut prover = self.job_prover();
         prover.limited(self.left);
         prover
     }
 
-    /// A prover of jobs that run side by side, each of which limits what it spends: what others
-    /// have spent on the same thread does not count.
+    /// Returns a prover for parallel jobs, each of which limits its own checks: those of other jobs
+    /// on the same thread do not count.
     pub(super) fn job_prover(&self) -> Prover<'a> {
         let limit = Deadline { checks: None, ..self.limit.clone() };
         Prover::new(self.context.query.checker, self.context.resolution, limit)
     }
 
-    /// Which of `near`, no two of them joined, proved edges lead to from a free configuration,
-    /// until the prover's budget is spent.
+    /// Returns those of `near` that proved edges lead to from the free `q`, at most one in a
+    /// component, until the prover's budget is spent.
     pub(super) fn joinable(&self, q: &[f64], near: &[usize], prover: &mut Prover) -> Vec<usize> {
         let (mut joined, mut roots) = (Vec::new(), Vec::new());
         for node in near {
@@ -106,7 +102,7 @@ impl<'a, 'b> Grower<'a, 'b> {
         self.nodes.push(q)
     }
 
-    /// Joins a node to others; how many of them it was apart from.
+    /// Joins a node to others; returns how many of them were in another component.
     pub(super) fn join(&mut self, node: usize, others: &[usize]) -> usize {
         let mut joins = 0;
         for other in others {

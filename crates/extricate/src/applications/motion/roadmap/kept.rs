@@ -1,48 +1,43 @@
-//! The roadmap itself: what is kept from one plan to the next.
+//! The roadmap itself, as it is kept from one plan to the next.
 
 use serde::{Deserialize, Serialize};
 
-use super::yields::{MOST_COUNTED, Yield, check};
+use super::yields::{MAX_COUNT, Yield, check};
 use crate::cspace::ConfigSpace;
 
-/// Free configurations and proved edges between them: a forest, since only edges are kept that join
-/// what was apart.
+/// Free configurations and proved edges between them. They form a forest: only edges that join two
+/// components are kept.
 ///
-/// It belongs to the scene in which it grew. In another one of the same coordinates it is a guess
-/// that saves checks: no path is returned whose edges were not proved in the scene that it is for.
+/// It belongs to the scene in which it grew. In another scene of the same coordinates it is a guess
+/// that saves checks: a path is returned only if its edges are proved there.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Roadmap {
     pub(super) nq: usize,
-    /// The configurations, row after row.
     pub(super) configs: Vec<f64>,
     pub(super) edges: Vec<[u32; 2]>,
-    /// Nodes that were useful: where it is narrow.
+    /// Nodes that were useful, as those in narrow places are.
     pub(super) narrow: Vec<u32>,
-    /// Of all random numbers.
     pub(super) seed: u64,
-    /// Configurations drawn so far.
     pub(super) drawn: u64,
-    /// What each sampler has yielded.
     pub(super) yields: Vec<Yield>,
-    /// Configurations that were evaluated for it.
     pub(super) checks: usize,
 }
 
-/// What a file holds of a roadmap.
+/// Contents of a roadmap file.
 pub struct RoadmapParts {
-    /// Coordinates of a configuration.
+    /// Number of coordinates of a configuration.
     pub nq: usize,
     /// The configurations, row after row.
     pub configs: Vec<f64>,
-    /// Pairs of nodes.
+    /// Pairs of joined nodes, by index.
     pub edges: Vec<[u32; 2]>,
-    /// Nodes where it is narrow.
+    /// Indices of nodes in narrow places.
     pub narrow: Vec<u32>,
-    /// The rest.
+    /// Seed, counts and yields.
     pub rest: Rest,
 }
 
-/// What a roadmap says of itself beside its nodes and edges.
+/// Seed, counts and yields of a roadmap, as its file keeps them.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Rest {
@@ -53,40 +48,40 @@ pub struct Rest {
 }
 
 impl Roadmap {
-    /// Empty.
+    /// Makes an empty roadmap, with the seed of all its random numbers.
     pub fn new(space: &ConfigSpace, seed: u64) -> Self {
         let nq = space.nq();
         let (configs, edges, narrow) = (Vec::new(), Vec::new(), Vec::new());
         Self { nq, configs, edges, narrow, seed, drawn: 0, yields: Vec::new(), checks: 0 }
     }
 
-    /// Number of configurations.
+    /// Returns the number of configurations.
     pub fn len(&self) -> usize {
         self.configs.len() / self.nq
     }
 
-    /// Whether there are none.
+    /// Whether it has no configurations.
     pub fn is_empty(&self) -> bool {
         self.configs.is_empty()
     }
 
-    /// Number of edges.
+    /// Returns the number of edges.
     pub fn edges(&self) -> usize {
         self.edges.len()
     }
 
-    /// Configurations that the exact checker evaluated to make it.
+    /// Number of configurations that the exact checker evaluated to make it.
     pub fn checks(&self) -> usize {
         self.checks
     }
 
-    /// What a file holds of it.
+    /// Returns the contents of its file.
     pub(crate) fn parts(&self) -> RoadmapParts {
         let Self { nq, configs, edges, narrow, seed, drawn, yields, checks } = self.clone();
         RoadmapParts { nq, configs, edges, narrow, rest: Rest { seed, drawn, yields, checks } }
     }
 
-    /// The roadmap of these parts.
+    /// Makes the roadmap of a file's contents.
     ///
     /// # Errors
     /// As [`Roadmap::check`].
@@ -97,7 +92,7 @@ impl Roadmap {
         Ok(roadmap)
     }
 
-    /// Whether it is one of `space` that this program could have made.
+    /// Checks that it is one of `space` that this program could have made.
     ///
     /// # Errors
     /// The field, its value, and what was expected.
@@ -118,13 +113,12 @@ impl Roadmap {
             return Err(format!("narrow: got {node}, expected one of {nodes} nodes"));
         }
         let most = [self.drawn, self.checks as u64].into_iter().fold(0, u64::max);
-        if most > MOST_COUNTED {
-            return Err(format!("counts: got {most}, expected at most {MOST_COUNTED}"));
+        if most > MAX_COUNT {
+            return Err(format!("counts: got {most}, expected at most {MAX_COUNT}"));
         }
         check(&self.yields)
     }
 
-    /// A node.
     pub(super) fn config(&self, node: usize) -> &[f64] {
         &self.configs[node * self.nq..][..self.nq]
     }

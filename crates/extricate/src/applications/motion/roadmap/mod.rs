@@ -1,18 +1,18 @@
-//! A roadmap: free configurations, most of them from where it is narrow, and proved edges.
+//! A roadmap: free configurations, most of them in narrow places, and proved edges.
 //!
 //! Read in this order: `kept` (the roadmap), `components`, `yields` and `samplers` (where
 //! configurations come from), `grower`, `islands` (trees), `grow` (batches: draw, join, measure
 //! what each sampler yields), `solve` (a path).
 //!
-//! Free configurations drawn uniformly hardly ever lie in a narrow passage; the nearest free ones
-//! to colliding ones do, but cost more checks each. Which is worth its checks depends on the scene,
-//! so it is measured: a sampler's share of the next batch is its share of what was *useful* for
-//! each check, a node that nothing known can be joined to, or one that joins what was apart.
+//! Free configurations drawn uniformly hardly ever lie in a narrow passage. The nearest free ones
+//! to colliding ones do, but cost more checks each. The best sampler depends on the scene, so its
+//! worth is measured: its share of the next batch is its share of *useful* nodes per check. A node
+//! is useful if nothing known can be joined to it, or if it joins two components.
 //!
 //! # Source
 //! The measure of use is that of T. Simeon, J.-P. Laumond and C. Nissoux, "Visibility-based
 //! probabilistic roadmaps for motion planning", Advanced Robotics 14(6), 2000,
-//! doi:10.1163/156855300741960; but useless nodes are kept too. Retraction: L. Zhang and D.
+//! doi:10.1163/156855300741960. Deviation: useless nodes are kept too. Retraction: L. Zhang and D.
 //! Manocha, "An efficient retraction-based RRT planner", ICRA 2008, doi:10.1109/ROBOT.2008.4543785.
 //! Bridges: D. Hsu, T. Jiang, J. Reif and Z. Sun, "The bridge test for sampling narrow passages
 //! with probabilistic roadmap planners", ICRA 2003, doi:10.1109/ROBOT.2003.1241662.

@@ -1,4 +1,4 @@
-//! Where the configurations of a roadmap come from.
+//! Draws the configurations of a roadmap.
 
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -10,29 +10,29 @@ use crate::cspace::Label;
 use crate::cspace::sampling::{Halton, uniform};
 use crate::query::{Effort, QueryOptions, QueryScratch, Termination, nearest_exit_under};
 
-/// What retracted configurations keep beyond the clearance, as shares of the radius of the smallest
-/// moving body: nobody says how wide a passage is, so three sizes are tried, each a third of the
+/// Margins of retracted configurations beyond the clearance, as shares of the radius of the
+/// smallest moving body. Widths of passages are unknown, so three are tried, each a third of the
 /// last.
-pub const AIMS: [f64; 3] = [0.03, 0.01, 0.003];
+pub const AIM_SHARES: [f64; 3] = [0.03, 0.01, 0.003];
 
 /// Checks after which a retraction ends; the first exit is found whatever it takes.
 const RETRACTION_CHECKS: usize = 1;
 
-/// How far the ends of a bridge are from each other at most, as a share of the distance between two
-/// random configurations; most passages are far narrower, so shorter ones are more likely.
-const BRIDGE: f64 = 0.2;
-/// The same of configurations around a node.
-const AROUND: f64 = 0.1;
+/// Largest distance between the ends of a bridge, as a share of that of two random configurations.
+/// Most passages are far narrower, so shorter bridges are more likely.
+const BRIDGE_SHARE: f64 = 0.2;
+/// Largest distance of configurations drawn around a node, as the same share.
+const AROUND_SHARE: f64 = 0.1;
 
-/// A configuration that was drawn.
+/// Result of drawing a configuration.
 pub struct Drawn {
-    /// Verified free; `None` where nothing came of it.
+    /// Configuration that was verified free; `None` if none was found.
     pub config: Option<Vec<f64>>,
-    /// Configurations that were evaluated.
+    /// Number of configurations evaluated.
     pub checks: usize,
 }
 
-/// Draws the configuration of an index, on any thread.
+/// Draws the configuration of an index; it is the same on any thread.
 pub fn draw(
     sampler: Sampler,
     index: u64,
@@ -52,31 +52,31 @@ pub fn draw(
         }
         Sampler::Retracted(aim) => {
             Halton::new(space.nv(), roadmap.seed).config(space, index, &mut q);
-            retracted(&q, (AIMS[aim], Effort::Refined), context, memory)
+            retracted(&q, (AIM_SHARES[aim], Effort::Refined), context, memory)
         }
         Sampler::Stored => {
             Halton::new(space.nv(), roadmap.seed).config(space, index, &mut q);
-            retracted(&q, (AIMS[0], Effort::Nearest), context, memory)
+            retracted(&q, (AIM_SHARES[0], Effort::Nearest), context, memory)
         }
         Sampler::Bridge => bridge(q, &mut rng, context, memory),
-        // They draw no single configuration, see `islands`.
+        // Trees draw no single configuration, see `islands`.
         Sampler::Trees => Drawn { config: None, checks: 0 },
         Sampler::Around => {
             let node = roadmap.narrow[rng.random_range(0..roadmap.narrow.len())] as usize;
             uniform(space, &mut rng, &mut q);
-            let (far, reach) = (q.clone(), AROUND * rng.random::<f64>().powi(2));
+            let (far, reach) = (q.clone(), AROUND_SHARE * rng.random::<f64>().powi(2));
             space.interpolate(roadmap.config(node), &far, reach, &mut q);
-            retracted(&q, (AIMS[rng.random_range(0..AIMS.len())], Effort::Refined), context, memory)
+            retracted(&q, (AIM_SHARES[rng.random_range(0..AIM_SHARES.len())], Effort::Refined), context, memory)
         }
     }
 }
 
-/// The configuration itself where it is free, else the nearest exit that one start finds.
+/// Returns the configuration itself if it is free, else the nearest exit that one start finds.
 fn retracted(q: &[f64], (aim, effort): (f64, Effort), context: &RoadmapContext, memory: &mut QueryScratch) -> Drawn {
     let Ok(q) = context.query.checker.scene().space.config(q) else { return Drawn { config: None, checks: 0 } };
     let aim = context.query.clearance + aim * context.radius;
     let starts = (effort != Effort::Nearest).then_some(1);
-    // The first exit that is found will do: that it is the nearest is not worth its checks.
+    // The first exit will do: a search for the nearest is not worth its checks.
     let termination = Termination::after_checks(RETRACTION_CHECKS);
     let options = QueryOptions { effort, starts, clearance: Some(aim), termination, ..QueryOptions::default() };
     let answer = nearest_exit_under(&context.query, &q, &options, true, memory);
@@ -99,7 +99,7 @@ fn bridge(mut q: Vec<f64>, rng: &mut ChaCha8Rng, context: &RoadmapContext, memor
     }
     let (mut far, mut end, mut middle) = (q.clone(), q.clone(), q.clone());
     uniform(space, rng, &mut far);
-    space.interpolate(&q, &far, BRIDGE * rng.random::<f64>().powi(2), &mut end);
+    space.interpolate(&q, &far, BRIDGE_SHARE * rng.random::<f64>().powi(2), &mut end);
     if checker.label(&end, &mut memory.evaluator.check) == Label::Free {
         return Drawn { config: None, checks: 2 };
     }

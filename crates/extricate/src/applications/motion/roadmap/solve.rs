@@ -1,4 +1,4 @@
-//! A path through a roadmap.
+//! Finds a path through a roadmap.
 
 use std::collections::VecDeque;
 
@@ -7,17 +7,16 @@ use super::grower::{Grower, NEIGHBOURS};
 use super::kept::Roadmap;
 
 impl Grower<'_, '_> {
-    /// Whether two nodes are joined.
     pub fn are_joined(&self, a: usize, b: usize) -> bool {
         self.components.root(a) == self.components.root(b)
     }
 
-    /// The path between two nodes; `None` where they are not joined, or the budget ends before all
-    /// of it is proved.
+    /// Returns the path between two nodes; `None` if they are not joined, or if the budget ends
+    /// before all of it is proved.
     ///
     /// # Guarantee
-    /// Every edge is proved now, whatever the roadmap was made for: edges that are not are
-    /// forgotten, and what they joined is tried to be joined anew.
+    /// Every edge is proved in this call, whatever scene the roadmap was made for. Edges that are
+    /// not are removed, and their nodes are joined anew if possible.
     pub fn solve(&mut self, from: usize, to: usize) -> Option<Vec<Vec<f64>>> {
         while self.are_joined(from, to) {
             let path = branch(self.roadmap, from, to)?;
@@ -33,7 +32,7 @@ impl Grower<'_, '_> {
             if bad.is_empty() {
                 return Some(path.iter().map(|node| self.roadmap.config(*node).to_vec()).collect());
             }
-            // What was not proved for want of checks may well be free.
+            // Edges that are not proved for want of checks may well be free, so they stay.
             if is_spent {
                 return None;
             }
@@ -63,7 +62,7 @@ impl Grower<'_, '_> {
     }
 }
 
-/// The nodes between two in a forest, breadth first.
+/// Returns the nodes from one to another in a forest, breadth first.
 fn branch(roadmap: &Roadmap, from: usize, to: usize) -> Option<Vec<usize>> {
     let mut edges = vec![Vec::new(); roadmap.len()];
     for [a, b] in &roadmap.edges {

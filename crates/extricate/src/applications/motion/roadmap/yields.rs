@@ -1,26 +1,26 @@
-//! The sources of configurations, and what each has yielded for its checks.
+//! Sources of configurations, and what each has yielded for its checks.
 
 use serde::{Deserialize, Serialize};
 
 /// A source of configurations.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Sampler {
-    /// A low-discrepancy sequence; those that collide are dropped.
+    /// A low-discrepancy sequence; colliding configurations are dropped.
     Uniform,
-    /// The same; those that collide are brought to the nearest exit that one start finds, at one of
-    /// the [`super::samplers::AIMS`].
+    /// The same; colliding configurations are brought to the nearest exit that one start finds, at
+    /// one of the [`super::samplers::AIM_SHARES`].
     Retracted(usize),
-    /// The same at the widest aim, by the nearest stored sample of a model.
+    /// The same at the widest aim, but from the nearest stored sample of a model.
     Stored,
-    /// The middle between two near configurations that collide.
+    /// A free middle between two near configurations that collide.
     Bridge,
-    /// Near a node that was useful, brought to the nearest exit where it collides.
+    /// A configuration near a useful node, brought to the nearest exit if it collides.
     Around,
-    /// Trees between a component and what is around it.
+    /// Trees between a component and its surroundings.
     Trees,
 }
 
-/// All, in the order of their yields in a roadmap.
+/// All samplers, in the order of their yields in a roadmap.
 pub const SAMPLERS: [Sampler; 8] = [
     Sampler::Uniform,
     Sampler::Retracted(0),
@@ -32,43 +32,42 @@ pub const SAMPLERS: [Sampler; 8] = [
     Sampler::Trees,
 ];
 
-/// Checks that drawing and joining a configuration takes, until it was measured.
-const FIRST_COST: f64 = 20.0;
+/// Checks that drawing and joining a configuration is expected to take before any is measured.
+const PRIOR_COST_CHECKS: f64 = 20.0;
 
-/// Most that a count may say \[1\]: more takes longer than anyone has, and sums would overflow.
-pub const MOST_COUNTED: u64 = 1 << 48;
+/// Maximum of a stored count: more takes longer than anyone has, and sums would overflow.
+pub const MAX_COUNT: u64 = 1 << 48;
 
-/// What a sampler has yielded.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct Yield {
-    /// Configurations that were drawn.
+    /// Number of configurations drawn.
     pub drawn: u64,
-    /// Useful nodes, see [`super`].
+    /// Number of useful nodes, see [`super`].
     pub useful: u64,
-    /// Configurations that were evaluated to draw and to join them.
+    /// Number of configurations evaluated to draw and to join them.
     pub checks: u64,
 }
 
 impl Yield {
-    /// Useful nodes for each check. The prior is one in a thousand: a sampler that was hardly tried
-    /// is neither dropped nor taken for the best.
+    /// Returns useful nodes for each check. The prior is one in a thousand, so that a sampler that
+    /// was hardly tried is neither dropped nor taken for the best.
     fn rate(&self) -> f64 {
         (self.useful as f64 + 1.0) / (self.checks as f64 + 1000.0)
     }
 
-    /// Checks that one more takes, about.
+    /// Estimates the checks that one more draw takes.
     pub fn cost(&self) -> f64 {
-        /// As if so many had been drawn before.
-        const PRIOR: f64 = 10.0;
-        (self.checks as f64 + PRIOR * FIRST_COST) / (self.drawn as f64 + PRIOR)
+        /// Weight of the prior, in draws.
+        const PRIOR_DRAWS: f64 = 10.0;
+        (self.checks as f64 + PRIOR_DRAWS * PRIOR_COST_CHECKS) / (self.drawn as f64 + PRIOR_DRAWS)
     }
 }
 
-/// Whether yields are those of all samplers, or of none yet.
+/// Checks that there are yields of all samplers, or of none.
 pub fn check(yields: &[Yield]) -> Result<(), String> {
     let most = yields.iter().flat_map(|of| [of.drawn, of.useful, of.checks]).fold(0, u64::max);
-    if most > MOST_COUNTED {
-        return Err(format!("yields: got {most}, expected at most {MOST_COUNTED}"));
+    if most > MAX_COUNT {
+        return Err(format!("yields: got {most}, expected at most {MAX_COUNT}"));
     }
     if yields.is_empty() || yields.len() == SAMPLERS.len() {
         return Ok(());
@@ -76,18 +75,19 @@ pub fn check(yields: &[Yield]) -> Result<(), String> {
     Err(format!("yields: got {}, expected {}", yields.len(), SAMPLERS.len()))
 }
 
-/// Checks of a batch that each sampler gets, of so many: in proportion to its rate, at least a
+/// Returns each sampler's share of a batch's checks: in proportion to its rate, and at least a
 /// twentieth of the best one's.
 pub fn shares(yields: &[Yield], is_of_use: impl Fn(Sampler) -> bool) -> Vec<f64> {
-    /// Least share, of the best sampler's.
-    const LEAST: f64 = 0.05;
+    /// Least rate, as a share of the best sampler's.
+    const MIN_RATE_SHARE: f64 = 0.05;
     let rates: Vec<f64> = SAMPLERS
         .into_iter()
         .zip(yields)
         .map(|(sampler, of)| if is_of_use(sampler) { of.rate() } else { 0.0 })
         .collect();
     let best = rates.iter().copied().fold(0.0, f64::max);
-    let floored: Vec<f64> = rates.iter().map(|rate| if *rate > 0.0 { rate.max(LEAST * best) } else { 0.0 }).collect();
+    let floored: Vec<f64> =
+        rates.iter().map(|rate| if *rate > 0.0 { rate.max(MIN_RATE_SHARE * best) } else { 0.0 }).collect();
     let sum: f64 = floored.iter().sum();
     floored.iter().map(|rate| rate / sum).collect()
 }
