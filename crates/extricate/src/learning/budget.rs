@@ -1,4 +1,4 @@
-//! What a learning run may still spend, and the caller's wish to stop.
+//! The budget of a learning run, in labels and seconds, and the caller's request to stop.
 
 use std::ops::ControlFlow;
 use std::time::{Duration, Instant};
@@ -6,8 +6,7 @@ use std::time::{Duration, Instant};
 use super::{LabelBatch, LearnOptions, LearnProgress};
 use crate::cspace::Label;
 
-/// The part of the limit in seconds that learning itself may take: the rest is for indexing and
-/// measuring what it made.
+/// Share of the limit in seconds that learning may take; indexing and measuring get the rest.
 const LEARNING_SHARE: f64 = 0.9;
 
 /// Counts labels and seconds, and reports progress after every batch.
@@ -20,19 +19,19 @@ pub struct Budget<'a> {
     end: Option<BudgetEnd>,
 }
 
-/// Why no more labels are to be had.
+/// Why a budget ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum BudgetEnd {
-    /// The labels are spent.
+    /// All labels are spent.
     Labels,
-    /// The seconds are spent.
+    /// The time for learning is spent.
     Seconds,
-    /// The caller asked to stop.
+    /// The caller requested a stop.
     Interrupted,
 }
 
 impl<'a> Budget<'a> {
-    /// Starts the clock.
+    /// Creates an unspent budget and starts its clock.
     pub fn new(options: &LearnOptions, report: &'a mut dyn FnMut(&LearnProgress) -> ControlFlow<()>) -> Self {
         let progress =
             LearnProgress { stage: "exploring", fraction: 0.0, labels: 0, boundary_samples: 0, accuracy: None };
@@ -40,13 +39,13 @@ impl<'a> Budget<'a> {
         Self { labels, seconds, started: Instant::now(), progress, report, end: None }
     }
 
-    /// Names the stage that follows.
+    /// Names the stage that begins, and reports it.
     pub fn stage(&mut self, stage: &'static str) {
         self.progress.stage = stage;
         self.tell();
     }
 
-    /// Notes results for the reports.
+    /// Stores figures for the next reports.
     pub fn note(&mut self, boundary_samples: usize, accuracy: Option<f64>) {
         self.progress.boundary_samples = boundary_samples;
         self.progress.accuracy = accuracy.or(self.progress.accuracy);
@@ -59,7 +58,7 @@ impl<'a> Budget<'a> {
         labels
     }
 
-    /// Counts `labels` that were asked otherwise and reports.
+    /// Counts `labels` that were spent without [`Budget::label`], and reports.
     pub fn spend(&mut self, labels: usize) {
         self.progress.labels += labels;
         self.tell();
@@ -77,18 +76,18 @@ impl<'a> Budget<'a> {
         }
     }
 
-    /// Why nothing more may be spent; `None` while something may.
+    /// Returns why the budget ended; `None` while it has not.
     pub fn end(&self) -> Option<BudgetEnd> {
         self.end
     }
 
-    /// Share of the budget spent, of labels or of seconds, whichever is more, in `[0, 1]`.
+    /// Larger of the spent shares of labels and of seconds, in `[0, 1]`.
     pub fn fraction(&self) -> f64 {
         let [by_labels, by_time] = self.shares();
         by_labels.max(by_time).min(1.0)
     }
 
-    /// Shares of the labels and of the seconds that are spent.
+    /// Spent shares of the labels and of the seconds for learning.
     fn shares(&self) -> [f64; 2] {
         let by_labels = self.progress.labels as f64 / self.labels.max(1) as f64;
         let limit = self.seconds.map(|limit| LEARNING_SHARE * limit);
@@ -96,18 +95,18 @@ impl<'a> Budget<'a> {
         [by_labels, by_time]
     }
 
-    /// The limit in seconds.
+    /// Limit in seconds, indexing and measuring included.
     pub fn seconds(&self) -> Option<f64> {
         self.seconds
     }
 
-    /// When the seconds for learning are spent; `None` without a limit, or with one that no clock
-    /// can hold.
+    /// Time at which the seconds for learning end; `None` without a limit that a clock can
+    /// represent.
     pub fn until(&self) -> Option<Instant> {
         self.after(LEARNING_SHARE * self.seconds?)
     }
 
-    /// When all seconds are spent, those for indexing and measuring included.
+    /// Time at which all seconds end, those for indexing and measuring included.
     pub fn until_measured(&self) -> Option<Instant> {
         self.after(self.seconds?)
     }
@@ -116,12 +115,12 @@ impl<'a> Budget<'a> {
         self.started.checked_add(Duration::try_from_secs_f64(seconds).ok()?)
     }
 
-    /// Labels spent.
+    /// Number of labels spent.
     pub fn spent(&self) -> usize {
         self.progress.labels
     }
 
-    /// Labels left.
+    /// Number of labels left.
     pub fn left(&self) -> usize {
         self.labels.saturating_sub(self.progress.labels)
     }

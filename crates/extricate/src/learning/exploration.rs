@@ -1,4 +1,4 @@
-//! Exploration: labels of low-discrepancy configurations, before anything is known.
+//! Exploration, the first step of learning: labels evenly spread (low-discrepancy) configurations.
 
 use rayon::prelude::*;
 
@@ -9,22 +9,22 @@ use crate::cspace::{ConfigSpace, Label};
 /// Labelled configurations, in two lists.
 #[derive(Debug, Clone, Default)]
 pub struct Exploration {
-    /// Free ones, row major.
+    /// Free configurations, row major.
     pub free: Vec<f64>,
-    /// Colliding ones, row major.
+    /// Colliding configurations, row major.
     pub colliding: Vec<f64>,
     /// Index of the next low-discrepancy point.
     pub next: u64,
 }
 
-/// Configurations labelled in one batch.
+/// Most configurations labelled in one batch.
 pub const BATCH: usize = 2048;
-/// Rows below which sharing out work that takes less than a label costs more than it saves.
+/// Fewest rows of a parallel task, for work cheaper than a label: smaller tasks cost more to share
+/// out than they save.
 pub const ROWS_A_TASK: usize = 64;
 
 impl Exploration {
-    /// Labels `count` further points of the sequence; fewer where the budget ends, never more than
-    /// it has left.
+    /// Labels the next `count` points of the sequence, or as many as the budget still allows.
     pub fn extend(
         &mut self,
         space: &ConfigSpace,

@@ -1,5 +1,5 @@
-//! From labels to a classifier of the obstacle region. Sees `label` and features of configurations,
-//! never a mesh.
+//! Learns a classifier of the obstacle region from exact labels. This module sees labels and
+//! features of configurations, never a mesh.
 
 pub mod active_learning;
 pub mod budget;
@@ -13,20 +13,20 @@ use crate::error::{Error, Result};
 use crate::interface::setters;
 pub use budget::Budget;
 
-/// Exact labels of many configurations (row major) at once; may use many threads, answers in order.
+/// Returns the exact labels of many configurations (row major) in order; may use many threads.
 pub type LabelBatch<'a> = dyn Fn(&[f64]) -> Vec<Label> + Sync + 'a;
 
-/// How much to learn.
+/// Limits, seed and threads of a learning run.
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub struct LearnOptions {
-    /// Most labels (exact checks, and evaluations of contacts while solving) to spend.
+    /// Most labels to spend; each exact check and each evaluation of contacts is one.
     pub labels: usize,
     /// Most seconds to spend; a model that ran out of time depends on the speed of the machine.
     pub seconds: Option<f64>,
     /// Seed of every sampler.
     pub seed: u64,
-    /// Threads; 0 for one per core. The model does not depend on it.
+    /// Number of threads; 0 means one per core. The model does not depend on it.
     pub threads: usize,
 }
 
@@ -40,10 +40,10 @@ setters! {
 }
 
 impl LearnOptions {
-    /// The threads of a run with these options.
+    /// Builds the thread pool of a run with these options.
     ///
     /// # Errors
-    /// [`Error::Option`] for an option that makes no sense.
+    /// [`Error::Option`] if an option has an invalid value.
     pub(crate) fn pool(&self) -> Result<rayon::ThreadPool> {
         self.check()?;
         rayon::ThreadPoolBuilder::new().num_threads(self.threads).build().map_err(|e| Error::Option {
@@ -54,7 +54,7 @@ impl LearnOptions {
     }
 
     /// # Errors
-    /// [`Error::Option`] for one that makes no sense.
+    /// [`Error::Option`] if an option has an invalid value.
     pub(crate) fn check(&self) -> Result<()> {
         if self.labels == 0 {
             return Err(Error::Option { name: "labels", value: "0".into(), expected: "at least 1".into() });
@@ -72,19 +72,20 @@ impl Default for LearnOptions {
     }
 }
 
-/// Where a learning run stands, for a progress bar.
+/// State of a learning run, for a progress bar.
 #[derive(Debug, Clone)]
 #[non_exhaustive]
 pub struct LearnProgress {
-    /// What is being done: `exploring`, `training`, `tracing the boundary`, `solving`, ...
+    /// Name of the stage: `exploring`, `training`, `tracing the boundary`, `solving` or
+    /// `measuring`.
     pub stage: &'static str,
     /// Share of the budget spent, in `[0, 1]`.
     pub fraction: f64,
-    /// Labels spent.
+    /// Number of labels spent so far.
     pub labels: usize,
-    /// Boundary samples found.
+    /// Number of boundary samples found so far.
     pub boundary_samples: usize,
-    /// Held-out balanced accuracy of the last classifier.
+    /// Balanced held-out accuracy of the last classifier; `None` before one was measured.
     pub accuracy: Option<f64>,
 }
 

@@ -1,9 +1,9 @@
-//! A classifier of the obstacle region as the union of parts, one svm a part: predicted to collide
-//! where any svm says so.
+//! A classifier of the obstacle region as a union of parts, with one SVM per part. A configuration
+//! is predicted to collide if any SVM predicts so.
 //!
-//! A part is where one pair of bodies collides. Whether it does depends on their relative pose
-//! alone: fewer numbers, fewer joints and a smoother boundary than those of the whole region, whose
-//! creases are where parts meet.
+//! A part is the set of configurations at which one pair of bodies collides. It depends on their
+//! relative pose alone: fewer numbers, fewer joints and a smoother boundary than the whole region,
+//! whose creases are where parts meet.
 
 use std::collections::HashSet;
 
@@ -13,65 +13,66 @@ use serde::{Deserialize, Serialize};
 use super::svm::{Classifier, FitOptions, Trained};
 use crate::cspace::{ConfigSpace, Label};
 
-/// The obstacle region as a union of parts: all that learning sees of them.
+/// The obstacle region as a union of parts; learning sees nothing else of the bodies.
 pub struct Parts<'a> {
-    /// How many there are.
+    /// Number of parts of the region.
     pub count: usize,
-    /// Coordinates of a configuration.
+    /// Number of coordinates of a configuration.
     pub nq: usize,
-    /// Which parts each configuration (row major) lies in, ascending; none for a free one. An exact
-    /// check each.
+    /// Returns the parts that each configuration (row major) lies in, ascending; none for a free
+    /// one. Each configuration costs an exact check.
     pub containing: &'a (dyn Fn(&[f64]) -> Vec<Vec<u32>> + Sync),
-    /// For each configuration (row major), and for each of the given parts in turn, the
-    /// [`Parts::width`] numbers that decide.
+    /// Returns the [`Parts::width`] features of each given part at each configuration (row major),
+    /// configuration after configuration.
     pub features: &'a Features<'a>,
-    /// Numbers that decide about one part.
+    /// Number of features of one part.
     pub width: usize,
 }
 
 /// Maps configurations (row major) and parts to the features that the kernels see.
 pub type Features<'a> = dyn Fn(&[f64], &[u32]) -> Vec<f64> + Sync + 'a;
 
-/// One svm for each part that was seen.
+/// One SVM for each part that some training configuration lies in.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct ObstacleClassifier {
-    /// Of the parts that were seen most often first.
+    /// Sorted by how often the parts were seen, most often first.
     svms: Vec<PairSvm>,
 }
 
-/// The svm of one part.
+/// The support vector machine of one part.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct PairSvm {
-    /// The part.
+    /// Index of the part.
     pub part: u32,
-    /// Tells from the part's features.
+    /// Classifies features of the part.
     pub classifier: Classifier,
-    /// Configurations of its support vectors, row major, in their order.
+    /// Configurations of the support vectors, row major, in the same order.
     pub support: Vec<f64>,
-    /// To go on from where training configurations are appended.
+    /// Start of further training, if configurations are appended.
     #[serde(skip)]
     trained: Trained,
 }
 
-/// Configurations whose features are made at once.
-const CHUNK: usize = 64;
-/// Soft-margin penalty, large because exact labels are no noise. From 100 to 10,000, seven joints
-/// before a box learn as well; less trains faster.
+/// Configurations whose features are computed together.
+const CONFIGS_PER_CHUNK: usize = 64;
+/// Soft-margin penalty `C`, large because exact labels have no noise. For seven joints before a
+/// box, 100 to 10,000 learn equally well; smaller values train faster.
 const PENALTY: f64 = 300.0;
-/// Kernel widths tried: three joints want a narrow one, seven a wide one.
+/// Kernel widths that are tried: three joints need a narrow kernel, seven a wide one.
 const GAMMA_FACTORS: [f64; 3] = [1.0, 3.0, 10.0];
 
 impl ObstacleClassifier {
-    /// Fits one svm for every part that some configuration lies in; `inside[i]` holds the parts of
+    /// Fits one SVM for every part that some configuration lies in; `inside[i]` holds the parts of
     /// row `i` of `configs`.
     ///
-    /// A svm tells its part from what is free; what lies in other parts alone it may call either,
-    /// so it does not see that. Sides are weighed as in the whole. All svms have one kernel width,
-    /// relative to the spread of their features: where `options` give none, that of several by
-    /// which the union is right most often, trained on one half and judged by the other.
+    /// Each SVM separates its part from the free configurations. It ignores configurations in other
+    /// parts alone, since it may call them either. Labels are weighted inversely to their shares in
+    /// the whole set. All SVMs share one kernel width, relative to the spread of their features. If
+    /// `options` give none, several are fitted to one half of the configurations and judged by the
+    /// other.
     ///
-    /// `last` may be what was fitted to the first of these configurations: the kernel width is
-    /// kept, and training goes on from it.
+    /// `last` may be a classifier fitted to the first of these configurations: its kernel width is
+    /// kept, and training continues from its solution.
     ///
     /// # Guarantee
     /// The result depends on the arguments alone, not on the number of threads.
@@ -109,8 +110,10 @@ impl ObstacleClassifier {
                 configs.extend_from_slice(q);
                 labels.push(if inside.is_empty() { Label::Free } else { Label::Colliding });
             }
-            let features: Vec<f64> =
-                configs.chunks(CHUNK * parts.nq).flat_map(|rows| (parts.features)(rows, &[*part])).collect();
+            let features: Vec<f64> = configs
+                .chunks(CONFIGS_PER_CHUNK * parts.nq)
+                .flat_map(|rows| (parts.features)(rows, &[*part]))
+                .collect();
             let before = last.and_then(|last| last.svms.iter().find(|svm| svm.part == *part));
             let warm = before.map_or(&[][..], |before| &before.trained.duals);
             let (classifier, trained) = Classifier::fit_from(&features, parts.width, &labels, &options, warm);
@@ -118,15 +121,14 @@ impl ObstacleClassifier {
             let support = supports.flat_map(|(q, _)| q.iter().copied()).collect();
             PairSvm { part: *part, classifier, support, trained }
         };
-        // One at a time: shared out by number, the first share would be most of the work.
+        // One SVM per task: the largest come first, so tasks of equal numbers would be unbalanced.
         Self { svms: order.par_iter().with_max_len(1).map(fit).collect() }
     }
 
-    /// Whether one that was read as bytes is of these parts and this space: `parts` there are, each
-    /// decided about by `width` numbers.
+    /// Checks that a classifier read from bytes fits `space` and `parts` parts of `width` features.
     ///
     /// # Errors
-    /// The svm, its value, and what was expected.
+    /// The SVM at fault, its value, and what was expected.
     pub fn check(&self, space: &ConfigSpace, parts: usize, width: usize) -> Result<(), String> {
         let mut seen = HashSet::new();
         for (number, svm) in self.svms.iter().enumerate() {
@@ -150,35 +152,35 @@ impl ObstacleClassifier {
         Ok(())
     }
 
-    /// Without what only training on needs.
+    /// Drops what only further training needs.
     pub fn without_duals(mut self) -> Self {
         self.svms.iter_mut().for_each(|svm| svm.trained = Trained::default());
         self
     }
 
-    /// Its svms.
+    /// The SVMs, that of the most frequent part first.
     pub fn svms(&self) -> &[PairSvm] {
         &self.svms
     }
 
-    /// Support vectors of all svms: the cost of a decision is proportional to it.
+    /// Number of support vectors of all SVMs; the cost of a decision is proportional to it.
     pub fn support_vectors(&self) -> usize {
         self.svms.iter().map(|svm| svm.classifier.support_vectors()).sum()
     }
 
-    /// For each configuration (row major) the least decision of any svm: below 0 predicted
-    /// colliding, about 0 at the predicted boundary; infinite where there is no svm.
+    /// Returns the least decision of any SVM at each configuration (row major). It is positive if
+    /// predicted free, about 0 at the predicted boundary, and infinite if there is no SVM.
     pub fn decisions(&self, nq: usize, features: &Features, configs: &[f64]) -> Vec<f64> {
         self.least(nq, features, configs, f64::NEG_INFINITY)
     }
 
-    /// For each configuration (row major) whether it is predicted to be free.
+    /// Returns the predicted label of each configuration (row major).
     pub fn predictions(&self, nq: usize, features: &Features, configs: &[f64]) -> Vec<Label> {
         let of = |least: f64| if least > 0.0 { Label::Free } else { Label::Colliding };
         self.least(nq, features, configs, 0.0).into_iter().map(of).collect()
     }
 
-    /// The least decision of each configuration, or the first that is not above `enough`.
+    /// Returns the least decision of each configuration, or the first that is at most `enough`.
     fn least(&self, nq: usize, features: &Features, configs: &[f64], enough: f64) -> Vec<f64> {
         let parts: Vec<u32> = self.svms.iter().map(|svm| svm.part).collect();
         if parts.is_empty() {
@@ -198,11 +200,11 @@ impl ObstacleClassifier {
             let features = features(configs, &parts);
             features.chunks_exact(features.len() / (configs.len() / nq)).map(of_row).collect::<Vec<f64>>()
         };
-        configs.par_chunks(CHUNK * nq).map(of_chunk).collect::<Vec<_>>().concat()
+        configs.par_chunks(CONFIGS_PER_CHUNK * nq).map(of_chunk).collect::<Vec<_>>().concat()
     }
 
-    /// Shares of the free and of the colliding configurations (row major) that are predicted right;
-    /// `None` for a side without any.
+    /// Returns the shares of the free and of the colliding configurations (row major) that are
+    /// predicted correctly; `None` for a label that does not occur.
     pub fn accuracy(&self, nq: usize, features: &Features, configs: &[f64], labels: &[Label]) -> [Option<f64>; 2] {
         let (mut right, mut all) = ([0usize; 2], [0usize; 2]);
         for (predicted, label) in self.predictions(nq, features, configs).into_iter().zip(labels) {
@@ -214,9 +216,9 @@ impl ObstacleClassifier {
     }
 }
 
-/// The kernel width by which svms that are fitted to every other configuration are right most often
-/// about those between, each side counting half; the widest of equals. Of large sets,
-/// `search_points` are trained on.
+/// Chooses the kernel width. SVMs are fitted to every other configuration and judged by those
+/// between, both labels counting equally; ties go to the widest kernel. Large sets are thinned to
+/// about `search_points` for training.
 fn choose(parts: &Parts, configs: &[f64], inside: &[Vec<u32>], options: &FitOptions) -> f64 {
     let step = inside.len().div_ceil(2 * options.search_points.max(1)).max(1);
     let every_other = |offset: usize| {
@@ -231,7 +233,7 @@ fn choose(parts: &Parts, configs: &[f64], inside: &[Vec<u32>], options: &FitOpti
         let union = ObstacleClassifier::fit_width(parts, &seen, &seen_inside, options, None, *gamma_factor);
         union.accuracy(parts.nq, parts.features, &held, &labels).into_iter().flatten().sum()
     };
-    // All at once: the last svms of one width leave threads idle.
+    // All widths run at once, because the last SVMs of a single width would leave threads idle.
     let of_each: Vec<f64> = GAMMA_FACTORS.par_iter().with_max_len(1).map(right).collect();
     let best = (1..GAMMA_FACTORS.len()).fold(0, |best, i| if of_each[i] > of_each[best] { i } else { best });
     GAMMA_FACTORS[best]
@@ -340,7 +342,7 @@ mod tests {
             let options = FitOptions { cache_bytes, ..FitOptions::default() };
             pool.install(|| ObstacleClassifier::fit(&PARTS, &configs, &inside, &options, None))
         };
-        // The most that one thread holds, as each has one svm at a time.
+        // A thread trains one SVM at a time, so it holds at most the rows of the largest.
         let held = |fitted: &ObstacleClassifier| fitted.svms.iter().map(|svm| svm.trained.cached).max().unwrap();
         let (roomy, limit) = (fit(1 << 30), 256 << 10);
         let tight = fit(limit);

@@ -1,10 +1,10 @@
-//! Learning: a scene in, a model out, in one straight function.
+//! Learning: goes from a scene to a model, in one straight function.
 //!
 //! The method is that of H. Tian, X. Zhang, C. Wang, J. Pan and D. Manocha, "Efficient global
 //! penetration depth computation for articulated models", Computer-Aided Design 70, 2016: a
 //! classifier of the obstacle region that chooses what is labelled, dense samples of its boundary,
-//! and the nearest of them as the answer. Solved samples, the exits of colliding configurations
-//! with their contact planes, are added to it.
+//! and the nearest of them as the answer. Added to it are solved samples: exits of colliding
+//! configurations, with their contact planes.
 
 use std::ops::ControlFlow;
 use std::sync::Arc;
@@ -38,25 +38,25 @@ use crate::scene::Scene;
 /// Receives the state of learning after every batch of labels, and may stop it.
 type Report<'a> = dyn FnMut(&LearnProgress) -> ControlFlow<()> + Send + 'a;
 
-/// Share of the budget, labels or seconds, that is explored.
-const EXPLORED: f64 = 0.2;
-/// The most labels that exploring takes: what trains the classifier is far less.
-const MOST_EXPLORED: usize = 20_000;
-/// If fewer free configurations than this were explored, and more colliding ones for each of them,
-/// the exits of colliding ones are added: all of many limbs are free at once hardly anywhere.
-const FEW_FREE: usize = 64;
-const SELDOM_FREE: usize = 50;
+/// Share of the budget, in labels or seconds, that exploration takes.
+const EXPLORED_SHARE: f64 = 0.2;
+/// Most labels that exploration takes; training the classifier needs far fewer.
+const MAX_EXPLORED_LABELS: usize = 20_000;
+/// If fewer configurations than this are free, exits of as many colliding ones are added.
+const MIN_FREE_CONFIGS: usize = 64;
+/// Exits are added only if more colliding configurations than this were found for each free one:
+/// many limbs are hardly ever all free at once.
+const MIN_COLLIDING_PER_FREE: usize = 50;
 /// Share of the budget after which the boundary is not traced further.
-const TRACED_BY: f64 = 0.2;
+const MAX_TRACING_SHARE: f64 = 0.2;
 /// Boundary samples have a colliding configuration within this share of the space's diameter.
 const GAP_SHARE: f64 = 1.0 / 2000.0;
-/// The model has at least so many samples, if so many free configurations are known: these stand in
-/// for boundary samples that were not found.
-const STAND_INS: usize = 128;
-/// The classifier looks for surprises among so many seeds for every second of the limit.
-const SURPRISES_A_SECOND: f64 = 1000.0;
+/// Fewest samples of a model: free configurations stand in for missing boundary samples.
+const MIN_SAMPLES: usize = 128;
+/// Seeds that the classifier searches for surprises, for every second of the limit.
+const SURPRISE_SEEDS_PER_SECOND: f64 = 1000.0;
 
-/// The model of `scene`, see [`Model::learn_with`].
+/// Learns a model of `scene`; see [`Model::learn_with`].
 pub fn learn(scene: Scene, options: &LearnOptions, report: &mut Report) -> Result<Model> {
     options.pool()?.install(|| {
         let mut budget = Budget::new(options, report);
@@ -100,12 +100,12 @@ pub fn learn(scene: Scene, options: &LearnOptions, report: &mut Report) -> Resul
     })
 }
 
-/// What every step stands on.
+/// The inputs that all steps share.
 struct Ground<'a> {
     options: &'a LearnOptions,
-    /// The scene, with nothing learned.
+    /// The scene, without samples.
     prepared: Prepared,
-    /// Where configurations are drawn.
+    /// Sequence that configurations are drawn from.
     halton: Halton,
     /// Every boundary sample has a colliding configuration within this distance (metric units).
     gap: f64,
@@ -123,7 +123,7 @@ impl<'a> Ground<'a> {
         self.prepared.scene().space.nq()
     }
 
-    /// The exact labels of many configurations, row major.
+    /// Returns the exact labels of many configurations (row major).
     fn label(&self, configs: &[f64]) -> Vec<Label> {
         let mut labels = vec![Label::Free; configs.len() / self.nq()];
         self.prepared.checker().label_batch(configs, &mut labels);
@@ -131,19 +131,20 @@ impl<'a> Ground<'a> {
     }
 }
 
-/// Labels evenly spread configurations, until some are free. Also tells the share that collides.
+/// Labels evenly spread configurations up to its share of the budget, and further until one is
+/// free. Also returns the share that collides.
 fn explore(ground: &Ground, budget: &mut Budget) -> (Exploration, f64) {
     let (space, nq) = (&ground.prepared.scene().space, ground.nq());
     let label = |configs: &[f64]| ground.label(configs);
-    let wanted = ((ground.options.labels as f64 * EXPLORED) as usize).clamp(1, MOST_EXPLORED);
+    let wanted = ((ground.options.labels as f64 * EXPLORED_SHARE) as usize).clamp(1, MAX_EXPLORED_LABELS);
     let mut known = Exploration::default();
-    while budget.end().is_none() && budget.spent() < wanted && budget.fraction() < EXPLORED {
+    while budget.end().is_none() && budget.spent() < wanted && budget.fraction() < EXPLORED_SHARE {
         let batch = BATCH.min(wanted - budget.spent());
         known.extend(space, &ground.halton, batch, &label, budget);
     }
     let [free, colliding] = [&known.free, &known.colliding].map(|list| list.len() / nq);
     let colliding_share = colliding as f64 / (colliding + free).max(1) as f64;
-    if free < FEW_FREE && colliding > SELDOM_FREE * free.max(1) {
+    if free < MIN_FREE_CONFIGS && colliding > MIN_COLLIDING_PER_FREE * free.max(1) {
         add_exits(ground, &mut known, budget);
     }
     while budget.end().is_none() && known.free.is_empty() {
@@ -156,7 +157,7 @@ fn explore(ground: &Ground, budget: &mut Budget) -> (Exploration, f64) {
 fn add_exits(ground: &Ground, known: &mut Exploration, budget: &mut Budget) {
     let (context, space, mut scratch) =
         (ground.prepared.context(), &ground.prepared.scene().space, QueryScratch::default());
-    for seed in known.colliding.chunks_exact(ground.nq()).take(FEW_FREE) {
+    for seed in known.colliding.chunks_exact(ground.nq()).take(MIN_FREE_CONFIGS) {
         if budget.end().is_some() {
             break;
         }
@@ -167,7 +168,7 @@ fn add_exits(ground: &Ground, known: &mut Exploration, budget: &mut Budget) {
     }
 }
 
-/// Why there is no model: the caller stopped, or nothing free was found and what to do about that.
+/// Returns why there is no model: the caller stopped, or nothing was free (with advice).
 fn nothing_free(ground: &Ground, known: &Exploration, budget: &Budget) -> Error {
     if budget.end() == Some(BudgetEnd::Interrupted) {
         return Error::Interrupted;
@@ -200,14 +201,14 @@ fn train(ground: &Ground, known: &mut Exploration, budget: &mut Budget) -> Class
     if let Some(classifier) = &classified.classifier
         && budget.end() != Some(BudgetEnd::Interrupted)
     {
-        let by_time = budget.seconds().map_or(usize::MAX, |limit| (limit * SURPRISES_A_SECOND) as usize);
+        let by_time = budget.seconds().map_or(usize::MAX, |limit| (limit * SURPRISE_SEEDS_PER_SECOND) as usize);
         surprising_first(classifier, &features, nq, by_time.min(budget.left() / 8), &mut known.colliding);
     }
     known.colliding.splice(..0, seeds);
     classified
 }
 
-/// Traces the boundary from colliding configurations: verified samples right beside it, row major.
+/// Traces the boundary from colliding configurations to verified samples close to it, row major.
 fn trace_boundary(ground: &Ground, known: &mut Exploration, budget: &mut Budget) -> Vec<f64> {
     budget.stage("tracing the boundary");
     let label = |configs: &[f64]| ground.label(configs);
@@ -219,19 +220,19 @@ fn trace_boundary(ground: &Ground, known: &mut Exploration, budget: &mut Budget)
         gap: ground.gap,
         seed: ground.options.seed,
     };
-    trace(&to_trace, known, TRACED_BY, budget)
+    trace(&to_trace, known, MAX_TRACING_SHARE, budget)
 }
 
-/// Puts free configurations before the samples if these are few; how many.
+/// Inserts free configurations before the samples if these are few, and returns how many.
 fn stand_in(ground: &Ground, known: &Exploration, samples: &mut Vec<f64>) -> usize {
-    let missing = STAND_INS.saturating_sub(samples.len() / ground.nq()) * ground.nq();
+    let missing = MIN_SAMPLES.saturating_sub(samples.len() / ground.nq()) * ground.nq();
     let stand_ins = &known.free[..known.free.len().min(missing)];
     samples.splice(..0, stand_ins.iter().copied());
     stand_ins.len() / ground.nq()
 }
 
-/// Measures what was learned on configurations that nothing was learned from. Nothing is measured
-/// of what the caller stopped.
+/// Measures the model on configurations that nothing was learned from. A run that the caller
+/// stopped is not measured.
 fn measure_learned(ground: &Ground, boundary: &SampleSet, budget: &mut Budget) -> Evaluation {
     if budget.end() == Some(BudgetEnd::Interrupted) {
         return Evaluation::default();
@@ -245,7 +246,7 @@ fn measure_learned(ground: &Ground, boundary: &SampleSet, budget: &mut Budget) -
     measure(&ground.prepared, boundary, &extent, &mut go_on).unwrap_or_default()
 }
 
-/// What ended learning, or the caller who stopped the measuring.
+/// Returns what ended learning, or that the caller stopped measuring.
 fn ended_by(end_of_learning: Option<BudgetEnd>, budget: &Budget) -> EndedBy {
     match end_of_learning {
         _ if budget.end() == Some(BudgetEnd::Interrupted) => EndedBy::Interruption,
@@ -255,8 +256,7 @@ fn ended_by(end_of_learning: Option<BudgetEnd>, budget: &Budget) -> EndedBy {
     }
 }
 
-/// The numbers of the relative poses of `pairs` at many configurations (row major), a configuration
-/// after the other.
+/// Returns the relative poses of `pairs` as numbers, configuration after configuration (row major).
 fn relative_poses(poses: &RelativePoses, nq: usize, configs: &[f64], pairs: &[u32]) -> Vec<f64> {
     let mut out = Vec::with_capacity(configs.len() / nq * pairs.len() * relative::WIDTH);
     let mut scratch = MetricScratch::default();
@@ -264,7 +264,7 @@ fn relative_poses(poses: &RelativePoses, nq: usize, configs: &[f64], pairs: &[u3
     out
 }
 
-/// The parts that each of many configurations (row major) lies in, ascending.
+/// Returns the parts that each configuration (row major) lies in, ascending.
 fn colliding_parts(checker: &Checker, relative: &RelativePoses, configs: &[f64]) -> Vec<Vec<u32>> {
     let of = |scratch: &mut CheckScratch, q: &[f64]| {
         let mut pairs = Vec::new();

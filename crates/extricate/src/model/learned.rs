@@ -1,4 +1,4 @@
-//! The learned model of a scene: what it holds, and how it is asked. Not how it is learned.
+//! The learned model of a scene: its parts and how to read them. Learning it is elsewhere.
 
 use std::fmt;
 use std::sync::Arc;
@@ -12,10 +12,10 @@ use crate::query::{Stored, index_samples};
 use crate::samples::SampleSet;
 use crate::scene::Scene;
 
-/// All that a query needs: the scene with its geometry, verified boundary samples, their index, the
+/// A learned model: the scene with its geometry, verified boundary samples, their index and the
 /// classifier.
 ///
-/// Immutable; share it between threads.
+/// It is immutable; threads can share it.
 pub struct Model {
     pub(super) prepared: Arc<Prepared>,
     pub(super) boundary: SampleSet,
@@ -30,7 +30,7 @@ impl fmt::Debug for Model {
 }
 
 impl Model {
-    /// Puts a model together from its stored parts, and makes anew what can be.
+    /// Builds a model from its stored parts, and computes the index of its samples.
     pub(crate) fn from_parts(
         checker: Checker,
         metric: Metric,
@@ -42,7 +42,7 @@ impl Model {
         Self::with_boundary(checker, metric, boundary, classifier, statistics)
     }
 
-    /// Puts a model together, with what was kept that could be made anew.
+    /// Builds a model from its stored parts, the index of its samples included.
     pub(crate) fn with_boundary(
         checker: Checker,
         metric: Metric,
@@ -54,7 +54,7 @@ impl Model {
         Self { prepared, boundary, classifier, statistics }
     }
 
-    /// The scene it was learned for.
+    /// The scene that the model was learned for.
     pub fn scene(&self) -> &Arc<Scene> {
         self.prepared.scene()
     }
@@ -63,30 +63,31 @@ impl Model {
         &self.prepared
     }
 
-    /// Its verified boundary samples.
+    /// The verified boundary samples of the model.
     pub fn boundary(&self) -> &SampleSet {
         &self.boundary
     }
 
     /// The classifier of the obstacle region, with an SVM for every pair that was seen to collide;
-    /// its parts are indices into [`Scene::pairs`]. Pairs of a body with many that never move share
-    /// one, that of the first of them. `None` where only one label was ever seen.
+    /// its parts are indices into [`Scene::pairs`]. Pairs of one body with many that never move
+    /// share an SVM, under the index of the first. `None` if none was trained, for instance because
+    /// only one label was seen.
     pub fn classifier(&self) -> Option<&ObstacleClassifier> {
         self.classifier.as_ref()
     }
 
-    /// The configurations that are support vectors, row major: of the svms in their order, one
-    /// after the other; what two svms share comes twice. They lie on both sides of the boundary.
+    /// The configurations of the support vectors, row major, SVM after SVM; one that two SVMs share
+    /// comes twice. They lie on both sides of the boundary.
     pub fn support_configs(&self) -> Vec<f64> {
         self.classifier.iter().flat_map(ObstacleClassifier::svms).flat_map(|svm| &svm.support).copied().collect()
     }
 
-    /// How it was learned.
+    /// How the model was learned, and how good it measured itself to be.
     pub fn statistics(&self) -> &Statistics {
         &self.statistics
     }
 
-    /// What queries start from, in the scene that was learned.
+    /// The samples that queries start from, in the learned scene.
     pub(crate) fn stored(&self) -> Stored<'_> {
         Stored { samples: &self.boundary, holding: None }
     }

@@ -1,4 +1,4 @@
-//! What is learned of a scene, and the two things to do with it: learn it, ask it.
+//! The learned model of a scene: how it is made, measured and read.
 //!
 //! Read in this order: `learn` (the steps), `near_miss`, `solve`, `evaluate`, `learned`.
 
@@ -19,22 +19,22 @@ pub use learned::Model;
 pub use statistics::{EndedBy, FARTHEST_DISTANCE, Statistics};
 
 impl Model {
-    /// Learns `scene` from nothing.
+    /// Learns a model of `scene` from nothing.
     ///
     /// Without a limit in seconds the result depends on scene, labels and seed alone, whatever the
     /// number of threads.
     ///
     /// # Errors
-    /// [`NothingFree`](crate::Error::NothingFree) where no free configuration was found.
+    /// [`NothingFree`](crate::Error::NothingFree) if no free configuration was found.
     pub fn learn(scene: Scene, options: &LearnOptions) -> Result<Model> {
         Self::learn_with(scene, options, &mut |_| ControlFlow::Continue(()))
     }
 
-    /// The same. `progress` is called after every batch of labels and may stop the run, which keeps
-    /// what is learned by then.
+    /// Does the same as [`Model::learn`]. `progress` is called after every batch of labels and may
+    /// stop the run, which keeps what is learned by then.
     ///
     /// # Errors
-    /// Those of [`Model::learn`], and [`Interrupted`](crate::Error::Interrupted) where the caller
+    /// Those of [`Model::learn`], and [`Interrupted`](crate::Error::Interrupted) if the caller
     /// stopped before anything free was found.
     pub fn learn_with(
         scene: Scene,

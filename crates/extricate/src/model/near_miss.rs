@@ -1,7 +1,6 @@
-//! Near misses: free configurations from which a contact that was not seen yet is a few steps away.
+//! Near misses: free configurations a few steps away from a contact that was not seen yet.
 //!
-//! Colliding components that are too small for random configurations to hit are wide open to a
-//! descent along a pair's distance.
+//! Random configurations miss small colliding components; descents along a distance find them.
 
 use std::collections::HashMap;
 
@@ -16,49 +15,48 @@ use crate::math::Vec3;
 use crate::metric::Metric;
 use crate::scene::PairId;
 
-/// Share of the budget for looking at random configurations, and the same again for descending from
-/// them.
-const SHARE: f64 = 0.05;
-/// Random configurations looked at, at most: which contacts are common is known by then.
-const MOST_LOOKS: usize = 500;
-/// A near miss is at most this share of the space's diameter from contact, as its gradient has it.
-const REACH: f64 = 0.1;
-/// Contacts of a pair are one where both their places on the bodies are nearer than this share of
-/// what [`REACH`] moves a point by.
-const PATCH: f64 = 0.25;
-/// Share of that motion within which contacts of meshes are looked for: a look costs as much as is
+/// Share of the budget for evaluating random configurations, and again for descending from them.
+const EVALUATION_SHARE: f64 = 0.05;
+/// Most random configurations evaluated: by then, common contacts are known.
+const MAX_EVALUATIONS: usize = 500;
+/// A near miss is at most this share of the space's diameter from contact, to first order.
+const REACH_SHARE: f64 = 0.1;
+/// Contacts of a pair count as one if their points on both bodies are nearer than this share of the
+/// motion that [`REACH_SHARE`] allows.
+const PATCH_SHARE: f64 = 0.25;
+/// Share of that motion within which contacts of meshes are searched: the cost grows with what is
 /// near, and far misses come last.
-const MARGIN_OF_MESHES: f64 = 0.2;
-/// Descents of one contact that may fail.
-const ATTEMPTS: usize = 3;
-/// Steps of one descent; where contact can be made, most need two to four.
-const STEPS: usize = 6;
-/// Steps are this much too long, so that they end inside.
-const OVERSHOOT: f64 = 1.05;
-/// Descents made, or configurations looked at, before the budget is asked again.
-const TOGETHER: usize = 32;
+const MESH_MARGIN_SHARE: f64 = 0.2;
+/// Most descents toward one contact.
+const MAX_DESCENTS_PER_CONTACT: usize = 3;
+/// Most steps of one descent; if contact is possible, most descents need two to four.
+const MAX_STEPS: usize = 6;
+/// Factor that lengthens steps, so that they end in collision.
+const OVERSHOOT_FACTOR: f64 = 1.05;
+/// Configurations evaluated, or descents made, between two checks of the budget.
+const CONFIGS_PER_BATCH: usize = 32;
 
-/// A place on each of two bodies, where they touch or nearly do.
+/// A point on each of two bodies where they touch or nearly touch.
 #[derive(Debug, Clone, Copy)]
 struct Patch {
     pair: PairId,
-    /// In the bodies' frames \[m\].
+    /// Points in the frames of the bodies \[m\].
     places: [Vec3; 2],
 }
 
-/// A way to a contact.
+/// A step from a configuration to a contact.
 #[derive(Debug, Clone)]
 struct Miss {
     patch: Patch,
     from: Vec<f64>,
-    /// Tangent vector to where the distance, linearised, is the clearance.
+    /// Tangent vector along which the linearised distance reaches the clearance.
     step: Vec<f64>,
-    /// Of the step, in the joint metric.
+    /// Length of the step in the joint metric.
     length: f64,
     distance: f64,
 }
 
-/// Memory of a thread that looks at configurations.
+/// Memory that the evaluations of one thread reuse.
 #[derive(Default)]
 struct Look {
     check: CheckScratch,
@@ -68,44 +66,42 @@ struct Look {
     step: Vec<f64>,
 }
 
-/// Patches by their pair: of many small obstacles there are thousands.
+/// Patches by pair: scenes of many small obstacles have thousands.
 #[derive(Default)]
 struct Patches(HashMap<PairId, Vec<Patch>>);
 
-/// What near misses are looked for with.
+/// A search for near misses in one scene.
 pub struct NearMisses<'a> {
     checker: &'a Checker,
-    /// Contacts of a pair are one where both their places on the bodies are nearer than this \[m\].
+    /// Contacts of a pair count as one if their points on both bodies are nearer than this \[m\].
     patch: f64,
-    /// Of contacts \[m\].
+    /// Largest distance of a contact that is searched \[m\].
     margin: f64,
-    /// In the joint metric.
+    /// Longest step to a contact, in the joint metric.
     reach: f64,
 }
 
 impl<'a> NearMisses<'a> {
-    /// For one scene.
     pub fn new(checker: &'a Checker, metric: &Metric) -> Self {
-        let margin = checker.scene().clearance + REACH * metric.diameter() * metric.lever();
-        let patch = PATCH * margin;
-        // Pieces around meshes propose well enough, for a fraction of the time: labels decide.
-        let margin = if checker.all_convex() { margin } else { MARGIN_OF_MESHES * margin };
-        Self { checker, patch, margin, reach: REACH * checker.scene().space.diameter() }
+        let margin = checker.scene().clearance + REACH_SHARE * metric.diameter() * metric.lever();
+        let patch = PATCH_SHARE * margin;
+        let margin = if checker.all_convex() { margin } else { MESH_MARGIN_SHARE * margin };
+        Self { checker, patch, margin, reach: REACH_SHARE * checker.scene().space.diameter() }
     }
 
-    /// Colliding configurations (row major) of contacts that no random one of `known`, whose lists
-    /// have to begin with uniform ones, was seen to make; each contact once. Every evaluation of
-    /// contacts counts as a label.
+    /// Returns colliding configurations (row major) with contacts that no evaluated configuration
+    /// of `known` makes, one for each contact. The lists of `known` have to begin with uniform
+    /// configurations. Every evaluation of contacts counts as a label.
     ///
     /// # Guarantee
-    /// Each was labelled colliding. Does not depend on the number of threads.
+    /// Each was labelled colliding. The result does not depend on the number of threads.
     pub fn seeds(&self, known: &Exploration, label: &LabelBatch, budget: &mut Budget) -> Vec<f64> {
         self.checker.prepare_proposals();
         let nq = self.checker.scene().space.nq();
-        let allowed = (SHARE * (budget.spent() + budget.left()) as f64) as usize;
-        let (until, began) = (budget.fraction() + 2.0 * SHARE, budget.spent());
+        let allowed = (EVALUATION_SHARE * (budget.spent() + budget.left()) as f64) as usize;
+        let (until, began) = (budget.fraction() + 2.0 * EVALUATION_SHARE, budget.spent());
         let [free, colliding] = [&known.free, &known.colliding].map(|list| list.len() / nq);
-        let looks = allowed.min(MOST_LOOKS).min(free + colliding);
+        let looks = allowed.min(MAX_EVALUATIONS).min(free + colliding);
         let at_colliding = (looks * colliding).div_ceil((free + colliding).max(1)).min(looks);
         let mut touched = Patches::default();
         for found in self.look_at(&known.colliding[..at_colliding * nq], None, until, budget) {
@@ -118,16 +114,18 @@ impl<'a> NearMisses<'a> {
         let (mut seeds, mut tried, mut at) = (Vec::new(), Patches::default(), 0);
         while at < misses.len() && budget.spent() < began + looks + allowed && budget.fraction() <= until {
             let mut batch: Vec<Miss> = Vec::new();
-            while at < misses.len() && batch.len() < TOGETHER {
+            while at < misses.len() && batch.len() < CONFIGS_PER_BATCH {
                 let miss = &misses[at];
                 at += 1;
-                if tried.count(&miss.patch, self.patch) < ATTEMPTS && touched.count(&miss.patch, self.patch) == 0 {
+                if tried.count(&miss.patch, self.patch) < MAX_DESCENTS_PER_CONTACT
+                    && touched.count(&miss.patch, self.patch) == 0
+                {
                     tried.push(miss.patch);
                     batch.push(miss.clone());
                 }
             }
             for (end, patch) in self.descend(batch, label, until, budget) {
-                // Of several descents to one contact the first is enough.
+                // One descent for each contact is enough.
                 if touched.count(&patch, self.patch) == 0 {
                     touched.push(patch);
                     seeds.extend(end);
@@ -137,7 +135,7 @@ impl<'a> NearMisses<'a> {
         seeds
     }
 
-    /// The ends of those descents that were labelled colliding, and what they aimed at.
+    /// Returns the ends of descents that were labelled colliding, each with the contact reached.
     fn descend(
         &self,
         mut misses: Vec<Miss>,
@@ -147,7 +145,7 @@ impl<'a> NearMisses<'a> {
     ) -> Vec<(Vec<f64>, Patch)> {
         let nq = self.checker.scene().space.nq();
         let (mut ends, mut patches) = (Vec::new(), Vec::new());
-        for _ in 0..STEPS {
+        for _ in 0..MAX_STEPS {
             let trials: Vec<f64> = misses.iter().flat_map(|miss| self.stepped(miss)).collect();
             if misses.is_empty() || misses.len() > budget.left() {
                 break;
@@ -174,23 +172,23 @@ impl<'a> NearMisses<'a> {
     }
 
     fn stepped(&self, miss: &Miss) -> Vec<f64> {
-        let (mut out, scale) = (miss.from.clone(), OVERSHOOT * (self.reach / miss.length.max(1e-300)).min(1.0));
+        let (mut out, scale) = (miss.from.clone(), OVERSHOOT_FACTOR * (self.reach / miss.length.max(1e-300)).min(1.0));
         let step: Vec<f64> = miss.step.iter().map(|s| s * scale).collect();
         self.checker.scene().space.integrate(&miss.from, &step, &mut out);
         out
     }
 
-    /// What is near contact at every one of `configs`, or what of one pair each is; at the first of
-    /// them only, where the share `until` of the budget is spent before.
+    /// Returns the near contacts at each of `configs`: of all pairs, or of one given pair each. It
+    /// stops early once the share `until` of the budget is spent.
     fn look_at(&self, configs: &[f64], pairs: Option<&[PairId]>, until: f64, budget: &mut Budget) -> Vec<Vec<Miss>> {
         let nq = self.checker.scene().space.nq();
         let mut all = Vec::new();
-        for (batch, configs) in configs.chunks(TOGETHER * nq).enumerate() {
+        for (batch, configs) in configs.chunks(CONFIGS_PER_BATCH * nq).enumerate() {
             if budget.end().is_some() || budget.fraction() > until {
                 break;
             }
             let found = configs.par_chunks_exact(nq).enumerate().map_init(Look::default, |look, (k, q)| {
-                self.look(q, pairs.map(|pairs| pairs[batch * TOGETHER + k]), look)
+                self.look(q, pairs.map(|pairs| pairs[batch * CONFIGS_PER_BATCH + k]), look)
             });
             all.par_extend(found);
             budget.spend(configs.len() / nq);
@@ -199,8 +197,9 @@ impl<'a> NearMisses<'a> {
     }
 
     fn look(&self, q: &[f64], pair: Option<PairId>, look: &mut Look) -> Vec<Miss> {
+        // Proposals suffice and take a fraction of the time, since labels decide.
         let query = ContactQuery { margin: self.margin, search: ContactSearch::Proposal };
-        // What a thread looked at before must not tell.
+        // The result must not depend on what this thread evaluated before.
         look.check.forget_contacts();
         look.contacts.clear();
         match pair {
@@ -214,14 +213,15 @@ impl<'a> NearMisses<'a> {
         misses
     }
 
-    /// `None` where the contact is out of reach; overlaps never are.
+    /// Returns the step to a contact; `None` if it is out of reach, which overlaps never are.
     fn miss(&self, q: &[f64], contact: &Contact, look: &mut Look) -> Option<Miss> {
         let Look { check, twists, gradient, step, .. } = look;
         let (scene, poses) = (self.checker.scene(), check.poses());
         gradient.clear();
         gradient.resize(scene.space.nv(), 0.0);
         contact.add_gradient(scene, twists, gradient);
-        // The shortest step, in the joint metric, that the linearised distance asks for.
+        // Direction of the shortest step, in the joint metric, that changes the linearised
+        // distance.
         step.clone_from(gradient);
         for factor in scene.space.factors() {
             step[factor.tangents()].iter_mut().for_each(|s| *s /= factor.weight);
@@ -251,7 +251,7 @@ impl Patches {
         self.0.entry(patch.pair).or_default().push(patch);
     }
 
-    /// How many of them are the same contact: nearer than `within` \[m\] on both bodies.
+    /// Number of patches that are the same contact: nearer than `within` \[m\] on both bodies.
     fn count(&self, patch: &Patch, within: f64) -> usize {
         let is_same = |other: &&Patch| (0..2).all(|side| (patch.places[side] - other.places[side]).norm() < within);
         self.0.get(&patch.pair).map_or(0, |others| others.iter().filter(is_same).count())
@@ -266,8 +266,7 @@ mod tests {
     use crate::scene::builtin;
     use std::ops::ControlFlow;
 
-    /// Known are only free configurations, as where everything that collides is too small to be
-    /// hit.
+    /// Only free configurations are known, as if everything that collides were too small to be hit.
     #[test]
     fn descents_end_in_contacts_and_are_counted_whatever_the_threads() {
         for name in builtin::NAMES {
@@ -293,9 +292,9 @@ mod tests {
             println!("{name}: {count} contacts for {} checks", spent - 800);
             assert!(count > 0, "{name}");
             assert!(label(&seeds).iter().all(|label| *label == Label::Colliding), "{name}");
-            // At least a hundred evaluations, and a step and a label for every seed; at most what
-            // it is given, and the last batch.
-            assert!(spent >= 900 + 2 * count && spent <= 1200 + 2 * STEPS * TOGETHER, "{name}: {spent}");
+            // It spends at least a hundred evaluations, and a step and a label for every seed. It
+            // spends at most its share, and the last batch.
+            assert!(spent >= 900 + 2 * count && spent <= 1200 + 2 * MAX_STEPS * CONFIGS_PER_BATCH, "{name}: {spent}");
             assert_eq!(on(3), (seeds, spent), "{name}");
         }
     }

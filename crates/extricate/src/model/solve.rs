@@ -1,8 +1,7 @@
-//! Solving: the exits of colliding configurations, found while learning and kept with their contact
-//! planes as starts of queries.
+//! Solving: finds exits of colliding configurations during learning. They are stored with their
+//! contact planes, as starts of queries.
 //!
-//! Descents from where others ended end at the nearest exit more often than those from where the
-//! boundary was met by chance.
+//! Descents from earlier exits reach the nearest exit more often than descents from traced samples.
 
 use std::collections::HashSet;
 use std::hash::{DefaultHasher, Hasher};
@@ -17,26 +16,23 @@ use crate::learning::exploration::{BATCH, Exploration};
 use crate::query::prepared::Prepared;
 use crate::query::{Context, Effort, QueryOptions, QueryScratch, Termination, nearest_exit_under};
 
-/// A query is not begun with fewer checks than this: it would not be carried to its end.
-const LEAST_CHECKS: usize = 200;
-/// Configurations solved between two reports.
-const BETWEEN_REPORTS: usize = 64;
-/// Configurations that one thread solves at a time: few, so that none is left with the last, and
-/// enough to fill its memory for.
-const SOLVED_A_TASK: usize = 4;
-/// Checks kept from a query: what tells whether its exit is beside a collision, and what it may
-/// overdraw.
-const CHECKS_AFTER: usize = 12;
+/// A query does not begin with fewer checks than this, since it could not finish.
+const MIN_QUERY_CHECKS: usize = 200;
+const CONFIGS_PER_REPORT: usize = 64;
+/// Configurations that one parallel task solves: few, so that no thread is left alone with the last
+/// task, but enough to pay for filling its memory.
+const CONFIGS_PER_TASK: usize = 4;
+/// Checks withheld from a query: for the test beside its exit, and for what it may overdraw.
+const RESERVED_CHECKS: usize = 12;
 
 /// Solves the colliding configurations of `known` in their order, then further ones that `halton`
-/// draws, until the budget ends. Appends the exits to `samples`; how many there are.
+/// draws, until the budget ends. Appends the exits to `samples` and returns their number.
 ///
-/// A query takes the checks that it needs, but not more than leave the others of its batch with as
-/// many.
+/// A query takes the checks that it needs, at most an equal share of what its batch has left.
 ///
 /// # Guarantee
-/// Every exit was labelled free, and the configuration within `gap` of it toward the one that was
-/// solved was labelled colliding.
+/// Every exit was labelled free. The configuration within `gap` of it, toward the one that was
+/// solved, was labelled colliding.
 pub fn solve(
     prepared: &Prepared,
     gap: f64,
@@ -64,14 +60,15 @@ pub fn solve(
             known.free.truncate(free);
             continue;
         }
-        let rows = (seeds.len() / nq).min(BETWEEN_REPORTS).min(budget.left() / LEAST_CHECKS);
+        let rows = (seeds.len() / nq).min(CONFIGS_PER_REPORT).min(budget.left() / MIN_QUERY_CHECKS);
         if rows == 0 {
             break;
         }
-        let task = Task { context: &context, gap, checks: budget.left() / rows - CHECKS_AFTER, until: budget.until() };
+        let task =
+            Task { context: &context, gap, checks: budget.left() / rows - RESERVED_CHECKS, until: budget.until() };
         let found: Vec<(Option<Vec<f64>>, usize)> = seeds[..rows * nq]
             .par_chunks_exact(nq)
-            .with_max_len(SOLVED_A_TASK)
+            .with_max_len(CONFIGS_PER_TASK)
             .map_init(QueryScratch::default, |scratch, seed| task.solve(seed, scratch))
             .collect();
         for exit in found.iter().filter_map(|(exit, _)| exit.as_ref()) {
@@ -86,27 +83,26 @@ pub fn solve(
     (samples.len() - before) / nq
 }
 
-/// Tells equal exits: where limits and obstacles leave a corner, the exits of many configurations
-/// end in it.
+/// Identifies equal exits: many configurations end in the same corner of limits and obstacles.
 fn fingerprint(exit: &[f64]) -> u64 {
     let mut hasher = DefaultHasher::new();
     exit.iter().for_each(|x| hasher.write_u64(x.to_bits()));
     hasher.finish()
 }
 
-/// What is done with every configuration of a batch.
+/// The inputs that all queries of a batch share.
 struct Task<'a> {
     context: &'a Context<'a>,
     gap: f64,
-    /// Most checks of one.
+    /// Most checks of one query.
     checks: usize,
-    /// Where the time of the run ends: a query along dense meshes may take seconds.
+    /// End of the time for learning: a query along dense meshes may take seconds.
     until: Option<Instant>,
 }
 
 impl Task<'_> {
-    /// The exit of one configuration, and the checks that it took; `None` if time cut the query
-    /// short, or nothing collides right beside the exit.
+    /// Returns the exit of one configuration and the checks that it took. The exit is `None` if
+    /// time cut the query short, or if nothing collides right beside it.
     fn solve(&self, seed: &[f64], scratch: &mut QueryScratch) -> (Option<Vec<f64>>, usize) {
         let space = &self.context.checker.scene().space;
         let left = || self.until.map(|until| until.saturating_duration_since(Instant::now()).as_secs_f64());
@@ -120,7 +116,8 @@ impl Task<'_> {
         (is_exit.then(|| answer.witness.into()), scratch.checks())
     }
 
-    /// Whether the configuration within the gap of an exit, toward `q` at its depth, collides.
+    /// Whether the configuration within the gap of an exit, toward `q` at distance `depth`,
+    /// collides.
     fn is_beside_collision(&self, exit: &[f64], depth: f64, q: &Config, scratch: &mut QueryScratch) -> bool {
         let space = &self.context.checker.scene().space;
         let mut beyond = vec![0.0; space.nq()];
@@ -142,16 +139,16 @@ mod tests {
     use crate::samples::{BoundaryScratch, SampleKind, SampleQuery};
     use crate::scene::builtin;
 
-    /// Enough for twice the exits that queries rely on.
+    /// Enough for twice the solved samples that queries require.
     const LABELS: usize = 150_000;
 
-    /// A model of convex bodies under the metric of the joints.
+    /// Learns a model of convex bodies under the joint metric.
     fn learned() -> Model {
         let options = LearnOptions { labels: LABELS, seconds: None, seed: 5, ..LearnOptions::default() };
         Model::learn(builtin::scene("planar-arm").unwrap(), &options).unwrap()
     }
 
-    /// The model as it is put together again from what is stored of it, with other statistics.
+    /// Builds the model again from its stored samples, with other statistics.
     fn stored(model: &Model, statistics: Statistics) -> Model {
         let scene = model.scene().clone();
         let rows = model.boundary().configs().to_vec();
@@ -181,8 +178,8 @@ mod tests {
         let first = set.len() - set.solved();
         for exit in set.configs()[first * nq..].chunks_exact(nq) {
             assert_eq!(checker.label(exit, &mut Default::default()), Label::Free);
-            // Some direction within the gap collides: that toward what was solved, which is not
-            // kept.
+            // Within the gap, the direction toward the solved configuration collides. That
+            // direction is not stored, so the test requires only some contact.
             let (mut scratch, mut contacts) = (Default::default(), Vec::new());
             let margin = metric.lever() * gap;
             let query = ContactQuery { margin, search: ContactSearch::Exact };
@@ -224,8 +221,8 @@ mod tests {
         assert_eq!(found(Some(Instant::now())), (0, 0));
     }
 
-    /// The same search, and a few starts more: hardly an answer is farther than without a model, as
-    /// another start along the same contacts may end short of it, and few checks are added.
+    /// A model only adds a few starts. Hardly any answer is farther than without it, as another
+    /// start along the same contacts may end first, and few checks are added.
     #[test]
     fn a_model_makes_no_answer_farther() {
         for name in ["planar-arm", "shelf-arm", "free-box", "four-legs"] {

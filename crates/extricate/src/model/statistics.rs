@@ -1,5 +1,4 @@
-//! How a model was learned and how good it measured itself to be: figures alone, nothing measures
-//! here.
+//! How a model was learned and how good it measured itself to be. This file measures nothing.
 
 use serde::{Deserialize, Serialize};
 
@@ -10,47 +9,46 @@ use crate::interface::words;
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct Statistics {
-    /// Exact checks spent, those of solving and its evaluations of contacts included.
+    /// Number of labels spent: exact checks and evaluations of contacts.
     pub labels: usize,
-    /// Seed.
+    /// Seed of every sampler of the run.
     pub seed: u64,
-    /// Verified free boundary samples stored.
+    /// Number of boundary samples stored; all were verified free.
     pub boundary_samples: usize,
     /// Number of solved samples among them; they are stored last. Each is the exit of a colliding
     /// configuration that learning solved.
     #[serde(alias = "exits")]
     pub solved_samples: usize,
-    /// How many of them, the first, are any free configurations, which stand in where fewer than
-    /// 128 samples were found.
+    /// Number of stand-ins among them; they are stored first. These are free configurations that
+    /// make up for boundary samples if fewer than 128 were found.
     pub stand_ins: usize,
-    /// Support vectors of the classifier, of the svms of all pairs together.
+    /// Number of support vectors of the classifier, over all pairs.
     pub support_vectors: usize,
     /// Share of uniform configurations that collide.
     pub colliding_share: f64,
-    /// Held-out accuracy on free configurations; `None` where there was no classifier or none to
-    /// hold out.
+    /// Held-out accuracy on free configurations; `None` without a classifier or held-out ones.
     pub accuracy_free: Option<f64>,
-    /// Its 95 % confidence interval (Wilson).
+    /// 95 % confidence interval of `accuracy_free` (Wilson).
     pub accuracy_free_interval: Option<[f64; 2]>,
     /// Held-out accuracy on colliding configurations.
     pub accuracy_colliding: Option<f64>,
-    /// Its 95 % confidence interval.
+    /// 95 % confidence interval of `accuracy_colliding` (Wilson).
     pub accuracy_colliding_interval: Option<[f64; 2]>,
     /// Every boundary sample that is not a stand-in has a colliding configuration within this
-    /// distance, in the scene's metric. `None` where all are stand-ins.
+    /// distance, in the scene's metric. `None` if all are stand-ins.
     pub boundary_gap: Option<f64>,
-    /// How densely the boundary is sampled; `None` where nothing held out collided, or the run was
-    /// interrupted.
+    /// How densely the boundary is sampled; `None` if nothing held out collided, or after
+    /// interruption.
     pub density: Option<Density>,
-    /// How good refined queries are on held-out colliding configurations: 64 of them, fewer where a
-    /// check for every four labels does not pay for so many. `None` where none was queried, as with
-    /// less than 10,000 labels.
+    /// How good refined queries are on held-out colliding configurations: 64 of them, or fewer if
+    /// one check for every four labels does not pay for so many. `None` if none was queried, as
+    /// with fewer than 10,000 labels.
     pub excess: Option<Excess>,
-    /// How much of the depth the same queries leave unproved; `None` also of models of versions
+    /// How much of the depth the same queries leave unproved; also `None` in models of versions
     /// that did not measure it.
     #[serde(default)]
     pub gap: Option<Gap>,
-    /// Collision and distance evaluations spent on these three, beside `labels`.
+    /// Collision and distance evaluations spent on measuring these three, in addition to `labels`.
     pub measuring_checks: usize,
     /// What ended learning. With a limit in seconds, the model depends on the speed of the machine.
     pub ended_by: EndedBy,
@@ -58,26 +56,26 @@ pub struct Statistics {
 
 /// Greatest count that a file may give: beyond what any run can spend, and far from where sums
 /// overflow.
-const MOST: u64 = 1 << 48;
+const MAX_COUNT: u64 = 1 << 48;
 
-/// Whether a count that was read as bytes is one.
+/// Checks that a count read from bytes is plausible.
 ///
 /// # Errors
-/// Its name, its value, and what was expected.
+/// The name, the value, and what was expected.
 fn check_count(name: &str, count: usize) -> Result<(), String> {
-    if count as u64 <= MOST { Ok(()) } else { Err(format!("{name}: got {count}, expected at most {MOST}")) }
+    if count as u64 <= MAX_COUNT { Ok(()) } else { Err(format!("{name}: got {count}, expected at most {MAX_COUNT}")) }
 }
 
-/// Whether a share that was read as bytes is one.
+/// Checks that a share read from bytes lies in `[0, 1]`.
 ///
 /// # Errors
-/// Its name, its value, and what was expected.
+/// The name, the value, and what was expected.
 fn check_share(name: &str, share: f64) -> Result<(), String> {
     if (0.0..=1.0).contains(&share) { Ok(()) } else { Err(format!("{name}: got {share:?}, expected 0 to 1")) }
 }
 
 impl Statistics {
-    /// Whether what was read as bytes can be of a model with so many samples.
+    /// Checks that statistics read from bytes can belong to a model with this many samples.
     ///
     /// # Errors
     /// The figure, its value, and what was expected.
@@ -113,7 +111,7 @@ impl Statistics {
         self.check_figures()
     }
 
-    /// Distances are finite and not negative, excesses and gaps finite.
+    /// Checks that distances are at most [`FARTHEST_DISTANCE`] and shares at most 1, none negative.
     fn check_figures(&self) -> Result<(), String> {
         let density = self.density.map(|Density { spacing_median, spacing_p95, reach_median, reach_p95 }| {
             [spacing_median, spacing_p95, reach_median, reach_p95]
@@ -133,8 +131,8 @@ impl Statistics {
     }
 }
 
-/// Greatest distance between configurations that a file may give, in metric units: coordinates end
-/// at 1e9, and so do weights.
+/// Greatest distance between configurations that a file may give, in metric units: coordinates are
+/// at most 1e9, and so are weights.
 pub const FARTHEST_DISTANCE: f64 = 1e18;
 
 /// What ended a learning run.
@@ -142,12 +140,13 @@ pub const FARTHEST_DISTANCE: f64 = 1e18;
 #[serde(rename_all = "lowercase")]
 #[non_exhaustive]
 pub enum EndedBy {
-    /// The budget of labels. Versions before 14 knew two ends more, which are read as this one.
+    /// The budget of labels was spent. Versions before 14 had two more ends, which are read as this
+    /// one.
     #[serde(alias = "memory", alias = "quality")]
     Labels,
-    /// The budget of seconds.
+    /// The budget of seconds was spent.
     Seconds,
-    /// The caller.
+    /// The caller stopped the run.
     Interruption,
 }
 

@@ -1,11 +1,10 @@
-//! What takes long to find out about samples, as plain arrays to keep beside them: to which list of
-//! its index each belongs, and the planes of solved. No file format.
+//! Plain arrays of all that is slow to compute about samples: their index lists and the contact
+//! planes of solved ones. File formats are defined elsewhere.
 //!
-//! What comes back from a file is never trusted further than it can be checked or does harm: lists
-//! of any kind give an exact index, a basis is tested, and planes only propose. Margins of lists
-//! are believed, as it is believed that the samples of the file are free: were they wrong, searches
-//! would miss samples, and solved would be longer than they need be, but still verified, beside
-//! lower bounds that know of no sample.
+//! Arrays from a file are checked as far as possible. Any assignment to lists gives an exact index,
+//! a basis is tested, and planes only propose. Margins of lists are trusted, as is the freedom of
+//! the samples. With wrong margins, searches would miss samples, and exits would be farther than
+//! necessary. They would still be verified, and lower bounds use no samples.
 
 use super::contact_planes::{ContactPlaneArrays, ContactPlanes};
 use super::index::Index;
@@ -16,32 +15,32 @@ use super::{Indexed, SampleSet, embedded};
 use crate::learning::svm::kernel::LANES;
 use crate::metric::Metric;
 
-/// What is kept of the indices of a [`SampleSet`], and of its planes.
+/// The stored arrays of a [`SampleSet`]: of its indices and of its contact planes.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SampleArrays {
-    /// Over all samples.
+    /// Arrays of the index over all samples.
     pub all: IndexArrays,
-    /// Over the solved, where there are any.
+    /// Arrays of the index over the solved samples, if there are any.
     pub solved: Option<IndexArrays>,
-    /// Of the solved.
+    /// Contact planes of the solved samples.
     pub tangents: ContactPlaneArrays,
 }
 
-/// What is kept of an index.
+/// The stored arrays of one index and its projection.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct IndexArrays {
-    /// Of each point, in their order.
+    /// List of each point, in the order of the points.
     pub lists: Vec<u16>,
-    /// Of each list, as many numbers as the index has dimensions.
+    /// Centre of each list, row major: one number for each dimension of the index.
     pub centres: Vec<f32>,
-    /// As [`Lists::margins`] has them.
+    /// Margins, as [`Lists::margins`] returns them.
     pub margins: Vec<f32>,
-    /// Of the projection, row after row; empty where there is none.
+    /// Basis of the projection, row major; empty if there is none.
     pub basis: Vec<f64>,
 }
 
 impl SampleSet {
-    /// What takes long to find out.
+    /// Returns the arrays of all that is slow to compute.
     pub fn kept(&self) -> SampleArrays {
         SampleArrays {
             all: self.all.kept(),
@@ -50,11 +49,11 @@ impl SampleSet {
         }
     }
 
-    /// The set of which that was kept: of `configs`, whose last rows are solved; of `pairs` checked
-    /// pairs, with `nv` tangent coordinates.
+    /// Restores a set from `configs`, whose last `solved` rows are solved, and from its arrays. The
+    /// scene has `pairs` checked pairs and `nv` tangent coordinates.
     ///
     /// # Errors
-    /// [`Mismatch`] where it was kept of another one, as far as that can be told.
+    /// [`Mismatch`] if the arrays visibly belong to another set.
     pub fn restored(
         metric: &Metric,
         [nq, nv, pairs]: [usize; 3],
@@ -109,7 +108,7 @@ impl Index {
         let mut lists = vec![0; *len];
         for (list, ends) in starts.windows(2).enumerate() {
             let places = ends[0] as usize * LANES..ends[1] as usize * LANES;
-            // Fewer lists than that are ever made.
+            // The cast is exact: an index has far fewer than 2^16 lists.
             ids[places].iter().filter(|id| **id != PADDING).for_each(|id| lists[*id as usize] = list as u16);
         }
         let centres = (0..centres.len()).flat_map(|c| (0..*dimensions).map(move |k| centres.coordinate(c, k)));
@@ -145,7 +144,7 @@ mod tests {
 
     #[test]
     fn an_index_is_the_same_once_more() {
-        // No point, one list, many; and lists that attract nothing, where most points are one.
+        // No points, one list, many lists; then empty lists, because most points are equal.
         let mut alike = uniform(9_000);
         alike[3_000..].fill(0.5);
         for points in [Vec::new(), uniform(30), uniform(9_000), alike] {

@@ -1,46 +1,43 @@
-//! What stored solved know of the free space around them: a plane for each contact near by.
+//! Contact planes of solved samples: one linearised constraint for each near contact.
 
 use rayon::prelude::*;
 
 use super::mismatch::Mismatch;
 
-/// For each of some samples, the linearised signed distances of its near contacts: a step `t`
-/// (tangent coordinates) from sample `i` keeps contact `k` to first order where `gradient(k) . t >=
-/// -room(k)`.
+/// For each of some samples, the linearised signed distances of its near contacts. To first order,
+/// a step `t` (tangent coordinates) from a sample respects contact `k` if
+/// `gradient(k) . t >= -room(k)`.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct ContactPlanes {
     nv: usize,
-    /// Where the planes of each sample start, and the end of the last.
+    /// First plane of each sample, and the end of the last.
     starts: Vec<u32>,
-    /// By how much the distance exceeds the clearance \[m\], then `nv` numbers of the gradient \[m
-    /// per rad or m\], a plane: side by side, as who follows them waits for memory. Single
-    /// precision: they only propose.
+    /// One row a plane: by how much the distance exceeds the clearance \[m\], then `nv` numbers of
+    /// the gradient \[m per rad or m\]. Rows are contiguous because descents wait for memory. They
+    /// are in single precision because they only propose.
     planes: Vec<f32>,
-    /// The checked pair of each plane, apart from them: only who asks in a changed scene wants to
-    /// know.
+    /// Checked pair of each plane, stored apart because only queries in a changed scene need it.
     pairs: Vec<u32>,
 }
 
-/// [`ContactPlanes`] as they are kept: without the coordinates that cannot change the distance of a
-/// pair, of which there are as many as not.
+/// [`ContactPlanes`] in the form that is stored, without the coordinates that cannot change the
+/// distance of a pair: about half of all.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct ContactPlaneArrays {
-    /// Planes of each sample.
+    /// Number of planes of each sample.
     pub counts: Vec<u8>,
     /// The checked pair of each plane.
     pub pairs: Vec<u32>,
-    /// For every checked pair, for every tangent coordinate, whether some gradient of the pair is
-    /// not zero there (1, else 0).
+    /// For every checked pair and tangent coordinate: 1 if some gradient is not zero there, else 0.
     pub columns: Vec<u8>,
-    /// Of each plane: its room, and its gradient where that is not zero for its pair.
+    /// Room of each plane, then its gradient at the coordinates that `columns` marks for its pair.
     pub numbers: Vec<f32>,
 }
 
-/// Samples whose planes a thread restores before it takes more.
-const CHUNK: usize = 1024;
+const SAMPLES_PER_TASK: usize = 1024;
 
 impl ContactPlanes {
-    /// As they are kept.
+    /// Returns the form that is stored.
     pub fn kept(&self) -> ContactPlaneArrays {
         let width = self.nv + 1;
         let pairs = self.pairs.iter().max().map_or(0, |most| *most as usize + 1);
@@ -60,11 +57,11 @@ impl ContactPlanes {
         ContactPlaneArrays { counts, pairs: self.pairs.clone(), columns, numbers }
     }
 
-    /// Of `samples` samples with `nv` tangent coordinates, in a scene of so many checked pairs,
-    /// what was kept.
+    /// Restores the planes of `samples` samples with `nv` tangent coordinates, in a scene of
+    /// `checked_pairs` checked pairs.
     ///
     /// # Errors
-    /// [`Mismatch`] where it was kept of something else, as far as that can be told.
+    /// [`Mismatch`] if the arrays visibly belong to something else.
     pub fn restored(
         nv: usize,
         checked_pairs: usize,
@@ -94,7 +91,7 @@ impl ContactPlanes {
         }));
         let mut all = vec![0.0; planes * (nv + 1)];
         let (mut rest, mut tasks) = ((&mut all[..], &pairs[..], &numbers[..]), Vec::new());
-        for counts in counts.chunks(CHUNK) {
+        for counts in counts.chunks(SAMPLES_PER_TASK) {
             let count: usize = counts.iter().map(|count| usize::from(*count)).sum();
             let (of_chunk, pairs) = rest.1.split_at(count);
             let (planes, dense) = rest.0.split_at_mut(count * (nv + 1));
@@ -113,19 +110,19 @@ impl ContactPlanes {
         Ok(Self { nv, starts, planes: all, pairs: pairs.clone() })
     }
 
-    /// Of no sample yet, with `nv` tangent coordinates.
+    /// Creates an empty set for samples with `nv` tangent coordinates.
     pub fn new(nv: usize) -> Self {
         Self { nv, starts: vec![0], ..Self::default() }
     }
 
-    /// Adds a plane of the checked pair `pair` to the sample that comes next.
+    /// Adds a plane of the checked pair `pair` to the current sample.
     pub fn push(&mut self, pair: usize, room: f64, gradient: &[f64]) {
         self.pairs.push(pair as u32);
         self.planes.push(room as f32);
         self.planes.extend(gradient.iter().map(|x| *x as f32));
     }
 
-    /// Ends the sample that comes next.
+    /// Ends the current sample; planes that follow belong to the next.
     pub fn end_sample(&mut self) {
         self.starts.push(self.count());
     }
@@ -138,22 +135,22 @@ impl ContactPlanes {
         self.starts.extend(other.starts.iter().skip(1).map(|end| before + end));
     }
 
-    /// Planes so far.
+    /// Number of planes of all samples.
     fn count(&self) -> u32 {
         (self.planes.len() / (self.nv + 1)) as u32
     }
 
-    /// Samples so far.
+    /// Number of samples that were ended.
     pub fn len(&self) -> usize {
         self.starts.len().saturating_sub(1)
     }
 
-    /// Whether there is none.
+    /// Whether no sample was ended.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
 
-    /// Of one sample: each plane's room and gradient.
+    /// Returns the planes of one sample.
     pub fn planes(&self, sample: usize) -> Planes<'_> {
         let width = self.nv + 1;
         let (first, last) = (self.starts[sample] as usize, self.starts[sample + 1] as usize);
@@ -168,17 +165,17 @@ pub struct Planes<'a> {
     width: usize,
     numbers: &'a [f32],
     pairs: &'a [u32],
-    /// Whether planes of each checked pair hold; `None` if all do.
+    /// Whether the planes of each checked pair hold; `None` if all do.
     holding: Option<&'a [bool]>,
 }
 
 impl<'a> Planes<'a> {
-    /// Those of the pairs that are marked; a pair beyond the end of the list is not.
+    /// Restricts the planes to marked pairs; a pair beyond the end of the list is not marked.
     pub fn of_pairs(self, holding: &'a [bool]) -> Self {
         Self { holding: Some(holding), ..self }
     }
 
-    /// Room \[m\] and gradient of each.
+    /// Iterates over the room \[m\] and the gradient of each plane.
     pub fn iter(&self) -> impl Iterator<Item = (f64, impl Iterator<Item = f64> + use<'a>)> + use<'a> {
         let holding = self.holding;
         let holds = move |pair: u32| holding.is_none_or(|holding| holding.get(pair as usize) == Some(&true));
@@ -217,7 +214,7 @@ mod tests {
         let mut tangents = ContactPlanes::new(3);
         for sample in 0..3000u32 {
             for pair in [1, 4].into_iter().take((sample % 3) as usize) {
-                // Those of a pair are zero in a column, if not all of them are not.
+                // Coordinate 0 is zero for even samples alone, coordinate 1 for all.
                 tangents.push(pair, 0.1 * f64::from(sample), &[f64::from(sample % 2), 0.0, 1.0 + pair as f64]);
             }
             tangents.end_sample();

@@ -1,12 +1,12 @@
-//! That an array does not fit what it stands beside.
+//! The error for a stored array that contradicts the model it belongs to.
 
-/// An array that does not fit what it stands beside.
+/// A stored array that contradicts the model it belongs to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Mismatch {
-    /// Of what it is an array: `index`, `solved` or `planes`.
+    /// Owner of the array: `index`, `exits` (the index of solved samples) or `planes`.
     pub of: &'static str,
-    /// Its name.
+    /// Name of the array.
     pub array: &'static str,
-    /// What it should hold.
+    /// What the array should hold.
     pub expected: &'static str,
 }

@@ -1,5 +1,4 @@
-//! Verified boundary samples and the nearest of them: free configurations, each with a colliding
-//! one close by.
+//! Verified boundary samples, free but close to a collision, and the search for the nearest.
 
 pub mod arrays;
 pub mod contact_planes;
@@ -18,52 +17,51 @@ use index::{Index, Knn, SearchScratch};
 
 use crate::metric::{Anchor, Metric, MetricScratch};
 
-/// Free configurations on the boundary of the obstacle region, indexed under a metric's embedding.
-/// The last of them may be *solved*: each the nearest exit, as far as a query found, of a
-/// configuration that was solved while learning. They have an index of their own.
+/// Free configurations at the boundary of the obstacle region, indexed under a metric's embedding.
+/// The last of them may be *solved*: each is the nearest exit that a query found for a
+/// configuration solved during learning. Solved samples have an index of their own.
 pub struct SampleSet {
     nq: usize,
     configs: Vec<f64>,
     embedding_len: usize,
     all: Indexed,
     solved: Option<Indexed>,
-    /// Of the solved, or of none.
+    /// Contact planes of the solved samples, or of none.
     tangents: ContactPlanes,
 }
 
-/// What [`SampleSet::nearest`] looks for.
+/// Options of [`SampleSet::nearest`]: which samples, how far and how thoroughly.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SampleQuery {
-    /// Of which samples.
+    /// The samples that are searched.
     pub among: SampleKind,
-    /// None farther than this, in metric units.
+    /// Largest distance of a result, in metric units.
     pub within: f64,
-    /// How sure it has to be that it missed none.
+    /// How thoroughly the index is searched.
     pub care: Probes,
 }
 
-/// Some of the samples.
+/// A selection of the samples.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum SampleKind {
-    /// All of them.
+    /// All samples, solved ones included.
     All,
-    /// The solved.
+    /// The solved samples alone.
     Solved,
 }
 
-/// How many samples a search looks at to be sure of the nearest: in 16 dimensions, a good part of
-/// them all.
+/// Number of lists that a search probes. An exact search in 16 dimensions evaluates many samples.
 ///
-/// How much farther the sample that it calls the nearest is where it is quick, in the mean of 300
-/// to 2,500 configurations, with 260,000 to 390,000 samples: by 0.1 to 1.1 % in 6 and 7 dimensions
-/// and 3.1 % in 16; where it glances, by another 0.6 and 0.9 %.
+/// Errors were measured with 260,000 to 390,000 samples, in the mean of 300 to 2,500
+/// configurations. The first sample of a quick search is farther than the nearest by 0.1 to 1.1 %
+/// in 6 and 7 dimensions, and by 3.1 % in 16. A glance adds another 0.6 and 0.9 %.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Probes {
-    /// As many as it takes.
+    /// As many lists as an exact result takes.
     Exact,
-    /// Those of the lists of the four nearest centres.
+    /// The lists of the four nearest centres.
     Quick,
-    /// Of the three.
+    /// The lists of the three nearest centres.
     Glance,
 }
 
@@ -78,25 +76,24 @@ impl Probes {
 }
 
 impl SampleQuery {
-    /// The nearest of all samples.
+    /// Searches all samples exactly, at any distance.
     pub const NEAREST: Self = Self { among: SampleKind::All, within: f64::INFINITY, care: Probes::Exact };
 }
 
-/// An index over the samples from one on.
+/// An index over the samples from `first` on.
 struct Indexed {
     index: Index,
-    /// Set where the embedding has more dimensions than the index is good at.
+    /// Set if the embedding has more than [`MAX_INDEX_DIMENSIONS`].
     projection: Option<Projection>,
-    /// The sample that the index calls 0.
+    /// Sample with id 0 in the index.
     first: usize,
 }
 
-/// Embeddings longer than this are projected onto as many principal axes, which keeps distances
-/// from growing.
+/// Longer embeddings are projected onto this many principal axes, which never increases distances.
 ///
-/// The search is exact either way; in 16 dimensions it still prunes, in 84 (a 7-joint arm under the
-/// object norm) it scans all.
-const MOST_DIMENSIONS: usize = 16;
+/// The search stays exact. In 16 dimensions it still prunes; in 84 (a 7-joint arm under the object
+/// norm) it would scan all samples.
+const MAX_INDEX_DIMENSIONS: usize = 16;
 
 /// Memory that searches reuse.
 #[derive(Default)]
@@ -130,11 +127,11 @@ impl PartialOrd for Ranked {
 }
 
 impl Indexed {
-    /// Of the rows of `points` from `first` on.
+    /// Indexes the rows of `points` from `first` on.
     fn build(points: &[f64], embedding_len: usize, first: usize, seed: u64) -> Self {
         let points = &points[first * embedding_len..];
-        let project = embedding_len > MOST_DIMENSIONS && !points.is_empty();
-        let projection = project.then(|| Projection::fit(points, embedding_len, MOST_DIMENSIONS));
+        let project = embedding_len > MAX_INDEX_DIMENSIONS && !points.is_empty();
+        let projection = project.then(|| Projection::fit(points, embedding_len, MAX_INDEX_DIMENSIONS));
         let index = match &projection {
             Some(projection) => Index::build(&projection.apply_all(points), projection.projected_dimensions(), seed),
             None => Index::build(points, embedding_len, seed),
@@ -158,10 +155,10 @@ impl SampleSet {
         Self::with_solved(metric, nq, configs, 0, seed)
     }
 
-    /// The same, where the last `solved` rows are solved.
+    /// Does the same as [`SampleSet::new`]; the last `solved` rows are solved samples.
     ///
     /// # Panics
-    /// Where there are fewer rows.
+    /// Panics if there are fewer rows.
     pub fn with_solved(metric: &Metric, nq: usize, configs: Vec<f64>, solved: usize, seed: u64) -> Self {
         let embedding_len = metric.embedding_len();
         let rows = configs.len() / nq;
@@ -172,38 +169,38 @@ impl SampleSet {
         Self { nq, configs, embedding_len, all, solved, tangents: ContactPlanes::default() }
     }
 
-    /// Coordinates of a sample.
+    /// Number of coordinates of a sample.
     pub fn nq(&self) -> usize {
         self.nq
     }
 
-    /// Number of samples.
+    /// Number of samples, solved ones included.
     pub fn len(&self) -> usize {
         self.configs.len() / self.nq
     }
 
-    /// How many of them, the last ones, are solved.
+    /// Number of solved samples; they are stored last.
     pub fn solved(&self) -> usize {
         self.solved.as_ref().map_or(0, |solved| self.len() - solved.first)
     }
 
-    /// Keeps what is known of the contacts of every exit, in their order.
+    /// Stores the contact planes of every solved sample, in their order.
     ///
     /// # Panics
-    /// Where it is not one entry a solved one.
+    /// Panics if there is not one entry for each solved sample.
     pub fn set_tangents(&mut self, tangents: ContactPlanes) {
         assert_eq!(tangents.len(), self.solved(), "one entry a solved one");
         self.tangents = tangents;
     }
 
-    /// The contacts of sample `id` where they are known: of solved, once
+    /// Returns the contact planes of sample `id`; `None` unless it is solved and
     /// [`SampleSet::set_tangents`] was called.
     pub fn planes(&self, id: u32) -> Option<Planes<'_>> {
         let exit = (id as usize).checked_sub(self.len() - self.solved())?;
         (exit < self.tangents.len()).then(|| self.tangents.planes(exit))
     }
 
-    /// Whether there is none.
+    /// Whether there are no samples.
     pub fn is_empty(&self) -> bool {
         self.configs.is_empty()
     }
@@ -213,17 +210,17 @@ impl SampleSet {
         &self.configs
     }
 
-    /// Sample `id`.
+    /// Coordinates of sample `id`.
     pub fn config(&self, id: u32) -> &[f64] {
         &self.configs[id as usize * self.nq..(id as usize + 1) * self.nq]
     }
 
-    /// The `k` samples nearest to the anchor, ascending, with their distances in metric units; of
-    /// `wanted`.
+    /// Writes the `k` `wanted` samples nearest to the anchor to `out`, nearest first, with their
+    /// distances in metric units.
     ///
     /// # Guarantee
-    /// Exact under the metric with [`Probes::Exact`]: the embedding's distance is a lower bound of
-    /// it. Otherwise some may be missed.
+    /// With [`Probes::Exact`] the result is exact under the metric, since distances of embeddings
+    /// are lower bounds of it. Otherwise samples may be missed.
     pub fn nearest(
         &self,
         wanted: SampleQuery,
@@ -255,7 +252,7 @@ impl SampleSet {
         if indexed.projection.is_none() && metric.embedding_is_exact() {
             let mut exact = |found: &mut [(u32, f64)]| {
                 let config = |id: u32| self.config(id + indexed.first as u32);
-                // As for planes.
+                // Touches all these samples first, so that their cache misses overlap.
                 std::hint::black_box(found.iter().map(|(id, _)| config(*id)[0]).sum::<f64>());
                 found.iter_mut().for_each(|(id, out)| *out = metric.distance_from(anchor, config(*id), metric_scratch));
             };
@@ -265,8 +262,8 @@ impl SampleSet {
         indexed.index.search(point, within, lists, &mut scratch.search, &mut |id| {
             let id = id + indexed.first as u32;
             let distance = metric.distance_from(anchor, self.config(id), metric_scratch);
-            // The farthest on top: a sorted list would be moved by half its length for every sample
-            // that comes nearer.
+            // A heap, since inserting into a sorted list would move half of it for every nearer
+            // sample.
             if heap.len() < k {
                 if distance <= within {
                     heap.push(Ranked { distance, id });

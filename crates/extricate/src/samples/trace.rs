@@ -1,5 +1,4 @@
-//! Tracing the boundary: from colliding configurations to verified free ones right beside the
-//! obstacle region.
+//! Traces the boundary from colliding configurations to verified free ones close to it.
 
 use rayon::prelude::*;
 
@@ -11,39 +10,39 @@ use crate::learning::{Budget, LabelBatch};
 use crate::math::elementary::log2;
 use crate::metric::{Anchor, Metric};
 
-/// What tracing stands on.
+/// The inputs that all steps of tracing share.
 pub struct TraceGround<'a> {
-    /// The configuration space.
+    /// The configuration space of the scene.
     pub space: &'a ConfigSpace,
-    /// Distances between configurations.
+    /// Metric that measures distances between configurations.
     pub metric: &'a Metric,
-    /// Exact labels.
+    /// Returns exact labels of configurations.
     pub label: &'a LabelBatch<'a>,
-    /// Where further configurations are drawn.
+    /// Sequence that further configurations are drawn from.
     pub halton: &'a Halton,
-    /// Every sample gets a colliding configuration within this distance (metric units).
+    /// Every sample has a colliding configuration within this distance (metric units).
     pub gap: f64,
-    /// For the index.
+    /// Seed of the sample index.
     pub seed: u64,
 }
 
 /// Most halvings of a segment: enough for any gap above 2^-40 of the space's diameter.
 const MAX_HALVINGS: u32 = 40;
-/// Seeds of the first pass; each later one takes twice as many, up to [`BATCH`]. A short budget is
-/// spent on whole passes.
-const FIRST_SEEDS: usize = 256;
+/// Seeds of the first pass. Each later pass takes twice as many, up to [`BATCH`], so that a short
+/// budget is spent on whole passes.
+const FIRST_PASS_SEEDS: usize = 256;
 
 /// Traces the boundary from the configurations of `known`, at least one of which is free, until the
-/// share `by` of the budget is spent: boundary samples, row major.
+/// share `by` of the budget is spent. Returns boundary samples, row major.
 ///
 /// Every colliding seed is joined to the nearest known free configuration and to the nearest
-/// boundary sample found so far; both segments are halved toward the seed. So the samples lie where
-/// the exits of random colliding configurations are, and each pass starts from better ones. Seeds
-/// are taken in the order of `known`, to which further ones are added if they run out.
+/// boundary sample found so far; both segments are halved toward the boundary. The samples thus lie
+/// where random colliding configurations have exits, and each pass starts from better samples.
+/// Seeds are taken in the order of `known`, to which further ones are added if they run out.
 ///
-/// If nothing is left of that share, or time or the caller ended the budget before, one pass is
-/// made all the same, for half of what is left at most: without it nothing would be known of the
-/// boundary. The limit in labels always holds.
+/// One pass is made even if that share is spent already, or if time or the caller ended the budget:
+/// without it, nothing would be known of the boundary. If the share is spent, the pass takes at
+/// most half of the labels left. The limit in labels always holds.
 ///
 /// # Guarantee
 /// Every sample was labelled free, and some configuration within the gap of it was labelled
@@ -52,15 +51,16 @@ pub fn trace(ground: &TraceGround, known: &mut Exploration, by: f64, budget: &mu
     let nq = ground.space.nq();
     let until = (by * (budget.spent() as f64 + budget.left() as f64)) as usize;
     let set = |configs: &[f64]| SampleSet::new(ground.metric, nq, configs.to_vec(), ground.seed);
-    let free = set(&known.free[..known.free.len().min(MOST_STARTS * nq)]);
-    let (mut samples, mut traced, mut seeds_used, mut most_seeds) = (Vec::new(), None::<SampleSet>, 0, FIRST_SEEDS);
+    let free = set(&known.free[..known.free.len().min(MAX_FREE_STARTS * nq)]);
+    let (mut samples, mut traced, mut seeds_used, mut most_seeds) =
+        (Vec::new(), None::<SampleSet>, 0, FIRST_PASS_SEEDS);
     while budget.left() > 0 {
         let left = match until.saturating_sub(budget.spent()) {
             0 => budget.left() / 2,
             left => left,
         };
         if known.colliding.len() / nq < seeds_used + most_seeds {
-            // The last labels are better spent on the seeds that there are.
+            // New seeds get at most a quarter of the labels left; halving needs the others.
             known.extend(ground.space, ground.halton, (left / 4).clamp(1, BATCH), ground.label, budget);
         }
         let last = (seeds_used + most_seeds).min(known.colliding.len() / nq);
@@ -80,8 +80,8 @@ pub fn trace(ground: &TraceGround, known: &mut Exploration, by: f64, budget: &mu
     samples
 }
 
-/// Segments from the nearest sample of each set to each seed: their free ends and their colliding
-/// ones, row major.
+/// Returns the segments from the nearest sample of each set to each seed: their free and their
+/// colliding ends, row major.
 fn segments(metric: &Metric, sets: [Option<&SampleSet>; 2], seeds: &[f64], nq: usize) -> (Vec<f64>, Vec<f64>) {
     let starts: Vec<[Option<Vec<f64>>; 2]> = seeds
         .par_chunks_exact(nq)
@@ -99,9 +99,8 @@ fn segments(metric: &Metric, sets: [Option<&SampleSet>; 2], seeds: &[f64], nq: u
     (near, far)
 }
 
-/// Free configurations kept as starts; more cost search time and gain little once boundary samples
-/// are there.
-const MOST_STARTS: usize = 50_000;
+/// Most free configurations used as starts; more gain little once there are boundary samples.
+const MAX_FREE_STARTS: usize = 50_000;
 
 fn nearest(
     metric: &Metric,
@@ -117,9 +116,9 @@ fn nearest(
 /// Halves every segment from a `free` row to the `colliding` row beside it, in lockstep, until the
 /// longest is below the gap.
 ///
-/// Segments that `most` labels cannot pay for are not begun; the answer is whether they could pay
-/// for all. Where the budget ends on the way, those still longer than the gap are dropped; `finish`
-/// has them halved to their end all the same, as far as labels are left.
+/// Segments that `most` labels cannot pay for are not begun; returns whether all were. If the
+/// budget ends on the way, segments that are still longer than the gap are dropped. With `finish`,
+/// they are halved to the end, as far as labels are left.
 fn halve(
     ground: &TraceGround,
     (free, colliding): (&mut Vec<f64>, &mut Vec<f64>),
@@ -177,8 +176,7 @@ mod tests {
     use std::ops::ControlFlow;
     use std::sync::Arc;
 
-    /// A disc of radius 1 as obstacle region in a square: every sample lies on the circle from
-    /// outside.
+    /// The obstacle region is a disc of radius 1: every sample lies just outside of its circle.
     #[test]
     fn samples_lie_outside_a_disc_within_the_gap() {
         let scene = builtin::scene("planar-arm").unwrap();

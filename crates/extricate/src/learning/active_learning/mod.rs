@@ -1,5 +1,4 @@
-//! Active learning of the classifier: which labelled configurations it is trained on, and which are
-//! labelled for it.
+//! Active learning: chooses known configurations to train the classifier on, and new ones to label.
 
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
@@ -11,48 +10,45 @@ use super::svm::FitOptions;
 use crate::cspace::sampling::uniform;
 use crate::cspace::{ConfigSpace, Label};
 
-/// The classifier and how good it is on configurations it was not trained on.
+/// A classifier, with its accuracy on configurations that it was not trained on.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Classified {
-    /// The classifier; `None` where only one label was ever seen.
+    /// `None` if only one label was seen, or if the budget had ended before training.
     pub classifier: Option<ObstacleClassifier>,
-    /// Held-out accuracy on free configurations, in `[0, 1]`; `None` where none was held out.
+    /// Held-out accuracy on free configurations, in `[0, 1]`; `None` if none was held out.
     pub accuracy_free: Option<f64>,
-    /// Held-out accuracy on colliding configurations.
+    /// Held-out accuracy on colliding configurations, in `[0, 1]`.
     pub accuracy_colliding: Option<f64>,
-    /// Free and colliding configurations that were held out.
+    /// Numbers of free and of colliding configurations that were held out.
     pub held_out: [usize; 2],
 }
 
 impl Classified {
-    /// Mean of both accuracies; `None` where one was not measured.
+    /// Mean of both accuracies; `None` unless both were measured.
     pub fn balanced_accuracy(&self) -> Option<f64> {
         Some(0.5 * (self.accuracy_free? + self.accuracy_colliding?))
     }
 }
 
-/// Rounds of training.
-const ROUNDS: usize = 3;
-/// Configurations of the first round, half of each label where there are so many.
-const FIRST: usize = 4000;
-/// With less time than this \[s\] the first round is smaller, in proportion: nothing stops a fit
-/// that has begun.
-const TIME_FOR_FIRST: f64 = 10.0;
-/// Share of the budget after which no round begins, so that most of it is left for the boundary.
-const TRAINED_BY: f64 = 0.4;
-/// Configurations that each later round adds.
-const ADDED: usize = 2000;
-/// Held out of every training set, of each label.
-const HELD_OUT: usize = 1000;
-/// Configurations looked at for the most doubtful ones, for each that is added.
-const LOOKED_AT: usize = 4;
+const TRAINING_ROUNDS: usize = 3;
+/// Configurations of the first round, half of each label if there are that many.
+const FIRST_ROUND_CONFIGS: usize = 4000;
+/// With a smaller limit \[s\] the first round shrinks in proportion: a fit cannot be interrupted.
+const FULL_FIRST_ROUND_S: f64 = 10.0;
+/// Share of the budget after which no round begins, so that most is left for the boundary.
+const MAX_TRAINING_SHARE: f64 = 0.4;
+/// Most configurations that a later round adds.
+const ADDED_PER_ROUND: usize = 2000;
+/// Most configurations of each label that are held out of training.
+const MAX_HELD_OUT: usize = 1000;
+/// Candidates evaluated for each configuration that is added.
+const CANDIDATES_PER_ADDED: usize = 4;
 
-/// Trains on the exploration's configurations, then in rounds on those as well that the classifier
-/// gets wrong or is least sure of: among what is known, or among new configurations where little
-/// else is.
+/// Trains on explored configurations, then in rounds also on those that the classifier gets wrong
+/// or is least sure of. They come from the known configurations, or are drawn anew if few are left.
 ///
-/// What is labelled anew is added to `known`. Which parts a colliding configuration lies in takes a
-/// check, which is counted. The held-out configurations are uniform in space and never trained on.
+/// New labels are added to `known`. Finding the parts that a colliding configuration lies in costs
+/// a check, which is counted. The held-out configurations are never trained on.
 pub fn classify(
     space: &ConfigSpace,
     parts: &Parts,
@@ -65,15 +61,15 @@ pub fn classify(
     if known.free.is_empty() || known.colliding.is_empty() || budget.end().is_some() {
         return outcome;
     }
-    // The last fifth of each list, at most HELD_OUT, is held out.
-    let split = |list: &[f64]| (list.len() / nq - (list.len() / nq / 5).min(HELD_OUT)) * nq;
+    // Holds out the last fifth of each list, at most MAX_HELD_OUT rows.
+    let split = |list: &[f64]| (list.len() / nq - (list.len() / nq / 5).min(MAX_HELD_OUT)) * nq;
     let ((free, held_free), (colliding, held_colliding)) =
         (known.free.split_at(split(&known.free)), known.colliding.split_at(split(&known.colliding)));
     let held = [held_free, held_colliding].concat();
     outcome.held_out = [held_free.len() / nq, held_colliding.len() / nq];
     let held_labels = [vec![Label::Free; outcome.held_out[0]], vec![Label::Colliding; outcome.held_out[1]]].concat();
-    let share_of_first = budget.seconds().map_or(1.0, |limit| (limit / TIME_FOR_FIRST).clamp(0.1, 1.0));
-    let first = (FIRST as f64 * share_of_first) as usize;
+    let share_of_first = budget.seconds().map_or(1.0, |limit| (limit / FULL_FIRST_ROUND_S).clamp(0.1, 1.0));
+    let first = (FIRST_ROUND_CONFIGS as f64 * share_of_first) as usize;
     let of_colliding = (colliding.len() / nq).min((first / 2).max(first.saturating_sub(free.len() / nq)));
     let of_free = (free.len() / nq).min(first - of_colliding.min(first));
     let mut set = Set::default();
@@ -82,7 +78,7 @@ pub fn classify(
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let mut fresh = Set::default();
     let fit_options = FitOptions::default();
-    for round in 1..=ROUNDS {
+    for round in 1..=TRAINING_ROUNDS {
         let classifier =
             ObstacleClassifier::fit(parts, &set.configs, &set.inside, &fit_options, outcome.classifier.as_ref());
         if classifier.svms().is_empty() {
@@ -91,15 +87,15 @@ pub fn classify(
         [outcome.accuracy_free, outcome.accuracy_colliding] =
             classifier.accuracy(nq, parts.features, &held, &held_labels);
         budget.note(0, outcome.balanced_accuracy());
-        // Asks for the time too, which a long fit may have used up.
+        // Also reads the clock, since a long fit may have used up the time.
         budget.stage("training");
-        let wanted = ADDED.min(budget.left() / 4);
-        if round == ROUNDS || wanted == 0 || budget.end().is_some() || budget.fraction() > TRAINED_BY {
+        let wanted = ADDED_PER_ROUND.min(budget.left() / 4);
+        if round == TRAINING_ROUNDS || wanted == 0 || budget.end().is_some() || budget.fraction() > MAX_TRAINING_SHARE {
             outcome.classifier = Some(classifier.without_duals());
             break;
         }
         let pooled = pool.iter().map(Vec::len).sum::<usize>() / nq;
-        if pooled >= LOOKED_AT * wanted {
+        if pooled >= CANDIDATES_PER_ADDED * wanted {
             let [free, colliding] = take_doubtful(&classifier, parts, &mut pool, wanted);
             set.add_known(&free, &colliding, parts, budget);
         } else {
@@ -117,8 +113,8 @@ pub fn classify(
     outcome
 }
 
-/// Moves those of the first `count` colliding configurations that the classifier calls free to the
-/// front: small components hide among them.
+/// Moves colliding configurations that the classifier calls free to the front, among the first
+/// `count`: small components of the obstacle region hide there.
 pub fn surprising_first(
     classifier: &ObstacleClassifier,
     features: &Features,
@@ -140,7 +136,7 @@ pub fn surprising_first(
 /// Training configurations and the parts that each lies in.
 #[derive(Default)]
 struct Set {
-    /// Row major.
+    /// Row major, `nq` coordinates each.
     configs: Vec<f64>,
     inside: Vec<Vec<u32>>,
 }
@@ -151,8 +147,7 @@ impl Set {
         self.inside.extend_from_slice(inside);
     }
 
-    /// Adds configurations of known labels; only of the colliding ones it has to be asked which
-    /// parts they lie in.
+    /// Adds configurations of known labels. Only colliding ones cost a check, to find their parts.
     fn add_known(&mut self, free: &[f64], colliding: &[f64], parts: &Parts, budget: &mut Budget) {
         self.add(free, &vec![Vec::new(); free.len() / parts.nq]);
         let colliding = &colliding[..colliding.len().min(budget.left() / 4 * parts.nq)];
@@ -162,8 +157,8 @@ impl Set {
     }
 }
 
-/// Takes those `count` of the `pool` of free and colliding configurations out that the classifier
-/// gets wrong, or is least sure of.
+/// Removes the `count` configurations that the classifier gets wrong or is least sure of from the
+/// `pool` of free and colliding ones, and returns them.
 fn take_doubtful(
     classifier: &ObstacleClassifier,
     parts: &Parts,
@@ -173,7 +168,7 @@ fn take_doubtful(
     let nq = parts.nq;
     let mut order: Vec<(f64, usize, usize)> = Vec::new();
     for (side, list) in pool.iter().enumerate() {
-        let looked_at = &list[..list.len().min(LOOKED_AT * count * nq / 2)];
+        let looked_at = &list[..list.len().min(CANDIDATES_PER_ADDED * count * nq / 2)];
         let decisions = classifier.decisions(nq, parts.features, looked_at).into_iter().enumerate();
         order.extend(decisions.map(|(i, decision)| (if side == 0 { decision } else { -decision }, side, i)));
     }
@@ -192,8 +187,8 @@ fn take_doubtful(
     taken
 }
 
-/// Those `count` of [`LOOKED_AT`] times as many new configurations that are nearest to the
-/// predicted boundary, row major.
+/// Draws [`CANDIDATES_PER_ADDED`] times `count` configurations and returns the `count` nearest to
+/// the predicted boundary, row major.
 fn most_doubtful_of_new(
     classifier: &ObstacleClassifier,
     space: &ConfigSpace,
@@ -202,7 +197,7 @@ fn most_doubtful_of_new(
     rng: &mut ChaCha8Rng,
 ) -> Vec<f64> {
     let nq = parts.nq;
-    let mut configs = vec![0.0; LOOKED_AT * count * nq];
+    let mut configs = vec![0.0; CANDIDATES_PER_ADDED * count * nq];
     configs.chunks_exact_mut(nq).for_each(|q| uniform(space, rng, q));
     let decisions = classifier.decisions(nq, parts.features, &configs).into_iter().map(f64::abs);
     let mut order: Vec<(f64, usize)> = decisions.enumerate().map(|(i, doubt)| (doubt, i)).collect();

@@ -41,7 +41,7 @@ fn cube() -> ConfigSpace {
     space
 }
 
-/// Free and colliding ones of the first `count` configurations of a seed, row major.
+/// The free and the colliding ones of the first `count` configurations of a seed, row major.
 fn explored(count: u64, seed: u64) -> [Vec<f64>; 2] {
     let (space, halton, mut q) = (cube(), Halton::new(NQ, seed), [0.0; NQ]);
     let mut lists = [Vec::new(), Vec::new()];
@@ -60,7 +60,7 @@ fn rows(configs: &[f64]) -> Vec<&[f64]> {
     configs.chunks_exact(NQ).collect()
 }
 
-/// Decisions for free configurations, the negated ones for colliding ones: the less, the worse.
+/// Decisions of free configurations and negated ones of colliding ones: the lower, the worse.
 fn sureness(classifier: &ObstacleClassifier, lists: &[Vec<f64>; 2]) -> Vec<f64> {
     let of = |side: usize| classifier.decisions(NQ, &offsets, &lists[side]);
     of(0).into_iter().chain(of(1).into_iter().map(|decision| -decision)).collect()
@@ -70,8 +70,8 @@ fn sureness(classifier: &ObstacleClassifier, lists: &[Vec<f64>; 2]) -> Vec<f64> 
 fn the_wrong_and_the_least_sure_are_taken() {
     let classifier = fitted(&explored(400, 1).concat());
     let count = 300;
-    // Of each label, so many are looked at.
-    let looked_at = LOOKED_AT * count / 2;
+    // At most this many of each label are evaluated.
+    let looked_at = CANDIDATES_PER_ADDED * count / 2;
     let before = explored(6000, 2);
     let mut pool = before.clone();
     let taken = take_doubtful(&classifier, &PARTS, &mut pool, count);
@@ -97,9 +97,9 @@ fn of_new_ones_those_nearest_to_the_predicted_boundary_are_taken() {
     let (count, seed) = (500, 7);
     let taken = most_doubtful_of_new(&classifier, &cube(), &PARTS, count, &mut ChaCha8Rng::seed_from_u64(seed));
     assert_eq!(taken.len(), count * NQ);
-    // The same random ones: none of those left is nearer.
+    // Draws the same configurations again: none that was left is nearer.
     let (space, mut rng) = (cube(), ChaCha8Rng::seed_from_u64(seed));
-    let mut all = vec![0.0; LOOKED_AT * count * NQ];
+    let mut all = vec![0.0; CANDIDATES_PER_ADDED * count * NQ];
     all.chunks_exact_mut(NQ).for_each(|q| uniform(&space, &mut rng, q));
     let doubts = |configs: &[f64]| -> Vec<f64> {
         let mut doubts: Vec<f64> = classifier.decisions(NQ, &offsets, configs).into_iter().map(f64::abs).collect();
@@ -109,7 +109,7 @@ fn of_new_ones_those_nearest_to_the_predicted_boundary_are_taken() {
     assert_eq!(doubts(&taken), doubts(&all)[..count]);
 }
 
-/// What choosing is for: the same number of labels, fewer mistakes.
+/// Choosing pays off: the same number of labels leaves fewer mistakes.
 #[test]
 fn chosen_configurations_teach_more_than_as_many_uniform_ones() {
     let [mut mistakes_chosen, mut mistakes_uniform] = [0.0; 2];
@@ -133,7 +133,7 @@ fn chosen_configurations_teach_more_than_as_many_uniform_ones() {
 
 #[test]
 fn surprises_come_first_and_nothing_is_lost() {
-    // Trained on so little that it is often wrong.
+    // The training set is so small that the classifier is often wrong.
     let classifier = fitted(&explored(60, 1).concat());
     let [_, before] = explored(3000, 2);
     let count = before.len() / NQ - 100;
@@ -148,7 +148,7 @@ fn surprises_come_first_and_nothing_is_lost() {
     let rest = before.chunks_exact(NQ).skip(count);
     let expected: Vec<&[f64]> = predicted(Label::Free).chain(predicted(Label::Colliding)).chain(rest).collect();
     assert_eq!(rows(&after), expected);
-    // More than there are is all.
+    // A count above the number of rows means all rows.
     surprising_first(&classifier, &offsets, NQ, usize::MAX, &mut after);
     let predictions = classifier.predictions(NQ, &offsets, &after);
     assert!(predictions.is_sorted_by_key(|label| *label == Label::Colliding));
@@ -156,7 +156,7 @@ fn surprises_come_first_and_nothing_is_lost() {
 
 #[test]
 fn training_counts_what_it_asks_and_never_sees_what_it_is_judged_by() {
-    // With much known, rounds draw on that; with little, on new configurations.
+    // Rounds draw on known configurations if there are many, and on new ones if there are few.
     for (count, draws) in [(20_000, false), (3000, true)] {
         let [free, colliding] = explored(count, 3);
         let mut known = Exploration { free: free.clone(), colliding: colliding.clone(), next: count };
@@ -174,11 +174,11 @@ fn training_counts_what_it_asks_and_never_sees_what_it_is_judged_by() {
         assert_eq!(budget.spent(), asked.len() / NQ);
         assert!(known.free.starts_with(&free) && known.colliding.starts_with(&colliding));
         let drawn = (known.free.len() + known.colliding.len() - free.len() - colliding.len()) / NQ;
-        assert_eq!(drawn, if draws { (ROUNDS - 1) * ADDED } else { 0 });
+        assert_eq!(drawn, if draws { (TRAINING_ROUNDS - 1) * ADDED_PER_ROUND } else { 0 });
         let svms = outcome.classifier.as_ref().unwrap().svms();
         for (side, list) in [&free, &colliding].into_iter().enumerate() {
             let held = &rows(list)[list.len() / NQ - outcome.held_out[side]..];
-            assert!(held.len() == (list.len() / NQ / 5).min(HELD_OUT));
+            assert!(held.len() == (list.len() / NQ / 5).min(MAX_HELD_OUT));
             let trained_on = |svm: &crate::learning::obstacle_classifier::PairSvm| {
                 rows(&svm.support).iter().any(|q| held.contains(q))
             };

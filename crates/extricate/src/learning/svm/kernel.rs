@@ -1,17 +1,17 @@
-//! Points stored for vector instructions, and the Gaussian kernel over them. No labels, no solver.
+//! Points stored for vector instructions, and the Gaussian kernel over them; without labels.
 
 use serde::{Deserialize, Serialize};
 
 pub use crate::math::{LANES, vectorized};
 
-/// Blocks that a kernel is evaluated for together.
-const GROUP: usize = 4;
+/// Blocks evaluated together, because additions to one sum wait for each other.
+const BLOCKS_PER_GROUP: usize = 4;
 
-/// Queries whose distances to a block are told together.
+/// Queries whose distances to a block are computed together.
 pub const TOGETHER: usize = 4;
 
-/// `n` points of `dimensions` coordinates as `f32`, in blocks of [`LANES`] points: within a block
-/// the coordinate `k` of all points stands together, so a scan needs no gathers. The last block is
+/// `n` points of `dimensions` coordinates as `f32`, in blocks of [`LANES`] points. Within a block,
+/// coordinate `k` of all points is contiguous, so a scan needs no gathers. The last block is
 /// padded.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct PointSet {
@@ -21,12 +21,12 @@ pub struct PointSet {
 }
 
 impl PointSet {
-    /// From `rows.len() / dimensions` points, row major; rounded to `f32`.
+    /// Stores `rows.len() / dimensions` points (row major), rounded to `f32`.
     pub fn from_rows(rows: &[f64], dimensions: usize) -> Self {
         Self::from_rows_padded(rows, dimensions, 0.0)
     }
 
-    /// As [`PointSet::from_rows`], with another coordinate than zero in the padding.
+    /// Does the same as [`PointSet::from_rows`], with `padding` in place of zero.
     pub fn from_rows_padded(rows: &[f64], dimensions: usize, padding: f32) -> Self {
         assert!(dimensions > 0 && rows.len().is_multiple_of(dimensions), "rows are not {dimensions} wide");
         let len = rows.len() / dimensions;
@@ -39,7 +39,7 @@ impl PointSet {
         Self { len, dimensions, blocks }
     }
 
-    /// Whether its lengths agree and its numbers are finite, of one that was read as bytes.
+    /// Whether a set read from bytes has consistent lengths and finite numbers.
     fn is_sound(&self) -> bool {
         let rows = self.len.div_ceil(LANES).checked_mul(self.dimensions);
         self.dimensions > 0
@@ -47,17 +47,17 @@ impl PointSet {
             && self.blocks.as_flattened().iter().all(|x| x.is_finite())
     }
 
-    /// Number of points.
+    /// Number of points, padding excluded.
     pub fn len(&self) -> usize {
         self.len
     }
 
-    /// Whether there is no point.
+    /// Whether the set has no point.
     pub fn is_empty(&self) -> bool {
         self.len == 0
     }
 
-    /// Coordinates a point.
+    /// Number of coordinates of a point.
     pub fn dimensions(&self) -> usize {
         self.dimensions
     }
@@ -72,7 +72,7 @@ impl PointSet {
         self.blocks[i / LANES * self.dimensions + k][i % LANES]
     }
 
-    /// The given points, in the given order.
+    /// Returns the given points in the given order.
     pub fn gather(&self, points: &[u32]) -> Self {
         let mut blocks = vec![[0.0; LANES]; points.len().div_ceil(LANES) * self.dimensions];
         for (i, point) in points.iter().enumerate() {
@@ -96,24 +96,24 @@ impl PointSet {
         self.blocks[first * self.dimensions..last * self.dimensions].chunks_exact(self.dimensions)
     }
 
-    /// Block after block, a row of [`LANES`] points for each coordinate.
+    /// Rows of all blocks, block after block: one row of [`LANES`] points for each coordinate.
     #[inline(always)]
     pub fn rows(&self) -> &[[f32; LANES]] {
         &self.blocks
     }
 
-    /// All blocks, [`GROUP`] at a time.
+    /// All blocks, [`BLOCKS_PER_GROUP`] at a time.
     #[inline(always)]
     fn groups(&self) -> std::slice::Chunks<'_, [f32; LANES]> {
-        self.blocks.chunks(GROUP * self.dimensions)
+        self.blocks.chunks(BLOCKS_PER_GROUP * self.dimensions)
     }
 }
 
 /// Squared distances from `query` to the points of one block.
 ///
-/// By differences, not by `|x|^2 - 2xy + |y|^2`, which cancels for near points: the relative error
-/// is at most `(dimensions + 2) * 2^-24`, and the distance from x to y is the distance from y to x
-/// to the last bit.
+/// It sums squared differences, because `|x|^2 - 2xy + |y|^2` cancels for near points. The relative
+/// error is at most `(dimensions + 2) * 2^-24`, and the distance from x to y equals that from y to
+/// x to the last bit.
 #[inline(always)]
 pub fn block_distances_squared(block: &[[f32; LANES]], query: &[f32]) -> [f32; LANES] {
     let mut sums = [0.0; LANES];
@@ -126,8 +126,8 @@ pub fn block_distances_squared(block: &[[f32; LANES]], query: &[f32]) -> [f32; L
     sums
 }
 
-/// [`block_distances_squared`] of [`TOGETHER`] queries, to the last bit. Together, because
-/// additions to one sum wait for each other.
+/// Computes [`block_distances_squared`] of [`TOGETHER`] queries, equal to the last bit. Several
+/// sums overlap, while additions to one sum wait for each other.
 #[inline(always)]
 pub fn block_distances_squared_of(block: &[[f32; LANES]], queries: [&[f32]; TOGETHER]) -> [[f32; LANES]; TOGETHER] {
     let mut sums = [[0.0; LANES]; TOGETHER];
@@ -145,14 +145,14 @@ pub fn block_distances_squared_of(block: &[[f32; LANES]], queries: [&[f32]; TOGE
     sums
 }
 
-/// `exp(-gamma * |query - x|^2)` for every point `x` of `points`, a block of results for a block of
-/// points; results in the padding are meaningless.
+/// Computes `exp(-gamma * |query - x|^2)` for every point `x` of `points`, one block of results for
+/// each block of points. Results in the padding are meaningless.
 pub fn kernel_row(points: &PointSet, query: &[f32], gamma: f64, out: &mut [[f32; LANES]]) {
     let exponent = exponent_scale(gamma);
     vectorized(
         #[inline(always)]
         || {
-            for (group, out) in points.groups().zip(out.chunks_mut(GROUP)) {
+            for (group, out) in points.groups().zip(out.chunks_mut(BLOCKS_PER_GROUP)) {
                 group_kernels(group, query, exponent, out);
             }
         },
@@ -168,7 +168,7 @@ pub struct WeightedPoints {
 }
 
 impl WeightedPoints {
-    /// One weight a point.
+    /// Joins points with their weights, one a point.
     pub fn new(points: PointSet, weights: &[f64]) -> Self {
         assert_eq!(points.len(), weights.len(), "one weight a point");
         let mut padded = vec![[0.0; LANES]; points.block_count()];
@@ -176,19 +176,19 @@ impl WeightedPoints {
         Self { points, weights: padded }
     }
 
-    /// Whether there is a finite weight for each of finite points, of what was read as bytes.
+    /// Whether points and weights read from bytes are finite and of equal number.
     pub fn is_sound(&self) -> bool {
         self.points.is_sound()
             && self.weights.len() == self.points.block_count()
             && self.weights.as_flattened().iter().all(|x| x.is_finite())
     }
 
-    /// The points.
+    /// The points, without their weights.
     pub fn points(&self) -> &PointSet {
         &self.points
     }
 
-    /// `sum_i weight_i exp(-gamma |query - x_i|^2)`, added up in `f64`: weights of both signs
+    /// `sum_i weight_i exp(-gamma |query - x_i|^2)`, added up in `f64` as weights of both signs
     /// cancel.
     pub fn kernel_sum(&self, query: &[f32], gamma: f64) -> f64 {
         let exponent = exponent_scale(gamma);
@@ -196,8 +196,8 @@ impl WeightedPoints {
             #[inline(always)]
             move || {
                 let mut sums = [0.0; LANES];
-                for (group, weights) in self.points.groups().zip(self.weights.chunks(GROUP)) {
-                    let mut values = [[0.0; LANES]; GROUP];
+                for (group, weights) in self.points.groups().zip(self.weights.chunks(BLOCKS_PER_GROUP)) {
+                    let mut values = [[0.0; LANES]; BLOCKS_PER_GROUP];
                     group_kernels(group, query, exponent, &mut values[..weights.len()]);
                     for (values, weights) in values.iter().zip(weights) {
                         for lane in 0..LANES {
@@ -212,19 +212,18 @@ impl WeightedPoints {
     }
 }
 
-/// The factor of [`block_kernel`] for `exp(-gamma ...)`: `-gamma / ln 2`.
+/// Returns the `exponent` of [`block_kernel`] for `exp(-gamma ...)`: `-gamma / ln 2`.
 pub fn exponent_scale(gamma: f64) -> f32 {
     (-gamma * std::f64::consts::LOG2_E) as f32
 }
 
-/// Kernel values between `query` and one block, where `exponent` is [`exponent_scale`] of gamma.
+/// Kernel values between `query` and one block; `exponent` is [`exponent_scale`] of gamma.
 #[inline(always)]
 pub fn block_kernel(block: &[[f32; LANES]], query: &[f32], exponent: f32) -> [f32; LANES] {
     exponentials(block_distances_squared(block, query), exponent)
 }
 
-/// [`block_kernel`] of each of up to [`GROUP`] blocks, to the last bit. Together, because additions
-/// to one sum wait for each other.
+/// Computes [`block_kernel`] of up to [`BLOCKS_PER_GROUP`] blocks, equal to the last bit.
 #[inline(always)]
 fn group_kernels(group: &[[f32; LANES]], query: &[f32], exponent: f32, out: &mut [[f32; LANES]]) {
     let [a, b, c, d] = out else {
@@ -235,7 +234,7 @@ fn group_kernels(group: &[[f32; LANES]], query: &[f32], exponent: f32, out: &mut
     };
     let (first, second) = group.split_at(2 * query.len());
     let ((first, second), (third, fourth)) = (first.split_at(query.len()), second.split_at(query.len()));
-    let mut sums = [[0.0; LANES]; GROUP];
+    let mut sums = [[0.0; LANES]; BLOCKS_PER_GROUP];
     for ((((p, q), r), s), x) in first.iter().zip(second).zip(third).zip(fourth).zip(query) {
         for lane in 0..LANES {
             let differences = [p[lane] - x, q[lane] - x, r[lane] - x, s[lane] - x];
@@ -254,14 +253,15 @@ fn group_kernels(group: &[[f32; LANES]], query: &[f32], exponent: f32, out: &mut
 /// Kernel values from squared distances.
 #[inline(always)]
 fn exponentials(mut values: [f32; LANES], exponent: f32) -> [f32; LANES] {
-    // A loop, not `map`: that is not inlined reliably, and then compiled for the least processor.
+    // A loop, because `map` is not inlined reliably, and then compiled for the oldest processor.
     for value in &mut values {
         *value = exp2_negative(exponent * *value);
     }
     values
 }
 
-/// `2^x` for `x <= 0`, without a branch or a call; exactly 1 at 0, and `2^-126` for all `x < -126`.
+/// Returns `2^x` for `x <= 0`, without a branch or a call: exactly 1 at 0, and `2^-126` for all
+/// `x < -126`.
 ///
 /// # Guarantee
 /// Relative error below 2e-7, measured over 400,000 arguments in `[-126, 0]`.

@@ -1,9 +1,8 @@
-//! Kernel rows that were computed and may be needed again, within a bound on memory: the least
-//! recently used goes first.
+//! A cache of computed kernel rows, bounded in memory: it evicts the least recently used row first.
 
 use super::kernel::{LANES, PointSet, kernel_row};
 
-/// No row, no slot.
+/// Marks a missing point or slot.
 const NONE: u32 = u32::MAX;
 
 /// Rows `K(x_i, .)` of the kernel matrix of `points`.
@@ -12,15 +11,15 @@ pub struct RowCache {
     gamma: f64,
     bytes: usize,
     slots: Vec<Slot>,
-    /// The rows, one slot after the other: memory that was touched once is used again.
+    /// The rows, slot after slot, so that memory that was touched once is used again.
     rows: Vec<[f32; LANES]>,
-    /// Slot of each point's row.
+    /// Slot of each point's row, or [`NONE`].
     slot_of: Vec<u32>,
     /// Most and least recently used slot.
     newest: u32,
     oldest: u32,
     query: Vec<f32>,
-    /// Rows computed so far.
+    /// Number of rows computed so far.
     pub computed: u64,
 }
 
@@ -31,7 +30,7 @@ struct Slot {
 }
 
 impl RowCache {
-    /// Holds as many rows as fit into `bytes`, and never fewer than two.
+    /// Creates a cache of as many rows as fit into `bytes`, and at least two.
     pub fn new(points: PointSet, gamma: f64, bytes: usize) -> Self {
         Self {
             gamma,
@@ -47,8 +46,8 @@ impl RowCache {
         }
     }
 
-    /// Goes over to the points at the positions `keep` (ascending) alone; the rows of others, and
-    /// the other entries of kept rows, are dropped.
+    /// Restricts the cache to the points at the positions `keep` (ascending). Rows of other points,
+    /// and their entries in kept rows, are dropped.
     pub fn keep(&mut self, keep: &[u32]) {
         let before = self.width();
         self.points = self.points.gather(keep);
@@ -62,7 +61,7 @@ impl RowCache {
             if slot.point == NONE {
                 continue;
             }
-            // No entry goes beyond where it was, so none is overwritten before it has been read.
+            // Entries only move toward the front, so none is overwritten before it has been read.
             let entries = self.rows[kept * width..(from + 1) * before].as_flattened_mut();
             let row = (from * before - kept * width) * LANES;
             for (i, j) in keep.iter().enumerate() {
@@ -96,7 +95,6 @@ impl RowCache {
         self.slots.len() * row_bytes(&self.points)
     }
 
-    /// Blocks of a row.
     fn width(&self) -> usize {
         self.points.block_count()
     }
@@ -105,13 +103,13 @@ impl RowCache {
         &self.rows[slot * self.width()..][..self.width()]
     }
 
-    /// The row of point `i`.
+    /// Returns the row of point `i`, computed if it is not cached.
     pub fn row(&mut self, i: usize) -> &[[f32; LANES]] {
         let slot = self.fetch(i);
         self.row_of(slot)
     }
 
-    /// The rows of points `i` and `j`.
+    /// Returns the rows of points `i` and `j`, computed if they are not cached.
     pub fn two_rows(&mut self, i: usize, j: usize) -> (&[[f32; LANES]], &[[f32; LANES]]) {
         self.fetch(i);
         let second = self.fetch(j);
@@ -174,7 +172,7 @@ impl RowCache {
     }
 }
 
-/// Rows that fit into `bytes`.
+/// Number of rows that fit into `bytes`, and at least two.
 fn capacity(points: &PointSet, bytes: usize) -> usize {
     (bytes / row_bytes(points)).clamp(2, points.len().max(2))
 }
@@ -220,7 +218,7 @@ mod tests {
         let points = PointSet::from_rows(&rows, 3);
         let keep: Vec<u32> = (0..50).filter(|i| i % 3 != 1 && *i != 40).collect();
         let mut cache = RowCache::new(points.clone(), 0.5, 20 * row_bytes(&points));
-        // More than fit; then 40, of a point that goes, in the midst of rows that stay.
+        // Fills the cache; 40, a point that `keep` drops, lies between rows that stay.
         [0, 5, 9, 40, 12, 48, 3].into_iter().chain(20..33).chain([5, 48]).for_each(|i| _ = cache.row(i).len());
         let held: Vec<usize> = (0..50).filter(|i| cache.slot_of[*i] != NONE).collect();
         cache.keep(&keep);

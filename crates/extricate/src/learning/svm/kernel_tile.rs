@@ -1,8 +1,7 @@
-//! Sums of kernel values of many points with many others, in tiles of both, so that what is loaded
-//! is used more than once.
+//! Sums of kernel values between two sets of points, in tiles of both to reuse loaded values.
 //!
-//! A sum for one point reads all others, which are more than the fastest cache holds, for three
-//! operations each. The kernel values are those of [`super::kernel`] to the last bit.
+//! Without tiles, the sum for one point reads all others, more than the fastest cache holds, for
+//! three operations each. Kernel values equal those of [`super::kernel`] to the last bit.
 
 use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
@@ -10,22 +9,22 @@ use rayon::prelude::*;
 use super::kernel::{LANES, PointSet, block_kernel, exp2_negative, exponent_scale};
 use crate::math::simd::F32s;
 
-/// Blocks and centres of a tile: as many as sixteen registers have room for.
-const BLOCKS: usize = 2;
-const CENTRES: usize = 4;
+/// Blocks and centres of a tile: as many as fit into sixteen registers.
+const TILE_BLOCKS: usize = 2;
+const TILE_CENTRES: usize = 4;
 
-/// Blocks that are taken through all centres together, so that they stay in the fastest cache.
-const RESIDENT: usize = 16;
+/// Blocks that one task takes through all centres: few enough to stay in the fastest cache.
+const RESIDENT_BLOCKS: usize = 16;
 
-/// `sum_j weight_j exp(-gamma |centre_j - x|^2)` for every point `x` of `points`, added up in `f64`
-/// in the order of the centres.
+/// Returns `sum_j weight_j exp(-gamma |centre_j - x|^2)` for every point `x` of `points`, added up
+/// in `f64` in the order of the centres.
 pub fn kernel_sums(points: &PointSet, centres: &PointSet, weights: &[f64], gamma: f64) -> Vec<f64> {
     assert_eq!(centres.len(), weights.len(), "one weight a centre");
     let dimensions = points.dimensions();
     let centres: Vec<f32> =
         (0..centres.len()).flat_map(|i| (0..dimensions).map(move |k| centres.coordinate(i, k))).collect();
     let mut sums = vec![[0.0; LANES]; points.block_count()];
-    let chunks = sums.par_chunks_mut(RESIDENT).zip(points.rows().par_chunks(RESIDENT * dimensions));
+    let chunks = sums.par_chunks_mut(RESIDENT_BLOCKS).zip(points.rows().par_chunks(RESIDENT_BLOCKS * dimensions));
     chunks.for_each(|(sums, blocks)| {
         Arch::new().dispatch(Sums {
             blocks,
@@ -42,7 +41,7 @@ pub fn kernel_sums(points: &PointSet, centres: &PointSet, weights: &[f64], gamma
 struct Sums<'a> {
     blocks: &'a [[f32; LANES]],
     dimensions: usize,
-    /// Row major.
+    /// Row major, `dimensions` coordinates each.
     centres: &'a [f32],
     weights: &'a [f64],
     exponent: f32,
@@ -55,9 +54,9 @@ impl WithSimd for Sums<'_> {
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
         let Self { blocks, dimensions, centres, weights, exponent, sums } = self;
-        for (centres, weights) in centres.chunks(CENTRES * dimensions).zip(weights.chunks(CENTRES)) {
-            for (blocks, sums) in blocks.chunks(BLOCKS * dimensions).zip(sums.chunks_mut(BLOCKS)) {
-                let mut values = [[[0.0; LANES]; CENTRES]; BLOCKS];
+        for (centres, weights) in centres.chunks(TILE_CENTRES * dimensions).zip(weights.chunks(TILE_CENTRES)) {
+            for (blocks, sums) in blocks.chunks(TILE_BLOCKS * dimensions).zip(sums.chunks_mut(TILE_BLOCKS)) {
+                let mut values = [[[0.0; LANES]; TILE_CENTRES]; TILE_BLOCKS];
                 tile(simd, blocks, centres, dimensions, exponent, &mut values);
                 for (sums, values) in sums.iter_mut().zip(&values) {
                     for (values, weight) in values.iter().zip(weights) {
@@ -71,7 +70,7 @@ impl WithSimd for Sums<'_> {
     }
 }
 
-/// Kernel values of up to [`BLOCKS`] blocks with up to [`CENTRES`] centres.
+/// Kernel values of up to [`TILE_BLOCKS`] blocks with up to [`TILE_CENTRES`] centres.
 #[inline(always)]
 fn tile<S: Simd>(
     simd: S,
@@ -79,9 +78,9 @@ fn tile<S: Simd>(
     centres: &[f32],
     dimensions: usize,
     exponent: f32,
-    values: &mut [[[f32; LANES]; CENTRES]; BLOCKS],
+    values: &mut [[[f32; LANES]; TILE_CENTRES]; TILE_BLOCKS],
 ) {
-    if blocks.len() < BLOCKS * dimensions || centres.len() < CENTRES * dimensions {
+    if blocks.len() < TILE_BLOCKS * dimensions || centres.len() < TILE_CENTRES * dimensions {
         for (block, values) in blocks.chunks_exact(dimensions).zip(values) {
             for (centre, values) in centres.chunks_exact(dimensions).zip(values) {
                 *values = block_kernel(block, centre, exponent);
@@ -95,18 +94,18 @@ fn tile<S: Simd>(
     let (c, d) = rest.split_at(dimensions);
     for at in 0..F32s::<S>::COUNT {
         let zero = F32s::splat(simd, 0.0);
-        let (mut near, mut far) = ([zero; CENTRES], [zero; CENTRES]);
+        let (mut near, mut far) = ([zero; TILE_CENTRES], [zero; TILE_CENTRES]);
         for (((((p, q), a), b), c), d) in first.iter().zip(second).zip(a).zip(b).zip(c).zip(d) {
             let (p, q) = (F32s::load(simd, p, at), F32s::load(simd, q, at));
             let x = [*a, *b, *c, *d].map(|x| F32s::splat(simd, x));
-            for j in 0..CENTRES {
+            for j in 0..TILE_CENTRES {
                 let (u, v) = (p - x[j], q - x[j]);
                 near[j] = near[j] + u * u;
                 far[j] = far[j] + v * v;
             }
         }
         let [first, second] = &mut *values;
-        for j in 0..CENTRES {
+        for j in 0..TILE_CENTRES {
             near[j].store(&mut first[j], at);
             far[j].store(&mut second[j], at);
         }
@@ -121,7 +120,7 @@ mod tests {
     use super::*;
     use crate::learning::svm::kernel::kernel_row;
 
-    /// Sets that leave tiles, and blocks, half full.
+    /// Some sizes leave tiles and blocks partly filled.
     #[test]
     fn sums_are_those_of_kernel_rows_to_the_last_bit() {
         for (points, centres, dimensions) in [(300, 101, 5), (16, 4, 1), (7, 3, 38), (9, 0, 2), (0, 5, 2)] {

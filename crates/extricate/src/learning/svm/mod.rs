@@ -1,5 +1,5 @@
-//! A classifier of configurations: which side of the collision boundary, predicted from features.
-//! An approximation: only an exact check says "free".
+//! A support vector classifier that predicts from features whether a configuration collides. It is
+//! an approximation: only an exact check says "free".
 
 pub mod kernel;
 pub mod kernel_cache;
@@ -43,32 +43,31 @@ pub struct Classifier {
     choice: Choice,
 }
 
-/// What training ended with, of use to go on from where points are appended.
+/// Final state of training, from which it can continue after points are appended.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Trained {
     /// Dual variables of all points.
     pub duals: Vec<f64>,
-    /// Steps that it took.
+    /// Number of steps that training took.
     pub steps: u64,
-    /// Most memory that its kernel rows took \[bytes\].
+    /// Most memory that the kernel rows took \[bytes\].
     pub cached: usize,
 }
 
 impl Classifier {
-    /// Fits to `features` (`n x dimensions`, row major) and one label a row. With one class only,
-    /// it predicts that class.
+    /// Fits a classifier to `features` (`n x dimensions`, row major) and one label a row. If all
+    /// labels are equal, it predicts that label.
     ///
     /// # Cost
-    /// About 0.1 s for 5,000 points of 14 dimensions, and 0.2 to 1 s for the search of gamma and
-    /// penalty, which does not grow with the set beyond `search_points`; hard sets with a large
-    /// penalty take longest.
+    /// About 0.1 s for 5,000 points of 14 dimensions, plus 0.2 to 1 s for the search of gamma and
+    /// penalty. The search does not grow with the set beyond `search_points`. Hard sets with a
+    /// large penalty take longest.
     pub fn fit(features: &[f64], dimensions: usize, labels: &[Label], options: &FitOptions) -> Self {
         Self::fit_from(features, dimensions, labels, options, &[]).0
     }
 
-    /// As [`Classifier::fit`], starting from the dual variables `warm` of the first points. Also
-    /// returns what training ended with, whose dual variables are to be passed on when points have
-    /// been appended.
+    /// Does the same as [`Classifier::fit`], starting from the dual variables `warm` of the first
+    /// points. Also returns the final state; pass on its dual variables after appending points.
     pub fn fit_from(
         features: &[f64],
         dimensions: usize,
@@ -97,8 +96,7 @@ impl Classifier {
         (classifier, Trained { duals: solution.alphas, steps: solution.iterations, cached: solution.cached })
     }
 
-    /// Whether it decides about so many features without a contradiction, of one that was read as
-    /// bytes.
+    /// Whether a classifier read from bytes is consistent and takes `dimensions` features.
     pub(super) fn is_sound(&self, dimensions: usize) -> bool {
         let Self { standardization, support, bias, gamma, choice } = self;
         let numbers = [*bias, *gamma, choice.gamma_factor, choice.penalty];
@@ -109,7 +107,8 @@ impl Classifier {
             && *gamma >= 0.0
     }
 
-    /// Above 0: predicted free. About +1 and -1 at the margins; 0 at the predicted boundary.
+    /// Returns the decision value: positive if predicted free, 0 at the predicted boundary, about
+    /// +1 and -1 at the margins.
     pub fn decision(&self, features: &[f64]) -> f64 {
         let (mut stack, mut heap) = ([0.0; STACK_DIMENSIONS], Vec::new());
         let kept = self.standardization.kept();
@@ -128,7 +127,7 @@ impl Classifier {
         if self.decision(features) > 0.0 { Label::Free } else { Label::Colliding }
     }
 
-    /// Shares of the free and of the colliding rows that are predicted right; 1 for a class without
+    /// Returns shares of free and of colliding rows predicted correctly; 1 for a label without
     /// rows.
     pub fn balanced_accuracy(&self, features: &[f64], labels: &[Label]) -> (f64, f64) {
         let rows = features.par_chunks_exact(self.standardization.dimensions()).zip(labels);
@@ -142,7 +141,7 @@ impl Classifier {
         (share(counts[0], counts[1]), share(counts[2], counts[3]))
     }
 
-    /// Number of support vectors: the cost of a decision is proportional to it.
+    /// Number of support vectors; the cost of a decision is proportional to it.
     pub fn support_vectors(&self) -> usize {
         self.support.points().len()
     }

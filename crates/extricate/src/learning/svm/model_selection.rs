@@ -7,17 +7,16 @@ use super::kernel::{PointSet, WeightedPoints};
 use super::options::{Choice, FitOptions, svm_options};
 use super::smo::train;
 
-/// Kernel widths tried: from three times the spread of the whole set down to a third of it.
+/// Kernel widths that are tried, from three times the spread of the whole set to a third of it.
 const GAMMA_FACTORS: [f64; 5] = [0.1, 0.3, 1.0, 3.0, 10.0];
 
-/// Penalties tried.
 const PENALTIES: [f64; 4] = [1.0, 10.0, 100.0, 1000.0];
 
-/// Balanced accuracies this close are taken for equal: half the standard error of some hundred
-/// points of the rarer class.
-const INDISTINCT: f64 = 0.005;
+/// Balanced accuracies this close count as equal: half the standard error for some hundred points
+/// of the rarer class.
+const EQUAL_ACCURACY_MARGIN: f64 = 0.005;
 
-/// Median of 1,000 squared distances between random pairs of points; 1 where it would be 0.
+/// Returns the median of 1,000 squared distances between random pairs of points; 1 in place of 0.
 pub fn median_squared_distance(points: &PointSet, seed: u64) -> f64 {
     let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(seed);
     let pair = |_| {
@@ -29,8 +28,8 @@ pub fn median_squared_distance(points: &PointSet, seed: u64) -> f64 {
     squared.get(squared.len() / 2).copied().filter(|median| *median > 0.0).unwrap_or(1.0)
 }
 
-/// The parameters that `options` fix, and for the others those of the best balanced accuracy on
-/// held-out points; of those that are as good, the least penalty, which trains fastest, and then
+/// Returns the parameters that `options` fix, and for the others those of best balanced accuracy on
+/// held-out points. Among equally good ones it takes the least penalty, which trains fastest, then
 /// the widest kernel.
 pub fn choose(points: &PointSet, free: &[bool], spread: f64, options: &FitOptions) -> Choice {
     let gamma_factors = options.gamma_factor.map_or(GAMMA_FACTORS.to_vec(), |g| vec![g]);
@@ -65,16 +64,16 @@ pub fn choose(points: &PointSet, free: &[bool], spread: f64, options: &FitOption
         0.5 * right[0] as f64 / all[0].max(1) as f64 + 0.5 * right[1] as f64 / all[1].max(1) as f64
     };
     let accuracies: Vec<f64> = choices.par_iter().map(accuracy).collect();
-    let good_enough = accuracies.iter().fold(0.0, |a, b| f64::max(a, *b)) - INDISTINCT;
+    let good_enough = accuracies.iter().fold(0.0, |a, b| f64::max(a, *b)) - EQUAL_ACCURACY_MARGIN;
     let first = accuracies.iter().position(|accuracy| *accuracy >= good_enough);
     choices[first.unwrap_or(0)]
 }
 
-/// Disjoint seeded samples to train and to validate with, each of about `search_points` at most;
-/// empty where a class has fewer than four points.
+/// Draws disjoint seeded samples for training and for validation, each of at most about
+/// `search_points`. Both are empty if a class has fewer than four points.
 ///
-/// The classes keep their shares (a rare one at least a tenth): samples of equal classes would
-/// choose a kernel that is too narrow for the rare class of the whole set.
+/// Classes keep their shares, but a rare one gets at least a tenth. With balanced samples, the
+/// chosen kernel would be too narrow for the rare class of the whole set.
 fn split(free: &[bool], options: &FitOptions) -> (Vec<u32>, Vec<u32>) {
     let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(options.seed.wrapping_add(1));
     let (mut training, mut validation) = (Vec::new(), Vec::new());
@@ -86,7 +85,7 @@ fn split(free: &[bool], options: &FitOptions) -> (Vec<u32>, Vec<u32>) {
         shuffle(&mut members, &mut rng);
         let share = (members.len() as f64 / free.len() as f64).max(0.1);
         let most = (share * options.search_points as f64).ceil() as usize;
-        // A third is held out, unless there is plenty.
+        // Holds out a third, or more if there are plenty.
         let seen = most.min(members.len() - members.len() / 3);
         training.extend(&members[..seen]);
         validation.extend(members[seen..].iter().take(most));
@@ -96,7 +95,7 @@ fn split(free: &[bool], options: &FitOptions) -> (Vec<u32>, Vec<u32>) {
     (training, validation)
 }
 
-/// A random permutation (R. A. Fisher and F. Yates).
+/// Permutes `items` at random (R. A. Fisher and F. Yates).
 fn shuffle(items: &mut [u32], rng: &mut impl Rng) {
     for i in (1..items.len()).rev() {
         items.swap(i, rng.random_range(0..=i));

@@ -1,5 +1,4 @@
-//! How a classifier is fitted: what is given, and what validation chooses of the rest. It chooses
-//! nothing itself.
+//! Options of fitting a classifier, and the parameters that validation chooses.
 
 use serde::{Deserialize, Serialize};
 
@@ -9,30 +8,28 @@ use super::smo::SvmOptions;
 /// How to fit a [`Classifier`](super::Classifier).
 #[derive(Debug, Clone)]
 pub struct FitOptions {
-    /// Weights of free and of colliding points in the penalty; as if there were as many of each
-    /// where not given.
+    /// Weights of free and of colliding points in the penalty; balanced if not given.
     pub weights: Option<[f64; 2]>,
     /// How features are brought to a common scale.
     pub scaling: Scaling,
-    /// Width of the kernel: `gamma = gamma_factor / median squared distance`; searched where not
-    /// given.
+    /// Kernel width: `gamma = gamma_factor / median squared distance`; searched if not given.
     pub gamma_factor: Option<f64>,
-    /// Soft-margin penalty `C`; searched where not given.
+    /// Soft-margin penalty `C`; searched if not given.
     pub penalty: Option<f64>,
-    /// Points that the search for the two trains with, about; it validates with as many others.
+    /// About this many points train each candidate of the search, and as many others validate it.
     pub search_points: usize,
     /// Tolerance of training, in units of the decision value.
     pub tolerance: f64,
-    /// Memory for kernel rows in bytes, of all machines that are trained at once; two rows of each
-    /// are always kept. What is fitted does not depend on it.
+    /// Memory for kernel rows of all classifiers trained at once \[bytes\]; each keeps at least two
+    /// rows. The fit does not depend on it.
     pub cache_bytes: usize,
     /// Seed of the search's split and of the median.
     pub seed: u64,
 }
 
 impl FitOptions {
-    /// For one of many that the threads share out: each trains one at a time, and none waits for
-    /// another while it holds rows.
+    /// Returns options for one of many fits that run in parallel: each thread trains one at a time,
+    /// with an equal share of the memory.
     pub fn shared_out(&self) -> Self {
         Self { cache_bytes: self.cache_bytes / rayon::current_num_threads(), ..self.clone() }
     }
@@ -53,16 +50,16 @@ impl Default for FitOptions {
     }
 }
 
-/// What validation chooses.
+/// Kernel width and penalty, given or chosen by validation.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Choice {
     /// `gamma` times the median squared distance between points.
     pub gamma_factor: f64,
-    /// Soft-margin penalty `C`.
+    /// Penalty `C` of the soft margin.
     pub penalty: f64,
 }
 
-/// Options of training for one choice of parameters.
+/// Returns the options of training for one choice of parameters.
 pub fn svm_options(free: &[bool], spread: f64, choice: Choice, options: &FitOptions) -> SvmOptions {
     let count = free.iter().filter(|free| **free).count();
     let balance = |count: usize| free.len() as f64 / (2.0 * count.max(1) as f64);

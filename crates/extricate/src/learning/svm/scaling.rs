@@ -1,47 +1,46 @@
-//! Centring and scaling of features before a kernel sees them, and dropping the directions that say
-//! nothing.
+//! Centres and scales features for a kernel, and drops directions without variance.
 
 use nalgebra::{DMatrix, SymmetricEigen};
 use serde::{Deserialize, Serialize};
 
-/// Directions whose variances together are at most this share of the whole are dropped: distances
-/// between points in `f32` are no more exact than that.
-const NEGLIGIBLE: f64 = 1e-8;
+/// Directions whose variances add up to at most this share of the total are dropped: distances in
+/// `f32` are no more exact.
+const NEGLIGIBLE_VARIANCE_SHARE: f64 = 1e-8;
 
-/// Points that are gone through together: few enough to stay in a fast cache.
-const CHUNK: usize = 256;
+/// Points processed together: few enough to stay in a fast cache.
+const POINTS_PER_CHUNK: usize = 256;
 
 /// How features are brought to a common scale.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Scaling {
-    /// Each dimension to unit variance: for features whose units differ.
+    /// Scales each dimension to unit variance, for features whose units differ.
     PerDimension,
-    /// All dimensions by one factor, to unit mean variance: for embeddings, whose distances mean
-    /// something.
+    /// Scales all dimensions by one factor to unit mean variance, for embeddings, which have a
+    /// metric.
     Global,
 }
 
-/// The map `x -> B (x - centre) * scale` on the dimensions that vary, where the rows of `B` are
-/// orthonormal and span the directions in which they do.
+/// The map `x -> B (x - centre) * scale` on the dimensions that vary. The rows of `B` are
+/// orthonormal and span the directions in which the features vary.
 ///
-/// Poses of joined links say much twice: the 80 numbers of seven links span 38 directions. A kernel
-/// of distances sees no difference, and is done with half the work.
+/// Poses of connected links are redundant: the 80 numbers of seven links span 38 directions.
+/// Dropping the others leaves distances as they are, and a kernel takes half the work.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Standardization {
-    /// Dimensions that vary, ascending, with their centre and scale.
+    /// Dimensions that vary, ascending, each with its centre and scale.
     varying: Vec<(u32, f64, f64)>,
     dimensions: usize,
-    /// `B`, row major; empty where every direction counts.
+    /// `B`, row major; empty if every direction is kept.
     basis: Vec<f64>,
 }
 
 impl Standardization {
-    /// From the mean and variance of `features` (`n x dimensions`, row major); what does not vary
-    /// is dropped.
+    /// Fits the map to `features` (`n x dimensions`, row major), and drops dimensions that do not
+    /// vary.
     ///
     /// # Guarantee
-    /// Mean squared distances between the points change by at most `2 * NEGLIGIBLE` of their mean
-    /// square, but for the scale.
+    /// Apart from the scale, mean squared distances between the points change by at most
+    /// `2 * NEGLIGIBLE_VARIANCE_SHARE` of their mean square.
     ///
     /// # Cost
     /// `O(n dimensions^2 + dimensions^3)`.
@@ -57,7 +56,7 @@ impl Standardization {
             variance.iter_mut().zip(row.iter().zip(&mean)).for_each(|(v, (x, m))| *v += (x - m).powi(2));
         }
         variance.iter_mut().for_each(|v| *v /= count);
-        // Below this, a dimension is constant but for rounding of its values and of their mean.
+        // A dimension below this varies only by rounding of its values and of their mean.
         let varies = |k: &usize| variance[*k].sqrt() > 1e-12 * (1.0 + mean[*k].abs());
         let varying: Vec<usize> = (0..dimensions).filter(varies).collect();
         let mean_variance = varying.iter().map(|k| variance[*k]).sum::<f64>() / varying.len().max(1) as f64;
@@ -74,8 +73,7 @@ impl Standardization {
         all
     }
 
-    /// Whether it maps features of so many dimensions to finite numbers, of one that was read as
-    /// bytes.
+    /// Whether a map read from bytes takes `dimensions` features and has finite numbers.
     pub fn is_sound(&self, dimensions: usize) -> bool {
         let Self { varying, basis, .. } = self;
         let finite = |(k, centre, scale): &(u32, f64, f64)| {
@@ -90,17 +88,17 @@ impl Standardization {
             && basis.iter().all(|x| x.is_finite())
     }
 
-    /// Dimensions that are left; never 0.
+    /// Number of dimensions that come out; never 0.
     pub fn kept(&self) -> usize {
         if self.basis.is_empty() { self.varying.len() } else { self.basis.len() / self.varying.len() }
     }
 
-    /// Dimensions of the features that go in.
+    /// Number of features that go in.
     pub fn dimensions(&self) -> usize {
         self.dimensions
     }
 
-    /// Standardised features of one point; `out` has length [`Standardization::kept`].
+    /// Writes the standardised features of one point to `out`, of length [`Standardization::kept`].
     pub fn apply(&self, features: &[f64], out: &mut [f32]) {
         assert_eq!(features.len(), self.dimensions, "features of another length than those fitted");
         let scaled = |(k, centre, scale): &(u32, f64, f64)| (features[*k as usize] - centre) * scale;
@@ -113,7 +111,7 @@ impl Standardization {
         }
     }
 
-    /// Standardised features of many points, row major.
+    /// Returns the standardised features of many points, row major.
     pub fn apply_all(&self, features: &[f64]) -> Vec<f64> {
         if self.basis.is_empty() {
             return self.scaled(features);
@@ -121,7 +119,7 @@ impl Standardization {
         let width = self.varying.len();
         let basis = DMatrix::from_row_slice(self.kept(), width, &self.basis);
         let mut all = Vec::with_capacity(features.len() / self.dimensions * self.kept());
-        for features in features.chunks(CHUNK * self.dimensions) {
+        for features in features.chunks(POINTS_PER_CHUNK * self.dimensions) {
             // Columns are points.
             let points = DMatrix::from_vec(width, features.len() / self.dimensions, self.scaled(features));
             all.extend_from_slice((&basis * points).as_slice());
@@ -138,8 +136,8 @@ impl Standardization {
         scaled
     }
 
-    /// Rows of an orthonormal basis of the directions in which the scaled `features` vary, most
-    /// first. Empty where they vary in every direction.
+    /// Returns an orthonormal basis (row major) of the directions in which the scaled `features`
+    /// vary, largest variance first. It is empty if they vary in every direction.
     ///
     /// # Source
     /// K. Pearson, "On lines and planes of closest fit to systems of points in space", 1901,
@@ -147,7 +145,7 @@ impl Standardization {
     fn span(&self, features: &[f64]) -> Vec<f64> {
         let width = self.varying.len();
         let mut scatter = DMatrix::zeros(width, width);
-        for features in features.chunks(CHUNK * self.dimensions) {
+        for features in features.chunks(POINTS_PER_CHUNK * self.dimensions) {
             // Columns are points.
             let points = DMatrix::from_vec(width, features.len() / self.dimensions, self.scaled(features));
             scatter.gemm(1.0, &points, &points.transpose(), 1.0);
@@ -155,7 +153,7 @@ impl Standardization {
         let eigen = SymmetricEigen::new(scatter);
         let mut order: Vec<usize> = (0..width).collect();
         order.sort_by(|a, b| eigen.eigenvalues[*b].total_cmp(&eigen.eigenvalues[*a]).then(a.cmp(b)));
-        let most = NEGLIGIBLE * eigen.eigenvalues.iter().sum::<f64>();
+        let most = NEGLIGIBLE_VARIANCE_SHARE * eigen.eigenvalues.iter().sum::<f64>();
         let mut dropped = 0.0;
         while order.len() > 1 && dropped + eigen.eigenvalues[order[order.len() - 1]].max(0.0) <= most {
             dropped += eigen.eigenvalues[order[order.len() - 1]].max(0.0);

@@ -1,78 +1,76 @@
-//! Training of a support vector classifier by sequential minimal optimisation. Numbers in, numbers
-//! out: no features, no scaling, no choice of parameters.
+//! Trains a support vector classifier by sequential minimal optimisation. Features, scaling and the
+//! choice of parameters are elsewhere.
 //!
-//! The problem is kept in signed coefficients `beta_i = y_i alpha_i` (`y = 1` for free, `-1` for
-//! colliding), as in L. Bottou and C.-J. Lin, "Support vector machine solvers", 2007: maximise `sum
-//! y_i beta_i - 1/2 beta' K beta` with `sum beta = 0` and `0 <= y_i beta_i <= C_i`. Its gradient,
-//! here the *error* `y_i - (K beta)_i`, equals the bias for every coefficient strictly between its
-//! bounds at the optimum; no label then appears in the inner loops.
+//! The problem is stated in signed coefficients `beta_i = y_i alpha_i` (`y = 1` for free, `-1` for
+//! colliding), as in L. Bottou and C.-J. Lin, "Support vector machine solvers", 2007. It is to
+//! maximise `sum y_i beta_i - 1/2 beta' K beta` with `sum beta = 0` and `0 <= y_i beta_i <= C_i`.
+//! Its gradient, here the *error* `y_i - (K beta)_i`, equals the bias at the optimum for every
+//! coefficient strictly between its bounds. No label then appears in the inner loops.
 
 use super::kernel::PointSet;
 use super::kernel_cache::RowCache;
 use super::kernel_tile::kernel_sums;
 use super::working_set::{ActiveSet, Coefficient, error_range, may_rest};
 
-/// Steps after which training gives up, for a point; the sets tried here need less than a tenth of
-/// it.
-const STEPS_PER_POINT: u64 = 2_000;
+/// Training gives up after this many steps per point; the sets tried here need less than a tenth.
+const MAX_STEPS_PER_POINT: u64 = 2_000;
 
-/// Steps between two looks at which points may rest: rare enough to cost nothing, as a look is a
-/// pass over the points.
-const STEPS_BETWEEN_LOOKS: u64 = 500;
+/// Steps between two tests of which points may rest: rare enough to cost nothing, since a test is
+/// one pass over the points.
+const STEPS_BETWEEN_REST_TESTS: u64 = 500;
 
-/// Points are gathered anew when fewer than this share of them still take part.
-const WORTH_GATHERING: f64 = 0.7;
+/// Points are gathered again once fewer than this share of them still take part.
+const GATHER_SHARE: f64 = 0.7;
 
-/// The soft margin and how exactly to solve for it.
+/// Parameters of the training problem, and the accuracy of its solution.
 #[derive(Debug, Clone)]
 pub struct SvmOptions {
     /// Bound `C` on the coefficients of points labelled `true`.
     pub c_positive: f64,
     /// Bound `C` on the coefficients of points labelled `false`.
     pub c_negative: f64,
-    /// Kernel `exp(-gamma |x - y|^2)`.
+    /// Factor `gamma` of the kernel `exp(-gamma |x - y|^2)`.
     pub gamma: f64,
-    /// Largest violation of the optimality conditions at which to stop, in units of the decision
-    /// value.
+    /// Violation of the optimality conditions at which to stop, in units of the decision value.
     pub tolerance: f64,
-    /// Memory for kernel rows in bytes; two rows are always kept. The solution does not depend on
-    /// it.
+    /// Memory for kernel rows \[bytes\]; at least two rows are kept. The solution does not depend
+    /// on it.
     pub cache_bytes: usize,
 }
 
-/// What [`train`] found.
+/// Solution of [`train`], and what it cost.
 #[derive(Debug, Clone)]
 pub struct SvmSolution {
     /// Dual variables, `0 <= alpha <= C`; zero unless the point is a support vector.
     pub alphas: Vec<f64>,
     /// The decision value is `sum y_i alpha_i K(x_i, x) + bias`.
     pub bias: f64,
-    /// Steps of two variables.
+    /// Number of steps, each of two variables.
     pub iterations: u64,
-    /// Errors renewed by steps, one for each point that took part: what steps cost.
+    /// Number of errors updated by all steps, which measures their cost.
     pub renewed: u64,
     /// Most memory that kernel rows took \[bytes\].
     pub cached: usize,
-    /// `sum alpha - 1/2 sum alpha_i alpha_j y_i y_j K_ij`, to be maximised.
+    /// Dual objective `sum alpha - 1/2 sum alpha_i alpha_j y_i y_j K_ij`, which training maximises.
     pub dual_objective: f64,
-    /// Largest violation of the optimality conditions that is left; at most the tolerance unless
-    /// the steps ran out.
+    /// Largest remaining violation of the optimality conditions; at most the tolerance unless the
+    /// steps ran out.
     pub violation: f64,
 }
 
 /// Solves the dual problem of the soft-margin classifier with a Gaussian kernel.
 ///
-/// `labels[i]` is the class of point `i`. `warm` holds dual variables to start from, of the first
-/// points; they may break their bounds and the balance of the classes, which are restored.
+/// `labels[i]` is the class of point `i`. `warm` holds dual variables of the first points to start
+/// from. If they break their bounds or the balance of the classes, both are restored.
 ///
 /// # Guarantee
 /// At the end, `error_i - error_j <= tolerance` for all `i` whose signed coefficient may grow and
-/// all `j` whose may shrink (equation 6 of the source), for the kernel matrix in `f32`. The result
-/// depends on nothing but the arguments; not on the number of threads.
+/// all `j` whose coefficient may shrink (equation 6 of the source). This holds for the kernel
+/// matrix in `f32`. The result depends on the arguments alone, not on the number of threads.
 ///
 /// # Cost
-/// A step takes two passes over the points that take part, and up to two kernel rows where the
-/// cache lacks them.
+/// A step takes two passes over the points that take part, and computes up to two kernel rows that
+/// the cache lacks.
 ///
 /// # Source
 /// R.-E. Fan, P.-H. Chen, C.-J. Lin, "Working set selection using second order information for
@@ -80,10 +78,10 @@ pub struct SvmSolution {
 /// Joachims, 1998, with one deviation: points that rest leave the arrays and the rows, so that the
 /// passes stay contiguous.
 pub fn train(points: &PointSet, labels: &[bool], options: &SvmOptions, warm: Option<&[f64]>) -> SvmSolution {
-    train_looking(points, labels, options, warm, STEPS_BETWEEN_LOOKS)
+    train_looking(points, labels, options, warm, STEPS_BETWEEN_REST_TESTS)
 }
 
-/// [`train`], with so many steps between two looks at which points may rest.
+/// Does the same as [`train`], with `between_looks` steps between two tests for points that rest.
 fn train_looking(
     points: &PointSet,
     labels: &[bool],
@@ -104,7 +102,7 @@ fn train_looking(
         start_from(warm, &mut all);
         renew_errors(points, options.gamma, &known, &mut all, |_| true);
     }
-    let limit = STEPS_PER_POINT * labels.len().max(100) as u64;
+    let limit = MAX_STEPS_PER_POINT * labels.len().max(100) as u64;
     let mut effort = Effort { limit, between_looks, iterations: 0, renewed: 0, cached: 0 };
     let mut active = (0..labels.len() as u32).collect::<Vec<u32>>();
     let violation = loop {
@@ -122,9 +120,9 @@ fn train_looking(
     solution(labels, &all, &effort, violation)
 }
 
-/// What training has taken so far, and may take.
+/// Cost of training so far, and its limit.
 struct Effort {
-    /// Most steps.
+    /// Largest number of steps.
     limit: u64,
     between_looks: u64,
     iterations: u64,
@@ -155,7 +153,7 @@ fn solve(
         if effort.iterations >= next_look {
             next_look += effort.between_looks;
             let keep = set.restless();
-            if (keep.len() as f64) < WORTH_GATHERING * set.points.len() as f64 {
+            if (keep.len() as f64) < GATHER_SHARE * set.points.len() as f64 {
                 set.scatter(all);
                 effort.cached = effort.cached.max(rows.bytes_held());
                 rows.keep(&keep);
@@ -169,8 +167,8 @@ fn solve(
     set.points
 }
 
-/// Takes over `warm`, made feasible: clamped to the bounds, then the heavier class scaled down to
-/// balance.
+/// Copies `warm` and makes it feasible: clamps it to the bounds, then scales the heavier class down
+/// to balance.
 fn start_from(warm: &[f64], all: &mut [Coefficient]) {
     let (mut positive, mut negative) = (0.0, 0.0);
     for (c, alpha) in all.iter_mut().zip(warm) {
@@ -188,8 +186,7 @@ fn start_from(warm: &[f64], all: &mut [Coefficient]) {
     }
 }
 
-/// Computes the errors of the chosen points from `known` ones: by the coefficients that have
-/// changed since.
+/// Updates the errors of the chosen points from `known` ones by the changes of coefficients.
 fn renew_errors(
     points: &PointSet,
     gamma: f64,
@@ -219,7 +216,7 @@ fn solution(labels: &[bool], all: &[Coefficient], effort: &Effort, violation: f6
             count += 1;
         }
     }
-    // Without a coefficient inside its bounds, any bias between these two satisfies the optimality
+    // If no coefficient lies inside its bounds, any bias between these two satisfies the optimality
     // conditions.
     let (lower, upper) = error_range(all.iter().copied());
     let bias = match (count, lower.is_finite(), upper.is_finite()) {
@@ -336,7 +333,7 @@ mod tests {
         assert!(violation(&rows, &labels, &options(1e-4), &warm.alphas) < 3e-4);
     }
 
-    /// What is saved differs from set to set, from nothing to half.
+    /// The saving differs from set to set, from nothing to half of the steps.
     #[test]
     fn a_warm_start_takes_fewer_steps() {
         let mut steps = [0; 2];
@@ -352,7 +349,7 @@ mod tests {
         assert!(5 * steps[1] <= 4 * steps[0], "{steps:?}");
     }
 
-    /// The slow twin never looks, so every step renews the errors of all.
+    /// The slow twin never lets points rest, so every step updates the errors of all.
     #[test]
     fn resting_points_save_work_and_change_nothing() {
         let (rows, labels) = data(4000, 8);

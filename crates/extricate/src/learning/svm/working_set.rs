@@ -1,39 +1,37 @@
-//! The inner loops of sequential minimal optimisation: which two coefficients to move, the move
-//! itself, and which points may be left out for a while. Knows kernel rows, not points.
+//! The inner loops of sequential minimal optimisation: they choose two coefficients, move them, and
+//! find points that may rest for a while. They see kernel rows, not points.
 
 use super::kernel::{LANES, vectorized};
 
-/// Least curvature `K_ii + K_jj - 2 K_ij` that is believed of `f32` rows: nearer points count as
-/// this far apart.
+/// Least curvature `K_ii + K_jj - 2 K_ij` that `f32` rows resolve; nearer points get this one.
 const LEAST_CURVATURE: f32 = 1e-6;
 
 /// Signed coefficients `beta` and errors `y - K beta` of the points that take part, padded to whole
 /// blocks.
 pub struct ActiveSet {
-    /// Which point of the whole set stands at each position.
+    /// Index in the whole set of the point at each position.
     pub points: Vec<u32>,
     beta: Vec<[f64; LANES]>,
     errors: Vec<[f64; LANES]>,
-    /// Bounds of `beta`.
+    /// Lower and upper bounds of `beta`.
     least: Vec<[f64; LANES]>,
     greatest: Vec<[f64; LANES]>,
-    /// 0 where `beta` may grow, else minus infinity: adding it takes a point out of a maximum
-    /// without a branch.
+    /// 0 if `beta` may grow, else minus infinity: adding it masks a point without a branch.
     growable: Vec<[f32; LANES]>,
-    /// The same for shrinking.
+    /// 0 if `beta` may shrink, else minus infinity.
     shrinkable: Vec<[f32; LANES]>,
 }
 
-/// One point of an [`ActiveSet`].
+/// Coefficient of one point, with its error and bounds.
 #[derive(Clone, Copy)]
 pub struct Coefficient {
-    /// Signed coefficient.
+    /// Signed coefficient of the point.
     pub beta: f64,
-    /// `y - (K beta)` there.
+    /// Error `y - (K beta)` of the point.
     pub error: f64,
-    /// Least `beta`.
+    /// Lower bound of `beta`.
     pub least: f64,
-    /// Greatest `beta`.
+    /// Upper bound of `beta`.
     pub greatest: f64,
 }
 
@@ -49,8 +47,8 @@ impl Coefficient {
     }
 }
 
-/// Largest error of a coefficient that may grow, and least error of one that may shrink. Optimal
-/// where the first is not above the second.
+/// Returns the largest error of a coefficient that may grow, and the least error of one that may
+/// shrink. The coefficients are optimal if the first is not above the second.
 pub fn error_range(coefficients: impl Iterator<Item = Coefficient>) -> (f64, f64) {
     coefficients.fold((f64::NEG_INFINITY, f64::INFINITY), |(largest, least), c| {
         let largest = if c.grows() { f64::max(largest, c.error) } else { largest };
@@ -58,8 +56,8 @@ pub fn error_range(coefficients: impl Iterator<Item = Coefficient>) -> (f64, f64
     })
 }
 
-/// Whether a coefficient at a bound is pushed against it harder than any of the pairs that break
-/// the optimality conditions could undo; such points may rest (T. Joachims, "Making large-scale SVM
+/// Whether a point may rest: its coefficient is at a bound and pushed against it harder than any
+/// pair that breaks the optimality conditions could undo (T. Joachims, "Making large-scale SVM
 /// learning practical", 1998).
 pub fn may_rest(c: &Coefficient, (largest, least): (f64, f64)) -> bool {
     (!c.shrinks() && c.error < least) || (!c.grows() && c.error > largest)
@@ -67,17 +65,16 @@ pub fn may_rest(c: &Coefficient, (largest, least): (f64, f64)) -> bool {
 
 /// A point chosen for the next step.
 pub struct Choice {
-    /// Where it stands among the active points.
+    /// Position among the active points.
     pub position: usize,
     /// Largest error (first choice) or largest `error_i - error_j` (second choice) seen.
     pub value: f64,
 }
 
-/// Blocks searched for their maximum before it is compared with the best so far: a maximum alone is
-/// one instruction for a whole register, a maximum with its position is not.
-const CHUNK: usize = 16;
+/// Blocks searched for their maximum before it is compared with the best so far: a plain maximum is
+/// one instruction a register, one with its position is not.
+const BLOCKS_PER_CHUNK: usize = 16;
 
-/// Keeps the largest of each lane.
 #[inline(always)]
 fn keep_larger<T: Copy + PartialOrd>(largest: &mut [T; LANES], values: [T; LANES]) {
     for lane in 0..LANES {
@@ -85,7 +82,6 @@ fn keep_larger<T: Copy + PartialOrd>(largest: &mut [T; LANES], values: [T; LANES
     }
 }
 
-/// The largest of all lanes.
 #[inline(always)]
 fn largest_lane<T: Copy + PartialOrd>(values: [T; LANES]) -> T {
     let mut largest = values[0];
@@ -95,7 +91,7 @@ fn largest_lane<T: Copy + PartialOrd>(values: [T; LANES]) -> T {
     largest
 }
 
-/// The errors of a block where `mask` leaves them, else minus infinity.
+/// Errors of a block; minus infinity where `mask` removes them.
 #[inline(always)]
 fn masked(errors: &[f64; LANES], mask: &[f32; LANES]) -> [f64; LANES] {
     let mut values = *errors;
@@ -105,11 +101,11 @@ fn masked(errors: &[f64; LANES], mask: &[f32; LANES]) -> [f64; LANES] {
     values
 }
 
-/// What a step between the first choice, of error `error`, and each point of a block would gain:
-/// `(error_i - error_j)^2 / (K_ii + K_jj - 2 K_ij)`; and `error_i - error_j`, minus infinity where
-/// masked.
+/// Returns, for each point of a block, the gain `(error_i - error_j)^2 / (K_ii + K_jj - 2 K_ij)` of
+/// a step with the first choice, whose error is `error`. Also returns `error_i - error_j`, minus
+/// infinity where masked.
 ///
-/// The gain only ranks, so `f32` will do; the gap decides when to stop and is `f64`.
+/// The gain only ranks, so `f32` suffices; the gap decides when to stop and is `f64`.
 #[inline(always)]
 fn gains(
     error: f64,
@@ -128,7 +124,7 @@ fn gains(
 }
 
 impl ActiveSet {
-    /// The given points of the whole set `all`.
+    /// Copies the given points from the whole set `all`.
     pub fn gather(all: &[Coefficient], points: Vec<u32>) -> Self {
         let blocks = points.len().div_ceil(LANES);
         let zeros = vec![[0.0; LANES]; blocks];
@@ -158,7 +154,7 @@ impl ActiveSet {
         }
     }
 
-    /// The positions of the points that should go on taking part.
+    /// Positions of the points that must not rest.
     pub fn restless(&self) -> Vec<u32> {
         let range = error_range((0..self.points.len()).map(|p| self.coefficient(p)));
         (0..self.points.len() as u32).filter(|p| !may_rest(&self.coefficient(*p as usize), range)).collect()
@@ -174,7 +170,7 @@ impl ActiveSet {
         }
     }
 
-    /// Renews the masks at `position`.
+    /// Updates the masks at `position`.
     fn mark(&mut self, position: usize) {
         let (b, l, c) = (position / LANES, position % LANES, self.coefficient(position));
         let mask = |open: bool| if open { 0.0 } else { f32::NEG_INFINITY };
@@ -182,15 +178,15 @@ impl ActiveSet {
         self.shrinkable[b][l] = mask(c.shrinks());
     }
 
-    /// The first of the pair: the largest error among points whose coefficient may grow, if there
-    /// is one.
+    /// Chooses the first of the pair: the point of largest error whose coefficient may grow, if
+    /// any.
     pub fn first(&self) -> Option<Choice> {
         let (errors, growable) = (&self.errors[..], &self.growable[..]);
         let best = vectorized(
             #[inline(always)]
             move || {
                 let mut best = (f64::NEG_INFINITY, 0);
-                let chunks = errors.chunks(CHUNK).zip(growable.chunks(CHUNK));
+                let chunks = errors.chunks(BLOCKS_PER_CHUNK).zip(growable.chunks(BLOCKS_PER_CHUNK));
                 for (chunk, (errors, mask)) in chunks.enumerate() {
                     let mut largest = [f64::NEG_INFINITY; LANES];
                     for (errors, mask) in errors.iter().zip(mask) {
@@ -205,23 +201,25 @@ impl ActiveSet {
         self.locate_first(best)
     }
 
-    /// The position of the largest error, known to be `best.0` and to stand in chunk `best.1`.
+    /// Finds the position of the largest error, which is `best.0` and lies in chunk `best.1`.
     fn locate_first(&self, best: (f64, usize)) -> Option<Choice> {
-        let blocks = best.1 * CHUNK..((best.1 + 1) * CHUNK).min(self.errors.len());
+        let blocks = best.1 * BLOCKS_PER_CHUNK..((best.1 + 1) * BLOCKS_PER_CHUNK).min(self.errors.len());
         let mut values = blocks.flat_map(|b| masked(&self.errors[b], &self.growable[b]));
         let offset = values.position(|value| value == best.0 && value > f64::NEG_INFINITY)?;
-        Some(Choice { position: best.1 * CHUNK * LANES + offset, value: best.0 })
+        Some(Choice { position: best.1 * BLOCKS_PER_CHUNK * LANES + offset, value: best.0 })
     }
 
-    /// The partner that promises the largest gain among those whose coefficient may shrink and
-    /// whose error is less.
+    /// Chooses the partner of largest gain among points of less error whose coefficient may shrink.
     pub fn second(&self, error: f64, row: &[[f32; LANES]]) -> Option<Choice> {
         let (errors, shrinkable) = (&self.errors[..], &self.shrinkable[..]);
         let (best, gap) = vectorized(
             #[inline(always)]
             move || {
                 let (mut best, mut widest) = ((f32::NEG_INFINITY, 0), [f64::NEG_INFINITY; LANES]);
-                let chunks = errors.chunks(CHUNK).zip(shrinkable.chunks(CHUNK)).zip(row.chunks(CHUNK));
+                let chunks = errors
+                    .chunks(BLOCKS_PER_CHUNK)
+                    .zip(shrinkable.chunks(BLOCKS_PER_CHUNK))
+                    .zip(row.chunks(BLOCKS_PER_CHUNK));
                 for (chunk, ((errors, mask), kernel)) in chunks.enumerate() {
                     let mut largest = [f32::NEG_INFINITY; LANES];
                     for ((errors, mask), kernel) in errors.iter().zip(mask).zip(kernel) {
@@ -235,33 +233,33 @@ impl ActiveSet {
                 (best, largest_lane(widest))
             },
         );
-        let blocks = best.1 * CHUNK..((best.1 + 1) * CHUNK).min(self.errors.len());
+        let blocks = best.1 * BLOCKS_PER_CHUNK..((best.1 + 1) * BLOCKS_PER_CHUNK).min(self.errors.len());
         let mut values = blocks.flat_map(|b| gains(error, &self.errors[b], &self.shrinkable[b], &row[b]).0);
         let offset = values.position(|value| value == best.0 && value > f32::NEG_INFINITY)?;
-        Some(Choice { position: best.1 * CHUNK * LANES + offset, value: gap })
+        Some(Choice { position: best.1 * BLOCKS_PER_CHUNK * LANES + offset, value: gap })
     }
 
-    /// Moves the coefficients of `i` up and of `j` down by what is best for both, renews the
-    /// errors, and in the same pass makes the next first choice.
+    /// Moves the coefficient of `i` up and that of `j` down by the best common step, and updates
+    /// the errors. The same pass makes the next first choice.
     pub fn step(&mut self, i: usize, j: usize, row_i: &[[f32; LANES]], row_j: &[[f32; LANES]]) -> Option<Choice> {
         let ((bi, li), (bj, lj)) = ((i / LANES, i % LANES), (j / LANES, j % LANES));
         let curvature = f64::from((2.0 - 2.0 * row_i[bj][lj]).max(LEAST_CURVATURE));
         let (room_i, room_j) = (self.greatest[bi][li] - self.beta[bi][li], self.beta[bj][lj] - self.least[bj][lj]);
         let step = ((self.errors[bi][li] - self.errors[bj][lj]) / curvature).min(room_i).min(room_j);
-        // Coefficients land on their bounds exactly, whatever rounding says.
+        // Coefficients that reach a bound are set to it exactly, whatever the rounding.
         self.beta[bi][li] = if step == room_i { self.greatest[bi][li] } else { self.beta[bi][li] + step };
         self.beta[bj][lj] = if step == room_j { self.least[bj][lj] } else { self.beta[bj][lj] - step };
         self.mark(i);
         self.mark(j);
         let (errors, growable) = (&mut self.errors[..], &self.growable[..]);
-        // Moved, not borrowed: the compiler cannot prove that a borrowed `step` stays as it is
-        // while errors change.
+        // Moved, since the compiler cannot prove that a borrowed `step` stays the same as errors
+        // change.
         let best = vectorized(
             #[inline(always)]
             move || {
                 let mut best = (f64::NEG_INFINITY, 0);
-                let rows = row_i.chunks(CHUNK).zip(row_j.chunks(CHUNK));
-                let chunks = errors.chunks_mut(CHUNK).zip(growable.chunks(CHUNK)).zip(rows);
+                let rows = row_i.chunks(BLOCKS_PER_CHUNK).zip(row_j.chunks(BLOCKS_PER_CHUNK));
+                let chunks = errors.chunks_mut(BLOCKS_PER_CHUNK).zip(growable.chunks(BLOCKS_PER_CHUNK)).zip(rows);
                 for (chunk, ((errors, mask), (row_i, row_j))) in chunks.enumerate() {
                     let mut largest = [f64::NEG_INFINITY; LANES];
                     for ((errors, mask), (row_i, row_j)) in errors.iter_mut().zip(mask).zip(row_i.iter().zip(row_j)) {

@@ -1,25 +1,25 @@
-//! Figures of how good a model is: types, and what is computed of counts.
+//! Figures of how good a model is: their types, and how they are computed from measured values.
 
 use serde::{Deserialize, Serialize};
 
 /// How densely the boundary is sampled, in the scene's metric.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Density {
-    /// Distance from a boundary sample to the nearest other one: median.
+    /// Median distance from a boundary sample to the nearest other one.
     pub spacing_median: f64,
-    /// 95th percentile.
+    /// 95th percentile of the same distance.
     pub spacing_p95: f64,
-    /// Distance from a held-out colliding configuration to its nearest boundary sample: median.
+    /// Median distance from a held-out colliding configuration to its nearest boundary sample.
     pub reach_median: f64,
-    /// 95th percentile.
+    /// 95th percentile of the same distance.
     pub reach_p95: f64,
 }
 
 /// How much farther refined answers are than those of a search about ten times as long, on held-out
 /// colliding configurations.
 ///
-/// The longer search starts from the same samples, among others: what both miss is not seen, so the
-/// true excess is this or more.
+/// The longer search starts from the same samples, among others. What both miss is not seen, so the
+/// true excess is at least this.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Excess {
     /// Held-out colliding configurations that were queried, drawn uniformly; nothing was learned
@@ -27,11 +27,11 @@ pub struct Excess {
     pub queries: usize,
     /// Median of `depth / depth of the longer search - 1`.
     pub median: f64,
-    /// 95th percentile.
+    /// 95th percentile of the same ratio.
     pub p95: f64,
     /// Share of queries with an excess of at most 0.05.
     pub within_5pct: f64,
-    /// Its 95 % confidence interval.
+    /// 95 % confidence interval of `within_5pct`.
     pub within_5pct_interval: [f64; 2],
 }
 
@@ -42,25 +42,22 @@ pub struct Gap {
     pub queries: usize,
     /// Median of `1 - lower_bound / depth`.
     pub median: f64,
-    /// 95th percentile.
+    /// 95th percentile of the same share.
     pub p95: f64,
 }
 
 impl Gap {
-    /// Of gaps, in any order; `None` of none.
+    /// Summarises gaps, in any order; `None` if there are none.
     pub fn of(gaps: &[f64]) -> Option<Self> {
         let (median, p95) = (percentile(gaps, 0.5), percentile(gaps, 0.95));
         (!gaps.is_empty()).then_some(Self { queries: gaps.len(), median, p95 })
     }
 }
 
-/// An excess of this share counts as near.
-const NEAR: f64 = 0.05;
-
 impl Excess {
-    /// Of excesses, in any order; `None` of none.
+    /// Summarises excesses, in any order; `None` if there are none.
     pub fn of(excesses: &[f64]) -> Option<Self> {
-        let near = excesses.iter().filter(|excess| **excess <= NEAR).count();
+        let near = excesses.iter().filter(|excess| **excess <= 0.05).count();
         (!excesses.is_empty()).then(|| Self {
             queries: excesses.len(),
             median: percentile(excesses, 0.5),
@@ -71,8 +68,8 @@ impl Excess {
     }
 }
 
-/// The smallest of `values` that at least `share` of them do not exceed: the nearest rank. 0 of
-/// nothing.
+/// Returns the smallest of `values` that at least `share` of them do not exceed (nearest rank); 0
+/// if there are none.
 pub fn percentile(values: &[f64], share: f64) -> f64 {
     let mut sorted = values.to_vec();
     sorted.sort_by(f64::total_cmp);
@@ -83,12 +80,12 @@ pub fn percentile(values: &[f64], share: f64) -> f64 {
 /// 0.975 quantile of the standard normal distribution.
 const Z: f64 = 1.959_963_984_540_054;
 
-/// 95 % confidence interval of the probability of which `successes` of `trials` came true; `[0, 1]`
-/// of no trials.
+/// Returns the 95 % confidence interval of the probability of an event that occurred in `successes`
+/// of `trials`; `[0, 1]` without trials.
 ///
 /// # Source
 /// E. B. Wilson, "Probable inference, the law of succession, and statistical inference", 1927,
-/// doi:10.1080/01621459.1927.10502953. Of normal approximations the one that keeps its level for
+/// doi:10.1080/01621459.1927.10502953. Unlike other normal approximations, it keeps its level for
 /// shares near 0 and 1.
 pub fn wilson(successes: usize, trials: usize) -> [f64; 2] {
     if trials == 0 {
@@ -102,7 +99,7 @@ pub fn wilson(successes: usize, trials: usize) -> [f64; 2] {
     [(centre - half).clamp(0.0, p), (centre + half).clamp(p, 1.0)]
 }
 
-/// The interval of a measured accuracy; `None` where there is none.
+/// Returns the interval of a measured accuracy; `None` if it was not measured.
 pub fn interval(accuracy: Option<f64>, trials: usize) -> Option<[f64; 2]> {
     accuracy.map(|share| wilson((share * trials as f64).round() as usize, trials))
 }

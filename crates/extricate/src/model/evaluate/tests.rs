@@ -1,4 +1,4 @@
-//! Figures hold for configurations that were not measured.
+//! Tests that figures hold for configurations that were not measured.
 
 use super::*;
 use crate::learning::LearnOptions;
@@ -12,7 +12,7 @@ fn learned(labels: usize) -> Model {
     Model::learn(builtin::scene("planar-arm").unwrap(), &options).unwrap()
 }
 
-/// What queries of a model stand on, in its own scene.
+/// Context of queries with a model, in its own scene.
 pub fn of_model(model: &Model) -> Context<'_> {
     model.prepared().with(Some(model.stored()))
 }

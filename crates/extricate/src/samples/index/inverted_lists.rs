@@ -1,5 +1,5 @@
-//! The data of the index: points in lists around k-means centres, and what bounds the distance to a
-//! list. No search.
+//! The data of the index: points in lists around k-means centres, and bounds on the distance to a
+//! list. The search is elsewhere.
 
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -15,43 +15,41 @@ const ROUNDOFF: f64 = 1.0 / (1u64 << 24) as f64;
 /// Marks a place without a point.
 pub const PADDING: u32 = u32::MAX;
 
-/// Points in lists of near ones.
+/// Points grouped into lists of near ones.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Lists {
-    /// Coordinates a point.
+    /// Number of coordinates of a point.
     pub dimensions: usize,
-    /// Number of points.
+    /// Number of points in all lists.
     pub len: usize,
-    /// List after list, each padded to whole blocks.
+    /// Codes of the points, list after list, each padded to whole blocks.
     pub codes: Codes,
-    /// Of each place in `codes`; [`PADDING`] where there is none.
+    /// Id of the point at each place in `codes`; [`PADDING`] if there is none.
     pub ids: Vec<u32>,
     /// First block of each list, and the end of the last.
     pub starts: Vec<u32>,
-    /// Exactly representable in `f32`.
+    /// Centres of the lists, exactly representable in `f32`.
     pub centres: PointSet,
-    /// Greatest distance of a member from its centre, rounded up.
+    /// Greatest distance of a member of each list from its centre, rounded up.
     pub radii: Vec<[f32; LANES]>,
-    /// For reference centre `r` and list `c`, at block `r * centres.block_count() + c / LANES`: see
-    /// [`Slab`].
+    /// Slab of reference centre `r` and list `c`, at block `r * centres.block_count() + c / LANES`.
     pub slabs: Vec<Slab>,
-    /// Greatest norm of a point: bounds what rounding to `f32` has moved.
+    /// Greatest norm of a point; it bounds how far rounding to `f32` moves points.
     pub reach: f64,
 }
 
-/// How far the members of eight lists `c` keep beyond the plane that halves the way from a
-/// reference centre `r` to `c`.
+/// How far members of eight lists `c` stay beyond the plane that bisects a centre `r` and theirs.
 ///
 /// With `u` the unit vector from `r` to `c`, any member `x` and any query `q` have
-/// `|q - x| >= u.(x - q) = (|x - r|^2 - |x - c|^2 - |q - r|^2 + |q - c|^2) / (2 |r - c|)`.
-/// This needs no distance but those to the centres. With balls around the centres alone, a search
-/// on a warped sphere scans 3 to 5 times as many points in 7 dimensions, and nearly all in 16; a
+/// `|q - x| >= u.(x - q) = (|x - r|^2 - |x - c|^2 - |q - r|^2 + |q - c|^2) / (2 |r - c|)`. This
+/// bound needs no distances but those to the centres. With balls around the centres alone, a search
+/// on a warped sphere scans 3 to 5 times as many points in 7 dimensions, and nearly all in 16. A
 /// second reference centre would save 7 %.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Slab {
     /// Least `|x - r|^2 - |x - c|^2` of a member, rounded down.
     pub margin: [f32; LANES],
-    /// `1 / (2 |r - c|)`; 0 where the centres coincide.
+    /// `1 / (2 |r - c|)`; 0 if the centres coincide or the list is empty.
     pub scale: [f32; LANES],
 }
 
@@ -65,8 +63,7 @@ impl Lists {
         built
     }
 
-    /// The same lists once more: of points of which it is known to which of the lists each belongs,
-    /// with centres and margins as a build found them.
+    /// Rebuilds lists from known assignments, with the centres and margins of an earlier build.
     pub fn again(points: &[f64], dimensions: usize, centres: &[f64], assigned: &[u32], margins: &[f32]) -> Self {
         let members = members(assigned, centres.len() / dimensions);
         let mut built = Self::sorted(points, dimensions, centres, &members);
@@ -74,7 +71,7 @@ impl Lists {
         built
     }
 
-    /// Without slabs.
+    /// Builds the lists, without slabs.
     fn sorted(points: &[f64], dimensions: usize, centres: &[f64], members: &[Vec<u32>]) -> Self {
         let lists = members.len();
         let row = |i: u32| &points[i as usize * dimensions..][..dimensions];
@@ -109,20 +106,20 @@ impl Lists {
         }
     }
 
-    /// Bound on the relative error of a squared distance in `f32`, with room for the few operations
-    /// that follow it.
+    /// Bound on the relative error of a squared distance in `f32`, with a margin for the few
+    /// operations that follow it.
     pub fn relative_error(&self) -> f64 {
         (2 * self.dimensions + 16) as f64 * ROUNDOFF
     }
 
-    /// How far rounding to `f32` can have moved a point and the query together.
+    /// Bounds how far rounding to `f32` can move a point and the query together.
     pub fn moved_by_rounding(&self, query: &[f64]) -> f64 {
         (self.reach + norm(query)) * ROUNDOFF * 1.01 + 1e-30
     }
 
-    /// A lower bound on the distance from a query to the members of a list: its rounded squared
-    /// distances to the centres of that list and of another, each beside the list, and how far
-    /// rounding has moved it.
+    /// Returns a lower bound on the distance from a query to the members of list `c`. It takes the
+    /// squared `f32` distances to the centres of a reference list `r` and of `c`, and the result of
+    /// [`Lists::moved_by_rounding`].
     pub fn bound(&self, (to_reference, r): (f32, u32), (to_centre, c): (f32, u32), moved: f64) -> f32 {
         let (block, lane) = (c as usize / LANES, c as usize % LANES);
         let slab = &self.slabs[r as usize * self.centres.block_count() + block];
@@ -130,12 +127,12 @@ impl Lists {
         let ball = (to_centre * (1.0 - error)).sqrt() - self.radii[block][lane];
         let uncertain = error * (to_reference + to_centre);
         let plane = (slab.margin[lane] - to_reference + to_centre - uncertain) * slab.scale[lane];
-        // The factor covers the roundings of these lines themselves.
+        // The factor covers the rounding of the lines above.
         ball.max(plane) * (1.0 - 1e-6) - moved as f32
     }
 
-    /// For reference centre `r` and list `c`, at `r * lists + c`: the margin of [`Slab`], infinite
-    /// where a list has no member. None of a single list.
+    /// Returns the margins of all [`Slab`]s, at `r * lists + c` for reference centre `r` and list
+    /// `c`; infinite if a list is empty. A single list has none.
     fn measure_margins(&self, centres: &[f64], members: &[Vec<u32>], points: &[f64]) -> Vec<f32> {
         let (d, count, blocks) = (self.dimensions, self.centres.len(), self.centres.block_count());
         if count < 2 {
@@ -147,7 +144,7 @@ impl Lists {
             let (mut least, mut rows) = (vec![[f32::INFINITY; LANES]; blocks], vec![0.0; TOGETHER * d]);
             for ids in members[c].chunks(TOGETHER) {
                 for (i, row) in rows.chunks_exact_mut(d).enumerate() {
-                    // The last may be fewer: the first of them again changes nothing.
+                    // The last chunk may be short; repeating its first member changes nothing.
                     let exact = &points[*ids.get(i).unwrap_or(&ids[0]) as usize * d..][..d];
                     row.iter_mut().zip(exact).for_each(|(rounded, x)| *rounded = *x as f32);
                 }
@@ -181,7 +178,7 @@ impl Lists {
         (0..count * count).into_par_iter().map(margin).collect()
     }
 
-    /// The slabs of all pairs of lists, from margins as [`Lists::margins`] has them.
+    /// Returns the slabs of all pairs of lists, from margins as [`Lists::margins`] returns them.
     fn slabs(&self, centres: &[f64], margins: &[f32]) -> Vec<Slab> {
         let (d, count, blocks) = (self.dimensions, self.centres.len(), self.centres.block_count());
         let slab = |r: usize, b: usize| {
@@ -200,8 +197,8 @@ impl Lists {
         (0..slabs).into_par_iter().map(|i| slab(i / blocks, i % blocks)).collect()
     }
 
-    /// The margins of all slabs, as many rows as there are lists: infinite where no plane is known.
-    /// None of a single list.
+    /// Returns the margins of all slabs, one row for each reference list; infinite if no plane is
+    /// known. A single list has none.
     pub fn margins(&self) -> Vec<f32> {
         let (count, blocks) = (self.centres.len(), self.centres.block_count());
         let margin = |r: usize, c: usize| {
@@ -213,13 +210,14 @@ impl Lists {
     }
 }
 
-/// Lists for `n` points: between 1 and 2 roots of `n` made no difference in 7 to 16 dimensions and
-/// 10^4 to 10^5 points. The slabs take memory by the square, hence the bound.
+/// Returns the number of lists for `n` points. Between 1 and 2 roots of `n` made no difference in 7
+/// to 16 dimensions with 10^4 to 10^5 points. The cap bounds the memory of the slabs, which grows
+/// with the square.
 pub fn list_count(n: usize) -> usize {
     ((1.5 * (n as f64).sqrt()) as usize).min(1_200)
 }
 
-/// The points of each of so many lists, ascending.
+/// Returns the points of each list, ascending.
 fn members(assigned: &[u32], lists: usize) -> Vec<Vec<u32>> {
     let mut members = vec![Vec::new(); lists];
     assigned.iter().enumerate().for_each(|(i, list)| members[*list as usize].push(i as u32));

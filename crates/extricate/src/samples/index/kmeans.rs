@@ -1,4 +1,4 @@
-//! Seeded k-means: centres for the lists of the index. Its quality decides speed, never answers.
+//! Seeded k-means, which places the centres of the lists. Its quality affects speed, never answers.
 
 use arrayvec::ArrayVec;
 use rand::{RngExt, SeedableRng};
@@ -7,13 +7,12 @@ use rayon::prelude::*;
 use crate::learning::svm::kernel::{LANES, PointSet, TOGETHER, block_distances_squared_of, vectorized};
 
 /// Rounds of assignment and averaging; more than a few gain the index nothing measurable.
-const ROUNDS: usize = 5;
+const LLOYD_ROUNDS: usize = 5;
 
-/// Points that the centres are fitted to, for a centre.
-const TRAINING_POINTS: usize = 24;
+const TRAINING_POINTS_PER_CENTRE: usize = 24;
 
 /// Places `count` centres among `points` (`n x dimensions`, row major) and returns them, row major,
-/// rounded to `f32`, with the nearest centre of every point. Centres that attract nothing stay
+/// rounded to `f32`, with the nearest centre of every point. Centres that attract no point stay
 /// where they are.
 ///
 /// # Guarantee
@@ -26,9 +25,9 @@ pub fn k_means(points: &[f64], dimensions: usize, count: usize, seed: u64) -> (V
     let n = points.len() / dimensions;
     assert!((1..=n).contains(&count), "{count} centres for {n} points");
     let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(seed);
-    let sample_len = n.min(count * TRAINING_POINTS);
-    // The first `sample_len` of a random permutation; the first `count` of them are the first
-    // centres.
+    let sample_len = n.min(count * TRAINING_POINTS_PER_CENTRE);
+    // Draws the first `sample_len` entries of a random permutation; the first `count` of them are
+    // the initial centres.
     let mut order: Vec<u32> = (0..n as u32).collect();
     for i in 0..sample_len {
         order.swap(i, rng.random_range(i..n));
@@ -37,7 +36,7 @@ pub fn k_means(points: &[f64], dimensions: usize, count: usize, seed: u64) -> (V
     let rounded = |row: &[f64]| row.iter().map(|x| f64::from(*x as f32)).collect::<Vec<f64>>();
     let mut centres: Vec<f64> = order[..count].iter().flat_map(|i| rounded(row(*i))).collect();
     let sample: Vec<f64> = order[..sample_len].iter().flat_map(|i| row(*i).iter().copied()).collect();
-    for _ in 0..ROUNDS {
+    for _ in 0..LLOYD_ROUNDS {
         let assigned = nearest_centres(&sample, dimensions, &centres);
         let mut sums = vec![0.0; centres.len()];
         let mut members = vec![0usize; count];
@@ -56,13 +55,13 @@ pub fn k_means(points: &[f64], dimensions: usize, count: usize, seed: u64) -> (V
     (centres, assigned)
 }
 
-/// The nearest centre of every point, up to rounding in `f32`; of equals the first.
+/// Returns the nearest centre of every point, up to rounding in `f32`; ties go to the first.
 fn nearest_centres(points: &[f64], dimensions: usize, centres: &[f64]) -> Vec<u32> {
     let centres = PointSet::from_rows_padded(centres, dimensions, f32::INFINITY);
     let nearest = |rows: &mut Vec<f32>, points: &[f64]| {
         rows.clear();
         rows.extend(points.iter().map(|x| *x as f32));
-        // The last points may be fewer: the origin stands in for the others.
+        // The last chunk may be short; the origin fills it up.
         rows.resize(TOGETHER * dimensions, 0.0);
         let rows = &rows[..];
         let (distances, blocks) = vectorized(

@@ -1,5 +1,6 @@
 //! Exact nearest neighbours among embedded points: lists around k-means centres, scanned with
-//! vector instructions. Knows Euclidean distance only; the caller re-ranks under its own metric.
+//! vector instructions. The index knows Euclidean distances alone; the caller re-ranks under its
+//! own metric.
 
 pub mod inverted_lists;
 pub mod kmeans;
@@ -18,12 +19,12 @@ use inverted_lists::{Lists, list_count};
 use rerank::{Exact, Shortlist, ShowList};
 use scan::{BoundLists, ListRoom, ListsWithin, NearestCentres, Query, ScanList};
 
-/// Fewer points than this are one list: scanning them all is as fast.
-const LINEAR_BELOW: usize = 1_500;
+/// Fewer points than this form one list, since scanning them all is as fast.
+const MIN_POINTS_FOR_LISTS: usize = 1_500;
 
-/// Lists that are looked through in order of their bounds, to come by a small radius; of the
-/// others, all that it does not rule out.
-const IN_ORDER: usize = 16;
+/// Lists scanned in order of their bounds, to reach a small radius early. Of the others, those
+/// within the radius are scanned in any order.
+const SORTED_LISTS: usize = 16;
 
 /// An immutable index over `n` points of R^m.
 ///
@@ -46,25 +47,25 @@ pub struct Index {
     pub(crate) lists: Lists,
 }
 
-/// How many points [`Index::nearest`] looks for.
+/// Options of [`Index::nearest`]: how many points, how far and in how many lists.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Knn {
-    /// At most so many.
+    /// Largest number of points returned.
     pub k: usize,
-    /// No farther than this.
+    /// Largest distance of a point returned.
     pub within: f64,
-    /// In the lists of so many nearest centres, at least one.
+    /// Number of lists searched, those of the nearest centres; 0 counts as 1.
     pub lists: usize,
 }
 
 impl Knn {
-    /// The `k` nearest of all points.
+    /// Selects the `k` nearest of all points.
     pub fn of_all(k: usize) -> Self {
         Self { k, within: f64::INFINITY, lists: usize::MAX }
     }
 }
 
-/// Room that a search needs; one for each thread.
+/// Memory that searches reuse; one for each thread.
 #[derive(Debug, Clone, Default)]
 pub struct SearchScratch {
     rounded: Vec<f32>,
@@ -77,40 +78,40 @@ pub struct SearchScratch {
 }
 
 impl Index {
-    /// Over `points` (`n x dimensions`, row major, finite); point `i` gets the id `i`.
+    /// Indexes `points` (`n x dimensions`, row major, finite); point `i` gets the id `i`.
     ///
     /// # Guarantee
     /// The same arguments give the same index, whatever the number of threads.
     pub fn build(points: &[f64], dimensions: usize, seed: u64) -> Self {
         assert!(dimensions > 0 && points.len().is_multiple_of(dimensions), "rows are not {dimensions} wide");
         let n = points.len() / dimensions;
-        let lists = if n < LINEAR_BELOW { 1 } else { list_count(n) };
+        let lists = if n < MIN_POINTS_FOR_LISTS { 1 } else { list_count(n) };
         Self { lists: Lists::build(points, dimensions, lists.min(n), seed) }
     }
 
-    /// Number of points.
+    /// Number of points in the index.
     pub fn len(&self) -> usize {
         self.lists.len
     }
 
-    /// Whether there is no point.
+    /// Whether the index has no point.
     pub fn is_empty(&self) -> bool {
         self.lists.len == 0
     }
 
-    /// Coordinates a point.
+    /// Number of coordinates of a point.
     pub fn dimensions(&self) -> usize {
         self.lists.dimensions
     }
 
-    /// Shows `visit` the points near `query` (finite, of norm below 1e18), roughly nearest first,
-    /// of those in the `most` lists whose centres are nearest. `visit` returns the radius beyond
-    /// which nothing more is of interest: at first `within`, and never more than before.
+    /// Calls `visit` with the points near `query` (finite, of norm below 1e18), roughly nearest
+    /// first, from the `most` lists whose centres are nearest. `visit` returns the radius beyond
+    /// which points are of no interest. It starts at `within` and must not grow.
     ///
     /// # Guarantee
-    /// With all lists, every point within the radius returned last is visited, once. For a metric
-    /// that is never less than the Euclidean distance of the embeddings, so is every point within
-    /// that radius of the metric: re-ranking is exact.
+    /// With all lists, every point within the radius returned last is visited, once. This also
+    /// holds for any metric that is never less than the Euclidean distance of the embeddings, so
+    /// re-ranking is exact.
     pub fn search(
         &self,
         query: &[f64],
@@ -128,8 +129,8 @@ impl Index {
         scratch.of_list = room;
     }
 
-    /// Shows `scan` up to `most` lists, roughly nearest first, with the radius that it returned
-    /// last, at first `within`.
+    /// Calls `scan` with up to `most` lists, roughly nearest first, and with the radius that it
+    /// returned last, at first `within`.
     fn go_through(
         &self,
         query: &[f64],
@@ -156,13 +157,13 @@ impl Index {
         }
         let most = most.max(1);
         if most < count {
-            // The nearest centres have as near points as the least bounds have, for half of the
-            // time.
+            // Lists of the nearest centres hold points as near as those of the least bounds, and
+            // take half the time to find.
             Arch::new().dispatch(NearestCentres { lists, query, most, squared, order });
             put_least_first(order, most);
             order.truncate(most);
             order.sort_unstable_by(by_bound);
-            // All at once, so that memory is waited for once.
+            // All bounds are computed at once, so that their cache misses overlap.
             let reference = order[0];
             few_bounds.clear();
             few_bounds.extend(order.iter().map(|near| f64::from(lists.bound(reference, *near, query.moved))));
@@ -178,9 +179,9 @@ impl Index {
         let mut radius = scan(lists, nearest, query, within);
         order.clear();
         Arch::new().dispatch(ListsWithin { count, nearest, bounds, radius, order });
-        // Sorting is worth it only for lists that come first.
-        put_least_first(order, IN_ORDER);
-        let in_order = order.len().min(IN_ORDER);
+        // Sorting pays off only for the lists that come first.
+        put_least_first(order, SORTED_LISTS);
+        let in_order = order.len().min(SORTED_LISTS);
         order[..in_order].sort_unstable_by(by_bound);
         for (bound, c) in order.iter() {
             if f64::from(*bound) <= radius {
@@ -189,14 +190,14 @@ impl Index {
         }
     }
 
-    /// The `k` nearest points that are no farther than `within`, nearest first, of equals those of
-    /// smaller id, of those in the `most` lists whose centres are nearest; with what `exact` writes
-    /// beside them as their distances: the Euclidean ones, which the index knows rounded.
+    /// Writes the `k` nearest points no farther than `within` to `out`, nearest first and ties by
+    /// id. They come from the `few.lists` lists whose centres are nearest. Their distances are
+    /// those that `exact` writes: Euclidean ones, which the index knows only rounded.
     ///
-    /// `exact` gets ids and room for the distances, of all that may be among the nearest at once.
+    /// `exact` gets the ids of all candidates at once, with space for their distances.
     ///
     /// # Guarantee
-    /// With all lists, none is missed.
+    /// With all lists, no point is missed.
     pub fn nearest(
         &self,
         query: &[f64],

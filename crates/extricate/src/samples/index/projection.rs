@@ -1,16 +1,15 @@
-//! Fewer dimensions for the index: an orthogonal projection onto the directions in which the points
-//! spread most.
+//! Reduces dimensions for the index, by projection onto the directions of largest variance.
 
 use nalgebra::{DMatrix, SymmetricEigen};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-/// Keeps projected distances below true ones in spite of rounding.
-const SHRINK: f64 = 1.0 - 1e-9;
+/// Factor of the basis that keeps projected distances below true ones in spite of rounding.
+const BASIS_SCALE: f64 = 1.0 - 1e-9;
 
-/// What a product of two rows of a basis may be off by: so many rows as an index has then still
-/// lengthen by less than [`SHRINK`] takes.
-const ORTHONORMAL: f64 = 1e-11;
+/// Largest error of a product of two rows of a basis. With as many rows as an index has, they then
+/// lengthen by less than [`BASIS_SCALE`] shortens.
+const ORTHONORMALITY_TOLERANCE: f64 = 1e-11;
 
 /// A linear map from R^m to R^k that lengthens nothing.
 ///
@@ -20,14 +19,13 @@ const ORTHONORMAL: f64 = 1e-11;
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Projection {
     dimensions: usize,
-    /// `k` rows of `dimensions` orthonormal coordinates, times [`SHRINK`]; the direction of
+    /// `k` rows of `dimensions` orthonormal coordinates, times [`BASIS_SCALE`]; the direction of
     /// greatest variance first.
     basis: Vec<f64>,
 }
 
 impl Projection {
-    /// Principal components of `points` (`n x dimensions`, row major), at most `k` and at most
-    /// `dimensions`.
+    /// Fits at most `k` principal components of `points` (`n x dimensions`, row major).
     ///
     /// # Cost
     /// `O(n dimensions^2 + dimensions^3)`.
@@ -45,40 +43,42 @@ impl Projection {
         let mut order: Vec<usize> = (0..dimensions).collect();
         order.sort_by(|a, b| eigen.eigenvalues[*b].total_cmp(&eigen.eigenvalues[*a]).then(a.cmp(b)));
         order.truncate(k);
-        let basis =
-            order.iter().flat_map(|c| eigen.eigenvectors.column(*c).iter().map(|x| x * SHRINK).collect::<Vec<_>>());
+        let basis = order
+            .iter()
+            .flat_map(|c| eigen.eigenvectors.column(*c).iter().map(|x| x * BASIS_SCALE).collect::<Vec<_>>());
         Self { dimensions, basis: basis.collect() }
     }
 
-    /// A projection whose basis is known: as many numbers a row as there are `dimensions`. `None`
-    /// unless its rows are orthonormal, times the same factor as those of a fit, up to rounding:
-    /// then it lengthens nothing, wherever it comes from.
+    /// Restores a projection from its basis, of `dimensions` numbers a row. Returns `None` unless
+    /// the rows are orthonormal up to rounding, times the factor of a fit: then the map lengthens
+    /// nothing, wherever it comes from.
     pub fn from_basis(basis: &[f64], dimensions: usize) -> Option<Self> {
         let rows: Vec<&[f64]> = basis.chunks(dimensions.max(1)).collect();
-        let expected = |same: bool| if same { SHRINK * SHRINK } else { 0.0 };
+        let expected = |same: bool| if same { BASIS_SCALE * BASIS_SCALE } else { 0.0 };
         let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(x, y)| x * y).sum::<f64>();
-        let is_near = |(i, j): (usize, usize)| (dot(rows[i], rows[j]) - expected(i == j)).abs() < ORTHONORMAL;
+        let is_near =
+            |(i, j): (usize, usize)| (dot(rows[i], rows[j]) - expected(i == j)).abs() < ORTHONORMALITY_TOLERANCE;
         let is_whole = !rows.is_empty() && rows.len() <= dimensions && basis.len().is_multiple_of(dimensions);
         let sound = is_whole && (0..rows.len()).all(|i| (0..=i).all(|j| is_near((i, j))));
         sound.then(|| Self { dimensions, basis: basis.to_vec() })
     }
 
-    /// Row after row.
+    /// Rows of the basis, row major.
     pub fn basis(&self) -> &[f64] {
         &self.basis
     }
 
-    /// Dimensions that go in.
+    /// Number of dimensions that go in.
     pub fn dimensions(&self) -> usize {
         self.dimensions
     }
 
-    /// Dimensions that come out.
+    /// Number of dimensions that come out.
     pub fn projected_dimensions(&self) -> usize {
         self.basis.len() / self.dimensions
     }
 
-    /// The projection of one point; `out` has length [`Projection::projected_dimensions`].
+    /// Writes the projection of one point to `out`, of length [`Projection::projected_dimensions`].
     pub fn apply(&self, point: &[f64], out: &mut [f64]) {
         assert_eq!(point.len(), self.dimensions, "a point of another dimension than those fitted");
         for (out, direction) in out.iter_mut().zip(self.basis.chunks_exact(self.dimensions)) {
@@ -86,7 +86,7 @@ impl Projection {
         }
     }
 
-    /// The projections of many points, row major.
+    /// Returns the projections of many points, row major.
     pub fn apply_all(&self, points: &[f64]) -> Vec<f64> {
         let k = self.projected_dimensions();
         let mut out = vec![0.0; points.len() / self.dimensions * k];

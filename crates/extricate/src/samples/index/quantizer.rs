@@ -1,53 +1,50 @@
-//! Points of lists in one byte a coordinate, as approximations that are looked through before the
-//! points themselves are asked for (Weber, Schek and Blott, "A quantitative analysis and
-//! performance study for similarity-search methods in high-dimensional spaces", VLDB 1998): a
-//! search waits for memory, and this is a quarter of it.
+//! Stores the points of lists as approximations of one byte a coordinate. A search waits for
+//! memory, and these take a quarter of it. Only near ones need the exact points (Weber, Schek and
+//! Blott, "A quantitative analysis and performance study for similarity-search methods in
+//! high-dimensional spaces", VLDB 1998).
 
 use serde::{Deserialize, Serialize};
 
 use crate::learning::svm::kernel::LANES;
 use crate::math::linear_algebra::distance;
 
-/// Greatest code.
-const GREATEST: f64 = 255.0;
+const MAX_CODE: f64 = 255.0;
 
-/// The members of lists, approximated.
+/// Approximations of the members of lists.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct Codes {
     dimensions: usize,
-    /// List after list, each padded to whole blocks: of each block, a coordinate of all points
-    /// after the other.
+    /// List after list, each padded to whole blocks of one row of codes for each coordinate.
     codes: Vec<[u8; LANES]>,
     frames: Vec<Frame>,
-    /// Of list after list, the least of each coordinate.
+    /// Least value of each coordinate, list after list.
     origins: Vec<f64>,
 }
 
-/// What the codes of a list stand for: `origin + step * code`.
+/// Scale of a list, whose codes mean `origin + step * code`.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 struct Frame {
     len: u32,
     step: f32,
-    /// Of [`ListCodes`].
+    /// Bound as in [`ListCodes::moved`].
     moved: f64,
 }
 
-/// A list as a query sees it.
+/// The codes of one list, scaled for one query.
 #[derive(Clone, Copy)]
 pub struct ListCodes<'a> {
     /// Block after block, a row of codes for each coordinate.
     pub blocks: &'a [[u8; LANES]],
     /// Points in the last block; the lanes beyond are padding.
     pub in_last: usize,
-    /// Difference between codes that follow each other.
+    /// Change of a coordinate for a change of its code by 1.
     pub step: f32,
-    /// No point is farther than this from what its codes stand for, with what rounding the query
-    /// adds.
+    /// Bound on the distance of a point from what its codes mean, query rounding included.
     pub moved: f64,
 }
 
 impl Codes {
-    /// Of no list.
+    /// Creates an empty set of lists.
     pub fn new(dimensions: usize) -> Self {
         Self { dimensions, ..Self::default() }
     }
@@ -58,21 +55,21 @@ impl Codes {
         let bound = |k: usize, start: f64, pick: fn(f64, f64) -> f64| rows.iter().map(|row| row[k]).fold(start, pick);
         let least: Vec<f64> = (0..d).map(|k| bound(k, f64::INFINITY, f64::min)).collect();
         let width = (0..d).map(|k| bound(k, f64::NEG_INFINITY, f64::max) - least[k]).fold(0.0, f64::max);
-        // Rounded up, and normal; what is rounded off decides nothing, for `moved` is measured.
-        let step = ((width / GREATEST) as f32).next_up().max(1e-30);
+        // Rounded up, and normal; its rounding does no harm, since `moved` is measured.
+        let step = ((width / MAX_CODE) as f32).next_up().max(1e-30);
         let first = self.codes.len();
         self.codes.resize(first + rows.len().div_ceil(LANES) * d, [0; LANES]);
         let (mut moved, mut stood_for) = (0.0_f64, vec![0.0; d]);
         for (i, row) in rows.iter().enumerate() {
             for (k, x) in row.iter().enumerate() {
-                let code = ((x - least[k]) / f64::from(step)).round().clamp(0.0, GREATEST);
+                let code = ((x - least[k]) / f64::from(step)).round().clamp(0.0, MAX_CODE);
                 self.codes[first + i / LANES * d + k][i % LANES] = code as u8;
                 stood_for[k] = least[k] + f64::from(step) * code;
             }
             moved = moved.max(distance(row, &stood_for));
         }
-        // Where a query is near, what rounding it to `f32` moves is small beside the list.
-        let rounded = f64::from(step) * GREATEST * (d as f64).sqrt() * 2e-7;
+        // For a near query, rounding it to `f32` moves it by little, compared to the list.
+        let rounded = f64::from(step) * MAX_CODE * (d as f64).sqrt() * 2e-7;
         let moved = moved * (1.0 + 1e-9) + rounded + 1e-30;
         self.frames.push(Frame { len: rows.len() as u32, step, moved });
         self.origins.extend(least);
@@ -85,7 +82,8 @@ impl Codes {
         self.origins.extend_from_slice(&other.origins);
     }
 
-    /// A list, which begins at block `first`, with the query relative to its origin in `relative`.
+    /// Returns the codes of the list that begins at block `first`, and writes the query relative to
+    /// its origin to `relative`.
     #[inline(always)]
     pub fn list(&self, list: usize, first: usize, query: &[f64], relative: &mut Vec<f32>) -> ListCodes<'_> {
         let Frame { len, step, moved } = self.frames[list];
@@ -103,9 +101,8 @@ mod tests {
     use super::*;
     use rand::{RngExt, SeedableRng};
 
-    /// What a search computes from codes, with its roundings, is off from the distance of the point
-    /// by no more than is said: of wide lists and of single points, far from zero too, seen from
-    /// near and from far.
+    /// Distances computed from codes are within their claimed error: for wide lists and single
+    /// points, near zero and far from it, seen from near and from far.
     #[test]
     fn codes_tell_distances_within_what_they_claim() {
         let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(1);
@@ -127,7 +124,7 @@ mod tests {
                     let offset = |(codes, x): (&[u8; LANES], &f32)| f32::from(codes[i % LANES]) * list.step - x;
                     let squared: f32 = block.iter().zip(&relative).map(offset).map(|x| x * x).sum();
                     let (exact, squared) = (distance(row, query), f64::from(squared));
-                    // As `Lists::relative_error`.
+                    // The same as `Lists::relative_error`.
                     let error = (2 * d + 16) as f64 * 0.5 * f64::from(f32::EPSILON);
                     let (nearest, farthest) = ((squared * (1.0 - error)).sqrt(), (squared * (1.0 + error)).sqrt());
                     assert!(

@@ -1,6 +1,5 @@
-//! The few nearest points of some lists, told by rounded distances first. What knows the points
-//! exactly lies far apart in memory, and waiting for it takes longer than all else; only those that
-//! may be among the few are asked for.
+//! Finds the few nearest points of some lists, by rounded distances first. Exact points lie far
+//! apart in memory, and waiting for them takes longer than all else, so only candidates are read.
 
 use pulp::{Simd, WithSimd};
 
@@ -16,16 +15,16 @@ pub type Exact<'a> = dyn FnMut(&mut [(u32, f64)]) + 'a;
 #[derive(Debug, Clone, Default)]
 pub struct Shortlist {
     k: usize,
-    /// No farther point is among them; the first points leave it infinite.
+    /// No farther point is among the `k` nearest; at first the limit of the search.
     pub radius: f64,
     found: Vec<Found>,
-    /// How many are kept before they are looked through: twice what is left of them, so that equals
-    /// by the thousand take no square of time.
+    /// Length of `found` at which it is pruned: twice what the last pruning left, so that thousands
+    /// of equal distances do not take quadratic time.
     most: usize,
     room: ListRoom,
 }
 
-/// A point, no nearer and no farther than this.
+/// A point, with bounds on its distance.
 #[derive(Debug, Clone, Copy)]
 struct Found {
     nearest: f64,
@@ -33,17 +32,17 @@ struct Found {
     place: u32,
 }
 
-/// How far a point can be from what is computed of it.
+/// Bounds on the error of a computed distance.
 #[derive(Clone, Copy)]
 struct Rounding {
-    /// Of its squared distance, as a share of it.
+    /// Relative error of the squared distance.
     error: f64,
-    /// Of the point itself.
+    /// How far the point itself may be off.
     moved: f64,
 }
 
 impl Rounding {
-    /// What a computed squared distance is not above where the point is within `radius`.
+    /// Largest computed squared distance of a point within `radius`.
     fn limit(self, radius: f64) -> f32 {
         ((radius + self.moved).powi(2) * (1.0 + self.error)) as f32
     }
@@ -58,13 +57,13 @@ impl Rounding {
 }
 
 impl Shortlist {
-    /// Begins anew, with nothing farther than `within`.
+    /// Empties the list, to find `k` points no farther than `within`.
     pub fn reset(&mut self, k: usize, within: f64) {
         (self.k, self.most, self.radius) = (k, 2 * k, within);
         self.found.clear();
     }
 
-    /// Lessens the radius to what the points so far prove, and drops those beyond it.
+    /// Reduces the radius to what the points so far prove, and drops points beyond it.
     #[inline(never)]
     fn tighten(&mut self) {
         if self.found.len() < self.k {
@@ -77,8 +76,8 @@ impl Shortlist {
         self.most = 2 * self.found.len().max(self.k);
     }
 
-    /// The `k` nearest of what was shown, nearest first, by id where they are equally far, with
-    /// what `exact` writes beside them as their distances; none beyond `within`.
+    /// Writes the `k` nearest points to `out`, nearest first and ties by id, with the distances
+    /// that `exact` writes; none is beyond `within`.
     pub fn finish(&mut self, lists: &Lists, within: f64, exact: &mut Exact, out: &mut Vec<(u32, f64)>) {
         self.tighten();
         out.clear();
@@ -90,15 +89,15 @@ impl Shortlist {
     }
 }
 
-/// Shows the points of one list to a shortlist.
+/// Adds the points of one list that may be among the nearest to a shortlist.
 pub struct ShowList<'a> {
-    /// All lists.
+    /// The lists of the index.
     pub lists: &'a Lists,
-    /// Which.
+    /// Index of the list.
     pub list: usize,
-    /// What is searched for.
+    /// The query, exact and rounded.
     pub query: Query<'a>,
-    /// What keeps the nearest.
+    /// The shortlist that gets the points.
     pub shortlist: &'a mut Shortlist,
 }
 

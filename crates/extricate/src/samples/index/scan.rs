@@ -1,5 +1,6 @@
-//! The loops of a search, by named vector instructions: left to the optimiser, they became shuffles
-//! of whole groups of blocks. Bounds on lists, and the points of one list.
+//! The inner loops of a search: bounds on lists, and distances to the points of one list. They name
+//! vector instructions, because the optimiser turned plain loops into shuffles of whole groups of
+//! blocks.
 
 use pulp::{Simd, WithSimd};
 
@@ -8,23 +9,23 @@ use super::quantizer::ListCodes;
 use crate::math::LANES;
 use crate::math::simd::{F32s, lanes_of, negative};
 
-/// What is searched for.
+/// The point whose neighbours are searched.
 #[derive(Clone, Copy)]
 pub struct Query<'a> {
-    /// As it was asked.
+    /// Coordinates as the caller gave them.
     pub exact: &'a [f64],
-    /// The same, rounded.
+    /// Coordinates rounded to `f32`.
     pub rounded: &'a [f32],
-    /// How far rounding can have moved it and a point together.
+    /// Bound on how far rounding moves the query and a point together.
     pub moved: f64,
 }
 
-/// Blocks that are gone through at a time: what is read of the query serves all of them.
-const TOGETHER: usize = 4;
+/// Blocks processed together, so that a coordinate of the query is read once for all.
+const BLOCKS_TOGETHER: usize = 4;
 
-/// Squared distances from `query` to the points of all blocks, each one row a coordinate, by what
-/// `difference` tells of a row and a coordinate; the sums as in
-/// [`crate::learning::svm::kernel::block_distances_squared`], to the last bit.
+/// Writes the squared distances from `query` to the points of all blocks, each one row a
+/// coordinate. `difference` subtracts a coordinate of the query from a row. The sums equal those of
+/// [`crate::learning::svm::kernel::block_distances_squared`] to the last bit.
 #[inline(always)]
 fn square_all<S: Simd, T>(
     simd: S,
@@ -33,9 +34,10 @@ fn square_all<S: Simd, T>(
     squared: &mut [[f32; LANES]],
     difference: impl Fn(&T, F32s<S>, usize) -> F32s<S>,
 ) {
-    let (mut many, mut of_many) = (rows.chunks_exact(TOGETHER * query.len()), squared.chunks_exact_mut(TOGETHER));
+    let (mut many, mut of_many) =
+        (rows.chunks_exact(BLOCKS_TOGETHER * query.len()), squared.chunks_exact_mut(BLOCKS_TOGETHER));
     for (rows, squared) in many.by_ref().zip(of_many.by_ref()) {
-        square_together::<S, T, TOGETHER>(simd, rows, query, squared, &difference);
+        square_together::<S, T, BLOCKS_TOGETHER>(simd, rows, query, squared, &difference);
     }
     let rest = many.remainder().chunks_exact(query.len());
     for (rows, squared) in rest.zip(of_many.into_remainder().chunks_exact_mut(1)) {
@@ -43,7 +45,7 @@ fn square_all<S: Simd, T>(
     }
 }
 
-/// The same for `N` blocks.
+/// Does the same as [`square_all`] for `N` blocks.
 #[inline(always)]
 fn square_together<S: Simd, T, const N: usize>(
     simd: S,
@@ -68,7 +70,7 @@ fn square_together<S: Simd, T, const N: usize>(
     }
 }
 
-/// One bit a lane: where `values` is not above `limit`; any where one is NaN.
+/// Returns one bit a lane: whether its value is at most `limit`. NaN may give either.
 #[inline(always)]
 pub fn up_to<S: Simd>(simd: S, values: &[f32; LANES], limit: f32) -> u32 {
     let mut room = [0.0; LANES];
@@ -79,15 +81,15 @@ pub fn up_to<S: Simd>(simd: S, values: &[f32; LANES], limit: f32) -> u32 {
 }
 
 /// Fills `bounds` with lower bounds on the distance from the query to the members of each list, and
-/// returns the list of the nearest centre; `squared` is room for as many numbers.
+/// returns the list of the nearest centre.
 pub struct BoundLists<'a> {
-    /// At least two.
+    /// The lists of the index, at least two.
     pub lists: &'a Lists,
-    /// What is searched for.
+    /// The query, exact and rounded.
     pub query: Query<'a>,
-    /// One for each block of centres.
+    /// Scratch memory, one row for each block of centres.
     pub squared: &'a mut [[f32; LANES]],
-    /// The same.
+    /// The bounds, one row for each block of centres.
     pub bounds: &'a mut [[f32; LANES]],
 }
 
@@ -108,7 +110,7 @@ impl WithSimd for BoundLists<'_> {
         let splat = |x: f32| F32s::splat(simd, x);
         let error = lists.relative_error() as f32;
         let (error, kept, to_nearest) = (splat(error), splat(1.0 - error), splat(to_nearest));
-        // The factor covers the roundings of these lines themselves.
+        // The factor covers the rounding of the lines below.
         let (factor, moved) = (splat(1.0 - 1e-6), splat(query.moved as f32));
         for (((bounds, squared), radii), slab) in bounds.iter_mut().zip(squared.iter()).zip(&lists.radii).zip(slabs) {
             for part in 0..F32s::<S>::COUNT {
@@ -124,17 +126,17 @@ impl WithSimd for BoundLists<'_> {
     }
 }
 
-/// Notes the lists of the nearest centres: at least `most` of them, with their squared distances.
+/// Collects the lists of at least `most` nearest centres, with their squared distances.
 pub struct NearestCentres<'a> {
-    /// More than `most`.
+    /// The lists of the index, more than `most`.
     pub lists: &'a Lists,
-    /// What is searched for.
+    /// The query, exact and rounded.
     pub query: Query<'a>,
-    /// At least one.
+    /// Number of lists wanted, at least one.
     pub most: usize,
-    /// One for each block of centres.
+    /// Scratch memory, one row for each block of centres.
     pub squared: &'a mut [[f32; LANES]],
-    /// Squared distances and lists.
+    /// The result: squared distances and lists.
     pub order: &'a mut Vec<(f32, u32)>,
 }
 
@@ -145,7 +147,7 @@ impl WithSimd for NearestCentres<'_> {
     fn with_simd<S: Simd>(self, simd: S) {
         let Self { lists, query, most, squared, order } = self;
         let mut least = square_centres(simd, lists, query.rounded, squared);
-        // So many lanes each have a centre that is as near.
+        // At least `most` lanes have a centre within this limit.
         least.sort_unstable_by(f32::total_cmp);
         let limit = least.get(most - 1).map_or(f32::INFINITY, |limit| *limit);
         order.clear();
@@ -160,17 +162,17 @@ impl WithSimd for NearestCentres<'_> {
     }
 }
 
-/// Notes the lists, but for `nearest`, whose bounds are not above `radius`.
+/// Collects the lists whose bounds are at most `radius`, except for `nearest`.
 pub struct ListsWithin<'a> {
-    /// Number of lists.
+    /// Number of lists of the index.
     pub count: usize,
-    /// Whose list was looked through.
+    /// The list that was scanned already.
     pub nearest: usize,
-    /// By [`BoundLists`].
+    /// Bounds computed by [`BoundLists`].
     pub bounds: &'a [[f32; LANES]],
-    /// The radius of the search.
+    /// Radius of the search.
     pub radius: f64,
-    /// Bounds and lists.
+    /// The result: bounds and lists.
     pub order: &'a mut Vec<(f32, u32)>,
 }
 
@@ -180,7 +182,7 @@ impl WithSimd for ListsWithin<'_> {
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
         let Self { count, nearest, bounds, radius, order } = self;
-        // Rounded up, for a first look at eight at a time.
+        // Rounded up, for a first test of eight bounds at a time.
         let about = (radius * (1.0 + 1e-6)) as f32;
         for (block, bounds) in bounds.iter().enumerate() {
             for lane in lanes_of(up_to(simd, bounds, about)) {
@@ -193,19 +195,19 @@ impl WithSimd for ListsWithin<'_> {
     }
 }
 
-/// Shows `visit` the points of one list that may be within `radius`, which it replaces.
+/// Calls `visit` with the points of one list that may be within `radius`, and updates `radius`.
 pub struct ScanList<'a> {
-    /// All lists.
+    /// The lists of the index.
     pub lists: &'a Lists,
-    /// Which.
+    /// Index of the list.
     pub list: usize,
-    /// What is searched for.
+    /// The query, exact and rounded.
     pub query: Query<'a>,
-    /// Room for the distances to its points.
+    /// Scratch memory for the distances to its points.
     pub room: &'a mut ListRoom,
-    /// Of the search.
+    /// Radius of the search.
     pub radius: &'a mut f64,
-    /// As in [`super::Index::search`].
+    /// The callback of [`super::Index::search`].
     pub visit: &'a mut dyn FnMut(u32) -> f64,
 }
 
@@ -217,7 +219,7 @@ impl WithSimd for ScanList<'_> {
         let Self { lists, list, query, room, radius, visit } = self;
         let error = lists.relative_error();
         let moved = square_list(simd, lists, list, query.exact, room);
-        // What rounding of points, of the query and of the sum can add to a squared distance.
+        // Largest computed squared distance of a point within `radius`, rounding included.
         let threshold = |radius: f64| ((radius + moved).powi(2) * (1.0 + error)) as f32;
         let first = lists.starts[list] as usize;
         for (b, squared) in (first..).zip(room.squared.iter()) {
@@ -230,18 +232,18 @@ impl WithSimd for ScanList<'_> {
     }
 }
 
-/// Room for what is known of one list.
+/// Scratch memory for the distances to one list.
 #[derive(Debug, Clone, Default)]
 pub struct ListRoom {
-    /// The query from where the list has its origin.
+    /// The query relative to the origin of the list.
     relative: Vec<f32>,
-    /// Of the query to what the codes of each point stand for; infinite in the padding.
+    /// Squared distance from the query to what each code means; infinite in the padding.
     pub squared: Vec<[f32; LANES]>,
 }
 
-/// Fills `room` with the squared distances from the query to the points of a list, and returns by
-/// how much rounding may have changed their roots. All of them: to tell by balls around blocks
-/// which may be within reach took longer, in branches that the processor cannot foresee.
+/// Fills `room` with the squared distances from the query to all points of a list, and returns by
+/// how much rounding may have changed their roots. Skipping blocks by balls around them took
+/// longer, in branches that the processor cannot predict.
 #[inline(always)]
 pub fn square_list<S: Simd>(simd: S, lists: &Lists, list: usize, query: &[f64], room: &mut ListRoom) -> f64 {
     let ListRoom { relative, squared } = room;
@@ -262,7 +264,7 @@ pub fn square_list<S: Simd>(simd: S, lists: &Lists, list: usize, query: &[f64], 
     moved
 }
 
-/// Squared distances from the query to all centres, into `squared`, and the least of each lane.
+/// Fills `squared` with squared distances from the query to all centres; returns the least a lane.
 #[inline(always)]
 fn square_centres<S: Simd>(simd: S, lists: &Lists, query: &[f32], squared: &mut [[f32; LANES]]) -> [f32; LANES] {
     square_all(
@@ -276,7 +278,7 @@ fn square_centres<S: Simd>(simd: S, lists: &Lists, query: &[f32], squared: &mut 
     least_of_lanes(simd, squared)
 }
 
-/// The least of each lane.
+/// Returns the least value of each lane.
 #[inline(always)]
 pub fn least_of_lanes<S: Simd>(simd: S, values: &[[f32; LANES]]) -> [f32; LANES] {
     let mut least = [f32::INFINITY; LANES];

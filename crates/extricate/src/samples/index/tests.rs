@@ -1,4 +1,4 @@
-//! The index against scans of everything.
+//! Compares the index with scans of all points.
 
 use super::*;
 use crate::math::linear_algebra::distance;
@@ -14,7 +14,7 @@ fn linear_scan(points: &[f64], dimensions: usize, query: &[f64], k: usize) -> Ve
     all
 }
 
-/// What knows the points, for [`Index::nearest`].
+/// Writes exact distances, for [`Index::nearest`].
 fn exactly<'a>(points: &'a [f64], dimensions: usize, query: &'a [f64]) -> impl FnMut(&mut [(u32, f64)]) + 'a {
     move |found| {
         for (id, out) in found {
@@ -86,7 +86,7 @@ fn empty_and_single() {
 fn re_ranking_under_a_larger_metric_is_exact() {
     let (points, queries) = (uniform(2_000 * 5, 6), uniform(50 * 5, 7));
     let index = Index::build(&points, 5, 0);
-    // Not less than the Euclidean distance, and not in its order.
+    // The metric is never less than the Euclidean distance, and orders points differently.
     let stretch = |id: u32| 1.0 + f64::from(id * 7919 % 100) / 50.0;
     let mut scratch = SearchScratch::default();
     for query in queries.chunks_exact(5) {
@@ -121,8 +121,7 @@ fn few_lists_hold_most_of_the_nearest() {
         });
         visited += found.len();
         hits += nearest_ten.iter().filter(|(id, _)| found.contains(id)).count();
-        // The few nearest in as many lists are of what was visited, and within a radius the
-        // same ones.
+        // With the same lists, `nearest` returns the nearest visited points, within a radius too.
         let few = Knn { lists: 20, ..Knn::of_all(10) };
         let mut nearest = Vec::new();
         index.nearest(query, few, &mut exact, &mut scratch, &mut nearest);
@@ -132,14 +131,14 @@ fn few_lists_hold_most_of_the_nearest() {
         let few = Knn { within: expected[3].1, ..few };
         index.nearest(query, few, &mut exact, &mut scratch, &mut nearest);
         assert_eq!(nearest, expected[..4]);
-        // No list is as good as one.
+        // A request for no list counts as one list.
         let of_lists = |lists| Knn { lists, ..Knn::of_all(3) };
         index.nearest(query, of_lists(1), &mut exact, &mut scratch, &mut nearest);
         let of_one = nearest.clone();
         index.nearest(query, of_lists(0), &mut exact, &mut scratch, &mut nearest);
         assert_eq!((of_one.len(), &nearest), (3, &of_one));
     }
-    // A tenth of the points.
+    // Less than 15 % of the points are visited, and more than 80 % of the nearest are found.
     assert!(visited < 40 * 3_000 && hits > 320, "{visited} visited, {hits} of 400 found");
 }
 
